@@ -1,0 +1,21 @@
+//! Points and rigid motions with their frame in the type, the length unit of archives, and plan time.
+//!
+//! All lengths are metres, all angles radians, Z is up, frames are right-handed.
+
+mod plan_time;
+mod point;
+mod rigid;
+mod tenth_mm;
+
+pub use plan_time::{PlanTime, PlanTimeError};
+pub use point::{Point2, Point3};
+pub use rigid::{Rigid2, UprightRigid3};
+pub use tenth_mm::{TENTHS_PER_M, metres, tenths};
+
+/// The IFC world: the site's placement applied, the file's units converted to metres.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum World {}
+
+/// The frame of every product: the building's dominant wall direction is axis-parallel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Map {}

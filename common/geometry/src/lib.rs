@@ -1,0 +1,22 @@
+//! Meshes, slabs, sections, footprints, floor faces: one question per file.
+//!
+//! Coordinates are whole tenths of a millimetre (`frames::tenths`), so that faces on one plane stay on it and results
+//! do not depend on noise. This crate knows no IFC, no grid and no file.
+
+mod floor_faces;
+mod footprint;
+mod mesh;
+mod oriented_box;
+mod overlay;
+mod polygon;
+mod section;
+mod slab;
+
+pub use floor_faces::floor_faces;
+pub use footprint::{Footprint, footprint};
+pub use mesh::{MeshView, is_closed};
+pub use oriented_box::OrientedBox;
+pub use overlay::{FillRule, close_gaps, difference, intersection, union, union_of};
+pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, ring_area_doubled};
+pub use section::{Section, section};
+pub use slab::{Slab, clip_to_slab};

@@ -1,0 +1,100 @@
+//! Distance to the nearest marked cell.
+
+/// Squared distance to the nearest marked cell, for every cell, in cells².
+///
+/// `marked` is row-major, `width` wide. Without a marked cell all are [`u32::MAX`]. Linear in cells.
+///
+/// # Source
+/// Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8, 2012.
+pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
+    let height = marked.len().checked_div(width).unwrap_or(0);
+    let mut out: Vec<u32> = marked.iter().map(|&m| if m { 0 } else { u32::MAX }).collect();
+    if out.is_empty() {
+        return out;
+    }
+    let mut line = Line::new(width.max(height));
+    for row in out.chunks_exact_mut(width) {
+        line.transform(row, 1);
+    }
+    for column in 0..width {
+        line.transform(&mut out[column..], width);
+    }
+    out
+}
+
+/// Buffers for one pass over a row or a column.
+struct Line {
+    values: Vec<u32>,
+    /// Columns of the parabolas of the lower envelope, and where each begins.
+    vertex: Vec<usize>,
+    from: Vec<f64>,
+}
+
+impl Line {
+    fn new(length: usize) -> Self {
+        Self {
+            values: Vec::with_capacity(length),
+            vertex: Vec::with_capacity(length),
+            from: Vec::with_capacity(length),
+        }
+    }
+
+    fn transform(&mut self, cells: &mut [u32], step: usize) {
+        self.values.clear();
+        self.values.extend(cells.iter().step_by(step));
+        self.vertex.clear();
+        self.from.clear();
+        for (q, &f) in self.values.iter().enumerate().filter(|(_, f)| **f != u32::MAX) {
+            let height = |p: usize| f64::from(self.values[p]) + (p * p) as f64;
+            let mut begin = f64::NEG_INFINITY;
+            while let Some(&p) = self.vertex.last() {
+                begin = (f64::from(f) + (q * q) as f64 - height(p)) / (2 * (q - p)) as f64;
+                if begin > self.from[self.from.len() - 1] {
+                    break;
+                }
+                self.vertex.pop();
+                self.from.pop();
+                begin = f64::NEG_INFINITY;
+            }
+            self.vertex.push(q);
+            self.from.push(begin);
+        }
+        if self.vertex.is_empty() {
+            return;
+        }
+        let mut k = 0;
+        for (q, cell) in cells.iter_mut().step_by(step).enumerate() {
+            while k + 1 < self.vertex.len() && self.from[k + 1] < q as f64 {
+                k += 1;
+            }
+            let p = self.vertex[k];
+            *cell = self.values[p].saturating_add((q.abs_diff(p) * q.abs_diff(p)) as u32);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn without_a_marked_cell_everything_is_far() {
+        assert_eq!(squared_distances(&[false; 6], 3), [u32::MAX; 6]);
+        assert!(squared_distances(&[], 0).is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn distances_agree_with_trying_every_cell(width in 1..12usize, marked in prop::collection::vec(prop::bool::weighted(0.2), 1..100)) {
+            let marked = &marked[..marked.len() / width * width];
+            let at = |i: usize| ((i % width) as i64, (i / width) as i64);
+            let found = squared_distances(marked, width);
+            for (i, d) in found.iter().enumerate() {
+                let slow = (0..marked.len()).filter(|&j| marked[j])
+                    .map(|j| (at(i).0 - at(j).0).pow(2) + (at(i).1 - at(j).1).pow(2)).min();
+                prop_assert_eq!(i64::from(*d), slow.unwrap_or(i64::from(u32::MAX)));
+            }
+        }
+    }
+}

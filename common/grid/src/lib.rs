@@ -1,0 +1,18 @@
+//! Grid spec, conservative rasterisation, cell regions, distances, Nav2 map files.
+//!
+//! Grids are row-major from the lower left cell, as `nav_msgs/OccupancyGrid`. A grid carries its spec: the only way
+//! from metres to cells and back. This crate does no I/O: map files are made and read as bytes.
+
+mod cells;
+mod class;
+mod distance;
+mod nav2;
+mod raster;
+mod spec;
+
+pub use cells::{Mask, enclosed, fill_holes, grow_through, label_components};
+pub use class::Class;
+pub use distance::squared_distances;
+pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, pixel_of};
+pub use raster::{Run, covered_cells, overlapped_cells};
+pub use spec::{Cell, GridSpec, GridSpecError, MAX_CELLS};

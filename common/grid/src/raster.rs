@@ -1,0 +1,292 @@
+//! Conservative rasterisation of polygons into runs of cells.
+//!
+//! A row of cells is a band of heights. What a polygon covers of a band, seen along the band, is the union of the
+//! ranges of its edges in the band and of its interior on one line through it: where neither is, nothing is. Bands and
+//! cells are taken half a tenth of a millimetre smaller on all sides, so that a face on a cell's border touches one
+//! side only, and an overlap counts from a tenth of a millimetre.
+
+use crate::GridSpec;
+use geometry::{MultiPolygon, Point, Ring};
+
+/// Cells `start..end` of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Run {
+    /// Row.
+    pub row: u32,
+    /// First column.
+    pub start: u32,
+    /// First column behind the run.
+    pub end: u32,
+}
+
+const INSET: f64 = 0.5;
+
+/// The cells that the area overlaps or the lines touch, as sorted runs that do not meet.
+///
+/// Lines touch the cells on both sides of a border they lie on. What lies outside the grid is cut off.
+pub fn overlapped_cells(area: &MultiPolygon, lines: &[[Point; 2]], spec: &GridSpec) -> Vec<Run> {
+    let mut bands = Bands::new(spec);
+    for (a, b) in area.rings().flat_map(ring_edges) {
+        bands.add_edge(a, b);
+    }
+    for [a, b] in lines {
+        bands.add_line(*a, *b);
+    }
+    let mut runs = Vec::new();
+    bands.for_each(|row, ranges, interiors| {
+        let first = runs.len();
+        for &[lo, hi] in ranges.iter().chain(interiors) {
+            let start = ((lo + INSET) / bands.cell).floor();
+            let end = ((hi - INSET) / bands.cell).ceil();
+            push_clipped(&mut runs, row, start, end, spec);
+        }
+        runs[first..].sort_unstable();
+        merge(&mut runs, first);
+    });
+    runs
+}
+
+/// The cells that lie in the area with their whole square, as sorted runs that do not meet.
+pub fn covered_cells(area: &MultiPolygon, spec: &GridSpec) -> Vec<Run> {
+    let mut bands = Bands::new(spec);
+    for (a, b) in area.rings().flat_map(ring_edges) {
+        bands.add_edge(a, b);
+    }
+    let mut runs = Vec::new();
+    bands.for_each(|row, ranges, interiors| {
+        let first = runs.len();
+        for &[lo, hi] in interiors {
+            let mut from = lo;
+            // Ranges are sorted by their lower ends: walk the gaps between them.
+            for &[cut_lo, cut_hi] in ranges.iter().filter(|r| r[0] < hi && lo < r[1]) {
+                push_inside(&mut runs, row, from, cut_lo, &bands, spec);
+                from = from.max(cut_hi);
+            }
+            push_inside(&mut runs, row, from, hi, &bands, spec);
+        }
+        runs[first..].sort_unstable();
+        merge(&mut runs, first);
+    });
+    runs
+}
+
+fn ring_edges(ring: &Ring) -> impl Iterator<Item = (Point, Point)> {
+    ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
+}
+
+fn push_inside(runs: &mut Vec<Run>, row: i64, lo: f64, hi: f64, bands: &Bands, spec: &GridSpec) {
+    push_clipped(runs, row, ((lo - INSET) / bands.cell).ceil(), ((hi + INSET) / bands.cell).floor(), spec);
+}
+
+fn push_clipped(runs: &mut Vec<Run>, row: i64, start: f64, end: f64, spec: &GridSpec) {
+    let first = f64::from(spec.first_cell[0]);
+    let (start, end) = ((start - first).max(0.0), (end - first).min(f64::from(spec.width)));
+    if start < end {
+        runs.push(Run { row: row as u32, start: start as u32, end: end as u32 });
+    }
+}
+
+/// Joins sorted runs of one row, from `first` on, that overlap or touch.
+fn merge(runs: &mut Vec<Run>, first: usize) {
+    let mut last = first;
+    for k in first + 1..runs.len() {
+        if runs[k].start <= runs[last].end {
+            runs[last].end = runs[last].end.max(runs[k].end);
+        } else {
+            last += 1;
+            runs[last] = runs[k];
+        }
+    }
+    runs.truncate(if first < runs.len() { last + 1 } else { first });
+}
+
+/// What edges do in the bands of a grid.
+struct Bands {
+    cell: f64,
+    first_row: i64,
+    n_rows: i64,
+    /// (row, lower end, upper end) of an edge's part in a band.
+    ranges: Vec<(i64, f64, f64)>,
+    /// (row, x) where an edge passes the band's lower line.
+    crossings: Vec<(i64, f64)>,
+}
+
+impl Bands {
+    fn new(spec: &GridSpec) -> Self {
+        Self {
+            cell: f64::from(spec.cell_tenths),
+            first_row: i64::from(spec.first_cell[1]),
+            n_rows: i64::from(spec.height),
+            ranges: Vec::new(),
+            crossings: Vec::new(),
+        }
+    }
+
+    /// Rows of the grid whose bands meet the heights `lo..=hi`.
+    fn rows(&self, lo: f64, hi: f64) -> std::ops::Range<i64> {
+        let first = ((lo + INSET) / self.cell).floor() as i64 - self.first_row;
+        let end = ((hi - INSET) / self.cell).ceil() as i64 - self.first_row;
+        first.max(0)..end.min(self.n_rows)
+    }
+
+    fn band(&self, row: i64) -> (f64, f64) {
+        let bottom = (row + self.first_row) as f64 * self.cell;
+        (bottom + INSET, bottom + self.cell - INSET)
+    }
+
+    fn add_edge(&mut self, a: Point, b: Point) {
+        // The lower end first, whatever the sense: neighbours that share an edge agree.
+        let (a, b) = if (a[1], a[0]) <= (b[1], b[0]) { (a, b) } else { (b, a) };
+        let (a, b) = (a.map(f64::from), b.map(f64::from));
+        let slope = if b[1] > a[1] { (b[0] - a[0]) / (b[1] - a[1]) } else { 0.0 };
+        let at = |y: f64| a[0] + (y - a[1]) * slope;
+        for row in self.rows(a[1], b[1]) {
+            let (bottom, top) = self.band(row);
+            let lower = if a[1] < bottom { at(bottom) } else { a[0] };
+            let upper = if b[1] > top { at(top) } else { b[0] };
+            self.ranges.push((row, lower.min(upper), lower.max(upper)));
+            if a[1] < bottom && bottom < b[1] {
+                self.crossings.push((row, lower));
+            }
+        }
+    }
+
+    fn add_line(&mut self, a: Point, b: Point) {
+        let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+        let (a, b) = (a.map(f64::from), b.map(f64::from));
+        let slope = if b[1] > a[1] { (b[0] - a[0]) / (b[1] - a[1]) } else { 0.0 };
+        for row in self.rows(a[1] - 2.0 * INSET, b[1] + 2.0 * INSET) {
+            let (bottom, top) = self.band(row);
+            let lower = if a[1] < bottom && bottom < b[1] { a[0] + (bottom - a[1]) * slope } else { a[0] };
+            let upper = if a[1] < top && top < b[1] { a[0] + (top - a[1]) * slope } else { b[0] };
+            let (lower, upper) = if b[1] <= bottom {
+                (b[0], b[0])
+            } else if top <= a[1] {
+                (a[0], a[0])
+            } else {
+                (lower, upper)
+            };
+            self.ranges.push((row, lower.min(upper) - 2.0 * INSET, lower.max(upper) + 2.0 * INSET));
+        }
+    }
+
+    /// Calls `row(row, ranges sorted by lower end, interior intervals)` for every row that something meets.
+    fn for_each(&self, mut visit: impl FnMut(i64, &[[f64; 2]], &[[f64; 2]])) {
+        let by_row = |a: &(i64, f64, f64), b: &(i64, f64, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+        let mut ranges = self.ranges.clone();
+        ranges.sort_unstable_by(by_row);
+        let mut crossings = self.crossings.clone();
+        crossings.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let (mut crossings, mut of_row, mut interiors) = (crossings.as_slice(), Vec::new(), Vec::new());
+        for same in ranges.chunk_by(|a, b| a.0 == b.0) {
+            let row = same[0].0;
+            of_row.clear();
+            of_row.extend(same.iter().map(|r| [r.1, r.2]));
+            // A row with crossings has the ranges of the edges that cross.
+            let n = crossings.iter().take_while(|c| c.0 == row).count();
+            interiors.clear();
+            interiors.extend(crossings[..n].chunks_exact(2).map(|pair| [pair[0].1, pair[1].1]));
+            crossings = &crossings[n..];
+            visit(row, &of_row, &interiors);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::{Bounds, FillRule, union};
+    use proptest::prelude::*;
+
+    fn spec(cell_tenths: i32) -> GridSpec {
+        GridSpec { cell_tenths, first_cell: [-10, -10], width: 20, height: 20 }
+    }
+
+    fn region(ring: &[Point]) -> MultiPolygon {
+        union(&[ring.to_vec()], FillRule::NonZero)
+    }
+
+    fn cells(runs: &[Run]) -> Vec<(u32, u32)> {
+        runs.iter().flat_map(|r| (r.start..r.end).map(|c| (r.row, c))).collect()
+    }
+
+    #[test]
+    fn a_face_on_a_border_touches_one_side_only() {
+        let square = region(&[[0, 0], [1000, 0], [1000, 500], [0, 500]]);
+        assert_eq!(overlapped_cells(&square, &[], &spec(500)), [Run { row: 10, start: 10, end: 12 }]);
+        assert_eq!(covered_cells(&square, &spec(500)), [Run { row: 10, start: 10, end: 12 }]);
+    }
+
+    #[test]
+    fn a_tenth_of_a_millimetre_is_positive_area() {
+        let square = region(&[[-1, -1], [501, -1], [501, 501], [-1, 501]]);
+        assert_eq!(cells(&overlapped_cells(&square, &[], &spec(500))).len(), 9);
+        assert_eq!(covered_cells(&square, &spec(500)), [Run { row: 10, start: 10, end: 11 }]);
+    }
+
+    #[test]
+    fn a_thin_wall_never_vanishes() {
+        let wall = region(&[[100, -4000], [101, -4000], [101, 4000], [100, 4000]]);
+        assert_eq!(cells(&overlapped_cells(&wall, &[], &spec(500))).len(), 16);
+    }
+
+    #[test]
+    fn a_line_on_a_border_touches_both_sides() {
+        let rows = cells(&overlapped_cells(&MultiPolygon::default(), &[[[500, 100], [500, 900]]], &spec(500)));
+        assert_eq!(rows, [(10, 10), (10, 11), (11, 10), (11, 11)]);
+        let rows = cells(&overlapped_cells(&MultiPolygon::default(), &[[[100, 500], [400, 500]]], &spec(500)));
+        assert_eq!(rows, [(10, 10), (11, 10)]);
+    }
+
+    #[test]
+    fn what_lies_outside_the_grid_is_cut_off() {
+        let huge = region(&[[-90_000, -90_000], [90_000, -90_000], [90_000, 90_000], [-90_000, 90_000]]);
+        assert_eq!(cells(&overlapped_cells(&huge, &[], &spec(500))).len(), 400);
+        assert_eq!(cells(&covered_cells(&huge, &spec(500))).len(), 400);
+    }
+
+    /// A slow, obvious version: clip the polygon to the cell and look at what is left.
+    fn share(area: &MultiPolygon, spec: &GridSpec, column: u32, row: u32) -> f64 {
+        let corner = |k: usize, c: u32| (spec.first_cell[k] + c as i32) * spec.cell_tenths;
+        let (x, y, s) = (corner(0, column), corner(1, row), spec.cell_tenths);
+        let cell = region(&[[x, y], [x + s, y], [x + s, y + s], [x, y + s]]);
+        geometry::intersection(area, &cell).area_m2() / cell.area_m2()
+    }
+
+    proptest! {
+        #[test]
+        fn cells_agree_with_clipping_them_one_by_one(
+            points in prop::collection::vec([-4_900..4_900i32, -4_900..4_900i32], 3..9),
+        ) {
+            // Self-crossing rings are resolved first; even-odd makes holes of some.
+            let area = union(&[points], FillRule::EvenOdd);
+            let spec = spec(500);
+            let (touched, inside) = (cells(&overlapped_cells(&area, &[], &spec)), cells(&covered_cells(&area, &spec)));
+            for row in 0..20 {
+                for column in 0..20 {
+                    let share = share(&area, &spec, column, row);
+                    // Overlaps of a few tenths of a millimetre may go either way: clipping rounds corners.
+                    if share > 0.02 {
+                        prop_assert!(touched.contains(&(row, column)), "missed {column} {row} share {share}");
+                    }
+                    if share == 0.0 {
+                        prop_assert!(!inside.contains(&(row, column)));
+                    }
+                    if share < 0.98 {
+                        prop_assert!(!inside.contains(&(row, column)), "covered {column} {row} share {share}");
+                    }
+                    if inside.contains(&(row, column)) {
+                        prop_assert!(touched.contains(&(row, column)));
+                    }
+                }
+            }
+            if let Some(Bounds { min, max }) = area.bounds() {
+                let reach = |c: i32| c.div_euclid(500) + 10;
+                for (row, column) in touched {
+                    prop_assert!(reach(min[0]) <= column as i32 && column as i32 <= reach(max[0]));
+                    prop_assert!(reach(min[1]) <= row as i32 && row as i32 <= reach(max[1]));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,406 @@
+//! Preamble, section table, strings: what all archives share.
+
+use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
+use std::ops::Range;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// Version of all layouts of this crate; a reader refuses any other.
+pub const LAYOUT_VERSION: u32 = 1;
+
+/// An index that points at nothing.
+pub const NONE: u32 = u32::MAX;
+
+/// First bytes of every archive.
+const MAGIC: u32 = u32::from_le_bytes(*b"GPAR");
+
+/// Sections an archive may have.
+const MAX_SECTIONS: usize = 64;
+
+/// 64 bytes at a multiple of 64: the unit in which archives are stored.
+#[derive(Debug, Clone, Copy, Zeroable, Pod)]
+#[repr(C, align(64))]
+pub struct Block([u8; 64]);
+
+/// What an archive holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum ArchiveKind {
+    /// Geometry and facts of a site.
+    Site = 1,
+    /// States of elements and spaces at a plan time.
+    Phase = 2,
+    /// Layers of one map storey.
+    Grid = 3,
+    /// Index of a set of grids.
+    Grids = 4,
+    /// Waypoints.
+    Plan = 5,
+}
+
+/// The first 64 bytes of an archive.
+#[derive(Debug, Clone, Copy, Zeroable, Pod)]
+#[repr(C)]
+pub struct Preamble {
+    /// `GPAR`.
+    pub magic: u32,
+    /// [`LAYOUT_VERSION`].
+    pub layout_version: u32,
+    /// [`ArchiveKind`] as a number.
+    pub kind: u32,
+    /// Entries of the section table.
+    pub n_sections: u32,
+    /// Length of the archive in bytes, preamble included.
+    pub length: u64,
+    /// xxh3 of everything behind the preamble.
+    pub content_hash: u64,
+    /// Zero.
+    pub reserved: [u64; 4],
+}
+const _: () = assert!(size_of::<Preamble>() == 64);
+
+/// An entry of the section table, which follows the preamble.
+#[derive(Debug, Clone, Copy, Zeroable, Pod)]
+#[repr(C)]
+struct SectionEntry {
+    /// Which section; meaning by archive kind.
+    id: u32,
+    /// Bytes per record.
+    record_len: u32,
+    /// Offset of the first record from the archive's start, a multiple of 64.
+    offset: u64,
+    /// Number of records.
+    count: u64,
+}
+const _: () = assert!(size_of::<SectionEntry>() == 24);
+
+/// A text in the archive's string section: UTF-8 bytes `offset..offset + length`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct Text {
+    /// First byte.
+    pub offset: u32,
+    /// Bytes.
+    pub length: u32,
+}
+
+/// Why bytes are not the archive that a reader wants.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ArchiveError {
+    /// Shorter than it says, or than a preamble.
+    #[error("the archive is cut off: {length} bytes of {expected}")]
+    Truncated {
+        /// Bytes at hand.
+        length: usize,
+        /// Bytes needed.
+        expected: u64,
+    },
+    /// Not at a multiple of 64.
+    #[error("the archive does not lie at a multiple of 64 bytes")]
+    Misaligned,
+    /// Does not begin with `GPAR`.
+    #[error("these bytes are no groundplan archive")]
+    NoArchive,
+    /// Another layout.
+    #[error("the archive has layout version {found}, this program reads {LAYOUT_VERSION}")]
+    Version {
+        /// As written.
+        found: u32,
+    },
+    /// Another kind of archive.
+    #[error("the archive is of kind {found}, not {wanted:?}")]
+    Kind {
+        /// As written.
+        found: u32,
+        /// As asked for.
+        wanted: ArchiveKind,
+    },
+    /// The content does not match its hash.
+    #[error("the archive's content does not match its hash")]
+    Hash,
+    /// A section is missing, out of bounds or of other records.
+    #[error("section {id} of the archive is missing or damaged")]
+    Section {
+        /// The section.
+        id: u32,
+    },
+    /// A record points outside its section.
+    #[error("{what} of the archive points outside its section")]
+    Index {
+        /// Which records.
+        what: &'static str,
+    },
+}
+
+/// The memory of an archive in the heap.
+#[derive(Debug, Clone, Default)]
+pub struct ArchiveBuffer {
+    blocks: Vec<Block>,
+    length: usize,
+}
+
+impl ArchiveBuffer {
+    /// Zeroed memory for an archive of `length` bytes.
+    pub fn zeroed(length: usize) -> Self {
+        Self { blocks: vec![Block([0; 64]); length.div_ceil(64)], length }
+    }
+
+    /// A copy of bytes at a multiple of 64.
+    pub fn copy_of(bytes: &[u8]) -> Self {
+        let mut buffer = Self::zeroed(bytes.len());
+        buffer.bytes_mut().copy_from_slice(bytes);
+        buffer
+    }
+
+    /// The bytes.
+    pub fn bytes(&self) -> &[u8] {
+        &bytemuck::cast_slice(&self.blocks)[..self.length]
+    }
+
+    /// The bytes, for writing.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        &mut bytemuck::cast_slice_mut(&mut self.blocks)[..self.length]
+    }
+}
+
+/// A validated archive: preamble, section table and hash are right, sections lie inside.
+#[derive(Debug, Clone, Copy)]
+pub struct Archive<'a> {
+    bytes: &'a [u8],
+    sections: &'a [SectionEntry],
+}
+
+impl<'a> Archive<'a> {
+    /// Checks the bytes once; views read them in place afterwards.
+    ///
+    /// # Errors
+    /// Anything that is not a whole archive of the wanted kind and this layout version.
+    pub fn open(bytes: &'a [u8], wanted: ArchiveKind) -> Result<Self, ArchiveError> {
+        if !(bytes.as_ptr() as usize).is_multiple_of(64) {
+            return Err(ArchiveError::Misaligned);
+        }
+        let truncated = |expected| ArchiveError::Truncated { length: bytes.len(), expected };
+        let head = bytes.get(..64).ok_or(truncated(64))?;
+        let preamble: &Preamble = bytemuck::from_bytes(head);
+        if preamble.magic != MAGIC {
+            return Err(ArchiveError::NoArchive);
+        }
+        if preamble.layout_version != LAYOUT_VERSION {
+            return Err(ArchiveError::Version { found: preamble.layout_version });
+        }
+        if preamble.kind != wanted as u32 {
+            return Err(ArchiveError::Kind { found: preamble.kind, wanted });
+        }
+        let length = usize::try_from(preamble.length).map_err(|_| truncated(preamble.length))?;
+        let bytes = bytes.get(..length).ok_or(truncated(preamble.length))?;
+        let n_sections = preamble.n_sections as usize;
+        let table_end = 64 + n_sections.min(MAX_SECTIONS + 1) * size_of::<SectionEntry>();
+        if n_sections > MAX_SECTIONS || table_end > length {
+            return Err(truncated(table_end as u64));
+        }
+        if xxh3_64(&bytes[64..]) != preamble.content_hash {
+            return Err(ArchiveError::Hash);
+        }
+        let sections: &[SectionEntry] = bytemuck::cast_slice(&bytes[64..table_end]);
+        for entry in sections {
+            let end = entry.count.checked_mul(u64::from(entry.record_len)).and_then(|l| l.checked_add(entry.offset));
+            if !entry.offset.is_multiple_of(64) || end.is_none_or(|end| end > preamble.length) {
+                return Err(ArchiveError::Section { id: entry.id });
+            }
+        }
+        Ok(Self { bytes, sections })
+    }
+
+    /// Hash of the content, as in the preamble.
+    pub fn content_hash(&self) -> u64 {
+        bytemuck::from_bytes::<Preamble>(&self.bytes[..64]).content_hash
+    }
+
+    /// All bytes of the archive.
+    pub fn bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+
+    /// The records of a section.
+    ///
+    /// # Errors
+    /// No such section, or records of another size.
+    pub fn section<T: AnyBitPattern + NoUninit>(&self, id: u32) -> Result<&'a [T], ArchiveError> {
+        let damaged = ArchiveError::Section { id };
+        let entry = self.sections.iter().find(|s| s.id == id).ok_or(damaged.clone())?;
+        if entry.record_len as usize != size_of::<T>() {
+            return Err(damaged);
+        }
+        // Bounds were checked when the archive was opened.
+        let bytes = &self.bytes[entry.offset as usize..][..entry.count as usize * size_of::<T>()];
+        bytemuck::try_cast_slice(bytes).map_err(|_| damaged)
+    }
+
+    /// The only record of a section.
+    ///
+    /// # Errors
+    /// No such section, or not exactly one record.
+    pub fn record<T: AnyBitPattern + NoUninit>(&self, id: u32) -> Result<&'a T, ArchiveError> {
+        match self.section(id)? {
+            [one] => Ok(one),
+            _ => Err(ArchiveError::Section { id }),
+        }
+    }
+
+    /// The text section, which must be UTF-8.
+    ///
+    /// # Errors
+    /// No such section, or not UTF-8.
+    pub fn strings(&self, id: u32) -> Result<&'a str, ArchiveError> {
+        std::str::from_utf8(self.section::<u8>(id)?).map_err(|_| ArchiveError::Section { id })
+    }
+}
+
+/// A section to be: its id, the size of a record, their number.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SectionPlan {
+    pub(crate) id: u32,
+    pub(crate) record_len: usize,
+    pub(crate) count: usize,
+}
+
+impl SectionPlan {
+    pub(crate) fn of<T>(id: u32, records: &[T]) -> Self {
+        Self { id, record_len: size_of::<T>(), count: records.len() }
+    }
+}
+
+/// Byte ranges of planned sections, and the archive's length.
+pub(crate) fn layout(sections: &[SectionPlan]) -> (Vec<Range<usize>>, usize) {
+    let mut end = 64 + size_of_val(sections) / size_of::<SectionPlan>() * size_of::<SectionEntry>();
+    let ranges = sections
+        .iter()
+        .map(|s| {
+            let start = end.next_multiple_of(64);
+            end = start + s.record_len * s.count;
+            start..end
+        })
+        .collect();
+    (ranges, end)
+}
+
+/// Length in bytes of an archive of sections with these (record length, count).
+pub fn sections_len(sections: &[(usize, usize)]) -> usize {
+    let plans: Vec<_> = sections.iter().map(|&(record_len, count)| SectionPlan { id: 0, record_len, count }).collect();
+    layout(&plans).1
+}
+
+/// Writes the section table and zeroes the gaps before sections; `out` has the length that [`layout`] gave.
+pub(crate) fn write_table(out: &mut [u8], sections: &[SectionPlan], ranges: &[Range<usize>]) {
+    let mut end = 64;
+    for (plan, range) in sections.iter().zip(ranges) {
+        let entry = SectionEntry {
+            id: plan.id,
+            record_len: plan.record_len as u32,
+            offset: range.start as u64,
+            count: plan.count as u64,
+        };
+        out[end..end + size_of::<SectionEntry>()].copy_from_slice(bytemuck::bytes_of(&entry));
+        end += size_of::<SectionEntry>();
+    }
+    for range in ranges {
+        out[end..range.start].fill(0);
+        end = range.end;
+    }
+}
+
+/// Hashes the content and writes the preamble: the last step.
+pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) {
+    let preamble = Preamble {
+        magic: MAGIC,
+        layout_version: LAYOUT_VERSION,
+        kind: kind as u32,
+        n_sections: n_sections as u32,
+        length: out.len() as u64,
+        content_hash: xxh3_64(&out[64..]),
+        reserved: [0; 4],
+    };
+    out[..64].copy_from_slice(bytemuck::bytes_of(&preamble));
+}
+
+/// Sections of an archive that is written in one go from records at hand.
+#[derive(Default)]
+pub(crate) struct SectionList<'a> {
+    plans: Vec<SectionPlan>,
+    contents: Vec<&'a [u8]>,
+}
+
+impl<'a> SectionList<'a> {
+    pub(crate) fn add<T: NoUninit>(&mut self, id: u32, records: &'a [T]) {
+        self.plans.push(SectionPlan::of(id, records));
+        self.contents.push(bytemuck::cast_slice(records));
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        layout(&self.plans).1
+    }
+
+    /// Writes the archive into memory of exactly [`Self::len`] bytes.
+    pub(crate) fn write(&self, out: &mut [u8], kind: ArchiveKind) {
+        let (ranges, length) = layout(&self.plans);
+        assert_eq!(out.len(), length, "the memory has the archive's length");
+        write_table(out, &self.plans, &ranges);
+        for (range, content) in ranges.into_iter().zip(&self.contents) {
+            out[range].copy_from_slice(content);
+        }
+        seal(out, kind, self.plans.len());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn sample() -> ArchiveBuffer {
+        let mut list = SectionList::default();
+        list.add(1, &[1u32, 2, 3]);
+        list.add(2, "grüße".as_bytes());
+        list.add::<u64>(3, &[]);
+        let mut buffer = ArchiveBuffer::zeroed(list.len());
+        list.write(buffer.bytes_mut(), ArchiveKind::Plan);
+        buffer
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let buffer = sample();
+        let archive = Archive::open(buffer.bytes(), ArchiveKind::Plan).unwrap();
+        assert_eq!(archive.section::<u32>(1).unwrap(), [1, 2, 3]);
+        assert_eq!(archive.strings(2).unwrap(), "grüße");
+        assert!(archive.section::<u64>(3).unwrap().is_empty());
+        assert_eq!(archive.section::<u64>(1), Err(ArchiveError::Section { id: 1 }), "other records");
+        assert_eq!(archive.section::<u8>(9), Err(ArchiveError::Section { id: 9 }));
+    }
+
+    #[test]
+    fn another_kind_version_or_start_is_refused() {
+        let mut buffer = sample();
+        assert!(matches!(Archive::open(buffer.bytes(), ArchiveKind::Site), Err(ArchiveError::Kind { .. })));
+        buffer.bytes_mut()[4] += 1;
+        assert!(matches!(Archive::open(buffer.bytes(), ArchiveKind::Plan), Err(ArchiveError::Version { .. })));
+        buffer.bytes_mut()[0] += 1;
+        assert_eq!(Archive::open(buffer.bytes(), ArchiveKind::Plan).unwrap_err(), ArchiveError::NoArchive);
+        assert_eq!(Archive::open(&buffer.bytes()[1..], ArchiveKind::Plan).unwrap_err(), ArchiveError::Misaligned);
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_bytes_are_refused_and_never_panic(at in 0usize..300, value in any::<u8>(), length in 0usize..300) {
+            let whole = sample();
+            let mut buffer = whole.clone();
+            let at = at % buffer.bytes().len();
+            let changed = buffer.bytes()[at] != value;
+            buffer.bytes_mut()[at] = value;
+            // The reserved words are the only ones that nobody reads.
+            let opened = Archive::open(buffer.bytes(), ArchiveKind::Plan);
+            prop_assert_eq!(opened.is_err(), changed && !(32..64).contains(&at));
+            let cut = ArchiveBuffer::copy_of(&whole.bytes()[..length.min(whole.bytes().len() - 1)]);
+            prop_assert!(Archive::open(cut.bytes(), ArchiveKind::Plan).is_err());
+        }
+    }
+}

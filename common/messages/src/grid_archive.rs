@@ -1,0 +1,206 @@
+//! The `grid` archive: layers of one map storey, written in place.
+
+use crate::archive::{Archive, ArchiveError, ArchiveKind, SectionPlan, layout, seal, write_table};
+use bytemuck::{Pod, Zeroable};
+use grid::GridSpec;
+
+mod section {
+    pub(super) const HEAD: u32 = 1;
+    pub(super) const CLASS: u32 = 2;
+    pub(super) const PLANNING: u32 = 3;
+    pub(super) const LOCALIZATION: u32 = 4;
+    pub(super) const KEEPOUT: u32 = 5;
+    pub(super) const FLOOR: u32 = 6;
+    pub(super) const SPACE: u32 = 7;
+}
+
+/// Where the grid lies and what was cut: one record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct GridHead {
+    /// Side of a cell in tenths of a millimetre.
+    pub cell_tenths: i32,
+    /// Column and row of the lower left cell, counted from the frame's origin.
+    pub first_cell: [i32; 2],
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// Height of the floor in `map`.
+    pub floor_z_tenths: i32,
+    /// Bottom and top of the slab above the floor.
+    pub slab_tenths: [i32; 2],
+    /// [`crate::FloorKind`] as a number.
+    pub floor: u32,
+    /// Epoch of the map frame.
+    pub frame_epoch: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<GridHead>() == 48);
+
+impl GridHead {
+    /// Where the grid lies.
+    pub fn spec(&self) -> GridSpec {
+        let Self { cell_tenths, first_cell, width, height, .. } = *self;
+        GridSpec { cell_tenths, first_cell, width, height }
+    }
+}
+
+/// Layers of one map storey, read in place; row-major from the lower left.
+#[derive(Debug, Clone, Copy)]
+pub struct Grid<'a> {
+    archive: Archive<'a>,
+    /// Where the grid lies and what was cut.
+    pub head: &'a GridHead,
+    /// `grid::Class` as a number.
+    pub class: &'a [u8],
+    /// 0 free, 100 occupied, -1 unknown.
+    pub planning: &'a [i8],
+    /// 0 free, 100 occupied, -1 unknown.
+    pub localization: &'a [i8],
+    /// 0 allowed, 100 must not enter.
+    pub keepout: &'a [i8],
+    /// 0 none, 1 built, 2 assumed.
+    pub floor: &'a [u8],
+    /// Index of the space plus 1; 0 for none.
+    pub space: &'a [u16],
+}
+
+impl<'a> Grid<'a> {
+    /// Validates and views an archive.
+    ///
+    /// # Errors
+    /// Bytes that are no whole grid archive, or layers of another size than the spec.
+    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
+        let archive = Archive::open(bytes, ArchiveKind::Grid)?;
+        let grid = Self {
+            archive,
+            head: archive.record(section::HEAD)?,
+            class: archive.section(section::CLASS)?,
+            planning: archive.section(section::PLANNING)?,
+            localization: archive.section(section::LOCALIZATION)?,
+            keepout: archive.section(section::KEEPOUT)?,
+            floor: archive.section(section::FLOOR)?,
+            space: archive.section(section::SPACE)?,
+        };
+        let n = u64::from(grid.head.width) * u64::from(grid.head.height);
+        let lengths = [
+            grid.class.len(),
+            grid.planning.len(),
+            grid.localization.len(),
+            grid.keepout.len(),
+            grid.floor.len(),
+            grid.space.len(),
+        ];
+        if lengths.iter().any(|&l| l as u64 != n) || grid.head.cell_tenths <= 0 {
+            return Err(ArchiveError::Index { what: "a layer" });
+        }
+        Ok(grid)
+    }
+
+    /// Where the grid lies.
+    pub fn spec(&self) -> GridSpec {
+        self.head.spec()
+    }
+
+    /// Hash of the content.
+    pub fn content_hash(&self) -> u64 {
+        self.archive.content_hash()
+    }
+}
+
+/// Layers to be filled, all zero at first; see [`Grid`].
+#[derive(Debug)]
+#[expect(missing_docs, reason = "the fields are those of `Grid`")]
+pub struct GridLayers<'a> {
+    pub class: &'a mut [u8],
+    pub planning: &'a mut [i8],
+    pub localization: &'a mut [i8],
+    pub keepout: &'a mut [i8],
+    pub floor: &'a mut [u8],
+    pub space: &'a mut [u16],
+}
+
+/// Writes a grid in the memory where it will be read.
+#[derive(Debug)]
+pub struct GridWriter<'a> {
+    out: &'a mut [u8],
+}
+
+impl<'a> GridWriter<'a> {
+    /// Bytes that a grid of this many cells needs.
+    pub fn len_of(n_cells: usize) -> usize {
+        layout(&plans(n_cells)).1
+    }
+
+    /// A writer into memory of exactly [`Self::len_of`] bytes at a multiple of 64.
+    pub fn new(out: &'a mut [u8]) -> Self {
+        Self { out }
+    }
+
+    /// Lets `fill` write the layers, then seals the archive. Layers hold zeros before.
+    ///
+    /// # Panics
+    /// If the memory has another length than the grid needs.
+    pub fn write(self, head: &GridHead, fill: impl FnOnce(GridLayers<'_>)) {
+        let plans = plans(head.spec().n_cells());
+        let (ranges, length) = layout(&plans);
+        assert_eq!(self.out.len(), length, "the memory has the grid's length");
+        write_table(self.out, &plans, &ranges);
+        self.out[ranges[0].clone()].copy_from_slice(bytemuck::bytes_of(head));
+        let mut rest = &mut *self.out;
+        let mut at = 0;
+        let mut layer = |k: usize| {
+            let (_, tail) = std::mem::take(&mut rest).split_at_mut(ranges[k].start - at);
+            let (layer, tail) = tail.split_at_mut(ranges[k].len());
+            layer.fill(0);
+            (rest, at) = (tail, ranges[k].end);
+            layer
+        };
+        fill(GridLayers {
+            class: layer(1),
+            planning: bytemuck::cast_slice_mut(layer(2)),
+            localization: bytemuck::cast_slice_mut(layer(3)),
+            keepout: bytemuck::cast_slice_mut(layer(4)),
+            floor: layer(5),
+            space: bytemuck::cast_slice_mut(layer(6)),
+        });
+        seal(self.out, ArchiveKind::Grid, plans.len());
+    }
+}
+
+fn plans(n_cells: usize) -> [SectionPlan; 7] {
+    let plan = |id, record_len, count| SectionPlan { id, record_len, count };
+    [
+        plan(section::HEAD, size_of::<GridHead>(), 1),
+        plan(section::CLASS, 1, n_cells),
+        plan(section::PLANNING, 1, n_cells),
+        plan(section::LOCALIZATION, 1, n_cells),
+        plan(section::KEEPOUT, 1, n_cells),
+        plan(section::FLOOR, 1, n_cells),
+        plan(section::SPACE, 2, n_cells),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ArchiveBuffer;
+
+    #[test]
+    fn layers_are_written_in_place_and_read_back() {
+        let head = GridHead { cell_tenths: 500, width: 3, height: 5, ..Zeroable::zeroed() };
+        let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(15));
+        buffer.bytes_mut().fill(0xAA);
+        GridWriter::new(buffer.bytes_mut()).write(&head, |layers| {
+            layers.class[14] = 3;
+            layers.planning.fill(-1);
+            layers.space[0] = 513;
+        });
+        let grid = Grid::open(buffer.bytes()).unwrap();
+        assert_eq!((grid.class[14], grid.planning[7], grid.space[0], grid.floor[3]), (3, -1, 513, 0));
+    }
+}

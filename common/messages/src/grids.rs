@@ -1,0 +1,185 @@
+//! The `grids` archive: index of a set of grids that belong together.
+
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
+use crate::robot::RobotProfile;
+use bytemuck::{Pod, Zeroable};
+
+mod section {
+    pub(super) const HEAD: u32 = 1;
+    pub(super) const SLOTS: u32 = 2;
+    pub(super) const ROBOT_NAME: u32 = 3;
+    pub(super) const DOORS: u32 = 4;
+    pub(super) const REGIONS: u32 = 5;
+}
+
+/// What the set was made from: one record.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct GridsHead {
+    /// Content hash of the site.
+    pub site_hash: u64,
+    /// Content hash of the phase.
+    pub phase_hash: u64,
+    /// Plan time as in [`crate::PhaseHead`].
+    pub plan_time_s: i64,
+    /// Robot that the maps are for.
+    pub robot: RobotProfile,
+}
+const _: () = assert!(size_of::<GridsHead>() == 120);
+
+/// One grid of the set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct GridSlotRecord {
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// Side of a cell in tenths of a millimetre.
+    pub cell_tenths: i32,
+    /// Content hash of the grid.
+    pub content_hash: u64,
+}
+const _: () = assert!(size_of::<GridSlotRecord>() == 16);
+
+/// What a robot finds at a door of a map storey.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct DoorPassageRecord {
+    /// Door of the site.
+    pub door: u32,
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// [`DoorPassage`] as a number.
+    pub passage: u32,
+    /// On how many of its sides there is floor.
+    pub sides_with_floor: u32,
+    /// Width of the narrowest row of free cells through it, in metres.
+    pub width_in_map_m: f64,
+}
+const _: () = assert!(size_of::<DoorPassageRecord>() == 24);
+
+/// Whether a robot can pass a door.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum DoorPassage {
+    /// It can.
+    Passable = 0,
+    /// The robot does not manage this operation type.
+    CannotOpen = 1,
+    /// The clear width is less than the robot's diameter and its margin.
+    TooNarrow = 2,
+    /// The free cells are narrower than the robot: the resolution is too coarse.
+    ClosedByResolution = 3,
+    /// The wall in which it is to hang is not built, or the door itself is gone.
+    Absent = 4,
+}
+
+impl DoorPassage {
+    /// The passage with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        use DoorPassage::*;
+        [Passable, CannotOpen, TooNarrow, ClosedByResolution, Absent].get(id as usize).copied()
+    }
+}
+
+/// A region of floor at another level than its map storey: not free, not to be entered.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct RegionRecord {
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// Height of the region in `map`.
+    pub level_z_tenths: i32,
+    /// Its area in square metres.
+    pub area_m2: f64,
+    /// Its area centroid in `map`, in metres.
+    pub centre_m: [f64; 2],
+    /// Element whose face it is.
+    pub element: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<RegionRecord>() == 40);
+
+/// Index of a set of grids, read in place.
+#[derive(Debug, Clone, Copy)]
+pub struct Grids<'a> {
+    archive: Archive<'a>,
+    /// What the set was made from.
+    pub head: &'a GridsHead,
+    /// One record per grid.
+    pub slots: &'a [GridSlotRecord],
+    /// Name of the robot profile.
+    pub robot_name: &'a str,
+    /// Doors of the mapped storeys.
+    pub doors: &'a [DoorPassageRecord],
+    /// Regions at other levels.
+    pub regions: &'a [RegionRecord],
+}
+
+impl<'a> Grids<'a> {
+    /// Validates and views an archive.
+    ///
+    /// # Errors
+    /// Bytes that are no whole grids archive.
+    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
+        let archive = Archive::open(bytes, ArchiveKind::Grids)?;
+        Ok(Self {
+            archive,
+            head: archive.record(section::HEAD)?,
+            slots: archive.section(section::SLOTS)?,
+            robot_name: archive.strings(section::ROBOT_NAME)?,
+            doors: archive.section(section::DOORS)?,
+            regions: archive.section(section::REGIONS)?,
+        })
+    }
+
+    /// Hash of the content.
+    pub fn content_hash(&self) -> u64 {
+        self.archive.content_hash()
+    }
+}
+
+/// Records of a `grids` archive to be.
+#[derive(Debug)]
+pub struct GridsBuilder<'a> {
+    /// What the set was made from.
+    pub head: GridsHead,
+    /// One record per grid.
+    pub slots: Vec<GridSlotRecord>,
+    /// Name of the robot profile.
+    pub robot_name: &'a str,
+    /// Doors of the mapped storeys.
+    pub doors: Vec<DoorPassageRecord>,
+    /// Regions at other levels.
+    pub regions: Vec<RegionRecord>,
+}
+
+impl GridsBuilder<'_> {
+    /// Writes the archive into the heap.
+    pub fn finish(&self) -> ArchiveBuffer {
+        let mut list = SectionList::default();
+        list.add(section::HEAD, std::slice::from_ref(&self.head));
+        list.add(section::SLOTS, &self.slots);
+        list.add(section::ROBOT_NAME, self.robot_name.as_bytes());
+        list.add(section::DOORS, &self.doors);
+        list.add(section::REGIONS, &self.regions);
+        let mut buffer = ArchiveBuffer::zeroed(list.len());
+        list.write(buffer.bytes_mut(), ArchiveKind::Grids);
+        buffer
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_index_names_its_grids_and_its_robot() {
+        let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
+        let slot = GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 };
+        let buffer =
+            GridsBuilder { head, slots: vec![slot], robot_name: "default", doors: vec![], regions: vec![] }.finish();
+        let grids = Grids::open(buffer.bytes()).unwrap();
+        assert_eq!((grids.head, grids.slots, grids.robot_name), (&head, &[slot][..], "default"));
+    }
+}

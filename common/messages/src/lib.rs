@@ -1,0 +1,39 @@
+//! The archives that stages read and write: layouts, views, writers. Safe code, no bus.
+//!
+//! An archive is flat, relocatable and 64-byte aligned: a 64-byte [`Preamble`], a table of sections, then the sections,
+//! each a plain array of one record type that begins at a multiple of 64. Offsets count from the archive's start, so the
+//! same bytes live in heap, cache file and shared memory. Little-endian. A stage is a function from views to a writer:
+//!
+//! | archive | view | writer | producer |
+//! |---|---|---|---|
+//! | `site` | [`Site`] | [`SiteBuilder`] | ifc-ingest |
+//! | `phase` | [`Phase`] | [`PhaseBuilder`] | schedule-eval |
+//! | `grid` | [`Grid`] | [`GridWriter`] | rasterize |
+//! | `grids` | [`Grids`] | [`GridsBuilder`] | rasterize |
+//! | `plan` | [`Plan`] | [`PlanBuilder`] | waypoint-gen |
+//!
+//! Records are `repr(C)` without hidden padding; their sizes are asserted. Text is a [`Text`] into the archive's string
+//! section. [`NONE`] in an index means "none". Lengths are metres in `f64`, or tenths of a millimetre in `map` in `i32`
+//! where the field's name ends in `_tenths`.
+
+mod archive;
+mod grid_archive;
+mod grids;
+mod phase;
+mod plan;
+mod robot;
+mod site;
+mod site_builder;
+mod site_records;
+
+pub use archive::{
+    Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, sections_len,
+};
+pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
+pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
+pub use phase::{ElementState, Phase, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord};
+pub use plan::{Plan, PlanBuilder, PlanHead, SpacePlanRecord, WaypointKind, WaypointRecord};
+pub use robot::{Opens, RobotProfile};
+pub use site::Site;
+pub use site_builder::{SiteBuilder, TextPool};
+pub use site_records::*;

@@ -1,0 +1,276 @@
+//! The view of the `site` archive.
+
+use crate::archive::{Archive, ArchiveError, ArchiveKind, NONE, Text};
+use crate::site_records::*;
+use frames::{Map, UprightRigid3, World};
+use geometry::{MeshView, MultiPolygon, OrientedBox, Polygon, ring_area_doubled};
+use std::ops::Range;
+
+/// Geometry and facts of a site, read in place.
+///
+/// All indices inside were checked when it was opened, so slicing by them does not panic.
+#[derive(Debug, Clone, Copy)]
+pub struct Site<'a> {
+    archive: Archive<'a>,
+    strings: &'a str,
+    /// Facts of the whole site.
+    pub head: &'a SiteHead,
+    /// Files.
+    pub sources: &'a [SourceRecord],
+    /// IfcBuildingStorey, in file order.
+    pub storeys: &'a [StoreyRecord],
+    /// Storeys that have a map, from low to high.
+    pub map_storeys: &'a [MapStoreyRecord],
+    /// Elements, in file order.
+    pub elements: &'a [ElementRecord],
+    /// Mesh parts of elements and spaces.
+    pub parts: &'a [PartRecord],
+    /// Vertices in `map`, tenths of a millimetre.
+    pub vertices: &'a [[i32; 3]],
+    /// Triangles.
+    pub triangles: &'a [[u32; 3]],
+    /// Spaces, in file order.
+    pub spaces: &'a [SpaceRecord],
+    /// Rings of the spaces' floor polygons.
+    pub rings: &'a [RingRecord],
+    /// Points of the rings in `map`, tenths of a millimetre.
+    pub points: &'a [[i32; 2]],
+    /// Openings.
+    pub openings: &'a [OpeningRecord],
+    /// Doors.
+    pub doors: &'a [DoorRecord],
+    /// Stairs and flights.
+    pub stairs: &'a [StairRecord],
+    /// Which elements bound which spaces, sorted.
+    pub boundaries: &'a [BoundaryRecord],
+    /// Properties of elements and spaces.
+    pub attributes: &'a [AttributeRecord],
+    /// Names of materials.
+    pub materials: &'a [Text],
+    /// What somebody should know.
+    pub diagnostics: &'a [DiagnosticRecord],
+}
+
+impl<'a> Site<'a> {
+    /// Validates and views an archive.
+    ///
+    /// # Errors
+    /// Bytes that are no whole site archive, or records that point outside their sections.
+    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
+        let archive = Archive::open(bytes, ArchiveKind::Site)?;
+        let site = Self {
+            archive,
+            strings: archive.strings(section::STRINGS)?,
+            head: archive.record(section::HEAD)?,
+            sources: archive.section(section::SOURCES)?,
+            storeys: archive.section(section::STOREYS)?,
+            map_storeys: archive.section(section::MAP_STOREYS)?,
+            elements: archive.section(section::ELEMENTS)?,
+            parts: archive.section(section::PARTS)?,
+            vertices: archive.section(section::VERTICES)?,
+            triangles: archive.section(section::TRIANGLES)?,
+            spaces: archive.section(section::SPACES)?,
+            rings: archive.section(section::RINGS)?,
+            points: archive.section(section::POINTS)?,
+            openings: archive.section(section::OPENINGS)?,
+            doors: archive.section(section::DOORS)?,
+            stairs: archive.section(section::STAIRS)?,
+            boundaries: archive.section(section::BOUNDARIES)?,
+            attributes: archive.section(section::ATTRIBUTES)?,
+            materials: archive.section(section::MATERIALS)?,
+            diagnostics: archive.section(section::DIAGNOSTICS)?,
+        };
+        site.check_meshes()?;
+        site.check_indices()?;
+        site.check_texts()?;
+        Ok(site)
+    }
+
+    /// Hash of the content.
+    pub fn content_hash(&self) -> u64 {
+        self.archive.content_hash()
+    }
+
+    /// The text.
+    pub fn text(&self, text: Text) -> &'a str {
+        // Boundaries were checked when the archive was opened.
+        &self.strings[text.offset as usize..][..text.length as usize]
+    }
+
+    /// The motion from the IFC world to the map.
+    pub fn map_from_world(&self) -> UprightRigid3<Map, World> {
+        UprightRigid3::new(self.head.map_from_world_m, self.head.map_from_world_yaw_rad)
+    }
+
+    /// The meshes of an element.
+    pub fn element_meshes(&self, element: &ElementRecord) -> impl Iterator<Item = MeshView<'a>> + Clone + use<'a> {
+        self.meshes(element.first_part, element.n_parts)
+    }
+
+    /// The meshes of a space.
+    pub fn space_meshes(&self, space: &SpaceRecord) -> impl Iterator<Item = MeshView<'a>> + Clone + use<'a> {
+        self.meshes(space.first_part, space.n_parts)
+    }
+
+    /// The floor polygon of a space.
+    pub fn floor_polygon(&self, space: &SpaceRecord) -> MultiPolygon {
+        let mut polygons: Vec<Polygon> = Vec::new();
+        for ring in &self.rings[span(space.first_ring, space.n_rings)] {
+            let points = self.points[span(ring.first_point, ring.n_points)].to_vec();
+            match polygons.last_mut() {
+                Some(polygon) if ring_area_doubled(&points) < 0 => polygon.holes.push(points),
+                _ => polygons.push(Polygon { exterior: points, holes: Vec::new() }),
+            }
+        }
+        MultiPolygon(polygons)
+    }
+
+    /// The attributes of an element.
+    pub fn element_attributes(&self, element: &ElementRecord) -> &'a [AttributeRecord] {
+        &self.attributes[span(element.first_attribute, element.n_attributes)]
+    }
+
+    /// The attributes of a space.
+    pub fn space_attributes(&self, space: &SpaceRecord) -> &'a [AttributeRecord] {
+        &self.attributes[span(space.first_attribute, space.n_attributes)]
+    }
+
+    /// The names of an element's materials.
+    pub fn element_materials(&self, element: &ElementRecord) -> impl Iterator<Item = &'a str> {
+        self.materials[span(element.first_material, element.n_materials)].iter().map(|&t| self.text(t))
+    }
+
+    fn meshes(&self, first: u32, n: u32) -> impl Iterator<Item = MeshView<'a>> + Clone + use<'a> {
+        let (vertices, triangles) = (self.vertices, self.triangles);
+        self.parts[span(first, n)].iter().map(move |part| MeshView {
+            vertices: &vertices[span(part.first_vertex, part.n_vertices)],
+            triangles: &triangles[span(part.first_triangle, part.n_triangles)],
+            closed: part.closed == 1,
+        })
+    }
+
+    fn check_meshes(&self) -> Result<(), ArchiveError> {
+        let wrong = ArchiveError::Index { what: "a mesh" };
+        for part in self.parts {
+            let vertices = part.n_vertices;
+            let inside = fits(part.first_vertex, vertices, self.vertices.len())
+                && fits(part.first_triangle, part.n_triangles, self.triangles.len());
+            if !inside
+                || !self.triangles[span(part.first_triangle, part.n_triangles)].iter().flatten().all(|&i| i < vertices)
+            {
+                return Err(wrong);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_indices(&self) -> Result<(), ArchiveError> {
+        let (elements, spaces) = (self.elements.len(), self.spaces.len());
+        let check = |ok: bool, what| if ok { Ok(()) } else { Err(ArchiveError::Index { what }) };
+        check(
+            self.elements.iter().all(|e| {
+                fits(e.first_part, e.n_parts, self.parts.len())
+                    && fits(e.first_attribute, e.n_attributes, self.attributes.len())
+                    && fits(e.first_material, e.n_materials, self.materials.len())
+                    && optional(e.whole, elements)
+                    && optional(e.storey, self.storeys.len())
+                    && optional(e.door, self.doors.len())
+                    && optional(e.stair, self.stairs.len())
+                    && grid::Class::from_id(u8::try_from(e.class).unwrap_or(u8::MAX)).is_some()
+            }),
+            "an element",
+        )?;
+        check(
+            self.spaces.iter().all(|s| {
+                fits(s.first_part, s.n_parts, self.parts.len())
+                    && fits(s.first_attribute, s.n_attributes, self.attributes.len())
+                    && fits(s.first_ring, s.n_rings, self.rings.len())
+                    && optional(s.map_storey, self.map_storeys.len())
+                    && optional(s.storey, self.storeys.len())
+            }),
+            "a space",
+        )?;
+        check(self.rings.iter().all(|r| fits(r.first_point, r.n_points, self.points.len())), "a ring")?;
+        check(self.openings.iter().all(|o| optional(o.host, elements) && optional(o.filling, elements)), "an opening")?;
+        check(
+            self.doors.iter().all(|d| {
+                (d.element as usize) < elements
+                    && optional(d.opening, self.openings.len())
+                    && d.spaces.iter().all(|&s| optional(s, spaces))
+            }),
+            "a door",
+        )?;
+        check(self.stairs.iter().all(|s| (s.element as usize) < elements), "a stair")?;
+        check(
+            self.boundaries.iter().all(|b| (b.space as usize) < spaces && (b.element as usize) < elements),
+            "a space boundary",
+        )?;
+        check(self.storeys.iter().all(|s| optional(s.map_storey, self.map_storeys.len())), "a storey")
+    }
+
+    fn check_texts(&self) -> Result<(), ArchiveError> {
+        let storeys = self.storeys.iter().flat_map(|s| [s.global_id, s.name, s.why]);
+        let map_storeys = self.map_storeys.iter().flat_map(|s| [s.global_id, s.name]);
+        let elements = self.elements.iter().flat_map(|e| [e.global_id, e.name, e.ifc_type, e.predefined_type]);
+        let spaces = self.spaces.iter().flat_map(|s| [s.global_id, s.name, s.long_name, s.predefined_type]);
+        let attributes = self.attributes.iter().flat_map(|a| [a.set, a.name, a.text]);
+        let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
+        let others = self.sources.iter().flat_map(|s| [s.file, s.schema]).chain([self.head.earth_crs]);
+        let others =
+            others.chain(self.doors.iter().map(|d| d.operation)).chain(self.openings.iter().map(|o| o.global_id));
+        let mut all = storeys.chain(map_storeys).chain(elements).chain(spaces).chain(attributes).chain(diagnostics);
+        let whole = |t: Text| {
+            let start = t.offset as usize;
+            self.strings.get(start..start.saturating_add(t.length as usize)).is_some()
+        };
+        if all.all(whole) && others.chain(self.materials.iter().copied()).all(whole) {
+            Ok(())
+        } else {
+            Err(ArchiveError::Index { what: "a text" })
+        }
+    }
+}
+
+impl BoxRecord {
+    /// The rectangle.
+    pub fn to_box(self) -> OrientedBox {
+        OrientedBox { centre: self.centre, axis: self.axis, half: self.half }
+    }
+}
+
+impl From<OrientedBox> for BoxRecord {
+    fn from(b: OrientedBox) -> Self {
+        Self { centre: b.centre, axis: b.axis, half: b.half }
+    }
+}
+
+impl ElementRecord {
+    /// Its class.
+    pub fn class(&self) -> grid::Class {
+        grid::Class::from_id(self.class as u8).unwrap_or(grid::Class::Other)
+    }
+
+    /// True if all of these bits of [`element_flags`] are set.
+    pub fn has(&self, flags: u32) -> bool {
+        self.flags & flags == flags
+    }
+}
+
+impl SpaceRecord {
+    /// True if all of these bits of [`space_flags`] are set.
+    pub fn has(&self, flags: u32) -> bool {
+        self.flags & flags == flags
+    }
+}
+
+fn span(first: u32, n: u32) -> Range<usize> {
+    first as usize..first as usize + n as usize
+}
+
+fn fits(first: u32, n: u32, length: usize) -> bool {
+    u64::from(first) + u64::from(n) <= length as u64
+}
+
+fn optional(index: u32, length: usize) -> bool {
+    index == NONE || (index as usize) < length
+}

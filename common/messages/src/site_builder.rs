@@ -1,0 +1,160 @@
+//! The writer of the `site` archive.
+
+use crate::archive::{ArchiveBuffer, ArchiveKind, SectionList, Text};
+use crate::site_records::*;
+use std::collections::HashMap;
+
+/// Texts of an archive, each kept once.
+#[derive(Debug, Default)]
+pub struct TextPool {
+    bytes: String,
+    known: HashMap<String, Text>,
+}
+
+impl TextPool {
+    /// The place of a text.
+    pub fn add(&mut self, text: &str) -> Text {
+        if text.is_empty() {
+            return Text::default();
+        }
+        if let Some(&known) = self.known.get(text) {
+            return known;
+        }
+        let at = Text { offset: self.bytes.len() as u32, length: text.len() as u32 };
+        self.bytes.push_str(text);
+        self.known.insert(text.to_owned(), at);
+        at
+    }
+
+    /// All bytes.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        self.bytes.as_bytes()
+    }
+}
+
+/// Records of a `site` archive to be; sections as in [`crate::Site`].
+#[derive(Debug, Default)]
+#[expect(missing_docs, reason = "the fields are those of `Site`")]
+pub struct SiteBuilder {
+    pub texts: TextPool,
+    pub head: SiteHead,
+    pub sources: Vec<SourceRecord>,
+    pub storeys: Vec<StoreyRecord>,
+    pub map_storeys: Vec<MapStoreyRecord>,
+    pub elements: Vec<ElementRecord>,
+    pub parts: Vec<PartRecord>,
+    pub vertices: Vec<[i32; 3]>,
+    pub triangles: Vec<[u32; 3]>,
+    pub spaces: Vec<SpaceRecord>,
+    pub rings: Vec<RingRecord>,
+    pub points: Vec<[i32; 2]>,
+    pub openings: Vec<OpeningRecord>,
+    pub doors: Vec<DoorRecord>,
+    pub stairs: Vec<StairRecord>,
+    pub boundaries: Vec<BoundaryRecord>,
+    pub attributes: Vec<AttributeRecord>,
+    pub materials: Vec<Text>,
+    pub diagnostics: Vec<DiagnosticRecord>,
+}
+
+impl SiteBuilder {
+    /// Bytes that the archive needs.
+    pub fn len(&self) -> usize {
+        self.sections().len()
+    }
+
+    /// True if nothing was added.
+    pub fn is_empty(&self) -> bool {
+        self.elements.is_empty() && self.spaces.is_empty()
+    }
+
+    /// Writes the archive into memory of exactly [`Self::len`] bytes at a multiple of 64.
+    pub fn write(&self, out: &mut [u8]) {
+        self.sections().write(out, ArchiveKind::Site);
+    }
+
+    /// Writes the archive into the heap.
+    pub fn finish(&self) -> ArchiveBuffer {
+        let mut buffer = ArchiveBuffer::zeroed(self.len());
+        self.write(buffer.bytes_mut());
+        buffer
+    }
+
+    fn sections(&self) -> SectionList<'_> {
+        let mut list = SectionList::default();
+        list.add(section::HEAD, std::slice::from_ref(&self.head));
+        list.add(section::SOURCES, &self.sources);
+        list.add(section::STOREYS, &self.storeys);
+        list.add(section::MAP_STOREYS, &self.map_storeys);
+        list.add(section::ELEMENTS, &self.elements);
+        list.add(section::PARTS, &self.parts);
+        list.add(section::VERTICES, &self.vertices);
+        list.add(section::TRIANGLES, &self.triangles);
+        list.add(section::SPACES, &self.spaces);
+        list.add(section::RINGS, &self.rings);
+        list.add(section::POINTS, &self.points);
+        list.add(section::OPENINGS, &self.openings);
+        list.add(section::DOORS, &self.doors);
+        list.add(section::STAIRS, &self.stairs);
+        list.add(section::BOUNDARIES, &self.boundaries);
+        list.add(section::ATTRIBUTES, &self.attributes);
+        list.add(section::MATERIALS, &self.materials);
+        list.add(section::DIAGNOSTICS, &self.diagnostics);
+        list.add(section::STRINGS, self.texts.bytes());
+        list
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ArchiveError, NONE, Site};
+
+    fn element(builder: &mut SiteBuilder) -> ElementRecord {
+        ElementRecord {
+            global_id: builder.texts.add("2O2Fr$t4X7Zf8NOew3FLOH"),
+            class: 1,
+            whole: NONE,
+            storey: NONE,
+            door: NONE,
+            stair: NONE,
+            ..bytemuck::Zeroable::zeroed()
+        }
+    }
+
+    #[test]
+    fn an_element_keeps_its_text_and_mesh() {
+        let mut builder = SiteBuilder::default();
+        builder.vertices.extend([[0, 0, 0], [1, 0, 0], [0, 1, 0]]);
+        builder.triangles.push([0, 1, 2]);
+        builder.parts.push(PartRecord { n_vertices: 3, n_triangles: 1, ..bytemuck::Zeroable::zeroed() });
+        let record = ElementRecord { n_parts: 1, ..element(&mut builder) };
+        builder.elements.push(record);
+        let buffer = builder.finish();
+        let site = Site::open(buffer.bytes()).unwrap();
+        assert_eq!(site.text(site.elements[0].global_id), "2O2Fr$t4X7Zf8NOew3FLOH");
+        assert_eq!(site.element_meshes(&site.elements[0]).next().unwrap().corners().count(), 1);
+    }
+
+    #[test]
+    fn records_that_point_outside_are_refused() {
+        let refused = |change: fn(&mut SiteBuilder)| {
+            let mut builder = SiteBuilder::default();
+            let record = element(&mut builder);
+            builder.elements.push(record);
+            change(&mut builder);
+            matches!(Site::open(builder.finish().bytes()), Err(ArchiveError::Index { .. }))
+        };
+        assert!(!refused(|_| {}));
+        assert!(refused(|b| b.elements[0].n_parts = 1));
+        assert!(refused(|b| b.elements[0].first_part = u32::MAX));
+        assert!(refused(|b| b.elements[0].whole = 1));
+        assert!(refused(|b| b.elements[0].class = 14));
+        assert!(refused(|b| b.elements[0].name = Text { offset: 5, length: 100 }));
+        assert!(!refused(|b| b.triangles.push([0, 0, 0])), "unused triangles are harmless");
+        assert!(refused(|b| {
+            b.triangles.push([0, 0, 0]);
+            b.parts.push(PartRecord { n_triangles: 1, ..bytemuck::Zeroable::zeroed() });
+        }));
+    }
+}

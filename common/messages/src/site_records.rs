@@ -1,0 +1,423 @@
+//! Records of the `site` archive.
+
+use crate::Text;
+use bytemuck::{Pod, Zeroable};
+
+/// Section ids of the `site` archive. 32 and above are for the schedule: tasks, times, sequences, calendars, links.
+pub(crate) mod section {
+    pub(crate) const HEAD: u32 = 1;
+    pub(crate) const STRINGS: u32 = 2;
+    pub(crate) const SOURCES: u32 = 3;
+    pub(crate) const STOREYS: u32 = 4;
+    pub(crate) const MAP_STOREYS: u32 = 5;
+    pub(crate) const ELEMENTS: u32 = 6;
+    pub(crate) const PARTS: u32 = 7;
+    pub(crate) const VERTICES: u32 = 8;
+    pub(crate) const TRIANGLES: u32 = 9;
+    pub(crate) const SPACES: u32 = 10;
+    pub(crate) const RINGS: u32 = 11;
+    pub(crate) const POINTS: u32 = 12;
+    pub(crate) const OPENINGS: u32 = 13;
+    pub(crate) const DOORS: u32 = 14;
+    pub(crate) const STAIRS: u32 = 15;
+    pub(crate) const BOUNDARIES: u32 = 16;
+    pub(crate) const ATTRIBUTES: u32 = 17;
+    pub(crate) const MATERIALS: u32 = 18;
+    pub(crate) const DIAGNOSTICS: u32 = 19;
+}
+
+/// Facts of the whole site: one record.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct SiteHead {
+    /// Translation of `map_from_world` in metres.
+    pub map_from_world_m: [f64; 3],
+    /// Turn of `map_from_world` about Z.
+    pub map_from_world_yaw_rad: f64,
+    /// Eastings, northings, orthogonal height of IfcMapConversion, in units of the projected system.
+    pub earth_m: [f64; 3],
+    /// XAxisAbscissa and XAxisOrdinate of IfcMapConversion.
+    pub earth_x_axis: [f64; 2],
+    /// Scale of IfcMapConversion.
+    pub earth_scale: f64,
+    /// Direction of true north in `world`.
+    pub true_north: [f64; 2],
+    /// Name of the projected system.
+    pub earth_crs: Text,
+    /// 1 if the file has a map conversion.
+    pub has_earth: u32,
+    /// 1 if the file says where true north is.
+    pub has_true_north: u32,
+    /// Counts changes of the map frame of this site; from 1.
+    pub frame_epoch: u32,
+    /// 1 if the files hold tasks or a work schedule.
+    pub has_schedule: u32,
+}
+const _: () = assert!(size_of::<SiteHead>() == 120);
+
+/// A file of the site.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct SourceRecord {
+    /// Base name.
+    pub file: Text,
+    /// FILE_SCHEMA as written.
+    pub schema: Text,
+    /// sha256 of the file's bytes.
+    pub sha256: [u8; 32],
+    /// Metres per length unit of the file.
+    pub length_unit_m: f64,
+}
+const _: () = assert!(size_of::<SourceRecord>() == 56);
+
+/// An IfcBuildingStorey.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct StoreyRecord {
+    /// GlobalId.
+    pub global_id: Text,
+    /// Name.
+    pub name: Text,
+    /// Why it is not mapped, or joined with another; empty if it gave its name to a map storey.
+    pub why: Text,
+    /// Height of its placement in `map`, if it has one.
+    pub placement_z_tenths: i32,
+    /// 1 if it has a placement.
+    pub has_placement: u32,
+    /// The map storey it belongs to, or `NONE`.
+    pub map_storey: u32,
+    /// Index of its file.
+    pub source: u32,
+}
+const _: () = assert!(size_of::<StoreyRecord>() == 40);
+
+/// A storey that has a map, from low to high.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct MapStoreyRecord {
+    /// GlobalId of the storey it is named after; of the building where the file has no storeys.
+    pub global_id: Text,
+    /// Name.
+    pub name: Text,
+    /// Height of the finished floor in `map`.
+    pub floor_z_tenths: i32,
+    /// [`FloorKind`] as a number.
+    pub floor: u32,
+    /// Plan bounds of what its grid holds: x min, y min, x max, y max.
+    pub bounds_tenths: [i32; 4],
+}
+const _: () = assert!(size_of::<MapStoreyRecord>() == 40);
+
+/// Where a storey's floor comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum FloorKind {
+    /// Upward faces of slabs, coverings, landings, ramps, foundations.
+    Built = 1,
+    /// The spaces' floors: the model has no faces under them.
+    AssumedFromSpaces = 2,
+    /// What obstacles enclose: the model has neither floor faces nor spaces.
+    AssumedFromEnclosure = 3,
+}
+
+impl FloorKind {
+    /// The kind with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        [Self::Built, Self::AssumedFromSpaces, Self::AssumedFromEnclosure].into_iter().find(|k| *k as u32 == id)
+    }
+}
+
+/// An element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct ElementRecord {
+    /// GlobalId.
+    pub global_id: Text,
+    /// Name.
+    pub name: Text,
+    /// Entity name, e.g. `IfcWallStandardCase`.
+    pub ifc_type: Text,
+    /// PredefinedType.
+    pub predefined_type: Text,
+    /// Lower corner of its body; meaningless without parts.
+    pub min_tenths: [i32; 3],
+    /// Upper corner of its body.
+    pub max_tenths: [i32; 3],
+    /// First of its mesh parts.
+    pub first_part: u32,
+    /// Number of its mesh parts.
+    pub n_parts: u32,
+    /// First of its attributes.
+    pub first_attribute: u32,
+    /// Number of its attributes.
+    pub n_attributes: u32,
+    /// First of its materials.
+    pub first_material: u32,
+    /// Number of its materials.
+    pub n_materials: u32,
+    /// Element it is a part of, or `NONE`.
+    pub whole: u32,
+    /// Storey that contains it, or `NONE`.
+    pub storey: u32,
+    /// Door record, or `NONE`.
+    pub door: u32,
+    /// Stair record, or `NONE`.
+    pub stair: u32,
+    /// Index of its file.
+    pub source: u32,
+    /// STEP id in its file.
+    pub step_id: u32,
+    /// `grid::Class` as a number.
+    pub class: u32,
+    /// Bits of [`element_flags`].
+    pub flags: u32,
+}
+const _: () = assert!(size_of::<ElementRecord>() == 112);
+
+/// Bits of [`ElementRecord::flags`].
+pub mod element_flags {
+    /// Its upward faces are floor: slab, flooring, ramp, footing, or a part of one.
+    pub const FLOOR: u32 = 1;
+    /// It lets light through: a lidar does not see it.
+    pub const GLASS: u32 = 2;
+    /// Its body failed, a box stands in.
+    pub const BOUNDING_BOX: u32 = 4;
+    /// It has a body that could not be made, and nothing stands in.
+    pub const FAILED: u32 = 8;
+    /// A way to other storeys whose plan is never assumed to be floor: stair, ramp, escalator, lift.
+    pub const VERTICAL: u32 = 16;
+}
+
+/// A mesh part: one representation item.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct PartRecord {
+    /// First of its vertices.
+    pub first_vertex: u32,
+    /// Number of its vertices.
+    pub n_vertices: u32,
+    /// First of its triangles, whose indices count from `first_vertex`.
+    pub first_triangle: u32,
+    /// Number of its triangles.
+    pub n_triangles: u32,
+    /// 1 if every edge is passed as often in either direction.
+    pub closed: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<PartRecord>() == 24);
+
+/// A space.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct SpaceRecord {
+    /// GlobalId.
+    pub global_id: Text,
+    /// Name, often a number.
+    pub name: Text,
+    /// LongName.
+    pub long_name: Text,
+    /// PredefinedType.
+    pub predefined_type: Text,
+    /// Area of its floor polygon in square metres.
+    pub area_m2: f64,
+    /// Area centroid of its floor polygon in `map`, in metres.
+    pub centroid_m: [f64; 2],
+    /// First ring of its floor polygon.
+    pub first_ring: u32,
+    /// Number of rings: exteriors counter-clockwise, holes clockwise.
+    pub n_rings: u32,
+    /// First of its mesh parts.
+    pub first_part: u32,
+    /// Number of its mesh parts.
+    pub n_parts: u32,
+    /// First of its attributes.
+    pub first_attribute: u32,
+    /// Number of its attributes.
+    pub n_attributes: u32,
+    /// Height of its floor in `map`.
+    pub floor_z_tenths: i32,
+    /// Its height.
+    pub height_tenths: i32,
+    /// Map storey it belongs to, or `NONE`.
+    pub map_storey: u32,
+    /// Storey that contains it, or `NONE`.
+    pub storey: u32,
+    /// Index of its file.
+    pub source: u32,
+    /// Bits of [`space_flags`].
+    pub flags: u32,
+}
+const _: () = assert!(size_of::<SpaceRecord>() == 104);
+
+/// Bits of [`SpaceRecord::flags`].
+pub mod space_flags {
+    /// A gross area, or made of other spaces: for the record only.
+    pub const METADATA_ONLY: u32 = 1;
+    /// Outdoors: it gets no waypoint.
+    pub const EXTERNAL: u32 = 2;
+}
+
+/// A ring of a polygon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct RingRecord {
+    /// First of its points.
+    pub first_point: u32,
+    /// Number of its points.
+    pub n_points: u32,
+}
+const _: () = assert!(size_of::<RingRecord>() == 8);
+
+/// A rectangle at an angle in `map`, tenths of a millimetre: `geometry::OrientedBox`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct BoxRecord {
+    /// Middle.
+    pub centre: [f64; 2],
+    /// Unit direction of the first side: along the wall.
+    pub axis: [f64; 2],
+    /// Half lengths: along the wall, through it.
+    pub half: [f64; 2],
+}
+const _: () = assert!(size_of::<BoxRecord>() == 48);
+
+/// An opening that voids an element.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct OpeningRecord {
+    /// GlobalId.
+    pub global_id: Text,
+    /// Element that it voids, or `NONE`.
+    pub host: u32,
+    /// Element that fills it, or `NONE`.
+    pub filling: u32,
+    /// Lowest point.
+    pub bottom_z_tenths: i32,
+    /// Highest point.
+    pub top_z_tenths: i32,
+    /// Its plan inside the wall; half lengths 0 if it has no body, or is no opening of a wall.
+    pub plan: BoxRecord,
+}
+const _: () = assert!(size_of::<OpeningRecord>() == 72);
+
+/// A door.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct DoorRecord {
+    /// Its element.
+    pub element: u32,
+    /// Opening it fills, or `NONE`.
+    pub opening: u32,
+    /// Spaces it joins, or `NONE`.
+    pub spaces: [u32; 2],
+    /// Operation type as the schema spells it; empty if unknown.
+    pub operation: Text,
+    /// [`crate::Opens`] as a number; 0 if it does not open.
+    pub opens: u32,
+    /// Where the clear width comes from: [`ClearWidth`] as a number.
+    pub clear_width_from: u32,
+    /// OverallWidth, else the width of its opening or body, in metres.
+    pub overall_width_m: f64,
+    /// OverallHeight, else the height of its body, in metres.
+    pub overall_height_m: f64,
+    /// Width between what remains when it is open, in metres.
+    pub clear_width_m: f64,
+    /// Its passage: the opening's width, the wall's thickness.
+    pub passage: BoxRecord,
+}
+const _: () = assert!(size_of::<DoorRecord>() == 104);
+
+/// Where a door's clear width comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum ClearWidth {
+    /// Overall width less lining and leaf.
+    LiningAndPanel = 1,
+    /// Overall width less 0.10 m: the model says no more.
+    Assumed = 2,
+}
+
+/// A stair or a flight of it.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct StairRecord {
+    /// Its element.
+    pub element: u32,
+    /// Risers, or `NONE`.
+    pub n_risers: u32,
+    /// Treads, or `NONE`.
+    pub n_treads: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Riser height in metres, 0 if unknown.
+    pub riser_height_m: f64,
+    /// Tread length in metres, 0 if unknown.
+    pub tread_length_m: f64,
+}
+const _: () = assert!(size_of::<StairRecord>() == 32);
+
+/// An element bounds a space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct BoundaryRecord {
+    /// The space.
+    pub space: u32,
+    /// The element.
+    pub element: u32,
+}
+const _: () = assert!(size_of::<BoundaryRecord>() == 8);
+
+/// A property of an element or a space.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct AttributeRecord {
+    /// Property set.
+    pub set: Text,
+    /// Property.
+    pub name: Text,
+    /// Its value as text; empty if it is a number or boolean.
+    pub text: Text,
+    /// Its value as a number, in the file's units; 1 for true.
+    pub number: f64,
+    /// [`AttributeKind`] as a number.
+    pub kind: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<AttributeRecord>() == 40);
+
+/// What an attribute's value is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum AttributeKind {
+    /// Text.
+    Text = 1,
+    /// A number.
+    Number = 2,
+    /// True or false.
+    Boolean = 3,
+}
+
+/// Something about the input that somebody should know.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct DiagnosticRecord {
+    /// Stable word for programs.
+    pub code: Text,
+    /// GlobalId of the entity meant, or empty.
+    pub global_id: Text,
+    /// Name of the entity meant, or empty.
+    pub name: Text,
+    /// One sentence for people.
+    pub message: Text,
+    /// 0 info, 1 warning, 2 error.
+    pub severity: u32,
+    /// STEP id of the entity meant, or 0.
+    pub step_id: u32,
+    /// Index of the file, or `NONE`.
+    pub source: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<DiagnosticRecord>() == 48);
