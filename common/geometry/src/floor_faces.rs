@@ -4,10 +4,20 @@ use crate::mesh::MeshView;
 use crate::polygon::{Ring, ring_area_doubled};
 use crate::slab::{Slab, clip_to_slab};
 
-/// Plans of the parts between two heights of the faces that look upward and are at most `max_slope_rad` steep.
+/// The triangles that look upward and are at most `max_slope_rad` steep, counter-clockwise from above.
 ///
-/// Heights in tenths of a millimetre, both included. Rings are counter-clockwise and may overlap. A mesh whose volume
-/// is negative is taken as turned inside out.
+/// A mesh whose volume is negative is taken as turned inside out.
+pub fn upward_triangles(mesh: MeshView<'_>, max_slope_rad: f64) -> impl Iterator<Item = [[i32; 3]; 3]> {
+    let inside_out = mesh.volume_m3() < 0.0;
+    let least_upward = libm::cos(max_slope_rad) - 1e-6;
+    mesh.corners()
+        .map(move |[a, b, c]| if inside_out { [a, c, b] } else { [a, b, c] })
+        .filter(move |t| upwardness(t) >= least_upward)
+}
+
+/// Plans of the parts between two heights of the mesh's [`upward_triangles`].
+///
+/// Heights in tenths of a millimetre, both included. Rings are counter-clockwise and may overlap.
 pub fn floor_faces(mesh: MeshView<'_>, lowest: i32, highest: i32, max_slope_rad: f64) -> Vec<Ring> {
     let Some((z_min, z_max)) = mesh.z_range() else { return Vec::new() };
     // The slab's faces lie half a unit inside its bounds: one unit more includes both heights.
@@ -15,21 +25,15 @@ pub fn floor_faces(mesh: MeshView<'_>, lowest: i32, highest: i32, max_slope_rad:
     if !band.meets(z_min, z_max) {
         return Vec::new();
     }
-    let inside_out = mesh.volume_m3() < 0.0;
-    let least_upward = libm::cos(max_slope_rad) - 1e-6;
     let mut plan = Vec::new();
     let mut rings = Vec::new();
-    for mut triangle in mesh.corners() {
-        if inside_out {
-            triangle.swap(1, 2);
-        }
+    for triangle in upward_triangles(mesh, max_slope_rad) {
         let z = triangle.map(|v| v[2]);
-        if !band.meets(z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])) || upwardness(&triangle) < least_upward {
-            continue;
-        }
-        clip_to_slab(&triangle, band, &mut plan);
-        if ring_area_doubled(&plan) > 0 {
-            rings.push(plan.clone());
+        if band.meets(z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])) {
+            clip_to_slab(&triangle, band, &mut plan);
+            if ring_area_doubled(&plan) > 0 {
+                rings.push(plan.clone());
+            }
         }
     }
     rings

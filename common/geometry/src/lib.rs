@@ -12,7 +12,7 @@ mod polygon;
 mod section;
 mod slab;
 
-pub use floor_faces::floor_faces;
+pub use floor_faces::{floor_faces, upward_triangles};
 pub use footprint::{Footprint, footprint};
 pub use mesh::{MeshView, is_closed};
 pub use oriented_box::OrientedBox;

@@ -4,17 +4,39 @@ use crate::polygon::Bounds;
 
 /// True if every edge is passed as often in either direction, by vertex position.
 ///
-/// Then the faces bound a solid, and horizontal sections consist of closed rings.
+/// Then the faces bound a solid, and horizontal sections consist of closed rings. Edges are not looked up but summed:
+/// each adds or subtracts a 128-bit hash of its ends, so that two directions cancel. Linear, without memory.
 pub fn is_closed(vertices: &[[i32; 3]], triangles: &[[u32; 3]]) -> bool {
-    let mut edges: Vec<([i32; 3], [i32; 3], i32)> = triangles
-        .iter()
-        .flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])])
-        .map(|(a, b)| (vertices[a as usize], vertices[b as usize]))
-        .filter(|(a, b)| a != b)
-        .map(|(a, b)| if a < b { (a, b, 1) } else { (b, a, -1) })
-        .collect();
-    edges.sort_unstable();
-    edges.chunk_by(|e, f| (e.0, e.1) == (f.0, f.1)).all(|same| same.iter().map(|e| e.2).sum::<i32>() == 0)
+    let mut sum = 0u128;
+    for t in triangles {
+        let t = t.map(|i| vertices[i as usize]);
+        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+            sum = match a.cmp(&b) {
+                std::cmp::Ordering::Less => sum.wrapping_add(edge_hash(a, b)),
+                std::cmp::Ordering::Greater => sum.wrapping_sub(edge_hash(b, a)),
+                std::cmp::Ordering::Equal => sum,
+            };
+        }
+    }
+    sum == 0
+}
+
+fn edge_hash(a: [i32; 3], b: [i32; 3]) -> u128 {
+    let word = |x: i32, y: i32| u64::from(x as u32) << 32 | u64::from(y as u32);
+    let words = [word(a[0], a[1]), word(a[2], b[0]), word(b[1], b[2])];
+    let half = |seed: u64| words.iter().fold(seed, |h, w| mix(h ^ w));
+    u128::from(half(0x243f_6a88_85a3_08d3)) << 64 | u128::from(half(0x1319_8a2e_0370_7344))
+}
+
+/// A bijection of 64-bit words in which every input bit reaches every output bit.
+///
+/// # Source
+/// The finaliser of SplitMix64: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
+fn mix(mut x: u64) -> u64 {
+    x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
 }
 
 /// A borrowed triangle mesh; vertices in tenths of a millimetre, outward faces counter-clockwise.
@@ -59,5 +81,30 @@ impl<'a> MeshView<'a> {
                     / 6.0
             })
             .sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::section::tests::cuboid;
+
+    #[test]
+    fn a_box_is_closed_until_a_face_is_missing_or_turned() {
+        let (v, mut t) = cuboid([0; 3], [10; 3]);
+        assert!(is_closed(&v, &t));
+        t[3].swap(0, 1);
+        assert!(!is_closed(&v, &t));
+        t.remove(3);
+        assert!(!is_closed(&v, &t));
+    }
+
+    #[test]
+    fn volume_is_negative_inside_out() {
+        let (v, mut t) = cuboid([0; 3], [10_000; 3]);
+        let volume = |t: &[[u32; 3]]| MeshView { vertices: &v, triangles: t, closed: true }.volume_m3();
+        assert!((volume(&t) - 1.0).abs() < 1e-9);
+        t.iter_mut().for_each(|t| t.swap(1, 2));
+        assert!((volume(&t) + 1.0).abs() < 1e-9);
     }
 }

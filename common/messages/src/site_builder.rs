@@ -2,6 +2,7 @@
 
 use crate::archive::{ArchiveBuffer, ArchiveKind, SectionList, Text};
 use crate::site_records::*;
+use geometry::MeshView;
 use std::collections::HashMap;
 
 /// Texts of an archive, each kept once.
@@ -58,6 +59,15 @@ pub struct SiteBuilder {
 }
 
 impl SiteBuilder {
+    /// The meshes of parts that were added.
+    pub fn meshes(&self, first_part: u32, n_parts: u32) -> impl Iterator<Item = MeshView<'_>> + Clone {
+        self.parts[first_part as usize..][..n_parts as usize].iter().map(|part| MeshView {
+            vertices: &self.vertices[part.first_vertex as usize..][..part.n_vertices as usize],
+            triangles: &self.triangles[part.first_triangle as usize..][..part.n_triangles as usize],
+            closed: part.closed == 1,
+        })
+    }
+
     /// Bytes that the archive needs.
     pub fn len(&self) -> usize {
         self.sections().len()

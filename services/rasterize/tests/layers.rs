@@ -1,0 +1,349 @@
+//! The layers of a small house, drawn as text and looked at cell by cell.
+//!
+//! The house: a room of 4.0 x 3.0 m inside walls of 0.2 m, a floor slab under all of it, a door of 0.9 m in the south
+//! wall, all on a raster of 0.1 m whose origin is the inner corner of the room.
+
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+use frames::{Map, Point2};
+use grid::Class;
+use messages::*;
+use rasterize::Rasterizer;
+
+const WALLS: std::ops::Range<usize> = 0..4;
+const SLAB: usize = 4;
+
+/// Metres to tenths of a millimetre.
+fn t(m: f64) -> i32 {
+    frames::tenths(m).unwrap()
+}
+
+struct House {
+    builder: SiteBuilder,
+}
+
+impl House {
+    fn new() -> Self {
+        let mut house = Self { builder: SiteBuilder::default() };
+        house.add(Class::Wall, [-0.2, -0.2, 0.0], [1.5, 0.0, 2.5]);
+        house.add(Class::Wall, [2.4, -0.2, 0.0], [4.2, 0.0, 2.5]);
+        house.add(Class::Wall, [-0.2, 0.0, 0.0], [0.0, 3.2, 2.5]);
+        house.add(Class::Wall, [0.0, 3.0, 0.0], [4.2, 3.2, 2.5]);
+        house.slab([-0.2, -0.2], [4.2, 3.2], 0.0);
+        house.add(Class::Wall, [4.0, 0.0, 0.0], [4.2, 3.0, 2.5]);
+        house
+    }
+
+    fn add(&mut self, class: Class, min: [f64; 3], max: [f64; 3]) -> usize {
+        let (min, max) = (min.map(t), max.map(t));
+        let b = &mut self.builder;
+        let first_part = b.parts.len() as u32;
+        let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 1 { max[k] } else { min[k] });
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        b.parts.push(PartRecord {
+            first_vertex: b.vertices.len() as u32,
+            n_vertices: 8,
+            first_triangle: b.triangles.len() as u32,
+            n_triangles: 12,
+            closed: 1,
+            reserved: 0,
+        });
+        b.vertices.extend((0..8).map(corner));
+        b.triangles.extend(quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]));
+        b.elements.push(ElementRecord {
+            min_tenths: min,
+            max_tenths: max,
+            first_part,
+            n_parts: 1,
+            class: u32::from(class.id()),
+            whole: NONE,
+            storey: NONE,
+            door: NONE,
+            stair: NONE,
+            ..bytemuck::Zeroable::zeroed()
+        });
+        b.elements.len() - 1
+    }
+
+    fn slab(&mut self, min: [f64; 2], max: [f64; 2], top: f64) -> usize {
+        let index = self.add(Class::Slab, [min[0], min[1], top - 0.2], [max[0], max[1], top]);
+        self.builder.elements[index].flags = element_flags::FLOOR;
+        index
+    }
+
+    fn door(&mut self, clear_width_m: f64, opens: Opens) -> usize {
+        let element = self.add(Class::Door, [1.5, -0.15, 0.0], [2.4, -0.05, 2.1]);
+        let passage = BoxRecord { centre: [19_500.0, -1_000.0], axis: [1.0, 0.0], half: [4_500.0, 1_000.0] };
+        self.builder.elements[element].door = self.builder.doors.len() as u32;
+        self.builder.doors.push(DoorRecord {
+            element: element as u32,
+            opening: NONE,
+            spaces: [NONE; 2],
+            opens: opens as u32,
+            clear_width_m,
+            passage,
+            ..bytemuck::Zeroable::zeroed()
+        });
+        element
+    }
+
+    fn opening(&mut self, host: usize) {
+        self.builder.openings.push(OpeningRecord {
+            global_id: Text::default(),
+            host: host as u32,
+            filling: NONE,
+            bottom_z_tenths: 0,
+            top_z_tenths: t(2.1),
+            plan: BoxRecord { centre: [19_500.0, -1_000.0], axis: [1.0, 0.0], half: [4_500.0, 1_000.0] },
+        });
+    }
+
+    fn space(&mut self, min: [f64; 2], max: [f64; 2]) {
+        let b = &mut self.builder;
+        let [x0, y0] = min.map(t);
+        let [x1, y1] = max.map(t);
+        b.rings.push(RingRecord { first_point: b.points.len() as u32, n_points: 4 });
+        b.points.extend([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]);
+        b.spaces.push(SpaceRecord {
+            first_ring: b.rings.len() as u32 - 1,
+            n_rings: 1,
+            area_m2: (max[0] - min[0]) * (max[1] - min[1]),
+            height_tenths: t(2.5),
+            storey: NONE,
+            ..bytemuck::Zeroable::zeroed()
+        });
+    }
+
+    fn map(self) -> Drawn {
+        self.map_at(|_| {}, &RobotProfile::DEFAULT)
+    }
+
+    fn map_at(mut self, change: impl Fn(&mut PhaseBuilder), robot: &RobotProfile) -> Drawn {
+        let name = self.builder.texts.add("Ground");
+        self.builder.map_storeys.push(MapStoreyRecord {
+            global_id: Text::default(),
+            name,
+            floor_z_tenths: 0,
+            floor: FloorKind::Built as u32,
+            bounds_tenths: [t(-1.0), t(-2.0), t(5.0), t(4.0)],
+        });
+        let site = self.builder.finish();
+        let site = Site::open(site.bytes()).unwrap();
+        let mut phase = PhaseBuilder::everything_built(0, site.elements.len(), site.spaces.len());
+        change(&mut phase);
+        let phase = phase.finish();
+        let phase = Phase::open(phase.bytes()).unwrap();
+        let rasterizer = Rasterizer::new(&site, robot, 0.1).unwrap();
+        let mut grid = ArchiveBuffer::zeroed(GridWriter::len_of(rasterizer.spec(0).n_cells()));
+        rasterizer.rasterize(&site, &phase, 0, GridWriter::new(grid.bytes_mut()));
+        let index = rasterizer.index(&site, &phase, "test", &[Grid::open(grid.bytes()).unwrap()]);
+        Drawn { grid, index }
+    }
+}
+
+struct Drawn {
+    grid: ArchiveBuffer,
+    index: ArchiveBuffer,
+}
+
+impl Drawn {
+    fn grid(&self) -> Grid<'_> {
+        Grid::open(self.grid.bytes()).unwrap()
+    }
+
+    fn at(&self, x: f64, y: f64) -> usize {
+        let spec = self.grid().spec();
+        spec.index(spec.cell_at(Point2::<Map>::new(x, y)).unwrap())
+    }
+
+    fn planning(&self, x: f64, y: f64) -> i8 {
+        self.grid().planning[self.at(x, y)]
+    }
+
+    fn keepout(&self, x: f64, y: f64) -> i8 {
+        self.grid().keepout[self.at(x, y)]
+    }
+
+    fn localization(&self, x: f64, y: f64) -> i8 {
+        self.grid().localization[self.at(x, y)]
+    }
+
+    fn passage(&self) -> DoorPassage {
+        DoorPassage::from_id(Grids::open(self.index.bytes()).unwrap().doors[0].passage).unwrap()
+    }
+}
+
+const OCCUPIED: i8 = 100;
+const FREE: i8 = 0;
+const UNKNOWN: i8 = -1;
+
+#[test]
+fn walls_are_occupied_floor_is_free_and_outside_is_unknown() {
+    let map = House::new().map();
+    assert_eq!(
+        (map.planning(0.05, 0.05), map.planning(-0.05, 1.0), map.planning(-0.55, 1.0)),
+        (FREE, OCCUPIED, UNKNOWN)
+    );
+    assert_eq!(map.grid().class[map.at(-0.05, 1.0)], Class::Wall.id());
+    assert_eq!(map.planning(1.95, -0.1), FREE, "an opening in a wall is free where the slab goes through");
+}
+
+#[test]
+fn a_hole_in_the_floor_is_unknown_and_forbidden_with_a_margin() {
+    let mut house = House::new();
+    house.builder.elements[SLAB].n_parts = 0;
+    house.slab([-0.2, -0.2], [2.0, 3.2], 0.0);
+    house.slab([3.0, -0.2], [4.2, 3.2], 0.0);
+    house.opening(0);
+    let map = house.map();
+    assert_eq!((map.planning(2.5, 1.5), map.keepout(2.5, 1.5)), (UNKNOWN, OCCUPIED));
+    assert_eq!((map.planning(1.8, 1.5), map.keepout(1.8, 1.5)), (FREE, OCCUPIED), "within the edge margin");
+    assert_eq!((map.planning(1.0, 1.5), map.keepout(1.0, 1.5)), (FREE, FREE));
+}
+
+#[test]
+fn a_margin_does_not_leak_through_a_wall() {
+    let mut house = House::new();
+    house.builder.elements[SLAB].n_parts = 0;
+    house.slab([-0.2, -0.2], [2.0, 3.2], 0.0);
+    house.add(Class::Wall, [1.9, 0.0, 0.0], [2.0, 3.0, 2.5]);
+    house.opening(0);
+    let map = house.map();
+    assert_eq!((map.keepout(2.5, 1.5), map.keepout(1.85, 1.5)), (OCCUPIED, FREE));
+}
+
+#[test]
+fn a_door_is_passable_only_for_a_robot_that_fits_and_can_open_it() {
+    let door = |width: f64, opens: Opens| {
+        let mut house = House::new();
+        house.door(width, opens);
+        let map = house.map();
+        (map.planning(1.95, -0.1), map.passage())
+    };
+    assert_eq!(door(0.8, Opens::Swing), (FREE, DoorPassage::Passable));
+    assert_eq!(door(0.7, Opens::Sliding), (FREE, DoorPassage::Passable), "exactly diameter and margin");
+    assert_eq!(door(0.69, Opens::Swing), (OCCUPIED, DoorPassage::TooNarrow));
+    assert_eq!(door(0.8, Opens::Revolving), (OCCUPIED, DoorPassage::CannotOpen));
+}
+
+#[test]
+fn a_door_without_floor_beyond_stays_free_and_what_lies_beyond_is_forbidden() {
+    let mut house = House::new();
+    house.door(0.8, Opens::Swing);
+    let map = house.map();
+    assert_eq!((map.planning(1.95, -0.1), map.planning(1.95, -0.35)), (FREE, UNKNOWN));
+    assert_eq!(map.keepout(1.95, -0.35), OCCUPIED);
+    let grids = Grids::open(map.index.bytes()).unwrap();
+    assert_eq!(grids.doors[0].sides_with_floor, 1);
+}
+
+#[test]
+fn an_opening_is_floor_where_floor_lies_on_both_sides() {
+    let with_rooms = |second: bool| {
+        let mut house = House::new();
+        house.builder.elements[SLAB].n_parts = 0;
+        house.slab([0.0, 0.0], [4.0, 3.0], 0.0);
+        if second {
+            house.slab([0.0, -1.5], [4.0, -0.2], 0.0);
+        }
+        house.opening(0);
+        house.map().planning(1.95, -0.1)
+    };
+    assert_eq!((with_rooms(true), with_rooms(false)), (FREE, UNKNOWN));
+}
+
+#[test]
+fn a_door_whose_wall_is_not_built_is_not_there() {
+    let mut house = House::new();
+    let door = house.door(0.69, Opens::Swing);
+    house.opening(0);
+    house.builder.doors[0].opening = 0;
+    house.builder.openings[0].filling = door as u32;
+    let not_built = |p: &mut PhaseBuilder| p.set_element(0, ElementState::NotStarted, ElementState::NotStarted);
+    let map = house.map_at(not_built, &RobotProfile::DEFAULT);
+    assert_eq!((map.planning(1.95, -0.1), map.passage()), (FREE, DoorPassage::Absent));
+    assert_eq!(map.planning(0.5, -0.1), FREE, "nor is the wall");
+}
+
+#[test]
+fn blocking_a_space_closes_it_for_planning_and_changes_nothing_for_the_lidar() {
+    let house = || {
+        let mut house = House::new();
+        house.space([0.0, 0.0], [4.0, 3.0]);
+        house
+    };
+    let (open, blocked) = (house().map(), house().map_at(|p| p.block_space(0, &["private"]), &RobotProfile::DEFAULT));
+    assert_eq!((open.planning(1.0, 1.0), blocked.planning(1.0, 1.0)), (FREE, OCCUPIED));
+    assert_eq!((open.keepout(1.0, 1.0), blocked.keepout(1.0, 1.0)), (FREE, OCCUPIED));
+    assert_eq!(open.grid().localization, blocked.grid().localization);
+}
+
+#[test]
+fn before_the_first_slab_there_is_no_floor() {
+    let nothing = |p: &mut PhaseBuilder| {
+        for element in WALLS.chain([SLAB, 5]) {
+            p.set_element(element, ElementState::NotStarted, ElementState::NotStarted);
+        }
+    };
+    let mut house = House::new();
+    house.space([0.0, 0.0], [4.0, 3.0]);
+    let map = house.map_at(nothing, &RobotProfile::DEFAULT);
+    assert!(map.grid().planning.iter().all(|&p| p == UNKNOWN));
+    assert_eq!(map.keepout(1.0, 1.0), OCCUPIED);
+}
+
+#[test]
+fn work_in_progress_is_an_obstacle_with_a_margin_and_unknown_to_the_lidar() {
+    let mut house = House::new();
+    let column = house.add(Class::Column, [1.0, 1.0, 0.0], [1.3, 1.3, 2.5]);
+    let in_progress = |p: &mut PhaseBuilder| p.set_element(column, ElementState::InProgress, ElementState::InProgress);
+    let map = house.map_at(in_progress, &RobotProfile { work_margin_m: 0.5, ..RobotProfile::DEFAULT });
+    assert_eq!((map.planning(1.1, 1.1), map.localization(1.05, 1.05)), (OCCUPIED, UNKNOWN));
+    assert_eq!((map.keepout(1.6, 1.1), map.keepout(2.2, 1.1)), (OCCUPIED, FREE));
+}
+
+#[test]
+fn the_lidar_sees_a_shell_of_two_cells_that_face_floor() {
+    let mut house = House::new();
+    house.add(Class::Wall, [1.0, 1.0, 0.0], [2.0, 2.0, 2.5]);
+    house.add(Class::Furniture, [3.0, 1.0, 0.0], [3.5, 1.5, 0.8]);
+    let map = house.map();
+    assert_eq!([1.05, 1.15, 1.25].map(|x| map.localization(x, 1.45)), [OCCUPIED, OCCUPIED, UNKNOWN]);
+    assert_eq!((map.localization(3.2, 1.2), map.planning(3.2, 1.2)), (UNKNOWN, OCCUPIED));
+    assert_eq!(map.localization(0.5, 0.5), FREE);
+}
+
+#[test]
+fn a_step_is_floor_and_a_platform_is_another_level() {
+    let mut house = House::new();
+    house.slab([1.0, 1.0], [2.0, 2.0], 0.03);
+    house.slab([3.0, 1.0], [4.0, 2.0], 0.20);
+    let map = house.map();
+    assert_eq!((map.planning(1.5, 1.5), map.planning(3.5, 1.5)), (FREE, OCCUPIED));
+}
+
+#[test]
+fn a_sunken_floor_is_listed_as_a_region_at_another_level() {
+    let mut house = House::new();
+    house.builder.elements[SLAB].n_parts = 0;
+    house.slab([-0.2, -0.2], [2.0, 3.2], 0.0);
+    house.slab([2.0, -0.2], [4.2, 3.2], -0.25);
+    house.opening(0);
+    let map = house.map();
+    assert_eq!((map.planning(3.0, 1.5), map.keepout(3.0, 1.5)), (UNKNOWN, OCCUPIED));
+    let grids = Grids::open(map.index.bytes()).unwrap();
+    assert_eq!((grids.regions.len(), grids.regions[0].level_z_tenths), (1, -2_500));
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let draw = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut house = House::new();
+            house.door(0.8, Opens::Swing);
+            house.map().grid.bytes().to_vec()
+        })
+    };
+    assert_eq!(draw(1), draw(4));
+}
