@@ -1,0 +1,92 @@
+//! The tree is the architecture: dependencies point one way, folders are where a newcomer looks for them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the tests are a folder of the workspace").to_owned()
+}
+
+/// Crates of the workspace that each crate may depend on.
+const ALLOWED: [(&str, &[&str]); 10] = [
+    ("frames", &[]),
+    ("geometry", &["frames"]),
+    ("ifc", &["frames", "geometry"]),
+    ("grid", &["frames", "geometry"]),
+    ("messages", &["frames", "geometry", "grid"]),
+    ("export", &["frames", "geometry", "grid", "messages"]),
+    ("ifc-ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
+    ("rasterize", &["frames", "geometry", "grid", "messages"]),
+    ("waypoint-gen", &["frames", "geometry", "grid", "messages"]),
+    (
+        "groundplan",
+        &["frames", "geometry", "grid", "messages", "export", "ifc-ingest", "rasterize", "waypoint-gen"],
+    ),
+];
+
+/// Foreign crates that one crate alone may name.
+const FENCED: [(&str, &str); 4] =
+    [("ifc-lite-core", "ifc"), ("ifc-lite-geometry", "ifc"), ("ifc-lite-processing", "ifc"), ("i_overlay", "geometry")];
+
+fn manifests() -> BTreeMap<String, toml::Table> {
+    let mut found = BTreeMap::new();
+    for folder in ["common", "services"] {
+        for entry in std::fs::read_dir(root().join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let text = std::fs::read_to_string(path.join("Cargo.toml")).unwrap();
+            found.insert(path.file_name().unwrap().to_string_lossy().into_owned(), text.parse().unwrap());
+        }
+    }
+    found
+}
+
+fn dependencies(manifest: &toml::Table) -> Vec<&String> {
+    manifest.get("dependencies").and_then(|d| d.as_table()).map(|d| d.keys().collect()).unwrap_or_default()
+}
+
+#[test]
+fn dependencies_point_one_way() {
+    let manifests = manifests();
+    let allowed = BTreeMap::from(ALLOWED);
+    for (name, manifest) in &manifests {
+        let Some(may) = allowed.get(name.as_str()) else { panic!("{name} is not in the table of this test") };
+        for dependency in dependencies(manifest).into_iter().filter(|d| manifests.contains_key(*d)) {
+            assert!(may.contains(&dependency.as_str()), "{name} must not depend on {dependency}");
+        }
+    }
+}
+
+#[test]
+fn foreign_kernels_are_fenced() {
+    for (name, manifest) in &manifests() {
+        for (foreign, owner) in FENCED {
+            let names_it = dependencies(manifest).iter().any(|d| *d == foreign);
+            assert!(!names_it || name == owner, "{name} must not name {foreign}: that is {owner}'s");
+        }
+    }
+}
+
+#[test]
+fn packages_are_named_as_their_folders_and_services_fit_into_a_process_name() {
+    for (folder, manifest) in &manifests() {
+        let package = manifest["package"].as_table().unwrap();
+        assert_eq!(package["name"].as_str(), Some(folder.as_str()));
+        assert_eq!(manifest["lints"]["workspace"].as_bool(), Some(true), "{folder} takes the workspace's lints");
+    }
+    for entry in std::fs::read_dir(root().join("services")).unwrap() {
+        assert!(entry.unwrap().file_name().len() <= 15, "ps shows 15 bytes of a process name");
+    }
+}
+
+#[test]
+fn the_top_level_holds_what_the_architecture_names() {
+    let folders = ["services", "common", "tests", "config", "scripts", "target"];
+    let files = [
+        "Cargo.toml", "Cargo.lock", "README.md", "ARCHITECTURE.md", "LICENSE-MIT", "LICENSE-APACHE", "deny.toml",
+        "clippy.toml", "rustfmt.toml",
+    ];
+    for entry in std::fs::read_dir(root()).unwrap() {
+        let name = entry.unwrap().file_name().to_string_lossy().into_owned();
+        assert!(name.starts_with('.') || folders.contains(&name.as_str()) || files.contains(&name.as_str()), "{name}");
+    }
+}
