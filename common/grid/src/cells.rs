@@ -65,26 +65,32 @@ fn neighbours4(index: usize, width: usize, n_cells: usize) -> impl Iterator<Item
 /// The mask with its holes filled: cells that no path of side neighbours that are off joins to the border.
 pub fn fill_holes(solid: &Mask) -> Mask {
     let (width, height) = (solid.width, solid.height());
-    let mut outside = vec![false; solid.cells.len()];
-    let mut queue = VecDeque::new();
-    let border = (0..width)
-        .flat_map(|c| [c, (height.max(1) - 1) * width + c])
-        .chain((0..height).flat_map(|r| [r * width, r * width + width - 1]));
-    let reach = |index: usize, outside: &mut Vec<bool>, queue: &mut VecDeque<usize>| {
-        if !solid.cells[index] && !outside[index] {
-            outside[index] = true;
-            queue.push_back(index);
-        }
-    };
-    if !solid.cells.is_empty() {
-        border.for_each(|index| reach(index, &mut outside, &mut queue));
+    // Cells turn on as they are reached from the border; what stays off at the end is a hole.
+    let mut reached = solid.clone();
+    let mut seeds: Vec<usize> = Vec::new();
+    for row in 0..height {
+        let at_end = row == 0 || row + 1 == height;
+        let columns = (0..width).filter(|c| at_end || *c == 0 || c + 1 == width);
+        seeds.extend(columns.map(|c| row * width + c));
     }
-    while let Some(index) = queue.pop_front() {
-        for next in neighbours4(index, width, solid.cells.len()) {
-            reach(next, &mut outside, &mut queue);
+    while let Some(seed) = seeds.pop() {
+        if reached.cells[seed] {
+            continue;
+        }
+        let row = seed / width * width;
+        let start = (row..seed).rev().find(|&i| reached.cells[i]).map_or(row, |i| i + 1);
+        let end = (seed..row + width).find(|&i| reached.cells[i]).unwrap_or(row + width);
+        reached.cells[start..end].fill(true);
+        // One seed for every stretch of cells above and below that is still off.
+        let beside = [row.checked_sub(width), (row + width < reached.cells.len()).then_some(row + width)];
+        for other in beside.into_iter().flatten() {
+            let stretch = other + start - row..other + end - row;
+            let is_first = |i: &usize| !reached.cells[*i] && (*i == stretch.start || reached.cells[*i - 1]);
+            seeds.extend(stretch.clone().filter(is_first));
         }
     }
-    Mask { width, cells: outside.into_iter().map(|o| !o).collect() }
+    let cells = reached.cells.iter().zip(&solid.cells).map(|(&reached, &solid)| solid || !reached).collect();
+    Mask { width, cells }
 }
 
 /// The cells of `through` within `reach_cells` of `seeds`, measured along paths that stay in `through`.
@@ -97,11 +103,19 @@ pub fn grow_through(seeds: &Mask, through: &Mask, reach_cells: f64) -> Mask {
     let mut cost = vec![u32::MAX; n];
     // A bucket per cost: steps are at most 7.
     let mut buckets: Vec<Vec<usize>> = vec![Vec::new(); limit as usize + 1];
-    for (index, _) in seeds.cells.iter().enumerate().filter(|(_, on)| **on) {
-        cost[index] = 0;
-        if neighbours8(index, width, n).any(|(next, _)| through.cells[next] && !seeds.cells[next]) {
-            buckets[0].push(index);
-        }
+    for (cost, _) in cost.iter_mut().zip(&seeds.cells).filter(|(_, on)| **on) {
+        *cost = 0;
+    }
+    // Seeds with a neighbour to grow into, found from the side that has fewer cells.
+    let is_front = |seed: usize| neighbours8(seed, width, n).any(|(next, _)| through.cells[next] && !seeds.cells[next]);
+    let on = |mask: &Mask| mask.cells.iter().enumerate().filter(|(_, on)| **on).map(|(i, _)| i).collect::<Vec<_>>();
+    if seeds.count() <= through.count() {
+        buckets[0].extend(on(seeds).into_iter().filter(|&seed| is_front(seed)));
+    } else {
+        let beside = |i: usize| neighbours8(i, width, n).map(|(next, _)| next).filter(|&next| seeds.cells[next]);
+        buckets[0].extend(on(through).into_iter().filter(|&i| !seeds.cells[i]).flat_map(beside));
+        buckets[0].sort_unstable();
+        buckets[0].dedup();
     }
     let mut grown = Mask { width, cells: vec![false; n] };
     for now in 0..=limit {
@@ -187,21 +201,30 @@ pub fn enclosed(obstacles: &Mask, gap_cells: usize) -> Mask {
     out
 }
 
-/// The mask grown by a square of `reach` cells to each side.
+/// The mask grown by a square of `reach` cells to each side. Linear in cells, whatever the reach.
 fn grown_square(mask: &Mask, reach: usize) -> Mask {
     let (width, height) = (mask.width, mask.height());
-    let mut rows = Mask::new(width, height);
-    for (from, to) in mask.cells.chunks_exact(width.max(1)).zip(rows.cells.chunks_exact_mut(width.max(1))) {
-        for (c, _) in from.iter().enumerate().filter(|(_, on)| **on) {
-            to[c.saturating_sub(reach)..(c + reach + 1).min(width)].fill(true);
+    let mut out = mask.clone();
+    // True within reach behind the last cell that was on.
+    let spread = |since: &mut usize, on: bool| {
+        *since = if on { 0 } else { since.saturating_add(1) };
+        *since <= reach
+    };
+    for (from, to) in mask.cells.chunks_exact(width.max(1)).zip(out.cells.chunks_exact_mut(width.max(1))) {
+        let (mut forward, mut backward) = (usize::MAX, usize::MAX);
+        for column in 0..width {
+            to[column] |= spread(&mut forward, from[column]);
+            let mirrored = width - 1 - column;
+            to[mirrored] |= spread(&mut backward, from[mirrored]);
         }
     }
-    let mut out = Mask::new(width, height);
+    let rows = out.cells.clone();
+    let (mut up, mut down) = (vec![usize::MAX; width], vec![usize::MAX; width]);
     for row in 0..height {
-        for near in row.saturating_sub(reach)..(row + reach + 1).min(height) {
-            for column in 0..width {
-                out.cells[row * width + column] |= rows.cells[near * width + column];
-            }
+        let (from_below, from_above) = (row * width, (height - 1 - row) * width);
+        for column in 0..width {
+            out.cells[from_below + column] |= spread(&mut up[column], rows[from_below + column]);
+            out.cells[from_above + column] |= spread(&mut down[column], rows[from_above + column]);
         }
     }
     out
@@ -242,6 +265,11 @@ mod tests {
         let (labels, n) = label_components(&mask("#.# ##. ..#"));
         assert_eq!(n, 3);
         assert_eq!(labels, [0, 0, 1, 2, 2, 0, 2, 0, 3]);
+    }
+
+    #[test]
+    fn a_square_grows_by_its_reach_to_all_sides() {
+        assert_eq!(grown_square(&mask("..... ..... ..#.. ..... #...."), 1), mask("..... .###. .###. ####. ##..."));
     }
 
     #[test]

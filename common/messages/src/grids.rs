@@ -79,6 +79,17 @@ impl DoorPassage {
         use DoorPassage::*;
         [Passable, CannotOpen, TooNarrow, ClosedByResolution, Absent].get(id as usize).copied()
     }
+
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Passable => "passable",
+            Self::CannotOpen => "cannot_open",
+            Self::TooNarrow => "too_narrow",
+            Self::ClosedByResolution => "closed_by_resolution",
+            Self::Absent => "absent",
+        }
+    }
 }
 
 /// A region of floor at another level than its map storey: not free, not to be entered.

@@ -51,6 +51,22 @@ pub enum Opens {
     Rolling = 16,
 }
 
+impl Opens {
+    /// All kinds.
+    pub const ALL: [Self; 5] = [Self::Swing, Self::Sliding, Self::Folding, Self::Revolving, Self::Rolling];
+
+    /// Its word in robot profiles and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Swing => "swing",
+            Self::Sliding => "sliding",
+            Self::Folding => "folding",
+            Self::Revolving => "revolving",
+            Self::Rolling => "rolling",
+        }
+    }
+}
+
 impl RobotProfile {
     /// The profile that is used when none is given.
     pub const DEFAULT: Self = Self {

@@ -1,0 +1,46 @@
+//! Cells of polygons: linear in the cells of the boundary, whatever the area.
+#![expect(missing_docs, reason = "criterion's macros define public items")]
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use geometry::{Bounds, FillRule, MultiPolygon, union};
+use grid::{GridSpec, covered_cells, overlapped_cells, squared_distances};
+use std::hint::black_box;
+
+/// A regular polygon of `n` corners, 10 m in radius.
+fn polygon(n: u32) -> MultiPolygon {
+    let corner = |k: u32| {
+        let angle = std::f64::consts::TAU * f64::from(k) / f64::from(n);
+        [(100_000.0 * angle.cos()).round() as i32, (100_000.0 * angle.sin()).round() as i32]
+    };
+    union(&[(0..n).map(corner).collect()], FillRule::NonZero)
+}
+
+fn raster(c: &mut Criterion) {
+    let bounds = Bounds { min: [-100_000; 2], max: [100_000; 2] };
+    let mut group = c.benchmark_group("cells of a 20 m polygon");
+    for resolution_m in [0.1, 0.05, 0.025] {
+        let Ok(spec) = GridSpec::around(bounds, 10_000, resolution_m) else { continue };
+        for n in [4, 400] {
+            let area = polygon(n);
+            let id = |what: &str| BenchmarkId::new(what, format!("{n} corners at {resolution_m} m"));
+            group.bench_function(id("overlapped"), |b| b.iter(|| overlapped_cells(black_box(&area), &[], &spec)));
+            group.bench_function(id("covered"), |b| b.iter(|| covered_cells(black_box(&area), &spec)));
+        }
+    }
+    group.finish();
+}
+
+fn distances(c: &mut Criterion) {
+    let mut group = c.benchmark_group("squared distances");
+    for side in [256usize, 512, 1024] {
+        let marked: Vec<bool> = (0..side * side).map(|i| i % 97 == 0).collect();
+        group.throughput(criterion::Throughput::Elements((side * side) as u64));
+        group.bench_function(BenchmarkId::from_parameter(side), |b| {
+            b.iter(|| squared_distances(black_box(&marked), side))
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, raster, distances);
+criterion_main!(benches);
