@@ -1,0 +1,51 @@
+//! Waypoints as CSV.
+
+use crate::waypoints::{kind, name_of};
+use crate::{ExportInput, rounded};
+use std::fmt::Write;
+
+/// One line per waypoint: pose with quaternion (x, y, z, w), space, clearance.
+pub(crate) fn waypoints(input: &ExportInput<'_>) -> String {
+    let mut text =
+        "id,order,kind,storey,x_m,y_m,z_m,sensor_z_m,yaw_rad,qx,qy,qz,qw,space,name,clearance_m,covers_m2\n".to_owned();
+    for w in input.plan.waypoints {
+        let [x, y, z] = w.position_in_map_m.map(rounded);
+        let (qz, qw) = libm::sincos(w.yaw_rad / 2.0);
+        let space = quoted(input.site.text(input.site.spaces[w.space as usize].global_id));
+        let line = format!(
+            "{},{},{},{},{x},{y},{z},{},{},0,0,{qz},{qw},{space},{},{},{}",
+            w.id,
+            w.order,
+            kind(w),
+            w.map_storey,
+            rounded(w.sensor_z_m),
+            w.yaw_rad,
+            quoted(&name_of(input, w)),
+            rounded(w.clearance_m),
+            rounded(w.covers_m2),
+        );
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{line}");
+    }
+    text
+}
+
+/// A field as RFC 4180 wants it.
+fn quoted(field: &str) -> String {
+    if field.contains(['"', ',', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commas_and_quotes_are_quoted() {
+        assert_eq!(quoted("Director's office"), "Director's office");
+        assert_eq!(quoted("a, \"b\""), "\"a, \"\"b\"\"\"");
+    }
+}

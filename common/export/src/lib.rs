@@ -1,0 +1,157 @@
+//! Files for other programs, made from archives: maps, pictures, JSON, GeoJSON, CSV.
+//!
+//! [`files`] is a pure function to paths and bytes; [`OutputFolder`] writes them whole or not at all.
+
+mod csv;
+mod manifest;
+mod maps;
+mod output_folder;
+mod pictures;
+mod report;
+mod semantic;
+mod semantic_geometry;
+mod site_frame;
+mod waypoints;
+
+pub use manifest::Manifest;
+pub use output_folder::{OutputError, OutputFolder};
+pub use report::Report;
+pub use semantic::Semantic;
+pub use site_frame::{SiteFrameError, SiteFrameFile};
+pub use waypoints::Waypoints;
+
+use geometry::Footprint;
+use messages::{Grid, Grids, MapStoreyRecord, Phase, Plan, Site};
+use sha2::{Digest, Sha256};
+
+/// Everything that files are made from.
+#[derive(Clone, Copy)]
+pub struct ExportInput<'a> {
+    /// Geometry and facts.
+    pub site: &'a Site<'a>,
+    /// States at the plan time.
+    pub phase: &'a Phase<'a>,
+    /// Index of the grids, with doors and regions.
+    pub index: &'a Grids<'a>,
+    /// One grid per map storey, in their order.
+    pub grids: &'a [Grid<'a>],
+    /// Waypoints.
+    pub plan: &'a Plan<'a>,
+    /// Footprints of the elements in each map storey's slab, by element.
+    pub footprints: &'a [&'a [(u32, Footprint)]],
+    /// Outline of the robot in its own frame, in metres; may be empty.
+    pub robot_footprint_m: &'a [[f64; 2]],
+    /// True to write vertices, faces and edges of every element into `semantic.json`.
+    pub with_geometry: bool,
+}
+
+/// A file to be: path with `/` inside the output folder, and content.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExportFile {
+    /// Path inside the output folder.
+    pub path: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+impl ExportFile {
+    pub(crate) fn new(path: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
+        Self { path: path.into(), bytes: bytes.into() }
+    }
+}
+
+/// All files of an output folder, the manifest last.
+pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
+    let mut files = vec![
+        ExportFile::new("site-frame.json", json(&SiteFrameFile::of(input.site))),
+        ExportFile::new("report.json", json(&Report::of(input))),
+        ExportFile::new("semantic.json", semantic::text(&Semantic::of(input))),
+        ExportFile::new("waypoints.json", json(&Waypoints::of(input))),
+        ExportFile::new("waypoints.csv", csv::waypoints(input)),
+        ExportFile::new("waypoints.geojson", json(&waypoints::geojson(input))),
+    ];
+    for (grid, storey) in input.grids.iter().zip(input.site.map_storeys) {
+        let folder = storey_folder(input.site, grid.head.map_storey, storey);
+        files.extend(maps::files(&folder, grid));
+        files.extend(pictures::files(&folder, input, grid));
+        files.push(ExportFile::new(
+            format!("{folder}/waypoints.yaml"),
+            waypoints::nav2_yaml(input, grid.head.map_storey),
+        ));
+    }
+    let sums = files.iter().map(|f| (f.path.clone(), sha256_hex(&f.bytes))).collect();
+    files.push(ExportFile::new("manifest.json", json(&Manifest::of(input, sums))));
+    files
+}
+
+/// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.
+pub(crate) fn storey_folder(site: &Site<'_>, index: u32, storey: &MapStoreyRecord) -> String {
+    format!("storeys/{index:02}-{}", slug(site.text(storey.name)))
+}
+
+/// Lower-case ASCII words joined by hyphens; `storey` if nothing is left.
+fn slug(name: &str) -> String {
+    let mut out = String::new();
+    for c in name.chars().flat_map(char::to_lowercase) {
+        match c {
+            'a'..='z' | '0'..='9' => out.push(c),
+            'ä' | 'æ' => out.push_str("ae"),
+            'ö' | 'œ' => out.push_str("oe"),
+            'ü' => out.push_str("ue"),
+            'ß' => out.push_str("ss"),
+            'à' | 'á' | 'â' | 'ã' | 'å' => out.push('a'),
+            'ç' => out.push('c'),
+            'è' | 'é' | 'ê' | 'ë' => out.push('e'),
+            'ì' | 'í' | 'î' | 'ï' => out.push('i'),
+            'ñ' => out.push('n'),
+            'ò' | 'ó' | 'ô' | 'õ' | 'ø' => out.push('o'),
+            'ù' | 'ú' | 'û' => out.push('u'),
+            _ if !out.is_empty() && !out.ends_with('-') => out.push('-'),
+            _ => {}
+        }
+    }
+    let slug = out.trim_end_matches('-');
+    if slug.is_empty() { "storey".to_owned() } else { slug.chars().take(60).collect() }
+}
+
+/// Pretty JSON with a line feed at the end.
+pub(crate) fn json<T: serde::Serialize>(value: &T) -> Vec<u8> {
+    let mut bytes =
+        serde_json::to_vec_pretty(value).expect("our types serialise: keys are strings, numbers are finite");
+    bytes.push(b'\n');
+    bytes
+}
+
+/// Hexadecimal sha256.
+pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Metres rounded to tenths of a millimetre: no more is known.
+pub(crate) fn rounded(metres: f64) -> f64 {
+    let rounded = (metres * 1e4).round() / 1e4;
+    // No negative zero in files.
+    if rounded == 0.0 { 0.0 } else { rounded }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slugs_are_ascii_words() {
+        assert_eq!(slug("Erdgeschoß / Küche (1)"), "erdgeschoss-kueche-1");
+        assert_eq!(slug("00 Begane grond"), "00-begane-grond");
+        assert_eq!(slug("地下"), "storey");
+    }
+
+    #[test]
+    fn rounding_leaves_no_negative_zero() {
+        assert_eq!(rounded(-0.000_01).to_bits(), 0.0f64.to_bits());
+        assert_eq!(rounded(1.234_56), 1.2346);
+    }
+}

@@ -1,0 +1,193 @@
+//! `manifest.json`: what an output folder holds and what it was made from.
+
+use crate::site_frame::{MapFromWorld, SiteFrameFile};
+use crate::{ExportInput, hex, storey_folder};
+use frames::metres;
+use messages::{FloorKind, Opens, RobotProfile};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What an output folder holds and what it was made from.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Manifest {
+    /// `groundplan`.
+    tool: &'static str,
+    /// Version of the program.
+    version: &'static str,
+    /// The files of the site.
+    sources: Vec<Source>,
+    /// Plan time; null if all elements stand regardless of dates.
+    plan_time: Option<String>,
+    /// Last change before the plan time.
+    valid_from: Option<String>,
+    /// Next change after the plan time.
+    valid_until: Option<String>,
+    /// True if the files hold a schedule that this map does not follow.
+    schedule_ignored: bool,
+    /// Metres per cell.
+    resolution_m: f64,
+    /// Bottom and top of the slab above the floor.
+    slab_m: [f64; 2],
+    /// The robot that the maps are for.
+    robot: Robot,
+    /// How frames lie to each other.
+    frames: Frames,
+    /// The mapped storeys, from low to high.
+    storeys: Vec<Storey>,
+    /// sha256 of every other file.
+    files: BTreeMap<String, String>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Source {
+    file: String,
+    sha256: String,
+    schema: String,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Robot {
+    name: String,
+    height_m: f64,
+    clearance_above_m: f64,
+    step_height_m: f64,
+    radius_m: f64,
+    footprint_m: Option<Vec<[f64; 2]>>,
+    max_slope_rad: f64,
+    climbs_stairs: bool,
+    opens: Vec<&'static str>,
+    door_margin_m: f64,
+    edge_margin_m: f64,
+    work_margin_m: f64,
+    lidar_height_m: f64,
+    lidar_range_m: Option<f64>,
+    sensor_height_m: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Frames {
+    map_from_world: MapFromWorld,
+    earth_from_world: Option<EarthFromWorld>,
+    frame_epoch: u32,
+}
+
+/// IfcMapConversion as written; metadata only.
+#[derive(Debug, Serialize, JsonSchema)]
+struct EarthFromWorld {
+    crs: String,
+    eastings: f64,
+    northings: f64,
+    orthogonal_height: f64,
+    x_axis: [f64; 2],
+    scale: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Storey {
+    index: u32,
+    name: String,
+    global_id: String,
+    floor_z_m: f64,
+    /// `built` or `assumed`.
+    floor: &'static str,
+    directory: String,
+    size_cells: [u32; 2],
+    origin_m: [f64; 2],
+}
+
+impl Manifest {
+    pub(crate) fn of(input: &ExportInput<'_>, files: BTreeMap<String, String>) -> Self {
+        let (site, head) = (input.site, input.site.head);
+        let time = |seconds: i64| frames::PlanTime::from_civil_seconds(seconds).map(|t| t.to_string());
+        let plan_time = input.phase.head.plan_time().map(|t| t.to_string());
+        Self {
+            tool: "groundplan",
+            version: env!("CARGO_PKG_VERSION"),
+            sources: site
+                .sources
+                .iter()
+                .map(|s| Source {
+                    file: site.text(s.file).to_owned(),
+                    sha256: hex(&s.sha256),
+                    schema: site.text(s.schema).to_owned(),
+                })
+                .collect(),
+            valid_from: plan_time.as_ref().and_then(|_| time(input.phase.head.valid_from_s)),
+            valid_until: plan_time.as_ref().and_then(|_| time(input.phase.head.valid_until_s)),
+            schedule_ignored: head.has_schedule == 1 && plan_time.is_none(),
+            plan_time,
+            resolution_m: input.grids.first().map_or(0.0, |g| metres(g.head.cell_tenths)),
+            slab_m: input.index.head.robot.slab_m().map(crate::rounded),
+            robot: Robot::of(input),
+            frames: Frames {
+                map_from_world: SiteFrameFile::of(site).map_from_world,
+                earth_from_world: (head.has_earth == 1).then(|| EarthFromWorld {
+                    crs: site.text(head.earth_crs).to_owned(),
+                    eastings: head.earth_m[0],
+                    northings: head.earth_m[1],
+                    orthogonal_height: head.earth_m[2],
+                    x_axis: head.earth_x_axis,
+                    scale: head.earth_scale,
+                }),
+                frame_epoch: head.frame_epoch,
+            },
+            storeys: input.grids.iter().map(|grid| Storey::of(input, grid)).collect(),
+            files,
+        }
+    }
+}
+
+impl Storey {
+    fn of(input: &ExportInput<'_>, grid: &messages::Grid<'_>) -> Self {
+        let index = grid.head.map_storey;
+        let record = &input.site.map_storeys[index as usize];
+        Self {
+            index,
+            name: input.site.text(record.name).to_owned(),
+            global_id: input.site.text(record.global_id).to_owned(),
+            floor_z_m: metres(record.floor_z_tenths),
+            floor: if record.floor == FloorKind::Built as u32 { "built" } else { "assumed" },
+            directory: storey_folder(input.site, index, record),
+            size_cells: [grid.head.width, grid.head.height],
+            origin_m: grid.spec().origin_m(),
+        }
+    }
+}
+
+impl Robot {
+    fn of(input: &ExportInput<'_>) -> Self {
+        let RobotProfile {
+            height_m,
+            clearance_above_m,
+            step_height_m,
+            radius_m,
+            max_slope_rad,
+            door_margin_m,
+            edge_margin_m,
+            work_margin_m,
+            lidar_height_m,
+            lidar_range_m,
+            sensor_height_m,
+            climbs_stairs,
+            ..
+        } = input.index.head.robot;
+        Self {
+            name: input.index.robot_name.to_owned(),
+            height_m,
+            clearance_above_m,
+            step_height_m,
+            radius_m,
+            footprint_m: (!input.robot_footprint_m.is_empty()).then(|| input.robot_footprint_m.to_vec()),
+            max_slope_rad,
+            climbs_stairs: climbs_stairs == 1,
+            opens: Opens::ALL.into_iter().filter(|o| input.index.head.robot.opens(*o)).map(Opens::name).collect(),
+            door_margin_m,
+            edge_margin_m,
+            work_margin_m,
+            lidar_height_m,
+            lidar_range_m: (lidar_range_m > 0.0).then_some(lidar_range_m),
+            sensor_height_m,
+        }
+    }
+}

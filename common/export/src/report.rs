@@ -1,0 +1,223 @@
+//! `report.json`: what was counted, assumed, replaced and left out.
+
+use crate::semantic::clear_width_word;
+use crate::{ExportInput, rounded};
+use frames::metres;
+use grid::Class;
+use messages::{DoorPassage, NONE, Phase, Site, element_flags};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What was counted, assumed, replaced and left out.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Report {
+    /// Number of elements by class.
+    elements: BTreeMap<&'static str, usize>,
+    /// Elements in the slab of each map storey, by class.
+    storeys: Vec<StoreyCounts>,
+    /// Storeys of the files without a map of their own, and why.
+    storeys_not_mapped: Vec<StoreyNotMapped>,
+    /// True if the files hold a schedule that this map does not follow.
+    schedule_ignored: bool,
+    /// Elements whose body could not be made: a box stands in, or nothing.
+    failed_geometry: Vec<FailedGeometry>,
+    /// Doors that are closed to the robot, lead to no floor, or whose clear width is assumed.
+    doors: Vec<DoorReport>,
+    /// Floor at another level than its map storey's: not free there.
+    regions: Vec<Region>,
+    /// Spaces without a waypoint.
+    spaces_without_waypoint: Vec<SpaceReport>,
+    /// Everything else that somebody should know.
+    diagnostics: Vec<Diagnostic>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct StoreyCounts {
+    index: u32,
+    name: String,
+    elements: BTreeMap<&'static str, usize>,
+    spaces: usize,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct StoreyNotMapped {
+    global_id: String,
+    name: String,
+    reason: String,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct FailedGeometry {
+    global_id: String,
+    r#type: String,
+    name: String,
+    /// `bounding_box` or `nothing`.
+    drawn_as: &'static str,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct DoorReport {
+    global_id: String,
+    name: String,
+    storey: u32,
+    /// `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`, `absent`.
+    passage: &'static str,
+    clear_width_m: f64,
+    /// `lining_and_panel` or `assumed`.
+    clear_width_from: &'static str,
+    /// Narrowest line of cells through it that are not occupied.
+    width_in_map_m: f64,
+    sides_with_floor: u32,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Region {
+    storey: u32,
+    global_id: String,
+    level_z_m: f64,
+    area_m2: f64,
+    centre_m: [f64; 2],
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct SpaceReport {
+    global_id: String,
+    name: String,
+    reason: String,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Diagnostic {
+    /// `info`, `warning` or `error`.
+    severity: &'static str,
+    /// Stable word for programs.
+    code: String,
+    /// The file, if one is meant.
+    file: Option<String>,
+    /// STEP id of the entity meant, e.g. `#123`.
+    entity: Option<String>,
+    global_id: Option<String>,
+    name: Option<String>,
+    message: String,
+}
+
+impl Report {
+    pub(crate) fn of(input: &ExportInput<'_>) -> Self {
+        let site = input.site;
+        let phase: &Phase<'_> = input.phase;
+        Self {
+            elements: count(site.elements.iter().map(|e| e.class())),
+            storeys: storey_counts(input),
+            storeys_not_mapped: storeys_not_mapped(site),
+            schedule_ignored: site.head.has_schedule == 1 && phase.head.plan_time().is_none(),
+            failed_geometry: failed_geometry(site),
+            doors: doors(input),
+            regions: regions(input),
+            spaces_without_waypoint: spaces_without_waypoint(input),
+            diagnostics: diagnostics(site),
+        }
+    }
+}
+
+fn count(classes: impl Iterator<Item = Class>) -> BTreeMap<&'static str, usize> {
+    let mut counts = BTreeMap::new();
+    for class in classes {
+        *counts.entry(class.name()).or_insert(0) += 1;
+    }
+    counts
+}
+
+fn storey_counts(input: &ExportInput<'_>) -> Vec<StoreyCounts> {
+    let site = input.site;
+    let storeys = (0..).zip(site.map_storeys).zip(input.footprints);
+    storeys
+        .map(|((index, storey), cuts)| StoreyCounts {
+            index,
+            name: site.text(storey.name).to_owned(),
+            elements: count(cuts.iter().map(|(element, _)| site.elements[*element as usize].class())),
+            spaces: site.spaces.iter().filter(|s| s.map_storey == index).count(),
+        })
+        .collect()
+}
+
+fn storeys_not_mapped(site: &Site<'_>) -> Vec<StoreyNotMapped> {
+    let without = site.storeys.iter().filter(|s| s.why.length > 0);
+    let text = |t| site.text(t).to_owned();
+    without.map(|s| StoreyNotMapped { global_id: text(s.global_id), name: text(s.name), reason: text(s.why) }).collect()
+}
+
+fn failed_geometry(site: &Site<'_>) -> Vec<FailedGeometry> {
+    let text = |t| site.text(t).to_owned();
+    let failed = site.elements.iter().filter_map(|e| {
+        let drawn_as = match e.flags {
+            f if f & element_flags::BOUNDING_BOX != 0 => "bounding_box",
+            f if f & element_flags::FAILED != 0 => "nothing",
+            _ => return None,
+        };
+        Some(FailedGeometry { global_id: text(e.global_id), r#type: text(e.ifc_type), name: text(e.name), drawn_as })
+    });
+    failed.collect()
+}
+
+fn doors(input: &ExportInput<'_>) -> Vec<DoorReport> {
+    let site = input.site;
+    let worth_a_line = |d: &&messages::DoorPassageRecord| {
+        let assumed = clear_width_word(&site.doors[d.door as usize]) == "assumed";
+        d.passage != DoorPassage::Passable as u32 || d.sides_with_floor < 2 || assumed
+    };
+    let report = |d: &messages::DoorPassageRecord| {
+        let door = &site.doors[d.door as usize];
+        let element = &site.elements[door.element as usize];
+        DoorReport {
+            global_id: site.text(element.global_id).to_owned(),
+            name: site.text(element.name).to_owned(),
+            storey: d.map_storey,
+            passage: DoorPassage::from_id(d.passage).map_or("unknown", DoorPassage::name),
+            clear_width_m: rounded(door.clear_width_m),
+            clear_width_from: clear_width_word(door),
+            width_in_map_m: rounded(d.width_in_map_m),
+            sides_with_floor: d.sides_with_floor,
+        }
+    };
+    input.index.doors.iter().filter(worth_a_line).map(report).collect()
+}
+
+fn regions(input: &ExportInput<'_>) -> Vec<Region> {
+    let region = |r: &messages::RegionRecord| Region {
+        storey: r.map_storey,
+        global_id: input.site.text(input.site.elements[r.element as usize].global_id).to_owned(),
+        level_z_m: metres(r.level_z_tenths),
+        area_m2: rounded(r.area_m2),
+        centre_m: r.centre_m.map(rounded),
+    };
+    input.index.regions.iter().map(region).collect()
+}
+
+fn spaces_without_waypoint(input: &ExportInput<'_>) -> Vec<SpaceReport> {
+    let site = input.site;
+    let without = site.spaces.iter().enumerate().filter(|(k, _)| !input.plan.reason(*k).is_empty());
+    let report = |(k, s): (usize, &messages::SpaceRecord)| SpaceReport {
+        global_id: site.text(s.global_id).to_owned(),
+        name: site.text(s.name).to_owned(),
+        reason: input.plan.reason(k).to_owned(),
+    };
+    without.map(report).collect()
+}
+
+fn diagnostics(site: &Site<'_>) -> Vec<Diagnostic> {
+    let some = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+    let diagnostic = |d: &messages::DiagnosticRecord| Diagnostic {
+        severity: ["info", "warning", "error"].get(d.severity as usize).copied().unwrap_or("error"),
+        code: site.text(d.code).to_owned(),
+        file: (d.source != NONE)
+            .then(|| site.sources.get(d.source as usize))
+            .flatten()
+            .and_then(|s| some(site.text(s.file))),
+        entity: (d.step_id != 0).then(|| format!("#{}", d.step_id)),
+        global_id: some(site.text(d.global_id)),
+        name: some(site.text(d.name)),
+        message: site.text(d.message).to_owned(),
+    };
+    site.diagnostics.iter().map(diagnostic).collect()
+}

@@ -1,0 +1,314 @@
+//! `semantic.json`: what everything is, by GlobalId.
+
+use crate::semantic_geometry::Geometry;
+use crate::{ExportInput, rounded};
+use frames::metres;
+use geometry::MultiPolygon;
+use messages::{
+    AttributeKind, AttributeRecord, ClearWidth, DoorPassage, DoorRecord, ElementRecord, NONE, SpaceRecord, StairRecord,
+    element_flags, space_flags,
+};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What everything is, by GlobalId. Lengths in metres in `map`.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Semantic {
+    /// Version of this layout: 1.
+    version: u32,
+    /// Elements by GlobalId.
+    elements: BTreeMap<String, Element>,
+    /// Spaces by GlobalId.
+    spaces: BTreeMap<String, Space>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Element {
+    /// Entity name, e.g. `IfcWall`.
+    r#type: String,
+    /// Class as in `classes.png`, e.g. `wall`.
+    class: &'static str,
+    name: String,
+    /// Map storeys whose slab it meets.
+    storeys: Vec<u32>,
+    /// Upright box around its body; null without a body.
+    aabb: Option<Aabb>,
+    /// Plan in the slab of each map storey it meets: coordinates of a GeoJSON MultiPolygon.
+    footprints: BTreeMap<u32, Coordinates>,
+    schedule: Schedule,
+    attributes: Attributes,
+    #[serde(flatten)]
+    geometry: Option<Geometry>,
+}
+
+/// Polygons of rings of points; exteriors counter-clockwise, first point repeated.
+type Coordinates = Vec<Vec<Vec<[f64; 2]>>>;
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Aabb {
+    min: [f64; 3],
+    max: [f64; 3],
+}
+
+/// When it is built; nulls where the site has no dates for it.
+#[derive(Debug, Default, Serialize, JsonSchema)]
+struct Schedule {
+    start: Option<String>,
+    finish: Option<String>,
+    /// `none`, or where the dates come from.
+    source: &'static str,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Attributes {
+    #[serde(skip_serializing_if = "String::is_empty")]
+    predefined_type: String,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    materials: Vec<String>,
+    /// True if a lidar looks through it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    glass: bool,
+    /// True if its body could not be made and a box stands in.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    bounding_box: bool,
+    /// GlobalId of the element it is a part of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    part_of: Option<String>,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    door: Option<Door>,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    stair: Option<Stair>,
+    /// Properties by set and name, numbers in the file's units.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    property_sets: PropertySets,
+}
+
+type PropertySets = BTreeMap<String, BTreeMap<String, PropertyValue>>;
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(untagged)]
+enum PropertyValue {
+    Text(String),
+    Number(f64),
+    Boolean(bool),
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Door {
+    /// As the schema spells it; null if unknown.
+    operation_type: Option<String>,
+    overall_width_m: f64,
+    overall_height_m: f64,
+    clear_width_m: f64,
+    /// `lining_and_panel` or `assumed`.
+    clear_width_from: &'static str,
+    /// GlobalIds of the spaces it joins; null where there is none.
+    spaces: [Option<String>; 2],
+    /// Whether the robot can pass: `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`, `absent`.
+    passage: BTreeMap<u32, &'static str>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Stair {
+    n_risers: Option<u32>,
+    n_treads: Option<u32>,
+    riser_height_m: Option<f64>,
+    tread_length_m: Option<f64>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Space {
+    name: String,
+    long_name: String,
+    #[serde(skip_serializing_if = "String::is_empty")]
+    predefined_type: String,
+    /// Map storey; null if its floor is on none.
+    storey: Option<u32>,
+    /// Area centroid of its floor; null without a body.
+    centroid_m: Option<[f64; 2]>,
+    area_m2: f64,
+    height_m: f64,
+    floor_z_m: f64,
+    /// Its floor: coordinates of a GeoJSON MultiPolygon.
+    polygon: Coordinates,
+    /// GlobalIds of the doors that lead into it.
+    doors: Vec<String>,
+    /// `open`, `blocked`, `outdoors`, or `metadata_only` for gross areas and spaces made of spaces.
+    state: &'static str,
+    why: Vec<String>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    property_sets: PropertySets,
+}
+
+impl Semantic {
+    pub(crate) fn of(input: &ExportInput<'_>) -> Self {
+        let site = input.site;
+        let mut footprints: Vec<BTreeMap<u32, Coordinates>> = site.elements.iter().map(|_| BTreeMap::new()).collect();
+        let mut storeys: Vec<Vec<u32>> = site.elements.iter().map(|_| Vec::new()).collect();
+        for (storey, cuts) in (0..).zip(input.footprints) {
+            for (element, footprint) in *cuts {
+                footprints[*element as usize].insert(storey, coordinates(&footprint.area));
+                storeys[*element as usize].push(storey);
+            }
+        }
+        let rest = site.elements.iter().zip(storeys).zip(footprints);
+        let elements = rest.map(|((record, storeys), footprints)| {
+            let id = site.text(record.global_id).to_owned();
+            (id, Element::of(input, record, storeys, footprints))
+        });
+        let spaces = site.spaces.iter().enumerate();
+        let spaces = spaces.map(|(k, record)| (site.text(record.global_id).to_owned(), Space::of(input, k, record)));
+        Self { version: 1, elements: elements.collect(), spaces: spaces.collect() }
+    }
+}
+
+/// JSON with one element or space per line: readable differences, small files.
+pub(crate) fn text(semantic: &Semantic) -> String {
+    let mut out = format!("{{\n\"version\": {},\n\"elements\": {{", semantic.version);
+    push_lines(&mut out, &semantic.elements);
+    out.push_str("},\n\"spaces\": {");
+    push_lines(&mut out, &semantic.spaces);
+    out.push_str("}\n}\n");
+    out
+}
+
+fn push_lines<T: Serialize>(out: &mut String, map: &BTreeMap<String, T>) {
+    for (k, (id, value)) in map.iter().enumerate() {
+        out.push_str(if k == 0 { "\n" } else { ",\n" });
+        out.push_str(&compact(id));
+        out.push_str(": ");
+        out.push_str(&compact(value));
+    }
+    out.push('\n');
+}
+
+fn compact<T: Serialize>(value: &T) -> String {
+    serde_json::to_string(value).expect("our types serialise: keys are strings, numbers are finite")
+}
+
+impl Element {
+    fn of(
+        input: &ExportInput<'_>,
+        record: &ElementRecord,
+        storeys: Vec<u32>,
+        footprints: BTreeMap<u32, Coordinates>,
+    ) -> Self {
+        let site = input.site;
+        let text = |t| site.text(t).to_owned();
+        let door = (record.door != NONE).then(|| Door::of(input, record.door, &site.doors[record.door as usize]));
+        let stair = (record.stair != NONE).then(|| Stair::of(&site.stairs[record.stair as usize]));
+        let part_of = (record.whole != NONE).then(|| text(site.elements[record.whole as usize].global_id));
+        Self {
+            r#type: text(record.ifc_type),
+            class: record.class().name(),
+            name: text(record.name),
+            storeys,
+            aabb: (record.n_parts > 0)
+                .then(|| Aabb { min: record.min_tenths.map(metres), max: record.max_tenths.map(metres) }),
+            footprints,
+            schedule: Schedule { source: "none", ..Default::default() },
+            attributes: Attributes {
+                predefined_type: text(record.predefined_type),
+                materials: site.element_materials(record).map(str::to_owned).collect(),
+                glass: record.has(element_flags::GLASS),
+                bounding_box: record.has(element_flags::BOUNDING_BOX),
+                part_of,
+                door,
+                stair,
+                property_sets: property_sets(input, site.element_attributes(record)),
+            },
+            geometry: (input.with_geometry && record.n_parts > 0).then(|| Geometry::of(site.element_meshes(record))),
+        }
+    }
+}
+
+impl Door {
+    fn of(input: &ExportInput<'_>, index: u32, door: &DoorRecord) -> Self {
+        let site = input.site;
+        let operation = site.text(door.operation);
+        let space = |s: u32| (s != NONE).then(|| site.text(site.spaces[s as usize].global_id).to_owned());
+        let records = input.index.doors.iter().filter(|d| d.door == index);
+        let passage = records.filter_map(|d| Some((d.map_storey, DoorPassage::from_id(d.passage)?.name())));
+        Self {
+            operation_type: (!operation.is_empty()).then(|| operation.to_owned()),
+            overall_width_m: rounded(door.overall_width_m),
+            overall_height_m: rounded(door.overall_height_m),
+            clear_width_m: rounded(door.clear_width_m),
+            clear_width_from: clear_width_word(door),
+            spaces: door.spaces.map(space),
+            passage: passage.collect(),
+        }
+    }
+}
+
+pub(crate) fn clear_width_word(door: &DoorRecord) -> &'static str {
+    if door.clear_width_from == ClearWidth::LiningAndPanel as u32 { "lining_and_panel" } else { "assumed" }
+}
+
+impl Stair {
+    fn of(stair: &StairRecord) -> Self {
+        let count = |n: u32| (n != NONE).then_some(n);
+        let length = |m: f64| (m > 0.0).then(|| rounded(m));
+        Self {
+            n_risers: count(stair.n_risers),
+            n_treads: count(stair.n_treads),
+            riser_height_m: length(stair.riser_height_m),
+            tread_length_m: length(stair.tread_length_m),
+        }
+    }
+}
+
+impl Space {
+    fn of(input: &ExportInput<'_>, index: usize, record: &SpaceRecord) -> Self {
+        let site = input.site;
+        let text = |t| site.text(t).to_owned();
+        let doors = site.doors.iter().filter(|d| d.spaces.contains(&(index as u32)));
+        let state = if record.has(space_flags::METADATA_ONLY) {
+            "metadata_only"
+        } else if input.phase.is_blocked(index) {
+            "blocked"
+        } else if record.has(space_flags::EXTERNAL) {
+            "outdoors"
+        } else {
+            "open"
+        };
+        Self {
+            name: text(record.name),
+            long_name: text(record.long_name),
+            predefined_type: text(record.predefined_type),
+            storey: (record.map_storey != NONE).then_some(record.map_storey),
+            centroid_m: (record.n_rings > 0).then(|| record.centroid_m.map(rounded)),
+            area_m2: rounded(record.area_m2),
+            height_m: metres(record.height_tenths),
+            floor_z_m: metres(record.floor_z_tenths),
+            polygon: coordinates(&site.floor_polygon(record)),
+            doors: doors.map(|d| text(site.elements[d.element as usize].global_id)).collect(),
+            state,
+            why: input.phase.why(index).map(str::to_owned).collect(),
+            property_sets: property_sets(input, site.space_attributes(record)),
+        }
+    }
+}
+
+fn property_sets(input: &ExportInput<'_>, attributes: &[AttributeRecord]) -> PropertySets {
+    let mut sets = PropertySets::new();
+    for attribute in attributes {
+        let value = if attribute.kind == AttributeKind::Number as u32 {
+            PropertyValue::Number(attribute.number)
+        } else if attribute.kind == AttributeKind::Boolean as u32 {
+            PropertyValue::Boolean(attribute.number == 1.0)
+        } else {
+            PropertyValue::Text(input.site.text(attribute.text).to_owned())
+        };
+        let set = sets.entry(input.site.text(attribute.set).to_owned()).or_default();
+        set.entry(input.site.text(attribute.name).to_owned()).or_insert(value);
+    }
+    sets
+}
+
+/// Coordinates of a GeoJSON MultiPolygon: rings closed.
+fn coordinates(area: &MultiPolygon) -> Coordinates {
+    let ring = |r: &geometry::Ring| r.iter().chain(r.first()).map(|p| p.map(metres)).collect();
+    area.0.iter().map(|polygon| polygon.rings().map(ring).collect()).collect()
+}
