@@ -1,0 +1,280 @@
+//! The model from its parts.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use crate::affine::Affine;
+use crate::geometry::Bodied;
+use crate::kernel::{File, Record};
+use crate::materials::Materials;
+use crate::placement::Placements;
+use crate::products::{Product, Products};
+use crate::psets::PropertySets;
+use crate::relations::Relations;
+use crate::report::Report;
+use crate::representations::Bodies;
+use crate::spatial::Storeys;
+use crate::units::LengthUnit;
+use crate::{
+    Element, Geometry, Model, Opening, ReadError, ReadOptions, Severity, Source, Space, SpaceBoundary, Stage, doors,
+    geometry, georeference, spatial, stairs, units,
+};
+
+/// Reads everything that the file says.
+pub(crate) fn model(
+    file: &File<'_>,
+    schema: String,
+    options: &ReadOptions<'_>,
+    report: &mut Report,
+) -> Result<Model, ReadError> {
+    let relations = Relations::read(file, report);
+    let products = Products::read(file, &relations, report);
+    let mut bodies = Bodies::new(file);
+    let voids = voids(&relations);
+    let bodied: Vec<Bodied<'_, '_>> = products
+        .all()
+        .map(|product| Bodied {
+            id: &product.id,
+            record: &product.record,
+            body: bodies.of_product(&product.record),
+            openings: voids.get(&product.record.id).map_or(&[], Vec::as_slice),
+            cuts: product.class.is("IfcOpeningElement"),
+        })
+        .collect();
+    let unit = unit(file, bodied.iter().any(|b| !b.body.items.is_empty()), report)?;
+    let unit_m = unit.as_ref().map_or(0.0, |unit| unit.metres);
+    let mut placements = Placements::new(file, unit_m);
+    let frames = frames(&products, unit.is_some().then_some(&mut placements), report);
+    let storeys = spatial::storeys(file, unit.is_some().then_some(&mut placements), unit_m, report);
+    options.report(Stage::Reading, 1, 1);
+    let mut geometries = geometry::mesh(file, unit.as_ref(), &bodied, &frames, options, report)?;
+    let finder = Storeys::new(&storeys, &relations);
+    let mut reader = Reader {
+        file,
+        unit_m,
+        relations: &relations,
+        products: &products,
+        storeys: &finder,
+        frames: &frames,
+        psets: PropertySets::new(file),
+        materials: Materials::new(file),
+    };
+    let mut geometry = |id: u32| geometries.remove(&id).unwrap_or_default();
+    let elements = std::iter::zip(&products.elements, &bodied)
+        .map(|(product, bodied)| reader.element(product, &bodied.body.items, geometry(product.record.id)))
+        .collect();
+    let wholes: HashSet<u32> =
+        products.spaces.iter().filter_map(|space| relations.whole.get(&space.record.id).copied()).collect();
+    let spaces = products.spaces.iter().map(|p| reader.space(p, &wholes, geometry(p.record.id))).collect();
+    let openings = products.openings.iter().map(|p| reader.opening(p, geometry(p.record.id))).collect();
+    Ok(Model {
+        source: Source { schema, length_unit_m: unit_m },
+        georeference: georeference::read(file, report),
+        container: spatial::container(file, report),
+        storeys,
+        elements,
+        spaces,
+        openings,
+        boundaries: boundaries(&relations, &products),
+        has_schedule: file.has("IfcTask") || file.has("IfcWorkSchedule"),
+    })
+}
+
+/// Element -> its openings, by step id.
+fn voids(relations: &Relations) -> BTreeMap<u32, Vec<u32>> {
+    let pairs: BTreeSet<(u32, u32)> = relations.host.iter().map(|(&opening, &host)| (host, opening)).collect();
+    let mut voids: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (host, opening) in pairs {
+        voids.entry(host).or_default().push(opening);
+    }
+    voids
+}
+
+/// The length unit; a file without one is refused if it has geometry.
+fn unit(file: &File<'_>, has_geometry: bool, report: &mut Report) -> Result<Option<LengthUnit>, ReadError> {
+    match units::length_unit(file) {
+        Ok(unit) => Ok(Some(unit)),
+        Err(why) if has_geometry => Err(ReadError::UnknownLengthUnit { why }),
+        Err(why) => {
+            let message = format!("the length unit is unknown ({why}); there is no geometry that needs it");
+            report.add(Severity::Warning, "length_unit_unknown", None, message);
+            Ok(None)
+        }
+    }
+}
+
+/// Placements of all products in the world.
+fn frames(
+    products: &Products<'_, '_>,
+    placements: Option<&mut Placements<'_, '_>>,
+    report: &mut Report,
+) -> HashMap<u32, Affine> {
+    let Some(placements) = placements else { return HashMap::new() };
+    let mut frames = HashMap::new();
+    for product in products.all() {
+        match placements.of_product(&product.record) {
+            Ok(frame) => drop(frame.map(|frame| frames.insert(product.record.id, frame))),
+            Err(why) => report.add(Severity::Error, "placement_unusable", Some(product.id.clone()), why.to_owned()),
+        }
+    }
+    frames
+}
+
+fn boundaries(relations: &Relations, products: &Products<'_, '_>) -> Vec<SpaceBoundary> {
+    let index = |&(space, element): &(u32, u32)| {
+        let (space, element) = (products.space_idx.get(&space)?, products.element_idx.get(&element)?);
+        Some(SpaceBoundary { space: *space, element: *element })
+    };
+    let mut boundaries: Vec<SpaceBoundary> = relations.boundaries.iter().filter_map(index).collect();
+    boundaries.sort_unstable();
+    boundaries.dedup();
+    boundaries
+}
+
+/// What is needed to read one product after the other.
+struct Reader<'r, 'f, 'a> {
+    file: &'f File<'a>,
+    unit_m: f64,
+    relations: &'r Relations,
+    products: &'r Products<'f, 'a>,
+    storeys: &'r Storeys<'r>,
+    frames: &'r HashMap<u32, Affine>,
+    psets: PropertySets<'f, 'a>,
+    materials: Materials<'f, 'a>,
+}
+
+impl Reader<'_, '_, '_> {
+    fn element(&mut self, product: &Product<'_, '_>, items: &[u32], geometry: Geometry) -> Element {
+        let (record, relations) = (&product.record, self.relations);
+        let frame = self.frames.get(&record.id).copied();
+        let door = product.class.is("IfcDoor");
+        let stair = product.class.is("IfcStairFlight") || product.class.is("IfcStair");
+        let element = |id: &u32| self.products.element_idx.get(id).copied();
+        let opening = |id: &u32| self.products.opening_idx.get(id).copied();
+        Element {
+            id: product.id.clone(),
+            ifc_type: product.class.lineage[0],
+            supertypes: product.class.lineage.clone(),
+            predefined_type: self.predefined_type(record),
+            storey: self.storeys.of(record.id),
+            whole: relations.whole.get(&record.id).and_then(element),
+            fills: relations.fills.get(&record.id).and_then(opening),
+            placement: frame.and_then(|frame| frame.placement()),
+            geometry,
+            door: door.then(|| doors::read(self.file, record, relations, frame, items, self.unit_m)),
+            stair: stair.then(|| stairs::read(self.file, record, self.unit_m)).flatten(),
+            properties: self.psets.of(record.id, relations),
+            materials: self.materials.of(record.id, relations),
+        }
+    }
+
+    fn space(&mut self, product: &Product<'_, '_>, wholes: &HashSet<u32>, geometry: Geometry) -> Space {
+        let record = &product.record;
+        let kind = ["PredefinedType", "InteriorOrExteriorSpace"]
+            .into_iter()
+            .find_map(|name| self.file.attribute(record, name).enumeration());
+        let kind = match kind {
+            Some(kind) if !kind.eq_ignore_ascii_case("USERDEFINED") => kind.to_owned(),
+            _ => self.predefined_type(record),
+        };
+        Space {
+            id: product.id.clone(),
+            long_name: self.file.attribute(record, "LongName").text().unwrap_or_default().trim().to_owned(),
+            predefined_type: kind,
+            has_parts: wholes.contains(&record.id),
+            storey: self.storeys.of(record.id),
+            geometry,
+            properties: self.psets.of(record.id, self.relations),
+        }
+    }
+
+    fn opening(&self, product: &Product<'_, '_>, geometry: Geometry) -> Opening {
+        let element = |id: &u32| self.products.element_idx.get(id).copied();
+        let id = product.record.id;
+        Opening {
+            id: product.id.clone(),
+            host: self.relations.host.get(&id).and_then(element),
+            filling: self.relations.filling.get(&id).and_then(element),
+            geometry,
+        }
+    }
+
+    /// Of the occurrence, else of its type; the text where that is user-defined.
+    fn predefined_type(&self, record: &Record<'_>) -> String {
+        let own = self.defined(record, "ObjectType");
+        if own.as_deref().is_some_and(|kind| kind != "NOTDEFINED") {
+            return own.unwrap_or_default();
+        }
+        let type_record = self.relations.type_of.get(&record.id).and_then(|&id| self.file.record(id));
+        type_record.and_then(|record| self.defined(&record, "ElementType")).or(own).unwrap_or_default()
+    }
+
+    fn defined(&self, record: &Record<'_>, text: &str) -> Option<String> {
+        let kind = self.file.attribute(record, "PredefinedType").enumeration()?.to_ascii_uppercase();
+        let said = || self.file.attribute(record, text).text().map(|t| t.trim().to_owned()).filter(|t| !t.is_empty());
+        Some(if kind == "USERDEFINED" { said().unwrap_or(kind) } else { kind })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::testing::{BASICS, file, read};
+    use crate::{GeometryStatus, ReadError};
+
+    const WALL: &str = "#1=IFCWALL('wall',$,'W',$,$,#103,#121,$,.STANDARD.);";
+
+    #[test]
+    fn unknown_length_unit_is_an_error() {
+        let text = file(&format!("{BASICS}{WALL}")).replace("(#105,#106)", "(#106)");
+        assert!(matches!(read(&text), Err(ReadError::UnknownLengthUnit { .. })));
+    }
+
+    #[test]
+    fn without_geometry_the_length_unit_does_not_matter() {
+        let (model, diagnostics) = read(&file(BASICS).replace("(#105,#106)", "(#106)")).unwrap();
+        assert!(model.source.length_unit_m == 0.0);
+        assert_eq!(diagnostics[0].code, "length_unit_unknown");
+    }
+
+    #[test]
+    fn a_conversion_factor_beats_the_name_of_the_unit() {
+        let inch =
+            "#105=IFCCONVERSIONBASEDUNIT(#130,.LENGTHUNIT.,'INCH',#131);#130=IFCDIMENSIONALEXPONENTS(1,0,0,0,0,0,0);
+            #131=IFCMEASUREWITHUNIT(IFCREAL(0.5),#132);#132=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);";
+        let text = file(&format!("{BASICS}{WALL}")).replace("#105=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);", inch);
+        let (model, _) = read(&text).unwrap();
+        let part = &model.elements[0].geometry.parts[0];
+        let z = part.positions_m.iter().map(|p| p[2]).fold(f32::MIN, f32::max);
+        assert!((part.origin_m[2] + f64::from(z) - 1.5).abs() < 1e-6, "{part:?}");
+    }
+
+    #[test]
+    fn openings_and_reinforcement_are_no_elements_and_aggregates_are() {
+        let (model, _) = read(&file(&format!(
+            "{BASICS}{WALL}
+             #3=IFCREINFORCINGBAR('b',$,$,$,$,#103,#121,$,$,$,$,$,$,$);#4=IFCVIRTUALELEMENT('v',$,$,$,$,#103,#121,$);
+             #5=IFCOPENINGELEMENT('o',$,$,$,$,#103,#121,$,$);#6=IFCCURTAINWALL('c',$,$,$,$,#103,$,$,$);
+             #7=IFCBUILDINGELEMENTPROXY('p',$,$,$,'Kiosk',#103,#121,$,.USERDEFINED.);#8=IFCGRID('g',$,$,$,$,#103,$,$,$,$,$);"
+        )))
+        .unwrap();
+        let found: Vec<(&str, bool)> =
+            model.elements.iter().map(|e| (e.ifc_type, e.geometry.status == GeometryStatus::Meshed)).collect();
+        assert_eq!(found, [("IfcWall", true), ("IfcCurtainWall", false), ("IfcBuildingElementProxy", true)]);
+        assert_eq!(model.elements[2].predefined_type, "Kiosk");
+        assert!(model.openings.is_empty(), "it voids nothing");
+    }
+
+    #[test]
+    fn boundaries_join_spaces_and_elements_once() {
+        let (model, _) = read(&file(&format!(
+            "{BASICS}{WALL}#2=IFCSPACE('s',$,$,$,$,#103,#121,$,.ELEMENT.,.SPACE.,$);
+             #3=IFCRELSPACEBOUNDARY('a',$,$,$,#2,#1,$,.PHYSICAL.,.INTERNAL.);
+             #4=IFCRELSPACEBOUNDARY2NDLEVEL('b',$,$,$,#2,#1,$,.PHYSICAL.,.INTERNAL.,$,$);
+             #5=IFCRELSPACEBOUNDARY('c',$,$,$,#2,#999,$,.PHYSICAL.,.INTERNAL.);#6=IFCTASK('t',$,$,$,$,$,$,$,$,.F.,$,$,$);"
+        )))
+        .unwrap();
+        assert_eq!(model.boundaries.len(), 1);
+        assert_eq!((model.boundaries[0].space, model.boundaries[0].element), (0, 0));
+        assert!(model.has_schedule);
+        assert_eq!(model.spaces[0].geometry.status, GeometryStatus::Meshed);
+    }
+}

@@ -1,0 +1,51 @@
+//! Why nothing could be made of a file.
+
+/// Nothing could be made of the file. The text says what is wrong and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// No bytes.
+    #[error("the file is empty; export it again")]
+    Empty,
+    /// Neither STEP nor a zip container of STEP.
+    #[error("this is no IFC file: it begins with {begins:?} instead of ISO-10303-21; give a .ifc or .ifczip file")]
+    NotStep {
+        /// The first characters.
+        begins: String,
+    },
+    /// The header does not say which schema the data follows.
+    #[error("the header has no readable FILE_SCHEMA, so the data cannot be interpreted; export the file again")]
+    NoSchema,
+    /// STEP, but of a schema that is not read.
+    #[error("schema {schema:?} is not read; export the file as IFC2X3, IFC4 or IFC4X3")]
+    UnsupportedSchema {
+        /// FILE_SCHEMA as written.
+        schema: String,
+    },
+    /// The end is missing.
+    #[error("the file is cut off: {missing} is missing at its end; copy or export it again")]
+    Truncated {
+        /// What should be there.
+        missing: &'static str,
+    },
+    /// A record swallows the rest of the file.
+    #[error("the record that begins with {begins:?} is never closed and hides the rest of the file; export it again")]
+    UnclosedRecord {
+        /// The first characters of the record.
+        begins: String,
+    },
+    /// There is geometry, but no length unit to read it in.
+    #[error("the length unit is unknown ({why}), so the geometry has no size; export the file with a length unit")]
+    UnknownLengthUnit {
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A zip container without exactly one readable .ifc file.
+    #[error("the zip container cannot be used: {why}")]
+    Container {
+        /// What is wrong with it.
+        why: String,
+    },
+    /// The machine refused the threads that the kernel needs.
+    #[error("no threads for meshing")]
+    Threads(#[source] rayon::ThreadPoolBuildError),
+}

@@ -1,0 +1,394 @@
+//! Bodies of products: meshed by the kernel, or a box where that fails, and never without a word.
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::affine::{Affine, cross, dot};
+use crate::boxes::{self, Extent, Extents};
+use crate::kernel::{File, ItemMesh, MeshRequest, Patch, Record, mesh as mesh_by_kernel};
+use crate::report::Report;
+use crate::representations::Body;
+use crate::units::{self, LengthUnit};
+use crate::{Geometry, GeometryStatus, MeshPart, Named, ReadError, ReadOptions, Severity, Stage, substitutes};
+
+/// Farther from the origin nothing is built.
+const COORDINATE_MAX_M: f64 = 1e9;
+
+/// Items that have no faces: a body that consists of them is no body.
+const CURVE_ITEMS: [&str; 5] = ["IfcCurve", "IfcPoint", "IfcAnnotationFillArea", "IfcTextLiteral", "IfcPlacement"];
+
+/// A product and the body that was chosen for it.
+pub(crate) struct Bodied<'p, 'a> {
+    pub(crate) id: &'p Named,
+    pub(crate) record: &'p Record<'a>,
+    pub(crate) body: Body,
+    /// Openings that void it; empty for all but elements.
+    pub(crate) openings: &'p [u32],
+    /// It is an opening.
+    pub(crate) cuts: bool,
+}
+
+/// Bodies by step id; products without a body are not in the map.
+pub(crate) fn mesh(
+    file: &File<'_>,
+    unit: Option<&LengthUnit>,
+    products: &[Bodied<'_, '_>],
+    frames: &HashMap<u32, Affine>,
+    options: &ReadOptions<'_>,
+    report: &mut Report,
+) -> Result<BTreeMap<u32, Geometry>, ReadError> {
+    let mut geometries = BTreeMap::new();
+    let Some(unit) = unit else { return Ok(geometries) };
+    let mut patch = Patch::new(file);
+    units::pin(file, unit, &mut patch);
+    substitutes::apply(file, &mut patch);
+    let mut extents = Extents::new(file, unit.metres);
+    let mut wanted = Vec::new();
+    for product in products {
+        let has_body = !product.body.items.is_empty();
+        if has_body {
+            wanted.push(product.record.id);
+        }
+        // An opening without a body must not cut, so it is corrected as well; elements are simply not asked for.
+        if has_body || product.cuts {
+            product.body.correct(&mut patch);
+        }
+    }
+    let progress = |done: usize, total: usize| options.report(Stage::Meshing, done, total);
+    let request = MeshRequest { products: &wanted, patch: &patch, threads: options.threads, progress: &progress };
+    let mut meshed = mesh_by_kernel(file, &request)?;
+    // Openings first: an element may lie wholly inside its own.
+    let bodied = products.iter().filter(|product| !product.body.items.is_empty());
+    let (openings, others): (Vec<_>, Vec<_>) = bodied.partition(|product| product.cuts);
+    for product in openings.into_iter().chain(others) {
+        let id = product.record.id;
+        let outcome = Outcome {
+            meshes: meshed.meshes.remove(&id).unwrap_or_default(),
+            complaint: meshed.complaints.remove(&id),
+            frame: frames.get(&id).copied().unwrap_or(Affine::IDENTITY),
+        };
+        let swallowed = outcome.meshes.is_empty() && is_swallowed(product, &outcome.frame, &geometries, &mut extents);
+        let geometry = if swallowed {
+            let message = "its openings leave nothing of it".to_owned();
+            report.add(Severity::Info, "swallowed_by_openings", Some(product.id.clone()), message);
+            Geometry::default()
+        } else {
+            settle(file, product, outcome, &mut extents, report)
+        };
+        geometries.insert(id, geometry);
+    }
+    Ok(geometries)
+}
+
+/// What the kernel made of a product.
+struct Outcome {
+    meshes: Vec<ItemMesh>,
+    complaint: Option<String>,
+    frame: Affine,
+}
+
+/// True if every corner of the body's box lies in the box of one of its openings.
+fn is_swallowed(
+    product: &Bodied<'_, '_>,
+    frame: &Affine,
+    geometries: &BTreeMap<u32, Geometry>,
+    extents: &mut Extents<'_, '_>,
+) -> bool {
+    const MARGIN_M: f64 = 0.005;
+    if product.openings.is_empty() {
+        return false;
+    }
+    let Some(body) = extents.of_items(&product.body.items) else { return false };
+    let openings: Vec<Extent> =
+        product.openings.iter().filter_map(|id| boxes::of_parts(&geometries.get(id)?.parts)).collect();
+    let inside = |p: [f64; 3]| openings.iter().any(|opening| opening.contains(p, MARGIN_M));
+    body.corners().into_iter().all(|corner| inside(frame.apply(corner)))
+}
+
+/// The body as it goes into the model, with what has to be said about it.
+fn settle(
+    file: &File<'_>,
+    product: &Bodied<'_, '_>,
+    outcome: Outcome,
+    extents: &mut Extents<'_, '_>,
+    report: &mut Report,
+) -> Geometry {
+    let Outcome { meshes, complaint, frame } = outcome;
+    let (usable, broken): (Vec<ItemMesh>, Vec<ItemMesh>) = meshes.into_iter().partition(|m| is_finite(&m.part));
+    let why = complaint.unwrap_or_else(|| "its coordinates are not finite".to_owned());
+    let items = &product.body.items;
+    let lost: Vec<u32> = if usable.is_empty() {
+        items.clone()
+    } else {
+        let doubtful = !broken.is_empty() || why.contains("dropped representation items");
+        items.iter().copied().filter(|&id| doubtful && !is_meshed(file, id, &usable)).collect()
+    };
+    let lost: Vec<u32> = lost.into_iter().filter(|&id| !is_curve(file, id)).collect();
+    let mut parts = merged(usable);
+    if lost.is_empty() {
+        report_doubts(product, &why, parts.is_empty(), report);
+        let status = if parts.is_empty() { GeometryStatus::None } else { GeometryStatus::Meshed };
+        return Geometry { parts, status };
+    }
+    let why = describe(file, &lost, &why);
+    let boxed = if parts.is_empty() {
+        extents.of_boxes(&product.body.boxes).or_else(|| extents.of_items(&lost))
+    } else {
+        extents.of_items(&lost)
+    };
+    let status = match boxed.and_then(|b| boxes::mesh(b, &frame)) {
+        Some(part) => {
+            parts.push(part);
+            GeometryStatus::BoundingBox { why: why.clone() }
+        }
+        None if parts.is_empty() => GeometryStatus::Failed { why: why.clone() },
+        None => GeometryStatus::Meshed,
+    };
+    let severity = if status == GeometryStatus::Meshed { Severity::Warning } else { Severity::Error };
+    let drawn = match status {
+        GeometryStatus::BoundingBox { .. } => "its bounding box stands in",
+        GeometryStatus::Failed { .. } => "nothing is known of its extent",
+        _ => "the rest of it is drawn",
+    };
+    report.add(severity, "geometry_failed", Some(product.id.clone()), format!("{why}; {drawn}"));
+    Geometry { parts, status }
+}
+
+/// Complaints about a body that is complete as far as we can see.
+fn report_doubts(product: &Bodied<'_, '_>, why: &str, empty: bool, report: &mut Report) {
+    let id = || Some(product.id.clone());
+    if empty {
+        let message = "its body consists of curves and points only and is not drawn".to_owned();
+        report.add(Severity::Info, "body_without_faces", id(), message);
+    } else if why.contains("dropped representation items") || why.contains("refused") {
+        report.add(Severity::Warning, "geometry_incomplete", id(), format!("part of its body is missing: {why}"));
+    } else if why.contains("CSG") {
+        let message = "a cut or boolean of its body needed a fallback and may be missing".to_owned();
+        report.add(Severity::Info, "boolean_doubtful", id(), message);
+    }
+}
+
+fn describe(file: &File<'_>, lost: &[u32], why: &str) -> String {
+    let Some(record) = lost.first().and_then(|&id| file.record(id)) else {
+        return format!("item #{} of its body is missing or malformed", lost[0]);
+    };
+    let entity =
+        file.schema.lineage(record.keyword).first().map_or(record.keyword.to_owned(), |name| (*name).to_owned());
+    let others = if lost.len() > 1 { format!(" and {} other items", lost.len() - 1) } else { String::new() };
+    format!("{entity} #{}{others} cannot be meshed ({why})", record.id)
+}
+
+/// True if a mesh comes from the item, or from something inside it.
+fn is_meshed(file: &File<'_>, item: u32, meshes: &[ItemMesh]) -> bool {
+    let known = |id: u32| meshes.iter().any(|mesh| mesh.item == Some(id));
+    if known(item) {
+        return true;
+    }
+    let mapped = file.record_of(item, "IFCMAPPEDITEM");
+    // A mapped item whose meshes carry no item is taken as meshed.
+    mapped.is_some() && (meshes.iter().any(|mesh| mesh.item.is_none()) || boxes::mapped_items(file, item).any(known))
+}
+
+fn is_curve(file: &File<'_>, item: u32) -> bool {
+    let Some(record) = file.record(item) else { return false };
+    if record.is("IFCMAPPEDITEM") {
+        let mut inner = boxes::mapped_items(file, item).peekable();
+        return inner.peek().is_some() && inner.all(|id| file.record(id).is_some_and(|r| is_curve_record(file, &r)));
+    }
+    is_curve_record(file, &record)
+}
+
+fn is_curve_record(file: &File<'_>, record: &Record<'_>) -> bool {
+    if record.is("IFCGEOMETRICSET") || record.is("IFCGEOMETRICCURVESET") {
+        return record
+            .at(0)
+            .references()
+            .into_iter()
+            .all(|id| file.record(id).is_some_and(|r| is_plain_curve(file, &r)));
+    }
+    is_plain_curve(file, record)
+}
+
+fn is_plain_curve(file: &File<'_>, record: &Record<'_>) -> bool {
+    let lineage = file.schema.lineage(record.keyword);
+    CURVE_ITEMS.iter().any(|entity| lineage.contains(entity))
+}
+
+/// One part per item. An item of several colours arrives in pieces, which are open; copies of an item are closed.
+fn merged(meshes: Vec<ItemMesh>) -> Vec<MeshPart> {
+    let mut parts: Vec<(Option<u32>, MeshPart)> = Vec::new();
+    for ItemMesh { item, part } in meshes {
+        let piece = parts.iter_mut().rev().find(|(known, other)| {
+            item.is_some()
+                && *known == item
+                && other.origin_m == part.origin_m
+                && !(Fluxes::of(other).closed() && Fluxes::of(&part).closed())
+        });
+        match piece {
+            Some((_, whole)) => {
+                let base = whole.positions_m.len() as u32;
+                whole.positions_m.extend(part.positions_m);
+                whole.triangles.extend(part.triangles.into_iter().map(|t| t.map(|v| v + base)));
+            }
+            None => parts.push((item, part)),
+        }
+    }
+    parts.into_iter().map(|(_, part)| turned_outward(part)).collect()
+}
+
+fn is_finite(part: &MeshPart) -> bool {
+    let near = |x: f64| x.abs() <= COORDINATE_MAX_M;
+    let vertices = part.positions_m.len() as u32;
+    part.origin_m.iter().all(|&x| near(x))
+        && part.positions_m.iter().flatten().all(|&x| near(f64::from(x)))
+        && part.triangles.iter().flatten().all(|&v| v < vertices)
+}
+
+/// Turns a closed part whose faces look inward.
+fn turned_outward(mut part: MeshPart) -> MeshPart {
+    let fluxes = Fluxes::of(&part);
+    if fluxes.closed() && fluxes.volume < 0.0 {
+        for triangle in &mut part.triangles {
+            triangle.swap(1, 2);
+        }
+    }
+    part
+}
+
+/// Sums over the faces of a part, with the first vertex as origin.
+struct Fluxes {
+    /// Six times the enclosed volume.
+    volume: f64,
+    /// Twice the sum of the areas, as vectors.
+    area: [f64; 3],
+    /// Twice the sum of the areas.
+    total: f64,
+}
+
+impl Fluxes {
+    fn of(part: &MeshPart) -> Self {
+        let mut sums = Self { volume: 0.0, area: [0.0; 3], total: 0.0 };
+        let Some(&first) = part.positions_m.first() else { return sums };
+        let first = first.map(f64::from);
+        for triangle in &part.triangles {
+            let [a, b, c] = triangle.map(|v| minus(part.positions_m[v as usize].map(f64::from), first));
+            let normal = cross(minus(b, a), minus(c, a));
+            sums.volume += dot(a, normal);
+            sums.total += dot(normal, normal).sqrt();
+            sums.area = [0, 1, 2].map(|k| sums.area[k] + normal[k]);
+        }
+        sums
+    }
+
+    /// The areas of a closed surface cancel; of an open one the volume says nothing.
+    fn closed(&self) -> bool {
+        dot(self.area, self.area).sqrt() <= 1e-4 * self.total
+    }
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::testing::{BASICS, file, read};
+    use crate::{Geometry, GeometryStatus};
+
+    fn wall(representations: &str, records: &str) -> (Geometry, Vec<crate::Diagnostic>) {
+        let text = file(&format!(
+            "{BASICS}#1=IFCWALL('wall',$,'W',$,$,#103,#2,$,$);#2=IFCPRODUCTDEFINITIONSHAPE($,$,({representations}));{records}"
+        ));
+        let (mut model, diagnostics) = read(&text).unwrap();
+        (model.elements.remove(0).geometry, diagnostics)
+    }
+
+    /// A box of 9 m in a representation of this name and type.
+    fn tall(identifier: &str, kind: &str) -> String {
+        format!(
+            "#3=IFCSHAPEREPRESENTATION(#101,'{identifier}','{kind}',(#4));#4=IFCEXTRUDEDAREASOLID(#111,#102,#112,9.);"
+        )
+    }
+
+    fn height(geometry: &Geometry) -> f64 {
+        let z = |part: &crate::MeshPart| part.positions_m.iter().map(|p| part.origin_m[2] + f64::from(p[2])).collect();
+        geometry.parts.iter().flat_map(|part| -> Vec<f64> { z(part) }).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn clearance_beside_a_body_is_not_meshed() {
+        let (geometry, _) = wall("#3,#120", &tall("Clearance", "SweptSolid"));
+        assert!((height(&geometry) - 3.0).abs() < 1e-6);
+        let (geometry, diagnostics) = wall("#3", &tall("Clearance", "SweptSolid"));
+        assert_eq!((geometry.status, diagnostics.len()), (GeometryStatus::None, 0));
+    }
+
+    #[test]
+    fn a_body_of_an_unusual_type_is_meshed() {
+        for kind in ["Solid", "", "Odd"] {
+            let (geometry, _) = wall("#3", &tall("Body", kind));
+            assert!((height(&geometry) - 9.0).abs() < 1e-6, "{kind}");
+        }
+    }
+
+    #[test]
+    fn several_bodies_are_all_meshed() {
+        let mapped = "#3=IFCSHAPEREPRESENTATION(#101,'Body','MappedRepresentation',(#5));#5=IFCMAPPEDITEM(#6,#7);
+            #6=IFCREPRESENTATIONMAP(#102,#120);#7=IFCCARTESIANTRANSFORMATIONOPERATOR3D($,$,#8,1.,$);
+            #8=IFCCARTESIANPOINT((0.,0.,20.));";
+        let (geometry, _) = wall("#120,#3", mapped);
+        assert_eq!(geometry.parts.len(), 2, "{geometry:?}");
+        assert!((height(&geometry) - 23.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_sweep_that_the_kernel_gets_wrong_becomes_its_box() {
+        let sweep = "#3=IFCSHAPEREPRESENTATION(#101,'Body','AdvancedSweptSolid',(#4));
+            #4=IFCSURFACECURVESWEPTAREASOLID(#111,#102,#5,0.,1.,#7);#5=IFCPOLYLINE((#107,#6));
+            #6=IFCCARTESIANPOINT((0.,0.,5.));#7=IFCPLANE(#102);";
+        let (geometry, diagnostics) = wall("#3", sweep);
+        assert!(matches!(geometry.status, GeometryStatus::BoundingBox { .. }));
+        assert!(height(&geometry) >= 5.0);
+        assert_eq!((diagnostics.len(), diagnostics[0].code), (1, "geometry_failed"));
+    }
+
+    #[test]
+    fn a_body_that_fails_takes_the_box_of_its_box_representation() {
+        let (geometry, _) = wall(
+            "#3,#5",
+            "#3=IFCSHAPEREPRESENTATION(#101,'Body','Brep',(#999));
+             #5=IFCSHAPEREPRESENTATION(#101,'Box','BoundingBox',(#6));#6=IFCBOUNDINGBOX(#107,1.,2.,4.);",
+        );
+        assert!(matches!(geometry.status, GeometryStatus::BoundingBox { .. }));
+        assert!((height(&geometry) - 4.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_wall_that_its_opening_swallows_is_no_failure() {
+        let (geometry, diagnostics) = wall(
+            "#120",
+            "#10=IFCOPENINGELEMENT('o',$,$,$,$,#103,#11,$,$);#11=IFCPRODUCTDEFINITIONSHAPE($,$,(#12));
+             #12=IFCSHAPEREPRESENTATION(#101,'Body','SweptSolid',(#13));#13=IFCEXTRUDEDAREASOLID(#14,#102,#112,3.);
+             #14=IFCRECTANGLEPROFILEDEF(.AREA.,$,#113,2.,1.);#15=IFCRELVOIDSELEMENT('v',$,$,$,#1,#10);",
+        );
+        assert_eq!(geometry.status, GeometryStatus::None);
+        assert_eq!(diagnostics[0].code, "swallowed_by_openings");
+    }
+
+    #[test]
+    fn faces_look_outward_even_where_the_kernel_turns_them() {
+        let block = "#3=IFCSHAPEREPRESENTATION(#101,'Body','CSG',(#4));#4=IFCBLOCK(#102,1.,2.,3.);";
+        let (geometry, _) = wall("#3", block);
+        let part = &geometry.parts[0];
+        let volume: f32 = part
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| part.positions_m[v as usize]);
+                a[0] * (b[1] * c[2] - b[2] * c[1])
+                    + a[1] * (b[2] * c[0] - b[0] * c[2])
+                    + a[2] * (b[0] * c[1] - b[1] * c[0])
+            })
+            .sum();
+        assert!((volume / 6.0 - 6.0).abs() < 1e-3, "{volume}");
+    }
+}

@@ -1,0 +1,180 @@
+//! The index of a file: where each record is, and which records belong to a class that somebody asks for.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use ifc_lite_core::{EntityIndex, EntityScanner};
+
+use super::{Record, Schema};
+use crate::report::{Report, bare};
+use crate::{ReadError, Severity};
+
+/// Where a record stands.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span {
+    pub(crate) id: u32,
+    pub(crate) start: usize,
+    pub(crate) end: usize,
+}
+
+/// All records of one entity, if its class is wanted.
+pub(crate) struct Class {
+    /// The entity and its supertypes, as the schema spells them.
+    pub(crate) lineage: Vec<&'static str>,
+    pub(crate) spans: Vec<Span>,
+}
+
+impl Class {
+    pub(crate) fn is(&self, entity: &str) -> bool {
+        self.lineage.contains(&entity)
+    }
+}
+
+/// A file with its index. The bytes stay with the caller.
+pub(crate) struct File<'a> {
+    pub(crate) bytes: &'a [u8],
+    pub(crate) schema: Schema,
+    pub(super) index: Arc<EntityIndex>,
+    /// Records whose id is used again further down; the later one is meant.
+    pub(super) superseded: Vec<Span>,
+    /// The largest id.
+    pub(super) last_id: u32,
+    classes: Vec<Class>,
+}
+
+/// Classes whose records are listed: what has an identity or a relation, a few that nothing refers to, and what the kernel cannot
+/// mesh.
+const WANTED: [&str; 9] = [
+    "IfcObject",
+    "IfcContext",
+    "IfcRelationship",
+    "IfcProject",
+    "IfcCoordinateOperation",
+    "IfcGeometricRepresentationContext",
+    "IfcSurfaceCurveSweptAreaSolid",
+    "IfcCsgPrimitive3D",
+    "IfcCsgSolid",
+];
+
+impl<'a> File<'a> {
+    /// Scans the file once.
+    pub(crate) fn scan(bytes: &'a [u8], schema: Schema, report: &mut Report) -> Result<Self, ReadError> {
+        // The kernel writes what it skips to stderr, unless somebody takes it; we report the same below.
+        ifc_lite_core::set_report_sink(|_| {});
+        let mut index = EntityIndex::with_capacity_and_hasher(bytes.len() / 60, Default::default());
+        let mut classes: Vec<Class> = Vec::new();
+        let mut class_of_keyword: HashMap<&str, Option<usize>> = HashMap::new();
+        let mut superseded = Vec::new();
+        let mut scanner = EntityScanner::new(bytes);
+        let (mut last_end, mut last_id) = (0, 0);
+        while let Some((id, keyword, start, end)) = scanner.next_entity() {
+            last_end = end;
+            last_id = last_id.max(id);
+            if let Some((start, end)) = index.insert(id, (start, end)) {
+                superseded.push(Span { id, start, end });
+            }
+            let class = *class_of_keyword.entry(keyword).or_insert_with(|| wanted_class(keyword, schema, &mut classes));
+            if let Some(class) = class {
+                classes[class].spans.push(Span { id, start, end });
+            }
+        }
+        if let Some(&at) = scanner.malformed_record_starts().last() {
+            report_damage(bytes, at, last_end, report)?;
+        }
+        if scanner.skipped_oversized_ids() > 0 {
+            let message =
+                format!("{} records have ids above 4294967295 and are skipped", scanner.skipped_oversized_ids());
+            report.add(Severity::Error, "id_too_large", None, message);
+        }
+        for span in &superseded {
+            let message = format!("#{} is used more than once; its last record counts", span.id);
+            report.add(Severity::Warning, "duplicate_id", bare(span.id), message);
+        }
+        if !superseded.is_empty() {
+            for class in &mut classes {
+                class.spans.retain(|span| index.get(&span.id).is_some_and(|&(start, _)| start == span.start));
+            }
+        }
+        Ok(Self { bytes, schema, index: Arc::new(index), superseded, last_id, classes })
+    }
+
+    /// All records whose entity is `entity` or a subtype of it, in file order, each with its class.
+    pub(crate) fn all(&self, entity: &str) -> Vec<(Span, &Class)> {
+        let mut found: Vec<(Span, &Class)> = self
+            .classes
+            .iter()
+            .filter(|class| class.is(entity))
+            .flat_map(|class| class.spans.iter().map(move |&span| (span, class)))
+            .collect();
+        found.sort_by_key(|(span, _)| span.start);
+        found
+    }
+
+    /// The parsed records of [`File::all`]; broken ones are reported.
+    pub(crate) fn records(&self, entity: &str, report: &mut Report) -> Vec<Record<'a>> {
+        self.all(entity).into_iter().filter_map(|(span, _)| self.parse(span, report)).collect()
+    }
+
+    /// True if there is any record of this entity or a subtype.
+    pub(crate) fn has(&self, entity: &str) -> bool {
+        self.classes.iter().any(|class| class.is(entity) && !class.spans.is_empty())
+    }
+
+    pub(crate) fn parse(&self, span: Span, report: &mut Report) -> Option<Record<'a>> {
+        let record = Record::parse(&self.bytes[span.start..span.end]);
+        if record.is_none() {
+            let message = format!("record #{} cannot be read and is skipped", span.id);
+            report.add(Severity::Error, "record_malformed", bare(span.id), message);
+        }
+        record
+    }
+
+    /// The record with this id.
+    pub(crate) fn record(&self, id: u32) -> Option<Record<'a>> {
+        let &(start, end) = self.index.get(&id)?;
+        Record::parse(&self.bytes[start..end])
+    }
+
+    /// The record with this id, if it is of this entity.
+    pub(crate) fn record_of(&self, id: u32, entity: &str) -> Option<Record<'a>> {
+        let &(start, end) = self.index.get(&id)?;
+        let record = &self.bytes[start..end];
+        // Without a comment before it the keyword tells at once.
+        let keyword = record.iter().position(|&b| b == b'=').map(|at| record[at + 1..].trim_ascii_start())?;
+        let other = keyword.first().is_some_and(u8::is_ascii_alphabetic)
+            && !keyword.get(..entity.len()).is_some_and(|word| word.eq_ignore_ascii_case(entity.as_bytes()));
+        if other {
+            return None;
+        }
+        Record::parse(record).filter(|record| record.is(entity))
+    }
+
+    /// An attribute by its name in the file's schema.
+    pub(crate) fn attribute<'r>(&self, record: &'r Record<'a>, name: &str) -> &'r super::Value<'a> {
+        self.schema.attribute(record.keyword, name).map_or(&super::Value::Null, |at| record.at(at))
+    }
+}
+
+fn wanted_class(keyword: &str, schema: Schema, classes: &mut Vec<Class>) -> Option<usize> {
+    let lineage = schema.lineage(keyword);
+    if !lineage.iter().any(|name| WANTED.contains(name)) {
+        return None;
+    }
+    // Spellings differ in case only; a second spelling joins the class of the first.
+    let known = classes.iter().position(|class| class.lineage[0] == lineage[0]);
+    known.or_else(|| {
+        classes.push(Class { lineage, spans: Vec::new() });
+        Some(classes.len() - 1)
+    })
+}
+
+/// A record without its end: one lost record is a diagnostic, a lost rest of the file is an error.
+fn report_damage(bytes: &[u8], at: usize, last_end: usize, report: &mut Report) -> Result<(), ReadError> {
+    let begins = String::from_utf8_lossy(&bytes[at..bytes.len().min(at + 40)]).into_owned();
+    if at >= last_end {
+        return Err(ReadError::UnclosedRecord { begins });
+    }
+    let message = format!("the record that begins with {begins:?} is damaged; it and perhaps others are skipped");
+    report.add(Severity::Error, "record_malformed", None, message);
+    Ok(())
+}

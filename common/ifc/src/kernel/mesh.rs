@@ -1,0 +1,140 @@
+//! Meshes of products.
+
+use std::collections::{BTreeMap, HashSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use ifc_lite_core::EntityIndex;
+use ifc_lite_processing::{
+    Batching, Features, FrameEvent, MeshData, MeshFrame, ProcessingRequest, ProcessingSink, ProductGeometryAudit,
+    TessellationQuality, geometry_pool_builder, process,
+};
+
+use super::{File, Patch};
+use crate::{MeshPart, ReadError};
+
+/// What to mesh and how.
+pub(crate) struct MeshRequest<'r> {
+    /// STEP ids of the products.
+    pub(crate) products: &'r [u32],
+    pub(crate) patch: &'r Patch,
+    /// 0: as many as there are cores.
+    pub(crate) threads: usize,
+    /// Called with products done and in total.
+    pub(crate) progress: &'r (dyn Fn(usize, usize) + Sync),
+}
+
+/// A mesh and the representation item it comes from, where the kernel knows it.
+pub(crate) struct ItemMesh {
+    pub(crate) item: Option<u32>,
+    pub(crate) part: MeshPart,
+}
+
+/// What became of the products.
+#[derive(Default)]
+pub(crate) struct Meshed {
+    pub(crate) meshes: BTreeMap<u32, Vec<ItemMesh>>,
+    /// What the kernel says is wrong with a product, in its words.
+    pub(crate) complaints: BTreeMap<u32, String>,
+}
+
+/// Jobs per chunk: enough for all cores, few enough that a chunk's meshes do not fill the memory.
+const CHUNK: usize = 256;
+
+/// Meshes the products. The result does not depend on the number of threads.
+pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed, ReadError> {
+    let mut meshed = Meshed::default();
+    if request.products.is_empty() {
+        return Ok(meshed);
+    }
+    let (bytes, index) = request.patch.apply(file);
+    // Deep booleans need deep stacks; a stack that overflows ends the process.
+    let pool = geometry_pool_builder().num_threads(request.threads).build().map_err(ReadError::Threads)?;
+    let mut waiting = vec![request.products];
+    while let Some(products) = waiting.pop() {
+        let attempt = AssertUnwindSafe(|| pool.install(|| pass(&bytes, &index, products, request.progress)));
+        match (catch_unwind(attempt), products) {
+            (Ok(mut done), _) => {
+                meshed.meshes.append(&mut done.meshes);
+                meshed.complaints.append(&mut done.complaints);
+            }
+            (Err(_), &[product]) => {
+                meshed.complaints.insert(product, "the kernel panicked".to_owned());
+            }
+            // Halves until the products that panic stand alone.
+            (Err(_), _) => {
+                let (first, second) = products.split_at(products.len() / 2);
+                waiting.extend([second, first]);
+            }
+        }
+    }
+    Ok(meshed)
+}
+
+fn pass(bytes: &[u8], index: &Arc<EntityIndex>, products: &[u32], progress: &(dyn Fn(usize, usize) + Sync)) -> Meshed {
+    let features = Features::default()
+        .properties(false)
+        .presentation_layers(false)
+        .quick_metadata_bootstrap(false)
+        .finishes(false);
+    let wanted: HashSet<u32> = products.iter().copied().collect();
+    let mut request = ProcessingRequest::default()
+        .batching(Batching::new(CHUNK, CHUNK))
+        .retain_meshes(false)
+        .features(features)
+        .index(Arc::clone(index))
+        .ids(Some(Arc::new(wanted)));
+    request.quality = TessellationQuality::Medium;
+    let audit = ProductGeometryAudit::default();
+    let mut sink = Sink { frame: None, meshed: Meshed::default(), audit: audit.clone(), progress };
+    process(bytes, &request, &mut sink);
+    let mut meshed = sink.meshed;
+    for &product in products {
+        if let Err(complaint) = audit.require_complete(product) {
+            meshed.complaints.insert(product, complaint);
+        }
+    }
+    meshed
+}
+
+struct Sink<'p> {
+    frame: Option<MeshFrame>,
+    meshed: Meshed,
+    audit: ProductGeometryAudit,
+    progress: &'p (dyn Fn(usize, usize) + Sync),
+}
+
+impl ProcessingSink for Sink<'_> {
+    fn product_geometry_audit(&self) -> Option<ProductGeometryAudit> {
+        Some(self.audit.clone())
+    }
+
+    fn on_frame(&mut self, event: &FrameEvent) {
+        self.frame = Some(event.frame);
+    }
+
+    fn on_batch(&mut self, meshes: &[MeshData], processed: usize, total: usize) {
+        let Some(frame) = self.frame else { return };
+        // 1 and 2 are shapes of types, which their occurrences draw.
+        for mesh in meshes.iter().filter(|m| !matches!(m.geometry_class, 1 | 2)) {
+            let item_mesh = ItemMesh { item: mesh.geometry_item_id, part: part(mesh, frame) };
+            self.meshed.meshes.entry(mesh.express_id).or_default().push(item_mesh);
+        }
+        (self.progress)(processed, total);
+    }
+}
+
+/// The mesh in the world. Rotations are applied in f64; the origin stays apart, so that nothing is lost far out.
+fn part(mesh: &MeshData, frame: MeshFrame) -> MeshPart {
+    let origin_m = frame.to_world(mesh.origin);
+    let (positions, _) = mesh.positions.as_chunks::<3>();
+    let diagonal = [1.0, 2.0, 3.0];
+    let positions_m = if frame.rotate_out_of_frame(diagonal) == diagonal {
+        positions.to_vec()
+    } else {
+        let rotate = |p: &[f32; 3]| frame.rotate_out_of_frame(p.map(f64::from)).map(|v| v as f32);
+        positions.iter().map(rotate).collect()
+    };
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    MeshPart { origin_m, positions_m, triangles: triangles.to_vec() }
+}

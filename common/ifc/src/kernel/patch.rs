@@ -1,0 +1,57 @@
+//! Corrections of what the kernel is shown: records that replace those of the file, or join them.
+//!
+//! The kernel chooses representations by rules of its own and offers no hook. Records are appended to a copy of the
+//! bytes and the index points at them, so that no other record moves.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use ifc_lite_core::EntityIndex;
+
+use super::File;
+
+/// Records that replace those of the file or join them.
+pub(crate) struct Patch {
+    records: Vec<(u32, String)>,
+    last_id: u32,
+}
+
+impl Patch {
+    pub(crate) fn new(file: &File<'_>) -> Self {
+        Self { records: Vec::new(), last_id: file.last_id }
+    }
+
+    /// Adds a record and returns its id; `None` if the file has used up the ids.
+    pub(crate) fn add(&mut self, record: String) -> Option<u32> {
+        self.last_id = self.last_id.checked_add(1)?;
+        self.records.push((self.last_id, record));
+        Some(self.last_id)
+    }
+
+    /// Replaces the record `id` by `KEYWORD(..)`.
+    pub(crate) fn replace(&mut self, id: u32, record: String) {
+        self.records.push((id, record));
+    }
+
+    /// Bytes and index with the replacements; borrowed if there is nothing to replace.
+    pub(super) fn apply<'a>(&self, file: &File<'a>) -> (Cow<'a, [u8]>, Arc<EntityIndex>) {
+        if self.records.is_empty() && file.superseded.is_empty() {
+            return (Cow::Borrowed(file.bytes), Arc::clone(&file.index));
+        }
+        let added: usize = self.records.iter().map(|(_, record)| record.len() + 16).sum();
+        let mut bytes = Vec::with_capacity(file.bytes.len() + added);
+        bytes.extend_from_slice(file.bytes);
+        // The kernel would mesh a product once per record with its id.
+        for span in &file.superseded {
+            bytes[span.start..span.end].fill(b' ');
+        }
+        let mut index = EntityIndex::clone(&file.index);
+        for (id, record) in &self.records {
+            bytes.push(b'\n');
+            let start = bytes.len();
+            bytes.extend_from_slice(format!("#{id}={record};").as_bytes());
+            index.insert(*id, (start, bytes.len()));
+        }
+        (Cow::Owned(bytes), Arc::new(index))
+    }
+}

@@ -1,0 +1,71 @@
+//! Which products of a file are elements, spaces and openings?
+
+use std::collections::HashMap;
+
+use crate::kernel::{Class, File, Record};
+use crate::relations::Relations;
+use crate::report::Report;
+use crate::{Named, Severity};
+
+/// A product with its record at hand.
+pub(crate) struct Product<'f, 'a> {
+    pub(crate) id: Named,
+    pub(crate) record: Record<'a>,
+    pub(crate) class: &'f Class,
+}
+
+/// The products that make the model, in file order.
+pub(crate) struct Products<'f, 'a> {
+    pub(crate) elements: Vec<Product<'f, 'a>>,
+    pub(crate) spaces: Vec<Product<'f, 'a>>,
+    pub(crate) openings: Vec<Product<'f, 'a>>,
+    pub(crate) element_idx: HashMap<u32, usize>,
+    pub(crate) space_idx: HashMap<u32, usize>,
+    pub(crate) opening_idx: HashMap<u32, usize>,
+}
+
+/// Elements that are no obstacles whatever their shape.
+const NO_OBSTACLES: [&str; 3] = ["IfcFeatureElement", "IfcVirtualElement", "IfcReinforcingElement"];
+
+impl<'f, 'a> Products<'f, 'a> {
+    pub(crate) fn read(file: &'f File<'a>, relations: &Relations, report: &mut Report) -> Self {
+        let mut elements = products(file, "IfcElement", report);
+        // Terrain that is an element stays: where the ground rises into the slab, a robot cannot be. The site's own shape is none.
+        elements.retain(|p| !NO_OBSTACLES.iter().any(|entity| p.class.is(entity)));
+        let spaces = products(file, "IfcSpace", report);
+        let mut openings = products(file, "IfcOpeningElement", report);
+        openings.retain(|p| relations.host.contains_key(&p.record.id));
+        report_repeated_ids(&elements, report);
+        let index = |products: &[Product<'_, '_>]| products.iter().enumerate().map(|(i, p)| (p.record.id, i)).collect();
+        let (element_idx, space_idx, opening_idx) = (index(&elements), index(&spaces), index(&openings));
+        Self { elements, spaces, openings, element_idx, space_idx, opening_idx }
+    }
+
+    /// Elements, spaces, openings.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Product<'f, 'a>> {
+        self.elements.iter().chain(&self.spaces).chain(&self.openings)
+    }
+}
+
+/// Identity of an IfcRoot.
+pub(crate) fn named(record: &Record<'_>) -> Named {
+    Named { step_id: record.id, global_id: record.text(0), name: record.text(2) }
+}
+
+fn products<'f, 'a>(file: &'f File<'a>, entity: &str, report: &mut Report) -> Vec<Product<'f, 'a>> {
+    let parsed = file.all(entity).into_iter().filter_map(|(span, class)| {
+        let record = file.parse(span, report)?;
+        Some(Product { id: named(&record), record, class })
+    });
+    parsed.collect()
+}
+
+fn report_repeated_ids(elements: &[Product<'_, '_>], report: &mut Report) {
+    let mut seen: HashMap<&str, u32> = HashMap::new();
+    for element in elements {
+        if let Some(first) = seen.insert(&element.id.global_id, element.id.step_id) {
+            let message = format!("GlobalId {} is used by #{first} as well", element.id.global_id);
+            report.add(Severity::Warning, "duplicate_global_id", Some(element.id.clone()), message);
+        }
+    }
+}

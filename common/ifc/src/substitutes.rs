@@ -1,0 +1,279 @@
+//! Items that the kernel meshes wrongly or not at all, written as ones that it does mesh.
+//!
+//! The substitute keeps the id of the item, so that representations, booleans and maps that use it need no change, and
+//! is cut by openings like any other body. Coordinates are in the file's units.
+
+use std::f64::consts::TAU;
+
+use crate::affine::{Affine, cross, dot, normalised};
+use crate::kernel::{File, Patch, Record};
+use crate::placement::{axis2_placement, operator, point};
+use crate::representations::references;
+
+/// Longest directrix and largest profile that are swept here.
+const POINTS_MAX: usize = 10_000;
+/// Corners of round primitives; what the kernel takes for round profiles.
+const SEGMENTS: usize = 36;
+
+/// Faces as loops of points.
+type Faces = Vec<Vec<[f64; 3]>>;
+
+/// Replaces what can be replaced. An IfcSurfaceCurveSweptAreaSolid that cannot is emptied: the kernel would mesh a part of
+/// it, metres off, and the box that stands in for a failed item is better.
+pub(crate) fn apply(file: &File<'_>, patch: &mut Patch) {
+    for (span, _) in file.all("IfcSurfaceCurveSweptAreaSolid") {
+        let faces = file.record(span.id).and_then(|record| swept(file, &record));
+        let shell = faces.and_then(|faces| shell(&faces, patch));
+        let record = shell.unwrap_or_else(|| "IFCSURFACECURVESWEPTAREASOLID($,$,$,$,$,$)".to_owned());
+        patch.replace(span.id, record);
+    }
+    for (span, _) in file.all("IfcCsgPrimitive3D") {
+        let faces = file.record(span.id).and_then(|record| primitive(file, &record));
+        if let Some(shell) = faces.and_then(|faces| shell(&faces, patch)) {
+            patch.replace(span.id, shell);
+        }
+    }
+    // The kernel wants a primitive of its own in an IfcCsgSolid.
+    for (span, _) in file.all("IfcCsgSolid") {
+        let root = file.record(span.id).and_then(|record| file.record(record.at(0).reference()?));
+        let faces = root.and_then(|record| primitive(file, &record));
+        if let Some(shell) = faces.and_then(|faces| shell(&faces, patch)) {
+            patch.replace(span.id, shell);
+        }
+    }
+}
+
+/// The faces of a primitive that the kernel does not know.
+fn primitive(file: &File<'_>, record: &Record<'_>) -> Option<Faces> {
+    let mut faces = match record.keyword.to_ascii_uppercase().as_str() {
+        "IFCRIGHTCIRCULARCYLINDER" => cylinder(record),
+        "IFCRIGHTCIRCULARCONE" => cone(record),
+        "IFCRECTANGULARPYRAMID" => pyramid(record),
+        _ => None,
+    }?;
+    let frame = axis2_placement(file, &file.record(record.at(0).reference()?)?, 1.0)?;
+    faces.iter_mut().flatten().for_each(|p| *p = frame.apply(*p));
+    Some(faces)
+}
+
+/// The record of an IfcFacetedBrep, which all schemas have.
+fn shell(faces: &Faces, patch: &mut Patch) -> Option<String> {
+    let mut ids = Vec::with_capacity(faces.len());
+    for face in faces {
+        let mut points = Vec::with_capacity(face.len());
+        for [x, y, z] in face {
+            points.push(patch.add(format!("IFCCARTESIANPOINT(({x:.12},{y:.12},{z:.12}))"))?);
+        }
+        let polyloop = patch.add(format!("IFCPOLYLOOP(({}))", references(&points)))?;
+        let bound = patch.add(format!("IFCFACEOUTERBOUND(#{polyloop},.T.)"))?;
+        ids.push(patch.add(format!("IFCFACE((#{bound}))"))?);
+    }
+    let shell = patch.add(format!("IFCCLOSEDSHELL(({}))", references(&ids)))?;
+    Some(format!("IFCFACETEDBREP(#{shell})"))
+}
+
+/// A prism or, with one point on top, a pyramid over the bottom loop (counter-clockwise from above).
+fn tower(bottom: &[[f64; 3]], top: &[[f64; 3]]) -> Faces {
+    let n = bottom.len();
+    let mut faces: Faces = vec![bottom.iter().rev().copied().collect()];
+    for i in 0..n {
+        let k = (i + 1) % n;
+        faces.push(match top {
+            [apex] => vec![bottom[i], bottom[k], *apex],
+            _ => vec![bottom[i], bottom[k], top[k], top[i]],
+        });
+    }
+    if top.len() > 1 {
+        faces.push(top.to_vec());
+    }
+    faces
+}
+
+fn circle(radius: f64, z: f64) -> Vec<[f64; 3]> {
+    let corner = |i: usize| {
+        let angle = TAU * i as f64 / SEGMENTS as f64;
+        [radius * libm::cos(angle), radius * libm::sin(angle), z]
+    };
+    (0..SEGMENTS).map(corner).collect()
+}
+
+/// (Position, Height, Radius)
+fn cylinder(record: &Record<'_>) -> Option<Faces> {
+    let (height, radius) = (size(record, 1)?, size(record, 2)?);
+    Some(tower(&circle(radius, 0.0), &circle(radius, height)))
+}
+
+/// (Position, Height, BottomRadius)
+fn cone(record: &Record<'_>) -> Option<Faces> {
+    let (height, radius) = (size(record, 1)?, size(record, 2)?);
+    Some(tower(&circle(radius, 0.0), &[[0.0, 0.0, height]]))
+}
+
+/// (Position, XLength, YLength, Height)
+fn pyramid(record: &Record<'_>) -> Option<Faces> {
+    let (x, y, height) = (size(record, 1)?, size(record, 2)?, size(record, 3)?);
+    let bottom = [[0.0, 0.0, 0.0], [x, 0.0, 0.0], [x, y, 0.0], [0.0, y, 0.0]];
+    Some(tower(&bottom, &[[x / 2.0, y / 2.0, height]]))
+}
+
+fn size(record: &Record<'_>, at: usize) -> Option<f64> {
+    record.at(at).number().filter(|&x| x > 0.0 && x < 1e9)
+}
+
+/// A polygon swept along lines in a plane, with mitred corners: x of the profile along the plane's normal, its own
+/// normal along the directrix. The parameters are ignored, as IfcOpenShell does: exporters write 0 and 1 for all of it.
+fn swept(file: &File<'_>, record: &Record<'_>) -> Option<Faces> {
+    let frame =
+        record.at(1).reference().map_or(Some(Affine::IDENTITY), |id| axis2_placement(file, &file.record(id)?, 1.0))?;
+    let plane = file.record_of(record.at(5).reference()?, "IFCPLANE")?;
+    let [_, _, normal] = axis2_placement(file, &file.record(plane.at(0).reference()?)?, 1.0)?.axes;
+    let mut profile = polygon(file, record.at(0).reference()?, 0)?;
+    let mut path = lines(file, record.at(2).reference()?)?;
+    path.dedup();
+    let closed = path.len() > 3 && path.first() == path.last();
+    if closed {
+        path.pop();
+    }
+    if area(&profile) < 0.0 {
+        profile.reverse();
+    }
+    let sides = sides(&path, normal, closed)?;
+    let ring = |(p, side): (&[f64; 3], &[f64; 3])| -> Vec<[f64; 3]> {
+        let place = |[x, y]: &[f64; 2]| frame.apply([0, 1, 2].map(|i| p[i] + normal[i] * x + side[i] * y));
+        profile.iter().map(place).collect()
+    };
+    let rings: Vec<Vec<[f64; 3]>> = std::iter::zip(&path, &sides).map(ring).collect();
+    let mut faces = Faces::new();
+    let n_spans = if closed { rings.len() } else { rings.len() - 1 };
+    for s in 0..n_spans {
+        let (from, to) = (&rings[s], &rings[(s + 1) % rings.len()]);
+        for i in 0..profile.len() {
+            let k = (i + 1) % profile.len();
+            faces.push(vec![from[i], from[k], to[k], to[i]]);
+        }
+    }
+    if !closed {
+        faces.push(rings.first()?.iter().rev().copied().collect());
+        faces.push(rings.last()?.clone());
+    }
+    Some(faces)
+}
+
+/// Where y of the profile points at each corner of the path, lengthened by the mitre.
+fn sides(path: &[[f64; 3]], normal: [f64; 3], closed: bool) -> Option<Vec<[f64; 3]>> {
+    let n = path.len();
+    let direction = |i: usize| normalised([0, 1, 2].map(|k| path[(i + 1) % n][k] - path[i % n][k]));
+    let in_plane = |t: &[f64; 3]| dot(*t, normal).abs() < 1e-6;
+    let n_spans = if closed { n } else { n.checked_sub(1)? };
+    let spans: Vec<[f64; 3]> = (0..n_spans).map(|i| direction(i).filter(in_plane)).collect::<Option<_>>()?;
+    let across: Vec<[f64; 3]> = spans.iter().map(|&t| cross(t, normal)).collect();
+    let corner = |i: usize| {
+        let before = if i > 0 || closed { across[(i + n_spans - 1) % n_spans] } else { across[0] };
+        let after = if i < n_spans { across[i] } else { across[n_spans - 1] };
+        let bend = 1.0 + dot(before, after);
+        // Sharper than about 25 degrees the mitre runs away.
+        (bend > 0.1).then(|| [0, 1, 2].map(|k| (before[k] + after[k]) / bend))
+    };
+    (n_spans > 0).then(|| (0..n).map(corner).collect::<Option<_>>())?
+}
+
+/// Outline of a profile of straight lines.
+fn polygon(file: &File<'_>, id: u32, depth: usize) -> Option<Vec<[f64; 2]>> {
+    let record = file.record(id).filter(|_| depth < 4)?;
+    match record.keyword.to_ascii_uppercase().as_str() {
+        "IFCARBITRARYCLOSEDPROFILEDEF" => {
+            let mut points: Vec<[f64; 2]> =
+                lines(file, record.at(2).reference()?)?.iter().map(|p| [p[0], p[1]]).collect();
+            points.dedup();
+            if points.first() == points.last() {
+                points.pop();
+            }
+            (points.len() >= 3).then_some(points)
+        }
+        "IFCRECTANGLEPROFILEDEF" => {
+            let position = record.at(2).reference();
+            let frame = position.map_or(Some(Affine::IDENTITY), |id| axis2_placement(file, &file.record(id)?, 1.0))?;
+            let (x, y) = (size(&record, 3)? / 2.0, size(&record, 4)? / 2.0);
+            let corner = |(x, y): (f64, f64)| frame.apply([x, y, 0.0]);
+            Some([(-x, -y), (x, -y), (x, y), (-x, y)].map(corner).iter().map(|p| [p[0], p[1]]).collect())
+        }
+        "IFCDERIVEDPROFILEDEF" => {
+            let map = operator(file, &file.record(record.at(3).reference()?)?, 1.0)?;
+            let parent = polygon(file, record.at(2).reference()?, depth + 1)?;
+            let mapped = parent.iter().map(|&[x, y]| map.apply([x, y, 0.0]));
+            Some(mapped.map(|p| [p[0], p[1]]).collect())
+        }
+        _ => None,
+    }
+}
+
+/// Points of an IfcPolyline, or of an IfcIndexedPolyCurve without arcs.
+fn lines(file: &File<'_>, id: u32) -> Option<Vec<[f64; 3]>> {
+    let record = file.record(id)?;
+    let points: Vec<[f64; 3]> = if record.is("IFCPOLYLINE") {
+        record.at(0).references().into_iter().map(|id| point(file, id)).collect::<Option<_>>()?
+    } else if record.is("IFCINDEXEDPOLYCURVE") && record.at(1).list().is_empty() {
+        let list = file.record(record.at(0).reference()?)?;
+        let at = |p: &crate::kernel::Value<'_>, i: usize| p.list().get(i).map_or(Some(0.0), |x| x.number());
+        list.at(0).list().iter().map(|p| Some([at(p, 0)?, at(p, 1)?, at(p, 2)?])).collect::<Option<_>>()?
+    } else {
+        return None;
+    };
+    (2..=POINTS_MAX).contains(&points.len()).then_some(points)
+}
+
+fn area(polygon: &[[f64; 2]]) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    std::iter::zip(polygon, next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::GeometryStatus;
+    use crate::testing::{BASICS, file, read};
+
+    /// Enclosed volume and upper corner of the body that consists of item `#4`.
+    fn check(records: &str, volume: f64, high: [f64; 3]) {
+        let (model, diagnostics) = read(&file(&format!(
+            "{BASICS}#1=IFCWALL('wall',$,'W',$,$,#103,#2,$,$);#2=IFCPRODUCTDEFINITIONSHAPE($,$,(#3));
+             #3=IFCSHAPEREPRESENTATION(#101,'Body','SolidModel',(#4));{records}"
+        )))
+        .unwrap();
+        let geometry = &model.elements[0].geometry;
+        assert_eq!(geometry.status, GeometryStatus::Meshed, "{diagnostics:?}");
+        let part = &geometry.parts[0];
+        let corners: Vec<[f64; 3]> =
+            part.positions_m.iter().map(|p| [0, 1, 2].map(|i| part.origin_m[i] + f64::from(p[i]))).collect();
+        let six: f64 = part
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| corners[v as usize]);
+                crate::affine::dot(a, crate::affine::cross(b, c))
+            })
+            .sum();
+        assert!((six / 6.0 - volume).abs() < 1e-3 * volume, "{} instead of {volume}", six / 6.0);
+        let found = [0, 1, 2].map(|i| corners.iter().map(|p| p[i]).fold(f64::MIN, f64::max));
+        assert!(std::iter::zip(found, high).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?}");
+    }
+
+    #[test]
+    fn a_profile_is_swept_round_mitred_corners() {
+        // 0.2 m upwards (x of the profile), 0.4 m across, along an L of 3 m and 2 m in the middle of the wall.
+        let sweep = "#4=IFCSURFACECURVESWEPTAREASOLID(#5,#102,#6,0.,1.,#7);#5=IFCRECTANGLEPROFILEDEF(.AREA.,$,#113,0.2,0.4);
+            #6=IFCPOLYLINE((#107,#8,#9));#7=IFCPLANE(#102);#8=IFCCARTESIANPOINT((3.,0.));#9=IFCCARTESIANPOINT((3.,2.));";
+        check(sweep, 0.2 * 0.4 * 5.0, [3.2, 2.0, 0.1]);
+        let round = sweep.replace("(#107,#8,#9)", "(#107,#8,#9,#10,#107)");
+        check(&format!("{round}#10=IFCCARTESIANPOINT((0.,2.));"), 0.2 * 0.4 * 10.0, [3.2, 2.2, 0.1]);
+    }
+
+    #[test]
+    fn round_primitives_are_meshed_alone_and_in_a_tree() {
+        let area = 18.0 * (std::f64::consts::TAU / 36.0).sin();
+        let cylinder = "IFCRIGHTCIRCULARCYLINDER(#102,2.,1.);";
+        check(&format!("#4={cylinder}"), 2.0 * area, [1.0, 1.0, 2.0]);
+        check(&format!("#4=IFCCSGSOLID(#5);#5={cylinder}"), 2.0 * area, [1.0, 1.0, 2.0]);
+        check("#4=IFCRIGHTCIRCULARCONE(#102,3.,1.);", area, [1.0, 1.0, 3.0]);
+        check("#4=IFCCSGSOLID(#5);#5=IFCRECTANGULARPYRAMID(#102,2.,1.,3.);", 2.0, [2.0, 1.0, 3.0]);
+    }
+}

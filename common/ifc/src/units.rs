@@ -1,0 +1,122 @@
+//! Metres per length unit of the file. Never guessed.
+
+use crate::kernel::{File, Patch, Record};
+
+/// Longest chain of units that are defined by other units.
+const CHAIN_MAX: usize = 8;
+
+/// The length unit of the project.
+pub(crate) struct LengthUnit {
+    pub(crate) metres: f64,
+    record: u32,
+}
+
+/// Finds it, or says what is wrong with it.
+pub(crate) fn length_unit(file: &File<'_>) -> Result<LengthUnit, String> {
+    let project = file.all("IfcProject").into_iter().find_map(|(span, _)| file.record(span.id));
+    let project = project.ok_or("there is no IfcProject that could name it")?;
+    let assignment = project.at(8).reference().and_then(|id| file.record_of(id, "IFCUNITASSIGNMENT"));
+    let assignment = assignment.ok_or_else(|| format!("IfcProject #{} has no UnitsInContext", project.id))?;
+    let units = assignment.at(0).references();
+    let unit = units
+        .into_iter()
+        .filter_map(|id| file.record(id))
+        .find(|unit| unit.at(1).enumeration().is_some_and(|kind| kind.eq_ignore_ascii_case("LENGTHUNIT")));
+    let unit = unit.ok_or_else(|| format!("IfcUnitAssignment #{} names no LENGTHUNIT", assignment.id))?;
+    let metres = metres(file, &unit, 0).ok_or_else(|| format!("unit #{} has no usable factor to metres", unit.id))?;
+    Ok(LengthUnit { metres, record: unit.id })
+}
+
+fn metres(file: &File<'_>, unit: &Record<'_>, depth: usize) -> Option<f64> {
+    if depth > CHAIN_MAX {
+        return None;
+    }
+    let factor = if unit.is("IFCSIUNIT") {
+        let metre = unit.at(3).enumeration().is_some_and(|name| name.eq_ignore_ascii_case("METRE"));
+        metre.then(|| unit.at(2).enumeration().map_or(Some(1.0), prefix))??
+    } else if unit.is("IFCCONVERSIONBASEDUNIT") || unit.is("IFCCONVERSIONBASEDUNITWITHOFFSET") {
+        let measure = file.record_of(unit.at(3).reference()?, "IFCMEASUREWITHUNIT")?;
+        let base = file.record(measure.at(1).reference()?)?;
+        measure.at(0).number()? * metres(file, &base, depth + 1)?
+    } else {
+        return None;
+    };
+    (factor.is_finite() && factor > 0.0).then_some(factor)
+}
+
+fn prefix(name: &str) -> Option<f64> {
+    let power = match name.to_ascii_uppercase().as_str() {
+        "EXA" => 1e18,
+        "PETA" => 1e15,
+        "TERA" => 1e12,
+        "GIGA" => 1e9,
+        "MEGA" => 1e6,
+        "KILO" => 1e3,
+        "HECTO" => 1e2,
+        "DECA" => 1e1,
+        "DECI" => 1e-1,
+        "CENTI" => 1e-2,
+        "MILLI" => 1e-3,
+        "MICRO" => 1e-6,
+        "NANO" => 1e-9,
+        "PICO" => 1e-12,
+        "FEMTO" => 1e-15,
+        "ATTO" => 1e-18,
+        _ => return None,
+    };
+    Some(power)
+}
+
+/// Makes the kernel use the factor that the file gives: it prefers what a unit of that name usually means.
+pub(crate) fn pin(file: &File<'_>, unit: &LengthUnit, patch: &mut Patch) {
+    let Some(record) = file.record(unit.record) else { return };
+    if record.is("IFCSIUNIT") {
+        return;
+    }
+    let (dimensions, factor) = (record.at(0).reference(), record.at(3).reference());
+    if let (Some(dimensions), Some(factor)) = (dimensions, factor) {
+        let text = format!("IFCCONVERSIONBASEDUNIT(#{dimensions},.LENGTHUNIT.,'unit of the file',#{factor})");
+        patch.replace(record.id, text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::testing::{file, with_file};
+
+    fn check(units: &str) -> Result<f64, String> {
+        let text = file(&format!("#1=IFCPROJECT('p',$,$,$,$,$,$,$,#2);{units}"));
+        with_file(&text, |file| super::length_unit(file).map(|unit| unit.metres))
+    }
+
+    #[test]
+    fn si_prefixes_and_conversions_are_applied() {
+        let assignment = "#2=IFCUNITASSIGNMENT((#9,#3));#9=IFCSIUNIT(*,.AREAUNIT.,$,.SQUARE_METRE.);";
+        assert_eq!(check(&format!("{assignment}#3=IFCSIUNIT(*,.LENGTHUNIT.,.MILLI.,.METRE.);")), Ok(1e-3));
+        let foot = "#3=IFCCONVERSIONBASEDUNIT($,.LENGTHUNIT.,'FOOT',#4);#4=IFCMEASUREWITHUNIT(IFCREAL(304.8),#5);\
+                    #5=IFCSIUNIT(*,.LENGTHUNIT.,.MILLI.,.METRE.);";
+        assert!((check(&format!("{assignment}{foot}")).unwrap() - 0.3048).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_unit_that_is_missing_or_unusable_is_never_one() {
+        let conversion = |factor: &str| {
+            format!(
+                "#2=IFCUNITASSIGNMENT((#3));#3=IFCCONVERSIONBASEDUNIT($,.LENGTHUNIT.,'x',#4);\
+                 #4=IFCMEASUREWITHUNIT({factor},#5);#5=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);"
+            )
+        };
+        for (units, word) in [
+            (String::new(), "UnitsInContext"),
+            ("#2=IFCUNITASSIGNMENT(());".to_owned(), "no LENGTHUNIT"),
+            ("#2=IFCUNITASSIGNMENT((#3));#3=IFCSIUNIT(*,.LENGTHUNIT.,.HUGE.,.METRE.);".to_owned(), "factor"),
+            ("#2=IFCUNITASSIGNMENT((#3));#3=IFCCONVERSIONBASEDUNIT($,.LENGTHUNIT.,'x',#3);".to_owned(), "factor"),
+            (conversion("IFCREAL(0.)"), "factor"),
+            (conversion("IFCREAL(-1.)"), "factor"),
+            (conversion("IFCREAL(1.E400)"), "factor"),
+        ] {
+            let why = check(&units).unwrap_err();
+            assert!(why.contains(word), "{units}: {why}");
+        }
+    }
+}
