@@ -3,6 +3,9 @@
 //! [`files`] is a pure function to paths and bytes; [`OutputFolder`] writes them whole or not at all.
 
 mod csv;
+mod json;
+mod labels;
+mod letters;
 mod manifest;
 mod maps;
 mod output_folder;
@@ -39,6 +42,8 @@ pub struct ExportInput<'a> {
     pub plan: &'a Plan<'a>,
     /// Footprints of the elements in each map storey's slab, by element.
     pub footprints: &'a [&'a [(u32, Footprint)]],
+    /// Metres per cell.
+    pub resolution_m: f64,
     /// Outline of the robot in its own frame, in metres; may be empty.
     pub robot_footprint_m: &'a [[f64; 2]],
     /// True to write vertices, faces and edges of every element into `semantic.json`.
@@ -63,12 +68,12 @@ impl ExportFile {
 /// All files of an output folder, the manifest last.
 pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
     let mut files = vec![
-        ExportFile::new("site-frame.json", json(&SiteFrameFile::of(input.site))),
-        ExportFile::new("report.json", json(&Report::of(input))),
-        ExportFile::new("semantic.json", semantic::text(&Semantic::of(input))),
-        ExportFile::new("waypoints.json", json(&Waypoints::of(input))),
+        ExportFile::new("site-frame.json", json::text(&SiteFrameFile::of(input.site))),
+        ExportFile::new("report.json", json::text(&Report::of(input))),
+        ExportFile::new("semantic.json", json::text(&Semantic::of(input))),
+        ExportFile::new("waypoints.json", json::text(&Waypoints::of(input))),
         ExportFile::new("waypoints.csv", csv::waypoints(input)),
-        ExportFile::new("waypoints.geojson", json(&waypoints::geojson(input))),
+        ExportFile::new("waypoints.geojson", json::text(&waypoints::geojson(input))),
     ];
     for (grid, storey) in input.grids.iter().zip(input.site.map_storeys) {
         let folder = storey_folder(input.site, grid.head.map_storey, storey);
@@ -80,46 +85,13 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
         ));
     }
     let sums = files.iter().map(|f| (f.path.clone(), sha256_hex(&f.bytes))).collect();
-    files.push(ExportFile::new("manifest.json", json(&Manifest::of(input, sums))));
+    files.push(ExportFile::new("manifest.json", json::text(&Manifest::of(input, sums))));
     files
 }
 
 /// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.
 pub(crate) fn storey_folder(site: &Site<'_>, index: u32, storey: &MapStoreyRecord) -> String {
-    format!("storeys/{index:02}-{}", slug(site.text(storey.name)))
-}
-
-/// Lower-case ASCII words joined by hyphens; `storey` if nothing is left.
-fn slug(name: &str) -> String {
-    let mut out = String::new();
-    for c in name.chars().flat_map(char::to_lowercase) {
-        match c {
-            'a'..='z' | '0'..='9' => out.push(c),
-            'ä' | 'æ' => out.push_str("ae"),
-            'ö' | 'œ' => out.push_str("oe"),
-            'ü' => out.push_str("ue"),
-            'ß' => out.push_str("ss"),
-            'à' | 'á' | 'â' | 'ã' | 'å' => out.push('a'),
-            'ç' => out.push('c'),
-            'è' | 'é' | 'ê' | 'ë' => out.push('e'),
-            'ì' | 'í' | 'î' | 'ï' => out.push('i'),
-            'ñ' => out.push('n'),
-            'ò' | 'ó' | 'ô' | 'õ' | 'ø' => out.push('o'),
-            'ù' | 'ú' | 'û' => out.push('u'),
-            _ if !out.is_empty() && !out.ends_with('-') => out.push('-'),
-            _ => {}
-        }
-    }
-    let slug = out.trim_end_matches('-');
-    if slug.is_empty() { "storey".to_owned() } else { slug.chars().take(60).collect() }
-}
-
-/// Pretty JSON with a line feed at the end.
-pub(crate) fn json<T: serde::Serialize>(value: &T) -> Vec<u8> {
-    let mut bytes =
-        serde_json::to_vec_pretty(value).expect("our types serialise: keys are strings, numbers are finite");
-    bytes.push(b'\n');
-    bytes
+    format!("storeys/{index:02}-{}", letters::slug(site.text(storey.name)))
 }
 
 /// Hexadecimal sha256.
@@ -133,7 +105,8 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
 
 /// Metres rounded to tenths of a millimetre: no more is known.
 pub(crate) fn rounded(metres: f64) -> f64 {
-    let rounded = (metres * 1e4).round() / 1e4;
+    // Absurd numbers of absurd files stay finite, because JSON has no infinity.
+    let rounded = ((metres * 1e4).round() / 1e4).clamp(f64::MIN, f64::MAX);
     // No negative zero in files.
     if rounded == 0.0 { 0.0 } else { rounded }
 }
@@ -143,15 +116,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slugs_are_ascii_words() {
-        assert_eq!(slug("Erdgeschoß / Küche (1)"), "erdgeschoss-kueche-1");
-        assert_eq!(slug("00 Begane grond"), "00-begane-grond");
-        assert_eq!(slug("地下"), "storey");
-    }
-
-    #[test]
     fn rounding_leaves_no_negative_zero() {
         assert_eq!(rounded(-0.000_01).to_bits(), 0.0f64.to_bits());
         assert_eq!(rounded(1.234_56), 1.2346);
+        assert_eq!(rounded(-1e308), f64::MIN);
     }
 }

@@ -41,11 +41,15 @@ pub struct Manifest {
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Source {
+    /// Base name.
     file: String,
+    /// sha256 of the file.
     sha256: String,
+    /// FILE_SCHEMA as written.
     schema: String,
 }
 
+/// A robot profile; keys as in `config/robots/default.toml`.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Robot {
     name: String,
@@ -53,46 +57,65 @@ struct Robot {
     clearance_above_m: f64,
     step_height_m: f64,
     radius_m: f64,
+    /// Outline in the robot's frame; null if not given.
     footprint_m: Option<Vec<[f64; 2]>>,
     max_slope_rad: f64,
     climbs_stairs: bool,
+    /// Door operations it manages.
     opens: Vec<&'static str>,
     door_margin_m: f64,
     edge_margin_m: f64,
     work_margin_m: f64,
     lidar_height_m: f64,
+    /// Range of the lidar; null if not given.
     lidar_range_m: Option<f64>,
     sensor_height_m: f64,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Frames {
+    /// From the IFC world to the frame of all products.
     map_from_world: MapFromWorld,
+    /// IfcMapConversion; null if the files have none.
     earth_from_world: Option<EarthFromWorld>,
+    /// Counts changes of the map frame, from 1.
     frame_epoch: u32,
 }
 
 /// IfcMapConversion as written; metadata only.
 #[derive(Debug, Serialize, JsonSchema)]
 struct EarthFromWorld {
+    /// Name of the projected system.
     crs: String,
+    /// In units of the projected system.
     eastings: f64,
+    /// In units of the projected system.
     northings: f64,
+    /// In units of the projected system.
     orthogonal_height: f64,
+    /// XAxisAbscissa and XAxisOrdinate.
     x_axis: [f64; 2],
+    /// Scale.
     scale: f64,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Storey {
+    /// Place from low to high.
     index: u32,
+    /// Name of the storey it is named after.
     name: String,
+    /// GlobalId of the storey it is named after.
     global_id: String,
+    /// Height of the finished floor in `map`.
     floor_z_m: f64,
     /// `built` or `assumed`.
     floor: &'static str,
+    /// Folder of its files.
     directory: String,
+    /// Columns and rows of its maps.
     size_cells: [u32; 2],
+    /// Lower left corner of its maps in `map`.
     origin_m: [f64; 2],
 }
 
@@ -117,7 +140,7 @@ impl Manifest {
             valid_until: plan_time.as_ref().and_then(|_| time(input.phase.head.valid_until_s)),
             schedule_ignored: head.has_schedule == 1 && plan_time.is_none(),
             plan_time,
-            resolution_m: input.grids.first().map_or(0.0, |g| metres(g.head.cell_tenths)),
+            resolution_m: crate::rounded(input.resolution_m),
             slab_m: input.index.head.robot.slab_m().map(crate::rounded),
             robot: Robot::of(input),
             frames: Frames {

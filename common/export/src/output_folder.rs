@@ -1,6 +1,8 @@
 //! An output folder that appears whole or not at all.
 
 use crate::ExportFile;
+use rustix::fs::{CWD, RenameFlags, renameat_with};
+use rustix::io::Errno;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -9,8 +11,20 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// Something else stands there.
-    #[error("{} is no output folder of groundplan (it has no manifest.json) and is not empty: choose another", path.display())]
+    #[error("{} is no output folder of groundplan (it has no manifest.json of groundplan) and is not empty: choose another", path.display())]
     Foreign {
+        /// The path that was asked for.
+        path: PathBuf,
+    },
+    /// A file stands there, or on the way.
+    #[error("{} cannot be an output folder, because a file stands there: choose another", path.display())]
+    File {
+        /// The path that was asked for.
+        path: PathBuf,
+    },
+    /// A folder that cannot be swapped.
+    #[error("{} cannot be swapped, because it is a mount point: choose a folder inside it", path.display())]
+    MountPoint {
         /// The path that was asked for.
         path: PathBuf,
     },
@@ -27,6 +41,7 @@ pub enum OutputError {
 /// A place for output, known to be free or to hold earlier output.
 #[derive(Debug)]
 pub struct OutputFolder {
+    /// Without links, if it exists: a swap replaces the folder, not a link to it.
     path: PathBuf,
 }
 
@@ -36,17 +51,20 @@ impl OutputFolder {
     /// # Errors
     /// A file, or a folder that holds something else than output of groundplan.
     pub fn at(path: &Path) -> Result<Self, OutputError> {
-        let foreign = || OutputError::Foreign { path: path.to_owned() };
-        match fs::read_dir(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(_) => return Err(foreign()),
-            Ok(mut entries) => {
-                if entries.next().is_some() && !path.join("manifest.json").is_file() {
-                    return Err(foreign());
-                }
+        let asked = || path.to_owned();
+        let mut entries = match fs::read_dir(path) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self { path: asked() }),
+            Err(error) if error.kind() == io::ErrorKind::NotADirectory => {
+                return Err(OutputError::File { path: asked() });
             }
+            Err(source) => return Err(OutputError::Io { path: asked(), source }),
+        };
+        if entries.next().is_some() && !is_output(path) {
+            return Err(OutputError::Foreign { path: asked() });
         }
-        Ok(Self { path: path.to_owned() })
+        let path = fs::canonicalize(path).map_err(|source| OutputError::Io { path: asked(), source })?;
+        Ok(Self { path })
     }
 
     /// Writes the files beside the place, then swaps: no file of an earlier run remains, no half folder is ever seen.
@@ -55,56 +73,74 @@ impl OutputFolder {
     /// The file system refuses; then the place is as it was.
     pub fn replace(&self, files: &[ExportFile]) -> Result<(), OutputError> {
         let parent = match self.path.parent() {
-            Some(parent) if parent != Path::new("") => parent.to_owned(),
-            _ => PathBuf::from("."),
+            Some(parent) if parent != Path::new("") => parent,
+            _ => Path::new("."),
         };
-        fs::create_dir_all(&parent).map_err(|source| OutputError::Io { path: parent.clone(), source })?;
-        let name = self.path.file_name().map_or_else(|| "out".into(), |n| n.to_string_lossy().into_owned());
-        let beside = |what: &str| parent.join(format!(".{name}.{what}-{}", std::process::id()));
-        let (new, old) = (beside("new"), beside("old"));
-        let swapped = write_all(&new, files).and_then(|()| swap(&new, &self.path, &old));
-        if swapped.is_err() {
-            // Best effort: the error that matters is the one at hand.
-            let _ = fs::remove_dir_all(&new);
-        }
+        fs::create_dir_all(parent).map_err(at(parent))?;
+        let name = self.path.file_name().map_or_else(|| "out".into(), |n| n.to_string_lossy());
+        let beside = parent.join(format!(".{name}.new-{}", std::process::id()));
+        let swapped = write_all(&beside, files).and_then(|()| swap(&beside, &self.path)).and_then(|()| sync(parent));
+        // Now the earlier output, or what a failure left. Best effort: the error that matters is the one at hand.
+        let _ = fs::remove_dir_all(&beside);
         swapped
     }
 }
 
-fn write_all(folder: &Path, files: &[ExportFile]) -> Result<(), OutputError> {
-    let at = |path: &Path| {
-        let path = path.to_owned();
-        move |source| OutputError::Io { path, source }
-    };
-    fs::create_dir(folder).map_err(at(folder))?;
-    for file in files {
-        let path = folder.join(&file.path);
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent).map_err(at(parent))?;
-        }
-        let mut out = File::create(&path).map_err(at(&path))?;
-        out.write_all(&file.bytes).and_then(|()| out.sync_data()).map_err(at(&path))?;
-    }
-    Ok(())
+/// True if a folder has a manifest, and it is not plainly that of another program: a web site has one, too.
+fn is_output(folder: &Path) -> bool {
+    let Ok(manifest) = fs::read(folder.join("manifest.json")) else { return false };
+    serde_json::from_slice::<serde_json::Value>(&manifest).map_or(true, |m| m["tool"] == "groundplan")
 }
 
-/// Puts `new` in the place of `path`; what stood there goes by way of `old`, and comes back if the swap fails.
-fn swap(new: &Path, path: &Path, old: &Path) -> Result<(), OutputError> {
-    let failed = |source| OutputError::Io { path: path.to_owned(), source };
-    let had_old = path.exists();
-    if had_old {
-        fs::rename(path, old).map_err(failed)?;
-    }
-    if let Err(error) = fs::rename(new, path) {
-        if had_old {
-            fs::rename(old, path).map_err(failed)?;
+fn at(path: &Path) -> impl FnOnce(io::Error) -> OutputError + use<> {
+    let path = path.to_owned();
+    move |source| OutputError::Io { path, source }
+}
+
+fn write_all(folder: &Path, files: &[ExportFile]) -> Result<(), OutputError> {
+    // A killed run with this process id, common in containers, may have left something.
+    let _ = fs::remove_dir_all(folder);
+    fs::create_dir(folder).map_err(at(folder))?;
+    let mut folders = vec![folder.to_owned()];
+    for file in files {
+        let path = folder.join(&file.path);
+        if let Some(parent) = path.parent().filter(|p| !folders.iter().any(|f| f == p)) {
+            fs::create_dir_all(parent).map_err(at(parent))?;
+            folders.push(parent.to_owned());
         }
-        return Err(failed(error));
+        let mut out = File::create(&path).map_err(at(&path))?;
+        out.write_all(&file.bytes).and_then(|()| out.sync_all()).map_err(at(&path))?;
     }
-    if had_old {
-        fs::remove_dir_all(old).map_err(failed)?;
+    folders.iter().rev().try_for_each(|folder| sync(folder))
+}
+
+/// Makes the names in a folder survive a power cut.
+fn sync(folder: &Path) -> Result<(), OutputError> {
+    File::open(folder).and_then(|f| f.sync_all()).map_err(at(folder))
+}
+
+/// Puts `new` in the place of `path`, and what stood there in the place of `new`.
+fn swap(new: &Path, path: &Path) -> Result<(), OutputError> {
+    if !path.exists() {
+        return fs::rename(new, path).map_err(at(path));
     }
-    Ok(())
+    match renameat_with(CWD, new, CWD, path, RenameFlags::EXCHANGE) {
+        Ok(()) => Ok(()),
+        Err(Errno::BUSY | Errno::XDEV) => Err(OutputError::MountPoint { path: path.to_owned() }),
+        // Some file systems cannot exchange, e.g. NFS: two renames, with a moment in between.
+        Err(Errno::INVAL | Errno::NOSYS | Errno::OPNOTSUPP) => swap_in_two_steps(new, path),
+        Err(error) => Err(at(path)(error.into())),
+    }
+}
+
+fn swap_in_two_steps(new: &Path, path: &Path) -> Result<(), OutputError> {
+    let old = new.with_extension("old");
+    fs::rename(path, &old).map_err(at(path))?;
+    if let Err(error) = fs::rename(new, path) {
+        fs::rename(&old, path).map_err(at(path))?;
+        return Err(at(path)(error));
+    }
+    fs::rename(&old, new).map_err(at(&old))
 }
 
 #[cfg(test)]
@@ -115,6 +151,10 @@ mod tests {
         names.iter().map(|n| ExportFile::new(*n, *n)).collect()
     }
 
+    fn n_entries(folder: &Path) -> usize {
+        fs::read_dir(folder).unwrap().count()
+    }
+
     #[test]
     fn a_second_run_leaves_nothing_of_the_first() {
         let home = tempfile::tempdir().unwrap();
@@ -122,15 +162,42 @@ mod tests {
         OutputFolder::at(&out).unwrap().replace(&files(&["manifest.json", "a/old.pgm"])).unwrap();
         OutputFolder::at(&out).unwrap().replace(&files(&["manifest.json", "a/new.pgm"])).unwrap();
         assert!(out.join("a/new.pgm").exists() && !out.join("a/old.pgm").exists());
-        assert_eq!(fs::read_dir(out.parent().unwrap()).unwrap().count(), 1, "nothing is left beside");
+        assert_eq!(n_entries(out.parent().unwrap()), 1, "nothing is left beside");
     }
 
     #[test]
-    fn a_folder_of_somebody_else_is_refused() {
+    fn two_renames_do_what_an_exchange_does() {
+        let home = tempfile::tempdir().unwrap();
+        let (new, out) = (home.path().join(".out.new-1"), home.path().join("out"));
+        fs::create_dir(&new).unwrap();
+        fs::create_dir(&out).unwrap();
+        fs::write(new.join("a"), "").unwrap();
+        swap_in_two_steps(&new, &out).unwrap();
+        assert!(out.join("a").exists() && new.is_dir() && n_entries(home.path()) == 2);
+    }
+
+    #[test]
+    fn what_belongs_to_somebody_else_is_refused() {
         let home = tempfile::tempdir().unwrap();
         fs::write(home.path().join("thesis.tex"), "precious").unwrap();
         assert!(matches!(OutputFolder::at(home.path()), Err(OutputError::Foreign { .. })));
-        assert!(matches!(OutputFolder::at(&home.path().join("thesis.tex")), Err(OutputError::Foreign { .. })));
+        fs::write(home.path().join("manifest.json"), r#"{"name": "a web site"}"#).unwrap();
+        assert!(matches!(OutputFolder::at(home.path()), Err(OutputError::Foreign { .. })));
+        fs::write(home.path().join("manifest.json"), r#"{"tool": "groundplan"}"#).unwrap();
+        assert!(OutputFolder::at(home.path()).is_ok());
+        for at in ["thesis.tex", "thesis.tex/out"] {
+            assert!(matches!(OutputFolder::at(&home.path().join(at)), Err(OutputError::File { .. })));
+        }
+    }
+
+    #[test]
+    fn the_folder_behind_a_link_is_replaced_and_the_link_stays() {
+        let home = tempfile::tempdir().unwrap();
+        let (real, link) = (home.path().join("real"), home.path().join("link"));
+        fs::create_dir(&real).unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        OutputFolder::at(&link).unwrap().replace(&files(&["manifest.json"])).unwrap();
+        assert!(link.is_symlink() && real.join("manifest.json").is_file());
     }
 
     #[test]
@@ -142,6 +209,6 @@ mod tests {
         let broken = files(&["manifest.json", "storeys", "storeys/x.pgm"]);
         assert!(OutputFolder::at(&out).unwrap().replace(&broken).is_err());
         assert_eq!(fs::read_to_string(out.join("manifest.json")).unwrap(), "manifest.json");
-        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 1, "nothing is left beside");
+        assert_eq!(n_entries(home.path()), 1, "nothing is left beside");
     }
 }

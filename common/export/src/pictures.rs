@@ -1,18 +1,12 @@
-//! `semantic.png` for people and `classes.png` for programs. Row 0 is the top.
+//! `semantic.png` for people and `classes.png` for programs: a pixel per cell, row 0 at the top.
 
+use crate::labels::mark;
 use crate::{ExportFile, ExportInput};
-use embedded_graphics::Drawable;
-use embedded_graphics::geometry::{Dimensions, OriginDimensions, Point, Size};
-use embedded_graphics::mono_font::iso_8859_1::{FONT_4X6, FONT_5X8, FONT_6X10};
-use embedded_graphics::mono_font::{MonoFont, MonoTextStyle};
-use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
-use embedded_graphics::prelude::{DrawTarget, Pixel};
-use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
-use grid::{Class, GridSpec};
-use messages::{Grid, NONE, SpaceRecord};
-use std::convert::Infallible;
+use embedded_graphics::geometry::{Point, Size};
+use grid::{Cell, Class};
+use messages::{Grid, NONE};
 
-type Rgb = [u8; 3];
+pub(crate) type Rgb = [u8; 3];
 
 const SOLID: Rgb = [100, 100, 100];
 const DOOR: Rgb = [0, 255, 0];
@@ -21,17 +15,15 @@ const OPEN_SPACE: Rgb = [190, 215, 255];
 const BLOCKED_SPACE: Rgb = [255, 190, 190];
 const FREE: Rgb = [255, 255, 255];
 const UNKNOWN: Rgb = [220, 220, 220];
-const INK: Rgb888 = Rgb888::new(20, 20, 90);
 
 /// The two pictures of a storey.
 pub(crate) fn files(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> [ExportFile; 2] {
     let (width, height) = (grid.head.width, grid.head.height);
     let classes: Vec<u8> = rows_from_top(grid.class, width as usize).flatten().copied().collect();
+    let semantic = semantic(input, grid);
+    let colours: Vec<u8> = rows_from_top(&semantic.pixels, semantic.width).flatten().flatten().copied().collect();
     [
-        ExportFile::new(
-            format!("{folder}/semantic.png"),
-            png_bytes(width, height, png::ColorType::Rgb, &semantic(input, grid)),
-        ),
+        ExportFile::new(format!("{folder}/semantic.png"), png_bytes(width, height, png::ColorType::Rgb, &colours)),
         ExportFile::new(format!("{folder}/classes.png"), png_bytes(width, height, png::ColorType::Grayscale, &classes)),
     ]
 }
@@ -52,23 +44,37 @@ fn png_bytes(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> V
 }
 
 /// Colours of all cells, with a cross and the name at each space's centre.
-fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Vec<u8> {
-    let spec = grid.spec();
-    let mut canvas = Canvas { width: spec.width as usize, pixels: vec![UNKNOWN; spec.n_cells()] };
-    for (index, pixel) in canvas.pixels.iter_mut().enumerate() {
-        *pixel = colour(input, grid, index);
-    }
-    let centres = input.plan.spaces.iter().zip(input.site.spaces);
-    for (plan, space) in centres.filter(|(_, s)| s.map_storey == grid.head.map_storey && s.n_rings > 0) {
-        let [x, y] = match input.plan.waypoints.get(plan.centre as usize).filter(|_| plan.centre != NONE) {
-            Some(w) => [w.position_in_map_m[0], w.position_in_map_m[1]],
-            None => space.centroid_m,
-        };
-        if let Some(cell) = spec.cell_at(frames::Point2::new(x, y)) {
-            mark(&mut canvas, input, space, &spec, Point::new(cell.column as i32, (spec.height - 1 - cell.row) as i32));
+fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Canvas {
+    let (site, spec) = (input.site, grid.spec());
+    let pixels = (0..spec.n_cells()).map(|index| colour(input, grid, index)).collect();
+    let mut canvas = Canvas::new(spec.width as usize, pixels);
+    let from_top = |row: u32| (spec.height - 1 - row) as i32;
+    for (index, space) in site.spaces.iter().enumerate() {
+        if space.map_storey != grid.head.map_storey || space.n_rings == 0 {
+            continue;
         }
+        let Some(cell) = spec.cell_at(centre(input, index)) else { continue };
+        let clear = |p: Point| {
+            let inside = 0 <= p.x && p.x < spec.width as i32 && 0 <= p.y && p.y < spec.height as i32;
+            inside && {
+                let cell = spec.index(Cell { column: p.x as u32, row: from_top(p.y as u32) as u32 });
+                usize::from(grid.space[cell]) == index + 1 && grid.class[cell] == Class::None.id()
+            }
+        };
+        let at = Point::new(cell.column as i32, from_top(cell.row));
+        mark(&mut canvas, at, site.text(space.name), site.text(space.long_name), clear);
     }
-    canvas.rows_from_top().flatten().flatten().copied().collect()
+    canvas
+}
+
+/// A space's waypoint, or the centroid of its floor if it has none.
+fn centre(input: &ExportInput<'_>, space: usize) -> frames::Point2<frames::Map> {
+    let waypoint = input.plan.spaces[space].centre;
+    let [x_m, y_m] = match input.plan.waypoints.get(waypoint as usize) {
+        Some(w) if waypoint != NONE => [w.position_in_map_m[0], w.position_in_map_m[1]],
+        _ => input.site.spaces[space].centroid_m,
+    };
+    frames::Point2::new(x_m, y_m)
 }
 
 fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, index: usize) -> Rgb {
@@ -85,61 +91,40 @@ fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, index: usize) -> Rgb {
     }
 }
 
-/// A cross and the largest name that fits into the space's width.
-fn mark(canvas: &mut Canvas, input: &ExportInput<'_>, space: &SpaceRecord, spec: &GridSpec, at: Point) {
-    for k in -3..=3 {
-        let arms = [Point::new(at.x + k, at.y), Point::new(at.x, at.y + k)];
-        // Drawing into memory does not fail.
-        let _ = canvas.draw_iter(arms.map(|p| Pixel(p, INK)));
-    }
-    let bounds = input.site.floor_polygon(space).bounds();
-    let room = bounds.map_or(0, |b| (b.max[0] - b.min[0]) / spec.cell_tenths);
-    let (name, long_name) = (input.site.text(space.name), input.site.text(space.long_name));
-    let whole = latin(format!("{name} {long_name}").trim());
-    let short = latin(if name.is_empty() { long_name } else { name });
-    let fits = |text: &str, font: &MonoFont<'_>| text.chars().count() as i32 * font.character_size.width as i32 <= room;
-    let choices =
-        [(&whole, &FONT_6X10), (&whole, &FONT_5X8), (&short, &FONT_6X10), (&whole, &FONT_4X6), (&short, &FONT_4X6)];
-    let (text, font) = choices.into_iter().find(|(text, font)| fits(text, font)).unwrap_or((&short, &FONT_4X6));
-    let style = TextStyleBuilder::new().alignment(Alignment::Center).baseline(Baseline::Top).build();
-    let label = Text::with_text_style(text, Point::new(at.x, at.y + 5), MonoTextStyle::new(font, INK), style);
-    let _ = label.draw(canvas);
-}
-
-/// Text in the letters of ISO 8859-1, which the fonts have; others become `?`.
-fn latin(text: &str) -> String {
-    text.chars().map(|c| if (c as u32) < 256 { c } else { '?' }).collect()
-}
-
-/// Pixels from the bottom row, as grids are; drawn on from the top, as pictures are.
-struct Canvas {
+/// Pixels stored from the bottom row, as grids are; addressed from the top, as pictures are.
+pub(crate) struct Canvas {
     width: usize,
     pixels: Vec<Rgb>,
 }
 
 impl Canvas {
-    fn rows_from_top(&self) -> impl Iterator<Item = &[Rgb]> {
-        rows_from_top(&self.pixels, self.width)
+    pub(crate) fn new(width: usize, pixels: Vec<Rgb>) -> Self {
+        Self { width, pixels }
     }
-}
 
-impl OriginDimensions for Canvas {
-    fn size(&self) -> Size {
-        Size::new(self.width as u32, (self.pixels.len() / self.width.max(1)) as u32)
+    pub(crate) fn size(&self) -> Size {
+        Size::new(self.width as u32, self.height() as u32)
     }
-}
 
-impl DrawTarget for Canvas {
-    type Color = Rgb888;
-    type Error = Infallible;
+    /// The colour of a pixel; `None` outside.
+    pub(crate) fn get(&self, p: Point) -> Option<Rgb> {
+        self.index(p).map(|index| self.pixels[index])
+    }
 
-    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(&mut self, pixels: I) -> Result<(), Infallible> {
-        let bounds = self.bounding_box();
-        let height = bounds.size.height as i32;
-        for Pixel(p, colour) in pixels.into_iter().filter(|pixel| bounds.contains(pixel.0)) {
-            self.pixels[(height - 1 - p.y) as usize * self.width + p.x as usize] = [colour.r(), colour.g(), colour.b()];
+    /// Colours a pixel; outside nothing happens.
+    pub(crate) fn set(&mut self, p: Point, colour: Rgb) {
+        if let Some(index) = self.index(p) {
+            self.pixels[index] = colour;
         }
-        Ok(())
+    }
+
+    fn height(&self) -> usize {
+        self.pixels.len().checked_div(self.width).unwrap_or(0)
+    }
+
+    fn index(&self, p: Point) -> Option<usize> {
+        let (x, y) = (usize::try_from(p.x).ok()?, usize::try_from(p.y).ok()?);
+        (x < self.width && y < self.height()).then(|| (self.height() - 1 - y) * self.width + x)
     }
 }
 
@@ -149,13 +134,10 @@ mod tests {
 
     #[test]
     fn the_top_of_the_picture_is_the_last_row_of_the_grid() {
-        let mut canvas = Canvas { width: 2, pixels: vec![FREE; 4] };
-        let _ = canvas.draw_iter([Pixel(Point::new(1, 0), INK), Pixel(Point::new(9, 9), INK)]);
-        assert_eq!(canvas.pixels[3], [20, 20, 90]);
-    }
-
-    #[test]
-    fn letters_that_the_font_lacks_are_marked() {
-        assert_eq!(latin("Küche 厨房"), "Küche ??");
+        let mut canvas = Canvas::new(2, vec![FREE; 4]);
+        canvas.set(Point::new(1, 0), DOOR);
+        canvas.set(Point::new(9, 9), DOOR);
+        assert_eq!(canvas.pixels, [FREE, FREE, FREE, DOOR]);
+        assert_eq!(canvas.get(Point::new(-1, 0)), None);
     }
 }

@@ -34,9 +34,12 @@ pub struct Report {
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct StoreyCounts {
+    /// Index of the map storey.
     index: u32,
     name: String,
+    /// Number of elements in its slab by class.
     elements: BTreeMap<&'static str, usize>,
+    /// Number of spaces on it.
     spaces: usize,
 }
 
@@ -50,6 +53,7 @@ struct StoreyNotMapped {
 #[derive(Debug, Serialize, JsonSchema)]
 struct FailedGeometry {
     global_id: String,
+    /// Entity name, e.g. `IfcWall`.
     r#type: String,
     name: String,
     /// `bounding_box` or `nothing`.
@@ -60,21 +64,27 @@ struct FailedGeometry {
 struct DoorReport {
     global_id: String,
     name: String,
+    /// Index of the map storey.
     storey: u32,
     /// `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`, `absent`.
     passage: &'static str,
+    /// Width between what remains when it is open.
     clear_width_m: f64,
     /// `lining_and_panel` or `assumed`.
     clear_width_from: &'static str,
     /// Narrowest line of cells through it that are not occupied.
     width_in_map_m: f64,
+    /// On how many of its two sides there is floor.
     sides_with_floor: u32,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Region {
+    /// Index of the map storey on which it is not free.
     storey: u32,
+    /// GlobalId of the element whose face it is.
     global_id: String,
+    /// Its height in `map`.
     level_z_m: f64,
     area_m2: f64,
     centre_m: [f64; 2],
@@ -97,8 +107,11 @@ struct Diagnostic {
     file: Option<String>,
     /// STEP id of the entity meant, e.g. `#123`.
     entity: Option<String>,
+    /// GlobalId of the entity meant.
     global_id: Option<String>,
+    /// Name of the entity meant.
     name: Option<String>,
+    /// One sentence for people.
     message: String,
 }
 

@@ -29,12 +29,13 @@ struct Element {
     r#type: String,
     /// Class as in `classes.png`, e.g. `wall`.
     class: &'static str,
+    /// Name; may be empty.
     name: String,
     /// Map storeys whose slab it meets.
     storeys: Vec<u32>,
     /// Upright box around its body; null without a body.
     aabb: Option<Aabb>,
-    /// Plan in the slab of each map storey it meets: coordinates of a GeoJSON MultiPolygon.
+    /// Plan in the slab of each map storey it meets, by index: coordinates of a GeoJSON MultiPolygon.
     footprints: BTreeMap<u32, Coordinates>,
     schedule: Schedule,
     attributes: Attributes,
@@ -45,6 +46,7 @@ struct Element {
 /// Polygons of rings of points; exteriors counter-clockwise, first point repeated.
 type Coordinates = Vec<Vec<Vec<[f64; 2]>>>;
 
+/// Corners of an upright box.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Aabb {
     min: [f64; 3],
@@ -54,16 +56,21 @@ struct Aabb {
 /// When it is built; nulls where the site has no dates for it.
 #[derive(Debug, Default, Serialize, JsonSchema)]
 struct Schedule {
+    /// Plan time at which work begins.
     start: Option<String>,
+    /// Plan time at which work ends.
     finish: Option<String>,
     /// `none`, or where the dates come from.
     source: &'static str,
 }
 
+/// What is known about an element; doors and stairs have keys of their own.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Attributes {
+    /// PredefinedType.
     #[serde(skip_serializing_if = "String::is_empty")]
     predefined_type: String,
+    /// Names of its materials.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<String>,
     /// True if a lidar looks through it.
@@ -98,45 +105,68 @@ enum PropertyValue {
 struct Door {
     /// As the schema spells it; null if unknown.
     operation_type: Option<String>,
+    /// OverallWidth, else the width of its opening or body.
     overall_width_m: f64,
+    /// OverallHeight, else the height of its body.
     overall_height_m: f64,
+    /// Width between what remains when it is open.
     clear_width_m: f64,
     /// `lining_and_panel` or `assumed`.
     clear_width_from: &'static str,
     /// GlobalIds of the spaces it joins; null where there is none.
     spaces: [Option<String>; 2],
-    /// Whether the robot can pass: `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`, `absent`.
+    /// Whether the robot can pass, by map storey: `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`,
+    /// `absent`.
     passage: BTreeMap<u32, &'static str>,
 }
 
+/// Measures of a stair; nulls where the file does not tell.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Stair {
+    /// Number of risers.
     n_risers: Option<u32>,
+    /// Number of treads.
     n_treads: Option<u32>,
+    /// Height of a riser.
     riser_height_m: Option<f64>,
+    /// Length of a tread.
     tread_length_m: Option<f64>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Space {
+    /// Name, often a number.
     name: String,
+    /// LongName.
     long_name: String,
+    /// PredefinedType.
     #[serde(skip_serializing_if = "String::is_empty")]
     predefined_type: String,
+    /// True for gross areas and spaces made of spaces: for the record, not for robots.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    metadata_only: bool,
+    /// True outdoors: it gets no waypoint.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    external: bool,
     /// Map storey; null if its floor is on none.
     storey: Option<u32>,
     /// Area centroid of its floor; null without a body.
     centroid_m: Option<[f64; 2]>,
+    /// Area of its floor in square metres.
     area_m2: f64,
+    /// Height of its body.
     height_m: f64,
+    /// Height of its floor.
     floor_z_m: f64,
     /// Its floor: coordinates of a GeoJSON MultiPolygon.
     polygon: Coordinates,
     /// GlobalIds of the doors that lead into it.
     doors: Vec<String>,
-    /// `open`, `blocked`, `outdoors`, or `metadata_only` for gross areas and spaces made of spaces.
+    /// `open` or `blocked`.
     state: &'static str,
+    /// Why it is blocked, e.g. `task:` and a GlobalId, `before_room_date`, `private`; empty if it is open.
     why: Vec<String>,
+    /// Properties by set and name, numbers in the file's units.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     property_sets: PropertySets,
 }
@@ -161,30 +191,6 @@ impl Semantic {
         let spaces = spaces.map(|(k, record)| (site.text(record.global_id).to_owned(), Space::of(input, k, record)));
         Self { version: 1, elements: elements.collect(), spaces: spaces.collect() }
     }
-}
-
-/// JSON with one element or space per line: readable differences, small files.
-pub(crate) fn text(semantic: &Semantic) -> String {
-    let mut out = format!("{{\n\"version\": {},\n\"elements\": {{", semantic.version);
-    push_lines(&mut out, &semantic.elements);
-    out.push_str("},\n\"spaces\": {");
-    push_lines(&mut out, &semantic.spaces);
-    out.push_str("}\n}\n");
-    out
-}
-
-fn push_lines<T: Serialize>(out: &mut String, map: &BTreeMap<String, T>) {
-    for (k, (id, value)) in map.iter().enumerate() {
-        out.push_str(if k == 0 { "\n" } else { ",\n" });
-        out.push_str(&compact(id));
-        out.push_str(": ");
-        out.push_str(&compact(value));
-    }
-    out.push('\n');
-}
-
-fn compact<T: Serialize>(value: &T) -> String {
-    serde_json::to_string(value).expect("our types serialise: keys are strings, numbers are finite")
 }
 
 impl Element {
@@ -264,19 +270,12 @@ impl Space {
         let site = input.site;
         let text = |t| site.text(t).to_owned();
         let doors = site.doors.iter().filter(|d| d.spaces.contains(&(index as u32)));
-        let state = if record.has(space_flags::METADATA_ONLY) {
-            "metadata_only"
-        } else if input.phase.is_blocked(index) {
-            "blocked"
-        } else if record.has(space_flags::EXTERNAL) {
-            "outdoors"
-        } else {
-            "open"
-        };
         Self {
             name: text(record.name),
             long_name: text(record.long_name),
             predefined_type: text(record.predefined_type),
+            metadata_only: record.has(space_flags::METADATA_ONLY),
+            external: record.has(space_flags::EXTERNAL),
             storey: (record.map_storey != NONE).then_some(record.map_storey),
             centroid_m: (record.n_rings > 0).then(|| record.centroid_m.map(rounded)),
             area_m2: rounded(record.area_m2),
@@ -284,7 +283,7 @@ impl Space {
             floor_z_m: metres(record.floor_z_tenths),
             polygon: coordinates(&site.floor_polygon(record)),
             doors: doors.map(|d| text(site.elements[d.element as usize].global_id)).collect(),
-            state,
+            state: if input.phase.is_blocked(index) { "blocked" } else { "open" },
             why: input.phase.why(index).map(str::to_owned).collect(),
             property_sets: property_sets(input, site.space_attributes(record)),
         }
@@ -295,7 +294,8 @@ fn property_sets(input: &ExportInput<'_>, attributes: &[AttributeRecord]) -> Pro
     let mut sets = PropertySets::new();
     for attribute in attributes {
         let value = if attribute.kind == AttributeKind::Number as u32 {
-            PropertyValue::Number(attribute.number)
+            // JSON has no infinity, which a file can write as 1.E999.
+            PropertyValue::Number(attribute.number.clamp(f64::MIN, f64::MAX))
         } else if attribute.kind == AttributeKind::Boolean as u32 {
             PropertyValue::Boolean(attribute.number == 1.0)
         } else {

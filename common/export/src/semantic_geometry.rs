@@ -12,8 +12,11 @@ const SMOOTH: f64 = 0.9994;
 /// A body: vertices in `map` metres, triangles, and the edges between faces that are not in one plane.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Geometry {
+    /// Corners of the triangles, each once.
     vertices: Vec<[f64; 3]>,
+    /// Triangles: three vertices each, counter-clockwise from outside.
     faces: Vec<[u32; 3]>,
+    /// Edges between faces that are not in one plane, and edges of one face alone: two vertices each.
     edges: Vec<[u32; 2]>,
 }
 

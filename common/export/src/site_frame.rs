@@ -37,8 +37,9 @@ pub struct SiteFrameError(#[from] serde_json::Error);
 impl SiteFrameFile {
     /// The frame of a site.
     pub fn of(site: &Site<'_>) -> Self {
-        let [x_m, y_m, z_m] = site.head.map_from_world_m;
-        let yaw_rad = site.head.map_from_world_yaw_rad;
+        // Adding zero turns a negative zero into a positive one.
+        let [x_m, y_m, z_m] = site.head.map_from_world_m.map(|shift| shift + 0.0);
+        let yaw_rad = site.head.map_from_world_yaw_rad + 0.0;
         Self { map_from_world: MapFromWorld { x_m, y_m, z_m, yaw_rad }, frame_epoch: site.head.frame_epoch }
     }
 
@@ -66,7 +67,7 @@ mod tests {
         let map_from_world =
             MapFromWorld { x_m: -400_000.0, y_m: 0.1 + 0.2, z_m: 0.0, yaw_rad: -0.523_598_775_598_298_8 };
         let frame = SiteFrameFile { map_from_world, frame_epoch: 3 };
-        assert_eq!(SiteFrameFile::parse(&crate::json(&frame)).unwrap(), frame);
+        assert_eq!(SiteFrameFile::parse(&crate::json::text(&frame)).unwrap(), frame);
         assert!(SiteFrameFile::parse(b"{}").is_err());
     }
 }

@@ -25,7 +25,9 @@ pub struct Waypoints {
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Waypoint {
+    /// Number in the plan.
     id: u32,
+    /// Place in the tour over all storeys, from 0.
     order: u32,
     /// `centre` or `scan`.
     kind: &'static str,
@@ -35,16 +37,21 @@ struct Waypoint {
     space: String,
     /// Name of the space.
     name: String,
+    /// In `map`.
     x_m: f64,
+    /// In `map`.
     y_m: f64,
-    /// Height of the floor.
+    /// Height of the floor in `map`.
     z_m: f64,
+    /// Height of the sensor in `map`.
     sensor_z_m: f64,
+    /// Heading in `map`.
     yaw_rad: f64,
     /// Area centroid of the space's floor, not moved.
     centroid_m: [f64; 3],
     /// Distance to the nearest cell that is not free.
     clearance_m: f64,
+    /// Area that a scan from here adds; 0 for centres.
     covers_m2: f64,
 }
 

@@ -1,6 +1,4 @@
 //! What an element costs: a wall, a wall with openings, a round column, a chair-like heap of boxes, a finely meshed ball.
-#![expect(missing_docs, reason = "criterion's macros define public items")]
-
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use geometry::{MeshView, Slab, footprint, is_closed};
 use std::hint::black_box;

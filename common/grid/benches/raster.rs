@@ -1,6 +1,4 @@
 //! Cells of polygons: linear in the cells of the boundary, whatever the area.
-#![expect(missing_docs, reason = "criterion's macros define public items")]
-
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use geometry::{Bounds, FillRule, MultiPolygon, union};
 use grid::{GridSpec, covered_cells, overlapped_cells, squared_distances};

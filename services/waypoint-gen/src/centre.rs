@@ -27,36 +27,36 @@ impl Clearance {
         Self { spec: grid.spec(), not_free, squared }
     }
 
-    /// Distance in metres from a point to the nearest square that is not free; 0 outside the grid.
+    /// Distance in metres from a point to the centre of the nearest cell that is not free, as costmaps measure it; 0 on
+    /// such a cell and outside the grid.
     fn at(&self, p: Point2<Map>) -> f64 {
         let Some(cell) = self.spec.cell_at(p) else { return 0.0 };
         let index = self.spec.index(cell);
         if self.not_free[index] {
             return 0.0;
         }
-        // The nearest square lies within the distance between centres and a diagonal.
+        // The nearest cell of a point is at most a diagonal farther than that of its own cell's centre.
         let reach = f64::from(self.squared[index]).sqrt().min(f64::from(self.spec.width.max(self.spec.height))) + 1.5;
-        let (size, mut nearest) = (self.spec.resolution_m(), f64::INFINITY);
         let range = |at: u32, n: u32| {
             let reach = reach.ceil() as u32;
             at.saturating_sub(reach)..(at + reach + 1).min(n)
         };
+        let mut nearest = f64::INFINITY;
         for row in range(cell.row, self.spec.height) {
             for column in range(cell.column, self.spec.width) {
                 let other = Cell { column, row };
                 if self.not_free[self.spec.index(other)] {
                     let c = self.spec.centre_of(other);
-                    let off = |a: f64, b: f64| ((a - b).abs() - size / 2.0).max(0.0);
-                    nearest = nearest.min(libm::hypot(off(p.x_m, c.x_m), off(p.y_m, c.y_m)));
+                    nearest = nearest.min(libm::hypot(p.x_m - c.x_m, p.y_m - c.y_m));
                 }
             }
         }
         nearest
     }
 
-    /// False for cells that are too near to what is not free, whatever their shape: squares are nearer than centres.
-    fn may_be_clear(&self, index: usize, radius_cells: f64) -> bool {
-        !self.not_free[index] && f64::from(self.squared[index]) >= radius_cells * radius_cells
+    /// The same for a cell's centre.
+    fn at_cell(&self, index: usize) -> f64 {
+        f64::from(self.squared[index]).sqrt() * self.spec.resolution_m()
     }
 }
 
@@ -78,20 +78,15 @@ pub(crate) fn centre_of(
         return Ok(Centre { x_m: centroid.x_m, y_m: centroid.y_m, clearance_m: at_centroid });
     }
     let own = space as u16 + 1;
-    let radius_cells = radius_m / spec.resolution_m();
     let cells = || grid.space.iter().enumerate().filter(|(_, s)| **s == own).map(|(index, _)| index);
     let centre = |index: usize| spec.centre_of(spec.cell_of(index));
     let far = |p: Point2<Map>| libm::hypot(p.x_m - centroid.x_m, p.y_m - centroid.y_m);
-    let mut candidates: Vec<(f64, usize)> =
-        cells().filter(|&i| clearance.may_be_clear(i, radius_cells)).map(|i| (far(centre(i)), i)).collect();
+    let clear = cells().filter(|&i| clearance.at_cell(i) >= radius_m && inside(centre(i)));
     // Nearest first; of equally near cells the lower row, then the lower column.
-    candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    for (_, index) in candidates {
+    let nearest = clear.min_by(|&a, &b| far(centre(a)).total_cmp(&far(centre(b))).then(a.cmp(&b)));
+    if let Some(index) = nearest {
         let p = centre(index);
-        let clearance_m = clearance.at(p);
-        if inside(p) && clearance_m >= radius_m {
-            return Ok(Centre { x_m: p.x_m, y_m: p.y_m, clearance_m });
-        }
+        return Ok(Centre { x_m: p.x_m, y_m: p.y_m, clearance_m: clearance.at_cell(index) });
     }
     Err(if cells().any(|index| grid.planning[index] == 0) {
         format!("it has no free place of {radius_m} m around")
@@ -138,7 +133,7 @@ mod tests {
     fn a_centroid_that_is_inside_and_clear_stays_to_the_last_digit() {
         let found = find(&ROOM, [2.0123, 1.5321], |c, _| c > 3).unwrap();
         assert_eq!((found.x_m, found.y_m), (2.0123, 1.5321));
-        assert!((found.clearance_m - 1.6123).abs() < 1e-9, "to the square, not to its centre: {}", found.clearance_m);
+        assert!((found.clearance_m - 1.6625).abs() < 1e-3, "to the centre of the nearest cell: {}", found.clearance_m);
     }
 
     #[test]
@@ -158,7 +153,7 @@ mod tests {
 
     #[test]
     fn a_space_too_narrow_for_the_robot_has_a_reason() {
-        assert!(find(&ROOM, [2.0, 1.5], |c, _| c % 4 != 0).unwrap_err().contains("no free place"));
+        assert!(find(&ROOM, [2.0, 1.5], |c, _| c % 3 != 0).unwrap_err().contains("no free place"));
         assert!(find(&ROOM, [2.0, 1.5], |_, _| false).unwrap_err().contains("no floor"));
     }
 }

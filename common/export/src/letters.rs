@@ -1,0 +1,90 @@
+//! Names of storeys and spaces in fewer letters: ASCII for folders, ISO 8859-1 for pictures.
+
+/// Folder names longer than this are cut.
+const SLUG_BYTES_MAX: usize = 60;
+
+/// Lower-case ASCII words joined by hyphens; `storey` if nothing is left.
+pub(crate) fn slug(name: &str) -> String {
+    let mut out = String::new();
+    for c in name.chars().flat_map(char::to_lowercase) {
+        match plain(c) {
+            _ if c.is_ascii_alphanumeric() => out.push(c),
+            Some(letters) => out.push_str(letters),
+            None if !out.is_empty() && !out.ends_with('-') => out.push('-'),
+            None => {}
+        }
+    }
+    out.truncate(SLUG_BYTES_MAX);
+    let slug = out.trim_end_matches('-');
+    if slug.is_empty() { "storey".to_owned() } else { slug.to_owned() }
+}
+
+/// Text in the letters of ISO 8859-1: others become what reads like them, or `?`.
+pub(crate) fn latin(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        match c {
+            ' '..='~' | '\u{a0}'..='ÿ' => out.push(c),
+            '‐'..='―' => out.push('-'),
+            '‘'..='‛' => out.push('\''),
+            '“'..='‟' => out.push('"'),
+            _ if c.is_whitespace() => out.push(' '),
+            _ => match c.to_lowercase().next().and_then(plain) {
+                Some(letters) if c.is_uppercase() => out.push_str(&letters.to_ascii_uppercase()),
+                Some(letters) => out.push_str(letters),
+                None => out.push('?'),
+            },
+        }
+    }
+    out
+}
+
+/// ASCII letters for a lower-case letter of the Latin alphabets; `None` for everything else.
+fn plain(c: char) -> Option<&'static str> {
+    Some(match c {
+        'à'..='ã' | 'å' | 'ā' | 'ă' | 'ą' => "a",
+        'ä' | 'æ' => "ae",
+        'ç' | 'ć' | 'ĉ' | 'ċ' | 'č' => "c",
+        'ď' | 'đ' | 'ð' => "d",
+        'è'..='ë' | 'ē' | 'ĕ' | 'ė' | 'ę' | 'ě' => "e",
+        'ĝ' | 'ğ' | 'ġ' | 'ģ' => "g",
+        'ĥ' | 'ħ' => "h",
+        'ì'..='ï' | 'ĩ' | 'ī' | 'ĭ' | 'į' | 'ı' => "i",
+        'ĵ' => "j",
+        'ķ' => "k",
+        'ĺ' | 'ļ' | 'ľ' | 'ŀ' | 'ł' => "l",
+        'ñ' | 'ń' | 'ņ' | 'ň' | 'ŋ' => "n",
+        'ò'..='õ' | 'ø' | 'ō' | 'ŏ' | 'ő' => "o",
+        'ö' | 'œ' => "oe",
+        'ŕ' | 'ŗ' | 'ř' => "r",
+        'ś' | 'ŝ' | 'ş' | 'š' | 'ș' => "s",
+        'ß' => "ss",
+        'ţ' | 'ť' | 'ŧ' | 'ț' => "t",
+        'þ' => "th",
+        'ù'..='û' | 'ũ' | 'ū' | 'ŭ' | 'ů' | 'ű' | 'ų' => "u",
+        'ü' => "ue",
+        'ŵ' => "w",
+        'ý' | 'ÿ' | 'ŷ' => "y",
+        'ź' | 'ż' | 'ž' => "z",
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slugs_are_ascii_words() {
+        assert_eq!(slug("Erdgeschoß / Küche (1)"), "erdgeschoss-kueche-1");
+        assert_eq!(slug("00 Begane grond"), "00-begane-grond");
+        assert_eq!(slug("Piętro pierwsze"), "pietro-pierwsze");
+        assert_eq!(slug("地下"), "storey");
+        assert_eq!(slug(&"a ".repeat(100)).len(), SLUG_BYTES_MAX - 1, "cut, and no hyphen at the end");
+    }
+
+    #[test]
+    fn letters_that_the_font_lacks_become_near_ones_or_a_mark() {
+        assert_eq!(latin("Küche – Łazienka\u{202f}2 厨房"), "Küche - Lazienka 2 ??");
+    }
+}

@@ -1,0 +1,173 @@
+//! The smallest building with everything that files tell about: a room, a wall, a door, a stair, a warning.
+
+use bytemuck::Zeroable;
+use geometry::{Footprint, MultiPolygon, Polygon};
+use messages::*;
+
+/// Archives of the building; views are opened by who reads them.
+pub(crate) struct House {
+    pub(crate) site: ArchiveBuffer,
+    pub(crate) phase: ArchiveBuffer,
+    pub(crate) grid: ArchiveBuffer,
+    pub(crate) index: ArchiveBuffer,
+    pub(crate) plan: ArchiveBuffer,
+    pub(crate) footprints: Vec<(u32, Footprint)>,
+}
+
+/// A room of 3 x 2 m behind a wall of 0.5 m, on a grid of 0.5 m; the door is too narrow.
+pub(crate) fn house() -> House {
+    let site = site();
+    let view = Site::open(site.bytes()).unwrap();
+    let phase = PhaseBuilder::everything_built(view.content_hash(), 3, 2).finish();
+    let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: PhaseHead::NO_TIME, robot: RobotProfile::DEFAULT };
+    let slots = vec![GridSlotRecord { map_storey: 0, cell_tenths: 5_000, content_hash: 3 }];
+    let passage = DoorPassage::TooNarrow as u32;
+    let doors = vec![DoorPassageRecord { door: 0, map_storey: 0, passage, sides_with_floor: 1, width_in_map_m: 0.5 }];
+    let region = RegionRecord { level_z_tenths: -2_500, area_m2: 1.5, element: 2, ..Zeroable::zeroed() };
+    let index = GridsBuilder { head, slots, robot_name: "default", doors, regions: vec![region] }.finish();
+    let footprint = |corners: [[i32; 2]; 4]| {
+        let polygon = Polygon { exterior: corners.to_vec(), holes: Vec::new() };
+        Footprint { area: MultiPolygon(vec![polygon]), lines: Vec::new() }
+    };
+    let wall = footprint([[0, 0], [30_000, 0], [30_000, 5_000], [0, 5_000]]);
+    let door = footprint([[10_000, 0], [15_000, 0], [15_000, 500], [10_000, 500]]);
+    House { phase, grid: grid(), index, plan: plan(), footprints: vec![(0, wall), (1, door)], site }
+}
+
+fn site() -> ArchiveBuffer {
+    let head = SiteHead { frame_epoch: 1, has_schedule: 1, map_from_world_yaw_rad: -0.0, ..Zeroable::zeroed() };
+    let mut b = SiteBuilder { head, ..Default::default() };
+    let source = (b.texts.add("house.ifc"), b.texts.add("IFC4"));
+    b.sources.push(SourceRecord { file: source.0, schema: source.1, sha256: [0xab; 32], length_unit_m: 1.0 });
+    let storey = (b.texts.add("storey-0"), b.texts.add("Erdgeschoß"));
+    b.map_storeys.push(MapStoreyRecord {
+        global_id: storey.0,
+        name: storey.1,
+        floor_z_tenths: 1_000,
+        floor: FloorKind::Built as u32,
+        bounds_tenths: [0, 0, 30_000, 25_000],
+    });
+    let (roof, why) = (b.texts.add("Roof"), b.texts.add("nothing to walk on"));
+    b.storeys.push(StoreyRecord {
+        name: roof,
+        why,
+        map_storey: NONE,
+        global_id: Text::default(),
+        placement_z_tenths: 0,
+        has_placement: 0,
+        source: 0,
+    });
+    // A face of the wall in two triangles.
+    b.vertices.extend([[0, 0, 0], [30_000, 0, 0], [30_000, 0, 25_000], [0, 0, 25_000]]);
+    b.triangles.extend([[0, 1, 2], [0, 2, 3]]);
+    b.parts.push(PartRecord { n_vertices: 4, n_triangles: 2, ..Zeroable::zeroed() });
+    let concrete = b.texts.add("Concrete");
+    b.materials.push(concrete);
+    let property = ["Pset_WallCommon", "LoadBearing", "Width", "Finish"].map(|t| b.texts.add(t));
+    let attribute =
+        |name, text, number, kind| AttributeRecord { set: property[0], name, text, number, kind, reserved: 0 };
+    b.attributes.push(attribute(property[1], Text::default(), 1.0, AttributeKind::Boolean as u32));
+    b.attributes.push(attribute(property[2], Text::default(), f64::INFINITY, AttributeKind::Number as u32));
+    b.attributes.push(attribute(property[3], concrete, 0.0, AttributeKind::Text as u32));
+    for (id, kind, class, door, stair) in [
+        ("wall-0", "IfcWall", grid::Class::Wall, NONE, NONE),
+        ("door-0", "IfcDoor", grid::Class::Door, 0, NONE),
+        ("stair-0", "IfcStair", grid::Class::Stair, NONE, 0),
+    ] {
+        let [id, kind] = [id, kind].map(|t| b.texts.add(t));
+        let is_wall = u32::from(class == grid::Class::Wall);
+        b.elements.push(ElementRecord {
+            global_id: id,
+            ifc_type: kind,
+            max_tenths: [30_000, 5_000, 25_000],
+            n_parts: is_wall,
+            n_attributes: 3 * is_wall,
+            n_materials: is_wall,
+            whole: NONE,
+            storey: NONE,
+            door,
+            stair,
+            class: u32::from(class.id()),
+            flags: if class == grid::Class::Stair { element_flags::FAILED } else { 0 },
+            ..Zeroable::zeroed()
+        });
+    }
+    let operation = b.texts.add("SINGLE_SWING_LEFT");
+    b.doors.push(DoorRecord {
+        element: 1,
+        opening: NONE,
+        spaces: [0, NONE],
+        operation,
+        opens: Opens::Swing as u32,
+        clear_width_from: ClearWidth::Assumed as u32,
+        overall_width_m: 0.6,
+        overall_height_m: 2.0,
+        clear_width_m: 0.5,
+        passage: BoxRecord::default(),
+    });
+    b.stairs.push(StairRecord { element: 2, n_risers: 12, n_treads: NONE, riser_height_m: 0.18, ..Zeroable::zeroed() });
+    b.points.extend([[0, 5_000], [30_000, 5_000], [30_000, 25_000], [0, 25_000]]);
+    b.rings.push(RingRecord { first_point: 0, n_points: 4 });
+    for (id, name, n_rings, flags) in
+        [("space-0", "Küche, \"0.1\"", 1, 0), ("space-1", "Gross", 0, space_flags::METADATA_ONLY)]
+    {
+        let [id, name] = [id, name].map(|t| b.texts.add(t));
+        b.spaces.push(SpaceRecord {
+            global_id: id,
+            name,
+            area_m2: 6.0 * f64::from(n_rings),
+            centroid_m: [1.5, 1.5],
+            n_rings,
+            floor_z_tenths: 1_000,
+            height_tenths: 25_000,
+            map_storey: if n_rings == 1 { 0 } else { NONE },
+            storey: NONE,
+            flags,
+            ..Zeroable::zeroed()
+        });
+    }
+    let (code, message) = (b.texts.add("clear_width_assumed"), b.texts.add("the file does not say how wide it opens"));
+    let diagnostic = DiagnosticRecord { code, message, severity: 1, step_id: 42, ..Zeroable::zeroed() };
+    b.diagnostics.push(diagnostic);
+    b.finish()
+}
+
+/// Wall in the lowest row, the door in its third cell, free room above, nothing in the last column.
+fn grid() -> ArchiveBuffer {
+    let head = GridHead { cell_tenths: 5_000, width: 7, height: 5, floor_z_tenths: 1_000, ..Zeroable::zeroed() };
+    let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(35));
+    GridWriter::new(buffer.bytes_mut()).write(&head, |layers| {
+        for index in 0..35 {
+            let cell = head.spec().cell_of(index);
+            let (planning, class) = match (cell.row, cell.column) {
+                (_, 6) => (-1, grid::Class::None),
+                (0, 2) => (100, grid::Class::Door),
+                (0, _) => (100, grid::Class::Wall),
+                _ => (0, grid::Class::None),
+            };
+            layers.planning[index] = planning;
+            layers.localization[index] = if class == grid::Class::Door { -1 } else { planning };
+            layers.keepout[index] = if planning == -1 { 100 } else { 0 };
+            layers.class[index] = class.id();
+            layers.floor[index] = u8::from(planning != -1);
+            layers.space[index] = u16::from(planning == 0);
+        }
+    });
+    buffer
+}
+
+fn plan() -> ArchiveBuffer {
+    let mut texts = TextPool::default();
+    let reason = texts.add("it is a gross area, or made of other spaces");
+    let without = SpacePlanRecord { reason, centre: NONE, ..Zeroable::zeroed() };
+    let waypoint = WaypointRecord {
+        position_in_map_m: [1.75, 1.75, 0.1],
+        sensor_z_m: 1.3,
+        centroid_in_map_m: [1.5, 1.5, 0.1],
+        clearance_m: 1.25,
+        kind: WaypointKind::Centre as u32,
+        ..Zeroable::zeroed()
+    };
+    let head = PlanHead { site_hash: 1, phase_hash: 2, plan_time_s: PhaseHead::NO_TIME };
+    PlanBuilder { texts, head, waypoints: vec![waypoint], spaces: vec![Zeroable::zeroed(), without] }.finish()
+}
