@@ -1,0 +1,294 @@
+//! The model into the records of the `site` archive.
+
+use crate::SourceFile;
+use crate::classify::{class_of, flags_of};
+use crate::levels::FloorTriangles;
+use crate::merge::Merged;
+use crate::meshes::{Body, OutOfReach, add_body};
+use crate::passages::add_openings_and_doors;
+use crate::site_frame::SiteFrame;
+use crate::spaces::add_spaces;
+use crate::storeys::{Candidate, Fate, MapStorey, SpaceFloor, map_storeys};
+use frames::{TENTHS_PER_M, tenths};
+use geometry::{Bounds, upward_triangles};
+use ifc::{Diagnostic, GeometryStatus, Named, Property, PropertyValue, Severity};
+use messages::*;
+use sha2::{Digest, Sha256};
+
+/// A storey's grid holds what has a body between these heights above its floor, whatever the robot's size.
+const BOUNDS_BELOW: i32 = -TENTHS_PER_M / 2;
+const BOUNDS_ABOVE: i32 = 3 * TENTHS_PER_M;
+
+/// All records of the site.
+pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -> SiteBuilder {
+    let mut builder = SiteBuilder::default();
+    add_head(&mut builder, merged, frame);
+    add_sources(&mut builder, files, merged);
+    add_elements(&mut builder, merged, frame);
+    let floors = add_spaces(&mut builder, merged, frame);
+    let (mapped, fates) = find_storeys(&builder, merged, &floors, frame);
+    add_storeys(&mut builder, merged, &mapped, &fates, frame);
+    place_spaces(&mut builder, &floors);
+    set_bounds(&mut builder);
+    add_openings_and_doors(&mut builder, merged, &floors, frame);
+    builder.boundaries.extend(
+        merged.model.boundaries.iter().map(|b| BoundaryRecord { space: b.space as u32, element: b.element as u32 }),
+    );
+    for (source, diagnostic) in &merged.diagnostics {
+        add_diagnostic(&mut builder, *source, diagnostic);
+    }
+    builder
+}
+
+fn add_head(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
+    let georeference = &merged.model.georeference;
+    let mut head = SiteHead {
+        map_from_world_m: frame.map_from_world.translation_m(),
+        map_from_world_yaw_rad: frame.map_from_world.yaw_rad(),
+        frame_epoch: frame.frame_epoch,
+        has_schedule: u32::from(merged.model.has_schedule),
+        ..Default::default()
+    };
+    if let Some(conversion) = &georeference.map_conversion {
+        head.has_earth = 1;
+        head.earth_m = conversion.eastings_northings_height;
+        head.earth_x_axis = conversion.x_axis;
+        head.earth_scale = conversion.scale;
+        head.earth_crs = builder.texts.add(&conversion.crs);
+    }
+    if let Some(direction) = georeference.true_north {
+        head.has_true_north = 1;
+        head.true_north = direction;
+    }
+    builder.head = head;
+}
+
+fn add_sources(builder: &mut SiteBuilder, files: &[SourceFile], merged: &Merged) {
+    for (file, (schema, length_unit_m)) in files.iter().zip(&merged.schemas) {
+        builder.sources.push(SourceRecord {
+            file: builder.texts.add(&file.name()),
+            schema: builder.texts.add(schema),
+            sha256: Sha256::digest(&file.bytes).into(),
+            length_unit_m: *length_unit_m,
+        });
+    }
+}
+
+fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
+    let elements = &merged.model.elements;
+    for (index, element) in elements.iter().enumerate() {
+        let source = merged.element_source[index];
+        let (body, mut flags) = match add_body(builder, &element.geometry, &frame.map_from_world) {
+            Ok(body) => (body, flags_of(elements, index)),
+            Err(OutOfReach) => {
+                add_diagnostic(builder, source, &out_of_reach(&element.id, element.ifc_type));
+                (None, element_flags::FAILED)
+            }
+        };
+        match &element.geometry.status {
+            // A box may stop a robot, but it must not carry one: its top is no floor.
+            GeometryStatus::BoundingBox { .. } => {
+                flags = flags & !element_flags::FLOOR | element_flags::BOUNDING_BOX;
+            }
+            GeometryStatus::Failed { .. } => flags |= element_flags::FAILED,
+            GeometryStatus::None | GeometryStatus::Meshed => {}
+        }
+        let (first_attribute, n_attributes) = add_attributes(builder, &element.properties);
+        let first_material = builder.materials.len() as u32;
+        for material in &element.materials {
+            let text = builder.texts.add(material);
+            builder.materials.push(text);
+        }
+        let stair = add_stair(builder, index, element.stair.as_ref());
+        let body_range = body.unwrap_or(Body { first_part: 0, n_parts: 0, min: [0; 3], max: [0; 3] });
+        let record = ElementRecord {
+            global_id: builder.texts.add(&element.id.global_id),
+            name: builder.texts.add(&element.id.name),
+            ifc_type: builder.texts.add(element.ifc_type),
+            predefined_type: builder.texts.add(&element.predefined_type),
+            min_tenths: body_range.min,
+            max_tenths: body_range.max,
+            first_part: body_range.first_part,
+            n_parts: body_range.n_parts,
+            first_attribute,
+            n_attributes,
+            first_material,
+            n_materials: element.materials.len() as u32,
+            whole: element.whole.map_or(NONE, |k| k as u32),
+            storey: element.storey.map_or(NONE, |k| k as u32),
+            door: NONE,
+            stair,
+            source,
+            step_id: element.id.step_id,
+            class: u32::from(class_of(elements, index).id()),
+            flags,
+        };
+        builder.elements.push(record);
+    }
+}
+
+fn out_of_reach(id: &Named, ifc_type: &str) -> Diagnostic {
+    Diagnostic {
+        severity: Severity::Error,
+        code: "coordinates_out_of_reach",
+        entity: Some(id.clone()),
+        message: format!("{ifc_type} lies farther than 107 km from the rest of the building and is left out"),
+    }
+}
+
+fn add_stair(builder: &mut SiteBuilder, element: usize, stair: Option<&ifc::Stair>) -> u32 {
+    let Some(stair) = stair else { return NONE };
+    builder.stairs.push(StairRecord {
+        element: element as u32,
+        n_risers: stair.n_risers.unwrap_or(NONE),
+        n_treads: stair.n_treads.unwrap_or(NONE),
+        reserved: 0,
+        riser_height_m: stair.riser_height_m.unwrap_or(0.0),
+        tread_length_m: stair.tread_length_m.unwrap_or(0.0),
+    });
+    builder.stairs.len() as u32 - 1
+}
+
+/// Writes properties: (first record, number of records).
+pub(crate) fn add_attributes(builder: &mut SiteBuilder, properties: &[Property]) -> (u32, u32) {
+    let first = builder.attributes.len() as u32;
+    for property in properties {
+        let (kind, number, text) = match &property.value {
+            PropertyValue::Text(text) => (AttributeKind::Text, 0.0, text.as_str()),
+            PropertyValue::Number(number) => (AttributeKind::Number, *number, ""),
+            PropertyValue::Boolean(yes) => (AttributeKind::Boolean, f64::from(u8::from(*yes)), ""),
+        };
+        let record = AttributeRecord {
+            set: builder.texts.add(&property.set),
+            name: builder.texts.add(&property.name),
+            text: builder.texts.add(text),
+            number,
+            kind: kind as u32,
+            reserved: 0,
+        };
+        builder.attributes.push(record);
+    }
+    (first, properties.len() as u32)
+}
+
+pub(crate) fn add_diagnostic(builder: &mut SiteBuilder, source: u32, diagnostic: &Diagnostic) {
+    let nobody = Named::default();
+    let entity = diagnostic.entity.as_ref().unwrap_or(&nobody);
+    let record = DiagnosticRecord {
+        code: builder.texts.add(diagnostic.code),
+        global_id: builder.texts.add(&entity.global_id),
+        name: builder.texts.add(&entity.name),
+        message: builder.texts.add(&diagnostic.message),
+        severity: match diagnostic.severity {
+            Severity::Info => 0,
+            Severity::Warning => 1,
+            Severity::Error => 2,
+        },
+        step_id: entity.step_id,
+        source,
+        reserved: 0,
+    };
+    builder.diagnostics.push(record);
+}
+
+fn find_storeys(
+    builder: &SiteBuilder,
+    merged: &Merged,
+    floors: &[Option<SpaceFloor>],
+    frame: SiteFrame,
+) -> (Vec<MapStorey>, Vec<Fate>) {
+    let mut faces = FloorTriangles::new();
+    for element in builder.elements.iter().filter(|e| e.has(element_flags::FLOOR)) {
+        for mesh in builder.meshes(element.first_part, element.n_parts) {
+            faces.extend(upward_triangles(mesh, RobotProfile::DEFAULT.max_slope_rad));
+        }
+    }
+    let rise = frame.map_from_world.translation_m()[2];
+    let bodies = || builder.elements.iter().filter(|e| e.n_parts > 0);
+    let candidates: Vec<Candidate> = (0..merged.model.storeys.len())
+        .map(|k| {
+            let storey = &merged.model.storeys[k];
+            let height = storey.placement_z_m.or(storey.elevation_m);
+            let own = || bodies().filter(move |e| e.storey == k as u32);
+            Candidate {
+                placement_z: height.and_then(|z| tenths(z + rise)),
+                n_elements: own().count(),
+                bodies: own().map(|e| [e.min_tenths[2], e.max_tenths[2]]).collect(),
+                own_floor: own().filter(|e| e.has(element_flags::FLOOR)).map(|e| e.max_tenths[2]).min(),
+            }
+        })
+        .collect();
+    let rooms: Vec<SpaceFloor> = floors.iter().flatten().cloned().collect();
+    map_storeys(&candidates, &rooms, &faces, bodies().map(|e| e.min_tenths[2]).min())
+}
+
+fn add_storeys(builder: &mut SiteBuilder, merged: &Merged, mapped: &[MapStorey], fates: &[Fate], frame: SiteFrame) {
+    let storeys = &merged.model.storeys;
+    for storey in mapped {
+        let id = storey.named_after.map_or(&merged.model.container, |k| &storeys[k].id);
+        let record = MapStoreyRecord {
+            global_id: builder.texts.add(&id.global_id),
+            name: builder.texts.add(&id.name),
+            floor_z_tenths: storey.z,
+            floor: storey.floor as u32,
+            bounds_tenths: [0; 4],
+        };
+        builder.map_storeys.push(record);
+    }
+    let rise = frame.map_from_world.translation_m()[2];
+    for ((storey, fate), &source) in storeys.iter().zip(fates).zip(&merged.storey_source) {
+        let (map_storey, why) = match fate {
+            Fate::Mapped(k) => (*k as u32, String::new()),
+            Fate::Joined(k) => (*k as u32, format!("its floor is that of {}", name_of(merged, mapped[*k].named_after))),
+            Fate::NotMapped(why) => (NONE, (*why).to_owned()),
+        };
+        let placement = storey.placement_z_m.and_then(|z| tenths(z + rise));
+        let record = StoreyRecord {
+            global_id: builder.texts.add(&storey.id.global_id),
+            name: builder.texts.add(&storey.id.name),
+            why: builder.texts.add(&why),
+            placement_z_tenths: placement.unwrap_or(0),
+            has_placement: u32::from(placement.is_some()),
+            map_storey,
+            source,
+        };
+        builder.storeys.push(record);
+    }
+}
+
+fn name_of(merged: &Merged, storey: Option<usize>) -> &str {
+    storey.map_or("the building", |k| &merged.model.storeys[k].id.name)
+}
+
+/// A space belongs to the nearest map storey within half a metre of its floor.
+fn place_spaces(builder: &mut SiteBuilder, floors: &[Option<SpaceFloor>]) {
+    for (record, floor) in builder.spaces.iter_mut().zip(floors) {
+        let Some(floor) = floor else { continue };
+        let far = |k: &usize| (builder.map_storeys[*k].floor_z_tenths - floor.z).abs();
+        let nearest = (0..builder.map_storeys.len()).min_by_key(far);
+        record.map_storey = nearest.filter(|k| far(k) <= TENTHS_PER_M / 2).map_or(NONE, |k| k as u32);
+    }
+}
+
+/// Plan bounds of each map storey: of bodies near its floor and of its spaces.
+fn set_bounds(builder: &mut SiteBuilder) {
+    let corner = |min: [i32; 3], max: [i32; 3]| Bounds { min: [min[0], min[1]], max: [max[0], max[1]] };
+    for k in 0..builder.map_storeys.len() {
+        let floor_z = builder.map_storeys[k].floor_z_tenths;
+        let near = |e: &&ElementRecord| {
+            e.n_parts > 0 && e.min_tenths[2] < floor_z + BOUNDS_ABOVE && floor_z + BOUNDS_BELOW < e.max_tenths[2]
+        };
+        let bodies = builder.elements.iter().filter(near).map(|e| corner(e.min_tenths, e.max_tenths));
+        let spaces = builder.spaces.iter().filter(|s| s.map_storey == k as u32).filter_map(|s| {
+            let rings = &builder.rings[s.first_ring as usize..][..s.n_rings as usize];
+            Bounds::of(
+                rings
+                    .iter()
+                    .flat_map(|r| builder.points[r.first_point as usize..][..r.n_points as usize].iter().copied()),
+            )
+        });
+        let bounds = bodies.chain(spaces).reduce(Bounds::joined);
+        let Bounds { min, max } = bounds.unwrap_or(Bounds { min: [0; 2], max: [0; 2] });
+        builder.map_storeys[k].bounds_tenths = [min[0], min[1], max[0], max[1]];
+    }
+}

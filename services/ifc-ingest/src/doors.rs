@@ -1,0 +1,109 @@
+//! What a door lets through: how it opens, how wide, between which spaces.
+
+use geometry::{MultiPolygon, OrientedBox};
+use messages::{ClearWidth, Opens};
+
+/// Frame and leaf take this much of a door's width where the model says nothing of them.
+const ASSUMED_LOSS_M: f64 = 0.10;
+
+/// Distances from the wall's faces at which the spaces of a door are looked for, in tenths of a millimetre.
+const PROBES: [f64; 3] = [1_000.0, 3_000.0, 6_000.0];
+
+/// How a door opens, by its operation type; `None` if it does not open. Unknown operations count as swing.
+pub(crate) fn opens(operation: &str, predefined_type: &str) -> Option<Opens> {
+    if predefined_type == "TRAPDOOR" {
+        return None;
+    }
+    let has = |word: &str| operation.to_ascii_uppercase().contains(word);
+    Some(if has("REVOLV") {
+        Opens::Revolving
+    } else if has("SLID") {
+        Opens::Sliding
+    } else if has("FOLD") {
+        Opens::Folding
+    } else if has("ROLL") || has("LIFT") {
+        Opens::Rolling
+    } else {
+        Opens::Swing
+    })
+}
+
+/// True if the operation type says how the door opens.
+pub(crate) fn operation_is_known(operation: &str) -> bool {
+    let words = ["SWING", "SLID", "FOLD", "REVOLV", "ROLL", "LIFT"];
+    words.iter().any(|word| operation.to_ascii_uppercase().contains(word))
+}
+
+/// Width between what remains when the door is open, in metres, and where it comes from.
+pub(crate) fn clear_width_m(overall_m: f64, door: &ifc::Door, opens: Option<Opens>) -> (f64, ClearWidth) {
+    let (Some(lining), Some(leaf)) = (door.lining_thickness_m, door.panel_depth_m) else {
+        return ((overall_m - ASSUMED_LOSS_M).max(0.0), ClearWidth::Assumed);
+    };
+    let n_leaves = match opens {
+        // A sliding leaf leaves the passage; a swung one stands in it with its thickness.
+        Some(Opens::Sliding | Opens::Rolling) => 0.0,
+        _ if door.operation_type.starts_with("DOUBLE") => 2.0,
+        _ => 1.0,
+    };
+    ((overall_m - 2.0 * lining - n_leaves * leaf).max(0.0), ClearWidth::LiningAndPanel)
+}
+
+/// The spaces on both sides of a passage: where a point off the wall lies in a space at the door's height.
+pub(crate) fn joined_spaces(passage: &OrientedBox, spaces: &[(usize, &MultiPolygon)]) -> [Option<usize>; 2] {
+    [-1.0, 1.0].map(|side| {
+        PROBES.iter().find_map(|off| {
+            let p = passage.at(0.0, side * (passage.half[1] + off));
+            spaces.iter().find(|(_, polygon)| polygon.contains(p)).map(|(space, _)| *space)
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::{FillRule, union};
+
+    #[test]
+    fn operations_of_all_schemas_are_understood() {
+        for (operation, expected) in [
+            ("SINGLE_SWING_LEFT", Opens::Swing),
+            ("DOUBLE_DOOR_SINGLE_SWING_OPPOSITE_LEFT", Opens::Swing),
+            ("SLIDING_TO_LEFT", Opens::Sliding),
+            ("FOLDING_TO_RIGHT", Opens::Folding),
+            ("REVOLVING_VERTICAL", Opens::Revolving),
+            ("ROLLINGUP", Opens::Rolling),
+            ("LIFTING_HORIZONTAL", Opens::Rolling),
+            ("NOTDEFINED", Opens::Swing),
+            ("", Opens::Swing),
+        ] {
+            assert_eq!(opens(operation, ""), Some(expected), "{operation}");
+        }
+        assert_eq!(opens("SINGLE_SWING_LEFT", "TRAPDOOR"), None);
+        assert!(!operation_is_known("NOTDEFINED") && operation_is_known("SWING_FIXED_LEFT"));
+    }
+
+    #[test]
+    fn linings_and_leaves_narrow_a_door() {
+        let door = |operation: &str| ifc::Door {
+            operation_type: operation.into(),
+            lining_thickness_m: Some(0.05),
+            panel_depth_m: Some(0.04),
+            ..Default::default()
+        };
+        let width = |operation: &str| clear_width_m(1.0, &door(operation), opens(operation, "")).0;
+        assert!((width("SINGLE_SWING_LEFT") - 0.86).abs() < 1e-12);
+        assert!((width("DOUBLE_DOOR_SINGLE_SWING") - 0.82).abs() < 1e-12);
+        assert!((width("SLIDING_TO_LEFT") - 0.90).abs() < 1e-12);
+        assert_eq!(clear_width_m(0.8, &ifc::Door::default(), None), (0.8 - 0.10, ClearWidth::Assumed));
+    }
+
+    #[test]
+    fn a_door_joins_the_spaces_on_its_sides() {
+        let room =
+            |y: i32| union(&[vec![[0, y], [50_000, y], [50_000, y + 40_000], [0, y + 40_000]]], FillRule::NonZero);
+        let (south, north) = (room(-40_000), room(2_000));
+        let passage = OrientedBox { centre: [20_000.0, 1_000.0], axis: [1.0, 0.0], half: [5_000.0, 1_000.0] };
+        assert_eq!(joined_spaces(&passage, &[(7, &south), (9, &north)]), [Some(7), Some(9)]);
+        assert_eq!(joined_spaces(&passage, &[(9, &north)]), [None, Some(9)]);
+    }
+}

@@ -1,0 +1,42 @@
+//! Why files do not become a site.
+
+use ifc::ReadError;
+
+/// Why files do not become a site.
+#[derive(Debug, thiserror::Error)]
+pub enum IngestError {
+    /// The list of files is empty.
+    #[error("no file was given")]
+    NoFiles,
+    /// Nothing could be made of a file.
+    #[error("{file} cannot be read")]
+    Read {
+        /// Base name.
+        file: String,
+        /// Why.
+        source: ReadError,
+    },
+    /// Two files lie too far apart.
+    #[error(
+        "{first} and {file} lie {gap_m:.0} m apart: if they are one site, say where the second lies with \
+         --place {file}=X,Y,Z,YAW"
+    )]
+    FarApart {
+        /// The first file.
+        first: String,
+        /// The file that is far from it.
+        file: String,
+        /// Gap between their boxes.
+        gap_m: f64,
+    },
+    /// Two elements have one GlobalId and different bodies.
+    #[error("{ifc_type} {global_id} of {file} has another body in an earlier file: --prefer-last takes the last")]
+    TwoBodies {
+        /// Entity name.
+        ifc_type: String,
+        /// GlobalId.
+        global_id: String,
+        /// The later file.
+        file: String,
+    },
+}

@@ -1,0 +1,81 @@
+//! IFC files in, `site` archive out.
+//!
+//! [`ingest`] reads the files, fixes the map frame, finds which storeys can be walked, and computes once what several
+//! stages need: clear widths, passages, the spaces that a door joins. The model of `ifc` ends here.
+
+mod assemble;
+mod classify;
+mod doors;
+mod error;
+mod join;
+mod levels;
+mod merge;
+mod meshes;
+mod openings;
+mod passages;
+mod site_frame;
+mod spaces;
+mod storeys;
+
+pub use error::IngestError;
+pub use ifc::{Progress, Stage};
+pub use join::Place;
+pub use site_frame::SiteFrame;
+
+use merge::Merged;
+use messages::ArchiveBuffer;
+use std::path::PathBuf;
+
+/// A file of the site, read.
+#[derive(Debug)]
+pub struct SourceFile {
+    /// Where it was read from; only the base name is kept in products.
+    pub path: PathBuf,
+    /// Its bytes: STEP or a zip container.
+    pub bytes: Vec<u8>,
+}
+
+impl SourceFile {
+    /// The base name, for products and messages.
+    pub fn name(&self) -> String {
+        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
+    }
+}
+
+/// How files become a site.
+#[derive(Clone, Copy)]
+pub struct IngestOptions<'a> {
+    /// The site's frame from an earlier run; `None` fixes it anew.
+    pub frame: Option<SiteFrame>,
+    /// Epoch of a frame that is fixed anew, from 1.
+    pub frame_epoch: u32,
+    /// Where each file lies, by its index; files beyond the end have no place of their own.
+    pub places: &'a [Option<Place>],
+    /// Of elements with one GlobalId and different bodies, keep the last instead of refusing.
+    pub prefer_last: bool,
+    /// Called as work advances.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+/// Reads the files as one site and writes its archive.
+///
+/// # Errors
+/// A file that cannot be read or has no usable unit, files that do not belong together, GlobalIds with two bodies.
+pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<ArchiveBuffer, IngestError> {
+    let mut merged: Option<Merged> = None;
+    for (index, file) in files.iter().enumerate() {
+        let (model, diagnostics) = ifc::read(
+            &file.bytes,
+            &ifc::ReadOptions { threads: rayon::current_num_threads(), progress: Some(options.progress) },
+        )
+        .map_err(|source| IngestError::Read { file: file.name(), source })?;
+        let place = options.places.get(index).copied().flatten();
+        match &mut merged {
+            None => merged = Some(Merged::start(file, model, diagnostics, place)),
+            Some(merged) => merged.join(file, model, diagnostics, place, options.prefer_last)?,
+        }
+    }
+    let merged = merged.ok_or(IngestError::NoFiles)?;
+    let frame = options.frame.unwrap_or_else(|| SiteFrame::of(&merged.model, options.frame_epoch));
+    Ok(assemble::site_of(files, &merged, frame).finish())
+}

@@ -1,0 +1,192 @@
+//! Several models into one, indices and coordinates carried over.
+
+use crate::SourceFile;
+use crate::error::IngestError;
+use crate::join::{Place, bounds, gap_m, same_body, site_from_file};
+use frames::{UprightRigid3, World};
+use ifc::{Diagnostic, Element, Geometry, Model};
+use std::collections::HashMap;
+
+/// All files as one model in the first file's world, and which file each thing comes from.
+#[derive(Debug)]
+pub(crate) struct Merged {
+    pub(crate) model: Model,
+    pub(crate) element_source: Vec<u32>,
+    pub(crate) space_source: Vec<u32>,
+    pub(crate) storey_source: Vec<u32>,
+    pub(crate) schemas: Vec<(String, f64)>,
+    pub(crate) diagnostics: Vec<(u32, Diagnostic)>,
+    names: Vec<String>,
+    bounds: Option<[[f64; 3]; 2]>,
+}
+
+impl Merged {
+    /// The first file.
+    pub(crate) fn start(
+        file: &SourceFile,
+        mut model: Model,
+        diagnostics: Vec<Diagnostic>,
+        place: Option<Place>,
+    ) -> Self {
+        let motion = site_from_file(&model, &model, place);
+        if place.is_some() {
+            move_model(&mut model, &motion);
+        }
+        Self {
+            element_source: vec![0; model.elements.len()],
+            space_source: vec![0; model.spaces.len()],
+            storey_source: vec![0; model.storeys.len()],
+            schemas: vec![(model.source.schema.clone(), model.source.length_unit_m)],
+            diagnostics: diagnostics.into_iter().map(|d| (0, d)).collect(),
+            names: vec![file.name()],
+            bounds: bounds(&model),
+            model,
+        }
+    }
+
+    /// Another file.
+    ///
+    /// # Errors
+    /// It lies too far off, or gives an element of an earlier file another body.
+    pub(crate) fn join(
+        &mut self,
+        file: &SourceFile,
+        mut other: Model,
+        diagnostics: Vec<Diagnostic>,
+        place: Option<Place>,
+        prefer_last: bool,
+    ) -> Result<(), IngestError> {
+        let motion = site_from_file(&self.model, &other, place);
+        move_model(&mut other, &motion);
+        if let (Some(own), Some(its)) = (&self.bounds, bounds(&other))
+            && let Some(gap_m) = gap_m(own, &its)
+        {
+            return Err(IngestError::FarApart { first: self.names[0].clone(), file: file.name(), gap_m });
+        }
+        let source = self.names.len() as u32;
+        self.names.push(file.name());
+        self.schemas.push((other.source.schema.clone(), other.source.length_unit_m));
+        self.diagnostics.extend(diagnostics.into_iter().map(|d| (source, d)));
+        self.model.has_schedule |= other.has_schedule;
+        self.append(file, other, source, prefer_last)
+    }
+
+    fn append(&mut self, file: &SourceFile, other: Model, source: u32, prefer_last: bool) -> Result<(), IngestError> {
+        let Model { elements, spaces, storeys, openings, boundaries, .. } = other;
+        let storey_at = placed(&self.model.storeys, &storeys, |s| &s.id.global_id);
+        let element_at = placed(&self.model.elements, &elements, |e| &e.id.global_id);
+        let space_at = placed(&self.model.spaces, &spaces, |s| &s.id.global_id);
+        let opening_at = placed(&self.model.openings, &openings, |o| &o.id.global_id);
+        for (storey, at) in storeys.into_iter().zip(&storey_at) {
+            if *at == self.model.storeys.len() {
+                self.model.storeys.push(storey);
+                self.storey_source.push(source);
+            }
+        }
+        for (mut element, at) in elements.into_iter().zip(&element_at) {
+            element.storey = element.storey.map(|k| storey_at[k]);
+            element.whole = element.whole.map(|k| element_at[k]);
+            element.fills = element.fills.map(|k| opening_at[k]);
+            if *at == self.model.elements.len() {
+                self.model.elements.push(element);
+                self.element_source.push(source);
+            } else {
+                self.replace(file, *at, element, source, prefer_last)?;
+            }
+        }
+        for (mut space, at) in spaces.into_iter().zip(&space_at) {
+            space.storey = space.storey.map(|k| storey_at[k]);
+            if *at == self.model.spaces.len() {
+                self.model.spaces.push(space);
+                self.space_source.push(source);
+            }
+        }
+        for (mut opening, at) in openings.into_iter().zip(&opening_at) {
+            opening.host = opening.host.map(|k| element_at[k]);
+            opening.filling = opening.filling.map(|k| element_at[k]);
+            if *at == self.model.openings.len() {
+                self.model.openings.push(opening);
+            }
+        }
+        let moved = boundaries
+            .into_iter()
+            .map(|b| ifc::SpaceBoundary { space: space_at[b.space], element: element_at[b.element] });
+        self.model.boundaries.extend(moved);
+        self.model.boundaries.sort_unstable();
+        self.model.boundaries.dedup();
+        Ok(())
+    }
+
+    /// An element that an earlier file has, too.
+    fn replace(
+        &mut self,
+        file: &SourceFile,
+        at: usize,
+        element: Element,
+        source: u32,
+        prefer_last: bool,
+    ) -> Result<(), IngestError> {
+        if same_body(&self.model.elements[at].geometry, &element.geometry) {
+            return Ok(());
+        }
+        if !prefer_last {
+            return Err(IngestError::TwoBodies {
+                ifc_type: element.ifc_type.to_owned(),
+                global_id: element.id.global_id,
+                file: file.name(),
+            });
+        }
+        self.model.elements[at] = element;
+        self.element_source[at] = source;
+        Ok(())
+    }
+}
+
+/// Where each of `new` comes to lie: at its namesake in `old`, else behind the last.
+fn placed<T>(old: &[T], new: &[T], global_id: impl Fn(&T) -> &String) -> Vec<usize> {
+    let known: HashMap<&String, usize> = old.iter().enumerate().map(|(k, t)| (global_id(t), k)).collect();
+    let mut next = old.len();
+    new.iter()
+        .map(|t| {
+            known.get(global_id(t)).copied().unwrap_or_else(|| {
+                next += 1;
+                next - 1
+            })
+        })
+        .collect()
+}
+
+fn move_model(model: &mut Model, motion: &UprightRigid3<World, World>) {
+    if motion.yaw_rad() == 0.0 && motion.translation_m() == [0.0; 3] {
+        return;
+    }
+    let plane = motion.in_plane();
+    for element in &mut model.elements {
+        move_body(&mut element.geometry, motion);
+        if let Some(placement) = &mut element.placement {
+            placement.origin_m = motion.apply(placement.origin_m);
+            for axis in &mut placement.axes {
+                let [x, y] = plane.rotate([axis[0], axis[1]]);
+                *axis = [x, y, axis[2]];
+            }
+        }
+    }
+    let spaces = model.spaces.iter_mut().map(|s| &mut s.geometry);
+    for geometry in spaces.chain(model.openings.iter_mut().map(|o| &mut o.geometry)) {
+        move_body(geometry, motion);
+    }
+    for storey in &mut model.storeys {
+        storey.placement_z_m = storey.placement_z_m.map(|z| z + motion.translation_m()[2]);
+        storey.elevation_m = storey.elevation_m.map(|z| z + motion.translation_m()[2]);
+    }
+}
+
+fn move_body(geometry: &mut Geometry, motion: &UprightRigid3<World, World>) {
+    for part in &mut geometry.parts {
+        part.origin_m = motion.apply(part.origin_m);
+        for p in &mut part.positions_m {
+            let [x, y] = motion.in_plane().rotate([f64::from(p[0]), f64::from(p[1])]);
+            *p = [x as f32, y as f32, p[2]];
+        }
+    }
+}

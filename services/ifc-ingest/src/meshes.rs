@@ -1,0 +1,67 @@
+//! Bodies from the IFC world into the archive: turned into the map and rounded once.
+
+use frames::{Map, UprightRigid3, World, tenths};
+use geometry::is_closed;
+use ifc::{Geometry, MeshPart};
+use messages::{PartRecord, SiteBuilder};
+
+/// Where a body lies in the archive.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Body {
+    pub(crate) first_part: u32,
+    pub(crate) n_parts: u32,
+    pub(crate) min: [i32; 3],
+    pub(crate) max: [i32; 3],
+}
+
+/// A coordinate that the map cannot hold: farther than 107 km from its origin, or not a number.
+#[derive(Debug)]
+pub(crate) struct OutOfReach;
+
+/// Writes the parts of a body; nothing of it if a coordinate is out of reach. A body without triangles is `None`.
+pub(crate) fn add_body(
+    builder: &mut SiteBuilder,
+    geometry: &Geometry,
+    map_from_world: &UprightRigid3<Map, World>,
+) -> Result<Option<Body>, OutOfReach> {
+    let before = (builder.parts.len(), builder.vertices.len(), builder.triangles.len());
+    for part in geometry.parts.iter().filter(|p| !p.triangles.is_empty()) {
+        if let Err(error) = add_part(builder, part, map_from_world) {
+            builder.parts.truncate(before.0);
+            builder.vertices.truncate(before.1);
+            builder.triangles.truncate(before.2);
+            return Err(error);
+        }
+    }
+    let corners = &builder.vertices[before.1..];
+    let n_parts = builder.parts.len() - before.0;
+    Ok((n_parts > 0).then(|| Body {
+        first_part: before.0 as u32,
+        n_parts: n_parts as u32,
+        min: [0, 1, 2].map(|k| corners.iter().map(|v| v[k]).min().unwrap_or(0)),
+        max: [0, 1, 2].map(|k| corners.iter().map(|v| v[k]).max().unwrap_or(0)),
+    }))
+}
+
+fn add_part(
+    builder: &mut SiteBuilder,
+    part: &MeshPart,
+    map_from_world: &UprightRigid3<Map, World>,
+) -> Result<(), OutOfReach> {
+    let (first_vertex, first_triangle) = (builder.vertices.len(), builder.triangles.len());
+    for p in &part.positions_m {
+        let in_map = map_from_world.apply([0, 1, 2].map(|k| part.origin_m[k] + f64::from(p[k])));
+        let [Some(x), Some(y), Some(z)] = in_map.map(tenths) else { return Err(OutOfReach) };
+        builder.vertices.push([x, y, z]);
+    }
+    builder.triangles.extend_from_slice(&part.triangles);
+    builder.parts.push(PartRecord {
+        first_vertex: first_vertex as u32,
+        n_vertices: part.positions_m.len() as u32,
+        first_triangle: first_triangle as u32,
+        n_triangles: part.triangles.len() as u32,
+        closed: u32::from(is_closed(&builder.vertices[first_vertex..], &part.triangles)),
+        reserved: 0,
+    });
+    Ok(())
+}

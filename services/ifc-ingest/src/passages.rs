@@ -1,0 +1,148 @@
+//! Openings and doors as records.
+
+use crate::assemble::add_diagnostic;
+use crate::classify::is_a;
+use crate::doors::{clear_width_m, joined_spaces, opens, operation_is_known};
+use crate::merge::Merged;
+use crate::openings::plan_of_opening;
+use crate::site_frame::SiteFrame;
+use crate::storeys::SpaceFloor;
+use frames::{Map, TENTHS_PER_M, UprightRigid3, World, metres, tenths};
+use geometry::{MultiPolygon, OrientedBox, Point};
+use ifc::{Diagnostic, Element, Geometry, Severity};
+use messages::{BoxRecord, DoorRecord, NONE, OpeningRecord, SiteBuilder};
+
+/// A door and a space whose floors are this near are on one level.
+const ONE_LEVEL: i32 = TENTHS_PER_M / 2;
+
+/// Writes openings, then doors.
+pub(crate) fn add_openings_and_doors(
+    builder: &mut SiteBuilder,
+    merged: &Merged,
+    floors: &[Option<SpaceFloor>],
+    frame: SiteFrame,
+) {
+    for opening in &merged.model.openings {
+        let record = opening_record(builder, merged, opening, &frame.map_from_world);
+        builder.openings.push(record);
+    }
+    for (index, element) in merged.model.elements.iter().enumerate() {
+        if let Some(door) = &element.door {
+            add_door(builder, floors, frame, index, element, door);
+        }
+    }
+}
+
+fn opening_record(
+    builder: &mut SiteBuilder,
+    merged: &Merged,
+    opening: &ifc::Opening,
+    map_from_world: &UprightRigid3<Map, World>,
+) -> OpeningRecord {
+    let points = points_in_map(&opening.geometry, map_from_world);
+    let z = || points.iter().map(|p| p[2]);
+    let host = opening.host.map(|k| &merged.model.elements[k]);
+    let wall = host.filter(|h| is_a(h, "IfcWall") || is_a(h, "IfcCurtainWall"));
+    let plan = wall.and_then(|wall| {
+        let host_record = &builder.elements[opening.host?];
+        let parts = builder.meshes(host_record.first_part, host_record.n_parts);
+        let host_points: Vec<Point> = parts.flat_map(|m| m.vertices.iter().map(|v| [v[0], v[1]])).collect();
+        plan_of_opening(&in_plan(&points), &host_points, axis_of(wall, map_from_world))
+    });
+    OpeningRecord {
+        global_id: builder.texts.add(&opening.id.global_id),
+        host: opening.host.map_or(NONE, |k| k as u32),
+        filling: opening.filling.map_or(NONE, |k| k as u32),
+        bottom_z_tenths: z().min().unwrap_or(0),
+        top_z_tenths: z().max().unwrap_or(0),
+        plan: plan.map_or_else(BoxRecord::default, BoxRecord::from),
+    }
+}
+
+fn add_door(
+    builder: &mut SiteBuilder,
+    floors: &[Option<SpaceFloor>],
+    frame: SiteFrame,
+    index: usize,
+    element: &Element,
+    door: &ifc::Door,
+) {
+    let record = builder.elements[index];
+    let opening = element.fills.map(|k| (k, builder.openings[k])).filter(|(_, o)| o.plan.half[0] > 0.0);
+    let body: Vec<Point> = builder
+        .meshes(record.first_part, record.n_parts)
+        .flat_map(|m| m.vertices.iter().map(|v| [v[0], v[1]]))
+        .collect();
+    let own = || door_box(&body, axis_of(element, &frame.map_from_world), door.overall_width_m);
+    let passage = opening.map(|(_, o)| o.plan.to_box()).or_else(own);
+    let overall_width_m = door.overall_width_m.filter(|w| *w > 0.0);
+    let overall_width_m = overall_width_m.or(passage.map(|p| 2.0 * p.half[0] / f64::from(TENTHS_PER_M))).unwrap_or(0.0);
+    let height = door.overall_height_m.filter(|h| *h > 0.0);
+    let operation = opens(&door.operation_type, &element.predefined_type);
+    let (clear_width_m, clear_width_from) = clear_width_m(overall_width_m, door, operation);
+    if !operation_is_known(&door.operation_type) {
+        let message = "the door does not say how it opens, swing is assumed".to_owned();
+        let entity = Some(element.id.clone());
+        let code = "door_operation_unknown";
+        add_diagnostic(builder, record.source, &Diagnostic { severity: Severity::Warning, code, entity, message });
+    }
+    let bottom = opening.map_or(record.min_tenths[2], |(_, o)| o.bottom_z_tenths);
+    let level: Vec<(usize, &MultiPolygon)> = floors
+        .iter()
+        .enumerate()
+        .filter_map(|(k, f)| f.as_ref().filter(|f| (f.z - bottom).abs() <= ONE_LEVEL).map(|f| (k, &f.polygon)))
+        .collect();
+    let spaces = passage.map_or([None; 2], |p| joined_spaces(&p, &level));
+    builder.elements[index].door = builder.doors.len() as u32;
+    let operation_text = builder.texts.add(&door.operation_type);
+    builder.doors.push(DoorRecord {
+        element: index as u32,
+        opening: element.fills.map_or(NONE, |k| k as u32),
+        spaces: spaces.map(|s| s.map_or(NONE, |k| k as u32)),
+        operation: operation_text,
+        opens: operation.map_or(0, |o| o as u32),
+        clear_width_from: clear_width_from as u32,
+        overall_width_m,
+        overall_height_m: height.unwrap_or(metres(record.max_tenths[2] - record.min_tenths[2])),
+        clear_width_m,
+        passage: passage.map_or_else(BoxRecord::default, BoxRecord::from),
+    });
+}
+
+/// The box of a door without an opening: along the placement's axis whose extent is nearest to the door's width.
+fn door_box(body: &[Point], axis: Option<[f64; 2]>, width_m: Option<f64>) -> Option<OrientedBox> {
+    let found = match axis {
+        Some(axis) => OrientedBox::around(body.iter().copied(), axis)?,
+        None => OrientedBox::smallest_around(body)?,
+    };
+    let turned = OrientedBox::around(body.iter().copied(), found.across())?;
+    let off = |b: &OrientedBox| match width_m {
+        Some(width) => (2.0 * b.half[0] - width * f64::from(TENTHS_PER_M)).abs(),
+        None => -b.half[0],
+    };
+    Some(if off(&turned) < off(&found) { turned } else { found })
+}
+
+/// Unit direction in plan of a placement's x axis; `None` if it stands upright.
+fn axis_of(element: &Element, map_from_world: &UprightRigid3<Map, World>) -> Option<[f64; 2]> {
+    let [x, y, _] = element.placement?.axes[0];
+    let length = libm::hypot(x, y);
+    (length > 0.5).then(|| map_from_world.in_plane().rotate([x / length, y / length]))
+}
+
+fn points_in_map(geometry: &Geometry, map_from_world: &UprightRigid3<Map, World>) -> Vec<[i32; 3]> {
+    let points = geometry
+        .parts
+        .iter()
+        .flat_map(|part| part.positions_m.iter().map(|p| [0, 1, 2].map(|k| part.origin_m[k] + f64::from(p[k]))));
+    points
+        .filter_map(|p| match map_from_world.apply(p).map(tenths) {
+            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+            _ => None,
+        })
+        .collect()
+}
+
+fn in_plan(points: &[[i32; 3]]) -> Vec<Point> {
+    points.iter().map(|p| [p[0], p[1]]).collect()
+}

@@ -1,0 +1,108 @@
+//! The map frame of a site, fixed once from all its elements.
+
+use crate::classify::is_a;
+use frames::{Map, UprightRigid3, World};
+use ifc::{Element, Model};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
+/// Walls within this angle of each other count as one direction.
+const SAME_DIRECTION_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
+
+/// A building farther than this from the world's origin is moved near it.
+const FAR_M: f64 = 10_000.0;
+
+/// The motion from the IFC world to the map, and how often it was changed.
+#[derive(Debug, Clone, Copy)]
+pub struct SiteFrame {
+    /// `p_map = Rz(yaw) p_world + t`.
+    pub map_from_world: UprightRigid3<Map, World>,
+    /// From 1.
+    pub frame_epoch: u32,
+}
+
+impl SiteFrame {
+    /// The frame in which the model's dominant wall direction is axis-parallel and the building is near the origin.
+    pub(crate) fn of(model: &Model, frame_epoch: u32) -> Self {
+        let yaw_rad = -dominant_direction(&model.elements);
+        let turn = UprightRigid3::<Map, World>::new([0.0; 3], yaw_rad);
+        let [x, y] = shift(model, &turn);
+        Self { map_from_world: UprightRigid3::new([x, y, 0.0], yaw_rad), frame_epoch }
+    }
+}
+
+/// Direction of most wall length, from -45 to 45 degrees; 0 within 0.05 degrees of an axis.
+fn dominant_direction(elements: &[Element]) -> f64 {
+    let walls: Vec<(f64, f64)> =
+        elements.iter().filter(|e| is_a(e, "IfcWall")).filter_map(direction_and_length).collect();
+    let near = |a: f64, b: f64| {
+        let d = (a - b).abs();
+        d.min(FRAC_PI_2 - d) <= SAME_DIRECTION_RAD
+    };
+    let total = |angle: f64| walls.iter().filter(|w| near(w.0, angle)).map(|w| w.1).sum::<f64>();
+    let mut angles: Vec<f64> = walls.iter().map(|w| w.0).collect();
+    // Smaller turns first, of equal ones the positive yaw (the negative direction): ties keep the first.
+    angles.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.total_cmp(b)));
+    angles.dedup();
+    let mut best: Option<(f64, f64)> = None;
+    for angle in angles {
+        let length = total(angle);
+        if best.is_none_or(|b| length > b.1 * (1.0 + 1e-9)) {
+            best = Some((angle, length));
+        }
+    }
+    best.map(|b| b.0).filter(|a| a.abs() > SAME_DIRECTION_RAD).unwrap_or(0.0)
+}
+
+/// Direction of a wall's x axis modulo 90 degrees, and the extent of its body along it.
+fn direction_and_length(wall: &Element) -> Option<(f64, f64)> {
+    let [x, y, _] = wall.placement?.axes[0];
+    let norm = libm::hypot(x, y);
+    if norm < 0.5 {
+        return None;
+    }
+    let (x, y) = (x / norm, y / norm);
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    for part in &wall.geometry.parts {
+        for p in &part.positions_m {
+            let along = (part.origin_m[0] + f64::from(p[0])) * x + (part.origin_m[1] + f64::from(p[1])) * y;
+            (lo, hi) = (lo.min(along), hi.max(along));
+        }
+    }
+    let length = hi - lo;
+    let turn = libm::atan2(y, x);
+    let angle = turn - libm::round(turn / FRAC_PI_2) * FRAC_PI_2;
+    // An angle of exactly 45 degrees is the same as -45.
+    let angle = if angle <= -FRAC_PI_4 { angle + FRAC_PI_2 } else { angle };
+    (length.is_finite() && length > 0.0).then_some((angle, length))
+}
+
+/// Zero, or what brings the lower corner of a far building near the origin, in whole 100 m.
+fn shift(model: &Model, turn: &UprightRigid3<Map, World>) -> [f64; 2] {
+    let boxes: Vec<[[f64; 2]; 2]> = model.elements.iter().filter_map(|e| plan_box(e, turn)).collect();
+    let middle = |k: usize| {
+        let mut all: Vec<f64> = boxes.iter().map(|b| (b[0][k] + b[1][k]) / 2.0).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    };
+    // The median, so that one element far off does not move the building.
+    let centre = [middle(0), middle(1)];
+    if libm::hypot(centre[0], centre[1]) <= FAR_M {
+        return [0.0; 2];
+    }
+    [0, 1].map(|k| {
+        let near = boxes.iter().map(|b| b[0][k]).filter(|lo| (lo - centre[k]).abs() < FAR_M);
+        -libm::floor(near.fold(centre[k], f64::min) / 100.0) * 100.0
+    })
+}
+
+fn plan_box(element: &Element, turn: &UprightRigid3<Map, World>) -> Option<[[f64; 2]; 2]> {
+    let mut range: Option<[[f64; 2]; 2]> = None;
+    for part in &element.geometry.parts {
+        for p in &part.positions_m {
+            let [x, y, _] = turn.apply([0, 1, 2].map(|k| part.origin_m[k] + f64::from(p[k])));
+            let r = range.get_or_insert([[x, y], [x, y]]);
+            *r = [[r[0][0].min(x), r[0][1].min(y)], [r[1][0].max(x), r[1][1].max(y)]];
+        }
+    }
+    range.filter(|r| r.iter().flatten().all(|c| c.is_finite()))
+}
