@@ -1,0 +1,84 @@
+//! What people should know about a conversion: one line per kind of finding. All findings are in `report.json`.
+
+use export::ExportInput;
+use messages::{DiagnosticRecord, DoorPassage, DoorPassageRecord, NONE, Site};
+
+/// The notices, worst first.
+pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
+    let site = input.site;
+    let mut kinds = Kinds::default();
+    for storey in site.storeys.iter().filter(|s| s.map_storey == NONE && s.why.length > 0) {
+        let (name, why) = (site.text(storey.name), site.text(storey.why));
+        kinds.add(name, format!("warning: storey {name:?} is not mapped: {why}"));
+    }
+    if input.phase.head.plan_time().is_none() && site.head.has_schedule == 1 {
+        kinds.add("schedule", "warning: the model holds a schedule; this map shows everything built".to_owned());
+    }
+    for (severity, word) in [(2, "error"), (1, "warning")] {
+        for diagnostic in site.diagnostics.iter().filter(|d| d.severity == severity) {
+            kinds.add(site.text(diagnostic.code), format!("{word}: {}", of_diagnostic(site, diagnostic)));
+        }
+    }
+    for record in input.index.doors {
+        let passage = DoorPassage::from_id(record.passage).unwrap_or(DoorPassage::Absent);
+        if passage != DoorPassage::Passable {
+            kinds.add(passage.name(), of_door(site, record, passage));
+        }
+    }
+    kinds.lines()
+}
+
+fn of_diagnostic(site: &Site<'_>, d: &DiagnosticRecord) -> String {
+    let file = site.sources.get(d.source as usize).map_or("", |s| site.text(s.file));
+    let step_id = if d.step_id == 0 { String::new() } else { format!("#{}", d.step_id) };
+    let who = [file, &step_id, site.text(d.global_id), site.text(d.name)];
+    let who: Vec<&str> = who.into_iter().filter(|word| !word.is_empty()).collect();
+    format!("{}: {}", who.join(" "), site.text(d.message))
+}
+
+fn of_door(site: &Site<'_>, record: &DoorPassageRecord, passage: DoorPassage) -> String {
+    let door = &site.doors[record.door as usize];
+    let element = &site.elements[door.element as usize];
+    let why = match passage {
+        DoorPassage::CannotOpen => format!("the robot does not open {}", site.text(door.operation)),
+        DoorPassage::TooNarrow => format!("clear width {:.2} m is too narrow", door.clear_width_m),
+        DoorPassage::ClosedByResolution => format!("{:.2} m of it are open in the map", record.width_in_map_m),
+        DoorPassage::Absent | DoorPassage::Passable => "it does not stand".to_owned(),
+    };
+    format!("door closed: {} {}: {why}", site.text(element.global_id), site.text(element.name))
+}
+
+/// Findings by kind, in the order of each kind's first.
+#[derive(Default)]
+struct Kinds(Vec<(String, String, usize)>);
+
+impl Kinds {
+    fn add(&mut self, kind: &str, line: String) {
+        match self.0.iter_mut().find(|known| known.0 == kind) {
+            Some((_, _, count)) => *count += 1,
+            None => self.0.push((kind.to_owned(), line, 1)),
+        }
+    }
+
+    fn lines(self) -> Vec<String> {
+        let line = |(_, first, count): (String, String, usize)| match count {
+            1 => first,
+            _ => format!("{first} (and {} more of this kind)", count - 1),
+        };
+        self.0.into_iter().map(line).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn findings_of_one_kind_share_a_line() {
+        let mut kinds = Kinds::default();
+        for (kind, line) in [("a", "first"), ("b", "other"), ("a", "second"), ("a", "third")] {
+            kinds.add(kind, line.to_owned());
+        }
+        assert_eq!(kinds.lines(), ["first (and 2 more of this kind)", "other"]);
+    }
+}

@@ -1,0 +1,194 @@
+//! Robot profiles: TOML files.
+
+use messages::{Opens, RobotProfile};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// A robot: what the stages use, and what is passed on to files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    /// Name of the profile.
+    pub name: String,
+    /// Measures and abilities.
+    pub profile: RobotProfile,
+    /// Outline in the robot's frame, in metres; may be empty.
+    pub footprint_m: Vec<[f64; 2]>,
+}
+
+/// A file that is no robot profile.
+#[derive(Debug, thiserror::Error)]
+pub enum RobotFileError {
+    /// The file cannot be read.
+    #[error("robot profile {} cannot be read", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
+    #[error("robot profile {}", path.display())]
+    Toml {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Box<toml::de::Error>,
+    },
+    /// A value out of range.
+    #[error("robot profile {}: {what}", path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// Which value and what it may be.
+        what: String,
+    },
+}
+
+/// The file's keys; see `config/robots/default.toml`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RobotToml {
+    name: String,
+    height_m: Option<f64>,
+    clearance_above_m: Option<f64>,
+    step_height_m: Option<f64>,
+    radius_m: Option<f64>,
+    footprint_m: Option<Vec<[f64; 2]>>,
+    max_slope_rad: Option<f64>,
+    climbs_stairs: Option<bool>,
+    opens: Option<Vec<String>>,
+    door_margin_m: Option<f64>,
+    edge_margin_m: Option<f64>,
+    work_margin_m: Option<f64>,
+    lidar_height_m: Option<f64>,
+    lidar_range_m: Option<f64>,
+    sensor_height_m: Option<f64>,
+}
+
+impl Default for Robot {
+    fn default() -> Self {
+        Self { name: "default".to_owned(), profile: RobotProfile::DEFAULT, footprint_m: Vec::new() }
+    }
+}
+
+impl Robot {
+    /// Reads a profile.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no TOML of these keys, or has a value that no robot has.
+    pub fn read(path: &Path) -> Result<Self, RobotFileError> {
+        let text =
+            std::fs::read_to_string(path).map_err(|source| RobotFileError::Io { path: path.to_owned(), source })?;
+        let parsed: RobotToml = toml::from_str(&text)
+            .map_err(|source| RobotFileError::Toml { path: path.to_owned(), source: Box::new(source) })?;
+        parsed.into_robot().map_err(|what| RobotFileError::Value { path: path.to_owned(), what })
+    }
+}
+
+impl RobotToml {
+    fn into_robot(self) -> Result<Robot, String> {
+        let usual = RobotProfile::DEFAULT;
+        let within = |key: &str, value: Option<f64>, usual: f64, lo: f64, hi: f64| match value.unwrap_or(usual) {
+            v if (lo..=hi).contains(&v) => Ok(v),
+            v => Err(format!("{key} is {v}, it must be from {lo} to {hi}")),
+        };
+        let profile = RobotProfile {
+            height_m: within("height_m", self.height_m, usual.height_m, 0.1, 3.0)?,
+            clearance_above_m: within("clearance_above_m", self.clearance_above_m, usual.clearance_above_m, 0.0, 1.0)?,
+            step_height_m: within("step_height_m", self.step_height_m, usual.step_height_m, 0.0, 0.5)?,
+            radius_m: within("radius_m", self.radius_m, usual.radius_m, 0.01, 5.0)?,
+            max_slope_rad: within("max_slope_rad", self.max_slope_rad, usual.max_slope_rad, 0.0, 1.0)?,
+            door_margin_m: within("door_margin_m", self.door_margin_m, usual.door_margin_m, 0.0, 1.0)?,
+            edge_margin_m: within("edge_margin_m", self.edge_margin_m, usual.edge_margin_m, 0.0, 10.0)?,
+            work_margin_m: within("work_margin_m", self.work_margin_m, usual.work_margin_m, 0.0, 50.0)?,
+            lidar_height_m: within("lidar_height_m", self.lidar_height_m, usual.lidar_height_m, 0.01, 3.0)?,
+            lidar_range_m: within("lidar_range_m", self.lidar_range_m, usual.lidar_range_m, 0.0, 1000.0)?,
+            sensor_height_m: within("sensor_height_m", self.sensor_height_m, usual.sensor_height_m, 0.0, 10.0)?,
+            opens: self.opens.as_deref().map_or(Ok(usual.opens), opens_bits)?,
+            climbs_stairs: u32::from(self.climbs_stairs.unwrap_or(usual.climbs_stairs == 1)),
+        };
+        if profile.step_height_m >= profile.height_m {
+            return Err(format!("step_height_m {} is not below height_m {}", profile.step_height_m, profile.height_m));
+        }
+        let footprint_m = self.footprint_m.unwrap_or_default();
+        check_footprint(&footprint_m, profile.radius_m)?;
+        if self.name.trim().is_empty() {
+            return Err("name is empty".to_owned());
+        }
+        Ok(Robot { name: self.name, profile, footprint_m })
+    }
+}
+
+/// An outline has an area, and the circle of the radius holds it: planners may use either.
+fn check_footprint(footprint_m: &[[f64; 2]], radius_m: f64) -> Result<(), String> {
+    if (1..3).contains(&footprint_m.len()) {
+        return Err("footprint_m has fewer than three corners".to_owned());
+    }
+    let beyond = footprint_m
+        .iter()
+        .find(|corner| corner[0].is_nan() || corner[1].is_nan() || corner[0].hypot(corner[1]) > radius_m);
+    beyond.map_or(Ok(()), |[x, y]| Err(format!("footprint_m has the corner [{x}, {y}] beyond radius_m {radius_m}")))
+}
+
+fn opens_bits(words: &[String]) -> Result<u32, String> {
+    if words == ["none"] {
+        return Ok(0);
+    }
+    let bit = |word: &String| {
+        let known = Opens::ALL.into_iter().find(|o| o.name() == word);
+        known.map(|o| o as u32).ok_or_else(|| {
+            let names = Opens::ALL.map(Opens::name).join(", ");
+            format!("opens has {word:?}, it may hold {names}, or \"none\" alone")
+        })
+    };
+    words.iter().try_fold(0, |bits, word| Ok(bits | bit(word)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Robot, String> {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("robot.toml");
+        std::fs::write(&path, text).unwrap();
+        Robot::read(&path).map_err(|e| format!("{:#}", crate::failure::Failure::usage(e)))
+    }
+
+    #[test]
+    fn shipped_profiles_are_read_and_the_default_is_the_default() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/robots");
+        let mut names = Vec::new();
+        for entry in std::fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            let robot = Robot::read(&path).unwrap();
+            assert_eq!(Some(robot.name.as_str()), path.file_stem().and_then(|s| s.to_str()));
+            names.push(robot.name);
+        }
+        names.sort();
+        assert_eq!(names, ["default", "legged", "wheeled-low"]);
+        assert_eq!(Robot::read(&folder.join("default.toml")).unwrap(), Robot::default());
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_its_line() {
+        let error = parse("name = \"x\"\nheigth_m = 1.0\n").unwrap_err();
+        assert!(error.contains("heigth_m") && error.contains("line 2"), "{error}");
+    }
+
+    #[test]
+    fn values_that_no_robot_has_are_refused() {
+        for (text, word) in [
+            ("radius_m = -1.0", "radius_m"),
+            ("height_m = nan", "height_m"),
+            ("opens = [\"swing\", \"magic\"]", "magic"),
+            ("height_m = 0.1\nstep_height_m = 0.2", "step_height_m"),
+            ("footprint_m = [[0.2, 0.2], [-0.2, 0.2], [0.0, -0.4]]", "beyond radius_m 0.3"),
+            ("footprint_m = [[0.2, 0.2]]", "three corners"),
+        ] {
+            let error = parse(&format!("name = \"x\"\n{text}")).unwrap_err();
+            assert!(error.contains(word), "{error}");
+        }
+        assert_eq!(parse("name = \"x\"\nopens = [\"none\"]").unwrap().profile.opens, 0);
+    }
+}

@@ -1,0 +1,44 @@
+//! The manual is a golden text; UPDATE_GOLDEN=1 rewrites it.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+use std::path::Path;
+use std::process::Command;
+
+fn groundplan(arguments: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_groundplan")).args(arguments).output().unwrap()
+}
+
+#[test]
+fn the_manual_is_what_it_was() {
+    let text = String::from_utf8(groundplan(&["convert", "--help"]).stdout).unwrap();
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/convert-help.txt");
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&golden, &text).unwrap();
+    }
+    assert_eq!(text, std::fs::read_to_string(&golden).unwrap(), "UPDATE_GOLDEN=1 rewrites {}", golden.display());
+}
+
+#[test]
+fn usage_errors_exit_with_2_and_say_what_is_missing() {
+    let output = groundplan(&["convert", "house.ifc"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("--out"));
+}
+
+#[test]
+fn a_missing_model_exits_with_1_and_is_named() {
+    let output = groundplan(&["convert", "/nowhere/house.ifc", "-o", "/tmp/never-written"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("/nowhere/house.ifc"));
+}
+
+#[test]
+fn json_is_one_document_and_nothing_else() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/demo/demo.ifc");
+    let output = groundplan(&["convert", model.to_str().unwrap(), "-o", out.to_str().unwrap(), "--json"]);
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["storeys"].as_array().unwrap().len(), 2);
+    assert_eq!(summary["schedule_ignored"], true);
+}
