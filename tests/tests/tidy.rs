@@ -18,10 +18,7 @@ const ALLOWED: [(&str, &[&str]); 10] = [
     ("ifc-ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
     ("rasterize", &["frames", "geometry", "grid", "messages"]),
     ("waypoint-gen", &["frames", "geometry", "grid", "messages"]),
-    (
-        "groundplan",
-        &["frames", "geometry", "grid", "messages", "export", "ifc-ingest", "rasterize", "waypoint-gen"],
-    ),
+    ("groundplan", &["frames", "geometry", "grid", "messages", "export", "ifc-ingest", "rasterize", "waypoint-gen"]),
 ];
 
 /// Foreign crates that one crate alone may name.
@@ -82,8 +79,15 @@ fn packages_are_named_as_their_folders_and_services_fit_into_a_process_name() {
 fn the_top_level_holds_what_the_architecture_names() {
     let folders = ["services", "common", "tests", "config", "scripts", "target"];
     let files = [
-        "Cargo.toml", "Cargo.lock", "README.md", "ARCHITECTURE.md", "LICENSE-MIT", "LICENSE-APACHE", "deny.toml",
-        "clippy.toml", "rustfmt.toml",
+        "Cargo.toml",
+        "Cargo.lock",
+        "README.md",
+        "ARCHITECTURE.md",
+        "LICENSE-MIT",
+        "LICENSE-APACHE",
+        "deny.toml",
+        "clippy.toml",
+        "rustfmt.toml",
     ];
     for entry in std::fs::read_dir(root()).unwrap() {
         let name = entry.unwrap().file_name().to_string_lossy().into_owned();

@@ -1,0 +1,157 @@
+//! The demo building from file to maps: what its generator says must be where it says.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use serde_json::Value;
+use support::{FREE, OCCUPIED, Storey, UNKNOWN, convert, demo_model};
+
+fn by_name<'a>(map: &'a Value, name: &str) -> &'a Value {
+    let all = map.as_object().unwrap().values();
+    all.into_iter().find(|v| v["name"] == name).unwrap_or_else(|| panic!("no {name}"))
+}
+
+fn waypoint<'a>(waypoints: &'a Value, name: &str) -> &'a Value {
+    let all = waypoints["waypoints"].as_array().unwrap();
+    all.iter().find(|w| w["name"].as_str().unwrap().starts_with(name)).unwrap_or_else(|| panic!("no {name}"))
+}
+
+#[test]
+fn both_storeys_are_built_at_their_finished_floors() {
+    let maps = convert(&demo_model(), &[]);
+    let storeys = maps.manifest["storeys"].as_array().unwrap();
+    let facts: Vec<_> =
+        storeys.iter().map(|s| (s["name"].as_str(), s["floor_z_m"].as_f64(), s["floor"].as_str())).collect();
+    assert_eq!(
+        facts,
+        [(Some("Ground floor"), Some(0.0), Some("built")), (Some("Upper floor"), Some(3.2), Some("built"))]
+    );
+    assert_eq!(maps.manifest["schedule_ignored"], true);
+    assert_eq!(maps.manifest["frames"]["map_from_world"]["yaw_rad"], 0.0, "true north does not turn the map");
+}
+
+#[test]
+fn atrium_stair_hole_and_shaft_are_drop_offs() {
+    let upper = convert(&demo_model(), &[]).storey(1);
+    // Inset by the railings along the holes' edges.
+    upper.assert_drop_off([18.80, 0.45, 23.70, 8.30]);
+    upper.assert_drop_off([12.55, 8.05, 13.50, 12.20]);
+    upper.assert_drop_off([15.05, 12.85, 16.60, 14.55]);
+    assert_eq!(upper.planning(17.7, 5.0), FREE, "the gallery beside the atrium");
+}
+
+#[test]
+fn a_bathroom_three_centimetres_up_is_floor_and_a_dock_below_is_another_level() {
+    let maps = convert(&demo_model(), &[]);
+    let ground = maps.storey(0);
+    assert_eq!(ground.planning(15.5, 3.5), FREE);
+    ground.assert_drop_off([0.5, 0.5, 4.0, 1.8]);
+    let regions = maps.json("report.json")["regions"].clone();
+    assert!(regions.as_array().unwrap().iter().any(|r| r["level_z_m"] == -0.25), "{regions}");
+}
+
+#[test]
+fn clearance_footprint_terrain_and_virtual_elements_are_never_drawn() {
+    let ground = convert(&demo_model(), &[]).storey(0);
+    assert_eq!(ground.planning(9.0, 6.3), FREE, "in front of the door with a Clearance body");
+    assert_eq!(ground.planning(18.65, 4.0), FREE, "the virtual element between foyer and atrium");
+    assert_eq!(ground.planning(-0.8, 7.0), UNKNOWN, "the terrain");
+}
+
+#[test]
+fn doors_are_free_for_a_robot_that_fits_and_can_open_them() {
+    let maps = convert(&demo_model(), &[]);
+    let ground = maps.storey(0);
+    for (x, y, what) in [(12.4, 4.86, "sliding"), (9.0, 6.78, "swing"), (16.79, 5.82, "double")] {
+        assert_eq!(ground.planning(x, y), FREE, "{what}");
+    }
+    assert_eq!(ground.planning(8.06, 12.0), OCCUPIED, "0.70 m is too narrow");
+    assert_eq!(ground.planning(0.15, 2.55), OCCUPIED, "rolls up");
+    let semantic = maps.json("semantic.json");
+    let elements = &semantic["elements"];
+    let mirrored = &by_name(elements, "G.D04 plant room")["attributes"];
+    assert_eq!(mirrored["operation_type"], "SINGLE_SWING_RIGHT", "the type says left, the placement mirrors it");
+    assert_eq!(mirrored["clear_width_m"], 0.76);
+    let low =
+        convert(&demo_model(), &["--robot", support::root().join("config/robots/wheeled-low.toml").to_str().unwrap()]);
+    assert_eq!(low.storey(0).planning(9.0, 6.78), OCCUPIED, "a base that opens nothing");
+    assert_eq!(low.storey(0).planning(14.8, 6.78), FREE, "an opening without a door");
+}
+
+#[test]
+fn a_door_without_floor_beyond_stays_free_and_beyond_is_forbidden() {
+    let ground = convert(&demo_model(), &[]).storey(0);
+    assert_eq!(ground.planning(1.2, 14.85), FREE);
+    assert_eq!((ground.planning(1.2, 15.12), ground.keepout(1.2, 15.12)), (UNKNOWN, OCCUPIED));
+}
+
+#[test]
+fn centres_are_centroids_unless_these_are_blocked() {
+    let waypoints = convert(&demo_model(), &[]).json("waypoints.json");
+    let at = |w: &Value| [w["x_m"].as_f64().unwrap(), w["y_m"].as_f64().unwrap()];
+    assert_eq!(at(waypoint(&waypoints, "G.02")), [6.36, 2.55]);
+    for (name, centroid) in [("G.08", [4.21, 12.4]), ("G.10", [10.21, 10.77]), ("G.06", [6.1212, 7.4193])] {
+        let w = waypoint(&waypoints, name);
+        let kept = [0, 1].map(|k| w["centroid_m"][k].as_f64().unwrap());
+        assert!((kept[0] - centroid[0]).abs() < 0.01 && (kept[1] - centroid[1]).abs() < 0.01, "{name} {kept:?}");
+        assert_ne!(at(w), kept, "{name} is blocked or outside");
+        assert!(w["clearance_m"].as_f64().unwrap() >= 0.3);
+    }
+    let outcome = |gid: &str| waypoints["spaces"][gid]["reason"].clone();
+    let semantic = convert(&demo_model(), &[]).json("semantic.json");
+    let spaces = semantic["spaces"].as_object().unwrap();
+    let (void, _) = spaces.iter().find(|(_, s)| s["name"] == "U.11").unwrap();
+    assert!(outcome(void).as_str().unwrap().contains("no floor"), "a space is no floor");
+}
+
+#[test]
+fn a_lidar_sees_walls_and_neither_glass_nor_furniture() {
+    let ground = convert(&demo_model(), &[]).storey(0);
+    assert_eq!(ground.localization(10.0, 0.27), OCCUPIED, "the inner face of the south wall");
+    assert_eq!(ground.localization(4.2, 12.4), UNKNOWN, "a table");
+    let glazed: Vec<u8> = (10..75).map(|k| ground.localization(23.9, f64::from(k) * 0.1)).collect();
+    assert!(glazed.iter().filter(|&&p| p == OCCUPIED).count() < glazed.len() / 4, "panes are not seen, mullions are");
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes_on_any_number_of_threads() {
+    let one = convert(&demo_model(), &["--threads", "1"]).contents();
+    let two = convert(&demo_model(), &["--threads", "2"]).contents();
+    let again = convert(&demo_model(), &["--threads", "2"]).contents();
+    assert!(one.len() > 20);
+    assert_eq!(one, two);
+    assert_eq!(two, again);
+}
+
+#[test]
+fn the_map_is_the_same_building_at_another_resolution() {
+    let (fine, coarse) = (convert(&demo_model(), &[]), convert(&demo_model(), &["--resolution", "0.1"]));
+    let centres: Vec<[f64; 2]> = fine.json("waypoints.json")["waypoints"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|w| w["storey"] == 0)
+        .map(|w| [w["x_m"].as_f64().unwrap(), w["y_m"].as_f64().unwrap()])
+        .collect();
+    let coarse: Storey = coarse.storey(0);
+    assert!(centres.iter().all(|&[x, y]| coarse.planning(x, y) == FREE));
+}
+
+#[test]
+fn a_frame_is_kept_by_a_second_run_and_changed_on_demand() {
+    let maps = convert(&demo_model(), &[]);
+    let out = maps.path();
+    let frame = out.join("site-frame.json");
+    let moved = r#"{"map_from_world": {"x_m": 100.0, "y_m": 0.0, "z_m": 0.0, "yaw_rad": 0.0}, "frame_epoch": 3}"#;
+    std::fs::write(&frame, moved).unwrap();
+    let again = |more: &[&str]| {
+        let model = demo_model();
+        let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"convert", &model, &"-o", &out];
+        arguments.extend(more.iter().map(|a| a as &dyn AsRef<std::ffi::OsStr>));
+        assert!(support::groundplan(&arguments).status.success());
+        let text: Value = serde_json::from_slice(&std::fs::read(&frame).unwrap()).unwrap();
+        (text["map_from_world"]["x_m"].as_f64().unwrap(), text["frame_epoch"].as_u64().unwrap())
+    };
+    assert_eq!(again(&[]), (100.0, 3), "a map must not jump under a localised robot");
+    assert_eq!(again(&["--new-frame"]), (0.0, 4));
+}

@@ -1,0 +1,163 @@
+//! Running the client and reading what it wrote.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+#![allow(dead_code, reason = "every test file uses a part of this")]
+
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+pub(crate) const OCCUPIED: u8 = grid::OCCUPIED;
+pub(crate) const FREE: u8 = grid::FREE;
+pub(crate) const UNKNOWN: u8 = grid::UNKNOWN;
+
+pub(crate) fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+}
+
+pub(crate) fn demo_model() -> PathBuf {
+    root().join("config/demo/demo.ifc")
+}
+
+/// Real files by purpose; `None`, and a loud word, where they are not at hand.
+pub(crate) fn corpus(folder: &str) -> Option<PathBuf> {
+    let home = std::env::var_os("GROUNDPLAN_CORPUS").map_or_else(|| root().join("../shared/corpus"), PathBuf::from);
+    let path = home.join(folder);
+    if !path.is_dir() {
+        eprintln!("** SKIPPED: no corpus at {} (set GROUNDPLAN_CORPUS)", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+/// Files of a folder, by name.
+pub(crate) fn files_in(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+/// Runs the client, which lies beside the folder of the test's own executable.
+pub(crate) fn groundplan(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
+    let own = std::env::current_exe().unwrap();
+    let client = own.parent().unwrap().parent().unwrap().join("groundplan");
+    assert!(client.exists(), "{} is not built: run cargo test --workspace", client.display());
+    Command::new(client).args(arguments.iter().map(AsRef::as_ref)).output().unwrap()
+}
+
+/// An output folder with its temporary home.
+pub(crate) struct Maps {
+    home: tempfile::TempDir,
+    pub(crate) manifest: Value,
+}
+
+/// Converts, and expects success.
+pub(crate) fn convert(model: &Path, more: &[&str]) -> Maps {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"convert", &model, &"-o", &out];
+    arguments.extend(more.iter().map(|a| a as &dyn AsRef<std::ffi::OsStr>));
+    let output = groundplan(&arguments);
+    assert!(output.status.success(), "{}: {}", model.display(), String::from_utf8_lossy(&output.stderr));
+    let manifest = serde_json::from_slice(&std::fs::read(out.join("manifest.json")).unwrap()).unwrap();
+    Maps { home, manifest }
+}
+
+impl Maps {
+    pub(crate) fn path(&self) -> PathBuf {
+        self.home.path().join("out")
+    }
+
+    pub(crate) fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&std::fs::read(self.path().join(name)).unwrap()).unwrap()
+    }
+
+    pub(crate) fn storey(&self, index: usize) -> Storey {
+        let record = &self.manifest["storeys"][index];
+        let folder = self.path().join(record["directory"].as_str().unwrap());
+        let pixels = |name: &str| {
+            let bytes = std::fs::read(folder.join(format!("{name}.pgm"))).unwrap();
+            grid::decode_pgm(&bytes).unwrap()
+        };
+        let (width, _, planning) = pixels("planning");
+        let origin = [0, 1].map(|k| record["origin_m"][k].as_f64().unwrap());
+        Storey {
+            width,
+            origin,
+            resolution: self.manifest["resolution_m"].as_f64().unwrap(),
+            planning,
+            keepout: pixels("keepout").2,
+            localization: pixels("localization").2,
+        }
+    }
+
+    /// Every file of the folder with its content.
+    pub(crate) fn contents(&self) -> BTreeMap<PathBuf, Vec<u8>> {
+        let mut todo = vec![self.path()];
+        let mut contents = BTreeMap::new();
+        while let Some(folder) = todo.pop() {
+            for path in files_in(&folder) {
+                if path.is_dir() {
+                    todo.push(path);
+                } else {
+                    let name = path.strip_prefix(self.path()).unwrap().to_owned();
+                    contents.insert(name, std::fs::read(path).unwrap());
+                }
+            }
+        }
+        contents
+    }
+}
+
+/// The maps of a storey, looked up in metres.
+pub(crate) struct Storey {
+    width: usize,
+    origin: [f64; 2],
+    resolution: f64,
+    planning: Vec<u8>,
+    keepout: Vec<u8>,
+    localization: Vec<u8>,
+}
+
+impl Storey {
+    fn index(&self, x: f64, y: f64) -> usize {
+        let cell = |k: usize, v: f64| ((v - self.origin[k]) / self.resolution).floor() as usize;
+        cell(1, y) * self.width + cell(0, x)
+    }
+
+    pub(crate) fn planning(&self, x: f64, y: f64) -> u8 {
+        self.planning[self.index(x, y)]
+    }
+
+    pub(crate) fn keepout(&self, x: f64, y: f64) -> u8 {
+        self.keepout[self.index(x, y)]
+    }
+
+    pub(crate) fn localization(&self, x: f64, y: f64) -> u8 {
+        self.localization[self.index(x, y)]
+    }
+
+    /// Asserts that all cells in the rectangle are unknown and must not be entered.
+    pub(crate) fn assert_drop_off(&self, rectangle: [f64; 4]) {
+        for [x, y] in self.points(rectangle) {
+            let seen = (self.planning(x, y), self.keepout(x, y));
+            assert_eq!(seen, (UNKNOWN, OCCUPIED), "at {x:.2}, {y:.2}");
+        }
+    }
+
+    /// Asserts that no cell in the rectangle is free, and none may be entered.
+    pub(crate) fn assert_forbidden(&self, rectangle: [f64; 4]) {
+        for [x, y] in self.points(rectangle) {
+            assert!(self.planning(x, y) != FREE && self.keepout(x, y) == OCCUPIED, "at {x:.2}, {y:.2}");
+        }
+    }
+
+    /// A point per cell of a rectangle.
+    fn points(&self, [x0, y0, x1, y1]: [f64; 4]) -> Vec<[f64; 2]> {
+        let steps = |a: f64, b: f64| {
+            let n = ((b - a) / self.resolution).floor() as usize;
+            (0..n).map(move |k| a + (k as f64 + 0.5) * (b - a) / n as f64)
+        };
+        steps(y0, y1).flat_map(|y| steps(x0, x1).map(move |x| [x, y])).collect()
+    }
+}
