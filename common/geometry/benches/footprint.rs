@@ -1,4 +1,5 @@
 //! What an element costs: a wall, a wall with openings, a round column, a chair-like heap of boxes, a finely meshed ball.
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use geometry::{MeshView, Slab, footprint, is_closed};
 use std::hint::black_box;

@@ -1,4 +1,5 @@
 //! Cells of polygons: linear in the cells of the boundary, whatever the area.
+
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use geometry::{Bounds, FillRule, MultiPolygon, union};
 use grid::{GridSpec, covered_cells, overlapped_cells, squared_distances};

@@ -1,5 +1,6 @@
 //! Why files do not become a site.
 
+use crate::MAX_SPACES;
 use ifc::ReadError;
 
 /// Why files do not become a site.
@@ -28,6 +29,12 @@ pub enum IngestError {
         file: String,
         /// Gap between their boxes.
         gap_m: f64,
+    },
+    /// More spaces than the `space` layer of a grid can number.
+    #[error("the site has {n_spaces} spaces, a map can number {MAX_SPACES}: convert the files one by one")]
+    TooManySpaces {
+        /// Spaces of all files.
+        n_spaces: usize,
     },
     /// Two elements have one GlobalId and different bodies.
     #[error("{ifc_type} {global_id} of {file} has another body in an earlier file: --prefer-last takes the last")]

@@ -57,6 +57,9 @@ pub struct IngestOptions<'a> {
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
+/// Spaces that a site may have: the `space` layer holds a 16-bit index plus one.
+pub const MAX_SPACES: usize = u16::MAX as usize;
+
 /// Reads the files as one site and writes its archive.
 ///
 /// # Errors
@@ -76,6 +79,10 @@ pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<Archi
         }
     }
     let merged = merged.ok_or(IngestError::NoFiles)?;
+    let n_spaces = merged.model.spaces.len();
+    if n_spaces > MAX_SPACES {
+        return Err(IngestError::TooManySpaces { n_spaces });
+    }
     let frame = options.frame.unwrap_or_else(|| SiteFrame::of(&merged.model, options.frame_epoch));
     Ok(assemble::site_of(files, &merged, frame).finish())
 }
