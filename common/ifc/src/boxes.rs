@@ -1,12 +1,15 @@
 //! How far does a representation item reach at most? For items that cannot be meshed.
 
 use crate::MeshPart;
-use crate::affine::{Affine, dot, normalised};
+use std::f64::consts::TAU;
+
+use crate::affine::{Affine, cross, dot, normalised};
 use crate::kernel::{File, Record};
 use crate::placement::{axis2_placement, operator, point};
+use crate::units;
 
 /// Records that are looked at in one file, so that hostile ones end.
-const VISITS_MAX: usize = 2_000_000;
+const VISITS_MAX: usize = 1_000_000;
 /// Deepest nesting of items.
 const DEPTH_MAX: usize = 48;
 
@@ -21,7 +24,11 @@ pub(crate) struct Extent {
 pub(crate) struct Extents<'f, 'a> {
     file: &'f File<'a>,
     unit_m: f64,
+    /// Radians per unit of angles; without it a turn is a whole one.
+    radians: Option<f64>,
     visits: usize,
+    /// Items that are being looked into, to find those inside themselves.
+    chain: Vec<u32>,
 }
 
 impl Extent {
@@ -48,7 +55,7 @@ impl Extent {
 
 impl<'f, 'a> Extents<'f, 'a> {
     pub(crate) fn new(file: &'f File<'a>, unit_m: f64) -> Self {
-        Self { file, unit_m, visits: 0 }
+        Self { file, unit_m, radians: units::radians(file), visits: 0, chain: Vec::new() }
     }
 
     /// Of IfcBoundingBox items: (Corner, XDim, YDim, ZDim).
@@ -74,10 +81,17 @@ impl<'f, 'a> Extents<'f, 'a> {
 
     fn walk(&mut self, id: u32, frame: &Affine, depth: usize, extent: &mut Extent) {
         self.visits += 1;
-        if self.visits > VISITS_MAX || depth > DEPTH_MAX {
+        if self.visits > VISITS_MAX || depth > DEPTH_MAX || self.chain.contains(&id) {
             return;
         }
         let Some(record) = self.file.record(id) else { return };
+        self.chain.push(id);
+        self.look_into(&record, frame, depth, extent);
+        self.chain.pop();
+    }
+
+    fn look_into(&mut self, record: &Record<'_>, frame: &Affine, depth: usize, extent: &mut Extent) {
+        let id = record.id;
         let keyword = record.keyword.to_ascii_uppercase();
         match keyword.as_str() {
             "IFCCARTESIANPOINT" => {
@@ -85,9 +99,9 @@ impl<'f, 'a> Extents<'f, 'a> {
                     extent.add(frame.apply(p.map(|x| x * self.unit_m)), 0.0);
                 }
             }
-            "IFCCARTESIANPOINTLIST2D" | "IFCCARTESIANPOINTLIST3D" => self.points(&record, frame, extent),
+            "IFCCARTESIANPOINTLIST2D" | "IFCCARTESIANPOINTLIST3D" => self.points(record, frame, extent),
             "IFCMAPPEDITEM" => {
-                let Some(map) = mapping(self.file, &record, self.unit_m) else { return };
+                let Some(map) = mapping(self.file, record, self.unit_m) else { return };
                 for item in mapped_items(self.file, id).collect::<Vec<u32>>() {
                     self.walk(item, &frame.after(&map), depth + 1, extent);
                 }
@@ -98,36 +112,36 @@ impl<'f, 'a> Extents<'f, 'a> {
                     record.at(at).reference().into_iter().for_each(|id| self.walk(id, frame, depth + 1, extent));
                 }
             }
-            "IFCEXTRUDEDAREASOLID" | "IFCEXTRUDEDAREASOLIDTAPERED" => self.extrusion(&record, frame, depth, extent),
-            "IFCREVOLVEDAREASOLID" | "IFCREVOLVEDAREASOLIDTAPERED" => self.revolution(&record, frame, depth, extent),
+            "IFCEXTRUDEDAREASOLID" | "IFCEXTRUDEDAREASOLIDTAPERED" => self.extrusion(record, frame, depth, extent),
+            "IFCREVOLVEDAREASOLID" | "IFCREVOLVEDAREASOLIDTAPERED" => self.revolution(record, frame, depth, extent),
             "IFCSWEPTDISKSOLID" | "IFCSWEPTDISKSOLIDPOLYGONAL" => {
                 let radius = record.at(1).number().unwrap_or(0.0) * self.unit_m;
-                self.along(&record, 0, radius, frame, depth, extent);
+                self.along(record, 0, radius, frame, depth, extent);
             }
             "IFCSURFACECURVESWEPTAREASOLID"
             | "IFCFIXEDREFERENCESWEPTAREASOLID"
             | "IFCDIRECTRIXDERIVEDREFERENCESWEPTAREASOLID" => {
-                let frame = frame.after(&self.position(&record, 1));
+                let frame = frame.after(&self.position(record, 1));
                 let profile = self.inner(record.at(0).reference(), &Affine::IDENTITY, depth);
                 let radius =
                     profile.map_or(0.0, |p| p.corners().iter().map(|c| dot(*c, *c).sqrt()).fold(0.0, f64::max));
-                self.along(&record, 2, radius, &frame, depth, extent);
+                self.along(record, 2, radius, &frame, depth, extent);
             }
             "IFCCIRCLE" | "IFCELLIPSE" => {
-                let frame = frame.after(&self.position(&record, 0));
+                let frame = frame.after(&self.position(record, 0));
                 let radius = [1, 2].map(|at| record.at(at).number().unwrap_or(0.0)).into_iter().fold(0.0, f64::max);
                 extent.add(frame.origin, radius * self.unit_m);
             }
-            name if name.ends_with("PROFILEDEF") && record.at(2).number().is_none() && self.is_sized(&record) => {
-                self.sized_profile(&record, frame, extent);
+            name if name.ends_with("PROFILEDEF") && record.at(2).number().is_none() && self.is_sized(record) => {
+                self.sized_profile(record, frame, extent);
             }
             "IFCBLOCK"
             | "IFCRECTANGULARPYRAMID"
             | "IFCSPHERE"
             | "IFCRIGHTCIRCULARCONE"
             | "IFCRIGHTCIRCULARCYLINDER" => {
-                let frame = frame.after(&self.position(&record, 0));
-                let size = self.largest(&record, 1);
+                let frame = frame.after(&self.position(record, 0));
+                let size = self.largest(record, 1);
                 extent.add(frame.apply([0.0; 3]), size);
             }
             "IFCAXIS2PLACEMENT3D" | "IFCAXIS2PLACEMENT2D" | "IFCDIRECTION" | "IFCSTYLEDITEM" => {}
@@ -186,17 +200,19 @@ impl<'f, 'a> Extents<'f, 'a> {
             [0, 1, 2].map(|i| d.at(0).list().get(i).and_then(|x| x.number()).unwrap_or(0.0))
         });
         let Some(n) = normalised(direction) else { return };
-        // Without the unit of angles a whole turn is the safe guess.
-        let turn = std::f64::consts::TAU / f64::from(STEPS);
+        let angle = record.at(3).number().zip(self.radians).map(|(angle, radians)| angle * radians);
+        let step = angle.filter(|a| a.abs() < TAU).unwrap_or(TAU) / f64::from(STEPS);
         for profile in [0, 4].into_iter().filter_map(|at| record.at(at).reference()) {
             let Some(profile) = self.inner(Some(profile), &Affine::IDENTITY, depth) else { continue };
             for corner in profile.corners() {
                 let v = [0, 1, 2].map(|i| corner[i] - centre[i]);
-                for step in 0..STEPS {
-                    let (sin, cos) = libm::sincos(turn * f64::from(step));
-                    let (w, k) = (crate::affine::cross(n, v), dot(n, v) * (1.0 - cos));
+                // Between two steps the arc leaves the chord by less than this.
+                let sag = dot(v, v).sqrt() * (1.0 - libm::cos(step / 2.0));
+                for i in 0..=STEPS {
+                    let (sin, cos) = libm::sincos(step * f64::from(i));
+                    let (w, k) = (cross(n, v), dot(n, v) * (1.0 - cos));
                     let turned = [0, 1, 2].map(|i| centre[i] + v[i] * cos + w[i] * sin + n[i] * k);
-                    extent.add(frame.apply(turned), 0.0);
+                    extent.add(frame.apply(turned), sag);
                 }
             }
         }

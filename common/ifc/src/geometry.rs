@@ -45,7 +45,7 @@ pub(crate) fn mesh(
     let mut wanted = Vec::new();
     for product in products {
         let has_body = !product.body.items.is_empty();
-        if has_body {
+        if has_body && is_placed(product, frames) {
             wanted.push(product.record.id);
         }
         // An opening without a body must not cut, so it is corrected as well; elements are simply not asked for.
@@ -66,8 +66,9 @@ pub(crate) fn mesh(
             complaint: meshed.complaints.remove(&id),
             frame: frames.get(&id).copied().unwrap_or(Affine::IDENTITY),
         };
-        let swallowed = outcome.meshes.is_empty() && is_swallowed(product, &outcome.frame, &geometries, &mut extents);
-        let geometry = if swallowed {
+        let geometry = if !is_placed(product, frames) {
+            unplaced(product, report)
+        } else if outcome.meshes.is_empty() && is_swallowed(product, &outcome.frame, &geometries, &mut extents) {
             let message = "its openings leave nothing of it".to_owned();
             report.add(Severity::Info, "swallowed_by_openings", Some(product.id.clone()), message);
             Geometry::default()
@@ -77,6 +78,18 @@ pub(crate) fn mesh(
         geometries.insert(id, geometry);
     }
     Ok(geometries)
+}
+
+/// True unless the product has a placement that cannot be resolved.
+fn is_placed(product: &Bodied<'_, '_>, frames: &HashMap<u32, Affine>) -> bool {
+    product.record.at(5).reference().is_none() || frames.contains_key(&product.record.id)
+}
+
+/// Its shape may be fine, but nobody knows where it is: anywhere would be a phantom.
+fn unplaced(product: &Bodied<'_, '_>, report: &mut Report) -> Geometry {
+    let why = "its placement cannot be resolved".to_owned();
+    report.add(Severity::Error, "geometry_failed", Some(product.id.clone()), format!("{why}; it is not drawn"));
+    Geometry { parts: Vec::new(), status: GeometryStatus::Failed { why } }
 }
 
 /// What the kernel made of a product.
@@ -352,6 +365,17 @@ mod tests {
     }
 
     #[test]
+    fn a_product_without_a_usable_placement_is_drawn_nowhere() {
+        for placement in ["#2=IFCLOCALPLACEMENT(#2,#102);", "#2=IFCLOCALPLACEMENT(#998,#102);", ""] {
+            let (model, diagnostics) =
+                read(&file(&format!("{BASICS}#1=IFCWALL('wall',$,'W',$,$,#2,#121,$,$);{placement}"))).unwrap();
+            assert!(matches!(model.elements[0].geometry.status, GeometryStatus::Failed { .. }), "{placement}");
+            let codes: Vec<&str> = diagnostics.iter().map(|d| d.code).collect();
+            assert_eq!(codes, ["placement_unusable", "geometry_failed"]);
+        }
+    }
+
+    #[test]
     fn a_body_that_fails_takes_the_box_of_its_box_representation() {
         let (geometry, _) = wall(
             "#3,#5",
@@ -372,6 +396,26 @@ mod tests {
         );
         assert_eq!(geometry.status, GeometryStatus::None);
         assert_eq!(diagnostics[0].code, "swallowed_by_openings");
+    }
+
+    #[test]
+    fn a_turned_site_far_out_keeps_its_coordinates() {
+        let text = file(&format!(
+            "{BASICS}#1=IFCWALL('wall',$,'W',$,$,#2,#121,$,$);#2=IFCLOCALPLACEMENT(#3,#102);#3=IFCLOCALPLACEMENT($,#4);
+             #4=IFCAXIS2PLACEMENT3D(#5,$,#6);#5=IFCCARTESIANPOINT((2600000.125,1200000.25,400.5));
+             #6=IFCDIRECTION((0.,1.,0.));#7=IFCSITE('s',$,$,$,$,#3,$,$,.ELEMENT.,$,$,$,$,$);"
+        ));
+        let (model, _) = read(&text).unwrap();
+        let element = &model.elements[0];
+        assert_eq!(element.placement.unwrap().axes[0], [0.0, 1.0, 0.0]);
+        let extent = crate::boxes::of_parts(&element.geometry.parts).unwrap();
+        let expected = ([2_599_999.625, 1_199_999.25, 400.5], [2_600_000.625, 1_200_001.25, 403.5]);
+        for (found, expected) in [(extent.low, expected.0), (extent.high, expected.1)] {
+            let off = std::iter::zip(found, expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-4, "{found:?} instead of {expected:?}");
+        }
+        let largest = element.geometry.parts[0].positions_m.iter().flatten().fold(0.0, |a: f32, x| a.max(x.abs()));
+        assert!(largest < 10.0, "positions are small against their origin: {largest}");
     }
 
     #[test]

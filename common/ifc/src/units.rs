@@ -13,31 +13,41 @@ pub(crate) struct LengthUnit {
 
 /// Finds it, or says what is wrong with it.
 pub(crate) fn length_unit(file: &File<'_>) -> Result<LengthUnit, String> {
+    let unit = unit(file, "LENGTHUNIT")?;
+    let metres =
+        factor(file, &unit, "METRE", 0).ok_or_else(|| format!("unit #{} has no usable factor to metres", unit.id))?;
+    Ok(LengthUnit { metres, record: unit.id })
+}
+
+/// Radians per plane angle unit, if the project defines it.
+pub(crate) fn radians(file: &File<'_>) -> Option<f64> {
+    factor(file, &unit(file, "PLANEANGLEUNIT").ok()?, "RADIAN", 0)
+}
+
+/// The project's unit of this kind.
+fn unit<'a>(file: &File<'a>, kind: &str) -> Result<Record<'a>, String> {
     let project = file.all("IfcProject").into_iter().find_map(|(span, _)| file.record(span.id));
     let project = project.ok_or("there is no IfcProject that could name it")?;
     let assignment = project.at(8).reference().and_then(|id| file.record_of(id, "IFCUNITASSIGNMENT"));
     let assignment = assignment.ok_or_else(|| format!("IfcProject #{} has no UnitsInContext", project.id))?;
     let units = assignment.at(0).references();
-    let unit = units
-        .into_iter()
-        .filter_map(|id| file.record(id))
-        .find(|unit| unit.at(1).enumeration().is_some_and(|kind| kind.eq_ignore_ascii_case("LENGTHUNIT")));
-    let unit = unit.ok_or_else(|| format!("IfcUnitAssignment #{} names no LENGTHUNIT", assignment.id))?;
-    let metres = metres(file, &unit, 0).ok_or_else(|| format!("unit #{} has no usable factor to metres", unit.id))?;
-    Ok(LengthUnit { metres, record: unit.id })
+    let is_wanted = |unit: &Record<'_>| unit.at(1).enumeration().is_some_and(|k| k.eq_ignore_ascii_case(kind));
+    let unit = units.into_iter().filter_map(|id| file.record(id)).find(is_wanted);
+    unit.ok_or_else(|| format!("IfcUnitAssignment #{} names no {kind}", assignment.id))
 }
 
-fn metres(file: &File<'_>, unit: &Record<'_>, depth: usize) -> Option<f64> {
+/// SI base units per unit.
+fn factor(file: &File<'_>, unit: &Record<'_>, base_unit: &str, depth: usize) -> Option<f64> {
     if depth > CHAIN_MAX {
         return None;
     }
     let factor = if unit.is("IFCSIUNIT") {
-        let metre = unit.at(3).enumeration().is_some_and(|name| name.eq_ignore_ascii_case("METRE"));
-        metre.then(|| unit.at(2).enumeration().map_or(Some(1.0), prefix))??
+        let is_base = unit.at(3).enumeration().is_some_and(|name| name.eq_ignore_ascii_case(base_unit));
+        is_base.then(|| unit.at(2).enumeration().map_or(Some(1.0), prefix))??
     } else if unit.is("IFCCONVERSIONBASEDUNIT") || unit.is("IFCCONVERSIONBASEDUNITWITHOFFSET") {
         let measure = file.record_of(unit.at(3).reference()?, "IFCMEASUREWITHUNIT")?;
         let base = file.record(measure.at(1).reference()?)?;
-        measure.at(0).number()? * metres(file, &base, depth + 1)?
+        measure.at(0).number()? * factor(file, &base, base_unit, depth + 1)?
     } else {
         return None;
     };
@@ -69,10 +79,10 @@ fn prefix(name: &str) -> Option<f64> {
 
 /// Makes the kernel use the factor that the file gives: it prefers what a unit of that name usually means.
 pub(crate) fn pin(file: &File<'_>, unit: &LengthUnit, patch: &mut Patch) {
-    let Some(record) = file.record(unit.record) else { return };
-    if record.is("IFCSIUNIT") {
+    if (file.kernel_unit_m() / unit.metres - 1.0).abs() < 1e-12 {
         return;
     }
+    let Some(record) = file.record(unit.record) else { return };
     let (dimensions, factor) = (record.at(0).reference(), record.at(3).reference());
     if let (Some(dimensions), Some(factor)) = (dimensions, factor) {
         let text = format!("IFCCONVERSIONBASEDUNIT(#{dimensions},.LENGTHUNIT.,'unit of the file',#{factor})");

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ifc_lite_core::{EntityIndex, EntityScanner};
+use ifc_lite_core::{EntityDecoder, EntityIndex, EntityScanner};
 
 use super::{Record, Schema};
 use crate::report::{Report, bare};
@@ -147,6 +147,11 @@ impl<'a> File<'a> {
             return None;
         }
         Record::parse(record).filter(|record| record.is(entity))
+    }
+
+    /// Metres per length unit as the kernel understands the file.
+    pub(crate) fn kernel_unit_m(&self) -> f64 {
+        EntityDecoder::with_arc_index(self.bytes, Arc::clone(&self.index)).length_unit_scale()
     }
 
     /// An attribute by its name in the file's schema.

@@ -43,17 +43,21 @@ const CHUNK: usize = 256;
 
 /// Meshes the products. The result does not depend on the number of threads.
 pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed, ReadError> {
-    let mut meshed = Meshed::default();
     if request.products.is_empty() {
-        return Ok(meshed);
+        return Ok(Meshed::default());
     }
     let (bytes, index) = request.patch.apply(file);
     // Deep booleans need deep stacks; a stack that overflows ends the process.
     let pool = geometry_pool_builder().num_threads(request.threads).build().map_err(ReadError::Threads)?;
-    let mut waiting = vec![request.products];
+    Ok(in_halves(request.products, |products| pool.install(|| pass(&bytes, &index, products, request.progress))))
+}
+
+/// Meshes all at once; where that panics, by halves until the products that panic stand alone.
+fn in_halves(products: &[u32], pass: impl Fn(&[u32]) -> Meshed) -> Meshed {
+    let mut meshed = Meshed::default();
+    let mut waiting = vec![products];
     while let Some(products) = waiting.pop() {
-        let attempt = AssertUnwindSafe(|| pool.install(|| pass(&bytes, &index, products, request.progress)));
-        match (catch_unwind(attempt), products) {
+        match (catch_unwind(AssertUnwindSafe(|| pass(products))), products) {
             (Ok(mut done), _) => {
                 meshed.meshes.append(&mut done.meshes);
                 meshed.complaints.append(&mut done.complaints);
@@ -61,14 +65,13 @@ pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed,
             (Err(_), &[product]) => {
                 meshed.complaints.insert(product, "the kernel panicked".to_owned());
             }
-            // Halves until the products that panic stand alone.
             (Err(_), _) => {
                 let (first, second) = products.split_at(products.len() / 2);
                 waiting.extend([second, first]);
             }
         }
     }
-    Ok(meshed)
+    meshed
 }
 
 fn pass(bytes: &[u8], index: &Arc<EntityIndex>, products: &[u32], progress: &(dyn Fn(usize, usize) + Sync)) -> Meshed {
@@ -137,4 +140,20 @@ fn part(mesh: &MeshData, frame: MeshFrame) -> MeshPart {
     };
     let (triangles, _) = mesh.indices.as_chunks::<3>();
     MeshPart { origin_m, positions_m, triangles: triangles.to_vec() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_product_that_makes_the_kernel_panic_is_reported_and_the_others_are_meshed() {
+        let pass = |products: &[u32]| {
+            assert!(!products.contains(&3) && !products.contains(&7));
+            Meshed { meshes: products.iter().map(|&id| (id, Vec::new())).collect(), complaints: BTreeMap::new() }
+        };
+        let meshed = in_halves(&[1, 2, 3, 4, 5, 6, 7], pass);
+        assert_eq!(meshed.meshes.into_keys().collect::<Vec<u32>>(), [1, 2, 4, 5, 6]);
+        assert_eq!(meshed.complaints.into_keys().collect::<Vec<u32>>(), [3, 7]);
+    }
 }
