@@ -153,5 +153,7 @@ fn a_frame_is_kept_by_a_second_run_and_changed_on_demand() {
         (text["map_from_world"]["x_m"].as_f64().unwrap(), text["frame_epoch"].as_u64().unwrap())
     };
     assert_eq!(again(&[]), (100.0, 3), "a map must not jump under a localised robot");
+    let report = maps.json("report.json")["diagnostics"].to_string();
+    assert!(report.contains("frame_kept"), "and a frame that is not the site's own is not kept in silence: {report}");
     assert_eq!(again(&["--new-frame"]), (0.0, 4));
 }

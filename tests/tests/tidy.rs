@@ -1,5 +1,7 @@
 //! The tree is the architecture: dependencies point one way, folders are where a newcomer looks for them.
 
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -7,7 +7,7 @@
 //! The foreign crate that scans STEP and tessellates is named in the private module `kernel` alone. All other modules
 //! answer one question each and work on records: `units`, `placement`, `relations`, `spatial`, `representations` ..
 //!
-//! Reading the schedule belongs here too, beside `psets`: a module `schedule` on [`kernel::File::records`] and a field of
+//! Reading the schedule belongs here too, beside `psets`: a module `schedule` on `kernel::File::records` and a field of
 //! [`Model`]; until then [`Model::has_schedule`] says that there is one.
 
 mod affine;

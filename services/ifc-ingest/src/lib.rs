@@ -78,11 +78,13 @@ pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<Archi
             Some(merged) => merged.join(file, model, diagnostics, place, options.prefer_last)?,
         }
     }
-    let merged = merged.ok_or(IngestError::NoFiles)?;
+    let mut merged = merged.ok_or(IngestError::NoFiles)?;
     let n_spaces = merged.model.spaces.len();
     if n_spaces > MAX_SPACES {
         return Err(IngestError::TooManySpaces { n_spaces });
     }
-    let frame = options.frame.unwrap_or_else(|| SiteFrame::of(&merged.model, options.frame_epoch));
+    let own_frame = SiteFrame::of(&merged.model, options.frame_epoch);
+    let frame = options.frame.unwrap_or(own_frame);
+    merged.diagnostics.extend(frame.misfit(&own_frame).map(|d| (messages::NONE, d)));
     Ok(assemble::site_of(files, &merged, frame).finish())
 }

@@ -2,7 +2,7 @@
 
 use crate::classify::is_a;
 use frames::{Map, UprightRigid3, World};
-use ifc::{Element, Model};
+use ifc::{Diagnostic, Element, Model, Severity};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Walls within this angle of each other count as one direction.
@@ -27,6 +27,22 @@ impl SiteFrame {
         let turn = UprightRigid3::<Map, World>::new([0.0; 3], yaw_rad);
         let [x, y] = shift(model, &turn);
         Self { map_from_world: UprightRigid3::new([x, y, 0.0], yaw_rad), frame_epoch }
+    }
+
+    /// What to say where a frame that was kept is not the one that the site would get today.
+    pub(crate) fn misfit(&self, own: &Self) -> Option<Diagnostic> {
+        let (kept, own) = (&self.map_from_world, &own.map_from_world);
+        let same =
+            (kept.yaw_rad() - own.yaw_rad()).abs() <= SAME_DIRECTION_RAD && kept.translation_m() == own.translation_m();
+        let message = format!(
+            "the map frame is that of an earlier run (yaw {:.4} rad, shift {:?} m); this site alone would get yaw {:.4} rad, \
+             shift {:?} m: if it is another site, choose another output folder",
+            kept.yaw_rad(),
+            kept.translation_m(),
+            own.yaw_rad(),
+            own.translation_m(),
+        );
+        (!same).then_some(Diagnostic { severity: Severity::Warning, code: "frame_kept", entity: None, message })
     }
 }
 
@@ -105,4 +121,20 @@ fn plan_box(element: &Element, turn: &UprightRigid3<Map, World>) -> Option<[[f64
         }
     }
     range.filter(|r| r.iter().flatten().all(|c| c.is_finite()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kept_frame_that_does_not_fit_is_not_kept_in_silence() {
+        let frame = |x: f64, yaw_rad: f64| SiteFrame {
+            map_from_world: UprightRigid3::new([x, 0.0, 0.0], yaw_rad),
+            frame_epoch: 1,
+        };
+        assert!(frame(0.0, 0.3).misfit(&frame(0.0, 0.3)).is_none());
+        assert!(frame(0.0, 0.3).misfit(&frame(0.0, 0.0)).is_some());
+        assert!(frame(100.0, 0.0).misfit(&frame(0.0, 0.0)).is_some());
+    }
 }
