@@ -304,7 +304,7 @@ pub(crate) fn mesh(extent: Extent, frame: &Affine) -> Option<MeshPart> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{BASICS, file, with_file};
+    use crate::testing::{BASICS, file, volume_m3, with_file};
 
     #[test]
     fn an_extrusion_reaches_as_far_as_its_profile_and_depth() {
@@ -325,16 +325,7 @@ mod tests {
     fn a_box_is_closed_and_looks_outward() {
         let extent = Extent { low: [0.0; 3], high: [1.0, 2.0, 3.0] };
         let part = mesh(extent, &Affine::IDENTITY).unwrap();
-        let volume: f32 = part
-            .triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|v| part.positions_m[v as usize]);
-                a[0] * (b[1] * c[2] - b[2] * c[1])
-                    + a[1] * (b[2] * c[0] - b[0] * c[2])
-                    + a[2] * (b[0] * c[1] - b[1] * c[0])
-            })
-            .sum();
-        assert!((volume / 6.0 - 6.0).abs() < 1e-5, "{volume}");
+        let volume = volume_m3(&part);
+        assert!((volume - 6.0).abs() < 1e-5, "{volume}");
     }
 }

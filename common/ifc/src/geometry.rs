@@ -304,7 +304,7 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use crate::testing::{BASICS, file, read};
+    use crate::testing::{BASICS, file, read, volume_m3};
     use crate::{Geometry, GeometryStatus};
 
     fn wall(representations: &str, records: &str) -> (Geometry, Vec<crate::Diagnostic>) {
@@ -423,16 +423,7 @@ mod tests {
         let block = "#3=IFCSHAPEREPRESENTATION(#101,'Body','CSG',(#4));#4=IFCBLOCK(#102,1.,2.,3.);";
         let (geometry, _) = wall("#3", block);
         let part = &geometry.parts[0];
-        let volume: f32 = part
-            .triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|v| part.positions_m[v as usize]);
-                a[0] * (b[1] * c[2] - b[2] * c[1])
-                    + a[1] * (b[2] * c[0] - b[0] * c[2])
-                    + a[2] * (b[0] * c[1] - b[1] * c[0])
-            })
-            .sum();
-        assert!((volume / 6.0 - 6.0).abs() < 1e-3, "{volume}");
+        let volume = volume_m3(part);
+        assert!((volume - 6.0).abs() < 1e-3, "{volume}");
     }
 }

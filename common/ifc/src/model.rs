@@ -156,6 +156,20 @@ pub struct MeshPart {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl MeshPart {
+    /// The vertices in the world, in metres.
+    pub fn points_m(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.positions_m.iter().map(|p| [0, 1, 2].map(|k| self.origin_m[k] + f64::from(p[k])))
+    }
+}
+
+impl Geometry {
+    /// The vertices of all parts in the world, in metres.
+    pub fn points_m(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.parts.iter().flat_map(MeshPart::points_m)
+    }
+}
+
 /// A door's attributes; lengths in metres.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Door {

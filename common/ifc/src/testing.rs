@@ -38,3 +38,16 @@ pub(crate) fn with_file<T>(text: &str, work: impl FnOnce(&File<'_>) -> T) -> T {
 pub(crate) fn read(text: &str) -> Result<(crate::Model, Vec<crate::Diagnostic>), crate::ReadError> {
     crate::read(text.as_bytes(), &crate::ReadOptions { threads: 1, ..crate::ReadOptions::default() })
 }
+
+/// Volume that the faces of a part enclose; negative if they look inward.
+pub(crate) fn volume_m3(part: &crate::MeshPart) -> f32 {
+    let six_times: f32 = part
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| part.positions_m[v as usize]);
+            a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+        })
+        .sum();
+    six_times / 6.0
+}

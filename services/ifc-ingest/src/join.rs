@@ -41,7 +41,7 @@ fn through_earth(first: &MapConversion, file: &MapConversion) -> UprightRigid3<W
 pub(crate) fn bounds(model: &Model) -> Option<[[f64; 3]; 2]> {
     let bodies = model.elements.iter().map(|e| &e.geometry).chain(model.spaces.iter().map(|s| &s.geometry));
     let mut range: Option<[[f64; 3]; 2]> = None;
-    for p in bodies.flat_map(points) {
+    for p in bodies.flat_map(Geometry::points_m) {
         let r = range.get_or_insert([p, p]);
         *r = [[0, 1, 2].map(|k| r[0][k].min(p[k])), [0, 1, 2].map(|k| r[1][k].max(p[k]))];
     }
@@ -54,18 +54,10 @@ pub(crate) fn gap_m(a: &[[f64; 3]; 2], b: &[[f64; 3]; 2]) -> Option<f64> {
     (gap > MAX_GAP_M).then_some(gap)
 }
 
-/// The vertices of a body in its file's world.
-fn points(geometry: &Geometry) -> impl Iterator<Item = [f64; 3]> {
-    geometry
-        .parts
-        .iter()
-        .flat_map(|part| part.positions_m.iter().map(|p| [0, 1, 2].map(|k| part.origin_m[k] + f64::from(p[k]))))
-}
-
 /// True if two bodies have the same vertices to a tenth of a millimetre, in the same order.
 pub(crate) fn same_body(a: &Geometry, b: &Geometry) -> bool {
     let near = |(p, q): ([f64; 3], [f64; 3])| (0..3).all(|k| (p[k] - q[k]).abs() < 1e-4);
-    points(a).count() == points(b).count() && points(a).zip(points(b)).all(near)
+    a.points_m().count() == b.points_m().count() && a.points_m().zip(b.points_m()).all(near)
 }
 
 #[cfg(test)]

@@ -49,9 +49,8 @@ fn add_part(
     map_from_world: &UprightRigid3<Map, World>,
 ) -> Result<(), OutOfReach> {
     let (first_vertex, first_triangle) = (builder.vertices.len(), builder.triangles.len());
-    for p in &part.positions_m {
-        let in_map = map_from_world.apply([0, 1, 2].map(|k| part.origin_m[k] + f64::from(p[k])));
-        let [Some(x), Some(y), Some(z)] = in_map.map(tenths) else { return Err(OutOfReach) };
+    for p in part.points_m() {
+        let [Some(x), Some(y), Some(z)] = map_from_world.apply(p).map(tenths) else { return Err(OutOfReach) };
         builder.vertices.push([x, y, z]);
     }
     builder.triangles.extend_from_slice(&part.triangles);

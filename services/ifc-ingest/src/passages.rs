@@ -131,11 +131,8 @@ fn axis_of(element: &Element, map_from_world: &UprightRigid3<Map, World>) -> Opt
 }
 
 fn points_in_map(geometry: &Geometry, map_from_world: &UprightRigid3<Map, World>) -> Vec<[i32; 3]> {
-    let points = geometry
-        .parts
-        .iter()
-        .flat_map(|part| part.positions_m.iter().map(|p| [0, 1, 2].map(|k| part.origin_m[k] + f64::from(p[k]))));
-    points
+    geometry
+        .points_m()
         .filter_map(|p| match map_from_world.apply(p).map(tenths) {
             [Some(x), Some(y), Some(z)] => Some([x, y, z]),
             _ => None,

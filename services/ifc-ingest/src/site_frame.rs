@@ -78,11 +78,9 @@ fn direction_and_length(wall: &Element) -> Option<(f64, f64)> {
     }
     let (x, y) = (x / norm, y / norm);
     let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-    for part in &wall.geometry.parts {
-        for p in &part.positions_m {
-            let along = (part.origin_m[0] + f64::from(p[0])) * x + (part.origin_m[1] + f64::from(p[1])) * y;
-            (lo, hi) = (lo.min(along), hi.max(along));
-        }
+    for p in wall.geometry.points_m() {
+        let along = p[0] * x + p[1] * y;
+        (lo, hi) = (lo.min(along), hi.max(along));
     }
     let length = hi - lo;
     let turn = libm::atan2(y, x);
@@ -113,12 +111,10 @@ fn shift(model: &Model, turn: &UprightRigid3<Map, World>) -> [f64; 2] {
 
 fn plan_box(element: &Element, turn: &UprightRigid3<Map, World>) -> Option<[[f64; 2]; 2]> {
     let mut range: Option<[[f64; 2]; 2]> = None;
-    for part in &element.geometry.parts {
-        for p in &part.positions_m {
-            let [x, y, _] = turn.apply([0, 1, 2].map(|k| part.origin_m[k] + f64::from(p[k])));
-            let r = range.get_or_insert([[x, y], [x, y]]);
-            *r = [[r[0][0].min(x), r[0][1].min(y)], [r[1][0].max(x), r[1][1].max(y)]];
-        }
+    for p in element.geometry.points_m() {
+        let [x, y, _] = turn.apply(p);
+        let r = range.get_or_insert([[x, y], [x, y]]);
+        *r = [[r[0][0].min(x), r[0][1].min(y)], [r[1][0].max(x), r[1][1].max(y)]];
     }
     range.filter(|r| r.iter().flatten().all(|c| c.is_finite()))
 }
