@@ -16,7 +16,7 @@ use crate::spatial::Storeys;
 use crate::units::LengthUnit;
 use crate::{
     Element, Geometry, Model, Opening, ReadError, ReadOptions, Severity, Source, Space, SpaceBoundary, Stage, doors,
-    geometry, georeference, spatial, stairs, units,
+    geometry, georeference, schedule, spatial, stairs, units,
 };
 
 /// Reads everything that the file says.
@@ -66,6 +66,7 @@ pub(crate) fn model(
         products.spaces.iter().filter_map(|space| relations.whole.get(&space.record.id).copied()).collect();
     let spaces = products.spaces.iter().map(|p| reader.space(p, &wholes, geometry(p.record.id))).collect();
     let openings = products.openings.iter().map(|p| reader.opening(p, geometry(p.record.id))).collect();
+    let schedule = schedule::read(file, &relations, &products, &storeys, report);
     Ok(Model {
         source: Source { schema, length_unit_m: unit_m },
         georeference: georeference::read(file, report),
@@ -75,7 +76,7 @@ pub(crate) fn model(
         spaces,
         openings,
         boundaries: boundaries(&relations, &products),
-        has_schedule: file.has("IfcTask") || file.has("IfcWorkSchedule"),
+        schedule,
     })
 }
 
@@ -156,6 +157,7 @@ impl Reader<'_, '_, '_> {
             supertypes: product.class.lineage.clone(),
             predefined_type: self.predefined_type(record),
             storey: self.storeys.of(record.id),
+            space: relations.container.get(&record.id).and_then(|id| self.products.space_idx.get(id).copied()),
             whole: relations.whole.get(&record.id).and_then(element),
             fills: relations.fills.get(&record.id).and_then(opening),
             placement: frame.and_then(|frame| frame.placement()),
@@ -182,6 +184,7 @@ impl Reader<'_, '_, '_> {
             predefined_type: kind,
             has_parts: wholes.contains(&record.id),
             storey: self.storeys.of(record.id),
+            has_boundaries: self.relations.bounded.contains(&record.id),
             geometry,
             properties: self.psets.of(record.id, self.relations),
         }
@@ -274,7 +277,7 @@ mod tests {
         .unwrap();
         assert_eq!(model.boundaries.len(), 1);
         assert_eq!((model.boundaries[0].space, model.boundaries[0].element), (0, 0));
-        assert!(model.has_schedule);
+        assert_eq!(model.schedule.tasks.len(), 1);
         assert_eq!(model.spaces[0].geometry.status, GeometryStatus::Meshed);
     }
 }

@@ -7,8 +7,7 @@
 //! The foreign crate that scans STEP and tessellates is named in the private module `kernel` alone. All other modules
 //! answer one question each and work on records: `units`, `placement`, `relations`, `spatial`, `representations` ..
 //!
-//! Reading the schedule belongs here too, beside `psets`: a module `schedule` on `kernel::File::records` and a field of
-//! [`Model`]; until then [`Model::has_schedule`] says that there is one.
+//! Dates and durations of the schedule stay the texts that they are: what they mean is configuration, not ours.
 
 mod affine;
 mod assemble;
@@ -28,6 +27,7 @@ mod psets;
 mod relations;
 mod report;
 mod representations;
+mod schedule;
 mod spatial;
 mod stairs;
 mod substitutes;
@@ -40,6 +40,10 @@ pub use error::ReadError;
 pub use model::{
     Diagnostic, Door, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Named, Opening,
     Placement, Property, PropertyValue, Severity, Source, Space, SpaceBoundary, Stair, Storey,
+};
+pub use schedule::{
+    DurationType, Lag, LagValue, LinkTarget, Recurrence, RecurrenceType, Schedule, Sequence, SequenceType, Task,
+    TaskLink, TaskTime, WorkCalendar, WorkControl, WorkTime,
 };
 
 /// How to read. Nothing here changes the result.

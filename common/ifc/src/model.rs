@@ -1,5 +1,7 @@
 //! What a file says about a building, in our own types: SI units, IFC world coordinates, names as the schema spells them.
 
+use crate::Schedule;
+
 /// One file, read.
 #[derive(Debug)]
 pub struct Model {
@@ -19,8 +21,8 @@ pub struct Model {
     pub openings: Vec<Opening>,
     /// IfcRelSpaceBoundary: which elements bound which spaces; indices into `spaces` and `elements`, sorted, unique.
     pub boundaries: Vec<SpaceBoundary>,
-    /// True if the file holds tasks or a work schedule.
-    pub has_schedule: bool,
+    /// Tasks, calendars, and what the tasks work on.
+    pub schedule: Schedule,
 }
 
 /// Facts of the file itself.
@@ -89,6 +91,8 @@ pub struct Element {
     pub predefined_type: String,
     /// Index of the storey that contains it, through aggregates, nests, and hosts of openings it fills.
     pub storey: Option<usize>,
+    /// Index of the space that contains it directly.
+    pub space: Option<usize>,
     /// Index of the element it is a part of (IfcRelAggregates, IfcRelNests), nearest first.
     pub whole: Option<usize>,
     /// Index of the opening it fills.
@@ -237,6 +241,8 @@ pub struct Space {
     pub has_parts: bool,
     /// Index of its storey.
     pub storey: Option<usize>,
+    /// An IfcRelSpaceBoundary names it, whatever the boundary is.
+    pub has_boundaries: bool,
     /// Its body.
     pub geometry: Geometry,
     /// Property sets.

@@ -1,6 +1,6 @@
 //! Who belongs to whom: the objectified relationships, as maps from step id to step id.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::kernel::File;
 use crate::report::Report;
@@ -26,6 +26,8 @@ pub(crate) struct Relations {
     pub(crate) material: HashMap<u32, u32>,
     /// (space, element), as written.
     pub(crate) boundaries: Vec<(u32, u32)>,
+    /// Spaces that any boundary names.
+    pub(crate) bounded: HashSet<u32>,
 }
 
 /// A property set definition of an object.
@@ -56,6 +58,7 @@ impl Relations {
             }
         }
         for record in file.records("IfcRelSpaceBoundary", report) {
+            all.bounded.extend(record.at(4).reference());
             if let (Some(space), Some(element)) = (record.at(4).reference(), record.at(5).reference()) {
                 all.boundaries.push((space, element));
             }

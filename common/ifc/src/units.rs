@@ -24,6 +24,12 @@ pub(crate) fn radians(file: &File<'_>) -> Option<f64> {
     factor(file, &unit(file, "PLANEANGLEUNIT").ok()?, "RADIAN", 0)
 }
 
+/// Seconds per time unit of the project: a second where it names none.
+pub(crate) fn seconds_per_time_unit(file: &File<'_>) -> Result<f64, String> {
+    let Ok(unit) = unit(file, "TIMEUNIT") else { return Ok(1.0) };
+    factor(file, &unit, "SECOND", 0).ok_or_else(|| format!("unit #{} has no usable factor to seconds", unit.id))
+}
+
 /// The project's unit of this kind.
 fn unit<'a>(file: &File<'a>, kind: &str) -> Result<Record<'a>, String> {
     let project = file.all("IfcProject").into_iter().find_map(|(span, _)| file.record(span.id));

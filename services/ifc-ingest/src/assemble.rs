@@ -46,7 +46,7 @@ fn add_head(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
         map_from_world_m: frame.map_from_world.translation_m(),
         map_from_world_yaw_rad: frame.map_from_world.yaw_rad(),
         frame_epoch: frame.frame_epoch,
-        has_schedule: u32::from(merged.model.has_schedule),
+        has_schedule: u32::from(merged.model.schedule != ifc::Schedule::default()),
         ..Default::default()
     };
     if let Some(conversion) = &georeference.map_conversion {

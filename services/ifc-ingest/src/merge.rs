@@ -67,7 +67,6 @@ impl Merged {
         self.names.push(file.name());
         self.schemas.push((other.source.schema.clone(), other.source.length_unit_m));
         self.diagnostics.extend(diagnostics.into_iter().map(|d| (source, d)));
-        self.model.has_schedule |= other.has_schedule;
         self.append(file, other, source, prefer_last)
     }
 

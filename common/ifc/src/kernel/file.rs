@@ -115,11 +115,6 @@ impl<'a> File<'a> {
         self.all(entity).into_iter().filter_map(|(span, _)| self.parse(span, report)).collect()
     }
 
-    /// True if there is any record of this entity or a subtype.
-    pub(crate) fn has(&self, entity: &str) -> bool {
-        self.classes.iter().any(|class| class.is(entity) && !class.spans.is_empty())
-    }
-
     pub(crate) fn parse(&self, span: Span, report: &mut Report) -> Option<Record<'a>> {
         let record = Record::parse(&self.bytes[span.start..span.end]);
         if record.is_none() {

@@ -1,0 +1,176 @@
+//! What do tasks work on?
+
+use std::collections::{HashMap, HashSet};
+
+use super::model::{LinkTarget, TaskLink};
+use super::{Context, tell};
+use crate::kernel::File;
+use crate::products::{Products, named};
+use crate::relations::Relations;
+use crate::report::Report;
+use crate::{Severity, Storey};
+
+/// Links in both directions: task -> product (IfcRelAssignsToProduct) and product -> task (IfcRelAssignsToProcess).
+pub(super) fn links(
+    context: &Context<'_, '_>,
+    relations: &Relations,
+    products: &Products<'_, '_>,
+    storeys: &[Storey],
+    report: &mut Report,
+) -> Vec<TaskLink> {
+    let file = context.file;
+    let task = |id: &u32| context.task_idx.get(id).copied();
+    let mut pairs: Vec<(usize, u32, bool)> = Vec::new();
+    for relation in file.records("IfcRelAssignsToProduct", report) {
+        let Some(product) = relation.at(6).reference() else { continue };
+        pairs.extend(relation.at(4).references().iter().filter_map(task).map(|t| (t, product, false)));
+    }
+    for relation in file.records("IfcRelAssignsToProcess", report) {
+        let Some(process) = relation.at(6).reference().as_ref().and_then(task) else { continue };
+        // Resources and controls go into tasks, too; only products matter here.
+        let inputs = relation.at(4).references().into_iter().filter(|id| !is_beside_products(file, *id));
+        pairs.extend(inputs.map(|id| (process, id, true)));
+    }
+    let mut targets = Targets::new(relations, products, storeys);
+    let mut links = Vec::new();
+    for (task, product, is_input) in pairs {
+        let (found, from_above) = targets.of(product);
+        if found.is_empty() {
+            report_target(context, task, product, report);
+        }
+        links.extend(found.into_iter().map(|target| TaskLink { task, target, is_input, from_above }));
+    }
+    links
+}
+
+fn is_beside_products(file: &File<'_>, id: u32) -> bool {
+    file.record(id).is_some_and(|record| {
+        let lineage = file.schema.lineage(record.keyword);
+        !lineage.is_empty() && !lineage.contains(&"IfcProduct") && !lineage.contains(&"IfcTypeProduct")
+    })
+}
+
+fn report_target(context: &Context<'_, '_>, task: usize, product: u32, report: &mut Report) {
+    let file = context.file;
+    let Some((&task_id, _)) = context.task_idx.iter().find(|(_, k)| **k == task) else { return };
+    let Some(id) = file.record(task_id).map(|record| named(&record)) else { return };
+    match file.record(product) {
+        None => {
+            let message = format!("the task works on #{product}, which does not exist");
+            tell(report, Severity::Error, "task_link_dangling", &id, message);
+        }
+        Some(record) => {
+            let kind = file.schema.lineage(record.keyword).first().copied().unwrap_or("an unknown entity");
+            let message = format!("the task works on #{product} ({kind}), which has no state of its own");
+            tell(report, Severity::Warning, "task_link_without_state", &id, message);
+        }
+    }
+}
+
+/// Finds what a link means.
+struct Targets<'c> {
+    products: &'c Products<'c, 'c>,
+    storeys: HashMap<u32, usize>,
+    /// Parts by whole and elements by container, in file order: for buildings and sites.
+    below: HashMap<u32, Vec<u32>>,
+    inside: HashMap<u32, Vec<u32>>,
+}
+
+impl<'c> Targets<'c> {
+    fn new(relations: &'c Relations, products: &'c Products<'c, 'c>, storeys: &[Storey]) -> Self {
+        let by_one = |pairs: &HashMap<u32, u32>| {
+            let mut lists: HashMap<u32, Vec<u32>> = HashMap::new();
+            for (&member, &one) in pairs {
+                lists.entry(one).or_default().push(member);
+            }
+            lists.values_mut().for_each(|list| list.sort_unstable());
+            lists
+        };
+        Self {
+            products,
+            storeys: storeys.iter().enumerate().map(|(k, s)| (s.id.step_id, k)).collect(),
+            below: by_one(&relations.whole),
+            inside: by_one(&relations.container),
+        }
+    }
+
+    /// What a product stands for, and whether that only lies below it.
+    fn of(&mut self, product: u32) -> (Vec<LinkTarget>, bool) {
+        match self.own(product) {
+            Some(target) => (vec![target], false),
+            None => (self.all_below(product), true),
+        }
+    }
+
+    fn own(&self, product: u32) -> Option<LinkTarget> {
+        let element = self.products.element_idx.get(&product).map(|k| LinkTarget::Element(*k));
+        let space = || self.products.space_idx.get(&product).map(|k| LinkTarget::Space(*k));
+        let storey = || self.storeys.get(&product).map(|k| LinkTarget::Storey(*k));
+        element.or_else(space).or_else(storey)
+    }
+
+    /// Storeys of a building or site, and the elements that it holds itself.
+    fn all_below(&self, product: u32) -> Vec<LinkTarget> {
+        let (mut found, mut seen, mut waiting) = (Vec::new(), HashSet::new(), vec![product]);
+        while let Some(at) = waiting.pop() {
+            if !seen.insert(at) {
+                continue;
+            }
+            let elements =
+                self.inside.get(&at).into_iter().flatten().filter_map(|id| self.products.element_idx.get(id));
+            found.extend(elements.map(|k| LinkTarget::Element(*k)));
+            for &part in self.below.get(&at).into_iter().flatten() {
+                match self.own(part) {
+                    Some(target) => found.push(target),
+                    None => waiting.push(part),
+                }
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{BASICS, file, read};
+
+    fn check(records: &str) -> (Vec<(LinkTarget, bool, bool)>, Vec<&'static str>) {
+        let (model, diagnostics) = read(&file(&format!(
+            "{BASICS}#1=IFCTASK('a',$,'A',$,$,$,$,$,$,.F.,$,$,$);#2=IFCWALL('w',$,$,$,$,#103,#121,$,$);
+             #3=IFCSPACE('s',$,$,$,$,#103,#121,$,.ELEMENT.,.SPACE.,$);#4=IFCBUILDINGSTOREY('g',$,$,$,$,#103,$,$,.ELEMENT.,0.);
+             #5=IFCBUILDING('b',$,$,$,$,$,$,$,.ELEMENT.,$,$,$);#6=IFCRELAGGREGATES('r',$,$,$,#5,(#4));
+             #7=IFCRELCONTAINEDINSPATIALSTRUCTURE('c',$,$,$,(#2),#5);#8=IFCCONSTRUCTIONEQUIPMENTRESOURCE('e',$,$,$,$,$,$,$,$,$,$);
+             #9=IFCGRID('grid',$,$,$,$,#103,$,$,$,$,$);{records}"
+        )))
+        .unwrap();
+        let links = model.schedule.links.iter().map(|l| (l.target, l.is_input, l.from_above)).collect();
+        (links, diagnostics.iter().map(|d| d.code).filter(|c| c.starts_with("task")).collect())
+    }
+
+    #[test]
+    fn tasks_work_on_elements_spaces_and_storeys_in_both_directions() {
+        let (links, codes) = check(
+            "#20=IFCRELASSIGNSTOPRODUCT('p',$,$,$,(#1),$,#2);#21=IFCRELASSIGNSTOPROCESS('q',$,$,$,(#3,#4,#8),$,#1,$);",
+        );
+        let expected = [
+            (LinkTarget::Element(0), false, false),
+            (LinkTarget::Space(0), true, false),
+            (LinkTarget::Storey(0), true, false),
+        ];
+        assert_eq!((links.as_slice(), codes), (&expected[..], vec![]), "a resource is no product");
+    }
+
+    #[test]
+    fn a_building_stands_for_its_storeys_and_what_it_holds_itself() {
+        let (links, _) = check("#20=IFCRELASSIGNSTOPRODUCT('p',$,$,$,(#1),$,#5);");
+        assert_eq!(links, [(LinkTarget::Element(0), false, true), (LinkTarget::Storey(0), false, true)]);
+    }
+
+    #[test]
+    fn links_to_nothing_and_to_what_has_no_state_are_named() {
+        let (links, codes) =
+            check("#20=IFCRELASSIGNSTOPRODUCT('p',$,$,$,(#1),$,#99);#21=IFCRELASSIGNSTOPRODUCT('q',$,$,$,(#1),$,#9);");
+        assert_eq!((links, codes), (vec![], vec!["task_link_dangling", "task_link_without_state"]));
+    }
+}

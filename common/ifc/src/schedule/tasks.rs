@@ -1,0 +1,216 @@
+//! Tasks: what they are, what they are nested in, which schedule and calendar they belong to.
+
+use std::collections::HashMap;
+
+use super::model::{Task, TaskTime};
+use super::{Context, tell, times};
+use crate::Severity;
+use crate::kernel::Record;
+use crate::products::named;
+use crate::report::Report;
+
+/// A task by its own attributes.
+pub(super) fn task(context: &Context<'_, '_>, record: &Record<'_>, report: &mut Report) -> Task {
+    let file = context.file;
+    let id = named(record);
+    let text = |name: &str| file.attribute(record, name).text().map(|t| t.trim().to_owned()).unwrap_or_default();
+    let said = text("ObjectType").to_ascii_uppercase();
+    let predefined_type = match file.attribute(record, "PredefinedType").enumeration().map(str::to_ascii_uppercase) {
+        Some(kind) if kind != "USERDEFINED" || said.is_empty() => kind,
+        Some(_) => said,
+        // IFC2X3 has no type but this text.
+        None if file.schema.attribute("IFCTASK", "PredefinedType").is_none() => said,
+        None => String::new(),
+    };
+    let time = match file.attribute(record, "TaskTime").reference() {
+        None => None,
+        Some(time) => {
+            let found = file.record(time).filter(|t| t.is("IFCTASKTIME") || t.is("IFCTASKTIMERECURRING"));
+            if found.is_none() {
+                let message = format!("its time #{time} is missing or no IfcTaskTime");
+                tell(report, Severity::Error, "task_time_missing", &id, message);
+            }
+            found.map(|t| times::task_time(file, &t))
+        }
+    };
+    Task {
+        identification: [text("Identification"), text("TaskId")]
+            .into_iter()
+            .find(|t| !t.is_empty())
+            .unwrap_or_default(),
+        predefined_type,
+        is_milestone: file.attribute(record, "IsMilestone").boolean().unwrap_or(false),
+        time,
+        id,
+        ..Task::default()
+    }
+}
+
+/// IfcRelNests and, as some files do, IfcRelAggregates between tasks; no task becomes its own ancestor.
+pub(super) fn nest(context: &Context<'_, '_>, tasks: &mut [Task], report: &mut Report) {
+    let file = context.file;
+    let relations = ["IfcRelNests", "IfcRelAggregates"].into_iter().flat_map(|name| file.records(name, report));
+    let pairs: Vec<(usize, usize)> = relations
+        .flat_map(|relation| {
+            let whole = relation.at(4).reference().and_then(|id| context.task_idx.get(&id).copied());
+            let parts = relation.at(5).references().into_iter().filter_map(|id| context.task_idx.get(&id).copied());
+            parts.filter_map(move |part| Some((part, whole?))).collect::<Vec<_>>()
+        })
+        .collect();
+    for (part, whole) in pairs {
+        if tasks[part].parent.is_none() {
+            tasks[part].parent = Some(whole);
+        }
+    }
+    break_circles(tasks, report);
+}
+
+/// Drops the link that closes a circle; linear, because every chain is walked once.
+fn break_circles(tasks: &mut [Task], report: &mut Report) {
+    // 0: not seen, 1: on the chain that is walked, 2: known to end.
+    let mut seen = vec![0u8; tasks.len()];
+    for start in 0..tasks.len() {
+        let mut chain = Vec::new();
+        let mut at = Some(start);
+        while let Some(task) = at.filter(|t| seen[*t] == 0) {
+            seen[task] = 1;
+            chain.push(task);
+            at = tasks[task].parent;
+        }
+        if let Some(closing) = at.filter(|t| seen[*t] == 1)
+            && let Some(&last) = chain.last()
+        {
+            tasks[last].parent = None;
+            let message = format!("it is nested in itself through {:?}; that link is dropped", tasks[closing].id.name);
+            tell(report, Severity::Error, "task_nesting_circle", &tasks[last].id.clone(), message);
+        }
+        chain.into_iter().for_each(|task| seen[task] = 2);
+    }
+}
+
+/// Schedules and calendars of tasks (IfcRelAssignsToControl, IfcRelAssignsTasks), and times of IFC2X3.
+pub(super) fn assign(
+    context: &Context<'_, '_>,
+    tasks: &mut [Task],
+    control_idx: &HashMap<u32, usize>,
+    calendar_idx: &HashMap<u32, usize>,
+    report: &mut Report,
+) {
+    let file = context.file;
+    // IfcRelAssignsTasks is one of them in IFC2X3.
+    for relation in file.records("IfcRelAssignsToControl", report) {
+        let members = relation.at(4).references().into_iter().filter_map(|id| context.task_idx.get(&id).copied());
+        let members: Vec<usize> = members.collect();
+        let control = relation.at(6).reference();
+        let of_control = |index: &HashMap<u32, usize>| control.and_then(|id| index.get(&id).copied());
+        let (schedule, calendar) = (of_control(control_idx), of_control(calendar_idx));
+        if let Some(control) = control.filter(|id| !members.is_empty() && file.record(*id).is_none()) {
+            let message = format!("it is assigned to #{control}, which does not exist");
+            tell(report, Severity::Error, "task_control_dangling", &tasks[members[0]].id.clone(), message);
+        }
+        let time = file.attribute(&relation, "TimeForTask").reference();
+        let time = time.map(|id| (id, file.record_of(id, "IFCSCHEDULETIMECONTROL")));
+        for task in members {
+            let task = &mut tasks[task];
+            task.control = task.control.or(schedule);
+            task.calendar = task.calendar.or(calendar);
+            match &time {
+                Some((_, Some(time))) if task.time.is_none() => {
+                    let time: TaskTime = times::time_control(context, time, &task.id, report);
+                    task.time = Some(time);
+                }
+                Some((id, None)) => {
+                    let message = format!("its time #{id} is missing or no IfcScheduleTimeControl");
+                    tell(report, Severity::Error, "task_time_missing", &task.id, message);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::DurationType;
+    use crate::testing::{file, file_of, read};
+
+    fn codes(diagnostics: &[crate::Diagnostic]) -> Vec<&'static str> {
+        diagnostics.iter().map(|d| d.code).filter(|c| c.starts_with("ta") || c.starts_with("time")).collect()
+    }
+
+    #[test]
+    fn tasks_have_type_time_schedule_and_calendar() {
+        let (model, diagnostics) = read(&file(
+            "#1=IFCTASK('root',$,'Root',$,$,$,$,$,$,.F.,$,$,$);
+             #2=IFCTASK('t',$,'Walls',$,'roomClosed','1.1',$,$,$,.T.,$,#3,.USERDEFINED.);
+             #3=IFCTASKTIME($,$,$,.WORKTIME.,'P3D','2024-03-04T08:00:00',$,$,$,$,$,$,$,$,$,$,$,$,$,0.5);
+             #4=IFCRELNESTS('n',$,$,$,#1,(#2));#5=IFCWORKSCHEDULE('w',$,'S',$,$,$,$,$,$,$,$,'2024-03-04',$,.PLANNED.);
+             #6=IFCWORKCALENDAR('c',$,'C',$,$,$,$,$,.FIRSTSHIFT.);#7=IFCRELASSIGNSTOCONTROL('a',$,$,$,(#1),$,#5);
+             #8=IFCRELASSIGNSTOCONTROL('b',$,$,$,(#2),$,#6);",
+        ))
+        .unwrap();
+        let (root, walls) = (&model.schedule.tasks[0], &model.schedule.tasks[1]);
+        assert_eq!((root.parent, root.control, root.calendar), (None, Some(0), None));
+        assert_eq!((walls.parent, walls.control, walls.calendar), (Some(0), None, Some(0)));
+        assert_eq!((walls.predefined_type.as_str(), walls.identification.as_str()), ("ROOMCLOSED", "1.1"));
+        let time = walls.time.as_ref().unwrap();
+        assert_eq!((time.duration_type, time.schedule_duration.as_str()), (DurationType::WorkTime, "P3D"));
+        assert_eq!((time.schedule_start.as_str(), time.completion), ("2024-03-04T08:00:00", Some(0.5)));
+        assert_eq!(model.schedule.controls[0].start, "2024-03-04");
+        assert!(walls.is_milestone && codes(&diagnostics).is_empty());
+    }
+
+    #[test]
+    fn time_controls_of_ifc2x3_count_the_time_unit_of_the_project() {
+        let control = |unit: &str| {
+            read(&file_of(
+                "IFC2X3",
+                &format!(
+                    "#1=IFCTASK('t',$,'T',$,'Removal','1',$,$,.F.,$);#4=IFCRELASSIGNSTASKS('r',$,$,$,(#1),$,$,#5);
+                     #5=IFCSCHEDULETIMECONTROL('c',$,$,$,$,$,$,$,$,$,$,$,$,2.,$,$,$,$,$,$,$,$,$,$);
+                     #100=IFCPROJECT('p',$,$,$,$,$,$,$,#104);#104=IFCUNITASSIGNMENT((#105));{unit}"
+                ),
+            ))
+            .unwrap()
+        };
+        let (model, _) = control("#105=IFCSIUNIT(*,.TIMEUNIT.,$,.SECOND.);");
+        let task = &model.schedule.tasks[0];
+        assert_eq!((task.predefined_type.as_str(), task.identification.as_str()), ("REMOVAL", "1"));
+        assert_eq!(task.time.as_ref().unwrap().duration_type, DurationType::ElapsedTime);
+        let duration = |unit: &str| {
+            let (model, diagnostics) = control(unit);
+            (model.schedule.tasks[0].time.clone().unwrap().schedule_duration, codes(&diagnostics))
+        };
+        let hour = "#105=IFCCONVERSIONBASEDUNIT($,.TIMEUNIT.,'HOUR',#106);#106=IFCMEASUREWITHUNIT(IFCREAL(3600.),#107);
+            #107=IFCSIUNIT(*,.TIMEUNIT.,$,.SECOND.);";
+        assert_eq!(duration(hour), ("PT7200S".to_owned(), vec![]));
+        assert_eq!(
+            duration("#105=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);"),
+            ("PT2S".to_owned(), vec![]),
+            "seconds are usual"
+        );
+        let unknown = "#105=IFCCONVERSIONBASEDUNIT($,.TIMEUNIT.,'SHIFT',$);";
+        assert_eq!(duration(unknown), (String::new(), vec!["time_unit_unknown"]));
+    }
+
+    #[test]
+    fn a_task_that_is_nested_in_itself_keeps_no_circle() {
+        let (model, diagnostics) = read(&file(
+            "#1=IFCTASK('a',$,'A',$,$,$,$,$,$,.F.,$,$,$);#2=IFCTASK('b',$,'B',$,$,$,$,$,$,.F.,$,$,$);
+             #3=IFCRELNESTS('n',$,$,$,#1,(#2));#4=IFCRELNESTS('m',$,$,$,#2,(#1));",
+        ))
+        .unwrap();
+        assert_eq!(model.schedule.tasks.iter().filter(|t| t.parent.is_some()).count(), 1);
+        assert_eq!(codes(&diagnostics), ["task_nesting_circle"]);
+    }
+
+    #[test]
+    fn missing_times_and_controls_are_named() {
+        let (_, diagnostics) =
+            read(&file("#1=IFCTASK('a',$,'A',$,$,$,$,$,$,.F.,$,#9,$);#2=IFCRELASSIGNSTOCONTROL('b',$,$,$,(#1),$,#8);"))
+                .unwrap();
+        assert_eq!(codes(&diagnostics), ["task_time_missing", "task_control_dangling"]);
+        let named = |d: &&crate::Diagnostic| d.entity.as_ref().is_some_and(|e| e.global_id == "a");
+        assert_eq!(diagnostics.iter().filter(named).count(), 2);
+    }
+}
