@@ -22,6 +22,7 @@ mod grids;
 mod phase;
 mod plan;
 mod robot;
+mod schedule_records;
 mod site;
 mod site_builder;
 mod site_records;
@@ -31,9 +32,13 @@ pub use archive::{
 };
 pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
-pub use phase::{ElementState, Phase, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord};
+pub use phase::{
+    DateSource, ElementScheduleRecord, ElementState, Phase, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord,
+    plan_time,
+};
 pub use plan::{Plan, PlanBuilder, PlanHead, SpacePlanRecord, WaypointKind, WaypointRecord};
 pub use robot::{Opens, RobotProfile};
+pub use schedule_records::*;
 pub use site::Site;
 pub use site_builder::{SiteBuilder, TextPool};
 pub use site_records::*;

@@ -1,7 +1,8 @@
 //! The `phase` archive: states of elements and spaces at a plan time.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList, Text};
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
 use crate::site_builder::TextPool;
+use crate::site_records::DiagnosticRecord;
 use bytemuck::{Pod, Zeroable};
 use frames::PlanTime;
 
@@ -11,6 +12,8 @@ mod section {
     pub(super) const PLANNED: u32 = 3;
     pub(super) const EFFECTIVE: u32 = 4;
     pub(super) const SPACES: u32 = 5;
+    pub(super) const SCHEDULE: u32 = 6;
+    pub(super) const DIAGNOSTICS: u32 = 7;
 }
 
 /// Facts of the phase: one record. Times are seconds of the civil calendar since 1970-01-01T00:00.
@@ -21,12 +24,18 @@ pub struct PhaseHead {
     pub site_hash: u64,
     /// The plan time; [`PhaseHead::NO_TIME`] if everything stands regardless of dates.
     pub plan_time_s: i64,
-    /// Last change before it, or [`PhaseHead::NO_TIME`].
+    /// End of the period that the states are the union of, exclusive; [`PhaseHead::NO_TIME`] for an instant.
+    pub plan_until_s: i64,
+    /// Last change at or before the plan time, or [`PhaseHead::NO_TIME`].
     pub valid_from_s: i64,
-    /// Next change after it, or [`PhaseHead::NO_TIME`].
+    /// Next change after it, at or after the end of a period, or [`PhaseHead::NO_TIME`].
     pub valid_until_s: i64,
+    /// Number of instants at which anything changes.
+    pub n_changes: u32,
+    /// 1 if the states follow the published prototype's rule.
+    pub paper: u32,
 }
-const _: () = assert!(size_of::<PhaseHead>() == 32);
+const _: () = assert!(size_of::<PhaseHead>() == 48);
 
 impl PhaseHead {
     /// No such time.
@@ -34,8 +43,32 @@ impl PhaseHead {
 
     /// The plan time; `None` if everything stands regardless of dates.
     pub fn plan_time(&self) -> Option<PlanTime> {
-        (self.plan_time_s != Self::NO_TIME).then(|| PlanTime::from_civil_seconds(self.plan_time_s)).flatten()
+        plan_time(self.plan_time_s)
     }
+
+    /// The end of the period that the states are the union of; `None` for an instant.
+    pub fn plan_until(&self) -> Option<PlanTime> {
+        plan_time(self.plan_until_s)
+    }
+
+    /// The head of a phase in which everything stands.
+    fn of_everything(site_hash: u64) -> Self {
+        let none = Self::NO_TIME;
+        Self {
+            site_hash,
+            plan_time_s: none,
+            plan_until_s: none,
+            valid_from_s: none,
+            valid_until_s: none,
+            n_changes: 0,
+            paper: 0,
+        }
+    }
+}
+
+/// A time of a phase; `None` for [`PhaseHead::NO_TIME`].
+pub fn plan_time(seconds: i64) -> Option<PlanTime> {
+    (seconds != PhaseHead::NO_TIME).then(|| PlanTime::from_civil_seconds(seconds)).flatten()
 }
 
 /// State of an element.
@@ -60,10 +93,22 @@ impl ElementState {
         matches!(self, Self::InProgress | Self::Built | Self::BeingRemoved)
     }
 
-    fn from_id(id: u8) -> Option<Self> {
+    /// The state with this number.
+    pub fn from_id(id: u8) -> Option<Self> {
         [Self::NotStarted, Self::InProgress, Self::Built, Self::BeingRemoved, Self::Removed]
             .get(usize::from(id))
             .copied()
+    }
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NotStarted => "not_started",
+            Self::InProgress => "in_progress",
+            Self::Built => "built",
+            Self::BeingRemoved => "being_removed",
+            Self::Removed => "removed",
+        }
     }
 }
 
@@ -77,6 +122,16 @@ pub enum SpaceState {
     Blocked = 1,
 }
 
+impl SpaceState {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Blocked => "blocked",
+        }
+    }
+}
+
 /// State of a space and why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
@@ -87,8 +142,110 @@ pub struct SpaceStateRecord {
     pub reserved: u32,
     /// Reasons, separated by a line feed; empty if open.
     pub why: Text,
+    /// When an open space that is closing soon will be blocked, or [`PhaseHead::NO_TIME`].
+    pub closes_at_s: i64,
 }
-const _: () = assert!(size_of::<SpaceStateRecord>() == 16);
+const _: () = assert!(size_of::<SpaceStateRecord>() == 24);
+
+/// When an element is built and removed, whatever the plan time. Missing times are [`PhaseHead::NO_TIME`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct ElementScheduleRecord {
+    /// When work on it begins; missing where only the finish is known.
+    pub start_s: i64,
+    /// When it is finished.
+    pub finish_s: i64,
+    /// When its removal begins.
+    pub removal_start_s: i64,
+    /// When it is gone.
+    pub removal_finish_s: i64,
+    /// Working seconds by which its last task can slip without moving the end of the schedule.
+    pub total_float_s: i64,
+    /// Working seconds by which its last task can slip without moving any other.
+    pub free_float_s: i64,
+    /// [`DateSource`] as a number.
+    pub source: u32,
+    /// The last task that builds it, else the last that removes it, or `NONE`.
+    pub task: u32,
+}
+const _: () = assert!(size_of::<ElementScheduleRecord>() == 56);
+
+impl ElementScheduleRecord {
+    /// Nothing is known: the element exists.
+    pub const NOTHING: Self = Self {
+        start_s: PhaseHead::NO_TIME,
+        finish_s: PhaseHead::NO_TIME,
+        removal_start_s: PhaseHead::NO_TIME,
+        removal_finish_s: PhaseHead::NO_TIME,
+        total_float_s: PhaseHead::NO_TIME,
+        free_float_s: PhaseHead::NO_TIME,
+        source: DateSource::None as u32,
+        task: NONE,
+    };
+}
+
+/// Where an element's dates come from; the lower number wins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u32)]
+pub enum DateSource {
+    /// Nothing is known: the element exists.
+    None = 0,
+    /// Progress that was reported for the element itself.
+    Reported = 1,
+    /// Actual dates of a task.
+    Actual = 2,
+    /// Scheduled dates of a task.
+    Schedule = 3,
+    /// Early dates of a task.
+    Early = 4,
+    /// Dates of a task, computed from sequence, durations and calendars.
+    Computed = 5,
+    /// A property with an actual date.
+    PropertyActual = 6,
+    /// A property with a planned date.
+    PropertyPlanned = 7,
+    /// The phase that a property names.
+    Phase = 8,
+    /// A status without a date.
+    Status = 9,
+}
+
+impl DateSource {
+    /// All sources.
+    pub const ALL: [Self; 10] = [
+        Self::None,
+        Self::Reported,
+        Self::Actual,
+        Self::Schedule,
+        Self::Early,
+        Self::Computed,
+        Self::PropertyActual,
+        Self::PropertyPlanned,
+        Self::Phase,
+        Self::Status,
+    ];
+
+    /// The source with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|s| *s as u32 == id)
+    }
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Reported => "reported",
+            Self::Actual => "task_actual",
+            Self::Schedule => "task_schedule",
+            Self::Early => "task_early",
+            Self::Computed => "task_computed",
+            Self::PropertyActual => "property_actual",
+            Self::PropertyPlanned => "property",
+            Self::Phase => "phase",
+            Self::Status => "status",
+        }
+    }
+}
 
 /// States at a plan time, read in place.
 #[derive(Debug, Clone, Copy)]
@@ -101,6 +258,10 @@ pub struct Phase<'a> {
     effective: &'a [u8],
     /// One record per space of the site.
     pub spaces: &'a [SpaceStateRecord],
+    /// One record per element of the site; empty if nobody asked for the schedule.
+    pub schedule: &'a [ElementScheduleRecord],
+    /// What is wrong with the schedule; entities are those of the site.
+    pub diagnostics: &'a [DiagnosticRecord],
 }
 
 impl<'a> Phase<'a> {
@@ -117,11 +278,17 @@ impl<'a> Phase<'a> {
             planned: archive.section(section::PLANNED)?,
             effective: archive.section(section::EFFECTIVE)?,
             spaces: archive.section(section::SPACES)?,
+            schedule: archive.section(section::SCHEDULE)?,
+            diagnostics: archive.section(section::DIAGNOSTICS)?,
         };
         let states = phase.planned.iter().chain(phase.effective);
-        let texts = phase.spaces.iter().map(|s| s.why);
-        let known =
-            phase.planned.len() == phase.effective.len() && states.copied().all(|s| ElementState::from_id(s).is_some());
+        let diagnostics = phase.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
+        let texts = phase.spaces.iter().map(|s| s.why).chain(diagnostics);
+        let n_elements = phase.planned.len();
+        let known = n_elements == phase.effective.len()
+            && (phase.schedule.is_empty() || phase.schedule.len() == n_elements)
+            && phase.schedule.iter().all(|s| DateSource::from_id(s.source).is_some())
+            && states.copied().all(|s| ElementState::from_id(s).is_some());
         let whole = |t: Text| {
             phase.strings.get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize)).is_some()
         };
@@ -157,10 +324,20 @@ impl<'a> Phase<'a> {
         self.spaces[space].state == SpaceState::Blocked as u32
     }
 
+    /// When and from what an element is built.
+    pub fn schedule_of(&self, element: usize) -> ElementScheduleRecord {
+        self.schedule.get(element).copied().unwrap_or(ElementScheduleRecord::NOTHING)
+    }
+
+    /// The text of a diagnostic.
+    pub fn text(&self, text: Text) -> &'a str {
+        // Boundaries were checked when the archive was opened.
+        &self.strings[text.offset as usize..][..text.length as usize]
+    }
+
     /// Why a space is blocked; empty if it is open.
     pub fn why(&self, space: usize) -> impl Iterator<Item = &'a str> {
-        let why = self.spaces[space].why;
-        self.strings[why.offset as usize..][..why.length as usize].split('\n').filter(|w| !w.is_empty())
+        self.text(self.spaces[space].why).split('\n').filter(|w| !w.is_empty())
     }
 }
 
@@ -171,21 +348,35 @@ pub struct PhaseBuilder {
     pub texts: TextPool,
     /// Facts of the phase.
     pub head: PhaseHead,
-    planned: Vec<u8>,
-    effective: Vec<u8>,
-    spaces: Vec<SpaceStateRecord>,
+    /// Planned [`ElementState`] of each element as a number.
+    pub planned: Vec<u8>,
+    /// Effective [`ElementState`] of each element as a number.
+    pub effective: Vec<u8>,
+    /// State of each space.
+    pub spaces: Vec<SpaceStateRecord>,
+    /// When each element is built; may be empty.
+    pub schedule: Vec<ElementScheduleRecord>,
+    /// What is wrong with the schedule.
+    pub diagnostics: Vec<DiagnosticRecord>,
 }
 
 impl PhaseBuilder {
     /// The phase in which every element stands and every space is open.
     pub fn everything_built(site_hash: u64, n_elements: usize, n_spaces: usize) -> Self {
-        let none = PhaseHead::NO_TIME;
+        let open = SpaceStateRecord {
+            state: SpaceState::Open as u32,
+            reserved: 0,
+            why: Text::default(),
+            closes_at_s: PhaseHead::NO_TIME,
+        };
         Self {
             texts: TextPool::default(),
-            head: PhaseHead { site_hash, plan_time_s: none, valid_from_s: none, valid_until_s: none },
+            head: PhaseHead::of_everything(site_hash),
             planned: vec![ElementState::Built as u8; n_elements],
             effective: vec![ElementState::Built as u8; n_elements],
-            spaces: vec![Zeroable::zeroed(); n_spaces],
+            spaces: vec![open; n_spaces],
+            schedule: Vec::new(),
+            diagnostics: Vec::new(),
         }
     }
 
@@ -198,7 +389,8 @@ impl PhaseBuilder {
     /// Blocks a space for these reasons.
     pub fn block_space(&mut self, space: usize, why: &[&str]) {
         let why = self.texts.add(&why.join("\n"));
-        self.spaces[space] = SpaceStateRecord { state: SpaceState::Blocked as u32, reserved: 0, why };
+        let closes_at_s = PhaseHead::NO_TIME;
+        self.spaces[space] = SpaceStateRecord { state: SpaceState::Blocked as u32, reserved: 0, why, closes_at_s };
     }
 
     /// Writes the archive into the heap.
@@ -208,6 +400,8 @@ impl PhaseBuilder {
         list.add(section::PLANNED, &self.planned);
         list.add(section::EFFECTIVE, &self.effective);
         list.add(section::SPACES, &self.spaces);
+        list.add(section::SCHEDULE, &self.schedule);
+        list.add(section::DIAGNOSTICS, &self.diagnostics);
         list.add(section::STRINGS, self.texts.bytes());
         let mut buffer = ArchiveBuffer::zeroed(list.len());
         list.write(buffer.bytes_mut(), ArchiveKind::Phase);

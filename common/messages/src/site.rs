@@ -1,6 +1,7 @@
 //! The view of the `site` archive.
 
 use crate::archive::{Archive, ArchiveError, ArchiveKind, NONE, Text};
+use crate::schedule_records::*;
 use crate::site_records::*;
 use frames::{Map, UprightRigid3, World};
 use geometry::{MeshView, MultiPolygon, OrientedBox, Polygon, ring_area_doubled};
@@ -41,14 +42,30 @@ pub struct Site<'a> {
     pub doors: &'a [DoorRecord],
     /// Stairs and flights.
     pub stairs: &'a [StairRecord],
-    /// Which elements bound which spaces, sorted.
+    /// Which elements bound which spaces by IfcRelSpaceBoundary, sorted.
     pub boundaries: &'a [BoundaryRecord],
+    /// Which elements touch which spaces by geometry, sorted: for spaces without boundaries, on sites whose tasks need it.
+    pub contacts: &'a [BoundaryRecord],
     /// Properties of elements and spaces.
     pub attributes: &'a [AttributeRecord],
     /// Names of materials.
     pub materials: &'a [Text],
     /// What somebody should know.
     pub diagnostics: &'a [DiagnosticRecord],
+    /// Work plans and schedules.
+    pub work_controls: &'a [WorkControlRecord],
+    /// Calendars.
+    pub calendars: &'a [CalendarRecord],
+    /// Times of calendars.
+    pub work_times: &'a [WorkTimeRecord],
+    /// Periods of work times: `[from, to)` in seconds of the day; an end that is not after its start lies on the next day.
+    pub periods_s: &'a [[u32; 2]],
+    /// Tasks.
+    pub tasks: &'a [TaskRecord],
+    /// Dependencies between tasks.
+    pub sequences: &'a [SequenceRecord],
+    /// What tasks work on.
+    pub task_links: &'a [TaskLinkRecord],
 }
 
 impl<'a> Site<'a> {
@@ -79,9 +96,18 @@ impl<'a> Site<'a> {
             attributes: archive.section(section::ATTRIBUTES)?,
             materials: archive.section(section::MATERIALS)?,
             diagnostics: archive.section(section::DIAGNOSTICS)?,
+            contacts: archive.section(section::CONTACTS)?,
+            work_controls: archive.section(section::WORK_CONTROLS)?,
+            calendars: archive.section(section::CALENDARS)?,
+            work_times: archive.section(section::WORK_TIMES)?,
+            periods_s: archive.section(section::PERIODS)?,
+            tasks: archive.section(section::TASKS)?,
+            sequences: archive.section(section::SEQUENCES)?,
+            task_links: archive.section(section::TASK_LINKS)?,
         };
         site.check_meshes()?;
         site.check_indices()?;
+        site.check_schedule()?;
         site.check_texts()?;
         Ok(site)
     }
@@ -174,6 +200,7 @@ impl<'a> Site<'a> {
                     && fits(e.first_material, e.n_materials, self.materials.len())
                     && optional(e.whole, elements)
                     && optional(e.storey, self.storeys.len())
+                    && optional(e.space, spaces)
                     && optional(e.door, self.doors.len())
                     && optional(e.stair, self.stairs.len())
                     && grid::Class::from_id(u8::try_from(e.class).unwrap_or(u8::MAX)).is_some()
@@ -202,28 +229,70 @@ impl<'a> Site<'a> {
         )?;
         check(self.stairs.iter().all(|s| (s.element as usize) < elements), "a stair")?;
         check(
-            self.boundaries.iter().all(|b| (b.space as usize) < spaces && (b.element as usize) < elements),
+            self.boundaries
+                .iter()
+                .chain(self.contacts)
+                .all(|b| (b.space as usize) < spaces && (b.element as usize) < elements),
             "a space boundary",
         )?;
         check(self.storeys.iter().all(|s| optional(s.map_storey, self.map_storeys.len())), "a storey")
     }
 
+    fn check_schedule(&self) -> Result<(), ArchiveError> {
+        let n_tasks = self.tasks.len();
+        let task = |t: &TaskRecord| {
+            optional(t.parent, n_tasks)
+                && optional(t.control, self.work_controls.len())
+                && optional(t.calendar, self.calendars.len())
+        };
+        let calendar = |c: &CalendarRecord| {
+            fits(c.first_work_time, c.n_working.saturating_add(c.n_exceptions), self.work_times.len())
+        };
+        let link = |l: &TaskLinkRecord| {
+            let targets = match LinkKind::from_id(l.kind) {
+                Some(LinkKind::Element) => self.elements.len(),
+                Some(LinkKind::Space) => self.spaces.len(),
+                Some(LinkKind::Storey) => self.storeys.len(),
+                None => 0,
+            };
+            (l.task as usize) < n_tasks && (l.target as usize) < targets
+        };
+        let sequence = |s: &SequenceRecord| {
+            (s.predecessor as usize) < n_tasks
+                && (s.successor as usize) < n_tasks
+                && SequenceKind::from_id(s.kind).is_some()
+        };
+        let whole = self.tasks.iter().all(task)
+            && self.calendars.iter().all(calendar)
+            && self.work_times.iter().all(|w| fits(w.first_period, w.n_periods, self.periods_s.len()))
+            && self.sequences.iter().all(sequence)
+            && self.task_links.iter().all(link);
+        if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the schedule" }) }
+    }
+
     fn check_texts(&self) -> Result<(), ArchiveError> {
         let storeys = self.storeys.iter().flat_map(|s| [s.global_id, s.name, s.why]);
         let map_storeys = self.map_storeys.iter().flat_map(|s| [s.global_id, s.name]);
-        let elements = self.elements.iter().flat_map(|e| [e.global_id, e.name, e.ifc_type, e.predefined_type]);
+        let elements =
+            self.elements.iter().flat_map(|e| [e.global_id, e.name, e.ifc_type, e.lineage, e.predefined_type]);
         let spaces = self.spaces.iter().flat_map(|s| [s.global_id, s.name, s.long_name, s.predefined_type]);
         let attributes = self.attributes.iter().flat_map(|a| [a.set, a.name, a.text]);
         let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
         let others = self.sources.iter().flat_map(|s| [s.file, s.schema]).chain([self.head.earth_crs]);
         let others =
             others.chain(self.doors.iter().map(|d| d.operation)).chain(self.openings.iter().map(|o| o.global_id));
+        let controls =
+            self.work_controls.iter().flat_map(|c| [c.global_id, c.name, c.predefined_type, c.start, c.finish]);
+        let calendars = self.calendars.iter().flat_map(|c| [c.global_id, c.name]);
+        let sequences = self.sequences.iter().flat_map(|s| [s.global_id, s.lag]);
+        let tasks = self.tasks.iter().flat_map(TaskRecord::texts);
+        let mut schedule = controls.chain(calendars).chain(sequences).chain(tasks);
         let mut all = storeys.chain(map_storeys).chain(elements).chain(spaces).chain(attributes).chain(diagnostics);
         let whole = |t: Text| {
             let start = t.offset as usize;
             self.strings.get(start..start.saturating_add(t.length as usize)).is_some()
         };
-        if all.all(whole) && others.chain(self.materials.iter().copied()).all(whole) {
+        if all.all(whole) && schedule.all(whole) && others.chain(self.materials.iter().copied()).all(whole) {
             Ok(())
         } else {
             Err(ArchiveError::Index { what: "a text" })
@@ -251,6 +320,31 @@ impl ElementRecord {
     }
 
     /// True if all of these bits of [`element_flags`] are set.
+    pub fn has(&self, flags: u32) -> bool {
+        self.flags & flags == flags
+    }
+}
+
+impl TaskRecord {
+    fn texts(&self) -> [Text; 13] {
+        [
+            self.global_id,
+            self.name,
+            self.identification,
+            self.predefined_type,
+            self.schedule_duration,
+            self.schedule_start,
+            self.schedule_finish,
+            self.early_start,
+            self.early_finish,
+            self.late_start,
+            self.late_finish,
+            self.actual_start,
+            self.actual_finish,
+        ]
+    }
+
+    /// True if all of these bits of [`task_flags`] are set.
     pub fn has(&self, flags: u32) -> bool {
         self.flags & flags == flags
     }

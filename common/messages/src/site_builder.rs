@@ -1,6 +1,7 @@
 //! The writer of the `site` archive.
 
 use crate::archive::{ArchiveBuffer, ArchiveKind, SectionList, Text};
+use crate::schedule_records::*;
 use crate::site_records::*;
 use geometry::MeshView;
 use std::collections::HashMap;
@@ -56,6 +57,14 @@ pub struct SiteBuilder {
     pub attributes: Vec<AttributeRecord>,
     pub materials: Vec<Text>,
     pub diagnostics: Vec<DiagnosticRecord>,
+    pub contacts: Vec<BoundaryRecord>,
+    pub work_controls: Vec<WorkControlRecord>,
+    pub calendars: Vec<CalendarRecord>,
+    pub work_times: Vec<WorkTimeRecord>,
+    pub periods_s: Vec<[u32; 2]>,
+    pub tasks: Vec<TaskRecord>,
+    pub sequences: Vec<SequenceRecord>,
+    pub task_links: Vec<TaskLinkRecord>,
 }
 
 impl SiteBuilder {
@@ -110,6 +119,14 @@ impl SiteBuilder {
         list.add(section::ATTRIBUTES, &self.attributes);
         list.add(section::MATERIALS, &self.materials);
         list.add(section::DIAGNOSTICS, &self.diagnostics);
+        list.add(section::CONTACTS, &self.contacts);
+        list.add(section::WORK_CONTROLS, &self.work_controls);
+        list.add(section::CALENDARS, &self.calendars);
+        list.add(section::WORK_TIMES, &self.work_times);
+        list.add(section::PERIODS, &self.periods_s);
+        list.add(section::TASKS, &self.tasks);
+        list.add(section::SEQUENCES, &self.sequences);
+        list.add(section::TASK_LINKS, &self.task_links);
         list.add(section::STRINGS, self.texts.bytes());
         list
     }
@@ -119,6 +136,7 @@ impl SiteBuilder {
 mod tests {
     use super::*;
     use crate::{ArchiveError, NONE, Site};
+    use bytemuck::Zeroable;
 
     fn element(builder: &mut SiteBuilder) -> ElementRecord {
         ElementRecord {
@@ -126,6 +144,7 @@ mod tests {
             class: 1,
             whole: NONE,
             storey: NONE,
+            space: NONE,
             door: NONE,
             stair: NONE,
             ..bytemuck::Zeroable::zeroed()
@@ -160,11 +179,34 @@ mod tests {
         assert!(refused(|b| b.elements[0].first_part = u32::MAX));
         assert!(refused(|b| b.elements[0].whole = 1));
         assert!(refused(|b| b.elements[0].class = 14));
+        assert!(refused(|b| b.elements[0].space = 0));
+        assert!(refused(|b| b.contacts.push(BoundaryRecord { space: 0, element: 0 })));
         assert!(refused(|b| b.elements[0].name = Text { offset: 5, length: 100 }));
         assert!(!refused(|b| b.triangles.push([0, 0, 0])), "unused triangles are harmless");
         assert!(refused(|b| {
             b.triangles.push([0, 0, 0]);
             b.parts.push(PartRecord { n_triangles: 1, ..bytemuck::Zeroable::zeroed() });
         }));
+    }
+
+    #[test]
+    fn schedules_that_point_outside_are_refused() {
+        let refused = |change: fn(&mut SiteBuilder)| {
+            let mut builder = SiteBuilder::default();
+            let task = TaskRecord { parent: NONE, control: NONE, calendar: NONE, ..TaskRecord::zeroed() };
+            builder.tasks.extend([task, task]);
+            builder.sequences.push(SequenceRecord { successor: 1, kind: 3, ..SequenceRecord::zeroed() });
+            change(&mut builder);
+            matches!(Site::open(builder.finish().bytes()), Err(ArchiveError::Index { .. }))
+        };
+        assert!(!refused(|_| {}));
+        assert!(refused(|b| b.tasks[0].parent = 2));
+        assert!(refused(|b| b.tasks[0].calendar = 0));
+        assert!(refused(|b| b.tasks[1].actual_finish = Text { offset: 1, length: 1 }));
+        assert!(refused(|b| b.sequences[0].predecessor = 2));
+        assert!(refused(|b| b.sequences[0].kind = 0));
+        assert!(refused(|b| b.task_links.push(TaskLinkRecord { task: 0, kind: 1, target: 0, flags: 0 })));
+        assert!(refused(|b| b.calendars.push(CalendarRecord { n_working: u32::MAX, ..CalendarRecord::zeroed() })));
+        assert!(refused(|b| b.work_times.push(WorkTimeRecord { n_periods: 1, ..WorkTimeRecord::zeroed() })));
     }
 }

@@ -3,7 +3,7 @@
 use crate::Text;
 use bytemuck::{Pod, Zeroable};
 
-/// Section ids of the `site` archive. 32 and above are for the schedule: tasks, times, sequences, calendars, links.
+/// Section ids of the `site` archive; 32 and above are the schedule's.
 pub(crate) mod section {
     pub(crate) const HEAD: u32 = 1;
     pub(crate) const STRINGS: u32 = 2;
@@ -24,6 +24,14 @@ pub(crate) mod section {
     pub(crate) const ATTRIBUTES: u32 = 17;
     pub(crate) const MATERIALS: u32 = 18;
     pub(crate) const DIAGNOSTICS: u32 = 19;
+    pub(crate) const CONTACTS: u32 = 20;
+    pub(crate) const WORK_CONTROLS: u32 = 32;
+    pub(crate) const CALENDARS: u32 = 33;
+    pub(crate) const WORK_TIMES: u32 = 34;
+    pub(crate) const PERIODS: u32 = 35;
+    pub(crate) const TASKS: u32 = 36;
+    pub(crate) const SEQUENCES: u32 = 37;
+    pub(crate) const TASK_LINKS: u32 = 38;
 }
 
 /// Facts of the whole site: one record.
@@ -137,6 +145,8 @@ pub struct ElementRecord {
     pub name: Text,
     /// Entity name, e.g. `IfcWallStandardCase`.
     pub ifc_type: Text,
+    /// The entity and its supertypes, separated by blanks: `IfcWallStandardCase IfcWall IfcBuildingElement` ..
+    pub lineage: Text,
     /// PredefinedType.
     pub predefined_type: Text,
     /// Lower corner of its body; meaningless without parts.
@@ -159,6 +169,8 @@ pub struct ElementRecord {
     pub whole: u32,
     /// Storey that contains it, or `NONE`.
     pub storey: u32,
+    /// Space that contains it directly, or `NONE`.
+    pub space: u32,
     /// Door record, or `NONE`.
     pub door: u32,
     /// Stair record, or `NONE`.
@@ -172,7 +184,7 @@ pub struct ElementRecord {
     /// Bits of [`element_flags`].
     pub flags: u32,
 }
-const _: () = assert!(size_of::<ElementRecord>() == 112);
+const _: () = assert!(size_of::<ElementRecord>() == 124);
 
 /// Bits of [`ElementRecord::flags`].
 pub mod element_flags {
@@ -357,7 +369,7 @@ pub struct StairRecord {
 }
 const _: () = assert!(size_of::<StairRecord>() == 32);
 
-/// An element bounds a space.
+/// An element bounds or touches a space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct BoundaryRecord {

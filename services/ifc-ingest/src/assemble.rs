@@ -2,10 +2,12 @@
 
 use crate::SourceFile;
 use crate::classify::{class_of, flags_of};
+use crate::contacts::contacts;
 use crate::levels::FloorTriangles;
 use crate::merge::Merged;
 use crate::meshes::{Body, OutOfReach, add_body};
 use crate::passages::add_openings_and_doors;
+use crate::schedule::add_schedule;
 use crate::site_frame::SiteFrame;
 use crate::spaces::add_spaces;
 use crate::storeys::{Candidate, Fate, MapStorey, SpaceFloor, map_storeys};
@@ -34,6 +36,10 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
     builder.boundaries.extend(
         merged.model.boundaries.iter().map(|b| BoundaryRecord { space: b.space as u32, element: b.element as u32 }),
     );
+    if !merged.model.schedule.links.is_empty() {
+        builder.contacts = contacts(&builder, merged, frame);
+    }
+    add_schedule(&mut builder, merged);
     for (source, diagnostic) in &merged.diagnostics {
         add_diagnostic(&mut builder, *source, diagnostic);
     }
@@ -105,6 +111,7 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
             global_id: builder.texts.add(&element.id.global_id),
             name: builder.texts.add(&element.id.name),
             ifc_type: builder.texts.add(element.ifc_type),
+            lineage: builder.texts.add(&element.supertypes.join(" ")),
             predefined_type: builder.texts.add(&element.predefined_type),
             min_tenths: body_range.min,
             max_tenths: body_range.max,
@@ -116,6 +123,7 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
             n_materials: element.materials.len() as u32,
             whole: element.whole.map_or(NONE, |k| k as u32),
             storey: element.storey.map_or(NONE, |k| k as u32),
+            space: element.space.map_or(NONE, |k| k as u32),
             door: NONE,
             stair,
             source,

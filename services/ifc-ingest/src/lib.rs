@@ -5,6 +5,7 @@
 
 mod assemble;
 mod classify;
+mod contacts;
 mod doors;
 mod error;
 mod join;
@@ -13,6 +14,7 @@ mod merge;
 mod meshes;
 mod openings;
 mod passages;
+mod schedule;
 mod site_frame;
 mod spaces;
 mod storeys;

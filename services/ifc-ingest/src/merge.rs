@@ -3,8 +3,9 @@
 use crate::SourceFile;
 use crate::error::IngestError;
 use crate::join::{Place, bounds, gap_m, same_body, site_from_file};
+use crate::schedule::{self, ScheduleSources};
 use frames::{UprightRigid3, World};
-use ifc::{Diagnostic, Element, Geometry, Model};
+use ifc::{Diagnostic, Element, Geometry, LinkTarget, Model};
 use std::collections::HashMap;
 
 /// All files as one model in the first file's world, and which file each thing comes from.
@@ -14,6 +15,7 @@ pub(crate) struct Merged {
     pub(crate) element_source: Vec<u32>,
     pub(crate) space_source: Vec<u32>,
     pub(crate) storey_source: Vec<u32>,
+    pub(crate) schedule_sources: ScheduleSources,
     pub(crate) schemas: Vec<(String, f64)>,
     pub(crate) diagnostics: Vec<(u32, Diagnostic)>,
     names: Vec<String>,
@@ -32,7 +34,10 @@ impl Merged {
         if place.is_some() {
             move_model(&mut model, &motion);
         }
+        let mut schedule_sources = ScheduleSources::default();
+        schedule_sources.extend(&model.schedule, 0);
         Self {
+            schedule_sources,
             element_source: vec![0; model.elements.len()],
             space_source: vec![0; model.spaces.len()],
             storey_source: vec![0; model.storeys.len()],
@@ -71,7 +76,7 @@ impl Merged {
     }
 
     fn append(&mut self, file: &SourceFile, other: Model, source: u32, prefer_last: bool) -> Result<(), IngestError> {
-        let Model { elements, spaces, storeys, openings, boundaries, .. } = other;
+        let Model { elements, spaces, storeys, openings, boundaries, schedule, .. } = other;
         let storey_at = placed(&self.model.storeys, &storeys, |s| &s.id.global_id);
         let element_at = placed(&self.model.elements, &elements, |e| &e.id.global_id);
         let space_at = placed(&self.model.spaces, &spaces, |s| &s.id.global_id);
@@ -84,6 +89,7 @@ impl Merged {
         }
         for (mut element, at) in elements.into_iter().zip(&element_at) {
             element.storey = element.storey.map(|k| storey_at[k]);
+            element.space = element.space.map(|k| space_at[k]);
             element.whole = element.whole.map(|k| element_at[k]);
             element.fills = element.fills.map(|k| opening_at[k]);
             if *at == self.model.elements.len() {
@@ -113,6 +119,12 @@ impl Merged {
         self.model.boundaries.extend(moved);
         self.model.boundaries.sort_unstable();
         self.model.boundaries.dedup();
+        schedule::append(&mut self.model.schedule, schedule, |target| match target {
+            LinkTarget::Element(k) => LinkTarget::Element(element_at[k]),
+            LinkTarget::Space(k) => LinkTarget::Space(space_at[k]),
+            LinkTarget::Storey(k) => LinkTarget::Storey(storey_at[k]),
+        });
+        self.schedule_sources.extend(&self.model.schedule, source);
         Ok(())
     }
 
@@ -142,7 +154,7 @@ impl Merged {
 }
 
 /// Where each of `new` comes to lie: at its namesake in `old`, else behind the last.
-fn placed<T>(old: &[T], new: &[T], global_id: impl Fn(&T) -> &String) -> Vec<usize> {
+pub(crate) fn placed<T>(old: &[T], new: &[T], global_id: impl Fn(&T) -> &String) -> Vec<usize> {
     let known: HashMap<&String, usize> = old.iter().enumerate().map(|(k, t)| (global_id(t), k)).collect();
     let mut next = old.len();
     new.iter()

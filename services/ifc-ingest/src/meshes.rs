@@ -64,3 +64,14 @@ fn add_part(
     });
     Ok(())
 }
+
+/// Vertices of a body in `map`, in tenths of a millimetre; those out of reach are left out.
+pub(crate) fn points_in_map(geometry: &Geometry, map_from_world: &UprightRigid3<Map, World>) -> Vec<[i32; 3]> {
+    geometry
+        .points_m()
+        .filter_map(|p| match map_from_world.apply(p).map(tenths) {
+            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+            _ => None,
+        })
+        .collect()
+}

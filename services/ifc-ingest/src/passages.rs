@@ -4,12 +4,13 @@ use crate::assemble::add_diagnostic;
 use crate::classify::is_a;
 use crate::doors::{clear_width_m, joined_spaces, opens, operation_is_known};
 use crate::merge::Merged;
+use crate::meshes::points_in_map;
 use crate::openings::plan_of_opening;
 use crate::site_frame::SiteFrame;
 use crate::storeys::SpaceFloor;
-use frames::{Map, TENTHS_PER_M, UprightRigid3, World, metres, tenths};
+use frames::{Map, TENTHS_PER_M, UprightRigid3, World, metres};
 use geometry::{MultiPolygon, OrientedBox, Point};
-use ifc::{Diagnostic, Element, Geometry, Severity};
+use ifc::{Diagnostic, Element, Severity};
 use messages::{BoxRecord, DoorRecord, NONE, OpeningRecord, SiteBuilder};
 
 /// A door and a space whose floors are this near are on one level.
@@ -128,16 +129,6 @@ fn axis_of(element: &Element, map_from_world: &UprightRigid3<Map, World>) -> Opt
     let [x, y, _] = element.placement?.axes[0];
     let length = libm::hypot(x, y);
     (length > 0.5).then(|| map_from_world.in_plane().rotate([x / length, y / length]))
-}
-
-fn points_in_map(geometry: &Geometry, map_from_world: &UprightRigid3<Map, World>) -> Vec<[i32; 3]> {
-    geometry
-        .points_m()
-        .filter_map(|p| match map_from_world.apply(p).map(tenths) {
-            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-            _ => None,
-        })
-        .collect()
 }
 
 fn in_plan(points: &[[i32; 3]]) -> Vec<Point> {

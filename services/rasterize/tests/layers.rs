@@ -58,6 +58,7 @@ impl House {
             class: u32::from(class.id()),
             whole: NONE,
             storey: NONE,
+            space: NONE,
             door: NONE,
             stair: NONE,
             ..bytemuck::Zeroable::zeroed()

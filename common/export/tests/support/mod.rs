@@ -85,6 +85,7 @@ fn site() -> ArchiveBuffer {
             n_materials: is_wall,
             whole: NONE,
             storey: NONE,
+            space: NONE,
             door,
             stair,
             class: u32::from(class.id()),

@@ -1,0 +1,256 @@
+//! Records of the schedule in the `site` archive. Dates and durations are the texts of the file: `ifc::TaskTime` says how they look.
+
+use crate::Text;
+use bytemuck::{Pod, Zeroable};
+
+/// An IfcWorkPlan or IfcWorkSchedule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct WorkControlRecord {
+    /// GlobalId.
+    pub global_id: Text,
+    /// Name.
+    pub name: Text,
+    /// PredefinedType, e.g. `PLANNED`.
+    pub predefined_type: Text,
+    /// StartTime.
+    pub start: Text,
+    /// FinishTime.
+    pub finish: Text,
+    /// 1 for IfcWorkPlan, 0 for IfcWorkSchedule.
+    pub is_plan: u32,
+    /// STEP id in its file.
+    pub step_id: u32,
+    /// Index of its file.
+    pub source: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<WorkControlRecord>() == 56);
+
+/// An IfcWorkCalendar.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct CalendarRecord {
+    /// GlobalId.
+    pub global_id: Text,
+    /// Name.
+    pub name: Text,
+    /// First of its work times: those of work, then the exceptions.
+    pub first_work_time: u32,
+    /// Number of work times in which work goes on.
+    pub n_working: u32,
+    /// Number of exceptions behind them.
+    pub n_exceptions: u32,
+    /// STEP id in its file.
+    pub step_id: u32,
+    /// Index of its file.
+    pub source: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<CalendarRecord>() == 40);
+
+/// An IfcWorkTime with its pattern. Bit `n` of a mask stands for day, weekday (1 is Monday) or month `n`; 0 means all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct WorkTimeRecord {
+    /// First day it applies to, in days since 1970-01-01; `i32::MIN` without a limit.
+    pub first_day: i32,
+    /// Last day it applies to; `i32::MAX` without a limit.
+    pub last_day: i32,
+    /// [`RecurrenceKind`] as a number; 0 without a pattern: every day, all day long.
+    pub kind: u32,
+    /// DayComponent.
+    pub days_of_month: u32,
+    /// WeekdayComponent.
+    pub weekdays: u32,
+    /// MonthComponent.
+    pub months: u32,
+    /// Position; 0 if absent.
+    pub position: i32,
+    /// Interval, at least 1.
+    pub interval: u32,
+    /// Occurrences; 0 if absent.
+    pub occurrences: u32,
+    /// First of its periods.
+    pub first_period: u32,
+    /// Number of its periods: `[from, to)` in seconds of the day; none: all day long.
+    pub n_periods: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<WorkTimeRecord>() == 48);
+
+/// IfcRecurrenceTypeEnum as a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+#[expect(missing_docs, reason = "the names are the schema's")]
+pub enum RecurrenceKind {
+    Daily = 1,
+    Weekly = 2,
+    MonthlyByDayOfMonth = 3,
+    MonthlyByPosition = 4,
+    ByDayCount = 5,
+    ByWeekdayCount = 6,
+    YearlyByDayOfMonth = 7,
+    YearlyByPosition = 8,
+}
+
+/// An IfcTask with its time.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct TaskRecord {
+    /// GlobalId.
+    pub global_id: Text,
+    /// Name.
+    pub name: Text,
+    /// Identification.
+    pub identification: Text,
+    /// PredefinedType in capitals, ObjectType where that says USERDEFINED.
+    pub predefined_type: Text,
+    /// ScheduleDuration.
+    pub schedule_duration: Text,
+    /// ScheduleStart.
+    pub schedule_start: Text,
+    /// ScheduleFinish.
+    pub schedule_finish: Text,
+    /// EarlyStart.
+    pub early_start: Text,
+    /// EarlyFinish.
+    pub early_finish: Text,
+    /// LateStart.
+    pub late_start: Text,
+    /// LateFinish.
+    pub late_finish: Text,
+    /// ActualStart.
+    pub actual_start: Text,
+    /// ActualFinish.
+    pub actual_finish: Text,
+    /// Completion from 0 to 1; -1 if absent.
+    pub completion: f64,
+    /// Task it is nested in, or `NONE`; no task is its own ancestor.
+    pub parent: u32,
+    /// Work schedule that controls it directly, or `NONE`.
+    pub control: u32,
+    /// Calendar that it is assigned to directly, or `NONE`.
+    pub calendar: u32,
+    /// [`DurationKind`] as a number.
+    pub duration_kind: u32,
+    /// Bits of [`task_flags`].
+    pub flags: u32,
+    /// STEP id in its file.
+    pub step_id: u32,
+    /// Index of its file.
+    pub source: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<TaskRecord>() == 144);
+
+/// Bits of [`TaskRecord::flags`].
+pub mod task_flags {
+    /// IsMilestone.
+    pub const MILESTONE: u32 = 1;
+    /// The file has a time for it.
+    pub const HAS_TIME: u32 = 2;
+}
+
+/// How a duration is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum DurationKind {
+    /// The file does not say.
+    NotDefined = 0,
+    /// In working time.
+    WorkTime = 1,
+    /// On the clock.
+    ElapsedTime = 2,
+}
+
+/// An IfcRelSequence.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct SequenceRecord {
+    /// GlobalId.
+    pub global_id: Text,
+    /// Lag as a duration; empty if there is none, or a ratio.
+    pub lag: Text,
+    /// Lag as a part of the predecessor's duration; 0 if it is none.
+    pub lag_ratio: f64,
+    /// Task.
+    pub predecessor: u32,
+    /// Task.
+    pub successor: u32,
+    /// [`SequenceKind`] as a number.
+    pub kind: u32,
+    /// [`DurationKind`] of the lag as a number.
+    pub lag_kind: u32,
+    /// STEP id in its file.
+    pub step_id: u32,
+    /// Index of its file.
+    pub source: u32,
+}
+const _: () = assert!(size_of::<SequenceRecord>() == 48);
+
+/// How two tasks depend on each other: which end of the predecessor bounds which end of the successor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+#[expect(missing_docs, reason = "the names are the schema's")]
+pub enum SequenceKind {
+    StartStart = 1,
+    StartFinish = 2,
+    FinishStart = 3,
+    FinishFinish = 4,
+}
+
+impl SequenceKind {
+    /// The kind with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        [Self::StartStart, Self::StartFinish, Self::FinishStart, Self::FinishFinish]
+            .into_iter()
+            .find(|k| *k as u32 == id)
+    }
+}
+
+/// A task works on something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct TaskLinkRecord {
+    /// The task.
+    pub task: u32,
+    /// [`LinkKind`] as a number.
+    pub kind: u32,
+    /// Element, space or storey.
+    pub target: u32,
+    /// Bits of [`link_flags`].
+    pub flags: u32,
+}
+const _: () = assert!(size_of::<TaskLinkRecord>() == 16);
+
+/// What a task works on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum LinkKind {
+    /// An element.
+    Element = 1,
+    /// A space.
+    Space = 2,
+    /// All of a storey.
+    Storey = 3,
+}
+
+impl LinkKind {
+    /// The kind with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        [Self::Element, Self::Space, Self::Storey].into_iter().find(|k| *k as u32 == id)
+    }
+}
+
+/// Bits of [`TaskLinkRecord::flags`].
+pub mod link_flags {
+    /// The product goes into the task (IfcRelAssignsToProcess); otherwise it comes out of it.
+    pub const INPUT: u32 = 1;
+    /// The file links a building or site that holds the target.
+    pub const FROM_ABOVE: u32 = 2;
+}

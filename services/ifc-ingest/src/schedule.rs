@@ -1,0 +1,263 @@
+//! The schedule: of several files into one, and into the records of the `site` archive.
+
+use crate::merge::{Merged, placed};
+use ifc::{DurationType, LagValue, LinkTarget, RecurrenceType, Schedule, SequenceType, TaskTime, WorkTime};
+use jiff::civil::Date;
+use messages::*;
+
+/// Which file each part of the schedule comes from.
+#[derive(Debug, Default)]
+pub(crate) struct ScheduleSources {
+    pub(crate) controls: Vec<u32>,
+    pub(crate) calendars: Vec<u32>,
+    pub(crate) tasks: Vec<u32>,
+    pub(crate) sequences: Vec<u32>,
+}
+
+impl ScheduleSources {
+    /// Everything beyond what is known already comes from this file.
+    pub(crate) fn extend(&mut self, schedule: &Schedule, source: u32) {
+        self.controls.resize(schedule.controls.len(), source);
+        self.calendars.resize(schedule.calendars.len(), source);
+        self.tasks.resize(schedule.tasks.len(), source);
+        self.sequences.resize(schedule.sequences.len(), source);
+    }
+}
+
+/// Appends the schedule of a later file; a task, calendar or work schedule that an earlier file has already is that one.
+///
+/// `target_at` says where the elements, spaces and storeys of the later file came to lie.
+pub(crate) fn append(own: &mut Schedule, other: Schedule, target_at: impl Fn(LinkTarget) -> LinkTarget) {
+    let Schedule { controls, calendars, tasks, sequences, links } = other;
+    let control_at = placed(&own.controls, &controls, |c| &c.id.global_id);
+    let calendar_at = placed(&own.calendars, &calendars, |c| &c.id.global_id);
+    let task_at = placed(&own.tasks, &tasks, |t| &t.id.global_id);
+    let (n_controls, n_calendars, n_tasks) = (own.controls.len(), own.calendars.len(), own.tasks.len());
+    let new = |at: usize, n_old: usize| at >= n_old;
+    own.controls.extend(controls.into_iter().zip(&control_at).filter(|(_, at)| new(**at, n_controls)).map(|(c, _)| c));
+    own.calendars
+        .extend(calendars.into_iter().zip(&calendar_at).filter(|(_, at)| new(**at, n_calendars)).map(|(c, _)| c));
+    for (mut task, _) in tasks.into_iter().zip(&task_at).filter(|(_, at)| new(**at, n_tasks)) {
+        task.parent = task.parent.map(|k| task_at[k]);
+        task.control = task.control.map(|k| control_at[k]);
+        task.calendar = task.calendar.map(|k| calendar_at[k]);
+        own.tasks.push(task);
+    }
+    let known: std::collections::HashSet<String> = own.sequences.iter().map(|s| s.id.global_id.clone()).collect();
+    for mut sequence in sequences.into_iter().filter(|s| !known.contains(&s.id.global_id)) {
+        sequence.predecessor = task_at[sequence.predecessor];
+        sequence.successor = task_at[sequence.successor];
+        own.sequences.push(sequence);
+    }
+    own.links.extend(links.into_iter().map(|mut link| {
+        link.task = task_at[link.task];
+        link.target = target_at(link.target);
+        link
+    }));
+}
+
+/// Writes the schedule.
+pub(crate) fn add_schedule(builder: &mut SiteBuilder, merged: &Merged) {
+    let (schedule, sources) = (&merged.model.schedule, &merged.schedule_sources);
+    for (control, &source) in schedule.controls.iter().zip(&sources.controls) {
+        builder.work_controls.push(WorkControlRecord {
+            global_id: builder.texts.add(&control.id.global_id),
+            name: builder.texts.add(&control.id.name),
+            predefined_type: builder.texts.add(&control.predefined_type),
+            start: builder.texts.add(&control.start),
+            finish: builder.texts.add(&control.finish),
+            is_plan: u32::from(control.is_plan),
+            step_id: control.id.step_id,
+            source,
+            reserved: 0,
+        });
+    }
+    for (calendar, &source) in schedule.calendars.iter().zip(&sources.calendars) {
+        let first_work_time = builder.work_times.len() as u32;
+        calendar.working.iter().chain(&calendar.exceptions).for_each(|time| add_work_time(builder, time));
+        builder.calendars.push(CalendarRecord {
+            global_id: builder.texts.add(&calendar.id.global_id),
+            name: builder.texts.add(&calendar.id.name),
+            first_work_time,
+            n_working: calendar.working.len() as u32,
+            n_exceptions: calendar.exceptions.len() as u32,
+            step_id: calendar.id.step_id,
+            source,
+            reserved: 0,
+        });
+    }
+    for (task, &source) in schedule.tasks.iter().zip(&sources.tasks) {
+        let record = task_record(&mut builder.texts, task, source);
+        builder.tasks.push(record);
+    }
+    for (sequence, &source) in schedule.sequences.iter().zip(&sources.sequences) {
+        let record = sequence_record(&mut builder.texts, sequence, source);
+        builder.sequences.push(record);
+    }
+    builder.task_links.extend(schedule.links.iter().map(link_record));
+}
+
+fn task_record(texts: &mut TextPool, task: &ifc::Task, source: u32) -> TaskRecord {
+    let none = TaskTime::default();
+    let time = task.time.as_ref().unwrap_or(&none);
+    let index = |k: Option<usize>| k.map_or(NONE, |k| k as u32);
+    let mut flags = 0;
+    flags |= if task.is_milestone { task_flags::MILESTONE } else { 0 };
+    flags |= if task.time.is_some() { task_flags::HAS_TIME } else { 0 };
+    TaskRecord {
+        global_id: texts.add(&task.id.global_id),
+        name: texts.add(&task.id.name),
+        identification: texts.add(&task.identification),
+        predefined_type: texts.add(&task.predefined_type),
+        schedule_duration: texts.add(&time.schedule_duration),
+        schedule_start: texts.add(&time.schedule_start),
+        schedule_finish: texts.add(&time.schedule_finish),
+        early_start: texts.add(&time.early_start),
+        early_finish: texts.add(&time.early_finish),
+        late_start: texts.add(&time.late_start),
+        late_finish: texts.add(&time.late_finish),
+        actual_start: texts.add(&time.actual_start),
+        actual_finish: texts.add(&time.actual_finish),
+        completion: time.completion.unwrap_or(-1.0),
+        parent: index(task.parent),
+        control: index(task.control),
+        calendar: index(task.calendar),
+        duration_kind: duration_kind(time.duration_type) as u32,
+        flags,
+        step_id: task.id.step_id,
+        source,
+        reserved: 0,
+    }
+}
+
+fn duration_kind(kind: DurationType) -> DurationKind {
+    match kind {
+        DurationType::WorkTime => DurationKind::WorkTime,
+        DurationType::ElapsedTime => DurationKind::ElapsedTime,
+        DurationType::NotDefined => DurationKind::NotDefined,
+    }
+}
+
+fn sequence_record(texts: &mut TextPool, sequence: &ifc::Sequence, source: u32) -> SequenceRecord {
+    let (lag, lag_ratio) = match sequence.lag.as_ref().map(|lag| &lag.value) {
+        Some(LagValue::Duration(text)) => (text.as_str(), 0.0),
+        Some(LagValue::Ratio(ratio)) => ("", *ratio),
+        None => ("", 0.0),
+    };
+    SequenceRecord {
+        global_id: texts.add(&sequence.id.global_id),
+        lag: texts.add(lag),
+        lag_ratio,
+        predecessor: sequence.predecessor as u32,
+        successor: sequence.successor as u32,
+        kind: match sequence.kind {
+            SequenceType::StartStart => SequenceKind::StartStart,
+            SequenceType::StartFinish => SequenceKind::StartFinish,
+            SequenceType::FinishStart => SequenceKind::FinishStart,
+            SequenceType::FinishFinish => SequenceKind::FinishFinish,
+        } as u32,
+        lag_kind: sequence.lag.as_ref().map_or(DurationKind::NotDefined, |lag| duration_kind(lag.duration_type)) as u32,
+        step_id: sequence.id.step_id,
+        source,
+    }
+}
+
+fn link_record(link: &ifc::TaskLink) -> TaskLinkRecord {
+    let (kind, target) = match link.target {
+        LinkTarget::Element(k) => (LinkKind::Element, k),
+        LinkTarget::Space(k) => (LinkKind::Space, k),
+        LinkTarget::Storey(k) => (LinkKind::Storey, k),
+    };
+    let mut flags = 0;
+    flags |= if link.is_input { link_flags::INPUT } else { 0 };
+    flags |= if link.from_above { link_flags::FROM_ABOVE } else { 0 };
+    TaskLinkRecord { task: link.task as u32, kind: kind as u32, target: target as u32, flags }
+}
+
+fn add_work_time(builder: &mut SiteBuilder, time: &WorkTime) {
+    let pattern = time.recurrence.clone().unwrap_or_default();
+    let mask = |members: &[u32]| members.iter().fold(0, |bits, &member| bits | 1u32.checked_shl(member).unwrap_or(0));
+    builder.work_times.push(WorkTimeRecord {
+        first_day: time.first_day.and_then(day_number).unwrap_or(i32::MIN),
+        last_day: time.last_day.and_then(day_number).unwrap_or(i32::MAX),
+        kind: time.recurrence.as_ref().map_or(0, |r| recurrence_kind(r.kind) as u32),
+        days_of_month: mask(&pattern.days_of_month),
+        weekdays: mask(&pattern.weekdays),
+        months: mask(&pattern.months),
+        position: pattern.position.unwrap_or(0),
+        interval: pattern.interval.max(1),
+        occurrences: pattern.occurrences.unwrap_or(0),
+        first_period: builder.periods_s.len() as u32,
+        n_periods: pattern.periods_s.len() as u32,
+        reserved: 0,
+    });
+    builder.periods_s.extend(pattern.periods_s);
+}
+
+fn recurrence_kind(kind: RecurrenceType) -> RecurrenceKind {
+    match kind {
+        RecurrenceType::Daily => RecurrenceKind::Daily,
+        RecurrenceType::Weekly => RecurrenceKind::Weekly,
+        RecurrenceType::MonthlyByDayOfMonth => RecurrenceKind::MonthlyByDayOfMonth,
+        RecurrenceType::MonthlyByPosition => RecurrenceKind::MonthlyByPosition,
+        RecurrenceType::ByDayCount => RecurrenceKind::ByDayCount,
+        RecurrenceType::ByWeekdayCount => RecurrenceKind::ByWeekdayCount,
+        RecurrenceType::YearlyByDayOfMonth => RecurrenceKind::YearlyByDayOfMonth,
+        RecurrenceType::YearlyByPosition => RecurrenceKind::YearlyByPosition,
+    }
+}
+
+/// Days since 1970-01-01; the reader lets only days of the calendar through.
+fn day_number([year, month, day]: [i32; 3]) -> Option<i32> {
+    let date = Date::new(i16::try_from(year).ok()?, i8::try_from(month).ok()?, i8::try_from(day).ok()?).ok()?;
+    date.since(Date::constant(1970, 1, 1)).ok().map(|span| span.get_days())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ifc::{Named, Sequence, Task, TaskLink, WorkCalendar};
+
+    fn named(global_id: &str) -> Named {
+        Named { global_id: global_id.to_owned(), ..Named::default() }
+    }
+
+    fn schedule(tasks: &[&str], calendar: &str) -> Schedule {
+        let task = |(k, id): (usize, &&str)| Task {
+            id: named(id),
+            parent: (k > 0).then_some(0),
+            calendar: Some(0),
+            ..Task::default()
+        };
+        Schedule {
+            calendars: vec![WorkCalendar { id: named(calendar), ..WorkCalendar::default() }],
+            tasks: tasks.iter().enumerate().map(task).collect(),
+            sequences: vec![Sequence {
+                id: named(&format!("sequence to {}", tasks[1])),
+                predecessor: 0,
+                successor: 1,
+                kind: SequenceType::FinishStart,
+                lag: None,
+            }],
+            links: vec![TaskLink { task: 1, target: LinkTarget::Element(0), is_input: false, from_above: false }],
+            ..Schedule::default()
+        }
+    }
+
+    #[test]
+    fn the_schedules_of_several_files_share_what_has_the_same_identity() {
+        let mut own = schedule(&["root", "walls"], "calendar");
+        append(&mut own, schedule(&["root", "doors"], "calendar"), |_| LinkTarget::Element(7));
+        let ids: Vec<&str> = own.tasks.iter().map(|t| t.id.global_id.as_str()).collect();
+        assert_eq!(ids, ["root", "walls", "doors"]);
+        assert_eq!((own.tasks[2].parent, own.tasks[2].calendar, own.calendars.len()), (Some(0), Some(0), 1));
+        assert_eq!((own.sequences[1].predecessor, own.sequences[1].successor), (0, 2));
+        assert_eq!((own.links[1].task, own.links[1].target), (2, LinkTarget::Element(7)));
+    }
+
+    #[test]
+    fn days_are_counted_from_1970() {
+        assert_eq!((day_number([1970, 1, 2]), day_number([2024, 3, 4])), (Some(1), Some(19_786)));
+        assert_eq!(day_number([2024, 2, 30]), None);
+    }
+}
