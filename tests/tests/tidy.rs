@@ -10,7 +10,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 10] = [
+const ALLOWED: [(&str, &[&str]); 11] = [
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("ifc", &["frames", "geometry"]),
@@ -19,8 +19,22 @@ const ALLOWED: [(&str, &[&str]); 10] = [
     ("export", &["frames", "geometry", "grid", "messages"]),
     ("ifc-ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
     ("rasterize", &["frames", "geometry", "grid", "messages"]),
+    ("schedule-eval", &["frames", "messages"]),
     ("waypoint-gen", &["frames", "geometry", "grid", "messages"]),
-    ("groundplan", &["frames", "geometry", "grid", "messages", "export", "ifc-ingest", "rasterize", "waypoint-gen"]),
+    (
+        "groundplan",
+        &[
+            "frames",
+            "geometry",
+            "grid",
+            "messages",
+            "export",
+            "ifc-ingest",
+            "schedule-eval",
+            "rasterize",
+            "waypoint-gen",
+        ],
+    ),
 ];
 
 /// Foreign crates that one crate alone may name.

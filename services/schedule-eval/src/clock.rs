@@ -1,0 +1,138 @@
+//! How time passes for a task: on the clock, or in the working hours of a calendar.
+
+use crate::dates::DAY_S;
+use crate::durations::DayLength;
+use crate::findings::{Entity, Findings, Severity};
+use crate::rules::DurationDay;
+use crate::working_time::{Pattern, PatternKind, WorkRule, WorkingTime};
+use messages::{CalendarRecord, RecurrenceKind, Site, WorkTimeRecord};
+use std::ops::Range;
+
+/// The last instant that counts, civil seconds since 1970: the end of the year 9999.
+const LAST_S: i64 = 253_402_300_800;
+
+/// Calendars are worked out from this long before the first date of a schedule to this long after the last.
+const DAYS_BEFORE: i64 = 2 * 366;
+const DAYS_AFTER: i64 = 20 * 366;
+const MAX_DAYS: i64 = 200 * 365;
+
+/// The calendars of a site, worked out.
+pub(crate) struct Calendars {
+    times: Vec<WorkingTime>,
+    duration_day: DurationDay,
+}
+
+/// How time passes for a task.
+#[derive(Clone, Copy)]
+pub(crate) enum Clock<'a> {
+    /// Day and night.
+    Elapsed,
+    /// In working hours.
+    Working(&'a WorkingTime, DurationDay),
+}
+
+impl Calendars {
+    /// Works out all calendars around the dates of the schedule; one without working time is reported.
+    pub(crate) fn new(
+        site: &Site<'_>,
+        dates_s: Option<Range<i64>>,
+        duration_day: DurationDay,
+        findings: &mut Findings<'_>,
+    ) -> Self {
+        // Without any date no task has dates, whatever its calendar.
+        let Some(dates_s) = dates_s else { return Self { times: Vec::new(), duration_day } };
+        let first = dates_s.start.div_euclid(DAY_S) - DAYS_BEFORE;
+        let last = dates_s.end.div_euclid(DAY_S).saturating_add(DAYS_AFTER).min(first + MAX_DAYS);
+        let times = site.calendars.iter().map(|calendar| {
+            let time = working_time(site, calendar, first..last);
+            if time.day_s() == 0 {
+                let entity = Entity::of(calendar.global_id, calendar.name, calendar.step_id, calendar.source);
+                let message = "the calendar has no working time; tasks that count working time in it have no dates";
+                findings.add(Severity::Error, "calendar_without_work", Some(entity), message.to_owned());
+            }
+            time
+        });
+        Self { times: times.collect(), duration_day }
+    }
+
+    /// The clock of a calendar; day and night without one.
+    pub(crate) fn clock(&self, calendar: Option<usize>) -> Clock<'_> {
+        let time = calendar.and_then(|k| self.times.get(k));
+        time.map_or(Clock::Elapsed, |time| Clock::Working(time, self.duration_day))
+    }
+}
+
+fn working_time(site: &Site<'_>, calendar: &CalendarRecord, days: Range<i64>) -> WorkingTime {
+    let first = calendar.first_work_time as usize;
+    let (n_working, n_exceptions) = (calendar.n_working as usize, calendar.n_exceptions as usize);
+    let rules: Vec<WorkRule> =
+        site.work_times[first..first + n_working + n_exceptions].iter().map(|time| rule(site, time)).collect();
+    WorkingTime::new(&rules[..n_working], &rules[n_working..], days)
+}
+
+fn rule(site: &Site<'_>, time: &WorkTimeRecord) -> WorkRule {
+    let members = |mask: u32| (0..32).filter(|bit| mask >> bit & 1 == 1).collect();
+    let periods = &site.periods_s[time.first_period as usize..][..time.n_periods as usize];
+    let kinds = [
+        (RecurrenceKind::Daily, PatternKind::Daily),
+        (RecurrenceKind::Weekly, PatternKind::Weekly),
+        (RecurrenceKind::MonthlyByDayOfMonth, PatternKind::MonthlyByDayOfMonth),
+        (RecurrenceKind::MonthlyByPosition, PatternKind::MonthlyByPosition),
+        (RecurrenceKind::ByDayCount, PatternKind::ByDayCount),
+        (RecurrenceKind::ByWeekdayCount, PatternKind::ByWeekdayCount),
+        (RecurrenceKind::YearlyByDayOfMonth, PatternKind::YearlyByDayOfMonth),
+        (RecurrenceKind::YearlyByPosition, PatternKind::YearlyByPosition),
+    ];
+    let pattern = kinds.into_iter().find(|(record, _)| *record as u32 == time.kind).map(|(_, kind)| Pattern {
+        kind,
+        days_of_month: members(time.days_of_month),
+        weekdays: members(time.weekdays),
+        months: members(time.months),
+        position: (time.position != 0).then_some(time.position),
+        interval: time.interval,
+        occurrences: (time.occurrences > 0).then_some(time.occurrences),
+        periods_s: periods.to_vec(),
+    });
+    WorkRule {
+        first_day: (time.first_day != i32::MIN).then_some(i64::from(time.first_day)),
+        last_day: (time.last_day != i32::MAX).then_some(i64::from(time.last_day)),
+        pattern,
+    }
+}
+
+impl Clock<'_> {
+    /// Adds a duration: the earliest instant at which it has passed, or the latest from which a negative one leads to `t_s`.
+    ///
+    /// `None` if the calendar has no working time left, or beyond the year 9999.
+    pub(crate) fn add(self, t_s: i64, duration_s: i64) -> Option<i64> {
+        let sum = match self {
+            Self::Elapsed => t_s.checked_add(duration_s),
+            Self::Working(time, _) => time.add(t_s, duration_s),
+        };
+        sum.filter(|s| s.abs() < LAST_S)
+    }
+
+    /// The first working instant at or after `t_s`.
+    pub(crate) fn next_working(self, t_s: i64) -> Option<i64> {
+        match self {
+            Self::Elapsed => Some(t_s),
+            Self::Working(time, _) => time.next_working(t_s),
+        }
+    }
+
+    /// How much of this time lies between two instants; negative if `to_s` is the earlier.
+    pub(crate) fn between(self, from_s: i64, to_s: i64) -> i64 {
+        match self {
+            Self::Elapsed => to_s - from_s,
+            Self::Working(time, _) => time.between(from_s, to_s),
+        }
+    }
+
+    /// How long a day is.
+    pub(crate) fn day(self) -> DayLength {
+        match self {
+            Self::Working(time, DurationDay::WorkingDay) => DayLength::Working { day_s: time.day_s() },
+            Self::Working(_, DurationDay::Hours24) | Self::Elapsed => DayLength::Elapsed,
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! When spaces must not be entered, and why.
+
+use crate::findings::{Entity, Findings, Severity};
+use crate::lives::Phases;
+use crate::rules::{Mode, Rules};
+use crate::said::AllSaid;
+use crate::works::Works;
+use messages::{Site, SpaceRecord};
+use wildmatch::WildMatch;
+
+/// A space must not be entered from `start_s` until before `finish_s`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Closure {
+    pub(crate) start_s: i64,
+    pub(crate) finish_s: i64,
+    pub(crate) why: Why,
+}
+
+/// Why a space is closed, in the order in which reasons are given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Why {
+    /// A task is at work in it.
+    Task(u32),
+    /// It is not released yet.
+    BeforeRoomDate,
+    /// Nothing says when it is released (mode `paper` alone).
+    NoRoomDate,
+    /// The rules close it: index of the rule.
+    Closed(u32),
+}
+
+/// Closures of all spaces, each sorted by start.
+pub(crate) fn closures(
+    site: &Site<'_>,
+    rules: &Rules,
+    works: &Works,
+    said: &AllSaid,
+    findings: &mut Findings<'_>,
+) -> Vec<Vec<Closure>> {
+    let phases = Phases::of(rules);
+    let patterns: Vec<WildMatch> = rules.closed_spaces.iter().map(|c| WildMatch::new(&c.pattern)).collect();
+    let mut used = vec![false; patterns.len()];
+    let all = site.spaces.iter().enumerate().map(|(k, space)| {
+        let mut closures: Vec<Closure> = works.spaces[k]
+            .iter()
+            .map(|o| Closure { start_s: o.start_s, finish_s: o.finish_s, why: Why::Task(o.task) })
+            .collect();
+        let room_date = said.spaces[k].actual.or(said.spaces[k].planned);
+        let opens_s = match rules.mode {
+            Mode::Standard => room_date
+                .map(|d| d.finish_s())
+                .or_else(|| said.spaces[k].phase.and_then(|phase| phases.finish_s(site.text(phase)))),
+            Mode::Paper => room_date.map(|d| d.end_of_day_s()),
+        };
+        if let Some(finish_s) = opens_s {
+            closures.push(Closure { start_s: i64::MIN, finish_s, why: Why::BeforeRoomDate });
+        } else if rules.mode == Mode::Paper {
+            closures.push(Closure { start_s: i64::MIN, finish_s: i64::MAX, why: Why::NoRoomDate });
+        }
+        for (index, (closed, pattern)) in (0u32..).zip(rules.closed_spaces.iter().zip(&patterns)) {
+            if site.text(space.global_id) == closed.pattern || names(site, space).iter().any(|n| pattern.matches(n)) {
+                used[index as usize] = true;
+                let (start_s, finish_s) = (closed.from_s, closed.until_s);
+                closures.push(Closure { start_s, finish_s, why: Why::Closed(index) });
+            }
+        }
+        closures.sort_unstable();
+        closures
+    });
+    let all = all.collect();
+    for (closed, _) in rules.closed_spaces.iter().zip(used).filter(|(_, used)| !used) {
+        let message = format!("closed_spaces: no space is called {:?}", closed.pattern);
+        findings.add(Severity::Warning, "closed_space_unknown", None, message);
+    }
+    if rules.mode == Mode::Paper {
+        report_undated(site, said, findings);
+    }
+    all
+}
+
+/// What people call a space: its name, its long name, both.
+fn names(site: &Site<'_>, space: &SpaceRecord) -> [String; 3] {
+    let (name, long_name) = (site.text(space.name), site.text(space.long_name));
+    [name.to_owned(), long_name.to_owned(), format!("{name} {long_name}")]
+}
+
+/// The prototype's script stops at a room without a date.
+fn report_undated(site: &Site<'_>, said: &AllSaid, findings: &mut Findings<'_>) {
+    for (space, said) in site.spaces.iter().zip(&said.spaces) {
+        if said.actual.or(said.planned).is_none() {
+            let entity = Entity::of(space.global_id, space.name, 0, space.source);
+            let message = "the room has no date, so nobody knows when it opens; it stays blocked".to_owned();
+            findings.add(Severity::Warning, "room_undated", Some(entity), message);
+        }
+    }
+}
+
+/// Instants at which a space becomes blocked or open, and whether it is blocked from then on; blocked before all if the
+/// first is at `i64::MIN`.
+pub(crate) fn steps(closures: &[Closure]) -> Vec<(i64, bool)> {
+    let mut steps: Vec<(i64, bool)> = Vec::new();
+    let mut until_s = None;
+    for closure in closures.iter().filter(|c| c.start_s < c.finish_s) {
+        match until_s {
+            Some(end_s) if closure.start_s <= end_s => until_s = Some(closure.finish_s.max(end_s)),
+            _ => {
+                steps.extend(until_s.map(|end_s| (end_s, false)));
+                steps.push((closure.start_s, true));
+                until_s = Some(closure.finish_s);
+            }
+        }
+    }
+    steps.extend(until_s.filter(|end_s| *end_s < i64::MAX).map(|end_s| (end_s, false)));
+    steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closures_that_meet_are_one() {
+        let closure = |start_s, finish_s| Closure { start_s, finish_s, why: Why::BeforeRoomDate };
+        let found = steps(&[closure(i64::MIN, 5), closure(5, 8), closure(6, 7), closure(9, 9), closure(10, i64::MAX)]);
+        assert_eq!(found, [(i64::MIN, true), (8, false), (10, true)]);
+        assert!(steps(&[]).is_empty());
+    }
+}

@@ -1,0 +1,210 @@
+//! A date as somebody wrote it.
+
+use jiff::Timestamp;
+use jiff::civil::{Date, DateTime, Time};
+use jiff::tz::TimeZone;
+use serde::Deserialize;
+
+pub(crate) const DAY_S: i64 = 86_400;
+
+/// Order of day, month and year in text dates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DateOrder {
+    /// 15/04/2024.
+    Dmy,
+    /// 04/15/2024.
+    Mdy,
+    /// 2024-04-15, and nothing else.
+    Iso,
+}
+
+impl DateOrder {
+    /// For people.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::Dmy => "day/month/year",
+            Self::Mdy => "month/day/year",
+            Self::Iso => "year-month-day",
+        }
+    }
+}
+
+/// A date that was read: civil seconds since 1970-01-01T00:00.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct WrittenDate {
+    at_s: i64,
+    /// No time of day was given.
+    is_day: bool,
+}
+
+impl WrittenDate {
+    /// As a start: a day begins at its midnight.
+    pub(crate) fn start_s(self) -> i64 {
+        self.at_s
+    }
+
+    /// As a finish: a day ends at the next midnight.
+    pub(crate) fn finish_s(self) -> i64 {
+        if self.is_day { self.at_s + DAY_S } else { self.at_s }
+    }
+
+    /// The end of its day, whatever the time.
+    pub(crate) fn end_of_day_s(self) -> i64 {
+        (self.at_s.div_euclid(DAY_S) + 1) * DAY_S
+    }
+}
+
+/// Why a text is no date.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum DateError {
+    #[error("{0:?} is a placeholder, not a date")]
+    Placeholder(String),
+    #[error("{0:?} is no date")]
+    Unreadable(String),
+    #[error("{text:?} is no date in the order {}", order.words())]
+    OtherOrder { text: String, order: DateOrder },
+    #[error("{0:?} carries a time zone; say which zone the site is in (site_zone)")]
+    NoSiteZone(String),
+}
+
+/// Reads an ISO 8601 date or date-time; one with an offset is converted to the site's zone.
+pub(crate) fn parse_iso(text: &str, site_zone: Option<&TimeZone>) -> Result<WrittenDate, DateError> {
+    let text = text.trim();
+    let unreadable =
+        || if text.bytes().any(|b| b.is_ascii_digit()) { DateError::Unreadable } else { DateError::Placeholder };
+    let wrong = || unreadable()(text.to_owned());
+    if !is_iso(text) {
+        return Err(wrong());
+    }
+    let Some((day, time)) = text.split_once(['T', 't', ' ']) else {
+        let date: Date = text.parse().map_err(|_| wrong())?;
+        return Ok(WrittenDate { at_s: seconds(date.at(0, 0, 0, 0)), is_day: true });
+    };
+    let at = if time.contains(['Z', 'z', '+', '-']) {
+        let instant: Timestamp = text.parse().map_err(|_| wrong())?;
+        let zone = site_zone.ok_or_else(|| DateError::NoSiteZone(text.to_owned()))?;
+        zone.to_datetime(instant)
+    } else {
+        let (day, time): (Result<Date, _>, Result<Time, _>) = (day.parse(), time.parse());
+        DateTime::from_parts(day.map_err(|_| wrong())?, time.map_err(|_| wrong())?)
+    };
+    Ok(WrittenDate { at_s: seconds(at), is_day: false })
+}
+
+/// True if the text begins like an ISO 8601 date: `2024-04-..`.
+pub(crate) fn is_iso(text: &str) -> bool {
+    let b = text.trim().as_bytes();
+    b.len() >= 10 && b[..4].iter().all(u8::is_ascii_digit) && b[4] == b'-' && b[7] == b'-'
+}
+
+/// Reads a date as a property holds it: ISO 8601 always, else day, month and year in this order.
+pub(crate) fn parse(text: &str, order: DateOrder, site_zone: Option<&TimeZone>) -> Result<WrittenDate, DateError> {
+    if is_iso(text) || order == DateOrder::Iso {
+        return parse_iso(text, site_zone).map_err(|error| match error {
+            DateError::Unreadable(text) if numbers(&text).is_some() => DateError::OtherOrder { text, order },
+            error => error,
+        });
+    }
+    match (in_order(text, order), in_order(text, other(order))) {
+        (Some(date), _) => Ok(date),
+        (None, Some(_)) => Err(DateError::OtherOrder { text: text.trim().to_owned(), order }),
+        // Its error says what is wrong with the text.
+        (None, None) => parse_iso(text, site_zone),
+    }
+}
+
+/// Reads day, month and year in this order, with an optional time of day.
+pub(crate) fn in_order(text: &str, order: DateOrder) -> Option<WrittenDate> {
+    let (numbers, time) = numbers(text)?;
+    let [first, second, year] = numbers;
+    let (day, month) = if order == DateOrder::Mdy { (second, first) } else { (first, second) };
+    let date = Date::new(i16::try_from(year).ok()?, i8::try_from(month).ok()?, i8::try_from(day).ok()?).ok()?;
+    Some(match time {
+        Some(time) => WrittenDate { at_s: seconds(DateTime::from_parts(date, time.parse().ok()?)), is_day: false },
+        None => WrittenDate { at_s: seconds(date.at(0, 0, 0, 0)), is_day: true },
+    })
+}
+
+/// Seconds since 1970-01-01 UTC, as IfcTimeStamp counts.
+pub(crate) fn from_timestamp(number: f64, site_zone: Option<&TimeZone>) -> Result<WrittenDate, DateError> {
+    let whole = || Timestamp::from_second(number as i64).ok().filter(|_| number.is_finite());
+    let instant = whole().ok_or_else(|| DateError::Unreadable(number.to_string()))?;
+    let zone = site_zone.ok_or_else(|| DateError::NoSiteZone(number.to_string()))?;
+    Ok(WrittenDate { at_s: seconds(zone.to_datetime(instant)), is_day: false })
+}
+
+/// Three numbers with one kind of separator, the last of four digits, and what follows a blank.
+fn numbers(text: &str) -> Option<([u32; 3], Option<&str>)> {
+    let text = text.trim();
+    let (date, time) = match text.split_once([' ', 'T']) {
+        Some((date, time)) => (date, Some(time.trim())),
+        None => (text, None),
+    };
+    let separator = date.chars().find(|c| !c.is_ascii_digit()).filter(|c| ['/', '-', '.'].contains(c))?;
+    let parts: Vec<&str> = date.split(separator).collect();
+    let &[first, second, year] = parts.as_slice() else { return None };
+    let is_number =
+        |part: &str, digits: &[usize]| digits.contains(&part.len()) && part.bytes().all(|b| b.is_ascii_digit());
+    if !is_number(first, &[1, 2]) || !is_number(second, &[1, 2]) || !is_number(year, &[4]) {
+        return None;
+    }
+    Some(([first.parse().ok()?, second.parse().ok()?, year.parse().ok()?], time))
+}
+
+fn other(order: DateOrder) -> DateOrder {
+    if order == DateOrder::Dmy { DateOrder::Mdy } else { DateOrder::Dmy }
+}
+
+fn seconds(at: DateTime) -> i64 {
+    frames::PlanTime(at).civil_seconds()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(text: &str) -> i64 {
+        seconds(text.parse().unwrap())
+    }
+
+    #[test]
+    fn a_day_starts_at_its_midnight_and_ends_at_the_next() {
+        let day = parse_iso("2024-03-04", None).unwrap();
+        assert_eq!((day.start_s(), day.finish_s()), (at("2024-03-04T00:00"), at("2024-03-05T00:00")));
+        let noon = parse_iso("2024-03-04T12:00:00", None).unwrap();
+        assert_eq!((noon.start_s(), noon.finish_s()), (at("2024-03-04T12:00"), at("2024-03-04T12:00")));
+        assert_eq!(noon.end_of_day_s(), at("2024-03-05T00:00"));
+    }
+
+    #[test]
+    fn an_offset_is_converted_to_the_zone_of_the_site_and_never_ignored() {
+        let zone = TimeZone::get("Europe/Amsterdam").unwrap();
+        let check = |text: &str| parse_iso(text, Some(&zone)).unwrap().start_s();
+        assert_eq!(check("2024-07-01T08:00:00Z"), at("2024-07-01T10:00"));
+        assert_eq!(check("2024-07-01T08:00:00+05:30"), at("2024-07-01T04:30"));
+        assert!(matches!(parse_iso("2024-07-01T08:00:00+01:00", None), Err(DateError::NoSiteZone(_))));
+        assert_eq!(from_timestamp(1_719_820_800.0, Some(&zone)).unwrap().start_s(), at("2024-07-01T10:00"));
+    }
+
+    #[test]
+    fn what_is_no_date_is_an_error_and_a_placeholder_is_named_as_such() {
+        for text in ["2024-02-30", "2024-13-01", "2024-03-04T25:00:00", "12/2024", "1/2/24", "31/31/2024", "8"] {
+            assert!(matches!(parse(text, DateOrder::Dmy, None), Err(DateError::Unreadable(_))), "{text}");
+        }
+        for text in ["InstallationDate", "", "n/a"] {
+            assert!(matches!(parse(text, DateOrder::Dmy, None), Err(DateError::Placeholder(_))), "{text}");
+        }
+    }
+
+    #[test]
+    fn orders_are_not_mixed() {
+        assert_eq!(parse("08/04/2024", DateOrder::Dmy, None).unwrap().start_s(), at("2024-04-08T00:00"));
+        assert_eq!(parse("08/04/2024", DateOrder::Mdy, None).unwrap().start_s(), at("2024-08-04T00:00"));
+        assert_eq!(parse("6-2-2015", DateOrder::Dmy, None).unwrap().start_s(), at("2015-02-06T00:00"));
+        assert_eq!(parse("1.2.2024 14:30", DateOrder::Dmy, None).unwrap().finish_s(), at("2024-02-01T14:30"));
+        assert_eq!(parse("2024-04-08", DateOrder::Mdy, None).unwrap().start_s(), at("2024-04-08T00:00"));
+        assert!(matches!(parse("15/04/2024", DateOrder::Mdy, None), Err(DateError::OtherOrder { .. })));
+        assert!(matches!(parse("15/04/2024", DateOrder::Iso, None), Err(DateError::OtherOrder { .. })));
+    }
+}

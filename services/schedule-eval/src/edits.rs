@@ -1,0 +1,130 @@
+//! What somebody adds to the plan: delays to try out, and progress that was reported.
+
+use crate::EvaluateError;
+use crate::dates::{self, WrittenDate};
+use crate::durations::{WrittenDuration, parse_shift};
+use crate::rules::Rules;
+use messages::Site;
+use serde::Deserialize;
+
+/// Additions to the plan.
+#[derive(Debug, Default)]
+pub struct Edits {
+    /// Tasks to delay.
+    pub delays: Vec<Delay>,
+    /// What was reported.
+    pub actuals: Vec<Actual>,
+}
+
+/// What if a task is delayed?
+#[derive(Debug, Clone)]
+pub struct Delay {
+    /// GlobalId, Identification or Name of the task.
+    pub task: String,
+    pub(crate) by: WrittenDuration,
+}
+
+/// When work on a task or an element really began and ended.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Actual {
+    /// GlobalId of a task or an element, or Identification of a task.
+    pub id: String,
+    /// When it began; may be empty.
+    #[serde(default)]
+    pub start: String,
+    /// When it ended; empty while work goes on.
+    #[serde(default)]
+    pub finish: String,
+}
+
+/// Additions that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum EditError {
+    /// Not `TASK=5d`.
+    #[error(
+        "delay {text:?}: write TASK=5d with the task's GlobalId, identification or name, and days (d), hours (h) or weeks (w)"
+    )]
+    Delay {
+        /// As written.
+        text: String,
+    },
+    /// A delay that brings work forward.
+    #[error("delay {text:?} is negative: a delay makes work later")]
+    Negative {
+        /// As written.
+        text: String,
+    },
+    /// Not a table of `id,start,finish`.
+    #[error("reported progress: the table must have the columns id, start and finish")]
+    Table(#[from] csv::Error),
+}
+
+impl Delay {
+    /// Reads `TASK=5d`.
+    ///
+    /// # Errors
+    /// No such form, or a negative delay.
+    pub fn parse(text: &str) -> Result<Self, EditError> {
+        let wrong = || EditError::Delay { text: text.to_owned() };
+        let (task, by) = text.rsplit_once('=').ok_or_else(wrong)?;
+        let by = parse_shift(by.trim()).map_err(|_| wrong())?;
+        if by.seconds(crate::durations::DayLength::Elapsed) < 0 {
+            return Err(EditError::Negative { text: text.to_owned() });
+        }
+        Ok(Self { task: task.trim().to_owned(), by })
+    }
+}
+
+/// Reads a CSV table of reported progress with the columns `id`, `start` and `finish`; others are not accepted.
+///
+/// # Errors
+/// Other columns, or bytes that are no CSV table.
+pub fn parse_actuals(bytes: &[u8]) -> Result<Vec<Actual>, EditError> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(bytes);
+    Ok(reader.deserialize().collect::<Result<Vec<Actual>, csv::Error>>()?)
+}
+
+/// The task that somebody means: by GlobalId, else by identification, else by name if only one has it.
+pub(crate) fn find_task(site: &Site<'_>, wanted: &str) -> Result<usize, EvaluateError> {
+    let by = |text: fn(&messages::TaskRecord) -> messages::Text| -> Vec<usize> {
+        (0..site.tasks.len()).filter(|k| site.text(text(&site.tasks[*k])) == wanted).collect()
+    };
+    let found = [by(|t| t.global_id), by(|t| t.identification), by(|t| t.name)].into_iter().find(|f| !f.is_empty());
+    match found.as_deref() {
+        Some(&[one]) => Ok(one),
+        Some(several) => Err(EvaluateError::SeveralTasks { wanted: wanted.to_owned(), n: several.len() }),
+        None => Err(EvaluateError::NoSuchTask { wanted: wanted.to_owned() }),
+    }
+}
+
+/// A date of a report; without an order that the rules name only ISO 8601 is understood.
+pub(crate) fn reported_date(text: &str, id: &str, rules: &Rules) -> Result<Option<WrittenDate>, EvaluateError> {
+    if text.is_empty() {
+        return Ok(None);
+    }
+    let order = rules.date_format.unwrap_or(dates::DateOrder::Iso);
+    let date = dates::parse(text, order, rules.site_zone.as_ref());
+    date.map(Some).map_err(|why| EvaluateError::Reported { id: id.to_owned(), why: why.to_string() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn delays_name_a_task_and_a_length() {
+        let delay = Delay::parse("Walls = ground floor=5d").unwrap();
+        assert_eq!(delay.task, "Walls = ground floor");
+        assert!(matches!(Delay::parse("Walls"), Err(EditError::Delay { .. })));
+        assert!(matches!(Delay::parse("Walls=soon"), Err(EditError::Delay { .. })));
+        assert!(matches!(Delay::parse("Walls=-2d"), Err(EditError::Negative { .. })));
+    }
+
+    #[test]
+    fn reports_are_tables_with_three_columns() {
+        let read = parse_actuals(b"id, start, finish\n1.1, 2024-03-04, 2024-03-08\nabc,2024-03-05,\n").unwrap();
+        assert_eq!((read[0].finish.as_str(), read[1].id.as_str(), read[1].finish.as_str()), ("2024-03-08", "abc", ""));
+        assert!(parse_actuals(b"guid,begin\n1,2\n").is_err());
+    }
+}

@@ -1,0 +1,172 @@
+//! The life of an element: when it is built, when it is removed, and who says so.
+
+use crate::findings::{Entity, Findings, Severity};
+use crate::rules::{Rules, Undated};
+use crate::said::{AllSaid, Said};
+use crate::works::{Effect, Works, wholes};
+use messages::{DateSource, ElementState, NONE, Site};
+use std::collections::BTreeMap;
+
+/// What happens to an element, sorted; nothing for one that exists.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Life {
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) source: Option<DateSource>,
+}
+
+/// A run of effects of one kind: from the first start to the last finish.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Episode {
+    pub(crate) start_s: i64,
+    pub(crate) finish_s: i64,
+    pub(crate) removes: bool,
+}
+
+/// The lives of all elements: reported progress before tasks, tasks before properties, these before phases and status.
+pub(crate) fn lives(
+    site: &Site<'_>,
+    rules: &Rules,
+    works: &Works,
+    said: &AllSaid,
+    reported: &BTreeMap<usize, Effect>,
+    findings: &mut Findings<'_>,
+) -> Vec<Life> {
+    let phases = Phases::of(rules);
+    let lives = (0..site.elements.len()).map(|k| {
+        if let Some(effect) = reported.get(&k) {
+            return Life { effects: vec![*effect], source: Some(DateSource::Reported) };
+        }
+        if let Some(source) = works.elements[k].iter().map(|e| e.source).max() {
+            return Life { effects: works.elements[k].clone(), source: Some(source) };
+        }
+        let of_kind = |source, date: fn(&Said) -> Option<crate::dates::WrittenDate>| {
+            let found = wholes(site, k).find_map(|w| date(&said.elements[w]))?;
+            let finish_s = found.finish_s();
+            let effect = Effect { start_s: finish_s, finish_s, removes: false, task: NONE, source };
+            Some(Life { effects: vec![effect], source: Some(source) })
+        };
+        of_kind(DateSource::PropertyActual, |s| s.actual)
+            .or_else(|| of_kind(DateSource::PropertyPlanned, |s| s.planned))
+            .or_else(|| wholes(site, k).find_map(|w| phases.life(site, &said.elements[w])))
+            .or_else(|| {
+                let status = wholes(site, k).find_map(|w| said.elements[w].status)?;
+                let says_something = !matches!(site.text(status), "NOTKNOWN" | "UNSET" | "OTHER");
+                says_something.then(|| Life { effects: Vec::new(), source: Some(DateSource::Status) })
+            })
+            .unwrap_or_default()
+    });
+    let lives = lives.collect();
+    report(site, &phases, said, &lives, findings);
+    lives
+}
+
+/// Phases by name.
+pub(crate) struct Phases<'r> {
+    spans: BTreeMap<&'r str, Option<[i64; 2]>>,
+}
+
+impl<'r> Phases<'r> {
+    pub(crate) fn of(rules: &'r Rules) -> Self {
+        Self { spans: rules.phases.iter().map(|p| (p.name.as_str(), p.span_s)).collect() }
+    }
+
+    /// When a phase ends; `None` if it is unknown or before all time.
+    pub(crate) fn finish_s(&self, name: &str) -> Option<i64> {
+        self.spans.get(name).copied().flatten().map(|[_, finish_s]| finish_s)
+    }
+
+    /// What the phases of an element say; `None` if they say nothing.
+    fn life(&self, site: &Site<'_>, said: &Said) -> Option<Life> {
+        let span = |phase: Option<messages::Text>| phase.and_then(|t| self.spans.get(site.text(t)).copied());
+        let (created, demolished) = (span(said.created), span(said.demolished));
+        if created.is_none() && demolished.is_none() {
+            return None;
+        }
+        let effect = |span: Option<Option<[i64; 2]>>, removes: bool| {
+            let [start_s, finish_s] = span??;
+            Some(Effect { start_s, finish_s, removes, task: NONE, source: DateSource::Phase })
+        };
+        let mut effects: Vec<Effect> =
+            [effect(created, false), effect(demolished, true)].into_iter().flatten().collect();
+        effects.sort_unstable();
+        Some(Life { effects, source: Some(DateSource::Phase) })
+    }
+}
+
+impl Life {
+    /// The episodes, by start.
+    pub(crate) fn episodes(&self) -> Vec<Episode> {
+        let mut episodes: Vec<Episode> = Vec::new();
+        for effect in &self.effects {
+            match episodes.last_mut() {
+                Some(last) if last.removes == effect.removes => last.finish_s = last.finish_s.max(effect.finish_s),
+                _ => {
+                    let Effect { start_s, finish_s, removes, .. } = *effect;
+                    episodes.push(Episode { start_s, finish_s, removes });
+                }
+            }
+        }
+        episodes
+    }
+
+    /// The state before everything, and every change of it.
+    pub(crate) fn steps(&self, undated: Undated) -> (ElementState, Vec<(i64, ElementState)>) {
+        let episodes = self.episodes();
+        let first = match episodes.first() {
+            Some(first) if first.removes => ElementState::Built,
+            Some(_) => ElementState::NotStarted,
+            None if self.source.is_none() && undated == Undated::Absent => ElementState::NotStarted,
+            None => ElementState::Built,
+        };
+        let mut steps = Vec::new();
+        for (k, episode) in episodes.iter().enumerate() {
+            let (during, after) = if episode.removes {
+                (ElementState::BeingRemoved, ElementState::Removed)
+            } else {
+                (ElementState::InProgress, ElementState::Built)
+            };
+            let next_s = episodes.get(k + 1).map_or(i64::MAX, |next| next.start_s);
+            if episode.start_s < episode.finish_s {
+                steps.push((episode.start_s, during));
+            }
+            if episode.finish_s < next_s {
+                steps.push((episode.finish_s, after));
+            }
+        }
+        (first, steps)
+    }
+}
+
+/// Lists what a status says without a date, and phases that the rules do not know.
+fn report(site: &Site<'_>, phases: &Phases<'_>, said: &AllSaid, lives: &Vec<Life>, findings: &mut Findings<'_>) {
+    let mut unknown: BTreeMap<&str, usize> = BTreeMap::new();
+    for (k, element) in site.elements.iter().enumerate() {
+        let said = &said.elements[k];
+        let entity = Entity::of(element.global_id, element.name, element.step_id, element.source);
+        for name in [said.created, said.demolished].into_iter().flatten().map(|t| site.text(t)) {
+            if !phases.spans.contains_key(name) {
+                *unknown.entry(name).or_default() += 1;
+            }
+        }
+        let status = said.status.map(|t| site.text(t)).filter(|s| ["DEMOLISH", "TEMPORARY"].contains(s));
+        if let Some(status) = status.filter(|_| lives[k].source == Some(DateSource::Status)) {
+            let message = format!("its status is {status}, but nothing says when; it is taken as existing");
+            findings.add(Severity::Warning, "status_without_date", Some(entity), message);
+        }
+        if said.is_ambiguous {
+            let message = "its date fits two orders; other dates of the file decided".to_owned();
+            findings.add(Severity::Info, "date_ambiguous", Some(entity), message);
+        }
+    }
+    for name in said.spaces.iter().filter_map(|s| s.phase).map(|t| site.text(t)) {
+        if !phases.spans.contains_key(name) {
+            *unknown.entry(name).or_default() += 1;
+        }
+    }
+    for (name, n) in unknown {
+        let message = format!(
+            "{n} objects name the phase {name:?}, which has no dates in the rules ([[phases]]); it says nothing"
+        );
+        findings.add(Severity::Info, "phase_unknown", None, message);
+    }
+}

@@ -1,0 +1,83 @@
+//! What if a task is delayed?
+
+use super::resolve::{dependencies, roll_up};
+use super::{TaskDates, Tasks};
+use messages::NONE;
+
+/// Moves tasks by their delays, and everything that depends on them as far as it must: float is used up first.
+///
+/// `delay_s` holds a delay per task, in seconds of its own clock; one of a summary moves all that is nested in it. A task
+/// with actual dates has happened and stays. Nothing ever becomes earlier; a successor that starts before its
+/// predecessor allows keeps that lead.
+pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i64]) -> Vec<Option<TaskDates>> {
+    let site = tasks.site;
+    let mut incoming = vec![Vec::new(); site.tasks.len()];
+    for sequence in site.sequences {
+        incoming[sequence.successor as usize].push(sequence);
+    }
+    let mut moved = dates.to_vec();
+    for (group, is_cycle) in dependencies(site).groups() {
+        for k in group.iter().map(|k| *k as usize) {
+            let Some(planned) = dates[k] else { continue };
+            if tasks.is_summary(k) {
+                continue;
+            }
+            let facts = &tasks.facts[k];
+            if facts.actual_start.is_some() || facts.actual_finish.is_some() {
+                continue;
+            }
+            let own_s = total_delay_s(tasks, delay_s, k);
+            let clock = tasks.calendars.clock(facts.clock);
+            let shifted = |s: i64| clock.add(s, own_s).unwrap_or(s);
+            let mut start_s = shifted(planned.start_s);
+            let finish_s = shifted(planned.finish_s);
+            // In a circle nobody knows who pushes whom.
+            for sequence in incoming[k].iter().filter(|_| !is_cycle) {
+                let predecessor = sequence.predecessor as usize;
+                let (Some(before), Some(after)) = (dates[predecessor], moved[predecessor]) else { continue };
+                let duration_s = tasks.duration_s(k, planned);
+                let bounds = (tasks.bound_s(sequence, before, duration_s), tasks.bound_s(sequence, after, duration_s));
+                if let (Some(before_s), Some(after_s)) = bounds
+                    && after_s > before_s
+                {
+                    let lead_s = (before_s - planned.start_s).max(0);
+                    start_s = start_s.max(after_s - lead_s);
+                }
+            }
+            moved[k] = Some(if start_s == planned.start_s {
+                TaskDates { finish_s, ..planned }
+            } else {
+                let is_work = planned.start_s < planned.finish_s;
+                let start_s = if is_work { clock.next_working(start_s).unwrap_or(start_s) } else { start_s };
+                let worked_s = clock.between(planned.start_s, planned.finish_s);
+                let pushed_s = clock.add(start_s, worked_s).unwrap_or(start_s);
+                TaskDates { start_s, finish_s: finish_s.max(pushed_s), ..planned }
+            });
+        }
+        roll_up_group(tasks, dates, &mut moved, group);
+    }
+    moved
+}
+
+fn roll_up_group(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], moved: &mut [Option<TaskDates>], group: &[u32]) {
+    for k in group.iter().map(|k| *k as usize).filter(|k| tasks.is_summary(*k) && dates[*k].is_some()) {
+        let nested: Vec<TaskDates> = tasks.children[k].iter().filter_map(|c| moved[*c as usize]).collect();
+        if !nested.is_empty() {
+            moved[k] = Some(roll_up(&nested));
+        }
+    }
+}
+
+/// The delays of a task and of what it is nested in.
+fn total_delay_s(tasks: &Tasks<'_>, delay_s: &[i64], k: usize) -> i64 {
+    let (mut at, mut total_s) = (k, 0i64);
+    for _ in 0..delay_s.len() {
+        total_s = total_s.saturating_add(delay_s[at]);
+        let parent = tasks.site.tasks[at].parent;
+        if parent == NONE {
+            break;
+        }
+        at = parent as usize;
+    }
+    total_s
+}

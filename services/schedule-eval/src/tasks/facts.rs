@@ -1,0 +1,224 @@
+//! What a file, or a report of progress, says about one task.
+
+use crate::clock::Calendars;
+use crate::dates::{DateError, WrittenDate, parse_iso};
+use crate::durations::{self, WrittenDuration};
+use crate::findings::{Entity, Findings, Severity};
+use crate::rules::Rules;
+use messages::{DateSource, DurationKind, NONE, Site, TaskRecord, task_flags};
+
+/// What a task does with what it is linked to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum TaskKind {
+    /// It makes it stand.
+    Construct,
+    /// It takes it away.
+    Remove,
+    /// It brings it as an output, and takes it away as an input.
+    Carry,
+    /// Neither; it occupies the spaces all the same.
+    Other,
+}
+
+/// What is said about one task.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct TaskFacts {
+    pub(crate) actual_start: Option<WrittenDate>,
+    pub(crate) actual_finish: Option<WrittenDate>,
+    pub(crate) start: Option<WrittenDate>,
+    pub(crate) finish: Option<WrittenDate>,
+    /// Whether planned dates are scheduled or early ones.
+    pub(crate) planned: Option<DateSource>,
+    pub(crate) duration_s: Option<i64>,
+    /// Its own calendar, or that of its ancestors.
+    pub(crate) calendar: Option<usize>,
+    /// The calendar in which its duration counts; day and night without one.
+    pub(crate) clock: Option<usize>,
+    pub(crate) is_milestone: bool,
+    /// Something that it says cannot be read: the task counts for nothing.
+    pub(crate) is_faulty: bool,
+    /// It has any date or duration.
+    pub(crate) has_time: bool,
+}
+
+/// The texts that say when a task is: of the file, actual ones perhaps reported later.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TimeTexts<'a> {
+    pub(crate) actual_start: &'a str,
+    pub(crate) actual_finish: &'a str,
+    start: &'a str,
+    finish: &'a str,
+    duration: &'a str,
+    planned: DateSource,
+}
+
+impl<'a> TimeTexts<'a> {
+    pub(crate) fn of(site: &Site<'a>, task: &TaskRecord) -> Self {
+        let text = |t| site.text(t);
+        let first = |a: &'a str, b: &'a str| if a.is_empty() { b } else { a };
+        let scheduled = !text(task.schedule_start).is_empty() || !text(task.schedule_finish).is_empty();
+        Self {
+            actual_start: text(task.actual_start),
+            actual_finish: text(task.actual_finish),
+            start: first(text(task.schedule_start), text(task.early_start)),
+            finish: first(text(task.schedule_finish), text(task.early_finish)),
+            duration: text(task.schedule_duration),
+            planned: if scheduled { DateSource::Schedule } else { DateSource::Early },
+        }
+    }
+}
+
+/// First and last written date of all tasks and work schedules; what cannot be read is left to those who use it.
+pub(crate) fn written_span_s(site: &Site<'_>, rules: &Rules, texts: &[TimeTexts<'_>]) -> Option<std::ops::Range<i64>> {
+    let of_tasks = texts.iter().flat_map(|t| [t.actual_start, t.actual_finish, t.start, t.finish]);
+    let of_controls = site.work_controls.iter().flat_map(|c| [site.text(c.start), site.text(c.finish)]);
+    let dates = of_tasks.chain(of_controls).filter(|text| !text.is_empty());
+    let mut seconds = dates.filter_map(|text| parse_iso(text, rules.site_zone.as_ref()).ok()).map(WrittenDate::start_s);
+    let first = seconds.next()?;
+    Some(seconds.fold(first..first + 1, |span, s| span.start.min(s)..span.end.max(s + 1)))
+}
+
+/// Reads what is said about all tasks.
+pub(crate) fn facts(
+    site: &Site<'_>,
+    rules: &Rules,
+    texts: &[TimeTexts<'_>],
+    calendars: &Calendars,
+    findings: &mut Findings<'_>,
+) -> Vec<TaskFacts> {
+    let mut reader = Reader { site, rules, calendars, findings, days_of: Vec::new(), without_calendar: Vec::new() };
+    let facts = (0..site.tasks.len()).map(|k| reader.task(k, &texts[k])).collect();
+    reader.report_days();
+    facts
+}
+
+struct Reader<'a, 'f, 's> {
+    site: &'a Site<'a>,
+    rules: &'a Rules,
+    calendars: &'a Calendars,
+    findings: &'f mut Findings<'s>,
+    /// Tasks whose length depends on what a day means.
+    days_of: Vec<usize>,
+    /// Tasks that count working time without a calendar.
+    without_calendar: Vec<usize>,
+}
+
+impl Reader<'_, '_, '_> {
+    fn task(&mut self, index: usize, texts: &TimeTexts<'_>) -> TaskFacts {
+        let task = &self.site.tasks[index];
+        let calendar = inherited(self.site, index, |t| (t.calendar != NONE).then_some(t.calendar as usize));
+        let elapsed = task.duration_kind == DurationKind::ElapsedTime as u32;
+        let clock = calendar.filter(|_| !elapsed);
+        let mut facts = TaskFacts {
+            calendar,
+            clock,
+            is_milestone: task.has(task_flags::MILESTONE),
+            has_time: [texts.actual_start, texts.actual_finish, texts.start, texts.finish, texts.duration]
+                .iter()
+                .any(|text| !text.is_empty()),
+            ..TaskFacts::default()
+        };
+        let duration = self.read(task, "ScheduleDuration", texts.duration, &mut facts.is_faulty, |t| {
+            durations::parse(t).map_err(|e| e.to_string())
+        });
+        facts.duration_s = duration.map(|d| self.length_s(index, d, clock));
+        let zone = self.rules.site_zone.as_ref();
+        let mut date = |what: &str, text: &str| {
+            self.read(task, what, text, &mut facts.is_faulty, |t| {
+                parse_iso(t, zone).map_err(|e: DateError| e.to_string())
+            })
+        };
+        facts.actual_start = date("ActualStart", texts.actual_start);
+        facts.actual_finish = date("ActualFinish", texts.actual_finish);
+        facts.start = date("the planned start", texts.start);
+        facts.finish = date("the planned finish", texts.finish);
+        facts.planned = facts.start.or(facts.finish).map(|_| texts.planned);
+        if task.completion >= 1.0 && facts.actual_finish.is_none() {
+            let message = "the task is complete, but has no ActualFinish; its planned finish counts".to_owned();
+            self.findings.add(Severity::Warning, "completion_without_finish", Some(Entity::task(task)), message);
+        }
+        facts
+    }
+
+    /// Reads a text; one that cannot be read makes the task faulty.
+    fn read<T>(
+        &mut self,
+        task: &TaskRecord,
+        what: &str,
+        text: &str,
+        is_faulty: &mut bool,
+        parse: impl Fn(&str) -> Result<T, String>,
+    ) -> Option<T> {
+        if text.is_empty() {
+            return None;
+        }
+        match parse(text) {
+            Ok(value) => Some(value),
+            Err(why) => {
+                *is_faulty = true;
+                let message = format!("{what}: {why}; the task is ignored");
+                self.findings.add(Severity::Error, "task_date_unreadable", Some(Entity::task(task)), message);
+                None
+            }
+        }
+    }
+
+    fn length_s(&mut self, index: usize, duration: WrittenDuration, clock: Option<usize>) -> i64 {
+        let task = &self.site.tasks[index];
+        if duration.counts_days() && clock.is_some() {
+            self.days_of.push(index);
+        }
+        if task.duration_kind == DurationKind::WorkTime as u32 && clock.is_none() {
+            self.without_calendar.push(index);
+        }
+        duration.seconds(self.calendars.clock(clock).day())
+    }
+
+    /// One line each for what many tasks share.
+    fn report_days(&mut self) {
+        if let Some(&first) = self.days_of.first() {
+            let means = match self.rules.duration_day {
+                crate::rules::DurationDay::WorkingDay => "the working hours of a day",
+                crate::rules::DurationDay::Hours24 => "24 working hours",
+            };
+            let message =
+                format!("{} tasks have durations in days; a day means {means} (duration_day)", self.days_of.len());
+            let entity = Entity::task(&self.site.tasks[first]);
+            self.findings.add(Severity::Info, "duration_in_days", Some(entity), message);
+        }
+        if let Some(&first) = self.without_calendar.first() {
+            let n = self.without_calendar.len();
+            let message = format!("{n} tasks count working time but have no calendar; their days have 24 hours");
+            let entity = Entity::task(&self.site.tasks[first]);
+            self.findings.add(Severity::Warning, "calendar_missing", Some(entity), message);
+        }
+    }
+}
+
+/// What a task does, by its type or that of its nearest ancestor that has one.
+pub(crate) fn kind_of(site: &Site<'_>, task: usize) -> TaskKind {
+    let said = |t: &TaskRecord| Some(site.text(t.predefined_type)).filter(|k| !k.is_empty() && *k != "NOTDEFINED");
+    match inherited(site, task, said) {
+        None | Some("CONSTRUCTION" | "INSTALLATION") => TaskKind::Construct,
+        Some("DEMOLITION" | "REMOVAL" | "DISMANTLE" | "DISPOSAL") => TaskKind::Remove,
+        Some("MOVE" | "LOGISTIC") => TaskKind::Carry,
+        Some(_) => TaskKind::Other,
+    }
+}
+
+/// The nearest answer of a task and its ancestors.
+pub(crate) fn inherited<'s, T>(site: &Site<'s>, task: usize, of: impl Fn(&'s TaskRecord) -> Option<T>) -> Option<T> {
+    let mut at = task;
+    // No task is its own ancestor; the count guards against an archive that says otherwise.
+    for _ in 0..site.tasks.len() {
+        let record = &site.tasks[at];
+        if let Some(answer) = of(record) {
+            return Some(answer);
+        }
+        if record.parent == NONE {
+            return None;
+        }
+        at = record.parent as usize;
+    }
+    None
+}

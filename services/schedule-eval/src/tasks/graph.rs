@@ -1,0 +1,56 @@
+//! The order in which tasks depend on each other, and where they depend on themselves.
+
+use petgraph::algo::kosaraju_scc;
+use petgraph::graph::{DiGraph, NodeIndex};
+
+/// Tasks in groups: what a task depends on comes before it. A group of more than one is a cycle.
+pub(crate) struct Order {
+    groups: Vec<Vec<u32>>,
+    is_cycle: Vec<bool>,
+}
+
+impl Order {
+    /// Orders tasks by `(dependent, what it depends on)`.
+    pub(crate) fn of(n_tasks: usize, edges: impl Iterator<Item = (u32, u32)>) -> Self {
+        let mut graph = DiGraph::<(), (), u32>::with_capacity(n_tasks, n_tasks);
+        for _ in 0..n_tasks {
+            graph.add_node(());
+        }
+        let mut on_themselves = vec![false; n_tasks];
+        for (dependent, on) in edges {
+            on_themselves[dependent as usize] |= dependent == on;
+            graph.add_edge(NodeIndex::new(dependent as usize), NodeIndex::new(on as usize), ());
+        }
+        let mut groups: Vec<Vec<u32>> =
+            kosaraju_scc(&graph).into_iter().map(|g| g.into_iter().map(|n| n.index() as u32).collect()).collect();
+        groups.iter_mut().for_each(|group| group.sort_unstable());
+        let is_cycle = groups.iter().map(|g| g.len() > 1 || on_themselves[g[0] as usize]).collect();
+        Self { groups, is_cycle }
+    }
+
+    /// The groups, and whether each is a cycle.
+    pub(crate) fn groups(&self) -> impl DoubleEndedIterator<Item = (&[u32], bool)> {
+        self.groups.iter().map(Vec::as_slice).zip(self.is_cycle.iter().copied())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_task_depends_on_comes_first_and_cycles_are_groups() {
+        let order = Order::of(6, [(0, 1), (1, 2), (3, 4), (4, 3), (5, 5), (3, 0)].into_iter());
+        let groups: Vec<(Vec<u32>, bool)> = order.groups().map(|(g, c)| (g.to_vec(), c)).collect();
+        let at = |task: u32| groups.iter().position(|(g, _)| g.contains(&task)).unwrap();
+        assert!(at(2) < at(1) && at(1) < at(0) && at(0) < at(3));
+        assert_eq!((at(3), groups[at(3)].1, groups[at(5)].1, groups[at(0)].1), (at(4), true, true, false));
+    }
+
+    #[test]
+    fn a_chain_of_a_hundred_thousand_tasks_does_not_exhaust_the_stack() {
+        let n = 100_000;
+        let order = Order::of(n as usize, (1..n).map(|k| (k, k - 1)));
+        assert_eq!(order.groups().next().map(|(g, _)| g[0]), Some(0));
+    }
+}

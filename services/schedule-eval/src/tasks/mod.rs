@@ -1,0 +1,85 @@
+//! When tasks begin and end: written dates, the forward pass over sequences, delays, and the float that remains.
+
+mod delays;
+mod facts;
+mod floats;
+mod graph;
+mod resolve;
+
+pub(crate) use delays::delay;
+pub(crate) use facts::{TaskFacts, TaskKind, TimeTexts, facts, kind_of, written_span_s};
+pub use floats::Floats;
+pub(crate) use floats::floats;
+use graph::Order;
+pub(crate) use resolve::resolve;
+
+use crate::clock::Calendars;
+use crate::rules::Rules;
+use messages::{DateSource, SequenceKind, SequenceRecord, Site};
+
+/// When a task begins and ends, civil seconds since 1970: it is in progress from its start until before its finish.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TaskDates {
+    /// Start.
+    pub start_s: i64,
+    /// Finish.
+    pub finish_s: i64,
+    /// Where they come from.
+    pub source: DateSource,
+}
+
+/// What is known of the tasks while their dates are worked out.
+pub(crate) struct Tasks<'a> {
+    pub(crate) site: &'a Site<'a>,
+    pub(crate) rules: &'a Rules,
+    pub(crate) facts: &'a [TaskFacts],
+    pub(crate) calendars: &'a Calendars,
+    /// Tasks nested in each task.
+    pub(crate) children: &'a [Vec<u32>],
+}
+
+impl Tasks<'_> {
+    pub(crate) fn is_summary(&self, task: usize) -> bool {
+        !self.children[task].is_empty()
+    }
+
+    /// Working time of a task: as written, else between its dates.
+    fn duration_s(&self, task: usize, dates: TaskDates) -> i64 {
+        let facts = &self.facts[task];
+        facts.duration_s.unwrap_or_else(|| self.calendars.clock(facts.clock).between(dates.start_s, dates.finish_s))
+    }
+
+    /// The lag of a sequence in seconds, and the clock on which it passes: that of the successor's calendar.
+    fn lag(&self, sequence: &SequenceRecord, predecessor: TaskDates) -> Option<(i64, crate::clock::Clock<'_>)> {
+        let calendar = self.facts[sequence.successor as usize].calendar;
+        let elapsed = sequence.lag_kind == messages::DurationKind::ElapsedTime as u32;
+        let clock = self.calendars.clock(calendar.filter(|_| !elapsed));
+        let text = self.site.text(sequence.lag);
+        let lag_s = if text.is_empty() {
+            (sequence.lag_ratio * self.duration_s(sequence.predecessor as usize, predecessor) as f64).round() as i64
+        } else {
+            crate::durations::parse(text).ok()?.seconds(clock.day())
+        };
+        Some((lag_s, clock))
+    }
+
+    /// The earliest start of a task of this duration that a sequence allows; `None` if it cannot be worked out.
+    fn bound_s(&self, sequence: &SequenceRecord, predecessor: TaskDates, duration_s: i64) -> Option<i64> {
+        let (from_start, to_start) = ends(sequence);
+        let base = if from_start { predecessor.start_s } else { predecessor.finish_s };
+        let (lag_s, clock) = self.lag(sequence, predecessor)?;
+        let bound = clock.add(base, lag_s)?;
+        let own = self.calendars.clock(self.facts[sequence.successor as usize].clock);
+        if to_start { Some(bound) } else { own.add(bound, -duration_s) }
+    }
+}
+
+/// Whether a sequence hangs on the predecessor's start, and whether it bounds the successor's start.
+fn ends(sequence: &SequenceRecord) -> (bool, bool) {
+    match SequenceKind::from_id(sequence.kind) {
+        Some(SequenceKind::StartStart) => (true, true),
+        Some(SequenceKind::StartFinish) => (true, false),
+        Some(SequenceKind::FinishFinish) => (false, false),
+        Some(SequenceKind::FinishStart) | None => (false, true),
+    }
+}

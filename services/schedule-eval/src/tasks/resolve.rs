@@ -1,0 +1,315 @@
+//! Dates of tasks: as written, rolled up, inherited, or computed by the forward pass.
+//!
+//! # Source
+//! Kelley and Walker, "Critical-Path Planning and Scheduling", 1959; precedence diagrams with lags after Fondahl, 1961.
+
+use super::facts::inherited;
+use super::{Order, TaskDates, TaskFacts, Tasks};
+use crate::findings::{Entity, Findings, Severity};
+use messages::{DateSource, NONE, Site};
+
+/// What stands in a task's own words.
+enum Written {
+    Dates(TaskDates),
+    /// No date at all, but this duration: to be computed.
+    Duration(i64),
+    /// Nothing to work with, and why.
+    Nothing(&'static str),
+}
+
+/// Works out the dates of all tasks; `None` for those that have none.
+pub(crate) fn resolve(tasks: &Tasks<'_>, findings: &mut Findings<'_>) -> Vec<Option<TaskDates>> {
+    let mut pass = Pass::new(tasks, findings);
+    pass.report_cycles();
+    let order = pass.order();
+    for (group, is_cycle) in order.groups() {
+        if is_cycle {
+            pass.in_cycle(group);
+        } else {
+            pass.task(group[0] as usize);
+        }
+    }
+    pass.inherit();
+    pass.report_undated();
+    pass.dates
+}
+
+struct Pass<'t, 'a, 'f, 's> {
+    tasks: &'t Tasks<'a>,
+    findings: &'f mut Findings<'s>,
+    written: Vec<Written>,
+    /// Sequences by successor.
+    incoming: Vec<Vec<u32>>,
+    /// Where a work schedule begins, by control.
+    starts_s: Vec<Option<i64>>,
+    dates: Vec<Option<TaskDates>>,
+    /// Why a task has no dates.
+    why: Vec<Option<String>>,
+}
+
+impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
+    fn new(tasks: &'t Tasks<'a>, findings: &'f mut Findings<'s>) -> Self {
+        let site = tasks.site;
+        let n = site.tasks.len();
+        let mut incoming = vec![Vec::new(); n];
+        for (k, sequence) in (0..).zip(site.sequences) {
+            incoming[sequence.successor as usize].push(k);
+        }
+        let starts_s = start_times(site, tasks, findings);
+        let written = (0..n).map(|k| written(tasks, k)).collect();
+        Self { tasks, findings, written, incoming, starts_s, dates: vec![None; n], why: vec![None; n] }
+    }
+
+    /// Summary tasks depend on what is nested in them, computed ones on their predecessors.
+    fn order(&self) -> Order {
+        let site = self.tasks.site;
+        let nested = site.tasks.iter().zip(0..).filter(|(t, _)| t.parent != NONE).map(|(t, k)| (t.parent, k));
+        let is_computed =
+            |k: u32| !self.tasks.is_summary(k as usize) && matches!(self.written[k as usize], Written::Duration(_));
+        let sequences =
+            site.sequences.iter().filter(|s| is_computed(s.successor)).map(|s| (s.successor, s.predecessor));
+        Order::of(site.tasks.len(), nested.chain(sequences))
+    }
+
+    /// Names the tasks of every cycle, also of those whose written dates stand.
+    fn report_cycles(&mut self) {
+        let site = self.tasks.site;
+        for (group, is_cycle) in dependencies(site).groups() {
+            if is_cycle {
+                let task = |k: &u32| &site.tasks[*k as usize];
+                let names: Vec<String> = group.iter().take(8).map(|k| label(site, *k as usize)).collect();
+                let more = if group.len() > 8 { format!(" and {} more", group.len() - 8) } else { String::new() };
+                let message = format!(
+                    "tasks wait for each other in a circle: {}{more}; written dates stand, none are computed",
+                    names.join(", ")
+                );
+                self.findings.add(Severity::Error, "task_cycle", group.first().map(task).map(Entity::task), message);
+            }
+        }
+    }
+
+    /// Dates of tasks that wait for each other: written ones stand, summaries follow what is nested in them.
+    fn in_cycle(&mut self, group: &[u32]) {
+        let mut group: Vec<usize> = group.iter().map(|k| *k as usize).collect();
+        // Deeper ones first, so that a summary finds what is nested in it.
+        group.sort_by_key(|k| std::cmp::Reverse(depth(self.tasks.site, *k)));
+        for k in group {
+            if self.tasks.is_summary(k) || !matches!(self.written[k], Written::Duration(_)) {
+                self.task(k);
+            } else {
+                self.why[k] = Some("it waits for itself".to_owned());
+            }
+        }
+    }
+
+    fn task(&mut self, k: usize) {
+        let nested: Vec<TaskDates> = self.tasks.children[k].iter().filter_map(|c| self.dates[*c as usize]).collect();
+        let found = match &self.written[k] {
+            _ if self.tasks.facts[k].is_faulty && nested.is_empty() => Err(None),
+            _ if !nested.is_empty() => Ok(roll_up(&nested)),
+            Written::Dates(dates) => Ok(*dates),
+            Written::Duration(_) if self.tasks.is_summary(k) => Err(Some("no task nested in it has any".to_owned())),
+            Written::Duration(duration_s) => self.compute(k, *duration_s).map_err(Some),
+            Written::Nothing(why) => Err(Some((*why).to_owned())),
+        };
+        match found {
+            Ok(dates) if dates.finish_s < dates.start_s => {
+                let text = |s: i64| messages::plan_time(s).map(|t| t.to_string()).unwrap_or_default();
+                let message = format!(
+                    "the task finishes {} before it starts {}; it is ignored",
+                    text(dates.finish_s),
+                    text(dates.start_s)
+                );
+                self.findings.add(
+                    Severity::Error,
+                    "task_reversed",
+                    Some(Entity::task(&self.tasks.site.tasks[k])),
+                    message,
+                );
+            }
+            Ok(dates) => self.dates[k] = Some(dates),
+            Err(why) => self.why[k] = why,
+        }
+    }
+
+    /// The forward pass for one task: the earliest start that schedule and predecessors allow.
+    fn compute(&self, k: usize, duration_s: i64) -> Result<TaskDates, String> {
+        let site = self.tasks.site;
+        let clock = self.tasks.calendars.clock(self.tasks.facts[k].clock);
+        let mut start_s = self.schedule_start_s(k);
+        for &sequence in &self.incoming[k] {
+            let sequence = &site.sequences[sequence as usize];
+            let predecessor = sequence.predecessor as usize;
+            let dates = self.dates[predecessor]
+                .ok_or_else(|| format!("its predecessor {} has no dates", label(site, predecessor)))?;
+            let bound_s = self
+                .tasks
+                .bound_s(sequence, dates, duration_s)
+                .ok_or_else(|| format!("the lag behind {} cannot be worked out", label(site, predecessor)))?;
+            start_s = Some(start_s.map_or(bound_s, |s| s.max(bound_s)));
+        }
+        let start_s = start_s.ok_or("neither its work schedule nor a predecessor says when it can start")?;
+        let ended = "its calendar has no working time left";
+        let start_s = if duration_s == 0 { Some(start_s) } else { clock.next_working(start_s) }.ok_or(ended)?;
+        let finish_s = clock.add(start_s, duration_s).ok_or(ended)?;
+        Ok(TaskDates { start_s, finish_s, source: DateSource::Computed })
+    }
+
+    /// StartTime of the work schedule that controls the task, or of the first that has tasks.
+    fn schedule_start_s(&self, k: usize) -> Option<i64> {
+        let site = self.tasks.site;
+        let own = inherited(site, k, |t| (t.control != NONE).then_some(t.control as usize));
+        let of_own = own.and_then(|control| self.starts_s[control]);
+        let first = || {
+            let source = site.tasks[k].source;
+            let same_file = |c: &&usize| site.work_controls[**c].source == source;
+            let used: Vec<usize> = (0..self.starts_s.len()).filter(|c| self.starts_s[*c].is_some()).collect();
+            used.iter().find(same_file).or(used.first()).and_then(|c| self.starts_s[*c])
+        };
+        of_own.or_else(first)
+    }
+
+    /// A task that says nothing of time and hangs in no sequence takes the written dates of its nearest ancestor.
+    fn inherit(&mut self) {
+        let site = self.tasks.site;
+        let mut in_sequence = vec![false; site.tasks.len()];
+        for sequence in site.sequences {
+            in_sequence[sequence.predecessor as usize] = true;
+            in_sequence[sequence.successor as usize] = true;
+        }
+        for k in 0..site.tasks.len() {
+            if self.dates[k].is_some() || self.tasks.facts[k].has_time || self.tasks.is_summary(k) || in_sequence[k] {
+                continue;
+            }
+            let mut at = site.tasks[k].parent;
+            for _ in 0..site.tasks.len() {
+                if at == NONE {
+                    break;
+                }
+                if let Written::Dates(dates) = self.written[at as usize] {
+                    self.dates[k] = Some(dates).filter(|d| d.start_s <= d.finish_s);
+                    break;
+                }
+                at = site.tasks[at as usize].parent;
+            }
+        }
+    }
+
+    fn report_undated(&mut self) {
+        for k in 0..self.dates.len() {
+            let task = &self.tasks.site.tasks[k];
+            if let (None, Some(why)) = (self.dates[k], &self.why[k]) {
+                let message = format!("the task has no dates: {why}; it has no effect");
+                self.findings.add(Severity::Warning, "task_undated", Some(Entity::task(task)), message);
+            }
+            // Dates of a summary that differ from what is nested in it.
+            if let (true, Some(dates), Written::Dates(own)) =
+                (self.tasks.is_summary(k), self.dates[k], &self.written[k])
+                && (own.start_s, own.finish_s) != (dates.start_s, dates.finish_s)
+            {
+                let message = "its own dates differ from those of the tasks nested in it, which count".to_owned();
+                self.findings.add(Severity::Warning, "summary_dates_differ", Some(Entity::task(task)), message);
+            }
+        }
+    }
+}
+
+/// From the first start to the last finish of nested tasks, as trustworthy as the least of them.
+pub(super) fn roll_up(nested: &[TaskDates]) -> TaskDates {
+    let least = "a summary has a nested task";
+    TaskDates {
+        start_s: nested.iter().map(|d| d.start_s).min().expect(least),
+        finish_s: nested.iter().map(|d| d.finish_s).max().expect(least),
+        source: nested.iter().map(|d| d.source).max().expect(least),
+    }
+}
+
+/// All dependencies, whether dates are written or not: for cycles, delays and floats.
+pub(super) fn dependencies(site: &Site<'_>) -> Order {
+    let nested = site.tasks.iter().zip(0..).filter(|(t, _)| t.parent != NONE).map(|(t, k)| (t.parent, k));
+    let sequences = site.sequences.iter().map(|s| (s.successor, s.predecessor));
+    Order::of(site.tasks.len(), nested.chain(sequences))
+}
+
+/// Name of a task for people, its GlobalId where it has none.
+pub(crate) fn label(site: &Site<'_>, task: usize) -> String {
+    let record = &site.tasks[task];
+    let name = site.text(record.name);
+    if name.is_empty() { site.text(record.global_id).to_owned() } else { format!("{name:?}") }
+}
+
+fn depth(site: &Site<'_>, task: usize) -> usize {
+    let mut depth = 0;
+    let mut at = site.tasks[task].parent;
+    while at != NONE && depth < site.tasks.len() {
+        depth += 1;
+        at = site.tasks[at as usize].parent;
+    }
+    depth
+}
+
+fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, findings: &mut Findings<'_>) -> Vec<Option<i64>> {
+    let mut used = vec![false; site.work_controls.len()];
+    for task in site.tasks.iter().filter(|t| t.control != NONE) {
+        used[task.control as usize] = true;
+    }
+    let zone = tasks.rules.site_zone.as_ref();
+    let times = site.work_controls.iter().zip(used).map(|(control, used)| {
+        let entity = Entity::of(control.global_id, control.name, control.step_id, control.source);
+        if !used && control.is_plan == 0 {
+            let message = "the work schedule has no task".to_owned();
+            findings.add(Severity::Warning, "schedule_empty", Some(entity), message);
+        }
+        let text = site.text(control.start);
+        if text.is_empty() || !used {
+            return None;
+        }
+        match crate::dates::parse_iso(text, zone) {
+            Ok(date) => Some(date.start_s()),
+            Err(why) => {
+                findings.add(Severity::Error, "schedule_start_unreadable", Some(entity), format!("StartTime: {why}"));
+                None
+            }
+        }
+    });
+    times.collect()
+}
+
+/// What a task says itself.
+fn written(tasks: &Tasks<'_>, k: usize) -> Written {
+    let facts = &tasks.facts[k];
+    let TaskFacts { start, finish, duration_s, .. } = *facts;
+    let clock = tasks.calendars.clock(facts.clock);
+    let start_s = start.map(|d| d.start_s());
+    let finish_s = finish.map(|d| d.finish_s());
+    let dates = |start_s, finish_s, source| Written::Dates(TaskDates { start_s, finish_s, source });
+    let planned = facts.planned.unwrap_or(DateSource::Schedule);
+    let ended = Written::Nothing("its calendar has no working time left");
+    let duration_s = duration_s.or((facts.is_milestone && !facts.is_faulty).then_some(0));
+    if let Some(actual) = facts.actual_start {
+        let actual_s = actual.start_s();
+        if let Some(finish) = facts.actual_finish {
+            return dates(actual_s, finish.finish_s(), DateSource::Actual);
+        }
+        let between = start_s.zip(finish_s).map(|(s, f)| clock.between(s, f));
+        let Some(duration_s) = duration_s.or(between) else {
+            return Written::Nothing("it has an actual start, but neither a finish nor a duration");
+        };
+        return clock.add(actual_s, duration_s).map_or(ended, |finish_s| dates(actual_s, finish_s, DateSource::Actual));
+    }
+    if let Some(actual) = facts.actual_finish {
+        let actual_s = actual.finish_s();
+        let by_duration = duration_s.and_then(|d| clock.add(actual_s, -d));
+        let start_s = start_s.filter(|s| *s <= actual_s).or(by_duration).unwrap_or(actual_s);
+        return dates(start_s, actual_s, DateSource::Actual);
+    }
+    match (start_s, finish_s, duration_s) {
+        (Some(start_s), Some(finish_s), _) => dates(start_s, finish_s, planned),
+        (Some(start_s), None, Some(d)) => clock.add(start_s, d).map_or(ended, |f| dates(start_s, f, planned)),
+        (None, Some(finish_s), Some(d)) => clock.add(finish_s, -d).map_or(ended, |s| dates(s, finish_s, planned)),
+        (None, None, Some(duration_s)) => Written::Duration(duration_s),
+        (Some(_), None, None) => Written::Nothing("it has a start, but neither a finish nor a duration"),
+        (None, Some(_), None) => Written::Nothing("it has a finish, but neither a start nor a duration"),
+        (None, None, None) => Written::Nothing("it has neither dates nor a duration"),
+    }
+}

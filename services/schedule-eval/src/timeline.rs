@@ -1,0 +1,324 @@
+//! States at any instant, by looking them up.
+
+use crate::closures::{Closure, Why};
+use crate::findings::Finding;
+use crate::tasks::{Floats, TaskDates};
+use messages::{
+    ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, Site, SpaceState, SpaceStateRecord, Text,
+};
+
+/// When anything changes, and what: made once from site and rules.
+#[derive(Debug)]
+pub struct Timeline {
+    pub(crate) site_hash: u64,
+    pub(crate) elements: Steps,
+    /// State 1 is blocked.
+    pub(crate) spaces: Steps,
+    pub(crate) closures: Vec<Vec<Closure>>,
+    /// GlobalIds of the tasks, and reasons of the closing rules.
+    pub(crate) task_ids: Vec<String>,
+    pub(crate) closing_reasons: Vec<String>,
+    pub(crate) instants_s: Vec<i64>,
+    pub(crate) schedule: Vec<ElementScheduleRecord>,
+    pub(crate) tasks: Vec<Option<TaskDates>>,
+    pub(crate) floats: Vec<Option<Floats>>,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) closing_lead_s: i64,
+    pub(crate) is_paper: bool,
+}
+
+/// States of many objects over time: the first of each is before all time.
+#[derive(Debug, Default)]
+pub(crate) struct Steps {
+    /// Where the steps of each object begin; one more than there are objects.
+    offsets: Vec<u32>,
+    times_s: Vec<i64>,
+    states: Vec<u8>,
+}
+
+/// A plan time: an instant, or all instants of a period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Period {
+    /// The instant, or the first, civil seconds since 1970.
+    pub from_s: i64,
+    /// The end, exclusive; `None` for an instant.
+    pub until_s: Option<i64>,
+}
+
+/// What changes at an instant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Change {
+    /// When, civil seconds since 1970.
+    pub at_s: i64,
+    /// Element, state before and after; by element.
+    pub elements: Vec<(u32, ElementState, ElementState)>,
+    /// Space, whether it was blocked before and is after; by space.
+    pub spaces: Vec<(u32, bool, bool)>,
+}
+
+impl Steps {
+    /// Appends an object: its first state, then its changes by time; what changes nothing is dropped.
+    pub(crate) fn push(&mut self, first: u8, steps: impl Iterator<Item = (i64, u8)>) {
+        if self.offsets.is_empty() {
+            self.offsets.push(0);
+        }
+        let begin = self.times_s.len();
+        self.times_s.push(i64::MIN);
+        self.states.push(first);
+        for (time_s, state) in steps {
+            let last = self.times_s.len() - 1;
+            if self.times_s[last] == time_s {
+                self.states[last] = state;
+                // What the instant took back is no change.
+                if last > begin && self.states[last - 1] == state {
+                    self.times_s.pop();
+                    self.states.pop();
+                }
+            } else if self.states[last] != state {
+                self.times_s.push(time_s);
+                self.states.push(state);
+            }
+        }
+        self.offsets.push(self.times_s.len() as u32);
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    fn of(&self, object: usize) -> (&[i64], &[u8]) {
+        let span = self.offsets[object] as usize..self.offsets[object + 1] as usize;
+        (&self.times_s[span.clone()], &self.states[span])
+    }
+
+    /// Place of the last step at or before an instant.
+    fn last_at(times_s: &[i64], at_s: i64) -> usize {
+        // Few objects have more than four steps: counting beats searching.
+        if times_s.len() <= 8 {
+            times_s[1..].iter().take_while(|t| **t <= at_s).count()
+        } else {
+            times_s.partition_point(|t| *t <= at_s).max(1) - 1
+        }
+    }
+
+    pub(crate) fn at(&self, object: usize, at_s: i64) -> u8 {
+        let (times_s, states) = self.of(object);
+        states[Self::last_at(times_s, at_s)]
+    }
+
+    /// All states that an object has in a period.
+    fn within(&self, object: usize, period: Period) -> &[u8] {
+        let (times_s, states) = self.of(object);
+        let first = Self::last_at(times_s, period.from_s);
+        let last = period.until_s.map_or(first, |until_s| Self::last_at(times_s, until_s.saturating_sub(1)));
+        &states[first..=last.max(first)]
+    }
+
+    /// The next change after an instant.
+    fn next_after(&self, object: usize, at_s: i64) -> Option<(i64, u8)> {
+        let (times_s, states) = self.of(object);
+        let next = Self::last_at(times_s, at_s) + 1;
+        Some((*times_s.get(next)?, states[next]))
+    }
+
+    /// Every change: time, object, state before and after.
+    pub(crate) fn changes(&self) -> impl Iterator<Item = (i64, u32, u8, u8)> {
+        (0..self.len()).flat_map(|object| {
+            let (times_s, states) = self.of(object);
+            (1..times_s.len()).map(move |k| (times_s[k], object as u32, states[k - 1], states[k]))
+        })
+    }
+}
+
+impl Period {
+    /// An instant.
+    pub fn instant(at_s: i64) -> Self {
+        Self { from_s: at_s, until_s: None }
+    }
+}
+
+impl Timeline {
+    /// The instants at which anything changes, sorted, civil seconds since 1970.
+    pub fn instants_s(&self) -> &[i64] {
+        &self.instants_s
+    }
+
+    /// What is wrong with the schedule.
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// Dates of a task of the site, if it has any.
+    pub fn task(&self, task: usize) -> Option<TaskDates> {
+        self.tasks[task]
+    }
+
+    /// Float of a task of the site, if it is no summary and has dates.
+    pub fn float(&self, task: usize) -> Option<Floats> {
+        self.floats[task]
+    }
+
+    /// State of an element at an instant.
+    pub fn element(&self, element: usize, at_s: i64) -> ElementState {
+        state(self.elements.at(element, at_s))
+    }
+
+    /// States of all elements at an instant, as numbers.
+    pub fn elements_at(&self, at_s: i64, states: &mut [u8]) {
+        states.iter_mut().enumerate().for_each(|(k, s)| *s = self.elements.at(k, at_s));
+    }
+
+    /// True if a space must not be entered at an instant.
+    pub fn is_blocked(&self, space: usize, at_s: i64) -> bool {
+        self.spaces.at(space, at_s) == SpaceState::Blocked as u8
+    }
+
+    /// Why a space is blocked at an instant, or at any in a period; sorted, empty if it is open.
+    pub fn why(&self, space: usize, period: Period) -> Vec<String> {
+        let until_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
+        let begun = &self.closures[space];
+        let begun = &begun[..begun.partition_point(|c| c.start_s < until_s)];
+        let mut reasons: Vec<(Why, String)> =
+            begun.iter().filter(|c| period.from_s < c.finish_s).map(|c| (c.why, self.reason(c.why))).collect();
+        // Tasks by GlobalId, then what is not a task.
+        reasons.sort_by(|(a, x), (b, y)| (!matches!(a, Why::Task(_)), x).cmp(&(!matches!(b, Why::Task(_)), y)));
+        let mut reasons: Vec<String> = reasons.into_iter().map(|(_, text)| text).collect();
+        reasons.dedup();
+        reasons
+    }
+
+    fn reason(&self, why: Why) -> String {
+        match why {
+            Why::Task(task) => format!("task:{}", self.task_ids[task as usize]),
+            Why::BeforeRoomDate => "before_room_date".to_owned(),
+            Why::NoRoomDate => "no_room_date".to_owned(),
+            Why::Closed(rule) => self.closing_reasons[rule as usize].clone(),
+        }
+    }
+
+    /// All changes by time.
+    pub fn changes(&self) -> Vec<Change> {
+        let empty = |at_s: &i64| Change { at_s: *at_s, elements: Vec::new(), spaces: Vec::new() };
+        let mut changes: Vec<Change> = self.instants_s.iter().map(empty).collect();
+        let place = |at_s: i64| self.instants_s.binary_search(&at_s).expect("every change is an instant");
+        for (at_s, element, before, after) in self.elements.changes() {
+            changes[place(at_s)].elements.push((element, state(before), state(after)));
+        }
+        for (at_s, space, before, after) in self.spaces.changes() {
+            changes[place(at_s)].spaces.push((space, before == 1, after == 1));
+        }
+        changes
+    }
+
+    /// The phase at an instant, or the union over a period.
+    ///
+    /// In a union a space is blocked if it is at any instant. An element that is worked on at any instant, or that does not
+    /// stand throughout, is in progress: an obstacle, but no floor.
+    pub fn phase(&self, site: &Site<'_>, period: Period) -> PhaseBuilder {
+        let mut builder = PhaseBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
+        let none = PhaseHead::NO_TIME;
+        let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
+        let n_before = self.instants_s.partition_point(|s| *s <= period.from_s);
+        let next = self.instants_s.partition_point(|s| *s < end_s);
+        builder.head = PhaseHead {
+            plan_time_s: period.from_s,
+            plan_until_s: period.until_s.unwrap_or(none),
+            valid_from_s: n_before.checked_sub(1).map_or(none, |k| self.instants_s[k]),
+            valid_until_s: self.instants_s.get(next).copied().unwrap_or(none),
+            n_changes: self.instants_s.len() as u32,
+            paper: u32::from(self.is_paper),
+            ..builder.head
+        };
+        debug_assert_eq!(site.elements.len(), self.elements.len(), "the timeline is of this site");
+        for (k, planned) in builder.planned.iter_mut().enumerate() {
+            *planned = union_of(self.elements.within(k, period)) as u8;
+        }
+        builder.effective.copy_from_slice(&builder.planned);
+        for space in 0..self.spaces.len() {
+            builder.spaces[space] = self.space_state(&mut builder.texts, space, period);
+        }
+        self.describe(&mut builder);
+        builder
+    }
+
+    /// Schedule and findings, which do not depend on the plan time.
+    pub fn describe(&self, builder: &mut PhaseBuilder) {
+        builder.schedule.clone_from(&self.schedule);
+        builder.diagnostics = self.findings.iter().map(|f| f.record(&mut builder.texts)).collect();
+    }
+
+    fn space_state(&self, texts: &mut messages::TextPool, space: usize, period: Period) -> SpaceStateRecord {
+        let open = SpaceStateRecord {
+            state: SpaceState::Open as u32,
+            reserved: 0,
+            why: Text::default(),
+            closes_at_s: PhaseHead::NO_TIME,
+        };
+        if self.spaces.within(space, period).contains(&1) {
+            let why = texts.add(&self.why(space, period).join("\n"));
+            return SpaceStateRecord { state: SpaceState::Blocked as u32, why, ..open };
+        }
+        let last_s = period.until_s.map_or(period.from_s, |until_s| until_s.saturating_sub(1));
+        match self.spaces.next_after(space, last_s) {
+            Some((closes_at_s, _)) if closes_at_s <= last_s.saturating_add(self.closing_lead_s) => {
+                SpaceStateRecord { closes_at_s, ..open }
+            }
+            _ => open,
+        }
+    }
+}
+
+/// The state that stands for all states in a period.
+fn union_of(states: &[u8]) -> ElementState {
+    match states {
+        [one] => state(*one),
+        // It changes: whoever is there meanwhile meets it or the work on it.
+        _ => ElementState::InProgress,
+    }
+}
+
+fn state(id: u8) -> ElementState {
+    ElementState::from_id(id).unwrap_or(ElementState::Built)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steps(first: u8, changes: &[(i64, u8)]) -> Steps {
+        let mut steps = Steps::default();
+        steps.push(first, changes.iter().copied());
+        steps
+    }
+
+    #[test]
+    fn a_state_holds_from_its_instant_until_before_the_next() {
+        let steps = steps(0, &[(10, 1), (20, 2)]);
+        assert_eq!([9, 10, 19, 20, i64::MAX].map(|t| steps.at(0, t)), [0, 1, 1, 2, 2]);
+        let many: Vec<(i64, u8)> = (0..20).map(|k| (k * 10, (k % 2) as u8 + 1)).collect();
+        let many = super::tests::steps(0, &many);
+        assert_eq!([-1, 0, 15, 199].map(|t| many.at(0, t)), [0, 1, 2, 2]);
+    }
+
+    #[test]
+    fn what_changes_nothing_is_no_step() {
+        let steps = steps(2, &[(5, 2), (10, 3), (10, 2), (12, 4), (12, 1)]);
+        assert_eq!(steps.changes().collect::<Vec<_>>(), [(12, 0, 2, 1)]);
+    }
+
+    #[test]
+    fn a_period_has_all_states_between_its_ends() {
+        let steps = steps(0, &[(10, 1), (20, 2)]);
+        let within = |from_s, until_s| steps.within(0, Period { from_s, until_s: Some(until_s) }).to_vec();
+        assert_eq!(
+            (within(0, 10), within(0, 11), within(15, 30), within(20, 99)),
+            (vec![0], vec![0, 1], vec![1, 2], vec![2])
+        );
+        assert_eq!(
+            union_of(&[0, 2]),
+            ElementState::InProgress,
+            "floor that appears at noon is no floor in the morning"
+        );
+        assert_eq!(union_of(&[4]), ElementState::Removed);
+    }
+}

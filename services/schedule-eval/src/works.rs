@@ -1,0 +1,182 @@
+//! What tasks work on: the effects on elements, and the spaces that are occupied meanwhile.
+
+use crate::rules::Inputs;
+use crate::tasks::{TaskDates, TaskKind, kind_of};
+use messages::{DateSource, LinkKind, NONE, Site, link_flags};
+
+/// Something happens to an element from `start_s` until `finish_s`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Effect {
+    pub(crate) start_s: i64,
+    pub(crate) finish_s: i64,
+    /// It is taken away; otherwise it is made to stand.
+    pub(crate) removes: bool,
+    /// The task, or `NONE`.
+    pub(crate) task: u32,
+    pub(crate) source: DateSource,
+}
+
+/// A task is at work in a space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Occupation {
+    pub(crate) start_s: i64,
+    pub(crate) finish_s: i64,
+    pub(crate) task: u32,
+}
+
+/// Effects by element, occupations by space; both sorted.
+pub(crate) struct Works {
+    pub(crate) elements: Vec<Vec<Effect>>,
+    pub(crate) spaces: Vec<Vec<Occupation>>,
+}
+
+/// A link seen from its target.
+#[derive(Clone, Copy)]
+struct Link {
+    task: u32,
+    is_input: bool,
+    from_above: bool,
+}
+
+/// Follows the links of all tasks that have dates.
+///
+/// An element's own links win over those of its whole, these over those of the space or storey that holds it, these
+/// over those of the building; the first that gives a date counts.
+pub(crate) fn works(site: &Site<'_>, dates: &[Option<TaskDates>], inputs: Inputs) -> Works {
+    let links = Links::of(site);
+    let near = Near::of(site);
+    let kinds: Vec<TaskKind> = (0..site.tasks.len()).map(|k| kind_of(site, k)).collect();
+    let effects = |links: &[Link], from_above: bool| -> Vec<Effect> {
+        let of_rank = links.iter().filter(|l| l.from_above == from_above);
+        let effect = |l: &Link| {
+            let TaskDates { start_s, finish_s, source } = dates[l.task as usize]?;
+            let removes = removes(kinds[l.task as usize], l.is_input, inputs)?;
+            Some(Effect { start_s, finish_s, removes, task: l.task, source })
+        };
+        let mut effects: Vec<Effect> = of_rank.filter_map(effect).collect();
+        effects.sort_unstable();
+        effects.dedup();
+        effects
+    };
+    let elements = (0..site.elements.len()).map(|k| {
+        let own = wholes(site, k).map(|w| effects(&links.elements[w], false)).find(|e| !e.is_empty());
+        own.unwrap_or_else(|| {
+            let around = links.around(site, k);
+            let held = effects(&around, false);
+            if held.is_empty() { effects(&around, true) } else { held }
+        })
+    });
+    Works { elements: elements.collect(), spaces: occupations(site, dates, &links, &near) }
+}
+
+/// Whether a task takes away what it is linked to; `None` if it does neither.
+fn removes(kind: TaskKind, is_input: bool, inputs: Inputs) -> Option<bool> {
+    match kind {
+        TaskKind::Construct => Some(is_input && inputs == Inputs::Consume),
+        TaskKind::Remove => Some(true),
+        TaskKind::Carry => Some(is_input),
+        TaskKind::Other => None,
+    }
+}
+
+fn occupations(site: &Site<'_>, dates: &[Option<TaskDates>], links: &Links, near: &Near) -> Vec<Vec<Occupation>> {
+    let mut spaces: Vec<Vec<Occupation>> = vec![Vec::new(); site.spaces.len()];
+    let mut occupy = |space: usize, link: &Link| {
+        if let Some(d) = dates[link.task as usize].filter(|d| d.start_s < d.finish_s) {
+            spaces[space].push(Occupation { start_s: d.start_s, finish_s: d.finish_s, task: link.task });
+        }
+    };
+    for (k, space) in site.spaces.iter().enumerate() {
+        links.spaces[k].iter().for_each(|l| occupy(k, l));
+        if space.storey != NONE {
+            links.storeys[space.storey as usize].iter().for_each(|l| occupy(k, l));
+        }
+    }
+    for k in 0..site.elements.len() {
+        let spaces_near = &near.spaces[k];
+        if spaces_near.is_empty() {
+            continue;
+        }
+        let is_linked = wholes(site, k).any(|w| !links.elements[w].is_empty());
+        let around = if is_linked { Vec::new() } else { links.around(site, k) };
+        for link in links.elements[k].iter().chain(&around) {
+            spaces_near.iter().for_each(|s| occupy(*s as usize, link));
+        }
+    }
+    for list in &mut spaces {
+        list.sort_unstable();
+        list.dedup();
+    }
+    spaces
+}
+
+/// Links by target.
+struct Links {
+    elements: Vec<Vec<Link>>,
+    spaces: Vec<Vec<Link>>,
+    storeys: Vec<Vec<Link>>,
+}
+
+impl Links {
+    fn of(site: &Site<'_>) -> Self {
+        let mut links = Self {
+            elements: vec![Vec::new(); site.elements.len()],
+            spaces: vec![Vec::new(); site.spaces.len()],
+            storeys: vec![Vec::new(); site.storeys.len()],
+        };
+        for record in site.task_links {
+            let targets = match LinkKind::from_id(record.kind) {
+                Some(LinkKind::Space) => &mut links.spaces,
+                Some(LinkKind::Storey) => &mut links.storeys,
+                Some(LinkKind::Element) | None => &mut links.elements,
+            };
+            let is = |flag: u32| record.flags & flag != 0;
+            let from_above = is(link_flags::FROM_ABOVE);
+            targets[record.target as usize].push(Link {
+                task: record.task,
+                is_input: is(link_flags::INPUT),
+                from_above,
+            });
+        }
+        // What stands in the building itself is linked one by one, but ranks as what the building holds.
+        links
+    }
+
+    /// Links of the space and the storey that hold an element, and its own that come from above.
+    fn around(&self, site: &Site<'_>, element: usize) -> Vec<Link> {
+        let space = wholes(site, element).map(|w| site.elements[w].space).find(|s| *s != NONE);
+        let storey = site.elements[element].storey;
+        let of_space = space.map(|s| self.spaces[s as usize].as_slice()).unwrap_or_default();
+        let of_storey = if storey == NONE { &[] } else { self.storeys[storey as usize].as_slice() };
+        let own = self.elements[element].iter().filter(|l| l.from_above);
+        of_space.iter().chain(of_storey).chain(own).copied().collect()
+    }
+}
+
+/// Spaces that an element or a part of it is in, bounds or touches.
+struct Near {
+    spaces: Vec<Vec<u32>>,
+}
+
+impl Near {
+    fn of(site: &Site<'_>) -> Self {
+        let mut spaces: Vec<Vec<u32>> = vec![Vec::new(); site.elements.len()];
+        let contained = site.elements.iter().zip(0..).filter(|(e, _)| e.space != NONE).map(|(e, k)| (e.space, k));
+        let beside = site.boundaries.iter().chain(site.contacts).map(|b| (b.space, b.element));
+        for (space, element) in beside.chain(contained) {
+            wholes(site, element as usize).for_each(|w| spaces[w].push(space));
+        }
+        for list in &mut spaces {
+            list.sort_unstable();
+            list.dedup();
+        }
+        Self { spaces }
+    }
+}
+
+/// An element, what it is a part of, and so on.
+pub(crate) fn wholes<'s>(site: &'s Site<'_>, element: usize) -> impl Iterator<Item = usize> + 's {
+    // Wholes that are parts of themselves end after a round.
+    let next = |k: &usize| Some(site.elements[*k].whole).filter(|w| *w != NONE).map(|w| w as usize);
+    std::iter::successors(Some(element), next).take(64)
+}
