@@ -40,6 +40,9 @@ pub(crate) fn compose(
         *cell = if on { kind } else { 0 };
     }
 
+    // Where nothing can be stood on yet, closing a space means nothing: all of it is unknown, and forbidden below.
+    let has_floor = floor.cells.contains(&true);
+    let blocked = if has_floor { blocked } else { Mask::new(width, height) };
     let mut occupied = obstacles.clone();
     occupied.set_all(&closed_doors);
     let mut free = Mask::new(width, height);
@@ -55,6 +58,7 @@ pub(crate) fn compose(
         };
     }
     let input = KeepoutInput {
+        site,
         phase,
         robot,
         storey,
@@ -64,7 +68,11 @@ pub(crate) fn compose(
         blocked: &blocked,
         class: layers.class,
     };
-    keepout(&input, layers.keepout);
+    if has_floor {
+        keepout(&input, layers.keepout);
+    } else {
+        layers.keepout.fill(OCCUPIED);
+    }
     localization(&LocalizationInput { phase, storey, floor: &floor, class: layers.class }, layers.localization);
 }
 
@@ -87,7 +95,9 @@ fn draw_classes(
             class[row + run.start as usize..row + run.end as usize].fill(obstacle.class.id());
         }
         let door = site.elements[obstacle.element as usize].door;
-        if door != NONE && verdict(robot, &site.doors[door as usize]) != DoorPassage::Passable {
+        let opens = |door: u32| verdict(robot, &site.doors[door as usize]) == DoorPassage::Passable;
+        // A door that is being hung or taken down is as good as closed.
+        if door != NONE && (is_worked_on(phase, obstacle.element) || !opens(door)) {
             closed.set_runs(&obstacle.runs);
         }
     }

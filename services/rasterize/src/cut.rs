@@ -3,9 +3,10 @@
 use crate::RasterizeError;
 use frames::{TENTHS_PER_M, metres};
 use geometry::{Bounds, Footprint, MultiPolygon, OrientedBox, Ring, Slab, floor_faces, footprint};
-use grid::{Class, GridSpec, Run, overlapped_cells};
+use grid::{Class, GridSpec, Run, covered_cells, overlapped_cells};
 use messages::{ElementRecord, MapStoreyRecord, NONE, RobotProfile, Site, element_flags, space_flags};
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Unknown cells around everything: a planner can see that the map ends.
 const MARGIN: i32 = TENTHS_PER_M;
@@ -60,7 +61,22 @@ pub(crate) struct StoreyCut {
     pub(crate) passages: Vec<Passage>,
     /// Stairs, ramps, lifts and shafts that reach an assumed floor from below.
     pub(crate) from_below: MultiPolygon,
+    /// Elements between this floor and the next.
+    pub(crate) overhead: Vec<Overhead>,
+    /// Cells that floor covers when everything is built; made when somebody asks.
+    complete_floor: OnceLock<Vec<Run>>,
 }
+
+/// An element between this floor and the next, in plan: where nobody must be while it is worked on.
+#[derive(Debug)]
+pub(crate) struct Overhead {
+    pub(crate) element: u32,
+    /// Made when it is worked on for the first time.
+    runs: OnceLock<Vec<Run>>,
+}
+
+/// The next floor is at least this high above: what is nearer is another level of the same storey.
+const LEAST_STOREY_HEIGHT: i32 = 2 * TENTHS_PER_M;
 
 /// Bottom and top of the slab above the floor, in tenths of a millimetre.
 pub(crate) fn slab_above_floor(robot: &RobotProfile) -> [i32; 2] {
@@ -98,8 +114,38 @@ impl StoreyCut {
             spaces: spaces_of(site, &spec, map_storey),
             passages: passages_of(site, &spec, floor_z, hi),
             from_below: from_below(site, floor_z),
+            overhead: overhead(site, floor_z),
+            complete_floor: OnceLock::new(),
         })
     }
+
+    /// The plan of an element between this floor and the next.
+    pub(crate) fn overhead_runs<'s>(&'s self, site: &Site<'_>, overhead: &'s Overhead) -> &'s [Run] {
+        overhead.runs.get_or_init(|| {
+            let slab = Slab { lo: self.floor_z, hi: next_floor_z(site, self.floor_z) };
+            let plan = footprint(site.element_meshes(&site.elements[overhead.element as usize]), slab);
+            overlapped_cells(&plan.area, &plan.lines, &self.spec)
+        })
+    }
+
+    /// Cells that floor covers whole when everything is built, of a storey whose floor is not assumed.
+    pub(crate) fn complete_floor(&self) -> &[Run] {
+        self.complete_floor.get_or_init(|| covered_cells(&crate::floor::plan_of(&self.floor, |_| true), &self.spec))
+    }
+}
+
+/// Height of the floor above, or of everything.
+fn next_floor_z(site: &Site<'_>, floor_z: i32) -> i32 {
+    let above = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z >= floor_z + LEAST_STOREY_HEIGHT);
+    let top = site.elements.iter().filter(|e| e.n_parts > 0).map(|e| e.max_tenths[2]).max();
+    above.min().or(top).unwrap_or(floor_z).max(floor_z + LEAST_STOREY_HEIGHT)
+}
+
+fn overhead(site: &Site<'_>, floor_z: i32) -> Vec<Overhead> {
+    let slab = Slab { lo: floor_z, hi: next_floor_z(site, floor_z) };
+    let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
+    let elements = site.elements.iter().zip(0..).filter(|(e, _)| reaches(e));
+    elements.map(|(_, element)| Overhead { element, runs: OnceLock::new() }).collect()
 }
 
 fn spec_of(site: &Site<'_>, record: &MapStoreyRecord, resolution_m: f64) -> Result<GridSpec, RasterizeError> {

@@ -1,6 +1,6 @@
 //! Which cells have floor under them.
 
-use crate::cut::{Passage, StoreyCut, to_tenths};
+use crate::cut::{FloorPiece, Passage, StoreyCut, to_tenths};
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::{FillRule, MultiPolygon, Ring, close_gaps, difference, union, union_of};
 use grid::{GridSpec, Mask, covered_cells, enclosed};
@@ -36,8 +36,12 @@ pub(crate) fn floor_cells(site: &Site<'_>, phase: &Phase<'_>, storey: &StoreyCut
 
 /// The plan of all finished floor within a step of the storey's floor.
 pub(crate) fn built_floor(phase: &Phase<'_>, storey: &StoreyCut) -> MultiPolygon {
-    let built = storey.floor.iter().filter(|p| phase.effective(p.element as usize) == ElementState::Built);
-    let rings: Vec<Ring> = built.flat_map(|p| p.rings.iter().cloned()).collect();
+    plan_of(&storey.floor, |piece| phase.effective(piece.element as usize) == ElementState::Built)
+}
+
+/// The plan of some pieces of floor, cracks between them closed.
+pub(crate) fn plan_of(pieces: &[FloorPiece], wanted: impl Fn(&FloorPiece) -> bool) -> MultiPolygon {
+    let rings: Vec<Ring> = pieces.iter().filter(|p| wanted(p)).flat_map(|p| p.rings.iter().cloned()).collect();
     close_gaps(&union(&rings, FillRule::NonZero), CRACK)
 }
 

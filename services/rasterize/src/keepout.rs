@@ -3,10 +3,11 @@
 use crate::compose::{OCCUPIED, is_worked_on};
 use crate::cut::{StoreyCut, cells_of};
 use grid::{Class, Mask, fill_holes, grow_through};
-use messages::{Phase, RobotProfile};
+use messages::{ElementState, FloorKind, Phase, RobotProfile, Site};
 
 /// What the mask is made from.
 pub(crate) struct KeepoutInput<'a> {
+    pub(crate) site: &'a Site<'a>,
     pub(crate) phase: &'a Phase<'a>,
     pub(crate) robot: &'a RobotProfile,
     pub(crate) storey: &'a StoreyCut,
@@ -27,14 +28,7 @@ pub(crate) struct KeepoutInput<'a> {
 pub(crate) fn keepout(input: &KeepoutInput<'_>, layer: &mut [i8]) {
     let spec = &input.storey.spec;
     let (width, height) = (spec.width as usize, spec.height as usize);
-    let mut ground = Mask::new(width, height);
-    for index in 0..ground.cells.len() {
-        let inside = input.floor.cells[index] || input.class[index] != Class::None.id() || input.blocked.cells[index];
-        ground.cells[index] = inside;
-    }
-    input.storey.spaces.iter().for_each(|s| ground.set_runs(&s.runs));
-    input.storey.passages.iter().for_each(|p| ground.set_runs(&p.runs));
-    let outline = fill_holes(&ground);
+    let outline = outline(input);
 
     // A door without floor beyond stays passable, so it is no drop-off itself.
     let void = |i: usize| !input.floor.cells[i] && input.class[i] != Class::Door.id();
@@ -45,8 +39,8 @@ pub(crate) fn keepout(input: &KeepoutInput<'_>, layer: &mut [i8]) {
     forbidden.set_all(&beyond_edges);
 
     let mut work = Mask::new(width, height);
-    for element in input.storey.obstacles.iter().filter(|o| is_worked_on(input.phase, o.element)) {
-        work.set_runs(&element.runs);
+    for element in input.storey.overhead.iter().filter(|o| is_worked_on(input.phase, o.element)) {
+        work.set_runs(input.storey.overhead_runs(input.site, element));
     }
     forbidden.set_all(&grow_through(&work, input.free, cells_of(spec, input.robot.work_margin_m)));
     forbidden.set_all(&work);
@@ -57,4 +51,19 @@ pub(crate) fn keepout(input: &KeepoutInput<'_>, layer: &mut [i8]) {
             *value = OCCUPIED;
         }
     }
+}
+
+/// Everything inside the storey when it is complete: what is not built yet is a drop-off inside it, not outside.
+fn outline(input: &KeepoutInput<'_>) -> Mask {
+    let storey = input.storey;
+    let mut ground = input.floor.clone();
+    storey.obstacles.iter().for_each(|o| ground.set_runs(&o.runs));
+    storey.spaces.iter().for_each(|s| ground.set_runs(&s.runs));
+    storey.passages.iter().for_each(|p| ground.set_runs(&p.runs));
+    let is_built = |element: u32| input.phase.effective(element as usize) == ElementState::Built;
+    let is_assumed = input.site.map_storeys[storey.map_storey as usize].floor != FloorKind::Built as u32;
+    if !is_assumed && !storey.floor.iter().all(|piece| is_built(piece.element)) {
+        ground.set_runs(storey.complete_floor());
+    }
+    fill_holes(&ground)
 }
