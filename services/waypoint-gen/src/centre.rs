@@ -1,5 +1,6 @@
 //! Where in a space a robot can stand.
 
+use crate::reach::Reach;
 use frames::{Map, Point2, TENTHS_PER_M};
 use grid::{Cell, GridSpec, squared_distances};
 use messages::{Grid, Site};
@@ -55,7 +56,7 @@ impl Clearance {
     }
 
     /// The same for a cell's centre.
-    fn at_cell(&self, index: usize) -> f64 {
+    pub(crate) fn at_cell(&self, index: usize) -> f64 {
         f64::from(self.squared[index]).sqrt() * self.spec.resolution_m()
     }
 }
@@ -65,6 +66,7 @@ pub(crate) fn centre_of(
     site: &Site<'_>,
     grid: &Grid<'_>,
     clearance: &Clearance,
+    reach: &Reach,
     space: usize,
     radius_m: f64,
 ) -> Result<Centre, String> {
@@ -74,22 +76,27 @@ pub(crate) fn centre_of(
     let inside = |p: Point2<Map>| polygon.contains([p.x_m, p.y_m].map(|c| c * f64::from(TENTHS_PER_M)));
     let centroid = Point2::<Map>::new(record.centroid_m[0], record.centroid_m[1]);
     let at_centroid = clearance.at(centroid);
-    if inside(centroid) && at_centroid >= radius_m {
+    let is_reached = spec.cell_at(centroid).is_some_and(|cell| reach.contains(spec.index(cell)));
+    if inside(centroid) && at_centroid >= radius_m && is_reached {
         return Ok(Centre { x_m: centroid.x_m, y_m: centroid.y_m, clearance_m: at_centroid });
     }
     let own = space as u16 + 1;
     let cells = || grid.space.iter().enumerate().filter(|(_, s)| **s == own).map(|(index, _)| index);
     let centre = |index: usize| spec.centre_of(spec.cell_of(index));
     let far = |p: Point2<Map>| libm::hypot(p.x_m - centroid.x_m, p.y_m - centroid.y_m);
-    let clear = cells().filter(|&i| clearance.at_cell(i) >= radius_m && inside(centre(i)));
+    let clear = cells().filter(|&i| reach.contains(i) && inside(centre(i)));
     // Nearest first; of equally near cells the lower row, then the lower column.
     let nearest = clear.min_by(|&a, &b| far(centre(a)).total_cmp(&far(centre(b))).then(a.cmp(&b)));
     if let Some(index) = nearest {
         let p = centre(index);
         return Ok(Centre { x_m: p.x_m, y_m: p.y_m, clearance_m: clearance.at_cell(index) });
     }
-    Err(if cells().any(|index| grid.planning[index] == 0) {
+    Err(if cells().any(|index| reach.can_stand(index) && inside(centre(index))) {
+        "no way leads there from the largest part of the storey".to_owned()
+    } else if cells().any(|index| grid.planning[index] == 0 && grid.keepout[index] == 0) {
         format!("it has no free place of {radius_m} m around")
+    } else if cells().any(|index| grid.planning[index] == 0) {
+        "all of it is keep-out".to_owned()
     } else {
         "it has no floor at the level of its map storey".to_owned()
     })
@@ -124,7 +131,8 @@ mod tests {
             }
         });
         let grid = Grid::open(buffer.bytes()).unwrap();
-        centre_of(&site, &grid, &Clearance::of(&grid), 0, 0.3)
+        let clearance = Clearance::of(&grid);
+        centre_of(&site, &grid, &clearance, &Reach::of(&grid, &clearance, 0.3), 0, 0.3)
     }
 
     const ROOM: [[i32; 2]; 4] = [[0, 0], [40, 0], [40, 30], [0, 30]];
@@ -155,5 +163,14 @@ mod tests {
     fn a_space_too_narrow_for_the_robot_has_a_reason() {
         assert!(find(&ROOM, [2.0, 1.5], |c, _| c % 3 != 0).unwrap_err().contains("no free place"));
         assert!(find(&ROOM, [2.0, 1.5], |_, _| false).unwrap_err().contains("no floor"));
+    }
+
+    #[test]
+    fn the_smaller_of_two_parts_is_not_reached() {
+        // A wall across the room, the robot's part on the right.
+        let found = find(&ROOM, [0.8, 1.5], |c, _| c != 15).unwrap();
+        assert!(found.x_m > 1.6, "{found:?}");
+        let left = [[0, 0], [14, 0], [14, 30], [0, 30]];
+        assert!(find(&left, [0.7, 1.5], |c, _| c != 15).unwrap_err().contains("no way leads there"));
     }
 }

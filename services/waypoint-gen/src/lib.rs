@@ -1,18 +1,20 @@
 //! Site, phase and grids in, waypoints out: the centre of every space that a robot may enter.
 
 mod centre;
+mod reach;
 
-use centre::{Centre, centre_of};
+use centre::{Centre, Clearance, centre_of};
 use frames::metres;
 use messages::{
     ArchiveBuffer, Grid, NONE, Phase, PlanBuilder, PlanHead, RobotProfile, Site, SpacePlanRecord, TextPool,
     WaypointKind, WaypointRecord, space_flags,
 };
+use reach::Reach;
 
 /// Plans the centres of all spaces, storey by storey, in file order.
 ///
 /// A centre is the area centroid of the space's floor, moved to the nearest place that is inside the space and clear by
-/// the robot's radius where it is not. A space without one has a reason.
+/// the robot's radius and can be reached, where it is not. A space without one has a reason.
 pub fn plan(site: &Site<'_>, phase: &Phase<'_>, grids: &[Grid<'_>], robot: &RobotProfile) -> ArchiveBuffer {
     let mut builder = PlanBuilder {
         texts: TextPool::default(),
@@ -33,12 +35,13 @@ pub fn plan(site: &Site<'_>, phase: &Phase<'_>, grids: &[Grid<'_>], robot: &Robo
         }
     }
     for grid in grids {
-        let clearance = centre::Clearance::of(grid);
+        let clearance = Clearance::of(grid);
+        let reach = Reach::of(grid, &clearance, robot.radius_m);
         for (index, space) in site.spaces.iter().enumerate() {
             if space.map_storey != grid.head.map_storey || may_be_entered(site, phase, index).is_err() {
                 continue;
             }
-            match centre_of(site, grid, &clearance, index, robot.radius_m) {
+            match centre_of(site, grid, &clearance, &reach, index, robot.radius_m) {
                 Ok(centre) => add_centre(&mut builder, grid, robot, index, space.centroid_m, &centre),
                 Err(reason) => builder.spaces[index].reason = builder.texts.add(&reason),
             }
