@@ -11,14 +11,16 @@ mod maps;
 mod output_folder;
 mod pictures;
 mod report;
+mod schedule_report;
 mod semantic;
 mod semantic_geometry;
 mod site_frame;
 mod waypoints;
 
-pub use manifest::Manifest;
+pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of};
 pub use output_folder::{OutputError, OutputFolder};
 pub use report::Report;
+pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
 pub use waypoints::Waypoints;
@@ -87,6 +89,14 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
     let sums = files.iter().map(|f| (f.path.clone(), sha256_hex(&f.bytes))).collect();
     files.push(ExportFile::new("manifest.json", json::text(&Manifest::of(input, sums))));
     files
+}
+
+/// Files beside the folders of several plan times: what they are, and the map frame that they share.
+pub fn dated_files(site: &Site<'_>, dates: Vec<DatedFolder>) -> Vec<ExportFile> {
+    vec![
+        ExportFile::new("site-frame.json", json::text(&SiteFrameFile::of(site))),
+        ExportFile::new("manifest.json", json::text(&DatesManifest::of(site, dates))),
+    ]
 }
 
 /// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.

@@ -3,10 +3,43 @@
 use crate::site_frame::{MapFromWorld, SiteFrameFile};
 use crate::{ExportInput, hex, storey_folder};
 use frames::metres;
-use messages::{FloorKind, Opens, RobotProfile};
+use messages::{FloorKind, Opens, Phase, RobotProfile, Site};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
+
+/// `manifest.json` of an output folder with a folder per change.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct DatesManifest {
+    /// `groundplan`.
+    tool: &'static str,
+    /// Version of the program.
+    version: &'static str,
+    /// The files of the site.
+    sources: Vec<Source>,
+    /// The folders, by plan time.
+    dates: Vec<DatedFolder>,
+}
+
+/// A folder with the maps of one plan time.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct DatedFolder {
+    /// Plan time: the instant of a change.
+    pub plan_time: String,
+    /// The next change; null behind the last.
+    pub valid_until: Option<String>,
+    /// The folder.
+    pub directory: String,
+}
+
+impl DatesManifest {
+    pub(crate) fn of(site: &Site<'_>, dates: Vec<DatedFolder>) -> Self {
+        Self { tool: TOOL, version: VERSION, sources: Source::all(site), dates }
+    }
+}
+
+const TOOL: &str = "groundplan";
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// What an output folder holds and what it was made from.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -19,9 +52,12 @@ pub struct Manifest {
     sources: Vec<Source>,
     /// Plan time; null if all elements stand regardless of dates.
     plan_time: Option<String>,
-    /// Last change before the plan time.
+    /// End of the period that the maps serve, exclusive; null for an instant. The maps are the union over the period:
+    /// blocked if blocked at any instant of it, obstacle if present at any, floor only if floor throughout.
+    plan_until: Option<String>,
+    /// Last change at or before the plan time.
     valid_from: Option<String>,
-    /// Next change after the plan time.
+    /// Next change after the plan time, or after the period.
     valid_until: Option<String>,
     /// True if the files hold a schedule that this map does not follow.
     schedule_ignored: bool,
@@ -111,6 +147,8 @@ struct Storey {
     floor_z_m: f64,
     /// `built` or `assumed`.
     floor: &'static str,
+    /// `ok`, or `no_floor_yet`: all of it is unknown and keep-out.
+    status: &'static str,
     /// Folder of its files.
     directory: String,
     /// Columns and rows of its maps.
@@ -122,23 +160,16 @@ struct Storey {
 impl Manifest {
     pub(crate) fn of(input: &ExportInput<'_>, files: BTreeMap<String, String>) -> Self {
         let (site, head) = (input.site, input.site.head);
-        let time = |seconds: i64| frames::PlanTime::from_civil_seconds(seconds).map(|t| t.to_string());
+        let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
         let plan_time = input.phase.head.plan_time().map(|t| t.to_string());
         Self {
-            tool: "groundplan",
-            version: env!("CARGO_PKG_VERSION"),
-            sources: site
-                .sources
-                .iter()
-                .map(|s| Source {
-                    file: site.text(s.file).to_owned(),
-                    sha256: hex(&s.sha256),
-                    schema: site.text(s.schema).to_owned(),
-                })
-                .collect(),
+            tool: TOOL,
+            version: VERSION,
+            sources: Source::all(site),
+            plan_until: input.phase.head.plan_until().map(|t| t.to_string()),
             valid_from: plan_time.as_ref().and_then(|_| time(input.phase.head.valid_from_s)),
             valid_until: plan_time.as_ref().and_then(|_| time(input.phase.head.valid_until_s)),
-            schedule_ignored: head.has_schedule == 1 && plan_time.is_none(),
+            schedule_ignored: schedule_ignored(site, input.phase),
             plan_time,
             resolution_m: crate::rounded(input.resolution_m),
             slab_m: input.index.head.robot.slab_m().map(crate::rounded),
@@ -161,6 +192,15 @@ impl Manifest {
     }
 }
 
+impl Source {
+    fn all(site: &Site<'_>) -> Vec<Self> {
+        let text = |t| site.text(t).to_owned();
+        let source =
+            |s: &messages::SourceRecord| Self { file: text(s.file), sha256: hex(&s.sha256), schema: text(s.schema) };
+        site.sources.iter().map(source).collect()
+    }
+}
+
 impl Storey {
     fn of(input: &ExportInput<'_>, grid: &messages::Grid<'_>) -> Self {
         let index = grid.head.map_storey;
@@ -171,11 +211,22 @@ impl Storey {
             global_id: input.site.text(record.global_id).to_owned(),
             floor_z_m: metres(record.floor_z_tenths),
             floor: if record.floor == FloorKind::Built as u32 { "built" } else { "assumed" },
+            status: status_of(grid),
             directory: storey_folder(input.site, index, record),
             size_cells: [grid.head.width, grid.head.height],
             origin_m: grid.spec().origin_m(),
         }
     }
+}
+
+/// True if the files say when things are built, and these maps show everything built.
+pub fn schedule_ignored(site: &Site<'_>, phase: &Phase<'_>) -> bool {
+    phase.head.plan_time().is_none() && (site.head.has_schedule == 1 || phase.head.n_changes > 0)
+}
+
+/// Whether a storey can be stood on anywhere.
+pub fn status_of(grid: &messages::Grid<'_>) -> &'static str {
+    if grid.floor.iter().any(|&f| f != 0) { "ok" } else { "no_floor_yet" }
 }
 
 impl Robot {

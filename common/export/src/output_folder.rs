@@ -72,17 +72,66 @@ impl OutputFolder {
     /// # Errors
     /// The file system refuses; then the place is as it was.
     pub fn replace(&self, files: &[ExportFile]) -> Result<(), OutputError> {
-        let parent = match self.path.parent() {
-            Some(parent) if parent != Path::new("") => parent,
-            _ => Path::new("."),
-        };
+        let beside = self.begin()?;
+        beside.write("", files)?;
+        beside.swap_in()
+    }
+
+    /// Begins a folder beside the place, for output that is made piece by piece.
+    ///
+    /// # Errors
+    /// The file system refuses; then the place is as it was.
+    pub fn begin(&self) -> Result<FolderBeside<'_>, OutputError> {
+        let parent = self.parent();
         fs::create_dir_all(parent).map_err(at(parent))?;
         let name = self.path.file_name().map_or_else(|| "out".into(), |n| n.to_string_lossy());
-        let beside = parent.join(format!(".{name}.new-{}", std::process::id()));
-        let swapped = write_all(&beside, files).and_then(|()| swap(&beside, &self.path)).and_then(|()| sync(parent));
-        // Now the earlier output, or what a failure left. Best effort: the error that matters is the one at hand.
-        let _ = fs::remove_dir_all(&beside);
-        swapped
+        let path = parent.join(format!(".{name}.new-{}", std::process::id()));
+        // A killed run with this process id, common in containers, may have left something.
+        let _ = fs::remove_dir_all(&path);
+        let beside = FolderBeside { place: self, path };
+        fs::create_dir(&beside.path).map_err(at(&beside.path))?;
+        Ok(beside)
+    }
+
+    fn parent(&self) -> &Path {
+        match self.path.parent() {
+            Some(parent) if parent != Path::new("") => parent,
+            _ => Path::new("."),
+        }
+    }
+}
+
+/// Output in the making; gone with this value unless it is swapped in.
+#[derive(Debug)]
+pub struct FolderBeside<'a> {
+    place: &'a OutputFolder,
+    path: PathBuf,
+}
+
+impl FolderBeside<'_> {
+    /// Writes files into a folder of the output; `""` is the output itself.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn write(&self, folder: &str, files: &[ExportFile]) -> Result<(), OutputError> {
+        write_all(&self.path.join(folder), files)
+    }
+
+    /// Swaps the output with what stands at its place.
+    ///
+    /// # Errors
+    /// The file system refuses; then the place is as it was.
+    pub fn swap_in(self) -> Result<(), OutputError> {
+        sync(&self.path)?;
+        swap(&self.path, &self.place.path)?;
+        sync(self.place.parent())
+    }
+}
+
+impl Drop for FolderBeside<'_> {
+    fn drop(&mut self) {
+        // The earlier output, or what a failure left. Best effort: the error that matters is the one at hand.
+        let _ = fs::remove_dir_all(&self.path);
     }
 }
 
@@ -98,9 +147,7 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> OutputError + use<> {
 }
 
 fn write_all(folder: &Path, files: &[ExportFile]) -> Result<(), OutputError> {
-    // A killed run with this process id, common in containers, may have left something.
-    let _ = fs::remove_dir_all(folder);
-    fs::create_dir(folder).map_err(at(folder))?;
+    fs::create_dir_all(folder).map_err(at(folder))?;
     let mut folders = vec![folder.to_owned()];
     for file in files {
         let path = folder.join(&file.path);

@@ -1,10 +1,12 @@
 //! `report.json`: what was counted, assumed, replaced and left out.
 
+use crate::manifest::schedule_ignored;
+use crate::schedule_report::ScheduleReport;
 use crate::semantic::clear_width_word;
 use crate::{ExportInput, rounded};
 use frames::metres;
 use grid::Class;
-use messages::{DoorPassage, NONE, Phase, Site, element_flags};
+use messages::{DiagnosticRecord, DoorPassage, NONE, Phase, Site, Text, element_flags};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -20,6 +22,8 @@ pub struct Report {
     storeys_not_mapped: Vec<StoreyNotMapped>,
     /// True if the files hold a schedule that this map does not follow.
     schedule_ignored: bool,
+    /// Where dates come from, and what is wrong with them.
+    schedule: ScheduleReport,
     /// Elements whose body could not be made: a box stands in, or nothing.
     failed_geometry: Vec<FailedGeometry>,
     /// Doors that are closed to the robot, lead to no floor, or whose clear width is assumed.
@@ -98,7 +102,7 @@ struct SpaceReport {
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
-struct Diagnostic {
+pub(crate) struct Diagnostic {
     /// `info`, `warning` or `error`.
     severity: &'static str,
     /// Stable word for programs.
@@ -123,12 +127,13 @@ impl Report {
             elements: count(site.elements.iter().map(|e| e.class())),
             storeys: storey_counts(input),
             storeys_not_mapped: storeys_not_mapped(site),
-            schedule_ignored: site.head.has_schedule == 1 && phase.head.plan_time().is_none(),
+            schedule_ignored: schedule_ignored(site, phase),
+            schedule: ScheduleReport::of(site, phase),
             failed_geometry: failed_geometry(site),
             doors: doors(input),
             regions: regions(input),
             spaces_without_waypoint: spaces_without_waypoint(input),
-            diagnostics: diagnostics(site),
+            diagnostics: site_diagnostics(site).chain(phase_diagnostics(site, phase)).collect(),
         }
     }
 }
@@ -218,19 +223,30 @@ fn spaces_without_waypoint(input: &ExportInput<'_>) -> Vec<SpaceReport> {
     without.map(report).collect()
 }
 
-fn diagnostics(site: &Site<'_>) -> Vec<Diagnostic> {
-    let some = |text: &str| (!text.is_empty()).then(|| text.to_owned());
-    let diagnostic = |d: &messages::DiagnosticRecord| Diagnostic {
-        severity: ["info", "warning", "error"].get(d.severity as usize).copied().unwrap_or("error"),
-        code: site.text(d.code).to_owned(),
-        file: (d.source != NONE)
-            .then(|| site.sources.get(d.source as usize))
-            .flatten()
-            .and_then(|s| some(site.text(s.file))),
-        entity: (d.step_id != 0).then(|| format!("#{}", d.step_id)),
-        global_id: some(site.text(d.global_id)),
-        name: some(site.text(d.name)),
-        message: site.text(d.message).to_owned(),
-    };
-    site.diagnostics.iter().map(diagnostic).collect()
+fn site_diagnostics<'s>(site: &'s Site<'_>) -> impl Iterator<Item = Diagnostic> + use<'s> {
+    site.diagnostics.iter().map(move |d| Diagnostic::of(site, d, |t| site.text(t)))
+}
+
+/// What is wrong with the schedule.
+pub(crate) fn phase_diagnostics<'s>(
+    site: &'s Site<'_>,
+    phase: &'s Phase<'_>,
+) -> impl Iterator<Item = Diagnostic> + use<'s> {
+    phase.diagnostics.iter().map(move |d| Diagnostic::of(site, d, |t| phase.text(t)))
+}
+
+impl Diagnostic {
+    fn of<'a>(site: &Site<'_>, d: &DiagnosticRecord, text: impl Fn(Text) -> &'a str) -> Self {
+        let some = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+        let file = site.sources.get(d.source as usize).filter(|_| d.source != NONE);
+        Self {
+            severity: ["info", "warning", "error"].get(d.severity as usize).copied().unwrap_or("error"),
+            code: text(d.code).to_owned(),
+            file: file.and_then(|s| some(site.text(s.file))),
+            entity: (d.step_id != 0).then(|| format!("#{}", d.step_id)),
+            global_id: some(text(d.global_id)),
+            name: some(text(d.name)),
+            message: text(d.message).to_owned(),
+        }
+    }
 }

@@ -5,8 +5,8 @@ use crate::{ExportInput, rounded};
 use frames::metres;
 use geometry::MultiPolygon;
 use messages::{
-    AttributeKind, AttributeRecord, ClearWidth, DoorPassage, DoorRecord, ElementRecord, NONE, SpaceRecord, StairRecord,
-    element_flags, space_flags,
+    AttributeKind, AttributeRecord, ClearWidth, DateSource, DoorPassage, DoorRecord, ElementRecord, NONE, PhaseHead,
+    SpaceRecord, StairRecord, element_flags, space_flags,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -53,15 +53,54 @@ struct Aabb {
     max: [f64; 3],
 }
 
-/// When it is built; nulls where the site has no dates for it.
-#[derive(Debug, Default, Serialize, JsonSchema)]
+/// When it is built and removed; nulls where the site has no dates for it.
+#[derive(Debug, Serialize, JsonSchema)]
 struct Schedule {
-    /// Plan time at which work begins.
+    /// Plan time at which work begins; null where only the finish is known.
     start: Option<String>,
-    /// Plan time at which work ends.
+    /// Plan time at which it stands.
     finish: Option<String>,
-    /// `none`, or where the dates come from.
+    /// Plan time at which its removal begins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    removal_start: Option<String>,
+    /// Plan time at which it is gone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    removal_finish: Option<String>,
+    /// Working hours by which its task can slip without moving the end of the schedule.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    total_float_h: Option<f64>,
+    /// Working hours by which its task can slip without moving another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    free_float_h: Option<f64>,
+    /// GlobalId of the last task that builds it, else of the last that removes it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    task: Option<String>,
+    /// Where the dates come from: `reported`, `task_actual`, `task_schedule`, `task_early`, `task_computed`,
+    /// `property_actual`, `property`, `phase`, `status`, or `none`: it exists.
     source: &'static str,
+    /// State at the plan time: `not_started`, `in_progress`, `built`, `being_removed`, `removed`; for a period what it
+    /// comes to. Null without a plan time.
+    state: Option<&'static str>,
+}
+
+impl Schedule {
+    fn of(input: &ExportInput<'_>, element: usize) -> Self {
+        let record = input.phase.schedule_of(element);
+        let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
+        let hours = |seconds: i64| (seconds != PhaseHead::NO_TIME).then(|| rounded(seconds as f64 / 3600.0));
+        let task = input.site.tasks.get(record.task as usize).filter(|_| record.task != NONE);
+        Self {
+            start: time(record.start_s),
+            finish: time(record.finish_s),
+            removal_start: time(record.removal_start_s),
+            removal_finish: time(record.removal_finish_s),
+            total_float_h: hours(record.total_float_s),
+            free_float_h: hours(record.free_float_s),
+            task: task.map(|t| input.site.text(t.global_id).to_owned()),
+            source: DateSource::from_id(record.source).unwrap_or(DateSource::None).name(),
+            state: input.phase.head.plan_time().map(|_| input.phase.planned(element).name()),
+        }
+    }
 }
 
 /// What is known about an element; doors and stairs have keys of their own.
@@ -164,6 +203,9 @@ struct Space {
     doors: Vec<String>,
     /// `open` or `blocked`.
     state: &'static str,
+    /// When it will be blocked, if it is open and that is soon.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    closes_at: Option<String>,
     /// Why it is blocked, e.g. `task:` and a GlobalId, `before_room_date`, `private`; empty if it is open.
     why: Vec<String>,
     /// Properties by set and name, numbers in the file's units.
@@ -182,10 +224,10 @@ impl Semantic {
                 storeys[*element as usize].push(storey);
             }
         }
-        let rest = site.elements.iter().zip(storeys).zip(footprints);
-        let elements = rest.map(|((record, storeys), footprints)| {
+        let rest = site.elements.iter().enumerate().zip(storeys).zip(footprints);
+        let elements = rest.map(|(((index, record), storeys), footprints)| {
             let id = site.text(record.global_id).to_owned();
-            (id, Element::of(input, record, storeys, footprints))
+            (id, Element::of(input, index, record, storeys, footprints))
         });
         let spaces = site.spaces.iter().enumerate();
         let spaces = spaces.map(|(k, record)| (site.text(record.global_id).to_owned(), Space::of(input, k, record)));
@@ -196,6 +238,7 @@ impl Semantic {
 impl Element {
     fn of(
         input: &ExportInput<'_>,
+        index: usize,
         record: &ElementRecord,
         storeys: Vec<u32>,
         footprints: BTreeMap<u32, Coordinates>,
@@ -213,7 +256,7 @@ impl Element {
             aabb: (record.n_parts > 0)
                 .then(|| Aabb { min: record.min_tenths.map(metres), max: record.max_tenths.map(metres) }),
             footprints,
-            schedule: Schedule { source: "none", ..Default::default() },
+            schedule: Schedule::of(input, index),
             attributes: Attributes {
                 predefined_type: text(record.predefined_type),
                 materials: site.element_materials(record).map(str::to_owned).collect(),
@@ -284,6 +327,7 @@ impl Space {
             polygon: coordinates(&site.floor_polygon(record)),
             doors: doors.map(|d| text(site.elements[d.element as usize].global_id)).collect(),
             state: if input.phase.is_blocked(index) { "blocked" } else { "open" },
+            closes_at: messages::plan_time(input.phase.spaces[index].closes_at_s).map(|t| t.to_string()),
             why: input.phase.why(index).map(str::to_owned).collect(),
             property_sets: property_sets(input, site.space_attributes(record)),
         }

@@ -18,6 +18,12 @@ pub enum Command {
     /// Turn building models into maps per storey, semantic JSON and waypoints
     #[command(after_help = AFTER_CONVERT)]
     Convert(ConvertArgs),
+    /// Tell which elements stand and which spaces may be entered at a date
+    #[command(after_help = AFTER_STATES)]
+    States(StatesArgs),
+    /// List when anything changes, or what differs between two dates
+    #[command(after_help = AFTER_CHANGES)]
+    Changes(ChangesArgs),
 }
 
 const AFTER_CONVERT: &str = "\
@@ -38,20 +44,73 @@ Examples:
   groundplan convert house.ifc -o maps
   groundplan convert architecture.ifc structure.ifczip -o maps --robot config/robots/legged.toml
   groundplan convert house.ifc -o maps --resolution 0.1 --json | jq .storeys
+  groundplan convert house.ifc -o maps --date 2024-04-15
+  groundplan convert house.ifc -o maps --date all --schedule config/schedule.toml
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration. RUST_LOG=debug shows the steps.";
 
-/// Arguments of `convert`.
+const AFTER_STATES: &str = "\
+Dates are local to the site: 2024-04-15 is its midnight, or 2024-04-15T08:30:00.
+States of elements: not_started, in_progress, built, being_removed, removed.
+Reasons of blocked spaces: task:GlobalId, before_room_date, or what the rules say (private).
+
+Examples:
+  groundplan states house.ifc --date 2024-04-15
+  groundplan states house.ifc --date 2024-04-15T08:00:00 --date 2024-05-02 --json | jq '.[].spaces'
+  groundplan states house.ifc --date 2024-04-15 --delay 'Partition walls=5d'
+
+Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
+
+const AFTER_CHANGES: &str = "\
+With --diff the maps of both dates are drawn for the robot and compared: which elements come and go, which doors can
+be passed and which no longer, which spaces can be reached and which not.
+
+Examples:
+  groundplan changes house.ifc
+  groundplan changes house.ifc --json | jq -r '.change_instants[]'
+  groundplan changes house.ifc --diff 2024-04-15 2024-05-02
+
+Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
+
+/// Which models make the site.
 #[derive(Debug, Clone, Args)]
-pub struct ConvertArgs {
+pub struct ModelArgs {
     /// IFC files of one site: .ifc or .ifczip, IFC2X3, IFC4 or IFC4X3
     #[arg(required = true, value_name = "MODEL.ifc")]
     pub models: Vec<PathBuf>,
 
-    /// Output folder; replaced as a whole if it holds earlier output
-    #[arg(short, long, value_name = "OUT")]
-    pub out: PathBuf,
+    /// Where a file lies in the first file's world: metres and radians; may be repeated
+    #[arg(long, value_name = "FILE=X,Y,Z,YAW")]
+    pub place: Vec<String>,
 
+    /// Where two files give one GlobalId different bodies, take the last
+    #[arg(long)]
+    pub prefer_last: bool,
+
+    /// Threads to work with; the result does not depend on them [default: all cores]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    pub threads: usize,
+}
+
+/// How dates are understood, and what is added to the plan.
+#[derive(Debug, Clone, Args)]
+pub struct ScheduleArgs {
+    /// Rules of dates, phases and closed spaces [default: see config/schedule.toml]
+    #[arg(long, value_name = "FILE")]
+    pub schedule: Option<PathBuf>,
+
+    /// What if: delay a task and all that depends on it, by GlobalId, identification or name; may be repeated
+    #[arg(long, value_name = "TASK=5d")]
+    pub delay: Vec<String>,
+
+    /// Reported progress, which beats the plan: a CSV table with the columns id, start, finish
+    #[arg(long, value_name = "FILE.csv")]
+    pub actual: Option<PathBuf>,
+}
+
+/// For which robot, at which resolution.
+#[derive(Debug, Clone, Args)]
+pub struct RobotArgs {
     /// Robot profile [default: 1.2 m high, 0.3 m radius, see config/robots/default.toml]
     #[arg(long, value_name = "FILE")]
     pub robot: Option<PathBuf>,
@@ -59,6 +118,79 @@ pub struct ConvertArgs {
     /// Metres per cell, a whole number of tenths of a millimetre from 0.001 to 1
     #[arg(long, value_name = "METRES", default_value_t = 0.05)]
     pub resolution: f64,
+}
+
+/// Arguments of `states`.
+#[derive(Debug, Clone, Args)]
+pub struct StatesArgs {
+    /// The site.
+    #[command(flatten)]
+    pub model: ModelArgs,
+
+    /// The date; may be repeated
+    #[arg(long, value_name = "DATE", required = true)]
+    pub date: Vec<String>,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    pub schedule: ScheduleArgs,
+
+    /// Print one JSON document on standard output and nothing else there; an array if there are several dates
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `changes`.
+#[derive(Debug, Clone, Args)]
+pub struct ChangesArgs {
+    /// The site.
+    #[command(flatten)]
+    pub model: ModelArgs,
+
+    /// What differs between two dates
+    #[arg(long, num_args = 2, value_names = ["A", "B"])]
+    pub diff: Vec<String>,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    pub schedule: ScheduleArgs,
+
+    /// The robot, for --diff.
+    #[command(flatten)]
+    pub robot: RobotArgs,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `convert`.
+#[derive(Debug, Clone, Args)]
+pub struct ConvertArgs {
+    /// The site.
+    #[command(flatten)]
+    pub model: ModelArgs,
+
+    /// Output folder; replaced as a whole if it holds earlier output
+    #[arg(short, long, value_name = "OUT")]
+    pub out: PathBuf,
+
+    /// Date of the maps: a day (2024-04-15, the union over it), an instant (2024-04-15T08:30:00), or `all`: a folder
+    /// per change in OUT [default: everything is built]
+    #[arg(long, value_name = "DATE")]
+    pub date: Option<String>,
+
+    /// End of the period that the maps serve; a day counts whole
+    #[arg(long, value_name = "DATE", requires = "date")]
+    pub until: Option<String>,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    pub schedule: ScheduleArgs,
+
+    /// The robot.
+    #[command(flatten)]
+    pub robot: RobotArgs,
 
     /// Write vertices, faces and edges of every element into semantic.json
     #[arg(long)]
@@ -72,21 +204,9 @@ pub struct ConvertArgs {
     #[arg(long)]
     pub new_frame: bool,
 
-    /// Where a file lies in the first file's world: metres and radians; may be repeated
-    #[arg(long, value_name = "FILE=X,Y,Z,YAW")]
-    pub place: Vec<String>,
-
-    /// Where two files give one GlobalId different bodies, take the last
-    #[arg(long)]
-    pub prefer_last: bool,
-
     /// Write maps that are blank, or storeys with spaces and no obstacle
     #[arg(long)]
     pub allow_empty: bool,
-
-    /// Threads to work with; the result does not depend on them [default: all cores]
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    pub threads: usize,
 
     /// Print one JSON summary on standard output and nothing else there
     #[arg(long)]

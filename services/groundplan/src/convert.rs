@@ -2,110 +2,191 @@
 
 use crate::cli::ConvertArgs;
 use crate::failure::Failure;
+use crate::maps::{Maps, with_maps};
+use crate::plan_date;
 use crate::progress::ProgressLine;
 use crate::robot_file::Robot;
-use crate::summary::Summary;
-use export::{ExportInput, OutputFolder, SiteFrameFile};
-use ifc_ingest::{IngestOptions, Place, SiteFrame, SourceFile};
-use messages::{ArchiveBuffer, Grid, GridWriter, Grids, Phase, PhaseBuilder, Plan, Site};
+use crate::schedule_files::ScheduleInput;
+use crate::site_files;
+use crate::summary::{PhaseSummary, Summary};
+use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile};
+use geometry::Footprint;
+use ifc_ingest::SiteFrame;
+use messages::{ArchiveBuffer, Phase, PhaseBuilder, Site};
 use rasterize::Rasterizer;
-use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use schedule_eval::{Period, Timeline};
+use std::path::Path;
 use std::time::Instant;
 use tracing::debug;
+
+/// Which maps are asked for.
+enum Wanted {
+    /// Everything is built, whatever the schedule says.
+    Everything,
+    /// At a date.
+    At(Period),
+    /// At every change.
+    EveryChange,
+}
 
 /// Converts the models and writes the output folder.
 ///
 /// # Errors
-/// Bad arguments, models that cannot be read or do not belong together, blank maps, a folder that cannot be written.
+/// Bad arguments, models that cannot be read or do not belong together, dates that can be read in two ways, blank maps, a
+/// folder that cannot be written.
 pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
     let started = Instant::now();
-    let robot = arguments.robot.as_deref().map_or(Ok(Robot::default()), Robot::read).map_err(Failure::usage)?;
-    grid::GridSpec::cell_tenths_of(arguments.resolution).map_err(Failure::usage)?;
-    let places = places(arguments)?;
+    let robot = arguments.robot.robot.as_deref().map_or(Ok(Robot::default()), Robot::read).map_err(Failure::usage)?;
+    grid::GridSpec::cell_tenths_of(arguments.robot.resolution).map_err(Failure::usage)?;
+    let wanted = wanted(arguments)?;
+    let schedule = ScheduleInput::read(&arguments.schedule)?;
     let folder = OutputFolder::at(&arguments.out).map_err(Failure::usage)?;
     let frame = frame(arguments)?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build().map_err(Failure::work)?;
     let progress = ProgressLine::new();
-    pool.install(|| {
-        let options = IngestOptions {
-            frame: frame.filter(|_| !arguments.new_frame),
-            frame_epoch: frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(arguments.new_frame))),
-            places: &places,
-            prefer_last: arguments.prefer_last,
-            progress: &|step| progress.reader(step),
-        };
-        let site = ifc_ingest::ingest(&read_models(arguments)?, &options).map_err(Failure::work)?;
+    site_files::pool(&arguments.model)?.install(|| {
+        let epoch = frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(arguments.new_frame)));
+        let kept = frame.filter(|_| !arguments.new_frame);
+        let site = site_files::site_of(&arguments.model, kept, epoch, &progress)?;
         let site = Site::open(site.bytes()).map_err(Failure::work)?;
         let (elements, spaces, map_storeys) = (site.elements.len(), site.spaces.len(), site.map_storeys.len());
         debug!(elements, spaces, map_storeys, elapsed_us = micros(started), "models read");
-        map(arguments, &robot, &site, &folder, &progress, started)
+        let timeline = schedule.timeline(&site);
+        debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
+        progress.stage("drawing");
+        let rasterizer = Rasterizer::new(&site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
+        let footprints: Vec<_> = (0..map_storeys).map(|k| rasterizer.footprints(k)).collect();
+        let job = Job { arguments, robot: &robot, site: &site, rasterizer: &rasterizer, footprints: &footprints };
+        let phases = match wanted {
+            Wanted::Everything => {
+                let phase = everything_built(&site, timeline);
+                vec![job.replace(&folder, &progress, &phase)?]
+            }
+            Wanted::At(period) => {
+                let phase = timeline?.phase(&site, period).finish();
+                vec![job.replace(&folder, &progress, &phase)?]
+            }
+            Wanted::EveryChange => job.replace_by_all(&folder, &progress, &timeline?)?,
+        };
+        debug!(elapsed_us = micros(started), "output swapped in");
+        Ok(Summary::of(&site, &arguments.out, phases, started.elapsed(), arguments.json))
     })
 }
 
-/// From the site to the files.
-fn map(
-    arguments: &ConvertArgs,
-    robot: &Robot,
-    site: &Site<'_>,
-    folder: &OutputFolder,
-    progress: &ProgressLine,
-    started: Instant,
-) -> Result<Summary, Failure> {
-    let phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish();
-    let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
-    progress.stage("drawing");
-    let rasterizer = Rasterizer::new(site, &robot.profile, arguments.resolution).map_err(Failure::work)?;
-    let draw = |map_storey: usize| {
-        let mut grid = ArchiveBuffer::zeroed(GridWriter::len_of(rasterizer.spec(map_storey).n_cells()));
-        rasterizer.rasterize(site, &phase, map_storey, GridWriter::new(grid.bytes_mut()));
-        grid
-    };
-    let grids: Vec<ArchiveBuffer> = (0..site.map_storeys.len()).into_par_iter().map(draw).collect();
-    let grids: Vec<Grid<'_>> =
-        grids.iter().map(|g| Grid::open(g.bytes())).collect::<Result<_, _>>().map_err(Failure::work)?;
-    if !arguments.allow_empty {
-        rasterize::check_not_blank(site, &grids).map_err(Failure::work)?;
+fn wanted(arguments: &ConvertArgs) -> Result<Wanted, Failure> {
+    let until = arguments.until.as_deref();
+    match arguments.date.as_deref() {
+        None if !arguments.schedule.delay.is_empty() || arguments.schedule.actual.is_some() => {
+            Err(Failure::usage("--delay and --actual change dates: say which with --date"))
+        }
+        None => Ok(Wanted::Everything),
+        Some("all") if until.is_some() => Err(Failure::usage("--until ends a period, and --date all has none")),
+        Some("all") => Ok(Wanted::EveryChange),
+        Some(date) => Ok(Wanted::At(plan_date::period(date, until)?)),
     }
-    debug!(elapsed_us = micros(started), "maps drawn");
-    let index = rasterizer.index(site, &phase, &robot.name, &grids);
-    let index = Grids::open(index.bytes()).map_err(Failure::work)?;
-    let plan = waypoint_gen::plan(site, &phase, &grids, &robot.profile);
-    let plan = Plan::open(plan.bytes()).map_err(Failure::work)?;
-    debug!(waypoints = plan.waypoints.len(), elapsed_us = micros(started), "waypoints planned");
-    progress.stage("writing");
-    let footprints: Vec<_> = (0..grids.len()).map(|k| rasterizer.footprints(k)).collect();
-    let input = ExportInput {
-        site,
-        phase: &phase,
-        index: &index,
-        grids: &grids,
-        plan: &plan,
-        footprints: &footprints,
-        resolution_m: arguments.resolution,
-        robot_footprint_m: &robot.footprint_m,
-        with_geometry: arguments.with_geometry,
-    };
-    let files = export::files(&input);
-    folder.replace(&files).map_err(Failure::work)?;
-    debug!(files = files.len(), elapsed_us = micros(started), "output swapped in");
-    Ok(Summary::of(&input, &arguments.out, started.elapsed(), arguments.json))
+}
+
+/// The phase in which everything stands, with what is known of the schedule; dates that cannot be used do not matter here.
+fn everything_built(site: &Site<'_>, timeline: Result<Timeline, Failure>) -> ArchiveBuffer {
+    let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
+    match timeline {
+        Ok(timeline) => timeline.describe(&mut phase),
+        Err(failure) => {
+            let message = format!("the schedule cannot be used: {failure:#}");
+            let record = messages::DiagnosticRecord {
+                code: phase.texts.add("schedule_unusable"),
+                global_id: messages::Text::default(),
+                name: messages::Text::default(),
+                message: phase.texts.add(&message),
+                severity: 1,
+                step_id: 0,
+                source: messages::NONE,
+                reserved: 0,
+            };
+            phase.diagnostics.push(record);
+        }
+    }
+    phase.finish()
+}
+
+/// What all maps of a conversion share.
+struct Job<'a> {
+    arguments: &'a ConvertArgs,
+    robot: &'a Robot,
+    site: &'a Site<'a>,
+    rasterizer: &'a Rasterizer,
+    footprints: &'a [&'a [(u32, Footprint)]],
+}
+
+impl Job<'_> {
+    /// One phase is the whole output.
+    fn replace(
+        &self,
+        folder: &OutputFolder,
+        progress: &ProgressLine,
+        phase: &ArchiveBuffer,
+    ) -> Result<PhaseSummary, Failure> {
+        let (files, summary) = self.draw(phase, progress)?;
+        folder.replace(&files).map_err(Failure::work)?;
+        Ok(summary)
+    }
+
+    /// A folder per change, and a manifest of them.
+    fn replace_by_all(
+        &self,
+        folder: &OutputFolder,
+        progress: &ProgressLine,
+        timeline: &Timeline,
+    ) -> Result<Vec<PhaseSummary>, Failure> {
+        if timeline.instants_s().is_empty() {
+            return Err(Failure::work("nothing of the model has a date, so nothing ever changes: leave --date out"));
+        }
+        let beside = folder.begin().map_err(Failure::work)?;
+        let mut summaries = Vec::new();
+        let mut dated = Vec::new();
+        for &at_s in timeline.instants_s() {
+            let phase = timeline.phase(self.site, Period::instant(at_s)).finish();
+            let (files, summary) = self.draw(&phase, progress)?;
+            let directory = plan_date::text(at_s).replace(':', "-");
+            beside.write(&directory, &files).map_err(Failure::work)?;
+            let valid_until = Phase::open(phase.bytes()).map_err(Failure::work)?.head.valid_until_s;
+            let valid_until = messages::plan_time(valid_until).map(|t| t.to_string());
+            dated.push(DatedFolder { plan_time: plan_date::text(at_s), valid_until, directory });
+            summaries.push(summary);
+        }
+        beside.write("", &export::dated_files(self.site, dated)).map_err(Failure::work)?;
+        beside.swap_in().map_err(Failure::work)?;
+        Ok(summaries)
+    }
+
+    /// From a phase to its files.
+    fn draw(&self, phase: &ArchiveBuffer, progress: &ProgressLine) -> Result<(Vec<ExportFile>, PhaseSummary), Failure> {
+        let site = self.site;
+        let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
+        progress.stage("drawing");
+        with_maps(site, &phase, self.rasterizer, self.robot, |maps: &Maps<'_>| {
+            // Before anything is built a map is blank for a reason.
+            if !self.arguments.allow_empty && phase.head.plan_time().is_none() {
+                rasterize::check_not_blank(site, maps.grids).map_err(Failure::work)?;
+            }
+            progress.stage("writing");
+            let input = ExportInput {
+                site,
+                phase: &phase,
+                index: maps.index,
+                grids: maps.grids,
+                plan: maps.plan,
+                footprints: self.footprints,
+                resolution_m: self.arguments.robot.resolution,
+                robot_footprint_m: &self.robot.footprint_m,
+                with_geometry: self.arguments.with_geometry,
+            };
+            Ok((export::files(&input), PhaseSummary::of(&input)))
+        })
+    }
 }
 
 fn micros(since: Instant) -> u64 {
     u64::try_from(since.elapsed().as_micros()).unwrap_or(u64::MAX)
-}
-
-fn read_models(arguments: &ConvertArgs) -> Result<Vec<SourceFile>, Failure> {
-    let read = |path: &PathBuf| {
-        if path.is_dir() {
-            return Err(Failure::work(format!("{} is a folder: name the IFC files in it", path.display())));
-        }
-        let bytes =
-            std::fs::read(path).map_err(|e| Failure::work(format!("{} cannot be read: {e}", path.display())))?;
-        Ok(SourceFile { path: path.clone(), bytes })
-    };
-    arguments.models.iter().map(read).collect()
 }
 
 /// The site's frame: of `--frame`, else of an earlier run into the same folder.
@@ -120,24 +201,4 @@ fn frame(arguments: &ConvertArgs) -> Result<Option<SiteFrame>, Failure> {
     let bytes = std::fs::read(path).map_err(|e| unusable(&e))?;
     let file = SiteFrameFile::parse(&bytes).map_err(|e| unusable(&format!("{:#}", Failure::usage(e))))?;
     Ok(Some(SiteFrame { map_from_world: file.motion(), frame_epoch: file.frame_epoch }))
-}
-
-/// `--place FILE=X,Y,Z,YAW`, by the index of the file.
-fn places(arguments: &ConvertArgs) -> Result<Vec<Option<Place>>, Failure> {
-    let mut places = vec![None; arguments.models.len()];
-    for text in &arguments.place {
-        let wrong = || Failure::usage(format!("--place {text:?}: write FILE=X,Y,Z,YAW in metres and radians"));
-        let (file, numbers) = text.rsplit_once('=').ok_or_else(wrong)?;
-        let numbers: Vec<f64> =
-            numbers.split(',').map(|n| n.trim().parse()).collect::<Result<_, _>>().map_err(|_| wrong())?;
-        let &[x, y, z, yaw_rad] = numbers.as_slice() else { return Err(wrong()) };
-        if numbers.iter().any(|n| !n.is_finite()) {
-            return Err(wrong());
-        }
-        let named = |p: &PathBuf| p.as_os_str() == file || p.file_name().is_some_and(|n| n == file);
-        let index = arguments.models.iter().position(named);
-        let index = index.ok_or_else(|| Failure::usage(format!("--place: {file} is none of the models")))?;
-        places[index] = Some(Place { translation_m: [x, y, z], yaw_rad });
-    }
-    Ok(places)
 }

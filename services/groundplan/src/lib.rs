@@ -1,10 +1,16 @@
 //! The operator's client as a library: `main.rs` only wires.
 
+pub mod changes;
 pub mod cli;
 pub mod convert;
 pub mod failure;
 pub mod robot_file;
+pub mod states;
 pub mod summary;
 
+mod maps;
 mod notices;
+mod plan_date;
 mod progress;
+mod schedule_files;
+mod site_files;

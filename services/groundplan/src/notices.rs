@@ -1,7 +1,7 @@
 //! What people should know about a conversion: one line per kind of finding. All findings are in `report.json`.
 
 use export::ExportInput;
-use messages::{DiagnosticRecord, DoorPassage, DoorPassageRecord, NONE, Site};
+use messages::{DiagnosticRecord, DoorPassage, DoorPassageRecord, NONE, Phase, Site};
 
 /// The notices, worst first.
 pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
@@ -11,7 +11,7 @@ pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
         let (name, why) = (site.text(storey.name), site.text(storey.why));
         kinds.add(name, format!("warning: storey {name:?} is not mapped: {why}"));
     }
-    if input.phase.head.plan_time().is_none() && site.head.has_schedule == 1 {
+    if export::schedule_ignored(site, input.phase) {
         kinds.add("schedule", "warning: the model holds a schedule; this map shows everything built".to_owned());
     }
     for (severity, word) in [(2, "error"), (1, "warning")] {
@@ -19,9 +19,15 @@ pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
             kinds.add(site.text(diagnostic.code), format!("{word}: {}", of_diagnostic(site, diagnostic)));
         }
     }
+    for (severity, word) in [(2, "error"), (1, "warning")] {
+        for diagnostic in input.phase.diagnostics.iter().filter(|d| d.severity == severity) {
+            let line = of_schedule(input.phase, diagnostic);
+            kinds.add(input.phase.text(diagnostic.code), format!("{word}: {line}"));
+        }
+    }
     for record in input.index.doors {
         let passage = DoorPassage::from_id(record.passage).unwrap_or(DoorPassage::Absent);
-        if passage != DoorPassage::Passable {
+        if ![DoorPassage::Passable, DoorPassage::Absent].contains(&passage) {
             kinds.add(passage.name(), of_door(site, record, passage));
         }
     }
@@ -34,6 +40,12 @@ fn of_diagnostic(site: &Site<'_>, d: &DiagnosticRecord) -> String {
     let who = [file, &step_id, site.text(d.global_id), site.text(d.name)];
     let who: Vec<&str> = who.into_iter().filter(|word| !word.is_empty()).collect();
     format!("{}: {}", who.join(" "), site.text(d.message))
+}
+
+fn of_schedule(phase: &Phase<'_>, d: &DiagnosticRecord) -> String {
+    let who = format!("{} {}", phase.text(d.global_id), phase.text(d.name));
+    let message = phase.text(d.message);
+    if who.trim().is_empty() { message.to_owned() } else { format!("{}: {message}", who.trim()) }
 }
 
 fn of_door(site: &Site<'_>, record: &DoorPassageRecord, passage: DoorPassage) -> String {

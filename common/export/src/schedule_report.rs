@@ -1,0 +1,68 @@
+//! Where dates come from, and what is wrong with them: for `report.json` and for people who ask for states.
+
+use crate::report::{Diagnostic, phase_diagnostics};
+use messages::{DateSource, Phase, Site};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Where dates come from, and what is wrong with them. Lists are of GlobalIds.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ScheduleReport {
+    /// Number of instants at which anything changes.
+    n_changes: u32,
+    /// Number of elements by where their dates come from; `none`: they exist.
+    sources: BTreeMap<&'static str, usize>,
+    /// Elements without any date, on sites where others have one.
+    undated: Vec<String>,
+    /// Objects whose date fits two orders; other dates of the file decided.
+    ambiguous: Vec<String>,
+    /// Objects that have a word where a date should be.
+    placeholders: Vec<String>,
+    /// Objects with a date that could not be used.
+    unreadable: Vec<String>,
+    /// Tasks without dates.
+    undated_tasks: Vec<String>,
+    /// Elements that are to be demolished or temporary, but nothing says when.
+    status_without_date: Vec<String>,
+}
+
+impl ScheduleReport {
+    /// Of a phase that carries the schedule.
+    pub fn of(site: &Site<'_>, phase: &Phase<'_>) -> Self {
+        let mut sources: BTreeMap<&'static str, usize> = BTreeMap::new();
+        let mut undated = Vec::new();
+        for (element, record) in site.elements.iter().zip(phase.schedule) {
+            let source = DateSource::from_id(record.source).unwrap_or(DateSource::None);
+            *sources.entry(source.name()).or_default() += 1;
+            if source == DateSource::None && phase.head.n_changes > 0 {
+                undated.push(site.text(element.global_id).to_owned());
+            }
+        }
+        let of_code = |codes: &[&str]| {
+            let found = phase.diagnostics.iter().filter(|d| codes.contains(&phase.text(d.code)));
+            found.map(|d| phase.text(d.global_id).to_owned()).filter(|id| !id.is_empty()).collect()
+        };
+        Self {
+            n_changes: phase.head.n_changes,
+            sources,
+            undated,
+            ambiguous: of_code(&["date_ambiguous"]),
+            placeholders: of_code(&["date_placeholder"]),
+            unreadable: of_code(&["date_unreadable", "date_order", "date_zone", "task_date_unreadable"]),
+            undated_tasks: of_code(&["task_undated", "task_reversed", "task_date_unreadable"]),
+            status_without_date: of_code(&["status_without_date"]),
+        }
+    }
+}
+
+/// What is wrong with the schedule, one by one.
+#[derive(Debug, Serialize)]
+pub struct ScheduleFindings(Vec<Diagnostic>);
+
+impl ScheduleFindings {
+    /// Of a phase that carries the schedule.
+    pub fn of(site: &Site<'_>, phase: &Phase<'_>) -> Self {
+        Self(phase_diagnostics(site, phase).collect())
+    }
+}

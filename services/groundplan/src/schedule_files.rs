@@ -1,0 +1,51 @@
+//! Rules, delays and reported progress from the command line.
+
+use crate::cli::ScheduleArgs;
+use crate::failure::Failure;
+use messages::Site;
+use schedule_eval::{Delay, Edits, Rules, Timeline, parse_actuals};
+use std::path::{Path, PathBuf};
+
+/// A file of the schedule that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{}", path.display())]
+struct FileError {
+    path: PathBuf,
+    source: Box<dyn std::error::Error + Send + Sync>,
+}
+
+/// What the command line says about time.
+pub(crate) struct ScheduleInput {
+    pub(crate) rules: Rules,
+    pub(crate) edits: Edits,
+}
+
+impl ScheduleInput {
+    /// Reads the files that are named.
+    ///
+    /// # Errors
+    /// Files that cannot be read or mean nothing, delays of another form.
+    pub(crate) fn read(arguments: &ScheduleArgs) -> Result<Self, Failure> {
+        let usage = |path: &Path, source: Box<dyn std::error::Error + Send + Sync>| {
+            Failure::usage(FileError { path: path.to_owned(), source })
+        };
+        let rules = arguments.schedule.as_deref().map_or(Ok(Rules::default()), |path| {
+            let text = std::fs::read_to_string(path).map_err(|e| usage(path, e.into()))?;
+            Rules::parse(&text).map_err(|e| usage(path, e.into()))
+        })?;
+        let actuals = arguments.actual.as_deref().map_or(Ok(Vec::new()), |path| {
+            let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
+            parse_actuals(&bytes).map_err(|e| usage(path, e.into()))
+        })?;
+        let delays = arguments.delay.iter().map(|text| Delay::parse(text)).collect::<Result<_, _>>();
+        Ok(Self { rules, edits: Edits { delays: delays.map_err(Failure::usage)?, actuals } })
+    }
+
+    /// Works out the schedule of a site.
+    ///
+    /// # Errors
+    /// Dates that can be read in two ways, additions that name nothing: the rules or arguments must say more.
+    pub(crate) fn timeline(&self, site: &Site<'_>) -> Result<Timeline, Failure> {
+        schedule_eval::evaluate(site, &self.rules, &self.edits).map_err(Failure::usage)
+    }
+}

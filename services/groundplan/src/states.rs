@@ -1,0 +1,182 @@
+//! `groundplan states`: which elements stand and which spaces may be entered.
+
+use crate::cli::StatesArgs;
+use crate::failure::Failure;
+use crate::plan_date;
+use crate::progress::ProgressLine;
+use crate::schedule_files::ScheduleInput;
+use crate::site_files;
+use export::{ScheduleFindings, ScheduleReport};
+use messages::{Phase, PhaseHead, Site, SpaceState};
+use schedule_eval::{Period, Timeline};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// How many findings people see; all are in the JSON document.
+const MAX_FINDINGS: usize = 8;
+
+/// States at a date.
+#[derive(Debug, Serialize)]
+struct States<'s> {
+    at: String,
+    elements: BTreeMap<&'s str, &'static str>,
+    spaces: BTreeMap<&'s str, Space>,
+    report: Report<'s>,
+}
+
+#[derive(Debug, Serialize)]
+struct Space {
+    state: &'static str,
+    why: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Report<'s> {
+    /// Last change at or before the date.
+    valid_from: Option<String>,
+    /// Next change after it.
+    valid_until: Option<String>,
+    /// Open spaces that will be blocked soon, and when.
+    closing: BTreeMap<&'s str, String>,
+    /// Number of elements by state.
+    counts: BTreeMap<&'static str, usize>,
+    #[serde(flatten)]
+    schedule: ScheduleReport,
+    findings: ScheduleFindings,
+}
+
+/// Tells the states at every date that is asked for.
+///
+/// # Errors
+/// Bad arguments, models that cannot be read, dates that can be read in two ways.
+pub fn states(arguments: &StatesArgs) -> Result<String, Failure> {
+    let instants_s: Vec<i64> = arguments.date.iter().map(|d| plan_date::instant_s(d)).collect::<Result<_, _>>()?;
+    let schedule = ScheduleInput::read(&arguments.schedule)?;
+    let progress = ProgressLine::new();
+    site_files::pool(&arguments.model)?.install(|| {
+        let site = site_files::site_of(&arguments.model, None, 1, &progress)?;
+        let site = Site::open(site.bytes()).map_err(Failure::work)?;
+        let timeline = schedule.timeline(&site)?;
+        let all: Vec<String> =
+            instants_s.iter().map(|at_s| at(&site, &timeline, *at_s, arguments.json)).collect::<Result<_, _>>()?;
+        Ok(match all.as_slice() {
+            [one] => one.clone(),
+            several if arguments.json => format!("[{}]\n", several.join(",").replace('\n', "")),
+            several => several.join("\n"),
+        })
+    })
+}
+
+fn at(site: &Site<'_>, timeline: &Timeline, at_s: i64, json: bool) -> Result<String, Failure> {
+    let phase = timeline.phase(site, Period::instant(at_s)).finish();
+    let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
+    if json { json_of(site, &phase, at_s) } else { Ok(text_of(site, timeline, &phase, at_s)) }
+}
+
+fn json_of(site: &Site<'_>, phase: &Phase<'_>, at_s: i64) -> Result<String, Failure> {
+    let elements = site.elements.iter().enumerate();
+    let spaces = site.spaces.iter().enumerate();
+    let closing = spaces.clone().filter(|(k, _)| phase.spaces[*k].closes_at_s != PhaseHead::NO_TIME);
+    let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
+    let states = States {
+        at: plan_date::text(at_s),
+        elements: elements.map(|(k, e)| (site.text(e.global_id), phase.planned(k).name())).collect(),
+        spaces: spaces.map(|(k, s)| (site.text(s.global_id), space_of(phase, k))).collect(),
+        report: Report {
+            valid_from: time(phase.head.valid_from_s),
+            valid_until: time(phase.head.valid_until_s),
+            closing: closing
+                .map(|(k, s)| (site.text(s.global_id), plan_date::text(phase.spaces[k].closes_at_s)))
+                .collect(),
+            counts: counts(phase),
+            schedule: ScheduleReport::of(site, phase),
+            findings: ScheduleFindings::of(site, phase),
+        },
+    };
+    Ok(serde_json::to_string(&states).map_err(Failure::work)? + "\n")
+}
+
+fn space_of(phase: &Phase<'_>, space: usize) -> Space {
+    let state = if phase.is_blocked(space) { SpaceState::Blocked } else { SpaceState::Open };
+    Space { state: state.name(), why: phase.why(space).map(str::to_owned).collect() }
+}
+
+fn counts(phase: &Phase<'_>) -> BTreeMap<&'static str, usize> {
+    let mut counts = BTreeMap::new();
+    for k in 0..phase.n_elements() {
+        *counts.entry(phase.planned(k).name()).or_default() += 1;
+    }
+    counts
+}
+
+/// For people: counts, work in progress, blocked spaces with the names of the tasks, what is wrong.
+fn text_of(site: &Site<'_>, timeline: &Timeline, phase: &Phase<'_>, at_s: i64) -> String {
+    let mut out = String::new();
+    let time = |seconds: i64| messages::plan_time(seconds).map_or("-".to_owned(), |t| t.to_string());
+    let _ = writeln!(
+        out,
+        "{}  (last change {}, next {})",
+        plan_date::text(at_s),
+        time(phase.head.valid_from_s),
+        time(phase.head.valid_until_s)
+    );
+    let counts: Vec<String> =
+        counts(phase).into_iter().map(|(state, n)| format!("{n} {}", state.replace('_', " "))).collect();
+    let _ = writeln!(out, "elements: {}", counts.join(", "));
+    let running = (0..site.tasks.len()).filter(|k| {
+        let is_summary = site.tasks.iter().any(|t| t.parent as usize == *k);
+        !is_summary && timeline.task(*k).is_some_and(|d| d.start_s <= at_s && at_s < d.finish_s)
+    });
+    for k in running {
+        let dates = timeline.task(k).expect("running tasks have dates");
+        let float = timeline.float(k).map_or(String::new(), |f| format!(", float {}", hours(f.total_s)));
+        let _ = writeln!(out, "  at work: {} until {}{float}", task_name(site, k), time(dates.finish_s));
+    }
+    let n_blocked = (0..site.spaces.len()).filter(|k| phase.is_blocked(*k)).count();
+    let _ = writeln!(out, "spaces: {} open, {n_blocked} blocked", site.spaces.len() - n_blocked);
+    for (k, space) in site.spaces.iter().enumerate() {
+        let name = format!("{} {}", site.text(space.name), site.text(space.long_name));
+        if phase.is_blocked(k) {
+            let why: Vec<String> = phase.why(k).map(|w| reason(site, w)).collect();
+            let _ = writeln!(out, "  blocked: {:<24} {}", name.trim(), why.join("; "));
+        } else if phase.spaces[k].closes_at_s != PhaseHead::NO_TIME {
+            let _ = writeln!(out, "  closing: {:<24} at {}", name.trim(), time(phase.spaces[k].closes_at_s));
+        }
+    }
+    let findings: Vec<&schedule_eval::Finding> =
+        timeline.findings().iter().filter(|f| f.severity > schedule_eval::Severity::Info).collect();
+    for finding in findings.iter().take(MAX_FINDINGS) {
+        let who = [finding.global_id.as_str(), finding.name.as_str()].join(" ");
+        let _ = writeln!(out, "  {}: {}{}", finding.code, who.trim(), separated(who.trim(), &finding.message));
+    }
+    if findings.len() > MAX_FINDINGS {
+        let _ = writeln!(out, "  and {} more findings: see --json", findings.len() - MAX_FINDINGS);
+    }
+    let n_existing = (0..phase.n_elements()).filter(|k| phase.schedule_of(*k).source == 0).count();
+    if n_existing > 0 {
+        let _ = writeln!(out, "  {n_existing} elements have no date at all");
+    }
+    out
+}
+
+fn separated(who: &str, message: &str) -> String {
+    if who.is_empty() { message.to_owned() } else { format!(": {message}") }
+}
+
+/// A reason with the name of the task.
+fn reason(site: &Site<'_>, why: &str) -> String {
+    let task = why.strip_prefix("task:").and_then(|id| site.tasks.iter().position(|t| site.text(t.global_id) == id));
+    task.map_or_else(|| why.replace('_', " "), |k| task_name(site, k))
+}
+
+/// Identification and name of a task.
+pub(crate) fn task_name(site: &Site<'_>, task: usize) -> String {
+    let record = &site.tasks[task];
+    let name = format!("{} {}", site.text(record.identification), site.text(record.name));
+    if name.trim().is_empty() { site.text(record.global_id).to_owned() } else { name.trim().to_owned() }
+}
+
+fn hours(seconds: i64) -> String {
+    format!("{:.1} h", seconds as f64 / 3600.0)
+}
