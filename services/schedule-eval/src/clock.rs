@@ -131,8 +131,11 @@ impl Clock<'_> {
     /// How long a day is.
     pub(crate) fn day(self) -> DayLength {
         match self {
-            Self::Working(time, DurationDay::WorkingDay) => DayLength::Working { day_s: time.day_s() },
-            Self::Working(_, DurationDay::Hours24) | Self::Elapsed => DayLength::Elapsed,
+            // Where nobody ever works a day must not become nothing.
+            Self::Working(time, DurationDay::WorkingDay) if time.day_s() > 0 => {
+                DayLength::Working { day_s: time.day_s() }
+            }
+            Self::Working(..) | Self::Elapsed => DayLength::Elapsed,
         }
     }
 }

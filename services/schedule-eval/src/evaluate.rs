@@ -18,26 +18,8 @@ use std::collections::BTreeMap;
 #[derive(Debug, thiserror::Error)]
 pub enum EvaluateError {
     /// Dates that fit two orders, and nothing tells which is meant.
-    #[error(
-        "{file}: {text:?} ({property} of {global_id}) is {dmy} as day/month/year and {mdy} as month/day/year, and all {n_dates} text \
-         dates of the file fit both: set date_format = \"dmy\" or \"mdy\" in the schedule rules"
-    )]
-    AmbiguousDates {
-        /// Name of the file.
-        file: String,
-        /// A date as written.
-        text: String,
-        /// Set and property.
-        property: String,
-        /// Its owner.
-        global_id: String,
-        /// Its reading as day/month/year.
-        dmy: String,
-        /// Its reading as month/day/year.
-        mdy: String,
-        /// Number of dates of the file.
-        n_dates: usize,
-    },
+    #[error(transparent)]
+    AmbiguousDates(Box<AmbiguousDates>),
     /// Dates of both orders.
     #[error(
         "{file}: {dmy:?} can only be day/month/year, {mdy:?} only month/day/year: set date_format in the schedule rules"
@@ -72,6 +54,29 @@ pub enum EvaluateError {
         /// What is wrong with it.
         why: String,
     },
+}
+
+/// Dates of a file that fit two orders: one of them with both readings.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{file}: {text:?} ({property} of {global_id}) is {dmy} as day/month/year and {mdy} as month/day/year, and all {n_dates} text \
+     dates of the file fit both: set date_format = \"dmy\" or \"mdy\" in the schedule rules"
+)]
+pub struct AmbiguousDates {
+    /// Name of the file.
+    pub file: String,
+    /// A date as written.
+    pub text: String,
+    /// Set and property.
+    pub property: String,
+    /// Its owner.
+    pub global_id: String,
+    /// Its reading as day/month/year.
+    pub dmy: String,
+    /// Its reading as month/day/year.
+    pub mdy: String,
+    /// Number of text dates of the file.
+    pub n_dates: usize,
 }
 
 /// Works out everything that the site, the rules and the additions say about time.

@@ -23,7 +23,7 @@ mod works;
 
 pub use dates::DateOrder;
 pub use edits::{Actual, Delay, EditError, Edits, parse_actuals};
-pub use evaluate::{EvaluateError, evaluate};
+pub use evaluate::{AmbiguousDates, EvaluateError, evaluate};
 pub use findings::{Finding, Severity};
 pub use rules::{
     ClosedSpace, DateKind, DurationDay, Inputs, Mode, Phase, PhaseProperties, PropertyDate, Rules, RulesError, Undated,

@@ -55,7 +55,7 @@ pub(crate) fn lives(
             })
             .unwrap_or_default()
     });
-    let lives = lives.collect();
+    let lives: Vec<Life> = lives.collect();
     report(site, &phases, said, &lives, findings);
     lives
 }
@@ -138,7 +138,7 @@ impl Life {
 }
 
 /// Lists what a status says without a date, and phases that the rules do not know.
-fn report(site: &Site<'_>, phases: &Phases<'_>, said: &AllSaid, lives: &Vec<Life>, findings: &mut Findings<'_>) {
+fn report(site: &Site<'_>, phases: &Phases<'_>, said: &AllSaid, lives: &[Life], findings: &mut Findings<'_>) {
     let mut unknown: BTreeMap<&str, usize> = BTreeMap::new();
     for (k, element) in site.elements.iter().enumerate() {
         let said = &said.elements[k];

@@ -1,9 +1,9 @@
 //! What properties say about dates: dates by rules, phases by name, a status.
 
-use crate::EvaluateError;
 use crate::dates::{self, DateError, DateOrder, WrittenDate};
 use crate::findings::{Entity, Findings, Severity};
 use crate::rules::{DateKind, Mode, Rules};
+use crate::{AmbiguousDates, EvaluateError};
 use messages::{AttributeKind, AttributeRecord, Site, Text};
 use std::collections::BTreeMap;
 
@@ -202,7 +202,7 @@ fn orders(
                     Some((t, readings)) => {
                         let rule = &rules.property_dates[t.rule];
                         let [dmy, mdy] = readings.map(|r| r.map(day).unwrap_or_default());
-                        Err(EvaluateError::AmbiguousDates {
+                        Err(EvaluateError::AmbiguousDates(Box::new(AmbiguousDates {
                             file: file(),
                             text: text(t),
                             property: format!("{}.{}", rule.set, rule.property),
@@ -210,7 +210,7 @@ fn orders(
                             dmy,
                             mdy,
                             n_dates: of_file().count(),
-                        })
+                        })))
                     }
                 },
             }

@@ -138,7 +138,6 @@ impl Links {
                 from_above,
             });
         }
-        // What stands in the building itself is linked one by one, but ranks as what the building holds.
         links
     }
 

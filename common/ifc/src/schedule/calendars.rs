@@ -120,9 +120,9 @@ fn seconds(value: &Value<'_>) -> Result<u32, String> {
     let time = text.trim().split(['Z', 'z', '+', '.']).next().unwrap_or_default();
     let time = time.split('-').next().unwrap_or_default();
     let parts: Vec<u32> = time.split(':').map(str::parse).collect::<Result<_, _>>().map_err(|_| wrong())?;
-    let (hour, minute, second) = match parts.as_slice() {
-        &[hour, minute] => (hour, minute, 0),
-        &[hour, minute, second] => (hour, minute, second),
+    let (hour, minute, second) = match *parts.as_slice() {
+        [hour, minute] => (hour, minute, 0),
+        [hour, minute, second] => (hour, minute, second),
         _ => return Err(wrong()),
     };
     let in_range = hour <= 24 && minute < 60 && second < 60;

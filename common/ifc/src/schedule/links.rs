@@ -79,11 +79,12 @@ struct Targets<'c> {
 impl<'c> Targets<'c> {
     fn new(relations: &'c Relations, products: &'c Products<'c, 'c>, storeys: &[Storey]) -> Self {
         let by_one = |pairs: &HashMap<u32, u32>| {
+            let mut sorted: Vec<(u32, u32)> = pairs.iter().map(|(&member, &one)| (one, member)).collect();
+            sorted.sort_unstable();
             let mut lists: HashMap<u32, Vec<u32>> = HashMap::new();
-            for (&member, &one) in pairs {
+            for (one, member) in sorted {
                 lists.entry(one).or_default().push(member);
             }
-            lists.values_mut().for_each(|list| list.sort_unstable());
             lists
         };
         Self {

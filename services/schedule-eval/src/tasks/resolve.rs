@@ -8,6 +8,9 @@ use super::{Order, TaskDates, TaskFacts, Tasks};
 use crate::findings::{Entity, Findings, Severity};
 use messages::{DateSource, NONE, Site};
 
+/// Names of tasks in a circle that are told.
+const MAX_NAMES: usize = 8;
+
 /// What stands in a task's own words.
 enum Written {
     Dates(TaskDates),
@@ -74,17 +77,20 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
     /// Names the tasks of every cycle, also of those whose written dates stand.
     fn report_cycles(&mut self) {
         let site = self.tasks.site;
-        for (group, is_cycle) in dependencies(site).groups() {
-            if is_cycle {
-                let task = |k: &u32| &site.tasks[*k as usize];
-                let names: Vec<String> = group.iter().take(8).map(|k| label(site, *k as usize)).collect();
-                let more = if group.len() > 8 { format!(" and {} more", group.len() - 8) } else { String::new() };
-                let message = format!(
-                    "tasks wait for each other in a circle: {}{more}; written dates stand, none are computed",
-                    names.join(", ")
-                );
-                self.findings.add(Severity::Error, "task_cycle", group.first().map(task).map(Entity::task), message);
-            }
+        let order = dependencies(site);
+        let mut cycles: Vec<&[u32]> =
+            order.groups().filter(|(_, is_cycle)| *is_cycle).map(|(group, _)| group).collect();
+        cycles.sort_unstable();
+        for group in cycles {
+            let names: Vec<String> = group.iter().take(MAX_NAMES).map(|k| label(site, *k as usize)).collect();
+            let more = group.len().saturating_sub(MAX_NAMES);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let message = format!(
+                "tasks wait for each other in a circle: {}{more}; written dates stand, none are computed",
+                names.join(", ")
+            );
+            let first = &site.tasks[group[0] as usize];
+            self.findings.add(Severity::Error, "task_cycle", Some(Entity::task(first)), message);
         }
     }
 
@@ -108,7 +114,9 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
             _ if self.tasks.facts[k].is_faulty && nested.is_empty() => Err(None),
             _ if !nested.is_empty() => Ok(roll_up(&nested)),
             Written::Dates(dates) => Ok(*dates),
-            Written::Duration(_) if self.tasks.is_summary(k) => Err(Some("no task nested in it has any".to_owned())),
+            Written::Duration(_) | Written::Nothing(_) if self.tasks.is_summary(k) => {
+                Err(Some("no task nested in it has any".to_owned()))
+            }
             Written::Duration(duration_s) => self.compute(k, *duration_s).map_err(Some),
             Written::Nothing(why) => Err(Some((*why).to_owned())),
         };
@@ -177,11 +185,11 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
             in_sequence[sequence.predecessor as usize] = true;
             in_sequence[sequence.successor as usize] = true;
         }
-        for k in 0..site.tasks.len() {
+        for (k, task) in site.tasks.iter().enumerate() {
             if self.dates[k].is_some() || self.tasks.facts[k].has_time || self.tasks.is_summary(k) || in_sequence[k] {
                 continue;
             }
-            let mut at = site.tasks[k].parent;
+            let mut at = task.parent;
             for _ in 0..site.tasks.len() {
                 if at == NONE {
                     break;
@@ -285,7 +293,8 @@ fn written(tasks: &Tasks<'_>, k: usize) -> Written {
     let dates = |start_s, finish_s, source| Written::Dates(TaskDates { start_s, finish_s, source });
     let planned = facts.planned.unwrap_or(DateSource::Schedule);
     let ended = Written::Nothing("its calendar has no working time left");
-    let duration_s = duration_s.or((facts.is_milestone && !facts.is_faulty).then_some(0));
+    // A milestone with one date has both.
+    let duration_s = duration_s.or((facts.is_milestone && (start.is_some() || finish.is_some())).then_some(0));
     if let Some(actual) = facts.actual_start {
         let actual_s = actual.start_s();
         if let Some(finish) = facts.actual_finish {
