@@ -71,13 +71,15 @@ pub enum DoorPassage {
     ClosedByResolution = 3,
     /// The wall in which it is to hang is not built, or the door itself is gone.
     Absent = 4,
+    /// It is being hung or taken down.
+    InProgress = 5,
 }
 
 impl DoorPassage {
     /// The passage with this number.
     pub fn from_id(id: u32) -> Option<Self> {
         use DoorPassage::*;
-        [Passable, CannotOpen, TooNarrow, ClosedByResolution, Absent].get(id as usize).copied()
+        [Passable, CannotOpen, TooNarrow, ClosedByResolution, Absent, InProgress].get(id as usize).copied()
     }
 
     /// Its word in files.
@@ -88,6 +90,7 @@ impl DoorPassage {
             Self::TooNarrow => "too_narrow",
             Self::ClosedByResolution => "closed_by_resolution",
             Self::Absent => "absent",
+            Self::InProgress => "in_progress",
         }
     }
 }

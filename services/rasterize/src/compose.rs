@@ -40,9 +40,13 @@ pub(crate) fn compose(
         *cell = if on { kind } else { 0 };
     }
 
-    // Where nothing can be stood on yet, closing a space means nothing: all of it is unknown, and forbidden below.
-    let has_floor = floor.cells.contains(&true);
-    let blocked = if has_floor { blocked } else { Mask::new(width, height) };
+    if phase.head.plan_time().is_some() && !floor.cells.contains(&true) {
+        // Nobody can stand anywhere yet, whatever stands there already.
+        layers.planning.fill(UNKNOWN);
+        layers.localization.fill(UNKNOWN);
+        layers.keepout.fill(OCCUPIED);
+        return;
+    }
     let mut occupied = obstacles.clone();
     occupied.set_all(&closed_doors);
     let mut free = Mask::new(width, height);
@@ -68,11 +72,7 @@ pub(crate) fn compose(
         blocked: &blocked,
         class: layers.class,
     };
-    if has_floor {
-        keepout(&input, layers.keepout);
-    } else {
-        layers.keepout.fill(OCCUPIED);
-    }
+    keepout(&input, layers.keepout);
     localization(&LocalizationInput { phase, storey, floor: &floor, class: layers.class }, layers.localization);
 }
 

@@ -1,5 +1,6 @@
 //! Whether a robot can pass a door.
 
+use crate::compose::is_worked_on;
 use crate::cut::StoreyCut;
 use crate::floor::sides_with_floor;
 use frames::{Map, Point2, TENTHS_PER_M};
@@ -45,6 +46,7 @@ pub(crate) fn passages(
             let present = phase.effective(door.element as usize).is_obstacle() && is_hung(site, phase, door);
             let passage = match verdict(robot, door) {
                 _ if !present => DoorPassage::Absent,
+                _ if is_worked_on(phase, door.element) => DoorPassage::InProgress,
                 DoorPassage::Passable if width_in_map_m < 2.0 * robot.radius_m => DoorPassage::ClosedByResolution,
                 verdict => verdict,
             };
@@ -59,13 +61,15 @@ pub(crate) fn passages(
         .collect()
 }
 
-/// Width of the narrowest line across a passage, in cells that are not occupied, in metres.
+/// Width of the narrowest line across a passage, in cells without an obstacle, in metres. That a space beside it is blocked
+/// does not make a door narrower.
 fn free_width_m(plan: &OrientedBox, grid: &Grid<'_>) -> f64 {
     let spec = grid.spec();
     let cell = f64::from(spec.cell_tenths);
     let is_open = |at: [f64; 2]| {
         let [x, y] = at.map(|c| c / f64::from(TENTHS_PER_M));
-        spec.cell_at(Point2::<Map>::new(x, y)).is_some_and(|c| grid.planning[spec.index(c)] != crate::compose::OCCUPIED)
+        spec.cell_at(Point2::<Map>::new(x, y))
+            .is_some_and(|c| [Class::None.id(), Class::Door.id()].contains(&grid.class[spec.index(c)]))
     };
     // Ten samples per cell along the line: the width is right to a tenth of a cell.
     let step = cell / 10.0;

@@ -285,12 +285,79 @@ fn before_the_first_slab_there_is_no_floor() {
         for element in WALLS.chain([SLAB, 5]) {
             p.set_element(element, ElementState::NotStarted, ElementState::NotStarted);
         }
+        p.head.plan_time_s = 0;
+        p.block_space(0, &["before_room_date"]);
     };
     let mut house = House::new();
     house.space([0.0, 0.0], [4.0, 3.0]);
+    house.builder.spaces[0].map_storey = 0;
+    house.add(Class::Mep, [1.0, 1.0, 0.0], [1.3, 1.3, 1.0]);
     let map = house.map_at(nothing, &RobotProfile::DEFAULT);
-    assert!(map.grid().planning.iter().all(|&p| p == UNKNOWN));
-    assert_eq!(map.keepout(1.0, 1.0), OCCUPIED);
+    let grid = map.grid();
+    assert!(grid.planning.iter().all(|&p| p == UNKNOWN), "even a blocked room and what has no date");
+    assert!(grid.keepout.iter().all(|&k| k == OCCUPIED));
+    assert!(grid.localization.iter().all(|&l| l == UNKNOWN) && grid.floor.iter().all(|&f| f == 0));
+}
+
+/// Everything as it is, but one element in this state.
+fn but(element: usize, state: ElementState) -> impl Fn(&mut PhaseBuilder) {
+    move |p| {
+        p.head.plan_time_s = 0;
+        p.set_element(element, state, state);
+    }
+}
+
+#[test]
+fn work_overhead_forbids_what_is_below_and_is_no_obstacle() {
+    let mut house = House::new();
+    let duct = house.add(Class::Mep, [1.0, 1.0, 2.2], [2.0, 2.0, 2.4]);
+    let robot = RobotProfile { work_margin_m: 0.3, ..RobotProfile::DEFAULT };
+    let map = house.map_at(but(duct, ElementState::InProgress), &robot);
+    assert_eq!((map.planning(1.5, 1.5), map.keepout(1.5, 1.5), map.keepout(2.15, 1.5)), (FREE, OCCUPIED, OCCUPIED));
+    assert_eq!(map.keepout(2.6, 1.5), FREE);
+}
+
+#[test]
+fn a_slab_that_is_not_poured_yet_is_a_drop_off_inside_the_storey() {
+    let mut house = House::new();
+    house.builder.elements[SLAB].n_parts = 0;
+    house.slab([-0.2, -0.2], [2.0, 3.2], 0.0);
+    let other = house.slab([2.0, -0.2], [4.2, 3.2], 0.0);
+    house.opening(0);
+    let map = house.map_at(but(other, ElementState::NotStarted), &RobotProfile::DEFAULT);
+    assert_eq!((map.planning(1.0, 1.5), map.keepout(1.0, 1.5)), (FREE, FREE));
+    assert_eq!((map.planning(3.0, 1.5), map.keepout(3.0, 1.5)), (UNKNOWN, OCCUPIED));
+    assert_eq!(map.keepout(1.85, 1.5), OCCUPIED, "the margin at its edge");
+}
+
+#[test]
+fn a_door_that_is_being_hung_is_closed() {
+    let mut house = House::new();
+    let door = house.door(0.8, Opens::Swing);
+    let map = house.map_at(but(door, ElementState::InProgress), &RobotProfile::DEFAULT);
+    assert_eq!((map.planning(1.95, -0.1), map.passage()), (OCCUPIED, DoorPassage::InProgress));
+}
+
+#[test]
+fn blocking_a_room_changes_neither_its_door_nor_what_a_lidar_sees() {
+    let draw = |blocked: bool| {
+        let mut house = House::new();
+        house.door(0.8, Opens::Swing);
+        house.space([0.0, 0.0], [4.0, 3.0]);
+        house.builder.spaces[0].map_storey = 0;
+        house.map_at(
+            move |p| {
+                if blocked {
+                    p.block_space(0, &["private"]);
+                }
+            },
+            &RobotProfile::DEFAULT,
+        )
+    };
+    let (open, blocked) = (draw(false), draw(true));
+    assert_eq!((blocked.planning(2.0, 1.5), blocked.keepout(2.0, 1.5)), (OCCUPIED, OCCUPIED));
+    assert_eq!((open.passage(), blocked.passage()), (DoorPassage::Passable, DoorPassage::Passable));
+    assert_eq!(open.grid().localization, blocked.grid().localization);
 }
 
 #[test]
