@@ -70,7 +70,8 @@ struct DoorReport {
     name: String,
     /// Index of the map storey.
     storey: u32,
-    /// `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`, `absent`.
+    /// `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`, `absent`,
+    /// `in_progress`.
     passage: &'static str,
     /// Width between what remains when it is open.
     clear_width_m: f64,

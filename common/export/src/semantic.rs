@@ -155,7 +155,7 @@ struct Door {
     /// GlobalIds of the spaces it joins; null where there is none.
     spaces: [Option<String>; 2],
     /// Whether the robot can pass, by map storey: `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`,
-    /// `absent`.
+    /// `absent`, `in_progress`.
     passage: BTreeMap<u32, &'static str>,
 }
 

@@ -21,6 +21,7 @@ fn check<T: JsonSchema>(name: &str) {
 #[test]
 fn schemas_are_current() {
     check::<export::Manifest>("manifest");
+    check::<export::DatesManifest>("dates-manifest");
     check::<export::Report>("report");
     check::<export::Semantic>("semantic");
     check::<export::SiteFrameFile>("site-frame");

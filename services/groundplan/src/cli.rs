@@ -39,6 +39,7 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
     keepout.{pgm,yaml}          Nav2 keep-out mask: drop-offs and their margins
     waypoints.yaml              this storey's waypoints for Nav2
     semantic.png  classes.png   for people; class ids for programs
+With --date all these are in OUT/<date>/, and OUT/manifest.json lists the dates.
 
 Examples:
   groundplan convert house.ifc -o maps
@@ -123,10 +124,6 @@ pub struct RobotArgs {
 /// Arguments of `states`.
 #[derive(Debug, Clone, Args)]
 pub struct StatesArgs {
-    /// The site.
-    #[command(flatten)]
-    pub model: ModelArgs,
-
     /// The date; may be repeated
     #[arg(long, value_name = "DATE", required = true)]
     pub date: Vec<String>,
@@ -134,6 +131,10 @@ pub struct StatesArgs {
     /// Rules and additions.
     #[command(flatten)]
     pub schedule: ScheduleArgs,
+
+    /// The site.
+    #[command(flatten)]
+    pub model: ModelArgs,
 
     /// Print one JSON document on standard output and nothing else there; an array if there are several dates
     #[arg(long)]
@@ -143,10 +144,6 @@ pub struct StatesArgs {
 /// Arguments of `changes`.
 #[derive(Debug, Clone, Args)]
 pub struct ChangesArgs {
-    /// The site.
-    #[command(flatten)]
-    pub model: ModelArgs,
-
     /// What differs between two dates
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     pub diff: Vec<String>,
@@ -159,6 +156,10 @@ pub struct ChangesArgs {
     #[command(flatten)]
     pub robot: RobotArgs,
 
+    /// The site.
+    #[command(flatten)]
+    pub model: ModelArgs,
+
     /// Print one JSON document on standard output and nothing else there
     #[arg(long)]
     pub json: bool,
@@ -167,10 +168,6 @@ pub struct ChangesArgs {
 /// Arguments of `convert`.
 #[derive(Debug, Clone, Args)]
 pub struct ConvertArgs {
-    /// The site.
-    #[command(flatten)]
-    pub model: ModelArgs,
-
     /// Output folder; replaced as a whole if it holds earlier output
     #[arg(short, long, value_name = "OUT")]
     pub out: PathBuf,
@@ -207,6 +204,10 @@ pub struct ConvertArgs {
     /// Write maps that are blank, or storeys with spaces and no obstacle
     #[arg(long)]
     pub allow_empty: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub model: ModelArgs,
 
     /// Print one JSON summary on standard output and nothing else there
     #[arg(long)]

@@ -54,6 +54,7 @@ fn of_door(site: &Site<'_>, record: &DoorPassageRecord, passage: DoorPassage) ->
     let why = match passage {
         DoorPassage::CannotOpen => format!("the robot does not open {}", site.text(door.operation)),
         DoorPassage::TooNarrow => format!("clear width {:.2} m is too narrow", door.clear_width_m),
+        DoorPassage::InProgress => "it is being worked on".to_owned(),
         DoorPassage::ClosedByResolution => format!("{:.2} m of it are open in the map", record.width_in_map_m),
         DoorPassage::Absent | DoorPassage::Passable => "it does not stand".to_owned(),
     };

@@ -9,13 +9,15 @@ fn groundplan(arguments: &[&str]) -> std::process::Output {
 }
 
 #[test]
-fn the_manual_is_what_it_was() {
-    let text = String::from_utf8(groundplan(&["convert", "--help"]).stdout).unwrap();
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/convert-help.txt");
-    if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        std::fs::write(&golden, &text).unwrap();
+fn the_manuals_are_what_they_were() {
+    for command in ["convert", "states", "changes"] {
+        let text = String::from_utf8(groundplan(&[command, "--help"]).stdout).unwrap();
+        let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/{command}-help.txt"));
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            std::fs::write(&golden, &text).unwrap();
+        }
+        assert_eq!(text, std::fs::read_to_string(&golden).unwrap(), "UPDATE_GOLDEN=1 rewrites {}", golden.display());
     }
-    assert_eq!(text, std::fs::read_to_string(&golden).unwrap(), "UPDATE_GOLDEN=1 rewrites {}", golden.display());
 }
 
 #[test]
