@@ -137,6 +137,16 @@ impl Storey {
         self.localization[self.index(x, y)]
     }
 
+    /// True if every pixel of the planning map is this.
+    pub(crate) fn all_planning(&self, pixel: u8) -> bool {
+        self.planning.iter().all(|&p| p == pixel)
+    }
+
+    /// True if every pixel of the keep-out mask is this.
+    pub(crate) fn all_keepout(&self, pixel: u8) -> bool {
+        self.keepout.iter().all(|&p| p == pixel)
+    }
+
     /// Asserts that all cells in the rectangle are unknown and must not be entered.
     pub(crate) fn assert_drop_off(&self, rectangle: [f64; 4]) {
         for [x, y] in self.points(rectangle) {
