@@ -2,7 +2,6 @@
 //!
 //! Half of the tasks have written dates, the others wait for them with lags in working time; every tenth element has a
 //! date in a property instead of a task. 1,000 spaces are bounded by 20 elements each.
-#![expect(missing_docs, reason = "the macro's functions have no documentation")]
 
 use bytemuck::Zeroable;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
@@ -28,7 +27,7 @@ fn site() -> ArchiveBuffer {
     let [set, name] = ["Wall Schedule", "ConstructionDate"].map(|t| b.texts.add(t));
     for k in 0..N_ELEMENTS {
         let first_attribute = b.attributes.len() as u32;
-        let is_dated = k % 10 == 0;
+        let is_dated = k.is_multiple_of(10);
         if is_dated {
             let text = b.texts.add(&format!("{:02}/{:02}/2024", k % 28 + 1, k / 28 % 12 + 1));
             b.attributes.push(AttributeRecord {
@@ -90,7 +89,7 @@ fn add_task(b: &mut SiteBuilder, k: usize) {
         duration_kind: DurationKind::WorkTime as u32,
         ..TaskRecord::zeroed()
     };
-    if k % 2 == 0 {
+    if k.is_multiple_of(2) {
         task.schedule_start = b.texts.add(&format!("2024-{:02}-{:02}T08:00:00", k / 28 % 12 + 1, k % 28 + 1));
     } else {
         // Chains of twenty, so that they end within the years of the calendar.

@@ -1,5 +1,4 @@
 //! Schedules that are wrong: the message names who is, and the rest goes on.
-#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
 
