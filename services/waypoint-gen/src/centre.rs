@@ -76,7 +76,7 @@ pub(crate) fn centre_of(
     let inside = |p: Point2<Map>| polygon.contains([p.x_m, p.y_m].map(|c| c * f64::from(TENTHS_PER_M)));
     let centroid = Point2::<Map>::new(record.centroid_m[0], record.centroid_m[1]);
     let at_centroid = clearance.at(centroid);
-    let is_reached = spec.cell_at(centroid).is_some_and(|cell| reach.contains(spec.index(cell)));
+    let is_reached = spec.cell_at(centroid).is_some_and(|cell| reach.is_beside(&spec, cell));
     if inside(centroid) && at_centroid >= radius_m && is_reached {
         return Ok(Centre { x_m: centroid.x_m, y_m: centroid.y_m, clearance_m: at_centroid });
     }

@@ -1,6 +1,7 @@
 //! Where a robot can get to on a storey.
 
 use crate::centre::Clearance;
+use grid::{Cell, GridSpec};
 use messages::Grid;
 
 /// Cells that a robot of this radius can stand on and get to: the largest connected part of the storey.
@@ -53,6 +54,14 @@ impl Reach {
     /// True if a robot can stand on the cell and get there.
     pub(crate) fn contains(&self, cell: usize) -> bool {
         self.part[cell] != 0 && self.part[cell] == self.largest
+    }
+
+    /// True if a robot can get to the cell or one next to it: a place between cell centres may be clear although that of
+    /// its own cell is not.
+    pub(crate) fn is_beside(&self, spec: &GridSpec, cell: Cell) -> bool {
+        let around = |at: u32, n: u32| at.saturating_sub(1)..(at + 2).min(n);
+        around(cell.row, spec.height)
+            .any(|row| around(cell.column, spec.width).any(|column| self.contains(spec.index(Cell { column, row }))))
     }
 
     /// True if a robot can stand on the cell, wherever it is.
