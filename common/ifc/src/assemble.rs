@@ -11,7 +11,7 @@ use crate::products::{Product, Products};
 use crate::psets::PropertySets;
 use crate::relations::Relations;
 use crate::report::Report;
-use crate::representations::Bodies;
+use crate::representations::{Bodies, Body};
 use crate::spatial::Storeys;
 use crate::units::LengthUnit;
 use crate::{
@@ -35,7 +35,12 @@ pub(crate) fn model(
         .map(|product| Bodied {
             id: &product.id,
             record: &product.record,
-            body: bodies.of_product(&product.record),
+            // Reinforcement is built at a date, but lies inside what it reinforces: it is not meshed.
+            body: if product.class.is("IfcReinforcingElement") {
+                Body::default()
+            } else {
+                bodies.of_product(&product.record)
+            },
             openings: voids.get(&product.record.id).map_or(&[], Vec::as_slice),
             cuts: product.class.is("IfcOpeningElement"),
         })
@@ -251,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn openings_and_reinforcement_are_no_elements_and_aggregates_are() {
+    fn openings_are_no_elements_reinforcement_has_no_body_and_aggregates_are_elements() {
         let (model, _) = read(&file(&format!(
             "{BASICS}{WALL}
              #3=IFCREINFORCINGBAR('b',$,$,$,$,#103,#121,$,$,$,$,$,$,$);#4=IFCVIRTUALELEMENT('v',$,$,$,$,#103,#121,$);
@@ -261,8 +266,14 @@ mod tests {
         .unwrap();
         let found: Vec<(&str, bool)> =
             model.elements.iter().map(|e| (e.ifc_type, e.geometry.status == GeometryStatus::Meshed)).collect();
-        assert_eq!(found, [("IfcWall", true), ("IfcCurtainWall", false), ("IfcBuildingElementProxy", true)]);
-        assert_eq!(model.elements[2].predefined_type, "Kiosk");
+        let expected = [
+            ("IfcWall", true),
+            ("IfcReinforcingBar", false),
+            ("IfcCurtainWall", false),
+            ("IfcBuildingElementProxy", true),
+        ];
+        assert_eq!(found, expected);
+        assert_eq!(model.elements[3].predefined_type, "Kiosk");
         assert!(model.openings.is_empty(), "it voids nothing");
     }
 

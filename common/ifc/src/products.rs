@@ -24,14 +24,14 @@ pub(crate) struct Products<'f, 'a> {
     pub(crate) opening_idx: HashMap<u32, usize>,
 }
 
-/// Elements that are no obstacles whatever their shape.
-const NO_OBSTACLES: [&str; 3] = ["IfcFeatureElement", "IfcVirtualElement", "IfcReinforcingElement"];
+/// Elements that are nothing by themselves: neither obstacles nor built at a date.
+const NO_ELEMENTS: [&str; 2] = ["IfcFeatureElement", "IfcVirtualElement"];
 
 impl<'f, 'a> Products<'f, 'a> {
     pub(crate) fn read(file: &'f File<'a>, relations: &Relations, report: &mut Report) -> Self {
         let mut elements = products(file, "IfcElement", report);
         // Terrain that is an element stays: where the ground rises into the slab, a robot cannot be. The site's own shape is none.
-        elements.retain(|p| !NO_OBSTACLES.iter().any(|entity| p.class.is(entity)));
+        elements.retain(|p| !NO_ELEMENTS.iter().any(|entity| p.class.is(entity)));
         let spaces = products(file, "IfcSpace", report);
         let mut openings = products(file, "IfcOpeningElement", report);
         openings.retain(|p| relations.host.contains_key(&p.record.id));
