@@ -97,6 +97,24 @@ pub enum RecurrenceKind {
     YearlyByPosition = 8,
 }
 
+impl RecurrenceKind {
+    /// The kind with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        use RecurrenceKind::*;
+        let all = [
+            Daily,
+            Weekly,
+            MonthlyByDayOfMonth,
+            MonthlyByPosition,
+            ByDayCount,
+            ByWeekdayCount,
+            YearlyByDayOfMonth,
+            YearlyByPosition,
+        ];
+        all.into_iter().find(|k| *k as u32 == id)
+    }
+}
+
 /// An IfcTask with its time.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]

@@ -4,10 +4,8 @@ use crate::cli::ChangesArgs;
 use crate::failure::Failure;
 use crate::maps::with_maps;
 use crate::plan_date;
-use crate::progress::ProgressLine;
 use crate::robot_file::Robot;
-use crate::schedule_files::ScheduleInput;
-use crate::site_files;
+use crate::schedule_files::with_timeline;
 use messages::{DoorPassage, ElementState, NONE, Phase, Site, SpaceState};
 use rasterize::Rasterizer;
 use schedule_eval::{Change, Period, Timeline};
@@ -80,21 +78,16 @@ pub fn changes(arguments: &ChangesArgs) -> Result<String, Failure> {
     let diff_s: Vec<i64> = arguments.diff.iter().map(|d| plan_date::instant_s(d)).collect::<Result<_, _>>()?;
     let robot = arguments.robot.robot.as_deref().map_or(Ok(Robot::default()), Robot::read).map_err(Failure::usage)?;
     grid::GridSpec::cell_tenths_of(arguments.robot.resolution).map_err(Failure::usage)?;
-    let schedule = ScheduleInput::read(&arguments.schedule)?;
-    let progress = ProgressLine::new();
-    site_files::pool(&arguments.model)?.install(|| {
-        let site = site_files::site_of(&arguments.model, None, 1, &progress)?;
-        let site = Site::open(site.bytes()).map_err(Failure::work)?;
-        let timeline = schedule.timeline(&site)?;
+    with_timeline(&arguments.model, &arguments.schedule, |site, timeline, progress| {
         let &[from_s, to_s] = diff_s.as_slice() else {
             let changes = timeline.changes();
-            return if arguments.json { json(&list(&site, &changes)) } else { Ok(text_of(&site, &changes)) };
+            return if arguments.json { json(&list(site, &changes)) } else { Ok(text_of(site, &changes)) };
         };
         progress.stage("drawing");
-        let rasterizer = Rasterizer::new(&site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
-        let sides = [from_s, to_s].map(|at_s| Side::at(&site, &timeline, &rasterizer, &robot, at_s));
+        let rasterizer = Rasterizer::new(site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
+        let sides = [from_s, to_s].map(|at_s| Side::at(site, timeline, &rasterizer, &robot, at_s));
         let [before, after] = sides;
-        let difference = difference(&site, &before?, &after?);
+        let difference = difference(site, &before?, &after?);
         if arguments.json { json(&difference) } else { Ok(difference.text()) }
     })
 }

@@ -1,7 +1,9 @@
 //! Rules, delays and reported progress from the command line.
 
-use crate::cli::ScheduleArgs;
+use crate::cli::{ModelArgs, ScheduleArgs};
 use crate::failure::Failure;
+use crate::progress::ProgressLine;
+use crate::site_files;
 use messages::Site;
 use schedule_eval::{Delay, Edits, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
@@ -48,4 +50,22 @@ impl ScheduleInput {
     pub(crate) fn timeline(&self, site: &Site<'_>) -> Result<Timeline, Failure> {
         schedule_eval::evaluate(site, &self.rules, &self.edits).map_err(Failure::usage)
     }
+}
+
+/// Reads the models, works out their schedule, and goes on with both on the threads that were asked for.
+///
+/// # Errors
+/// Those of reading, of the schedule, and of the work.
+pub(crate) fn with_timeline<T: Send>(
+    model: &ModelArgs,
+    schedule: &ScheduleArgs,
+    work: impl FnOnce(&Site<'_>, &Timeline, &ProgressLine) -> Result<T, Failure> + Send,
+) -> Result<T, Failure> {
+    let schedule = ScheduleInput::read(schedule)?;
+    let progress = ProgressLine::new();
+    site_files::pool(model)?.install(|| {
+        let site = site_files::site_of(model, None, 1, &progress)?;
+        let site = Site::open(site.bytes()).map_err(Failure::work)?;
+        work(&site, &schedule.timeline(&site)?, &progress)
+    })
 }

@@ -3,9 +3,7 @@
 use crate::cli::StatesArgs;
 use crate::failure::Failure;
 use crate::plan_date;
-use crate::progress::ProgressLine;
-use crate::schedule_files::ScheduleInput;
-use crate::site_files;
+use crate::schedule_files::with_timeline;
 use export::{ScheduleFindings, ScheduleReport};
 use messages::{Phase, PhaseHead, Site, SpaceState};
 use schedule_eval::{Period, Timeline};
@@ -52,14 +50,9 @@ struct Report<'s> {
 /// Bad arguments, models that cannot be read, dates that can be read in two ways.
 pub fn states(arguments: &StatesArgs) -> Result<String, Failure> {
     let instants_s: Vec<i64> = arguments.date.iter().map(|d| plan_date::instant_s(d)).collect::<Result<_, _>>()?;
-    let schedule = ScheduleInput::read(&arguments.schedule)?;
-    let progress = ProgressLine::new();
-    site_files::pool(&arguments.model)?.install(|| {
-        let site = site_files::site_of(&arguments.model, None, 1, &progress)?;
-        let site = Site::open(site.bytes()).map_err(Failure::work)?;
-        let timeline = schedule.timeline(&site)?;
+    with_timeline(&arguments.model, &arguments.schedule, |site, timeline, _| {
         let all: Vec<String> =
-            instants_s.iter().map(|at_s| at(&site, &timeline, *at_s, arguments.json)).collect::<Result<_, _>>()?;
+            instants_s.iter().map(|at_s| at(site, timeline, *at_s, arguments.json)).collect::<Result<_, _>>()?;
         Ok(match all.as_slice() {
             [one] => one.clone(),
             several if arguments.json => format!("[{}]\n", several.join(",").replace('\n', "")),

@@ -4,7 +4,7 @@ use crate::dates::DAY_S;
 use crate::durations::DayLength;
 use crate::findings::{Entity, Findings, Severity};
 use crate::rules::DurationDay;
-use crate::working_time::{Pattern, PatternKind, WorkRule, WorkingTime};
+use crate::working_time::{Pattern, WorkRule, WorkingTime};
 use messages::{CalendarRecord, RecurrenceKind, Site, WorkTimeRecord};
 use std::ops::Range;
 
@@ -73,17 +73,7 @@ fn working_time(site: &Site<'_>, calendar: &CalendarRecord, days: Range<i64>) ->
 fn rule(site: &Site<'_>, time: &WorkTimeRecord) -> WorkRule {
     let members = |mask: u32| (0..32).filter(|bit| mask >> bit & 1 == 1).collect();
     let periods = &site.periods_s[time.first_period as usize..][..time.n_periods as usize];
-    let kinds = [
-        (RecurrenceKind::Daily, PatternKind::Daily),
-        (RecurrenceKind::Weekly, PatternKind::Weekly),
-        (RecurrenceKind::MonthlyByDayOfMonth, PatternKind::MonthlyByDayOfMonth),
-        (RecurrenceKind::MonthlyByPosition, PatternKind::MonthlyByPosition),
-        (RecurrenceKind::ByDayCount, PatternKind::ByDayCount),
-        (RecurrenceKind::ByWeekdayCount, PatternKind::ByWeekdayCount),
-        (RecurrenceKind::YearlyByDayOfMonth, PatternKind::YearlyByDayOfMonth),
-        (RecurrenceKind::YearlyByPosition, PatternKind::YearlyByPosition),
-    ];
-    let pattern = kinds.into_iter().find(|(record, _)| *record as u32 == time.kind).map(|(_, kind)| Pattern {
+    let pattern = RecurrenceKind::from_id(time.kind).map(|kind| Pattern {
         kind,
         days_of_month: members(time.days_of_month),
         weekdays: members(time.weekdays),

@@ -2,7 +2,7 @@
 
 mod recurrence;
 
-pub(crate) use recurrence::{Pattern, PatternKind, WorkRule};
+pub(crate) use recurrence::{Pattern, WorkRule};
 
 use crate::dates::DAY_S;
 use std::collections::BTreeMap;
@@ -149,6 +149,7 @@ fn without(periods: &[[i64; 2]], others: &[[i64; 2]]) -> Vec<[i64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use messages::RecurrenceKind;
     use proptest::prelude::*;
 
     const HOUR_S: i64 = 3_600;
@@ -165,10 +166,10 @@ mod tests {
             first_day: None,
             last_day: None,
             pattern: Some(Pattern {
-                kind: PatternKind::Weekly,
+                kind: RecurrenceKind::Weekly,
                 weekdays: weekdays.to_vec(),
                 periods_s: periods_h.iter().map(|p| p.map(|h| h * 3_600)).collect(),
-                ..Pattern::default()
+                ..Pattern::daily()
             }),
         }
     }

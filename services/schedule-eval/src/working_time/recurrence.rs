@@ -2,6 +2,7 @@
 
 use crate::dates::DAY_S;
 use jiff::civil::Date;
+use messages::RecurrenceKind;
 
 /// An IfcWorkTime: on which days, at which hours.
 #[derive(Debug, Clone, Default)]
@@ -15,9 +16,9 @@ pub(crate) struct WorkRule {
 }
 
 /// An IfcRecurrencePattern; empty lists mean all.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Pattern {
-    pub(crate) kind: PatternKind,
+    pub(crate) kind: RecurrenceKind,
     pub(crate) days_of_month: Vec<u32>,
     /// 1 is Monday.
     pub(crate) weekdays: Vec<u32>,
@@ -31,18 +32,21 @@ pub(crate) struct Pattern {
     pub(crate) periods_s: Vec<[u32; 2]>,
 }
 
-/// IfcRecurrenceTypeEnum.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) enum PatternKind {
-    #[default]
-    Daily,
-    Weekly,
-    MonthlyByDayOfMonth,
-    MonthlyByPosition,
-    ByDayCount,
-    ByWeekdayCount,
-    YearlyByDayOfMonth,
-    YearlyByPosition,
+#[cfg(test)]
+impl Pattern {
+    /// Every day, all day long.
+    pub(crate) fn daily() -> Self {
+        Self {
+            kind: RecurrenceKind::Daily,
+            days_of_month: Vec::new(),
+            weekdays: Vec::new(),
+            months: Vec::new(),
+            position: None,
+            interval: 1,
+            occurrences: None,
+            periods_s: Vec::new(),
+        }
+    }
 }
 
 /// Tells day by day whether a rule applies; days are asked for in order.
@@ -111,18 +115,18 @@ impl Hits<'_> {
         let in_month = every(months(date) - self::date(first).map_or(0, months));
         let monday = |day: i64| (day + 3).div_euclid(7);
         let hit = match pattern.kind {
-            PatternKind::Daily | PatternKind::ByDayCount => every(day - first),
-            PatternKind::Weekly => of_week && every(monday(day) - monday(first)),
-            PatternKind::MonthlyByDayOfMonth => of_month && in_month,
-            PatternKind::MonthlyByPosition => of_week && in_month && at_position(date, pattern.position),
-            PatternKind::YearlyByDayOfMonth => of_month && of_year,
-            PatternKind::YearlyByPosition => of_week && of_year && at_position(date, pattern.position),
-            PatternKind::ByWeekdayCount => of_week && every(self.counted as i64),
+            RecurrenceKind::Daily | RecurrenceKind::ByDayCount => every(day - first),
+            RecurrenceKind::Weekly => of_week && every(monday(day) - monday(first)),
+            RecurrenceKind::MonthlyByDayOfMonth => of_month && in_month,
+            RecurrenceKind::MonthlyByPosition => of_week && in_month && at_position(date, pattern.position),
+            RecurrenceKind::YearlyByDayOfMonth => of_month && of_year,
+            RecurrenceKind::YearlyByPosition => of_week && of_year && at_position(date, pattern.position),
+            RecurrenceKind::ByWeekdayCount => of_week && every(self.counted as i64),
         };
         // Every n-th of some weekdays: the days in between count, too.
-        let counts = if pattern.kind == PatternKind::ByWeekdayCount { of_week } else { hit };
+        let counts = if pattern.kind == RecurrenceKind::ByWeekdayCount { of_week } else { hit };
         let so_far =
-            if pattern.kind == PatternKind::ByWeekdayCount { self.counted / interval as u64 } else { self.counted };
+            if pattern.kind == RecurrenceKind::ByWeekdayCount { self.counted / interval as u64 } else { self.counted };
         self.counted += u64::from(counts);
         let limit = pattern.occurrences.filter(|_| rule.first_day.is_some());
         hit && limit.is_none_or(|n| so_far < u64::from(n))
@@ -151,8 +155,8 @@ mod tests {
     use super::*;
 
     /// Days of 2024 that a pattern hits, as month and day.
-    fn days(kind: PatternKind, change: impl Fn(&mut Pattern), first_day: Option<i64>) -> Vec<(i8, i8)> {
-        let mut pattern = Pattern { kind, interval: 1, ..Pattern::default() };
+    fn days(kind: RecurrenceKind, change: impl Fn(&mut Pattern), first_day: Option<i64>) -> Vec<(i8, i8)> {
+        let mut pattern = Pattern { kind, ..Pattern::daily() };
         change(&mut pattern);
         let rule = WorkRule { first_day, last_day: None, pattern: Some(pattern) };
         let new_year = 19_723;
@@ -167,10 +171,10 @@ mod tests {
     #[test]
     fn patterns_hit_the_days_that_they_name() {
         let first_friday =
-            days(PatternKind::MonthlyByPosition, |p| (p.weekdays, p.position) = (vec![5], Some(1)), None);
+            days(RecurrenceKind::MonthlyByPosition, |p| (p.weekdays, p.position) = (vec![5], Some(1)), None);
         assert_eq!(first_friday[..3], [(1, 5), (2, 2), (3, 1)]);
         let last_monday = days(
-            PatternKind::YearlyByPosition,
+            RecurrenceKind::YearlyByPosition,
             |p| {
                 (p.weekdays, p.position, p.months) = (vec![1], Some(-1), vec![5]);
             },
@@ -178,21 +182,21 @@ mod tests {
         );
         assert_eq!(last_monday, [(5, 27)]);
         let new_year =
-            days(PatternKind::YearlyByDayOfMonth, |p| (p.days_of_month, p.months) = (vec![1], vec![1]), None);
+            days(RecurrenceKind::YearlyByDayOfMonth, |p| (p.days_of_month, p.months) = (vec![1], vec![1]), None);
         assert_eq!(new_year, [(1, 1)]);
-        let leap_day = days(PatternKind::MonthlyByDayOfMonth, |p| p.days_of_month = vec![30, 31], None);
+        let leap_day = days(RecurrenceKind::MonthlyByDayOfMonth, |p| p.days_of_month = vec![30, 31], None);
         assert_eq!(leap_day[..4], [(1, 30), (1, 31), (3, 30), (3, 31)]);
     }
 
     #[test]
     fn intervals_and_occurrences_count_from_the_first_day() {
         // 1 January 2024 is a Monday.
-        let fortnightly = days(PatternKind::Weekly, |p| (p.weekdays, p.interval) = (vec![1], 2), Some(19_723));
+        let fortnightly = days(RecurrenceKind::Weekly, |p| (p.weekdays, p.interval) = (vec![1], 2), Some(19_723));
         assert_eq!(fortnightly[..3], [(1, 1), (1, 15), (1, 29)]);
-        let three = days(PatternKind::Daily, |p| (p.interval, p.occurrences) = (10, Some(3)), Some(19_723));
+        let three = days(RecurrenceKind::Daily, |p| (p.interval, p.occurrences) = (10, Some(3)), Some(19_723));
         assert_eq!(three, [(1, 1), (1, 11), (1, 21)]);
         let every_second = days(
-            PatternKind::ByWeekdayCount,
+            RecurrenceKind::ByWeekdayCount,
             |p| {
                 (p.weekdays, p.interval, p.occurrences) = (vec![1, 2], 2, Some(2));
             },
@@ -203,15 +207,18 @@ mod tests {
 
     #[test]
     fn absurd_numbers_hit_nothing_or_everything_and_do_not_panic() {
-        for kind in
-            [PatternKind::Daily, PatternKind::Weekly, PatternKind::MonthlyByPosition, PatternKind::ByWeekdayCount]
-        {
+        for kind in [
+            RecurrenceKind::Daily,
+            RecurrenceKind::Weekly,
+            RecurrenceKind::MonthlyByPosition,
+            RecurrenceKind::ByWeekdayCount,
+        ] {
             let change = |p: &mut Pattern| {
                 (p.interval, p.position, p.occurrences) = (u32::MAX, Some(i32::MIN), Some(u32::MAX));
                 (p.weekdays, p.periods_s) = (vec![0, 99], vec![[u32::MAX, 5], [0, 0]]);
             };
             assert!(days(kind, change, Some(i64::from(i32::MIN))).len() <= 366);
         }
-        assert_eq!(days(PatternKind::Daily, |p| p.interval = 0, None).len(), 366);
+        assert_eq!(days(RecurrenceKind::Daily, |p| p.interval = 0, None).len(), 366);
     }
 }
