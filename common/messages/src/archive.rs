@@ -35,6 +35,12 @@ pub enum ArchiveKind {
     Grids = 4,
     /// Waypoints.
     Plan = 5,
+    /// A map that a robot made.
+    SlamMap = 6,
+    /// Where a robot's map lies in the model's map.
+    Alignment = 7,
+    /// What differs between model and robot's map, per element.
+    Deviations = 8,
 }
 
 /// The first 64 bytes of an archive.
@@ -57,6 +63,33 @@ pub struct Preamble {
     pub reserved: [u64; 4],
 }
 const _: () = assert!(size_of::<Preamble>() == 64);
+
+impl Preamble {
+    /// The preamble of bytes at a multiple of 64; the content behind it is not looked at.
+    ///
+    /// # Errors
+    /// Bytes that do not begin as an archive of the wanted kind and this layout version, or are shorter than it says.
+    pub fn of(bytes: &[u8], wanted: ArchiveKind) -> Result<&Self, ArchiveError> {
+        if !(bytes.as_ptr() as usize).is_multiple_of(64) {
+            return Err(ArchiveError::Misaligned);
+        }
+        let truncated = |expected| ArchiveError::Truncated { length: bytes.len(), expected };
+        let preamble: &Self = bytemuck::from_bytes(bytes.get(..64).ok_or(truncated(64))?);
+        if preamble.magic != MAGIC {
+            return Err(ArchiveError::NoArchive);
+        }
+        if preamble.layout_version != LAYOUT_VERSION {
+            return Err(ArchiveError::Version { found: preamble.layout_version });
+        }
+        if preamble.kind != wanted as u32 {
+            return Err(ArchiveError::Kind { found: preamble.kind, wanted });
+        }
+        if preamble.length < 64 || preamble.length > bytes.len() as u64 {
+            return Err(truncated(preamble.length));
+        }
+        Ok(preamble)
+    }
+}
 
 /// An entry of the section table, which follows the preamble.
 #[derive(Debug, Clone, Copy, Zeroable, Pod)]
@@ -175,27 +208,13 @@ impl<'a> Archive<'a> {
     /// # Errors
     /// Anything that is not a whole archive of the wanted kind and this layout version.
     pub fn open(bytes: &'a [u8], wanted: ArchiveKind) -> Result<Self, ArchiveError> {
-        if !(bytes.as_ptr() as usize).is_multiple_of(64) {
-            return Err(ArchiveError::Misaligned);
-        }
-        let truncated = |expected| ArchiveError::Truncated { length: bytes.len(), expected };
-        let head = bytes.get(..64).ok_or(truncated(64))?;
-        let preamble: &Preamble = bytemuck::from_bytes(head);
-        if preamble.magic != MAGIC {
-            return Err(ArchiveError::NoArchive);
-        }
-        if preamble.layout_version != LAYOUT_VERSION {
-            return Err(ArchiveError::Version { found: preamble.layout_version });
-        }
-        if preamble.kind != wanted as u32 {
-            return Err(ArchiveError::Kind { found: preamble.kind, wanted });
-        }
-        let length = usize::try_from(preamble.length).map_err(|_| truncated(preamble.length))?;
-        let bytes = bytes.get(..length).ok_or(truncated(preamble.length))?;
+        let preamble = Preamble::of(bytes, wanted)?;
+        let bytes = &bytes[..preamble.length as usize];
+        let length = bytes.len();
         let n_sections = preamble.n_sections as usize;
         let table_end = 64 + n_sections.min(MAX_SECTIONS + 1) * size_of::<SectionEntry>();
         if n_sections > MAX_SECTIONS || table_end > length {
-            return Err(truncated(table_end as u64));
+            return Err(ArchiveError::Truncated { length, expected: table_end as u64 });
         }
         if xxh3_64(&bytes[64..]) != preamble.content_hash {
             return Err(ArchiveError::Hash);

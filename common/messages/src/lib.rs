@@ -12,6 +12,9 @@
 //! | `grids` | [`Grids`] | [`GridsBuilder`] | rasterize |
 //! | `plan` | [`Plan`] | [`PlanBuilder`] | waypoint-gen |
 //!
+//! Beside an archive travels its [`SampleHeader`]: what belongs to the moment, not to the content. Daemons report
+//! themselves with a [`StatusRecord`].
+//!
 //! Records are `repr(C)` without hidden padding; their sizes are asserted. Text is a [`Text`] into the archive's string
 //! section. [`NONE`] in an index means "none". Lengths are metres in `f64`, or tenths of a millimetre in `map` in `i32`
 //! where the field's name ends in `_tenths`.
@@ -22,10 +25,12 @@ mod grids;
 mod phase;
 mod plan;
 mod robot;
+mod sample_header;
 mod schedule_records;
 mod site;
 mod site_builder;
 mod site_records;
+mod status;
 
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, sections_len,
@@ -38,7 +43,9 @@ pub use phase::{
 };
 pub use plan::{Plan, PlanBuilder, PlanHead, SpacePlanRecord, WaypointKind, WaypointRecord};
 pub use robot::{Opens, RobotProfile};
+pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_records::*;
 pub use site::Site;
 pub use site_builder::{SiteBuilder, TextPool};
 pub use site_records::*;
+pub use status::{Stage, StatusRecord};
