@@ -1,0 +1,271 @@
+//! What can go wrong on the bus, one enum per operation.
+
+use crate::names::{Daemon, Topic};
+use messages::{ArchiveError, LAYOUT_VERSION, SampleError};
+use std::path::PathBuf;
+
+/// Why a domain, its keeper or a participant cannot be set up.
+#[derive(Debug, thiserror::Error)]
+pub enum DomainError {
+    /// The prefix would mix domains up, or is no part of a file name.
+    #[error(
+        "the prefix `{prefix}` of the bus is not 2 to 16 letters, digits and underscores that end in an underscore"
+    )]
+    Prefix {
+        /// As given.
+        prefix: String,
+    },
+    /// The folder cannot hold the bus's files.
+    #[error("the folder `{}` of the bus is not an absolute path of plain text of at most {max} bytes", root.display())]
+    Root {
+        /// As given.
+        root: PathBuf,
+        /// Bytes that a socket's name leaves for it.
+        max: usize,
+    },
+    /// A file of the domain cannot be read, written or locked.
+    #[error("the bus's `{}` cannot be used", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The generation file holds something else.
+    #[error("`{}` does not say which generation of the bus is current", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The participants speak another layout.
+    #[error(
+        "the bus has layout version {found}, this program has {LAYOUT_VERSION}: start all daemons from one version"
+    )]
+    Version {
+        /// As the keeper wrote it.
+        found: u32,
+    },
+    /// The participants were built with another bus library.
+    #[error("the bus is of `{found}`, this program of `{wanted}`: start all daemons from one version")]
+    Library {
+        /// As the keeper wrote it.
+        found: String,
+        /// As this program has it.
+        wanted: &'static str,
+    },
+    /// Nobody has created the bus.
+    #[error("no keeper has created the bus in `{root}`: run `groundplan up`")]
+    NoKeeper {
+        /// Its folder, or the name of the double.
+        root: String,
+    },
+    /// There is one already.
+    #[error("another keeper holds the bus in `{root}`")]
+    KeeperRuns {
+        /// Its folder, or the name of the double.
+        root: String,
+    },
+    /// Shared memory is full.
+    #[error("only {free_bytes} bytes of shared memory are free, the bus needs {needed_bytes} to start")]
+    SharedMemoryFull {
+        /// Bytes free.
+        free_bytes: u64,
+        /// Bytes needed.
+        needed_bytes: u64,
+    },
+    /// The bus library refuses.
+    #[error("{what} of the bus cannot be set up: {reason}")]
+    Refused {
+        /// Which part.
+        what: String,
+        /// Its word for it.
+        reason: String,
+    },
+}
+
+/// Why a publisher, subscriber, server or client cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum PortError {
+    /// A topic has one producer.
+    #[error("{daemon} does not publish `{topic}`, {} does", topic.producer())]
+    NotTheProducer {
+        /// Who asked.
+        daemon: Daemon,
+        /// For what.
+        topic: Topic,
+    },
+    /// Another process has this end.
+    #[error("`{what}` is taken by another process")]
+    Taken {
+        /// Which topic or command.
+        what: String,
+    },
+    /// As many as the service was made for.
+    #[error("`{what}` has as many participants as it can have")]
+    Full {
+        /// Which topic or command.
+        what: String,
+    },
+    /// Shared memory is full.
+    #[error("only {free_bytes} bytes of shared memory are free")]
+    SharedMemoryFull {
+        /// Bytes free.
+        free_bytes: u64,
+    },
+    /// The bus library refuses.
+    #[error("`{what}` cannot be opened: {reason}")]
+    Refused {
+        /// Which topic or command.
+        what: String,
+        /// Its word for it.
+        reason: String,
+    },
+}
+
+/// Why there is no memory for a sample, or it was not sent. The last epoch stays in place.
+#[derive(Debug, thiserror::Error)]
+pub enum PublishError {
+    /// Larger than any sample may be.
+    #[error("a sample of {length} bytes is larger than {max}")]
+    TooLarge {
+        /// As asked for.
+        length: usize,
+        /// The limit.
+        max: usize,
+    },
+    /// Shared memory is full.
+    #[error("shared memory has no room for {length} bytes, {free_bytes} are free")]
+    NoMemory {
+        /// As asked for.
+        length: usize,
+        /// Bytes free.
+        free_bytes: u64,
+    },
+    /// The publisher has a loan that is neither published nor dropped.
+    #[error("the publisher of `{topic}` has given out its only loan")]
+    LoanedOut {
+        /// Of which topic.
+        topic: Topic,
+    },
+    /// What was written is not an archive of the topic.
+    #[error("what was written for `{topic}` cannot be published")]
+    Archive {
+        /// Of which topic.
+        topic: Topic,
+        /// Why.
+        source: ArchiveError,
+    },
+    /// Epochs never fall.
+    #[error("epoch {epoch} of `{topic}` comes after epoch {last}")]
+    EpochFell {
+        /// Of which topic.
+        topic: Topic,
+        /// As given.
+        epoch: u64,
+        /// As published before.
+        last: u64,
+    },
+    /// The bus library refuses.
+    #[error("a sample of `{topic}` cannot be sent: {reason}")]
+    Refused {
+        /// Of which topic.
+        topic: Topic,
+        /// Its word for it.
+        reason: String,
+    },
+}
+
+/// Why a sample cannot be received. The subscriber goes on with the next one.
+#[derive(Debug, thiserror::Error)]
+pub enum ReceiveError {
+    /// Not a sample that this program can read.
+    #[error("a sample of `{topic}` cannot be read")]
+    Sample {
+        /// Of which topic.
+        topic: Topic,
+        /// Why.
+        source: SampleError,
+    },
+    /// Epochs never fall: the sample is left out.
+    #[error("epoch {epoch} of `{topic}` came after epoch {last}")]
+    EpochFell {
+        /// Of which topic.
+        topic: Topic,
+        /// As received.
+        epoch: u64,
+        /// As received before.
+        last: u64,
+    },
+    /// The caller keeps as many samples as it may.
+    #[error("{held} samples of `{topic}` are held, one must be dropped first")]
+    TooManyHeld {
+        /// Of which topic.
+        topic: Topic,
+        /// How many.
+        held: usize,
+    },
+    /// The bus library refuses.
+    #[error("`{what}` cannot be received: {reason}")]
+    Refused {
+        /// Which topic or stream.
+        what: String,
+        /// Its word for it.
+        reason: String,
+    },
+}
+
+/// Why a command is not carried out, or not known to be.
+#[derive(Debug, thiserror::Error)]
+pub enum CommandError {
+    /// Nobody answers commands to it.
+    #[error("{daemon} is not running")]
+    NotServed {
+        /// The daemon.
+        daemon: Daemon,
+    },
+    /// It died or gave the command up before it answered.
+    #[error("{daemon} went away before it answered; whether the command took effect is not known")]
+    Lost {
+        /// The daemon.
+        daemon: Daemon,
+    },
+    /// Larger than any command or reply may be.
+    #[error("a command or reply of {length} bytes is larger than {max}")]
+    TooLarge {
+        /// As given.
+        length: usize,
+        /// The limit.
+        max: usize,
+    },
+    /// The client waits for as many answers as it may.
+    #[error("{daemon} has as many open commands of this client as it can have")]
+    TooMany {
+        /// The daemon.
+        daemon: Daemon,
+    },
+    /// Shared memory is full.
+    #[error("shared memory has no room for {length} bytes, {free_bytes} are free")]
+    NoMemory {
+        /// As needed.
+        length: usize,
+        /// Bytes free.
+        free_bytes: u64,
+    },
+    /// The bus library refuses.
+    #[error("a command to {daemon} cannot be passed on: {reason}")]
+    Refused {
+        /// The daemon.
+        daemon: Daemon,
+        /// Its word for it.
+        reason: String,
+    },
+}
+
+/// Why waiting failed.
+#[derive(Debug, thiserror::Error)]
+#[error("the bus cannot be waited on")]
+pub struct WaitError {
+    /// Why.
+    #[from]
+    pub source: std::io::Error,
+}

@@ -1,0 +1,273 @@
+//! Generations of a domain in the file system: which one is current, who lives in it, removal of dead ones.
+//!
+//! A process killed at the wrong moment of a creation leaves a service, or a whole domain of the bus library, that can
+//! neither be opened nor removed. Nothing is repaired in place: the keeper makes the next generation under another
+//! prefix and folder, and a generation is removed when nobody lives in it.
+//!
+//! | file in the domain's folder | what |
+//! |---|---|
+//! | `keeper.lock` | held exclusively by the keeper |
+//! | `generation` | number, layout version and library of the current generation; renamed into place |
+//! | `<n>.lock` | held shared by every process that lives in generation n |
+//! | `<n>/` | the bus library's files of generation n |
+
+use crate::error::DomainError;
+use messages::LAYOUT_VERSION;
+use rustix::fs::{FlockOperation, flock};
+use rustix::io::Errno;
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The library whose formats a domain has; formats of one version do not open those of another.
+pub(crate) const LIBRARY: &str = "iceoryx2-0.10.0";
+
+/// Where POSIX shared memory lives.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+
+/// Name of the file that says which generation is current.
+pub(crate) const CURRENT: &str = "generation";
+
+/// Names of sockets have 107 bytes; what the bus library and the generation append leaves this for the folder.
+const MAX_ROOT_BYTES: usize = 48;
+
+/// Prefix and folder of a domain.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Place {
+    prefix: String,
+    root: PathBuf,
+}
+
+/// A lock that the kernel drops however its process dies.
+#[derive(Debug)]
+pub(crate) struct Lock {
+    _file: File,
+}
+
+impl Place {
+    pub(crate) fn new(prefix: &str, root: &Path) -> Result<Self, DomainError> {
+        let plain = prefix.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        if !plain || !prefix.ends_with('_') || prefix.len() < 2 || prefix.len() > 16 {
+            return Err(DomainError::Prefix { prefix: prefix.to_owned() });
+        }
+        if !root.is_absolute() || root.to_str().is_none_or(|r| r.len() > MAX_ROOT_BYTES) {
+            return Err(DomainError::Root { root: root.to_owned(), max: MAX_ROOT_BYTES });
+        }
+        Ok(Self { prefix: prefix.to_owned(), root: root.to_owned() })
+    }
+
+    pub(crate) fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Prefix of the shared memory of a generation.
+    pub(crate) fn prefix_of(&self, generation: u64) -> String {
+        format!("{}{generation}_", self.prefix)
+    }
+
+    /// Folder of the bus library's files of a generation.
+    pub(crate) fn folder_of(&self, generation: u64) -> PathBuf {
+        self.root.join(generation.to_string())
+    }
+
+    fn lock_path(&self, generation: u64) -> PathBuf {
+        self.root.join(format!("{generation}.lock"))
+    }
+
+    /// Makes the domain's folder.
+    pub(crate) fn make_root(&self) -> Result<(), DomainError> {
+        fs::create_dir_all(&self.root).map_err(|source| DomainError::File { path: self.root.clone(), source })
+    }
+
+    /// Becomes the keeper; `None` if there is one.
+    pub(crate) fn lock_as_keeper(&self) -> Result<Option<Lock>, DomainError> {
+        try_lock(&self.root.join("keeper.lock"), FlockOperation::NonBlockingLockExclusive)
+    }
+
+    /// The current generation; `None` if there is none.
+    pub(crate) fn current(&self) -> Result<Option<u64>, DomainError> {
+        let path = self.root.join(CURRENT);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(DomainError::File { path, source }),
+        };
+        let value = |key| text.lines().find_map(|l| l.split_once('=').filter(|(k, _)| *k == key)).map(|(_, v)| v);
+        let damaged = || DomainError::Damaged { path: path.clone() };
+        let found: u32 = value("layout").and_then(|v| v.parse().ok()).ok_or_else(damaged)?;
+        let library = value("library").ok_or_else(damaged)?;
+        let generation = value("generation").and_then(|v| v.parse().ok()).ok_or_else(damaged)?;
+        if found != LAYOUT_VERSION {
+            return Err(DomainError::Version { found });
+        }
+        if library != LIBRARY {
+            return Err(DomainError::Library { found: library.to_owned(), wanted: LIBRARY });
+        }
+        Ok(Some(generation))
+    }
+
+    /// Makes a generation the current one: participants of others see that and follow.
+    pub(crate) fn announce(&self, generation: u64) -> Result<(), DomainError> {
+        let path = self.root.join(CURRENT);
+        let beside = self.root.join("generation.new");
+        let text = format!("generation={generation}\nlayout={LAYOUT_VERSION}\nlibrary={LIBRARY}\n");
+        fs::write(&beside, text)
+            .and_then(|()| fs::rename(&beside, &path))
+            .map_err(|source| DomainError::File { path, source })
+    }
+
+    /// Says that there is no generation to join.
+    pub(crate) fn withdraw(&self) -> Result<(), DomainError> {
+        let path = self.root.join(CURRENT);
+        remove(&path, fs::remove_file(&path))
+    }
+
+    /// Lives in a generation for as long as the lock is held.
+    pub(crate) fn live_in(&self, generation: u64) -> Result<Lock, DomainError> {
+        let path = self.lock_path(generation);
+        let lock = try_lock(&path, FlockOperation::LockShared)?;
+        lock.ok_or_else(|| DomainError::File { path, source: io::ErrorKind::WouldBlock.into() })
+    }
+
+    /// True if some process lives in the generation.
+    pub(crate) fn is_inhabited(&self, generation: u64) -> Result<bool, DomainError> {
+        let path = self.lock_path(generation);
+        Ok(path.exists() && try_lock(&path, FlockOperation::NonBlockingLockExclusive)?.is_none())
+    }
+
+    /// All generations of which something is left.
+    pub(crate) fn numbers(&self) -> Result<Vec<u64>, DomainError> {
+        let failed = |source| DomainError::File { path: self.root.clone(), source };
+        let mut numbers = Vec::new();
+        for entry in fs::read_dir(&self.root).map_err(failed)? {
+            let name = entry.map_err(failed)?.file_name();
+            let name = name.to_str().unwrap_or_default();
+            numbers.extend(name.strip_suffix(".lock").unwrap_or(name).parse::<u64>().ok());
+        }
+        numbers.sort_unstable();
+        numbers.dedup();
+        Ok(numbers)
+    }
+
+    /// Removes a generation in which nobody lives; false if somebody does.
+    pub(crate) fn remove(&self, generation: u64) -> Result<bool, DomainError> {
+        let path = self.lock_path(generation);
+        let Some(_lock) = try_lock(&path, FlockOperation::NonBlockingLockExclusive)? else { return Ok(false) };
+        let folder = self.folder_of(generation);
+        remove(&folder, fs::remove_dir_all(&folder))?;
+        remove_shared_memory(&self.prefix_of(generation))?;
+        // Last: while the lock has a name, nobody can take the number for a generation that is gone.
+        remove(&path, fs::remove_file(&path))?;
+        Ok(true)
+    }
+}
+
+fn remove_shared_memory(prefix: &str) -> Result<(), DomainError> {
+    let folder = Path::new(SHARED_MEMORY);
+    let failed = |source| DomainError::File { path: folder.to_owned(), source };
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name();
+        if has_prefix(&name, prefix) {
+            let path = folder.join(name);
+            remove(&path, fs::remove_file(&path))?;
+        }
+    }
+    Ok(())
+}
+
+fn has_prefix(name: &OsStr, prefix: &str) -> bool {
+    name.to_str().is_some_and(|n| n.starts_with(prefix))
+}
+
+/// What is not there needs no removal.
+fn remove(path: &Path, done: io::Result<()>) -> Result<(), DomainError> {
+    match done {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => {
+            Err(DomainError::File { path: path.to_owned(), source })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// `None` if others hold the lock and the operation does not wait.
+fn try_lock(path: &Path, operation: FlockOperation) -> Result<Option<Lock>, DomainError> {
+    let failed = |source| DomainError::File { path: path.to_owned(), source };
+    let file = File::options().create(true).append(true).open(path).map_err(failed)?;
+    loop {
+        match flock(&file, operation) {
+            Ok(()) => return Ok(Some(Lock { _file: file })),
+            Err(Errno::INTR) => {}
+            Err(Errno::WOULDBLOCK) => return Ok(None),
+            Err(errno) => return Err(failed(errno.into())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(folder: &tempfile::TempDir) -> Place {
+        Place::new("gpgen_", folder.path()).unwrap()
+    }
+
+    #[test]
+    fn prefixes_that_could_be_the_start_of_another_are_refused() {
+        for prefix in ["", "_", "gp", "gp/_", "a_prefix_that_is_too_long_"] {
+            assert!(matches!(Place::new(prefix, Path::new("/tmp/x")), Err(DomainError::Prefix { .. })), "{prefix}");
+        }
+        assert!(matches!(Place::new("gp_", Path::new("relative")), Err(DomainError::Root { .. })));
+        assert!(matches!(Place::new("gp_", Path::new(&"/x".repeat(40))), Err(DomainError::Root { .. })));
+    }
+
+    #[test]
+    fn the_announced_generation_is_current_until_it_is_withdrawn() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = place(&folder);
+        assert_eq!(place.current().unwrap(), None);
+        place.announce(3).unwrap();
+        assert_eq!(place.current().unwrap(), Some(3));
+        place.withdraw().unwrap();
+        place.withdraw().unwrap();
+        assert_eq!(place.current().unwrap(), None);
+    }
+
+    #[test]
+    fn another_layout_or_library_is_refused_with_both_versions() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = place(&folder);
+        let check = |text: &str, found: &str, wanted: &str| {
+            fs::write(folder.path().join(CURRENT), text).unwrap();
+            let error = place.current().unwrap_err().to_string();
+            assert!(error.contains(found) && error.contains(wanted), "{error}");
+        };
+        check("generation=1\nlayout=77\nlibrary=iceoryx2-0.10.0\n", "77", &LAYOUT_VERSION.to_string());
+        let other = format!("generation=1\nlayout={LAYOUT_VERSION}\nlibrary=other-9\n");
+        check(&other, "other-9", LIBRARY);
+        check("nonsense", "generation", "current");
+    }
+
+    #[test]
+    fn a_generation_is_removed_only_when_nobody_lives_in_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = place(&folder);
+        fs::create_dir(place.folder_of(7)).unwrap();
+        let life = place.live_in(7).unwrap();
+        assert!(place.is_inhabited(7).unwrap() && !place.remove(7).unwrap());
+        assert_eq!(place.numbers().unwrap(), [7]);
+        drop(life);
+        assert!(!place.is_inhabited(7).unwrap() && place.remove(7).unwrap());
+        assert_eq!(place.numbers().unwrap(), []);
+    }
+
+    #[test]
+    fn there_is_one_keeper() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = place(&folder);
+        let keeper = place.lock_as_keeper().unwrap();
+        assert!(keeper.is_some() && place.lock_as_keeper().unwrap().is_none());
+        drop(keeper);
+        assert!(place.lock_as_keeper().unwrap().is_some());
+    }
+}

@@ -1,0 +1,157 @@
+//! Latched topics in shared memory.
+
+use super::memory;
+use super::wire::{WireBlock, WireHeader};
+use super::{IpcBell, Membership, check_memory, services};
+use crate::bell::{Bell, BellName, Ring};
+use crate::error::{PortError, PublishError, ReceiveError};
+use crate::names::Topic;
+use iceoryx2::port::LoanError;
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
+use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
+use iceoryx2::sample::Sample;
+use iceoryx2::sample_mut::SampleMut;
+use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
+use iceoryx2::service::ipc_threadsafe::Service;
+use messages::SampleHeader;
+use std::sync::{Arc, PoisonError};
+
+const BLOCK_BYTES: usize = size_of::<WireBlock>();
+
+fn open(membership: &Membership, topic: Topic) -> Result<services::TopicService, PortError> {
+    check_memory()?;
+    services::topic(&membership.node, topic).open().map_err(|e| match e {
+        PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => PortError::Full { what: topic.to_string() },
+        e => PortError::Refused { what: topic.to_string(), reason: format!("{e:?}") },
+    })
+}
+
+/// The publishing end of a topic.
+pub(crate) struct TopicWriter {
+    port: Publisher<Service, [WireBlock], WireHeader>,
+    bell: Arc<IpcBell>,
+    topic: Topic,
+    _membership: Arc<Membership>,
+}
+
+impl TopicWriter {
+    pub(crate) fn open(membership: &Arc<Membership>, topic: Topic, length: usize) -> Result<Arc<Self>, PortError> {
+        // The bell first: a newcomer that rings now is heard.
+        let bell = membership.bell(BellName::Of(topic.producer()))?;
+        let port = open(membership, topic)?
+            .publisher_builder()
+            .initial_max_slice_len(length.div_ceil(BLOCK_BYTES).max(1))
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .max_loaned_samples(1)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|e| match e {
+                PublisherCreateError::ExceedsMaxSupportedPublishers => PortError::Taken { what: topic.to_string() },
+                e => PortError::Refused { what: topic.to_string(), reason: format!("{e:?}") },
+            })?;
+        let writer = Arc::new(Self { port, bell, topic, _membership: Arc::clone(membership) });
+        let mut writers = membership.writers.lock().unwrap_or_else(PoisonError::into_inner);
+        writers.push(Arc::downgrade(&writer));
+        Ok(writer)
+    }
+
+    pub(crate) fn bell(&self) -> Arc<IpcBell> {
+        Arc::clone(&self.bell)
+    }
+
+    /// Memory for a sample, with whatever earlier samples left in it.
+    pub(crate) fn loan(&self, length: usize) -> Result<Memory, PublishError> {
+        let no_memory = || PublishError::NoMemory { length, free_bytes: memory::free_bytes() };
+        // The library writes a few words into fresh memory before this function sees it.
+        if memory::free_bytes() < memory::RESERVE_BYTES / 2 {
+            return Err(no_memory());
+        }
+        let mut sample = self.port.loan_slice_uninit(length.div_ceil(BLOCK_BYTES).max(1)).map_err(|e| match e {
+            LoanError::ExceedsMaxLoans => PublishError::LoanedOut { topic: self.topic },
+            LoanError::OutOfMemory => no_memory(),
+            e => PublishError::Refused { topic: self.topic, reason: format!("{e:?}") },
+        })?;
+        memory::populate(sample.payload_mut()).map_err(|_| no_memory())?;
+        // SAFETY: the payload is mapped and its pages exist; every bit pattern is a value of the plain `WireBlock`.
+        let mut sample = unsafe { sample.assume_init() };
+        let tail = length..sample.payload().len() * BLOCK_BYTES;
+        bytemuck::cast_slice_mut::<_, u8>(sample.payload_mut())[tail].fill(0);
+        Ok(Memory { sample })
+    }
+
+    /// Sends a sample; the number of subscribers that it went to.
+    pub(crate) fn send(&self, memory: Memory, header: SampleHeader) -> Result<usize, PublishError> {
+        let mut sample = memory.sample;
+        *sample.user_header_mut() = WireHeader(header);
+        let sent = sample.send().map_err(|e| PublishError::Refused { topic: self.topic, reason: format!("{e:?}") })?;
+        self.bell.ring(Ring::Data);
+        Ok(sent)
+    }
+
+    /// Puts the last sample into the queues of subscribers that have come since.
+    pub(crate) fn serve_newcomers(&self) {
+        // A newcomer that cannot be connected to is gone again.
+        let _ = self.port.update_connections();
+    }
+}
+
+/// Memory of a sample to be.
+pub(crate) struct Memory {
+    sample: SampleMut<Service, [WireBlock], WireHeader>,
+}
+
+impl Memory {
+    pub(crate) fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(self.sample.payload())
+    }
+
+    pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
+        bytemuck::cast_slice_mut(self.sample.payload_mut())
+    }
+}
+
+/// The receiving end of a topic.
+pub(crate) struct TopicReader {
+    port: Subscriber<Service, [WireBlock], WireHeader>,
+    topic: Topic,
+    membership: Arc<Membership>,
+}
+
+impl TopicReader {
+    pub(crate) fn open(membership: &Arc<Membership>, topic: Topic) -> Result<Self, PortError> {
+        let what = || topic.to_string();
+        let bell = membership.bell(BellName::Of(topic.producer()))?;
+        let port = open(membership, topic)?.subscriber_builder().create().map_err(|e| match e {
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => PortError::Full { what: what() },
+            e => PortError::Refused { what: what(), reason: format!("{e:?}") },
+        })?;
+        // The producer sleeps: history comes when it is told that somebody wants it.
+        bell.ring(Ring::Newcomer);
+        Ok(Self { port, topic, membership: Arc::clone(membership) })
+    }
+
+    pub(crate) fn receive(&self) -> Result<Option<TopicSample>, ReceiveError> {
+        let received = self.port.receive();
+        let sample =
+            received.map_err(|e| ReceiveError::Refused { what: self.topic.to_string(), reason: format!("{e:?}") })?;
+        Ok(sample.map(|sample| TopicSample { sample, _membership: Arc::clone(&self.membership) }))
+    }
+}
+
+/// A sample that is read in place.
+pub(crate) struct TopicSample {
+    sample: Sample<Service, [WireBlock], WireHeader>,
+    _membership: Arc<Membership>,
+}
+
+impl TopicSample {
+    pub(crate) fn header(&self) -> &SampleHeader {
+        &self.sample.user_header().0
+    }
+
+    pub(crate) fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(self.sample.payload())
+    }
+}

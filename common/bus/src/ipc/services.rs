@@ -1,0 +1,98 @@
+//! Every service of a domain: its name and its quality of service, the same for who creates and who opens.
+
+use super::wire::{WireBlock, WireCommand, WireHeader, WireStatus};
+use crate::names::{Daemon, Topic};
+use iceoryx2::node::Node;
+use iceoryx2::port::event_id::EventId;
+use iceoryx2::service::builder::{event, publish_subscribe, request_response};
+use iceoryx2::service::ipc_threadsafe::Service;
+use iceoryx2::service::port_factory;
+use iceoryx2::service::service_name::ServiceName;
+
+/// Processes that may take part in one service: the keeper, the daemons, clients.
+const MAX_NODES: usize = 32;
+
+/// Readers of one topic or of the status stream.
+const MAX_SUBSCRIBERS: usize = 16;
+
+/// Samples of a topic that a subscriber has in hand: what its owner holds, the next one, and a look beyond.
+const MAX_BORROWED: usize = crate::latched::MAX_HELD + 2;
+
+/// Heartbeats that a reader may be behind.
+pub(crate) const STATUS_BUFFER: usize = 64;
+
+/// Clients of one daemon's commands.
+const MAX_CLIENTS: usize = 16;
+
+/// Replies that a client may be behind; the oldest give way, so that the last one always arrives.
+pub(crate) const REPLY_BUFFER: usize = 16;
+
+/// Largest number of an event.
+const MAX_EVENT: usize = 7;
+
+pub(crate) type TopicBuilder = publish_subscribe::Builder<[WireBlock], WireHeader, Service>;
+pub(crate) type TopicService = port_factory::publish_subscribe::PortFactory<Service, [WireBlock], WireHeader>;
+pub(crate) type StatusBuilder = publish_subscribe::Builder<WireStatus, (), Service>;
+pub(crate) type StatusService = port_factory::publish_subscribe::PortFactory<Service, WireStatus, ()>;
+pub(crate) type CommandBuilder = request_response::Builder<[u8], WireCommand, [u8], WireCommand, Service>;
+pub(crate) type CommandService =
+    port_factory::request_response::PortFactory<Service, [u8], WireCommand, [u8], WireCommand>;
+pub(crate) type BellService = port_factory::event::PortFactory<Service>;
+
+fn name_of(text: &str) -> ServiceName {
+    ServiceName::new(text).expect("names of services are short and not empty")
+}
+
+/// A latched topic.
+pub(crate) fn topic(node: &Node<Service>, topic: Topic) -> TopicBuilder {
+    node.service_builder(&name_of(&topic.to_string()))
+        .publish_subscribe::<[WireBlock]>()
+        .user_header::<WireHeader>()
+        .history_size(1)
+        .subscriber_max_buffer_size(1)
+        .subscriber_max_borrowed_samples(MAX_BORROWED)
+        .max_publishers(1)
+        .max_subscribers(MAX_SUBSCRIBERS)
+        .max_nodes(MAX_NODES)
+        .enable_safe_overflow(true)
+}
+
+/// The status stream.
+pub(crate) fn status(node: &Node<Service>) -> StatusBuilder {
+    node.service_builder(&name_of("status"))
+        .publish_subscribe::<WireStatus>()
+        .history_size(0)
+        .subscriber_max_buffer_size(STATUS_BUFFER)
+        .subscriber_max_borrowed_samples(2)
+        .max_publishers(MAX_NODES)
+        .max_subscribers(MAX_SUBSCRIBERS)
+        .max_nodes(MAX_NODES)
+        .enable_safe_overflow(true)
+}
+
+/// Commands to a daemon.
+pub(crate) fn command(node: &Node<Service>, daemon: Daemon) -> CommandBuilder {
+    node.service_builder(&name_of(&format!("command/{daemon}")))
+        .request_response::<[u8], [u8]>()
+        .request_user_header::<WireCommand>()
+        .response_user_header::<WireCommand>()
+        .max_servers(1)
+        .max_clients(MAX_CLIENTS)
+        .max_nodes(MAX_NODES)
+        .max_active_requests_per_client(crate::command::MAX_OPEN)
+        .max_response_buffer_size(REPLY_BUFFER)
+        .enable_safe_overflow_for_requests(false)
+        .enable_safe_overflow_for_responses(true)
+        .enable_fire_and_forget_requests(false)
+}
+
+/// Events around a daemon, or around the status stream.
+pub(crate) fn bell(node: &Node<Service>, name: &str) -> event::Builder<Service> {
+    node.service_builder(&name_of(&format!("bell/{name}")))
+        .event()
+        .event_id_max_value(MAX_EVENT)
+        .max_listeners(MAX_NODES)
+        .max_notifiers(MAX_NODES)
+        .max_nodes(MAX_NODES)
+        .notifier_dead_event(EventId::new(crate::bell::Ring::Dead as usize))
+}

@@ -1,0 +1,73 @@
+//! The status stream in shared memory.
+
+use super::wire::WireStatus;
+use super::{IpcBell, Membership, check_memory, memory, services};
+use crate::bell::{Bell, BellName, Ring};
+use crate::error::{PortError, ReceiveError};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::BackpressureStrategy;
+use iceoryx2::service::ipc_threadsafe::Service;
+use messages::StatusRecord;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+fn refused(reason: impl Debug) -> PortError {
+    PortError::Refused { what: "status".to_owned(), reason: format!("{reason:?}") }
+}
+
+fn open(membership: &Membership) -> Result<services::StatusService, PortError> {
+    check_memory()?;
+    services::status(&membership.node).open().map_err(refused)
+}
+
+/// The sending end.
+pub(crate) struct StatusTarget {
+    port: Publisher<Service, WireStatus, ()>,
+    bell: Arc<IpcBell>,
+    _membership: Arc<Membership>,
+}
+
+impl StatusTarget {
+    pub(crate) fn open(membership: &Arc<Membership>) -> Result<Self, PortError> {
+        let bell = membership.bell(BellName::Status)?;
+        let port = open(membership)?
+            .publisher_builder()
+            .max_loaned_samples(1)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(refused)?;
+        Ok(Self { port, bell, _membership: Arc::clone(membership) })
+    }
+
+    /// False if it could not be sent.
+    pub(crate) fn send(&self, record: StatusRecord) -> bool {
+        // Its segment is small, but its pages are made on first use.
+        if memory::free_bytes() < memory::RESERVE_BYTES / 4 {
+            return false;
+        }
+        let sent = self.port.send_copy(WireStatus(record)).is_ok();
+        self.bell.ring(Ring::Data);
+        sent
+    }
+}
+
+/// The receiving end.
+pub(crate) struct StatusSource {
+    port: Subscriber<Service, WireStatus, ()>,
+    _bell: Arc<IpcBell>,
+    _membership: Arc<Membership>,
+}
+
+impl StatusSource {
+    pub(crate) fn open(membership: &Arc<Membership>) -> Result<Self, PortError> {
+        let bell = membership.bell(BellName::Status)?;
+        let port = open(membership)?.subscriber_builder().create().map_err(refused)?;
+        Ok(Self { port, _bell: bell, _membership: Arc::clone(membership) })
+    }
+
+    pub(crate) fn receive(&self) -> Result<Option<StatusRecord>, ReceiveError> {
+        let failed = |e| ReceiveError::Refused { what: "status".to_owned(), reason: format!("{e:?}") };
+        Ok(self.port.receive().map_err(failed)?.map(|s| s.payload().0))
+    }
+}

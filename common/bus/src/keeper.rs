@@ -1,0 +1,112 @@
+//! The process that creates and holds all services, and does nothing else.
+
+use crate::domain::{Backend, Domain};
+use crate::error::DomainError;
+use crate::generation::{Lock, Place};
+use crate::{ipc, local};
+
+/// Holds a bus. Everybody else only opens what it created, so that only its own death can leave a creation half done.
+///
+/// On its start it takes over the services that living participants hold; when that fails, or nobody lives, it makes a new
+/// generation, which participants follow ([`crate::Wake::superseded`]). Dropped, it takes the bus down; what living
+/// participants still hold is removed by the next keeper.
+pub struct Keeper {
+    held: Held,
+}
+
+enum Held {
+    Shared(Shared),
+    InProcess(local::Services),
+}
+
+struct Shared {
+    /// First: services go before their generation is removed.
+    services: Option<ipc::Services>,
+    place: Place,
+    generation: u64,
+    _lock: Lock,
+}
+
+impl Keeper {
+    /// Creates the services of a bus.
+    ///
+    /// # Errors
+    /// Another keeper, no room in shared memory, files that cannot be written.
+    pub fn start(domain: &Domain) -> Result<Self, DomainError> {
+        let held = match &domain.backend {
+            Backend::Shared(place) => Held::Shared(Shared::start(place)?),
+            Backend::InProcess(hub) => Held::InProcess(local::Services::create(hub)?),
+        };
+        Ok(Self { held })
+    }
+
+    /// Number of the generation: above every earlier one of which something is left.
+    pub fn generation(&self) -> u64 {
+        match &self.held {
+            Held::Shared(shared) => shared.generation,
+            Held::InProcess(services) => services.generation(),
+        }
+    }
+
+    /// Cleans up behind participants that died, and removes generations in which nobody lives. About once a second: a
+    /// dead daemon is only noticed here. Returns the number of dead participants.
+    ///
+    /// # Errors
+    /// Files that cannot be removed.
+    pub fn tick(&self) -> Result<u64, DomainError> {
+        match &self.held {
+            Held::Shared(shared) => {
+                shared.remove_others()?;
+                Ok(shared.services.as_ref().map_or(0, ipc::Services::remove_dead))
+            }
+            Held::InProcess(_) => Ok(0),
+        }
+    }
+}
+
+impl Shared {
+    fn start(place: &Place) -> Result<Self, DomainError> {
+        place.make_root()?;
+        let lock = place.lock_as_keeper()?;
+        let lock = lock.ok_or_else(|| DomainError::KeeperRuns { root: place.root().display().to_string() })?;
+        // A file of another version, or one that is damaged, says only that its generation is not ours.
+        let current = place.current().unwrap_or_default();
+        let taken_over = match current {
+            Some(generation) if place.is_inhabited(generation)? => {
+                // Whatever it is that cannot be opened: nothing is repaired in place.
+                ipc::Services::create(place, generation).ok().map(|services| (services, generation))
+            }
+            _ => None,
+        };
+        let (services, generation) = match taken_over {
+            Some(found) => found,
+            None => {
+                let generation = place.numbers()?.into_iter().chain(current).max().unwrap_or(0) + 1;
+                (ipc::Services::create(place, generation)?, generation)
+            }
+        };
+        place.announce(generation)?;
+        let shared = Self { services: Some(services), place: place.clone(), generation, _lock: lock };
+        shared.remove_others()?;
+        Ok(shared)
+    }
+
+    fn remove_others(&self) -> Result<(), DomainError> {
+        for generation in self.place.numbers()? {
+            if generation != self.generation {
+                self.place.remove(generation)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        // Nobody to tell: what cannot be removed now is removed by the next keeper.
+        let _ = self.place.withdraw();
+        self.services = None;
+        let _ = self.remove_others();
+        let _ = self.place.remove(self.generation);
+    }
+}

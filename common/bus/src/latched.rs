@@ -1,0 +1,259 @@
+//! Latched topics: publish an archive that is written in place, read it in place.
+
+use crate::error::{PublishError, ReceiveError};
+use crate::names::Topic;
+use crate::stamp::Stamp;
+use crate::{ipc, local};
+use messages::{InputHashes, Preamble, SampleHeader};
+use std::fmt;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Bytes of the largest sample.
+pub const MAX_SAMPLE_BYTES: usize = 8 << 30;
+
+/// Samples of one subscriber that its owner may hold at once: one in use, one complete, one that has just come.
+pub const MAX_HELD: usize = 3;
+
+/// What the publisher says about a sample; the rest of the header comes from the archive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Origin {
+    /// Number of the sample, over all lives of the producer.
+    pub epoch: u64,
+    /// Counts the changes of the site's map frame.
+    pub frame_epoch: u64,
+    /// What it was made from.
+    pub inputs: InputHashes,
+}
+
+/// The publishing end of a topic. The only one: a second is refused.
+///
+/// The last sample stays available to newcomers until the publisher is dropped, while its process waits on the bus's
+/// [`crate::Waiter`], which serves them.
+pub struct Publisher {
+    topic: Topic,
+    port: WriterPort,
+    last_epoch: AtomicU64,
+}
+
+pub(crate) enum WriterPort {
+    Ipc(Arc<ipc::TopicWriter>),
+    Local(Arc<local::TopicWriter>),
+}
+
+impl Publisher {
+    pub(crate) fn new(topic: Topic, port: WriterPort) -> Self {
+        Self { topic, port, last_epoch: AtomicU64::new(0) }
+    }
+
+    /// The topic.
+    pub fn topic(&self) -> Topic {
+        self.topic
+    }
+
+    /// Memory for an archive of at most `length` bytes, at a multiple of 64. One loan at a time.
+    ///
+    /// The bytes are whatever earlier samples left: the writer writes every byte of its archive. More than ever before
+    /// makes a larger segment; about 48 such steps are possible in the life of a publisher, each at least doubles it.
+    ///
+    /// # Errors
+    /// No room in shared memory, a loan that is still out, more than [`MAX_SAMPLE_BYTES`]. The last sample stays.
+    pub fn loan(&self, length: usize) -> Result<Loan<'_>, PublishError> {
+        if length > MAX_SAMPLE_BYTES {
+            return Err(PublishError::TooLarge { length, max: MAX_SAMPLE_BYTES });
+        }
+        let memory = match &self.port {
+            WriterPort::Ipc(port) => LoanMemory::Ipc(port.loan(length)?),
+            WriterPort::Local(port) => LoanMemory::Local(port.loan(length)?),
+        };
+        Ok(Loan { publisher: self, length, memory })
+    }
+
+    /// Publishes a copy of an archive that is in the heap or in a file.
+    ///
+    /// # Errors
+    /// As [`Publisher::loan`] and [`Loan::publish`].
+    pub fn publish_copy(&self, archive: &[u8], origin: Origin) -> Result<usize, PublishError> {
+        let mut loan = self.loan(archive.len())?;
+        loan.bytes_mut().copy_from_slice(archive);
+        loan.publish(origin)
+    }
+}
+
+/// Memory of a sample to be; dropping it gives it back.
+pub struct Loan<'a> {
+    publisher: &'a Publisher,
+    length: usize,
+    memory: LoanMemory,
+}
+
+enum LoanMemory {
+    Ipc(ipc::Memory),
+    Local(local::Memory),
+}
+
+impl Loan<'_> {
+    /// The memory.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        let length = self.length;
+        match &mut self.memory {
+            LoanMemory::Ipc(memory) => &mut memory.bytes_mut()[..length],
+            LoanMemory::Local(memory) => &mut memory.bytes_mut()[..length],
+        }
+    }
+
+    fn bytes(&self) -> &[u8] {
+        match &self.memory {
+            LoanMemory::Ipc(memory) => &memory.bytes()[..self.length],
+            LoanMemory::Local(memory) => &memory.bytes()[..self.length],
+        }
+    }
+
+    /// Publishes the archive that was written; the number of subscribers that it went to.
+    ///
+    /// # Errors
+    /// Bytes that do not begin as an archive of the topic, an epoch below the last one. The last sample stays.
+    pub fn publish(self, origin: Origin) -> Result<usize, PublishError> {
+        let Publisher { topic, port, last_epoch } = self.publisher;
+        let (topic, kind) = (*topic, topic.kind());
+        let preamble = Preamble::of(self.bytes(), kind).map_err(|source| PublishError::Archive { topic, source })?;
+        let header = SampleHeader {
+            epoch: origin.epoch,
+            stamp_ns: Stamp::now().0,
+            payload_length: preamble.length,
+            content_hash: preamble.content_hash,
+            frame_epoch: origin.frame_epoch,
+            inputs: origin.inputs,
+            ..SampleHeader::of(kind)
+        };
+        let last = last_epoch.load(Ordering::Acquire);
+        if origin.epoch < last {
+            return Err(PublishError::EpochFell { topic, epoch: origin.epoch, last });
+        }
+        let sent = match (port, self.memory) {
+            (WriterPort::Ipc(port), LoanMemory::Ipc(memory)) => port.send(memory, header)?,
+            (WriterPort::Local(port), LoanMemory::Local(memory)) => port.send(memory, header),
+            _ => unreachable!("a loan comes from its publisher's port"),
+        };
+        last_epoch.store(origin.epoch, Ordering::Release);
+        Ok(sent)
+    }
+}
+
+/// The receiving end of a topic.
+pub struct Subscriber {
+    topic: Topic,
+    port: ReaderPort,
+    last_epoch: Mutex<u64>,
+    held: Arc<AtomicUsize>,
+}
+
+pub(crate) enum ReaderPort {
+    Ipc(ipc::TopicReader),
+    Local(local::TopicReader),
+}
+
+impl ReaderPort {
+    fn receive(&self) -> Result<Option<SampleMemory>, ReceiveError> {
+        match self {
+            Self::Ipc(port) => Ok(port.receive()?.map(SampleMemory::Ipc)),
+            Self::Local(port) => Ok(port.receive().map(SampleMemory::Local)),
+        }
+    }
+}
+
+impl Subscriber {
+    pub(crate) fn new(topic: Topic, port: ReaderPort) -> Self {
+        Self { topic, port, last_epoch: Mutex::new(0), held: Arc::default() }
+    }
+
+    /// The topic.
+    pub fn topic(&self) -> Topic {
+        self.topic
+    }
+
+    /// The newest sample that was not taken yet; `None` if there is none. Samples in between are left out.
+    ///
+    /// A restarted publisher sends its last sample again, with the same epoch.
+    ///
+    /// # Errors
+    /// A sample of another layout or topic, an epoch below the last one, [`MAX_HELD`] samples in hand. The sample is
+    /// left out; what was taken before stays valid.
+    pub fn take(&self) -> Result<Option<Sample>, ReceiveError> {
+        let held = self.held.load(Ordering::Acquire);
+        if held >= MAX_HELD {
+            return Err(ReceiveError::TooManyHeld { topic: self.topic, held });
+        }
+        let mut last_epoch = self.last_epoch.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut newest: Option<SampleMemory> = None;
+        // One more may come from each publisher that died since the last look; few ever do.
+        while let Some(memory) = self.port.receive()? {
+            if newest.as_ref().is_none_or(|n| n.header().epoch <= memory.header().epoch) {
+                newest = Some(memory);
+            }
+        }
+        let Some(memory) = newest else { return Ok(None) };
+        let header = *memory.header();
+        header
+            .check(self.topic.kind(), memory.bytes().len())
+            .map_err(|source| ReceiveError::Sample { topic: self.topic, source })?;
+        if header.epoch < *last_epoch {
+            return Err(ReceiveError::EpochFell { topic: self.topic, epoch: header.epoch, last: *last_epoch });
+        }
+        *last_epoch = header.epoch;
+        self.held.fetch_add(1, Ordering::AcqRel);
+        Ok(Some(Sample { memory, held: Arc::clone(&self.held) }))
+    }
+}
+
+/// A sample, read in place: its memory stays as it is while this is held, whatever happens to its publisher.
+pub struct Sample {
+    memory: SampleMemory,
+    held: Arc<AtomicUsize>,
+}
+
+enum SampleMemory {
+    Ipc(ipc::TopicSample),
+    Local(local::TopicSample),
+}
+
+impl SampleMemory {
+    fn header(&self) -> &SampleHeader {
+        match self {
+            Self::Ipc(sample) => sample.header(),
+            Self::Local(sample) => sample.header(),
+        }
+    }
+
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Ipc(sample) => sample.bytes(),
+            Self::Local(sample) => sample.bytes(),
+        }
+    }
+}
+
+impl Sample {
+    /// Its header.
+    pub fn header(&self) -> &SampleHeader {
+        self.memory.header()
+    }
+
+    /// The archive, at a multiple of 64. Its view validates it: `Site::open(sample.bytes())`.
+    pub fn bytes(&self) -> &[u8] {
+        // The length was checked when the sample was taken.
+        &self.memory.bytes()[..self.header().payload_length as usize]
+    }
+}
+
+impl Drop for Sample {
+    fn drop(&mut self) {
+        self.held.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+impl fmt::Debug for Sample {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Sample").field("header", self.header()).finish_non_exhaustive()
+    }
+}

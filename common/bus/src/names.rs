@@ -1,0 +1,178 @@
+//! Who talks about what: daemons, topics, and which daemon produces which topic.
+
+use messages::ArchiveKind;
+use std::fmt;
+
+/// A participant of the bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u32)]
+pub enum Daemon {
+    /// Reads IFC files.
+    IfcIngest = 0,
+    /// Evaluates the schedule.
+    ScheduleEval = 1,
+    /// Makes grids.
+    Rasterize = 2,
+    /// Makes waypoints.
+    WaypointGen = 3,
+    /// Aligns the robot's map.
+    SlamAlign = 4,
+    /// The robot's side: brings its own map.
+    Robot = 5,
+    /// The operator's client; the only one of which several may run at once.
+    Groundplan = 6,
+}
+
+impl Daemon {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 7] = [
+        Self::IfcIngest,
+        Self::ScheduleEval,
+        Self::Rasterize,
+        Self::WaypointGen,
+        Self::SlamAlign,
+        Self::Robot,
+        Self::Groundplan,
+    ];
+
+    /// Its name, as of its process.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::IfcIngest => "ifc-ingest",
+            Self::ScheduleEval => "schedule-eval",
+            Self::Rasterize => "rasterize",
+            Self::WaypointGen => "waypoint-gen",
+            Self::SlamAlign => "slam-align",
+            Self::Robot => "robot",
+            Self::Groundplan => "groundplan",
+        }
+    }
+
+    /// The daemon with this number, as in [`messages::StatusRecord`].
+    pub fn from_id(id: u32) -> Option<Self> {
+        Self::ALL.get(id as usize).copied()
+    }
+}
+
+impl fmt::Display for Daemon {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Place of a map storey's grid: `grid/00` to `grid/63`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct GridSlot(u8);
+
+impl GridSlot {
+    /// Number of slots.
+    pub const COUNT: usize = 64;
+
+    /// The slot with this number; `None` from [`GridSlot::COUNT`] on.
+    pub fn new(index: usize) -> Option<Self> {
+        (index < Self::COUNT).then_some(Self(index as u8))
+    }
+
+    /// All slots.
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..Self::COUNT as u8).map(Self)
+    }
+
+    /// Its number, the place in the index of the grids.
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+}
+
+/// A latched topic: who comes late gets the last sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Topic {
+    /// Geometry and facts of the site.
+    Site,
+    /// States at a plan time.
+    Phase,
+    /// Layers of a map storey.
+    Grid(GridSlot),
+    /// Index of the grids.
+    Grids,
+    /// Waypoints.
+    Plan,
+    /// A map that a robot made.
+    SlamMap,
+    /// Where that map lies.
+    Alignment,
+    /// What differs from it.
+    Deviations,
+}
+
+impl Topic {
+    /// All topics, the slots of the grids included.
+    pub fn all() -> impl Iterator<Item = Self> {
+        [Self::Site, Self::Phase, Self::Grids, Self::Plan, Self::SlamMap, Self::Alignment, Self::Deviations]
+            .into_iter()
+            .chain(GridSlot::all().map(Self::Grid))
+    }
+
+    /// Archives that it carries.
+    pub fn kind(self) -> ArchiveKind {
+        match self {
+            Self::Site => ArchiveKind::Site,
+            Self::Phase => ArchiveKind::Phase,
+            Self::Grid(_) => ArchiveKind::Grid,
+            Self::Grids => ArchiveKind::Grids,
+            Self::Plan => ArchiveKind::Plan,
+            Self::SlamMap => ArchiveKind::SlamMap,
+            Self::Alignment => ArchiveKind::Alignment,
+            Self::Deviations => ArchiveKind::Deviations,
+        }
+    }
+
+    /// The only daemon that publishes it.
+    pub fn producer(self) -> Daemon {
+        match self {
+            Self::Site => Daemon::IfcIngest,
+            Self::Phase => Daemon::ScheduleEval,
+            Self::Grid(_) | Self::Grids => Daemon::Rasterize,
+            Self::Plan => Daemon::WaypointGen,
+            Self::SlamMap => Daemon::Robot,
+            Self::Alignment | Self::Deviations => Daemon::SlamAlign,
+        }
+    }
+}
+
+impl fmt::Display for Topic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Site => f.write_str("site"),
+            Self::Phase => f.write_str("phase"),
+            Self::Grid(slot) => write!(f, "grid/{:02}", slot.index()),
+            Self::Grids => f.write_str("grids"),
+            Self::Plan => f.write_str("plan"),
+            Self::SlamMap => f.write_str("slam-map"),
+            Self::Alignment => f.write_str("alignment"),
+            Self::Deviations => f.write_str("deviations"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_topic_has_a_name_of_its_own() {
+        let names: BTreeSet<String> = Topic::all().map(|t| t.to_string()).collect();
+        assert_eq!(names.len(), 7 + GridSlot::COUNT);
+        assert!(names.contains("grid/00") && names.contains("grid/63") && !names.contains("grid/64"));
+    }
+
+    #[test]
+    fn numbers_and_daemons_are_the_same_thing() {
+        for daemon in Daemon::ALL {
+            assert_eq!(Daemon::from_id(daemon as u32), Some(daemon));
+            assert!(daemon.name().len() <= 15, "ps shows 15 bytes");
+        }
+        assert_eq!(Daemon::from_id(Daemon::ALL.len() as u32), None);
+    }
+}

@@ -1,0 +1,71 @@
+//! The status stream: heartbeats of all daemons.
+
+use crate::error::ReceiveError;
+use crate::names::Daemon;
+use crate::stamp::Stamp;
+use crate::{ipc, local};
+use messages::StatusRecord;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The sending end.
+pub struct StatusWriter {
+    daemon: Daemon,
+    port: StatusTarget,
+    sequence: AtomicU64,
+}
+
+pub(crate) enum StatusTarget {
+    Ipc(ipc::StatusTarget),
+    Local(local::StatusTarget),
+}
+
+impl StatusWriter {
+    pub(crate) fn new(daemon: Daemon, port: StatusTarget) -> Self {
+        Self { daemon, port, sequence: AtomicU64::new(0) }
+    }
+
+    /// Sends a heartbeat; daemon, process, sequence and stamp are filled in. False if shared memory had no room for it.
+    pub fn send(&self, record: StatusRecord) -> bool {
+        let record = StatusRecord {
+            daemon: self.daemon as u32,
+            process_id: std::process::id(),
+            sequence: self.sequence.fetch_add(1, Ordering::Relaxed) + 1,
+            stamp_ns: Stamp::now().0,
+            ..record
+        };
+        match &self.port {
+            StatusTarget::Ipc(port) => port.send(record),
+            StatusTarget::Local(port) => {
+                port.send(record);
+                true
+            }
+        }
+    }
+}
+
+/// The receiving end; a late one gets what is sent from now on. Who falls behind loses the oldest.
+pub struct StatusReader {
+    port: StatusSource,
+}
+
+pub(crate) enum StatusSource {
+    Ipc(ipc::StatusSource),
+    Local(local::StatusSource),
+}
+
+impl StatusReader {
+    pub(crate) fn new(port: StatusSource) -> Self {
+        Self { port }
+    }
+
+    /// The next heartbeat; `None` if there is none.
+    ///
+    /// # Errors
+    /// The bus library refuses.
+    pub fn take(&self) -> Result<Option<StatusRecord>, ReceiveError> {
+        match &self.port {
+            StatusSource::Ipc(port) => port.receive(),
+            StatusSource::Local(port) => Ok(port.receive()),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Private domains and waiting for conditions, for the tests of the bus.
+
+#![allow(dead_code, reason = "each test file takes what it needs")]
+
+use bus::{Bus, Daemon, Domain, GridSlot, Origin, Publisher, Sample, Stopper, Subscriber, Topic, Waiter};
+use messages::{ArchiveBuffer, InputHashes, PhaseBuilder};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// The one deadline of every wait: far beyond what any machine needs.
+pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
+
+/// A domain of its own, in shared memory or in this process.
+pub(crate) struct Fixture {
+    pub(crate) domain: Domain,
+    prefix: String,
+    folder: Option<tempfile::TempDir>,
+}
+
+impl Fixture {
+    pub(crate) fn shared() -> Self {
+        static COUNTER: AtomicU32 = AtomicU32::new(0);
+        let prefix = format!("gt{:x}x{:x}_", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed));
+        let folder = tempfile::Builder::new().prefix("gpbus").tempdir_in("/tmp").unwrap();
+        let domain = Domain::shared(&prefix, folder.path()).unwrap();
+        Self { domain, prefix, folder: Some(folder) }
+    }
+
+    pub(crate) fn in_process() -> Self {
+        Self { domain: Domain::in_process(1 << 30), prefix: String::new(), folder: None }
+    }
+
+    pub(crate) fn is_shared(&self) -> bool {
+        self.folder.is_some()
+    }
+
+    pub(crate) fn root(&self) -> &Path {
+        self.folder.as_ref().unwrap().path()
+    }
+
+    pub(crate) fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
+    /// Segments of this domain in shared memory.
+    pub(crate) fn segments(&self) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir("/dev/shm").unwrap().map(|e| e.unwrap());
+        entries.filter(|e| e.file_name().to_string_lossy().starts_with(&self.prefix)).map(|e| e.path()).collect()
+    }
+}
+
+impl Drop for Fixture {
+    fn drop(&mut self) {
+        if self.is_shared() {
+            for segment in self.segments() {
+                let _ = std::fs::remove_file(segment);
+            }
+        }
+    }
+}
+
+/// A participant whose waiter runs in a thread, as a daemon's does; stopped when dropped.
+pub(crate) struct Attended {
+    pub(crate) bus: Bus,
+    stopper: Stopper,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Attended {
+    pub(crate) fn join(domain: &Domain, daemon: Daemon) -> Self {
+        let (bus, mut waiter) = Bus::join(domain, daemon).unwrap();
+        let stopper = waiter.stopper();
+        let thread = std::thread::spawn(move || while !waiter.wait(DEADLINE).unwrap().stopped {});
+        Self { bus, stopper, thread: Some(thread) }
+    }
+}
+
+impl Drop for Attended {
+    fn drop(&mut self) {
+        self.stopper.stop();
+        if let Some(thread) = self.thread.take() {
+            thread.join().unwrap();
+        }
+    }
+}
+
+/// Sleeps on the waiter until there is something.
+pub(crate) fn until<T>(waiter: &mut Waiter, what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let deadline = Instant::now() + DEADLINE;
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        let left = deadline.saturating_duration_since(Instant::now());
+        assert!(!left.is_zero(), "waited in vain for {what}");
+        waiter.wait(left).unwrap();
+    }
+}
+
+/// Asks again and again, where nothing rings.
+pub(crate) fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let deadline = Instant::now() + DEADLINE;
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(Instant::now() < deadline, "waited in vain for {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// The next sample with this epoch.
+pub(crate) fn sample_of(waiter: &mut Waiter, subscriber: &Subscriber, epoch: u64) -> Sample {
+    until(waiter, &format!("epoch {epoch} of {}", subscriber.topic()), || {
+        subscriber.take().unwrap().filter(|s| s.header().epoch == epoch)
+    })
+}
+
+/// An archive of about `2 * n` bytes.
+pub(crate) fn phase(n: usize) -> ArchiveBuffer {
+    PhaseBuilder::everything_built(n as u64, n, 1).finish()
+}
+
+pub(crate) fn origin(epoch: u64) -> Origin {
+    Origin { epoch, frame_epoch: 1, inputs: InputHashes { site: 5, ..InputHashes::default() } }
+}
+
+pub(crate) fn publish(publisher: &Publisher, epoch: u64, n: usize) {
+    publisher.publish_copy(phase(n).bytes(), origin(epoch)).unwrap();
+}
+
+pub(crate) fn grid(index: usize) -> Topic {
+    Topic::Grid(GridSlot::new(index).unwrap())
+}

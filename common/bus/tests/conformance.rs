@@ -1,0 +1,451 @@
+//! What daemons rely on, run on the bus in shared memory and on its double.
+
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod common;
+
+use bus::{
+    Bus, CommandError, Daemon, Domain, DomainError, Keeper, MAX_HELD, MAX_OPEN, PortError, PublishError, ReceiveError,
+    Reply, Topic,
+};
+use common::{Attended, DEADLINE, Fixture, grid, origin, phase, publish, sample_of, until};
+use messages::{ArchiveBuffer, Phase, Stage, StatusRecord};
+use std::time::Duration;
+
+/// Runs every test on both.
+macro_rules! on_both {
+    ($($name:ident),* $(,)?) => {
+        mod in_shared_memory {
+            $(#[test] fn $name() { super::$name(&super::Fixture::shared()) })*
+        }
+        mod in_process {
+            $(#[test] fn $name() { super::$name(&super::Fixture::in_process()) })*
+        }
+    };
+}
+
+on_both!(
+    a_late_joiner_gets_the_last_sample,
+    many_late_joiners_of_many_topics_get_their_samples,
+    samples_in_between_are_left_out,
+    a_held_sample_stays_as_it_is,
+    a_larger_loan_than_before_is_possible_and_latched,
+    the_header_says_where_a_sample_comes_from,
+    a_topic_has_one_producer_and_one_publisher,
+    what_is_no_archive_of_the_topic_is_not_published,
+    epochs_never_fall,
+    there_is_one_loan_at_a_time,
+    a_subscriber_may_hold_a_few_samples,
+    a_publisher_that_comes_again_goes_on,
+    heartbeats_arrive_in_order_and_the_oldest_give_way,
+    a_command_has_progress_and_an_end,
+    a_command_may_be_large_or_empty,
+    a_command_that_nobody_serves_fails_at_once,
+    a_command_that_is_dropped_is_lost,
+    a_command_whose_client_leaves_is_cancelled,
+    a_client_has_few_open_commands,
+    waiting_ends_for_a_stop_a_nudge_and_the_time,
+    there_is_one_keeper_and_nobody_joins_without,
+    participants_hear_that_the_keeper_went_down,
+    a_worker_publishes_while_the_loop_waits,
+);
+
+fn up(fixture: &Fixture) -> (Keeper, &Domain) {
+    (Keeper::start(&fixture.domain).unwrap(), &fixture.domain)
+}
+
+fn a_late_joiner_gets_the_last_sample(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    publish(&publisher, 1, 10);
+    publish(&publisher, 2, 20);
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let late = bus.subscriber(Topic::Phase).unwrap();
+    let sample = sample_of(&mut waiter, &late, 2);
+    assert_eq!(sample.bytes(), phase(20).bytes());
+    assert_eq!(sample.bytes().as_ptr() as usize % 64, 0);
+    assert_eq!(Phase::open(sample.bytes()).unwrap().n_elements(), 20);
+    assert!(late.take().unwrap().is_none(), "a sample is taken once");
+}
+
+fn many_late_joiners_of_many_topics_get_their_samples(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::SlamAlign);
+    for daemon in [Daemon::IfcIngest, Daemon::Robot, Daemon::Groundplan] {
+        let (bus, mut waiter) = Bus::join(domain, daemon).unwrap();
+        let (early, other) = (bus.subscriber(Topic::Phase).unwrap(), bus.subscriber(Topic::Phase).unwrap());
+        let eval = Attended::join(domain, Daemon::ScheduleEval);
+        let publisher = eval.bus.publisher(Topic::Phase, 64).unwrap();
+        publish(&publisher, 1, 10);
+        let late = producer.bus.subscriber(Topic::Phase).unwrap();
+        for subscriber in [&early, &other] {
+            sample_of(&mut waiter, subscriber, 1);
+        }
+        let last = bus.subscriber(Topic::Phase).unwrap();
+        sample_of(&mut waiter, &last, 1);
+        drop((late, publisher));
+    }
+}
+
+fn samples_in_between_are_left_out(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    for epoch in 1..=50 {
+        publish(&publisher, epoch, 10);
+    }
+    let sample = until(&mut waiter, "a sample", || subscriber.take().unwrap());
+    assert_eq!(sample.header().epoch, 50);
+}
+
+fn a_held_sample_stays_as_it_is(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(Topic::Phase, 4096).unwrap();
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    publish(&publisher, 1, 1000);
+    let held = sample_of(&mut waiter, &subscriber, 1);
+    for epoch in 2..=20 {
+        publish(&publisher, epoch, 1000 + epoch as usize);
+    }
+    let newer = sample_of(&mut waiter, &subscriber, 20);
+    drop((publisher, producer, subscriber, bus, waiter));
+    assert_eq!(held.bytes(), phase(1000).bytes());
+    assert_eq!(newer.bytes(), phase(1020).bytes());
+}
+
+fn a_larger_loan_than_before_is_possible_and_latched(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let mut held = None;
+    for (epoch, n) in [(1, 100), (2, 10_000), (3, 1_000_000), (4, 5_000_000)] {
+        publish(&publisher, epoch, n);
+        let sample = sample_of(&mut waiter, &subscriber, epoch);
+        assert!(sample.bytes() == phase(n).bytes(), "epoch {epoch} came whole");
+        held.get_or_insert(sample);
+    }
+    assert_eq!(held.unwrap().bytes(), phase(100).bytes());
+    let late = bus.subscriber(Topic::Phase).unwrap();
+    let sample = sample_of(&mut waiter, &late, 4);
+    assert!(sample.bytes() == phase(5_000_000).bytes(), "what was latched has grown too");
+}
+
+fn the_header_says_where_a_sample_comes_from(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let archive = phase(33);
+    // More is lent than is used: the sample has the archive's length.
+    let mut loan = publisher.loan(archive.bytes().len() + 100).unwrap();
+    loan.bytes_mut()[..archive.bytes().len()].copy_from_slice(archive.bytes());
+    loan.publish(origin(9)).unwrap();
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let sample = sample_of(&mut waiter, &bus.subscriber(Topic::Phase).unwrap(), 9);
+    let header = sample.header();
+    assert_eq!(header.content_hash, Phase::open(archive.bytes()).unwrap().content_hash());
+    assert_eq!((header.payload_length, sample.bytes().len()), (archive.bytes().len() as u64, archive.bytes().len()));
+    assert_eq!((header.frame_epoch, header.inputs.site), (1, 5));
+    assert!(header.stamp_ns > 0);
+}
+
+fn a_topic_has_one_producer_and_one_publisher(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (bus, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    assert!(matches!(bus.publisher(Topic::Phase, 64), Err(PortError::NotTheProducer { .. })));
+    let first = bus.publisher(grid(63), 64).unwrap();
+    let (other, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    assert!(matches!(other.publisher(grid(63), 64), Err(PortError::Taken { .. })));
+    let _another_slot = other.publisher(grid(0), 64).unwrap();
+    drop(first);
+    other.publisher(grid(63), 64).unwrap();
+    let _server = bus.command_server().unwrap();
+    assert!(matches!(other.command_server(), Err(PortError::Taken { .. })));
+}
+
+fn what_is_no_archive_of_the_topic_is_not_published(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::Rasterize);
+    let publisher = producer.bus.publisher(Topic::Grids, 64).unwrap();
+    for bytes in [phase(10), ArchiveBuffer::zeroed(640), ArchiveBuffer::zeroed(0)] {
+        let refused = publisher.publish_copy(bytes.bytes(), origin(1));
+        assert!(matches!(refused, Err(PublishError::Archive { .. })), "{refused:?}");
+    }
+    let too_large = publisher.loan(bus::MAX_SAMPLE_BYTES + 1).map(|_| ());
+    assert!(matches!(too_large, Err(PublishError::TooLarge { .. })));
+}
+
+fn epochs_never_fall(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    publish(&publisher, 7, 10);
+    let refused = publisher.publish_copy(phase(10).bytes(), origin(6));
+    assert!(matches!(refused, Err(PublishError::EpochFell { epoch: 6, last: 7, .. })), "{refused:?}");
+    sample_of(&mut waiter, &subscriber, 7);
+    // A producer that lost its count is refused by who has seen more.
+    drop(publisher);
+    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    publish(&publisher, 3, 10);
+    let error = until(&mut waiter, "the refusal", || subscriber.take().err());
+    assert!(matches!(error, ReceiveError::EpochFell { epoch: 3, last: 7, .. }), "{error:?}");
+    publish(&publisher, 8, 10);
+    sample_of(&mut waiter, &subscriber, 8);
+}
+
+fn there_is_one_loan_at_a_time(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    publish(&publisher, 1, 10);
+    let loan = publisher.loan(100).unwrap();
+    assert!(matches!(publisher.loan(100).map(|_| ()), Err(PublishError::LoanedOut { .. })));
+    drop(loan);
+    let mut loan = publisher.loan(100).unwrap();
+    loan.bytes_mut().fill(1);
+    assert!(loan.publish(origin(2)).is_err());
+    // What was not published changed nothing.
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    sample_of(&mut waiter, &bus.subscriber(Topic::Phase).unwrap(), 1);
+    publish(&publisher, 2, 10);
+}
+
+fn a_subscriber_may_hold_a_few_samples(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let mut held = Vec::new();
+    for epoch in 1..=MAX_HELD as u64 {
+        publish(&publisher, epoch, epoch as usize);
+        held.push(sample_of(&mut waiter, &subscriber, epoch));
+    }
+    publish(&publisher, 100, 100);
+    assert!(matches!(subscriber.take(), Err(ReceiveError::TooManyHeld { held: MAX_HELD, .. })));
+    held.remove(0);
+    held.push(sample_of(&mut waiter, &subscriber, 100));
+    assert_eq!(held[0].bytes(), phase(2).bytes());
+}
+
+fn a_publisher_that_comes_again_goes_on(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let mut held = None;
+    for epoch in [4, 4, 5] {
+        let producer = Attended::join(domain, Daemon::ScheduleEval);
+        let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+        publish(&publisher, epoch, epoch as usize);
+        held = Some(sample_of(&mut waiter, &subscriber, epoch));
+    }
+    let late = bus.subscriber(Topic::Phase).unwrap();
+    assert!(late.take().unwrap().is_none(), "the last sample goes with its publisher");
+    assert_eq!(held.unwrap().bytes(), phase(5).bytes());
+}
+
+fn heartbeats_arrive_in_order_and_the_oldest_give_way(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Groundplan).unwrap();
+    let reader = bus.status_reader().unwrap();
+    let record = StatusRecord { stage: Stage::Writing as u32, memory_bytes: 5, ..bytemuck::Zeroable::zeroed() };
+    let (other, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let writer = other.status_writer().unwrap();
+    assert!(writer.send(record) && writer.send(record));
+    for sequence in 1..=2 {
+        let seen = until(&mut waiter, "a heartbeat", || reader.take().unwrap());
+        assert_eq!((seen.sequence, seen.stage, seen.memory_bytes), (sequence, Stage::Writing as u32, 5));
+        assert_eq!((Daemon::from_id(seen.daemon), seen.process_id), (Some(Daemon::Rasterize), std::process::id()));
+    }
+    for _ in 0..1000 {
+        assert!(writer.send(record));
+    }
+    let mut sequences = Vec::new();
+    while let Some(seen) = reader.take().unwrap() {
+        sequences.push(seen.sequence);
+    }
+    assert_eq!(sequences.last(), Some(&1002));
+    assert!(sequences.is_sorted() && sequences.len() < 1000);
+}
+
+fn a_command_has_progress_and_an_end(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (daemon, mut at_daemon) = Bus::join(domain, Daemon::IfcIngest).unwrap();
+    let server = daemon.command_server().unwrap();
+    let (client, mut at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
+    let to_daemon = client.command_client(Daemon::IfcIngest).unwrap();
+    for fails in [false, true] {
+        let open = to_daemon.send(b"load").unwrap();
+        assert!(open.take().unwrap().is_none());
+        let command = until(&mut at_daemon, "the command", || server.take().unwrap());
+        assert_eq!((command.bytes(), command.is_cancelled()), (&b"load"[..], false));
+        command.progress(b"half").unwrap();
+        let reply = until(&mut at_client, "progress", || open.take().unwrap());
+        assert_eq!(reply, Reply::Progress(b"half".to_vec()));
+        assert!(!reply.is_final());
+        let end = if fails { command.failed(b"no") } else { command.done(b"yes") };
+        end.unwrap();
+        let reply = until(&mut at_client, "the end", || open.take().unwrap());
+        assert_eq!(reply, if fails { Reply::Failed(b"no".to_vec()) } else { Reply::Done(b"yes".to_vec()) });
+    }
+    // A client that does not look gets the end all the same.
+    let open = to_daemon.send(b"load").unwrap();
+    let command = until(&mut at_daemon, "the command", || server.take().unwrap());
+    for _ in 0..1000 {
+        command.progress(b"more").unwrap();
+    }
+    command.done(b"yes").unwrap();
+    let end = until(&mut at_client, "the end", || std::iter::from_fn(|| open.take().unwrap()).find(Reply::is_final));
+    assert_eq!(end, Reply::Done(b"yes".to_vec()));
+}
+
+fn a_command_may_be_large_or_empty(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (daemon, mut at_daemon) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
+    let server = daemon.command_server().unwrap();
+    let (client, mut at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
+    let to_daemon = client.command_client(Daemon::ScheduleEval).unwrap();
+    for length in [0, 1, 5000, 3 << 20] {
+        let text: Vec<u8> = (0..length).map(|i: usize| i as u8).collect();
+        let open = to_daemon.send(&text).unwrap();
+        let command = until(&mut at_daemon, "the command", || server.take().unwrap());
+        assert!(command.bytes() == text, "{length} bytes came");
+        command.done(&text).unwrap();
+        let reply = until(&mut at_client, "the end", || open.take().unwrap());
+        assert!(reply == Reply::Done(text), "{length} bytes came back");
+    }
+    let refused = to_daemon.send(&vec![0; bus::MAX_COMMAND_BYTES + 1]).map(|_| ());
+    assert!(matches!(refused, Err(CommandError::TooLarge { .. })));
+}
+
+fn a_command_that_nobody_serves_fails_at_once(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (client, _waiter) = Bus::join(domain, Daemon::Groundplan).unwrap();
+    let to_daemon = client.command_client(Daemon::ScheduleEval).unwrap();
+    let refused = to_daemon.send(b"date").map(|_| ());
+    assert!(matches!(refused, Err(CommandError::NotServed { daemon: Daemon::ScheduleEval })), "{refused:?}");
+    // And works as soon as somebody does.
+    let (daemon, _waiter) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
+    let _server = daemon.command_server().unwrap();
+    to_daemon.send(b"date").unwrap();
+}
+
+fn a_command_that_is_dropped_is_lost(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (daemon, mut at_daemon) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
+    let server = daemon.command_server().unwrap();
+    let (client, mut at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
+    let to_daemon = client.command_client(Daemon::ScheduleEval).unwrap();
+    let open = to_daemon.send(b"date").unwrap();
+    let command = until(&mut at_daemon, "the command", || server.take().unwrap());
+    command.progress(b"half").unwrap();
+    drop(command);
+    assert_eq!(until(&mut at_client, "progress", || open.take().unwrap()), Reply::Progress(b"half".to_vec()));
+    let lost = until(&mut at_client, "the loss", || open.take().err());
+    assert!(matches!(lost, CommandError::Lost { daemon: Daemon::ScheduleEval }), "{lost:?}");
+}
+
+fn a_command_whose_client_leaves_is_cancelled(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (daemon, mut at_daemon) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
+    let server = daemon.command_server().unwrap();
+    let (client, _at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
+    let open = client.command_client(Daemon::ScheduleEval).unwrap().send(b"date").unwrap();
+    let command = until(&mut at_daemon, "the command", || server.take().unwrap());
+    assert!(!command.is_cancelled());
+    drop(open);
+    assert!(command.is_cancelled());
+    command.progress(b"into the void").unwrap();
+    command.done(b"into the void").unwrap();
+}
+
+fn a_client_has_few_open_commands(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (daemon, _at_daemon) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
+    let server = daemon.command_server().unwrap();
+    let (client, _at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
+    let to_daemon = client.command_client(Daemon::ScheduleEval).unwrap();
+    let mut open: Vec<_> = (0..MAX_OPEN).map(|_| to_daemon.send(b"date").unwrap()).collect();
+    let refused = to_daemon.send(b"date").map(|_| ());
+    assert!(matches!(refused, Err(CommandError::TooMany { .. })), "{refused:?}");
+    open.pop();
+    // A cancelled command counts until the daemon has looked at it.
+    while server.take().unwrap().is_some() {}
+    to_daemon.send(b"date").unwrap();
+}
+
+fn waiting_ends_for_a_stop_a_nudge_and_the_time(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let _subscriber = bus.subscriber(Topic::Site).unwrap();
+    while !waiter.wait(Duration::from_millis(1)).unwrap().timed_out() {}
+    let nudger = waiter.nudger();
+    let thread = std::thread::spawn(move || nudger.nudge());
+    assert!(waiter.wait(DEADLINE).unwrap().nudged);
+    thread.join().unwrap();
+    assert!(waiter.wait(Duration::ZERO).unwrap().timed_out(), "a nudge wakes once");
+    let (reader, writer) = std::io::pipe().unwrap();
+    waiter.stop_on(reader.into());
+    assert!(!waiter.wait(Duration::ZERO).unwrap().stopped);
+    drop(writer);
+    assert!(waiter.wait(DEADLINE).unwrap().stopped && waiter.wait(DEADLINE).unwrap().stopped);
+    let (_bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    waiter.stopper().stop();
+    assert!(waiter.wait(DEADLINE).unwrap().stopped && waiter.wait(DEADLINE).unwrap().stopped);
+}
+
+fn there_is_one_keeper_and_nobody_joins_without(fixture: &Fixture) {
+    let join = || Bus::join(&fixture.domain, Daemon::Robot).map(|_| ());
+    assert!(matches!(join(), Err(DomainError::NoKeeper { .. })));
+    let (keeper, domain) = up(fixture);
+    assert!(matches!(Keeper::start(domain), Err(DomainError::KeeperRuns { .. })));
+    join().unwrap();
+    assert_eq!(keeper.tick().unwrap(), 0);
+    drop(keeper);
+    assert!(matches!(join(), Err(DomainError::NoKeeper { .. })));
+    let _keeper = Keeper::start(domain).unwrap();
+    join().unwrap();
+}
+
+fn participants_hear_that_the_keeper_went_down(fixture: &Fixture) {
+    let (keeper, domain) = up(fixture);
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Robot).unwrap();
+    assert_eq!(bus.generation(), keeper.generation());
+    let thread = std::thread::spawn(move || drop(keeper));
+    let wake = waiter.wait(DEADLINE).unwrap();
+    assert!(wake.superseded && !wake.stopped);
+    thread.join().unwrap();
+    assert!(waiter.wait(Duration::ZERO).unwrap().superseded, "it stays true");
+    // They follow the next one.
+    let keeper = Keeper::start(domain).unwrap();
+    assert!(keeper.generation() > bus.generation());
+    let (again, _waiter) = Bus::join(domain, Daemon::Robot).unwrap();
+    assert_eq!(again.generation(), keeper.generation());
+}
+
+fn a_worker_publishes_while_the_loop_waits(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let producer = Attended::join(domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let worker = std::thread::spawn(move || {
+        for epoch in 1..=200 {
+            publish(&publisher, epoch, 50);
+        }
+        publisher
+    });
+    // Newcomers are served by the loop at the same time.
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
+    let subscribers: Vec<_> = (0..8).map(|_| bus.subscriber(Topic::Phase).unwrap()).collect();
+    for subscriber in &subscribers {
+        sample_of(&mut waiter, subscriber, 200);
+    }
+    worker.join().unwrap();
+}
