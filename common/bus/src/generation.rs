@@ -15,10 +15,10 @@ use crate::error::DomainError;
 use messages::LAYOUT_VERSION;
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
-use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The library whose formats a domain has; formats of one version do not open those of another.
 pub(crate) const LIBRARY: &str = "iceoryx2-0.10.0";
@@ -150,34 +150,46 @@ impl Place {
         Ok(numbers)
     }
 
+    /// Removes segments that have been empty for `age`: whoever made them died before it gave them a size.
+    ///
+    /// The bus library waits without end for such a segment to grow, in every process that opens it or cleans up.
+    pub(crate) fn remove_empty_segments(&self, age: Duration) -> Result<(), DomainError> {
+        for segment in segments(&self.prefix)? {
+            // One that is gone, or was made in the future by a clock that was set, is none.
+            let Ok(metadata) = fs::metadata(&segment) else { continue };
+            let old = metadata.modified().ok().and_then(|at| at.elapsed().ok()).is_some_and(|elapsed| elapsed >= age);
+            if metadata.len() == 0 && old {
+                remove(&segment, fs::remove_file(&segment))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Removes a generation in which nobody lives; false if somebody does.
     pub(crate) fn remove(&self, generation: u64) -> Result<bool, DomainError> {
         let path = self.lock_path(generation);
         let Some(_lock) = try_lock(&path, FlockOperation::NonBlockingLockExclusive)? else { return Ok(false) };
         let folder = self.folder_of(generation);
         remove(&folder, fs::remove_dir_all(&folder))?;
-        remove_shared_memory(&self.prefix_of(generation))?;
+        for segment in segments(&self.prefix_of(generation))? {
+            remove(&segment, fs::remove_file(&segment))?;
+        }
         // Last: while the lock has a name, nobody can take the number for a generation that is gone.
         remove(&path, fs::remove_file(&path))?;
         Ok(true)
     }
 }
 
-fn remove_shared_memory(prefix: &str) -> Result<(), DomainError> {
+/// Segments whose names have the prefix.
+fn segments(prefix: &str) -> Result<Vec<PathBuf>, DomainError> {
     let folder = Path::new(SHARED_MEMORY);
     let failed = |source| DomainError::File { path: folder.to_owned(), source };
+    let mut found = Vec::new();
     for entry in fs::read_dir(folder).map_err(failed)? {
         let name = entry.map_err(failed)?.file_name();
-        if has_prefix(&name, prefix) {
-            let path = folder.join(name);
-            remove(&path, fs::remove_file(&path))?;
-        }
+        found.extend(name.to_str().filter(|n| n.starts_with(prefix)).map(|n| folder.join(n)));
     }
-    Ok(())
-}
-
-fn has_prefix(name: &OsStr, prefix: &str) -> bool {
-    name.to_str().is_some_and(|n| n.starts_with(prefix))
+    Ok(found)
 }
 
 /// What is not there needs no removal.
@@ -259,6 +271,21 @@ mod tests {
         drop(life);
         assert!(!place.is_inhabited(7).unwrap() && place.remove(7).unwrap());
         assert_eq!(place.numbers().unwrap(), []);
+    }
+
+    #[test]
+    fn only_empty_segments_of_the_domain_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let prefix = format!("gpe{:x}_", std::process::id());
+        let place = Place::new(&prefix, folder.path()).unwrap();
+        let segment = |name: &str| Path::new(SHARED_MEMORY).join(format!("{prefix}{name}"));
+        fs::write(segment("1_empty"), "").unwrap();
+        fs::write(segment("1_full"), "x").unwrap();
+        place.remove_empty_segments(Duration::from_secs(3600)).unwrap();
+        assert_eq!(segments(&prefix).unwrap().len(), 2, "a young one may be about to grow");
+        place.remove_empty_segments(Duration::ZERO).unwrap();
+        assert_eq!(segments(&prefix).unwrap(), [segment("1_full")]);
+        assert!(place.remove(1).unwrap() && segments(&prefix).unwrap().is_empty());
     }
 
     #[test]

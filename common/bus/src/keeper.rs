@@ -3,7 +3,15 @@
 use crate::domain::{Backend, Domain};
 use crate::error::DomainError;
 use crate::generation::{Lock, Place};
+use crate::signal::Signal;
 use crate::{ipc, local};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// A segment that has been empty for this long has no maker any more.
+const EMPTY_FOR: Duration = Duration::from_secs(1);
 
 /// Holds a bus. Everybody else only opens what it created, so that only its own death can leave a creation half done.
 ///
@@ -24,6 +32,7 @@ struct Shared {
     services: Option<ipc::Services>,
     place: Place,
     generation: u64,
+    _sweeper: Sweeper,
     _lock: Lock,
 }
 
@@ -69,6 +78,8 @@ impl Shared {
         place.make_root()?;
         let lock = place.lock_as_keeper()?;
         let lock = lock.ok_or_else(|| DomainError::KeeperRuns { root: place.root().display().to_string() })?;
+        // Before anything is opened: that may wait for an empty segment.
+        let sweeper = Sweeper::start(place)?;
         // A file of another version, or one that is damaged, says only that its generation is not ours.
         let current = place.current().unwrap_or_default();
         let taken_over = match current {
@@ -86,7 +97,8 @@ impl Shared {
             }
         };
         place.announce(generation)?;
-        let shared = Self { services: Some(services), place: place.clone(), generation, _lock: lock };
+        let shared =
+            Self { services: Some(services), place: place.clone(), generation, _sweeper: sweeper, _lock: lock };
         shared.remove_others()?;
         Ok(shared)
     }
@@ -109,4 +121,43 @@ impl Drop for Shared {
         let _ = self.remove_others();
         let _ = self.place.remove(self.generation);
     }
+}
+
+/// A thread that removes empty segments: the keeper itself may be waiting for one.
+struct Sweeper {
+    stop: Arc<Signal>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Sweeper {
+    fn start(place: &Place) -> Result<Self, DomainError> {
+        let failed = |source| DomainError::File { path: place.root().to_owned(), source };
+        let stop = Arc::new(Signal::new().map_err(failed)?);
+        let (place, stopped) = (place.clone(), Arc::clone(&stop));
+        let sweep = move || {
+            while !is_raised_within(&stopped, EMPTY_FOR) {
+                // What cannot be removed now is tried again.
+                let _ = place.remove_empty_segments(EMPTY_FOR);
+            }
+        };
+        let thread = std::thread::Builder::new().name("sweeper".to_owned()).spawn(sweep);
+        let thread = thread.map_err(|source| DomainError::File { path: "sweeper".into(), source })?;
+        Ok(Self { stop, thread: Some(thread) })
+    }
+}
+
+impl Drop for Sweeper {
+    fn drop(&mut self) {
+        self.stop.raise();
+        if let Some(thread) = self.thread.take() {
+            // Its panic has been reported; there is nothing to add.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn is_raised_within(signal: &Signal, time: Duration) -> bool {
+    let mut polled = [PollFd::from_borrowed_fd(signal.descriptor(), PollFlags::IN)];
+    let timeout = Timespec { tv_sec: time.as_secs().cast_signed(), tv_nsec: i64::from(time.subsec_nanos()) };
+    poll(&mut polled, Some(&timeout)).is_ok_and(|n| n > 0)
 }

@@ -287,6 +287,22 @@ fn a_domain_that_was_never_finished_leads_to_a_new_generation() {
     a_stuck_generation_is_left_behind(".global_mgmt", 0o200);
 }
 
+#[test]
+fn a_segment_that_never_got_a_size_stops_nobody() {
+    let fixture = Fixture::shared();
+    let keeper = Actor::start(&fixture, "keeper");
+    let inhabitant = Attended::join(&fixture.domain, Daemon::IfcIngest);
+    keeper.kill();
+    let registries = fixture.segments().into_iter().filter(|s| s.to_string_lossy().ends_with(".dynamic"));
+    for segment in registries {
+        // A new file: those that are mapped stay as they are.
+        std::fs::remove_file(&segment).unwrap();
+        std::fs::File::create(&segment).unwrap();
+    }
+    a_new_keeper_works(&fixture);
+    drop(inhabitant);
+}
+
 /// Starts a keeper and kills it when the domain's segments have changed this often, or no more.
 fn kill_a_keeper_after(fixture: &Fixture, n_changes: usize) {
     let actor = Actor::begin(fixture, "keeper");
