@@ -3,8 +3,8 @@
 //!
 //! A [`Keeper`] creates a [`Domain`]'s services; everybody else joins as a [`Bus`], opens ends, and sleeps in its
 //! [`Waiter`]. A [`Publisher`] lends memory in which an archive is written in place; a [`Subscriber`] reads it in place,
-//! and gets the last one however late it comes.
-//! [`Domain::in_process`] is a double with the same behaviour, without shared memory.
+//! and gets the last one however late it comes. [`ConsistentSet`] tells a consumer which grids and which plan belong
+//! together. [`Domain::in_process`] is a double with the same behaviour, without shared memory.
 //!
 //! ```
 //! use bus::{Bus, Daemon, Domain, Keeper, Origin, Topic};
@@ -30,6 +30,7 @@
 mod bell;
 mod bus;
 mod command;
+mod consistent_set;
 mod domain;
 mod error;
 mod generation;
@@ -45,6 +46,7 @@ mod waiter;
 
 pub use bus::Bus;
 pub use command::{Command, CommandClient, CommandServer, MAX_COMMAND_BYTES, MAX_OPEN, OpenCommand, Reply};
+pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, NoMap, Verdict};
 pub use domain::Domain;
 pub use error::{CommandError, DomainError, PortError, PublishError, ReceiveError, WaitError};
 pub use keeper::Keeper;

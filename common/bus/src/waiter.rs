@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 pub struct Wake {
     /// Shut down. Stays true.
     pub stopped: bool,
-    /// Samples, replies or heartbeats may be there: look at all of them.
+    /// Samples of other daemons, replies or heartbeats may be there: take until there are no more.
     pub news: bool,
     /// Commands may be there.
     pub commands: bool,

@@ -5,11 +5,11 @@
 mod common;
 
 use bus::{
-    Bus, CommandError, Daemon, Domain, DomainError, Keeper, MAX_HELD, MAX_OPEN, PortError, PublishError, ReceiveError,
-    Reply, Topic,
+    Bus, CommandError, ConsistentSet, Daemon, Domain, DomainError, Keeper, MAX_HELD, MAX_OPEN, PortError, PublishError,
+    ReceiveError, Reply, Stamp, Topic, Verdict,
 };
 use common::{Attended, DEADLINE, Fixture, grid, origin, phase, publish, sample_of, until};
-use messages::{ArchiveBuffer, Phase, Stage, StatusRecord};
+use messages::{ArchiveBuffer, GridsBuilder, GridsHead, Phase, PhaseBuilder, RobotProfile, Stage, StatusRecord};
 use std::time::Duration;
 
 /// Runs every test on both.
@@ -48,6 +48,7 @@ on_both!(
     there_is_one_keeper_and_nobody_joins_without,
     participants_hear_that_the_keeper_went_down,
     a_worker_publishes_while_the_loop_waits,
+    a_consumer_uses_what_belongs_together,
 );
 
 fn up(fixture: &Fixture) -> (Keeper, &Domain) {
@@ -448,4 +449,45 @@ fn a_worker_publishes_while_the_loop_waits(fixture: &Fixture) {
         sample_of(&mut waiter, subscriber, 200);
     }
     worker.join().unwrap();
+}
+
+fn a_consumer_uses_what_belongs_together(fixture: &Fixture) {
+    let (_keeper, domain) = up(fixture);
+    let eval = Attended::join(domain, Daemon::ScheduleEval);
+    let phases = eval.bus.publisher(Topic::Phase, 64).unwrap();
+    let rasterize = Attended::join(domain, Daemon::Rasterize);
+    let grids = rasterize.bus.publisher(Topic::Grids, 64).unwrap();
+    let index_of = |phase: u64| {
+        let head = GridsHead { site_hash: 3, phase_hash: phase, plan_time_s: 0, robot: RobotProfile::DEFAULT };
+        GridsBuilder { head, slots: vec![], robot_name: "default", doors: vec![], regions: vec![] }.finish()
+    };
+    let archives = [3, 4].map(|n_spaces| PhaseBuilder::everything_built(3, 9, n_spaces).finish());
+    let hash = |n: usize| Phase::open(archives[n].bytes()).unwrap().content_hash();
+    phases.publish_copy(archives[0].bytes(), origin(1)).unwrap();
+    grids.publish_copy(index_of(hash(0)).bytes(), origin(1)).unwrap();
+
+    let (bus, mut waiter) = Bus::join(domain, Daemon::Robot).unwrap();
+    let topics = [Topic::Phase, Topic::Grids].map(|t| bus.subscriber(t).unwrap());
+    let heartbeats = bus.status_reader().unwrap();
+    let mut set = ConsistentSet::new(Stamp(0));
+    let mut wait_for = |verdict, plan_time_s| {
+        until(&mut waiter, "the verdict", || {
+            for topic in &topics {
+                while let Some(sample) = topic.take().unwrap() {
+                    set.see(Stamp(1), topic.topic(), sample).unwrap();
+                }
+            }
+            while let Some(daemon) = heartbeats.take().unwrap().and_then(|h| Daemon::from_id(h.daemon)) {
+                set.see_heartbeat(Stamp(1), daemon);
+            }
+            (set.verdict(Stamp(2), plan_time_s) == verdict).then_some(())
+        });
+    };
+    wait_for(Verdict::Current, Some(0));
+    phases.publish_copy(archives[1].bytes(), origin(2)).unwrap();
+    wait_for(Verdict::Overtaken, None);
+    grids.publish_copy(index_of(hash(1)).bytes(), origin(2)).unwrap();
+    wait_for(Verdict::Current, None);
+    let sample = set.phase().unwrap();
+    assert_eq!((sample.header().epoch, Phase::open(sample.bytes()).unwrap().spaces.len()), (2, 4));
 }

@@ -1,0 +1,468 @@
+//! Which grids and which plan belong together, and whether a robot may use them now.
+//!
+//! Samples of different topics arrive in any order. Logic over what was seen: no bus, no clock of its own.
+
+use crate::latched::Sample;
+use crate::names::{Daemon, GridSlot, Topic};
+use crate::stamp::Stamp;
+use messages::{ArchiveError, GridSlotRecord, Grids, GridsHead, Phase, PhaseHead, Plan, PlanHead};
+use std::time::Duration;
+
+/// A newer phase without its grids stops the robot after this long.
+pub const GRIDS_LATE: Duration = Duration::from_secs(1);
+
+/// Heartbeats come this often.
+pub const HEARTBEAT_PERIOD: Duration = Duration::from_secs(1);
+
+/// Heartbeats that may be missed: at this many there is no map.
+pub const MISSED_HEARTBEATS: u32 = 3;
+
+/// Daemons without which maps grow old unnoticed.
+const WATCHED: [Daemon; 2] = [Daemon::ScheduleEval, Daemon::Rasterize];
+
+/// What a consumer may do now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The set is of the newest phase: use it.
+    Current,
+    /// A newer phase is here, its grids are not yet: use the set, but do not enter what [`ConsistentSet::newest_phase`]
+    /// blocks.
+    Overtaken,
+    /// The grids of the newest phase are late: stand still.
+    Hold,
+    /// There is no map.
+    NoMap(NoMap),
+}
+
+/// Why there is no map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoMap {
+    /// Phase, index and grids have never matched yet.
+    #[error("grids, index and phase have not come together yet")]
+    Incomplete,
+    /// The plan time has passed the end of the newest phase.
+    #[error("the plan time is past the validity of the phase, and no newer phase has come")]
+    Expired,
+    /// A daemon that keeps the map up to date is silent.
+    #[error("{daemon} has missed {MISSED_HEARTBEATS} heartbeats")]
+    Silent {
+        /// Which.
+        daemon: Daemon,
+    },
+}
+
+/// A phase that was seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct PhaseSeen {
+    hash: u64,
+    site: u64,
+    valid_until_s: i64,
+    at: Stamp,
+}
+
+/// An index that was seen.
+#[derive(Debug)]
+struct IndexSeen {
+    hash: u64,
+    phase: u64,
+    site: u64,
+    grids: Vec<u64>,
+}
+
+/// A plan that was seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct PlanSeen {
+    grids: u64,
+    phase: u64,
+    site: u64,
+}
+
+/// What was seen, and the sample behind it.
+#[derive(Debug)]
+struct Seen<F, T> {
+    facts: F,
+    sample: T,
+}
+
+/// Two samples of a topic: the one in the set, and the newest if it is not in the set yet.
+#[derive(Debug)]
+struct Held<F, T> {
+    used: Option<Seen<F, T>>,
+    newest: Option<Seen<F, T>>,
+}
+
+impl<F, T> Held<F, T> {
+    const EMPTY: Self = Self { used: None, newest: None };
+
+    fn see(&mut self, facts: F, sample: T) {
+        self.newest = Some(Seen { facts, sample });
+    }
+
+    fn newest(&self) -> Option<&Seen<F, T>> {
+        self.newest.as_ref().or(self.used.as_ref())
+    }
+
+    /// True if one of the two fits.
+    fn has(&self, fits: impl Fn(&F) -> bool) -> bool {
+        self.newest.iter().chain(&self.used).any(|s| fits(&s.facts))
+    }
+
+    /// Moves the newest into the set if it fits; else the one in the set stays.
+    fn promote(&mut self, fits: impl Fn(&F) -> bool) {
+        if self.newest.as_ref().is_some_and(|s| fits(&s.facts)) {
+            self.used = self.newest.take();
+        }
+    }
+}
+
+/// Holds the last set of phase, index and grids that match, while newer samples arrive one by one.
+///
+/// `T` is what stands for a sample: [`crate::Sample`] for a consumer, anything in a test. At most two samples of a topic
+/// are held. A set that is complete stays until the next one is.
+#[derive(Debug)]
+pub struct ConsistentSet<T> {
+    phase: Held<PhaseSeen, T>,
+    index: Held<IndexSeen, T>,
+    grids: [Held<u64, T>; GridSlot::COUNT],
+    plan: Held<PlanSeen, T>,
+    heard: [Stamp; WATCHED.len()],
+}
+
+impl<T> ConsistentSet<T> {
+    /// Nothing seen; heartbeats count from `now`.
+    pub fn new(now: Stamp) -> Self {
+        Self {
+            phase: Held::EMPTY,
+            index: Held::EMPTY,
+            grids: [const { Held::EMPTY }; GridSlot::COUNT],
+            plan: Held::EMPTY,
+            heard: [now; WATCHED.len()],
+        }
+    }
+
+    /// A phase has come; `hash` is its content hash. One that says the same as the last one is not new.
+    pub fn see_phase(&mut self, now: Stamp, hash: u64, head: &PhaseHead, sample: T) {
+        let facts = PhaseSeen { hash, site: head.site_hash, valid_until_s: head.valid_until_s, at: now };
+        // A restarted producer repeats itself; a set in use stays what it is.
+        if self.phase.newest().is_none_or(|s| s.facts.hash != hash) {
+            self.phase.see(facts, sample);
+            self.advance();
+        }
+    }
+
+    /// An index of grids has come; `hash` is its content hash. Its n-th record speaks of slot n; there are never more
+    /// than [`GridSlot::COUNT`].
+    pub fn see_grids(&mut self, hash: u64, head: &GridsHead, slots: &[GridSlotRecord], sample: T) {
+        let grids = slots.iter().map(|s| s.content_hash).collect();
+        self.index.see(IndexSeen { hash, phase: head.phase_hash, site: head.site_hash, grids }, sample);
+        self.advance();
+    }
+
+    /// A grid has come; `hash` is its content hash.
+    pub fn see_grid(&mut self, slot: GridSlot, hash: u64, sample: T) {
+        self.grids[slot.index()].see(hash, sample);
+        self.advance();
+    }
+
+    /// A plan has come; `grids_hash` is the content hash of the index that it was made from, as in its sample's header.
+    pub fn see_plan(&mut self, grids_hash: u64, head: &PlanHead, sample: T) {
+        self.plan.see(PlanSeen { grids: grids_hash, phase: head.phase_hash, site: head.site_hash }, sample);
+        self.advance();
+    }
+
+    /// A heartbeat has come.
+    pub fn see_heartbeat(&mut self, now: Stamp, daemon: Daemon) {
+        for (heard, watched) in self.heard.iter_mut().zip(WATCHED) {
+            if watched == daemon {
+                *heard = now;
+            }
+        }
+    }
+
+    /// What the consumer may do. `plan_time_s` is the plan time in civil seconds; `None` if the clock stands.
+    pub fn verdict(&self, now: Stamp, plan_time_s: Option<i64>) -> Verdict {
+        for (heard, daemon) in self.heard.iter().zip(WATCHED) {
+            if now.since(*heard) >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS {
+                return Verdict::NoMap(NoMap::Silent { daemon });
+            }
+        }
+        let (Some(used), Some(newest)) = (&self.phase.used, self.phase.newest()) else {
+            return Verdict::NoMap(NoMap::Incomplete);
+        };
+        let until = newest.facts.valid_until_s;
+        if until != PhaseHead::NO_TIME && plan_time_s.is_some_and(|now| now > until) {
+            return Verdict::NoMap(NoMap::Expired);
+        }
+        if newest.facts.hash == used.facts.hash {
+            Verdict::Current
+        } else if now.since(newest.facts.at) < GRIDS_LATE {
+            Verdict::Overtaken
+        } else {
+            Verdict::Hold
+        }
+    }
+
+    /// When to ask for the verdict again if nothing comes before.
+    pub fn next_change(&self, now: Stamp) -> Stamp {
+        let silent = self.heard.iter().map(|heard| *heard + HEARTBEAT_PERIOD * MISSED_HEARTBEATS);
+        let late = self.phase.newest.iter().map(|s| s.facts.at + GRIDS_LATE);
+        silent.chain(late).filter(|at| *at > now).min().unwrap_or(now + HEARTBEAT_PERIOD)
+    }
+
+    /// The phase of the set.
+    pub fn phase(&self) -> Option<&T> {
+        self.phase.used.as_ref().map(|s| &s.sample)
+    }
+
+    /// The last phase that came: what it blocks is not to be entered, whatever the set says.
+    pub fn newest_phase(&self) -> Option<&T> {
+        self.phase.newest().map(|s| &s.sample)
+    }
+
+    /// The index of the set.
+    pub fn index(&self) -> Option<&T> {
+        self.index.used.as_ref().map(|s| &s.sample)
+    }
+
+    /// A grid of the set.
+    pub fn grid(&self, slot: GridSlot) -> Option<&T> {
+        self.grids[slot.index()].used.as_ref().map(|s| &s.sample)
+    }
+
+    /// The plan, if it is of the set's phase and grids.
+    pub fn plan(&self) -> Option<&T> {
+        let plan = self.plan.used.as_ref()?;
+        is_of(&plan.facts, &self.phase.used, &self.index.used).then_some(&plan.sample)
+    }
+
+    /// Makes the newest samples the set, if they match.
+    fn advance(&mut self) {
+        if self.is_complete() {
+            self.phase.promote(|_| true);
+            self.index.promote(|_| true);
+            let wanted = self.index.used.as_ref().map_or(&[][..], |s| &s.facts.grids);
+            for (slot, held) in self.grids.iter_mut().enumerate() {
+                match wanted.get(slot) {
+                    Some(hash) => held.promote(|h| h == hash),
+                    None => held.used = None,
+                }
+            }
+        }
+        self.plan.promote(|p| is_of(p, &self.phase.used, &self.index.used));
+    }
+
+    /// True if the newest phase, the newest index and grids at hand match, and are not the set already.
+    fn is_complete(&self) -> bool {
+        let (Some(phase), Some(index)) = (self.phase.newest(), self.index.newest()) else { return false };
+        let matches = index.facts.phase == phase.facts.hash && index.facts.site == phase.facts.site;
+        let grids = &index.facts.grids;
+        let all_there = self.grids.iter().zip(grids).all(|(held, hash)| held.has(|h| h == hash));
+        matches && grids.len() <= GridSlot::COUNT && all_there
+    }
+}
+
+fn is_of<T>(plan: &PlanSeen, phase: &Option<Seen<PhaseSeen, T>>, index: &Option<Seen<IndexSeen, T>>) -> bool {
+    let (Some(phase), Some(index)) = (phase, index) else { return false };
+    (plan.site, plan.phase, plan.grids) == (phase.facts.site, phase.facts.hash, index.facts.hash)
+}
+
+impl ConsistentSet<Sample> {
+    /// A sample of a topic has come; one of a topic that has no part in the set is dropped.
+    ///
+    /// # Errors
+    /// A damaged archive: the set stays as it is. Grids are not looked into, their views do that.
+    pub fn see(&mut self, now: Stamp, topic: Topic, sample: Sample) -> Result<(), ArchiveError> {
+        let header = *sample.header();
+        match topic {
+            Topic::Phase => {
+                let head = *Phase::open(sample.bytes())?.head;
+                self.see_phase(now, header.content_hash, &head, sample);
+            }
+            Topic::Grids => {
+                let grids = Grids::open(sample.bytes())?;
+                let (head, slots) = (*grids.head, grids.slots.to_vec());
+                self.see_grids(header.content_hash, &head, &slots, sample);
+            }
+            Topic::Grid(slot) => self.see_grid(slot, header.content_hash, sample),
+            Topic::Plan => {
+                let head = *Plan::open(sample.bytes())?.head;
+                self.see_plan(header.inputs.grids, &head, sample);
+            }
+            Topic::Site | Topic::SlamMap | Topic::Alignment | Topic::Deviations => {}
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::{PhaseBuilder, RobotProfile};
+
+    const SITE: u64 = 1;
+
+    fn slot(index: usize) -> GridSlot {
+        GridSlot::new(index).unwrap()
+    }
+
+    fn at(milliseconds: u64) -> Stamp {
+        Stamp(1_000_000_000_000) + Duration::from_millis(milliseconds)
+    }
+
+    /// A set that heard everybody until `until_ms`, and is fed by letters.
+    struct Scene {
+        set: ConsistentSet<String>,
+    }
+
+    impl Scene {
+        fn new() -> Self {
+            Self { set: ConsistentSet::new(at(0)) }
+        }
+
+        fn phase(&mut self, ms: u64, hash: u64, valid_until_s: i64) -> &mut Self {
+            let everything = PhaseBuilder::everything_built(SITE, 0, 0).head;
+            let head = PhaseHead { valid_until_s, ..everything };
+            self.set.see_phase(at(ms), hash, &head, format!("phase {hash}"));
+            self
+        }
+
+        fn grid(&mut self, index: usize, hash: u64) -> &mut Self {
+            self.set.see_grid(slot(index), hash, format!("grid {hash}"));
+            self
+        }
+
+        fn index(&mut self, phase: u64, hashes: &[u64]) -> &mut Self {
+            let head = GridsHead { site_hash: SITE, phase_hash: phase, plan_time_s: 0, robot: RobotProfile::DEFAULT };
+            let record = |&content_hash| GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash };
+            let slots: Vec<_> = hashes.iter().map(record).collect();
+            self.set.see_grids(phase + 100, &head, &slots, format!("index {phase}"));
+            self
+        }
+
+        fn plan(&mut self, phase: u64) -> &mut Self {
+            let head = PlanHead { site_hash: SITE, phase_hash: phase, plan_time_s: 0 };
+            self.set.see_plan(phase + 100, &head, format!("plan {phase}"));
+            self
+        }
+
+        fn hear(&mut self, ms: u64) -> &mut Self {
+            for daemon in Daemon::ALL {
+                self.set.see_heartbeat(at(ms), daemon);
+            }
+            self
+        }
+
+        fn says(&mut self, ms: u64, verdict: Verdict) -> &mut Self {
+            assert_eq!(self.set.verdict(at(ms), Some(50)), verdict);
+            self
+        }
+
+        fn holds(&mut self, phase: &str, grids: &[&str], plan: Option<&str>) -> &mut Self {
+            assert_eq!(self.set.phase().map(String::as_str), Some(phase));
+            let found: Vec<_> = GridSlot::all().filter_map(|s| self.set.grid(s)).collect();
+            assert_eq!(found, grids);
+            assert_eq!(self.set.plan().map(String::as_str), plan);
+            self
+        }
+    }
+
+    fn complete() -> Scene {
+        let mut scene = Scene::new();
+        scene.phase(0, 10, 100).grid(0, 20).grid(1, 21).index(10, &[20, 21]).plan(10);
+        scene
+    }
+
+    #[test]
+    fn a_set_is_used_when_all_its_parts_are_there_in_any_order() {
+        complete().says(1, Verdict::Current).holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
+        let mut scene = Scene::new();
+        scene.plan(10).index(10, &[20, 21]).grid(1, 21).says(1, Verdict::NoMap(NoMap::Incomplete));
+        scene.phase(2, 10, 100).says(2, Verdict::NoMap(NoMap::Incomplete));
+        scene.grid(0, 20).says(3, Verdict::Current).holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
+    }
+
+    #[test]
+    fn grids_that_come_before_their_index_do_not_disturb_the_set() {
+        let mut scene = complete();
+        scene.phase(10, 11, 200).grid(0, 30).says(20, Verdict::Overtaken);
+        scene.holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
+        assert_eq!(scene.set.newest_phase().map(String::as_str), Some("phase 11"));
+        // The storey that did not change is not sent again.
+        scene.index(11, &[30, 21]).says(30, Verdict::Current);
+        scene.holds("phase 11", &["grid 30", "grid 21"], None);
+        scene.plan(11).holds("phase 11", &["grid 30", "grid 21"], Some("plan 11"));
+    }
+
+    #[test]
+    fn a_plan_that_comes_before_its_grids_waits_for_them() {
+        let mut scene = complete();
+        scene.phase(10, 11, 200).plan(11).holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
+        scene.grid(0, 30).index(11, &[30, 21]).holds("phase 11", &["grid 30", "grid 21"], Some("plan 11"));
+    }
+
+    #[test]
+    fn a_plan_of_other_grids_of_the_same_phase_is_none() {
+        let mut scene = complete();
+        let head = PlanHead { site_hash: SITE, phase_hash: 10, plan_time_s: 0 };
+        scene.set.see_plan(999, &head, "other robot".to_owned());
+        scene.holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
+    }
+
+    #[test]
+    fn late_grids_make_the_robot_stand_still_until_they_come() {
+        let mut scene = complete();
+        scene.phase(10, 11, 200).says(1009, Verdict::Overtaken).says(1010, Verdict::Hold);
+        assert_eq!(scene.set.next_change(at(500)), at(1010));
+        // Grids of yet another phase do not help.
+        scene.grid(0, 30).index(9, &[30, 21]).says(1020, Verdict::Hold);
+        scene.phase(1100, 12, 200).says(1100, Verdict::Overtaken);
+        scene.index(12, &[30, 21]).says(1200, Verdict::Current).holds("phase 12", &["grid 30", "grid 21"], None);
+    }
+
+    #[test]
+    fn a_phase_that_is_sent_again_is_not_newer() {
+        let mut scene = complete();
+        scene.phase(500, 10, 100).says(2000, Verdict::Current).holds(
+            "phase 10",
+            &["grid 20", "grid 21"],
+            Some("plan 10"),
+        );
+        scene.index(10, &[20, 21]).grid(0, 20).says(2000, Verdict::Current);
+    }
+
+    #[test]
+    fn another_site_is_another_set() {
+        let mut scene = Scene::new();
+        scene.phase(0, 10, 100).grid(0, 20);
+        let head = GridsHead { site_hash: 2, phase_hash: 10, plan_time_s: 0, robot: RobotProfile::DEFAULT };
+        scene.set.see_grids(110, &head, &[], "other site".to_owned());
+        scene.says(1, Verdict::NoMap(NoMap::Incomplete));
+    }
+
+    #[test]
+    fn a_building_with_fewer_storeys_leaves_no_old_grid_behind() {
+        let mut scene = complete();
+        scene.phase(10, 11, 200).index(11, &[20]).says(20, Verdict::Current).holds("phase 11", &["grid 20"], None);
+    }
+
+    #[test]
+    fn a_phase_past_its_validity_is_no_map() {
+        let mut scene = Scene::new();
+        scene.phase(0, 10, 49).index(10, &[]).says(1, Verdict::NoMap(NoMap::Expired));
+        scene.phase(2, 11, 50).index(11, &[]).says(3, Verdict::Current);
+        scene.phase(4, 12, PhaseHead::NO_TIME).index(12, &[]).says(5, Verdict::Current);
+        scene.phase(6, 13, 49);
+        assert_eq!(scene.set.verdict(at(7), None), Verdict::Overtaken, "a clock that stands passes nothing");
+    }
+
+    #[test]
+    fn three_missed_heartbeats_are_no_map() {
+        let mut scene = complete();
+        scene.says(2999, Verdict::Current).says(3000, Verdict::NoMap(NoMap::Silent { daemon: Daemon::ScheduleEval }));
+        scene.hear(2900).says(3000, Verdict::Current).says(5899, Verdict::Current);
+        scene.set.see_heartbeat(at(5000), Daemon::ScheduleEval);
+        scene.says(5900, Verdict::NoMap(NoMap::Silent { daemon: Daemon::Rasterize }));
+        assert_eq!(scene.set.next_change(at(5000)), at(5900));
+        scene.hear(6000).says(6000, Verdict::Current);
+    }
+}
