@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ifc::{Diagnostic, GeometryStatus, Model, ReadError, ReadOptions};
+use ifc::{Diagnostic, GeometryStatus, Model, ReadError, ReadOptions, Severity};
 
 fn corpus() -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/corpus");
@@ -100,5 +100,27 @@ fn units_are_those_of_the_file() {
     ] {
         let (model, _) = read(&corpus.join("units").join(name), 1).unwrap();
         assert!((model.source.length_unit_m - metres).abs() < 1e-12, "{name}");
+    }
+}
+
+#[test]
+fn schedules_of_the_corpus_are_read_whole() {
+    let Some(folder) = corpus() else { return };
+    // Tasks, of them with a time; sequences; links, those of whole bridges to each of their parts; calendars.
+    for (file, expected) in [
+        ("construction_scheduling_task.ifc", [8, 8, 7, 6, 1]),
+        ("pass-sps005-valid_structural_relationship.ifc", [14, 0, 9, 16, 0]),
+        ("generated/duplex-timecontrol.ifc", [55, 41, 75, 167, 0]),
+        ("generated/fzk-ifctask-computed.ifc", [38, 28, 47, 178, 1]),
+    ] {
+        let (model, diagnostics) = read(&folder.join("schedule").join(file), 1).unwrap();
+        let schedule = &model.schedule;
+        let n_times = schedule.tasks.iter().filter(|t| t.time.is_some()).count();
+        let (n_sequences, n_links) = (schedule.sequences.len(), schedule.links.len());
+        let found = [schedule.tasks.len(), n_times, n_sequences, n_links, schedule.calendars.len()];
+        assert_eq!(found, expected, "{file}");
+        let is_lost = |d: &&Diagnostic| d.severity == Severity::Error;
+        let problems: Vec<&str> = diagnostics.iter().filter(is_lost).map(|d| d.message.as_str()).collect();
+        assert!(problems.is_empty(), "{file}: {problems:?}");
     }
 }

@@ -56,6 +56,9 @@ const WANTED: [&str; 9] = [
     "IfcCsgSolid",
 ];
 
+/// Longest record that [`File::short_record_of`] gives.
+const SHORT_BYTES_MAX: usize = 8 << 10;
+
 impl<'a> File<'a> {
     /// Scans the file once.
     pub(crate) fn scan(bytes: &'a [u8], schema: Schema, report: &mut Report) -> Result<Self, ReadError> {
@@ -142,6 +145,13 @@ impl<'a> File<'a> {
             return None;
         }
         Record::parse(record).filter(|record| record.is(entity))
+    }
+
+    /// The record with this id, if it is of this entity and no longer than records of this kind ever are: many others may
+    /// refer to it, and each of them reads it again.
+    pub(crate) fn short_record_of(&self, id: u32, entity: &str) -> Option<Record<'a>> {
+        let &(start, end) = self.index.get(&id)?;
+        if end - start > SHORT_BYTES_MAX { None } else { self.record_of(id, entity) }
     }
 
     /// Metres per length unit as the kernel understands the file.

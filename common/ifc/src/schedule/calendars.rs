@@ -22,7 +22,9 @@ pub(super) fn calendars(context: &Context<'_, '_>, report: &mut Report) -> (Vec<
         let mut times = |name: &str| {
             let ids = file.attribute(record, name).references();
             let read = |id| {
-                file.record_of(id, "IFCWORKTIME").ok_or("it is missing".to_owned()).and_then(|t| work_time(file, &t))
+                file.short_record_of(id, "IFCWORKTIME")
+                    .ok_or("it is missing".to_owned())
+                    .and_then(|t| work_time(file, &t))
             };
             let mut times = Vec::new();
             for time in ids {
@@ -47,15 +49,22 @@ fn work_time(file: &File<'_>, time: &Record<'_>) -> Result<WorkTime, String> {
         let text = names.iter().find_map(|name| file.attribute(time, name).text());
         text.filter(|t| !t.trim().is_empty()).map(|t| day(&t)).transpose()
     };
-    let recurrence = match file.attribute(time, "RecurrencePattern").reference() {
-        None => None,
+    let pattern = file.attribute(time, "RecurrencePattern");
+    let recurrence = match pattern.reference() {
+        None if *pattern == Value::Null => None,
+        None => return Err("its pattern is no reference".to_owned()),
         Some(id) => {
-            let pattern =
-                file.record_of(id, "IFCRECURRENCEPATTERN").ok_or_else(|| format!("its pattern #{id} is missing"))?;
+            let pattern = file
+                .short_record_of(id, "IFCRECURRENCEPATTERN")
+                .ok_or_else(|| format!("its pattern #{id} is missing"))?;
             Some(recurrence(file, &pattern)?)
         }
     };
-    Ok(WorkTime { first_day: day(["Start", "StartDate"])?, last_day: day(["Finish", "FinishDate"])?, recurrence })
+    let (first_day, last_day) = (day(["Start", "StartDate"])?, day(["Finish", "FinishDate"])?);
+    if first_day.zip(last_day).is_some_and(|(first, last)| last < first) {
+        return Err("its last day is before its first".to_owned());
+    }
+    Ok(WorkTime { first_day, last_day, recurrence })
 }
 
 fn recurrence(file: &File<'_>, pattern: &Record<'_>) -> Result<Recurrence, String> {
@@ -71,9 +80,13 @@ fn recurrence(file: &File<'_>, pattern: &Record<'_>) -> Result<Recurrence, Strin
         "YEARLY_BY_POSITION" => RecurrenceType::YearlyByPosition,
         other => return Err(format!("there is no recurrence {other:?}")),
     };
-    let whole = |name: &str| get(name).number().filter(|n| n.fract() == 0.0 && n.abs() < 1e6);
+    let whole = |name: &str, least: f64| match get(name).number() {
+        None => Ok(None),
+        Some(n) if n.fract() == 0.0 && least <= n && n < 1e6 => Ok(Some(n)),
+        Some(n) => Err(format!("{name} {n} means nothing")),
+    };
     let periods = get("TimePeriods").references().into_iter().map(|id| {
-        let period = file.record_of(id, "IFCTIMEPERIOD").ok_or_else(|| format!("its period #{id} is missing"))?;
+        let period = file.short_record_of(id, "IFCTIMEPERIOD").ok_or_else(|| format!("its period #{id} is missing"))?;
         Ok([seconds(period.at(0))?, seconds(period.at(1))?])
     });
     Ok(Recurrence {
@@ -81,9 +94,9 @@ fn recurrence(file: &File<'_>, pattern: &Record<'_>) -> Result<Recurrence, Strin
         days_of_month: members(get("DayComponent"), 31)?,
         weekdays: members(get("WeekdayComponent"), 7)?,
         months: members(get("MonthComponent"), 12)?,
-        position: whole("Position").map(|n| n as i32).filter(|n| *n != 0),
-        interval: whole("Interval").filter(|n| *n >= 1.0).map_or(1, |n| n as u32),
-        occurrences: whole("Occurrences").filter(|n| *n >= 1.0).map(|n| n as u32),
+        position: whole("Position", -1e6)?.map(|n| n as i32).filter(|n| *n != 0),
+        interval: whole("Interval", 1.0)?.map_or(1, |n| n as u32),
+        occurrences: whole("Occurrences", 1.0)?.map(|n| n as u32),
         periods_s: periods.collect::<Result<_, String>>()?,
     })
 }
@@ -100,7 +113,10 @@ fn members(value: &Value<'_>, most: u32) -> Result<Vec<u32>, String> {
 /// Year, month, day of an ISO 8601 date that exists; a time behind it does not matter.
 fn day(text: &str) -> Result<[i32; 3], String> {
     let wrong = || format!("{text:?} is no date");
-    let date = text.trim().get(..10).ok_or_else(wrong)?;
+    let (date, rest) = text.trim().split_at_checked(10).ok_or_else(wrong)?;
+    if !rest.is_empty() && !rest.starts_with('T') {
+        return Err(wrong());
+    }
     let parts: Vec<i32> = date.split('-').map(str::parse).collect::<Result<_, _>>().map_err(|_| wrong())?;
     let &[year, month, day] = parts.as_slice() else { return Err(wrong()) };
     let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);

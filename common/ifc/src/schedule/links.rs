@@ -5,10 +5,13 @@ use std::collections::{HashMap, HashSet};
 use super::model::{LinkTarget, TaskLink};
 use super::{Context, tell};
 use crate::kernel::File;
-use crate::products::{Products, named};
+use crate::products::Products;
 use crate::relations::Relations;
 use crate::report::Report;
 use crate::{Severity, Storey};
+
+/// Links that a schedule may have: tasks at whole buildings multiply.
+const LINKS_MAX: usize = 4_000_000;
 
 /// Links in both directions: task -> product (IfcRelAssignsToProduct) and product -> task (IfcRelAssignsToProcess).
 pub(super) fn links(
@@ -18,51 +21,66 @@ pub(super) fn links(
     storeys: &[Storey],
     report: &mut Report,
 ) -> Vec<TaskLink> {
-    let file = context.file;
-    let task = |id: &u32| context.task_idx.get(id).copied();
-    let mut pairs: Vec<(usize, u32, bool)> = Vec::new();
-    for relation in file.records("IfcRelAssignsToProduct", report) {
-        let Some(product) = relation.at(6).reference() else { continue };
-        pairs.extend(relation.at(4).references().iter().filter_map(task).map(|t| (t, product, false)));
-    }
-    for relation in file.records("IfcRelAssignsToProcess", report) {
-        let Some(process) = relation.at(6).reference().as_ref().and_then(task) else { continue };
-        // Resources and controls go into tasks, too; only products matter here.
-        let inputs = relation.at(4).references().into_iter().filter(|id| !is_beside_products(file, *id));
-        pairs.extend(inputs.map(|id| (process, id, true)));
-    }
     let mut targets = Targets::new(relations, products, storeys);
-    let mut links = Vec::new();
-    for (task, product, is_input) in pairs {
-        let (found, from_above) = targets.of(product);
+    let mut links: Vec<TaskLink> = Vec::new();
+    for (task, product, is_input) in pairs(context, report) {
+        let found = targets.of(product);
         if found.is_empty() {
             report_target(context, task, product, report);
         }
-        links.extend(found.into_iter().map(|target| TaskLink { task, target, is_input, from_above }));
+        if links.len() + found.len() > LINKS_MAX {
+            let message = format!("there are more than {LINKS_MAX} links; those of this and later tasks are left out");
+            tell(report, Severity::Error, "task_links_too_many", &context.task_ids[task], message);
+            break;
+        }
+        links.extend(found.iter().map(|&(target, from_above)| TaskLink { task, target, is_input, from_above }));
     }
     links
 }
 
+/// Task, product, and whether it goes in.
+fn pairs(context: &Context<'_, '_>, report: &mut Report) -> Vec<(usize, u32, bool)> {
+    let file = context.file;
+    let task = |id: &u32| context.task_idx.get(id).copied();
+    let mut pairs = Vec::new();
+    for relation in file.records("IfcRelAssignsToProduct", report) {
+        let tasks: Vec<usize> = relation.at(4).references().iter().filter_map(task).collect();
+        match (relation.at(6).reference(), tasks.first()) {
+            (Some(product), _) => pairs.extend(tasks.into_iter().map(|t| (t, product, false))),
+            (None, Some(first)) => {
+                let message = format!("#{} says that it works on nothing", relation.id);
+                tell(report, Severity::Error, "task_link_dangling", &context.task_ids[*first], message);
+            }
+            (None, None) => {}
+        }
+    }
+    for relation in file.records("IfcRelAssignsToProcess", report) {
+        let Some(process) = relation.at(6).reference().as_ref().and_then(task) else { continue };
+        // Resources, controls, people and other tasks go into tasks, too; only products matter here.
+        let inputs = relation.at(4).references().into_iter().filter(|id| !is_beside_products(file, *id));
+        pairs.extend(inputs.map(|id| (process, id, true)));
+    }
+    pairs
+}
+
 fn is_beside_products(file: &File<'_>, id: u32) -> bool {
-    file.record(id).is_some_and(|record| {
-        let lineage = file.schema.lineage(record.keyword);
-        !lineage.is_empty() && !lineage.contains(&"IfcProduct") && !lineage.contains(&"IfcTypeProduct")
-    })
+    let beside = ["IfcResource", "IfcControl", "IfcActor", "IfcProcess"];
+    file.record(id)
+        .is_some_and(|record| file.schema.lineage(record.keyword).iter().any(|entity| beside.contains(entity)))
 }
 
 fn report_target(context: &Context<'_, '_>, task: usize, product: u32, report: &mut Report) {
     let file = context.file;
-    let Some((&task_id, _)) = context.task_idx.iter().find(|(_, k)| **k == task) else { return };
-    let Some(id) = file.record(task_id).map(|record| named(&record)) else { return };
+    let id = &context.task_ids[task];
     match file.record(product) {
         None => {
             let message = format!("the task works on #{product}, which does not exist");
-            tell(report, Severity::Error, "task_link_dangling", &id, message);
+            tell(report, Severity::Error, "task_link_dangling", id, message);
         }
         Some(record) => {
             let kind = file.schema.lineage(record.keyword).first().copied().unwrap_or("an unknown entity");
             let message = format!("the task works on #{product} ({kind}), which has no state of its own");
-            tell(report, Severity::Warning, "task_link_without_state", &id, message);
+            tell(report, Severity::Warning, "task_link_without_state", id, message);
         }
     }
 }
@@ -74,6 +92,8 @@ struct Targets<'c> {
     /// Parts by whole and elements by container, in file order: for buildings and sites.
     below: HashMap<u32, Vec<u32>>,
     inside: HashMap<u32, Vec<u32>>,
+    /// What was found already.
+    known: HashMap<u32, Vec<(LinkTarget, bool)>>,
 }
 
 impl<'c> Targets<'c> {
@@ -92,15 +112,25 @@ impl<'c> Targets<'c> {
             storeys: storeys.iter().enumerate().map(|(k, s)| (s.id.step_id, k)).collect(),
             below: by_one(&relations.whole),
             inside: by_one(&relations.container),
+            known: HashMap::new(),
         }
     }
 
-    /// What a product stands for, and whether that only lies below it.
-    fn of(&mut self, product: u32) -> (Vec<LinkTarget>, bool) {
-        match self.own(product) {
-            Some(target) => (vec![target], false),
-            None => (self.all_below(product), true),
+    /// What a product stands for, each with whether it only lies below it.
+    fn of(&mut self, product: u32) -> &[(LinkTarget, bool)] {
+        if !self.known.contains_key(&product) {
+            let found = match self.own(product) {
+                // A storey stands for the storeys that it is made of, too.
+                Some(LinkTarget::Storey(k)) => {
+                    let below = self.all_below(product).into_iter().filter(|t| matches!(t, LinkTarget::Storey(_)));
+                    std::iter::once(LinkTarget::Storey(k)).chain(below).map(|t| (t, false)).collect()
+                }
+                Some(target) => vec![(target, false)],
+                None => self.all_below(product).into_iter().map(|target| (target, true)).collect(),
+            };
+            self.known.insert(product, found);
         }
+        &self.known[&product]
     }
 
     fn own(&self, product: u32) -> Option<LinkTarget> {
@@ -110,19 +140,24 @@ impl<'c> Targets<'c> {
         element.or_else(space).or_else(storey)
     }
 
-    /// Storeys of a building or site, and the elements that it holds itself.
+    /// Storeys below a building, site or storey, and what the former hold themselves: what a storey holds follows the storey.
     fn all_below(&self, product: u32) -> Vec<LinkTarget> {
         let (mut found, mut seen, mut waiting) = (Vec::new(), HashSet::new(), vec![product]);
         while let Some(at) = waiting.pop() {
             if !seen.insert(at) {
                 continue;
             }
-            let elements =
-                self.inside.get(&at).into_iter().flatten().filter_map(|id| self.products.element_idx.get(id));
-            found.extend(elements.map(|k| LinkTarget::Element(*k)));
+            let is_storey = self.storeys.contains_key(&at);
+            let held = self.inside.get(&at).into_iter().flatten().filter(|_| !is_storey);
+            found.extend(held.filter_map(|id| self.products.element_idx.get(id)).map(|k| LinkTarget::Element(*k)));
             for &part in self.below.get(&at).into_iter().flatten() {
                 match self.own(part) {
-                    Some(target) => found.push(target),
+                    Some(storey @ LinkTarget::Storey(_)) => {
+                        found.push(storey);
+                        waiting.push(part);
+                    }
+                    Some(target) if !is_storey => found.push(target),
+                    Some(_) => {}
                     None => waiting.push(part),
                 }
             }
@@ -142,7 +177,7 @@ mod tests {
              #3=IFCSPACE('s',$,$,$,$,#103,#121,$,.ELEMENT.,.SPACE.,$);#4=IFCBUILDINGSTOREY('g',$,$,$,$,#103,$,$,.ELEMENT.,0.);
              #5=IFCBUILDING('b',$,$,$,$,$,$,$,.ELEMENT.,$,$,$);#6=IFCRELAGGREGATES('r',$,$,$,#5,(#4));
              #7=IFCRELCONTAINEDINSPATIALSTRUCTURE('c',$,$,$,(#2),#5);#8=IFCCONSTRUCTIONEQUIPMENTRESOURCE('e',$,$,$,$,$,$,$,$,$,$);
-             #9=IFCGRID('grid',$,$,$,$,#103,$,$,$,$,$);{records}"
+             #9=IFCGRID('grid',$,$,$,$,#103,$,$,$,$,$);#10=IFCGROUP('group',$,$,$,$);{records}"
         )))
         .unwrap();
         let links = model.schedule.links.iter().map(|l| (l.target, l.is_input, l.from_above)).collect();
@@ -166,6 +201,15 @@ mod tests {
     fn a_building_stands_for_its_storeys_and_what_it_holds_itself() {
         let (links, _) = check("#20=IFCRELASSIGNSTOPRODUCT('p',$,$,$,(#1),$,#5);");
         assert_eq!(links, [(LinkTarget::Element(0), false, true), (LinkTarget::Storey(0), false, true)]);
+    }
+
+    #[test]
+    fn a_storey_stands_for_the_storeys_that_it_is_made_of() {
+        let (links, _) = check(
+            "#30=IFCBUILDINGSTOREY('h',$,$,$,$,#103,$,$,.PARTIAL.,0.);#31=IFCRELAGGREGATES('q',$,$,$,#4,(#30));
+             #20=IFCRELASSIGNSTOPRODUCT('p',$,$,$,(#1),$,#4);",
+        );
+        assert_eq!(links, [(LinkTarget::Storey(0), false, false), (LinkTarget::Storey(1), false, false)]);
     }
 
     #[test]

@@ -18,7 +18,7 @@ use crate::kernel::File;
 use crate::products::{Products, named};
 use crate::relations::Relations;
 use crate::report::Report;
-use crate::{Severity, Storey, units};
+use crate::{Named, Severity, Storey, units};
 
 /// What every part of the reader needs.
 pub(crate) struct Context<'c, 'a> {
@@ -26,6 +26,8 @@ pub(crate) struct Context<'c, 'a> {
     /// Seconds per time unit of the project, for files that count in it.
     time_unit_s: Result<f64, String>,
     task_idx: HashMap<u32, usize>,
+    /// Identities of the tasks, in file order.
+    task_ids: Vec<Named>,
 }
 
 /// Reads the schedule; nothing where there is none.
@@ -38,12 +40,13 @@ pub(crate) fn read(
 ) -> Schedule {
     let tasks = file.records("IfcTask", report);
     let task_idx = tasks.iter().enumerate().map(|(k, task)| (task.id, k)).collect();
-    let context = Context { file, time_unit_s: units::seconds_per_time_unit(file), task_idx };
+    let task_ids = tasks.iter().map(named).collect();
+    let context = Context { file, time_unit_s: units::seconds_per_time_unit(file), task_idx, task_ids };
     let (calendars, calendar_idx) = calendars::calendars(&context, report);
     let (controls, control_idx) = controls(&context, report);
-    let mut read: Vec<Task> = tasks.iter().map(|task| tasks::task(&context, task, report)).collect();
+    let mut read: Vec<Task> = tasks.iter().map(|task| tasks::task(&context, relations, task, report)).collect();
     tasks::nest(&context, &mut read, report);
-    tasks::assign(&context, &mut read, &control_idx, &calendar_idx, report);
+    tasks::assign(&context, &mut read, &controls, [&control_idx, &calendar_idx], report);
     Schedule {
         sequences: sequences::sequences(&context, report),
         links: links::links(&context, relations, products, storeys, report),
@@ -75,6 +78,6 @@ fn controls(context: &Context<'_, '_>, report: &mut Report) -> (Vec<WorkControl>
 }
 
 /// A diagnostic that names an entity.
-fn tell(report: &mut Report, severity: Severity, code: &'static str, id: &crate::Named, message: String) {
+fn tell(report: &mut Report, severity: Severity, code: &'static str, id: &Named, message: String) {
     report.add(severity, code, Some(id.clone()), message);
 }

@@ -2,10 +2,10 @@
 
 use crate::Named;
 
-/// The schedule of a file; everything in file order.
+/// The schedule of a file. Tasks, calendars and sequences are in file order.
 #[derive(Debug, Default, PartialEq)]
 pub struct Schedule {
-    /// IfcWorkPlan and IfcWorkSchedule.
+    /// IfcWorkPlan, then IfcWorkSchedule.
     pub controls: Vec<WorkControl>,
     /// IfcWorkCalendar.
     pub calendars: Vec<WorkCalendar>,
@@ -39,7 +39,8 @@ pub struct Task {
     pub id: Named,
     /// Identification (TaskId in IFC2X3); empty if absent.
     pub identification: String,
-    /// PredefinedType in capitals; ObjectType in capitals where that says USERDEFINED, and in IFC2X3; empty if absent.
+    /// PredefinedType in capitals, else that of its type; ObjectType in capitals where that says USERDEFINED, and in IFC2X3
+    /// (`MOVE` for an IfcMove without one); empty if absent.
     /// `USERDEFINED` where no ObjectType says more.
     pub predefined_type: String,
     /// IsMilestone.

@@ -55,7 +55,7 @@ fn lag(context: &Context<'_, '_>, relation: &Record<'_>, id: &crate::Named, repo
         };
     }
     let lag_id = relation.at(6).reference()?;
-    let Some(lag) = file.record_of(lag_id, "IFCLAGTIME") else {
+    let Some(lag) = file.short_record_of(lag_id, "IFCLAGTIME") else {
         let message = format!("its lag #{lag_id} is missing or no IfcLagTime; there is none");
         tell(report, Severity::Error, "lag_missing", id, message);
         return None;
@@ -64,7 +64,11 @@ fn lag(context: &Context<'_, '_>, relation: &Record<'_>, id: &crate::Named, repo
     let value = match (value.text(), value.number()) {
         (Some(text), _) => LagValue::Duration(text.trim().to_owned()),
         (None, Some(ratio)) => LagValue::Ratio(ratio),
-        (None, None) => return None,
+        (None, None) => {
+            let message = format!("its lag #{lag_id} has no value that can be read; there is none");
+            tell(report, Severity::Error, "lag_missing", id, message);
+            return None;
+        }
     };
     Some(Lag { value, duration_type: times::duration_type(file.attribute(&lag, "DurationType")) })
 }

@@ -2,43 +2,37 @@
 
 use std::collections::HashMap;
 
-use super::model::{Task, TaskTime};
+use super::model::{Task, TaskTime, WorkControl};
 use super::{Context, tell, times};
 use crate::Severity;
 use crate::kernel::Record;
 use crate::products::named;
+use crate::relations::Relations;
 use crate::report::Report;
 
-/// A task by its own attributes.
-pub(super) fn task(context: &Context<'_, '_>, record: &Record<'_>, report: &mut Report) -> Task {
+/// A task by its own attributes and those of its type.
+pub(super) fn task(context: &Context<'_, '_>, relations: &Relations, record: &Record<'_>, report: &mut Report) -> Task {
     let file = context.file;
     let id = named(record);
     let text = |name: &str| file.attribute(record, name).text().map(|t| t.trim().to_owned()).unwrap_or_default();
-    let said = text("ObjectType").to_ascii_uppercase();
-    let predefined_type = match file.attribute(record, "PredefinedType").enumeration().map(str::to_ascii_uppercase) {
-        Some(kind) if kind != "USERDEFINED" || said.is_empty() => kind,
-        Some(_) => said,
-        // IFC2X3 has no type but this text.
-        None if file.schema.attribute("IFCTASK", "PredefinedType").is_none() => said,
-        None => String::new(),
-    };
-    let time = match file.attribute(record, "TaskTime").reference() {
-        None => None,
-        Some(time) => {
-            let found = file.record(time).filter(|t| t.is("IFCTASKTIME") || t.is("IFCTASKTIMERECURRING"));
-            if found.is_none() {
-                let message = format!("its time #{time} is missing or no IfcTaskTime");
-                tell(report, Severity::Error, "task_time_missing", &id, message);
-            }
-            found.map(|t| times::task_time(file, &t))
+    let time = file.attribute(record, "TaskTime").reference().and_then(|time| {
+        let once = file.short_record_of(time, "IFCTASKTIME");
+        let found = once.or_else(|| {
+            let recurring = file.short_record_of(time, "IFCTASKTIMERECURRING")?;
+            let message = "its time recurs; only the first time counts".to_owned();
+            tell(report, Severity::Warning, "task_time_recurring", &id, message);
+            Some(recurring)
+        });
+        if found.is_none() {
+            let message = format!("its time #{time} is missing or no IfcTaskTime");
+            tell(report, Severity::Error, "task_time_missing", &id, message);
         }
-    };
+        found.map(|t| times::task_time(file, &t, &id, report))
+    });
+    let identification = [text("Identification"), text("TaskId")].into_iter().find(|t| !t.is_empty());
     Task {
-        identification: [text("Identification"), text("TaskId")]
-            .into_iter()
-            .find(|t| !t.is_empty())
-            .unwrap_or_default(),
-        predefined_type,
+        identification: identification.unwrap_or_default(),
+        predefined_type: predefined_type(context, relations, record),
         is_milestone: file.attribute(record, "IsMilestone").boolean().unwrap_or(false),
         time,
         id,
@@ -46,10 +40,35 @@ pub(super) fn task(context: &Context<'_, '_>, record: &Record<'_>, report: &mut 
     }
 }
 
+/// Of the task, else of its IfcTaskType; the text where that is user-defined, or where the schema has no types.
+fn predefined_type(context: &Context<'_, '_>, relations: &Relations, record: &Record<'_>) -> String {
+    let file = context.file;
+    let text = |record: &Record<'_>, name: &str| {
+        file.attribute(record, name).text().map(|t| t.trim().to_ascii_uppercase()).unwrap_or_default()
+    };
+    if file.schema.attribute("IFCTASK", "PredefinedType").is_none() {
+        let said = text(record, "ObjectType");
+        return if said.is_empty() && record.is("IFCMOVE") { "MOVE".to_owned() } else { said };
+    }
+    let defined = |record: &Record<'_>, name: &str| {
+        let kind = file.attribute(record, "PredefinedType").enumeration()?.to_ascii_uppercase();
+        let said = text(record, name);
+        Some(if kind == "USERDEFINED" && !said.is_empty() { said } else { kind })
+    };
+    let own = defined(record, "ObjectType");
+    if own.as_deref().is_some_and(|kind| kind != "NOTDEFINED") {
+        return own.unwrap_or_default();
+    }
+    let of_type = relations.type_of.get(&record.id).and_then(|&id| file.short_record_of(id, "IFCTASKTYPE"));
+    of_type.and_then(|record| defined(&record, "ProcessType")).or(own).unwrap_or_default()
+}
+
 /// IfcRelNests and, as some files do, IfcRelAggregates between tasks; no task becomes its own ancestor.
 pub(super) fn nest(context: &Context<'_, '_>, tasks: &mut [Task], report: &mut Report) {
     let file = context.file;
-    let relations = ["IfcRelNests", "IfcRelAggregates"].into_iter().flat_map(|name| file.records(name, report));
+    // Broken records were reported when the relations were read.
+    let known = &mut Report::default();
+    let relations = ["IfcRelNests", "IfcRelAggregates"].into_iter().flat_map(|name| file.records(name, known));
     let pairs: Vec<(usize, usize)> = relations
         .flat_map(|relation| {
             let whole = relation.at(4).reference().and_then(|id| context.task_idx.get(&id).copied());
@@ -58,8 +77,14 @@ pub(super) fn nest(context: &Context<'_, '_>, tasks: &mut [Task], report: &mut R
         })
         .collect();
     for (part, whole) in pairs {
-        if tasks[part].parent.is_none() {
-            tasks[part].parent = Some(whole);
+        match tasks[part].parent {
+            None => tasks[part].parent = Some(whole),
+            Some(first) if first != whole => {
+                let names = [first, whole].map(|k| &tasks[k].id.name);
+                let message = format!("it is nested in {:?} and in {:?}; the first counts", names[0], names[1]);
+                tell(report, Severity::Warning, "task_nested_twice", &tasks[part].id.clone(), message);
+            }
+            Some(_) => {}
         }
     }
     break_circles(tasks, report);
@@ -81,7 +106,10 @@ fn break_circles(tasks: &mut [Task], report: &mut Report) {
             && let Some(&last) = chain.last()
         {
             tasks[last].parent = None;
-            let message = format!("it is nested in itself through {:?}; that link is dropped", tasks[closing].id.name);
+            let circle =
+                chain.iter().skip_while(|t| **t != closing).take(8).map(|t| format!("{:?}", tasks[*t].id.name));
+            let names: Vec<String> = circle.collect();
+            let message = format!("tasks are nested in a circle: {}; the last link is dropped", names.join(", "));
             tell(report, Severity::Error, "task_nesting_circle", &tasks[last].id.clone(), message);
         }
         chain.into_iter().for_each(|task| seen[task] = 2);
@@ -92,8 +120,8 @@ fn break_circles(tasks: &mut [Task], report: &mut Report) {
 pub(super) fn assign(
     context: &Context<'_, '_>,
     tasks: &mut [Task],
-    control_idx: &HashMap<u32, usize>,
-    calendar_idx: &HashMap<u32, usize>,
+    controls: &[WorkControl],
+    [control_idx, calendar_idx]: [&HashMap<u32, usize>; 2],
     report: &mut Report,
 ) {
     let file = context.file;
@@ -109,10 +137,19 @@ pub(super) fn assign(
             tell(report, Severity::Error, "task_control_dangling", &tasks[members[0]].id.clone(), message);
         }
         let time = file.attribute(&relation, "TimeForTask").reference();
-        let time = time.map(|id| (id, file.record_of(id, "IFCSCHEDULETIMECONTROL")));
+        let time = time.map(|id| (id, file.short_record_of(id, "IFCSCHEDULETIMECONTROL")));
         for task in members {
             let task = &mut tasks[task];
-            task.control = task.control.or(schedule);
+            // A schedule says more than the plan that holds it.
+            if task.control.is_none_or(|k| controls[k].is_plan) {
+                task.control = schedule.or(task.control);
+            }
+            if let (Some(first), Some(second)) = (task.calendar, calendar)
+                && first != second
+            {
+                let message = "it is assigned to two calendars; the first counts".to_owned();
+                tell(report, Severity::Warning, "task_calendar_twice", &task.id, message);
+            }
             task.calendar = task.calendar.or(calendar);
             match &time {
                 Some((_, Some(time))) if task.time.is_none() => {
@@ -158,6 +195,18 @@ mod tests {
         assert_eq!((time.schedule_start.as_str(), time.completion), ("2024-03-04T08:00:00", Some(0.5)));
         assert_eq!(model.schedule.controls[0].start, "2024-03-04");
         assert!(walls.is_milestone && codes(&diagnostics).is_empty());
+    }
+
+    #[test]
+    fn the_type_of_a_task_may_be_that_of_its_type() {
+        let (model, _) = read(&file(
+            "#1=IFCTASK('t',$,'T',$,$,$,$,$,$,.F.,$,$,.NOTDEFINED.);
+             #2=IFCTASKTYPE('y',$,$,$,$,$,$,$,$,.DEMOLITION.,$);#3=IFCRELDEFINESBYTYPE('r',$,$,$,(#1),#2);",
+        ))
+        .unwrap();
+        assert_eq!(model.schedule.tasks[0].predefined_type, "DEMOLITION");
+        let (old, _) = read(&file_of("IFC2X3", "#1=IFCMOVE('m',$,'M',$,$,'1',$,$,.F.,$,#9,#9,$);")).unwrap();
+        assert_eq!(old.schedule.tasks[0].predefined_type, "MOVE");
     }
 
     #[test]

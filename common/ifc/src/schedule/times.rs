@@ -7,8 +7,16 @@ use crate::report::Report;
 use crate::{Named, Severity};
 
 /// An IfcTaskTime: dates and durations are texts already.
-pub(super) fn task_time(file: &File<'_>, time: &Record<'_>) -> TaskTime {
-    let text = |name: &str| file.attribute(time, name).text().map(|t| t.trim().to_owned()).unwrap_or_default();
+pub(super) fn task_time(file: &File<'_>, time: &Record<'_>, owner: &Named, report: &mut Report) -> TaskTime {
+    let mut text = |name: &str| {
+        let value = file.attribute(time, name);
+        let text = value.text().map(|t| t.trim().to_owned());
+        if text.is_none() && *value != Value::Null {
+            let message = format!("{name} of its time #{} is no text, and is skipped", time.id);
+            tell(report, Severity::Error, "date_entity_unreadable", owner, message);
+        }
+        text.unwrap_or_default()
+    };
     TaskTime {
         duration_type: duration_type(file.attribute(time, "DurationType")),
         schedule_duration: text("ScheduleDuration"),
@@ -59,8 +67,9 @@ pub(super) fn time_control(
 
 /// Seconds as an ISO 8601 duration.
 pub(super) fn duration_text(seconds: f64) -> String {
+    // Milliseconds are enough; a factor of the unit may leave dust behind them.
     let sign = if seconds < 0.0 { "-" } else { "" };
-    format!("{sign}PT{}S", seconds.abs())
+    format!("{sign}PT{}S", (seconds.abs() * 1e3).round() / 1e3)
 }
 
 pub(super) fn duration_type(value: &Value<'_>) -> DurationType {
@@ -77,7 +86,8 @@ pub(super) fn date(file: &File<'_>, value: &Value<'_>, owner: &Named, report: &m
         return text.trim().to_owned();
     }
     let Some(id) = value.reference() else { return String::new() };
-    let found = file.record(id).and_then(|record| date_entity(file, &record));
+    let found = ["IFCCALENDARDATE", "IFCDATEANDTIME"].into_iter().find_map(|e| file.short_record_of(id, e));
+    let found = found.and_then(|record| date_entity(file, &record));
     found.unwrap_or_else(|| {
         let message = format!("#{id} is no date that can be read, and is skipped");
         tell(report, Severity::Error, "date_entity_unreadable", owner, message);
@@ -92,29 +102,33 @@ fn date_entity(file: &File<'_>, record: &Record<'_>) -> Option<String> {
         return Some(format!("{:04}-{:02}-{:02}", year?, month?, day?));
     }
     if record.is("IFCDATEANDTIME") {
-        let date = file.record_of(record.at(0).reference()?, "IFCCALENDARDATE")?;
-        let time = file.record_of(record.at(1).reference()?, "IFCLOCALTIME")?;
+        let date = file.short_record_of(record.at(0).reference()?, "IFCCALENDARDATE")?;
+        let time = file.short_record_of(record.at(1).reference()?, "IFCLOCALTIME")?;
         return Some(format!("{}T{}", date_entity(file, &date)?, local_time(file, &time)?));
     }
     None
 }
 
 fn local_time(file: &File<'_>, time: &Record<'_>) -> Option<String> {
-    let (hour, minute) = (whole(time.at(0))?, whole(time.at(1)).unwrap_or(0));
-    let second = time.at(2).number().unwrap_or(0.0).trunc() as i64;
-    let zone = match time.at(3).reference() {
-        None => String::new(),
-        Some(id) => {
-            let offset = file.record_of(id, "IFCCOORDINATEDUNIVERSALTIMEOFFSET")?;
-            let sense = offset.at(2).enumeration()?.to_ascii_uppercase();
-            let minutes = whole(offset.at(0))?.checked_mul(60)?.checked_add(whole(offset.at(1)).unwrap_or(0))?;
-            // Daylight saving hours are on top of the offset.
-            let saved = time.at(4).number().unwrap_or(0.0).trunc() as i64;
-            let minutes = if sense == "BEHIND" { -minutes } else { minutes }.checked_add(saved.checked_mul(60)?)?;
-            format!("{}{:02}:{:02}", if minutes < 0 { '-' } else { '+' }, minutes.abs() / 60, minutes.abs() % 60)
-        }
+    // What is absent is zero, what is no number is no time.
+    let or_zero = |value: &Value<'_>| if *value == Value::Null { Some(0) } else { whole(value) };
+    let (hour, minute) = (whole(time.at(0))?, or_zero(time.at(1))?);
+    let second = if *time.at(2) == Value::Null { 0.0 } else { time.at(2).number()? };
+    let zone = if *time.at(3) == Value::Null {
+        String::new()
+    } else {
+        let offset = file.short_record_of(time.at(3).reference()?, "IFCCOORDINATEDUNIVERSALTIMEOFFSET")?;
+        let minutes = whole(offset.at(0))?.checked_mul(60)?.checked_add(or_zero(offset.at(1))?)?;
+        let minutes = match offset.at(2).enumeration()?.to_ascii_uppercase().as_str() {
+            "AHEAD" => minutes,
+            "BEHIND" => -minutes,
+            _ => return None,
+        };
+        // Daylight saving hours are on top of the offset.
+        let minutes = minutes.checked_add(or_zero(time.at(4))?.checked_mul(60)?)?;
+        format!("{}{:02}:{:02}", if minutes < 0 { '-' } else { '+' }, minutes.abs() / 60, minutes.abs() % 60)
     };
-    Some(format!("{hour:02}:{minute:02}:{second:02}{zone}"))
+    Some(format!("{hour:02}:{minute:02}:{:02}{zone}", second.trunc() as i64))
 }
 
 fn whole(value: &Value<'_>) -> Option<i64> {
