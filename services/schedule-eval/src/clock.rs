@@ -5,7 +5,7 @@ use crate::durations::DayLength;
 use crate::findings::{Entity, Findings, Severity};
 use crate::rules::DurationDay;
 use crate::working_time::{Pattern, WorkRule, WorkingTime};
-use messages::{CalendarRecord, RecurrenceKind, Site, WorkTimeRecord};
+use messages::{CalendarRecord, NONE, RecurrenceKind, Site, WorkTimeRecord};
 use std::ops::Range;
 
 /// The last instant that counts, civil seconds since 1970: the end of the year 9999.
@@ -18,7 +18,8 @@ const MAX_DAYS: i64 = 200 * 365;
 
 /// The calendars of a site, worked out.
 pub(crate) struct Calendars {
-    times: Vec<WorkingTime>,
+    /// By calendar; those that no task is assigned to are not worked out.
+    times: Vec<Option<WorkingTime>>,
     duration_day: DurationDay,
 }
 
@@ -43,21 +44,23 @@ impl Calendars {
         let Some(dates_s) = dates_s else { return Self { times: Vec::new(), duration_day } };
         let first = dates_s.start.div_euclid(DAY_S) - DAYS_BEFORE;
         let last = dates_s.end.div_euclid(DAY_S).saturating_add(DAYS_AFTER).min(first + MAX_DAYS);
-        let times = site.calendars.iter().map(|calendar| {
-            let time = working_time(site, calendar, first..last);
+        let mut used = vec![false; site.calendars.len()];
+        site.tasks.iter().filter(|t| t.calendar != NONE).for_each(|t| used[t.calendar as usize] = true);
+        let times = site.calendars.iter().zip(used).map(|(calendar, used)| {
+            let time = used.then(|| working_time(site, calendar, first..last))?;
             if time.day_s() == 0 {
                 let entity = Entity::of(calendar.global_id, calendar.name, calendar.step_id, calendar.source);
                 let message = "the calendar has no working time; tasks that count working time in it have no dates";
                 findings.add(Severity::Error, "calendar_without_work", Some(entity), message.to_owned());
             }
-            time
+            Some(time)
         });
         Self { times: times.collect(), duration_day }
     }
 
     /// The clock of a calendar; day and night without one.
     pub(crate) fn clock(&self, calendar: Option<usize>) -> Clock<'_> {
-        let time = calendar.and_then(|k| self.times.get(k));
+        let time = calendar.and_then(|k| self.times.get(k)?.as_ref());
         time.map_or(Clock::Elapsed, |time| Clock::Working(time, self.duration_day))
     }
 }

@@ -9,6 +9,9 @@ use crate::kernel::{File, Record, Value};
 use crate::products::named;
 use crate::report::Report;
 
+/// Work times and exceptions of a calendar that are read: holidays of many years.
+const WORK_TIMES_MAX: usize = 1_000;
+
 /// Seconds of a day.
 const DAY_S: u32 = 86_400;
 
@@ -20,7 +23,13 @@ pub(super) fn calendars(context: &Context<'_, '_>, report: &mut Report) -> (Vec<
     let calendars = records.iter().map(|record| {
         let id = named(record);
         let mut times = |name: &str| {
-            let ids = file.attribute(record, name).references();
+            let mut ids = file.attribute(record, name).references();
+            if ids.len() > WORK_TIMES_MAX {
+                let message =
+                    format!("{name} has {} members; those behind the first {WORK_TIMES_MAX} are left out", ids.len());
+                tell(report, Severity::Error, "calendar_unreadable", &id, message);
+                ids.truncate(WORK_TIMES_MAX);
+            }
             let read = |id| {
                 file.short_record_of(id, "IFCWORKTIME")
                     .ok_or("it is missing".to_owned())

@@ -112,6 +112,7 @@ impl Hits<'_> {
         let of_month = among(&pattern.days_of_month, i64::from(date.day()));
         let of_year = among(&pattern.months, i64::from(date.month()));
         let months = |d: Date| i64::from(d.year()) * 12 + i64::from(d.month());
+        let in_year = every(i64::from(date.year()) - self::date(first).map_or(0, |d| i64::from(d.year())));
         let in_month = every(months(date) - self::date(first).map_or(0, months));
         let monday = |day: i64| (day + 3).div_euclid(7);
         let hit = match pattern.kind {
@@ -119,8 +120,8 @@ impl Hits<'_> {
             RecurrenceKind::Weekly => of_week && every(monday(day) - monday(first)),
             RecurrenceKind::MonthlyByDayOfMonth => of_month && in_month,
             RecurrenceKind::MonthlyByPosition => of_week && in_month && at_position(date, pattern.position),
-            RecurrenceKind::YearlyByDayOfMonth => of_month && of_year,
-            RecurrenceKind::YearlyByPosition => of_week && of_year && at_position(date, pattern.position),
+            RecurrenceKind::YearlyByDayOfMonth => of_month && of_year && in_year,
+            RecurrenceKind::YearlyByPosition => of_week && of_year && in_year && at_position(date, pattern.position),
             RecurrenceKind::ByWeekdayCount => of_week && every(self.counted as i64),
         };
         // Every n-th of some weekdays: the days in between count, too.
