@@ -6,6 +6,7 @@ use crate::domain::{Backend, Domain};
 use crate::error::{DomainError, PortError};
 use crate::latched::{Publisher, ReaderPort, Subscriber, WriterPort};
 use crate::names::{Daemon, Topic};
+use crate::signal::Signal;
 use crate::status::{StatusReader, StatusSource, StatusTarget, StatusWriter};
 use crate::waiter::Waiter;
 use crate::{ipc, local};
@@ -141,6 +142,14 @@ impl Member {
         // In the heap a newcomer takes the last sample itself.
         if let Self::Ipc(member) = self {
             member.serve_newcomers();
+        }
+    }
+
+    /// Raised when a bell was opened.
+    pub(crate) fn more_bells(&self) -> &Signal {
+        match self {
+            Self::Ipc(member) => member.more_bells(),
+            Self::Local(member) => member.more_bells(),
         }
     }
 

@@ -107,8 +107,11 @@ impl Waiter {
 
     /// Sleeps once and sorts what happened.
     fn look(&self, timeout: Duration) -> Result<Wake, WaitError> {
+        // In this order a bell that another thread opens now ends the sleep.
+        self.member.more_bells().clear();
         let bells = self.member.bells();
-        let fixed = [self.stop.descriptor(), self.nudge.descriptor(), self.member.changes()];
+        let more_bells = self.member.more_bells().descriptor();
+        let fixed = [more_bells, self.stop.descriptor(), self.nudge.descriptor(), self.member.changes()];
         let stops = self.stop_on.iter().map(AsFd::as_fd);
         let descriptors = fixed.into_iter().chain(stops).chain(bells.iter().map(|(_, bell)| bell.descriptor()));
         let mut polled: Vec<_> = descriptors.map(|d| PollFd::from_borrowed_fd(d, PollFlags::IN)).collect();
@@ -122,13 +125,13 @@ impl Waiter {
             Err(errno) => return Err(WaitError { source: errno.into() }),
         }
         let ready: Vec<bool> = polled.iter().map(|p| !p.revents().is_empty()).collect();
-        let (fixed, rest) = ready.split_at(3);
+        let (fixed, rest) = ready.split_at(fixed.len());
         let (stops, rung) = rest.split_at(self.stop_on.len());
-        let mut wake = Wake { stopped: fixed[0] || stops.contains(&true), nudged: fixed[1], ..Wake::default() };
+        let mut wake = Wake { stopped: fixed[1] || stops.contains(&true), nudged: fixed[2], ..Wake::default() };
         if wake.nudged {
             self.nudge.clear();
         }
-        wake.superseded = fixed[2] && self.member.look_at_changes();
+        wake.superseded = fixed[3] && self.member.look_at_changes();
         let mut newcomers = false;
         for ((name, bell), _) in bells.iter().zip(rung).filter(|(_, rung)| **rung) {
             let rings = bell.look();

@@ -16,6 +16,7 @@ use crate::bell::{Bell, BellName, Ring, Rings};
 use crate::error::{DomainError, PortError};
 use crate::generation::{CURRENT, Lock, Place};
 use crate::names::{Daemon, Topic};
+use crate::signal::Signal;
 use iceoryx2::config::Config;
 use iceoryx2::node::node_name::NodeName;
 use iceoryx2::node::{Node, NodeBuilder};
@@ -42,6 +43,7 @@ pub(crate) struct Membership {
     generation: u64,
     bells: Mutex<BTreeMap<BellName, Arc<IpcBell>>>,
     writers: Mutex<Vec<Weak<TopicWriter>>>,
+    more_bells: Signal,
     changes: OwnedFd,
     superseded: AtomicBool,
     /// Last, so that it outlives all of the above: a generation is removed when nobody holds this.
@@ -132,6 +134,7 @@ impl Membership {
         }
         // Before the first look at the generation: a change in between is then seen as one.
         let changes = watch(place)?;
+        let more_bells = Signal::new().map_err(|source| DomainError::File { path: place.root().to_owned(), source })?;
         for _ in 0..MAX_JOIN_ATTEMPTS {
             let generation = place.current()?.ok_or_else(no_keeper)?;
             let life = place.live_in(generation)?;
@@ -145,6 +148,7 @@ impl Membership {
                 generation,
                 bells: Mutex::default(),
                 writers: Mutex::default(),
+                more_bells,
                 changes,
                 superseded: AtomicBool::new(false),
                 _life: life,
@@ -167,6 +171,11 @@ impl Membership {
     /// True from the moment that another generation is current.
     pub(crate) fn is_superseded(&self) -> bool {
         self.superseded.load(Ordering::Relaxed)
+    }
+
+    /// Raised when a bell was opened: whoever waits must listen to it too.
+    pub(crate) fn more_bells(&self) -> &Signal {
+        &self.more_bells
     }
 
     /// Readable when the domain's folder changed.
@@ -192,6 +201,7 @@ impl Membership {
         check_memory()?;
         let bell = Arc::new(IpcBell::open(&self.node, name)?);
         bells.insert(name, Arc::clone(&bell));
+        self.more_bells.raise();
         Ok(bell)
     }
 

@@ -106,13 +106,15 @@ pub(crate) struct Membership {
     hub: Arc<Hub>,
     generation: u64,
     bells: Mutex<BTreeMap<BellName, Arc<LocalBell>>>,
+    more_bells: Signal,
     changes: Signal,
     superseded: std::sync::atomic::AtomicBool,
 }
 
 impl Membership {
     pub(crate) fn join(hub: &Arc<Hub>) -> Result<Arc<Self>, DomainError> {
-        let changes = Signal::new().map_err(|source| DomainError::File { path: "eventfd".into(), source })?;
+        let signal = || Signal::new().map_err(|source| DomainError::File { path: "eventfd".into(), source });
+        let (changes, more_bells) = (signal()?, signal()?);
         let mut state = hub.state();
         if !state.kept {
             return Err(DomainError::NoKeeper { root: hub.name() });
@@ -121,6 +123,7 @@ impl Membership {
             hub: Arc::clone(hub),
             generation: state.generation,
             bells: Mutex::default(),
+            more_bells,
             changes,
             superseded: false.into(),
         });
@@ -134,6 +137,10 @@ impl Membership {
 
     pub(crate) fn is_superseded(&self) -> bool {
         self.superseded.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn more_bells(&self) -> &Signal {
+        &self.more_bells
     }
 
     pub(crate) fn changes(&self) -> BorrowedFd<'_> {
@@ -157,6 +164,7 @@ impl Membership {
             Arc::new(LocalBell { hub: Arc::clone(&self.hub), name, rings: AtomicU8::new(0), signal: Signal::new()? });
         self.hub.state().listeners.push((name, Arc::downgrade(&bell)));
         bells.insert(name, Arc::clone(&bell));
+        self.more_bells.raise();
         Ok(bell)
     }
 

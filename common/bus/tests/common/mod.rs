@@ -23,7 +23,8 @@ impl Fixture {
     pub(crate) fn shared() -> Self {
         static COUNTER: AtomicU32 = AtomicU32::new(0);
         let prefix = format!("gt{:x}x{:x}_", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed));
-        let folder = tempfile::Builder::new().prefix("gpbus").tempdir_in("/tmp").unwrap();
+        // In memory, as `/run` is: the bus library syncs each of its files, and a keeper creates hundreds.
+        let folder = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm").unwrap();
         let domain = Domain::shared(&prefix, folder.path()).unwrap();
         Self { domain, prefix, folder: Some(folder) }
     }
