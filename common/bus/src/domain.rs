@@ -26,8 +26,9 @@ impl Domain {
     /// Folder of a machine's bus.
     pub const DEFAULT_ROOT: &'static str = "/run/groundplan";
 
-    /// A bus in shared memory. `prefix` begins the names of its segments and ends in an underscore, so that it is not the
-    /// beginning of another's; `root` is an absolute folder of at most 48 bytes, because sockets lie in it.
+    /// A bus in shared memory. `prefix` begins the names of its segments: at most 15 letters and digits and an underscore,
+    /// so that it is not the beginning of another's. `root` is an absolute folder of at most 48 bytes, because sockets lie
+    /// in it, on a file system in memory such as `/run`: the bus library syncs each of its hundreds of files.
     ///
     /// # Errors
     /// A prefix or folder that does not fit.

@@ -8,9 +8,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum DomainError {
     /// The prefix would mix domains up, or is no part of a file name.
-    #[error(
-        "the prefix `{prefix}` of the bus is not 2 to 16 letters, digits and underscores that end in an underscore"
-    )]
+    #[error("the prefix `{prefix}` of the bus is not 1 to 15 letters and digits and an underscore")]
     Prefix {
         /// As given.
         prefix: String,

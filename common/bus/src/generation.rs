@@ -47,8 +47,9 @@ pub(crate) struct Lock {
 
 impl Place {
     pub(crate) fn new(prefix: &str, root: &Path) -> Result<Self, DomainError> {
-        let plain = prefix.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
-        if !plain || !prefix.ends_with('_') || prefix.len() < 2 || prefix.len() > 16 {
+        // One underscore, at the end: no prefix is then the beginning of another.
+        let plain = prefix.strip_suffix('_').is_some_and(|p| p.bytes().all(|b| b.is_ascii_alphanumeric()));
+        if !plain || prefix.len() < 2 || prefix.len() > 16 {
             return Err(DomainError::Prefix { prefix: prefix.to_owned() });
         }
         if !root.is_absolute() || root.to_str().is_none_or(|r| r.len() > MAX_ROOT_BYTES) {
@@ -226,7 +227,7 @@ mod tests {
 
     #[test]
     fn prefixes_that_could_be_the_start_of_another_are_refused() {
-        for prefix in ["", "_", "gp", "gp/_", "a_prefix_that_is_too_long_"] {
+        for prefix in ["", "_", "gp", "gp/_", "gp_3_", "aPrefixThatIsTooLong_"] {
             assert!(matches!(Place::new(prefix, Path::new("/tmp/x")), Err(DomainError::Prefix { .. })), "{prefix}");
         }
         assert!(matches!(Place::new("gp_", Path::new("relative")), Err(DomainError::Root { .. })));

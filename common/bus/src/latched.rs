@@ -63,8 +63,8 @@ impl Publisher {
             return Err(PublishError::TooLarge { length, max: MAX_SAMPLE_BYTES });
         }
         let memory = match &self.port {
-            WriterPort::Ipc(port) => LoanMemory::Ipc(port.loan(length)?),
-            WriterPort::Local(port) => LoanMemory::Local(port.loan(length)?),
+            WriterPort::Ipc(port) => LoanMemory::Ipc(port, port.loan(length)?),
+            WriterPort::Local(port) => LoanMemory::Local(port, port.loan(length)?),
         };
         Ok(Loan { publisher: self, length, memory })
     }
@@ -84,12 +84,12 @@ impl Publisher {
 pub struct Loan<'a> {
     publisher: &'a Publisher,
     length: usize,
-    memory: LoanMemory,
+    memory: LoanMemory<'a>,
 }
 
-enum LoanMemory {
-    Ipc(ipc::Memory),
-    Local(local::Memory),
+enum LoanMemory<'a> {
+    Ipc(&'a ipc::TopicWriter, ipc::Memory),
+    Local(&'a local::TopicWriter, local::Memory),
 }
 
 impl Loan<'_> {
@@ -97,15 +97,15 @@ impl Loan<'_> {
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         let length = self.length;
         match &mut self.memory {
-            LoanMemory::Ipc(memory) => &mut memory.bytes_mut()[..length],
-            LoanMemory::Local(memory) => &mut memory.bytes_mut()[..length],
+            LoanMemory::Ipc(_, memory) => &mut memory.bytes_mut()[..length],
+            LoanMemory::Local(_, memory) => &mut memory.bytes_mut()[..length],
         }
     }
 
     fn bytes(&self) -> &[u8] {
         match &self.memory {
-            LoanMemory::Ipc(memory) => &memory.bytes()[..self.length],
-            LoanMemory::Local(memory) => &memory.bytes()[..self.length],
+            LoanMemory::Ipc(_, memory) => &memory.bytes()[..self.length],
+            LoanMemory::Local(_, memory) => &memory.bytes()[..self.length],
         }
     }
 
@@ -114,7 +114,7 @@ impl Loan<'_> {
     /// # Errors
     /// Bytes that do not begin as an archive of the topic, an epoch below the last one. The last sample stays.
     pub fn publish(self, origin: Origin) -> Result<usize, PublishError> {
-        let Publisher { topic, port, last_epoch } = self.publisher;
+        let Publisher { topic, last_epoch, .. } = self.publisher;
         let (topic, kind) = (*topic, topic.kind());
         let preamble = Preamble::of(self.bytes(), kind).map_err(|source| PublishError::Archive { topic, source })?;
         let header = SampleHeader {
@@ -130,10 +130,9 @@ impl Loan<'_> {
         if origin.epoch < last {
             return Err(PublishError::EpochFell { topic, epoch: origin.epoch, last });
         }
-        let sent = match (port, self.memory) {
-            (WriterPort::Ipc(port), LoanMemory::Ipc(memory)) => port.send(memory, header)?,
-            (WriterPort::Local(port), LoanMemory::Local(memory)) => port.send(memory, header),
-            _ => unreachable!("a loan comes from its publisher's port"),
+        let sent = match self.memory {
+            LoanMemory::Ipc(port, memory) => port.send(memory, header)?,
+            LoanMemory::Local(port, memory) => port.send(memory, header),
         };
         last_epoch.store(origin.epoch, Ordering::Release);
         Ok(sent)

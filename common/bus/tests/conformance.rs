@@ -491,3 +491,12 @@ fn a_consumer_uses_what_belongs_together(fixture: &Fixture) {
     let sample = set.phase().unwrap();
     assert_eq!((sample.header().epoch, Phase::open(sample.bytes()).unwrap().spaces.len()), (2, 4));
 }
+
+#[test]
+fn ends_and_samples_go_to_other_threads() {
+    fn is_send<T: Send>() {}
+    fn is_shared<T: Send + Sync>() {}
+    is_shared::<(Bus, bus::Publisher, bus::Subscriber, bus::StatusWriter, bus::Nudger, bus::Stopper)>();
+    is_send::<(Keeper, bus::Sample, bus::Waiter, bus::Loan<'static>, ConsistentSet<bus::Sample>)>();
+    is_send::<(bus::CommandServer, bus::Command, bus::CommandClient, bus::OpenCommand, bus::StatusReader)>();
+}

@@ -307,7 +307,7 @@ fn a_segment_that_never_got_a_size_stops_nobody() {
 fn kill_a_keeper_after(fixture: &Fixture, n_changes: usize) {
     let actor = Actor::begin(fixture, "keeper");
     let (mut seen, mut last) = (0, fixture.segments());
-    for _ in 0..3000 {
+    for _ in 0..1000 {
         if seen >= n_changes {
             break;
         }
