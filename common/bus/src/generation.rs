@@ -42,7 +42,14 @@ pub(crate) struct Place {
 /// A lock that the kernel drops however its process dies.
 #[derive(Debug)]
 pub(crate) struct Lock {
-    _file: File,
+    file: File,
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Closing is not enough: a process that was forked meanwhile has the file open until it becomes another program.
+        let _ = flock(&self.file, FlockOperation::Unlock);
+    }
 }
 
 impl Place {
@@ -209,7 +216,7 @@ fn try_lock(path: &Path, operation: FlockOperation) -> Result<Option<Lock>, Doma
     let file = File::options().create(true).append(true).open(path).map_err(failed)?;
     loop {
         match flock(&file, operation) {
-            Ok(()) => return Ok(Some(Lock { _file: file })),
+            Ok(()) => return Ok(Some(Lock { file })),
             Err(Errno::INTR) => {}
             Err(Errno::WOULDBLOCK) => return Ok(None),
             Err(errno) => return Err(failed(errno.into())),
