@@ -25,7 +25,6 @@
 //! # Ok(())
 //! # }
 //! ```
-#![expect(unsafe_code, reason = "shared memory; every block says why it is sound")]
 
 mod bell;
 mod bus;
