@@ -10,17 +10,18 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 12] = [
+const ALLOWED: [(&str, &[&str]); 13] = [
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("ifc", &["frames", "geometry"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["frames", "geometry", "grid"]),
     ("bus", &["messages"]),
+    ("daemon", &["messages", "bus"]),
     ("export", &["frames", "geometry", "grid", "messages"]),
-    ("ifc-ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
-    ("rasterize", &["frames", "geometry", "grid", "messages"]),
-    ("schedule-eval", &["frames", "messages"]),
+    ("ifc-ingest", &["frames", "geometry", "grid", "messages", "ifc", "bus", "daemon"]),
+    ("rasterize", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
+    ("schedule-eval", &["frames", "messages", "bus", "daemon"]),
     ("waypoint-gen", &["frames", "geometry", "grid", "messages"]),
     (
         "groundplan",
@@ -29,6 +30,8 @@ const ALLOWED: [(&str, &[&str]); 12] = [
             "geometry",
             "grid",
             "messages",
+            "bus",
+            "daemon",
             "export",
             "ifc-ingest",
             "schedule-eval",

@@ -65,6 +65,11 @@ impl StatusRecord {
     /// Bytes of an error's text; a longer one is cut, the log has it whole.
     pub const MAX_ERROR_BYTES: usize = 344;
 
+    /// A heartbeat without an error; what the bus fills in is zero.
+    pub fn of(stage: Stage, memory_bytes: u64) -> Self {
+        Self { stage: stage as u32, memory_bytes, ..Zeroable::zeroed() }
+    }
+
     /// Sets the last error; an empty text says that there is none.
     pub fn set_error(&mut self, text: &str) {
         let end = text.floor_char_boundary(Self::MAX_ERROR_BYTES);

@@ -4,8 +4,8 @@ use crate::cli::ChangesArgs;
 use crate::failure::Failure;
 use crate::maps::with_maps;
 use crate::plan_date;
-use crate::robot_file::Robot;
 use crate::schedule_files::with_timeline;
+use daemon::Robot;
 use messages::{DoorPassage, ElementState, NONE, Phase, Site, SpaceState};
 use rasterize::Rasterizer;
 use schedule_eval::{Change, Period, Timeline};
@@ -170,7 +170,7 @@ impl Side {
         robot: &Robot,
         at_s: i64,
     ) -> Result<Self, Failure> {
-        let phase = timeline.phase(site, Period::instant(at_s)).finish();
+        let phase = timeline.phase(Period::instant(at_s)).finish();
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
         with_maps(site, &phase, rasterizer, robot, |maps| {
             let mut doors = vec![DoorPassage::Absent; site.doors.len()];

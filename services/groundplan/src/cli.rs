@@ -24,6 +24,156 @@ pub enum Command {
     /// List when anything changes, or what differs between two dates
     #[command(after_help = AFTER_CHANGES)]
     Changes(ChangesArgs),
+    /// Start the daemons of a site and look after them until SIGTERM
+    Up(UpArgs),
+    /// Stop the daemons of a site
+    Down(SiteArgs),
+    /// Tell who lives and what is wrong; exit code 0 if all is well
+    Status(StatusArgs),
+    /// Load models into the running daemons; without any, read those again that are loaded
+    Load(LoadArgs),
+    /// Set the plan time of the running daemons; returns when the new grids are out
+    Date(DateArgs),
+    /// Set the robot of the running daemons; returns when the new grids are out
+    Robot(RobotSetArgs),
+    /// Look at what is on the bus
+    Topic(TopicArgs),
+    /// Write the files of `convert` from the running daemons, at the plan time that they hold
+    Export(ExportArgs),
+    /// Create and hold the bus, and do nothing else; `up` starts it
+    #[command(hide = true)]
+    Keeper(KeeperArgs),
+}
+
+/// Which site.
+#[derive(Debug, Clone, Args)]
+pub struct SiteArgs {
+    /// Configuration of the site [default: /etc/groundplan/site.toml]
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+
+    /// The demo building, on a bus of its own in memory
+    #[arg(long, conflicts_with = "config")]
+    pub demo: bool,
+}
+
+/// Arguments of `up`.
+#[derive(Debug, Clone, Args)]
+pub struct UpArgs {
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
+/// Arguments of `keeper`.
+#[derive(Debug, Clone, Args)]
+pub struct KeeperArgs {
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+
+    /// Stop when standard input ends
+    #[arg(long)]
+    pub with_stdin: bool,
+}
+
+/// Arguments of `status`.
+#[derive(Debug, Clone, Args)]
+pub struct StatusArgs {
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `load`.
+#[derive(Debug, Clone, Args)]
+pub struct LoadArgs {
+    /// IFC files of one site
+    #[arg(value_name = "MODEL.ifc")]
+    pub models: Vec<PathBuf>,
+
+    /// Return when the site is out; grids follow
+    #[arg(long)]
+    pub no_wait: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
+/// Arguments of `date`.
+#[derive(Debug, Clone, Args)]
+pub struct DateArgs {
+    /// Plan time: 2024-04-15 (its midnight) or 2024-04-15T08:30:00
+    #[arg(value_name = "DATE")]
+    pub date: Option<String>,
+
+    /// The next instant at which anything changes
+    #[arg(long, conflicts_with = "date")]
+    pub next: bool,
+
+    /// Return when the plan time is on disk; grids follow
+    #[arg(long)]
+    pub no_wait: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
+/// Arguments of `robot`.
+#[derive(Debug, Clone, Args)]
+pub struct RobotSetArgs {
+    /// Robot profile, see config/robots
+    #[arg(value_name = "FILE")]
+    pub profile: PathBuf,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
+/// Arguments of `export`.
+#[derive(Debug, Clone, Args)]
+pub struct ExportArgs {
+    /// Output folder; replaced as a whole if it holds earlier output
+    #[arg(value_name = "OUT")]
+    pub out: PathBuf,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
+/// Arguments of `topic`.
+#[derive(Debug, Clone, Args)]
+pub struct TopicArgs {
+    /// What to look at.
+    #[command(subcommand)]
+    pub command: TopicCommand,
+}
+
+/// What to look at.
+#[derive(Debug, Clone, Subcommand)]
+pub enum TopicCommand {
+    /// List the topics that have a sample
+    List {
+        /// The site.
+        #[command(flatten)]
+        site: SiteArgs,
+    },
+    /// Print the last sample of a topic as JSON: what it is, what it was made from
+    Echo {
+        /// site, phase, grids, grid/00 ..
+        topic: String,
+        /// The site.
+        #[command(flatten)]
+        site: SiteArgs,
+    },
 }
 
 const AFTER_CONVERT: &str = "\

@@ -5,10 +5,10 @@ use crate::failure::Failure;
 use crate::maps::{Maps, with_maps};
 use crate::plan_date;
 use crate::progress::ProgressLine;
-use crate::robot_file::Robot;
 use crate::schedule_files::ScheduleInput;
 use crate::site_files;
 use crate::summary::{PhaseSummary, Summary};
+use daemon::Robot;
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile};
 use geometry::Footprint;
 use ifc_ingest::SiteFrame;
@@ -62,7 +62,7 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
                 vec![job.replace(&folder, &progress, &phase)?]
             }
             Wanted::At(period) => {
-                let phase = timeline?.phase(&site, period).finish();
+                let phase = timeline?.phase(period).finish();
                 vec![job.replace(&folder, &progress, &phase)?]
             }
             Wanted::EveryChange => job.replace_by_all(&folder, &progress, &timeline?)?,
@@ -87,24 +87,22 @@ fn wanted(arguments: &ConvertArgs) -> Result<Wanted, Failure> {
 
 /// The phase in which everything stands, with what is known of the schedule; dates that cannot be used do not matter here.
 fn everything_built(site: &Site<'_>, timeline: Result<Timeline, Failure>) -> ArchiveBuffer {
+    let failure = match timeline {
+        Ok(timeline) => return timeline.everything_built().finish(),
+        Err(failure) => failure,
+    };
     let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
-    match timeline {
-        Ok(timeline) => timeline.describe(&mut phase),
-        Err(failure) => {
-            let message = format!("the schedule cannot be used: {failure:#}");
-            let record = messages::DiagnosticRecord {
-                code: phase.texts.add("schedule_unusable"),
-                global_id: messages::Text::default(),
-                name: messages::Text::default(),
-                message: phase.texts.add(&message),
-                severity: 1,
-                step_id: 0,
-                source: messages::NONE,
-                reserved: 0,
-            };
-            phase.diagnostics.push(record);
-        }
-    }
+    let record = messages::DiagnosticRecord {
+        code: phase.texts.add("schedule_unusable"),
+        global_id: messages::Text::default(),
+        name: messages::Text::default(),
+        message: phase.texts.add(&format!("the schedule cannot be used: {failure:#}")),
+        severity: 1,
+        step_id: 0,
+        source: messages::NONE,
+        reserved: 0,
+    };
+    phase.diagnostics.push(record);
     phase.finish()
 }
 
@@ -144,7 +142,7 @@ impl Job<'_> {
         let mut summaries = Vec::new();
         let mut dated = Vec::new();
         for &at_s in timeline.instants_s() {
-            let phase = timeline.phase(self.site, Period::instant(at_s)).finish();
+            let phase = timeline.phase(Period::instant(at_s)).finish();
             let (files, summary) = self.draw(&phase, progress)?;
             let directory = plan_date::text(at_s).replace(':', "-");
             beside.write(&directory, &files).map_err(Failure::work)?;

@@ -4,7 +4,7 @@ pub mod changes;
 pub mod cli;
 pub mod convert;
 pub mod failure;
-pub mod robot_file;
+pub mod live;
 pub mod states;
 pub mod summary;
 

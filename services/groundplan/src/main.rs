@@ -4,20 +4,36 @@ use clap::Parser;
 use groundplan::changes::changes;
 use groundplan::cli::{Cli, Command};
 use groundplan::convert::convert;
+use groundplan::live;
 use groundplan::states::states;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    let command = Cli::parse().command;
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
-        .with_env_filter(tracing_subscriber::EnvFilter::from_default_env())
+        .with_env_filter(filter(&command))
         .init();
-    let outcome = match Cli::parse().command {
+    // Only `status` says with its exit code what its text says.
+    let mut is_well = true;
+    let outcome = match command {
         Command::Convert(arguments) => convert(&arguments).map(|summary| summary.text()),
         Command::States(arguments) => states(&arguments),
         Command::Changes(arguments) => changes(&arguments),
+        Command::Up(arguments) => live::up(&arguments),
+        Command::Down(arguments) => live::down(&arguments),
+        Command::Status(arguments) => live::status(&arguments).map(|(text, healthy)| {
+            is_well = healthy;
+            text
+        }),
+        Command::Load(arguments) => live::load(&arguments),
+        Command::Date(arguments) => live::date(&arguments),
+        Command::Robot(arguments) => live::robot(&arguments),
+        Command::Topic(arguments) => live::topic(&arguments),
+        Command::Export(arguments) => live::export(&arguments),
+        Command::Keeper(arguments) => live::keeper(&arguments),
     };
     match outcome {
         Ok(text) => match std::io::stdout().write_all(text.as_bytes()) {
@@ -26,11 +42,18 @@ fn main() -> ExitCode {
                 eprintln!("groundplan: standard output: {error}");
                 ExitCode::FAILURE
             }
-            _ => ExitCode::SUCCESS,
+            _ if is_well => ExitCode::SUCCESS,
+            _ => ExitCode::FAILURE,
         },
         Err(failure) => {
             eprintln!("groundplan: {failure:#}");
             failure.exit_code()
         }
     }
+}
+
+/// What `RUST_LOG` says; otherwise supervisors tell what they do, and other commands are silent.
+fn filter(command: &Command) -> tracing_subscriber::EnvFilter {
+    let usual = if matches!(command, Command::Up(_) | Command::Keeper(_)) { "warn,groundplan=info" } else { "error" };
+    tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| usual.into())
 }

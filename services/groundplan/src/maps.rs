@@ -1,7 +1,7 @@
 //! The maps of a phase: grids, their index, waypoints.
 
 use crate::failure::Failure;
-use crate::robot_file::Robot;
+use daemon::Robot;
 use messages::{ArchiveBuffer, Grid, GridWriter, Grids, Phase, Plan, Site};
 use rasterize::Rasterizer;
 use rayon::prelude::*;

@@ -62,7 +62,7 @@ pub fn states(arguments: &StatesArgs) -> Result<String, Failure> {
 }
 
 fn at(site: &Site<'_>, timeline: &Timeline, at_s: i64, json: bool) -> Result<String, Failure> {
-    let phase = timeline.phase(site, Period::instant(at_s)).finish();
+    let phase = timeline.phase(Period::instant(at_s)).finish();
     let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
     if json { json_of(site, &phase, at_s) } else { Ok(text_of(site, timeline, &phase, at_s)) }
 }

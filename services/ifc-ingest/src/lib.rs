@@ -15,6 +15,7 @@ mod meshes;
 mod openings;
 mod passages;
 mod schedule;
+pub mod service;
 mod site_frame;
 mod spaces;
 mod storeys;

@@ -63,6 +63,8 @@ pub(crate) struct StoreyCut {
     pub(crate) from_below: MultiPolygon,
     /// Elements between this floor and the next.
     pub(crate) overhead: Vec<Overhead>,
+    /// Elements whose state can change the storey's grid.
+    pub(crate) near: Vec<u32>,
     /// Cells that floor covers when everything is built; made when somebody asks.
     complete_floor: OnceLock<Vec<Run>>,
 }
@@ -115,6 +117,7 @@ impl StoreyCut {
             passages: passages_of(site, &spec, floor_z, hi),
             from_below: from_below(site, floor_z),
             overhead: overhead(site, floor_z),
+            near: near(site, floor_z),
             complete_floor: OnceLock::new(),
         })
     }
@@ -139,6 +142,13 @@ fn next_floor_z(site: &Site<'_>, floor_z: i32) -> i32 {
     let above = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z >= floor_z + LEAST_STOREY_HEIGHT);
     let top = site.elements.iter().filter(|e| e.n_parts > 0).map(|e| e.max_tenths[2]).max();
     above.min().or(top).unwrap_or(floor_z).max(floor_z + LEAST_STOREY_HEIGHT)
+}
+
+/// Elements from a storey below what counts as floor to above what is overhead: rather too many than too few.
+fn near(site: &Site<'_>, floor_z: i32) -> Vec<u32> {
+    let slab = Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT };
+    let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
+    site.elements.iter().zip(0..).filter(|(e, _)| reaches(e)).map(|(_, element)| element).collect()
 }
 
 fn overhead(site: &Site<'_>, floor_z: i32) -> Vec<Overhead> {

@@ -13,15 +13,19 @@ mod keepout;
 mod localization;
 mod regions;
 
+pub mod service;
+
 pub use error::{RasterizeError, check_not_blank};
 
 use cut::StoreyCut;
 use geometry::Footprint;
 use grid::GridSpec;
 use messages::{
-    ArchiveBuffer, Grid, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, Phase, RobotProfile, Site,
+    ArchiveBuffer, DoorPassageRecord, Grid, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, Phase,
+    RegionRecord, RobotProfile, Site,
 };
 use rayon::prelude::*;
+use xxhash_rust::xxh3::Xxh3;
 
 /// What a site looks like to a robot at a resolution, before any date is known.
 #[derive(Debug)]
@@ -75,24 +79,69 @@ impl Rasterizer {
 
     /// Writes the index of a set of grids: what they were made from, what a robot finds at doors, regions at other levels.
     pub fn index(&self, site: &Site<'_>, phase: &Phase<'_>, robot_name: &str, grids: &[Grid<'_>]) -> ArchiveBuffer {
-        let mut doors = Vec::new();
-        let mut regions = Vec::new();
-        for grid in grids {
-            let storey = &self.storeys[grid.head.map_storey as usize];
-            doors.extend(doors::passages(site, phase, &self.robot, storey, grid));
-            regions.extend(regions::at_other_levels(site, phase, &self.robot, storey));
+        let findings: Vec<StoreyFindings> = grids.iter().map(|grid| self.findings(site, phase, grid)).collect();
+        self.index_of(site.content_hash(), phase, robot_name, &findings)
+    }
+
+    /// What the index says of one grid.
+    pub fn findings(&self, site: &Site<'_>, phase: &Phase<'_>, grid: &Grid<'_>) -> StoreyFindings {
+        let storey = &self.storeys[grid.head.map_storey as usize];
+        StoreyFindings {
+            slot: GridSlotRecord {
+                map_storey: grid.head.map_storey,
+                cell_tenths: grid.head.cell_tenths,
+                content_hash: grid.content_hash(),
+            },
+            doors: doors::passages(site, phase, &self.robot, storey, grid),
+            regions: regions::at_other_levels(site, phase, &self.robot, storey),
         }
-        let slot = |grid: &Grid<'_>| GridSlotRecord {
-            map_storey: grid.head.map_storey,
-            cell_tenths: grid.head.cell_tenths,
-            content_hash: grid.content_hash(),
-        };
+    }
+
+    /// The index of what was found in all grids, by map storey.
+    pub fn index_of(
+        &self,
+        site_hash: u64,
+        phase: &Phase<'_>,
+        robot_name: &str,
+        findings: &[StoreyFindings],
+    ) -> ArchiveBuffer {
         let head = GridsHead {
-            site_hash: site.content_hash(),
+            site_hash,
             phase_hash: phase.content_hash(),
             plan_time_s: phase.head.plan_time_s,
             robot: self.robot,
         };
-        GridsBuilder { head, slots: grids.iter().map(slot).collect(), robot_name, doors, regions }.finish()
+        GridsBuilder {
+            head,
+            slots: findings.iter().map(|f| f.slot).collect(),
+            robot_name,
+            doors: findings.iter().flat_map(|f| f.doors.iter().copied()).collect(),
+            regions: findings.iter().flat_map(|f| f.regions.iter().copied()).collect(),
+        }
+        .finish()
     }
+
+    /// Hash of everything of a phase that can change a map storey's grid and what the index says of it: the states of
+    /// elements near the storey and of its spaces. Equal hashes, equal grids, as long as site and robot are the same.
+    pub fn input_hash(&self, phase: &Phase<'_>, map_storey: usize) -> u64 {
+        let storey = &self.storeys[map_storey];
+        let mut hash = Xxh3::new();
+        hash.update(&[u8::from(phase.head.plan_time().is_some())]);
+        storey.near.iter().for_each(|element| hash.update(&[phase.effective(*element as usize) as u8]));
+        storey.spaces.iter().for_each(|s| hash.update(&[u8::from(phase.is_blocked(s.space as usize))]));
+        hash.digest()
+    }
+
+    /// Number of map storeys.
+    pub fn n_storeys(&self) -> usize {
+        self.storeys.len()
+    }
+}
+
+/// What the index says of one grid.
+#[derive(Debug, Clone)]
+pub struct StoreyFindings {
+    slot: GridSlotRecord,
+    doors: Vec<DoorPassageRecord>,
+    regions: Vec<RegionRecord>,
 }

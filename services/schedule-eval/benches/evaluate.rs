@@ -124,7 +124,7 @@ fn benches(c: &mut Criterion) {
         b.iter(|| made.elements_at(black_box(at_s), &mut states))
     });
     group.bench_function("phase archive at a date", |b| {
-        b.iter_batched(|| (), |()| made.phase(&site, Period::instant(black_box(at_s))).finish(), BatchSize::LargeInput);
+        b.iter_batched(|| (), |()| made.phase(Period::instant(black_box(at_s))).finish(), BatchSize::LargeInput);
     });
     group.finish();
 }

@@ -16,6 +16,7 @@ mod findings;
 mod lives;
 mod rules;
 mod said;
+pub mod service;
 mod tasks;
 mod timeline;
 mod working_time;

@@ -3,9 +3,7 @@
 use crate::closures::{Closure, Why};
 use crate::findings::Finding;
 use crate::tasks::{Floats, TaskDates};
-use messages::{
-    ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, Site, SpaceState, SpaceStateRecord, Text,
-};
+use messages::{ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord, Text};
 
 /// When anything changes, and what: made once from site and rules.
 #[derive(Debug)]
@@ -214,7 +212,7 @@ impl Timeline {
     ///
     /// In a union a space is blocked if it is at any instant. An element that is worked on at any instant, or that does not
     /// stand throughout, is in progress: an obstacle, but no floor.
-    pub fn phase(&self, site: &Site<'_>, period: Period) -> PhaseBuilder {
+    pub fn phase(&self, period: Period) -> PhaseBuilder {
         let mut builder = PhaseBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
         let none = PhaseHead::NO_TIME;
         let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
@@ -229,7 +227,6 @@ impl Timeline {
             paper: u32::from(self.is_paper),
             ..builder.head
         };
-        debug_assert_eq!(site.elements.len(), self.elements.len(), "the timeline is of this site");
         for (k, planned) in builder.planned.iter_mut().enumerate() {
             *planned = union_of(self.elements.within(k, period)) as u8;
         }
@@ -241,8 +238,16 @@ impl Timeline {
         builder
     }
 
+    /// The phase in which everything stands, with what is known of the schedule.
+    pub fn everything_built(&self) -> PhaseBuilder {
+        let mut builder = PhaseBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
+        builder.head.n_changes = self.instants_s.len() as u32;
+        self.describe(&mut builder);
+        builder
+    }
+
     /// Schedule and findings, which do not depend on the plan time.
-    pub fn describe(&self, builder: &mut PhaseBuilder) {
+    fn describe(&self, builder: &mut PhaseBuilder) {
         builder.schedule.clone_from(&self.schedule);
         builder.diagnostics = self.findings.iter().map(|f| f.record(&mut builder.texts)).collect();
     }

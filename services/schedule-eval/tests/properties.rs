@@ -182,7 +182,7 @@ proptest! {
         let timeline = plan.evaluate();
         let (from_s, until_s) = (MONDAY_S + from_h * HOUR_S, MONDAY_S + (from_h + hours) * HOUR_S);
         let inside: Vec<i64> = (from_s..until_s).step_by(HOUR_S as usize / 2).chain(probes(&timeline)).filter(|s| (from_s..until_s).contains(s)).collect();
-        plan.phase(&timeline, Period { from_s, until_s: Some(until_s) }, |phase| {
+        Plan::phase(&timeline, Period { from_s, until_s: Some(until_s) }, |phase| {
             for element in 0..N_ELEMENTS {
                 let states: Vec<ElementState> = inside.iter().map(|s| timeline.element(element, *s)).collect();
                 let union = phase.planned(element);

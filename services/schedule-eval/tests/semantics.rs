@@ -342,7 +342,7 @@ fn a_day_is_the_union_of_its_instants() {
     let timeline = plan.evaluate();
     let day = |from: &str, until: &str| Period { from_s: at(from), until_s: Some(at(until)) };
     let look = |period: Period| {
-        plan.phase(&timeline, period, |p| {
+        Plan::phase(&timeline, period, |p| {
             (p.planned(slab).name(), p.is_blocked(room), p.head.valid_from_s, p.head.valid_until_s)
         })
     };
@@ -360,7 +360,7 @@ fn spaces_that_are_closing_soon_say_when() {
     let task = plan.dated("task", "2024-03-04T10:00:00", "2024-03-04T11:00:00");
     plan.link(task, LinkKind::Space, room, 0);
     let timeline = plan.evaluate();
-    let closes = |t: &str| plan.phase(&timeline, Period::instant(at(t)), |p| p.spaces[room].closes_at_s);
+    let closes = |t: &str| Plan::phase(&timeline, Period::instant(at(t)), |p| p.spaces[room].closes_at_s);
     assert_eq!(
         (closes("2024-03-04T09:30"), closes("2024-03-04T09:29:59")),
         (at("2024-03-04T10:00"), PhaseHead::NO_TIME)

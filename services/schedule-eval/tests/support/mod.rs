@@ -203,9 +203,8 @@ impl Plan {
     }
 
     /// The phase of a timeline, opened.
-    pub(crate) fn phase<T>(&self, timeline: &Timeline, period: Period, look: impl FnOnce(&Phase<'_>) -> T) -> T {
-        let site = self.builder.finish();
-        let phase = timeline.phase(&Site::open(site.bytes()).unwrap(), period).finish();
+    pub(crate) fn phase<T>(timeline: &Timeline, period: Period, look: impl FnOnce(&Phase<'_>) -> T) -> T {
+        let phase = timeline.phase(period).finish();
         look(&Phase::open(phase.bytes()).unwrap())
     }
 }

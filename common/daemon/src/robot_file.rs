@@ -152,7 +152,7 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("robot.toml");
         std::fs::write(&path, text).unwrap();
-        Robot::read(&path).map_err(|e| format!("{:#}", crate::failure::Failure::usage(e)))
+        Robot::read(&path).map_err(|e| crate::chain(&e))
     }
 
     #[test]

@@ -1,0 +1,147 @@
+//! The configuration of a site: a TOML file that all its daemons read; `config/site.toml` explains every key.
+
+use bus::{Domain, DomainError};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// The configuration of a site. Paths are absolute: those in the file count from its folder.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SiteConfig {
+    /// Folder of what must survive a daemon: plan time, robot, loaded files, epochs, the site's cache.
+    pub state: PathBuf,
+    /// IFC files of the site; others may be loaded later.
+    #[serde(default)]
+    pub models: Vec<PathBuf>,
+    /// Which bus.
+    #[serde(default)]
+    pub bus: BusConfig,
+    /// Dates.
+    #[serde(default)]
+    pub schedule: ScheduleConfig,
+    /// The robot.
+    #[serde(default)]
+    pub robot: RobotConfig,
+}
+
+/// Which bus.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BusConfig {
+    /// Begins the names of its segments in shared memory.
+    pub prefix: String,
+    /// Its folder, in a file system in memory.
+    pub root: PathBuf,
+}
+
+/// Dates.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ScheduleConfig {
+    /// Rules of dates, as for `groundplan states --schedule`.
+    pub rules: Option<PathBuf>,
+    /// Plan time until somebody sets another; without one everything is built.
+    pub plan_time: Option<String>,
+}
+
+/// The robot.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RobotConfig {
+    /// Robot profile, as for `groundplan convert --robot`.
+    pub profile: Option<PathBuf>,
+    /// Metres per cell.
+    pub resolution_m: f64,
+}
+
+/// A configuration that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("configuration {} cannot be read", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
+    #[error("configuration {}", path.display())]
+    Toml {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Box<toml::de::Error>,
+    },
+}
+
+impl Default for BusConfig {
+    fn default() -> Self {
+        Self { prefix: Domain::DEFAULT_PREFIX.to_owned(), root: PathBuf::from(Domain::DEFAULT_ROOT) }
+    }
+}
+
+impl BusConfig {
+    /// The bus.
+    ///
+    /// # Errors
+    /// A prefix or folder that does not fit.
+    pub fn domain(&self) -> Result<Domain, DomainError> {
+        Domain::shared(&self.prefix, &self.root)
+    }
+}
+
+impl Default for RobotConfig {
+    fn default() -> Self {
+        Self { profile: None, resolution_m: 0.05 }
+    }
+}
+
+impl SiteConfig {
+    /// Reads a configuration.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no TOML of these keys.
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let io = |source| ConfigError::Io { path: path.to_owned(), source };
+        let text = std::fs::read_to_string(path).map_err(io)?;
+        let file = std::fs::canonicalize(path).map_err(io)?;
+        let mut config: Self = toml::from_str(&text)
+            .map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })?;
+        let home = file.parent().unwrap_or(Path::new("/"));
+        let paths = config.models.iter_mut().chain([&mut config.state, &mut config.bus.root]);
+        for path in paths.chain(&mut config.schedule.rules).chain(&mut config.robot.profile) {
+            *path = home.join(&*path);
+        }
+        Ok(config)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_file_is_read_and_paths_count_from_its_folder() {
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/site.toml");
+        let config = SiteConfig::read(&shipped).unwrap();
+        assert_eq!((config.bus, config.robot.resolution_m), (BusConfig::default(), 0.05));
+        let profile = config.robot.profile.unwrap();
+        assert!(
+            config.models[0].is_file() && profile.is_file(),
+            "{} {}",
+            config.models[0].display(),
+            profile.display()
+        );
+        assert!(config.schedule.rules.is_some_and(|rules| rules.is_file()));
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_its_line() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("site.toml");
+        std::fs::write(&path, "state = \"x\"\nmodel = \"y\"\n").unwrap();
+        let text = crate::chain(&SiteConfig::read(&path).unwrap_err());
+        assert!(text.contains("model") && text.contains("line 2"), "{text}");
+    }
+}

@@ -1,0 +1,21 @@
+//! What all daemons share: the site's configuration, state that survives them, requests, and the loop that they live in.
+//!
+//! A daemon is a [`Service`]: it opens its ends of the bus, and answers to inputs, requests and its own alarm, one after the
+//! other, on a thread of its own. [`run`] owns the rest: it joins the bus and every later generation of it, keeps only the
+//! newest of each input while the service works, serves newcomers, beats its heart, and leaves within a second.
+
+mod config;
+mod request;
+mod robot_file;
+mod run;
+mod service;
+mod state;
+mod stop;
+
+pub use config::{BusConfig, ConfigError, RobotConfig, ScheduleConfig, SiteConfig};
+pub use request::{Answer, Request};
+pub use robot_file::{Robot, RobotFileError};
+pub use run::{Arguments, chain, run};
+pub use service::{Done, Event, Failure, Service, Stages};
+pub use state::{Epochs, StateError, StateFile, write_durably};
+pub use stop::StopSignal;

@@ -1,0 +1,38 @@
+//! What a client may ask a daemon, and what it answers: JSON on the bus.
+
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// What a client asks.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Request {
+    /// ifc-ingest: read these files as the site; without any, read those again that are loaded.
+    Load {
+        /// Absolute paths.
+        models: Vec<PathBuf>,
+    },
+    /// schedule-eval: this plan time, civil seconds since 1970.
+    SetPlanTime {
+        /// The instant.
+        at_s: i64,
+    },
+    /// schedule-eval: the next instant at which anything changes.
+    NextChange,
+    /// rasterize: the robot profile in this file.
+    SetRobot {
+        /// Absolute path.
+        profile: PathBuf,
+    },
+}
+
+/// What a daemon answers when the effect is on disk.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Answer {
+    /// Content hash of what it published last.
+    pub content_hash: u64,
+    /// Epoch of what it published last.
+    pub epoch: u64,
+    /// Plan time that counts now, of the daemon that holds it.
+    pub plan_time_s: Option<i64>,
+}

@@ -1,0 +1,327 @@
+//! The loop of a daemon.
+
+use crate::config::SiteConfig;
+use crate::request::Request;
+use crate::service::{Done, Event, Failure, Service, Stages};
+use crate::stop::StopSignal;
+use bus::{
+    Bus, Command, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, Nudger, Sample, StatusWriter, Subscriber, Topic,
+    Waiter,
+};
+use clap::{CommandFactory, FromArgMatches, Parser};
+use messages::{Stage, StatusRecord};
+use std::collections::{BTreeMap, VecDeque};
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+use tracing::{debug, error, info, warn};
+
+/// How often a bus that is not there is looked for.
+const RETRY: Duration = Duration::from_millis(200);
+
+/// What is logged unless `RUST_LOG` says otherwise: what our own crates have to say.
+const USUAL_LOG: &str = "warn,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info";
+
+/// Requests that wait while the service works; more are refused.
+const MAX_WAITING: usize = 16;
+
+/// A daemon of groundplan: `groundplan up` starts it. It stops on SIGTERM.
+#[derive(Debug, Clone, Parser)]
+#[command(version)]
+pub struct Arguments {
+    /// Configuration of the site, see config/site.toml
+    #[arg(long, value_name = "FILE")]
+    pub config: PathBuf,
+
+    /// Stop when standard input ends: die with whoever started it
+    #[arg(long)]
+    pub with_stdin: bool,
+}
+
+/// Runs a daemon until it is told to stop: exit code 0; 1 if it cannot go on, 2 for a configuration that cannot be used.
+pub fn run<S: Service + 'static>(
+    daemon: Daemon,
+    make: impl FnOnce(&SiteConfig, Stages) -> Result<S, Failure>,
+) -> ExitCode {
+    let arguments = arguments(daemon);
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| USUAL_LOG.into());
+    tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_env_filter(filter)
+        .init();
+    let config = match SiteConfig::read(&arguments.config) {
+        Ok(config) => config,
+        Err(why) => {
+            error!(service = daemon.name(), error = chain(&why), "the configuration cannot be used");
+            return ExitCode::from(2);
+        }
+    };
+    match live(daemon, &config, arguments.with_stdin, make) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            error!(service = daemon.name(), error = chain(failure.as_ref()), "cannot go on");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The command line of a daemon, under its own name.
+fn arguments(daemon: Daemon) -> Arguments {
+    let matches = Arguments::command().name(daemon.name()).get_matches();
+    Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+}
+
+fn live<S: Service + 'static>(
+    daemon: Daemon,
+    config: &SiteConfig,
+    with_stdin: bool,
+    make: impl FnOnce(&SiteConfig, Stages) -> Result<S, Failure>,
+) -> Result<(), Failure> {
+    let domain = config.bus.domain()?;
+    let stop = StopSignal::listen(with_stdin)?;
+    let stages = Stages::default();
+    let service = make(config, stages.clone())?;
+    let inputs = service.inputs();
+    let (to_service, events) = channel();
+    let (results, from_service) = channel();
+    let worker = std::thread::Builder::new().name(daemon.name().to_owned());
+    worker.spawn(move || work(service, &events, &results))?;
+    let mut life = Life {
+        daemon,
+        inputs,
+        stages,
+        to_service,
+        from_service,
+        is_busy: false,
+        newest: BTreeMap::new(),
+        waiting: VecDeque::new(),
+        asked: None,
+        error: String::new(),
+    };
+    // A service at work is not waited for: what it writes it writes whole.
+    life.all_generations(&domain, stop)
+}
+
+/// What the service is told.
+enum ToService {
+    Attach(Bus, Nudger),
+    Event(Event),
+}
+
+/// The service's own thread.
+fn work(mut service: impl Service, events: &Receiver<ToService>, results: &Sender<Result<Done, Failure>>) {
+    let mut nudger: Option<Nudger> = None;
+    for event in events {
+        let result = match event {
+            ToService::Attach(bus, its_nudger) => {
+                nudger = Some(its_nudger);
+                service.attach(&bus).and_then(|()| service.handle(Event::Attached))
+            }
+            ToService::Event(event) => service.handle(event),
+        };
+        if results.send(result).is_err() {
+            return;
+        }
+        nudger.iter().for_each(Nudger::nudge);
+    }
+}
+
+/// A daemon's side of the loop.
+struct Life {
+    daemon: Daemon,
+    inputs: &'static [Topic],
+    stages: Stages,
+    to_service: Sender<ToService>,
+    from_service: Receiver<Result<Done, Failure>>,
+    is_busy: bool,
+    /// Samples that the service has not seen.
+    newest: BTreeMap<Topic, Sample>,
+    waiting: VecDeque<(Command, Request)>,
+    /// Whose request the service works on.
+    asked: Option<Command>,
+    error: String,
+}
+
+/// How a generation of the bus ended.
+enum End {
+    Stopped,
+    Superseded,
+}
+
+impl Life {
+    fn all_generations(&mut self, domain: &Domain, mut stop: StopSignal) -> Result<(), Failure> {
+        let service = self.daemon.name();
+        loop {
+            let (bus, mut waiter) = match Bus::join(domain, self.daemon) {
+                Ok(joined) => joined,
+                Err(why) => {
+                    debug!(service, error = chain(&why), "the bus is not there yet");
+                    if stop.is_raised_within(RETRY) {
+                        return Ok(());
+                    }
+                    continue;
+                }
+            };
+            waiter.stop_on(stop.descriptor()?);
+            let end = self.generation(&bus, &mut waiter);
+            // Ends of a generation that is gone are of no use.
+            self.newest.clear();
+            self.waiting.clear();
+            self.asked = None;
+            match end? {
+                End::Stopped => {
+                    info!(service, "stopped");
+                    return Ok(());
+                }
+                End::Superseded => info!(service, "the bus has a new generation"),
+            }
+        }
+    }
+
+    fn generation(&mut self, bus: &Bus, waiter: &mut Waiter) -> Result<End, Failure> {
+        let server = bus.command_server()?;
+        let status = bus.status_writer()?;
+        let subscribers: Vec<Subscriber> =
+            self.inputs.iter().map(|topic| bus.subscriber(*topic)).collect::<Result<_, _>>()?;
+        // The service may still be at work for the generation before.
+        while self.is_busy {
+            let result = self.from_service.recv()?;
+            self.finish(result);
+        }
+        info!(service = self.daemon.name(), generation = bus.generation(), "joined the bus");
+        self.send(ToService::Attach(bus.clone(), waiter.nudger()))?;
+        let mut next_beat = Instant::now();
+        loop {
+            let is_beat = next_beat <= Instant::now();
+            if is_beat {
+                self.beat(&status);
+                next_beat = Instant::now() + HEARTBEAT_PERIOD;
+            }
+            self.give_work(is_beat)?;
+            let wake = waiter.wait(next_beat.saturating_duration_since(Instant::now()))?;
+            if wake.stopped {
+                return Ok(End::Stopped);
+            }
+            if wake.superseded {
+                return Ok(End::Superseded);
+            }
+            while let Ok(result) = self.from_service.try_recv() {
+                self.finish(result);
+                // What has changed is told at once.
+                self.beat(&status);
+            }
+            self.take_samples(&subscribers);
+            self.take_commands(&server);
+        }
+    }
+
+    fn take_samples(&mut self, subscribers: &[Subscriber]) {
+        for subscriber in subscribers {
+            match subscriber.take() {
+                Ok(Some(sample)) => drop(self.newest.insert(subscriber.topic(), sample)),
+                Ok(None) => {}
+                Err(why) => self.fail(&why),
+            }
+        }
+    }
+
+    fn take_commands(&mut self, server: &CommandServer) {
+        loop {
+            let command = match server.take() {
+                Ok(Some(command)) => command,
+                Ok(None) => return,
+                Err(why) => return self.fail(&why),
+            };
+            let request = serde_json::from_slice::<Request>(command.bytes()).map_err(|e| e.to_string());
+            let refused = match request {
+                Ok(request) if self.waiting.len() < MAX_WAITING => {
+                    self.waiting.push_back((command, request));
+                    continue;
+                }
+                Ok(_) => command.failed(b"too many requests wait already"),
+                Err(why) => command.failed(why.as_bytes()),
+            };
+            if let Err(why) = refused {
+                self.fail(&why);
+            }
+        }
+    }
+
+    /// Gives the idle service what is most urgent: an input, so that requests meet the newest; a request; a tick.
+    fn give_work(&mut self, is_tick: bool) -> Result<(), Failure> {
+        if self.is_busy {
+            return Ok(());
+        }
+        if let Some((topic, sample)) = self.newest.pop_first() {
+            return self.send(ToService::Event(Event::Input(topic, sample)));
+        }
+        if let Some((command, request)) = self.waiting.pop_front() {
+            self.asked = Some(command);
+            return self.send(ToService::Event(Event::Request(request)));
+        }
+        if is_tick { self.send(ToService::Event(Event::Tick)) } else { Ok(()) }
+    }
+
+    fn send(&mut self, event: ToService) -> Result<(), Failure> {
+        self.is_busy = true;
+        self.to_service.send(event).map_err(|_| "the service has panicked".into())
+    }
+
+    fn finish(&mut self, result: Result<Done, Failure>) {
+        self.is_busy = false;
+        let command = self.asked.take();
+        let replied = match result {
+            Ok(done) => {
+                // An error stays until the service has done something with success; ticks do nothing.
+                if command.is_some() || done.answer.epoch > 0 {
+                    self.error.clear();
+                }
+                let answer = serde_json::to_vec(&done.answer).unwrap_or_default();
+                command.map(|command| command.done(&answer))
+            }
+            Err(failure) => {
+                let text = chain(failure.as_ref());
+                warn!(service = self.daemon.name(), error = text, "what it was asked cannot be done");
+                self.stages.set(Stage::Idle);
+                self.error.clone_from(&text);
+                command.map(|command| command.failed(text.as_bytes()))
+            }
+        };
+        if let Some(Err(why)) = replied {
+            self.fail(&why);
+        }
+    }
+
+    fn fail(&mut self, why: &(dyn std::error::Error + 'static)) {
+        self.error = chain(why);
+        warn!(service = self.daemon.name(), error = self.error, "the bus refuses");
+    }
+
+    fn beat(&self, status: &StatusWriter) {
+        let mut record = StatusRecord::of(self.stages.get(), resident_bytes());
+        record.set_error(&self.error);
+        if !status.send(record) {
+            warn!(service = self.daemon.name(), "a heartbeat found no room in shared memory");
+        }
+    }
+}
+
+/// Resident memory of this process; 0 if the system does not tell.
+fn resident_bytes() -> u64 {
+    let pages = std::fs::read_to_string("/proc/self/statm").ok();
+    pages.and_then(|t| t.split(' ').nth(1)?.parse::<u64>().ok()).unwrap_or(0) * 4_096
+}
+
+/// An error with its causes.
+pub fn chain(error: &(dyn std::error::Error + 'static)) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    text
+}

@@ -1,0 +1,65 @@
+//! What a daemon does.
+
+use crate::{Answer, Request};
+use bus::{Bus, Sample, Topic};
+use messages::Stage;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Why a service could not do what it was asked; its earlier output stands.
+pub type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// A daemon's work. All calls come from one thread, one after the other.
+pub trait Service: Send {
+    /// Topics whose newest samples it gets.
+    fn inputs(&self) -> &'static [Topic];
+
+    /// Opens its ends of the bus, on the start and on every new generation of the bus, and publishes its last output
+    /// again.
+    ///
+    /// # Errors
+    /// The bus refuses.
+    fn attach(&mut self, bus: &Bus) -> Result<(), Failure>;
+
+    /// Answers to something that happened.
+    ///
+    /// # Errors
+    /// What it was asked cannot be done. The error goes to the client and into the heartbeat, and the daemon goes on.
+    fn handle(&mut self, event: Event) -> Result<Done, Failure>;
+}
+
+/// Something that happened.
+#[derive(Debug)]
+pub enum Event {
+    /// It is attached to the bus: time to begin what needs no input.
+    Attached,
+    /// A sample of one of its inputs; older ones were left out.
+    Input(Topic, Sample),
+    /// A client asks.
+    Request(Request),
+    /// A heartbeat has passed in which nothing else happened.
+    Tick,
+}
+
+/// What came of it: the answer for the client that asked.
+#[derive(Debug, Default)]
+pub struct Done {
+    /// What counts now.
+    pub answer: Answer,
+}
+
+/// Where a service says what it is doing.
+#[derive(Debug, Clone, Default)]
+pub struct Stages(Arc<AtomicU32>);
+
+impl Stages {
+    /// From now on.
+    pub fn set(&self, stage: Stage) {
+        self.0.store(stage as u32, Ordering::Release);
+    }
+
+    /// What it said last.
+    pub fn get(&self) -> Stage {
+        Stage::from_id(self.0.load(Ordering::Acquire)).unwrap_or(Stage::Idle)
+    }
+}

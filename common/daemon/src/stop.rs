@@ -1,0 +1,50 @@
+//! When to stop: SIGTERM, SIGINT, or the end of standard input.
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::io::{self, Read, Write};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::time::Duration;
+
+/// Readable as soon as the process is to stop.
+#[derive(Debug)]
+pub struct StopSignal {
+    reader: UnixStream,
+}
+
+impl StopSignal {
+    /// Listens for signals, and for the end of standard input if that is what its parent's death looks like.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn listen(with_stdin: bool) -> io::Result<Self> {
+        let (reader, writer) = UnixStream::pair()?;
+        for signal in [SIGTERM, SIGINT] {
+            signal_hook::low_level::pipe::register(signal, writer.try_clone()?)?;
+        }
+        if with_stdin {
+            let mut writer = writer;
+            let watch = move || {
+                // Whatever comes is no reason to stop, its end is.
+                let _ = io::copy(&mut io::stdin(), &mut io::sink());
+                let _ = writer.write_all(b"s");
+            };
+            std::thread::Builder::new().name("stdin".to_owned()).spawn(watch)?;
+        }
+        Ok(Self { reader })
+    }
+
+    /// A descriptor that is readable as soon as the process is to stop.
+    ///
+    /// # Errors
+    /// The system has no descriptors left.
+    pub fn descriptor(&self) -> io::Result<OwnedFd> {
+        Ok(self.reader.try_clone()?.into())
+    }
+
+    /// Waits; true if the process is to stop.
+    pub fn is_raised_within(&mut self, time: Duration) -> bool {
+        let timeout = self.reader.set_read_timeout(Some(time));
+        timeout.is_err() || self.reader.read(&mut [0]).is_ok()
+    }
+}

@@ -1,0 +1,107 @@
+//! Asking a daemon, and waiting until the effect is out.
+
+use super::join;
+use crate::cli::{DateArgs, LoadArgs, RobotSetArgs};
+use crate::failure::Failure;
+use crate::plan_date;
+use bus::{Bus, CommandError, Daemon, Reply, Topic, Waiter};
+use daemon::{Answer, Request};
+use messages::InputHashes;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// A daemon that does not answer within this time is not asked further.
+const PATIENCE: Duration = Duration::from_secs(600);
+/// A daemon that is just starting is waited for.
+const STARTING: Duration = Duration::from_secs(10);
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Sets the plan time, or goes on to the next change.
+///
+/// # Errors
+/// No daemons, a date that is none, nothing that changes any more.
+pub fn date(arguments: &DateArgs) -> Result<String, Failure> {
+    let request = match (&arguments.date, arguments.next) {
+        (Some(date), false) => Request::SetPlanTime { at_s: plan_date::instant_s(date)? },
+        (None, true) => Request::NextChange,
+        _ => return Err(Failure::usage("give a date, or --next")),
+    };
+    let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    let answer = ask(&bus, &mut waiter, Daemon::ScheduleEval, &request)?;
+    // Without a site there is nothing to wait for: the plan time is kept for when there is one.
+    if !arguments.no_wait && answer.epoch > 0 {
+        wait_for_grids(&bus, &mut waiter, |inputs| inputs.phase == answer.content_hash)?;
+    }
+    Ok(answer.plan_time_s.map_or(String::new(), |at_s| plan_date::text(at_s) + "\n"))
+}
+
+/// Loads these files, or those again that are loaded.
+///
+/// # Errors
+/// No daemons, files that cannot be read; the site stays as it was.
+pub fn load(arguments: &LoadArgs) -> Result<String, Failure> {
+    let absolute =
+        |path: &PathBuf| std::path::absolute(path).map_err(|e| Failure::usage(format!("{}: {e}", path.display())));
+    let models = arguments.models.iter().map(absolute).collect::<Result<_, _>>()?;
+    let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    let answer = ask(&bus, &mut waiter, Daemon::IfcIngest, &Request::Load { models })?;
+    if !arguments.no_wait {
+        wait_for_grids(&bus, &mut waiter, |inputs| inputs.site == answer.content_hash)?;
+    }
+    Ok(String::new())
+}
+
+/// Sets the robot profile.
+///
+/// # Errors
+/// No daemons, a file that is no profile.
+pub fn robot(arguments: &RobotSetArgs) -> Result<String, Failure> {
+    let profile = std::path::absolute(&arguments.profile).map_err(Failure::usage)?;
+    let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    ask(&bus, &mut waiter, Daemon::Rasterize, &Request::SetRobot { profile })?;
+    Ok(String::new())
+}
+
+/// Sends a request and waits for its answer.
+fn ask(bus: &Bus, waiter: &mut Waiter, daemon: Daemon, request: &Request) -> Result<Answer, Failure> {
+    let client = bus.command_client(daemon).map_err(Failure::work)?;
+    let bytes = serde_json::to_vec(request).map_err(Failure::work)?;
+    let begun = Instant::now();
+    let open = loop {
+        match client.send(&bytes) {
+            Ok(open) => break open,
+            Err(CommandError::NotServed { .. }) if begun.elapsed() < STARTING => {
+                waiter.wait(LOOK).map_err(Failure::work)?;
+            }
+            Err(why) => return Err(Failure::work(why)),
+        }
+    };
+    loop {
+        match open.take().map_err(Failure::work)? {
+            Some(Reply::Done(bytes)) => return serde_json::from_slice(&bytes).map_err(Failure::work),
+            Some(Reply::Failed(text)) => {
+                return Err(Failure::work(format!("{daemon}: {}", String::from_utf8_lossy(&text))));
+            }
+            Some(Reply::Progress(_)) => {}
+            None if begun.elapsed() > PATIENCE => return Err(Failure::work(format!("{daemon} does not answer"))),
+            None => drop(waiter.wait(LOOK).map_err(Failure::work)?),
+        }
+    }
+}
+
+/// Waits until an index of grids is out that was made from this.
+fn wait_for_grids(bus: &Bus, waiter: &mut Waiter, is_it: impl Fn(&InputHashes) -> bool) -> Result<(), Failure> {
+    let grids = bus.subscriber(Topic::Grids).map_err(Failure::work)?;
+    let begun = Instant::now();
+    loop {
+        if let Some(sample) = grids.take().map_err(Failure::work)?
+            && is_it(&sample.header().inputs)
+        {
+            return Ok(());
+        }
+        if begun.elapsed() > PATIENCE {
+            return Err(Failure::work("no new grids have come: see groundplan status"));
+        }
+        waiter.wait(LOOK).map_err(Failure::work)?;
+    }
+}

@@ -1,0 +1,113 @@
+//! Who lives, what they do, what is wrong.
+
+use super::join;
+use crate::cli::StatusArgs;
+use crate::failure::Failure;
+use crate::plan_date;
+use bus::{Daemon, HEARTBEAT_PERIOD, Topic};
+use messages::{Grids, PhaseHead, Stage, StatusRecord};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+/// Daemons without which there is no map.
+const NEEDED: [Daemon; 3] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize];
+
+#[derive(Debug, Serialize)]
+struct Status {
+    /// True if every daemon lives without an error and there are grids.
+    healthy: bool,
+    daemons: BTreeMap<&'static str, DaemonStatus>,
+    grids: Option<GridsStatus>,
+}
+
+#[derive(Debug, Serialize)]
+struct DaemonStatus {
+    alive: bool,
+    process_id: u32,
+    stage: &'static str,
+    memory_bytes: u64,
+    error: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct GridsStatus {
+    epoch: u64,
+    plan_time: Option<String>,
+    robot: String,
+    storeys: usize,
+}
+
+/// Listens for a little longer than a heartbeat; the text, and whether all is well.
+///
+/// # Errors
+/// No bus.
+pub fn status(arguments: &StatusArgs) -> Result<(String, bool), Failure> {
+    let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    let (reader, grids) =
+        (bus.status_reader().map_err(Failure::work)?, bus.subscriber(Topic::Grids).map_err(Failure::work)?);
+    let mut seen: BTreeMap<u32, StatusRecord> = BTreeMap::new();
+    let mut index = None;
+    let deadline = Instant::now() + HEARTBEAT_PERIOD + HEARTBEAT_PERIOD / 2;
+    loop {
+        while let Some(record) = reader.take().map_err(Failure::work)? {
+            seen.insert(record.daemon, record);
+        }
+        index = grids.take().map_err(Failure::work)?.or(index);
+        let rest = deadline.saturating_duration_since(Instant::now());
+        if rest == Duration::ZERO {
+            break;
+        }
+        waiter.wait(rest).map_err(Failure::work)?;
+    }
+    let grids = index.as_ref().and_then(|sample| {
+        let index = Grids::open(sample.bytes()).ok()?;
+        let plan_time_s = index.head.plan_time_s;
+        Some(GridsStatus {
+            epoch: sample.header().epoch,
+            plan_time: (plan_time_s != PhaseHead::NO_TIME).then(|| plan_date::text(plan_time_s)),
+            robot: index.robot_name.to_owned(),
+            storeys: index.slots.len(),
+        })
+    });
+    let daemons: BTreeMap<&'static str, DaemonStatus> =
+        NEEDED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
+    let healthy = grids.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());
+    let status = Status { healthy, daemons, grids };
+    let text =
+        if arguments.json { serde_json::to_string(&status).map_err(Failure::work)? + "\n" } else { status.text() };
+    Ok((text, healthy))
+}
+
+impl DaemonStatus {
+    fn of(record: Option<&StatusRecord>) -> Self {
+        let Some(record) = record else {
+            return Self { alive: false, process_id: 0, stage: "silent", memory_bytes: 0, error: None };
+        };
+        let error = Some(record.error().to_owned()).filter(|e| !e.is_empty());
+        let stage = Stage::from_id(record.stage).unwrap_or(Stage::Idle).name();
+        Self { alive: true, process_id: record.process_id, stage, memory_bytes: record.memory_bytes, error }
+    }
+}
+
+impl Status {
+    fn text(&self) -> String {
+        let mut out = String::new();
+        for (name, daemon) in &self.daemons {
+            let megabytes = daemon.memory_bytes / 1_000_000;
+            let _ = writeln!(out, "{name:<14} {:<10} process {:<8} {megabytes} MB", daemon.stage, daemon.process_id);
+            if let Some(error) = &daemon.error {
+                let _ = writeln!(out, "  {error}");
+            }
+        }
+        let _ = match &self.grids {
+            Some(grids) => {
+                let date = grids.plan_time.as_deref().unwrap_or("everything built");
+                writeln!(out, "{} storeys at {date} for {}, epoch {}", grids.storeys, grids.robot, grids.epoch)
+            }
+            None => writeln!(out, "no grids"),
+        };
+        out
+    }
+}

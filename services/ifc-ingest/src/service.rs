@@ -1,0 +1,155 @@
+//! IFC ingestion as a daemon: publishes the site, from its cache at once, and again when its files change.
+
+use crate::{IngestOptions, SiteFrame, SourceFile, ingest};
+use bus::{Bus, Origin, Publisher, Topic};
+use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably};
+use messages::{ArchiveBuffer, InputHashes, Site, Stage};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+use tracing::info;
+
+/// Reads the files of a site.
+pub struct IngestService {
+    state: StateFile,
+    cache: PathBuf,
+    epochs: Epochs,
+    stages: Stages,
+    publisher: Option<Publisher>,
+    models: Vec<PathBuf>,
+    /// What the files looked like when they were read, or tried, last.
+    stamps: Vec<Option<FileStamp>>,
+    last: Option<(ArchiveBuffer, Origin)>,
+}
+
+/// What the cache was made from.
+#[derive(Debug, Serialize, Deserialize)]
+struct Loaded {
+    models: Vec<PathBuf>,
+    stamps: Vec<Option<FileStamp>>,
+}
+
+/// How a file looks without reading it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+struct FileStamp {
+    length: u64,
+    modified_ns: u64,
+}
+
+impl IngestService {
+    /// From the configuration and what survived: loaded files go before configured ones.
+    ///
+    /// # Errors
+    /// State that cannot be used. A cache that cannot be used is made anew.
+    pub fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+        let state = StateFile::at(&config.state, "loaded.json")?;
+        let mut epochs = Epochs::at(&config.state, "ifc-ingest-epochs.json")?;
+        let cache = config.state.join("site.gpar");
+        let loaded: Option<Loaded> = state.load()?;
+        let (models, stamps) = loaded.map_or((config.models.clone(), Vec::new()), |l| (l.models, l.stamps));
+        let cached = std::fs::read(&cache).ok().map(|bytes| ArchiveBuffer::copy_of(&bytes));
+        let frame_epoch = |b: &ArchiveBuffer| Site::open(b.bytes()).ok().map(|s| u64::from(s.head.frame_epoch));
+        let last = match cached.filter(|_| !stamps.is_empty()).and_then(|b| Some((frame_epoch(&b)?, b))) {
+            Some((frame_epoch, buffer)) => {
+                let origin = Origin { epoch: epochs.take()?, frame_epoch, inputs: InputHashes::default() };
+                Some((buffer, origin))
+            }
+            None => None,
+        };
+        // Without a cache everything is read anew.
+        let stamps = if last.is_some() { stamps } else { Vec::new() };
+        Ok(Self { state, cache, epochs, stages, publisher: None, models, stamps, last })
+    }
+
+    /// Reads these files and publishes their site. A file that is broken leaves the last good site where it is.
+    fn load(&mut self, models: Vec<PathBuf>) -> Result<Done, Failure> {
+        self.stages.set(Stage::Reading);
+        let stamps: Vec<Option<FileStamp>> = models.iter().map(|path| stamp(path)).collect();
+        let is_revision = models == self.models;
+        self.stamps.clone_from(&stamps);
+        let read = |path: &PathBuf| -> Result<SourceFile, Failure> {
+            let bytes = std::fs::read(path).map_err(|e| format!("{} cannot be read: {e}", path.display()))?;
+            Ok(SourceFile { path: path.clone(), bytes })
+        };
+        let files: Vec<SourceFile> = models.iter().map(read).collect::<Result<_, _>>()?;
+        let stages = self.stages.clone();
+        // A robot is localised in the frame of its site: a revision keeps it, another site has another.
+        let old = self.frame();
+        let options = IngestOptions {
+            frame: old.filter(|_| is_revision),
+            frame_epoch: old.map_or(1, |f| f.frame_epoch.saturating_add(1)),
+            places: &[],
+            prefer_last: false,
+            progress: &|step| {
+                if step.stage == crate::Stage::Meshing {
+                    stages.set(Stage::Meshing);
+                }
+            },
+        };
+        let site = ingest(&files, &options)?;
+        self.stages.set(Stage::Writing);
+        write_durably(&self.cache, site.bytes())
+            .map_err(|e| format!("{} cannot be written: {e}", self.cache.display()))?;
+        self.state.save(&Loaded { models: models.clone(), stamps })?;
+        self.models = models;
+        let frame_epoch = Site::open(site.bytes())?.head.frame_epoch;
+        let origin =
+            Origin { epoch: self.epochs.take()?, frame_epoch: u64::from(frame_epoch), inputs: InputHashes::default() };
+        self.last = Some((site, origin));
+        self.publish()
+    }
+
+    fn frame(&self) -> Option<SiteFrame> {
+        let (site, _) = self.last.as_ref()?;
+        let site = Site::open(site.bytes()).ok()?;
+        Some(SiteFrame { map_from_world: site.map_from_world(), frame_epoch: site.head.frame_epoch })
+    }
+
+    fn publish(&self) -> Result<Done, Failure> {
+        let (Some((site, origin)), Some(publisher)) = (&self.last, &self.publisher) else { return Ok(Done::default()) };
+        publisher.publish_copy(site.bytes(), *origin)?;
+        info!(service = "ifc-ingest", epoch = origin.epoch, bytes = site.bytes().len(), "site published");
+        self.stages.set(Stage::Published);
+        let content_hash = Site::open(site.bytes())?.content_hash();
+        Ok(Done { answer: Answer { content_hash, epoch: origin.epoch, plan_time_s: None } })
+    }
+
+    /// Reads the files again if they look different from when they were read, or tried, last.
+    fn look(&mut self) -> Result<Done, Failure> {
+        let now: Vec<Option<FileStamp>> = self.models.iter().map(|path| stamp(path)).collect();
+        if self.models.is_empty() || now == self.stamps {
+            return Ok(Done::default());
+        }
+        self.load(self.models.clone())
+    }
+}
+
+/// `None` for a file that is not there.
+fn stamp(path: &Path) -> Option<FileStamp> {
+    let metadata = std::fs::metadata(path).ok()?;
+    let modified = metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
+    Some(FileStamp { length: metadata.len(), modified_ns: u64::try_from(modified.as_nanos()).ok()? })
+}
+
+impl Service for IngestService {
+    fn inputs(&self) -> &'static [Topic] {
+        &[]
+    }
+
+    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
+        self.publisher = None;
+        let length = self.last.as_ref().map_or(1 << 20, |(site, _)| site.bytes().len());
+        self.publisher = Some(bus.publisher(Topic::Site, length)?);
+        self.publish().map(drop)
+    }
+
+    fn handle(&mut self, event: Event) -> Result<Done, Failure> {
+        match event {
+            Event::Attached | Event::Tick => self.look(),
+            Event::Request(Request::Load { models }) if models.is_empty() => self.load(self.models.clone()),
+            Event::Request(Request::Load { models }) => self.load(models),
+            Event::Request(_) => Err("ifc-ingest loads models and nothing else".into()),
+            Event::Input(..) => Ok(Done::default()),
+        }
+    }
+}
