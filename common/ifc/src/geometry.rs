@@ -27,6 +27,9 @@ pub(crate) struct Bodied<'p, 'a> {
     pub(crate) cuts: bool,
 }
 
+/// What the kernel says of a body that lacks something.
+const DROPPED: &str = "dropped representation items";
+
 /// Bodies by step id; products without a body are not in the map.
 pub(crate) fn mesh(
     file: &File<'_>,
@@ -56,6 +59,7 @@ pub(crate) fn mesh(
     let progress = |done: usize, total: usize| options.report(Stage::Meshing, done, total);
     let request = MeshRequest { products: &wanted, patch: &patch, threads: options.threads, progress: &progress };
     let mut meshed = mesh_by_kernel(file, &request)?;
+    share_complaints(&meshed.meshes, &mut meshed.complaints);
     // Openings first: an element may lie wholly inside its own.
     let bodied = products.iter().filter(|product| !product.body.items.is_empty());
     let (openings, others): (Vec<_>, Vec<_>) = bodied.partition(|product| product.cuts);
@@ -78,6 +82,31 @@ pub(crate) fn mesh(
         geometries.insert(id, geometry);
     }
     Ok(geometries)
+}
+
+/// What the kernel dropped of a shape that several products have is missing from all of them: it meshes equal shapes once and
+/// blames whichever came first, which depends on its threads.
+fn share_complaints(meshes: &BTreeMap<u32, Vec<ItemMesh>>, complaints: &mut BTreeMap<u32, String>) {
+    for complaint in complaints.values_mut() {
+        // The kernel names the product that it blames; the diagnostic has its own.
+        if let Some((_, what)) = complaint.split_once(": ").filter(|(who, _)| who.starts_with("incomplete product #")) {
+            *complaint = what.to_owned();
+        }
+    }
+    let is_dropped = |(_, complaint): &(&u32, &String)| complaint.contains(DROPPED);
+    let blamed = complaints.iter().filter(is_dropped);
+    let dropped: BTreeMap<Vec<&[[u32; 3]]>, String> =
+        blamed.filter_map(|(id, complaint)| Some((faces(meshes.get(id)?), complaint.clone()))).collect();
+    for (id, its_meshes) in meshes.iter().filter(|(_, m)| !dropped.is_empty() && !m.is_empty()) {
+        if let Some(complaint) = dropped.get(&faces(its_meshes)) {
+            complaints.entry(*id).or_insert_with(|| complaint.clone());
+        }
+    }
+}
+
+/// Triangles of all meshes: equal for equal shapes, wherever they stand.
+fn faces(meshes: &[ItemMesh]) -> Vec<&[[u32; 3]]> {
+    meshes.iter().map(|mesh| mesh.part.triangles.as_slice()).collect()
 }
 
 /// True unless the product has a placement that cannot be resolved.
@@ -132,7 +161,7 @@ fn settle(
     let lost: Vec<u32> = if usable.is_empty() {
         items.clone()
     } else {
-        let doubtful = !broken.is_empty() || why.contains("dropped representation items");
+        let doubtful = !broken.is_empty() || why.contains(DROPPED);
         items.iter().copied().filter(|&id| doubtful && !is_meshed(file, id, &usable)).collect()
     };
     let lost: Vec<u32> = lost.into_iter().filter(|&id| !is_curve(file, id)).collect();
@@ -172,7 +201,7 @@ fn report_doubts(product: &Bodied<'_, '_>, why: &str, empty: bool, report: &mut 
     if empty {
         let message = "its body consists of curves and points only and is not drawn".to_owned();
         report.add(Severity::Info, "body_without_faces", id(), message);
-    } else if why.contains("dropped representation items") || why.contains("refused") {
+    } else if why.contains(DROPPED) || why.contains("refused") {
         report.add(Severity::Warning, "geometry_incomplete", id(), format!("part of its body is missing: {why}"));
     } else if why.contains("CSG") {
         let message = "a cut or boolean of its body needed a fallback and may be missing".to_owned();
