@@ -8,7 +8,7 @@ use export::{ScheduleFindings, ScheduleReport};
 use messages::{Phase, PhaseHead, Site, SpaceState};
 use schedule_eval::{Period, Timeline};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write;
 
 /// How many findings people see; all are in the JSON document.
@@ -117,9 +117,9 @@ fn text_of(site: &Site<'_>, timeline: &Timeline, phase: &Phase<'_>, at_s: i64) -
     let counts: Vec<String> =
         counts(phase).into_iter().map(|(state, n)| format!("{n} {}", state.replace('_', " "))).collect();
     let _ = writeln!(out, "elements: {}", counts.join(", "));
+    let summaries: HashSet<usize> = site.tasks.iter().map(|t| t.parent as usize).collect();
     let running = (0..site.tasks.len()).filter(|k| {
-        let is_summary = site.tasks.iter().any(|t| t.parent as usize == *k);
-        !is_summary && timeline.task(*k).is_some_and(|d| d.start_s <= at_s && at_s < d.finish_s)
+        !summaries.contains(k) && timeline.task(*k).is_some_and(|d| d.start_s <= at_s && at_s < d.finish_s)
     });
     for k in running {
         let dates = timeline.task(k).expect("running tasks have dates");
