@@ -1,8 +1,7 @@
 //! What if a task is delayed?
 
 use super::resolve::{dependencies, roll_up};
-use super::{TaskDates, Tasks};
-use messages::NONE;
+use super::{TaskDates, Tasks, with_ancestors};
 
 /// Moves tasks by their delays, and everything that depends on them as far as it must: float is used up first.
 ///
@@ -70,14 +69,5 @@ fn roll_up_group(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], moved: &mut [Op
 
 /// The delays of a task and of what it is nested in.
 fn total_delay_s(tasks: &Tasks<'_>, delay_s: &[i64], k: usize) -> i64 {
-    let (mut at, mut total_s) = (k, 0i64);
-    for _ in 0..delay_s.len() {
-        total_s = total_s.saturating_add(delay_s[at]);
-        let parent = tasks.site.tasks[at].parent;
-        if parent == NONE {
-            break;
-        }
-        at = parent as usize;
-    }
-    total_s
+    with_ancestors(tasks.site, k).map(|at| delay_s[at]).fold(0, i64::saturating_add)
 }

@@ -1,5 +1,6 @@
 //! What a file, or a report of progress, says about one task.
 
+use super::with_ancestors;
 use crate::clock::Calendars;
 use crate::dates::{DateError, WrittenDate, parse_iso};
 use crate::durations::{self, WrittenDuration};
@@ -208,17 +209,5 @@ pub(crate) fn kind_of(site: &Site<'_>, task: usize) -> TaskKind {
 
 /// The nearest answer of a task and its ancestors.
 pub(crate) fn inherited<'s, T>(site: &Site<'s>, task: usize, of: impl Fn(&'s TaskRecord) -> Option<T>) -> Option<T> {
-    let mut at = task;
-    // No task is its own ancestor; the count guards against an archive that says otherwise.
-    for _ in 0..site.tasks.len() {
-        let record = &site.tasks[at];
-        if let Some(answer) = of(record) {
-            return Some(answer);
-        }
-        if record.parent == NONE {
-            return None;
-        }
-        at = record.parent as usize;
-    }
-    None
+    with_ancestors(site, task).find_map(|at| of(&site.tasks[at]))
 }

@@ -4,8 +4,8 @@
 //! Kelley and Walker, "Critical-Path Planning and Scheduling", 1959.
 
 use super::resolve::dependencies;
-use super::{TaskDates, Tasks, ends};
-use messages::{NONE, SequenceRecord};
+use super::{TaskDates, Tasks, ends, with_ancestors};
+use messages::SequenceRecord;
 
 /// Float of a task in seconds of its own clock. Negative: its successors begin before it allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,15 +65,6 @@ fn sequences_behind<'s>(
     outgoing: &[Vec<&'s SequenceRecord>],
     k: usize,
 ) -> Vec<(&'s SequenceRecord, bool)> {
-    let mut behind = Vec::new();
-    let mut at = k;
-    for _ in 0..outgoing.len() {
-        behind.extend(outgoing[at].iter().map(|s| (*s, at == k)));
-        let parent = tasks.site.tasks[at].parent;
-        if parent == NONE {
-            break;
-        }
-        at = parent as usize;
-    }
-    behind
+    let of = |at: usize| outgoing[at].iter().map(move |s| (*s, at == k));
+    with_ancestors(tasks.site, k).flat_map(of).collect()
 }

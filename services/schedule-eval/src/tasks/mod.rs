@@ -15,7 +15,7 @@ pub(crate) use resolve::resolve;
 
 use crate::clock::Calendars;
 use crate::rules::Rules;
-use messages::{DateSource, SequenceKind, SequenceRecord, Site};
+use messages::{DateSource, NONE, SequenceKind, SequenceRecord, Site};
 
 /// When a task begins and ends, civil seconds since 1970: it is in progress from its start until before its finish.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +72,14 @@ impl Tasks<'_> {
         let own = self.calendars.clock(self.facts[sequence.successor as usize].clock);
         if to_start { Some(bound) } else { own.add(bound, -duration_s) }
     }
+}
+
+/// A task, what it is nested in, and so on up.
+pub(crate) fn with_ancestors<'s>(site: &Site<'s>, task: usize) -> impl Iterator<Item = usize> + use<'s> {
+    let tasks = site.tasks;
+    let parent = move |at: &usize| Some(tasks[*at].parent).filter(|p| *p != NONE).map(|p| p as usize);
+    // No task is its own ancestor; the count guards against an archive that says otherwise.
+    std::iter::successors(Some(task), parent).take(tasks.len())
 }
 
 /// Whether a sequence hangs on the predecessor's start, and whether it bounds the successor's start.

@@ -4,7 +4,7 @@
 //! Kelley and Walker, "Critical-Path Planning and Scheduling", 1959; precedence diagrams with lags after Fondahl, 1961.
 
 use super::facts::inherited;
-use super::{Order, TaskDates, TaskFacts, Tasks};
+use super::{Order, TaskDates, TaskFacts, Tasks, with_ancestors};
 use crate::findings::{Entity, Findings, Severity};
 use messages::{DateSource, NONE, Site};
 
@@ -66,12 +66,11 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
     /// Summary tasks depend on what is nested in them, computed ones on their predecessors.
     fn order(&self) -> Order {
         let site = self.tasks.site;
-        let nested = site.tasks.iter().zip(0..).filter(|(t, _)| t.parent != NONE).map(|(t, k)| (t.parent, k));
         let is_computed =
             |k: u32| !self.tasks.is_summary(k as usize) && matches!(self.written[k as usize], Written::Duration(_));
         let sequences =
             site.sequences.iter().filter(|s| is_computed(s.successor)).map(|s| (s.successor, s.predecessor));
-        Order::of(site.tasks.len(), nested.chain(sequences))
+        Order::of(site.tasks.len(), nesting(site).chain(sequences))
     }
 
     /// Names the tasks of every cycle, also of those whose written dates stand.
@@ -185,21 +184,16 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
             in_sequence[sequence.predecessor as usize] = true;
             in_sequence[sequence.successor as usize] = true;
         }
-        for (k, task) in site.tasks.iter().enumerate() {
-            if self.dates[k].is_some() || self.tasks.facts[k].has_time || self.tasks.is_summary(k) || in_sequence[k] {
+        for (k, in_sequence) in in_sequence.into_iter().enumerate() {
+            if self.dates[k].is_some() || self.tasks.facts[k].has_time || self.tasks.is_summary(k) || in_sequence {
                 continue;
             }
-            let mut at = task.parent;
-            for _ in 0..site.tasks.len() {
-                if at == NONE {
-                    break;
-                }
-                if let Written::Dates(dates) = self.written[at as usize] {
-                    self.dates[k] = Some(dates).filter(|d| d.start_s <= d.finish_s);
-                    break;
-                }
-                at = site.tasks[at as usize].parent;
-            }
+            let written = |at: usize| match self.written[at] {
+                Written::Dates(dates) => Some(dates),
+                _ => None,
+            };
+            let nearest = with_ancestors(site, k).skip(1).find_map(written);
+            self.dates[k] = nearest.filter(|d| d.start_s <= d.finish_s);
         }
     }
 
@@ -232,11 +226,15 @@ pub(super) fn roll_up(nested: &[TaskDates]) -> TaskDates {
     }
 }
 
+/// Summary tasks with the tasks nested in them.
+fn nesting(site: &Site<'_>) -> impl Iterator<Item = (u32, u32)> {
+    site.tasks.iter().zip(0..).filter(|(t, _)| t.parent != NONE).map(|(t, k)| (t.parent, k))
+}
+
 /// All dependencies, whether dates are written or not: for cycles, delays and floats.
 pub(super) fn dependencies(site: &Site<'_>) -> Order {
-    let nested = site.tasks.iter().zip(0..).filter(|(t, _)| t.parent != NONE).map(|(t, k)| (t.parent, k));
     let sequences = site.sequences.iter().map(|s| (s.successor, s.predecessor));
-    Order::of(site.tasks.len(), nested.chain(sequences))
+    Order::of(site.tasks.len(), nesting(site).chain(sequences))
 }
 
 /// Name of a task for people, its GlobalId where it has none.
@@ -247,13 +245,7 @@ pub(crate) fn label(site: &Site<'_>, task: usize) -> String {
 }
 
 fn depth(site: &Site<'_>, task: usize) -> usize {
-    let mut depth = 0;
-    let mut at = site.tasks[task].parent;
-    while at != NONE && depth < site.tasks.len() {
-        depth += 1;
-        at = site.tasks[at as usize].parent;
-    }
-    depth
+    with_ancestors(site, task).skip(1).count()
 }
 
 fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, findings: &mut Findings<'_>) -> Vec<Option<i64>> {
