@@ -14,16 +14,11 @@ pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     if export::schedule_ignored(site, input.phase) {
         kinds.add("schedule", "warning: the model holds a schedule; this map shows everything built".to_owned());
     }
-    for (severity, word) in [(2, "error"), (1, "warning")] {
-        for diagnostic in site.diagnostics.iter().filter(|d| d.severity == severity) {
-            kinds.add(site.text(diagnostic.code), format!("{word}: {}", of_diagnostic(site, diagnostic)));
-        }
+    for (word, diagnostic) in worst_first(site.diagnostics) {
+        kinds.add(site.text(diagnostic.code), format!("{word}: {}", of_diagnostic(site, diagnostic)));
     }
-    for (severity, word) in [(2, "error"), (1, "warning")] {
-        for diagnostic in input.phase.diagnostics.iter().filter(|d| d.severity == severity) {
-            let line = of_schedule(input.phase, diagnostic);
-            kinds.add(input.phase.text(diagnostic.code), format!("{word}: {line}"));
-        }
+    for (word, diagnostic) in worst_first(input.phase.diagnostics) {
+        kinds.add(input.phase.text(diagnostic.code), format!("{word}: {}", of_schedule(input.phase, diagnostic)));
     }
     for record in input.index.doors {
         let passage = DoorPassage::from_id(record.passage).unwrap_or(DoorPassage::Absent);
@@ -32,6 +27,12 @@ pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
         }
     }
     kinds.lines()
+}
+
+/// Errors, then warnings, each with its word.
+fn worst_first(diagnostics: &[DiagnosticRecord]) -> impl Iterator<Item = (&'static str, &DiagnosticRecord)> {
+    let of = |(severity, word)| diagnostics.iter().filter(move |d| d.severity == severity).map(move |d| (word, d));
+    [(2, "error"), (1, "warning")].into_iter().flat_map(of)
 }
 
 fn of_diagnostic(site: &Site<'_>, d: &DiagnosticRecord) -> String {
