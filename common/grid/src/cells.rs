@@ -1,4 +1,4 @@
-//! Regions of cells: filling, growing, labelling.
+//! Regions of cells: filling, enclosing, labelling.
 
 use crate::Run;
 use std::collections::VecDeque;
@@ -93,66 +93,6 @@ pub fn fill_holes(solid: &Mask) -> Mask {
     Mask { width, cells }
 }
 
-/// The cells of `through` within `reach_cells` of `seeds`, measured along paths that stay in `through`.
-///
-/// Seeds need not lie in `through` and are not part of the answer. Steps cost 1 along a side and 7/5 across a corner;
-/// a corner between two cells outside `through` is closed, so that growth never leaks through a diagonal wall.
-pub fn grow_through(seeds: &Mask, through: &Mask, reach_cells: f64) -> Mask {
-    let (width, n) = (seeds.width, seeds.cells.len());
-    let limit = (reach_cells * 5.0).floor().max(0.0) as u32;
-    let mut cost = vec![u32::MAX; n];
-    // A bucket per cost: steps are at most 7.
-    let mut buckets: Vec<Vec<usize>> = vec![Vec::new(); limit as usize + 1];
-    for (cost, _) in cost.iter_mut().zip(&seeds.cells).filter(|(_, on)| **on) {
-        *cost = 0;
-    }
-    // Seeds with a neighbour to grow into, found from the side that has fewer cells.
-    let is_front = |seed: usize| neighbours8(seed, width, n).any(|(next, _)| through.cells[next] && !seeds.cells[next]);
-    let on = |mask: &Mask| mask.cells.iter().enumerate().filter(|(_, on)| **on).map(|(i, _)| i).collect::<Vec<_>>();
-    if seeds.count() <= through.count() {
-        buckets[0].extend(on(seeds).into_iter().filter(|&seed| is_front(seed)));
-    } else {
-        let beside = |i: usize| neighbours8(i, width, n).map(|(next, _)| next).filter(|&next| seeds.cells[next]);
-        buckets[0].extend(on(through).into_iter().filter(|&i| !seeds.cells[i]).flat_map(beside));
-        buckets[0].sort_unstable();
-        buckets[0].dedup();
-    }
-    let mut grown = Mask { width, cells: vec![false; n] };
-    for now in 0..=limit {
-        let mut at = 0;
-        while at < buckets[now as usize].len() {
-            let index = buckets[now as usize][at];
-            at += 1;
-            if cost[index] != now {
-                continue;
-            }
-            for (next, diagonal) in neighbours8(index, width, n) {
-                let corner_open =
-                    diagonal.is_none_or(|sides| sides.iter().any(|&s| through.cells[s] || seeds.cells[s]));
-                let then = now + if diagonal.is_some() { 7 } else { 5 };
-                if through.cells[next] && corner_open && then <= limit && then < cost[next] {
-                    cost[next] = then;
-                    grown.cells[next] = !seeds.cells[next];
-                    buckets[then as usize].push(next);
-                }
-            }
-        }
-    }
-    grown
-}
-
-/// The up to eight neighbours; for those across a corner, the two cells beside that corner.
-fn neighbours8(index: usize, width: usize, n_cells: usize) -> impl Iterator<Item = (usize, Option<[usize; 2]>)> {
-    let (column, row, height) = ((index % width) as i64, (index / width) as i64, (n_cells / width) as i64);
-    let width = width as i64;
-    (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (dx, dy))).filter_map(move |(dx, dy): (i64, i64)| {
-        let (c, r) = (column + dx, row + dy);
-        let inside = 0 <= c && c < width && 0 <= r && r < height && (dx, dy) != (0, 0);
-        let at = |c: i64, r: i64| (r * width + c) as usize;
-        inside.then(|| (at(c, r), (dx != 0 && dy != 0).then(|| [at(c, row), at(column, r)])))
-    })
-}
-
 /// Labels the connected regions (by sides) of cells that are on: (label per cell, 0 for off; number of labels).
 ///
 /// Labels are in the order of each region's first cell.
@@ -243,21 +183,6 @@ mod tests {
     #[test]
     fn a_hole_is_filled_and_a_bay_is_not() {
         assert_eq!(fill_holes(&mask("##### #...# ##### #...# #.###")), mask("##### ##### ##### #...# #.###"));
-    }
-
-    #[test]
-    fn growth_goes_through_the_door_and_not_through_the_wall() {
-        let through = mask("....... ###.### ....... .......");
-        let seeds = mask("....... ....... ....... ...#...");
-        let free = Mask { width: 7, cells: through.cells.iter().map(|c| !c).collect() };
-        let grown = grow_through(&seeds, &free, 3.0);
-        assert_eq!(grown, mask("...#... ...#... .#####. ###.###"));
-    }
-
-    #[test]
-    fn growth_does_not_leak_between_diagonal_cells() {
-        let free = mask(".# #.");
-        assert_eq!(grow_through(&mask(".. #."), &free, 5.0).count(), 0);
     }
 
     #[test]

@@ -6,13 +6,17 @@
 mod cells;
 mod class;
 mod distance;
+mod growth;
 mod nav2;
 mod raster;
+mod rect;
 mod spec;
 
-pub use cells::{Mask, enclosed, fill_holes, grow_through, label_components};
+pub use cells::{Mask, enclosed, fill_holes, label_components};
 pub use class::Class;
 pub use distance::squared_distances;
+pub use growth::{Growth, grow_through};
 pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, pixel_of};
 pub use raster::{Run, covered_cells, overlapped_cells};
+pub use rect::{CellRect, join_rects};
 pub use spec::{Cell, GridSpec, GridSpecError, MAX_CELLS};
