@@ -245,6 +245,12 @@ impl Sample {
     }
 }
 
+impl AsRef<[u8]> for Sample {
+    fn as_ref(&self) -> &[u8] {
+        self.bytes()
+    }
+}
+
 impl Drop for Sample {
     fn drop(&mut self) {
         self.held.fetch_sub(1, Ordering::AcqRel);

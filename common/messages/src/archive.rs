@@ -184,6 +184,12 @@ impl ArchiveBuffer {
         buffer
     }
 
+    /// Makes it `length` bytes long, keeping what it holds and the memory that it has; what is new is zero.
+    pub fn resize(&mut self, length: usize) {
+        self.blocks.resize(length.div_ceil(64), Block([0; 64]));
+        self.length = length;
+    }
+
     /// The bytes.
     pub fn bytes(&self) -> &[u8] {
         &bytemuck::cast_slice(&self.blocks)[..self.length]
@@ -208,6 +214,12 @@ impl<'a> Archive<'a> {
     /// # Errors
     /// Anything that is not a whole archive of the wanted kind and this layout version.
     pub fn open(bytes: &'a [u8], wanted: ArchiveKind) -> Result<Self, ArchiveError> {
+        let archive = Self::open_unhashed(bytes, wanted)?;
+        if xxh3_64(&archive.bytes[64..]) == archive.content_hash() { Ok(archive) } else { Err(ArchiveError::Hash) }
+    }
+
+    /// As [`Self::open`], of bytes whose content was compared with its hash before.
+    pub(crate) fn open_unhashed(bytes: &'a [u8], wanted: ArchiveKind) -> Result<Self, ArchiveError> {
         let preamble = Preamble::of(bytes, wanted)?;
         let bytes = &bytes[..preamble.length as usize];
         let length = bytes.len();
@@ -215,9 +227,6 @@ impl<'a> Archive<'a> {
         let table_end = 64 + n_sections.min(MAX_SECTIONS + 1) * size_of::<SectionEntry>();
         if n_sections > MAX_SECTIONS || table_end > length {
             return Err(ArchiveError::Truncated { length, expected: table_end as u64 });
-        }
-        if xxh3_64(&bytes[64..]) != preamble.content_hash {
-            return Err(ArchiveError::Hash);
         }
         let sections: &[SectionEntry] = bytemuck::cast_slice(&bytes[64..table_end]);
         for entry in sections {
@@ -288,24 +297,35 @@ impl SectionPlan {
     }
 }
 
-/// Byte ranges of planned sections, and the archive's length.
-pub(crate) fn layout(sections: &[SectionPlan]) -> (Vec<Range<usize>>, usize) {
-    let mut end = 64 + size_of_val(sections) / size_of::<SectionPlan>() * size_of::<SectionEntry>();
-    let ranges = sections
-        .iter()
-        .map(|s| {
-            let start = end.next_multiple_of(64);
-            end = start + s.record_len * s.count;
-            start..end
-        })
-        .collect();
+/// Byte ranges of planned sections, and the archive's length. Allocates nothing.
+pub(crate) fn layout<const N: usize>(sections: &[SectionPlan; N]) -> ([Range<usize>; N], usize) {
+    let mut end = table_end(N);
+    let ranges = std::array::from_fn(|k| place(&sections[k], &mut end));
     (ranges, end)
+}
+
+/// As [`layout`], of any number of sections.
+fn layout_of(sections: &[SectionPlan]) -> (Vec<Range<usize>>, usize) {
+    let mut end = table_end(sections.len());
+    let ranges = sections.iter().map(|section| place(section, &mut end)).collect();
+    (ranges, end)
+}
+
+fn table_end(n_sections: usize) -> usize {
+    64 + n_sections * size_of::<SectionEntry>()
+}
+
+/// Where a section lies, if the one before ended at `end`.
+fn place(section: &SectionPlan, end: &mut usize) -> Range<usize> {
+    let start = end.next_multiple_of(64);
+    *end = start + section.record_len * section.count;
+    start..*end
 }
 
 /// Length in bytes of an archive of sections with these (record length, count).
 pub fn sections_len(sections: &[(usize, usize)]) -> usize {
     let plans: Vec<_> = sections.iter().map(|&(record_len, count)| SectionPlan { id: 0, record_len, count }).collect();
-    layout(&plans).1
+    layout_of(&plans).1
 }
 
 /// Writes the section table and zeroes the gaps before sections; `out` has the length that [`layout`] gave.
@@ -327,8 +347,8 @@ pub(crate) fn write_table(out: &mut [u8], sections: &[SectionPlan], ranges: &[Ra
     }
 }
 
-/// Hashes the content and writes the preamble: the last step.
-pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) {
+/// Hashes the content and writes the preamble: the last step. Returns the hash.
+pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) -> u64 {
     let preamble = Preamble {
         magic: MAGIC,
         layout_version: LAYOUT_VERSION,
@@ -339,6 +359,7 @@ pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) {
         reserved: [0; 4],
     };
     out[..64].copy_from_slice(bytemuck::bytes_of(&preamble));
+    preamble.content_hash
 }
 
 /// Sections of an archive that is written in one go from records at hand.
@@ -355,12 +376,12 @@ impl<'a> SectionList<'a> {
     }
 
     pub(crate) fn len(&self) -> usize {
-        layout(&self.plans).1
+        layout_of(&self.plans).1
     }
 
     /// Writes the archive into memory of exactly [`Self::len`] bytes.
     pub(crate) fn write(&self, out: &mut [u8], kind: ArchiveKind) {
-        let (ranges, length) = layout(&self.plans);
+        let (ranges, length) = layout_of(&self.plans);
         assert_eq!(out.len(), length, "the memory has the archive's length");
         write_table(out, &self.plans, &ranges);
         for (range, content) in ranges.into_iter().zip(&self.contents) {

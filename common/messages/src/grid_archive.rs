@@ -3,6 +3,7 @@
 use crate::archive::{Archive, ArchiveError, ArchiveKind, SectionPlan, layout, seal, write_table};
 use bytemuck::{Pod, Zeroable};
 use grid::GridSpec;
+use std::ops::Range;
 
 mod section {
     pub(super) const HEAD: u32 = 1;
@@ -112,7 +113,7 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// Layers to be filled, all zero at first; see [`Grid`].
+/// Layers to be written; see [`Grid`].
 #[derive(Debug)]
 #[expect(missing_docs, reason = "the fields are those of `Grid`")]
 pub struct GridLayers<'a> {
@@ -128,6 +129,7 @@ pub struct GridLayers<'a> {
 #[derive(Debug)]
 pub struct GridWriter<'a> {
     out: &'a mut [u8],
+    ranges: [Range<usize>; N_SECTIONS],
 }
 
 impl<'a> GridWriter<'a> {
@@ -136,43 +138,61 @@ impl<'a> GridWriter<'a> {
         layout(&plans(n_cells)).1
     }
 
-    /// A writer into memory of exactly [`Self::len_of`] bytes at a multiple of 64.
-    pub fn new(out: &'a mut [u8]) -> Self {
-        Self { out }
-    }
-
-    /// Lets `fill` write the layers, then seals the archive. Layers hold zeros before.
+    /// Begins a grid in memory of exactly [`Self::len_of`] bytes at a multiple of 64. Its layers hold zeros.
     ///
     /// # Panics
     /// If the memory has another length than the grid needs.
-    pub fn write(self, head: &GridHead, fill: impl FnOnce(GridLayers<'_>)) {
+    pub fn new(out: &'a mut [u8], head: &GridHead) -> Self {
         let plans = plans(head.spec().n_cells());
         let (ranges, length) = layout(&plans);
-        assert_eq!(self.out.len(), length, "the memory has the grid's length");
-        write_table(self.out, &plans, &ranges);
-        self.out[ranges[0].clone()].copy_from_slice(bytemuck::bytes_of(head));
+        assert_eq!(out.len(), length, "the memory has the grid's length");
+        write_table(out, &plans, &ranges);
+        out[ranges[0].clone()].copy_from_slice(bytemuck::bytes_of(head));
+        ranges[1..].iter().for_each(|layer| out[layer.clone()].fill(0));
+        Self { out, ranges }
+    }
+
+    /// Goes on with a grid of `n_cells` that was begun in this memory, sealed or not.
+    ///
+    /// # Panics
+    /// If the memory has another length than the grid needs.
+    pub fn resume(out: &'a mut [u8], n_cells: usize) -> Self {
+        let (ranges, length) = layout(&plans(n_cells));
+        assert_eq!(out.len(), length, "the memory has the grid's length");
+        Self { out, ranges }
+    }
+
+    /// The layers, as they were written so far.
+    pub fn layers(&mut self) -> GridLayers<'_> {
         let mut rest = &mut *self.out;
         let mut at = 0;
         let mut layer = |k: usize| {
-            let (_, tail) = std::mem::take(&mut rest).split_at_mut(ranges[k].start - at);
-            let (layer, tail) = tail.split_at_mut(ranges[k].len());
-            layer.fill(0);
-            (rest, at) = (tail, ranges[k].end);
+            let range = &self.ranges[k];
+            let (_, tail) = std::mem::take(&mut rest).split_at_mut(range.start - at);
+            let (layer, tail) = tail.split_at_mut(range.len());
+            (rest, at) = (tail, range.end);
             layer
         };
-        fill(GridLayers {
+        GridLayers {
             class: layer(1),
             planning: bytemuck::cast_slice_mut(layer(2)),
             localization: bytemuck::cast_slice_mut(layer(3)),
             keepout: bytemuck::cast_slice_mut(layer(4)),
             floor: layer(5),
             space: bytemuck::cast_slice_mut(layer(6)),
-        });
-        seal(self.out, ArchiveKind::Grid, plans.len());
+        }
+    }
+
+    /// Makes it an archive; returns its content hash.
+    pub fn seal(self) -> u64 {
+        seal(self.out, ArchiveKind::Grid, N_SECTIONS)
     }
 }
 
-fn plans(n_cells: usize) -> [SectionPlan; 7] {
+/// Head and layers.
+const N_SECTIONS: usize = 7;
+
+fn plans(n_cells: usize) -> [SectionPlan; N_SECTIONS] {
     let plan = |id, record_len, count| SectionPlan { id, record_len, count };
     [
         plan(section::HEAD, size_of::<GridHead>(), 1),
@@ -195,12 +215,20 @@ mod tests {
         let head = GridHead { cell_tenths: 500, width: 3, height: 5, ..Zeroable::zeroed() };
         let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(15));
         buffer.bytes_mut().fill(0xAA);
-        GridWriter::new(buffer.bytes_mut()).write(&head, |layers| {
-            layers.class[14] = 3;
-            layers.planning.fill(-1);
-            layers.space[0] = 513;
-        });
+        let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
+        let layers = writer.layers();
+        layers.class[14] = 3;
+        layers.planning.fill(-1);
+        layers.space[0] = 513;
+        let hash = writer.seal();
         let grid = Grid::open(buffer.bytes()).unwrap();
         assert_eq!((grid.class[14], grid.planning[7], grid.space[0], grid.floor[3]), (3, -1, 513, 0));
+        assert_eq!(grid.content_hash(), hash);
+
+        let mut writer = GridWriter::resume(buffer.bytes_mut(), 15);
+        writer.layers().floor[3] = 1;
+        assert_ne!(writer.seal(), hash);
+        let grid = Grid::open(buffer.bytes()).unwrap();
+        assert_eq!((grid.class[14], grid.planning[7], grid.space[0], grid.floor[3]), (3, -1, 513, 1));
     }
 }

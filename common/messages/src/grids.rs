@@ -1,6 +1,6 @@
 //! The `grids` archive: index of a set of grids that belong together.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionPlan, layout, seal, write_table};
 use crate::robot::RobotProfile;
 use bytemuck::{Pod, Zeroable};
 
@@ -154,32 +154,63 @@ impl<'a> Grids<'a> {
 }
 
 /// Records of a `grids` archive to be.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct GridsBuilder<'a> {
     /// What the set was made from.
     pub head: GridsHead,
     /// One record per grid.
-    pub slots: Vec<GridSlotRecord>,
+    pub slots: &'a [GridSlotRecord],
     /// Name of the robot profile.
     pub robot_name: &'a str,
     /// Doors of the mapped storeys.
-    pub doors: Vec<DoorPassageRecord>,
+    pub doors: &'a [DoorPassageRecord],
     /// Regions at other levels.
-    pub regions: Vec<RegionRecord>,
+    pub regions: &'a [RegionRecord],
 }
 
 impl GridsBuilder<'_> {
+    /// Bytes of the archive.
+    pub fn length(&self) -> usize {
+        layout(&self.plans()).1
+    }
+
+    /// Writes the archive into memory of exactly [`Self::length`] bytes at a multiple of 64; returns its content hash.
+    ///
+    /// # Panics
+    /// If the memory has another length.
+    pub fn write(&self, out: &mut [u8]) -> u64 {
+        let plans = self.plans();
+        let (ranges, length) = layout(&plans);
+        assert_eq!(out.len(), length, "the memory has the archive's length");
+        write_table(out, &plans, &ranges);
+        let contents = [
+            bytemuck::bytes_of(&self.head),
+            bytemuck::cast_slice(self.slots),
+            self.robot_name.as_bytes(),
+            bytemuck::cast_slice(self.doors),
+            bytemuck::cast_slice(self.regions),
+        ];
+        for (range, content) in ranges.iter().zip(contents) {
+            out[range.clone()].copy_from_slice(content);
+        }
+        seal(out, ArchiveKind::Grids, plans.len())
+    }
+
     /// Writes the archive into the heap.
     pub fn finish(&self) -> ArchiveBuffer {
-        let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(&self.head));
-        list.add(section::SLOTS, &self.slots);
-        list.add(section::ROBOT_NAME, self.robot_name.as_bytes());
-        list.add(section::DOORS, &self.doors);
-        list.add(section::REGIONS, &self.regions);
-        let mut buffer = ArchiveBuffer::zeroed(list.len());
-        list.write(buffer.bytes_mut(), ArchiveKind::Grids);
+        let mut buffer = ArchiveBuffer::zeroed(self.length());
+        self.write(buffer.bytes_mut());
         buffer
+    }
+
+    fn plans(&self) -> [SectionPlan; 5] {
+        [
+            SectionPlan::of(section::HEAD, std::slice::from_ref(&self.head)),
+            SectionPlan::of(section::SLOTS, self.slots),
+            SectionPlan::of(section::ROBOT_NAME, self.robot_name.as_bytes()),
+            SectionPlan::of(section::DOORS, self.doors),
+            SectionPlan::of(section::REGIONS, self.regions),
+        ]
     }
 }
 
@@ -191,8 +222,7 @@ mod tests {
     fn the_index_names_its_grids_and_its_robot() {
         let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
         let slot = GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 };
-        let buffer =
-            GridsBuilder { head, slots: vec![slot], robot_name: "default", doors: vec![], regions: vec![] }.finish();
+        let buffer = GridsBuilder { head, slots: &[slot], robot_name: "default", doors: &[], regions: &[] }.finish();
         let grids = Grids::open(buffer.bytes()).unwrap();
         assert_eq!((grids.head, grids.slots, grids.robot_name), (&head, &[slot][..], "default"));
     }

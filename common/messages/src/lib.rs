@@ -45,7 +45,7 @@ pub use plan::{Plan, PlanBuilder, PlanHead, SpacePlanRecord, WaypointKind, Waypo
 pub use robot::{Opens, RobotProfile};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_records::*;
-pub use site::Site;
+pub use site::{CheckedSite, Site};
 pub use site_builder::{SiteBuilder, TextPool};
 pub use site_records::*;
 pub use status::{Stage, StatusRecord};

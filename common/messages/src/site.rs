@@ -74,8 +74,17 @@ impl<'a> Site<'a> {
     /// # Errors
     /// Bytes that are no whole site archive, or records that point outside their sections.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let archive = Archive::open(bytes, ArchiveKind::Site)?;
-        let site = Self {
+        let site = Self::of(Archive::open(bytes, ArchiveKind::Site)?)?;
+        site.check_meshes()?;
+        site.check_indices()?;
+        site.check_schedule()?;
+        site.check_texts()?;
+        Ok(site)
+    }
+
+    /// The sections of an archive; what is in them is not looked at.
+    fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        Ok(Self {
             archive,
             strings: archive.strings(section::STRINGS)?,
             head: archive.record(section::HEAD)?,
@@ -104,12 +113,7 @@ impl<'a> Site<'a> {
             tasks: archive.section(section::TASKS)?,
             sequences: archive.section(section::SEQUENCES)?,
             task_links: archive.section(section::TASK_LINKS)?,
-        };
-        site.check_meshes()?;
-        site.check_indices()?;
-        site.check_schedule()?;
-        site.check_texts()?;
-        Ok(site)
+        })
     }
 
     /// Hash of the content.
@@ -297,6 +301,37 @@ impl<'a> Site<'a> {
         } else {
             Err(ArchiveError::Index { what: "a text" })
         }
+    }
+}
+
+/// A site archive that was validated once, with the memory that it lies in; its views cost nothing.
+#[derive(Debug)]
+pub struct CheckedSite<B> {
+    bytes: B,
+}
+
+impl<B: AsRef<[u8]>> CheckedSite<B> {
+    /// Validates an archive. `bytes` must be the same ones each time it is asked.
+    ///
+    /// # Errors
+    /// As [`Site::open`].
+    pub fn new(bytes: B) -> Result<Self, ArchiveError> {
+        Site::open(bytes.as_ref())?;
+        Ok(Self { bytes })
+    }
+
+    /// The view.
+    ///
+    /// # Panics
+    /// If the memory does not hold what was validated.
+    pub fn view(&self) -> Site<'_> {
+        let archive = Archive::open_unhashed(self.bytes.as_ref(), ArchiveKind::Site);
+        archive.and_then(Site::of).expect("the archive was validated, and its memory stays as it is")
+    }
+
+    /// The memory.
+    pub fn bytes(&self) -> &B {
+        &self.bytes
     }
 }
 

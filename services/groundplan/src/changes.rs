@@ -84,8 +84,9 @@ pub fn changes(arguments: &ChangesArgs) -> Result<String, Failure> {
             return if arguments.json { json(&list(site, &changes)) } else { Ok(text_of(site, &changes)) };
         };
         progress.stage("drawing");
-        let rasterizer = Rasterizer::new(site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
-        let sides = [from_s, to_s].map(|at_s| Side::at(site, timeline, &rasterizer, &robot, at_s));
+        let mut rasterizer =
+            Rasterizer::new(site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
+        let sides = [from_s, to_s].map(|at_s| Side::at(site, timeline, &mut rasterizer, &robot, at_s));
         let [before, after] = sides;
         let difference = difference(site, &before?, &after?);
         if arguments.json { json(&difference) } else { Ok(difference.text()) }
@@ -166,7 +167,7 @@ impl Side {
     fn at(
         site: &Site<'_>,
         timeline: &Timeline,
-        rasterizer: &Rasterizer,
+        rasterizer: &mut Rasterizer,
         robot: &Robot,
         at_s: i64,
     ) -> Result<Self, Failure> {

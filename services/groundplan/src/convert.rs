@@ -10,7 +10,6 @@ use crate::site_files;
 use crate::summary::{PhaseSummary, Summary};
 use daemon::Robot;
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile};
-use geometry::Footprint;
 use ifc_ingest::SiteFrame;
 use messages::{ArchiveBuffer, Phase, PhaseBuilder, Site};
 use rasterize::Rasterizer;
@@ -54,8 +53,7 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
         debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
         progress.stage("drawing");
         let rasterizer = Rasterizer::new(&site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
-        let footprints: Vec<_> = (0..map_storeys).map(|k| rasterizer.footprints(k)).collect();
-        let job = Job { arguments, robot: &robot, site: &site, rasterizer: &rasterizer, footprints: &footprints };
+        let mut job = Job { arguments, robot: &robot, site: &site, rasterizer };
         let phases = match wanted {
             Wanted::Everything => {
                 let phase = everything_built(&site, timeline);
@@ -111,14 +109,13 @@ struct Job<'a> {
     arguments: &'a ConvertArgs,
     robot: &'a Robot,
     site: &'a Site<'a>,
-    rasterizer: &'a Rasterizer,
-    footprints: &'a [&'a [(u32, Footprint)]],
+    rasterizer: Rasterizer,
 }
 
 impl Job<'_> {
     /// One phase is the whole output.
     fn replace(
-        &self,
+        &mut self,
         folder: &OutputFolder,
         progress: &ProgressLine,
         phase: &ArchiveBuffer,
@@ -130,7 +127,7 @@ impl Job<'_> {
 
     /// A folder per change, and a manifest of them.
     fn replace_by_all(
-        &self,
+        &mut self,
         folder: &OutputFolder,
         progress: &ProgressLine,
         timeline: &Timeline,
@@ -157,13 +154,17 @@ impl Job<'_> {
     }
 
     /// From a phase to its files.
-    fn draw(&self, phase: &ArchiveBuffer, progress: &ProgressLine) -> Result<(Vec<ExportFile>, PhaseSummary), Failure> {
-        let site = self.site;
+    fn draw(
+        &mut self,
+        phase: &ArchiveBuffer,
+        progress: &ProgressLine,
+    ) -> Result<(Vec<ExportFile>, PhaseSummary), Failure> {
+        let Self { site, arguments, robot, ref mut rasterizer } = *self;
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
         progress.stage("drawing");
-        with_maps(site, &phase, self.rasterizer, self.robot, |maps: &Maps<'_>| {
+        with_maps(site, &phase, rasterizer, robot, |maps: &Maps<'_>| {
             // Before anything is built a map is blank for a reason.
-            if !self.arguments.allow_empty && phase.head.plan_time().is_none() {
+            if !arguments.allow_empty && phase.head.plan_time().is_none() {
                 rasterize::check_not_blank(site, maps.grids).map_err(Failure::work)?;
             }
             progress.stage("writing");
@@ -173,10 +174,10 @@ impl Job<'_> {
                 index: maps.index,
                 grids: maps.grids,
                 plan: maps.plan,
-                footprints: self.footprints,
-                resolution_m: self.arguments.robot.resolution,
-                robot_footprint_m: &self.robot.footprint_m,
-                with_geometry: self.arguments.with_geometry,
+                footprints: maps.footprints,
+                resolution_m: arguments.robot.resolution,
+                robot_footprint_m: &robot.footprint_m,
+                with_geometry: arguments.with_geometry,
             };
             Ok((export::files(&input), PhaseSummary::of(&input)))
         })

@@ -1,10 +1,12 @@
 //! Everything of a storey that does not depend on the date: runs of cells per element, space and passage.
 
 use crate::RasterizeError;
-use frames::{TENTHS_PER_M, metres};
+use crate::doors::DoorAt;
+use crate::near::{Near, near};
+use frames::TENTHS_PER_M;
 use geometry::{Bounds, Footprint, MultiPolygon, OrientedBox, Ring, Slab, floor_faces, footprint};
-use grid::{Class, GridSpec, Run, covered_cells, overlapped_cells};
-use messages::{ElementRecord, MapStoreyRecord, NONE, RobotProfile, Site, element_flags, space_flags};
+use grid::{CellRect, Class, GridSpec, Run, overlapped_cells};
+use messages::{ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, element_flags, space_flags};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -20,6 +22,9 @@ pub(crate) struct ElementRuns {
     pub(crate) element: u32,
     pub(crate) class: Class,
     pub(crate) runs: Vec<Run>,
+    /// Around the runs.
+    pub(crate) rect: Option<CellRect>,
+    pub(crate) door: Option<DoorAt>,
 }
 
 /// Upward faces of an element within a step of the floor.
@@ -27,6 +32,8 @@ pub(crate) struct ElementRuns {
 pub(crate) struct FloorPiece {
     pub(crate) element: u32,
     pub(crate) rings: Vec<Ring>,
+    /// Cells that they can reach.
+    pub(crate) rect: Option<CellRect>,
 }
 
 /// A space on the storey.
@@ -35,6 +42,8 @@ pub(crate) struct SpaceRuns {
     pub(crate) space: u32,
     pub(crate) polygon: MultiPolygon,
     pub(crate) runs: Vec<Run>,
+    /// Around the runs.
+    pub(crate) rect: Option<CellRect>,
 }
 
 /// An opening through a wall at the height of the floor.
@@ -43,6 +52,10 @@ pub(crate) struct Passage {
     pub(crate) host: u32,
     pub(crate) plan: OrientedBox,
     pub(crate) runs: Vec<Run>,
+    /// Around the runs.
+    pub(crate) rect: Option<CellRect>,
+    /// Cells in which floor is looked for.
+    pub(crate) around: Option<CellRect>,
 }
 
 /// A map storey, cut.
@@ -51,7 +64,9 @@ pub(crate) struct StoreyCut {
     pub(crate) map_storey: u32,
     pub(crate) spec: GridSpec,
     pub(crate) floor_z: i32,
+    pub(crate) floor_kind: FloorKind,
     pub(crate) footprints: Vec<(u32, Footprint)>,
+    /// From the class that is drawn first to that which is drawn over all others.
     pub(crate) obstacles: Vec<ElementRuns>,
     /// Sections of lasting elements at the lidar's height.
     pub(crate) lidar: Vec<ElementRuns>,
@@ -63,18 +78,16 @@ pub(crate) struct StoreyCut {
     pub(crate) from_below: MultiPolygon,
     /// Elements between this floor and the next.
     pub(crate) overhead: Vec<Overhead>,
-    /// Elements whose state can change the storey's grid.
-    pub(crate) near: Vec<u32>,
-    /// Cells that floor covers when everything is built; made when somebody asks.
-    complete_floor: OnceLock<Vec<Run>>,
+    /// Elements whose state can change the storey's grid, and where.
+    pub(crate) near: Vec<Near>,
 }
 
 /// An element between this floor and the next, in plan: where nobody must be while it is worked on.
 #[derive(Debug)]
 pub(crate) struct Overhead {
     pub(crate) element: u32,
-    /// Made when it is worked on for the first time.
-    runs: OnceLock<Vec<Run>>,
+    /// Its cells and the rectangle around them, made when it is worked on for the first time.
+    cells: OnceLock<(Vec<Run>, Option<CellRect>)>,
 }
 
 /// The next floor is at least this high above: what is nearer is another level of the same storey.
@@ -104,36 +117,57 @@ impl StoreyCut {
         let footprints = cut_elements(site, Slab { lo, hi }, |_| true);
         let lidar_z = floor_z + to_tenths(robot.lidar_height_m);
         let lidar = cut_elements(site, Slab { lo: lidar_z, hi: lidar_z + 2 }, is_lasting);
-        let runs_of = |cuts: &[(u32, Footprint)]| cuts.par_iter().map(|c| element_runs(site, &spec, c)).collect();
-        Ok(Self {
+        let runs_of = |cuts: &[(u32, Footprint)]| -> Vec<ElementRuns> {
+            cuts.par_iter().map(|c| element_runs(site, robot, &spec, c)).collect()
+        };
+        let mut obstacles = runs_of(&footprints);
+        // Elements of one class do not differ in a cell; a stable order keeps doors by element.
+        obstacles.sort_by_key(|o| o.class.draw_priority());
+        let mut storey = Self {
             map_storey: map_storey as u32,
             spec,
             floor_z,
-            obstacles: runs_of(&footprints),
+            floor_kind: FloorKind::from_id(record.floor).unwrap_or(FloorKind::Built),
+            obstacles,
             lidar: runs_of(&lidar),
             footprints,
-            floor: floor_pieces(site, floor_z, robot),
+            floor: floor_pieces(site, &spec, floor_z, robot),
             spaces: spaces_of(site, &spec, map_storey),
             passages: passages_of(site, &spec, floor_z, hi),
             from_below: from_below(site, floor_z),
             overhead: overhead(site, floor_z),
-            near: near(site, floor_z),
-            complete_floor: OnceLock::new(),
-        })
+            near: Vec::new(),
+        };
+        let heights =
+            Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT) };
+        storey.near = near(site, &storey, heights);
+        Ok(storey)
     }
 
-    /// The plan of an element between this floor and the next.
-    pub(crate) fn overhead_runs<'s>(&'s self, site: &Site<'_>, overhead: &'s Overhead) -> &'s [Run] {
-        overhead.runs.get_or_init(|| {
+    /// All cells.
+    pub(crate) fn whole(&self) -> CellRect {
+        CellRect::whole(self.spec.width, self.spec.height)
+    }
+
+    /// The plan of an element between this floor and the next, by its place in [`Self::overhead`].
+    pub(crate) fn overhead_runs(&self, site: &Site<'_>, place: u32) -> &[Run] {
+        &self.overhead_cells(site, place).0
+    }
+
+    /// The rectangle around it.
+    pub(crate) fn overhead_rect(&self, site: &Site<'_>, place: u32) -> Option<CellRect> {
+        self.overhead_cells(site, place).1
+    }
+
+    fn overhead_cells(&self, site: &Site<'_>, place: u32) -> &(Vec<Run>, Option<CellRect>) {
+        let overhead = &self.overhead[place as usize];
+        overhead.cells.get_or_init(|| {
             let slab = Slab { lo: self.floor_z, hi: next_floor_z(site, self.floor_z) };
             let plan = footprint(site.element_meshes(&site.elements[overhead.element as usize]), slab);
-            overlapped_cells(&plan.area, &plan.lines, &self.spec)
+            let runs = overlapped_cells(&plan.area, &plan.lines, &self.spec);
+            let rect = CellRect::around(&runs);
+            (runs, rect)
         })
-    }
-
-    /// Cells that floor covers whole when everything is built, of a storey whose floor is not assumed.
-    pub(crate) fn complete_floor(&self) -> &[Run] {
-        self.complete_floor.get_or_init(|| covered_cells(&crate::floor::plan_of(&self.floor, |_| true), &self.spec))
     }
 }
 
@@ -144,18 +178,11 @@ fn next_floor_z(site: &Site<'_>, floor_z: i32) -> i32 {
     above.min().or(top).unwrap_or(floor_z).max(floor_z + LEAST_STOREY_HEIGHT)
 }
 
-/// Elements from a storey below what counts as floor to above what is overhead: rather too many than too few.
-fn near(site: &Site<'_>, floor_z: i32) -> Vec<u32> {
-    let slab = Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT };
-    let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
-    site.elements.iter().zip(0..).filter(|(e, _)| reaches(e)).map(|(_, element)| element).collect()
-}
-
 fn overhead(site: &Site<'_>, floor_z: i32) -> Vec<Overhead> {
     let slab = Slab { lo: floor_z, hi: next_floor_z(site, floor_z) };
     let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
     let elements = site.elements.iter().zip(0..).filter(|(e, _)| reaches(e));
-    elements.map(|(_, element)| Overhead { element, runs: OnceLock::new() }).collect()
+    elements.map(|(_, element)| Overhead { element, cells: OnceLock::new() }).collect()
 }
 
 fn spec_of(site: &Site<'_>, record: &MapStoreyRecord, resolution_m: f64) -> Result<GridSpec, RasterizeError> {
@@ -192,21 +219,43 @@ fn is_lasting(element: &ElementRecord) -> bool {
     class && !element.has(element_flags::GLASS)
 }
 
-fn element_runs(site: &Site<'_>, spec: &GridSpec, (element, footprint): &(u32, Footprint)) -> ElementRuns {
-    ElementRuns {
-        element: *element,
-        class: site.elements[*element as usize].class(),
-        runs: overlapped_cells(&footprint.area, &footprint.lines, spec),
-    }
+fn element_runs(
+    site: &Site<'_>,
+    robot: &RobotProfile,
+    spec: &GridSpec,
+    (element, footprint): &(u32, Footprint),
+) -> ElementRuns {
+    let record = &site.elements[*element as usize];
+    let runs = overlapped_cells(&footprint.area, &footprint.lines, spec);
+    let door = DoorAt::new(site, robot, spec, record.door);
+    ElementRuns { element: *element, class: record.class(), rect: CellRect::around(&runs), runs, door }
 }
 
-fn floor_pieces(site: &Site<'_>, floor_z: i32, robot: &RobotProfile) -> Vec<FloorPiece> {
+fn floor_pieces(site: &Site<'_>, spec: &GridSpec, floor_z: i32, robot: &RobotProfile) -> Vec<FloorPiece> {
     let step = to_tenths(robot.step_height_m);
     let pieces = site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR)).map(|(k, e)| {
         let faces = |mesh| floor_faces(mesh, floor_z - step, floor_z + step, robot.max_slope_rad);
-        FloorPiece { element: k as u32, rings: site.element_meshes(e).flat_map(faces).collect() }
+        let rings: Vec<Ring> = site.element_meshes(e).flat_map(faces).collect();
+        let rect = cells_around(rings.iter().flatten().map(|p| p.map(f64::from)), 0.0, spec);
+        FloorPiece { element: k as u32, rings, rect }
     });
     pieces.filter(|p| !p.rings.is_empty()).collect()
+}
+
+/// The cells around points, in tenths of a millimetre, and everything within `reach` of them; `None` outside the grid.
+pub(crate) fn cells_around(points: impl Iterator<Item = [f64; 2]>, reach: f64, spec: &GridSpec) -> Option<CellRect> {
+    let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for point in points {
+        for k in 0..2 {
+            (min[k], max[k]) = (min[k].min(point[k] - reach), max[k].max(point[k] + reach));
+        }
+    }
+    // One cell more on all sides: faces on a border touch both.
+    let cell = |k: usize, c: f64| (c / f64::from(spec.cell_tenths)).floor() - f64::from(spec.first_cell[k]);
+    let size = [spec.width, spec.height].map(f64::from);
+    let low = [0, 1].map(|k| (cell(k, min[k]) - 1.0).clamp(0.0, size[k]) as u32);
+    let high = [0, 1].map(|k| (cell(k, max[k]) + 2.0).clamp(0.0, size[k]) as u32);
+    (low[0] < high[0] && low[1] < high[1]).then_some(CellRect { min: low, max: high })
 }
 
 fn spaces_of(site: &Site<'_>, spec: &GridSpec, map_storey: usize) -> Vec<SpaceRuns> {
@@ -215,7 +264,8 @@ fn spaces_of(site: &Site<'_>, spec: &GridSpec, map_storey: usize) -> Vec<SpaceRu
         .filter(|(_, s)| !s.has(space_flags::METADATA_ONLY))
         .map(|(k, s)| {
             let polygon = site.floor_polygon(s);
-            SpaceRuns { space: k as u32, runs: overlapped_cells(&polygon, &[], spec), polygon }
+            let runs = overlapped_cells(&polygon, &[], spec);
+            SpaceRuns { space: k as u32, rect: CellRect::around(&runs), runs, polygon }
         })
         .collect();
     let area = |s: &SpaceRuns| site.spaces[s.space as usize].area_m2;
@@ -232,7 +282,9 @@ fn passages_of(site: &Site<'_>, spec: &GridSpec, floor_z: i32, top: i32) -> Vec<
     let passage = |o: &messages::OpeningRecord| {
         let plan = o.plan.to_box();
         let area = geometry::union(&[plan.ring()], geometry::FillRule::NonZero);
-        Passage { host: o.host, plan, runs: overlapped_cells(&area, &[], spec) }
+        let runs = overlapped_cells(&area, &[], spec);
+        let around = crate::floor::cells_beside(&plan, spec);
+        Passage { host: o.host, plan, rect: CellRect::around(&runs), runs, around }
     };
     site.openings.iter().filter(is_passage).map(passage).collect()
 }
@@ -253,9 +305,4 @@ fn from_below(site: &Site<'_>, floor_z: i32) -> MultiPolygon {
         .filter(|s| s.floor_z_tenths + s.height_tenths > floor_z + half_metre)
         .map(|s| site.floor_polygon(s));
     geometry::union_of(&stairs.chain(shafts).collect::<Vec<_>>())
-}
-
-/// Metres of a length in tenths of a millimetre, in cells.
-pub(crate) fn cells_of(spec: &GridSpec, metres_m: f64) -> f64 {
-    metres_m / metres(spec.cell_tenths)
 }

@@ -1,18 +1,18 @@
 //! Whether a robot can pass a door.
 
-use crate::compose::is_worked_on;
 use crate::cut::StoreyCut;
-use crate::floor::sides_with_floor;
+use crate::floor::{cells_beside, sides_with_floor};
+use crate::near::Look;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
-use grid::Class;
-use messages::{DoorPassage, DoorPassageRecord, DoorRecord, Grid, NONE, Phase, RobotProfile, Site};
+use grid::{CellRect, Class, GridSpec};
+use messages::{DoorPassage, DoorPassageRecord, DoorRecord, NONE, Phase, RobotProfile, Site};
 
 /// Widths that differ by less are equal: a door of exactly the robot's width and margin is passable.
 const WIDTH_TOLERANCE_M: f64 = 1e-6;
 
 /// What the robot can do with a door, whatever the map's resolution.
-pub(crate) fn verdict(robot: &RobotProfile, door: &DoorRecord) -> DoorPassage {
+fn verdict(robot: &RobotProfile, door: &DoorRecord) -> DoorPassage {
     if door.opens & robot.opens == 0 {
         DoorPassage::CannotOpen
     } else if door.clear_width_m + WIDTH_TOLERANCE_M < 2.0 * robot.radius_m + robot.door_margin_m {
@@ -22,54 +22,85 @@ pub(crate) fn verdict(robot: &RobotProfile, door: &DoorRecord) -> DoorPassage {
     }
 }
 
-/// True if the wall that the door hangs in stands, or it hangs in none.
-pub(crate) fn is_hung(site: &Site<'_>, phase: &Phase<'_>, door: &DoorRecord) -> bool {
-    let host = if door.opening == NONE { NONE } else { site.openings[door.opening as usize].host };
-    host == NONE || phase.effective(host as usize).is_obstacle()
+/// A door of a storey, with what does not depend on the date.
+#[derive(Debug, Clone)]
+pub(crate) struct DoorAt {
+    /// Door of the site.
+    pub(crate) door: u32,
+    /// Element in which it hangs, or [`NONE`].
+    pub(crate) host: u32,
+    /// Cells that decide what a robot finds there.
+    pub(crate) around: Option<CellRect>,
+    verdict: DoorPassage,
+    plan: OrientedBox,
 }
 
-/// What a robot finds at the doors of a storey.
-pub(crate) fn passages(
-    site: &Site<'_>,
-    phase: &Phase<'_>,
-    robot: &RobotProfile,
-    storey: &StoreyCut,
-    grid: &Grid<'_>,
-) -> Vec<DoorPassageRecord> {
-    let doors = storey.obstacles.iter().filter(|o| o.class == Class::Door);
-    let doors = doors.map(|o| site.elements[o.element as usize].door).filter(|&d| d != NONE);
-    doors
-        .map(|index| {
-            let door = &site.doors[index as usize];
-            let plan = door.passage.to_box();
-            let width_in_map_m = free_width_m(&plan, grid);
-            let present = phase.effective(door.element as usize).is_obstacle() && is_hung(site, phase, door);
-            let passage = match verdict(robot, door) {
-                _ if !present => DoorPassage::Absent,
-                _ if is_worked_on(phase, door.element) => DoorPassage::InProgress,
-                DoorPassage::Passable if width_in_map_m < 2.0 * robot.radius_m => DoorPassage::ClosedByResolution,
-                verdict => verdict,
-            };
-            DoorPassageRecord {
-                door: index,
-                map_storey: storey.map_storey,
-                passage: passage as u32,
-                sides_with_floor: sides_with_floor(&plan, &storey.spec, |i| grid.floor[i] != 0),
-                width_in_map_m,
-            }
+impl DoorAt {
+    /// The door of the site with this number; `None` for [`NONE`].
+    pub(crate) fn new(site: &Site<'_>, robot: &RobotProfile, spec: &GridSpec, door: u32) -> Option<Self> {
+        let record = site.doors.get(door as usize)?;
+        let plan = record.passage.to_box();
+        let opening = site.openings.get(record.opening as usize);
+        Some(Self {
+            door,
+            host: opening.map_or(NONE, |o| o.host),
+            around: cells_beside(&plan, spec),
+            verdict: verdict(robot, record),
+            plan,
         })
-        .collect()
+    }
+
+    /// What the robot can do with it when it hangs, whatever the map's resolution.
+    pub(crate) fn can_pass(&self) -> bool {
+        self.verdict == DoorPassage::Passable
+    }
+
+    /// True if the wall that it hangs in stands, or it hangs in none.
+    pub(crate) fn is_hung(&self, phase: &Phase<'_>) -> bool {
+        self.host == NONE || phase.effective(self.host as usize).is_obstacle()
+    }
+
+    /// What a robot finds there on a map of these layers, if the door's element looks like this.
+    pub(crate) fn passage(
+        &self,
+        phase: &Phase<'_>,
+        robot: &RobotProfile,
+        storey: &StoreyCut,
+        look: Look,
+        layers: DoorLayers<'_>,
+    ) -> DoorPassageRecord {
+        let width_in_map_m = free_width_m(&self.plan, &storey.spec, layers.class);
+        let passage = match self.verdict {
+            _ if !look.is_obstacle() || !self.is_hung(phase) => DoorPassage::Absent,
+            _ if look == Look::WorkedOn => DoorPassage::InProgress,
+            DoorPassage::Passable if width_in_map_m < 2.0 * robot.radius_m => DoorPassage::ClosedByResolution,
+            verdict => verdict,
+        };
+        DoorPassageRecord {
+            door: self.door,
+            map_storey: storey.map_storey,
+            passage: passage as u32,
+            sides_with_floor: sides_with_floor(&self.plan, &storey.spec, |i| layers.floor[i] != 0),
+            width_in_map_m,
+        }
+    }
+}
+
+/// The layers that tell whether a robot can pass a door.
+#[derive(Clone, Copy)]
+pub(crate) struct DoorLayers<'a> {
+    pub(crate) class: &'a [u8],
+    pub(crate) floor: &'a [u8],
 }
 
 /// Width of the narrowest line across a passage, in cells without an obstacle, in metres. That a space beside it is blocked
 /// does not make a door narrower.
-fn free_width_m(plan: &OrientedBox, grid: &Grid<'_>) -> f64 {
-    let spec = grid.spec();
+fn free_width_m(plan: &OrientedBox, spec: &GridSpec, class: &[u8]) -> f64 {
     let cell = f64::from(spec.cell_tenths);
     let is_open = |at: [f64; 2]| {
         let [x, y] = at.map(|c| c / f64::from(TENTHS_PER_M));
         spec.cell_at(Point2::<Map>::new(x, y))
-            .is_some_and(|c| [Class::None.id(), Class::Door.id()].contains(&grid.class[spec.index(c)]))
+            .is_some_and(|c| [Class::None.id(), Class::Door.id()].contains(&class[spec.index(c)]))
     };
     // Ten samples per cell along the line: the width is right to a tenth of a cell.
     let step = cell / 10.0;

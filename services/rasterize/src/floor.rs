@@ -1,10 +1,12 @@
 //! Which cells have floor under them.
 
-use crate::cut::{FloorPiece, Passage, StoreyCut, to_tenths};
+use crate::cut::{FloorPiece, StoreyCut, cells_around, to_tenths};
+use crate::regions::at_other_levels;
 use frames::{Map, Point2, TENTHS_PER_M};
-use geometry::{FillRule, MultiPolygon, Ring, close_gaps, difference, union, union_of};
-use grid::{GridSpec, Mask, covered_cells, enclosed};
-use messages::{ElementState, FloorKind, Phase, Site};
+use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union, union_of};
+use grid::{CellRect, Class, GridSpec, Mask, Run, covered_cells, enclosed, fill_holes};
+use messages::{FloorKind, RegionRecord, RobotProfile, Site};
+use std::collections::HashMap;
 
 /// Cracks between floor faces narrower than this, in tenths of a millimetre, are no drop-offs.
 const CRACK: i32 = 20;
@@ -15,44 +17,116 @@ const ENCLOSING_GAP_M: f64 = 2.0;
 /// How far from a passage floor is looked for.
 const BESIDE_PASSAGE_M: f64 = 0.3;
 
-/// The cells that floor covers whole, passages through walls not yet counted.
-pub(crate) fn floor_cells(site: &Site<'_>, phase: &Phase<'_>, storey: &StoreyCut, obstacles: &Mask) -> Mask {
-    let spec = &storey.spec;
-    let (width, height) = (spec.width as usize, spec.height as usize);
-    let mut mask = Mask::new(width, height);
-    match FloorKind::from_id(site.map_storeys[storey.map_storey as usize].floor) {
-        Some(FloorKind::AssumedFromSpaces) => {
-            let spaces = union_of(storey.spaces.iter().map(|s| &s.polygon));
-            mask.set_runs(&covered_cells(&close_gaps(&difference(&spaces, &storey.from_below), CRACK), spec));
-        }
-        Some(FloorKind::AssumedFromEnclosure) => {
-            let gap_cells = (ENCLOSING_GAP_M / spec.resolution_m()).round() as usize;
-            mask.set_all(&enclosed(obstacles, gap_cells));
-        }
-        Some(FloorKind::Built) | None => mask.set_runs(&covered_cells(&built_floor(phase, storey), spec)),
-    }
-    mask
+/// Bytes of runs that are kept of a storey before all are made anew.
+const MAX_KEPT_BYTES: usize = 32 << 20;
+
+/// What the finished floor of a storey makes of it.
+#[derive(Debug, Default)]
+pub(crate) struct FloorPlan {
+    /// Cells that floor covers whole, passages through walls not counted; none on a storey whose floor is what its obstacles
+    /// enclose.
+    pub(crate) runs: Vec<Run>,
+    /// Floor at other levels.
+    pub(crate) regions: Vec<RegionRecord>,
 }
 
-/// The plan of all finished floor within a step of the storey's floor.
-pub(crate) fn built_floor(phase: &Phase<'_>, storey: &StoreyCut) -> MultiPolygon {
-    plan_of(&storey.floor, |piece| phase.effective(piece.element as usize) == ElementState::Built)
+/// Floor plans by which elements are finished: made once, looked up when a date comes again.
+#[derive(Debug, Default)]
+pub(crate) struct FloorPlans {
+    plans: HashMap<Box<[u64]>, FloorPlan>,
+    bytes: usize,
+}
+
+/// A set of places, as bits.
+pub(crate) fn is_in(set: &[u64], place: u32) -> bool {
+    set.get(place as usize / 64).is_some_and(|word| word >> (place % 64) & 1 == 1)
+}
+
+/// Puts a place into a set or out of it.
+pub(crate) fn put(set: &mut Vec<u64>, place: u32, is_in: bool) {
+    let (word, bit) = (place as usize / 64, 1u64 << (place % 64));
+    if set.len() <= word {
+        set.resize(word + 1, 0);
+    }
+    if is_in { set[word] |= bit } else { set[word] &= !bit }
+}
+
+impl FloorPlans {
+    /// The plan when these of the storey's floor elements are finished.
+    pub(crate) fn of(
+        &mut self,
+        site: &Site<'_>,
+        robot: &RobotProfile,
+        storey: &StoreyCut,
+        finished: &[u64],
+    ) -> &FloorPlan {
+        if !self.plans.contains_key(finished) {
+            let plan = floor_plan(site, robot, storey, finished);
+            let bytes = size_of_val(plan.runs.as_slice()) + size_of_val(plan.regions.as_slice());
+            if self.bytes + bytes > MAX_KEPT_BYTES {
+                self.plans.clear();
+                self.bytes = 0;
+            }
+            self.bytes += bytes;
+            self.plans.insert(finished.into(), plan);
+        }
+        &self.plans[finished]
+    }
+}
+
+fn floor_plan(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut, finished: &[u64]) -> FloorPlan {
+    let places = storey.near.iter().filter_map(|n| Some((n.element, n.floor_place?)));
+    let is_finished: Vec<u32> = places.filter(|(_, place)| is_in(finished, *place)).map(|(e, _)| e).collect();
+    let built = plan_of(&storey.floor, |piece| is_finished.binary_search(&piece.element).is_ok());
+    let runs = match storey.floor_kind {
+        FloorKind::AssumedFromSpaces => {
+            let spaces = union_of(storey.spaces.iter().map(|s| &s.polygon));
+            covered_cells(&close_gaps(&difference(&spaces, &storey.from_below), CRACK), &storey.spec)
+        }
+        FloorKind::AssumedFromEnclosure => Vec::new(),
+        FloorKind::Built => covered_cells(&built, &storey.spec),
+    };
+    FloorPlan { runs, regions: at_other_levels(site, robot, storey, &is_finished, &built) }
 }
 
 /// The plan of some pieces of floor, cracks between them closed.
-pub(crate) fn plan_of(pieces: &[FloorPiece], wanted: impl Fn(&FloorPiece) -> bool) -> MultiPolygon {
+fn plan_of(pieces: &[FloorPiece], wanted: impl Fn(&FloorPiece) -> bool) -> MultiPolygon {
     let rings: Vec<Ring> = pieces.iter().filter(|p| wanted(p)).flat_map(|p| p.rings.iter().cloned()).collect();
     close_gaps(&union(&rings, FillRule::NonZero), CRACK)
 }
 
+/// What those obstacles enclose that stand, doors not counted: the floor of a storey without floor faces and spaces.
+pub(crate) fn enclosed_floor(storey: &StoreyCut, stands: impl Fn(u32) -> bool) -> Mask {
+    let mut obstacles = Mask::new(storey.spec.width as usize, storey.spec.height as usize);
+    let standing = storey.obstacles.iter().filter(|o| o.class != Class::Door && stands(o.element));
+    standing.for_each(|o| obstacles.set_runs(&o.runs));
+    enclosed(&obstacles, (ENCLOSING_GAP_M / storey.spec.resolution_m()).round() as usize)
+}
+
+/// Everything inside the storey when it is complete: what is not built yet is a drop-off inside it, not outside.
+/// `complete` is the floor when everything is finished.
+pub(crate) fn outline(storey: &StoreyCut, complete: &FloorPlan) -> Mask {
+    let mut ground = match storey.floor_kind {
+        FloorKind::AssumedFromEnclosure => enclosed_floor(storey, |_| true),
+        FloorKind::Built | FloorKind::AssumedFromSpaces => {
+            Mask::new(storey.spec.width as usize, storey.spec.height as usize)
+        }
+    };
+    storey.obstacles.iter().for_each(|o| ground.set_runs(&o.runs));
+    ground.set_runs(&complete.runs);
+    storey.spaces.iter().for_each(|s| ground.set_runs(&s.runs));
+    storey.passages.iter().for_each(|p| ground.set_runs(&p.runs));
+    fill_holes(&ground)
+}
+
 /// On how many sides of a passage there is floor.
-pub(crate) fn sides_with_floor(plan: &geometry::OrientedBox, spec: &GridSpec, floor: impl Fn(usize) -> bool) -> u32 {
+pub(crate) fn sides_with_floor(plan: &OrientedBox, spec: &GridSpec, floor: impl Fn(usize) -> bool) -> u32 {
     let is_floor = |at: [f64; 2]| {
         let [x, y] = at.map(|c| c / f64::from(TENTHS_PER_M));
         spec.cell_at(Point2::<Map>::new(x, y)).is_some_and(|cell| floor(spec.index(cell)))
     };
     let steps = (BESIDE_PASSAGE_M / spec.resolution_m()).ceil().max(2.0) as i32;
-    let reach = f64::from(to_tenths(BESIDE_PASSAGE_M).max(2 * spec.cell_tenths));
+    let reach = reach_beside(spec);
     let along = [-0.6, -0.3, 0.0, 0.3, 0.6];
     let side = |sign: f64| {
         let beside = |u: f64| {
@@ -66,14 +140,17 @@ pub(crate) fn sides_with_floor(plan: &geometry::OrientedBox, spec: &GridSpec, fl
     u32::from(side(-1.0)) + u32::from(side(1.0))
 }
 
-/// The passages of walls that stand, with floor on both sides: they are floor, too.
-pub(crate) fn floor_in_passages<'a>(
-    phase: &Phase<'_>,
-    storey: &'a StoreyCut,
-    floor: &Mask,
-) -> impl Iterator<Item = &'a Passage> {
-    storey.passages.iter().filter(move |p| {
-        phase.effective(p.host as usize).is_obstacle()
-            && sides_with_floor(&p.plan, &storey.spec, |i| floor.cells[i]) == 2
-    })
+/// How far from a passage floor is looked for, in tenths of a millimetre.
+fn reach_beside(spec: &GridSpec) -> f64 {
+    f64::from(to_tenths(BESIDE_PASSAGE_M).max(2 * spec.cell_tenths))
+}
+
+/// The cells that [`sides_with_floor`] may look at, and those of the passage itself.
+pub(crate) fn cells_beside(plan: &OrientedBox, spec: &GridSpec) -> Option<CellRect> {
+    let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
+    cells_around(
+        corners.into_iter().map(|[u, v]| plan.at(u * plan.half[0], v * plan.half[1])),
+        reach_beside(spec),
+        spec,
+    )
 }

@@ -1,37 +1,60 @@
 //! Site, phase and robot in, one grid per map storey out.
 //!
 //! [`Rasterizer::new`] cuts every element to the slab of every storey once, into runs of cells per element, and keeps
-//! them; they change only with site, robot or resolution. [`Rasterizer::rasterize`] composes the layers of one storey
-//! at one phase from them.
+//! them; they change only with site, robot or resolution. [`Rasterizer::draw`] brings the grids to a phase: what it drew
+//! before is kept, and only what looks different is drawn again.
 
-mod compose;
+mod canvas;
 mod cut;
 mod doors;
 mod error;
+mod facts;
 mod floor;
-mod keepout;
-mod localization;
+mod near;
 mod regions;
+mod window;
 
 pub mod service;
 
 pub use error::{RasterizeError, check_not_blank};
 
+use canvas::{Canvas, Scene};
 use cut::StoreyCut;
 use geometry::Footprint;
 use grid::GridSpec;
 use messages::{
-    ArchiveBuffer, DoorPassageRecord, Grid, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, Phase,
-    RegionRecord, RobotProfile, Site,
+    ArchiveBuffer, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord, RobotProfile, Site,
 };
 use rayon::prelude::*;
-use xxhash_rust::xxh3::Xxh3;
 
-/// What a site looks like to a robot at a resolution, before any date is known.
+/// What a site looks like to a robot at a resolution: before any date is known, and as it was drawn last.
 #[derive(Debug)]
 pub struct Rasterizer {
     robot: RobotProfile,
     storeys: Vec<StoreyCut>,
+    /// One per storey, once something was drawn.
+    canvases: Vec<Canvas>,
+    index: Index,
+}
+
+/// Records of the index and its archive, in memory that is used again.
+#[derive(Debug, Default)]
+struct Index {
+    slots: Vec<GridSlotRecord>,
+    doors: Vec<DoorPassageRecord>,
+    regions: Vec<RegionRecord>,
+    archive: ArchiveBuffer,
+}
+
+/// The grid of a map storey, as drawn last.
+#[derive(Debug, Clone, Copy)]
+pub struct Drawn<'a> {
+    /// The `grid` archive.
+    pub archive: &'a [u8],
+    /// Its content hash.
+    pub content_hash: u64,
+    /// Hash of everything of the phase that it depends on: the looks of the elements near the storey and of its spaces.
+    pub input_hash: u64,
 }
 
 impl Rasterizer {
@@ -44,7 +67,7 @@ impl Rasterizer {
             .into_par_iter()
             .map(|k| StoreyCut::new(site, robot, resolution_m, k))
             .collect::<Result<_, _>>()?;
-        Ok(Self { robot: *robot, storeys })
+        Ok(Self { robot: *robot, storeys, canvases: Vec::new(), index: Index::default() })
     }
 
     /// Where the grid of a map storey lies: a function of site and resolution alone.
@@ -57,91 +80,59 @@ impl Rasterizer {
         &self.storeys[map_storey].footprints
     }
 
-    /// Writes the grid of a map storey at a phase.
-    pub fn rasterize(&self, site: &Site<'_>, phase: &Phase<'_>, map_storey: usize, out: GridWriter<'_>) {
-        let storey = &self.storeys[map_storey];
-        let GridSpec { cell_tenths, first_cell, width, height } = storey.spec;
-        let record = &site.map_storeys[map_storey];
-        let head = GridHead {
-            cell_tenths,
-            first_cell,
-            width,
-            height,
-            map_storey: map_storey as u32,
-            floor_z_tenths: record.floor_z_tenths,
-            slab_tenths: cut::slab_above_floor(&self.robot),
-            floor: record.floor,
-            frame_epoch: site.head.frame_epoch,
-            reserved: 0,
-        };
-        out.write(&head, |layers| compose::compose(site, phase, &self.robot, storey, layers));
-    }
-
-    /// Writes the index of a set of grids: what they were made from, what a robot finds at doors, regions at other levels.
-    pub fn index(&self, site: &Site<'_>, phase: &Phase<'_>, robot_name: &str, grids: &[Grid<'_>]) -> ArchiveBuffer {
-        let findings: Vec<StoreyFindings> = grids.iter().map(|grid| self.findings(site, phase, grid)).collect();
-        self.index_of(site.content_hash(), phase, robot_name, &findings)
-    }
-
-    /// What the index says of one grid.
-    pub fn findings(&self, site: &Site<'_>, phase: &Phase<'_>, grid: &Grid<'_>) -> StoreyFindings {
-        let storey = &self.storeys[grid.head.map_storey as usize];
-        StoreyFindings {
-            slot: GridSlotRecord {
-                map_storey: grid.head.map_storey,
-                cell_tenths: grid.head.cell_tenths,
-                content_hash: grid.content_hash(),
-            },
-            doors: doors::passages(site, phase, &self.robot, storey, grid),
-            regions: regions::at_other_levels(site, phase, &self.robot, storey),
-        }
-    }
-
-    /// The index of what was found in all grids, by map storey.
-    pub fn index_of(
-        &self,
-        site_hash: u64,
-        phase: &Phase<'_>,
-        robot_name: &str,
-        findings: &[StoreyFindings],
-    ) -> ArchiveBuffer {
-        let head = GridsHead {
-            site_hash,
-            phase_hash: phase.content_hash(),
-            plan_time_s: phase.head.plan_time_s,
-            robot: self.robot,
-        };
-        GridsBuilder {
-            head,
-            slots: findings.iter().map(|f| f.slot).collect(),
-            robot_name,
-            doors: findings.iter().flat_map(|f| f.doors.iter().copied()).collect(),
-            regions: findings.iter().flat_map(|f| f.regions.iter().copied()).collect(),
-        }
-        .finish()
-    }
-
-    /// Hash of everything of a phase that can change a map storey's grid and what the index says of it: the states of
-    /// elements near the storey and of its spaces. Equal hashes, equal grids, as long as site and robot are the same.
-    pub fn input_hash(&self, phase: &Phase<'_>, map_storey: usize) -> u64 {
-        let storey = &self.storeys[map_storey];
-        let mut hash = Xxh3::new();
-        hash.update(&[u8::from(phase.head.plan_time().is_some())]);
-        storey.near.iter().for_each(|element| hash.update(&[phase.effective(*element as usize) as u8]));
-        storey.spaces.iter().for_each(|s| hash.update(&[u8::from(phase.is_blocked(s.space as usize))]));
-        hash.digest()
-    }
-
     /// Number of map storeys.
     pub fn n_storeys(&self) -> usize {
         self.storeys.len()
     }
-}
 
-/// What the index says of one grid.
-#[derive(Debug, Clone)]
-pub struct StoreyFindings {
-    slot: GridSlotRecord,
-    doors: Vec<DoorPassageRecord>,
-    regions: Vec<RegionRecord>,
+    /// Draws the grids of a phase: the first time as a whole on all threads of the current pool, later only what differs.
+    /// What was drawn before does not change the result. `site` is the one that it was made from, `phase` one of that site.
+    pub fn draw(&mut self, site: &Site<'_>, phase: &Phase<'_>) {
+        let Self { robot, storeys, canvases, .. } = self;
+        let scene = |storey| Scene { site, robot, storey };
+        if canvases.is_empty() {
+            let draw = |storey| {
+                let mut canvas = Canvas::new(scene(storey));
+                canvas.draw(scene(storey), phase);
+                canvas
+            };
+            storeys.par_iter().map(draw).collect_into_vec(canvases);
+        } else {
+            storeys.iter().zip(canvases).for_each(|(storey, canvas)| canvas.draw(scene(storey), phase));
+        }
+    }
+
+    /// The grids, as drawn last, by map storey; none before the first time.
+    pub fn drawn(&self) -> impl ExactSizeIterator<Item = Drawn<'_>> {
+        self.canvases.iter().map(|canvas| Drawn {
+            archive: canvas.archive(),
+            content_hash: canvas.content_hash(),
+            input_hash: canvas.input_hash(),
+        })
+    }
+
+    /// The `grids` archive of the grids as drawn last, and its content hash: what they were made from, what a robot finds at
+    /// doors, regions at other levels.
+    pub fn index(&mut self, site: &Site<'_>, phase: &Phase<'_>, robot_name: &str) -> (&[u8], u64) {
+        let Index { slots, doors, regions, archive } = &mut self.index;
+        slots.clear();
+        doors.clear();
+        regions.clear();
+        for (canvas, storey) in self.canvases.iter().zip(&self.storeys) {
+            let (map_storey, cell_tenths) = (storey.map_storey, storey.spec.cell_tenths);
+            slots.push(GridSlotRecord { map_storey, cell_tenths, content_hash: canvas.content_hash() });
+            doors.extend_from_slice(canvas.doors());
+            regions.extend_from_slice(canvas.regions());
+        }
+        let head = GridsHead {
+            site_hash: site.content_hash(),
+            phase_hash: phase.content_hash(),
+            plan_time_s: phase.head.plan_time_s,
+            robot: self.robot,
+        };
+        let builder = GridsBuilder { head, slots, robot_name, doors, regions };
+        archive.resize(builder.length());
+        let content_hash = builder.write(archive.bytes_mut());
+        (archive.bytes(), content_hash)
+    }
 }

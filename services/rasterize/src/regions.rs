@@ -1,10 +1,9 @@
 //! Floor at another level than the storey's.
 
 use crate::cut::{StoreyCut, to_tenths};
-use crate::floor::built_floor;
 use frames::TENTHS_PER_M;
 use geometry::{FillRule, MultiPolygon, Ring, difference, union, upward_triangles};
-use messages::{ElementState, Phase, RegionRecord, RobotProfile, Site, element_flags};
+use messages::{ElementRecord, RegionRecord, RobotProfile, Site, element_flags};
 
 /// Faces within this height of the floor are a region of the storey.
 const REACH: i32 = TENTHS_PER_M;
@@ -12,21 +11,26 @@ const REACH: i32 = TENTHS_PER_M;
 /// Smaller regions are rims and joints.
 const LEAST_AREA_M2: f64 = 0.1;
 
-/// The regions of finished floor that lie within a metre of the storey's floor, but not within a step.
+/// Elements with floor that may lie at another level of a storey.
+pub(crate) fn candidates(site: &Site<'_>, floor_z: i32) -> impl Iterator<Item = u32> {
+    let is_near = move |e: &ElementRecord| e.min_tenths[2] <= floor_z + REACH && floor_z - REACH <= e.max_tenths[2];
+    let elements = (0..).zip(site.elements);
+    elements.filter(move |(_, e)| e.has(element_flags::FLOOR) && is_near(e)).map(|(element, _)| element)
+}
+
+/// The regions of finished floor that lie within a metre of the storey's floor, but not within a step. `finished` are the
+/// elements whose floor is finished, sorted; `floor` is what they make of this level.
 pub(crate) fn at_other_levels(
     site: &Site<'_>,
-    phase: &Phase<'_>,
     robot: &RobotProfile,
     storey: &StoreyCut,
+    finished: &[u32],
+    floor: &MultiPolygon,
 ) -> Vec<RegionRecord> {
     let step = to_tenths(robot.step_height_m);
-    let floor = built_floor(phase, storey);
     let mut regions = Vec::new();
-    for (index, element) in site.elements.iter().enumerate() {
-        let near = element.min_tenths[2] <= storey.floor_z + REACH && storey.floor_z - REACH <= element.max_tenths[2];
-        if !element.has(element_flags::FLOOR) || !near || phase.effective(index) != ElementState::Built {
-            continue;
-        }
+    for index in candidates(site, storey.floor_z).filter(|e| finished.binary_search(e).is_ok()) {
+        let element = &site.elements[index as usize];
         let mut rings: Vec<Ring> = Vec::new();
         let mut level_z = i32::MIN;
         for triangle in site.element_meshes(element).flat_map(|m| upward_triangles(m, robot.max_slope_rad)) {
@@ -39,7 +43,7 @@ pub(crate) fn at_other_levels(
         if rings.is_empty() {
             continue;
         }
-        let region = difference(&union(&rings, FillRule::NonZero), &floor);
+        let region = difference(&union(&rings, FillRule::NonZero), floor);
         for polygon in region.0.into_iter().map(|p| MultiPolygon(vec![p])).filter(|p| p.area_m2() >= LEAST_AREA_M2) {
             let Some(centre) = polygon.centroid() else { continue };
             regions.push(RegionRecord {
@@ -47,7 +51,7 @@ pub(crate) fn at_other_levels(
                 level_z_tenths: level_z,
                 area_m2: polygon.area_m2(),
                 centre_m: centre.map(|c| c / f64::from(TENTHS_PER_M)),
-                element: index as u32,
+                element: index,
                 reserved: 0,
             });
         }

@@ -1,9 +1,9 @@
 //! Rasterisation as a daemon: re-slices the storeys that a new phase changes.
 
-use crate::{Rasterizer, StoreyFindings};
+use crate::Rasterizer;
 use bus::{Bus, GridSlot, Origin, Publisher, Sample, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Robot, Service, SiteConfig, Stages, StateFile};
-use messages::{Grid, GridWriter, Grids, InputHashes, Phase, RobotProfile, Site, Stage};
+use messages::{CheckedSite, InputHashes, Phase, RobotProfile, Stage};
 use std::path::PathBuf;
 use tracing::info;
 
@@ -17,10 +17,10 @@ pub struct RasterizeService {
     bus: Option<Bus>,
     index: Option<Publisher>,
     grids: Vec<Publisher>,
-    site: Option<(Sample, Rasterizer)>,
+    site: Option<(CheckedSite<Sample>, Rasterizer)>,
     phase: Option<Sample>,
-    /// What was published of each storey: hash of what it was made from, what the index says of it.
-    published: Vec<Option<(u64, StoreyFindings)>>,
+    /// Content hash of what was published of each storey; `None` for nothing.
+    published: Vec<Option<u64>>,
     last: Answer,
 }
 
@@ -51,13 +51,14 @@ impl RasterizeService {
 
     fn see_site(&mut self, sample: Sample) -> Result<Done, Failure> {
         self.stages.set(Stage::Reading);
-        let rasterizer = Rasterizer::new(&Site::open(sample.bytes())?, &self.robot.profile, self.resolution_m)?;
+        let site = CheckedSite::new(sample)?;
+        let rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
         if rasterizer.n_storeys() > GridSlot::COUNT {
             let n = rasterizer.n_storeys();
             return Err(format!("the site has {n} map storeys, the bus has room for {}", GridSlot::COUNT).into());
         }
         self.published = vec![None; rasterizer.n_storeys()];
-        self.site = Some((sample, rasterizer));
+        self.site = Some((site, rasterizer));
         self.draw()
     }
 
@@ -65,63 +66,58 @@ impl RasterizeService {
         let robot = Robot::read(&profile)?;
         self.state.save(&profile)?;
         self.robot = robot;
-        match self.site.take() {
-            Some((sample, _)) => self.see_site(sample),
-            None => Ok(self.done()),
-        }
+        let Some((site, rasterizer)) = &mut self.site else { return Ok(self.done()) };
+        self.stages.set(Stage::Reading);
+        *rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
+        self.published.fill(None);
+        self.draw()
     }
 
-    /// Draws the storeys that differ from what is published, then the index that names them.
+    /// Draws what differs from what is published, publishes those storeys, then the index that names them.
+    ///
+    /// Once every phase was seen this allocates nothing: what it needs is kept by the rasterizer.
     fn draw(&mut self) -> Result<Done, Failure> {
-        let (Some((sample, rasterizer)), Some(phase), Some(bus)) = (&self.site, &self.phase, &self.bus) else {
+        let (Some((site, rasterizer)), Some(phase), Some(bus)) = (&mut self.site, &self.phase, &self.bus) else {
             return Ok(self.done());
         };
-        let frame_epoch = sample.header().frame_epoch;
-        let (site, phase) = (Site::open(sample.bytes())?, Phase::open(phase.bytes())?);
+        let frame_epoch = site.bytes().header().frame_epoch;
+        let (site, phase) = (site.view(), Phase::open(phase.bytes())?);
         if phase.head.site_hash != site.content_hash() {
             // One of them is older; the other will come.
             return Ok(Done::default());
         }
         self.stages.set(Stage::Writing);
-        let robot_hash = xxhash_rust::xxh3::xxh3_64(bytemuck::bytes_of::<RobotProfile>(&self.robot.profile));
+        rasterizer.draw(&site, &phase);
         let inputs = InputHashes {
             site: site.content_hash(),
             phase: phase.content_hash(),
-            robot: robot_hash,
+            robot: xxhash_rust::xxh3::xxh3_64(bytemuck::bytes_of::<RobotProfile>(&self.robot.profile)),
             ..InputHashes::default()
         };
-        let mut n_drawn = 0;
-        for storey in 0..rasterizer.n_storeys() {
-            let own = rasterizer.input_hash(&phase, storey);
-            if self.published[storey].as_ref().is_some_and(|(hash, _)| *hash == own) {
+        let mut n_published = 0;
+        for (storey, grid) in rasterizer.drawn().enumerate() {
+            if self.published[storey] == Some(grid.content_hash) {
                 continue;
             }
-            let length = GridWriter::len_of(rasterizer.spec(storey).n_cells());
             if self.grids.len() == storey {
                 let slot = GridSlot::new(storey).ok_or("there are more storeys than slots")?;
-                self.grids.push(bus.publisher(Topic::Grid(slot), length)?);
+                self.grids.push(bus.publisher(Topic::Grid(slot), grid.archive.len())?);
             }
-            let mut loan = self.grids[storey].loan(length)?;
-            rasterizer.rasterize(&site, &phase, storey, GridWriter::new(loan.bytes_mut()));
-            let findings = rasterizer.findings(&site, &phase, &Grid::open(loan.bytes_mut())?);
-            let inputs = InputHashes { own, ..inputs };
-            loan.publish(Origin { epoch: self.epochs.take()?, frame_epoch, inputs })?;
-            self.published[storey] = Some((own, findings));
-            n_drawn += 1;
+            let inputs = InputHashes { own: grid.input_hash, ..inputs };
+            self.grids[storey]
+                .publish_copy(grid.archive, Origin { epoch: self.epochs.take()?, frame_epoch, inputs })?;
+            self.published[storey] = Some(grid.content_hash);
+            n_published += 1;
         }
-        let findings: Vec<StoreyFindings> = self.published.iter().flatten().map(|(_, f)| f.clone()).collect();
-        let index = rasterizer.index_of(site.content_hash(), &phase, &self.robot.name, &findings);
+        let storeys = rasterizer.n_storeys();
+        let (index, content_hash) = rasterizer.index(&site, &phase, &self.robot.name);
         let epoch = self.epochs.take()?;
         let publisher = self.index.as_ref().ok_or("it is not attached to a bus")?;
-        publisher.publish_copy(index.bytes(), Origin { epoch, frame_epoch, inputs })?;
-        let content_hash = Grids::open(index.bytes())?.content_hash();
-        info!(service = "rasterize", epoch, storeys = rasterizer.n_storeys(), drawn = n_drawn, "grids published");
+        publisher.publish_copy(index, Origin { epoch, frame_epoch, inputs })?;
+        info!(service = "rasterize", epoch, storeys, published = n_published, "grids published");
         self.stages.set(Stage::Published);
-        self.last = Answer {
-            content_hash,
-            epoch,
-            plan_time_s: Some(phase.head.plan_time_s).filter(|_| phase.head.plan_time().is_some()),
-        };
+        let plan_time_s = Some(phase.head.plan_time_s).filter(|_| phase.head.plan_time().is_some());
+        self.last = Answer { content_hash, epoch, plan_time_s };
         Ok(self.done())
     }
 

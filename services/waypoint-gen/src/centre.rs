@@ -123,13 +123,14 @@ mod tests {
         let site = Site::open(site.bytes()).unwrap();
         let head = GridHead { cell_tenths: 1_000, width: 40, height: 30, ..bytemuck::Zeroable::zeroed() };
         let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(1_200));
-        GridWriter::new(buffer.bytes_mut()).write(&head, |layers| {
-            layers.space.fill(1);
-            for index in 0..1_200 {
-                let cell = head.spec().cell_of(index);
-                layers.planning[index] = if free(cell.column, cell.row) { 0 } else { 100 };
-            }
-        });
+        let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
+        let layers = writer.layers();
+        layers.space.fill(1);
+        for (index, planning) in layers.planning.iter_mut().enumerate() {
+            let cell = head.spec().cell_of(index);
+            *planning = if free(cell.column, cell.row) { 0 } else { 100 };
+        }
+        writer.seal();
         let grid = Grid::open(buffer.bytes()).unwrap();
         let clearance = Clearance::of(&grid);
         centre_of(&site, &grid, &clearance, &Reach::of(&grid, &clearance, 0.3), 0, 0.3)

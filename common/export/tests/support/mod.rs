@@ -20,11 +20,11 @@ pub(crate) fn house() -> House {
     let view = Site::open(site.bytes()).unwrap();
     let phase = PhaseBuilder::everything_built(view.content_hash(), 3, 2).finish();
     let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: PhaseHead::NO_TIME, robot: RobotProfile::DEFAULT };
-    let slots = vec![GridSlotRecord { map_storey: 0, cell_tenths: 5_000, content_hash: 3 }];
+    let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 5_000, content_hash: 3 }];
     let passage = DoorPassage::TooNarrow as u32;
-    let doors = vec![DoorPassageRecord { door: 0, map_storey: 0, passage, sides_with_floor: 1, width_in_map_m: 0.5 }];
+    let doors = &[DoorPassageRecord { door: 0, map_storey: 0, passage, sides_with_floor: 1, width_in_map_m: 0.5 }];
     let region = RegionRecord { level_z_tenths: -2_500, area_m2: 1.5, element: 2, ..Zeroable::zeroed() };
-    let index = GridsBuilder { head, slots, robot_name: "default", doors, regions: vec![region] }.finish();
+    let index = GridsBuilder { head, slots, robot_name: "default", doors, regions: &[region] }.finish();
     let footprint = |corners: [[i32; 2]; 4]| {
         let polygon = Polygon { exterior: corners.to_vec(), holes: Vec::new() };
         Footprint { area: MultiPolygon(vec![polygon]), lines: Vec::new() }
@@ -137,23 +137,24 @@ fn site() -> ArchiveBuffer {
 fn grid() -> ArchiveBuffer {
     let head = GridHead { cell_tenths: 5_000, width: 7, height: 5, floor_z_tenths: 1_000, ..Zeroable::zeroed() };
     let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(35));
-    GridWriter::new(buffer.bytes_mut()).write(&head, |layers| {
-        for index in 0..35 {
-            let cell = head.spec().cell_of(index);
-            let (planning, class) = match (cell.row, cell.column) {
-                (_, 6) => (-1, grid::Class::None),
-                (0, 2) => (100, grid::Class::Door),
-                (0, _) => (100, grid::Class::Wall),
-                _ => (0, grid::Class::None),
-            };
-            layers.planning[index] = planning;
-            layers.localization[index] = if class == grid::Class::Door { -1 } else { planning };
-            layers.keepout[index] = if planning == -1 { 100 } else { 0 };
-            layers.class[index] = class.id();
-            layers.floor[index] = u8::from(planning != -1);
-            layers.space[index] = u16::from(planning == 0);
-        }
-    });
+    let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
+    let layers = writer.layers();
+    for index in 0..35 {
+        let cell = head.spec().cell_of(index);
+        let (planning, class) = match (cell.row, cell.column) {
+            (_, 6) => (-1, grid::Class::None),
+            (0, 2) => (100, grid::Class::Door),
+            (0, _) => (100, grid::Class::Wall),
+            _ => (0, grid::Class::None),
+        };
+        layers.planning[index] = planning;
+        layers.localization[index] = if class == grid::Class::Door { -1 } else { planning };
+        layers.keepout[index] = if planning == -1 { 100 } else { 0 };
+        layers.class[index] = class.id();
+        layers.floor[index] = u8::from(planning != -1);
+        layers.space[index] = u16::from(planning == 0);
+    }
+    writer.seal();
     buffer
 }
 

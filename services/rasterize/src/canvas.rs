@@ -1,0 +1,418 @@
+//! The grid of one storey as it was drawn last, and what a phase changes of it.
+//!
+//! A storey is drawn once as a whole. After that a phase is compared with what is drawn: where an element or a space looks
+//! different, its rectangle is painted again from the runs of everything that meets it, and the layers that depend on
+//! cells around are computed again as far as the difference can reach. The result is that of drawing everything anew.
+//! After one pass through all phases nothing is allocated any more, except on storeys whose floor is what obstacles enclose.
+
+use crate::cut::{self, StoreyCut};
+use crate::doors::DoorLayers;
+use crate::facts::{self, BLOCKED, DOOR, FLOOR, GROUND, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
+use crate::floor::{FloorPlans, enclosed_floor, outline, put, sides_with_floor};
+use crate::near::Look;
+use crate::window::{Facts, LOCALIZATION_REACH, Margins, SIDE, Scratch};
+use grid::{CellRect, Class, GridSpec, join_rects};
+use messages::{
+    ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Phase, RegionRecord, RobotProfile,
+    Site,
+};
+use xxhash_rust::xxh3::xxh3_64;
+
+/// A storey as it was drawn last.
+#[derive(Debug)]
+pub(crate) struct Canvas {
+    archive: ArchiveBuffer,
+    content_hash: u64,
+    /// A byte of [`facts`] per cell.
+    facts: Vec<u8>,
+    seen: Seen,
+    has_ground: bool,
+    open_passages: Vec<bool>,
+    /// What a robot finds at the doors.
+    doors: Vec<DoorPassageRecord>,
+    regions: Vec<RegionRecord>,
+    floor_plans: FloorPlans,
+    difference: Difference,
+    scratch: Scratch,
+}
+
+/// Everything of a phase that a grid depends on.
+#[derive(Debug, Default)]
+struct Seen {
+    /// [`Look`] of every near element, then whether each space is blocked, then whether there is a plan time.
+    looks: Vec<u8>,
+    /// Which floor elements are finished.
+    finished: Vec<u64>,
+}
+
+/// Where a phase differs from what is drawn.
+#[derive(Debug, Default)]
+struct Difference {
+    /// Cells whose facts may differ.
+    cells: Vec<CellRect>,
+    /// Cells of which the ground may differ.
+    ground: Vec<CellRect>,
+    /// Cells below which work began or ended.
+    work: Vec<CellRect>,
+    /// Cells of all work that goes on.
+    working: Vec<CellRect>,
+    /// Places in [`StoreyCut::overhead`] of the elements that are worked on.
+    worked_on: Vec<u32>,
+    /// True if a floor element was finished, or is no longer.
+    floor_differs: bool,
+    windows: Vec<CellRect>,
+}
+
+/// What does not change from phase to phase.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'a> {
+    pub(crate) site: &'a Site<'a>,
+    pub(crate) robot: &'a RobotProfile,
+    pub(crate) storey: &'a StoreyCut,
+}
+
+impl Scene<'_> {
+    fn margins(&self) -> Margins {
+        let cells = |metres_m: f64| metres_m / frames::metres(self.storey.spec.cell_tenths);
+        Margins { edge_cells: cells(self.robot.edge_margin_m), work_cells: cells(self.robot.work_margin_m) }
+    }
+}
+
+impl Canvas {
+    /// A storey of which nothing is drawn.
+    pub(crate) fn new(scene: Scene<'_>) -> Self {
+        let Scene { site, robot, storey } = scene;
+        let GridSpec { cell_tenths, first_cell, width, height } = storey.spec;
+        let record = &site.map_storeys[storey.map_storey as usize];
+        let head = GridHead {
+            cell_tenths,
+            first_cell,
+            width,
+            height,
+            map_storey: storey.map_storey,
+            floor_z_tenths: record.floor_z_tenths,
+            slab_tenths: cut::slab_above_floor(robot),
+            floor: record.floor,
+            frame_epoch: site.head.frame_epoch,
+            reserved: 0,
+        };
+        let n_cells = storey.spec.n_cells();
+        let mut archive = ArchiveBuffer::zeroed(GridWriter::len_of(n_cells));
+        let mut writer = GridWriter::new(archive.bytes_mut(), &head);
+        let whole = storey.whole();
+        for space in &storey.spaces {
+            // From the largest to the smallest: where they overlap the smaller wins.
+            for cells in whole.clip(&space.runs, whole.width()) {
+                writer.layers().space[cells].fill(space.space as u16 + 1);
+            }
+        }
+        let mut floor_plans = FloorPlans::default();
+        let mut all = Vec::new();
+        storey.near.iter().filter_map(|n| n.floor_place).for_each(|place| put(&mut all, place, true));
+        let complete = floor_plans.of(site, robot, storey, &all);
+        let facts = outline(storey, complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
+        Self {
+            archive,
+            content_hash: 0,
+            facts,
+            seen: Seen::default(),
+            has_ground: false,
+            open_passages: Vec::new(),
+            doors: Vec::new(),
+            regions: Vec::new(),
+            floor_plans,
+            difference: Difference::default(),
+            scratch: Scratch::default(),
+        }
+    }
+
+    /// The archive of the grid, as drawn last.
+    pub(crate) fn archive(&self) -> &[u8] {
+        self.archive.bytes()
+    }
+
+    /// Its content hash.
+    pub(crate) fn content_hash(&self) -> u64 {
+        self.content_hash
+    }
+
+    /// Hash of everything of the phase that the grid depends on.
+    pub(crate) fn input_hash(&self) -> u64 {
+        xxh3_64(&self.seen.looks)
+    }
+
+    /// What a robot finds at the doors.
+    pub(crate) fn doors(&self) -> &[DoorPassageRecord] {
+        &self.doors
+    }
+
+    /// Finished floor at other levels.
+    pub(crate) fn regions(&self) -> &[RegionRecord] {
+        &self.regions
+    }
+
+    /// Draws the grid of a phase.
+    pub(crate) fn draw(&mut self, scene: Scene<'_>, phase: &Phase<'_>) {
+        let is_first = self.seen.looks.is_empty();
+        if !self.look(scene, phase) {
+            return;
+        }
+        let had_ground = self.has_ground;
+        self.lay_ground(scene, phase, is_first);
+        self.open_passages(scene, phase, is_first);
+        let is_dated = phase.head.plan_time().is_some();
+        let whole = scene.storey.whole();
+        if is_first || had_ground != self.has_ground {
+            self.difference.cells.clear();
+            self.difference.cells.push(whole);
+        }
+        join_rects(&mut self.difference.cells);
+        for index in 0..self.difference.cells.len() {
+            let rect = self.difference.cells[index];
+            self.paint(scene, phase, &rect);
+        }
+        if is_dated && !self.has_ground {
+            facts::fill_without_floor(&mut self.writer().layers());
+        } else {
+            self.derive(scene);
+        }
+        self.look_at_doors(scene, phase);
+        self.content_hash = self.writer().seal();
+    }
+
+    fn writer(&mut self) -> GridWriter<'_> {
+        GridWriter::resume(self.archive.bytes_mut(), self.facts.len())
+    }
+
+    /// Compares a phase with what is drawn; false if nothing looks different.
+    fn look(&mut self, scene: Scene<'_>, phase: &Phase<'_>) -> bool {
+        let storey = scene.storey;
+        let is_first = self.seen.looks.is_empty();
+        let (n_near, n_spaces) = (storey.near.len(), storey.spaces.len());
+        // Nothing that is drawn looks like this.
+        let Seen { looks, finished } = &mut self.seen;
+        looks.resize(n_near + n_spaces + 1, u8::MAX);
+        let difference = &mut self.difference;
+        difference.clear();
+        let mut differs = is_first;
+        for (near, seen) in storey.near.iter().zip(&mut *looks) {
+            let look = Look::of(phase.effective(near.element as usize));
+            let before = std::mem::replace(seen, look as u8);
+            let overhead = near.overhead.filter(|_| look == Look::WorkedOn || before == Look::WorkedOn as u8);
+            let work = overhead.and_then(|place| storey.overhead_rect(scene.site, place));
+            if look == Look::WorkedOn {
+                difference.worked_on.extend(near.overhead);
+                difference.working.extend(work);
+            }
+            if before == look as u8 {
+                continue;
+            }
+            differs = true;
+            difference.cells.extend(near.cells);
+            if (before == Look::WorkedOn as u8) != (look == Look::WorkedOn) {
+                difference.work.extend(work);
+            }
+            if let Some(place) = near.floor_place {
+                put(finished, place, look == Look::Built);
+                difference.ground.extend(near.floor);
+                difference.floor_differs = true;
+            }
+        }
+        for (space, seen) in storey.spaces.iter().zip(&mut looks[n_near..]) {
+            let blocked = u8::from(phase.is_blocked(space.space as usize));
+            if std::mem::replace(seen, blocked) != blocked {
+                differs = true;
+                difference.cells.extend(space.rect);
+            }
+        }
+        let dated = u8::from(phase.head.plan_time().is_some());
+        if std::mem::replace(&mut looks[n_near + n_spaces], dated) != dated {
+            // Without a plan time a storey without floor is not all unknown.
+            differs = true;
+            difference.cells.push(storey.whole());
+        }
+        let Difference { cells, work, .. } = difference;
+        cells.extend_from_slice(work);
+        differs
+    }
+
+    /// Brings the ground to the finished floor elements.
+    fn lay_ground(&mut self, scene: Scene<'_>, phase: &Phase<'_>, is_first: bool) {
+        let Scene { site, robot, storey } = scene;
+        let whole = storey.whole();
+        if is_first {
+            self.difference.ground.clear();
+            self.difference.ground.push(whole);
+        }
+        if is_first || self.difference.floor_differs {
+            let Self { facts, floor_plans, regions, difference, .. } = self;
+            let plan = floor_plans.of(site, robot, storey, &self.seen.finished);
+            regions.clone_from(&plan.regions);
+            join_rects(&mut difference.ground);
+            for rect in &difference.ground {
+                rect.rows(whole.width()).for_each(|row| facts[row].iter_mut().for_each(|f| *f &= !GROUND));
+                let covered = rect.clip(&plan.runs, whole.width());
+                covered.for_each(|cells| facts[cells].iter_mut().for_each(|f| *f |= GROUND));
+            }
+        }
+        if storey.floor_kind == FloorKind::AssumedFromEnclosure {
+            self.enclose_ground(scene, phase);
+        }
+        if is_first || !self.difference.ground.is_empty() {
+            self.has_ground = self.facts.iter().any(|f| f & GROUND != 0);
+        }
+        let Difference { cells, ground, .. } = &mut self.difference;
+        cells.extend_from_slice(ground);
+    }
+
+    /// The ground of a storey without floor faces and spaces: what its obstacles enclose.
+    fn enclose_ground(&mut self, scene: Scene<'_>, phase: &Phase<'_>) {
+        let enclosed = enclosed_floor(scene.storey, |element| phase.effective(element as usize).is_obstacle());
+        for (facts, inside) in self.facts.iter_mut().zip(enclosed.cells) {
+            *facts = *facts & !GROUND | if inside { GROUND } else { 0 };
+        }
+        self.difference.ground.clear();
+        self.difference.ground.push(scene.storey.whole());
+    }
+
+    /// Passages of walls that stand, with ground on both sides, are floor too.
+    fn open_passages(&mut self, scene: Scene<'_>, phase: &Phase<'_>, is_first: bool) {
+        let Self { facts, open_passages, difference, .. } = self;
+        open_passages.resize(scene.storey.passages.len(), false);
+        for (passage, open) in scene.storey.passages.iter().zip(open_passages) {
+            let Some(around) = passage.around else { continue };
+            if !is_first && !difference.cells.iter().any(|rect| rect.meets(&around)) {
+                continue;
+            }
+            let is_open = phase.effective(passage.host as usize).is_obstacle()
+                && sides_with_floor(&passage.plan, &scene.storey.spec, |i| facts[i] & GROUND != 0) == 2;
+            if std::mem::replace(open, is_open) != is_open {
+                difference.cells.extend(passage.rect);
+            }
+        }
+    }
+
+    /// Writes facts, class, floor and planning of a rectangle from the runs of everything that meets it.
+    fn paint(&mut self, scene: Scene<'_>, phase: &Phase<'_>, rect: &CellRect) {
+        let Scene { site, storey, .. } = scene;
+        let width = storey.spec.width as usize;
+        let Self { archive, facts, open_passages, difference, .. } = self;
+        let mut writer = GridWriter::resume(archive.bytes_mut(), facts.len());
+        let GridLayers { class, floor, planning, .. } = writer.layers();
+        for row in rect.rows(width) {
+            class[row.clone()].fill(Class::None.id());
+            facts[row].iter_mut().for_each(|f| *f = *f & (GROUND | OUTLINE) | (*f & GROUND) << 1);
+        }
+        let meets = |other: Option<CellRect>| other.is_some_and(|other| other.meets(rect));
+        let is_hung = |door: &Option<crate::doors::DoorAt>| door.as_ref().is_none_or(|d| d.is_hung(phase));
+        for obstacle in storey.obstacles.iter().filter(|o| meets(o.rect)) {
+            let look = Look::of(phase.effective(obstacle.element as usize));
+            // A door stands with the wall that it hangs in.
+            if !look.is_obstacle() || !is_hung(&obstacle.door) {
+                continue;
+            }
+            // A door that is being hung or taken down is as good as closed.
+            let is_open_door = obstacle.class == Class::Door
+                && obstacle.door.as_ref().is_none_or(|d| d.can_pass() && look == Look::Built);
+            let set = match (is_open_door, obstacle.class == Class::Door) {
+                (true, _) => DOOR,
+                (false, true) => DOOR | OCCUPIED,
+                (false, false) => OCCUPIED,
+            };
+            // What is drawn over a door is no door.
+            let keep = if set & DOOR == 0 { !DOOR } else { u8::MAX };
+            for cells in rect.clip(&obstacle.runs, width) {
+                class[cells.clone()].fill(obstacle.class.id());
+                facts[cells].iter_mut().for_each(|f| *f = *f & keep | set);
+            }
+        }
+        let mut set_runs = |runs: &[grid::Run], fact: u8| {
+            rect.clip(runs, width).for_each(|cells| facts[cells].iter_mut().for_each(|f| *f |= fact));
+        };
+        for structure in storey.lidar.iter().filter(|l| meets(l.rect)) {
+            if Look::of(phase.effective(structure.element as usize)) == Look::Built {
+                set_runs(&structure.runs, STRUCTURE);
+            }
+        }
+        for space in storey.spaces.iter().filter(|s| meets(s.rect) && phase.is_blocked(s.space as usize)) {
+            set_runs(&space.runs, BLOCKED);
+        }
+        for (passage, _) in storey.passages.iter().zip(open_passages).filter(|(p, open)| **open && meets(p.rect)) {
+            set_runs(&passage.runs, FLOOR);
+        }
+        for &place in &difference.worked_on {
+            set_runs(storey.overhead_runs(site, place), WORK);
+        }
+        let floor_value = match storey.floor_kind {
+            FloorKind::Built => 1,
+            FloorKind::AssumedFromSpaces | FloorKind::AssumedFromEnclosure => 2,
+        };
+        for row in rect.rows(width) {
+            let cells = facts[row.clone()].iter().zip(&mut floor[row.clone()]).zip(&mut planning[row]);
+            for ((&facts, floor), planning) in cells {
+                *floor = if facts & FLOOR != 0 { floor_value } else { 0 };
+                *planning = PLANNING[usize::from(facts)];
+            }
+        }
+    }
+
+    /// Computes keep-out and localization as far as the difference can reach.
+    fn derive(&mut self, scene: Scene<'_>) {
+        let Self { archive, facts, difference, scratch, .. } = self;
+        let mut writer = GridWriter::resume(archive.bytes_mut(), facts.len());
+        let GridLayers { keepout, localization, .. } = writer.layers();
+        let facts = Facts { cells: facts, whole: scene.storey.whole() };
+        let (margins, whole) = (scene.margins(), facts.whole);
+        let Difference { cells, work, working, windows, .. } = difference;
+        let is_near_work = |rect: &CellRect| {
+            let around = rect.grown(margins.reach(true), &whole);
+            work.iter().chain(&*working).any(|w| w.meets(&around))
+        };
+
+        windows.clear();
+        windows.extend(cells.iter().map(|rect| rect.grown(margins.reach(is_near_work(rect)), &whole)));
+        join_rects(windows);
+        for window in windows.iter().flat_map(|rect| rect.tiles(SIDE)) {
+            scratch.keepout(facts, margins, is_near_work(&window), &window, keepout);
+        }
+
+        windows.clear();
+        windows.extend(cells.iter().map(|rect| rect.grown(LOCALIZATION_REACH, &whole)));
+        join_rects(windows);
+        for window in windows.iter().flat_map(|rect| rect.tiles(SIDE)) {
+            scratch.localization(facts, &window, localization);
+        }
+    }
+
+    /// What a robot finds at the doors around which anything differs.
+    fn look_at_doors(&mut self, scene: Scene<'_>, phase: &Phase<'_>) {
+        let Scene { robot, storey, .. } = scene;
+        let Self { archive, facts, doors, difference, .. } = self;
+        let mut writer = GridWriter::resume(archive.bytes_mut(), facts.len());
+        let GridLayers { class, floor, .. } = writer.layers();
+        let layers = DoorLayers { class, floor };
+        let obstacles = storey.obstacles.iter().filter(|o| o.class == Class::Door);
+        let at_doors = obstacles.filter_map(|o| Some((o.element, o.door.as_ref()?)));
+        for (place, (element, door)) in at_doors.enumerate() {
+            let around = door.around.filter(|_| place < doors.len());
+            if around.is_some_and(|around| !difference.cells.iter().any(|rect| rect.meets(&around))) {
+                continue;
+            }
+            let look = Look::of(phase.effective(element as usize));
+            let record = door.passage(phase, robot, storey, look, layers);
+            match doors.get_mut(place) {
+                Some(door) => *door = record,
+                None => doors.push(record),
+            }
+        }
+    }
+}
+
+impl Difference {
+    fn clear(&mut self) {
+        let lists = [&mut self.cells, &mut self.ground, &mut self.work, &mut self.working];
+        lists.into_iter().for_each(Vec::clear);
+        self.worked_on.clear();
+        self.floor_differs = false;
+    }
+}

@@ -1,0 +1,176 @@
+//! A small house, and how it is drawn.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+#![allow(dead_code, reason = "every test file uses a part of this")]
+
+use frames::{Map, Point2};
+use grid::Class;
+use messages::*;
+use rasterize::Rasterizer;
+
+/// Metres to tenths of a millimetre.
+pub(crate) fn t(m: f64) -> i32 {
+    frames::tenths(m).unwrap()
+}
+
+/// A building to be.
+pub(crate) struct House {
+    pub(crate) builder: SiteBuilder,
+}
+
+impl House {
+    pub(crate) fn new() -> Self {
+        let mut house = Self { builder: SiteBuilder::default() };
+        house.add(Class::Wall, [-0.2, -0.2, 0.0], [1.5, 0.0, 2.5]);
+        house.add(Class::Wall, [2.4, -0.2, 0.0], [4.2, 0.0, 2.5]);
+        house.add(Class::Wall, [-0.2, 0.0, 0.0], [0.0, 3.2, 2.5]);
+        house.add(Class::Wall, [0.0, 3.0, 0.0], [4.2, 3.2, 2.5]);
+        house.slab([-0.2, -0.2], [4.2, 3.2], 0.0);
+        house.add(Class::Wall, [4.0, 0.0, 0.0], [4.2, 3.0, 2.5]);
+        house
+    }
+
+    pub(crate) fn add(&mut self, class: Class, min: [f64; 3], max: [f64; 3]) -> usize {
+        let (min, max) = (min.map(t), max.map(t));
+        let b = &mut self.builder;
+        let first_part = b.parts.len() as u32;
+        let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 1 { max[k] } else { min[k] });
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        b.parts.push(PartRecord {
+            first_vertex: b.vertices.len() as u32,
+            n_vertices: 8,
+            first_triangle: b.triangles.len() as u32,
+            n_triangles: 12,
+            closed: 1,
+            reserved: 0,
+        });
+        b.vertices.extend((0..8).map(corner));
+        b.triangles.extend(quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]));
+        b.elements.push(ElementRecord {
+            min_tenths: min,
+            max_tenths: max,
+            first_part,
+            n_parts: 1,
+            class: u32::from(class.id()),
+            whole: NONE,
+            storey: NONE,
+            space: NONE,
+            door: NONE,
+            stair: NONE,
+            ..bytemuck::Zeroable::zeroed()
+        });
+        b.elements.len() - 1
+    }
+
+    pub(crate) fn slab(&mut self, min: [f64; 2], max: [f64; 2], top: f64) -> usize {
+        let index = self.add(Class::Slab, [min[0], min[1], top - 0.2], [max[0], max[1], top]);
+        self.builder.elements[index].flags = element_flags::FLOOR;
+        index
+    }
+
+    pub(crate) fn door(&mut self, clear_width_m: f64, opens: Opens) -> usize {
+        let element = self.add(Class::Door, [1.5, -0.15, 0.0], [2.4, -0.05, 2.1]);
+        let passage = BoxRecord { centre: [19_500.0, -1_000.0], axis: [1.0, 0.0], half: [4_500.0, 1_000.0] };
+        self.builder.elements[element].door = self.builder.doors.len() as u32;
+        self.builder.doors.push(DoorRecord {
+            element: element as u32,
+            opening: NONE,
+            spaces: [NONE; 2],
+            opens: opens as u32,
+            clear_width_m,
+            passage,
+            ..bytemuck::Zeroable::zeroed()
+        });
+        element
+    }
+
+    pub(crate) fn opening(&mut self, host: usize) {
+        self.builder.openings.push(OpeningRecord {
+            global_id: Text::default(),
+            host: host as u32,
+            filling: NONE,
+            bottom_z_tenths: 0,
+            top_z_tenths: t(2.1),
+            plan: BoxRecord { centre: [19_500.0, -1_000.0], axis: [1.0, 0.0], half: [4_500.0, 1_000.0] },
+        });
+    }
+
+    pub(crate) fn space(&mut self, min: [f64; 2], max: [f64; 2]) {
+        let b = &mut self.builder;
+        let [x0, y0] = min.map(t);
+        let [x1, y1] = max.map(t);
+        b.rings.push(RingRecord { first_point: b.points.len() as u32, n_points: 4 });
+        b.points.extend([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]);
+        b.spaces.push(SpaceRecord {
+            first_ring: b.rings.len() as u32 - 1,
+            n_rings: 1,
+            area_m2: (max[0] - min[0]) * (max[1] - min[1]),
+            height_tenths: t(2.5),
+            storey: NONE,
+            ..bytemuck::Zeroable::zeroed()
+        });
+    }
+
+    pub(crate) fn map(self) -> Drawn {
+        self.map_at(|_| {}, &RobotProfile::DEFAULT)
+    }
+
+    /// The site with one map storey.
+    pub(crate) fn site(mut self) -> ArchiveBuffer {
+        let name = self.builder.texts.add("Ground");
+        self.builder.map_storeys.push(MapStoreyRecord {
+            global_id: Text::default(),
+            name,
+            floor_z_tenths: 0,
+            floor: FloorKind::Built as u32,
+            bounds_tenths: [t(-1.0), t(-2.0), t(5.0), t(4.0)],
+        });
+        self.builder.finish()
+    }
+
+    pub(crate) fn map_at(self, change: impl Fn(&mut PhaseBuilder), robot: &RobotProfile) -> Drawn {
+        let site = self.site();
+        let site = Site::open(site.bytes()).unwrap();
+        let mut phase = PhaseBuilder::everything_built(0, site.elements.len(), site.spaces.len());
+        change(&mut phase);
+        let phase = phase.finish();
+        let phase = Phase::open(phase.bytes()).unwrap();
+        let mut rasterizer = Rasterizer::new(&site, robot, 0.1).unwrap();
+        rasterizer.draw(&site, &phase);
+        let grid = ArchiveBuffer::copy_of(rasterizer.drawn().next().unwrap().archive);
+        let index = ArchiveBuffer::copy_of(rasterizer.index(&site, &phase, "test").0);
+        Drawn { grid, index }
+    }
+}
+
+/// A drawn storey.
+pub(crate) struct Drawn {
+    pub(crate) grid: ArchiveBuffer,
+    pub(crate) index: ArchiveBuffer,
+}
+
+impl Drawn {
+    pub(crate) fn grid(&self) -> Grid<'_> {
+        Grid::open(self.grid.bytes()).unwrap()
+    }
+
+    pub(crate) fn at(&self, x: f64, y: f64) -> usize {
+        let spec = self.grid().spec();
+        spec.index(spec.cell_at(Point2::<Map>::new(x, y)).unwrap())
+    }
+
+    pub(crate) fn planning(&self, x: f64, y: f64) -> i8 {
+        self.grid().planning[self.at(x, y)]
+    }
+
+    pub(crate) fn keepout(&self, x: f64, y: f64) -> i8 {
+        self.grid().keepout[self.at(x, y)]
+    }
+
+    pub(crate) fn localization(&self, x: f64, y: f64) -> i8 {
+        self.grid().localization[self.at(x, y)]
+    }
+
+    pub(crate) fn passage(&self) -> DoorPassage {
+        DoorPassage::from_id(Grids::open(self.index.bytes()).unwrap().doors[0].passage).unwrap()
+    }
+}
