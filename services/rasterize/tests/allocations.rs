@@ -1,0 +1,116 @@
+//! The steady loop, from a phase to the index of its grids, allocates nothing once every phase was seen; the bus library
+//! makes one block of about a hundred bytes for each loan.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use bus::{Bus, Daemon, Domain, Keeper, Origin, Publisher, Sample, Subscriber, Topic, Waiter};
+use daemon::{BusConfig, Event, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages};
+use grid::Class;
+use messages::*;
+use rasterize::service::RasterizeService;
+use support::House;
+
+#[global_allocator]
+static ALLOCATOR: dhat::Alloc = dhat::Alloc;
+
+/// The house with furniture, a door, rooms, and floor in two parts.
+fn house() -> ArchiveBuffer {
+    let mut house = House::new();
+    for k in 0..6 {
+        let at = 0.3 + 0.5 * f64::from(k);
+        house.add(Class::Furniture, [at, 0.5, 0.0], [at + 0.4, 0.9, 1.0]);
+    }
+    house.slab([-0.2, -1.5], [4.2, -0.2], 0.0);
+    house.add(Class::Mep, [1.0, 1.0, 2.2], [2.0, 2.0, 2.4]);
+    house.opening(0);
+    house.door(0.8, Opens::Swing);
+    house.space([0.0, 0.0], [2.0, 3.0]);
+    house.space([2.0, 0.0], [4.0, 3.0]);
+    house.builder.spaces.iter_mut().for_each(|s| s.map_storey = 0);
+    house.site()
+}
+
+/// A walk in which every element and every space changes: walls, floor, doors, work overhead.
+fn phases(site: &Site<'_>) -> Vec<ArchiveBuffer> {
+    let (n, n_spaces) = (site.elements.len(), site.spaces.len());
+    let phase = |step: usize| {
+        let mut phase = PhaseBuilder::everything_built(site.content_hash(), n, n_spaces);
+        phase.head.plan_time_s = step as i64;
+        (0..n).for_each(|k| phase.effective[k] = ((k * 7 + step) % 5) as u8);
+        (0..n_spaces).for_each(|k| phase.spaces[k].state = ((k + step) % 2) as u32);
+        phase.finish()
+    };
+    (0..20).map(phase).collect()
+}
+
+/// A producer that is looked after whenever something is to come from it.
+struct Producer {
+    publisher: Publisher,
+    waiter: Waiter,
+    epoch: u64,
+}
+
+impl Producer {
+    fn of(domain: &Domain, daemon: Daemon, topic: Topic) -> Self {
+        let (bus, waiter) = Bus::join(domain, daemon).unwrap();
+        Self { publisher: bus.publisher(topic, 1 << 16).unwrap(), waiter, epoch: 0 }
+    }
+
+    fn publish(&mut self, archive: &ArchiveBuffer, subscriber: &Subscriber) {
+        self.waiter.wait(std::time::Duration::ZERO).unwrap();
+        self.epoch += 1;
+        let origin = Origin { epoch: self.epoch, frame_epoch: 1, inputs: InputHashes::default() };
+        assert_eq!(self.publisher.publish_copy(archive.bytes(), origin).unwrap(), 1, "{}", subscriber.topic());
+    }
+}
+
+fn take(subscriber: &Subscriber) -> Sample {
+    subscriber.take().unwrap().expect("it was just published")
+}
+
+#[test]
+fn a_phase_that_was_seen_before_costs_no_allocation_but_one_of_the_bus_library_per_sample() {
+    let home = tempfile::tempdir().unwrap();
+    let root = tempfile::Builder::new().prefix("alloc").tempdir_in("/dev/shm").unwrap();
+    let prefix = format!("ga{:x}_", std::process::id());
+    let domain = Domain::shared(&prefix, root.path()).unwrap();
+    let keeper = Keeper::start(&domain).unwrap();
+    let config = SiteConfig {
+        state: home.path().to_owned(),
+        models: Vec::new(),
+        bus: BusConfig { prefix, root: root.path().to_owned() },
+        schedule: ScheduleConfig::default(),
+        robot: RobotConfig { profile: None, resolution_m: 0.05 },
+    };
+    let site = house();
+    let mut sites = Producer::of(&domain, Daemon::IfcIngest, Topic::Site);
+    let mut phases_out = Producer::of(&domain, Daemon::ScheduleEval, Topic::Phase);
+    let (bus, _waiter) = Bus::join(&domain, Daemon::Rasterize).unwrap();
+    let subscribers = [Topic::Site, Topic::Phase].map(|topic| bus.subscriber(topic).unwrap());
+    let mut service = RasterizeService::new(&config, Stages::default()).unwrap();
+    service.attach(&bus).unwrap();
+    sites.publish(&site, &subscribers[0]);
+    service.handle(Event::Input(Topic::Site, take(&subscribers[0]))).unwrap();
+
+    let phases = phases(&Site::open(site.bytes()).unwrap());
+    let mut epoch = 0;
+    // Allocations and samples of each phase.
+    let mut walk = || -> Vec<[u64; 2]> {
+        let blocks = |archive: &ArchiveBuffer| {
+            phases_out.publish(archive, &subscribers[1]);
+            let before = dhat::HeapStats::get().total_blocks;
+            let done = service.handle(Event::Input(Topic::Phase, take(&subscribers[1]))).unwrap();
+            let allocations = dhat::HeapStats::get().total_blocks - before;
+            let samples = done.answer.epoch - std::mem::replace(&mut epoch, done.answer.epoch);
+            [allocations, samples]
+        };
+        phases.iter().map(blocks).collect()
+    };
+    let _profiler = dhat::Profiler::builder().testing().build();
+    let first = walk();
+    assert!(first.iter().map(|[allocations, _]| allocations).sum::<u64>() > 200, "it makes what is kept: {first:?}");
+    let second = walk();
+    assert!(second.iter().all(|[allocations, samples]| allocations == samples && *samples == 2), "{second:?}");
+    drop((service, bus, sites, phases_out, keeper));
+}
