@@ -1,0 +1,372 @@
+//! The running daemons, measured: one command, one table, in one run.
+//!
+//! `scripts/bench-live` builds everything for release and runs this. The site is the demo building 60 times, on 10 storeys, each
+//! copy a day later than the one before; another model may be given as an argument. Times are of this machine and this
+//! moment: what counts are the ratios in a row.
+#![expect(clippy::unwrap_used, reason = "a benchmark stops where it fails")]
+#![expect(clippy::print_stdout, reason = "the table")]
+
+use bus::{Bus, Daemon, Domain, GridSlot, Keeper, Origin, Reply, Sample, Stamp, Subscriber, Topic, Waiter};
+use daemon::{Answer, Request};
+use messages::{ArchiveBuffer, Grids, InputHashes, Phase, Site};
+use std::collections::BTreeMap;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const DEADLINE: Duration = Duration::from_secs(600);
+const IDLE: Duration = Duration::from_secs(20);
+
+fn main() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let home = tempfile::tempdir().unwrap();
+    // Arguments of `cargo bench` itself begin with a dash.
+    let model = std::env::args().skip(1).find(|a| !a.starts_with('-')).map_or_else(
+        || {
+            let model = home.path().join("tiled.ifc");
+            let tile = Command::new("python3")
+                .args([root.join("scripts/tile_model.py"), root.join("config/demo/demo.ifc"), model.clone()])
+                .status();
+            assert!(tile.unwrap().success());
+            model
+        },
+        PathBuf::from,
+    );
+    println!("| what | measured |\n|---|---|");
+    let mut live = Live::start(home.path(), &model);
+    live.describe();
+    dates(&mut live);
+    live.late_joiners();
+    live.restart();
+    live.memory();
+    live.idle();
+    drop(live);
+    payloads();
+}
+
+fn row(what: &str, measured: impl std::fmt::Display) {
+    println!("| {what} | {measured} |");
+}
+
+/// Middle and 99th percentile.
+fn percentiles(values: &mut [f64]) -> [f64; 2] {
+    values.sort_by(f64::total_cmp);
+    [0.5, 0.99].map(|p| values[((values.len() - 1) as f64 * p).round() as usize])
+}
+
+fn ms(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+/// Daemons on a bus of their own.
+struct Live {
+    up: Child,
+    prefix: String,
+    root: tempfile::TempDir,
+    domain: Domain,
+    bus: Bus,
+    waiter: Waiter,
+}
+
+impl Live {
+    fn start(home: &Path, model: &Path) -> Self {
+        let root = tempfile::Builder::new().prefix("gpbench").tempdir_in("/dev/shm").unwrap();
+        let prefix = format!("gb{:x}_", std::process::id());
+        let model = std::path::absolute(model).unwrap();
+        let site = format!(
+            "state = \"state\"\nmodels = [{model:?}]\n[schedule]\nplan_time = \"2000-01-01\"\n[bus]\nprefix = {prefix:?}\nroot = {:?}\n",
+            root.path()
+        );
+        let config = home.join("site.toml");
+        std::fs::write(&config, site).unwrap();
+        let client = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("groundplan");
+        let up = Command::new(client).arg("up").arg("--config").arg(config).stderr(Stdio::null()).spawn().unwrap();
+        let domain = Domain::shared(&prefix, root.path()).unwrap();
+        let begun = Instant::now();
+        let (bus, waiter) = loop {
+            match Bus::join(&domain, Daemon::Groundplan) {
+                Ok(joined) => break joined,
+                Err(_) if begun.elapsed() < DEADLINE => std::thread::sleep(Duration::from_millis(50)),
+                Err(why) => panic!("{why}"),
+            }
+        };
+        Self { up, prefix, root, domain, bus, waiter }
+    }
+
+    fn next(&mut self, subscriber: &Subscriber) -> Sample {
+        let deadline = Instant::now() + DEADLINE;
+        loop {
+            if let Some(sample) = subscriber.take().unwrap() {
+                return sample;
+            }
+            assert!(Instant::now() < deadline, "nothing comes on {}", subscriber.topic());
+            self.waiter.wait(Duration::from_secs(1)).unwrap();
+        }
+    }
+
+    fn describe(&mut self) {
+        let [sites, indices] = [Topic::Site, Topic::Grids].map(|t| self.bus.subscriber(t).unwrap());
+        let site = self.next(&sites);
+        let index = self.next(&indices);
+        let view = Site::open(site.bytes()).unwrap();
+        let mut cells = 0;
+        for k in 0..Grids::open(index.bytes()).unwrap().slots.len() {
+            let slot = self.bus.subscriber(Topic::Grid(GridSlot::new(k).unwrap())).unwrap();
+            cells += self.next(&slot).header().payload_length as usize / 7;
+        }
+        let (elements, storeys) = (view.elements.len(), view.map_storeys.len());
+        row("site", format!("{elements} elements, {storeys} storeys, {cells} cells, {} bytes", site.bytes().len()));
+    }
+
+    /// The processes of the daemons, by name.
+    fn processes(&mut self) -> BTreeMap<&'static str, u32> {
+        let reader = self.bus.status_reader().unwrap();
+        let mut found = BTreeMap::new();
+        while found.len() < 3 {
+            self.waiter.wait(Duration::from_secs(1)).unwrap();
+            while let Some(record) = reader.take().unwrap() {
+                found.insert(Daemon::from_id(record.daemon).unwrap().name(), record.process_id);
+            }
+        }
+        found
+    }
+
+    fn late_joiners(&mut self) {
+        let join = |_| {
+            let begun = Instant::now();
+            let (bus, mut waiter) = Bus::join(&self.domain, Daemon::Groundplan).unwrap();
+            for topic in [Topic::Site, Topic::Grids, Topic::Grid(GridSlot::new(0).unwrap())] {
+                let subscriber = bus.subscriber(topic).unwrap();
+                while subscriber.take().unwrap().is_none() {
+                    waiter.wait(Duration::from_secs(1)).unwrap();
+                }
+            }
+            ms(begun.elapsed())
+        };
+        let [p50, p99] = percentiles(&mut (0..50).map(join).collect::<Vec<_>>());
+        row("late joiner: from joining to site, index and a grid", format!("p50 {p50:.1} ms, p99 {p99:.1} ms"));
+    }
+
+    fn restart(&mut self) {
+        let sites = self.bus.subscriber(Topic::Site).unwrap();
+        let length = self.next(&sites).bytes().len();
+        let process = self.processes()["ifc-ingest"];
+        let begun = Instant::now();
+        assert!(Command::new("kill").args(["-9", &process.to_string()]).status().unwrap().success());
+        self.next(&sites);
+        let seen = ms(begun.elapsed());
+        let process = self.processes()["ifc-ingest"];
+        row(
+            "ifc-ingest killed, until its site is there again",
+            format!("{seen:.0} ms for {:.0} MB, of which about 250 ms back-off; process {process}", length as f64 / 1e6),
+        );
+    }
+
+    fn memory(&mut self) {
+        let processes = self.processes();
+        let anonymous = |process: &u32| -> u64 {
+            let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+            let line = status.lines().find(|l| l.starts_with("RssAnon")).unwrap();
+            line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() * 1_024
+        };
+        let own: Vec<String> =
+            processes.iter().map(|(name, process)| format!("{name} {:.0}", anonymous(process) as f64 / 1e6)).collect();
+        let shared: u64 = std::fs::read_dir("/dev/shm")
+            .unwrap()
+            .flatten()
+            .filter(|e| e.file_name().to_string_lossy().starts_with(&self.prefix))
+            .map(|e| e.metadata().unwrap().blocks() * 512)
+            .sum();
+        row("memory, MB", format!("shared {:.0}, own: {}", shared as f64 / 1e6, own.join(", ")));
+    }
+
+    fn idle(&mut self) {
+        let ticks = |process: u32| -> f64 {
+            let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+            let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+            // Hundredths of a second, user and system.
+            (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
+        };
+        let processes = self.processes();
+        let before: Vec<f64> = processes.values().map(|p| ticks(*p)).collect();
+        std::thread::sleep(IDLE);
+        let used = processes.iter().zip(before).map(|((name, process), before)| {
+            format!("{name} {:.2} %", (ticks(*process) - before) / IDLE.as_secs_f64() * 100.0)
+        });
+        row("idle, of one core", used.collect::<Vec<_>>().join(", "));
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        let _ = Command::new("kill").arg(self.up.id().to_string()).status();
+        let _ = self.up.wait();
+        let _ = self.root.path();
+    }
+}
+
+/// A date that was set, and what came of it.
+struct Step {
+    total_ms: f64,
+    /// Until the phase is out, from there until the index is, from there until it is seen.
+    parts_ms: [f64; 3],
+    memcpy_ms: f64,
+    grids: usize,
+    toggled: f64,
+}
+
+/// Walks through all changes twice; the second time counts.
+fn dates(live: &mut Live) {
+    let [indices, phases] = [Topic::Grids, Topic::Phase].map(|t| live.bus.subscriber(t).unwrap());
+    let slots: Vec<Subscriber> =
+        GridSlot::all().take(10).map(|slot| live.bus.subscriber(Topic::Grid(slot)).unwrap()).collect();
+    let mut copies: Vec<Vec<u8>> = vec![Vec::new(); slots.len()];
+    let mut states: Vec<u8> = Vec::new();
+    let mut step = |live: &mut Live, request: &Request| -> Option<Step> {
+        let client = live.bus.command_client(Daemon::ScheduleEval).unwrap();
+        let begun = Stamp::now();
+        let open = client.send(&serde_json::to_vec(request).unwrap()).unwrap();
+        let answer = loop {
+            match open.take().unwrap() {
+                Some(Reply::Done(bytes)) => break serde_json::from_slice::<Answer>(&bytes).unwrap(),
+                Some(Reply::Failed(_)) => return None,
+                _ => drop(live.waiter.wait(Duration::from_secs(1)).unwrap()),
+            }
+        };
+        let index = loop {
+            let index = live.next(&indices);
+            if index.header().inputs.phase == answer.content_hash {
+                break index;
+            }
+        };
+        let seen = Stamp::now();
+        let phase = loop {
+            let phase = live.next(&phases);
+            if phase.header().content_hash == answer.content_hash {
+                break phase;
+            }
+        };
+        let [phase_at, index_at] = [&phase, &index].map(|sample| Stamp(sample.header().stamp_ns));
+        let now = Phase::open(phase.bytes()).unwrap();
+        let new: Vec<u8> = (0..now.n_elements()).map(|k| now.effective(k) as u8).collect();
+        let toggled = new.iter().zip(&states).filter(|(a, b)| a != b).count() as f64 / new.len() as f64;
+        states = new;
+        let changed: Vec<(usize, Sample)> =
+            slots.iter().enumerate().filter_map(|(k, slot)| Some((k, slot.take().unwrap()?))).collect();
+        // Into memory that was written before: what a copy costs when nothing else does.
+        let is_cold = changed.iter().any(|(k, grid)| copies[*k].len() != grid.bytes().len());
+        if is_cold {
+            changed.iter().for_each(|(k, grid)| copies[*k] = grid.bytes().to_vec());
+            return None;
+        }
+        let copied = Instant::now();
+        changed.iter().for_each(|(k, grid)| copies[*k].copy_from_slice(grid.bytes()));
+        let memcpy_ms = ms(copied.elapsed());
+        let parts_ms = [phase_at.since(begun), index_at.since(phase_at), seen.since(index_at)].map(ms);
+        Some(Step { total_ms: ms(seen.since(begun)), parts_ms, memcpy_ms, grids: changed.len(), toggled })
+    };
+    let mut walk = |live: &mut Live| -> Vec<Step> {
+        step(live, &Request::SetPlanTime { at_s: 0 });
+        let mut steps = Vec::new();
+        for _ in 0..400 {
+            steps.extend(step(live, &Request::NextChange));
+        }
+        steps
+    };
+    walk(live);
+    let steps = walk(live);
+    report(&steps, "at most 1 % toggled", |step| step.toggled <= 0.01 && step.grids > 0);
+    report(&steps, "more toggled", |step| step.toggled > 0.01 && step.grids > 0);
+    report(&steps, "no grid changes", |step| step.grids == 0);
+}
+
+fn report(steps: &[Step], which: &str, wanted: impl Fn(&Step) -> bool) {
+    let steps: Vec<&Step> = steps.iter().filter(|step| wanted(step)).collect();
+    if steps.is_empty() {
+        return;
+    }
+    let of = |value: &dyn Fn(&Step) -> f64| percentiles(&mut steps.iter().map(|s| value(s)).collect::<Vec<_>>());
+    let [total, total99] = of(&|s| s.total_ms);
+    let [phase, index, seen] = [0, 1, 2].map(|k| of(&|s| s.parts_ms[k])[0]);
+    let [memcpy, memcpy99] = of(&|s| s.memcpy_ms);
+    let grids = steps.iter().map(|s| s.grids).sum::<usize>() as f64 / steps.len() as f64;
+    row(
+        &format!("date -> index at a subscriber, {which} ({} dates, {grids:.1} grids each)", steps.len()),
+        format!(
+            "p50 {total:.2} ms, p99 {total99:.2} ms; until the phase {phase:.2}, until the index {index:.2}, until it is seen {seen:.2}"
+        ),
+    );
+    if memcpy > 0.0 {
+        let [ratio, ratio99] = of(&|s| (s.total_ms - 1.0).max(0.0) / s.memcpy_ms);
+        let [rasterize, _] = of(&|s| s.parts_ms[1] / s.memcpy_ms);
+        row(
+            &format!("the same against a memcpy of those grids, {which}"),
+            format!(
+                "memcpy p50 {memcpy:.2} ms, p99 {memcpy99:.2} ms; (date - 1 ms) / memcpy p50 {ratio:.1}, p99 {ratio99:.1}; phase to index / memcpy {rasterize:.1}"
+            ),
+        );
+    }
+}
+
+/// From publishing to having it, by size; nothing is copied.
+fn payloads() {
+    let root = tempfile::Builder::new().prefix("gpbench").tempdir_in("/dev/shm").unwrap();
+    let domain = Domain::shared(&format!("gp{:x}_", std::process::id()), root.path()).unwrap();
+    let _keeper = Keeper::start(&domain).unwrap();
+    let mut epoch = 0;
+    for length in [1 << 10, 1 << 20, 16 << 20, 128 << 20, 512 << 20] {
+        let (bus, mut own_waiter) = Bus::join(&domain, Daemon::ScheduleEval).unwrap();
+        let publisher = bus.publisher(Topic::Phase, length).unwrap();
+        let (other, mut waiter) = Bus::join(&domain, Daemon::Groundplan).unwrap();
+        let (said, heard) = std::sync::mpsc::channel();
+        let receiver = std::thread::spawn(move || {
+            let subscriber = other.subscriber(Topic::Phase).unwrap();
+            said.send(0.0).unwrap();
+            loop {
+                waiter.wait(Duration::from_secs(10)).unwrap();
+                while let Some(sample) = subscriber.take().unwrap() {
+                    let latency = Stamp::now().since(Stamp(sample.header().stamp_ns));
+                    if said.send(latency.as_secs_f64() * 1e6).is_err() {
+                        return;
+                    }
+                }
+            }
+        });
+        heard.recv().unwrap();
+        let archive = messages::PhaseBuilder::everything_built(1, 0, 0).finish();
+        let (mut latencies, mut loans) = (Vec::new(), Vec::new());
+        for k in 0..300 {
+            own_waiter.wait(Duration::ZERO).unwrap();
+            let begun = Instant::now();
+            let mut loan = publisher.loan(length).unwrap();
+            loans.push(begun.elapsed().as_secs_f64() * 1e6);
+            write_head(loan.bytes_mut(), &archive);
+            epoch += 1;
+            loan.publish(Origin { epoch, frame_epoch: 0, inputs: InputHashes::default() }).unwrap();
+            let latency = heard.recv_timeout(Duration::from_secs(10)).unwrap();
+            // The first ones touch their pages for the first time.
+            if k >= 50 {
+                latencies.push(latency);
+            }
+        }
+        let [loan, _] = percentiles(&mut loans[50..]);
+        let [p50, p99] = percentiles(&mut latencies);
+        row(
+            &format!("publish -> had by a waiting subscriber, {} KiB", length >> 10),
+            format!("p50 {p50:.0} us, p99 {p99:.0} us; a loan takes {loan:.0} us"),
+        );
+        drop(heard);
+        epoch += 1;
+        publisher.publish_copy(archive.bytes(), Origin { epoch, frame_epoch: 0, inputs: InputHashes::default() }).unwrap();
+        receiver.join().unwrap();
+    }
+}
+
+/// An archive as large as the loan says it is: its preamble with the loan's length.
+fn write_head(out: &mut [u8], archive: &ArchiveBuffer) {
+    let n = archive.bytes().len().min(out.len());
+    let length = out.len() as u64;
+    out[..n].copy_from_slice(&archive.bytes()[..n]);
+    out[16..24].copy_from_slice(&length.to_le_bytes());
+}
