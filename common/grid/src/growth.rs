@@ -1,89 +1,94 @@
 //! Growing regions of cells through others, without leaking through walls.
 
-use crate::Mask;
-
-const THROUGH: u8 = 1;
-const SEED: u8 = 2;
-const REACHED: u8 = 4;
+/// Set by [`Growth::grow`]; the other seven bits of a cell are the caller's regions.
+pub const REACHED: u8 = 128;
 
 /// Cost of a step along a side, and across a corner.
-const SIDE: u32 = 5;
-const CORNER: u32 = 7;
+const SIDE: u16 = 5;
+const CORNER: u16 = 7;
 
-/// Grows regions again and again in memory that it keeps: after the largest grid it allocates no more.
+/// The farthest that a region can grow, in cells.
+pub const MAX_REACH_CELLS: f64 = ((u16::MAX - CORNER) / SIDE) as f64;
+
+/// Grows regions again and again in memory that it keeps: after the largest window it allocates no more.
 #[derive(Debug, Default)]
 pub struct Growth {
+    width: usize,
     /// The cells with a rim of one cell around them, so that every cell has eight neighbours.
     cells: Vec<u8>,
-    cost: Vec<u32>,
+    cost: Vec<u16>,
     /// Places by cost.
     buckets: Vec<Vec<u32>>,
     front: Vec<bool>,
 }
 
 impl Growth {
-    /// Switches on in `grown` the cells of `through` within `reach_cells` of `seeds`, measured along paths that stay in
-    /// `through`. All are row-major with `width` columns.
+    /// Takes a window: rows of `width` cells from the lowest on, and the regions that each cell belongs to, as bits.
+    pub fn load<'a, T: Copy + 'a>(
+        &mut self,
+        width: usize,
+        rows: impl Iterator<Item = &'a [T]>,
+        regions: impl Fn(T) -> u8,
+    ) {
+        let padded = width + 2;
+        self.width = width;
+        self.cells.clear();
+        self.cells.resize(padded, 0);
+        for row in rows {
+            self.cells.push(0);
+            self.cells.extend(row.iter().map(|&cell| regions(cell)));
+            self.cells.push(0);
+        }
+        self.cells.resize(self.cells.len() + padded, 0);
+    }
+
+    /// Marks as [`REACHED`] the cells of one region, and not of the other, within `reach_cells` of the other, measured along
+    /// paths that stay in `through`. `seeds` and `through` are bits of regions.
     ///
-    /// Seeds need not lie in `through` and are not part of the answer. Steps cost 1 along a side and 7/5 across a corner;
-    /// a corner between two cells that are neither seeds nor in `through` is closed, so that growth never leaks through a
-    /// diagonal wall. What is decided about a cell depends on cells at most `reach_cells` columns and rows away.
-    pub fn grow(&mut self, width: usize, seeds: &[bool], through: &[bool], reach_cells: f64, grown: &mut [bool]) {
-        let limit = (reach_cells * f64::from(SIDE)).floor().max(0.0) as u32;
-        if limit < SIDE || !seeds.contains(&true) || !through.contains(&true) {
+    /// Steps cost 1 along a side and 7/5 across a corner; a corner between two cells of neither region is closed, so that
+    /// growth never leaks through a diagonal wall. What is decided about a cell depends on cells at most `reach_cells` columns
+    /// and rows away. Marks of earlier calls stay. A reach beyond [`MAX_REACH_CELLS`] is that.
+    pub fn grow(&mut self, seeds: u8, through: u8, reach_cells: f64) {
+        let limit = (reach_cells.clamp(0.0, MAX_REACH_CELLS) * f64::from(SIDE)).floor() as u16;
+        if limit < SIDE {
             return;
         }
-        let padded = width + 2;
-        self.take(width, seeds, through);
         self.buckets.iter_mut().for_each(Vec::clear);
-        if self.buckets.len() <= limit as usize {
-            self.buckets.resize_with(limit as usize + 1, Vec::new);
+        if self.buckets.len() <= usize::from(limit) {
+            self.buckets.resize_with(usize::from(limit) + 1, Vec::new);
         }
-        self.find_front(padded);
+        self.find_front(seeds, through);
         if self.buckets[0].is_empty() {
             return;
         }
         self.cost.clear();
-        self.cost.resize(self.cells.len(), u32::MAX);
-        for &place in &self.buckets[0] {
-            self.cost[place as usize] = 0;
-        }
+        self.cost.resize(self.cells.len(), u16::MAX);
         for now in 0..=limit - SIDE {
             let mut at = 0;
-            while let Some(&place) = self.buckets[now as usize].get(at) {
+            while let Some(&place) = self.buckets[usize::from(now)].get(at) {
                 at += 1;
-                if self.cost[place as usize] == now {
-                    self.step(place as usize, padded, now, limit);
+                // A seed has no cost; a cell that was reached in a cheaper way since has gone on already.
+                if now == 0 || self.cost[place as usize] == now {
+                    self.step(place as usize, [seeds, through], now, limit);
                 }
             }
         }
-        let rows = self.cells.chunks_exact(padded).skip(1);
-        for (row, grown) in rows.zip(grown.chunks_exact_mut(width)) {
-            for (grown, cell) in grown.iter_mut().zip(&row[1..=width]) {
-                *grown |= cell & (REACHED | SEED) == REACHED;
-            }
-        }
     }
 
-    fn take(&mut self, width: usize, seeds: &[bool], through: &[bool]) {
-        let (padded, height) = (width + 2, seeds.len() / width);
-        self.cells.clear();
-        self.cells.resize(padded * (height + 2), 0);
-        let rows = self.cells.chunks_exact_mut(padded).skip(1);
-        for ((row, seeds), through) in rows.zip(seeds.chunks_exact(width)).zip(through.chunks_exact(width)) {
-            for ((cell, &seed), &through) in row[1..=width].iter_mut().zip(seeds).zip(through) {
-                *cell = (u8::from(through) * THROUGH) | (u8::from(seed) * SEED);
-            }
-        }
+    /// The rows of the window, with marks.
+    pub fn rows(&self) -> impl Iterator<Item = &[u8]> {
+        let inner = self.cells.len() / (self.width + 2) - 2;
+        self.cells.chunks_exact(self.width + 2).skip(1).take(inner).map(|row| &row[1..row.len() - 1])
     }
 
     /// Seeds with a neighbour to grow into.
-    fn find_front(&mut self, padded: usize) {
-        let cells = &self.cells;
-        let is_target = |cell: u8| cell == THROUGH;
+    fn find_front(&mut self, seeds: u8, through: u8) {
+        let (padded, cells) = (self.width + 2, &self.cells);
+        let is_target = |cell: u8| cell & (seeds | through) == through;
         self.front.resize(padded, false);
         for row in (padded..cells.len() - padded).step_by(padded) {
-            let (below, here, above) = (&cells[row - padded..row], &cells[row..row + padded], &cells[row + padded..]);
+            let below = &cells[row - padded..row];
+            let (here, above) = (&cells[row..row + padded], &cells[row + padded..row + 2 * padded]);
             let mut any = false;
             for k in 1..padded - 1 {
                 let beside = is_target(below[k - 1])
@@ -94,7 +99,7 @@ impl Growth {
                     | is_target(above[k - 1])
                     | is_target(above[k])
                     | is_target(above[k + 1]);
-                self.front[k] = beside & (here[k] & SEED != 0);
+                self.front[k] = beside & (here[k] & seeds != 0);
                 any |= self.front[k];
             }
             if any {
@@ -105,46 +110,50 @@ impl Growth {
     }
 
     /// Goes on from a cell that is reached at cost `now`.
-    fn step(&mut self, place: usize, padded: usize, now: u32, limit: u32) {
-        let open = |cell: u8| cell & (THROUGH | SEED) != 0;
+    fn step(&mut self, place: usize, [seeds, through]: [u8; 2], now: u16, limit: u16) {
+        let padded = self.width + 2;
         let [left, right, down, up] = [place - 1, place + 1, place - padded, place + padded];
         for next in [left, right, down, up] {
-            self.reach(next, now + SIDE);
+            self.reach(next, [seeds, through], now + SIDE);
         }
         if now + CORNER > limit {
             return;
         }
-        let [l, r, d, u] = [left, right, down, up].map(|side| open(self.cells[side]));
+        let [l, r, d, u] = [left, right, down, up].map(|side| self.cells[side] & (seeds | through) != 0);
         for (next, is_open) in [(down - 1, d | l), (down + 1, d | r), (up - 1, u | l), (up + 1, u | r)] {
             if is_open {
-                self.reach(next, now + CORNER);
+                self.reach(next, [seeds, through], now + CORNER);
             }
         }
     }
 
-    fn reach(&mut self, next: usize, cost: u32) {
-        // Seeds in `through` begin at no cost, whether or not they are in front.
-        if self.cells[next] & (THROUGH | SEED) == THROUGH && cost < self.cost[next] {
+    fn reach(&mut self, next: usize, [seeds, through]: [u8; 2], cost: u16) {
+        if self.cells[next] & (seeds | through) == through && cost < self.cost[next] {
             self.cost[next] = cost;
             self.cells[next] |= REACHED;
-            self.buckets[cost as usize].push(next as u32);
+            self.buckets[usize::from(cost)].push(next as u32);
         }
     }
-}
-
-/// The cells of `through` within `reach_cells` of `seeds`: see [`Growth::grow`].
-pub fn grow_through(seeds: &Mask, through: &Mask, reach_cells: f64) -> Mask {
-    let mut grown = Mask { width: seeds.width, cells: vec![false; seeds.cells.len()] };
-    if seeds.width > 0 {
-        Growth::default().grow(seeds.width, &seeds.cells, &through.cells, reach_cells, &mut grown.cells);
-    }
-    grown
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Mask;
     use proptest::prelude::*;
+
+    const SEED: u8 = 1;
+    const THROUGH: u8 = 2;
+
+    fn grow(growth: &mut Growth, seeds: &Mask, through: &Mask, reach_cells: f64) -> Mask {
+        let both: Vec<(bool, bool)> = seeds.cells.iter().copied().zip(through.cells.iter().copied()).collect();
+        growth.load(seeds.width, both.chunks(seeds.width), |(seed, through)| {
+            u8::from(seed) * SEED + u8::from(through) * THROUGH
+        });
+        growth.grow(SEED, THROUGH, reach_cells);
+        let cells = growth.rows().flatten().map(|cell| cell & REACHED != 0).collect();
+        Mask { width: seeds.width, cells }
+    }
 
     /// A mask from text, `#` is on; first line is the top row.
     fn mask(text: &str) -> Mask {
@@ -157,28 +166,28 @@ mod tests {
         let through = mask("....... ###.### ....... .......");
         let seeds = mask("....... ....... ....... ...#...");
         let free = Mask { width: 7, cells: through.cells.iter().map(|c| !c).collect() };
-        let grown = grow_through(&seeds, &free, 3.0);
+        let grown = grow(&mut Growth::default(), &seeds, &free, 3.0);
         assert_eq!(grown, mask("...#... ...#... .#####. ###.###"));
     }
 
     #[test]
     fn growth_does_not_leak_between_diagonal_cells() {
         let free = mask(".# #.");
-        assert_eq!(grow_through(&mask(".. #."), &free, 5.0).count(), 0);
+        assert_eq!(grow(&mut Growth::default(), &mask(".. #."), &free, 5.0).count(), 0);
     }
 
     /// The same by asking every cell again and again until nothing changes.
-    fn slowly(seeds: &Mask, through: &Mask, limit: u32) -> Mask {
+    fn slowly(seeds: &Mask, through: &Mask, limit: u16) -> Mask {
         let (width, height) = (seeds.width as i64, seeds.height() as i64);
         let at = |x: i64, y: i64| (0 <= x && x < width && 0 <= y && y < height).then(|| (y * width + x) as usize);
-        let mut cost: Vec<u32> = seeds.cells.iter().map(|&s| if s { 0 } else { u32::MAX }).collect();
+        let mut cost: Vec<u16> = seeds.cells.iter().map(|&s| if s { 0 } else { u16::MAX }).collect();
         let open = |i: Option<usize>| i.is_some_and(|i| through.cells[i] || seeds.cells[i]);
         loop {
             let before = cost.clone();
             for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
                 let Some(here) = at(x, y).filter(|&i| through.cells[i]) else { continue };
                 for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
-                    let Some(from) = at(x + dx, y + dy).filter(|&i| before[i] < u32::MAX) else { continue };
+                    let Some(from) = at(x + dx, y + dy).filter(|&i| before[i] < u16::MAX) else { continue };
                     let diagonal = dx != 0 && dy != 0;
                     let passes = !diagonal || open(at(x + dx, y)) || open(at(x, y + dy));
                     let then = before[from] + if diagonal { CORNER } else { SIDE };
@@ -191,7 +200,7 @@ mod tests {
                 break;
             }
         }
-        let cells = cost.iter().zip(&seeds.cells).map(|(&c, &s)| c < u32::MAX && !s).collect();
+        let cells = cost.iter().zip(&seeds.cells).map(|(&c, &s)| c < u16::MAX && !s).collect();
         Mask { width: seeds.width, cells }
     }
 
@@ -206,14 +215,13 @@ mod tests {
             prop_assume!(n > 0);
             let seeds = Mask { width, cells: cells[..n].iter().map(|c| c.0).collect() };
             let through = Mask { width, cells: cells[..n].iter().map(|c| c.1).collect() };
-            let wanted = slowly(&seeds, &through, (reach * 5.0).floor() as u32);
             let mut growth = Growth::default();
-            let mut before = vec![false; 400];
-            growth.grow(20, &[true; 400], &[true; 400], 9.0, &mut before);
-            growth.grow(20, &std::array::from_fn::<_, 400, _>(|k| k == 7), &[true; 400], 9.0, &mut before);
-            let mut grown = vec![false; n];
-            growth.grow(width, &seeds.cells, &through.cells, reach, &mut grown);
-            prop_assert_eq!(grown, wanted.cells);
+            let large = Mask { width: 20, cells: vec![true; 400] };
+            let one = Mask { width: 20, cells: (0..400).map(|k| k == 7).collect() };
+            grow(&mut growth, &one, &large, 9.0);
+            prop_assert_eq!(grow(&mut growth, &large, &large, 9.0).count(), 0);
+            let grown = grow(&mut growth, &seeds, &through, reach);
+            prop_assert_eq!(grown, slowly(&seeds, &through, (reach * 5.0).floor() as u16));
         }
     }
 }

@@ -10,8 +10,8 @@ use crate::doors::DoorLayers;
 use crate::facts::{self, BLOCKED, DOOR, FLOOR, GROUND, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
 use crate::floor::{FloorPlans, enclosed_floor, outline, put, sides_with_floor};
 use crate::near::Look;
-use crate::window::{Facts, LOCALIZATION_REACH, Margins, SIDE, Scratch};
-use grid::{CellRect, Class, GridSpec, join_rects};
+use crate::window::{Keepout, LOCALIZATION_REACH, Margins, SIDE, localization};
+use grid::{CellRect, Class, Growth, GridSpec, join_rects};
 use messages::{
     ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Phase, RegionRecord, RobotProfile,
     Site,
@@ -25,15 +25,19 @@ pub(crate) struct Canvas {
     content_hash: u64,
     /// A byte of [`facts`] per cell.
     facts: Vec<u8>,
+    /// A byte of margins per cell.
+    margins: Vec<u8>,
     seen: Seen,
     has_ground: bool,
+    /// True if it shows what a storey shows before its first slab.
+    is_blank: bool,
     open_passages: Vec<bool>,
     /// What a robot finds at the doors.
     doors: Vec<DoorPassageRecord>,
     regions: Vec<RegionRecord>,
     floor_plans: FloorPlans,
     difference: Difference,
-    scratch: Scratch,
+    growth: Growth,
 }
 
 /// Everything of a phase that a grid depends on.
@@ -110,19 +114,21 @@ impl Canvas {
         let mut all = Vec::new();
         storey.near.iter().filter_map(|n| n.floor_place).for_each(|place| put(&mut all, place, true));
         let complete = floor_plans.of(site, robot, storey, &all);
-        let facts = outline(storey, complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
+        let facts: Vec<u8> = outline(storey, complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
         Self {
             archive,
             content_hash: 0,
+            margins: vec![0; facts.len()],
             facts,
             seen: Seen::default(),
             has_ground: false,
+            is_blank: false,
             open_passages: Vec::new(),
             doors: Vec::new(),
             regions: Vec::new(),
             floor_plans,
             difference: Difference::default(),
-            scratch: Scratch::default(),
+            growth: Growth::default(),
         }
     }
 
@@ -157,21 +163,25 @@ impl Canvas {
         if !self.look(scene, phase) {
             return;
         }
-        let had_ground = self.has_ground;
         self.lay_ground(scene, phase, is_first);
         self.open_passages(scene, phase, is_first);
-        let is_dated = phase.head.plan_time().is_some();
-        let whole = scene.storey.whole();
-        if is_first || had_ground != self.has_ground {
+        let is_blank = phase.head.plan_time().is_some() && !self.has_ground;
+        if is_first || is_blank != self.is_blank {
+            self.is_blank = is_blank;
             self.difference.cells.clear();
-            self.difference.cells.push(whole);
+            self.difference.cells.push(scene.storey.whole());
+            // While it is blank nobody follows the work.
+            self.margins.fill(0);
+        }
+        if self.difference.cells.is_empty() {
+            return;
         }
         join_rects(&mut self.difference.cells);
         for index in 0..self.difference.cells.len() {
             let rect = self.difference.cells[index];
             self.paint(scene, phase, &rect);
         }
-        if is_dated && !self.has_ground {
+        if is_blank {
             facts::fill_without_floor(&mut self.writer().layers());
         } else {
             self.derive(scene);
@@ -229,7 +239,6 @@ impl Canvas {
         if std::mem::replace(&mut looks[n_near + n_spaces], dated) != dated {
             // Without a plan time a storey without floor is not all unknown.
             differs = true;
-            difference.cells.push(storey.whole());
         }
         let Difference { cells, work, .. } = difference;
         cells.extend_from_slice(work);
@@ -358,30 +367,25 @@ impl Canvas {
 
     /// Computes keep-out and localization as far as the difference can reach.
     fn derive(&mut self, scene: Scene<'_>) {
-        let Self { archive, facts, difference, scratch, .. } = self;
+        let Self { archive, facts, margins: marked, difference, growth, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), facts.len());
-        let GridLayers { keepout, localization, .. } = writer.layers();
-        let facts = Facts { cells: facts, whole: scene.storey.whole() };
-        let (margins, whole) = (scene.margins(), facts.whole);
+        let GridLayers { keepout: layer, localization: seen, .. } = writer.layers();
+        let (margins, whole) = (scene.margins(), scene.storey.whole());
         let Difference { cells, work, working, windows, .. } = difference;
-        let is_near_work = |rect: &CellRect| {
-            let around = rect.grown(margins.reach(true), &whole);
-            work.iter().chain(&*working).any(|w| w.meets(&around))
+        let mut each = |reach: u32, wanted: &dyn Fn(&CellRect) -> bool, compute: &mut dyn FnMut(&CellRect)| {
+            windows.clear();
+            windows.extend(cells.iter().map(|rect| rect.grown(reach, &whole)).filter(|rect| wanted(rect)));
+            join_rects(windows);
+            windows.iter().flat_map(|rect| rect.tiles(SIDE)).for_each(|window| compute(&window));
         };
-
-        windows.clear();
-        windows.extend(cells.iter().map(|rect| rect.grown(margins.reach(is_near_work(rect)), &whole)));
-        join_rects(windows);
-        for window in windows.iter().flat_map(|rect| rect.tiles(SIDE)) {
-            scratch.keepout(facts, margins, is_near_work(&window), &window, keepout);
-        }
-
-        windows.clear();
-        windows.extend(cells.iter().map(|rect| rect.grown(LOCALIZATION_REACH, &whole)));
-        join_rects(windows);
-        for window in windows.iter().flat_map(|rect| rect.tiles(SIDE)) {
-            scratch.localization(facts, &window, localization);
-        }
+        let mut keepout = Keepout { facts, margins: marked, layer, whole };
+        each(margins.edge_reach(), &|_| true, &mut |window| keepout.edges(growth, margins, window));
+        let is_near_work = |rect: &CellRect| {
+            let around = rect.grown(margins.work_reach(), &whole);
+            work.iter().chain(&*working).any(|work| work.meets(&around))
+        };
+        each(margins.work_reach(), &is_near_work, &mut |window| keepout.work(growth, margins, window));
+        each(LOCALIZATION_REACH, &|_| true, &mut |window| localization(facts, whole, growth, window, seen));
     }
 
     /// What a robot finds at the doors around which anything differs.

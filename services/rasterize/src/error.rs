@@ -16,6 +16,16 @@ pub enum RasterizeError {
         /// Why.
         source: GridSpecError,
     },
+    /// A margin of more cells than the distance that margins are counted in.
+    #[error("a margin of {margin_m} m is more than {max_cells} cells of {resolution_m} m: take a coarser resolution")]
+    Margin {
+        /// As the robot's profile has it.
+        margin_m: f64,
+        /// The most that is possible.
+        max_cells: f64,
+        /// As asked for.
+        resolution_m: f64,
+    },
     /// Nothing at all would be drawn.
     #[error("the map would be blank: no storey has an obstacle or a floor; --allow-empty writes it all the same")]
     Blank,

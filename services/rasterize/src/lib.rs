@@ -61,8 +61,13 @@ impl Rasterizer {
     /// Cuts all elements for all map storeys, on all threads of the current pool.
     ///
     /// # Errors
-    /// A resolution that is no whole number of tenths of a millimetre, or a storey too large for a grid.
+    /// A resolution that is no whole number of tenths of a millimetre, a margin of too many cells, or a storey too large for
+    /// a grid.
     pub fn new(site: &Site<'_>, robot: &RobotProfile, resolution_m: f64) -> Result<Self, RasterizeError> {
+        let margin_m = robot.work_margin_m.max(robot.edge_margin_m);
+        if margin_m > grid::MAX_REACH_CELLS * resolution_m {
+            return Err(RasterizeError::Margin { margin_m, max_cells: grid::MAX_REACH_CELLS, resolution_m });
+        }
         let storeys = (0..site.map_storeys.len())
             .into_par_iter()
             .map(|k| StoreyCut::new(site, robot, resolution_m, k))

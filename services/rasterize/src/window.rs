@@ -1,14 +1,32 @@
-//! Layers that depend on the cells around: computed in windows, each with as much around it as can matter.
+//! What depends on the cells around: computed in windows, each with as much around it as can matter.
 
 use crate::facts::{BLOCKED, DOOR, FLOOR, NAV_FREE, NAV_OCCUPIED, NAV_UNKNOWN, OCCUPIED, OUTLINE, STRUCTURE, WORK};
 use crate::facts::{is_edge, is_free, is_void};
-use grid::{CellRect, Growth};
+use grid::{CellRect, Growth, REACHED};
 
 /// A wall shows its face and the cell behind it: thicker walls pull scan matchers inward.
 const SHELL_CELLS: f64 = 2.0;
 
 /// Columns and rows of a window: small enough for a processor's cache, large beside the margins around it.
 pub(crate) const SIDE: u32 = 512;
+
+/// A margin around drop-offs.
+const EDGE_MARGIN: u8 = 1;
+/// A margin around work.
+const WORK_MARGIN: u8 = 2;
+
+/// Regions of the growth of margins.
+mod region {
+    pub(super) const EDGE: u8 = 1;
+    pub(super) const FREE: u8 = 2;
+    pub(super) const WORK: u8 = 4;
+}
+
+/// Regions of the growth of what a lidar sees.
+mod seen {
+    pub(super) const FACING: u8 = 1;
+    pub(super) const STRUCTURE: u8 = 2;
+}
 
 /// Margins of the keep-out mask in cells.
 #[derive(Debug, Clone, Copy)]
@@ -25,112 +43,111 @@ impl Margins {
         self.edge_cells.max(1.0)
     }
 
-    /// Columns and rows from a cell within which the mask depends on other cells.
-    pub(crate) fn reach(self, has_work: bool) -> u32 {
-        let cells = if has_work { self.beyond_edge_cells().max(self.work_cells) } else { self.beyond_edge_cells() };
-        // A cell more than the margin: a fraction may be missing to a whole number.
-        cells.floor() as u32 + 1
+    /// Columns and rows from a cell within which the margins of edges depend on other cells.
+    pub(crate) fn edge_reach(self) -> u32 {
+        reach(self.beyond_edge_cells())
     }
+
+    /// The same for the margins of work.
+    pub(crate) fn work_reach(self) -> u32 {
+        reach(self.work_cells)
+    }
+}
+
+/// A cell more than the margin: a fraction may be missing to a whole number.
+fn reach(cells: f64) -> u32 {
+    cells.floor() as u32 + 1
 }
 
 /// Columns and rows from a cell within which the localization layer depends on other cells.
 pub(crate) const LOCALIZATION_REACH: u32 = SHELL_CELLS as u32 + 1;
 
-/// Memory for windows, used again and again.
-#[derive(Debug, Default)]
-pub(crate) struct Scratch {
-    growth: Growth,
-    seeds: Vec<bool>,
-    through: Vec<bool>,
-    grown: Vec<bool>,
-}
-
-/// The facts of all cells of a storey.
-#[derive(Clone, Copy)]
-pub(crate) struct Facts<'a> {
-    pub(crate) cells: &'a [u8],
+/// The keep-out mask of a storey, and what it is made from.
+pub(crate) struct Keepout<'a> {
+    pub(crate) facts: &'a [u8],
+    /// Margins of each cell.
+    pub(crate) margins: &'a mut [u8],
+    pub(crate) layer: &'a mut [i8],
     pub(crate) whole: CellRect,
 }
 
-impl Facts<'_> {
-    fn select(&self, window: &CellRect, wanted: impl Fn(u8) -> bool, out: &mut Vec<bool>) {
-        out.clear();
-        out.reserve(window.n_cells());
-        for row in window.rows(self.whole.width()) {
-            out.extend(self.cells[row].iter().map(|&facts| wanted(facts)));
+impl Keepout<'_> {
+    /// Computes a window after edges, obstacles or blocked spaces changed.
+    ///
+    /// Margins grow through free cells only, so that they never leak through a wall. Outside the outline only what lies at
+    /// the edge of free cells is marked: beyond a door, or beyond the rim of a slab.
+    pub(crate) fn edges(&mut self, growth: &mut Growth, margins: Margins, window: &CellRect) {
+        let around = window.grown(margins.edge_reach(), &self.whole);
+        growth.load(around.width(), rows(self.facts, &around, &self.whole), |facts| {
+            u8::from(is_edge(facts)) * region::EDGE + u8::from(is_free(facts)) * region::FREE
+        });
+        growth.grow(region::EDGE, region::FREE, margins.edge_cells);
+        growth.grow(region::FREE, region::EDGE, margins.beyond_edge_cells());
+        self.write(growth, EDGE_MARGIN, window, &around);
+    }
+
+    /// Computes a window after work or what surrounds it changed.
+    pub(crate) fn work(&mut self, growth: &mut Growth, margins: Margins, window: &CellRect) {
+        let around = window.grown(margins.work_reach(), &self.whole);
+        growth.load(around.width(), rows(self.facts, &around, &self.whole), |facts| {
+            u8::from(facts & WORK != 0) * region::WORK + u8::from(is_free(facts)) * region::FREE
+        });
+        growth.grow(region::WORK, region::FREE, margins.work_cells);
+        self.write(growth, WORK_MARGIN, window, &around);
+    }
+
+    /// Takes one margin from what was grown, and writes the mask: blocked spaces, work, cells without floor inside the
+    /// outline, and margins.
+    fn write(&mut self, growth: &Growth, margin: u8, window: &CellRect, around: &CellRect) {
+        for (row, grown) in window.rows(self.whole.width()).zip(inner_rows(growth, window, around)) {
+            let layer = self.layer[row.clone()].iter_mut();
+            let cells = layer.zip(&mut self.margins[row.clone()]).zip(&self.facts[row]).zip(grown);
+            for (((out, margins), &facts), &grown) in cells {
+                *margins = (*margins & !margin) | if grown & REACHED != 0 { margin } else { 0 };
+                let is_forbidden = (facts & (WORK | BLOCKED) != 0)
+                    | (*margins != 0)
+                    | ((facts & OUTLINE != 0) & is_void(facts));
+                *out = if is_forbidden { NAV_OCCUPIED } else { NAV_FREE };
+            }
         }
     }
 }
 
-impl Scratch {
-    /// Writes the keep-out mask of a window: blocked spaces, work, cells without floor inside the outline, and margins around
-    /// work and edges.
-    ///
-    /// Margins grow through free cells only, so that they never leak through a wall. Outside the outline only what lies at
-    /// the edge of free cells is marked: beyond a door, or beyond the rim of a slab.
-    pub(crate) fn keepout(
-        &mut self,
-        facts: Facts<'_>,
-        margins: Margins,
-        has_work: bool,
-        window: &CellRect,
-        layer: &mut [i8],
-    ) {
-        let around = window.grown(margins.reach(has_work), &facts.whole);
-        let width = around.width();
-        facts.select(&around, is_edge, &mut self.seeds);
-        facts.select(&around, is_free, &mut self.through);
-        self.grown.clear();
-        self.grown.resize(around.n_cells(), false);
-        self.growth.grow(width, &self.seeds, &self.through, margins.edge_cells, &mut self.grown);
-        self.growth.grow(width, &self.through, &self.seeds, margins.beyond_edge_cells(), &mut self.grown);
-        if has_work {
-            facts.select(&around, |f| f & WORK != 0, &mut self.seeds);
-            self.growth.grow(width, &self.seeds, &self.through, margins.work_cells, &mut self.grown);
-        }
-        self.write(facts, window, &around, layer, |facts, grown| {
-            let drop_off = facts & OUTLINE != 0 && is_void(facts);
-            if grown || drop_off || facts & (WORK | BLOCKED) != 0 { NAV_OCCUPIED } else { NAV_FREE }
-        });
-    }
-
-    /// Writes the localization layer of a window: a shell of lasting structure at the lidar's height where it faces floor,
-    /// floor without anything on it free, all else unknown. Blocking a space changes nothing.
-    pub(crate) fn localization(&mut self, facts: Facts<'_>, window: &CellRect, layer: &mut [i8]) {
-        let around = window.grown(LOCALIZATION_REACH, &facts.whole);
+/// Writes the localization layer of a window: a shell of lasting structure at the lidar's height where it faces floor, floor
+/// without anything on it free, all else unknown. Blocking a space changes nothing.
+pub(crate) fn localization(
+    facts: &[u8],
+    whole: CellRect,
+    growth: &mut Growth,
+    window: &CellRect,
+    layer: &mut [i8],
+) {
+    let around = window.grown(LOCALIZATION_REACH, &whole);
+    growth.load(around.width(), rows(facts, &around, &whole), |facts| {
         // Doors, glass, furniture and the like may hide a face that is structure all the same.
-        facts.select(&around, |f| f & (FLOOR | STRUCTURE) == FLOOR, &mut self.seeds);
-        facts.select(&around, |f| f & STRUCTURE != 0, &mut self.through);
-        self.grown.clear();
-        self.grown.resize(around.n_cells(), false);
-        self.growth.grow(around.width(), &self.seeds, &self.through, SHELL_CELLS, &mut self.grown);
-        self.write(facts, window, &around, layer, |facts, shell| {
-            if shell {
+        u8::from(facts & (FLOOR | STRUCTURE) == FLOOR) * seen::FACING
+            + u8::from(facts & STRUCTURE != 0) * seen::STRUCTURE
+    });
+    growth.grow(seen::FACING, seen::STRUCTURE, SHELL_CELLS);
+    for (row, grown) in window.rows(whole.width()).zip(inner_rows(growth, window, &around)) {
+        for ((out, &facts), &grown) in layer[row.clone()].iter_mut().zip(&facts[row]).zip(grown) {
+            *out = if grown & REACHED != 0 {
                 NAV_OCCUPIED
             } else if facts & (FLOOR | STRUCTURE | OCCUPIED | DOOR) == FLOOR {
                 NAV_FREE
             } else {
                 NAV_UNKNOWN
-            }
-        });
-    }
-
-    /// Writes a window of a layer from the facts and what was grown around it.
-    fn write(
-        &self,
-        facts: Facts<'_>,
-        window: &CellRect,
-        around: &CellRect,
-        layer: &mut [i8],
-        value: impl Fn(u8, bool) -> i8,
-    ) {
-        let offset = [0, 1].map(|k| (window.min[k] - around.min[k]) as usize);
-        let rows = self.grown.chunks_exact(around.width()).skip(offset[1]);
-        for (row, grown) in window.rows(facts.whole.width()).zip(rows) {
-            let cells = layer[row.clone()].iter_mut().zip(&facts.cells[row]).zip(&grown[offset[0]..]);
-            for ((out, &facts), &grown) in cells {
-                *out = value(facts, grown);
-            }
+            };
         }
     }
+}
+
+fn rows<'a>(cells: &'a [u8], rect: &CellRect, whole: &CellRect) -> impl Iterator<Item = &'a [u8]> {
+    rect.rows(whole.width()).map(|row| &cells[row])
+}
+
+/// What was grown in a window, without what lies around it.
+fn inner_rows<'a>(growth: &'a Growth, window: &CellRect, around: &CellRect) -> impl Iterator<Item = &'a [u8]> {
+    let [columns, rows] = [0, 1].map(|k| (window.min[k] - around.min[k]) as usize);
+    growth.rows().skip(rows).map(move |row| &row[columns..])
 }

@@ -127,6 +127,34 @@ proptest! {
     }
 }
 
+#[test]
+fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
+    let site = house(&[], FloorKind::Built, true);
+    let site = Site::open(site.bytes()).unwrap();
+    let phase = |wall: ElementState, slab: ElementState| {
+        let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
+        phase.head.plan_time_s = 7;
+        (phase.effective[0], phase.effective[SLAB]) = (wall as u8, slab as u8);
+        phase.finish()
+    };
+    let mut walker = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
+    let mut last = Vec::new();
+    for (wall, slab) in [
+        (ElementState::InProgress, ElementState::Built),
+        (ElementState::InProgress, ElementState::NotStarted),
+        (ElementState::Built, ElementState::NotStarted),
+        (ElementState::Built, ElementState::Built),
+    ] {
+        let phase = phase(wall, slab);
+        walker.draw(&site, &Phase::open(phase.bytes()).unwrap());
+        last = walker.drawn().next().unwrap().archive.to_vec();
+    }
+    let mut fresh = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
+    let built = phase(ElementState::Built, ElementState::Built);
+    fresh.draw(&site, &Phase::open(built.bytes()).unwrap());
+    assert!(last == fresh.drawn().next().unwrap().archive);
+}
+
 /// Layer by layer, so that a failure names the first cell.
 fn compare(walker: &Rasterizer, fresh: &Rasterizer) -> Result<(), TestCaseError> {
     for (walked, drawn) in walker.drawn().zip(fresh.drawn()) {
