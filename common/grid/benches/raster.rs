@@ -2,7 +2,7 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use geometry::{Bounds, FillRule, MultiPolygon, union};
-use grid::{GridSpec, covered_cells, overlapped_cells, squared_distances};
+use grid::{Growth, GridSpec, covered_cells, overlapped_cells, squared_distances};
 use std::hint::black_box;
 
 /// A regular polygon of `n` corners, 10 m in radius.
@@ -41,5 +41,41 @@ fn distances(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, raster, distances);
+/// Margins in a window of 574 x 574 cells: rooms of 80 cells behind walls of 4, with a door of 20 each.
+fn margins(c: &mut Criterion) {
+    const SIDE: usize = 574;
+    const WORK: u8 = 1;
+    const FREE: u8 = 2;
+    let is_wall = |x: usize, y: usize| (x % 84 < 4 && !(30..50).contains(&(y % 84))) || y % 84 < 4 && x % 84 >= 4;
+    let regions = |work: fn(usize, usize) -> bool| -> Vec<u8> {
+        let cell = |i: usize| match (i % SIDE, i / SIDE) {
+            (x, y) if work(x, y) => WORK,
+            (x, y) if is_wall(x, y) => 0,
+            _ => FREE,
+        };
+        (0..SIDE * SIDE).map(cell).collect()
+    };
+    let mut growth = Growth::default();
+    let mut group = c.benchmark_group("margins in a window");
+    group.throughput(criterion::Throughput::Elements((SIDE * SIDE) as u64));
+    let cases: [(&str, f64, fn(usize, usize) -> bool); 4] = [
+        ("no work", 30.0, |_, _| false),
+        ("work at one wall", 30.0, |x, y| (84..88).contains(&x) && y < 84),
+        ("work at every third wall", 30.0, |x, _| x % 252 < 4),
+        ("work at every third wall, a small margin", 6.0, |x, _| x % 252 < 4),
+    ];
+    for (name, reach_cells, work) in cases {
+        let cells = regions(work);
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                growth.load(SIDE, black_box(&cells).chunks_exact(SIDE), |cell| cell);
+                growth.grow(WORK, FREE, reach_cells);
+                growth.rows().flatten().filter(|cell| **cell & grid::REACHED != 0).count()
+            })
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, raster, distances, margins);
 criterion_main!(benches);

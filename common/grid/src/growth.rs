@@ -19,7 +19,9 @@ pub struct Growth {
     cost: Vec<u16>,
     /// Places by cost.
     buckets: Vec<Vec<u32>>,
-    front: Vec<bool>,
+    /// Of one row: whether a cell or those above and below are a target, and whether it is a seed beside one.
+    column: Vec<u8>,
+    front: Vec<u8>,
 }
 
 impl Growth {
@@ -81,30 +83,32 @@ impl Growth {
         self.cells.chunks_exact(self.width + 2).skip(1).take(inner).map(|row| &row[1..row.len() - 1])
     }
 
-    /// Seeds with a neighbour to grow into.
+    /// Seeds with a neighbour to grow into. Written so that the compiler takes many cells at once.
     fn find_front(&mut self, seeds: u8, through: u8) {
-        let (padded, cells) = (self.width + 2, &self.cells);
-        let is_target = |cell: u8| cell & (seeds | through) == through;
-        self.front.resize(padded, false);
+        let padded = self.width + 2;
+        let Self { cells, buckets, column, front, .. } = self;
+        let target = |cell: u8| u8::from(cell & (seeds | through) == through);
+        column.resize(padded, 0);
+        front.resize(self.width, 0);
         for row in (padded..cells.len() - padded).step_by(padded) {
             let below = &cells[row - padded..row];
             let (here, above) = (&cells[row..row + padded], &cells[row + padded..row + 2 * padded]);
-            let mut any = false;
-            for k in 1..padded - 1 {
-                let beside = is_target(below[k - 1])
-                    | is_target(below[k])
-                    | is_target(below[k + 1])
-                    | is_target(here[k - 1])
-                    | is_target(here[k + 1])
-                    | is_target(above[k - 1])
-                    | is_target(above[k])
-                    | is_target(above[k + 1]);
-                self.front[k] = beside & (here[k] & seeds != 0);
-                any |= self.front[k];
+            if here.iter().fold(0, |all, cell| all | cell) & seeds == 0 {
+                continue;
             }
-            if any {
-                let on = self.front[..padded - 1].iter().enumerate().skip(1).filter(|(_, on)| **on);
-                self.buckets[0].extend(on.map(|(k, _)| (row + k) as u32));
+            // A seed is no target, so a cell itself may be counted among those around it.
+            for (((column, &below), &here), &above) in column.iter_mut().zip(below).zip(here).zip(above) {
+                *column = target(below) | target(here) | target(above);
+            }
+            let beside = column.iter().zip(&column[1..]).zip(&column[2..]);
+            let mut any = 0;
+            for ((front, &here), ((&left, &middle), &right)) in front.iter_mut().zip(&here[1..]).zip(beside) {
+                *front = (left | middle | right) & u8::from(here & seeds != 0);
+                any |= *front;
+            }
+            if any != 0 {
+                let on = front.iter().enumerate().filter(|(_, on)| **on != 0);
+                buckets[0].extend(on.map(|(k, _)| (row + k + 1) as u32));
             }
         }
     }
