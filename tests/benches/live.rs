@@ -159,7 +159,10 @@ impl Live {
         let process = self.processes()["ifc-ingest"];
         row(
             "ifc-ingest killed, until its site is there again",
-            format!("{seen:.0} ms for {:.0} MB, of which about 250 ms back-off; process {process}", length as f64 / 1e6),
+            format!(
+                "{seen:.0} ms for {:.0} MB, of which about 250 ms back-off; process {process}",
+                length as f64 / 1e6
+            ),
         );
     }
 
@@ -221,10 +224,10 @@ fn dates(live: &mut Live) {
     let [indices, phases] = [Topic::Grids, Topic::Phase].map(|t| live.bus.subscriber(t).unwrap());
     let slots: Vec<Subscriber> =
         GridSlot::all().take(10).map(|slot| live.bus.subscriber(Topic::Grid(slot)).unwrap()).collect();
+    let client = live.bus.command_client(Daemon::ScheduleEval).unwrap();
     let mut copies: Vec<Vec<u8>> = vec![Vec::new(); slots.len()];
     let mut states: Vec<u8> = Vec::new();
     let mut step = |live: &mut Live, request: &Request| -> Option<Step> {
-        let client = live.bus.command_client(Daemon::ScheduleEval).unwrap();
         let begun = Stamp::now();
         let open = client.send(&serde_json::to_vec(request).unwrap()).unwrap();
         let answer = loop {
@@ -297,7 +300,8 @@ fn report(steps: &[Step], which: &str, wanted: impl Fn(&Step) -> bool) {
             "p50 {total:.2} ms, p99 {total99:.2} ms; until the phase {phase:.2}, until the index {index:.2}, until it is seen {seen:.2}"
         ),
     );
-    if memcpy > 0.0 {
+    // Without a grid there is nothing to copy.
+    if grids > 0.0 {
         let [ratio, ratio99] = of(&|s| (s.total_ms - 1.0).max(0.0) / s.memcpy_ms);
         let [rasterize, _] = of(&|s| s.parts_ms[1] / s.memcpy_ms);
         row(
@@ -358,7 +362,9 @@ fn payloads() {
         );
         drop(heard);
         epoch += 1;
-        publisher.publish_copy(archive.bytes(), Origin { epoch, frame_epoch: 0, inputs: InputHashes::default() }).unwrap();
+        publisher
+            .publish_copy(archive.bytes(), Origin { epoch, frame_epoch: 0, inputs: InputHashes::default() })
+            .unwrap();
         receiver.join().unwrap();
     }
 }

@@ -87,8 +87,11 @@ fn live<S: Service + 'static>(
     let inputs = service.inputs();
     let (to_service, events) = channel();
     let (results, from_service) = channel();
+    // The service lives on a thread of the pool that its parallel work runs on: handing work to a pool from outside costs an
+    // allocation now and then, and a thread.
+    let pool = rayon::ThreadPoolBuilder::new().build()?;
     let worker = std::thread::Builder::new().name(daemon.name().to_owned());
-    worker.spawn(move || work(service, &events, &results))?;
+    worker.spawn(move || pool.install(move || work(service, &events, &results)))?;
     let mut life = Life {
         daemon,
         inputs,

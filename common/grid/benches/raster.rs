@@ -2,7 +2,7 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use geometry::{Bounds, FillRule, MultiPolygon, union};
-use grid::{Growth, GridSpec, covered_cells, overlapped_cells, squared_distances};
+use grid::{GridSpec, Growth, covered_cells, overlapped_cells, squared_distances};
 use std::hint::black_box;
 
 /// A regular polygon of `n` corners, 10 m in radius.

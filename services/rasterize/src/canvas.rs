@@ -11,7 +11,7 @@ use crate::facts::{self, BLOCKED, DOOR, FLOOR, GROUND, OCCUPIED, OUTLINE, PLANNI
 use crate::floor::{FloorPlans, enclosed_floor, outline, put, sides_with_floor};
 use crate::near::Look;
 use crate::window::{Keepout, LOCALIZATION_REACH, Margins, SIDE, localization};
-use grid::{CellRect, Class, Growth, GridSpec, join_rects};
+use grid::{CellRect, Class, GridSpec, Growth, join_rects};
 use messages::{
     ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Phase, RegionRecord, RobotProfile,
     Site,
@@ -114,7 +114,8 @@ impl Canvas {
         let mut all = Vec::new();
         storey.near.iter().filter_map(|n| n.floor_place).for_each(|place| put(&mut all, place, true));
         let complete = floor_plans.of(site, robot, storey, &all);
-        let facts: Vec<u8> = outline(storey, complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
+        let facts: Vec<u8> =
+            outline(storey, complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
         Self {
             archive,
             content_hash: 0,

@@ -57,6 +57,12 @@ pub struct Drawn<'a> {
     pub input_hash: u64,
 }
 
+impl<'a> Drawn<'a> {
+    fn of(canvas: &'a Canvas) -> Self {
+        Self { archive: canvas.archive(), content_hash: canvas.content_hash(), input_hash: canvas.input_hash() }
+    }
+}
+
 impl Rasterizer {
     /// Cuts all elements for all map storeys, on all threads of the current pool.
     ///
@@ -90,8 +96,8 @@ impl Rasterizer {
         self.storeys.len()
     }
 
-    /// Draws the grids of a phase: the first time as a whole on all threads of the current pool, later only what differs.
-    /// What was drawn before does not change the result. `site` is the one that it was made from, `phase` one of that site.
+    /// Draws the grids of a phase on all threads of the current pool: the first time as a whole, later only what differs. What
+    /// was drawn before does not change the result. `site` is the one that it was made from, `phase` one of that site.
     pub fn draw(&mut self, site: &Site<'_>, phase: &Phase<'_>) {
         let Self { robot, storeys, canvases, .. } = self;
         let scene = |storey| Scene { site, robot, storey };
@@ -103,17 +109,19 @@ impl Rasterizer {
             };
             storeys.par_iter().map(draw).collect_into_vec(canvases);
         } else {
-            storeys.iter().zip(canvases).for_each(|(storey, canvas)| canvas.draw(scene(storey), phase));
+            let both = storeys.par_iter().zip(canvases);
+            both.for_each(|(storey, canvas)| canvas.draw(scene(storey), phase));
         }
     }
 
     /// The grids, as drawn last, by map storey; none before the first time.
     pub fn drawn(&self) -> impl ExactSizeIterator<Item = Drawn<'_>> {
-        self.canvases.iter().map(|canvas| Drawn {
-            archive: canvas.archive(),
-            content_hash: canvas.content_hash(),
-            input_hash: canvas.input_hash(),
-        })
+        self.canvases.iter().map(Drawn::of)
+    }
+
+    /// The same, for all threads of the current pool.
+    pub fn par_drawn(&self) -> impl IndexedParallelIterator<Item = Drawn<'_>> {
+        self.canvases.par_iter().map(Drawn::of)
     }
 
     /// The `grids` archive of the grids as drawn last, and its content hash: what they were made from, what a robot finds at

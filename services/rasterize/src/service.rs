@@ -1,9 +1,10 @@
 //! Rasterisation as a daemon: re-slices the storeys that a new phase changes.
 
 use crate::Rasterizer;
-use bus::{Bus, GridSlot, Origin, Publisher, Sample, Topic};
+use bus::{Bus, GridSlot, Origin, PublishError, Publisher, Sample, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Robot, Service, SiteConfig, Stages, StateFile};
 use messages::{CheckedSite, InputHashes, Phase, RobotProfile, Stage};
+use rayon::prelude::*;
 use std::path::PathBuf;
 use tracing::info;
 
@@ -21,6 +22,8 @@ pub struct RasterizeService {
     phase: Option<Sample>,
     /// Content hash of what was published of each storey; `None` for nothing.
     published: Vec<Option<u64>>,
+    /// Epoch of what is to be published of each storey; `None` where nothing changed.
+    next_epochs: Vec<Option<u64>>,
     last: Answer,
 }
 
@@ -45,6 +48,7 @@ impl RasterizeService {
             site: None,
             phase: None,
             published: Vec::new(),
+            next_epochs: Vec::new(),
             last: Answer::default(),
         })
     }
@@ -94,21 +98,24 @@ impl RasterizeService {
             robot: xxhash_rust::xxh3::xxh3_64(bytemuck::bytes_of::<RobotProfile>(&self.robot.profile)),
             ..InputHashes::default()
         };
-        let mut n_published = 0;
+        self.next_epochs.clear();
         for (storey, grid) in rasterizer.drawn().enumerate() {
-            if self.published[storey] == Some(grid.content_hash) {
-                continue;
-            }
             if self.grids.len() == storey {
                 let slot = GridSlot::new(storey).ok_or("there are more storeys than slots")?;
                 self.grids.push(bus.publisher(Topic::Grid(slot), grid.archive.len())?);
             }
-            let inputs = InputHashes { own: grid.input_hash, ..inputs };
-            self.grids[storey]
-                .publish_copy(grid.archive, Origin { epoch: self.epochs.take()?, frame_epoch, inputs })?;
-            self.published[storey] = Some(grid.content_hash);
-            n_published += 1;
+            let is_new = self.published[storey] != Some(grid.content_hash);
+            self.next_epochs.push(if is_new { Some(self.epochs.take()?) } else { None });
         }
+        let slots = self.grids.par_iter().zip(&self.next_epochs).zip(&mut self.published);
+        slots.zip(rasterizer.par_drawn()).try_for_each(|(((publisher, epoch), published), grid)| {
+            let Some(epoch) = *epoch else { return Ok(()) };
+            let inputs = InputHashes { own: grid.input_hash, ..inputs };
+            publisher.publish_copy(grid.archive, Origin { epoch, frame_epoch, inputs })?;
+            *published = Some(grid.content_hash);
+            Ok::<(), PublishError>(())
+        })?;
+        let n_published = self.next_epochs.iter().flatten().count();
         let storeys = rasterizer.n_storeys();
         let (index, content_hash) = rasterizer.index(&site, &phase, &self.robot.name);
         let epoch = self.epochs.take()?;

@@ -104,9 +104,8 @@ impl Keepout<'_> {
             let cells = layer.zip(&mut self.margins[row.clone()]).zip(&self.facts[row]).zip(grown);
             for (((out, margins), &facts), &grown) in cells {
                 *margins = (*margins & !margin) | if grown & REACHED != 0 { margin } else { 0 };
-                let is_forbidden = (facts & (WORK | BLOCKED) != 0)
-                    | (*margins != 0)
-                    | ((facts & OUTLINE != 0) & is_void(facts));
+                let is_forbidden =
+                    (facts & (WORK | BLOCKED) != 0) | (*margins != 0) | ((facts & OUTLINE != 0) & is_void(facts));
                 *out = if is_forbidden { NAV_OCCUPIED } else { NAV_FREE };
             }
         }
@@ -115,13 +114,7 @@ impl Keepout<'_> {
 
 /// Writes the localization layer of a window: a shell of lasting structure at the lidar's height where it faces floor, floor
 /// without anything on it free, all else unknown. Blocking a space changes nothing.
-pub(crate) fn localization(
-    facts: &[u8],
-    whole: CellRect,
-    growth: &mut Growth,
-    window: &CellRect,
-    layer: &mut [i8],
-) {
+pub(crate) fn localization(facts: &[u8], whole: CellRect, growth: &mut Growth, window: &CellRect, layer: &mut [i8]) {
     let around = window.grown(LOCALIZATION_REACH, &whole);
     growth.load(around.width(), rows(facts, &around, &whole), |facts| {
         // Doors, glass, furniture and the like may hide a face that is structure all the same.

@@ -71,6 +71,11 @@ fn take(subscriber: &Subscriber) -> Sample {
 
 #[test]
 fn a_phase_that_was_seen_before_costs_no_allocation_but_one_of_the_bus_library_per_sample() {
+    // As in a daemon: the service lives on a thread of the pool that it works on.
+    rayon::ThreadPoolBuilder::new().build().unwrap().install(walk_twice);
+}
+
+fn walk_twice() {
     let home = tempfile::tempdir().unwrap();
     let root = tempfile::Builder::new().prefix("alloc").tempdir_in("/dev/shm").unwrap();
     let prefix = format!("ga{:x}_", std::process::id());

@@ -16,7 +16,8 @@ use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::ipc_threadsafe::Service;
 use messages::SampleHeader;
-use std::sync::{Arc, PoisonError};
+use std::mem::MaybeUninit;
+use std::sync::{Arc, Mutex, PoisonError};
 
 const BLOCK_BYTES: usize = size_of::<WireBlock>();
 
@@ -33,7 +34,37 @@ pub(crate) struct TopicWriter {
     port: Publisher<Service, [WireBlock], WireHeader>,
     bell: Arc<IpcBell>,
     topic: Topic,
+    made: Mutex<MadePages>,
     _membership: Arc<Membership>,
+}
+
+/// Chunks of the data segment whose pages exist: making them again would cost as much as reading them.
+#[derive(Default)]
+struct MadePages {
+    /// Bytes of the longest loan: a longer one may bring a new segment, at an address that was in use before.
+    longest: usize,
+    /// Address and bytes.
+    chunks: Vec<(usize, usize)>,
+}
+
+impl MadePages {
+    /// Makes the pages of a loan that do not exist yet.
+    fn make(&mut self, memory: &mut [MaybeUninit<WireBlock>]) -> std::io::Result<()> {
+        let (address, length) = (memory.as_ptr() as usize, size_of_val(memory));
+        if self.longest < length {
+            self.chunks.clear();
+        }
+        let known = self.chunks.iter().position(|(at, _)| *at == address);
+        if known.is_some_and(|k| length <= self.chunks[k].1) {
+            return Ok(());
+        }
+        // A failure gives pages back, also those that existed.
+        known.map(|k| self.chunks.swap_remove(k));
+        memory::populate(memory)?;
+        self.longest = self.longest.max(length);
+        self.chunks.push((address, length));
+        Ok(())
+    }
 }
 
 impl TopicWriter {
@@ -51,7 +82,8 @@ impl TopicWriter {
                 PublisherCreateError::ExceedsMaxSupportedPublishers => PortError::Taken { what: topic.to_string() },
                 e => PortError::Refused { what: topic.to_string(), reason: format!("{e:?}") },
             })?;
-        let writer = Arc::new(Self { port, bell, topic, _membership: Arc::clone(membership) });
+        let made = Mutex::default();
+        let writer = Arc::new(Self { port, bell, topic, made, _membership: Arc::clone(membership) });
         let mut writers = membership.writers.lock().unwrap_or_else(PoisonError::into_inner);
         writers.push(Arc::downgrade(&writer));
         Ok(writer)
@@ -73,7 +105,9 @@ impl TopicWriter {
             LoanError::OutOfMemory => no_memory(),
             e => PublishError::Refused { topic: self.topic, reason: format!("{e:?}") },
         })?;
-        memory::populate(sample.payload_mut()).map_err(|_| no_memory())?;
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        made.make(sample.payload_mut()).map_err(|_| no_memory())?;
+        drop(made);
         // SAFETY: the payload is mapped and its pages exist; every bit pattern is a value of the plain `WireBlock`.
         let mut sample = unsafe { sample.assume_init() };
         let tail = length..sample.payload().len() * BLOCK_BYTES;
