@@ -1,11 +1,12 @@
 //! The configuration of a site: a TOML file that all its daemons read; `config/site.toml` explains every key.
 
 use bus::{Domain, DomainError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// The configuration of a site. Paths are absolute: those in the file count from its folder.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SiteConfig {
     /// Folder of what must survive a daemon: plan time, robot, loaded files, epochs, the site's cache.
@@ -22,10 +23,16 @@ pub struct SiteConfig {
     /// The robot.
     #[serde(default)]
     pub robot: RobotConfig,
+    /// The machine's clock.
+    #[serde(default)]
+    pub clock: ClockConfig,
+    /// What is logged.
+    #[serde(default)]
+    pub log: LogConfig,
 }
 
 /// Which bus.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BusConfig {
     /// Begins the names of its segments in shared memory.
@@ -35,7 +42,7 @@ pub struct BusConfig {
 }
 
 /// Dates.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScheduleConfig {
     /// Rules of dates, as for `groundplan states --schedule`.
@@ -45,13 +52,44 @@ pub struct ScheduleConfig {
 }
 
 /// The robot.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RobotConfig {
     /// Robot profile, as for `groundplan convert --robot`.
     pub profile: Option<PathBuf>,
     /// Metres per cell.
     pub resolution_m: f64,
+}
+
+/// The machine's clock.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClockConfig {
+    /// A file that is there while the clock is synchronised; without one it is taken for synchronised.
+    pub synchronised_while: Option<PathBuf>,
+}
+
+/// What is logged.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LogConfig {
+    /// Where to, and how it looks.
+    pub format: LogFormat,
+    /// Which messages, in the words of RUST_LOG, which goes before; what the daemons have to say if left out.
+    pub level: Option<String>,
+}
+
+/// Where a log goes, and how it looks.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LogFormat {
+    /// Lines for people on standard error.
+    #[default]
+    Terminal,
+    /// One JSON document a line on standard error.
+    Json,
+    /// The journal of systemd, with facts as fields.
+    Journald,
 }
 
 /// A configuration that cannot be used.
@@ -110,7 +148,8 @@ impl SiteConfig {
             .map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })?;
         let home = file.parent().unwrap_or(Path::new("/"));
         let paths = config.models.iter_mut().chain([&mut config.state, &mut config.bus.root]);
-        for path in paths.chain(&mut config.schedule.rules).chain(&mut config.robot.profile) {
+        let optional = [&mut config.schedule.rules, &mut config.robot.profile, &mut config.clock.synchronised_while];
+        for path in paths.chain(optional.into_iter().flatten()) {
             *path = home.join(&*path);
         }
         Ok(config)
@@ -134,6 +173,16 @@ mod tests {
             profile.display()
         );
         assert!(config.schedule.rules.is_some_and(|rules| rules.is_file()));
+    }
+
+    #[test]
+    fn the_shipped_schema_is_that_of_the_types() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/schemas/site.schema.json");
+        let schema = serde_json::to_string_pretty(&schemars::schema_for!(SiteConfig)).unwrap() + "\n";
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            std::fs::write(&path, &schema).unwrap();
+        }
+        assert!(std::fs::read_to_string(path).unwrap() == schema, "UPDATE_GOLDEN=1 writes it");
     }
 
     #[test]

@@ -5,17 +5,20 @@
 //! newest of each input while the service works, serves newcomers, beats its heart, and leaves within a second.
 
 mod config;
+mod log;
 mod request;
 mod robot_file;
 mod run;
 mod service;
 mod state;
 mod stop;
+mod systemd;
 
-pub use config::{BusConfig, ConfigError, RobotConfig, ScheduleConfig, SiteConfig};
+pub use config::{BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, RobotConfig, ScheduleConfig, SiteConfig};
 pub use request::{Answer, Request};
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, chain, run};
 pub use service::{Done, Event, Failure, Service, Stages};
 pub use state::{Epochs, StateError, StateFile, write_durably};
-pub use stop::StopSignal;
+pub use stop::{ReloadSignal, StopSignal};
+pub use systemd::{alive, ready, stopping};

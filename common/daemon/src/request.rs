@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// What a client asks.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Request {
     /// ifc-ingest: read these files as the site; without any, read those again that are loaded.
@@ -19,6 +19,23 @@ pub enum Request {
     },
     /// schedule-eval: the next instant at which anything changes.
     NextChange,
+    /// schedule-eval: the plan time follows the clock of its machine.
+    FollowWallClock,
+    /// schedule-eval: the plan time runs at a rate.
+    Simulate {
+        /// Plan seconds per second, more than 0.
+        rate: f64,
+        /// Where it starts, civil seconds since 1970; where the plan time is if left out.
+        from_s: Option<i64>,
+    },
+    /// schedule-eval: which plan time counts.
+    TellPlanTime,
+    /// schedule-eval: progress that was reported, a CSV table with the columns id, start, finish; without a file there is
+    /// none.
+    SetActuals {
+        /// Absolute path.
+        file: Option<PathBuf>,
+    },
     /// rasterize: the robot profile in this file.
     SetRobot {
         /// Absolute path.
@@ -35,4 +52,6 @@ pub struct Answer {
     pub epoch: u64,
     /// Plan time that counts now, of the daemon that holds it.
     pub plan_time_s: Option<i64>,
+    /// How it moves, of the daemon that holds it.
+    pub clock: Option<String>,
 }

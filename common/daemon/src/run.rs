@@ -1,28 +1,25 @@
 //! The loop of a daemon.
 
 use crate::config::SiteConfig;
+use crate::log::Log;
 use crate::request::Request;
 use crate::service::{Done, Event, Failure, Service, Stages};
-use crate::stop::StopSignal;
+use crate::stop::{ReloadSignal, StopSignal};
 use bus::{
     Bus, Command, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, Nudger, Sample, StatusWriter, Subscriber, Topic,
     Waiter,
 };
 use clap::{CommandFactory, FromArgMatches, Parser};
-use messages::{Stage, StatusRecord};
+use messages::{ArchiveKind, Stage, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::time::{Duration, Instant};
 use tracing::{debug, error, info, warn};
 
 /// How often a bus that is not there is looked for.
 const RETRY: Duration = Duration::from_millis(200);
-
-/// What is logged unless `RUST_LOG` says otherwise: what our own crates have to say.
-const USUAL_LOG: &str = "warn,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info";
 
 /// Requests that wait while the service works; more are refused.
 const MAX_WAITING: usize = 16;
@@ -46,20 +43,20 @@ pub fn run<S: Service + 'static>(
     make: impl FnOnce(&SiteConfig, Stages) -> Result<S, Failure>,
 ) -> ExitCode {
     let arguments = arguments(daemon);
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| USUAL_LOG.into());
-    tracing_subscriber::fmt()
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .with_env_filter(filter)
-        .init();
+    let unusable = |why: &(dyn std::error::Error + 'static)| {
+        // There is no log yet.
+        eprintln!("{daemon}: {}", chain(why));
+        ExitCode::from(2)
+    };
     let config = match SiteConfig::read(&arguments.config) {
         Ok(config) => config,
-        Err(why) => {
-            error!(service = daemon.name(), error = chain(&why), "the configuration cannot be used");
-            return ExitCode::from(2);
-        }
+        Err(why) => return unusable(&why),
     };
-    match live(daemon, &config, arguments.with_stdin, make) {
+    let log = match Log::start(&config.log) {
+        Ok(log) => log,
+        Err(why) => return unusable(&why),
+    };
+    match live(daemon, &arguments, config, log, make) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             error!(service = daemon.name(), error = chain(failure.as_ref()), "cannot go on");
@@ -76,14 +73,16 @@ fn arguments(daemon: Daemon) -> Arguments {
 
 fn live<S: Service + 'static>(
     daemon: Daemon,
-    config: &SiteConfig,
-    with_stdin: bool,
+    arguments: &Arguments,
+    config: SiteConfig,
+    log: Log,
     make: impl FnOnce(&SiteConfig, Stages) -> Result<S, Failure>,
 ) -> Result<(), Failure> {
     let domain = config.bus.domain()?;
-    let stop = StopSignal::listen(with_stdin)?;
+    let stop = StopSignal::listen(arguments.with_stdin)?;
+    let reload = Reload { signal: ReloadSignal::listen()?, path: arguments.config.clone(), config, log };
     let stages = Stages::default();
-    let service = make(config, stages.clone())?;
+    let service = make(&reload.config, stages.clone())?;
     let inputs = service.inputs();
     let (to_service, events) = channel();
     let (results, from_service) = channel();
@@ -103,6 +102,11 @@ fn live<S: Service + 'static>(
         waiting: VecDeque::new(),
         asked: None,
         error: String::new(),
+        warning: None,
+        alarm: None,
+        reload,
+        configuration: None,
+        epochs: [0; 16],
     };
     // A service at work is not waited for: what it writes it writes whole.
     life.all_generations(&domain, stop)
@@ -145,7 +149,40 @@ struct Life {
     waiting: VecDeque<(Command, Request)>,
     /// Whose request the service works on.
     asked: Option<Command>,
+    /// What went wrong last, and what the service warns of.
     error: String,
+    warning: Option<String>,
+    /// When the service wants to be woken.
+    alarm: Option<Instant>,
+    reload: Reload,
+    /// A configuration that the service has not seen.
+    configuration: Option<Box<SiteConfig>>,
+    /// Of the newest inputs that the service was given, and of what it published.
+    epochs: [u64; 16],
+}
+
+/// Reading the configuration again.
+struct Reload {
+    signal: ReloadSignal,
+    path: PathBuf,
+    config: SiteConfig,
+    log: Log,
+}
+
+impl Reload {
+    /// The configuration, if it is to be used from now on.
+    fn read(&mut self) -> Result<Box<SiteConfig>, Failure> {
+        let config = SiteConfig::read(&self.path)?;
+        if config.bus != self.config.bus || config.state != self.config.state {
+            return Err("the bus and the state folder cannot change while daemons run: restart them".into());
+        }
+        if config.log.format != self.config.log.format {
+            return Err("the format of the log cannot change while a daemon runs: restart it".into());
+        }
+        self.log.set_level(&config.log)?;
+        self.config = config.clone();
+        Ok(Box::new(config))
+    }
 }
 
 /// How a generation of the bus ended.
@@ -176,6 +213,7 @@ impl Life {
             self.asked = None;
             match end? {
                 End::Stopped => {
+                    crate::stopping();
                     info!(service, "stopped");
                     return Ok(());
                 }
@@ -195,24 +233,34 @@ impl Life {
             self.finish(result);
         }
         info!(service = self.daemon.name(), generation = bus.generation(), "joined the bus");
+        crate::ready("joined the bus");
         self.send(ToService::Attach(bus.clone(), waiter.nudger()))?;
         let mut next_beat = Instant::now();
         loop {
-            let is_beat = next_beat <= Instant::now();
+            let now = Instant::now();
+            let is_beat = next_beat <= now;
             if is_beat {
                 self.beat(&status);
-                next_beat = Instant::now() + HEARTBEAT_PERIOD;
+                next_beat = now + HEARTBEAT_PERIOD;
             }
-            self.give_work(is_beat)?;
-            let wake = waiter.wait(next_beat.saturating_duration_since(Instant::now()))?;
+            self.look_for_configuration();
+            self.give_work(is_beat || self.alarm.is_some_and(|alarm| alarm <= now))?;
+            // An alarm that rings while the service works waits until it is done.
+            let alarm = self.alarm.filter(|_| !self.is_busy);
+            let next = alarm.map_or(next_beat, |alarm| alarm.min(next_beat));
+            let wake = waiter.wait(next.saturating_duration_since(Instant::now()))?;
             if wake.stopped {
                 return Ok(End::Stopped);
             }
             if wake.superseded {
                 return Ok(End::Superseded);
             }
-            while let Ok(result) = self.from_service.try_recv() {
-                self.finish(result);
+            loop {
+                match self.from_service.try_recv() {
+                    Ok(result) => self.finish(result),
+                    Err(TryRecvError::Empty) => break,
+                    Err(TryRecvError::Disconnected) => return Err("the service has panicked".into()),
+                }
                 // What has changed is told at once.
                 self.beat(&status);
             }
@@ -258,7 +306,11 @@ impl Life {
         if self.is_busy {
             return Ok(());
         }
+        if let Some(config) = self.configuration.take() {
+            return self.send(ToService::Event(Event::Configuration(config)));
+        }
         if let Some((topic, sample)) = self.newest.pop_first() {
+            self.epochs[topic.kind() as usize] = sample.header().epoch;
             return self.send(ToService::Event(Event::Input(topic, sample)));
         }
         if let Some((command, request)) = self.waiting.pop_front() {
@@ -266,6 +318,22 @@ impl Life {
             return self.send(ToService::Event(Event::Request(request)));
         }
         if is_tick { self.send(ToService::Event(Event::Tick)) } else { Ok(()) }
+    }
+
+    fn look_for_configuration(&mut self) {
+        if !self.reload.signal.take() {
+            return;
+        }
+        match self.reload.read() {
+            Ok(config) => {
+                info!(service = self.daemon.name(), "configuration read again");
+                self.configuration = Some(config);
+            }
+            Err(why) => {
+                self.error = chain(why.as_ref());
+                warn!(service = self.daemon.name(), error = self.error, "the configuration stays as it was");
+            }
+        }
     }
 
     fn send(&mut self, event: ToService) -> Result<(), Failure> {
@@ -278,6 +346,16 @@ impl Life {
         let command = self.asked.take();
         let replied = match result {
             Ok(done) => {
+                self.alarm = done.wake_in.map(|time| Instant::now() + time);
+                if done.warning != self.warning {
+                    if let Some(warning) = &done.warning {
+                        warn!(service = self.daemon.name(), warning, "the service warns");
+                    }
+                    self.warning.clone_from(&done.warning);
+                }
+                if done.answer.epoch > 0 {
+                    self.epochs[output(self.daemon) as usize] = done.answer.epoch;
+                }
                 // An error stays until the service has done something with success; ticks do nothing.
                 if command.is_some() || done.answer.epoch > 0 {
                     self.error.clear();
@@ -305,10 +383,25 @@ impl Life {
 
     fn beat(&self, status: &StatusWriter) {
         let mut record = StatusRecord::of(self.stages.get(), resident_bytes());
-        record.set_error(&self.error);
+        let text = if self.error.is_empty() { self.warning.as_deref().unwrap_or_default() } else { &self.error };
+        record.set_error(text);
+        record.epochs = self.epochs;
+        crate::systemd::alive(if text.is_empty() { self.stages.get().name() } else { text });
         if !status.send(record) {
             warn!(service = self.daemon.name(), "a heartbeat found no room in shared memory");
         }
+    }
+}
+
+/// What a daemon's answers speak of.
+fn output(daemon: Daemon) -> ArchiveKind {
+    match daemon {
+        Daemon::IfcIngest => ArchiveKind::Site,
+        Daemon::ScheduleEval => ArchiveKind::Phase,
+        Daemon::Rasterize | Daemon::Groundplan => ArchiveKind::Grids,
+        Daemon::WaypointGen => ArchiveKind::Plan,
+        Daemon::SlamAlign => ArchiveKind::Alignment,
+        Daemon::Robot => ArchiveKind::SlamMap,
     }
 }
 

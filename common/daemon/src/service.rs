@@ -1,10 +1,11 @@
 //! What a daemon does.
 
-use crate::{Answer, Request};
+use crate::{Answer, Request, SiteConfig};
 use bus::{Bus, Sample, Topic};
 use messages::Stage;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
 
 /// Why a service could not do what it was asked; its earlier output stands.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -37,15 +38,21 @@ pub enum Event {
     Input(Topic, Sample),
     /// A client asks.
     Request(Request),
-    /// A heartbeat has passed in which nothing else happened.
+    /// A heartbeat has passed in which nothing else happened, or the service asked to be woken.
     Tick,
+    /// The configuration was read again: what can change while the daemon runs is to be as it says.
+    Configuration(Box<SiteConfig>),
 }
 
-/// What came of it: the answer for the client that asked.
+/// What came of it: the answer for the client that asked, and what is to happen next.
 #[derive(Debug, Default)]
 pub struct Done {
     /// What counts now.
     pub answer: Answer,
+    /// Tick no later than after this time; a heartbeat comes without asking.
+    pub wake_in: Option<Duration>,
+    /// Something that somebody should know although nothing failed, such as a clock that is not trusted.
+    pub warning: Option<String>,
 }
 
 /// Where a service says what it is doing.

@@ -1,9 +1,11 @@
-//! When to stop: SIGTERM, SIGINT, or the end of standard input.
+//! When to stop: SIGTERM, SIGINT, or the end of standard input. When to read the configuration again: SIGHUP.
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::{self, Read, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Readable as soon as the process is to stop.
@@ -46,5 +48,26 @@ impl StopSignal {
     pub fn is_raised_within(&mut self, time: Duration) -> bool {
         let timeout = self.reader.set_read_timeout(Some(time));
         timeout.is_err() || self.reader.read(&mut [0]).is_ok()
+    }
+}
+
+/// Raised by SIGHUP: the configuration is to be read again.
+#[derive(Debug)]
+pub struct ReloadSignal(Arc<AtomicBool>);
+
+impl ReloadSignal {
+    /// Listens for the signal.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn listen() -> io::Result<Self> {
+        let raised = Arc::default();
+        signal_hook::flag::register(SIGHUP, Arc::clone(&raised))?;
+        Ok(Self(raised))
+    }
+
+    /// True once for each time that it was raised, or several of them.
+    pub fn take(&self) -> bool {
+        self.0.swap(false, Ordering::Relaxed)
     }
 }

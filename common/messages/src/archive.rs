@@ -201,6 +201,12 @@ impl ArchiveBuffer {
     }
 }
 
+impl AsRef<[u8]> for ArchiveBuffer {
+    fn as_ref(&self) -> &[u8] {
+        self.bytes()
+    }
+}
+
 /// A validated archive: preamble, section table and hash are right, sections lie inside.
 #[derive(Debug, Clone, Copy)]
 pub struct Archive<'a> {

@@ -32,8 +32,10 @@ pub enum Command {
     Status(StatusArgs),
     /// Load models into the running daemons; without any, read those again that are loaded
     Load(LoadArgs),
-    /// Set the plan time of the running daemons; returns when the new grids are out
+    /// Set the plan time of the running daemons, or let it move; returns when the new grids are out. Without arguments, tell it
     Date(DateArgs),
+    /// Give the running daemons the progress that was reported; returns when the new grids are out
+    Actuals(ActualsArgs),
     /// Set the robot of the running daemons; returns when the new grids are out
     Robot(RobotSetArgs),
     /// Look at what is on the bus
@@ -116,9 +118,33 @@ pub struct DateArgs {
     #[arg(long, conflicts_with = "date")]
     pub next: bool,
 
+    /// Follow the clock of this machine, in the site_zone of the schedule rules
+    #[arg(long, conflicts_with_all = ["date", "next"])]
+    pub wall: bool,
+
+    /// Run at a rate: 3600 is an hour a second; from DATE, or from where the plan time is
+    #[arg(long, value_name = "RATE", conflicts_with_all = ["next", "wall"])]
+    pub simulate: Option<f64>,
+
     /// Return when the plan time is on disk; grids follow
     #[arg(long)]
     pub no_wait: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
+/// Arguments of `actuals`.
+#[derive(Debug, Clone, Args)]
+pub struct ActualsArgs {
+    /// CSV table with the columns id, start, finish; it replaces what was reported before
+    #[arg(value_name = "FILE.csv", required_unless_present = "clear")]
+    pub file: Option<PathBuf>,
+
+    /// Nothing was reported
+    #[arg(long, conflicts_with = "file")]
+    pub clear: bool,
 
     /// The site.
     #[command(flatten)]

@@ -30,6 +30,7 @@ fn main() -> ExitCode {
         }),
         Command::Load(arguments) => live::load(&arguments),
         Command::Date(arguments) => live::date(&arguments),
+        Command::Actuals(arguments) => live::actuals(&arguments),
         Command::Robot(arguments) => live::robot(&arguments),
         Command::Topic(arguments) => live::topic(&arguments),
         Command::Export(arguments) => live::export(&arguments),

@@ -3,11 +3,12 @@
 use crate::{IngestOptions, SiteFrame, SourceFile, ingest};
 use bus::{Bus, Origin, Publisher, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably};
-use messages::{ArchiveBuffer, InputHashes, Site, Stage};
+use messages::{ArchiveBuffer, CheckedSite, InputHashes, Stage};
 use serde::{Deserialize, Serialize};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
-use tracing::info;
+use tracing::{info, warn};
 
 /// Reads the files of a site.
 pub struct IngestService {
@@ -19,7 +20,7 @@ pub struct IngestService {
     models: Vec<PathBuf>,
     /// What the files looked like when they were read, or tried, last.
     stamps: Vec<Option<FileStamp>>,
-    last: Option<(ArchiveBuffer, Origin)>,
+    last: Option<(CheckedSite<ArchiveBuffer>, Origin)>,
 }
 
 /// What the cache was made from.
@@ -47,12 +48,10 @@ impl IngestService {
         let cache = config.state.join("site.gpar");
         let loaded: Option<Loaded> = state.load()?;
         let (models, stamps) = loaded.map_or((config.models.clone(), Vec::new()), |l| (l.models, l.stamps));
-        let cached = std::fs::read(&cache).ok().map(|bytes| ArchiveBuffer::copy_of(&bytes));
-        let frame_epoch = |b: &ArchiveBuffer| Site::open(b.bytes()).ok().map(|s| u64::from(s.head.frame_epoch));
-        let last = match cached.filter(|_| !stamps.is_empty()).and_then(|b| Some((frame_epoch(&b)?, b))) {
-            Some((frame_epoch, buffer)) => {
-                let origin = Origin { epoch: epochs.take()?, frame_epoch, inputs: InputHashes::default() };
-                Some((buffer, origin))
+        let last = match cached(&cache, &stamps) {
+            Some(site) => {
+                let frame_epoch = u64::from(site.view().head.frame_epoch);
+                Some((site, Origin { epoch: epochs.take()?, frame_epoch, inputs: InputHashes::default() }))
             }
             None => None,
         };
@@ -92,26 +91,26 @@ impl IngestService {
             .map_err(|e| format!("{} cannot be written: {e}", self.cache.display()))?;
         self.state.save(&Loaded { models: models.clone(), stamps })?;
         self.models = models;
-        let frame_epoch = Site::open(site.bytes())?.head.frame_epoch;
-        let origin =
-            Origin { epoch: self.epochs.take()?, frame_epoch: u64::from(frame_epoch), inputs: InputHashes::default() };
+        let site = CheckedSite::new(site)?;
+        let frame_epoch = u64::from(site.view().head.frame_epoch);
+        let origin = Origin { epoch: self.epochs.take()?, frame_epoch, inputs: InputHashes::default() };
         self.last = Some((site, origin));
         self.publish()
     }
 
     fn frame(&self) -> Option<SiteFrame> {
-        let (site, _) = self.last.as_ref()?;
-        let site = Site::open(site.bytes()).ok()?;
+        let site = self.last.as_ref()?.0.view();
         Some(SiteFrame { map_from_world: site.map_from_world(), frame_epoch: site.head.frame_epoch })
     }
 
     fn publish(&self) -> Result<Done, Failure> {
         let (Some((site, origin)), Some(publisher)) = (&self.last, &self.publisher) else { return Ok(Done::default()) };
-        publisher.publish_copy(site.bytes(), *origin)?;
-        info!(service = "ifc-ingest", epoch = origin.epoch, bytes = site.bytes().len(), "site published");
+        let bytes = site.bytes().bytes();
+        publisher.publish_copy(bytes, *origin)?;
+        info!(service = "ifc-ingest", epoch = origin.epoch, bytes = bytes.len(), "site published");
         self.stages.set(Stage::Published);
-        let content_hash = Site::open(site.bytes())?.content_hash();
-        Ok(Done { answer: Answer { content_hash, epoch: origin.epoch, plan_time_s: None } })
+        let content_hash = site.view().content_hash();
+        Ok(Done { answer: Answer { content_hash, epoch: origin.epoch, ..Answer::default() }, ..Done::default() })
     }
 
     /// Reads the files again if they look different from when they were read, or tried, last.
@@ -121,6 +120,28 @@ impl IngestService {
             return Ok(Done::default());
         }
         self.load(self.models.clone())
+    }
+}
+
+/// The site as it was when the daemon died; a cache that is damaged or of another version is not used, and everything is read
+/// anew.
+fn cached(path: &Path, stamps: &[Option<FileStamp>]) -> Option<CheckedSite<ArchiveBuffer>> {
+    if stamps.is_empty() {
+        return None;
+    }
+    let read = || -> Result<CheckedSite<ArchiveBuffer>, Failure> {
+        let mut file = std::fs::File::open(path)?;
+        let mut buffer = ArchiveBuffer::zeroed(usize::try_from(file.metadata()?.len())?);
+        file.read_exact(buffer.bytes_mut())?;
+        Ok(CheckedSite::new(buffer)?)
+    };
+    match read() {
+        Ok(site) => Some(site),
+        Err(why) => {
+            let error = daemon::chain(why.as_ref());
+            warn!(service = "ifc-ingest", path = %path.display(), error, "the cache cannot be used; files are read anew");
+            None
+        }
     }
 }
 
@@ -138,14 +159,14 @@ impl Service for IngestService {
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         self.publisher = None;
-        let length = self.last.as_ref().map_or(1 << 20, |(site, _)| site.bytes().len());
+        let length = self.last.as_ref().map_or(1 << 20, |(site, _)| site.bytes().bytes().len());
         self.publisher = Some(bus.publisher(Topic::Site, length)?);
         self.publish().map(drop)
     }
 
     fn handle(&mut self, event: Event) -> Result<Done, Failure> {
         match event {
-            Event::Attached | Event::Tick => self.look(),
+            Event::Attached | Event::Tick | Event::Configuration(_) => self.look(),
             Event::Request(Request::Load { models }) if models.is_empty() => self.load(self.models.clone()),
             Event::Request(Request::Load { models }) => self.load(models),
             Event::Request(_) => Err("ifc-ingest loads models and nothing else".into()),

@@ -70,11 +70,26 @@ impl RasterizeService {
         let robot = Robot::read(&profile)?;
         self.state.save(&profile)?;
         self.robot = robot;
+        self.cut()
+    }
+
+    /// Cuts the site for the robot, and draws it.
+    fn cut(&mut self) -> Result<Done, Failure> {
         let Some((site, rasterizer)) = &mut self.site else { return Ok(self.done()) };
         self.stages.set(Stage::Reading);
         *rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
         self.published.fill(None);
         self.draw()
+    }
+
+    /// Another resolution; the robot is what was set last.
+    fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
+        if config.robot.resolution_m == self.resolution_m {
+            return Ok(Done::default());
+        }
+        grid::GridSpec::cell_tenths_of(config.robot.resolution_m)?;
+        self.resolution_m = config.robot.resolution_m;
+        self.cut()
     }
 
     /// Draws what differs from what is published, publishes those storeys, then the index that names them.
@@ -124,12 +139,12 @@ impl RasterizeService {
         info!(service = "rasterize", epoch, storeys, published = n_published, "grids published");
         self.stages.set(Stage::Published);
         let plan_time_s = Some(phase.head.plan_time_s).filter(|_| phase.head.plan_time().is_some());
-        self.last = Answer { content_hash, epoch, plan_time_s };
+        self.last = Answer { content_hash, epoch, plan_time_s, clock: None };
         Ok(self.done())
     }
 
     fn done(&self) -> Done {
-        Done { answer: self.last.clone() }
+        Done { answer: self.last.clone(), ..Done::default() }
     }
 }
 
@@ -157,6 +172,7 @@ impl Service for RasterizeService {
             }
             Event::Request(Request::SetRobot { profile }) => self.set_robot(profile),
             Event::Request(_) => Err("rasterize makes grids for a robot and nothing else".into()),
+            Event::Configuration(config) => self.configure(&config),
             Event::Attached | Event::Tick => Ok(Done::default()),
         }
     }

@@ -14,6 +14,7 @@ mod edits;
 mod evaluate;
 mod findings;
 mod lives;
+mod plan_clock;
 mod rules;
 mod said;
 pub mod service;
@@ -26,6 +27,7 @@ pub use dates::DateOrder;
 pub use edits::{Actual, Delay, EditError, Edits, parse_actuals};
 pub use evaluate::{AmbiguousDates, EvaluateError, evaluate};
 pub use findings::{Finding, Severity};
+pub use plan_clock::{PlanClock, Reached, Reading};
 pub use rules::{
     ClosedSpace, DateKind, DurationDay, Inputs, Mode, Phase, PhaseProperties, PropertyDate, Rules, RulesError, Undated,
 };

@@ -1,29 +1,52 @@
 //! Schedule evaluation as a daemon: holds the plan time, publishes the phase.
 
-use crate::{Edits, Period, Rules, Timeline, evaluate};
+use crate::{Edits, EvaluateError, Period, PlanClock, Reached, Reading, Rules, Timeline, evaluate, parse_actuals};
 use bus::{Bus, Origin, Publisher, Topic};
-use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile};
+use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably};
 use frames::PlanTime;
-use messages::{ArchiveBuffer, InputHashes, Phase, Site, Stage};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use messages::{ArchiveBuffer, CheckedSite, InputHashes, Phase, Site, Stage};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 use tracing::info;
 
 /// Holds the plan time; its file in the state folder is what counts after a restart.
+///
+/// While the plan time moves, a phase is that of the instant at which it last changed: it is the same however often
+/// anybody looks, and says how long it holds.
 pub struct ScheduleService {
     rules: Rules,
-    plan_time: StateFile,
-    plan_time_s: Option<i64>,
+    synchronised_while: Option<PathBuf>,
+    clock_file: StateFile,
+    clock: PlanClock,
+    actuals_file: PathBuf,
+    edits: Edits,
     epochs: Epochs,
     stages: Stages,
     publisher: Option<Publisher>,
-    site: Option<Evaluated>,
-    last: Option<(ArchiveBuffer, Origin)>,
+    /// What the schedule was evaluated from; kept to evaluate it again when rules or progress change.
+    site: Option<CheckedSite<bus::Sample>>,
+    evaluated: Option<Evaluated>,
+    last: Option<Published>,
 }
 
 /// The schedule of the site at hand.
 struct Evaluated {
     timeline: Timeline,
+    /// Without the progress that was reported; `None` if none was.
+    planned: Option<Timeline>,
+    wakes_s: Vec<i64>,
     site_hash: u64,
     frame_epoch: u64,
+}
+
+struct Published {
+    phase: ArchiveBuffer,
+    content_hash: u64,
+    origin: Origin,
+    /// Plan time of the phase.
+    at_s: Option<i64>,
 }
 
 impl ScheduleService {
@@ -32,54 +55,216 @@ impl ScheduleService {
     /// # Errors
     /// Rules, a plan time or state that cannot be used.
     pub fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
-        let rules = config.schedule.rules.as_ref().map_or(Ok(Rules::default()), |path| -> Result<Rules, Failure> {
-            let text = std::fs::read_to_string(path).map_err(|e| format!("rules {}: {e}", path.display()))?;
-            Rules::parse(&text).map_err(|e| format!("rules {}: {}", path.display(), daemon::chain(&e)).into())
-        })?;
         let first = config.schedule.plan_time.as_deref().map(str::parse::<PlanTime>).transpose()?;
-        let plan_time = StateFile::at(&config.state, "plan-time.json")?;
-        let plan_time_s = plan_time.load::<i64>()?.or(first.map(PlanTime::civil_seconds));
-        let epochs = Epochs::at(&config.state, "schedule-eval-epochs.json")?;
-        Ok(Self { rules, plan_time, plan_time_s, epochs, stages, publisher: None, site: None, last: None })
+        let first = first.map(|at| PlanClock::Fixed { at_s: at.civil_seconds() });
+        let clock_file = StateFile::at(&config.state, "plan-clock.json")?;
+        let clock = clock_file.load()?.or(first).unwrap_or_default();
+        let actuals_file = config.state.join("actuals.csv");
+        Ok(Self {
+            rules: read_rules(config)?,
+            synchronised_while: config.clock.synchronised_while.clone(),
+            clock_file,
+            clock,
+            edits: Edits { actuals: read_actuals(&actuals_file)?, ..Edits::default() },
+            actuals_file,
+            epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
+            stages,
+            publisher: None,
+            site: None,
+            evaluated: None,
+            last: None,
+        })
     }
 
-    fn set_plan_time(&mut self, at_s: i64) -> Result<Done, Failure> {
-        // On disk before anybody sees it: a map must never go back in time because a process died.
-        self.plan_time.save(&at_s)?;
-        self.plan_time_s = Some(at_s);
+    /// The zone in which the machine's clock is read.
+    fn zone(&self) -> TimeZone {
+        self.rules.site_zone.clone().unwrap_or(TimeZone::UTC)
+    }
+
+    fn read_clock(&self) -> (Reading, i64) {
+        let wall_ms = Timestamp::now().as_millisecond();
+        let synchronised = self.synchronised_while.as_deref().is_none_or(Path::exists);
+        (self.clock.read(wall_ms, &self.zone(), synchronised), wall_ms)
+    }
+
+    /// A new mode: on disk before anybody sees it, because a map must never go back in time when a process dies.
+    fn set_clock(&mut self, clock: PlanClock) -> Result<Done, Failure> {
+        self.clock_file.save(&clock)?;
+        self.clock = clock;
         self.publish()
     }
 
+    fn follow_wall_clock(&mut self) -> Result<Done, Failure> {
+        if self.rules.site_zone.is_none() {
+            return Err("to follow the clock, set site_zone in the schedule rules".into());
+        }
+        self.set_clock(PlanClock::Wall { reached: Reached::default() })
+    }
+
+    fn simulate(&mut self, rate: f64, from_s: Option<i64>) -> Result<Done, Failure> {
+        if !(rate.is_finite() && rate > 0.0) {
+            return Err(format!("a rate of {rate} is none: it must be more than 0").into());
+        }
+        let (reading, since_ms) = self.read_clock();
+        let from_s = from_s.or(reading.plan_s).ok_or("there is no plan time to start from: say which")?;
+        self.set_clock(PlanClock::Simulated { from_s, rate, since_ms, reached: Reached::default() })
+    }
+
     fn next_change(&mut self) -> Result<Done, Failure> {
-        let site = self.site.as_ref().ok_or("there is no site yet")?;
-        let next = |now: i64| site.timeline.instants_s().iter().find(|s| **s > now).copied();
-        let next_s = next(self.plan_time_s.unwrap_or(i64::MIN)).ok_or("nothing changes any more")?;
-        self.set_plan_time(next_s)
+        let evaluated = self.evaluated.as_ref().ok_or("there is no site yet")?;
+        let now_s = self.read_clock().0.plan_s.unwrap_or(i64::MIN);
+        let next = evaluated.timeline.instants_s().iter().find(|s| **s > now_s).copied();
+        let at_s = next.ok_or("nothing changes any more")?;
+        self.set_clock(PlanClock::Fixed { at_s })
+    }
+
+    /// Progress that was reported; a file that cannot be used changes nothing.
+    fn set_actuals(&mut self, file: Option<&Path>) -> Result<Done, Failure> {
+        let bytes = match file {
+            Some(file) => std::fs::read(file).map_err(|e| format!("{} cannot be read: {e}", file.display()))?,
+            None => Vec::new(),
+        };
+        let named = |e: &(dyn std::error::Error + 'static)| {
+            format!("{}: {}", file.unwrap_or(Path::new("")).display(), daemon::chain(e))
+        };
+        let edits = Edits { actuals: parse_actuals(&bytes).map_err(|e| named(&e))?, ..Edits::default() };
+        let evaluated = self.evaluate(&self.rules, &edits)?.transpose().map_err(|e| named(&e))?;
+        write_durably(&self.actuals_file, &bytes)
+            .map_err(|e| format!("{} cannot be written: {e}", self.actuals_file.display()))?;
+        self.edits = edits;
+        self.evaluated = evaluated;
+        self.publish()
+    }
+
+    fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
+        let rules = read_rules(config)?;
+        let evaluated = self.evaluate(&rules, &self.edits)?.transpose()?;
+        self.rules = rules;
+        self.synchronised_while.clone_from(&config.clock.synchronised_while);
+        self.evaluated = evaluated;
+        self.publish()
+    }
+
+    /// The schedule with other rules or additions; `None` if there is no site yet.
+    fn evaluate(&self, rules: &Rules, edits: &Edits) -> Result<Option<Result<Evaluated, EvaluateError>>, Failure> {
+        match &self.site {
+            Some(site) => Ok(Some(evaluated(site, rules, edits))),
+            // The bus was created anew, and the site is on its way.
+            None if self.evaluated.is_some() => Err("the site is not there at the moment: try again".into()),
+            None => Ok(None),
+        }
+    }
+
+    fn see_site(&mut self, sample: bus::Sample) -> Result<Done, Failure> {
+        let hash = sample.header().content_hash;
+        if self.evaluated.as_ref().is_some_and(|e| e.site_hash == hash) {
+            self.site = Some(CheckedSite::new(sample)?);
+            return self.tick();
+        }
+        self.stages.set(Stage::Reading);
+        let site = CheckedSite::new(sample)?;
+        let evaluated = evaluated(&site, &self.rules, &self.edits)?;
+        let changes = evaluated.timeline.instants_s().len();
+        info!(service = "schedule-eval", tasks = site.view().tasks.len(), changes, "schedule evaluated");
+        (self.site, self.evaluated) = (Some(site), Some(evaluated));
+        self.publish()
     }
 
     /// The phase at the plan time, if there is a site.
     fn publish(&mut self) -> Result<Done, Failure> {
-        let (Some(site), Some(publisher)) = (&self.site, &self.publisher) else { return Ok(self.done()) };
+        let (reading, wall_ms) = self.read_clock();
+        let at_s = self.shown_s(reading);
+        let (Some(evaluated), Some(publisher)) = (&self.evaluated, &self.publisher) else { return Ok(self.done()) };
         self.stages.set(Stage::Writing);
-        let phase = match self.plan_time_s {
-            Some(at_s) => site.timeline.phase(Period::instant(at_s)),
-            None => site.timeline.everything_built(),
-        };
-        let phase = phase.finish();
-        let inputs = InputHashes { site: site.site_hash, ..InputHashes::default() };
-        let origin = Origin { epoch: self.epochs.take()?, frame_epoch: site.frame_epoch, inputs };
+        if self.clock.is_moving() && reading.trusted {
+            let clock = self.clock.having_reached(Reached { plan_s: reading.plan_s, wall_ms });
+            self.clock_file.save(&clock)?;
+            self.clock = clock;
+        }
+        let phase = evaluated.phase(at_s);
+        let content_hash = Phase::open(phase.bytes())?.content_hash();
+        let inputs = InputHashes { site: evaluated.site_hash, ..InputHashes::default() };
+        let origin = Origin { epoch: self.epochs.take()?, frame_epoch: evaluated.frame_epoch, inputs };
         publisher.publish_copy(phase.bytes(), origin)?;
         info!(service = "schedule-eval", epoch = origin.epoch, bytes = phase.bytes().len(), "phase published");
-        self.last = Some((phase, origin));
+        self.last = Some(Published { phase, content_hash, origin, at_s });
         self.stages.set(Stage::Published);
         Ok(self.done())
     }
 
+    /// The plan time of the phase to be shown: while it moves, the last instant at which anything changed.
+    fn shown_s(&self, reading: Reading) -> Option<i64> {
+        let now_s = reading.plan_s?;
+        let evaluated = self.evaluated.as_ref().filter(|_| self.clock.is_moving());
+        let wakes_s = evaluated.map_or(&[][..], |e| &e.wakes_s);
+        let n_past = wakes_s.partition_point(|s| *s <= now_s);
+        // Before the first change all instants are alike: the second before it stands for them.
+        let before_all = wakes_s.first().map_or(now_s, |first| first - 1);
+        Some(n_past.checked_sub(1).map_or(before_all, |k| wakes_s[k]))
+    }
+
+    /// Publishes if the plan time has come to something new.
+    fn tick(&mut self) -> Result<Done, Failure> {
+        let at_s = self.shown_s(self.read_clock().0);
+        match &self.last {
+            Some(last) if last.at_s == at_s => Ok(Done { answer: Answer::default(), ..self.done() }),
+            None if self.evaluated.is_none() => Ok(Done::default()),
+            _ => self.publish(),
+        }
+    }
+
+    /// What counts now, and when to look again.
     fn done(&self) -> Done {
-        let (content_hash, epoch) = self.last.as_ref().map_or((0, 0), |(phase, origin)| {
-            (Phase::open(phase.bytes()).map_or(0, |p| p.content_hash()), origin.epoch)
+        let (reading, wall_ms) = self.read_clock();
+        let (content_hash, epoch) = self.last.as_ref().map_or((0, 0), |last| (last.content_hash, last.origin.epoch));
+        let wakes_s = self.evaluated.as_ref().map_or(&[][..], |e| &e.wakes_s);
+        let next_s = reading.plan_s.and_then(|now_s| wakes_s.get(wakes_s.partition_point(|s| *s <= now_s)));
+        let wait_ms = next_s.and_then(|next_s| self.clock.until_ms(*next_s, wall_ms, &self.zone()));
+        let warning = (!reading.trusted).then(|| {
+            "clock_untrusted: the machine's clock went back, or is not synchronised; the plan time stands".to_owned()
         });
-        Done { answer: Answer { content_hash, epoch, plan_time_s: self.plan_time_s } }
+        Done {
+            answer: Answer { content_hash, epoch, plan_time_s: reading.plan_s, clock: Some(self.clock.name()) },
+            wake_in: wait_ms.and_then(|ms| u64::try_from(ms).ok()).map(Duration::from_millis),
+            warning,
+        }
+    }
+}
+
+impl Evaluated {
+    fn phase(&self, at_s: Option<i64>) -> ArchiveBuffer {
+        let of = |timeline: &Timeline| match at_s {
+            Some(at_s) => timeline.phase(Period::instant(at_s)),
+            None => timeline.everything_built(),
+        };
+        let mut phase = of(&self.timeline);
+        if let Some(planned) = &self.planned {
+            phase.planned = of(planned).planned;
+        }
+        phase.finish()
+    }
+}
+
+fn evaluated(site: &CheckedSite<bus::Sample>, rules: &Rules, edits: &Edits) -> Result<Evaluated, EvaluateError> {
+    let frame_epoch = site.bytes().header().frame_epoch;
+    let site: Site<'_> = site.view();
+    let timeline = evaluate(&site, rules, edits)?;
+    let planned = if edits.actuals.is_empty() { None } else { Some(evaluate(&site, rules, &Edits::default())?) };
+    let wakes_s = timeline.wakes_s();
+    Ok(Evaluated { timeline, planned, wakes_s, site_hash: site.content_hash(), frame_epoch })
+}
+
+fn read_rules(config: &SiteConfig) -> Result<Rules, Failure> {
+    let Some(path) = &config.schedule.rules else { return Ok(Rules::default()) };
+    let text = std::fs::read_to_string(path).map_err(|e| format!("rules {}: {e}", path.display()))?;
+    Rules::parse(&text).map_err(|e| format!("rules {}: {}", path.display(), daemon::chain(&e)).into())
+}
+
+fn read_actuals(path: &Path) -> Result<Vec<crate::Actual>, Failure> {
+    match std::fs::read(path) {
+        Ok(bytes) => Ok(parse_actuals(&bytes)?),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(format!("{} cannot be read: {error}", path.display()).into()),
     }
 }
 
@@ -89,10 +274,11 @@ impl Service for ScheduleService {
     }
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
-        self.publisher = None;
-        let publisher = bus.publisher(Topic::Phase, self.last.as_ref().map_or(1 << 16, |(p, _)| p.bytes().len()))?;
-        if let Some((phase, origin)) = &self.last {
-            publisher.publish_copy(phase.bytes(), *origin)?;
+        // The sample belongs to a generation of the bus that is gone; it comes again.
+        (self.publisher, self.site) = (None, None);
+        let publisher = bus.publisher(Topic::Phase, self.last.as_ref().map_or(1 << 16, |p| p.phase.bytes().len()))?;
+        if let Some(last) = &self.last {
+            publisher.publish_copy(last.phase.bytes(), last.origin)?;
         }
         self.publisher = Some(publisher);
         Ok(())
@@ -100,28 +286,16 @@ impl Service for ScheduleService {
 
     fn handle(&mut self, event: Event) -> Result<Done, Failure> {
         match event {
-            Event::Input(_, sample) => {
-                self.stages.set(Stage::Reading);
-                let site = Site::open(sample.bytes())?;
-                let site_hash = site.content_hash();
-                if self.site.as_ref().is_some_and(|s| s.site_hash == site_hash) {
-                    self.stages.set(Stage::Published);
-                    return Ok(Done::default());
-                }
-                let timeline = evaluate(&site, &self.rules, &Edits::default())?;
-                info!(
-                    service = "schedule-eval",
-                    tasks = site.tasks.len(),
-                    changes = timeline.instants_s().len(),
-                    "schedule evaluated"
-                );
-                self.site = Some(Evaluated { timeline, site_hash, frame_epoch: sample.header().frame_epoch });
-                self.publish()
-            }
-            Event::Request(Request::SetPlanTime { at_s }) => self.set_plan_time(at_s),
+            Event::Input(_, sample) => self.see_site(sample),
+            Event::Request(Request::SetPlanTime { at_s }) => self.set_clock(PlanClock::Fixed { at_s }),
             Event::Request(Request::NextChange) => self.next_change(),
-            Event::Request(_) => Err("schedule-eval holds the plan time and nothing else".into()),
-            Event::Attached | Event::Tick => Ok(Done::default()),
+            Event::Request(Request::FollowWallClock) => self.follow_wall_clock(),
+            Event::Request(Request::Simulate { rate, from_s }) => self.simulate(rate, from_s),
+            Event::Request(Request::TellPlanTime) => Ok(self.done()),
+            Event::Request(Request::SetActuals { file }) => self.set_actuals(file.as_deref()),
+            Event::Request(_) => Err("schedule-eval holds the plan time and reported progress, nothing else".into()),
+            Event::Configuration(config) => self.configure(&config),
+            Event::Attached | Event::Tick => self.tick(),
         }
     }
 }

@@ -141,6 +141,16 @@ impl Timeline {
         &self.instants_s
     }
 
+    /// The instants at which a phase says something else than before, sorted: changes, and where spaces begin to be closing.
+    pub fn wakes_s(&self) -> Vec<i64> {
+        let closing = self.spaces.changes().filter(|change| change.3 == SpaceState::Blocked as u8);
+        let closing = closing.map(|change| change.0.saturating_sub(self.closing_lead_s));
+        let mut wakes_s: Vec<i64> = self.instants_s.iter().copied().chain(closing).collect();
+        wakes_s.sort_unstable();
+        wakes_s.dedup();
+        wakes_s
+    }
+
     /// What is wrong with the schedule.
     pub fn findings(&self) -> &[Finding] {
         &self.findings

@@ -1,7 +1,7 @@
 //! Asking a daemon, and waiting until the effect is out.
 
 use super::join;
-use crate::cli::{DateArgs, LoadArgs, RobotSetArgs};
+use crate::cli::{ActualsArgs, DateArgs, LoadArgs, RobotSetArgs};
 use crate::failure::Failure;
 use crate::plan_date;
 use bus::{Bus, CommandError, Daemon, Reply, Topic, Waiter};
@@ -16,23 +16,47 @@ const PATIENCE: Duration = Duration::from_secs(600);
 const STARTING: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Sets the plan time, or goes on to the next change.
+/// Sets the plan time, goes on to the next change, lets it move, or tells it.
 ///
 /// # Errors
 /// No daemons, a date that is none, nothing that changes any more.
 pub fn date(arguments: &DateArgs) -> Result<String, Failure> {
-    let request = match (&arguments.date, arguments.next) {
-        (Some(date), false) => Request::SetPlanTime { at_s: plan_date::instant_s(date)? },
-        (None, true) => Request::NextChange,
-        _ => return Err(Failure::usage("give a date, or --next")),
+    let date_s = arguments.date.as_deref().map(plan_date::instant_s).transpose()?;
+    let request = match (date_s, arguments.simulate) {
+        (from_s, Some(rate)) => Request::Simulate { rate, from_s },
+        (Some(at_s), None) => Request::SetPlanTime { at_s },
+        (None, None) if arguments.next => Request::NextChange,
+        (None, None) if arguments.wall => Request::FollowWallClock,
+        (None, None) => Request::TellPlanTime,
     };
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
     let answer = ask(&bus, &mut waiter, Daemon::ScheduleEval, &request)?;
     // Without a site there is nothing to wait for: the plan time is kept for when there is one.
-    if !arguments.no_wait && answer.epoch > 0 {
-        wait_for_grids(&bus, &mut waiter, |inputs| inputs.phase == answer.content_hash)?;
+    if !arguments.no_wait && answer.epoch > 0 && request != Request::TellPlanTime {
+        wait_for_phase(&bus, &mut waiter, &answer)?;
     }
-    Ok(answer.plan_time_s.map_or(String::new(), |at_s| plan_date::text(at_s) + "\n"))
+    let time = answer.plan_time_s.map(plan_date::text);
+    Ok(match (&request, time) {
+        (Request::SetPlanTime { .. } | Request::NextChange, Some(time)) => time + "\n",
+        (_, time) => {
+            let words = [time, answer.clock].into_iter().flatten().collect::<Vec<_>>();
+            words.join("  ") + "\n"
+        }
+    })
+}
+
+/// Sets the progress that was reported.
+///
+/// # Errors
+/// No daemons, a file that cannot be used; what was reported before stays.
+pub fn actuals(arguments: &ActualsArgs) -> Result<String, Failure> {
+    let file = arguments.file.as_ref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
+    let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    let answer = ask(&bus, &mut waiter, Daemon::ScheduleEval, &Request::SetActuals { file })?;
+    if answer.epoch > 0 {
+        wait_for_phase(&bus, &mut waiter, &answer)?;
+    }
+    Ok(String::new())
 }
 
 /// Loads these files, or those again that are loaded.
@@ -89,8 +113,22 @@ fn ask(bus: &Bus, waiter: &mut Waiter, daemon: Daemon, request: &Request) -> Res
     }
 }
 
+/// Waits until grids of a phase are out; while the plan time moves a later phase is as good.
+fn wait_for_phase(bus: &Bus, waiter: &mut Waiter, answer: &Answer) -> Result<(), Failure> {
+    let phases = bus.subscriber(Topic::Phase).map_err(Failure::work)?;
+    let mut hashes = vec![answer.content_hash];
+    wait_for_grids(bus, waiter, |inputs| {
+        while let Ok(Some(phase)) = phases.take() {
+            if phase.header().epoch > answer.epoch {
+                hashes.push(phase.header().content_hash);
+            }
+        }
+        hashes.contains(&inputs.phase)
+    })
+}
+
 /// Waits until an index of grids is out that was made from this.
-fn wait_for_grids(bus: &Bus, waiter: &mut Waiter, is_it: impl Fn(&InputHashes) -> bool) -> Result<(), Failure> {
+fn wait_for_grids(bus: &Bus, waiter: &mut Waiter, mut is_it: impl FnMut(&InputHashes) -> bool) -> Result<(), Failure> {
     let grids = bus.subscriber(Topic::Grids).map_err(Failure::work)?;
     let begun = Instant::now();
     loop {

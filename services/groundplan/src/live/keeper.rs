@@ -20,12 +20,15 @@ pub fn keeper(arguments: &KeeperArgs) -> Result<String, Failure> {
     let mut stop = StopSignal::listen(arguments.with_stdin).map_err(Failure::work)?;
     let keeper = Keeper::start(&domain).map_err(Failure::work)?;
     info!(service = "keeper", generation = keeper.generation(), "bus created");
+    daemon::ready("holds the bus");
     while !stop.is_raised_within(TICK) {
+        daemon::alive("holds the bus");
         match keeper.tick() {
             Ok(0) => {}
             Ok(dead) => info!(service = "keeper", dead, "cleaned up behind dead participants"),
             Err(why) => warn!(service = "keeper", error = daemon::chain(&why), "cannot clean up"),
         }
     }
+    daemon::stopping();
     Ok(String::new())
 }

@@ -8,7 +8,7 @@ mod status;
 mod topic;
 mod up;
 
-pub use ask::{date, load, robot};
+pub use ask::{actuals, date, load, robot};
 pub use export::export;
 pub use keeper::keeper;
 pub use status::status;

@@ -1,0 +1,69 @@
+//! What a daemon says: where to, and how much of it.
+
+use crate::config::{LogConfig, LogFormat};
+use std::io::IsTerminal;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer, Registry, fmt, reload};
+
+/// What is logged unless somebody says otherwise: what our own crates have to say.
+const USUAL: &str = "warn,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info";
+
+/// A log that cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum LogError {
+    /// Not in the words of RUST_LOG.
+    #[error("log level {level:?}")]
+    Level {
+        /// As configured.
+        level: String,
+        /// Why.
+        source: tracing_subscriber::filter::ParseError,
+    },
+    /// No journal to write to.
+    #[error("the journal of systemd cannot be opened")]
+    Journal(#[source] std::io::Error),
+}
+
+/// The running log.
+pub(crate) struct Log {
+    filter: reload::Handle<EnvFilter, Registry>,
+}
+
+impl Log {
+    /// Starts the log of this process.
+    ///
+    /// # Errors
+    /// A level that is none, no journal.
+    pub(crate) fn start(config: &LogConfig) -> Result<Self, LogError> {
+        let (filter, handle) = reload::Layer::new(filter(config)?);
+        let lines = || fmt::layer().with_writer(std::io::stderr);
+        let layer: Box<dyn Layer<_> + Send + Sync> = match config.format {
+            LogFormat::Terminal => lines().with_ansi(std::io::stderr().is_terminal()).boxed(),
+            LogFormat::Json => lines().json().flatten_event(true).boxed(),
+            LogFormat::Journald => tracing_journald::layer().map_err(LogError::Journal)?.boxed(),
+        };
+        tracing_subscriber::registry().with(filter).with(layer).init();
+        Ok(Self { filter: handle })
+    }
+
+    /// Changes what is logged from now on; where it goes stays.
+    ///
+    /// # Errors
+    /// A level that is none: the log stays as it is.
+    pub(crate) fn set_level(&self, config: &LogConfig) -> Result<(), LogError> {
+        let filter = filter(config)?;
+        // The log lives as long as the process.
+        let _ = self.filter.reload(filter);
+        Ok(())
+    }
+}
+
+/// RUST_LOG goes before the configuration.
+fn filter(config: &LogConfig) -> Result<EnvFilter, LogError> {
+    if let Ok(filter) = EnvFilter::try_from_default_env() {
+        return Ok(filter);
+    }
+    let level = config.level.as_deref().unwrap_or(USUAL);
+    EnvFilter::try_new(level).map_err(|source| LogError::Level { level: level.to_owned(), source })
+}

@@ -1,0 +1,23 @@
+//! What systemd is told, if it started this process: that it is ready, alive, stopping. Otherwise nothing happens.
+
+use sd_notify::NotifyState;
+
+/// It does its work from now on.
+pub fn ready(status: &str) {
+    tell(&[NotifyState::Ready, NotifyState::Status(status)]);
+}
+
+/// It is alive.
+pub fn alive(status: &str) {
+    tell(&[NotifyState::Watchdog, NotifyState::Status(status)]);
+}
+
+/// It leaves.
+pub fn stopping() {
+    tell(&[NotifyState::Stopping]);
+}
+
+fn tell(states: &[NotifyState<'_>]) {
+    // Nobody listens if systemd is gone, and then nobody needs to know.
+    let _ = sd_notify::notify(states);
+}
