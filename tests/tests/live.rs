@@ -5,132 +5,9 @@ mod support;
 
 use serde_json::Value;
 use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
-use support::{demo_model, files_in, groundplan};
-
-/// The one deadline of every wait: far beyond what any machine needs.
-const DEADLINE: Duration = Duration::from_secs(120);
-
-/// A site with daemons of its own, on a bus of its own.
-struct Live {
-    home: tempfile::TempDir,
-    /// Folder of the bus; goes with this value.
-    _root: tempfile::TempDir,
-    prefix: String,
-    up: Option<Child>,
-}
-
-impl Live {
-    /// The demo building before its first slab.
-    fn start() -> Self {
-        let home = tempfile::tempdir().unwrap();
-        let root = tempfile::Builder::new().prefix("gplive").tempdir_in("/dev/shm").unwrap();
-        let prefix = format!("{}_", root.path().file_name().unwrap().to_string_lossy().replace('.', ""));
-        std::fs::copy(demo_model(), home.path().join("demo.ifc")).unwrap();
-        let site = format!(
-            "state = \"state\"\nmodels = [\"demo.ifc\"]\n[schedule]\nplan_time = \"2024-03-01\"\n[bus]\nprefix = {prefix:?}\nroot = {:?}\n",
-            root.path()
-        );
-        std::fs::write(home.path().join("site.toml"), site).unwrap();
-        let mut live = Self { home, _root: root, prefix, up: None };
-        live.up();
-        live
-    }
-
-    fn config(&self) -> PathBuf {
-        self.home.path().join("site.toml")
-    }
-
-    fn up(&mut self) {
-        let client = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("groundplan");
-        let child = Command::new(client).arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn();
-        self.up = Some(child.unwrap());
-        self.wait_until_healthy();
-    }
-
-    fn down(&mut self) {
-        assert!(self.run(&[&"down"]).status.success());
-        assert!(self.up.take().unwrap().wait().unwrap().success());
-    }
-
-    fn run(&self, arguments: &[&dyn AsRef<OsStr>]) -> Output {
-        let config = self.config();
-        let more: [&dyn AsRef<OsStr>; 2] = [&"--config", &config];
-        groundplan(&arguments.iter().copied().chain(more).collect::<Vec<_>>())
-    }
-
-    fn text(&self, arguments: &[&dyn AsRef<OsStr>]) -> String {
-        let output = self.run(arguments);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap().trim().to_owned()
-    }
-
-    fn status(&self) -> Option<Value> {
-        serde_json::from_slice(&self.run(&[&"status", &"--json"]).stdout).ok()
-    }
-
-    fn wait_until_healthy(&self) {
-        let begun = Instant::now();
-        while self.status().is_none_or(|status| status["healthy"] != true) {
-            assert!(begun.elapsed() < DEADLINE, "{:?}", self.status());
-        }
-    }
-
-    fn index(&self) -> Value {
-        serde_json::from_str(&self.text(&[&"topic", &"echo", &"grids"])).unwrap()
-    }
-
-    /// Kills a daemon and waits for its successor.
-    fn kill(&self, daemon: &str) {
-        self.wait_until_healthy();
-        let before = self.status().unwrap()["daemons"][daemon]["process_id"].clone();
-        // A silent daemon has the number 0, and that would be this process and all its relatives.
-        assert!(before.as_u64().unwrap() > 1);
-        assert!(Command::new("kill").args(["-9", &before.to_string()]).status().unwrap().success());
-        let begun = Instant::now();
-        loop {
-            let status = self.status();
-            let is_new = |s: &Value| s["healthy"] == true && s["daemons"][daemon]["process_id"] != before;
-            if status.as_ref().is_some_and(is_new) {
-                return;
-            }
-            assert!(begun.elapsed() < DEADLINE, "{daemon} does not come back: {status:?}");
-        }
-    }
-
-    fn segments(&self) -> usize {
-        let names = std::fs::read_dir("/dev/shm").unwrap().map(|e| e.unwrap().file_name());
-        names.filter(|name| name.to_string_lossy().starts_with(&self.prefix)).count()
-    }
-}
-
-impl Drop for Live {
-    fn drop(&mut self) {
-        if let Some(mut up) = self.up.take() {
-            // After a failure: its children leave with it.
-            let _ = up.kill();
-            let _ = up.wait();
-        }
-    }
-}
-
-/// Every file of an output folder with its content.
-fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let (mut todo, mut found) = (vec![folder.to_owned()], Vec::new());
-    while let Some(at) = todo.pop() {
-        for path in files_in(&at) {
-            if path.is_dir() {
-                todo.push(path);
-            } else {
-                found.push((path.strip_prefix(folder).unwrap().to_owned(), std::fs::read(path).unwrap()));
-            }
-        }
-    }
-    found.sort();
-    found
-}
+use std::time::Instant;
+use support::live::{DEADLINE, Live};
+use support::{contents, groundplan};
 
 #[test]
 fn the_next_date_changes_the_maps_and_export_writes_what_convert_writes() {
@@ -209,4 +86,68 @@ fn a_bus_without_a_keeper_is_an_error_that_says_what_to_do() {
     let output = live.run(&[&"status"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("groundplan up"));
+}
+
+/// Plan time and mode, as `date` tells them.
+fn plan_time(live: &Live) -> String {
+    live.text(&[&"date"]).split_whitespace().next().unwrap().to_owned()
+}
+
+#[test]
+fn a_simulated_plan_time_runs_on_and_never_goes_back_when_its_daemon_dies() {
+    let mut live = Live::start();
+    live.text(&[&"date", &"2024-03-04", &"--simulate", &"200000"]);
+    let begun = Instant::now();
+    let mut seen = vec![plan_time(&live)];
+    let mut kills = 0;
+    // The last change of the building is in June.
+    while seen.last().unwrap().as_str() < "2024-07-01" {
+        assert!(begun.elapsed() < DEADLINE, "{seen:?}");
+        if kills < 2 && seen.len() % 5 == 0 {
+            live.kill("schedule-eval");
+            kills += 1;
+        }
+        seen.push(plan_time(&live));
+    }
+    assert!(seen.is_sorted(), "{seen:?}");
+    assert_eq!(kills, 2);
+    while live.index()["content"]["plan_time"].as_str().unwrap() < "2024-06-01" {
+        assert!(begun.elapsed() < DEADLINE, "{}", live.index());
+    }
+    // The wall clock needs to know where the site is.
+    let output = live.run(&[&"date", &"--wall"]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("site_zone"));
+    assert_eq!(live.text(&[&"date", &"2024-04-29T10:00:00"]), "2024-04-29T10:00:00");
+    assert!(live.text(&[&"date"]).ends_with("fixed"));
+    live.down();
+}
+
+#[test]
+fn reported_progress_is_on_the_maps_and_survives_its_daemon() {
+    let mut live = Live::start();
+    live.text(&[&"date", &"2024-04-29T10:00:00"]);
+    let planned = live.index();
+    let csv = live.home.path().join("progress.csv");
+    std::fs::write(&csv, "id,start,finish\n36bpPbojzVJhkO4eHcxkTd,2024-05-20,\n").unwrap();
+    live.text(&[&"actuals", &csv]);
+    assert_ne!(live.index()["content"]["grids"], planned["content"]["grids"], "the partition walls are late");
+    live.kill("schedule-eval");
+    let (exported, converted) = (live.home.path().join("exported"), live.home.path().join("converted"));
+    live.text(&[&"export", &exported]);
+    let model = live.home.path().join("demo.ifc");
+    let date = "2024-04-29T10:00:00";
+    let convert: [&dyn AsRef<OsStr>; 8] = [&"convert", &model, &"-o", &converted, &"--date", &date, &"--actual", &csv];
+    assert!(groundplan(&convert).status.success());
+    for (one, other) in contents(&exported).iter().zip(&contents(&converted)) {
+        assert!(one == other, "{} differs", one.0.display());
+    }
+
+    let reported = live.index();
+    std::fs::write(&csv, "id,start,finish\nnobody,2024-05-20,\n").unwrap();
+    let output = live.run(&[&"actuals", &csv]);
+    assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("nobody"));
+    assert_eq!(live.index()["content_hash"], reported["content_hash"], "what was reported before stays");
+    live.text(&[&"actuals", &"--clear"]);
+    assert_eq!(live.index()["content"]["grids"], planned["content"]["grids"]);
+    live.down();
 }

@@ -98,7 +98,7 @@ impl Schedule {
             free_float_h: hours(record.free_float_s),
             task: task.map(|t| input.site.text(t.global_id).to_owned()),
             source: DateSource::from_id(record.source).unwrap_or(DateSource::None).name(),
-            state: input.phase.head.plan_time().map(|_| input.phase.planned(element).name()),
+            state: input.phase.head.plan_time().map(|_| input.phase.effective(element).name()),
         }
     }
 }

@@ -74,7 +74,7 @@ fn json_of(site: &Site<'_>, phase: &Phase<'_>, at_s: i64) -> Result<String, Fail
     let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
     let states = States {
         at: plan_date::text(at_s),
-        elements: elements.map(|(k, e)| (site.text(e.global_id), phase.planned(k).name())).collect(),
+        elements: elements.map(|(k, e)| (site.text(e.global_id), phase.effective(k).name())).collect(),
         spaces: spaces.map(|(k, s)| (site.text(s.global_id), space_of(phase, k))).collect(),
         report: Report {
             valid_from: time(phase.head.valid_from_s),
@@ -98,7 +98,7 @@ fn space_of(phase: &Phase<'_>, space: usize) -> Space {
 fn counts(phase: &Phase<'_>) -> BTreeMap<&'static str, usize> {
     let mut counts = BTreeMap::new();
     for k in 0..phase.n_elements() {
-        *counts.entry(phase.planned(k).name()).or_default() += 1;
+        *counts.entry(phase.effective(k).name()).or_default() += 1;
     }
     counts
 }

@@ -2,6 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
+pub(crate) mod live;
+
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,6 +37,22 @@ pub(crate) fn files_in(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     files.sort();
     files
+}
+
+/// Every file of an output folder with its content.
+pub(crate) fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let (mut todo, mut found) = (vec![folder.to_owned()], Vec::new());
+    while let Some(at) = todo.pop() {
+        for path in files_in(&at) {
+            if path.is_dir() {
+                todo.push(path);
+            } else {
+                found.push((path.strip_prefix(folder).unwrap().to_owned(), std::fs::read(path).unwrap()));
+            }
+        }
+    }
+    found.sort();
+    found
 }
 
 /// Runs the client, which lies beside the folder of the test's own executable.

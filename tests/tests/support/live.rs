@@ -1,0 +1,114 @@
+//! A site with daemons of its own.
+
+use super::{demo_model, groundplan};
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// The one deadline of every wait: far beyond what any machine needs.
+pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
+
+/// A site with daemons of its own, on a bus of its own.
+pub(crate) struct Live {
+    pub(crate) home: tempfile::TempDir,
+    /// Folder of the bus; goes with this value.
+    pub(crate) root: tempfile::TempDir,
+    pub(crate) prefix: String,
+    pub(crate) up: Option<Child>,
+}
+
+impl Live {
+    /// The demo building before its first slab.
+    pub(crate) fn start() -> Self {
+        let home = tempfile::tempdir().unwrap();
+        let root = tempfile::Builder::new().prefix("gplive").tempdir_in("/dev/shm").unwrap();
+        let prefix = format!("{}_", root.path().file_name().unwrap().to_string_lossy().replace('.', ""));
+        std::fs::copy(demo_model(), home.path().join("demo.ifc")).unwrap();
+        let site = format!(
+            "state = \"state\"\nmodels = [\"demo.ifc\"]\n[schedule]\nplan_time = \"2024-03-01\"\n[bus]\nprefix = {prefix:?}\nroot = {:?}\n",
+            root.path()
+        );
+        std::fs::write(home.path().join("site.toml"), site).unwrap();
+        let mut live = Self { home, root, prefix, up: None };
+        live.up();
+        live
+    }
+
+    pub(crate) fn config(&self) -> PathBuf {
+        self.home.path().join("site.toml")
+    }
+
+    pub(crate) fn up(&mut self) {
+        let client = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("groundplan");
+        let child = Command::new(client).arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn();
+        self.up = Some(child.unwrap());
+        self.wait_until_healthy();
+    }
+
+    pub(crate) fn down(&mut self) {
+        assert!(self.run(&[&"down"]).status.success());
+        assert!(self.up.take().unwrap().wait().unwrap().success());
+    }
+
+    pub(crate) fn run(&self, arguments: &[&dyn AsRef<OsStr>]) -> Output {
+        let config = self.config();
+        let more: [&dyn AsRef<OsStr>; 2] = [&"--config", &config];
+        groundplan(&arguments.iter().copied().chain(more).collect::<Vec<_>>())
+    }
+
+    pub(crate) fn text(&self, arguments: &[&dyn AsRef<OsStr>]) -> String {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap().trim().to_owned()
+    }
+
+    pub(crate) fn status(&self) -> Option<Value> {
+        serde_json::from_slice(&self.run(&[&"status", &"--json"]).stdout).ok()
+    }
+
+    pub(crate) fn wait_until_healthy(&self) {
+        let begun = Instant::now();
+        while self.status().is_none_or(|status| status["healthy"] != true) {
+            assert!(begun.elapsed() < DEADLINE, "{:?}", self.status());
+        }
+    }
+
+    pub(crate) fn index(&self) -> Value {
+        serde_json::from_str(&self.text(&[&"topic", &"echo", &"grids"])).unwrap()
+    }
+
+    /// Kills a daemon and waits for its successor.
+    pub(crate) fn kill(&self, daemon: &str) {
+        self.wait_until_healthy();
+        let before = self.status().unwrap()["daemons"][daemon]["process_id"].clone();
+        // A silent daemon has the number 0, and that would be this process and all its relatives.
+        assert!(before.as_u64().unwrap() > 1);
+        assert!(Command::new("kill").args(["-9", &before.to_string()]).status().unwrap().success());
+        let begun = Instant::now();
+        loop {
+            let status = self.status();
+            let is_new = |s: &Value| s["healthy"] == true && s["daemons"][daemon]["process_id"] != before;
+            if status.as_ref().is_some_and(is_new) {
+                return;
+            }
+            assert!(begun.elapsed() < DEADLINE, "{daemon} does not come back: {status:?}");
+        }
+    }
+
+    pub(crate) fn segments(&self) -> usize {
+        let names = std::fs::read_dir("/dev/shm").unwrap().map(|e| e.unwrap().file_name());
+        names.filter(|name| name.to_string_lossy().starts_with(&self.prefix)).count()
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        if let Some(mut up) = self.up.take() {
+            // After a failure: its children leave with it.
+            let _ = up.kill();
+            let _ = up.wait();
+        }
+    }
+}
