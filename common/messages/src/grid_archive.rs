@@ -43,6 +43,20 @@ pub struct GridHead {
 const _: () = assert!(size_of::<GridHead>() == 48);
 
 impl GridHead {
+    /// A head with zeros everywhere.
+    pub const EMPTY: Self = Self {
+        cell_tenths: 0,
+        first_cell: [0; 2],
+        width: 0,
+        height: 0,
+        map_storey: 0,
+        floor_z_tenths: 0,
+        slab_tenths: [0; 2],
+        floor: 0,
+        frame_epoch: 0,
+        reserved: 0,
+    };
+
     /// Where the grid lies.
     pub fn spec(&self) -> GridSpec {
         let Self { cell_tenths, first_cell, width, height, .. } = *self;

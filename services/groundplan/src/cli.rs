@@ -38,6 +38,8 @@ pub enum Command {
     Actuals(ActualsArgs),
     /// Set the robot of the running daemons; returns when the new grids are out
     Robot(RobotSetArgs),
+    /// Watch the running daemons in the terminal: who lives, what is published, the maps themselves
+    Monitor(MonitorArgs),
     /// Look at what is on the bus
     Topic(TopicArgs),
     /// Write the files of `convert` from the running daemons, at the plan time that they hold
@@ -173,6 +175,22 @@ pub struct ExportArgs {
     /// The site.
     #[command(flatten)]
     pub site: SiteArgs,
+}
+
+/// Arguments of `monitor`.
+#[derive(Debug, Clone, Args)]
+pub struct MonitorArgs {
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+
+    /// Print everything that is shown as one JSON document a line, on every change
+    #[arg(long)]
+    pub json: bool,
+
+    /// Stop after this time
+    #[arg(long = "for", value_name = "SECONDS")]
+    pub seconds: Option<f64>,
 }
 
 /// Arguments of `topic`.

@@ -5,6 +5,7 @@ use groundplan::changes::changes;
 use groundplan::cli::{Cli, Command};
 use groundplan::convert::convert;
 use groundplan::live;
+use groundplan::monitor;
 use groundplan::states::states;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         Command::Date(arguments) => live::date(&arguments),
         Command::Actuals(arguments) => live::actuals(&arguments),
         Command::Robot(arguments) => live::robot(&arguments),
+        Command::Monitor(arguments) => monitor::monitor(&arguments),
         Command::Topic(arguments) => live::topic(&arguments),
         Command::Export(arguments) => live::export(&arguments),
         Command::Keeper(arguments) => live::keeper(&arguments),

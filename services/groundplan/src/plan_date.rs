@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use frames::PlanTime;
+use messages::PhaseHead;
 use schedule_eval::Period;
 
 const DAY_S: i64 = 86_400;
@@ -41,6 +42,16 @@ fn is_day(text: &str) -> bool {
 /// A plan time for people and JSON.
 pub(crate) fn text(seconds: i64) -> String {
     messages::plan_time(seconds).map(|t| t.to_string()).unwrap_or_default()
+}
+
+/// The seconds, unless they stand for none.
+pub(crate) fn known(seconds: i64) -> Option<i64> {
+    Some(seconds).filter(|s| *s != PhaseHead::NO_TIME)
+}
+
+/// The same for people and JSON.
+pub(crate) fn optional_text(seconds: i64) -> Option<String> {
+    known(seconds).map(text)
 }
 
 #[cfg(test)]

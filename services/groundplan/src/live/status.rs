@@ -5,7 +5,7 @@ use crate::cli::StatusArgs;
 use crate::failure::Failure;
 use crate::plan_date;
 use bus::{Daemon, HEARTBEAT_PERIOD, Topic};
-use messages::{Grids, PhaseHead, Stage, StatusRecord};
+use messages::{Grids, Stage, StatusRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -63,10 +63,9 @@ pub fn status(arguments: &StatusArgs) -> Result<(String, bool), Failure> {
     }
     let grids = index.as_ref().and_then(|sample| {
         let index = Grids::open(sample.bytes()).ok()?;
-        let plan_time_s = index.head.plan_time_s;
         Some(GridsStatus {
             epoch: sample.header().epoch,
-            plan_time: (plan_time_s != PhaseHead::NO_TIME).then(|| plan_date::text(plan_time_s)),
+            plan_time: plan_date::optional_text(index.head.plan_time_s),
             robot: index.robot_name.to_owned(),
             storeys: index.slots.len(),
         })

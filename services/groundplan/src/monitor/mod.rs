@@ -1,0 +1,187 @@
+//! The running site at a glance: an ordinary subscriber that watches everything and disturbs nobody.
+//!
+//! [`state`] turns what is seen into a [`snapshot::Snapshot`]; [`screen`] draws it; [`map_pane`] draws the map itself. This file
+//! holds the bus, the terminal and the keys together.
+
+mod attached;
+mod map_pane;
+mod screen;
+mod snapshot;
+mod state;
+
+use crate::cli::MonitorArgs;
+use crate::failure::Failure;
+use attached::Attached;
+use bus::{Bus, Daemon, Nudger, Waiter};
+use daemon::{SiteConfig, StopSignal};
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+use screen::View;
+use state::State;
+use std::io::Write;
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// A terminal is drawn, and a line is printed, at most this often.
+const LEAST_PAUSE: Duration = Duration::from_millis(100);
+/// Ages on the screen are never older than this.
+const LONGEST_PAUSE: Duration = Duration::from_millis(500);
+
+/// Shows the running site until somebody quits; with `--json` prints a line for each change.
+///
+/// # Errors
+/// No terminal, a bus that refuses.
+pub fn monitor(arguments: &MonitorArgs) -> Result<String, Failure> {
+    let config = arguments.site.config()?;
+    let stop = StopSignal::listen(false).map_err(Failure::work)?;
+    let ends = arguments.seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds.clamp(0.0, 1e9)));
+    let mut output = if arguments.json { Output::Lines } else { Output::screen()? };
+    let shown = show(&config, stop, ends, &mut output);
+    output.close();
+    shown.map(|()| String::new())
+}
+
+enum Output {
+    Lines,
+    Screen {
+        terminal: Box<ratatui::DefaultTerminal>,
+        view: View,
+        keys: Receiver<Event>,
+        nudger: Arc<Mutex<Option<Nudger>>>,
+    },
+}
+
+impl Output {
+    fn screen() -> Result<Self, Failure> {
+        let terminal =
+            ratatui::try_init().map_err(|e| Failure::work(format!("this is no terminal: {e}; try --json")))?;
+        let nudger: Arc<Mutex<Option<Nudger>>> = Arc::default();
+        let (pressed, keys) = channel();
+        let of_thread = Arc::clone(&nudger);
+        let read = move || {
+            while let Ok(event) = event::read() {
+                if pressed.send(event).is_err() {
+                    return;
+                }
+                of_thread.lock().unwrap_or_else(PoisonError::into_inner).iter().for_each(Nudger::nudge);
+            }
+        };
+        std::thread::Builder::new().name("keys".to_owned()).spawn(read).map_err(Failure::work)?;
+        Ok(Self::Screen { terminal: Box::new(terminal), view: View::default(), keys, nudger })
+    }
+
+    /// From now on keys wake this waiter.
+    fn wake_by_keys(&self, waiter: Option<&Waiter>) {
+        if let Self::Screen { nudger, .. } = self {
+            *nudger.lock().unwrap_or_else(PoisonError::into_inner) = waiter.map(Waiter::nudger);
+        }
+    }
+
+    /// Takes the keys; true if somebody quits.
+    fn take_keys(&mut self, n_storeys: usize) -> bool {
+        let Self::Screen { view, keys, .. } = self else { return false };
+        let mut quits = false;
+        for key in keys.try_iter().filter_map(|event| event.as_key_event()).filter(|k| k.kind != KeyEventKind::Release)
+        {
+            match key.code {
+                KeyCode::Char('q') | KeyCode::Esc => quits = true,
+                KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => quits = true,
+                KeyCode::Up | KeyCode::Right | KeyCode::Tab | KeyCode::Char('+') => view.next_storey(n_storeys),
+                KeyCode::Down | KeyCode::Left | KeyCode::BackTab | KeyCode::Char('-') => {
+                    view.previous_storey(n_storeys)
+                }
+                KeyCode::Char('k') => view.shows_keepout = !view.shows_keepout,
+                _ => {}
+            }
+        }
+        quits
+    }
+
+    fn show(&mut self, state: &State, attached: Option<&Attached>) -> Result<(), Failure> {
+        let snapshot = state.snapshot();
+        match self {
+            Self::Lines => {
+                let line = serde_json::to_string(&snapshot).map_err(Failure::work)? + "\n";
+                std::io::stdout().write_all(line.as_bytes()).map_err(Failure::work)
+            }
+            Self::Screen { terminal, view, .. } => {
+                let map = attached.and_then(|a| a.map(view.storey));
+                terminal.draw(|frame| screen::draw(frame, &snapshot, view, map.as_ref())).map_err(Failure::work)?;
+                Ok(())
+            }
+        }
+    }
+
+    fn close(&self) {
+        if matches!(self, Self::Screen { .. }) {
+            ratatui::restore();
+        }
+    }
+}
+
+/// Goes from one generation of the bus to the next.
+fn show(config: &SiteConfig, mut stop: StopSignal, ends: Option<Instant>, output: &mut Output) -> Result<(), Failure> {
+    let domain = config.bus.domain().map_err(Failure::usage)?;
+    let mut state = State::new();
+    let is_over = || ends.is_some_and(|ends| ends <= Instant::now());
+    while !is_over() {
+        match Bus::join(&domain, Daemon::Groundplan) {
+            Ok((bus, mut waiter)) => {
+                waiter.stop_on(stop.descriptor().map_err(Failure::work)?);
+                output.wake_by_keys(Some(&waiter));
+                state.joined(bus.generation());
+                if attend(&bus, &mut waiter, ends, &mut state, output)? == End::Quit {
+                    return Ok(());
+                }
+                output.wake_by_keys(None);
+                state.left();
+            }
+            Err(why) => {
+                state.no_bus(&daemon::chain(&why));
+                output.show(&state, None)?;
+                if stop.is_raised_within(LONGEST_PAUSE) || output.take_keys(0) {
+                    return Ok(());
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[derive(PartialEq, Eq)]
+enum End {
+    Quit,
+    Superseded,
+}
+
+fn attend(
+    bus: &Bus,
+    waiter: &mut Waiter,
+    ends: Option<Instant>,
+    state: &mut State,
+    output: &mut Output,
+) -> Result<End, Failure> {
+    let mut attached = Attached::to(bus).map_err(Failure::work)?;
+    let (mut drawn, mut is_new) = (Instant::now(), true);
+    loop {
+        is_new |= attached.take(bus, state).map_err(Failure::work)?;
+        let since = drawn.elapsed();
+        // A line tells of a change; a screen also of time that passes.
+        let is_due =
+            is_new && since >= LEAST_PAUSE || matches!(output, Output::Screen { .. }) && since >= LONGEST_PAUSE;
+        if is_due {
+            output.show(state, Some(&attached))?;
+            (drawn, is_new) = (Instant::now(), false);
+        }
+        let rest = if is_new { LEAST_PAUSE } else { LONGEST_PAUSE }.saturating_sub(drawn.elapsed());
+        let rest = ends.map_or(rest, |ends| rest.min(ends.saturating_duration_since(Instant::now())));
+        let wake = waiter.wait(rest).map_err(Failure::work)?;
+        is_new |= wake.nudged;
+        if wake.stopped || output.take_keys(attached.n_storeys()) || ends.is_some_and(|ends| ends <= Instant::now()) {
+            return Ok(End::Quit);
+        }
+        if wake.superseded {
+            return Ok(End::Superseded);
+        }
+    }
+}

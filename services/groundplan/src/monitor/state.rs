@@ -1,0 +1,331 @@
+//! What was seen, and what follows from it.
+
+use super::snapshot::{DaemonLine, PlanLine, Snapshot, StoreyLine, TopicLine};
+use crate::plan_date;
+use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, Topic, Verdict};
+use messages::{Grid, Grids, Phase, SampleHeader, Stage, StatusRecord};
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+/// Rates count samples over this time.
+const RATE_OVER: Duration = Duration::from_secs(10);
+const MAX_ERRORS: usize = 8;
+/// Daemons without which there is no map.
+const NEEDED: [Daemon; 3] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize];
+
+/// What was seen of a site.
+pub(crate) struct State {
+    generation: Option<u64>,
+    daemons: BTreeMap<Daemon, DaemonSeen>,
+    topics: BTreeMap<Topic, TopicSeen>,
+    plan: Option<PlanLine>,
+    plan_time_s: Option<i64>,
+    robot: Option<String>,
+    names: Vec<String>,
+    storeys: BTreeMap<usize, StoreyLine>,
+    set: ConsistentSet<()>,
+    errors: VecDeque<String>,
+}
+
+struct DaemonSeen {
+    record: StatusRecord,
+    heard: Stamp,
+    restarts: u32,
+}
+
+struct TopicSeen {
+    header: SampleHeader,
+    samples: u64,
+    latency: Option<Duration>,
+    recent: VecDeque<Stamp>,
+}
+
+impl State {
+    pub(crate) fn new() -> Self {
+        Self {
+            generation: None,
+            daemons: BTreeMap::new(),
+            topics: BTreeMap::new(),
+            plan: None,
+            plan_time_s: None,
+            robot: None,
+            names: Vec::new(),
+            storeys: BTreeMap::new(),
+            set: ConsistentSet::new(Stamp::now()),
+            errors: VecDeque::new(),
+        }
+    }
+
+    /// A generation of the bus was joined: samples come again.
+    pub(crate) fn joined(&mut self, generation: u64) {
+        self.generation = Some(generation);
+        self.set = ConsistentSet::new(Stamp::now());
+    }
+
+    /// The bus has gone, or has another generation.
+    pub(crate) fn left(&mut self) {
+        self.generation = None;
+    }
+
+    /// There is no bus.
+    pub(crate) fn no_bus(&mut self, why: &str) {
+        self.generation = None;
+        self.add_error(why);
+    }
+
+    /// A heartbeat has come.
+    pub(crate) fn see_status(&mut self, now: Stamp, record: StatusRecord) {
+        let Some(daemon) = Daemon::from_id(record.daemon) else { return };
+        self.set.see_heartbeat(now, daemon);
+        let error = record.error();
+        let before = self.daemons.get(&daemon);
+        if !error.is_empty() && before.is_none_or(|seen| seen.record.error() != error) {
+            self.add_error(&format!("{daemon}: {error}"));
+        }
+        let restarts = self
+            .daemons
+            .get(&daemon)
+            .map_or(0, |seen| seen.restarts + u32::from(seen.record.process_id != record.process_id));
+        self.daemons.insert(daemon, DaemonSeen { record, heard: now, restarts });
+    }
+
+    /// A sample has come. One that was published before this program looked has no latency.
+    pub(crate) fn see_sample(&mut self, now: Stamp, joined: Stamp, topic: Topic, header: SampleHeader) {
+        let published = Stamp(header.stamp_ns);
+        let latency = (joined < published).then(|| now.since(published));
+        let seen = self.topics.entry(topic).or_insert_with(|| TopicSeen {
+            header,
+            samples: 0,
+            latency,
+            recent: VecDeque::new(),
+        });
+        seen.header = header;
+        seen.latency = latency.or(seen.latency);
+        seen.samples += 1;
+        if latency.is_some() {
+            seen.recent.push_back(now);
+        }
+    }
+
+    /// Names of the map storeys.
+    pub(crate) fn see_names(&mut self, names: Vec<String>) {
+        self.names = names;
+    }
+
+    /// A phase has come.
+    pub(crate) fn see_phase(&mut self, now: Stamp, phase: &Phase<'_>) {
+        let head = phase.head;
+        self.set.see_phase(now, phase.content_hash(), head, ());
+        self.plan_time_s = plan_date::known(head.plan_time_s);
+        self.plan = Some(PlanLine {
+            plan_time: plan_date::optional_text(head.plan_time_s),
+            valid_from: plan_date::optional_text(head.valid_from_s),
+            valid_until: plan_date::optional_text(head.valid_until_s),
+            changes: head.n_changes,
+        });
+    }
+
+    /// An index of grids has come.
+    pub(crate) fn see_index(&mut self, index: &Grids<'_>) {
+        self.set.see_grids(index.content_hash(), index.head, index.slots, ());
+        self.robot = Some(index.robot_name.to_owned());
+        let n_storeys = index.slots.len();
+        self.storeys.retain(|slot, _| *slot < n_storeys);
+    }
+
+    /// A grid has come; `before` is the last one of its slot.
+    pub(crate) fn see_grid(&mut self, slot: GridSlot, epoch: u64, grid: &Grid<'_>, before: Option<&Grid<'_>>) {
+        self.set.see_grid(slot, grid.content_hash(), ());
+        let cell_m2 = grid.spec().resolution_m().powi(2);
+        let line = StoreyLine {
+            index: slot.index(),
+            name: self.names.get(grid.head.map_storey as usize).cloned().unwrap_or_default(),
+            epoch,
+            content_hash: format!("{:016x}", grid.content_hash()),
+            size_cells: [grid.head.width, grid.head.height],
+            changed_cells: before.filter(|b| b.head.spec() == grid.head.spec()).map(|before| changed(before, grid)),
+            free_m2: grid.planning.iter().filter(|&&p| p == 0).count() as f64 * cell_m2,
+        };
+        self.storeys.insert(slot.index(), line);
+    }
+
+    /// What is to be shown now.
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        self.snapshot_at(Stamp::now())
+    }
+
+    fn snapshot_at(&self, now: Stamp) -> Snapshot {
+        let verdict = self.set.verdict(now, self.plan_time_s);
+        let why_no_map = match verdict {
+            _ if self.generation.is_none() => Some("there is no bus".to_owned()),
+            Verdict::NoMap(why) => Some(why.to_string()),
+            Verdict::Current | Verdict::Overtaken | Verdict::Hold => None,
+        };
+        Snapshot {
+            bus_generation: self.generation,
+            daemons: self.daemon_lines(now),
+            topics: self.topics.iter().map(|(topic, seen)| seen.line(*topic, now)).collect(),
+            plan: self.plan.clone(),
+            verdict: match verdict {
+                _ if why_no_map.is_some() => "no_map",
+                Verdict::Current => "current",
+                Verdict::Overtaken => "overtaken",
+                Verdict::Hold | Verdict::NoMap(_) => "hold",
+            },
+            why_no_map,
+            robot: self.robot.clone(),
+            storeys: self.storeys.values().cloned().collect(),
+            errors: self.errors.iter().cloned().collect(),
+        }
+    }
+
+    fn daemon_lines(&self, now: Stamp) -> Vec<DaemonLine> {
+        let others = self.daemons.keys().copied().filter(|d| !NEEDED.contains(d));
+        let line = |daemon: Daemon| match self.daemons.get(&daemon) {
+            Some(DaemonSeen { record, heard, restarts }) => {
+                let silent = now.since(*heard);
+                DaemonLine {
+                    name: daemon.name(),
+                    alive: self.generation.is_some() && silent < HEARTBEAT_PERIOD * MISSED_HEARTBEATS,
+                    stage: Stage::from_id(record.stage).unwrap_or(Stage::Idle).name(),
+                    process_id: record.process_id,
+                    restarts: *restarts,
+                    memory_bytes: record.memory_bytes,
+                    silent_s: seconds(silent),
+                    error: Some(record.error().to_owned()).filter(|e| !e.is_empty()),
+                }
+            }
+            None => DaemonLine {
+                name: daemon.name(),
+                alive: false,
+                stage: "silent",
+                process_id: 0,
+                restarts: 0,
+                memory_bytes: 0,
+                silent_s: 0.0,
+                error: None,
+            },
+        };
+        NEEDED.into_iter().chain(others).map(line).collect()
+    }
+
+    fn add_error(&mut self, text: &str) {
+        if self.errors.front().is_some_and(|last| last == text) {
+            return;
+        }
+        self.errors.push_front(text.to_owned());
+        self.errors.truncate(MAX_ERRORS);
+    }
+}
+
+impl TopicSeen {
+    fn line(&self, topic: Topic, now: Stamp) -> TopicLine {
+        let recent = self.recent.iter().filter(|at| now.since(**at) < RATE_OVER).count();
+        TopicLine {
+            topic: topic.to_string(),
+            epoch: self.header.epoch,
+            bytes: self.header.payload_length,
+            samples: self.samples,
+            rate_hz: recent as f64 / RATE_OVER.as_secs_f64(),
+            age_s: seconds(now.since(Stamp(self.header.stamp_ns))),
+            latency_ms: self.latency.map(|l| (l.as_secs_f64() * 1e5).round() / 1e2),
+        }
+    }
+}
+
+/// Seconds to a tenth.
+fn seconds(time: Duration) -> f64 {
+    (time.as_secs_f64() * 10.0).round() / 10.0
+}
+
+/// Cells of which any layer differs.
+fn changed(before: &Grid<'_>, now: &Grid<'_>) -> usize {
+    let differs = |i: &usize| {
+        before.class[*i] != now.class[*i]
+            || before.planning[*i] != now.planning[*i]
+            || before.keepout[*i] != now.keepout[*i]
+            || before.localization[*i] != now.localization[*i]
+            || before.floor[*i] != now.floor[*i]
+    };
+    (0..now.class.len()).filter(differs).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::{ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, PhaseBuilder};
+    use messages::{ArchiveKind, RobotProfile};
+
+    fn heartbeat(daemon: Daemon, process_id: u32, error: &str) -> StatusRecord {
+        let mut record = StatusRecord::of(Stage::Published, 1 << 20);
+        record.set_error(error);
+        StatusRecord { daemon: daemon as u32, process_id, ..record }
+    }
+
+    fn grid(planning: i8) -> ArchiveBuffer {
+        let head = GridHead { cell_tenths: 1_000, width: 4, height: 2, ..GridHead::EMPTY };
+        let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(8));
+        let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
+        writer.layers().planning[..3].fill(planning);
+        writer.seal();
+        buffer
+    }
+
+    #[test]
+    fn a_restart_is_counted_and_an_error_is_kept() {
+        let mut state = State::new();
+        state.joined(1);
+        let now = Stamp::now();
+        for (process, error) in [(7, ""), (7, ""), (8, "it is broken"), (8, "it is broken"), (8, "")] {
+            state.see_status(now, heartbeat(Daemon::Rasterize, process, error));
+        }
+        let snapshot = state.snapshot_at(now + Duration::from_secs(1));
+        let line = &snapshot.daemons[2];
+        assert_eq!((line.restarts, line.alive, &line.error), (1, true, &None));
+        assert_eq!(snapshot.errors, ["rasterize: it is broken"]);
+        assert!(!snapshot.daemons[0].alive, "nobody heard of it");
+        assert!(!state.snapshot_at(now + Duration::from_secs(4)).daemons[2].alive);
+    }
+
+    #[test]
+    fn maps_are_current_when_phase_index_and_grids_match_and_changed_cells_are_counted() {
+        let mut state = State::new();
+        state.joined(1);
+        let now = Stamp::now();
+        assert_eq!(state.snapshot_at(now).verdict, "no_map");
+        state.see_names(vec!["Ground".to_owned()]);
+        let phase = PhaseBuilder::everything_built(1, 0, 0).finish();
+        let phase = Phase::open(phase.bytes()).unwrap();
+        state.see_phase(now, &phase);
+        let grids = [grid(-1), grid(100)];
+        let [before, after] = [0, 1].map(|k| Grid::open(grids[k].bytes()).unwrap());
+        let slot = GridSlot::new(0).unwrap();
+        state.see_grid(slot, 1, &before, None);
+        state.see_grid(slot, 2, &after, Some(&before));
+        let head =
+            GridsHead { site_hash: 1, phase_hash: phase.content_hash(), plan_time_s: 0, robot: RobotProfile::DEFAULT };
+        let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 1_000, content_hash: after.content_hash() }];
+        let index = GridsBuilder { head, slots, robot_name: "default", doors: &[], regions: &[] }.finish();
+        state.see_index(&Grids::open(index.bytes()).unwrap());
+        let snapshot = state.snapshot_at(now);
+        assert_eq!((snapshot.verdict, &snapshot.why_no_map), ("current", &None));
+        let storey = &snapshot.storeys[0];
+        assert_eq!((storey.name.as_str(), storey.changed_cells), ("Ground", Some(3)));
+        assert!((storey.free_m2 - 0.05).abs() < 1e-9);
+        state.left();
+        assert_eq!(state.snapshot_at(now).verdict, "no_map");
+    }
+
+    #[test]
+    fn only_what_came_while_somebody_looked_has_a_latency_and_counts_for_the_rate() {
+        let mut state = State::new();
+        let joined = Stamp(5_000_000_000);
+        let header = |stamp_ns| SampleHeader { stamp_ns, ..SampleHeader::of(ArchiveKind::Phase) };
+        state.see_sample(joined, joined, Topic::Phase, header(1_000_000_000));
+        let line = state.snapshot_at(joined).topics.remove(0);
+        assert_eq!((line.latency_ms, line.rate_hz, line.age_s), (None, 0.0, 4.0));
+        state.see_sample(Stamp(6_002_000_000), joined, Topic::Phase, header(6_000_000_000));
+        let line = state.snapshot_at(Stamp(6_500_000_000)).topics.remove(0);
+        assert_eq!((line.latency_ms, line.rate_hz, line.samples), (Some(2.0), 0.1, 2));
+    }
+}
