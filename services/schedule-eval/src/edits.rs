@@ -36,6 +36,9 @@ pub struct Actual {
     /// When it ended; empty while work goes on.
     #[serde(default)]
     pub finish: String,
+    /// Line of the table, from 1.
+    #[serde(skip)]
+    pub(crate) line: u64,
 }
 
 /// Additions that cannot be used.
@@ -82,7 +85,14 @@ impl Delay {
 /// Other columns, or bytes that are no CSV table.
 pub fn parse_actuals(bytes: &[u8]) -> Result<Vec<Actual>, EditError> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(bytes);
-    Ok(reader.deserialize().collect::<Result<Vec<Actual>, csv::Error>>()?)
+    let columns = reader.headers()?.clone();
+    let mut actuals = Vec::new();
+    for record in reader.records() {
+        let record = record?;
+        let line = record.position().map_or(0, csv::Position::line);
+        actuals.push(Actual { line, ..record.deserialize(Some(&columns))? });
+    }
+    Ok(actuals)
 }
 
 /// The task that somebody means: by GlobalId, else by identification, else by name if only one has it.
@@ -99,13 +109,13 @@ pub(crate) fn find_task(site: &Site<'_>, wanted: &str) -> Result<usize, Evaluate
 }
 
 /// A date of a report; without an order that the rules name only ISO 8601 is understood.
-pub(crate) fn reported_date(text: &str, id: &str, rules: &Rules) -> Result<Option<WrittenDate>, EvaluateError> {
+pub(crate) fn reported_date(text: &str, of: &Actual, rules: &Rules) -> Result<Option<WrittenDate>, EvaluateError> {
     if text.is_empty() {
         return Ok(None);
     }
     let order = rules.date_format.unwrap_or(dates::DateOrder::Iso);
     let date = dates::parse(text, order, rules.site_zone.as_ref());
-    date.map(Some).map_err(|why| EvaluateError::Reported { id: id.to_owned(), why: why.to_string() })
+    date.map(Some).map_err(|why| EvaluateError::Reported { line: of.line, id: of.id.clone(), why: why.to_string() })
 }
 
 #[cfg(test)]

@@ -47,8 +47,10 @@ pub enum EvaluateError {
         n: usize,
     },
     /// Reported progress that cannot be used.
-    #[error("reported progress of {id}: {why}")]
+    #[error("reported progress of {id} (line {line}): {why}")]
     Reported {
+        /// Line of the table.
+        line: u64,
         /// As reported.
         id: String,
         /// What is wrong with it.
@@ -81,10 +83,21 @@ pub struct AmbiguousDates {
 
 /// Works out everything that the site, the rules and the additions say about time.
 ///
+/// Reported progress makes what counts differ from what was planned; the phases tell both.
+///
 /// # Errors
 /// Dates that can be read in two ways, additions that name nothing; see [`EvaluateError`]. What is wrong with single
 /// tasks, elements or dates is a finding of the timeline and does not stop the rest.
 pub fn evaluate(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Timeline, EvaluateError> {
+    let effective = worked_out(site, rules, edits)?;
+    if edits.actuals.is_empty() {
+        return Ok(effective);
+    }
+    let plan = worked_out(site, rules, &Edits { delays: edits.delays.clone(), actuals: Vec::new() })?;
+    Ok(effective.with_plan(plan))
+}
+
+fn worked_out(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Timeline, EvaluateError> {
     let mut findings = Findings::new(site);
     let said = all_said(site, rules, &mut findings)?;
     let reports = Reports::of(site, rules, &edits.actuals)?;
@@ -176,9 +189,9 @@ impl Reports {
         }
         let elements: BTreeMap<&str, usize> =
             site.elements.iter().enumerate().map(|(k, e)| (site.text(e.global_id), k)).collect();
-        for Actual { id, start, finish } in actuals {
-            let wrong = |why: &str| EvaluateError::Reported { id: id.clone(), why: why.to_owned() };
-            let (begun, ended) = (reported_date(start, id, rules)?, reported_date(finish, id, rules)?);
+        for actual @ Actual { id, start, finish, line } in actuals {
+            let wrong = |why: &str| EvaluateError::Reported { line: *line, id: id.clone(), why: why.to_owned() };
+            let (begun, ended) = (reported_date(start, actual, rules)?, reported_date(finish, actual, rules)?);
             match (begun, ended) {
                 (None, None) => return Err(wrong("it has neither start nor finish")),
                 (Some(begun), Some(ended)) if ended.finish_s() < begun.start_s() => {
@@ -272,6 +285,7 @@ fn timeline(site: &Site<'_>, rules: &Rules, parts: Parts<'_>) -> Timeline {
         site_hash: site.content_hash(),
         schedule: parts.lives.iter().map(|life| schedule_of(life, &parts.floats)).collect(),
         elements,
+        plan: None,
         spaces,
         closures: parts.closures,
         task_ids: site.tasks.iter().map(|t| site.text(t.global_id).to_owned()).collect(),

@@ -10,6 +10,8 @@ use messages::{ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, Spa
 pub struct Timeline {
     pub(crate) site_hash: u64,
     pub(crate) elements: Steps,
+    /// What would be without reported progress; `None` if nothing was reported.
+    pub(crate) plan: Option<Plan>,
     /// State 1 is blocked.
     pub(crate) spaces: Steps,
     pub(crate) closures: Vec<Vec<Closure>>,
@@ -23,6 +25,13 @@ pub struct Timeline {
     pub(crate) findings: Vec<Finding>,
     pub(crate) closing_lead_s: i64,
     pub(crate) is_paper: bool,
+}
+
+/// The elements as they were planned.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    elements: Steps,
+    instants_s: Vec<i64>,
 }
 
 /// States of many objects over time: the first of each is before all time.
@@ -136,6 +145,14 @@ impl Period {
 }
 
 impl Timeline {
+    /// With what was planned, where that differs from what counts.
+    pub(crate) fn with_plan(self, plan: Self) -> Self {
+        let mut instants_s: Vec<i64> = plan.elements.changes().map(|change| change.0).collect();
+        instants_s.sort_unstable();
+        instants_s.dedup();
+        Self { plan: Some(Plan { elements: plan.elements, instants_s }), ..self }
+    }
+
     /// The instants at which anything changes, sorted, civil seconds since 1970.
     pub fn instants_s(&self) -> &[i64] {
         &self.instants_s
@@ -222,25 +239,35 @@ impl Timeline {
     ///
     /// In a union a space is blocked if it is at any instant. An element that is worked on at any instant, or that does not
     /// stand throughout, is in progress: an obstacle, but no floor.
+    ///
+    /// It is valid until anything changes in it: what counts or, where progress was reported, what was planned.
     pub fn phase(&self, period: Period) -> PhaseBuilder {
         let mut builder = PhaseBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
         let none = PhaseHead::NO_TIME;
         let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
-        let n_before = self.instants_s.partition_point(|s| *s <= period.from_s);
-        let next = self.instants_s.partition_point(|s| *s < end_s);
+        let changes = || [Some(&self.instants_s), self.plan.as_ref().map(|p| &p.instants_s)].into_iter().flatten();
+        let last = |s: &Vec<i64>| s.partition_point(|s| *s <= period.from_s).checked_sub(1).map(|k| s[k]);
+        let next = |s: &Vec<i64>| s.get(s.partition_point(|s| *s < end_s)).copied();
         builder.head = PhaseHead {
             plan_time_s: period.from_s,
             plan_until_s: period.until_s.unwrap_or(none),
-            valid_from_s: n_before.checked_sub(1).map_or(none, |k| self.instants_s[k]),
-            valid_until_s: self.instants_s.get(next).copied().unwrap_or(none),
+            valid_from_s: changes().filter_map(last).max().unwrap_or(none),
+            valid_until_s: changes().filter_map(next).min().unwrap_or(none),
             n_changes: self.instants_s.len() as u32,
             paper: u32::from(self.is_paper),
             ..builder.head
         };
-        for (k, planned) in builder.planned.iter_mut().enumerate() {
-            *planned = union_of(self.elements.within(k, period)) as u8;
+        for (k, effective) in builder.effective.iter_mut().enumerate() {
+            *effective = union_of(self.elements.within(k, period)) as u8;
         }
-        builder.effective.copy_from_slice(&builder.planned);
+        match &self.plan {
+            Some(plan) => {
+                for (k, planned) in builder.planned.iter_mut().enumerate() {
+                    *planned = union_of(plan.elements.within(k, period)) as u8;
+                }
+            }
+            None => builder.planned.copy_from_slice(&builder.effective),
+        }
         for space in 0..self.spaces.len() {
             builder.spaces[space] = self.space_state(&mut builder.texts, space, period);
         }

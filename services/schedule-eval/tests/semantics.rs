@@ -321,6 +321,14 @@ fn reported_progress_beats_the_plan_for_tasks_and_elements() {
         ["not_started", "in_progress"],
         "nobody knows when it ends"
     );
+    let phase = timeline.phase(Period::instant(at("2024-03-05T00:00"))).finish();
+    let phase = messages::Phase::open(phase.bytes()).unwrap();
+    assert_eq!(
+        (phase.planned(wall), phase.effective(wall)),
+        (messages::ElementState::InProgress, messages::ElementState::NotStarted),
+        "the plan stays the plan"
+    );
+    assert_eq!(phase.head.valid_until_s, at("2024-03-06T00:00"));
     for (table, word) in [
         ("id,start,finish\nnobody,2024-03-06,", "nobody"),
         ("id,start,finish\ntask,,", "neither"),
