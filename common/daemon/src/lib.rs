@@ -5,6 +5,7 @@
 //! newest of each input while the service works, serves newcomers, beats its heart, and leaves within a second.
 
 mod config;
+mod life;
 mod log;
 mod request;
 mod robot_file;

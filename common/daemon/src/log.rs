@@ -26,6 +26,7 @@ pub(crate) enum LogError {
 }
 
 /// The running log.
+#[derive(Clone)]
 pub(crate) struct Log {
     filter: reload::Handle<EnvFilter, Registry>,
 }

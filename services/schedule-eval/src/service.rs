@@ -7,6 +7,7 @@ use frames::PlanTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, CheckedSite, InputHashes, Phase, Site, Stage};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tracing::info;
@@ -34,8 +35,6 @@ pub struct ScheduleService {
 /// The schedule of the site at hand.
 struct Evaluated {
     timeline: Timeline,
-    /// Without the progress that was reported; `None` if none was.
-    planned: Option<Timeline>,
     wakes_s: Vec<i64>,
     site_hash: u64,
     frame_epoch: u64,
@@ -121,7 +120,7 @@ impl ScheduleService {
     /// Progress that was reported; a file that cannot be used changes nothing.
     fn set_actuals(&mut self, file: Option<&Path>) -> Result<Done, Failure> {
         let bytes = match file {
-            Some(file) => std::fs::read(file).map_err(|e| format!("{} cannot be read: {e}", file.display()))?,
+            Some(file) => read_table(file).map_err(|e| format!("{} cannot be read: {e}", file.display()))?,
             None => Vec::new(),
         };
         let named = |e: &(dyn std::error::Error + 'static)| {
@@ -233,15 +232,10 @@ impl ScheduleService {
 
 impl Evaluated {
     fn phase(&self, at_s: Option<i64>) -> ArchiveBuffer {
-        let of = |timeline: &Timeline| match at_s {
-            Some(at_s) => timeline.phase(Period::instant(at_s)),
-            None => timeline.everything_built(),
-        };
-        let mut phase = of(&self.timeline);
-        if let Some(planned) = &self.planned {
-            phase.planned = of(planned).planned;
+        match at_s {
+            Some(at_s) => self.timeline.phase(Period::instant(at_s)).finish(),
+            None => self.timeline.everything_built().finish(),
         }
-        phase.finish()
     }
 }
 
@@ -249,9 +243,8 @@ fn evaluated(site: &CheckedSite<bus::Sample>, rules: &Rules, edits: &Edits) -> R
     let frame_epoch = site.bytes().header().frame_epoch;
     let site: Site<'_> = site.view();
     let timeline = evaluate(&site, rules, edits)?;
-    let planned = if edits.actuals.is_empty() { None } else { Some(evaluate(&site, rules, &Edits::default())?) };
     let wakes_s = timeline.wakes_s();
-    Ok(Evaluated { timeline, planned, wakes_s, site_hash: site.content_hash(), frame_epoch })
+    Ok(Evaluated { timeline, wakes_s, site_hash: site.content_hash(), frame_epoch })
 }
 
 fn read_rules(config: &SiteConfig) -> Result<Rules, Failure> {
@@ -260,8 +253,20 @@ fn read_rules(config: &SiteConfig) -> Result<Rules, Failure> {
     Rules::parse(&text).map_err(|e| format!("rules {}: {}", path.display(), daemon::chain(&e)).into())
 }
 
+/// Bytes of the largest table of reported progress.
+const MAX_TABLE_BYTES: u64 = 16 << 20;
+
+fn read_table(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(MAX_TABLE_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_TABLE_BYTES {
+        return Err(std::io::Error::other(format!("it has more than {MAX_TABLE_BYTES} bytes")));
+    }
+    Ok(bytes)
+}
+
 fn read_actuals(path: &Path) -> Result<Vec<crate::Actual>, Failure> {
-    match std::fs::read(path) {
+    match read_table(path) {
         Ok(bytes) => Ok(parse_actuals(&bytes)?),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
         Err(error) => Err(format!("{} cannot be read: {error}", path.display()).into()),

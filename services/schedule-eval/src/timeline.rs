@@ -162,7 +162,8 @@ impl Timeline {
     pub fn wakes_s(&self) -> Vec<i64> {
         let closing = self.spaces.changes().filter(|change| change.3 == SpaceState::Blocked as u8);
         let closing = closing.map(|change| change.0.saturating_sub(self.closing_lead_s));
-        let mut wakes_s: Vec<i64> = self.instants_s.iter().copied().chain(closing).collect();
+        let planned = self.plan.iter().flat_map(|plan| &plan.instants_s);
+        let mut wakes_s: Vec<i64> = self.instants_s.iter().chain(planned).copied().chain(closing).collect();
         wakes_s.sort_unstable();
         wakes_s.dedup();
         wakes_s
