@@ -206,6 +206,9 @@ pub struct TopicArgs {
 pub enum TopicCommand {
     /// List the topics that have a sample
     List {
+        /// Print one JSON document on standard output and nothing else there
+        #[arg(long)]
+        json: bool,
         /// The site.
         #[command(flatten)]
         site: SiteArgs,
@@ -214,6 +217,26 @@ pub enum TopicCommand {
     Echo {
         /// site, phase, grids, grid/00 ..
         topic: String,
+        /// Go on with every sample that comes, one a line, until SIGTERM
+        #[arg(long)]
+        follow: bool,
+        /// On one line
+        #[arg(long)]
+        json: bool,
+        /// The site.
+        #[command(flatten)]
+        site: SiteArgs,
+    },
+    /// Measure how often samples of a topic come, how large they are, and how long they take
+    Hz {
+        /// site, phase, grids, grid/00 ..
+        topic: String,
+        /// Measure for this time [default: until SIGTERM]
+        #[arg(long = "for", value_name = "SECONDS")]
+        seconds: Option<f64>,
+        /// Print one JSON document on standard output and nothing else there
+        #[arg(long)]
+        json: bool,
         /// The site.
         #[command(flatten)]
         site: SiteArgs,

@@ -3,49 +3,166 @@
 use super::join;
 use crate::cli::{SiteArgs, TopicArgs, TopicCommand};
 use crate::failure::Failure;
-use crate::plan_date;
-use bus::{GridSlot, Sample, Stamp, Topic};
-use messages::{Grid, Grids, Phase, PhaseHead, Site};
+use crate::plan_date::optional_text;
+use bus::{Bus, GridSlot, Sample, Stamp, Topic, Waiter};
+use daemon::StopSignal;
+use messages::{Grid, Grids, Phase, Plan, Site};
+use serde::Serialize;
 use serde_json::{Value, json};
+use std::io::Write;
 use std::time::{Duration, Instant};
 
 /// A topic whose last sample has not come within this time has none.
 const PATIENCE: Duration = Duration::from_millis(500);
+const LOOK: Duration = Duration::from_millis(200);
 
-/// Lists topics, or shows the last sample of one.
+/// Lists topics, shows samples of one, or measures how they come.
 ///
 /// # Errors
 /// No bus, no such topic, no sample.
 pub fn topic(arguments: &TopicArgs) -> Result<String, Failure> {
     match &arguments.command {
-        TopicCommand::List { site } => list(site),
-        TopicCommand::Echo { site, topic } => {
-            let wanted = Topic::all().find(|t| t.to_string() == *topic);
-            let wanted =
-                wanted.ok_or_else(|| Failure::usage(format!("there is no topic {topic:?}: see topic list")))?;
-            let (_, sample) =
-                samples(site, &[wanted])?.pop().ok_or_else(|| Failure::work(format!("{topic} has no sample")))?;
-            let described = describe(wanted, &sample).map_err(Failure::work)?;
-            Ok(serde_json::to_string_pretty(&described).map_err(Failure::work)? + "\n")
+        TopicCommand::List { json, site } => list(site, *json),
+        TopicCommand::Echo { topic, follow, json, site } => {
+            let topic = topic_of(topic)?;
+            if *follow { follow_topic(site, topic) } else { echo(site, topic, *json) }
+        }
+        TopicCommand::Hz { topic, seconds, json, site } => hz(site, topic_of(topic)?, *seconds, *json),
+    }
+}
+
+fn topic_of(name: &str) -> Result<Topic, Failure> {
+    let topic = Topic::all().find(|t| t.to_string() == name);
+    topic.ok_or_else(|| Failure::usage(format!("there is no topic {name:?}: see topic list")))
+}
+
+/// A topic that has a sample.
+#[derive(Debug, Serialize)]
+struct Listed {
+    topic: String,
+    producer: &'static str,
+    epoch: u64,
+    bytes: u64,
+    age_s: f64,
+    content_hash: String,
+}
+
+fn list(site: &SiteArgs, json: bool) -> Result<String, Failure> {
+    let slots = GridSlot::all().map(Topic::Grid);
+    let others =
+        [Topic::Site, Topic::Phase, Topic::Grids, Topic::Plan, Topic::SlamMap, Topic::Alignment, Topic::Deviations];
+    let topics: Vec<Topic> = others.into_iter().chain(slots).collect();
+    let listed = samples(site, &topics)?.into_iter().map(|(topic, sample)| {
+        let header = sample.header();
+        Listed {
+            topic: topic.to_string(),
+            producer: topic.producer().name(),
+            epoch: header.epoch,
+            bytes: header.payload_length,
+            age_s: Stamp::now().since(Stamp(header.stamp_ns)).as_secs_f64(),
+            content_hash: hash_text(header.content_hash),
+        }
+    });
+    let listed: Vec<Listed> = listed.collect();
+    if json {
+        return Ok(serde_json::to_string(&listed).map_err(Failure::work)? + "\n");
+    }
+    let line = |l: &Listed| {
+        format!("{:<10} {:<13} epoch {:<8} {:>12} bytes  {:.1} s old\n", l.topic, l.producer, l.epoch, l.bytes, l.age_s)
+    };
+    Ok(listed.iter().map(line).collect())
+}
+
+fn echo(site: &SiteArgs, topic: Topic, json: bool) -> Result<String, Failure> {
+    let found = samples(site, &[topic])?.pop();
+    let (_, sample) = found.ok_or_else(|| Failure::work(format!("{topic} has no sample")))?;
+    let described = describe(topic, &sample).map_err(Failure::work)?;
+    let text = if json { serde_json::to_string(&described) } else { serde_json::to_string_pretty(&described) };
+    Ok(text.map_err(Failure::work)? + "\n")
+}
+
+/// Prints every sample that comes, the last one first, until it is told to stop.
+fn follow_topic(site: &SiteArgs, topic: Topic) -> Result<String, Failure> {
+    let (bus, mut waiter) = stoppable(site)?;
+    let subscriber = bus.subscriber(topic).map_err(Failure::work)?;
+    loop {
+        if let Some(sample) = subscriber.take().map_err(Failure::work)? {
+            let line =
+                serde_json::to_string(&describe(topic, &sample).map_err(Failure::work)?).map_err(Failure::work)?;
+            // A reader that wants no more, such as `head`, ends it.
+            if writeln!(std::io::stdout(), "{line}").is_err() {
+                return Ok(String::new());
+            }
+        }
+        let wake = waiter.wait(LOOK).map_err(Failure::work)?;
+        if wake.stopped || wake.superseded {
+            return Ok(String::new());
         }
     }
 }
 
-fn list(site: &SiteArgs) -> Result<String, Failure> {
-    let slots = GridSlot::all().map(Topic::Grid);
-    let topics: Vec<Topic> = [Topic::Site, Topic::Phase, Topic::Grids, Topic::Plan].into_iter().chain(slots).collect();
-    let lines = samples(site, &topics)?.into_iter().map(|(topic, sample)| {
-        let header = sample.header();
-        let age = Stamp::now().since(Stamp(header.stamp_ns));
-        let name = topic.to_string();
-        format!(
-            "{name:<10} epoch {:<8} {:>12} bytes  {:.1} s old\n",
-            header.epoch,
-            header.payload_length,
-            age.as_secs_f64()
-        )
-    });
-    Ok(lines.collect())
+/// How samples of a topic come.
+#[derive(Debug, Serialize)]
+struct Rate {
+    topic: String,
+    samples: usize,
+    seconds: f64,
+    rate_hz: f64,
+    bytes_mean: f64,
+    latency_ms_p50: Option<f64>,
+    latency_ms_max: Option<f64>,
+}
+
+/// Counts samples that are published while it looks.
+fn hz(site: &SiteArgs, topic: Topic, seconds: Option<f64>, json: bool) -> Result<String, Failure> {
+    let (bus, mut waiter) = stoppable(site)?;
+    let subscriber = bus.subscriber(topic).map_err(Failure::work)?;
+    let (begun, start) = (Instant::now(), Stamp::now());
+    let ends = seconds.map(|s| begun + Duration::from_secs_f64(s.clamp(0.0, 1e9)));
+    let (mut bytes, mut latencies_ms) = (Vec::new(), Vec::new());
+    loop {
+        while let Some(sample) = subscriber.take().map_err(Failure::work)? {
+            let published = Stamp(sample.header().stamp_ns);
+            // The last sample was there before.
+            if start < published {
+                latencies_ms.push(Stamp::now().since(published).as_secs_f64() * 1e3);
+                bytes.push(sample.header().payload_length as f64);
+            }
+        }
+        let rest = ends.map_or(LOOK, |ends| LOOK.min(ends.saturating_duration_since(Instant::now())));
+        let wake = waiter.wait(rest).map_err(Failure::work)?;
+        if wake.stopped || wake.superseded || ends.is_some_and(|ends| ends <= Instant::now()) {
+            break;
+        }
+    }
+    latencies_ms.sort_by(f64::total_cmp);
+    let (samples, seconds) = (bytes.len(), begun.elapsed().as_secs_f64());
+    let rate = Rate {
+        topic: topic.to_string(),
+        samples,
+        seconds,
+        rate_hz: samples as f64 / seconds,
+        bytes_mean: bytes.iter().sum::<f64>() / samples.max(1) as f64,
+        latency_ms_p50: latencies_ms.get(samples / 2).copied(),
+        latency_ms_max: latencies_ms.last().copied(),
+    };
+    if json {
+        return Ok(serde_json::to_string(&rate).map_err(Failure::work)? + "\n");
+    }
+    let Rate { topic, rate_hz, bytes_mean, .. } = &rate;
+    let latency = match (rate.latency_ms_p50, rate.latency_ms_max) {
+        (Some(p50), Some(max)) => format!(", {bytes_mean:.0} bytes, latency {p50:.2} ms, at most {max:.2} ms"),
+        _ => String::new(),
+    };
+    Ok(format!("{topic}: {samples} samples in {seconds:.1} s, {rate_hz:.2} Hz{latency}\n"))
+}
+
+/// A client that SIGTERM and SIGINT stop.
+fn stoppable(site: &SiteArgs) -> Result<(Bus, Waiter), Failure> {
+    let stop = StopSignal::listen(false).map_err(Failure::work)?;
+    let (bus, mut waiter) = join(&site.config()?)?;
+    waiter.stop_on(stop.descriptor().map_err(Failure::work)?);
+    Ok((bus, waiter))
 }
 
 /// The last samples of those topics that have one.
@@ -66,10 +183,12 @@ fn samples(site: &SiteArgs, topics: &[Topic]) -> Result<Vec<(Topic, Sample)>, Fa
     Ok(topics.iter().zip(found).filter_map(|(topic, sample)| Some((*topic, sample?))).collect())
 }
 
+fn hash_text(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
 fn describe(topic: Topic, sample: &Sample) -> Result<Value, messages::ArchiveError> {
     let header = sample.header();
-    let time = |seconds: i64| (seconds != PhaseHead::NO_TIME).then(|| plan_date::text(seconds));
-    let hash = |hash: u64| format!("{hash:016x}");
     let content = match topic {
         Topic::Site => {
             let site = Site::open(sample.bytes())?;
@@ -79,30 +198,38 @@ fn describe(topic: Topic, sample: &Sample) -> Result<Value, messages::ArchiveErr
         Topic::Phase => {
             let head = Phase::open(sample.bytes())?.head;
             json!({
-                "plan_time": time(head.plan_time_s),
-                "valid_from": time(head.valid_from_s),
-                "valid_until": time(head.valid_until_s),
+                "plan_time": optional_text(head.plan_time_s),
+                "valid_from": optional_text(head.valid_from_s),
+                "valid_until": optional_text(head.valid_until_s),
                 "changes": head.n_changes,
             })
         }
         Topic::Grid(_) => {
-            let head = Grid::open(sample.bytes())?.head;
-            json!({"map_storey": head.map_storey, "size_cells": [head.width, head.height]})
+            let grid = Grid::open(sample.bytes())?;
+            let spec = grid.spec();
+            json!({
+                "map_storey": grid.head.map_storey,
+                "size_cells": [grid.head.width, grid.head.height],
+                "resolution_m": spec.resolution_m(),
+                "origin_m": spec.origin_m(),
+                "free_cells": grid.planning.iter().filter(|&&p| p == 0).count(),
+            })
         }
         Topic::Grids => {
             let index = Grids::open(sample.bytes())?;
-            let grids: Vec<String> = index.slots.iter().map(|s| hash(s.content_hash)).collect();
-            json!({"plan_time": time(index.head.plan_time_s), "robot": index.robot_name, "grids": grids})
+            let grids: Vec<String> = index.slots.iter().map(|s| hash_text(s.content_hash)).collect();
+            json!({"plan_time": optional_text(index.head.plan_time_s), "robot": index.robot_name, "grids": grids})
         }
-        Topic::Plan | Topic::SlamMap | Topic::Alignment | Topic::Deviations => Value::Null,
+        Topic::Plan => json!({"waypoints": Plan::open(sample.bytes())?.waypoints.len()}),
+        Topic::SlamMap | Topic::Alignment | Topic::Deviations => Value::Null,
     };
     Ok(json!({
         "topic": topic.to_string(),
         "epoch": header.epoch,
         "bytes": header.payload_length,
-        "content_hash": hash(header.content_hash),
-        "site_hash": hash(header.inputs.site),
-        "phase_hash": hash(header.inputs.phase),
+        "content_hash": hash_text(header.content_hash),
+        "site_hash": hash_text(header.inputs.site),
+        "phase_hash": hash_text(header.inputs.phase),
         "content": content,
     }))
 }
