@@ -172,6 +172,18 @@ pub struct ExportArgs {
     #[arg(value_name = "OUT")]
     pub out: PathBuf,
 
+    /// Go on until SIGTERM: write OUT/epochs/EPOCH for every new set of maps, and let the link OUT/current name the newest
+    #[arg(long)]
+    pub watch: bool,
+
+    /// Run this program after each swap of the link, with the new folder as its argument
+    #[arg(long, value_name = "PROGRAM", requires = "watch")]
+    pub on_change: Option<PathBuf>,
+
+    /// Keep this many epochs
+    #[arg(long, value_name = "N", default_value_t = 5, requires = "watch")]
+    pub keep: usize,
+
     /// The site.
     #[command(flatten)]
     pub site: SiteArgs,

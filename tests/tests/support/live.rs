@@ -1,6 +1,6 @@
 //! A site with daemons of its own.
 
-use super::{demo_model, groundplan};
+use super::{client, demo_model, groundplan};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -41,8 +41,7 @@ impl Live {
     }
 
     pub(crate) fn up(&mut self) {
-        let client = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("groundplan");
-        let child = Command::new(client).arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn();
+        let child = Command::new(client()).arg("up").arg("--config").arg(self.config()).stderr(Stdio::null()).spawn();
         self.up = Some(child.unwrap());
         self.wait_until_healthy();
     }

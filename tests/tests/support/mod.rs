@@ -55,12 +55,17 @@ pub(crate) fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     found
 }
 
-/// Runs the client, which lies beside the folder of the test's own executable.
-pub(crate) fn groundplan(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
+/// The client; its daemons lie beside it.
+pub(crate) fn client() -> PathBuf {
     let own = std::env::current_exe().unwrap();
     let client = own.parent().unwrap().parent().unwrap().join("groundplan");
     assert!(client.exists(), "{} is not built: run cargo test --workspace", client.display());
-    Command::new(client).args(arguments.iter().map(AsRef::as_ref)).output().unwrap()
+    client
+}
+
+/// Runs the client, which lies beside the folder of the test's own executable.
+pub(crate) fn groundplan(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
+    Command::new(client()).args(arguments.iter().map(AsRef::as_ref)).output().unwrap()
 }
 
 /// An output folder with its temporary home.

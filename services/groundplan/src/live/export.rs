@@ -3,7 +3,7 @@
 use super::join;
 use crate::cli::ExportArgs;
 use crate::failure::Failure;
-use bus::{Bus, GridSlot, Sample, Topic, Waiter};
+use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
 use export::{ExportInput, OutputFolder};
 use messages::{Grid, Grids, Phase, Plan, Site};
@@ -19,51 +19,98 @@ const LOOK: Duration = Duration::from_millis(50);
 /// # Errors
 /// No daemons, samples that do not come together, a folder that cannot be written.
 pub fn export(arguments: &ExportArgs) -> Result<String, Failure> {
+    if arguments.watch {
+        return super::watch::watch(arguments);
+    }
     let config = arguments.site.config()?;
     let folder = OutputFolder::at(&arguments.out).map_err(Failure::usage)?;
     let (bus, mut waiter) = join(&config)?;
-    let set = Set::take(&bus, &mut waiter)?;
-    write(&config, &set, &folder)?;
+    let mut sets = Sets::of(&bus)?;
+    let begun = Instant::now();
+    while !sets.take()? {
+        if begun.elapsed() > PATIENCE {
+            return Err(Failure::work("site, phase and grids do not come together: see groundplan status"));
+        }
+        waiter.wait(LOOK).map_err(Failure::work)?;
+    }
+    sets.write(&config, &folder)?;
     Ok(String::new())
 }
 
-/// Samples of one state of the site.
-struct Set {
-    site: Sample,
-    phase: Sample,
-    index: Sample,
-    grids: Vec<Sample>,
+/// The newest samples, and whether they are of one state of the site.
+pub(super) struct Sets {
+    subscribers: [Subscriber; 3],
+    slots: Vec<Subscriber>,
+    site: Option<Sample>,
+    phase: Option<Sample>,
+    index: Option<Sample>,
+    grids: Vec<Option<Sample>>,
+    /// Footprints are not on the bus: cutting gives the same again. With the hashes of what it was made from.
+    cut: Option<([u64; 2], Rasterizer)>,
 }
 
-impl Set {
-    fn take(bus: &Bus, waiter: &mut Waiter) -> Result<Self, Failure> {
+impl Sets {
+    pub(super) fn of(bus: &Bus) -> Result<Self, Failure> {
         let subscriber = |topic| bus.subscriber(topic).map_err(Failure::work);
-        let (sites, phases, indices) = (subscriber(Topic::Site)?, subscriber(Topic::Phase)?, subscriber(Topic::Grids)?);
+        let subscribers = [subscriber(Topic::Site)?, subscriber(Topic::Phase)?, subscriber(Topic::Grids)?];
         let slots = GridSlot::all().map(|slot| subscriber(Topic::Grid(slot))).collect::<Result<Vec<_>, _>>()?;
-        let (mut site, mut phase, mut index) = (None, None, None);
-        let mut grids: Vec<Option<Sample>> = slots.iter().map(|_| None).collect();
-        let begun = Instant::now();
-        loop {
-            site = sites.take().map_err(Failure::work)?.or(site);
-            phase = phases.take().map_err(Failure::work)?.or(phase);
-            index = indices.take().map_err(Failure::work)?.or(index);
-            for (slot, grid) in slots.iter().zip(&mut grids) {
-                if let Some(newer) = slot.take().map_err(Failure::work)? {
-                    *grid = Some(newer);
-                }
+        let grids = slots.iter().map(|_| None).collect();
+        Ok(Self { subscribers, slots, site: None, phase: None, index: None, grids, cut: None })
+    }
+
+    /// Takes what has come; true if the newest samples belong together.
+    pub(super) fn take(&mut self) -> Result<bool, Failure> {
+        let newest = [&mut self.site, &mut self.phase, &mut self.index].into_iter().zip(&self.subscribers);
+        for (sample, subscriber) in newest.chain(self.grids.iter_mut().zip(&self.slots)) {
+            if let Some(newer) = subscriber.take().map_err(Failure::work)? {
+                *sample = Some(newer);
             }
-            if is_one_set(site.as_ref(), phase.as_ref(), index.as_ref(), &grids)
-                && let (Some(site), Some(phase), Some(index)) = (site.take(), phase.take(), index.take())
-            {
-                let n_slots = Grids::open(index.bytes()).map_err(Failure::work)?.slots.len();
-                let grids = grids.into_iter().flatten().take(n_slots).collect();
-                return Ok(Self { site, phase, index, grids });
-            }
-            if begun.elapsed() > PATIENCE {
-                return Err(Failure::work("site, phase and grids do not come together: see groundplan status"));
-            }
-            waiter.wait(LOOK).map_err(Failure::work)?;
         }
+        Ok(is_one_set(self.site.as_ref(), self.phase.as_ref(), self.index.as_ref(), &self.grids))
+    }
+
+    /// Epoch of the index.
+    pub(super) fn epoch(&self) -> Option<u64> {
+        self.index.as_ref().map(|index| index.header().epoch)
+    }
+
+    /// Writes the files of the samples, which belong together.
+    pub(super) fn write(&mut self, config: &SiteConfig, folder: &OutputFolder) -> Result<(), Failure> {
+        let (Some(site), Some(phase), Some(index)) = (&self.site, &self.phase, &self.index) else {
+            return Err(Failure::work("there are no maps yet"));
+        };
+        let site = Site::open(site.bytes()).map_err(Failure::work)?;
+        let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
+        let inputs = index.header().inputs;
+        let index = Grids::open(index.bytes()).map_err(Failure::work)?;
+        let grids = self.grids.iter().flatten().take(index.slots.len()).map(|g| Grid::open(g.bytes()));
+        let grids: Vec<Grid<'_>> = grids.collect::<Result<_, _>>().map_err(Failure::work)?;
+        let profile = index.head.robot;
+        let made_from = [inputs.site, inputs.robot];
+        if self.cut.as_ref().is_none_or(|(of, _)| *of != made_from) {
+            let rasterizer = Rasterizer::new(&site, &profile, config.robot.resolution_m).map_err(Failure::work)?;
+            self.cut = Some((made_from, rasterizer));
+        }
+        let footprints: Vec<_> =
+            self.cut.iter().flat_map(|(_, cut)| (0..grids.len()).map(|k| cut.footprints(k))).collect();
+        let plan = waypoint_gen::plan(&site, &phase, &grids, &profile);
+        let plan = Plan::open(plan.bytes()).map_err(Failure::work)?;
+        // Of the robot in use only the outline is not in the index.
+        let configured = config.robot.profile.as_deref().map(Robot::read).transpose().map_err(Failure::usage)?;
+        let outline =
+            configured.filter(|robot| robot.profile == profile).map(|robot| robot.footprint_m).unwrap_or_default();
+        let input = ExportInput {
+            site: &site,
+            phase: &phase,
+            index: &index,
+            grids: &grids,
+            plan: &plan,
+            footprints: &footprints,
+            resolution_m: config.robot.resolution_m,
+            robot_footprint_m: &outline,
+            with_geometry: false,
+        };
+        folder.replace(&export::files(&input)).map_err(Failure::work)
     }
 }
 
@@ -76,34 +123,4 @@ fn is_one_set(site: Option<&Sample>, phase: Option<&Sample>, index: Option<&Samp
     named.head.site_hash == hash(site)
         && named.head.phase_hash == hash(phase)
         && slots.all(|(slot, grid)| grid.as_ref().is_some_and(|g| hash(g) == slot.content_hash))
-}
-
-fn write(config: &SiteConfig, set: &Set, folder: &OutputFolder) -> Result<(), Failure> {
-    let site = Site::open(set.site.bytes()).map_err(Failure::work)?;
-    let phase = Phase::open(set.phase.bytes()).map_err(Failure::work)?;
-    let index = Grids::open(set.index.bytes()).map_err(Failure::work)?;
-    let grids: Vec<Grid<'_>> =
-        set.grids.iter().map(|g| Grid::open(g.bytes())).collect::<Result<_, _>>().map_err(Failure::work)?;
-    let profile = index.head.robot;
-    // Footprints are not on the bus: cutting gives the same again.
-    let rasterizer = Rasterizer::new(&site, &profile, config.robot.resolution_m).map_err(Failure::work)?;
-    let footprints: Vec<_> = (0..grids.len()).map(|k| rasterizer.footprints(k)).collect();
-    let plan = waypoint_gen::plan(&site, &phase, &grids, &profile);
-    let plan = Plan::open(plan.bytes()).map_err(Failure::work)?;
-    // Of the robot in use only the outline is not in the index.
-    let configured = config.robot.profile.as_deref().map(Robot::read).transpose().map_err(Failure::usage)?;
-    let outline =
-        configured.filter(|robot| robot.profile == profile).map(|robot| robot.footprint_m).unwrap_or_default();
-    let input = ExportInput {
-        site: &site,
-        phase: &phase,
-        index: &index,
-        grids: &grids,
-        plan: &plan,
-        footprints: &footprints,
-        resolution_m: config.robot.resolution_m,
-        robot_footprint_m: &outline,
-        with_geometry: false,
-    };
-    folder.replace(&export::files(&input)).map_err(Failure::work)
 }

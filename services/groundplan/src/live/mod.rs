@@ -7,6 +7,7 @@ mod place;
 mod status;
 mod topic;
 mod up;
+mod watch;
 
 pub use ask::{actuals, date, load, robot};
 pub use export::export;

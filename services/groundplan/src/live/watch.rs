@@ -1,0 +1,127 @@
+//! A folder that follows the running daemons: one folder per epoch, a link to the newest, a command for each.
+
+use super::export::Sets;
+use crate::cli::ExportArgs;
+use crate::failure::Failure;
+use bus::{Bus, Daemon, Waiter};
+use daemon::{SiteConfig, StopSignal};
+use export::OutputFolder;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+const LOOK: Duration = Duration::from_millis(500);
+
+/// Writes every set of maps until it is told to stop; sets that come faster than they are written are left out.
+///
+/// # Errors
+/// A folder that cannot be written. A command that fails is reported and does not stop it.
+pub(super) fn watch(arguments: &ExportArgs) -> Result<String, Failure> {
+    let config = arguments.site.config()?;
+    let domain = config.bus.domain().map_err(Failure::usage)?;
+    let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
+    let watched = Watched {
+        epochs: arguments.out.join("epochs"),
+        current: arguments.out.join("current"),
+        keep: arguments.keep.max(1),
+        on_change: arguments.on_change.clone(),
+    };
+    std::fs::create_dir_all(&watched.epochs).map_err(|e| at(&watched.epochs, &e))?;
+    loop {
+        // Without a bus it waits for one, and it follows every new generation.
+        if let Ok((bus, mut waiter)) = Bus::join(&domain, Daemon::Groundplan) {
+            waiter.stop_on(stop.descriptor().map_err(Failure::work)?);
+            if follow(&bus, &mut waiter, &config, &watched)? {
+                return Ok(String::new());
+            }
+        }
+        if stop.is_raised_within(LOOK) {
+            return Ok(String::new());
+        }
+    }
+}
+
+struct Watched {
+    epochs: PathBuf,
+    current: PathBuf,
+    keep: usize,
+    on_change: Option<PathBuf>,
+}
+
+/// Follows a generation of the bus; true if it is to stop.
+fn follow(bus: &Bus, waiter: &mut Waiter, config: &SiteConfig, watched: &Watched) -> Result<bool, Failure> {
+    let mut sets = Sets::of(bus)?;
+    let mut last = None;
+    loop {
+        if sets.take()?
+            && let Some(epoch) = sets.epoch().filter(|epoch| last != Some(*epoch))
+        {
+            watched.write(config, &mut sets, epoch)?;
+            last = Some(epoch);
+        }
+        let wake = waiter.wait(LOOK).map_err(Failure::work)?;
+        if wake.stopped || wake.superseded {
+            return Ok(wake.stopped);
+        }
+    }
+}
+
+impl Watched {
+    /// Writes an epoch, unless a run before this one did, and makes it the current one.
+    fn write(&self, config: &SiteConfig, sets: &mut Sets, epoch: u64) -> Result<(), Failure> {
+        let folder = self.epochs.join(epoch.to_string());
+        // A folder appears whole or not at all.
+        if !folder.is_dir() {
+            sets.write(config, &OutputFolder::at(&folder).map_err(Failure::usage)?)?;
+        }
+        let target = Path::new("epochs").join(epoch.to_string());
+        if std::fs::read_link(&self.current).is_ok_and(|current| current == target) {
+            return Ok(());
+        }
+        let beside = self.current.with_extension("new");
+        match std::fs::remove_file(&beside) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(at(&beside, &error)),
+            _ => {}
+        }
+        std::os::unix::fs::symlink(&target, &beside).map_err(|e| at(&beside, &e))?;
+        std::fs::rename(&beside, &self.current).map_err(|e| at(&self.current, &e))?;
+        self.forget(epoch)?;
+        println_now(&folder);
+        self.run(&folder);
+        Ok(())
+    }
+
+    /// Removes the oldest epochs beyond those that are kept.
+    fn forget(&self, current: u64) -> Result<(), Failure> {
+        let entries = std::fs::read_dir(&self.epochs).map_err(|e| at(&self.epochs, &e))?;
+        let mut epochs: Vec<u64> = entries.filter_map(|e| e.ok()?.file_name().to_str()?.parse().ok()).collect();
+        epochs.sort_unstable();
+        let n_old = epochs.len().saturating_sub(self.keep);
+        for epoch in epochs[..n_old].iter().filter(|epoch| **epoch != current) {
+            let folder = self.epochs.join(epoch.to_string());
+            std::fs::remove_dir_all(&folder).map_err(|e| at(&folder, &e))?;
+        }
+        Ok(())
+    }
+
+    fn run(&self, folder: &Path) {
+        let Some(command) = &self.on_change else { return };
+        let why = match Command::new(command).arg(folder).status() {
+            Ok(status) if status.success() => return,
+            Ok(status) => status.to_string(),
+            Err(error) => error.to_string(),
+        };
+        eprintln!("groundplan: {} {}: {why}", command.display(), folder.display());
+    }
+}
+
+/// A line for each epoch, for whoever reads it; a reader that is gone does not matter.
+fn println_now(folder: &Path) {
+    use std::io::Write;
+    let _ = writeln!(io::stdout(), "{}", folder.display());
+}
+
+fn at(path: &Path, error: &io::Error) -> Failure {
+    Failure::work(format!("{}: {error}", path.display()))
+}
