@@ -44,6 +44,12 @@ pub enum Command {
     Topic(TopicArgs),
     /// Write the files of `convert` from the running daemons, at the plan time that they hold
     Export(ExportArgs),
+    /// Tell what this machine lacks to run the daemons; exit code 0 if nothing
+    Doctor(DoctorArgs),
+    /// Print the completion script of a shell
+    Completions(CompletionsArgs),
+    /// Write manual pages into a folder
+    Man(ManArgs),
     /// Create and hold the bus, and do nothing else; `up` starts it
     #[command(hide = true)]
     Keeper(KeeperArgs),
@@ -203,6 +209,34 @@ pub struct MonitorArgs {
     /// Stop after this time
     #[arg(long = "for", value_name = "SECONDS")]
     pub seconds: Option<f64>,
+}
+
+/// Arguments of `doctor`.
+#[derive(Debug, Clone, Args)]
+pub struct DoctorArgs {
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `completions`.
+#[derive(Debug, Clone, Args)]
+pub struct CompletionsArgs {
+    /// Which shell
+    #[arg(value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
+}
+
+/// Arguments of `man`.
+#[derive(Debug, Clone, Args)]
+pub struct ManArgs {
+    /// Where to
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
 }
 
 /// Arguments of `topic`.

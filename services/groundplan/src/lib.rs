@@ -5,6 +5,7 @@ pub mod cli;
 pub mod convert;
 pub mod failure;
 pub mod live;
+pub mod manual;
 pub mod monitor;
 pub mod states;
 pub mod summary;

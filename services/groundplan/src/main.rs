@@ -5,6 +5,7 @@ use groundplan::changes::changes;
 use groundplan::cli::{Cli, Command};
 use groundplan::convert::convert;
 use groundplan::live;
+use groundplan::manual;
 use groundplan::monitor;
 use groundplan::states::states;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -17,7 +18,7 @@ fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .with_env_filter(filter(&command))
         .init();
-    // Only `status` says with its exit code what its text says.
+    // `status` and `doctor` say with their exit code what their text says.
     let mut is_well = true;
     let outcome = match command {
         Command::Convert(arguments) => convert(&arguments).map(|summary| summary.text()),
@@ -36,6 +37,12 @@ fn main() -> ExitCode {
         Command::Monitor(arguments) => monitor::monitor(&arguments),
         Command::Topic(arguments) => live::topic(&arguments),
         Command::Export(arguments) => live::export(&arguments),
+        Command::Doctor(arguments) => live::doctor(&arguments).map(|(text, healthy)| {
+            is_well = healthy;
+            text
+        }),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::man(&arguments),
         Command::Keeper(arguments) => live::keeper(&arguments),
     };
     match outcome {

@@ -1,6 +1,7 @@
 //! The running daemons: starting and stopping them, asking them, looking at what they publish.
 
 mod ask;
+mod doctor;
 mod export;
 mod keeper;
 mod place;
@@ -10,6 +11,7 @@ mod up;
 mod watch;
 
 pub use ask::{actuals, date, load, robot};
+pub use doctor::doctor;
 pub use export::export;
 pub use keeper::keeper;
 pub use status::status;

@@ -19,7 +19,7 @@ const RECOVERED: Duration = Duration::from_secs(10);
 /// Daemons that do not leave by themselves within this time are killed.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-const DAEMONS: [&str; 3] = ["ifc-ingest", "schedule-eval", "rasterize"];
+pub(super) const DAEMONS: [&str; 3] = ["ifc-ingest", "schedule-eval", "rasterize"];
 
 /// A process that is kept alive.
 struct Kept {
@@ -122,7 +122,7 @@ impl Kept {
 }
 
 /// An executable beside this one.
-fn executable(name: &str) -> Result<PathBuf, Failure> {
+pub(super) fn executable(name: &str) -> Result<PathBuf, Failure> {
     let own = std::env::current_exe().map_err(Failure::work)?;
     let path = own.with_file_name(name);
     if path.is_file() {
@@ -132,15 +132,20 @@ fn executable(name: &str) -> Result<PathBuf, Failure> {
     }
 }
 
+/// The version of an executable, as it tells it.
+pub(super) fn version_of(path: &Path) -> Result<String, Failure> {
+    let output = Command::new(path).arg("--version").output();
+    let output = output.map_err(|e| Failure::work(format!("{} cannot be run: {e}", path.display())))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    Ok(text.split_whitespace().last().unwrap_or_default().to_owned())
+}
+
 fn check_versions() -> Result<(), Failure> {
+    let own = env!("CARGO_PKG_VERSION");
     for name in DAEMONS {
         let path = executable(name)?;
-        let output = Command::new(&path).arg("--version").output();
-        let output = output.map_err(|e| Failure::work(format!("{} cannot be run: {e}", path.display())))?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        let version = text.split_whitespace().last().unwrap_or_default();
-        if version != env!("CARGO_PKG_VERSION") {
-            let own = env!("CARGO_PKG_VERSION");
+        let version = version_of(&path)?;
+        if version != own {
             return Err(Failure::work(format!(
                 "{} is of version {version:?}, this is {own}: install one version",
                 path.display()
@@ -173,7 +178,7 @@ impl Drop for Running {
 }
 
 /// The process that keeps a site up.
-fn running(state: &Path) -> Option<Pid> {
+pub(super) fn running(state: &Path) -> Option<Pid> {
     let pid: i32 = std::fs::read_to_string(state.join("up.pid")).ok()?.trim().parse().ok()?;
     let is_ours = std::fs::read_to_string(format!("/proc/{pid}/comm")).is_ok_and(|name| name.trim() == "groundplan");
     Pid::from_raw(pid).filter(|pid| is_ours && test_kill_process(*pid).is_ok())
