@@ -237,7 +237,9 @@ impl<'a> Archive<'a> {
         let sections: &[SectionEntry] = bytemuck::cast_slice(&bytes[64..table_end]);
         for entry in sections {
             let end = entry.count.checked_mul(u64::from(entry.record_len)).and_then(|l| l.checked_add(entry.offset));
-            if !entry.offset.is_multiple_of(64) || end.is_none_or(|end| end > preamble.length) {
+            // A section in the preamble or the table would be read as records.
+            let is_behind_table = table_end as u64 <= entry.offset;
+            if !is_behind_table || !entry.offset.is_multiple_of(64) || end.is_none_or(|end| end > preamble.length) {
                 return Err(ArchiveError::Section { id: entry.id });
             }
         }

@@ -20,6 +20,7 @@
 //! where the field's name ends in `_tenths`.
 
 mod archive;
+mod consistency;
 mod grid_archive;
 mod grids;
 mod phase;
@@ -35,6 +36,7 @@ mod status;
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, sections_len,
 };
+pub use consistency::OtherSite;
 pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
 pub use phase::{

@@ -76,6 +76,7 @@ impl<'a> Site<'a> {
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let site = Self::of(Archive::open(bytes, ArchiveKind::Site)?)?;
         site.check_meshes()?;
+        site.check_numbers()?;
         site.check_indices()?;
         site.check_schedule()?;
         site.check_texts()?;
@@ -194,6 +195,26 @@ impl<'a> Site<'a> {
         Ok(())
     }
 
+    /// Coordinates whose differences do not overflow, boxes that are finite.
+    fn check_numbers(&self) -> Result<(), ArchiveError> {
+        let is_near = |c: &i32| c.unsigned_abs() <= FARTHEST_TENTHS;
+        let is_box = |b: &BoxRecord| {
+            let is_near = |c: &f64| c.abs() <= f64::from(FARTHEST_TENTHS);
+            b.centre.iter().chain(&b.half).all(is_near) && b.axis.iter().all(|a| a.abs() <= 1.001)
+        };
+        let elements = self.elements.iter().flat_map(|e| e.min_tenths.iter().chain(&e.max_tenths));
+        let storeys = self.map_storeys.iter().flat_map(|s| s.bounds_tenths.iter().chain([&s.floor_z_tenths]));
+        let spaces = self.spaces.iter().flat_map(|s| [&s.floor_z_tenths, &s.height_tenths]);
+        let openings = self.openings.iter().flat_map(|o| [&o.bottom_z_tenths, &o.top_z_tenths]);
+        let mut records = elements.chain(storeys).chain(spaces).chain(openings);
+        let boxes = self.openings.iter().map(|o| &o.plan).chain(self.doors.iter().map(|d| &d.passage));
+        let whole = self.vertices.as_flattened().iter().all(is_near)
+            && self.points.as_flattened().iter().all(is_near)
+            && records.all(is_near)
+            && boxes.into_iter().all(is_box);
+        if whole { Ok(()) } else { Err(ArchiveError::Index { what: "a coordinate" }) }
+    }
+
     fn check_indices(&self) -> Result<(), ArchiveError> {
         let (elements, spaces) = (self.elements.len(), self.spaces.len());
         let check = |ok: bool, what| if ok { Ok(()) } else { Err(ArchiveError::Index { what }) };
@@ -270,7 +291,8 @@ impl<'a> Site<'a> {
             && self.calendars.iter().all(calendar)
             && self.work_times.iter().all(|w| fits(w.first_period, w.n_periods, self.periods_s.len()))
             && self.sequences.iter().all(sequence)
-            && self.task_links.iter().all(link);
+            && self.task_links.iter().all(link)
+            && is_forest(self.tasks);
         if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the schedule" }) }
     }
 
@@ -303,6 +325,10 @@ impl<'a> Site<'a> {
         }
     }
 }
+
+/// The farthest that a coordinate may be from the origin of the map, in tenths of a millimetre: 100 km, and differences of two
+/// do not overflow.
+const FARTHEST_TENTHS: u32 = 1_000_000_000;
 
 /// A site archive that was validated once, with the memory that it lies in; its views cost nothing.
 #[derive(Debug)]
@@ -390,6 +416,24 @@ impl SpaceRecord {
     pub fn has(&self, flags: u32) -> bool {
         self.flags & flags == flags
     }
+}
+
+/// True if no task is nested in itself. The parents of all tasks lie in the section.
+fn is_forest(tasks: &[TaskRecord]) -> bool {
+    // On which walk a task was met; 0 for none.
+    let mut met = vec![0u32; tasks.len()];
+    for (walk, start) in (1..).zip(0..tasks.len()) {
+        let mut at = start;
+        while met[at] == 0 {
+            met[at] = walk;
+            match tasks[at].parent {
+                NONE => break,
+                parent if met[parent as usize] == walk => return false,
+                parent => at = parent as usize,
+            }
+        }
+    }
+    true
 }
 
 fn span(first: u32, n: u32) -> Range<usize> {

@@ -105,6 +105,7 @@ impl RasterizeService {
             // One of them is older; the other will come.
             return Ok(Done::default());
         }
+        phase.check_site(&site)?;
         self.stages.set(Stage::Writing);
         rasterizer.draw(&site, &phase);
         let inputs = InputHashes {

@@ -85,6 +85,9 @@ impl Sets {
         let index = Grids::open(index.bytes()).map_err(Failure::work)?;
         let grids = self.grids.iter().flatten().take(index.slots.len()).map(|g| Grid::open(g.bytes()));
         let grids: Vec<Grid<'_>> = grids.collect::<Result<_, _>>().map_err(Failure::work)?;
+        phase.check_site(&site).map_err(Failure::work)?;
+        index.check_site(&site).map_err(Failure::work)?;
+        grids.iter().try_for_each(|grid| grid.check_site(&site)).map_err(Failure::work)?;
         let profile = index.head.robot;
         let made_from = [inputs.site, inputs.robot];
         if self.cut.as_ref().is_none_or(|(of, _)| *of != made_from) {

@@ -1,0 +1,90 @@
+//! Archives that are each whole, and do not belong together.
+
+use crate::{Grid, Grids, NONE, Phase, Plan, Site};
+
+/// Archives that speak of different sites.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the {what} is of another site")]
+pub struct OtherSite {
+    what: &'static str,
+}
+
+fn check(belongs: bool, what: &'static str) -> Result<(), OtherSite> {
+    if belongs { Ok(()) } else { Err(OtherSite { what }) }
+}
+
+impl Phase<'_> {
+    /// Checks that the phase speaks of this site: after that every element and space of the site has a state.
+    ///
+    /// # Errors
+    /// Another site's hash, or other numbers of elements or spaces.
+    pub fn check_site(&self, site: &Site<'_>) -> Result<(), OtherSite> {
+        let belongs = self.head.site_hash == site.content_hash()
+            && self.n_elements() == site.elements.len()
+            && self.spaces.len() == site.spaces.len();
+        check(belongs, "phase")
+    }
+}
+
+impl Grids<'_> {
+    /// Checks that the index speaks of this site: after that its storeys, doors and elements are those of the site.
+    ///
+    /// # Errors
+    /// Another site's hash, or records that the site does not have.
+    pub fn check_site(&self, site: &Site<'_>) -> Result<(), OtherSite> {
+        let n_storeys = site.map_storeys.len();
+        let has_storey = |storey: u32| (storey as usize) < n_storeys;
+        let belongs = self.head.site_hash == site.content_hash()
+            && self.slots.iter().all(|s| has_storey(s.map_storey))
+            && self.doors.iter().all(|d| has_storey(d.map_storey) && (d.door as usize) < site.doors.len())
+            && self.regions.iter().all(|r| has_storey(r.map_storey) && (r.element as usize) < site.elements.len());
+        check(belongs, "index of the grids")
+    }
+}
+
+impl Grid<'_> {
+    /// Checks that the grid speaks of this site: after that its storey and its spaces are those of the site.
+    ///
+    /// # Errors
+    /// Records that the site does not have. Linear in cells.
+    pub fn check_site(&self, site: &Site<'_>) -> Result<(), OtherSite> {
+        let n_spaces = site.spaces.len();
+        let belongs = (self.head.map_storey as usize) < site.map_storeys.len()
+            && self.space.iter().all(|&space| usize::from(space) <= n_spaces);
+        check(belongs, "grid")
+    }
+}
+
+impl Plan<'_> {
+    /// Checks that the plan speaks of this site: after that every space of the site has a record.
+    ///
+    /// # Errors
+    /// Another site's hash, or records that the site does not have.
+    pub fn check_site(&self, site: &Site<'_>) -> Result<(), OtherSite> {
+        let n_storeys = site.map_storeys.len();
+        let has_storey = |storey: u32| storey == NONE || (storey as usize) < n_storeys;
+        let belongs = self.head.site_hash == site.content_hash()
+            && self.spaces.len() == site.spaces.len()
+            && self.waypoints.iter().all(|w| has_storey(w.map_storey));
+        check(belongs, "plan")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{PhaseBuilder, SiteBuilder};
+
+    #[test]
+    fn a_phase_of_another_site_is_refused_in_words() {
+        let site = SiteBuilder::default().finish();
+        let site = Site::open(site.bytes()).unwrap();
+        let check = |hash: u64, n_elements: usize| {
+            let phase = PhaseBuilder::everything_built(hash, n_elements, 0).finish();
+            Phase::open(phase.bytes()).unwrap().check_site(&site).map_err(|e| e.to_string())
+        };
+        assert_eq!(check(site.content_hash(), 0), Ok(()));
+        assert_eq!(check(site.content_hash() + 1, 0), Err("the phase is of another site".to_owned()));
+        assert_eq!(check(site.content_hash(), 1), Err("the phase is of another site".to_owned()));
+    }
+}

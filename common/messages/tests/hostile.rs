@@ -1,0 +1,86 @@
+//! Bytes that somebody made to do harm, with the right hash: refused in words, or read without a panic.
+
+mod support;
+
+use messages::{ArchiveBuffer, ArchiveError, Site};
+use proptest::prelude::*;
+use support::{grid, grids, phase, plan, reseal, site, walk};
+
+/// Miri takes a thousand times as long.
+const CASES: u32 = if cfg!(miri) { 6 } else { 20_000 };
+
+fn archive() -> impl Strategy<Value = ArchiveBuffer> {
+    prop::sample::select(vec![site(), phase(), grid(), grids(), plan()])
+}
+
+/// What tends to hurt.
+fn word() -> impl Strategy<Value = u32> {
+    prop_oneof![
+        any::<u32>(),
+        0u32..40,
+        prop::sample::select(vec![u32::MAX, u32::MAX - 1, i32::MAX as u32, i32::MIN as u32, 1 << 24, 0x7ff0_0000])
+    ]
+}
+
+#[test]
+fn whole_archives_are_read_to_the_end() {
+    for archive in [site(), phase(), grid(), grids(), plan()] {
+        assert!(walk(archive.bytes()) > 4);
+        let mut again = archive.clone();
+        reseal(again.bytes_mut());
+        assert_eq!(again.bytes(), archive.bytes());
+    }
+}
+
+#[test]
+fn a_task_that_is_nested_in_itself_is_refused() {
+    let whole = site();
+    let parents = {
+        let view = Site::open(whole.bytes()).unwrap();
+        let start = whole.bytes().as_ptr() as usize;
+        view.tasks.iter().map(|t| &raw const t.parent as usize - start).collect::<Vec<_>>()
+    };
+    for (task, parent) in [(0, 2u32), (1, 1), (0, 0)] {
+        let mut buffer = whole.clone();
+        buffer.bytes_mut()[parents[task]..][..4].copy_from_slice(&parent.to_le_bytes());
+        reseal(buffer.bytes_mut());
+        assert_eq!(Site::open(buffer.bytes()).unwrap_err(), ArchiveError::Index { what: "the schedule" });
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(CASES) })]
+
+    #[test]
+    fn changed_words_are_refused_or_harmless(
+        archive in archive(),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), word()), 1..6),
+    ) {
+        let mut buffer = archive;
+        let n_words = buffer.bytes().len() / 4;
+        for (at, word) in changes {
+            let at = at.index(n_words) * 4;
+            buffer.bytes_mut()[at..at + 4].copy_from_slice(&word.to_le_bytes());
+        }
+        walk(buffer.bytes());
+        reseal(buffer.bytes_mut());
+        walk(buffer.bytes());
+    }
+
+    #[test]
+    fn cut_off_archives_are_refused_or_harmless(archive in archive(), length in any::<prop::sample::Index>()) {
+        let cut = &archive.bytes()[..length.index(archive.bytes().len())];
+        let mut buffer = ArchiveBuffer::zeroed(cut.len());
+        buffer.bytes_mut().copy_from_slice(cut);
+        walk(buffer.bytes());
+        reseal(buffer.bytes_mut());
+        walk(buffer.bytes());
+    }
+
+    #[test]
+    fn any_bytes_are_refused(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
+        let mut buffer = ArchiveBuffer::zeroed(bytes.len());
+        buffer.bytes_mut().copy_from_slice(&bytes);
+        prop_assert_eq!(walk(buffer.bytes()), 0);
+    }
+}

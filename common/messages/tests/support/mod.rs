@@ -1,0 +1,143 @@
+//! Archives with a little of everything, and walks through everything that a view gives.
+#![allow(dead_code, reason = "every test file uses a part of this")]
+
+use bytemuck::Zeroable;
+use messages::*;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// A building of two elements, a space, a door, a task in another.
+pub(crate) fn site() -> ArchiveBuffer {
+    let mut b = SiteBuilder::default();
+    let text = b.texts.add("Grüße");
+    b.materials.push(text);
+    b.attributes.push(AttributeRecord { set: text, name: text, text, ..Zeroable::zeroed() });
+    b.vertices = vec![[0, 0, 0], [10_000, 0, 0], [0, 10_000, 0], [0, 0, 10_000]];
+    b.triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    b.parts.push(PartRecord { n_vertices: 4, n_triangles: 4, closed: 1, ..Zeroable::zeroed() });
+    b.map_storeys.push(MapStoreyRecord {
+        name: text,
+        global_id: text,
+        floor_z_tenths: 0,
+        floor: FloorKind::Built as u32,
+        bounds_tenths: [0, 0, 10_000, 10_000],
+    });
+    b.storeys.push(StoreyRecord { name: text, map_storey: 0, ..Zeroable::zeroed() });
+    let element = ElementRecord {
+        global_id: text,
+        n_parts: 1,
+        n_attributes: 1,
+        n_materials: 1,
+        class: 1,
+        max_tenths: [10_000; 3],
+        whole: NONE,
+        storey: 0,
+        space: NONE,
+        door: NONE,
+        stair: NONE,
+        ..Zeroable::zeroed()
+    };
+    b.elements = vec![element, ElementRecord { class: 3, door: 0, whole: 0, ..element }];
+    b.points = vec![[0, 0], [10_000, 0], [0, 10_000]];
+    b.rings.push(RingRecord { first_point: 0, n_points: 3 });
+    b.spaces.push(SpaceRecord { name: text, n_rings: 1, n_parts: 1, area_m2: 0.5, ..Zeroable::zeroed() });
+    let plan = BoxRecord { centre: [5_000.0, 0.0], axis: [1.0, 0.0], half: [4_000.0, 500.0] };
+    b.openings.push(OpeningRecord { plan, filling: 1, top_z_tenths: 21_000, ..Zeroable::zeroed() });
+    b.doors.push(DoorRecord { element: 1, spaces: [0, NONE], passage: plan, ..Zeroable::zeroed() });
+    b.boundaries.push(BoundaryRecord { space: 0, element: 1 });
+    let task = TaskRecord { name: text, parent: NONE, control: NONE, calendar: NONE, ..Zeroable::zeroed() };
+    b.tasks = vec![task, TaskRecord { parent: 0, ..task }, TaskRecord { parent: 1, ..task }];
+    b.finish()
+}
+
+pub(crate) fn phase() -> ArchiveBuffer {
+    let mut phase = PhaseBuilder::everything_built(7, 2, 1);
+    phase.spaces[0].why = phase.texts.add("task:x\nprivate");
+    phase.finish()
+}
+
+pub(crate) fn grid() -> ArchiveBuffer {
+    let head = GridHead { cell_tenths: 500, width: 3, height: 2, ..GridHead::EMPTY };
+    let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(6));
+    GridWriter::new(buffer.bytes_mut(), &head).seal();
+    buffer
+}
+
+pub(crate) fn grids() -> ArchiveBuffer {
+    let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
+    let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 }];
+    let doors = &[DoorPassageRecord { width_in_map_m: 0.8, ..Zeroable::zeroed() }];
+    let regions = &[RegionRecord { area_m2: 1.0, ..Zeroable::zeroed() }];
+    GridsBuilder { head, slots, robot_name: "default", doors, regions }.finish()
+}
+
+pub(crate) fn plan() -> ArchiveBuffer {
+    let mut texts = TextPool::default();
+    let reason = texts.add("blocked");
+    let head = PlanHead { site_hash: 1, phase_hash: 2, plan_time_s: 3 };
+    let spaces = vec![SpacePlanRecord { reason, centre: 0, ..Zeroable::zeroed() }];
+    PlanBuilder { texts, head, waypoints: vec![Zeroable::zeroed()], spaces }.finish()
+}
+
+/// Makes the preamble fit the content again, so that what lies behind the hash is looked at.
+pub(crate) fn reseal(bytes: &mut [u8]) {
+    if bytes.len() >= 64 {
+        let (length, hash) = (bytes.len() as u64, xxh3_64(&bytes[64..]));
+        bytes[16..24].copy_from_slice(&length.to_le_bytes());
+        bytes[24..32].copy_from_slice(&hash.to_le_bytes());
+    }
+}
+
+/// Opens bytes as every kind; a view that opens gives all it has.
+pub(crate) fn walk(bytes: &[u8]) -> usize {
+    let mut n = 0;
+    if let Ok(site) = Site::open(bytes) {
+        n += walk_site(&site);
+        if let Ok(phase) = Phase::open(bytes) {
+            n += usize::from(phase.check_site(&site).is_ok());
+        }
+    }
+    if let Ok(phase) = Phase::open(bytes) {
+        n += (0..phase.n_elements()).filter(|&k| phase.effective(k) == phase.planned(k)).count();
+        n += (0..phase.n_elements()).filter(|&k| phase.schedule_of(k).task == NONE).count();
+        n += (0..phase.spaces.len()).map(|k| phase.why(k).count() + usize::from(phase.is_blocked(k))).sum::<usize>();
+        n += phase.diagnostics.iter().map(|d| phase.text(d.message).len()).sum::<usize>();
+        n += usize::from(phase.head.plan_time().is_some());
+    }
+    if let Ok(grid) = Grid::open(bytes) {
+        let spec = grid.spec();
+        n += (0..grid.class.len()).filter(|&k| spec.index(spec.cell_of(k)) == k).count();
+        n += grid.planning.len() + grid.keepout.len() + grid.localization.len() + grid.floor.len() + grid.space.len();
+        n += usize::from(spec.origin_m()[0].is_finite());
+    }
+    if let Ok(index) = Grids::open(bytes) {
+        n += index.robot_name.len() + index.slots.len() + index.doors.len() + index.regions.len();
+        n += index.doors.iter().filter(|d| DoorPassage::from_id(d.passage).is_some()).count();
+    }
+    if let Ok(plan) = Plan::open(bytes) {
+        n += (0..plan.spaces.len()).map(|k| plan.reason(k).len()).sum::<usize>() + plan.waypoints.len();
+    }
+    n
+}
+
+fn walk_site(site: &Site<'_>) -> usize {
+    let mut n = 0;
+    for element in site.elements {
+        n += site.text(element.global_id).len() + site.text(element.name).len() + element.class().name().len();
+        n += site.element_meshes(element).map(|m| m.triangles.len() + m.vertices.len()).sum::<usize>();
+        n += site.element_attributes(element).iter().map(|a| site.text(a.text).len()).sum::<usize>();
+        n += site.element_materials(element).map(str::len).sum::<usize>();
+    }
+    for space in site.spaces {
+        n += site.text(space.name).len() + site.space_meshes(space).count() + site.space_attributes(space).len();
+        n += site.floor_polygon(space).0.len();
+    }
+    for door in site.doors {
+        n += usize::from(door.passage.to_box().at(1.0, 1.0)[0].is_finite());
+    }
+    let mut at = 0;
+    while let Some(task) = site.tasks.get(at).filter(|t| t.parent != NONE) {
+        at = task.parent as usize;
+        n += 1;
+    }
+    n + usize::from(site.map_from_world().apply([0.0; 3])[0].is_finite())
+}
