@@ -3,7 +3,7 @@
 use super::{client, demo_model, groundplan};
 use serde_json::Value;
 use std::ffi::OsStr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
@@ -22,12 +22,17 @@ pub(crate) struct Live {
 impl Live {
     /// The demo building before its first slab.
     pub(crate) fn start() -> Self {
+        Self::of(&demo_model(), "[schedule]\nplan_time = \"2024-03-01\"\n")
+    }
+
+    /// A building, with more of its configuration.
+    pub(crate) fn of(model: &Path, more: &str) -> Self {
         let home = tempfile::tempdir().unwrap();
         let root = tempfile::Builder::new().prefix("gplive").tempdir_in("/dev/shm").unwrap();
         let prefix = format!("{}_", root.path().file_name().unwrap().to_string_lossy().replace('.', ""));
-        std::fs::copy(demo_model(), home.path().join("demo.ifc")).unwrap();
+        std::fs::copy(model, home.path().join("demo.ifc")).unwrap();
         let site = format!(
-            "state = \"state\"\nmodels = [\"demo.ifc\"]\n[schedule]\nplan_time = \"2024-03-01\"\n[bus]\nprefix = {prefix:?}\nroot = {:?}\n",
+            "state = \"state\"\nmodels = [\"demo.ifc\"]\n{more}[bus]\nprefix = {prefix:?}\nroot = {:?}\n",
             root.path()
         );
         std::fs::write(home.path().join("site.toml"), site).unwrap();
@@ -108,6 +113,11 @@ impl Drop for Live {
             // After a failure: its children leave with it.
             let _ = up.kill();
             let _ = up.wait();
+            for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
+                if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
+                    let _ = std::fs::remove_file(entry.path());
+                }
+            }
         }
     }
 }
