@@ -2,7 +2,7 @@
 
 use crate::cli::ChangesArgs;
 use crate::failure::Failure;
-use crate::maps::with_maps;
+use crate::maps::{robot_of, with_maps};
 use crate::plan_date;
 use crate::schedule_files::with_timeline;
 use daemon::Robot;
@@ -76,8 +76,7 @@ struct Unreachable<'s> {
 /// Bad arguments, models that cannot be read, dates that can be read in two ways, maps that cannot be drawn.
 pub fn changes(arguments: &ChangesArgs) -> Result<String, Failure> {
     let diff_s: Vec<i64> = arguments.diff.iter().map(|d| plan_date::instant_s(d)).collect::<Result<_, _>>()?;
-    let robot = arguments.robot.robot.as_deref().map_or(Ok(Robot::default()), Robot::read).map_err(Failure::usage)?;
-    grid::GridSpec::cell_tenths_of(arguments.robot.resolution).map_err(Failure::usage)?;
+    let robot = robot_of(&arguments.robot)?;
     with_timeline(&arguments.model, &arguments.schedule, |site, timeline, progress| {
         let &[from_s, to_s] = diff_s.as_slice() else {
             let changes = timeline.changes();

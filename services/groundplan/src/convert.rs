@@ -2,7 +2,7 @@
 
 use crate::cli::ConvertArgs;
 use crate::failure::Failure;
-use crate::maps::{Maps, with_maps};
+use crate::maps::{Maps, robot_of, with_maps};
 use crate::plan_date;
 use crate::progress::ProgressLine;
 use crate::schedule_files::ScheduleInput;
@@ -35,8 +35,7 @@ enum Wanted {
 /// folder that cannot be written.
 pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
     let started = Instant::now();
-    let robot = arguments.robot.robot.as_deref().map_or(Ok(Robot::default()), Robot::read).map_err(Failure::usage)?;
-    grid::GridSpec::cell_tenths_of(arguments.robot.resolution).map_err(Failure::usage)?;
+    let robot = robot_of(&arguments.robot)?;
     let wanted = wanted(arguments)?;
     let schedule = ScheduleInput::read(&arguments.schedule)?;
     let folder = OutputFolder::at(&arguments.out).map_err(Failure::usage)?;

@@ -1,10 +1,20 @@
 //! The maps of a phase: grids, their index, waypoints.
 
+use crate::cli::RobotArgs;
 use crate::failure::Failure;
 use daemon::Robot;
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
 use rasterize::Rasterizer;
+
+/// The robot that maps are for, once it is known that its resolution is one.
+///
+/// # Errors
+/// A profile or a resolution that cannot be used.
+pub(crate) fn robot_of(arguments: &RobotArgs) -> Result<Robot, Failure> {
+    grid::GridSpec::cell_tenths_of(arguments.resolution).map_err(Failure::usage)?;
+    arguments.robot.as_deref().map_or(Ok(Robot::default()), Robot::read).map_err(Failure::usage)
+}
 
 /// Maps of all storeys at a phase.
 pub(crate) struct Maps<'a> {
