@@ -41,13 +41,16 @@ fn distances(c: &mut Criterion) {
     group.finish();
 }
 
+/// True of some cells, by column and row.
+type At = fn(usize, usize) -> bool;
+
 /// Margins in a window of 574 x 574 cells: rooms of 80 cells behind walls of 4, with a door of 20 each.
 fn margins(c: &mut Criterion) {
     const SIDE: usize = 574;
     const WORK: u8 = 1;
     const FREE: u8 = 2;
     let is_wall = |x: usize, y: usize| (x % 84 < 4 && !(30..50).contains(&(y % 84))) || y % 84 < 4 && x % 84 >= 4;
-    let regions = |work: fn(usize, usize) -> bool| -> Vec<u8> {
+    let regions = |work: At| -> Vec<u8> {
         let cell = |i: usize| match (i % SIDE, i / SIDE) {
             (x, y) if work(x, y) => WORK,
             (x, y) if is_wall(x, y) => 0,
@@ -58,7 +61,7 @@ fn margins(c: &mut Criterion) {
     let mut growth = Growth::default();
     let mut group = c.benchmark_group("margins in a window");
     group.throughput(criterion::Throughput::Elements((SIDE * SIDE) as u64));
-    let cases: [(&str, f64, fn(usize, usize) -> bool); 4] = [
+    let cases: [(&str, f64, At); 4] = [
         ("no work", 30.0, |_, _| false),
         ("work at one wall", 30.0, |x, y| (84..88).contains(&x) && y < 84),
         ("work at every third wall", 30.0, |x, _| x % 252 < 4),
