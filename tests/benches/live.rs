@@ -316,7 +316,8 @@ fn report(steps: &[Step], which: &str, wanted: impl Fn(&Step) -> bool) {
 /// From publishing to having it, by size; nothing is copied.
 fn payloads() {
     let root = tempfile::Builder::new().prefix("gpbench").tempdir_in("/dev/shm").unwrap();
-    let domain = Domain::shared(&format!("gp{:x}_", std::process::id()), root.path()).unwrap();
+    let prefix = format!("gp{:x}_", std::process::id());
+    let domain = Domain::shared(&prefix, root.path()).unwrap();
     let _keeper = Keeper::start(&domain).unwrap();
     let mut epoch = 0;
     for length in [1 << 10, 1 << 20, 16 << 20, 128 << 20, 512 << 20] {
@@ -366,6 +367,12 @@ fn payloads() {
             .publish_copy(archive.bytes(), Origin { epoch, frame_epoch: 0, inputs: InputHashes::default() })
             .unwrap();
         receiver.join().unwrap();
+    }
+    // The bus library leaves a few bytes behind.
+    for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            let _ = std::fs::remove_file(entry.path());
+        }
     }
 }
 

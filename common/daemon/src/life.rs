@@ -324,7 +324,10 @@ impl Life {
             }
             Err(failure) => {
                 let text = chain(failure.as_ref());
-                warn!(service = self.daemon.name(), error = text, "what it was asked cannot be done");
+                // What is tried again every second is told once.
+                if self.error != text {
+                    warn!(service = self.daemon.name(), error = text, "what it was asked cannot be done");
+                }
                 self.stages.set(Stage::Idle);
                 self.error.clone_from(&text);
                 command.map(|command| command.failed(text.as_bytes()))

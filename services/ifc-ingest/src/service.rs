@@ -21,6 +21,8 @@ pub struct IngestService {
     /// What the files looked like when they were read, or tried, last.
     stamps: Vec<Option<FileStamp>>,
     last: Option<(CheckedSite<ArchiveBuffer>, Origin)>,
+    /// True from a change until it is published: what fails for want of room is tried again.
+    is_pending: bool,
 }
 
 /// What the cache was made from.
@@ -57,7 +59,7 @@ impl IngestService {
         };
         // Without a cache everything is read anew.
         let stamps = if last.is_some() { stamps } else { Vec::new() };
-        Ok(Self { state, cache, epochs, stages, publisher: None, models, stamps, last })
+        Ok(Self { state, cache, epochs, stages, publisher: None, models, stamps, last, is_pending: false })
     }
 
     /// Reads these files and publishes their site. A file that is broken leaves the last good site where it is.
@@ -103,11 +105,13 @@ impl IngestService {
         Some(SiteFrame { map_from_world: site.map_from_world(), frame_epoch: site.head.frame_epoch })
     }
 
-    fn publish(&self) -> Result<Done, Failure> {
+    fn publish(&mut self) -> Result<Done, Failure> {
+        self.is_pending = true;
         let (Some((site, origin)), Some(publisher)) = (&self.last, &self.publisher) else { return Ok(Done::default()) };
         let bytes = site.bytes().bytes();
         publisher.publish_copy(bytes, *origin)?;
         info!(service = "ifc-ingest", epoch = origin.epoch, bytes = bytes.len(), "site published");
+        self.is_pending = false;
         self.stages.set(Stage::Published);
         let content_hash = site.view().content_hash();
         Ok(Done { answer: Answer { content_hash, epoch: origin.epoch, ..Answer::default() }, ..Done::default() })
@@ -117,7 +121,7 @@ impl IngestService {
     fn look(&mut self) -> Result<Done, Failure> {
         let now: Vec<Option<FileStamp>> = self.models.iter().map(|path| stamp(path)).collect();
         if self.models.is_empty() || now == self.stamps {
-            return Ok(Done::default());
+            return if self.is_pending { self.publish() } else { Ok(Done::default()) };
         }
         self.load(self.models.clone())
     }

@@ -24,6 +24,8 @@ pub struct RasterizeService {
     published: Vec<Option<u64>>,
     /// Epoch of what is to be published of each storey; `None` where nothing changed.
     next_epochs: Vec<Option<u64>>,
+    /// True from a change until it is published: what fails for want of room is tried again.
+    is_pending: bool,
     last: Answer,
 }
 
@@ -49,6 +51,7 @@ impl RasterizeService {
             phase: None,
             published: Vec::new(),
             next_epochs: Vec::new(),
+            is_pending: false,
             last: Answer::default(),
         })
     }
@@ -107,6 +110,7 @@ impl RasterizeService {
         }
         phase.check_site(&site)?;
         self.stages.set(Stage::Writing);
+        self.is_pending = true;
         rasterizer.draw(&site, &phase);
         let inputs = InputHashes {
             site: site.content_hash(),
@@ -140,6 +144,7 @@ impl RasterizeService {
         info!(service = "rasterize", epoch, storeys, published = n_published, "grids published");
         self.stages.set(Stage::Published);
         let plan_time_s = Some(phase.head.plan_time_s).filter(|_| phase.head.plan_time().is_some());
+        self.is_pending = false;
         self.last = Answer { content_hash, epoch, plan_time_s, clock: None };
         Ok(self.done())
     }
@@ -174,6 +179,7 @@ impl Service for RasterizeService {
             Event::Request(Request::SetRobot { profile }) => self.set_robot(profile),
             Event::Request(_) => Err("rasterize makes grids for a robot and nothing else".into()),
             Event::Configuration(config) => self.configure(&config),
+            Event::Tick if self.is_pending => self.draw(),
             Event::Attached | Event::Tick => Ok(Done::default()),
         }
     }

@@ -30,6 +30,8 @@ pub struct ScheduleService {
     site: Option<CheckedSite<bus::Sample>>,
     evaluated: Option<Evaluated>,
     last: Option<Published>,
+    /// True from a change until it is published: what fails for want of room is tried again.
+    is_pending: bool,
 }
 
 /// The schedule of the site at hand.
@@ -72,6 +74,7 @@ impl ScheduleService {
             site: None,
             evaluated: None,
             last: None,
+            is_pending: false,
         })
     }
 
@@ -175,6 +178,7 @@ impl ScheduleService {
         let at_s = self.shown_s(reading);
         let (Some(evaluated), Some(publisher)) = (&self.evaluated, &self.publisher) else { return Ok(self.done()) };
         self.stages.set(Stage::Writing);
+        self.is_pending = true;
         if self.clock.is_moving() && reading.trusted {
             let clock = self.clock.having_reached(Reached { plan_s: reading.plan_s, wall_ms });
             self.clock_file.save(&clock)?;
@@ -187,6 +191,7 @@ impl ScheduleService {
         publisher.publish_copy(phase.bytes(), origin)?;
         info!(service = "schedule-eval", epoch = origin.epoch, bytes = phase.bytes().len(), "phase published");
         self.last = Some(Published { phase, content_hash, origin, at_s });
+        self.is_pending = false;
         self.stages.set(Stage::Published);
         Ok(self.done())
     }
@@ -206,7 +211,9 @@ impl ScheduleService {
     fn tick(&mut self) -> Result<Done, Failure> {
         let at_s = self.shown_s(self.read_clock().0);
         match &self.last {
-            Some(last) if last.at_s == at_s => Ok(Done { answer: Answer::default(), ..self.done() }),
+            Some(last) if last.at_s == at_s && !self.is_pending => {
+                Ok(Done { answer: Answer::default(), ..self.done() })
+            }
             None if self.evaluated.is_none() => Ok(Done::default()),
             _ => self.publish(),
         }
