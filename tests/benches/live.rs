@@ -63,7 +63,8 @@ fn ms(time: Duration) -> f64 {
 struct Live {
     up: Child,
     prefix: String,
-    root: tempfile::TempDir,
+    /// Folder of the bus; goes with this value.
+    _root: tempfile::TempDir,
     domain: Domain,
     bus: Bus,
     waiter: Waiter,
@@ -91,7 +92,7 @@ impl Live {
                 Err(why) => panic!("{why}"),
             }
         };
-        Self { up, prefix, root, domain, bus, waiter }
+        Self { up, prefix, _root: root, domain, bus, waiter }
     }
 
     fn next(&mut self, subscriber: &Subscriber) -> Sample {
@@ -205,7 +206,16 @@ impl Drop for Live {
     fn drop(&mut self) {
         let _ = Command::new("kill").arg(self.up.id().to_string()).status();
         let _ = self.up.wait();
-        let _ = self.root.path();
+        remove_segments(&self.prefix);
+    }
+}
+
+/// This program is on the bus until its end, so the keeper leaves what it uses.
+fn remove_segments(prefix: &str) {
+    for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(prefix) {
+            let _ = std::fs::remove_file(entry.path());
+        }
     }
 }
 
@@ -368,12 +378,7 @@ fn payloads() {
             .unwrap();
         receiver.join().unwrap();
     }
-    // The bus library leaves a few bytes behind.
-    for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
-        if entry.file_name().to_string_lossy().starts_with(&prefix) {
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
+    remove_segments(&prefix);
 }
 
 /// An archive as large as the loan says it is: its preamble with the loan's length.
