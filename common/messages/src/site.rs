@@ -75,6 +75,7 @@ impl<'a> Site<'a> {
     /// Bytes that are no whole site archive, or records that point outside their sections.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let site = Self::of(Archive::open(bytes, ArchiveKind::Site)?)?;
+        site.check_spans()?;
         site.check_meshes()?;
         site.check_numbers()?;
         site.check_indices()?;
@@ -178,6 +179,25 @@ impl<'a> Site<'a> {
             triangles: &triangles[span(part.first_triangle, part.n_triangles)],
             closed: part.closed == 1,
         })
+    }
+
+    /// Records that share what they point at would be walked again and again: all spans of a kind together are no longer than
+    /// their section, so that every walk is linear in the archive.
+    fn check_spans(&self) -> Result<(), ArchiveError> {
+        let check = |lengths: &mut dyn Iterator<Item = u32>, section: usize, what| {
+            let all: u64 = lengths.map(u64::from).sum();
+            if all <= section as u64 { Ok(()) } else { Err(ArchiveError::Index { what }) }
+        };
+        let (elements, spaces) = (self.elements, self.spaces);
+        let parts = || elements.iter().map(|e| e.n_parts).chain(spaces.iter().map(|s| s.n_parts));
+        let attributes = || elements.iter().map(|e| e.n_attributes).chain(spaces.iter().map(|s| s.n_attributes));
+        check(&mut parts(), self.parts.len(), "a mesh part")?;
+        check(&mut self.parts.iter().map(|p| p.n_vertices), self.vertices.len(), "a vertex")?;
+        check(&mut self.parts.iter().map(|p| p.n_triangles), self.triangles.len(), "a triangle")?;
+        check(&mut spaces.iter().map(|s| s.n_rings), self.rings.len(), "a ring")?;
+        check(&mut self.rings.iter().map(|r| r.n_points), self.points.len(), "a point")?;
+        check(&mut attributes(), self.attributes.len(), "an attribute")?;
+        check(&mut elements.iter().map(|e| e.n_materials), self.materials.len(), "a material")
     }
 
     fn check_meshes(&self) -> Result<(), ArchiveError> {

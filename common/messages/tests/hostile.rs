@@ -2,7 +2,7 @@
 
 mod support;
 
-use messages::{ArchiveBuffer, ArchiveError, Site};
+use messages::{ArchiveBuffer, ArchiveError, PartRecord, Site, SiteBuilder};
 use proptest::prelude::*;
 use support::{grid, grids, phase, plan, reseal, site, walk};
 
@@ -46,6 +46,20 @@ fn a_task_that_is_nested_in_itself_is_refused() {
         reseal(buffer.bytes_mut());
         assert_eq!(Site::open(buffer.bytes()).unwrap_err(), ArchiveError::Index { what: "the schedule" });
     }
+}
+
+#[test]
+fn parts_that_share_triangles_are_refused_because_walking_them_would_be_quadratic() {
+    let part = PartRecord { first_vertex: 0, n_vertices: 3, first_triangle: 0, n_triangles: 1, closed: 0, reserved: 0 };
+    let opened = |n_parts: usize| {
+        let mut builder = SiteBuilder::default();
+        builder.vertices.extend([[0; 3]; 6]);
+        builder.triangles.push([0, 1, 2]);
+        builder.parts.extend(vec![part; n_parts]);
+        Site::open(builder.finish().bytes()).map(|_| ())
+    };
+    assert_eq!(opened(1), Ok(()));
+    assert_eq!(opened(2), Err(ArchiveError::Index { what: "a triangle" }));
 }
 
 proptest! {

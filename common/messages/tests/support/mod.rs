@@ -36,10 +36,11 @@ pub(crate) fn site() -> ArchiveBuffer {
         stair: NONE,
         ..Zeroable::zeroed()
     };
-    b.elements = vec![element, ElementRecord { class: 3, door: 0, whole: 0, ..element }];
+    let door = ElementRecord { class: 3, door: 0, whole: 0, n_parts: 0, n_attributes: 0, n_materials: 0, ..element };
+    b.elements = vec![element, door];
     b.points = vec![[0, 0], [10_000, 0], [0, 10_000]];
     b.rings.push(RingRecord { first_point: 0, n_points: 3 });
-    b.spaces.push(SpaceRecord { name: text, n_rings: 1, n_parts: 1, area_m2: 0.5, ..Zeroable::zeroed() });
+    b.spaces.push(SpaceRecord { name: text, n_rings: 1, area_m2: 0.5, ..Zeroable::zeroed() });
     let plan = BoxRecord { centre: [5_000.0, 0.0], axis: [1.0, 0.0], half: [4_000.0, 500.0] };
     b.openings.push(OpeningRecord { plan, filling: 1, top_z_tenths: 21_000, ..Zeroable::zeroed() });
     b.doors.push(DoorRecord { element: 1, spaces: [0, NONE], passage: plan, ..Zeroable::zeroed() });
