@@ -10,6 +10,7 @@ mod growth;
 mod nav2;
 mod raster;
 mod rect;
+mod sight;
 mod spec;
 
 pub use cells::{Mask, enclosed, fill_holes, label_components};
@@ -19,4 +20,5 @@ pub use growth::{Growth, MAX_REACH_CELLS, REACHED};
 pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, pixel_of};
 pub use raster::{Run, covered_cells, overlapped_cells};
 pub use rect::{CellRect, join_rects};
+pub use sight::Sight;
 pub use spec::{Cell, GridSpec, GridSpecError, MAX_CELLS};

@@ -1,0 +1,212 @@
+//! What can be seen on a grid.
+
+use crate::squared_distances;
+
+/// Straight lines through cells that let them pass.
+///
+/// Places are in cells, from the lower left corner of the grid: the middle of the first cell is (0.5, 0.5).
+#[derive(Debug, Clone)]
+pub struct Sight {
+    width: usize,
+    /// 0 where nothing passes; else 1 and the whole cells that a line may go from anywhere in the cell, in any direction.
+    leap: Vec<u8>,
+}
+
+/// Diagonal of a cell: half of it to the middle of the cell that a line is in, half from the middle of the cell that stops it.
+const DIAGONAL: f64 = std::f64::consts::SQRT_2;
+
+/// A cell, in the units of a line.
+const ONE_BITS: u32 = 20;
+const ONE: i64 = 1 << ONE_BITS;
+
+/// Fraction of a direction: over a thousand cells a line is off by less than a thousandth of one.
+const DIRECTION_BITS: u32 = 24;
+
+/// More than any line is long; products with the side of a cell do not overflow.
+const MAX_BETWEEN: i64 = 1 << 40;
+
+/// Carries a line over the border that it has come to.
+const OVER: i64 = 2;
+
+impl Sight {
+    /// From the cells that stop lines, row-major, `width` wide. What lies outside the grid stops them, too.
+    pub fn new(opaque: &[bool], width: usize) -> Self {
+        Self::from_distances(&squared_distances(opaque, width), width)
+    }
+
+    /// From the squared distance of every cell to the nearest one that stops lines, as of [`squared_distances`].
+    pub fn from_distances(squared: &[u32], width: usize) -> Self {
+        // The table holds all distances that matter; beyond it a leap is 250 cells.
+        let table: Vec<u8> =
+            (0..=253u32 * 253).map(|d2| (f64::from(d2).sqrt() - DIAGONAL).floor().clamp(0.0, 250.0) as u8).collect();
+        let height = squared.len().checked_div(width).unwrap_or(0);
+        let mut leap = Vec::with_capacity(squared.len());
+        for (row, cells) in squared.chunks_exact(width.max(1)).enumerate() {
+            let rows_left = row.min(height - 1 - row);
+            leap.extend(cells.iter().enumerate().map(|(column, &d2)| {
+                // The grid's border stops a line, too.
+                let left = column.min(width - 1 - column).min(rows_left).min(250) as u8;
+                if d2 == 0 { 0 } else { 1 + table.get(d2 as usize).copied().unwrap_or(250).min(left) }
+            }));
+        }
+        Self { width, leap }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// True if lines pass the cell.
+    pub fn passes(&self, cell: usize) -> bool {
+        self.leap[cell] != 0
+    }
+
+    /// True if the cell and all cells less than this many cells around it let lines pass.
+    pub fn is_wide(&self, cell: usize, cells: u8) -> bool {
+        self.leap[cell] > cells
+    }
+
+    /// True if the line between two places in the grid passes every cell that it runs through.
+    pub fn is_clear(&self, from: [f64; 2], to: [f64; 2]) -> bool {
+        let d = [to[0] - from[0], to[1] - from[1]];
+        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        if length == 0.0 {
+            return self.leap[self.cell_at(from)] != 0;
+        }
+        let direction = [d[0] / length, d[1] / length];
+        self.run(from, direction, length) >= length
+    }
+
+    /// How far a line gets from a place in the grid, at most `limit`: to the border of the first cell that stops it.
+    pub fn run(&self, from: [f64; 2], direction: [f64; 2], limit: f64) -> f64 {
+        // Whole numbers of millionths of a cell: no step of the loop rounds or converts.
+        let start = from.map(|c| (c * ONE as f64) as i64);
+        let step = direction.map(|d| (d * f64::from(1 << DIRECTION_BITS)) as i64);
+        // Length of the line from border to border; a line along a column never comes to its borders.
+        let between = direction.map(|d| (ONE as f64 / d.abs()).min(MAX_BETWEEN as f64) as i64);
+        let limit_fixed = (limit * ONE as f64) as i64;
+        let (width, height) = (self.width as i64, (self.leap.len() / self.width) as i64);
+        let mut gone = 0i64;
+        while gone < limit_fixed {
+            let x = start[0] + ((step[0] * gone) >> DIRECTION_BITS);
+            let y = start[1] + ((step[1] * gone) >> DIRECTION_BITS);
+            let (column, row) = (x >> ONE_BITS, y >> ONE_BITS);
+            if !(0 <= column && column < width && 0 <= row && row < height) {
+                return gone as f64 / ONE as f64;
+            }
+            gone += match self.leap[(row * width + column) as usize] {
+                0 => return gone as f64 / ONE as f64,
+                1 => {
+                    let ahead = |at: i64, step: i64, between: i64| {
+                        let inside = at & (ONE - 1);
+                        ((if step < 0 { inside } else { ONE - inside }) * between) >> ONE_BITS
+                    };
+                    ahead(x, step[0], between[0]).min(ahead(y, step[1], between[1])) + OVER
+                }
+                leap => i64::from(leap - 1) << ONE_BITS,
+            };
+        }
+        limit
+    }
+
+    /// Calls `see` with every cell that lines from a place pass within `range`, some more than once, in all directions or in
+    /// the half-open sector of `field_of_view_rad` around `heading_rad`. Lines are a cell apart where they end.
+    pub fn look_around(
+        &self,
+        from: [f64; 2],
+        range: f64,
+        heading_rad: f64,
+        field_of_view_rad: f64,
+        mut see: impl FnMut(usize),
+    ) {
+        let n = (range * field_of_view_rad).ceil().max(8.0) as u32;
+        for k in 0..n {
+            let angle = heading_rad + field_of_view_rad * ((f64::from(k) + 0.5) / f64::from(n) - 0.5);
+            let (sin, cos) = libm::sincos(angle);
+            let length = self.run(from, [cos, sin], range);
+            let n_steps = (length * 2.0) as u32;
+            for step in 0..=n_steps {
+                let gone = f64::from(step) / 2.0;
+                see(self.cell_at([from[0] + cos * gone, from[1] + sin * gone]));
+            }
+        }
+    }
+
+    fn cell_at(&self, at: [f64; 2]) -> usize {
+        at[1] as usize * self.width + at[0] as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// From text, `#` stops lines; first line is the top row.
+    fn sight(text: &str) -> Sight {
+        let rows: Vec<&str> = text.split_whitespace().collect();
+        let opaque: Vec<bool> = rows.iter().rev().flat_map(|r| r.bytes().map(|b| b == b'#')).collect();
+        Sight::new(&opaque, rows[0].len())
+    }
+
+    #[test]
+    fn a_wall_hides_what_is_behind_it_and_a_gap_does_not() {
+        let sight = sight("....... ###.### .......");
+        assert!(sight.is_clear([0.5, 0.5], [6.5, 0.5]));
+        assert!(!sight.is_clear([0.5, 0.5], [0.5, 2.5]));
+        assert!(sight.is_clear([3.5, 0.5], [3.5, 2.5]));
+        assert!(sight.is_clear([3.1, 0.2], [3.9, 2.8]));
+        assert!(!sight.is_clear([2.0, 0.2], [5.0, 2.8]));
+    }
+
+    #[test]
+    fn a_line_ends_at_the_border_of_the_cell_that_stops_it() {
+        let sight = sight(".....# .....# .....#");
+        let run = sight.run([0.5, 1.5], [1.0, 0.0], 20.0);
+        assert!((run - 4.5).abs() < 1e-5, "{run}");
+        assert_eq!(sight.run([0.5, 1.5], [1.0, 0.0], 3.0), 3.0);
+        assert!((sight.run([0.5, 1.5], [0.0, -1.0], 20.0) - 1.5).abs() < 1e-5, "the grid ends there");
+    }
+
+    /// By asking for every cell whether the line runs through more than a corner of it.
+    fn slowly(opaque: &[bool], width: usize, from: [f64; 2], to: [f64; 2]) -> bool {
+        let cells =
+            opaque.iter().enumerate().filter(|(_, o)| **o).map(|(k, _)| [(k % width) as f64, (k / width) as f64]);
+        for cell in cells {
+            let (mut lo, mut hi) = (0.0f64, 1.0f64);
+            for k in 0..2 {
+                let d = to[k] - from[k];
+                let (a, b) = ((cell[k] - from[k]) / d, (cell[k] + 1.0 - from[k]) / d);
+                (lo, hi) = (lo.max(a.min(b)), hi.min(a.max(b)));
+            }
+            if lo + 1e-5 < hi {
+                return false;
+            }
+        }
+        true
+    }
+
+    proptest! {
+        #[test]
+        fn lines_agree_with_looking_at_every_cell(
+            width in 2usize..12,
+            opaque in prop::collection::vec(prop::bool::weighted(0.15), 24..140),
+            ends in prop::array::uniform4(0.01f64..0.99),
+        ) {
+            let opaque = &opaque[..opaque.len() / width * width];
+            let size = [width as f64, (opaque.len() / width) as f64];
+            let (from, to) = ([ends[0] * size[0], ends[1] * size[1]], [ends[2] * size[0], ends[3] * size[1]]);
+            prop_assume!((from[0] - to[0]).abs() > 1e-3 && (from[1] - to[1]).abs() > 1e-3);
+            let sight = Sight::new(opaque, width);
+            // Lines that pass a corner within rounding may go either way.
+            let near_corner = (0..=width).any(|x| (0..=size[1] as usize).any(|y| {
+                let d = [to[0] - from[0], to[1] - from[1]];
+                let off = (x as f64 - from[0]) * d[1] - (y as f64 - from[1]) * d[0];
+                off.abs() < 1e-4 * (d[0].abs() + d[1].abs())
+            }));
+            prop_assume!(!near_corner);
+            prop_assert_eq!(sight.is_clear(from, to), slowly(opaque, width, from, to));
+        }
+    }
+}
