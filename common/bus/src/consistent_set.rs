@@ -297,6 +297,7 @@ impl ConsistentSet<Sample> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bytemuck::Zeroable;
     use messages::{PhaseBuilder, RobotProfile};
 
     const SITE: u64 = 1;
@@ -340,7 +341,7 @@ mod tests {
         }
 
         fn plan(&mut self, phase: u64) -> &mut Self {
-            let head = PlanHead { site_hash: SITE, phase_hash: phase, plan_time_s: 0 };
+            let head = PlanHead { site_hash: SITE, phase_hash: phase, ..Zeroable::zeroed() };
             self.set.see_plan(phase + 100, &head, format!("plan {phase}"));
             self
         }
@@ -403,7 +404,7 @@ mod tests {
     #[test]
     fn a_plan_of_other_grids_of_the_same_phase_is_none() {
         let mut scene = complete();
-        let head = PlanHead { site_hash: SITE, phase_hash: 10, plan_time_s: 0 };
+        let head = PlanHead { site_hash: SITE, phase_hash: 10, ..Zeroable::zeroed() };
         scene.set.see_plan(999, &head, "other robot".to_owned());
         scene.holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
     }

@@ -1,19 +1,19 @@
 //! Waypoints as CSV.
 
-use crate::waypoints::{kind, name_of};
+use crate::waypoints::{kind, name_of, space_id};
 use crate::{ExportInput, rounded};
 use std::fmt::Write;
 
 /// One line per waypoint: pose with quaternion (x, y, z, w), space, clearance.
 pub(crate) fn waypoints(input: &ExportInput<'_>) -> String {
     let mut text =
-        "id,order,kind,storey,x_m,y_m,z_m,sensor_z_m,yaw_rad,qx,qy,qz,qw,space,name,clearance_m,covers_m2\n".to_owned();
+        "id,order,kind,storey,x_m,y_m,z_m,sensor_z_m,yaw_rad,qx,qy,qz,qw,space,name,clearance_m,covers_m2,overlap,leg_m\n".to_owned();
     for w in input.plan.waypoints {
         let [x, y, z] = w.position_in_map_m.map(rounded);
         let (qz, qw) = libm::sincos(w.yaw_rad / 2.0);
-        let space = quoted(input.site.text(input.site.spaces[w.space as usize].global_id));
+        let space = quoted(&space_id(input, w.space).unwrap_or_default());
         let line = format!(
-            "{},{},{},{},{x},{y},{z},{},{},0,0,{qz},{qw},{space},{},{},{}",
+            "{},{},{},{},{x},{y},{z},{},{},0,0,{qz},{qw},{space},{},{},{},{},{}",
             w.id,
             w.order,
             kind(w),
@@ -23,6 +23,8 @@ pub(crate) fn waypoints(input: &ExportInput<'_>) -> String {
             quoted(&name_of(input, w)),
             rounded(w.clearance_m),
             rounded(w.covers_m2),
+            rounded(w.overlap),
+            rounded(w.leg_m),
         );
         // Writing to a string does not fail.
         let _ = writeln!(text, "{line}");

@@ -10,7 +10,9 @@ mod manifest;
 mod maps;
 mod output_folder;
 mod pictures;
+mod plan_picture;
 mod report;
+mod route;
 mod schedule_report;
 mod semantic;
 mod semantic_geometry;
@@ -20,6 +22,7 @@ mod waypoints;
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of};
 pub use output_folder::{OutputError, OutputFolder};
 pub use report::Report;
+pub use route::SiteGraph;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
@@ -76,6 +79,7 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
         ExportFile::new("waypoints.json", json::text(&Waypoints::of(input))),
         ExportFile::new("waypoints.csv", csv::waypoints(input)),
         ExportFile::new("waypoints.geojson", json::text(&waypoints::geojson(input))),
+        ExportFile::new("site-graph.json", json::text(&SiteGraph::of(input))),
     ];
     for (grid, storey) in input.grids.iter().zip(input.site.map_storeys) {
         let folder = storey_folder(input.site, grid.head.map_storey, storey);
@@ -85,6 +89,9 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
             format!("{folder}/waypoints.yaml"),
             waypoints::nav2_yaml(input, grid.head.map_storey),
         ));
+        let route = route::nav2_route(input, grid.head.map_storey);
+        files.push(ExportFile::new(format!("{folder}/route.geojson"), json::text(&route)));
+        files.push(plan_picture::file(&folder, input, grid));
     }
     let sums = files.iter().map(|f| (f.path.clone(), sha256_hex(&f.bytes))).collect();
     files.push(ExportFile::new("manifest.json", json::text(&Manifest::of(input, sums))));

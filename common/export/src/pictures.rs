@@ -20,12 +20,16 @@ const UNKNOWN: Rgb = [220, 220, 220];
 pub(crate) fn files(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> [ExportFile; 2] {
     let (width, height) = (grid.head.width, grid.head.height);
     let classes: Vec<u8> = rows_from_top(grid.class, width as usize).flatten().copied().collect();
-    let semantic = semantic(input, grid);
-    let colours: Vec<u8> = rows_from_top(&semantic.pixels, semantic.width).flatten().flatten().copied().collect();
     [
-        ExportFile::new(format!("{folder}/semantic.png"), png_bytes(width, height, png::ColorType::Rgb, &colours)),
+        ExportFile::new(format!("{folder}/semantic.png"), picture(&semantic(input, grid))),
         ExportFile::new(format!("{folder}/classes.png"), png_bytes(width, height, png::ColorType::Grayscale, &classes)),
     ]
+}
+
+/// The canvas as a PNG file.
+pub(crate) fn picture(canvas: &Canvas) -> Vec<u8> {
+    let colours: Vec<u8> = rows_from_top(&canvas.pixels, canvas.width).flatten().flatten().copied().collect();
+    png_bytes(canvas.width as u32, canvas.height() as u32, png::ColorType::Rgb, &colours)
 }
 
 fn rows_from_top<T>(layer: &[T], width: usize) -> impl Iterator<Item = &[T]> {

@@ -1,7 +1,7 @@
 //! Waypoints as JSON, GeoJSON and the YAML of Nav2's panel.
 
 use crate::{ExportInput, rounded};
-use messages::{WaypointKind, WaypointRecord};
+use messages::{NoWaypoint, ScanSensor, StoreyPlanRecord, WaypointKind, WaypointRecord};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -17,10 +17,75 @@ pub struct Waypoints {
     frame_epoch: u32,
     /// Plan time; null if all elements stand regardless of dates.
     plan_time: Option<String>,
+    /// What scans are made with.
+    sensor: Sensor,
+    /// Share of the faces that can be seen that the scans were to see; 0 if only centres are planned.
+    coverage_goal: f64,
+    /// Share of each scan's faces that earlier ones were to have seen.
+    overlap_goal: f64,
+    /// Estimated time of driving all tours.
+    driving_s: f64,
+    /// Time of all scans.
+    scanning_s: f64,
+    /// What became of each map storey.
+    storeys: Vec<StoreyOutcome>,
+    /// What somebody should know.
+    notices: Vec<Notice>,
     /// The waypoints.
     waypoints: Vec<Waypoint>,
     /// What became of each space, by GlobalId.
     spaces: BTreeMap<String, SpaceOutcome>,
+}
+
+/// Lengths in metres, angles in radians.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Sensor {
+    /// Farthest that it measures.
+    range_m: f64,
+    /// Nearest that it measures.
+    min_range_m: f64,
+    /// Largest angle between a ray and the normal of the face that it meets.
+    max_incidence_rad: f64,
+    /// Horizontal field of view around the heading.
+    field_of_view_rad: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct StoreyOutcome {
+    /// Index of the map storey.
+    storey: u32,
+    /// Share of the faces that can be seen that the scans see; null if there are none, or no scans are planned.
+    coverage: Option<f64>,
+    /// Sides of occupied cells that can be seen from some place.
+    faces: u32,
+    /// Those of them that the scans see.
+    faces_seen: u32,
+    /// Scans.
+    scans: u32,
+    /// Scans that are there to join others.
+    connecting_scans: u32,
+    /// Length of the tour through all waypoints.
+    tour_m: f64,
+    /// No tour through them is shorter.
+    tour_bound_m: f64,
+    /// Floor that the middle of the robot can get to.
+    reached_m2: f64,
+    /// Floor that it could stand on and cannot get to.
+    unreached_m2: f64,
+    /// Separate parts of the storey that the waypoints lie in.
+    parts: u32,
+    /// Points on the meshes of elements at all heights that the check looked at; null without it.
+    mesh_points: Option<u32>,
+    /// Those of them that the scans see.
+    mesh_points_seen: Option<u32>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Notice {
+    /// Stable word for programs.
+    code: String,
+    /// One sentence for people.
+    message: String,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -33,8 +98,8 @@ struct Waypoint {
     kind: &'static str,
     /// Index of the map storey.
     storey: u32,
-    /// GlobalId of the space.
-    space: String,
+    /// GlobalId of the space; null outside of spaces.
+    space: Option<String>,
     /// Name of the space.
     name: String,
     /// In `map`.
@@ -47,56 +112,108 @@ struct Waypoint {
     sensor_z_m: f64,
     /// Heading in `map`.
     yaw_rad: f64,
-    /// Area centroid of the space's floor, not moved.
+    /// Area centroid of the space's floor, not moved; the waypoint itself outside of spaces.
     centroid_m: [f64; 3],
-    /// Distance to the nearest cell that is not free.
+    /// Distance to the middle of the nearest cell that is not free.
     clearance_m: f64,
-    /// Area that a scan from here adds; 0 for centres.
+    /// Floor that a scan from here sees and none before it; 0 for centres.
     covers_m2: f64,
+    /// Sides of occupied cells that a scan from here sees.
+    faces: u32,
+    /// Share of them that scans before it have seen.
+    overlap: f64,
+    /// True for a scan that is there to join others.
+    connects: bool,
+    /// Way over the floor from the waypoint before it on this storey.
+    leg_m: f64,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct SpaceOutcome {
     /// Index of the map storey; null if it is on none.
     storey: Option<u32>,
-    /// Share of what can be seen that scans cover; null if only centres are planned.
+    /// Share of the faces in it that can be seen that the scans see; null if there are none, or no scans are planned.
     coverage: Option<f64>,
     /// Why it has no waypoint; null if it has one.
     reason: Option<String>,
+    /// The same as a word for programs: `blocked`, `closed_door`, `too_narrow` ..
+    why: Option<&'static str>,
+    /// GlobalId of the door that is closed to the robot.
+    door: Option<String>,
 }
 
 impl Waypoints {
     pub(crate) fn of(input: &ExportInput<'_>) -> Self {
-        let site = input.site;
-        let outcome = |index: usize| {
-            let map_storey = site.spaces[index].map_storey;
-            let reason = input.plan.reason(index);
-            SpaceOutcome {
-                storey: (map_storey != messages::NONE).then_some(map_storey),
-                coverage: None,
-                reason: (!reason.is_empty()).then(|| reason.to_owned()),
-            }
-        };
+        let (site, plan) = (input.site, input.plan);
         let id = |index: usize| site.text(site.spaces[index].global_id).to_owned();
+        let ScanSensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad, .. } = plan.head.sensor;
+        let notice = |d: &messages::DiagnosticRecord| Notice {
+            code: plan.text(d.code).to_owned(),
+            message: plan.text(d.message).to_owned(),
+        };
         Self {
             frame: "map",
             frame_epoch: site.head.frame_epoch,
             plan_time: input.phase.head.plan_time().map(|t| t.to_string()),
-            waypoints: input.plan.waypoints.iter().map(|w| waypoint(input, w)).collect(),
-            spaces: (0..site.spaces.len()).map(|index| (id(index), outcome(index))).collect(),
+            sensor: Sensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad },
+            coverage_goal: plan.head.coverage_goal,
+            overlap_goal: plan.head.overlap_goal,
+            driving_s: rounded(plan.head.mission_s[0]),
+            scanning_s: rounded(plan.head.mission_s[1]),
+            storeys: plan.storeys.iter().map(storey).collect(),
+            notices: plan.diagnostics.iter().map(notice).collect(),
+            waypoints: plan.waypoints.iter().map(|w| waypoint(input, w)).collect(),
+            spaces: (0..site.spaces.len()).map(|index| (id(index), space(input, index))).collect(),
         }
     }
 }
 
+fn storey(record: &StoreyPlanRecord) -> StoreyOutcome {
+    let is_checked = record.n_mesh_points > 0;
+    StoreyOutcome {
+        storey: record.map_storey,
+        coverage: share(record.n_seen, record.n_faces),
+        faces: record.n_faces,
+        faces_seen: record.n_seen,
+        scans: record.n_scans,
+        connecting_scans: record.n_connecting,
+        tour_m: rounded(record.tour_m),
+        tour_bound_m: rounded(record.tour_bound_m),
+        reached_m2: rounded(record.reached_m2),
+        unreached_m2: rounded(record.unreached_m2),
+        parts: record.n_parts,
+        mesh_points: is_checked.then_some(record.n_mesh_points),
+        mesh_points_seen: is_checked.then_some(record.n_mesh_seen),
+    }
+}
+
+fn space(input: &ExportInput<'_>, index: usize) -> SpaceOutcome {
+    let map_storey = input.site.spaces[index].map_storey;
+    let record = &input.plan.spaces[index];
+    let reason = input.plan.reason(index);
+    let why = NoWaypoint::from_id(record.why).filter(|why| *why != NoWaypoint::Has);
+    let door = input.site.doors.get(record.door as usize);
+    SpaceOutcome {
+        storey: (map_storey != messages::NONE).then_some(map_storey),
+        coverage: share(record.n_seen, record.n_faces),
+        reason: (!reason.is_empty()).then(|| reason.to_owned()),
+        why: why.map(NoWaypoint::name),
+        door: door.map(|d| input.site.text(input.site.elements[d.element as usize].global_id).to_owned()),
+    }
+}
+
+fn share(n: u32, of: u32) -> Option<f64> {
+    (of > 0).then(|| rounded(f64::from(n) / f64::from(of)))
+}
+
 fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
-    let space = &input.site.spaces[w.space as usize];
     let [x_m, y_m, z_m] = w.position_in_map_m.map(rounded);
     Waypoint {
         id: w.id,
         order: w.order,
         kind: kind(w),
         storey: w.map_storey,
-        space: input.site.text(space.global_id).to_owned(),
+        space: space_id(input, w.space),
         name: name_of(input, w),
         x_m,
         y_m,
@@ -106,16 +223,25 @@ fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
         centroid_m: w.centroid_in_map_m.map(rounded),
         clearance_m: rounded(w.clearance_m),
         covers_m2: rounded(w.covers_m2),
+        faces: w.n_faces,
+        overlap: rounded(w.overlap),
+        connects: w.connects == 1,
+        leg_m: rounded(w.leg_m),
     }
+}
+
+/// GlobalId of a space; `None` for none.
+pub(crate) fn space_id(input: &ExportInput<'_>, space: u32) -> Option<String> {
+    input.site.spaces.get(space as usize).map(|s| input.site.text(s.global_id).to_owned())
 }
 
 pub(crate) fn kind(w: &WaypointRecord) -> &'static str {
     if w.kind == WaypointKind::Scan as u32 { "scan" } else { "centre" }
 }
 
-/// Name and long name of the waypoint's space.
+/// Name and long name of the waypoint's space; empty outside of spaces.
 pub(crate) fn name_of(input: &ExportInput<'_>, w: &WaypointRecord) -> String {
-    let space = &input.site.spaces[w.space as usize];
+    let Some(space) = input.site.spaces.get(w.space as usize) else { return String::new() };
     let names = [input.site.text(space.name), input.site.text(space.long_name)];
     names.into_iter().filter(|n| !n.is_empty()).collect::<Vec<_>>().join(" ")
 }

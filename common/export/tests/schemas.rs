@@ -25,5 +25,6 @@ fn schemas_are_current() {
     check::<export::Report>("report");
     check::<export::Semantic>("semantic");
     check::<export::SiteFrameFile>("site-frame");
+    check::<export::SiteGraph>("site-graph");
     check::<export::Waypoints>("waypoints");
 }

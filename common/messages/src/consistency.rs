@@ -1,6 +1,6 @@
 //! Archives that are each whole, and do not belong together.
 
-use crate::{Grid, Grids, NONE, Phase, Plan, Site};
+use crate::{EdgeKind, Grid, Grids, NONE, NodeKind, Phase, Plan, RouteEdgeRecord, RouteNodeRecord, Site};
 
 /// Archives that speak of different sites.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -62,10 +62,27 @@ impl Plan<'_> {
     /// Another site's hash, or records that the site does not have.
     pub fn check_site(&self, site: &Site<'_>) -> Result<(), OtherSite> {
         let n_storeys = site.map_storeys.len();
-        let has_storey = |storey: u32| storey == NONE || (storey as usize) < n_storeys;
+        let has_storey = |storey: u32| (storey as usize) < n_storeys;
+        let has_space = |space: u32| space == NONE || (space as usize) < site.spaces.len();
+        let has_door = |door: u32| door == NONE || (door as usize) < site.doors.len();
+        let node_is_of = |n: &RouteNodeRecord| match NodeKind::from_id(n.kind) {
+            Some(NodeKind::Space) => (n.of as usize) < site.spaces.len(),
+            Some(NodeKind::Door) => (n.of as usize) < site.doors.len(),
+            Some(NodeKind::Staging) => (n.of as usize) < site.elements.len(),
+            Some(NodeKind::Junction) | None => true,
+        };
+        let edge_is_of = |e: &RouteEdgeRecord| match EdgeKind::from_id(e.kind) {
+            Some(EdgeKind::Floor) | None => true,
+            Some(EdgeKind::Door) => (e.of as usize) < site.doors.len(),
+            Some(_) => (e.of as usize) < site.elements.len(),
+        };
         let belongs = self.head.site_hash == site.content_hash()
             && self.spaces.len() == site.spaces.len()
-            && self.waypoints.iter().all(|w| has_storey(w.map_storey));
+            && self.spaces.iter().all(|s| has_door(s.door))
+            && self.waypoints.iter().all(|w| has_storey(w.map_storey))
+            && self.storeys.iter().all(|s| has_storey(s.map_storey))
+            && self.nodes.iter().all(|n| has_storey(n.map_storey) && has_space(n.space) && node_is_of(n))
+            && self.edges.iter().all(edge_is_of);
         check(belongs, "plan")
     }
 }

@@ -25,6 +25,7 @@ mod grid_archive;
 mod grids;
 mod phase;
 mod plan;
+mod plan_records;
 mod robot;
 mod sample_header;
 mod schedule_records;
@@ -43,7 +44,8 @@ pub use phase::{
     DateSource, ElementScheduleRecord, ElementState, Phase, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord,
     plan_time,
 };
-pub use plan::{Plan, PlanBuilder, PlanHead, SpacePlanRecord, WaypointKind, WaypointRecord};
+pub use plan::{Plan, PlanBuilder};
+pub use plan_records::*;
 pub use robot::{Opens, RobotProfile};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_records::*;

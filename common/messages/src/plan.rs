@@ -1,86 +1,24 @@
-//! The `plan` archive: waypoints.
+//! The `plan` archive: waypoints, tours, the route graph.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList};
+use crate::plan_records::*;
 use crate::site_builder::TextPool;
-use bytemuck::{Pod, Zeroable};
+use crate::site_records::DiagnosticRecord;
 
 mod section {
     pub(super) const HEAD: u32 = 1;
     pub(super) const STRINGS: u32 = 2;
     pub(super) const WAYPOINTS: u32 = 3;
     pub(super) const SPACES: u32 = 4;
+    pub(super) const STOREYS: u32 = 5;
+    pub(super) const TOUR: u32 = 6;
+    pub(super) const NODES: u32 = 7;
+    pub(super) const EDGES: u32 = 8;
+    pub(super) const POINTS: u32 = 9;
+    pub(super) const DIAGNOSTICS: u32 = 10;
 }
 
-/// What the plan was made from: one record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
-#[repr(C)]
-pub struct PlanHead {
-    /// Content hash of the site.
-    pub site_hash: u64,
-    /// Content hash of the phase.
-    pub phase_hash: u64,
-    /// Plan time as in [`crate::PhaseHead`].
-    pub plan_time_s: i64,
-}
-const _: () = assert!(size_of::<PlanHead>() == 24);
-
-/// What a waypoint is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u32)]
-pub enum WaypointKind {
-    /// The centre of a space.
-    Centre = 1,
-    /// A pose from which to scan.
-    Scan = 2,
-}
-
-/// A pose to drive to.
-#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
-#[repr(C)]
-pub struct WaypointRecord {
-    /// Position in `map`, on the floor, in metres.
-    pub position_in_map_m: [f64; 3],
-    /// Height of the sensor in `map`.
-    pub sensor_z_m: f64,
-    /// Heading in `map`.
-    pub yaw_rad: f64,
-    /// Area centroid of the space's floor, not moved, in `map`.
-    pub centroid_in_map_m: [f64; 3],
-    /// Distance to the nearest cell that is not free.
-    pub clearance_m: f64,
-    /// Area that a scan from here adds; 0 for centres.
-    pub covers_m2: f64,
-    /// Number in the plan.
-    pub id: u32,
-    /// Place in the tour, from 0 over all storeys.
-    pub order: u32,
-    /// [`WaypointKind`] as a number.
-    pub kind: u32,
-    /// Map storey of the site.
-    pub map_storey: u32,
-    /// Space of the site.
-    pub space: u32,
-    /// Zero.
-    pub reserved: u32,
-}
-const _: () = assert!(size_of::<WaypointRecord>() == 104);
-
-/// What became of a space.
-#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
-#[repr(C)]
-pub struct SpacePlanRecord {
-    /// Share of what can be seen that scans cover, 0 to 1; 0 if there are centres only.
-    pub coverage: f64,
-    /// Why it has no waypoint; empty if it has one.
-    pub reason: Text,
-    /// Its centre waypoint, or `NONE`.
-    pub centre: u32,
-    /// Zero.
-    pub reserved: u32,
-}
-const _: () = assert!(size_of::<SpacePlanRecord>() == 24);
-
-/// Waypoints, read in place.
+/// Waypoints, tours and the route graph, read in place.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan<'a> {
     archive: Archive<'a>,
@@ -91,6 +29,18 @@ pub struct Plan<'a> {
     pub waypoints: &'a [WaypointRecord],
     /// One record per space of the site.
     pub spaces: &'a [SpacePlanRecord],
+    /// One record per map storey, in their order.
+    pub storeys: &'a [StoreyPlanRecord],
+    /// Points of the storeys' tours in `map`, in metres.
+    pub tour_points: &'a [[f64; 2]],
+    /// Places of the route graph, storey by storey.
+    pub nodes: &'a [RouteNodeRecord],
+    /// Ways between them.
+    pub edges: &'a [RouteEdgeRecord],
+    /// Points of the edges in `map`, in metres.
+    pub points: &'a [[f64; 2]],
+    /// What somebody should know.
+    pub diagnostics: &'a [DiagnosticRecord],
 }
 
 impl<'a> Plan<'a> {
@@ -106,14 +56,16 @@ impl<'a> Plan<'a> {
             head: archive.record(section::HEAD)?,
             waypoints: archive.section(section::WAYPOINTS)?,
             spaces: archive.section(section::SPACES)?,
+            storeys: archive.section(section::STOREYS)?,
+            tour_points: archive.section(section::TOUR)?,
+            nodes: archive.section(section::NODES)?,
+            edges: archive.section(section::EDGES)?,
+            points: archive.section(section::POINTS)?,
+            diagnostics: archive.section(section::DIAGNOSTICS)?,
         };
-        let (waypoints, spaces, strings) = (plan.waypoints.len(), plan.spaces.len(), plan.strings);
-        let inside = plan.waypoints.iter().all(|w| (w.space as usize) < spaces)
-            && plan.spaces.iter().all(|s| s.centre == NONE || (s.centre as usize) < waypoints)
-            && plan.spaces.iter().map(|s| s.reason).all(|t| {
-                strings.get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize)).is_some()
-            });
-        if inside { Ok(plan) } else { Err(ArchiveError::Index { what: "a waypoint" }) }
+        plan.check_waypoints()?;
+        plan.check_graph()?;
+        Ok(plan)
     }
 
     /// Hash of the content.
@@ -123,8 +75,55 @@ impl<'a> Plan<'a> {
 
     /// Why a space has no waypoint; empty if it has one.
     pub fn reason(&self, space: usize) -> &'a str {
-        let text = self.spaces[space].reason;
+        self.text(self.spaces[space].reason)
+    }
+
+    /// The text of a record.
+    pub fn text(&self, text: crate::Text) -> &'a str {
+        // Boundaries were checked when the archive was opened.
         &self.strings[text.offset as usize..][..text.length as usize]
+    }
+
+    /// The points of a storey's tour.
+    pub fn tour_of(&self, storey: &StoreyPlanRecord) -> &'a [[f64; 2]] {
+        &self.tour_points[storey.first_tour_point as usize..][..storey.n_tour_points as usize]
+    }
+
+    /// The points of an edge, from its first node to its second.
+    pub fn points_of(&self, edge: &RouteEdgeRecord) -> &'a [[f64; 2]] {
+        &self.points[edge.first_point as usize..][..edge.n_points as usize]
+    }
+
+    fn check_waypoints(&self) -> Result<(), ArchiveError> {
+        let (waypoints, spaces) = (self.waypoints.len(), self.spaces.len());
+        let optional = |index: u32, length: usize| index == NONE || (index as usize) < length;
+        let inside = self.waypoints.iter().all(|w| optional(w.space, spaces))
+            && self.spaces.iter().all(|s| optional(s.centre, waypoints) && NoWaypoint::from_id(s.why).is_some());
+        // Places that pictures and files are made from are numbers.
+        let finite = self.waypoints.iter().all(|w| w.position_in_map_m.iter().all(|c| c.is_finite()))
+            && self.tour_points.as_flattened().iter().all(|c| c.is_finite());
+        let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
+        let mut texts = self.spaces.iter().map(|s| s.reason).chain(diagnostics);
+        let whole = texts.all(|t| {
+            self.strings.get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize)).is_some()
+        });
+        if inside && finite && whole { Ok(()) } else { Err(ArchiveError::Index { what: "a waypoint" }) }
+    }
+
+    fn check_graph(&self) -> Result<(), ArchiveError> {
+        let fits = |first: u32, n: u32, length: usize| u64::from(first) + u64::from(n) <= length as u64;
+        let n_nodes = self.nodes.len();
+        let whole = self.nodes.iter().all(|n| NodeKind::from_id(n.kind).is_some())
+            && self.edges.iter().all(|e| {
+                e.nodes.iter().all(|&n| (n as usize) < n_nodes)
+                    && fits(e.first_point, e.n_points, self.points.len())
+                    && EdgeKind::from_id(e.kind).is_some()
+            })
+            && self.storeys.iter().all(|s| fits(s.first_tour_point, s.n_tour_points, self.tour_points.len()))
+            // Edges that share their points would be walked again and again.
+            && self.edges.iter().map(|e| u64::from(e.n_points)).sum::<u64>() <= self.points.len() as u64
+            && self.storeys.iter().map(|s| u64::from(s.n_tour_points)).sum::<u64>() <= self.tour_points.len() as u64;
+        if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the route graph" }) }
     }
 }
 
@@ -139,15 +138,58 @@ pub struct PlanBuilder {
     pub waypoints: Vec<WaypointRecord>,
     /// One record per space of the site.
     pub spaces: Vec<SpacePlanRecord>,
+    /// One record per map storey, in their order.
+    pub storeys: Vec<StoreyPlanRecord>,
+    /// Points of the storeys' tours.
+    pub tour_points: Vec<[f64; 2]>,
+    /// Places of the route graph.
+    pub nodes: Vec<RouteNodeRecord>,
+    /// Ways between them.
+    pub edges: Vec<RouteEdgeRecord>,
+    /// Points of the edges.
+    pub points: Vec<[f64; 2]>,
+    /// What somebody should know.
+    pub diagnostics: Vec<DiagnosticRecord>,
 }
 
 impl PlanBuilder {
+    /// Nothing but a head and `n_spaces` spaces without waypoints.
+    pub fn new(head: PlanHead, n_spaces: usize) -> Self {
+        let nothing = SpacePlanRecord {
+            reason: crate::Text::default(),
+            why: NoWaypoint::NotAsked as u32,
+            door: NONE,
+            centre: NONE,
+            n_faces: 0,
+            n_seen: 0,
+            reserved: 0,
+        };
+        Self {
+            texts: TextPool::default(),
+            head,
+            waypoints: Vec::new(),
+            spaces: vec![nothing; n_spaces],
+            storeys: Vec::new(),
+            tour_points: Vec::new(),
+            nodes: Vec::new(),
+            edges: Vec::new(),
+            points: Vec::new(),
+            diagnostics: Vec::new(),
+        }
+    }
+
     /// Writes the archive into the heap.
     pub fn finish(&self) -> ArchiveBuffer {
         let mut list = SectionList::default();
         list.add(section::HEAD, std::slice::from_ref(&self.head));
         list.add(section::WAYPOINTS, &self.waypoints);
         list.add(section::SPACES, &self.spaces);
+        list.add(section::STOREYS, &self.storeys);
+        list.add(section::TOUR, &self.tour_points);
+        list.add(section::NODES, &self.nodes);
+        list.add(section::EDGES, &self.edges);
+        list.add(section::POINTS, &self.points);
+        list.add(section::DIAGNOSTICS, &self.diagnostics);
         list.add(section::STRINGS, self.texts.bytes());
         let mut buffer = ArchiveBuffer::zeroed(list.len());
         list.write(buffer.bytes_mut(), ArchiveKind::Plan);

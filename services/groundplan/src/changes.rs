@@ -12,6 +12,7 @@ use schedule_eval::{Change, Period, Timeline};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use waypoint_gen::PlanOptions;
 
 #[derive(Debug, Serialize)]
 struct Changes<'s> {
@@ -172,7 +173,7 @@ impl Side {
     ) -> Result<Self, Failure> {
         let phase = timeline.phase(Period::instant(at_s)).finish();
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
-        with_maps(site, &phase, rasterizer, robot, |maps| {
+        with_maps(site, &phase, rasterizer, robot, &PlanOptions::centres_only(), |maps| {
             let mut doors = vec![DoorPassage::Absent; site.doors.len()];
             for record in maps.index.doors {
                 let passage = DoorPassage::from_id(record.passage).unwrap_or(DoorPassage::Absent);

@@ -294,14 +294,17 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
   manifest.json                 storeys, frames, robot, sources, sha256 of every file
   report.json                   what was counted, assumed, replaced by a box, left out; doors, regions
   semantic.json                 every element and space by GlobalId, with its footprints
-  waypoints.{json,csv,geojson}  the centre of every space that can be entered
+  waypoints.{json,csv,geojson}  centres of spaces and scans that cover them, as a tour; why a space has none
+  site-graph.json               spaces, doors and junctions of all storeys, with stairs and lifts between them
   site-frame.json               the map frame; a later run into the same OUT keeps it
   storeys/<index>-<name>/
     planning.{pgm,yaml}         for global planning: 0 occupied, 254 free, 205 unknown or no floor
     localization.{pgm,yaml}     what a lidar sees of finished structure
     keepout.{pgm,yaml}          Nav2 keep-out mask: drop-offs and their margins
     waypoints.yaml              this storey's waypoints for Nav2
+    route.geojson               this storey's graph for Nav2's route server
     semantic.png  classes.png   for people; class ids for programs
+    waypoints.png               what scans see, the tour and its stops
 With --date all these are in OUT/<date>/, and OUT/manifest.json lists the dates.
 
 Examples:
@@ -451,6 +454,10 @@ pub struct ConvertArgs {
     /// The robot.
     #[command(flatten)]
     pub robot: RobotArgs,
+
+    /// Which waypoints are planned, with which sensor [default: centres and scans, see config/waypoints.toml]
+    #[arg(long, value_name = "FILE")]
+    pub waypoints: Option<PathBuf>,
 
     /// Write vertices, faces and edges of every element into semantic.json
     #[arg(long)]

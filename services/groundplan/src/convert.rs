@@ -2,7 +2,7 @@
 
 use crate::cli::ConvertArgs;
 use crate::failure::Failure;
-use crate::maps::{Maps, robot_of, with_maps};
+use crate::maps::{Maps, options_of, robot_of, with_maps};
 use crate::plan_date;
 use crate::progress::ProgressLine;
 use crate::schedule_files::ScheduleInput;
@@ -17,6 +17,7 @@ use schedule_eval::{Period, Timeline};
 use std::path::Path;
 use std::time::Instant;
 use tracing::debug;
+use waypoint_gen::PlanOptions;
 
 /// Which maps are asked for.
 enum Wanted {
@@ -36,6 +37,7 @@ enum Wanted {
 pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
     let started = Instant::now();
     let robot = robot_of(&arguments.robot)?;
+    let options = options_of(arguments.waypoints.as_deref())?;
     let wanted = wanted(arguments)?;
     let schedule = ScheduleInput::read(&arguments.schedule)?;
     let folder = OutputFolder::at(&arguments.out).map_err(Failure::usage)?;
@@ -52,7 +54,7 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
         debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
         progress.stage("drawing");
         let rasterizer = Rasterizer::new(&site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
-        let mut job = Job { arguments, robot: &robot, site: &site, rasterizer };
+        let mut job = Job { arguments, robot: &robot, options: &options, site: &site, rasterizer };
         let phases = match wanted {
             Wanted::Everything => {
                 let phase = everything_built(&site, timeline);
@@ -107,6 +109,7 @@ fn everything_built(site: &Site<'_>, timeline: Result<Timeline, Failure>) -> Arc
 struct Job<'a> {
     arguments: &'a ConvertArgs,
     robot: &'a Robot,
+    options: &'a PlanOptions,
     site: &'a Site<'a>,
     rasterizer: Rasterizer,
 }
@@ -158,10 +161,10 @@ impl Job<'_> {
         phase: &ArchiveBuffer,
         progress: &ProgressLine,
     ) -> Result<(Vec<ExportFile>, PhaseSummary), Failure> {
-        let Self { site, arguments, robot, ref mut rasterizer } = *self;
+        let Self { site, arguments, robot, options, ref mut rasterizer } = *self;
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
         progress.stage("drawing");
-        with_maps(site, &phase, rasterizer, robot, |maps: &Maps<'_>| {
+        with_maps(site, &phase, rasterizer, robot, options, |maps: &Maps<'_>| {
             // Before anything is built a map is blank for a reason.
             if !arguments.allow_empty && phase.head.plan_time().is_none() {
                 rasterize::check_not_blank(site, maps.grids).map_err(Failure::work)?;

@@ -6,6 +6,8 @@ use daemon::Robot;
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
 use rasterize::Rasterizer;
+use std::path::Path;
+use waypoint_gen::{PlanInput, PlanOptions, Planner};
 
 /// The robot that maps are for, once it is known that its resolution is one.
 ///
@@ -14,6 +16,17 @@ use rasterize::Rasterizer;
 pub(crate) fn robot_of(arguments: &RobotArgs) -> Result<Robot, Failure> {
     grid::GridSpec::cell_tenths_of(arguments.resolution).map_err(Failure::usage)?;
     arguments.robot.as_deref().map_or(Ok(Robot::default()), Robot::read).map_err(Failure::usage)
+}
+
+/// What waypoints are planned.
+///
+/// # Errors
+/// A file that cannot be read, or says what nothing can be planned with.
+pub(crate) fn options_of(file: Option<&Path>) -> Result<PlanOptions, Failure> {
+    let Some(path) = file else { return Ok(PlanOptions::default()) };
+    let unusable = |e: &dyn std::fmt::Display| Failure::usage(format!("options of waypoints {}: {e}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|e| unusable(&e))?;
+    PlanOptions::parse(&text).map_err(|e| unusable(&daemon::chain(&e)))
 }
 
 /// Maps of all storeys at a phase.
@@ -34,6 +47,7 @@ pub(crate) fn with_maps<T>(
     phase: &Phase<'_>,
     rasterizer: &mut Rasterizer,
     robot: &Robot,
+    options: &PlanOptions,
     work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     rasterizer.draw(site, phase);
@@ -42,7 +56,8 @@ pub(crate) fn with_maps<T>(
     let index = Grids::open(index.bytes()).map_err(Failure::work)?;
     let grids: Vec<Grid<'_>> =
         rasterizer.drawn().map(|grid| Grid::open(grid.archive)).collect::<Result<_, _>>().map_err(Failure::work)?;
-    let plan = waypoint_gen::plan(site, phase, &grids, &robot.profile);
+    let input = PlanInput { site, phase, index: &index, grids: &grids, options };
+    let plan = Planner::default().plan(&input);
     let plan = Plan::open(plan.bytes()).map_err(Failure::work)?;
     let footprints: Vec<_> = (0..grids.len()).map(|k| rasterizer.footprints(k)).collect();
     work(&Maps { grids: &grids, index: &index, plan: &plan, footprints: &footprints })

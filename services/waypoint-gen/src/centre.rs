@@ -1,177 +1,83 @@
 //! Where in a space a robot can stand.
 
-use crate::reach::Reach;
+use crate::ground::Ground;
+use crate::spaces::{Refusal, closed_door};
 use frames::{Map, Point2, TENTHS_PER_M};
-use grid::{Cell, GridSpec, squared_distances};
-use messages::{Grid, Site};
+use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, Site};
 
 /// A place in a space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Centre {
-    pub(crate) x_m: f64,
-    pub(crate) y_m: f64,
-    /// Distance to the nearest cell that is not free.
+    pub(crate) at: Point2<Map>,
+    /// Distance to the middle of the nearest cell that is not free.
     pub(crate) clearance_m: f64,
 }
 
-/// How far every cell of a grid is from what is not free.
-pub(crate) struct Clearance {
-    spec: GridSpec,
-    not_free: Vec<bool>,
-    squared: Vec<u32>,
+/// What is known of a storey when places on it are looked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Storey<'a> {
+    pub(crate) site: &'a Site<'a>,
+    pub(crate) grid: &'a Grid<'a>,
+    pub(crate) ground: &'a Ground,
+    pub(crate) robot: &'a RobotProfile,
+    /// Doors of the storey.
+    pub(crate) passages: &'a [DoorPassageRecord],
+    /// Whether the robot can get to each part of the ground, from part 0, to which nobody gets.
+    pub(crate) reached: &'a [bool],
 }
 
-impl Clearance {
-    pub(crate) fn of(grid: &Grid<'_>) -> Self {
-        let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0).collect();
-        let squared = squared_distances(&not_free, grid.head.width as usize);
-        Self { spec: grid.spec(), not_free, squared }
+impl Storey<'_> {
+    /// True if the robot can get to the cell.
+    pub(crate) fn is_reached(&self, cell: usize) -> bool {
+        self.reached[self.ground.part(cell) as usize]
     }
 
-    /// Distance in metres from a point to the centre of the nearest cell that is not free, as costmaps measure it; 0 on
-    /// such a cell and outside the grid.
-    fn at(&self, p: Point2<Map>) -> f64 {
-        let Some(cell) = self.spec.cell_at(p) else { return 0.0 };
-        let index = self.spec.index(cell);
-        if self.not_free[index] {
-            return 0.0;
+    /// True if the robot can stand at a place: clear by its radius, no keep-out, and it can get to the cell or one beside it,
+    /// because a place between the middles of cells may be clear although that of its own cell is not.
+    fn can_stand(&self, p: Point2<Map>) -> bool {
+        let spec = &self.ground.spec;
+        let Some(cell) = spec.cell_at(p) else { return false };
+        if self.grid.keepout[spec.index(cell)] != 0 || self.ground.clearance_m(p) < self.robot.radius_m {
+            return false;
         }
-        // The nearest cell of a point is at most a diagonal farther than that of its own cell's centre.
-        let reach = f64::from(self.squared[index]).sqrt().min(f64::from(self.spec.width.max(self.spec.height))) + 1.5;
-        let range = |at: u32, n: u32| {
-            let reach = reach.ceil() as u32;
-            at.saturating_sub(reach)..(at + reach + 1).min(n)
-        };
-        let mut nearest = f64::INFINITY;
-        for row in range(cell.row, self.spec.height) {
-            for column in range(cell.column, self.spec.width) {
-                let other = Cell { column, row };
-                if self.not_free[self.spec.index(other)] {
-                    let c = self.spec.centre_of(other);
-                    nearest = nearest.min(libm::hypot(p.x_m - c.x_m, p.y_m - c.y_m));
-                }
-            }
-        }
-        nearest
-    }
-
-    /// The same for a cell's centre.
-    pub(crate) fn at_cell(&self, index: usize) -> f64 {
-        f64::from(self.squared[index]).sqrt() * self.spec.resolution_m()
+        let around = |at: u32, n: u32| at.saturating_sub(1)..(at + 2).min(n);
+        around(cell.row, spec.height).any(|row| {
+            around(cell.column, spec.width).any(|column| self.is_reached(spec.index(grid::Cell { column, row })))
+        })
     }
 }
 
-/// The centre of a space, or why it has none.
-pub(crate) fn centre_of(
-    site: &Site<'_>,
-    grid: &Grid<'_>,
-    clearance: &Clearance,
-    reach: &Reach,
-    space: usize,
-    radius_m: f64,
-) -> Result<Centre, String> {
-    let spec = grid.spec();
+/// The centre of a space: the centroid of its floor, moved to the nearest place where the robot can stand if it cannot stand
+/// there; or why it has none.
+pub(crate) fn centre_of(storey: &Storey<'_>, space: usize) -> Result<Centre, Refusal> {
+    let Storey { site, grid, ground, robot, .. } = *storey;
     let record = &site.spaces[space];
     let polygon = site.floor_polygon(record);
     let inside = |p: Point2<Map>| polygon.contains([p.x_m, p.y_m].map(|c| c * f64::from(TENTHS_PER_M)));
     let centroid = Point2::<Map>::new(record.centroid_m[0], record.centroid_m[1]);
-    let at_centroid = clearance.at(centroid);
-    let is_reached = spec.cell_at(centroid).is_some_and(|cell| reach.is_beside(&spec, cell));
-    if inside(centroid) && at_centroid >= radius_m && is_reached {
-        return Ok(Centre { x_m: centroid.x_m, y_m: centroid.y_m, clearance_m: at_centroid });
+    if inside(centroid) && storey.can_stand(centroid) {
+        return Ok(Centre { at: centroid, clearance_m: ground.clearance_m(centroid) });
     }
     let own = space as u16 + 1;
     let cells = || grid.space.iter().enumerate().filter(|(_, s)| **s == own).map(|(index, _)| index);
-    let centre = |index: usize| spec.centre_of(spec.cell_of(index));
     let far = |p: Point2<Map>| libm::hypot(p.x_m - centroid.x_m, p.y_m - centroid.y_m);
-    let clear = cells().filter(|&i| reach.contains(i) && inside(centre(i)));
+    let clear = cells().filter(|&i| storey.is_reached(i) && inside(ground.middle(i)));
     // Nearest first; of equally near cells the lower row, then the lower column.
-    let nearest = clear.min_by(|&a, &b| far(centre(a)).total_cmp(&far(centre(b))).then(a.cmp(&b)));
-    if let Some(index) = nearest {
-        let p = centre(index);
-        return Ok(Centre { x_m: p.x_m, y_m: p.y_m, clearance_m: clearance.at_cell(index) });
+    let nearest = clear.min_by(|&a, &b| far(ground.middle(a)).total_cmp(&far(ground.middle(b))).then(a.cmp(&b)));
+    if let Some(cell) = nearest {
+        return Ok(Centre { at: ground.middle(cell), clearance_m: ground.clearance_of(cell) });
     }
-    Err(if cells().any(|index| reach.can_stand(index) && inside(centre(index))) {
-        "no way leads there from the largest part of the storey".to_owned()
-    } else if cells().any(|index| grid.planning[index] == 0 && grid.keepout[index] == 0) {
-        format!("it has no free place of {radius_m} m around")
-    } else if cells().any(|index| grid.planning[index] == 0) {
-        "all of it is keep-out".to_owned()
+    let has = |fits: &dyn Fn(usize) -> bool| cells().any(fits);
+    Err(if has(&|i| ground.part(i) != 0 && inside(ground.middle(i))) {
+        let closed = closed_door(site, robot, storey.passages, space);
+        closed.unwrap_or_else(|| Refusal::new(NoWaypoint::Unreachable, "no way leads there from where the robot is"))
+    } else if has(&|i| grid.planning[i] == 0 && grid.keepout[i] == 0) {
+        Refusal::new(NoWaypoint::TooNarrow, format!("it has no free place of {} m around", robot.radius_m))
+    } else if has(&|i| grid.planning[i] == 0) {
+        Refusal::new(NoWaypoint::Keepout, "all of it is keep-out")
+    } else if has(&|i| grid.floor[i] != 0) {
+        Refusal::new(NoWaypoint::TooNarrow, "what stands in it leaves no free place")
     } else {
-        "it has no floor at the level of its map storey".to_owned()
+        Refusal::new(NoWaypoint::NoFloor, "it has no floor at the level of its map storey")
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use messages::{ArchiveBuffer, GridHead, GridWriter, RingRecord, SiteBuilder, SpaceRecord};
-
-    /// A space with this floor polygon (decimetres) on a grid of 0.1 m, on which `free` says where a robot can be.
-    fn find(corners: &[[i32; 2]], centroid_m: [f64; 2], free: impl Fn(u32, u32) -> bool) -> Result<Centre, String> {
-        let mut builder = SiteBuilder::default();
-        builder.points.extend(corners.iter().map(|c| c.map(|v| v * 1_000)));
-        builder.rings.push(RingRecord { first_point: 0, n_points: corners.len() as u32 });
-        builder.spaces.push(SpaceRecord {
-            n_rings: 1,
-            centroid_m,
-            map_storey: messages::NONE,
-            storey: messages::NONE,
-            ..bytemuck::Zeroable::zeroed()
-        });
-        let site = builder.finish();
-        let site = Site::open(site.bytes()).unwrap();
-        let head = GridHead { cell_tenths: 1_000, width: 40, height: 30, ..bytemuck::Zeroable::zeroed() };
-        let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(1_200));
-        let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
-        let layers = writer.layers();
-        layers.space.fill(1);
-        for (index, planning) in layers.planning.iter_mut().enumerate() {
-            let cell = head.spec().cell_of(index);
-            *planning = if free(cell.column, cell.row) { 0 } else { 100 };
-        }
-        writer.seal();
-        let grid = Grid::open(buffer.bytes()).unwrap();
-        let clearance = Clearance::of(&grid);
-        centre_of(&site, &grid, &clearance, &Reach::of(&grid, &clearance, 0.3), 0, 0.3)
-    }
-
-    const ROOM: [[i32; 2]; 4] = [[0, 0], [40, 0], [40, 30], [0, 30]];
-
-    #[test]
-    fn a_centroid_that_is_inside_and_clear_stays_to_the_last_digit() {
-        let found = find(&ROOM, [2.0123, 1.5321], |c, _| c > 3).unwrap();
-        assert_eq!((found.x_m, found.y_m), (2.0123, 1.5321));
-        assert!((found.clearance_m - 1.6625).abs() < 1e-3, "to the centre of the nearest cell: {}", found.clearance_m);
-    }
-
-    #[test]
-    fn a_blocked_centroid_moves_to_the_nearest_clear_place() {
-        // A column of 0.4 m at the middle.
-        let found = find(&ROOM, [2.0, 1.5], |c, r| !((18..22).contains(&c) && (13..17).contains(&r))).unwrap();
-        assert!(found.clearance_m >= 0.3);
-        assert!(libm::hypot(found.x_m - 2.0, found.y_m - 1.5) < 0.6, "{found:?}");
-    }
-
-    #[test]
-    fn the_centre_of_an_l_is_inside_the_l() {
-        let l = [[0, 0], [40, 0], [40, 8], [8, 8], [8, 30], [0, 30]];
-        let found = find(&l, [1.4, 1.1], |_, _| true).unwrap();
-        assert!(found.x_m < 0.8 || found.y_m < 0.8, "{found:?}");
-    }
-
-    #[test]
-    fn a_space_too_narrow_for_the_robot_has_a_reason() {
-        assert!(find(&ROOM, [2.0, 1.5], |c, _| c % 3 != 0).unwrap_err().contains("no free place"));
-        assert!(find(&ROOM, [2.0, 1.5], |_, _| false).unwrap_err().contains("no floor"));
-    }
-
-    #[test]
-    fn the_smaller_of_two_parts_is_not_reached() {
-        // A wall across the room, the robot's part on the right.
-        let found = find(&ROOM, [0.8, 1.5], |c, _| c != 15).unwrap();
-        assert!(found.x_m > 1.6, "{found:?}");
-        let left = [[0, 0], [14, 0], [14, 30], [0, 30]];
-        assert!(find(&left, [0.7, 1.5], |c, _| c != 15).unwrap_err().contains("no way leads there"));
-    }
 }

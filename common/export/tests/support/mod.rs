@@ -158,11 +158,25 @@ fn grid() -> ArchiveBuffer {
     buffer
 }
 
+/// A centre, a scan outside of the room, the way through the door, a stair that this robot does not climb.
 fn plan() -> ArchiveBuffer {
-    let mut texts = TextPool::default();
-    let reason = texts.add("it is a gross area, or made of other spaces");
-    let without = SpacePlanRecord { reason, centre: NONE, ..Zeroable::zeroed() };
-    let waypoint = WaypointRecord {
+    let head = PlanHead {
+        site_hash: 1,
+        phase_hash: 2,
+        plan_time_s: PhaseHead::NO_TIME,
+        sensor: ScanSensor::DEFAULT,
+        coverage_goal: 0.99,
+        overlap_goal: 0.2,
+        mission_s: [3.0, 60.0],
+        changed_since_s: PhaseHead::NO_TIME,
+        closed_tours: 0,
+        reserved: 0,
+    };
+    let mut b = PlanBuilder::new(head, 2);
+    let reason = b.texts.add("it is a gross area, or made of other spaces");
+    b.spaces[0] = SpacePlanRecord { n_faces: 8, n_seen: 7, why: NoWaypoint::Has as u32, centre: 0, ..b.spaces[0] };
+    b.spaces[1] = SpacePlanRecord { reason, why: NoWaypoint::MetadataOnly as u32, ..b.spaces[1] };
+    let centre = WaypointRecord {
         position_in_map_m: [1.75, 1.75, 0.1],
         sensor_z_m: 1.3,
         centroid_in_map_m: [1.5, 1.5, 0.1],
@@ -170,6 +184,41 @@ fn plan() -> ArchiveBuffer {
         kind: WaypointKind::Centre as u32,
         ..Zeroable::zeroed()
     };
-    let head = PlanHead { site_hash: 1, phase_hash: 2, plan_time_s: PhaseHead::NO_TIME };
-    PlanBuilder { texts, head, waypoints: vec![waypoint], spaces: vec![Zeroable::zeroed(), without] }.finish()
+    let scan = WaypointRecord { kind: WaypointKind::Scan as u32, id: 1, order: 1, space: NONE, leg_m: 0.5, ..centre };
+    b.waypoints.extend([centre, scan]);
+    b.storeys.push(StoreyPlanRecord {
+        tour_m: 0.5,
+        tour_bound_m: 0.5,
+        n_faces: 8,
+        n_seen: 7,
+        n_scans: 1,
+        n_parts: 1,
+        n_tour_points: 2,
+        ..Zeroable::zeroed()
+    });
+    b.tour_points.extend([[1.75, 1.75], [1.75, 1.25]]);
+    let node = |kind: NodeKind, of: u32, x_m: f64| RouteNodeRecord {
+        position_in_map_m: [x_m, 1.75, 0.1],
+        clearance_m: 1.25,
+        kind: kind as u32,
+        map_storey: 0,
+        of,
+        space: 0,
+    };
+    b.nodes.extend([node(NodeKind::Space, 0, 1.75), node(NodeKind::Door, 0, 1.25), node(NodeKind::Staging, 2, 2.25)]);
+    let edge = |nodes: [u32; 2], kind: EdgeKind, of: u32, usable: u32| RouteEdgeRecord {
+        length_m: 0.5,
+        clearance_m: 0.25,
+        nodes,
+        kind: kind as u32,
+        of,
+        first_point: 0,
+        n_points: 0,
+        usable,
+        reserved: 0,
+    };
+    b.edges.extend([edge([0, 1], EdgeKind::Door, 0, 1), edge([0, 2], EdgeKind::Stair, 2, 0)]);
+    b.points.extend([[1.75, 1.75], [1.25, 1.75]]);
+    b.edges[0].n_points = 2;
+    b.finish()
 }

@@ -72,11 +72,16 @@ pub(crate) fn grids() -> ArchiveBuffer {
 }
 
 pub(crate) fn plan() -> ArchiveBuffer {
-    let mut texts = TextPool::default();
-    let reason = texts.add("blocked");
-    let head = PlanHead { site_hash: 1, phase_hash: 2, plan_time_s: 3 };
-    let spaces = vec![SpacePlanRecord { reason, centre: 0, ..Zeroable::zeroed() }];
-    PlanBuilder { texts, head, waypoints: vec![Zeroable::zeroed()], spaces }.finish()
+    let head = PlanHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, ..Zeroable::zeroed() };
+    let mut b = PlanBuilder::new(head, 1);
+    b.spaces[0] = SpacePlanRecord { reason: b.texts.add("blocked"), centre: 0, why: 5, ..Zeroable::zeroed() };
+    b.waypoints.push(Zeroable::zeroed());
+    b.tour_points = vec![[0.0, 0.0], [1.0, 0.0]];
+    b.storeys.push(StoreyPlanRecord { n_tour_points: 2, ..Zeroable::zeroed() });
+    b.nodes = vec![RouteNodeRecord { of: NONE, ..Zeroable::zeroed() }; 2];
+    b.points = vec![[0.0, 0.0], [1.0, 0.0]];
+    b.edges.push(RouteEdgeRecord { nodes: [0, 1], n_points: 2, ..Zeroable::zeroed() });
+    b.finish()
 }
 
 /// Makes the preamble fit the content again, so that what lies behind the hash is looked at.
@@ -116,6 +121,13 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
     }
     if let Ok(plan) = Plan::open(bytes) {
         n += (0..plan.spaces.len()).map(|k| plan.reason(k).len()).sum::<usize>() + plan.waypoints.len();
+        n += plan.storeys.iter().map(|s| plan.tour_of(s).len()).sum::<usize>();
+        n += plan
+            .edges
+            .iter()
+            .map(|e| plan.points_of(e).len() + plan.nodes[e.nodes[0] as usize].kind as usize)
+            .sum::<usize>();
+        n += plan.diagnostics.iter().map(|d| plan.text(d.message).len()).sum::<usize>();
     }
     n
 }

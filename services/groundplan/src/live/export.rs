@@ -96,7 +96,14 @@ impl Sets {
         }
         let footprints: Vec<_> =
             self.cut.iter().flat_map(|(_, cut)| (0..grids.len()).map(|k| cut.footprints(k))).collect();
-        let plan = waypoint_gen::plan(&site, &phase, &grids, &profile);
+        let options = waypoint_gen::PlanOptions::default();
+        let plan = waypoint_gen::Planner::default().plan(&waypoint_gen::PlanInput {
+            site: &site,
+            phase: &phase,
+            index: &index,
+            grids: &grids,
+            options: &options,
+        });
         let plan = Plan::open(plan.bytes()).map_err(Failure::work)?;
         // Of the robot in use only the outline is not in the index.
         let configured = config.robot.profile.as_deref().map(Robot::read).transpose().map_err(Failure::usage)?;

@@ -1,0 +1,135 @@
+//! `waypoints.png` for people: the map, what scans see, the tour and its stops. A pixel per cell, row 0 at the top.
+
+use crate::pictures::{Canvas, Rgb, picture};
+use crate::{ExportFile, ExportInput};
+use embedded_graphics::Drawable;
+use embedded_graphics::geometry::{OriginDimensions, Point, Size};
+use embedded_graphics::mono_font::MonoTextStyle;
+use embedded_graphics::mono_font::iso_8859_1::FONT_4X6;
+use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
+use embedded_graphics::prelude::{DrawTarget, Pixel};
+use embedded_graphics::primitives::{Circle, Line, Primitive, PrimitiveStyle, StyledDrawable};
+use embedded_graphics::text::{Baseline, Text};
+use frames::Point2;
+use grid::{Class, GridSpec, Sight};
+use messages::{Grid, WaypointKind};
+use std::convert::Infallible;
+
+const SOLID: Rgb = [100, 100, 100];
+const CLOSED: Rgb = [225, 190, 190];
+const DOOR: Rgb = [170, 220, 170];
+const KEEPOUT: Rgb = [245, 225, 190];
+const FREE: Rgb = [255, 255, 255];
+const SEEN: Rgb = [205, 228, 250];
+const UNKNOWN: Rgb = [220, 220, 220];
+const TOUR: Rgb888 = Rgb888::new(60, 90, 200);
+const SCAN: Rgb888 = Rgb888::new(200, 30, 30);
+const CONNECTING: Rgb888 = Rgb888::new(240, 140, 0);
+const CENTRE: Rgb888 = Rgb888::new(0, 120, 60);
+
+/// The picture of a storey.
+pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> ExportFile {
+    let spec = grid.spec();
+    let seen = seen_cells(input, grid);
+    let pixels = (0..spec.n_cells()).map(|index| colour(grid, index, seen[index])).collect();
+    let mut canvas = Canvas::new(spec.width as usize, pixels);
+    draw_tour(input, grid, &mut canvas);
+    draw_stops(input, grid, &mut canvas);
+    ExportFile::new(format!("{folder}/waypoints.png"), picture(&canvas))
+}
+
+fn colour(grid: &Grid<'_>, index: usize, is_seen: bool) -> Rgb {
+    match (Class::from_id(grid.class[index]).unwrap_or(Class::Other), grid.planning[index]) {
+        (Class::Door, 0) => DOOR,
+        (Class::None, 100) => CLOSED,
+        (Class::None, 0) if is_seen => SEEN,
+        (Class::None, 0) if grid.keepout[index] != 0 => KEEPOUT,
+        (Class::None, 0) => FREE,
+        (Class::None, _) => UNKNOWN,
+        _ => SOLID,
+    }
+}
+
+/// The cells that some scan sees.
+fn seen_cells(input: &ExportInput<'_>, grid: &Grid<'_>) -> Vec<bool> {
+    let spec = grid.spec();
+    let mut seen = vec![false; spec.n_cells()];
+    let scans = input.plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey);
+    let mut scans = scans.filter(|w| w.kind == WaypointKind::Scan as u32).peekable();
+    if scans.peek().is_none() {
+        return seen;
+    }
+    let opaque: Vec<bool> = grid.planning.iter().map(|&p| p != 0).collect();
+    let sight = Sight::new(&opaque, spec.width as usize);
+    let sensor = input.plan.head.sensor;
+    for scan in scans {
+        let [x, y, _] = scan.position_in_map_m;
+        let origin = spec.origin_m();
+        let at = [(x - origin[0]) / spec.resolution_m(), (y - origin[1]) / spec.resolution_m()];
+        let is_inside = spec.cell_at(Point2::new(x, y)).is_some();
+        if is_inside {
+            let range = sensor.range_m / spec.resolution_m();
+            sight.look_around(at, range, scan.yaw_rad, sensor.field_of_view_rad, |cell| seen[cell] = true);
+        }
+    }
+    seen
+}
+
+fn pixel(spec: &GridSpec, [x, y]: [f64; 2]) -> Point {
+    let origin = spec.origin_m();
+    // A plan of absurd numbers draws outside of the picture.
+    let cell = |k: usize, m: f64| ((m - origin[k]) / spec.resolution_m()).floor().clamp(-1e6, 1e6) as i32;
+    Point::new(cell(0, x), spec.height as i32 - 1 - cell(1, y))
+}
+
+fn draw_tour(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
+    let spec = grid.spec();
+    let tours = input.plan.storeys.iter().filter(|s| s.map_storey == grid.head.map_storey);
+    for ends in tours.flat_map(|storey| input.plan.tour_of(storey).windows(2)) {
+        let line = Line::new(pixel(&spec, ends[0]), pixel(&spec, ends[1]));
+        // Drawing into memory does not fail.
+        let _ = line.into_styled(PrimitiveStyle::with_stroke(TOUR, 1)).draw(canvas);
+    }
+}
+
+fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
+    let spec = grid.spec();
+    for (number, stop) in input.plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey).enumerate() {
+        let [x, y, _] = stop.position_in_map_m;
+        let at = pixel(&spec, [x, y]);
+        let is_scan = stop.kind == WaypointKind::Scan as u32;
+        let ink = match (is_scan, stop.connects) {
+            (false, _) => CENTRE,
+            (true, 0) => SCAN,
+            (true, _) => CONNECTING,
+        };
+        // Drawing into memory does not fail.
+        if is_scan {
+            let _ = Circle::with_center(at, 7).draw_styled(&PrimitiveStyle::with_fill(ink), canvas);
+        } else {
+            for arm in [Point::new(3, 3), Point::new(3, -3)] {
+                let _ = Line::new(at - arm, at + arm).into_styled(PrimitiveStyle::with_stroke(ink, 1)).draw(canvas);
+            }
+        }
+        let letters = MonoTextStyle::new(&FONT_4X6, ink);
+        let _ = Text::with_baseline(&number.to_string(), at + Point::new(5, -8), letters, Baseline::Top).draw(canvas);
+    }
+}
+
+impl OriginDimensions for Canvas {
+    fn size(&self) -> Size {
+        Canvas::size(self)
+    }
+}
+
+impl DrawTarget for Canvas {
+    type Color = Rgb888;
+    type Error = Infallible;
+
+    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(&mut self, pixels: I) -> Result<(), Infallible> {
+        for Pixel(at, colour) in pixels {
+            self.set(at, [colour.r(), colour.g(), colour.b()]);
+        }
+        Ok(())
+    }
+}

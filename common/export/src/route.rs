@@ -1,0 +1,193 @@
+//! The route graph: per storey for Nav2's route server, and all storeys with the ways between them.
+
+use crate::waypoints::space_id;
+use crate::{ExportInput, rounded};
+use messages::{EdgeKind, NodeKind, RouteEdgeRecord, RouteNodeRecord};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+/// `site-graph.json`: the route graph of all storeys.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct SiteGraph {
+    /// `map`.
+    frame: &'static str,
+    /// Epoch of the map frame.
+    frame_epoch: u32,
+    /// Plan time; null if all elements stand regardless of dates.
+    plan_time: Option<String>,
+    /// Places.
+    nodes: Vec<Node>,
+    /// Ways between them, each in both directions.
+    edges: Vec<Edge>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Node {
+    /// Number, the same as in the storeys' `route.geojson`.
+    id: u32,
+    /// `space`, `door`, `junction`, or `staging`: before a door, stair, ramp or lift.
+    kind: &'static str,
+    /// Index of the map storey.
+    storey: u32,
+    /// In `map`.
+    x_m: f64,
+    /// In `map`.
+    y_m: f64,
+    /// Height of the floor in `map`.
+    z_m: f64,
+    /// Distance to the middle of the nearest cell that is not free.
+    clearance_m: f64,
+    /// GlobalId of the space, door, stair, ramp or lift; null for a junction.
+    of: Option<String>,
+    /// GlobalId of the space that it lies in; null outside of spaces.
+    space: Option<String>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Edge {
+    /// Number, another than that of any node.
+    id: u32,
+    /// Node at one end.
+    from: u32,
+    /// Node at the other end.
+    to: u32,
+    /// `floor`, `door`, and between storeys `stair`, `ramp`, `lift`, `escalator`.
+    class: &'static str,
+    /// Length of the way.
+    length_m: f64,
+    /// Least distance to the middle of a cell that is not free; null between storeys.
+    clearance_m: Option<f64>,
+    /// GlobalId of the door, stair, ramp or lift.
+    of: Option<String>,
+    /// Clear width of the door.
+    clear_width_m: Option<f64>,
+    /// True if this robot can take it.
+    usable: bool,
+    /// The way from one end to the other, in `map`.
+    line: Vec<[f64; 2]>,
+}
+
+impl SiteGraph {
+    pub(crate) fn of(input: &ExportInput<'_>) -> Self {
+        let nodes = input.plan.nodes.iter().zip(0..).map(|(node, id)| {
+            let [x_m, y_m, z_m] = node.position_in_map_m.map(rounded);
+            Node {
+                id,
+                kind: node_kind(node).name(),
+                storey: node.map_storey,
+                x_m,
+                y_m,
+                z_m,
+                clearance_m: rounded(node.clearance_m),
+                of: node_of(input, node),
+                space: space_id(input, node.space),
+            }
+        });
+        let edges = input.plan.edges.iter().enumerate().map(|(at, edge)| {
+            let class = edge_kind(edge);
+            let is_level = matches!(class, EdgeKind::Floor | EdgeKind::Door);
+            Edge {
+                id: edge_id(input, at),
+                from: edge.nodes[0],
+                to: edge.nodes[1],
+                class: class.name(),
+                length_m: rounded(edge.length_m),
+                clearance_m: is_level.then(|| rounded(edge.clearance_m)),
+                of: edge_of(input, edge),
+                clear_width_m: clear_width_m(input, edge),
+                usable: edge.usable == 1,
+                line: input.plan.points_of(edge).iter().map(|p| p.map(rounded)).collect(),
+            }
+        });
+        Self {
+            frame: "map",
+            frame_epoch: input.site.head.frame_epoch,
+            plan_time: input.phase.head.plan_time().map(|t| t.to_string()),
+            nodes: nodes.collect(),
+            edges: edges.collect(),
+        }
+    }
+}
+
+/// The graph of a storey as Nav2's route server reads it: edges in both directions, ids that no two features share, and no
+/// null anywhere.
+pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
+    let plan = input.plan;
+    let mut features = Vec::new();
+    for (id, node) in plan.nodes.iter().enumerate().filter(|(_, n)| n.map_storey == map_storey) {
+        let [x, y, _] = node.position_in_map_m.map(rounded);
+        let mut metadata = Map::new();
+        metadata.insert("class".to_owned(), json!(node_kind(node).name()));
+        metadata.insert("clearance_m".to_owned(), json!(rounded(node.clearance_m)));
+        metadata.extend(node_of(input, node).map(|guid| ("ifc_guid".to_owned(), json!(guid))));
+        metadata.extend(space_id(input, node.space).map(|guid| ("space".to_owned(), json!(guid))));
+        features.push(json!({
+            "type": "Feature",
+            "geometry": {"type": "Point", "coordinates": [x, y]},
+            "properties": {"id": id, "frame": "map", "metadata": metadata, "operations": {}},
+        }));
+    }
+    let is_here = |e: &RouteEdgeRecord| e.nodes.iter().all(|&n| plan.nodes[n as usize].map_storey == map_storey);
+    for (at, edge) in plan.edges.iter().enumerate().filter(|(_, e)| is_here(e) && e.usable == 1) {
+        let mut metadata = Map::new();
+        metadata.insert("class".to_owned(), json!(edge_kind(edge).name()));
+        metadata.insert("length_m".to_owned(), json!(rounded(edge.length_m)));
+        metadata.insert("clearance_m".to_owned(), json!(rounded(edge.clearance_m)));
+        metadata.extend(edge_of(input, edge).map(|guid| ("ifc_guid".to_owned(), json!(guid))));
+        metadata.extend(clear_width_m(input, edge).map(|width| ("clear_width_m".to_owned(), json!(width))));
+        let mut line: Vec<[f64; 2]> = plan.points_of(edge).iter().map(|p| p.map(rounded)).collect();
+        let [a, b] = edge.nodes;
+        for (back, [from, to]) in [(0, [a, b]), (1, [b, a])] {
+            features.push(json!({
+                "type": "Feature",
+                "geometry": {"type": "MultiLineString", "coordinates": [line]},
+                "properties": {
+                    "id": edge_id(input, at) + back, "startid": from, "endid": to, "cost": rounded(edge.length_m),
+                    "overridable": true, "metadata": metadata, "operations": {},
+                },
+            }));
+            line.reverse();
+        }
+    }
+    json!({"type": "FeatureCollection", "name": "route", "features": features})
+}
+
+fn node_kind(node: &RouteNodeRecord) -> NodeKind {
+    NodeKind::from_id(node.kind).unwrap_or(NodeKind::Junction)
+}
+
+fn edge_kind(edge: &RouteEdgeRecord) -> EdgeKind {
+    EdgeKind::from_id(edge.kind).unwrap_or(EdgeKind::Floor)
+}
+
+/// Behind the numbers of all nodes, one for either direction.
+fn edge_id(input: &ExportInput<'_>, at: usize) -> u32 {
+    (input.plan.nodes.len() + 2 * at) as u32
+}
+
+fn element_id(input: &ExportInput<'_>, element: u32) -> Option<String> {
+    input.site.elements.get(element as usize).map(|e| input.site.text(e.global_id).to_owned())
+}
+
+fn node_of(input: &ExportInput<'_>, node: &RouteNodeRecord) -> Option<String> {
+    match node_kind(node) {
+        NodeKind::Junction => None,
+        NodeKind::Space => space_id(input, node.of),
+        NodeKind::Door => input.site.doors.get(node.of as usize).and_then(|d| element_id(input, d.element)),
+        NodeKind::Staging => element_id(input, node.of),
+    }
+}
+
+fn edge_of(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<String> {
+    match edge_kind(edge) {
+        EdgeKind::Floor => None,
+        EdgeKind::Door => input.site.doors.get(edge.of as usize).and_then(|d| element_id(input, d.element)),
+        _ => element_id(input, edge.of),
+    }
+}
+
+fn clear_width_m(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<f64> {
+    let door = input.site.doors.get(edge.of as usize).filter(|_| edge_kind(edge) == EdgeKind::Door);
+    door.map(|d| rounded(d.clear_width_m))
+}

@@ -1,0 +1,349 @@
+//! Records of the `plan` archive.
+
+use crate::archive::Text;
+use bytemuck::{Pod, Zeroable};
+
+/// What scans are made with; lengths in metres, angles in radians.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct ScanSensor {
+    /// Farthest that it measures.
+    pub range_m: f64,
+    /// Nearest that it measures.
+    pub min_range_m: f64,
+    /// Largest angle between a ray and the normal of the face that it meets.
+    pub max_incidence_rad: f64,
+    /// Horizontal field of view; a full turn for a rotating scanner.
+    pub field_of_view_rad: f64,
+    /// Lowest elevation of its rays, for the check on the meshes.
+    pub min_elevation_rad: f64,
+    /// Highest elevation of its rays, for the check on the meshes.
+    pub max_elevation_rad: f64,
+}
+const _: () = assert!(size_of::<ScanSensor>() == 48);
+
+impl ScanSensor {
+    /// A rotating scanner for rooms.
+    pub const DEFAULT: Self = Self {
+        range_m: 8.0,
+        min_range_m: 0.3,
+        max_incidence_rad: 70.0 * std::f64::consts::PI / 180.0,
+        field_of_view_rad: std::f64::consts::TAU,
+        min_elevation_rad: -std::f64::consts::FRAC_PI_3,
+        max_elevation_rad: std::f64::consts::FRAC_PI_2,
+    };
+
+    /// True if it sees all around, so that a heading does not matter.
+    pub fn sees_around(&self) -> bool {
+        self.field_of_view_rad >= std::f64::consts::TAU - 1e-9
+    }
+}
+
+/// What the plan was made from: one record.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct PlanHead {
+    /// Content hash of the site.
+    pub site_hash: u64,
+    /// Content hash of the phase.
+    pub phase_hash: u64,
+    /// Plan time as in [`crate::PhaseHead`].
+    pub plan_time_s: i64,
+    /// What scans are made with.
+    pub sensor: ScanSensor,
+    /// Share of the faces that scans were to see.
+    pub coverage_goal: f64,
+    /// Share of each scan's faces that earlier ones were to have seen.
+    pub overlap_goal: f64,
+    /// Driving time and scanning time of all tours, in seconds.
+    pub mission_s: [f64; 2],
+    /// Faces of elements that changed since this time are targets, civil seconds; [`crate::PhaseHead::NO_TIME`] if all are.
+    pub changed_since_s: i64,
+    /// 1 if tours come back to where they begin.
+    pub closed_tours: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<PlanHead>() == 120);
+
+/// What a waypoint is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum WaypointKind {
+    /// The centre of a space.
+    Centre = 1,
+    /// A pose from which to scan.
+    Scan = 2,
+}
+
+/// A pose to drive to.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct WaypointRecord {
+    /// Position in `map`, on the floor, in metres.
+    pub position_in_map_m: [f64; 3],
+    /// Height of the sensor in `map`.
+    pub sensor_z_m: f64,
+    /// Heading in `map`.
+    pub yaw_rad: f64,
+    /// Area centroid of the space's floor, not moved, in `map`; the position outside of spaces.
+    pub centroid_in_map_m: [f64; 3],
+    /// Distance to the nearest cell that is not free.
+    pub clearance_m: f64,
+    /// Floor that a scan from here sees and none before it; 0 for centres.
+    pub covers_m2: f64,
+    /// Share of the faces that it sees that scans before it saw; 0 for centres and the first scan.
+    pub overlap: f64,
+    /// Way from the waypoint before it on this storey; 0 for the first.
+    pub leg_m: f64,
+    /// Number in the plan.
+    pub id: u32,
+    /// Place in the tour, from 0 over all storeys.
+    pub order: u32,
+    /// [`WaypointKind`] as a number.
+    pub kind: u32,
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// Space of the site; `NONE` outside of spaces.
+    pub space: u32,
+    /// 1 for a scan that is there to join others, not for what it sees.
+    pub connects: u32,
+    /// Faces that a scan from here sees.
+    pub n_faces: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<WaypointRecord>() == 128);
+
+/// Why a space has no waypoint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum NoWaypoint {
+    /// It has one.
+    Has = 0,
+    /// A gross area, or made of other spaces.
+    MetadataOnly = 1,
+    /// Outdoors.
+    External = 2,
+    /// Without a body.
+    NoBody = 3,
+    /// Its floor is on no map storey.
+    NotMapped = 4,
+    /// Blocked at the plan time.
+    Blocked = 5,
+    /// Open, and blocked soon.
+    Closing = 6,
+    /// No floor at the level of its map storey.
+    NoFloor = 7,
+    /// All of its free floor is keep-out.
+    Keepout = 8,
+    /// No free place as wide as the robot.
+    TooNarrow = 9,
+    /// A door is closed to the robot.
+    ClosedDoor = 10,
+    /// No way leads there.
+    Unreachable = 11,
+    /// Nobody asked for one.
+    NotAsked = 12,
+}
+
+impl NoWaypoint {
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Has => "",
+            Self::MetadataOnly => "metadata_only",
+            Self::External => "external",
+            Self::NoBody => "no_body",
+            Self::NotMapped => "not_mapped",
+            Self::Blocked => "blocked",
+            Self::Closing => "closing",
+            Self::NoFloor => "no_floor",
+            Self::Keepout => "keepout",
+            Self::TooNarrow => "too_narrow",
+            Self::ClosedDoor => "closed_door",
+            Self::Unreachable => "unreachable",
+            Self::NotAsked => "not_asked",
+        }
+    }
+
+    /// The reason with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        use NoWaypoint::*;
+        let all = [Has, MetadataOnly, External, NoBody, NotMapped, Blocked, Closing];
+        let rest = [NoFloor, Keepout, TooNarrow, ClosedDoor, Unreachable, NotAsked];
+        all.into_iter().chain(rest).find(|r| *r as u32 == id)
+    }
+}
+
+/// What became of a space.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct SpacePlanRecord {
+    /// Why it has no waypoint, in words; empty if it has one.
+    pub reason: Text,
+    /// [`NoWaypoint`] as a number.
+    pub why: u32,
+    /// The closed door, or `NONE`.
+    pub door: u32,
+    /// Its centre waypoint, or `NONE`.
+    pub centre: u32,
+    /// Target faces in it that can be seen from some place.
+    pub n_faces: u32,
+    /// Those of them that the scans see.
+    pub n_seen: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<SpacePlanRecord>() == 32);
+
+/// What became of a map storey.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct StoreyPlanRecord {
+    /// Length of the tour through all its waypoints.
+    pub tour_m: f64,
+    /// No tour through them is shorter than this.
+    pub tour_bound_m: f64,
+    /// Floor that the robot's centre can get to.
+    pub reached_m2: f64,
+    /// Floor that it could stand on and cannot get to.
+    pub unreached_m2: f64,
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// Target faces, each a side of a cell.
+    pub n_targets: u32,
+    /// Those of them that can be seen from some place.
+    pub n_faces: u32,
+    /// Those of them that the scans see.
+    pub n_seen: u32,
+    /// Places from which a scan was tried.
+    pub n_places: u32,
+    /// Scans, those that join others included.
+    pub n_scans: u32,
+    /// Scans that are there to join others.
+    pub n_connecting: u32,
+    /// Separate parts of the storey that the waypoints lie in.
+    pub n_parts: u32,
+    /// Points on the meshes of elements that the check looked at; 0 if it was not asked for.
+    pub n_mesh_points: u32,
+    /// Those of them that the scans see.
+    pub n_mesh_seen: u32,
+    /// First point of its tour.
+    pub first_tour_point: u32,
+    /// Number of points of its tour.
+    pub n_tour_points: u32,
+}
+const _: () = assert!(size_of::<StoreyPlanRecord>() == 80);
+
+/// What a node of the route graph is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum NodeKind {
+    /// Where ways meet.
+    Junction = 0,
+    /// The centre of a space.
+    Space = 1,
+    /// A passage with a door, or where one will hang.
+    Door = 2,
+    /// Where to stand before a stair, ramp or lift.
+    Staging = 3,
+}
+
+impl NodeKind {
+    /// The kind with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        [Self::Junction, Self::Space, Self::Door, Self::Staging].get(id as usize).copied()
+    }
+
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Junction => "junction",
+            Self::Space => "space",
+            Self::Door => "door",
+            Self::Staging => "staging",
+        }
+    }
+}
+
+/// A place of the route graph.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct RouteNodeRecord {
+    /// Position in `map`, on the floor, in metres.
+    pub position_in_map_m: [f64; 3],
+    /// Distance to the nearest cell that is not free.
+    pub clearance_m: f64,
+    /// [`NodeKind`] as a number.
+    pub kind: u32,
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// Space, door or element of the site, by kind; `NONE` for a junction.
+    pub of: u32,
+    /// Space that it lies in, or `NONE`.
+    pub space: u32,
+}
+const _: () = assert!(size_of::<RouteNodeRecord>() == 48);
+
+/// What an edge of the route graph is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum EdgeKind {
+    /// Over the floor of one storey.
+    Floor = 0,
+    /// Through a door, or the opening where one will hang.
+    Door = 1,
+    /// A stair to another storey.
+    Stair = 2,
+    /// A ramp to another storey.
+    Ramp = 3,
+    /// A lift to another storey.
+    Lift = 4,
+    /// An escalator to another storey: no robot takes it.
+    Escalator = 5,
+}
+
+impl EdgeKind {
+    /// The kind with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        [Self::Floor, Self::Door, Self::Stair, Self::Ramp, Self::Lift, Self::Escalator].get(id as usize).copied()
+    }
+
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Floor => "floor",
+            Self::Door => "door",
+            Self::Stair => "stair",
+            Self::Ramp => "ramp",
+            Self::Lift => "lift",
+            Self::Escalator => "escalator",
+        }
+    }
+}
+
+/// A way between two nodes, in both directions.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct RouteEdgeRecord {
+    /// Length of the way.
+    pub length_m: f64,
+    /// Least distance to a cell that is not free; 0 between storeys.
+    pub clearance_m: f64,
+    /// Nodes at its ends.
+    pub nodes: [u32; 2],
+    /// [`EdgeKind`] as a number.
+    pub kind: u32,
+    /// Door of the site, for a door; element of the site, between storeys; else `NONE`.
+    pub of: u32,
+    /// First point of the way.
+    pub first_point: u32,
+    /// Number of points of the way, its ends included.
+    pub n_points: u32,
+    /// 1 if this robot can take it.
+    pub usable: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<RouteEdgeRecord>() == 48);

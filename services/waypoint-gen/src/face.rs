@@ -1,0 +1,155 @@
+//! The faces that scans are to see.
+
+use grid::Class;
+use messages::Grid;
+
+/// A side of an occupied cell that looks at a free one. Places and lengths are in cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Face {
+    /// The middle of the side, a thousandth of a cell in front of it.
+    pub(crate) middle: [f64; 2],
+    /// Unit normal of the surface that the cell is a part of, over a window of 5 x 5 cells.
+    pub(crate) normal: [f64; 2],
+    /// Which way the side looks.
+    pub(crate) side: [i8; 2],
+    /// The free cell in front.
+    pub(crate) front: u32,
+    /// Space of the free cell plus 1; 0 for none.
+    pub(crate) space: u16,
+}
+
+/// All target faces of a storey, in tiles.
+#[derive(Debug)]
+pub(crate) struct Faces {
+    pub(crate) all: Vec<Face>,
+    /// Their numbers, where these are some of others.
+    pub(crate) numbers: Vec<u32>,
+    /// First face of each tile, row-major, and the number of faces.
+    first: Vec<u32>,
+    tiles_wide: usize,
+}
+
+/// Side of a tile in cells.
+const TILE: usize = 16;
+
+/// In front of a side by this much of a cell.
+const IN_FRONT: f64 = 1e-3;
+
+const SIDES: [[i8; 2]; 4] = [[1, 0], [-1, 0], [0, 1], [0, -1]];
+
+impl Faces {
+    /// The faces of a grid: of cells that an element occupies, in front of which a cell is free. `wanted` says of the occupied
+    /// and the free cell whether the face is a target.
+    pub(crate) fn of(grid: &Grid<'_>, wanted: impl Fn(usize, usize) -> bool) -> Self {
+        let (width, height) = (grid.head.width as usize, grid.head.height as usize);
+        let tiles_wide = width.div_ceil(TILE);
+        let n_tiles = tiles_wide * height.div_ceil(TILE);
+        let mut found: Vec<(u32, Face)> = Vec::new();
+        for row in 1..height.saturating_sub(1) {
+            let line = row * width;
+            for cell in line + 1..(line + width).saturating_sub(1) {
+                if grid.planning[cell] != 100 || grid.class[cell] == Class::None.id() {
+                    continue;
+                }
+                for side in SIDES {
+                    let front = beside(cell, side, width);
+                    if grid.planning[front] == 0 && wanted(cell, front) {
+                        let tile = row / TILE * tiles_wide + (cell - line) / TILE;
+                        found.push((tile as u32, face(grid, cell, front, side)));
+                    }
+                }
+            }
+        }
+        // Stable: inside of a tile they stay in the order of cells.
+        found.sort_by_key(|(tile, _)| *tile);
+        let numbers = (0..found.len() as u32).collect();
+        let (tiles, all): (Vec<u32>, Vec<Face>) = found.into_iter().unzip();
+        Self { all, numbers, first: firsts(tiles, n_tiles), tiles_wide }
+    }
+
+    /// The faces that are not marked; `numbers` tells which they are.
+    pub(crate) fn without(&self, marked: &[bool]) -> Self {
+        let tiles = self.first.windows(2).zip(0u32..).flat_map(|(ends, tile)| (ends[0]..ends[1]).map(move |_| tile));
+        let rest: Vec<(u32, u32)> = tiles.zip(0..).filter(|(_, face)| !marked[*face as usize]).collect();
+        let (tiles, numbers): (Vec<u32>, Vec<u32>) = rest.into_iter().unzip();
+        let all = numbers.iter().map(|&face| self.all[face as usize]).collect();
+        Self { all, numbers, first: firsts(tiles, self.first.len() - 1), tiles_wide: self.tiles_wide }
+    }
+
+    /// Indices of the faces whose tiles come within `range` cells of a place, ascending.
+    pub(crate) fn near(&self, at: [f64; 2], range: f64) -> impl Iterator<Item = u32> {
+        let n_rows = self.first.len().saturating_sub(1).checked_div(self.tiles_wide).unwrap_or(0);
+        let tiles = move |at: f64, n: usize| {
+            let tile = |c: f64| (c.max(0.0) as usize / TILE).min(n);
+            tile(at - range)..(tile(at + range) + 1).min(n)
+        };
+        let columns = tiles(at[0], self.tiles_wide);
+        tiles(at[1], n_rows).flat_map(move |row| {
+            let line = row * self.tiles_wide;
+            self.first[line + columns.start]..self.first[line + columns.end]
+        })
+    }
+}
+
+/// Where each tile begins, from the sorted tiles of all faces.
+fn firsts(tiles: Vec<u32>, n_tiles: usize) -> Vec<u32> {
+    let mut first = vec![0u32; n_tiles + 1];
+    tiles.into_iter().for_each(|tile| first[tile as usize + 1] += 1);
+    for k in 1..first.len() {
+        first[k] += first[k - 1];
+    }
+    first
+}
+
+fn beside(cell: usize, side: [i8; 2], width: usize) -> usize {
+    cell.wrapping_add_signed(isize::from(side[0]) + isize::from(side[1]) * width as isize)
+}
+
+fn face(grid: &Grid<'_>, cell: usize, front: usize, side: [i8; 2]) -> Face {
+    let width = grid.head.width as usize;
+    let [dx, dy] = side.map(f64::from);
+    let out = 0.5 + IN_FRONT;
+    let middle = [(cell % width) as f64 + 0.5 + out * dx, (cell / width) as f64 + 0.5 + out * dy];
+    Face { middle, normal: normal(grid, front, side), side, front: front as u32, space: grid.space[front] }
+}
+
+/// Cells around the free cell are bits of a word, five a row, the free cell in the middle.
+const N: i32 = 5;
+const MIDDLE: i32 = 12;
+
+/// Away from the occupied cells of the 5 x 5 window around the free cell that belong to the face's surface: those that hang
+/// together, corners included, with the face's cell. What is on the other side of a thin wall has no part in it.
+fn normal(grid: &Grid<'_>, front: usize, side: [i8; 2]) -> [f64; 2] {
+    let (width, height) = (grid.head.width as i32, grid.head.height as i32);
+    let (column, row) = (front as i32 % width, front as i32 / width);
+    let mut occupied = 0u32;
+    for k in 0..N * N {
+        let (x, y) = (column + k % N - 2, row + k / N - 2);
+        if 0 <= x && x < width && 0 <= y && y < height && grid.planning[(y * width + x) as usize] == 100 {
+            occupied |= 1 << k;
+        }
+    }
+    let mut surface = 1u32 << (MIDDLE - i32::from(side[0]) - i32::from(side[1]) * N);
+    loop {
+        let grown = spread(surface) & occupied;
+        if grown == surface {
+            break;
+        }
+        surface = grown;
+    }
+    let (mut x, mut y) = (0, 0);
+    for k in (0..N * N).filter(|k| surface & (1 << k) != 0) {
+        (x, y) = (x - (k % N - 2), y - (k / N - 2));
+    }
+    let length = f64::from(x * x + y * y).sqrt();
+    if length == 0.0 { side.map(f64::from) } else { [f64::from(x) / length, f64::from(y) / length] }
+}
+
+/// The cells of a window and all their neighbours.
+fn spread(cells: u32) -> u32 {
+    const ALL: u32 = (1 << 25) - 1;
+    const NOT_FIRST: u32 = 0b11110_11110_11110_11110_11110;
+    const NOT_LAST: u32 = 0b01111_01111_01111_01111_01111;
+    let row = cells | (cells & NOT_LAST) << 1 | (cells & NOT_FIRST) >> 1;
+    (row | row << N | row >> N) & ALL
+}

@@ -1,0 +1,79 @@
+//! Which spaces a robot has business in, and why not in the others.
+
+use crate::options::PlanOptions;
+use messages::{
+    DoorPassage, DoorPassageRecord, NONE, NoWaypoint, Phase, PhaseHead, RobotProfile, Site, plan_time, space_flags,
+};
+
+/// Why a space gets no waypoint.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Refusal {
+    pub(crate) why: NoWaypoint,
+    /// In words.
+    pub(crate) reason: String,
+    /// The closed door, or [`NONE`].
+    pub(crate) door: u32,
+}
+
+impl Refusal {
+    pub(crate) fn new(why: NoWaypoint, reason: impl Into<String>) -> Self {
+        Self { why, reason: reason.into(), door: NONE }
+    }
+}
+
+/// Why a robot has no business in a space, whatever the map looks like.
+pub(crate) fn refused(site: &Site<'_>, phase: &Phase<'_>, options: &PlanOptions, index: usize) -> Option<Refusal> {
+    let space = &site.spaces[index];
+    let closes_at_s = phase.spaces[index].closes_at_s;
+    let refusal = |why, reason: &str| Some(Refusal::new(why, reason));
+    if space.has(space_flags::METADATA_ONLY) {
+        refusal(NoWaypoint::MetadataOnly, "it is a gross area, or made of other spaces")
+    } else if space.has(space_flags::EXTERNAL) {
+        refusal(NoWaypoint::External, "it is outdoors")
+    } else if space.n_rings == 0 {
+        refusal(NoWaypoint::NoBody, "it has no body")
+    } else if space.map_storey == NONE {
+        refusal(NoWaypoint::NotMapped, "its floor is on no map storey")
+    } else if phase.is_blocked(index) {
+        let why = phase.why(index).collect::<Vec<_>>().join(", ");
+        refusal(NoWaypoint::Blocked, &format!("it is blocked: {why}"))
+    } else if closes_at_s != PhaseHead::NO_TIME {
+        let at = plan_time(closes_at_s).map_or(String::new(), |at| format!(" at {at}"));
+        refusal(NoWaypoint::Closing, &format!("it will be blocked{at}"))
+    } else if !options.wants_space(site, index) {
+        refusal(NoWaypoint::NotAsked, "nobody asked for it")
+    } else {
+        None
+    }
+}
+
+/// The door that keeps a robot out of a space: of those that it cannot pass the one with the lowest number.
+pub(crate) fn closed_door(
+    site: &Site<'_>,
+    robot: &RobotProfile,
+    passages: &[DoorPassageRecord],
+    space: usize,
+) -> Option<Refusal> {
+    let leads_there = |p: &&DoorPassageRecord| site.doors[p.door as usize].spaces.contains(&(space as u32));
+    let passage = |p: &DoorPassageRecord| DoorPassage::from_id(p.passage);
+    let is_closed =
+        |p: &&DoorPassageRecord| !matches!(passage(p), Some(DoorPassage::Passable | DoorPassage::Absent) | None);
+    let closed = passages.iter().filter(leads_there).find(is_closed)?;
+    let door = &site.doors[closed.door as usize];
+    let element = &site.elements[door.element as usize];
+    let needed_m = 2.0 * robot.radius_m + robot.door_margin_m;
+    let why = match passage(closed) {
+        Some(DoorPassage::CannotOpen) => {
+            let operation = Some(site.text(door.operation)).filter(|o| !o.is_empty()).unwrap_or("unknown operation");
+            format!("this robot does not open it ({operation})")
+        }
+        Some(DoorPassage::TooNarrow) => format!("the robot needs {needed_m:.2} m"),
+        Some(DoorPassage::ClosedByResolution) => {
+            format!("the map's cells leave {:.2} m of it", closed.width_in_map_m)
+        }
+        _ => "it is being hung or taken down".to_owned(),
+    };
+    let id = site.text(element.global_id);
+    let reason = format!("its door {id} is closed to the robot: {:.2} m clear, {why}", door.clear_width_m);
+    Some(Refusal { why: NoWaypoint::ClosedDoor, reason, door: closed.door })
+}
