@@ -1,0 +1,107 @@
+//! Measures planning of waypoints: time, scans, coverage, tours, against one scan per centroid of a space. One JSON document a
+//! storey on standard output; with `--instances DIR` what the scans were chosen from, for an exact solver.
+//!
+//! usage: cargo bench -p end-to-end --bench plan -- [--instances DIR] [--quality N] [--tour-kicks N] MODEL.ifc...
+
+#![expect(clippy::print_stdout, reason = "figures are what it is for")]
+
+use ifc_ingest::{IngestOptions, SourceFile};
+use messages::{ArchiveBuffer, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site};
+use rasterize::Rasterizer;
+use rustix::time::{ClockId, clock_gettime};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use waypoint_gen::{Instance, PlanInput, PlanOptions, Planner};
+
+struct Arguments {
+    models: Vec<PathBuf>,
+    instances: Option<PathBuf>,
+    quality: u32,
+    tour_kicks: Option<u32>,
+}
+
+fn main() {
+    let mut arguments = Arguments { models: Vec::new(), instances: None, quality: 1, tour_kicks: None };
+    let mut words = std::env::args().skip(1).filter(|a| a != "--bench");
+    while let Some(word) = words.next() {
+        let mut value = || words.next().expect("an option has a value");
+        match word.as_str() {
+            "--instances" => arguments.instances = Some(PathBuf::from(value())),
+            "--quality" => arguments.quality = value().parse().expect("a number"),
+            "--tour-kicks" => arguments.tour_kicks = Some(value().parse().expect("a number")),
+            _ => arguments.models.push(PathBuf::from(word)),
+        }
+    }
+    for model in &arguments.models {
+        measure(&arguments, model);
+    }
+}
+
+fn measure(arguments: &Arguments, model: &Path) {
+    let files = [SourceFile { path: model.to_owned(), bytes: std::fs::read(model).expect("the model can be read") }];
+    let name = files[0].name();
+    let ingest = IngestOptions { frame: None, frame_epoch: 1, places: &[], prefer_last: true, progress: &|_| {} };
+    let Ok(site) = ifc_ingest::ingest(&files, &ingest) else { return };
+    let site = Site::open(site.bytes()).expect("a site");
+    let phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish();
+    let phase = Phase::open(phase.bytes()).expect("a phase");
+    let mut rasterizer = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.05).expect("a resolution that fits");
+    rasterizer.draw(&site, &phase);
+    let index = ArchiveBuffer::copy_of(rasterizer.index(&site, &phase, "default").0);
+    let index = Grids::open(index.bytes()).expect("an index");
+    let grids: Vec<Grid<'_>> = rasterizer.drawn().map(|g| Grid::open(g.archive).expect("a grid")).collect();
+    let mut options = PlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");
+    options.tour_kicks = arguments.tour_kicks.unwrap_or(options.tour_kicks);
+    let input = PlanInput { site: &site, phase: &phase, index: &index, grids: &grids, options: &options };
+
+    // Storeys are measured one by one: planned alone, beside a planner that knows the others.
+    let mut planner = Planner::default();
+    let plan_bytes = planner.plan(&input);
+    let plan = Plan::open(plan_bytes.bytes()).expect("a plan");
+    let (wall, cpu) = (Instant::now(), cpu_s());
+    let again = Planner::default().plan(&input);
+    let (wall_s, cpu_s) = (wall.elapsed().as_secs_f64(), cpu_s() - cpu);
+    assert_eq!(again.bytes(), plan_bytes.bytes(), "a plan is a function of its input");
+    let reached_m2: f64 = plan.storeys.iter().map(|s| s.reached_m2).sum();
+    eprintln!("{name}: {wall_s:.3} s, {cpu_s:.3} s CPU for {reached_m2:.0} m2");
+    for (storey, (record, of)) in plan.storeys.iter().zip(planner.instances(&input)).enumerate() {
+        if record.n_faces == 0 {
+            continue;
+        }
+        let instance = of.instance;
+        let chosen = instance.cover(options.search_steps);
+        if let Some(folder) = &arguments.instances {
+            std::fs::create_dir_all(folder).expect("a folder");
+            let document = json!({
+                "sets": instance.sets, "groups": instance.groups, "goal": instance.goal,
+                "group_goals": instance.group_goals, "chosen": chosen,
+            });
+            let path = folder.join(format!("{name}-{storey}.json"));
+            std::fs::write(path, document.to_string()).expect("the instance can be written");
+        }
+        let centroid_seen = seen_by(&instance, &of.centroids);
+        let share = |n: usize| n as f64 / f64::from(record.n_faces);
+        let line = json!({
+            "model": name, "storey": storey, "reached_m2": record.reached_m2, "storeys_in_run": plan.storeys.len(),
+            "faces": record.n_faces, "places": record.n_places, "scans": chosen.len(),
+            "connecting": record.n_connecting, "coverage": share(seen_by(&instance, &chosen)),
+            "centroids": of.centroids.len(), "centroid_coverage": share(centroid_seen),
+            "tour_m": record.tour_m, "tour_bound_m": record.tour_bound_m,
+            "building_wall_s": wall_s, "building_cpu_s": cpu_s, "building_m2": reached_m2,
+        });
+        println!("{line}");
+    }
+}
+
+fn seen_by(instance: &Instance, sets: &[u32]) -> usize {
+    let mut seen = vec![false; instance.groups.len()];
+    sets.iter().flat_map(|&set| &instance.sets[set as usize]).for_each(|&f| seen[f as usize] = true);
+    seen.iter().filter(|s| **s).count()
+}
+
+/// CPU seconds of this process so far.
+fn cpu_s() -> f64 {
+    let now = clock_gettime(ClockId::ProcessCPUTime);
+    now.tv_sec as f64 + now.tv_nsec as f64 / 1e9
+}
