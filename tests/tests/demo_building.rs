@@ -13,7 +13,10 @@ fn by_name<'a>(map: &'a Value, name: &str) -> &'a Value {
 
 fn waypoint<'a>(waypoints: &'a Value, name: &str) -> &'a Value {
     let all = waypoints["waypoints"].as_array().unwrap();
-    all.iter().find(|w| w["name"].as_str().unwrap().starts_with(name)).unwrap_or_else(|| panic!("no {name}"))
+    all.iter()
+        .filter(|w| w["kind"] == "centre")
+        .find(|w| w["name"].as_str().unwrap().starts_with(name))
+        .unwrap_or_else(|| panic!("no {name}"))
 }
 
 #[test]

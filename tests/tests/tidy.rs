@@ -22,7 +22,7 @@ const ALLOWED: [(&str, &[&str]); 13] = [
     ("ifc-ingest", &["frames", "geometry", "grid", "messages", "ifc", "bus", "daemon"]),
     ("rasterize", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
     ("schedule-eval", &["frames", "messages", "bus", "daemon"]),
-    ("waypoint-gen", &["frames", "geometry", "grid", "messages"]),
+    ("waypoint-gen", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
     (
         "groundplan",
         &[

@@ -23,6 +23,9 @@ pub struct SiteConfig {
     /// The robot.
     #[serde(default)]
     pub robot: RobotConfig,
+    /// The waypoints.
+    #[serde(default)]
+    pub waypoints: WaypointConfig,
     /// The machine's clock.
     #[serde(default)]
     pub clock: ClockConfig,
@@ -59,6 +62,14 @@ pub struct RobotConfig {
     pub profile: Option<PathBuf>,
     /// Metres per cell.
     pub resolution_m: f64,
+}
+
+/// The waypoints.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct WaypointConfig {
+    /// What is planned and how, as for `groundplan convert --waypoints`.
+    pub options: Option<PathBuf>,
 }
 
 /// The machine's clock.
@@ -148,7 +159,12 @@ impl SiteConfig {
             .map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })?;
         let home = file.parent().unwrap_or(Path::new("/"));
         let paths = config.models.iter_mut().chain([&mut config.state, &mut config.bus.root]);
-        let optional = [&mut config.schedule.rules, &mut config.robot.profile, &mut config.clock.synchronised_while];
+        let optional = [
+            &mut config.schedule.rules,
+            &mut config.robot.profile,
+            &mut config.waypoints.options,
+            &mut config.clock.synchronised_while,
+        ];
         for path in paths.chain(optional.into_iter().flatten()) {
             *path = home.join(&*path);
         }
@@ -172,6 +188,7 @@ mod tests {
             config.models[0].display(),
             profile.display()
         );
+        assert!(config.waypoints.options.is_some_and(|options| options.is_file()));
         assert!(config.schedule.rules.is_some_and(|rules| rules.is_file()));
     }
 

@@ -41,6 +41,15 @@ pub enum Request {
         /// Absolute path.
         profile: PathBuf,
     },
+    /// waypoint-gen: what to plan, beside what is configured; with nothing, what is configured counts again.
+    SetWaypoints {
+        /// Absolute path of options, in the place of those that are configured.
+        options: Option<PathBuf>,
+        /// Only these spaces: names, long names or GlobalIds, with `*` and `?`.
+        spaces: Vec<String>,
+        /// Only what was built since this plan time, civil seconds since 1970.
+        changed_since_s: Option<i64>,
+    },
 }
 
 /// What a daemon answers when the effect is on disk.

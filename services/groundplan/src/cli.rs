@@ -38,6 +38,8 @@ pub enum Command {
     Actuals(ActualsArgs),
     /// Set the robot of the running daemons; returns when the new grids are out
     Robot(RobotSetArgs),
+    /// Tell the running daemons what waypoints to plan; returns when the plan is out. Without arguments, what is configured
+    Waypoints(WaypointsArgs),
     /// Watch the running daemons in the terminal: who lives, what is published, the maps themselves
     Monitor(MonitorArgs),
     /// Look at what is on the bus
@@ -165,6 +167,26 @@ pub struct RobotSetArgs {
     /// Robot profile, see config/robots
     #[arg(value_name = "FILE")]
     pub profile: PathBuf,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
+/// Arguments of `waypoints`.
+#[derive(Debug, Clone, Args)]
+pub struct WaypointsArgs {
+    /// What to plan and with which sensor, see config/waypoints.toml [default: what is configured]
+    #[arg(value_name = "FILE")]
+    pub options: Option<PathBuf>,
+
+    /// Only this space, by name, long name or GlobalId, with * and ?; may be repeated
+    #[arg(long, value_name = "SPACE")]
+    pub space: Vec<String>,
+
+    /// Scan only what was built since this plan time
+    #[arg(long, value_name = "DATE")]
+    pub changed_since: Option<String>,
 
     /// The site.
     #[command(flatten)]

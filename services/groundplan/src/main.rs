@@ -34,6 +34,7 @@ fn main() -> ExitCode {
         Command::Date(arguments) => live::date(&arguments),
         Command::Actuals(arguments) => live::actuals(&arguments),
         Command::Robot(arguments) => live::robot(&arguments),
+        Command::Waypoints(arguments) => live::waypoints(&arguments),
         Command::Monitor(arguments) => monitor::monitor(&arguments),
         Command::Topic(arguments) => live::topic(&arguments),
         Command::Export(arguments) => live::export(&arguments),

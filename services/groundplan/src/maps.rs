@@ -23,10 +23,7 @@ pub(crate) fn robot_of(arguments: &RobotArgs) -> Result<Robot, Failure> {
 /// # Errors
 /// A file that cannot be read, or says what nothing can be planned with.
 pub(crate) fn options_of(file: Option<&Path>) -> Result<PlanOptions, Failure> {
-    let Some(path) = file else { return Ok(PlanOptions::default()) };
-    let unusable = |e: &dyn std::fmt::Display| Failure::usage(format!("options of waypoints {}: {e}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|e| unusable(&e))?;
-    PlanOptions::parse(&text).map_err(|e| unusable(&daemon::chain(&e)))
+    file.map_or_else(|| Ok(PlanOptions::default()), PlanOptions::read).map_err(Failure::usage)
 }
 
 /// Maps of all storeys at a phase.

@@ -26,6 +26,8 @@ mod skeleton;
 mod plan;
 mod storey;
 
+pub mod service;
+
 pub use cover::Instance;
-pub use options::{OptionsError, PlanOptions, Start};
+pub use options::{OptionsError, OptionsFileError, PlanOptions, Start};
 pub use plan::{PlanInput, Planner, StoreyInstance};

@@ -4,6 +4,7 @@ use grid::Class;
 use messages::{ScanSensor, Site};
 use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, TAU};
+use std::path::{Path, PathBuf};
 use wildmatch::WildMatch;
 
 /// What to plan.
@@ -63,9 +64,22 @@ pub struct Start {
 
 /// A file that says nothing that can be planned.
 #[derive(Debug, thiserror::Error)]
+#[error("options of waypoints {}", path.display())]
+pub struct OptionsFileError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why.
+    pub source: OptionsError,
+}
+
+/// Why nothing can be planned.
+#[derive(Debug, thiserror::Error)]
 pub enum OptionsError {
+    /// It cannot be read.
+    #[error("it cannot be read")]
+    Io(#[source] std::io::Error),
     /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
-    #[error("no options of waypoints")]
+    #[error("it has other keys or values than options have")]
     Toml(#[from] Box<toml::de::Error>),
     /// A value out of range.
     #[error("{0}")]
@@ -154,6 +168,16 @@ impl PlanOptions {
     }
 
     /// Reads a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no TOML of these keys, or has a value that nothing can be planned with.
+    pub fn read(path: &Path) -> Result<Self, OptionsFileError> {
+        let failed = |source| OptionsFileError { path: path.to_owned(), source };
+        let text = std::fs::read_to_string(path).map_err(|e| failed(OptionsError::Io(e)))?;
+        Self::parse(&text).map_err(failed)
+    }
+
+    /// The options that a text says.
     ///
     /// # Errors
     /// No TOML of these keys, or a value that nothing can be planned with.

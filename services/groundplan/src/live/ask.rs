@@ -1,11 +1,12 @@
 //! Asking a daemon, and waiting until the effect is out.
 
 use super::join;
-use crate::cli::{ActualsArgs, DateArgs, LoadArgs, RobotSetArgs};
+use crate::cli::{ActualsArgs, DateArgs, LoadArgs, RobotSetArgs, WaypointsArgs};
 use crate::failure::Failure;
 use crate::plan_date;
 use bus::{Bus, CommandError, Daemon, Reply, Topic, Waiter};
 use daemon::{Answer, Request};
+use frames::PlanTime;
 use messages::InputHashes;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -83,6 +84,20 @@ pub fn robot(arguments: &RobotSetArgs) -> Result<String, Failure> {
     let profile = std::path::absolute(&arguments.profile).map_err(Failure::usage)?;
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
     ask(&bus, &mut waiter, Daemon::Rasterize, &Request::SetRobot { profile })?;
+    Ok(String::new())
+}
+
+/// Tells what waypoints to plan.
+///
+/// # Errors
+/// No daemons, a file or date that cannot be used.
+pub fn waypoints(arguments: &WaypointsArgs) -> Result<String, Failure> {
+    let options = arguments.options.as_deref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
+    let since = arguments.changed_since.as_deref().map(str::parse::<PlanTime>).transpose().map_err(Failure::usage)?;
+    let changed_since_s = since.map(PlanTime::civil_seconds);
+    let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    let request = Request::SetWaypoints { options, spaces: arguments.space.clone(), changed_since_s };
+    ask(&bus, &mut waiter, Daemon::WaypointGen, &request)?;
     Ok(String::new())
 }
 

@@ -39,11 +39,12 @@ pub fn export(arguments: &ExportArgs) -> Result<String, Failure> {
 
 /// The newest samples, and whether they are of one state of the site.
 pub(super) struct Sets {
-    subscribers: [Subscriber; 3],
+    subscribers: [Subscriber; 4],
     slots: Vec<Subscriber>,
     site: Option<Sample>,
     phase: Option<Sample>,
     index: Option<Sample>,
+    plan: Option<Sample>,
     grids: Vec<Option<Sample>>,
     /// Footprints are not on the bus: cutting gives the same again. With the hashes of what it was made from.
     cut: Option<([u64; 2], Rasterizer)>,
@@ -52,31 +53,37 @@ pub(super) struct Sets {
 impl Sets {
     pub(super) fn of(bus: &Bus) -> Result<Self, Failure> {
         let subscriber = |topic| bus.subscriber(topic).map_err(Failure::work);
-        let subscribers = [subscriber(Topic::Site)?, subscriber(Topic::Phase)?, subscriber(Topic::Grids)?];
+        let [site, phase, grids, plan] = [Topic::Site, Topic::Phase, Topic::Grids, Topic::Plan].map(subscriber);
+        let subscribers = [site?, phase?, grids?, plan?];
         let slots = GridSlot::all().map(|slot| subscriber(Topic::Grid(slot))).collect::<Result<Vec<_>, _>>()?;
         let grids = slots.iter().map(|_| None).collect();
-        Ok(Self { subscribers, slots, site: None, phase: None, index: None, grids, cut: None })
+        Ok(Self { subscribers, slots, site: None, phase: None, index: None, plan: None, grids, cut: None })
     }
 
     /// Takes what has come; true if the newest samples belong together.
     pub(super) fn take(&mut self) -> Result<bool, Failure> {
-        let newest = [&mut self.site, &mut self.phase, &mut self.index].into_iter().zip(&self.subscribers);
+        let newest =
+            [&mut self.site, &mut self.phase, &mut self.index, &mut self.plan].into_iter().zip(&self.subscribers);
         for (sample, subscriber) in newest.chain(self.grids.iter_mut().zip(&self.slots)) {
             if let Some(newer) = subscriber.take().map_err(Failure::work)? {
                 *sample = Some(newer);
             }
         }
-        Ok(is_one_set(self.site.as_ref(), self.phase.as_ref(), self.index.as_ref(), &self.grids))
+        let index = self.index.as_ref();
+        let is_of_index = |plan: &Sample| index.is_some_and(|i| plan.header().inputs.grids == i.header().content_hash);
+        Ok(self.plan.as_ref().is_some_and(is_of_index)
+            && is_one_set(self.site.as_ref(), self.phase.as_ref(), index, &self.grids))
     }
 
-    /// Epoch of the index.
+    /// Epoch of the plan, which is the last of a set.
     pub(super) fn epoch(&self) -> Option<u64> {
-        self.index.as_ref().map(|index| index.header().epoch)
+        self.plan.as_ref().map(|plan| plan.header().epoch)
     }
 
     /// Writes the files of the samples, which belong together.
     pub(super) fn write(&mut self, config: &SiteConfig, folder: &OutputFolder) -> Result<(), Failure> {
-        let (Some(site), Some(phase), Some(index)) = (&self.site, &self.phase, &self.index) else {
+        let (Some(site), Some(phase), Some(index), Some(plan)) = (&self.site, &self.phase, &self.index, &self.plan)
+        else {
             return Err(Failure::work("there are no maps yet"));
         };
         let site = Site::open(site.bytes()).map_err(Failure::work)?;
@@ -96,15 +103,8 @@ impl Sets {
         }
         let footprints: Vec<_> =
             self.cut.iter().flat_map(|(_, cut)| (0..grids.len()).map(|k| cut.footprints(k))).collect();
-        let options = waypoint_gen::PlanOptions::default();
-        let plan = waypoint_gen::Planner::default().plan(&waypoint_gen::PlanInput {
-            site: &site,
-            phase: &phase,
-            index: &index,
-            grids: &grids,
-            options: &options,
-        });
         let plan = Plan::open(plan.bytes()).map_err(Failure::work)?;
+        plan.check_site(&site).map_err(Failure::work)?;
         // Of the robot in use only the outline is not in the index.
         let configured = config.robot.profile.as_deref().map(Robot::read).transpose().map_err(Failure::usage)?;
         let outline =

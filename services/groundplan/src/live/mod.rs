@@ -10,7 +10,7 @@ mod topic;
 mod up;
 mod watch;
 
-pub use ask::{actuals, date, load, robot};
+pub use ask::{actuals, date, load, robot, waypoints};
 pub use doctor::doctor;
 pub use export::export;
 pub use keeper::keeper;

@@ -12,7 +12,7 @@ use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 /// Daemons without which there is no map.
-const NEEDED: [Daemon; 3] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize];
+const NEEDED: [Daemon; 4] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen];
 
 #[derive(Debug, Serialize)]
 struct Status {

@@ -11,7 +11,7 @@ use std::time::Duration;
 const RATE_OVER: Duration = Duration::from_secs(10);
 const MAX_ERRORS: usize = 8;
 /// Daemons without which there is no map.
-const NEEDED: [Daemon; 3] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize];
+const NEEDED: [Daemon; 4] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen];
 
 /// What was seen of a site.
 pub(crate) struct State {

@@ -1,0 +1,9 @@
+//! Planning of waypoints: `site`, `phase` and grids in, centres, scans, tours and the route graph out.
+
+use bus::Daemon;
+use std::process::ExitCode;
+use waypoint_gen::service::WaypointService;
+
+fn main() -> ExitCode {
+    daemon::run(Daemon::WaypointGen, WaypointService::new)
+}
