@@ -15,7 +15,9 @@ mod state;
 mod stop;
 mod systemd;
 
-pub use config::{BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, RobotConfig, ScheduleConfig, SiteConfig};
+pub use config::{
+    BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, RobotConfig, ScheduleConfig, SiteConfig, WaypointConfig,
+};
 pub use request::{Answer, Request};
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, chain, run};

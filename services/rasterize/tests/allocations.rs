@@ -5,7 +5,9 @@
 mod support;
 
 use bus::{Bus, Daemon, Domain, Keeper, Origin, Publisher, Sample, Subscriber, Topic, Waiter};
-use daemon::{BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages};
+use daemon::{
+    BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages, WaypointConfig,
+};
 use grid::Class;
 use messages::*;
 use rasterize::service::RasterizeService;
@@ -87,6 +89,7 @@ fn walk_twice() {
         bus: BusConfig { prefix, root: root.path().to_owned() },
         schedule: ScheduleConfig::default(),
         robot: RobotConfig { profile: None, resolution_m: 0.05 },
+        waypoints: WaypointConfig::default(),
         clock: ClockConfig::default(),
         log: LogConfig::default(),
     };
