@@ -16,6 +16,7 @@ mod search;
 mod visible;
 
 mod chance;
+mod joining;
 mod tour;
 mod trip;
 mod walk;
