@@ -11,6 +11,7 @@ mod spaces;
 mod centre;
 mod cover;
 mod face;
+mod mesh_check;
 mod scans;
 mod search;
 mod visible;
@@ -24,6 +25,7 @@ mod walk;
 mod graph;
 mod skeleton;
 
+mod assemble;
 mod plan;
 mod storey;
 

@@ -4,6 +4,7 @@ use crate::centre::{Centre, Storey, centre_of};
 use crate::cover::Instance;
 use crate::graph::{Anchor, Graph, graph};
 use crate::joining::Joining;
+use crate::mesh_check::{MeshSeen, mesh_check};
 use crate::options::PlanOptions;
 use crate::scans::Scans;
 use crate::spaces::Refusal;
@@ -20,7 +21,9 @@ pub(crate) struct Wanted<'a> {
     pub(crate) spaces: &'a [usize],
     /// Whether a cell may be scanned from, by its space plus 1; 0 is outside of spaces.
     pub(crate) may_scan: &'a [bool],
-    /// Cells whose faces are targets, if not all are.
+    /// Elements that are targets, ascending, if not all are.
+    pub(crate) changed: Option<&'a [usize]>,
+    /// The cells of those.
     pub(crate) targets: Option<&'a [bool]>,
     /// Where the robot comes onto the parts of the storey.
     pub(crate) entries: &'a [Point2<Map>],
@@ -70,6 +73,7 @@ pub(crate) struct StoreyPlan {
     pub(crate) reached_m2: f64,
     pub(crate) unreached_m2: f64,
     pub(crate) graph: Graph,
+    pub(crate) mesh: MeshSeen,
 }
 
 /// Plans a storey.
@@ -107,6 +111,9 @@ pub(crate) fn plan_storey(storey: &Storey<'_>, wanted: &Wanted<'_>) -> StoreyPla
         };
         let anchors = wanted.stagings.iter().map(staging).chain(centres.iter().map(space)).collect();
         plan.graph = graph(storey, walk, anchors);
+    }
+    if let Some(scans) = scans.filter(|_| wanted.options.mesh_check) {
+        plan.mesh = mesh_check(storey, wanted, &scans, &plan.stops);
     }
     plan
 }
@@ -244,7 +251,7 @@ fn goals(storey: &Storey<'_>, wanted: &Wanted<'_>, centres: &[(usize, Centre)], 
 
 pub(crate) fn goal_of(storey: &Storey<'_>, scans: &Scans, pose: usize, connects: bool) -> Goal {
     let place = scans.place(pose);
-    Goal { at: place.at, part: place.part, space: space_at(storey, place.at), pose: Some(pose), connects }
+    Goal { at: place.at, part: place.part, space: storey.space_at(place.at), pose: Some(pose), connects }
 }
 
 /// The part at a place, or that of a cell beside it.
@@ -256,14 +263,6 @@ fn reached_part(storey: &Storey<'_>, at: Point2<Map>) -> u32 {
         .flat_map(|row| around(cell.column, spec.width).map(move |column| grid::Cell { column, row }));
     let own = std::iter::once(cell).chain(cells).map(|c| spec.index(c));
     own.filter(|&c| storey.is_reached(c)).map(|c| storey.ground.part(c)).next().unwrap_or(0)
-}
-
-/// The space whose polygon holds a place.
-fn space_at(storey: &Storey<'_>, at: Point2<Map>) -> Option<usize> {
-    let cell = storey.ground.spec.cell_at(at)?;
-    let space = usize::from(storey.grid.space[storey.ground.spec.index(cell)]).checked_sub(1)?;
-    let polygon = storey.site.floor_polygon(&storey.site.spaces[space]);
-    polygon.contains([at.x_m, at.y_m].map(|c| c * f64::from(frames::TENTHS_PER_M))).then_some(space)
 }
 
 /// Adds the stops of a part in their order, with the ways between them.
