@@ -6,7 +6,7 @@ use crate::scans::Scans;
 use crate::storey::{Goal, goal_of};
 use frames::{Map, Point2};
 
-/// What the scans of a tour are judged by.
+/// What the scans of a tour are judged by. Goals come with their numbers among the ways, in the order of the tour.
 pub(crate) struct Joining<'a> {
     pub(crate) storey: &'a Storey<'a>,
     pub(crate) options: &'a PlanOptions,
@@ -17,11 +17,11 @@ pub(crate) struct Joining<'a> {
 
 impl Joining<'_> {
     /// Takes out scans that join others without which as many scans are joined. Returns true if there were any.
-    pub(crate) fn drop_needless(&self, goals: &mut Vec<Goal>) -> bool {
+    pub(crate) fn drop_needless(&self, goals: &mut Vec<(usize, Goal)>) -> bool {
         let n_before = goals.len();
         let mut n_alone = self.n_alone(goals);
         for at in (0..goals.len()).rev() {
-            if goals[at].connects {
+            if goals[at].1.connects {
                 let goal = goals.remove(at);
                 let now = self.n_alone(goals);
                 if now <= n_alone {
@@ -35,15 +35,15 @@ impl Joining<'_> {
     }
 
     /// Scans that join others where one sees too little, each with the place in the tour before which it comes.
-    pub(crate) fn missing(&self, goals: &[Goal]) -> Vec<(usize, Goal)> {
+    pub(crate) fn missing(&self, goals: &[(usize, Goal)]) -> Vec<(usize, Goal)> {
         let mut seen = self.seen_before.to_vec();
         let mut missing = Vec::new();
         let mut is_first = true;
-        for (k, goal) in goals.iter().enumerate() {
+        for (k, (_, goal)) in goals.iter().enumerate() {
             let Some(pose) = goal.pose else { continue };
             if !is_first
                 && self.overlap(&seen, pose) < self.options.overlap
-                && let Some(between) = self.connecting(&seen, goals[k - 1].at, goal)
+                && let Some(between) = self.connecting(&seen, goals[k - 1].1.at, goal)
             {
                 self.look(&mut seen, between);
                 missing.push((k, goal_of(self.storey, self.scans, between, true)));
@@ -55,14 +55,14 @@ impl Joining<'_> {
     }
 
     /// Scans but the first that see too little of what earlier ones saw.
-    fn n_alone(&self, goals: &[Goal]) -> usize {
+    fn n_alone(&self, goals: &[(usize, Goal)]) -> usize {
         let mut seen = self.seen_before.to_vec();
         let mut is_alone = |pose: usize| {
             let alone = self.overlap(&seen, pose) < self.options.overlap;
             self.look(&mut seen, pose);
             alone
         };
-        goals.iter().filter_map(|g| g.pose).map(&mut is_alone).skip(1).filter(|alone| *alone).count()
+        goals.iter().filter_map(|g| g.1.pose).map(&mut is_alone).skip(1).filter(|alone| *alone).count()
     }
 
     /// Share of what a pose sees that was seen already.

@@ -8,7 +8,7 @@ use crate::mesh_check::{MeshSeen, mesh_check};
 use crate::options::PlanOptions;
 use crate::scans::Scans;
 use crate::spaces::Refusal;
-use crate::trip::{legs, trip};
+use crate::trip::{Ways, legs};
 use crate::walk::{Walk, length_m};
 use frames::{Map, Point2};
 use grid::Class;
@@ -209,27 +209,32 @@ const JOINING_ROUNDS: u32 = 4;
 /// The goals of a part in the order of a short tour, with scans that join others, and a length that no order is below.
 fn ordered(work: &Work<'_>, goals: Vec<Goal>, start: Option<Point2<Map>>, seen_before: &[bool]) -> (Vec<Goal>, f64) {
     let Work { storey, wanted, walk, scans } = *work;
-    let mut places = goals;
+    let mut ways = Ways::over(walk);
+    let start = start.map(|at| ways.add([at]));
+    let first = ways.add(goals.iter().map(|g| g.at));
+    // The place of each goal among the ways.
+    let mut goals: Vec<(usize, Goal)> = (first..).zip(goals).collect();
     let mut bound_m = 0.0;
     for round in 0..JOINING_ROUNDS {
-        let points: Vec<Point2<Map>> = places.iter().map(|g| g.at).collect();
-        let trip = trip(walk, &points, start, wanted.options.closed_tours, wanted.options.tour_kicks);
+        let places: Vec<usize> = goals.iter().map(|g| g.0).collect();
+        let trip = ways.trip(&places, start, wanted.options.closed_tours, wanted.options.tour_kicks);
         bound_m = trip.bound_m;
-        places = trip.order.iter().map(|&k| places[k]).collect();
+        goals = trip.order.iter().map(|&k| goals[k]).collect();
         let Some(scans) = scans else { break };
         let joining = Joining { storey, options: wanted.options, scans, seen_before };
-        let is_shorter = joining.drop_needless(&mut places);
-        let missing = joining.missing(&places);
+        let is_shorter = joining.drop_needless(&mut goals);
+        let missing = joining.missing(&goals);
         if missing.is_empty() && !is_shorter {
             break;
         }
+        let first = ways.add(missing.iter().map(|(_, goal)| goal.at));
         let is_last = round + 1 == JOINING_ROUNDS;
         // From the end back, so that places before stay where they are.
-        for (at, goal) in missing.into_iter().rev() {
-            places.insert(if is_last { at } else { places.len() }, goal);
+        for (place, (at, goal)) in (first..).zip(missing).collect::<Vec<_>>().into_iter().rev() {
+            goals.insert(if is_last { at } else { goals.len() }, (place, goal));
         }
     }
-    (places, bound_m)
+    (goals.into_iter().map(|g| g.1).collect(), bound_m)
 }
 
 /// Centres and chosen scans, each with its part and space.
