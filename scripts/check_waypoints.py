@@ -70,18 +70,19 @@ class Export:
         """Its parts that have waypoints."""
         return sorted({w["part"] for w in self.on(storey)} - {0})
 
-    def own_cells(self, space_id, takes):
-        """(rows, columns) of the cells whose middles lie in a space and in no other one whose area `takes` its area."""
+    def own_cells(self, space_id, takes, rim_m=0.0):
+        """(rows, columns) of the cells whose middles lie in a space, or up to `rim_m` beside it, and not as deep in another one
+        whose area `takes` its area."""
         space = self.spaces[space_id]
         storey = self.storeys[space["storey"]]
         rows, columns = storey.cells_around(corners_m(space))
         middles = storey.points_m(np.stack([columns, rows], 1) + 0.5)
-        is_own = depth_m(space["polygon"], middles) > 0
+        is_own = depth_m(space["polygon"], middles) > -rim_m
         others = [o for other_id, o in self.spaces.items() if other_id != space_id and o["polygon"]]
         for other in (o for o in others if o["storey"] == space["storey"] and takes(o["area_m2"], space["area_m2"])):
             low, high = corners_m(other).min(0), corners_m(other).max(0)
-            near = np.flatnonzero(is_own & ((middles > low) & (middles < high)).all(1))
-            is_own[near] = depth_m(other["polygon"], middles[near]) < 0
+            near = np.flatnonzero(is_own & ((middles >= low + rim_m) & (middles <= high - rim_m)).all(1))
+            is_own[near] = depth_m(other["polygon"], middles[near]) < rim_m
         return rows[is_own], columns[is_own]
 
 

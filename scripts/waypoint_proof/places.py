@@ -116,8 +116,9 @@ def check_reason(export, space_id, outcome):
     if why not in ("no_floor", "keepout", "too_narrow", "closed_door", "unreachable"):
         return
     storey = export.storeys[space["storey"]]
-    # Of two spaces of one size in one place only one has the cells.
-    surely, perhaps = (export.own_cells(space_id, takes) for takes in (np.less_equal, np.less))
+    # Of two spaces of one size in one place only one has the cells, and cells on the border of two are either's.
+    surely = export.own_cells(space_id, np.less_equal, -export.resolution_m)
+    perhaps = export.own_cells(space_id, np.less, export.resolution_m)
     is_reached = np.isin(storey.part, export.reached(space["storey"])) & storey.stands
     can_be_true = {
         "no_floor": not storey.free[surely].any(),
