@@ -190,7 +190,8 @@ fn tours(work: &Work<'_>, centres: &[(usize, Centre)], plan: &mut StoreyPlan) {
         let start = entry(part);
         let (own, bound_m) = ordered(work, own, start, &so_far.faces);
         add_tour(work, &own, start, plan, &mut so_far);
-        plan.bound_m += bound_m;
+        // Lengths are whole millimetres where orders are compared.
+        plan.bound_m = (plan.bound_m + bound_m).min(plan.tour_m);
     }
     if let Some(scans) = scans {
         let mut held = vec![false; scans.faces.all.len()];
