@@ -138,7 +138,7 @@ def check_tours(export):
         legs_m = sum(w["leg_m"] for w in waypoints)
         if abs(outcome["tour_m"] - legs_m) > ROUNDED_M + 1e-4 * len(waypoints):
             yield "tour", f"the legs of storey {index} are {legs_m:.3f} m long, the tour is told to be {outcome['tour_m']} m"
-        if outcome["tour_bound_m"] > outcome["tour_m"] + 0.01:
+        if outcome["tour_bound_m"] > outcome["tour_m"] + ROUNDED_M:
             yield "tour", f"the tour of storey {index} is shorter than the bound for any: {outcome['tour_bound_m']} m"
         for before, w in zip(waypoints, waypoints[1:]):
             if before["part"] == w["part"] != 0:

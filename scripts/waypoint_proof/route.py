@@ -69,9 +69,9 @@ def check_level_edge(export, edge, ends):
             can_be[storey.cell(node["place"])] = True
     if not are_clear(can_be, line[:-1], line[1:]).all():
         yield "edge", f"{name} leads over floor on which the robot cannot be"
-    # The line is within two cells of those of which the clearance is told.
+    # Both look along the line in steps.
     clearance_m = storey.clearance_m(along(line))
-    if clearance_m < edge["clearance_m"] - 2 * storey.resolution_m:
+    if abs(clearance_m - edge["clearance_m"]) > storey.resolution_m / 2:
         yield "edge", f"{name} is {clearance_m:.3f} m from what is not free, told are {edge['clearance_m']} m"
     if edge["class"] == "door":
         yield from check_door(export, edge, ends, line)
