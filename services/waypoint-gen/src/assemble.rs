@@ -55,8 +55,9 @@ pub(crate) fn assemble(
     let n_first: u32 = builder.storeys.iter().filter(|s| s.n_scans > 0).map(|s| s.n_parts).sum();
     let n_alone = alone.count().saturating_sub(n_first as usize);
     if n_alone > 0 {
-        let message =
-            format!("{n_alone} scans see less than {goal} of what scans before them saw, and nothing can join them");
+        let message = format!(
+            "scans that see less than {goal} of what scans before them saw, and that nothing can join: {n_alone}"
+        );
         warn(&mut builder, "scan_not_joined", &message, 1);
     }
     for &element in plans.iter().flat_map(|plan| &plan.mesh.unseen) {
