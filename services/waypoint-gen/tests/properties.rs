@@ -155,11 +155,11 @@ fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Re
             prop_assert!(n_standing == 0 || house.closing.contains_key(&planned.archives.names[place]), "{space:?}");
         }
     }
-    check_graph(planned, &reached)
+    check_lines(planned, &reached, radius_m)
 }
 
-/// Nodes lie where the robot gets to; those of one part hang together.
-fn check_graph(planned: &Planned, reached: &[bool]) -> Result<(), TestCaseError> {
+/// Nodes lie where the robot gets to; those of one part hang together; lines of the graph and the tour run over free floor.
+fn check_lines(planned: &Planned, reached: &[bool], radius_m: f64) -> Result<(), TestCaseError> {
     let (plan, grid) = (planned.plan(), planned.archives.grid(0));
     let mut found = vec![false; plan.nodes.len()];
     found.iter_mut().take(1).for_each(|f| *f = true);
@@ -175,16 +175,17 @@ fn check_graph(planned: &Planned, reached: &[bool]) -> Result<(), TestCaseError>
         prop_assert!(naive::is_at_or_beside(&grid, reached, at), "nobody gets to the node at {at:?}");
         prop_assert!(NodeKind::from_id(node.kind).is_some());
     }
-    for edge in plan.edges {
-        for ends in plan.points_of(edge).windows(2) {
-            for k in 0..=20 {
-                let at = [0, 1].map(|c| ends[0][c] + (ends[1][c] - ends[0][c]) * f64::from(k) / 20.0);
-                // A line may run along a side of a cell, and over its corner.
-                let beside =
-                    [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]].map(|d| [0, 1].map(|c| at[c] + 1e-6 * d[c]));
-                let is_free = beside.iter().any(|p| planned.planning(0, *p) == 0);
-                prop_assert!(is_free, "an edge over what is not free at {:?}", at);
-            }
+    let lines = plan.edges.iter().map(|edge| plan.points_of(edge));
+    // Tours are looked at from cell to cell, and drawn from place to place: at most a diagonal of a cell beside.
+    let tour = Some(plan.tour_of(&plan.storeys[0])).filter(|_| radius_m >= 0.2);
+    for ends in lines.chain(tour).flat_map(|line| line.windows(2)) {
+        for k in 0..=20 {
+            let at = [0, 1].map(|c| ends[0][c] + (ends[1][c] - ends[0][c]) * f64::from(k) / 20.0);
+            // A line may run along a side of a cell, and over its corner.
+            let beside = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
+            let beside = beside.map(|d| [0, 1].map(|c| at[c] + 1e-6 * d[c]));
+            let is_free = beside.iter().any(|p| planned.planning(0, *p) == 0);
+            prop_assert!(is_free, "from {:?} to {:?} over what is not free at {:?}", ends[0], ends[1], at);
         }
     }
     Ok(())

@@ -248,3 +248,16 @@ fn a_scan_that_follows_others_sees_some_of_what_they_saw() {
     let scans = planned.scans();
     assert!(scans.len() > 1 && scans[1..].iter().all(|s| s.overlap >= 0.2), "{scans:?}");
 }
+
+#[test]
+fn scans_count_the_floor_that_none_before_them_saw() {
+    let planned = flat().planned(&quick());
+    let (grid, scans) = (planned.archives.grid(0), planned.scans());
+    let cell_m2 = grid.spec().resolution_m().powi(2);
+    let free_m2 = grid.planning.iter().filter(|p| **p == 0).count() as f64 * cell_m2;
+    let covered_m2: f64 = scans.iter().map(|s| s.covers_m2).sum();
+    // A line that ends on the side of a wall may count the wall's cell.
+    assert!(0.97 * free_m2 <= covered_m2 && covered_m2 <= 1.005 * free_m2, "{covered_m2} of {free_m2} m2");
+    assert!(scans.iter().all(|s| 0.0 <= s.overlap && s.overlap <= 1.0) && scans[0].overlap == 0.0);
+    assert!(planned.of_kind(WaypointKind::Centre).iter().all(|c| c.covers_m2 == 0.0 && c.n_faces == 0));
+}
