@@ -162,14 +162,15 @@ fn add_edge(storey: &Storey<'_>, walk: &Walk, graph: &mut Graph, nodes: [usize; 
     graph.edges.push(Edge { nodes, kind, door, line, length_m, clearance_m: clearance });
 }
 
-/// True if the robot can get to every place between two.
+/// True if the way between two places is straight over free floor, and the robot can get to all of it but corners of cells.
 fn is_open_between(storey: &Storey<'_>, walk: &Walk, a: Point2<Map>, b: Point2<Map>) -> bool {
-    // Four places a cell: between them a line does not pass more than a corner.
-    let n = (length_m(&[a, b]) / storey.ground.spec.resolution_m() * 4.0).ceil().max(1.0) as u32;
-    (0..=n).map(|k| f64::from(k) / f64::from(n)).all(|t| {
-        let p = Point2::new(a.x_m + (b.x_m - a.x_m) * t, a.y_m + (b.y_m - a.y_m) * t);
-        walk.cell_at(p).is_some()
-    })
+    let ground = storey.ground;
+    let n = (length_m(&[a, b]) / ground.spec.resolution_m() * 4.0).ceil().max(1.0) as u32;
+    let is_open = |k: u32| {
+        let t = f64::from(k) / f64::from(n);
+        walk.cell_at(Point2::new(a.x_m + (b.x_m - a.x_m) * t, a.y_m + (b.y_m - a.y_m) * t)).is_some()
+    };
+    (0..=n).all(is_open) && ground.sight.is_clear(ground.in_cells(a), ground.in_cells(b))
 }
 
 /// The corners of a line that stays near the cells, and where the robot can be; without the first.
@@ -204,9 +205,10 @@ fn simplify(walk: &Walk, cells: &[usize], line: &mut Vec<Point2<Map>>) {
 mod tests {
     use super::*;
     use crate::ground::Ground;
-    use crate::ground::tests::drawn;
+    use crate::ground::tests::{drawn, floors};
     use bytemuck::Zeroable;
     use messages::*;
+    use proptest::prelude::*;
 
     /// Two rooms of 2.0 m behind a door that is 0.8 m wide, in a wall of 0.2 m.
     fn rooms() -> String {
@@ -231,21 +233,24 @@ mod tests {
         });
         let (site, buffer) = (builder.finish(), drawn(&rooms()));
         let (site, grid) = (Site::open(site.bytes()).unwrap(), Grid::open(buffer.bytes()).unwrap());
-        let robot = RobotProfile { radius_m: 0.2, ..RobotProfile::DEFAULT };
-        let ground = Ground::of(&grid, robot.radius_m);
         let passage = DoorPassageRecord { door: 0, passage: passage as u32, ..Zeroable::zeroed() };
+        (graph_on(&site, &grid, 0.2, &[passage], &anchors), buffer)
+    }
+
+    fn graph_on(
+        site: &Site<'_>,
+        grid: &Grid<'_>,
+        radius_m: f64,
+        passages: &[DoorPassageRecord],
+        anchors: &[[f64; 2]],
+    ) -> Graph {
+        let robot = RobotProfile { radius_m, ..RobotProfile::DEFAULT };
+        let ground = Ground::of(grid, radius_m);
         let reached = vec![true; ground.n_parts() as usize + 1];
-        let storey = Storey {
-            site: &site,
-            grid: &grid,
-            ground: &ground,
-            robot: &robot,
-            passages: &[passage],
-            reached: &reached,
-        };
-        let walk = Walk::of(&ground, |_| true).unwrap();
-        let anchor = |(at, of): ([f64; 2], u32)| Anchor { at: Point2::new(at[0], at[1]), kind: NodeKind::Space, of };
-        (graph(&storey, &walk, anchors.into_iter().zip(0..).map(anchor).collect()), buffer)
+        let storey = Storey { site, grid, ground: &ground, robot: &robot, passages, reached: &reached };
+        let Some(walk) = Walk::of(&ground, |_| true) else { return Graph::default() };
+        let anchor = |(at, of): (&[f64; 2], u32)| Anchor { at: Point2::new(at[0], at[1]), kind: NodeKind::Space, of };
+        graph(&storey, &walk, anchors.iter().zip(0..).map(anchor).collect())
     }
 
     fn of_kind(graph: &Graph, kind: NodeKind) -> Vec<usize> {
@@ -322,5 +327,33 @@ mod tests {
         let (graph, _) = graph_of(DoorPassage::Passable, [[1.1, 1.1], [1.1, 1.1]]);
         assert_eq!(of_kind(&graph, NodeKind::Space).len(), 2);
         assert!(graph.edges.iter().any(|e| e.nodes.contains(&0)) && graph.edges.iter().any(|e| e.nodes.contains(&1)));
+    }
+
+    proptest! {
+        #[test]
+        fn lines_run_over_free_floor_wherever_their_nodes_are(
+            text in floors(),
+            anchors in prop::collection::vec((0.1f64..2.5, 0.1f64..1.7), 1..6),
+        ) {
+            let (site, buffer) = (SiteBuilder::default().finish(), drawn(&text));
+            let (site, grid) = (Site::open(site.bytes()).unwrap(), Grid::open(buffer.bytes()).unwrap());
+            let spec = grid.spec();
+            let planning = |at: [f64; 2]| {
+                spec.cell_at(Point2::new(at[0], at[1])).map_or(-1, |cell| grid.planning[spec.index(cell)])
+            };
+            let anchors: Vec<[f64; 2]> =
+                anchors.into_iter().map(|(x, y)| [x, y]).filter(|at| planning(*at) == 0).collect();
+            let graph = graph_on(&site, &grid, 0.1, &[], &anchors);
+            for ends in graph.edges.iter().flat_map(|e| e.line.windows(2)) {
+                for k in 0..=200 {
+                    let t = f64::from(k) / 200.0;
+                    let [x, y] = [[ends[0].x_m, ends[1].x_m], [ends[0].y_m, ends[1].y_m]].map(|[a, b]| a + (b - a) * t);
+                    // A line may run along a side of a cell, and over its corner.
+                    let beside = [[-1e-5, -1e-5], [-1e-5, 1e-5], [1e-5, -1e-5], [1e-5, 1e-5]];
+                    let is_free = beside.iter().any(|d| planning([x + d[0], y + d[1]]) == 0);
+                    prop_assert!(is_free, "{:?} at {}, {} in\n{}", ends, x, y, text);
+                }
+            }
+        }
     }
 }

@@ -133,6 +133,20 @@ pub(crate) mod tests {
     use super::*;
     use grid::Class;
     use messages::{ArchiveBuffer, GridHead, GridWriter};
+    use proptest::prelude::*;
+
+    /// Floors of 26 x 18 cells with things of three cells and more on them, to be drawn.
+    pub(crate) fn floors() -> impl Strategy<Value = String> {
+        let thing = (1usize..24, 1usize..16, 3usize..8, 3usize..8);
+        prop::collection::vec(thing, 0..8).prop_map(|things| {
+            let is_under = |x: usize, y: usize| {
+                let covers = |t: &(usize, usize, usize, usize)| t.0 <= x && x < t.0 + t.2 && t.1 <= y && y < t.1 + t.3;
+                [0, 25].contains(&x) || [0, 17].contains(&y) || things.iter().any(covers)
+            };
+            let row = |y: usize| (0..26).map(|x| if is_under(x, y) { '#' } else { '.' }).collect::<String>();
+            (0..18).map(row).collect::<Vec<_>>().join("\n")
+        })
+    }
 
     /// A grid as text, a character a cell of 0.1 m, the north first: `#` is wall, `~` keep-out, a blank unknown, all else free;
     /// `a` is the first space.

@@ -239,8 +239,9 @@ const fn simple_table() -> [bool; 256] {
 mod tests {
     use super::*;
     use crate::ground::Ground;
-    use crate::ground::tests::drawn;
+    use crate::ground::tests::{drawn, floors};
     use messages::Grid;
+    use proptest::prelude::*;
 
     /// The floor of a drawing, and the cells that show an anchor: capital letters, in their order.
     fn walk(text: &str) -> (Walk, Vec<usize>) {
@@ -264,13 +265,16 @@ mod tests {
         let line = skeleton(&walk, &anchors);
         let (nodes, chains) = trace(&walk, &line, &anchors);
         assert_eq!(nodes[..anchors.len()], anchors);
-        for chain in &chains {
-            assert_eq!(chain.nodes.map(|n| nodes[n]), [chain.cells[0], *chain.cells.last().unwrap()]);
-            for pair in chain.cells.windows(2) {
-                assert!(line[pair[0]] && neighbours(&walk, &line, pair[0]).any(|c| c == pair[1]), "{pair:?}");
-            }
-        }
+        chains.iter().for_each(|chain| assert_whole(&walk, &line, &nodes, chain));
         (walk, line, nodes, chains)
+    }
+
+    /// A chain leads from the cell of its one node to that of the other, from neighbour to neighbour.
+    fn assert_whole(walk: &Walk, line: &[bool], nodes: &[usize], chain: &Chain) {
+        assert_eq!(chain.nodes.map(|n| nodes[n]), [chain.cells[0], *chain.cells.last().unwrap()]);
+        for pair in chain.cells.windows(2) {
+            assert!(line[pair[0]] && neighbours(walk, line, pair[0]).any(|c| c == pair[1]), "{pair:?}");
+        }
     }
 
     fn n_on(line: &[bool]) -> usize {
@@ -388,5 +392,68 @@ mod tests {
         );
         assert_eq!((nodes.len(), chains.len()), (2, 1));
         assert_eq!(chains[0].cells.len(), n_on(&line));
+    }
+
+    /// Numbers of pieces that hang together along sides, and along corners if asked for.
+    fn n_pieces(of: &[bool], width: usize, corners: bool) -> usize {
+        let mut left = of.to_vec();
+        let mut n = 0;
+        for start in 0..left.len() {
+            n += usize::from(left[start]);
+            let mut waiting = if left[start] { vec![start] } else { Vec::new() };
+            while let Some(cell) = waiting.pop() {
+                let at = [cell % width, cell / width];
+                if !std::mem::replace(&mut left[cell], false) {
+                    continue;
+                }
+                for (dx, dy) in [(2, 1), (1, 2), (0, 1), (1, 0), (2, 2), (0, 2), (0, 0), (2, 0)] {
+                    let (x, y) = ((at[0] + dx).wrapping_sub(1), (at[1] + dy).wrapping_sub(1));
+                    let is_near = corners || dx == 1 || dy == 1;
+                    if is_near && x < width && y < left.len() / width && left[y * width + x] {
+                        waiting.push(y * width + x);
+                    }
+                }
+            }
+        }
+        n
+    }
+
+    /// Number of nodes that hang together over chains, each piece counted once.
+    fn n_graphs(n_nodes: usize, chains: &[Chain]) -> usize {
+        let mut piece: Vec<usize> = (0..n_nodes).collect();
+        for chain in chains {
+            let [a, b] = chain.nodes.map(|n| piece[n]);
+            piece.iter_mut().filter(|p| **p == a).for_each(|p| *p = b);
+        }
+        piece.sort_unstable();
+        piece.dedup();
+        piece.len()
+    }
+
+    proptest! {
+        #[test]
+        fn lines_have_the_pieces_and_the_loops_of_the_floor(
+            text in floors(),
+            anchors in prop::collection::vec((1usize..25, 1usize..17), 0..5),
+        ) {
+            let mut rows: Vec<Vec<u8>> = text.lines().map(|l| l.as_bytes().to_vec()).collect();
+            let mut placed: Vec<(usize, usize)> = Vec::new();
+            for (letter, (x, y)) in (b'A'..).zip(anchors) {
+                // Anchors that touch make a triangle with a line that ends at both.
+                let is_apart = placed.iter().all(|p| p.0.abs_diff(x).max(p.1.abs_diff(y)) > 2);
+                if rows[y][x] == b'.' && is_apart {
+                    rows[y][x] = letter;
+                    placed.push((x, y));
+                }
+            }
+            let text = rows.iter().map(|r| String::from_utf8_lossy(r)).collect::<Vec<_>>().join("\n");
+            prop_assume!(text.contains('.'));
+            let (walk, _, nodes, chains) = lines_of(&text);
+            let closed: Vec<bool> = walk.open.iter().map(|o| !o).collect();
+            let (n_parts, n_holes) = (n_pieces(&walk.open, walk.width, false), n_pieces(&closed, walk.width, true) - 1);
+            prop_assert_eq!(n_graphs(nodes.len(), &chains), n_parts, "pieces of\n{}", text);
+            // Of a graph, loops are edges beyond those of a tree.
+            prop_assert_eq!(chains.len() + n_parts - nodes.len(), n_holes, "loops of\n{}", text);
+        }
     }
 }

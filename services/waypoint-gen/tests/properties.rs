@@ -62,6 +62,14 @@ fn drawings(characters: Vec<char>, most: usize) -> impl Strategy<Value = String>
         .prop_map(|(split, doors, widths, pieces)| drawing(split, doors, widths, &pieces))
 }
 
+/// A stair in the upper left corner, and a lift in the lower right one.
+fn with_ways_up(text: &str) -> String {
+    let mut rows: Vec<Vec<char>> = text.lines().map(|l| l.chars().collect()).collect();
+    rows[1][1..3].fill('S');
+    rows[HEIGHT - 2][WIDTH - 4..WIDTH - 1].fill('L');
+    rows.into_iter().map(|row| row.into_iter().collect::<String>()).collect::<Vec<_>>().join("\n")
+}
+
 /// A step of a schedule.
 #[derive(Debug, Clone)]
 enum Step {
@@ -221,10 +229,11 @@ proptest! {
         start in prop::option::of((0.5f64..5.0, 0.5f64..3.0)),
     ) {
         let upper = upper.replace('a', "d").replace('b', "e").replace('c', "f");
-        let mut house = House::drawn(&[&text, &upper]);
+        let mut house = House::drawn(&[&with_ways_up(&text), &with_ways_up(&upper)]);
         house.absent.extend(['1', '2']);
+        house.robot.climbs_stairs = 1;
         let start = start.map(|(x_m, y_m)| Start { storey: 0, x_m, y_m });
-        let options = options(changed_since_s, start);
+        let options = PlanOptions { lifts: vec!["*".to_owned()], ..options(changed_since_s, start) };
         let mut planner = Planner::default();
         for step in &steps {
             take(&mut house, step);

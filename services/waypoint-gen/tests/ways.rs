@@ -6,8 +6,8 @@ mod support;
 use frames::{Map, Point2};
 use messages::{EdgeKind, Grid, NoWaypoint, NodeKind, Plan, RobotProfile, RouteEdgeRecord, WaypointKind};
 use std::collections::BTreeSet;
-use support::{House, Planned, naive, quick};
-use waypoint_gen::{PlanOptions, Start};
+use support::{Archives, House, Planned, naive, quick};
+use waypoint_gen::{PlanOptions, Planner, Start};
 
 /// A flight of stairs and a lift lead from the ground to two rooms above that do not hang together.
 const GROUND: &str = "
@@ -89,6 +89,28 @@ fn stairs_and_lifts_are_edges_of_the_graph_whether_or_not_the_robot_takes_them()
             assert!((edge.length_m - 3.0).abs() < 0.1, "one stands above the other: {}", edge.length_m);
         }
     }
+}
+
+#[test]
+fn a_stair_to_a_room_that_is_filled_up_is_no_place_to_go_to_any_more() {
+    let filled = UPPER.replace('c', "1").replacen('1', "c", 1);
+    let mut house = House::drawn(&[GROUND, &filled]);
+    house.absent.insert('1');
+    let options = PlanOptions { start: AT_A, ..quick() };
+    let mut planner = Planner::default();
+    let mut n_stagings = |house: &House| {
+        let archives = Archives::of(house);
+        let bytes = archives.with(&options, |input| planner.plan(input));
+        let plan = Plan::open(bytes.bytes()).unwrap();
+        let site = archives.site();
+        let is_of_stair = |of: u32| site.text(site.elements[of as usize].global_id) == "IfcStair-S";
+        plan.nodes.iter().filter(|n| n.kind == NodeKind::Staging as u32 && is_of_stair(n.of)).count()
+    };
+    assert_eq!(n_stagings(&house), 2);
+    house.absent.clear();
+    assert_eq!(n_stagings(&house), 0, "nor below, where nothing else changed");
+    house.absent.insert('1');
+    assert_eq!(n_stagings(&house), 2);
 }
 
 #[test]
