@@ -42,11 +42,12 @@ const ALLOWED: [(&str, &[&str]); 13] = [
 ];
 
 /// Foreign crates that one crate alone may name.
-const FENCED: [(&str, &str); 5] = [
+const FENCED: [(&str, &str); 6] = [
     ("ifc-lite-core", "ifc"),
     ("ifc-lite-geometry", "ifc"),
     ("ifc-lite-processing", "ifc"),
     ("i_overlay", "geometry"),
+    ("parry3d-f64", "geometry"),
     ("iceoryx2", "bus"),
 ];
 

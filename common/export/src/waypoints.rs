@@ -86,6 +86,10 @@ struct Notice {
     code: String,
     /// One sentence for people.
     message: String,
+    /// GlobalId of the element that it is about.
+    element: Option<String>,
+    /// Name of the element.
+    name: Option<String>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -147,9 +151,12 @@ impl Waypoints {
         let (site, plan) = (input.site, input.plan);
         let id = |index: usize| site.text(site.spaces[index].global_id).to_owned();
         let ScanSensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad, .. } = plan.head.sensor;
+        let said = |text| Some(plan.text(text)).filter(|t| !t.is_empty()).map(str::to_owned);
         let notice = |d: &messages::DiagnosticRecord| Notice {
             code: plan.text(d.code).to_owned(),
             message: plan.text(d.message).to_owned(),
+            element: said(d.global_id),
+            name: said(d.name),
         };
         Self {
             frame: "map",

@@ -11,6 +11,7 @@ mod overlay;
 mod polygon;
 mod section;
 mod slab;
+mod surfaces;
 
 pub use floor_faces::{floor_faces, upward_triangles};
 pub use footprint::{Footprint, footprint};
@@ -20,3 +21,4 @@ pub use overlay::{FillRule, close_gaps, difference, intersection, union, union_o
 pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, ring_area_doubled};
 pub use section::{Section, section};
 pub use slab::{Slab, clip_to_slab};
+pub use surfaces::{SurfacePoint, Surfaces, surface_points};

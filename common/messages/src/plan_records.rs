@@ -145,6 +145,8 @@ pub enum NoWaypoint {
     Unreachable = 11,
     /// Nobody asked for one.
     NotAsked = 12,
+    /// All of its floor lies in other spaces of the same place.
+    Shared = 13,
 }
 
 impl NoWaypoint {
@@ -164,6 +166,7 @@ impl NoWaypoint {
             Self::ClosedDoor => "closed_door",
             Self::Unreachable => "unreachable",
             Self::NotAsked => "not_asked",
+            Self::Shared => "shared",
         }
     }
 
@@ -171,7 +174,7 @@ impl NoWaypoint {
     pub fn from_id(id: u32) -> Option<Self> {
         use NoWaypoint::*;
         let all = [Has, MetadataOnly, External, NoBody, NotMapped, Blocked, Closing];
-        let rest = [NoFloor, Keepout, TooNarrow, ClosedDoor, Unreachable, NotAsked];
+        let rest = [NoFloor, Keepout, TooNarrow, ClosedDoor, Unreachable, NotAsked, Shared];
         all.into_iter().chain(rest).find(|r| *r as u32 == id)
     }
 }

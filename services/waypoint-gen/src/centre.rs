@@ -1,9 +1,10 @@
 //! Where in a space a robot can stand.
 
 use crate::ground::Ground;
+use crate::options::PlanOptions;
 use crate::spaces::{Refusal, closed_door};
-use frames::{Map, Point2, TENTHS_PER_M};
-use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, Site};
+use frames::{Map, Point2, TENTHS_PER_M, metres};
+use messages::{DoorPassageRecord, Grid, NoWaypoint, Phase, RobotProfile, Site};
 
 /// A place in a space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +18,7 @@ pub(crate) struct Centre {
 #[derive(Clone, Copy)]
 pub(crate) struct Storey<'a> {
     pub(crate) site: &'a Site<'a>,
+    pub(crate) phase: &'a Phase<'a>,
     pub(crate) grid: &'a Grid<'a>,
     pub(crate) ground: &'a Ground,
     pub(crate) robot: &'a RobotProfile,
@@ -32,6 +34,14 @@ impl Storey<'_> {
         self.reached[self.ground.part(cell) as usize]
     }
 
+    /// The space whose polygon holds a place.
+    pub(crate) fn space_at(&self, at: Point2<Map>) -> Option<usize> {
+        let cell = self.ground.spec.cell_at(at)?;
+        let space = usize::from(self.grid.space[self.ground.spec.index(cell)]).checked_sub(1)?;
+        let polygon = self.site.floor_polygon(&self.site.spaces[space]);
+        polygon.contains([at.x_m, at.y_m].map(|c| c * f64::from(TENTHS_PER_M))).then_some(space)
+    }
+
     /// True if the robot can stand at a place: clear by its radius, no keep-out, and it can get to the cell or one beside it,
     /// because a place between the middles of cells may be clear although that of its own cell is not.
     fn can_stand(&self, p: Point2<Map>) -> bool {
@@ -45,6 +55,17 @@ impl Storey<'_> {
             around(cell.column, spec.width).any(|column| self.is_reached(spec.index(grid::Cell { column, row })))
         })
     }
+}
+
+/// Height of the sensor over the floor: half that of the space for what flies.
+pub(crate) fn sensor_height_m(
+    site: &Site<'_>,
+    robot: &RobotProfile,
+    options: &PlanOptions,
+    space: Option<usize>,
+) -> f64 {
+    let half = space.map(|s| metres(site.spaces[s].height_tenths) / 2.0);
+    half.filter(|_| options.flies).unwrap_or(robot.sensor_height_m)
 }
 
 /// The centre of a space: the centroid of its floor, moved to the nearest place where the robot can stand if it cannot stand
@@ -77,7 +98,17 @@ pub(crate) fn centre_of(storey: &Storey<'_>, space: usize) -> Result<Centre, Ref
         Refusal::new(NoWaypoint::Keepout, "all of it is keep-out")
     } else if has(&|i| grid.floor[i] != 0) {
         Refusal::new(NoWaypoint::TooNarrow, "what stands in it leaves no free place")
+    } else if let Some(other) = other_space_over(storey, inside) {
+        let id = site.text(site.spaces[other].global_id);
+        Refusal::new(NoWaypoint::Shared, format!("its floor is that of the space {id}, which lies over it"))
     } else {
         Refusal::new(NoWaypoint::NoFloor, "it has no floor at the level of its map storey")
     })
+}
+
+/// A space to which cells belong whose middles lie inside of another one: each cell is of one space only.
+fn other_space_over(storey: &Storey<'_>, inside: impl Fn(Point2<Map>) -> bool) -> Option<usize> {
+    let cells = storey.grid.space.iter().enumerate();
+    let mut others = cells.filter(|(cell, space)| **space != 0 && inside(storey.ground.middle(*cell)));
+    others.next().map(|(_, space)| usize::from(*space) - 1)
 }

@@ -106,7 +106,7 @@ fn door_anchor(storey: &Storey<'_>, walk: &Walk, door: u32, passage: DoorPassage
 
 /// A chain as edges: what is next to a door is the way through it, from a place on its side.
 fn add_way(storey: &Storey<'_>, walk: &Walk, graph: &mut Graph, chain: Chain) {
-    let Chain { mut nodes, mut cells } = chain;
+    let Chain { mut nodes, mut cells, .. } = chain;
     for end in [0, 1] {
         let node = graph.nodes[nodes[end]];
         if node.kind != NodeKind::Door {
@@ -156,10 +156,33 @@ fn add_edge(storey: &Storey<'_>, walk: &Walk, graph: &mut Graph, nodes: [usize; 
         line.push(at);
         line.reverse();
     }
-    let clearance = cells.iter().map(|&c| storey.ground.clearance_m(walk.middle(c))).fold(f64::INFINITY, f64::min);
     let kind = if door == NONE { EdgeKind::Floor } else { EdgeKind::Door };
-    let length_m = length_m(&line);
-    graph.edges.push(Edge { nodes, kind, door, line, length_m, clearance_m: clearance });
+    let (length_m, clearance_m) = (length_m(&line), clearance_m(storey, &line));
+    graph.edges.push(Edge { nodes, kind, door, line, length_m, clearance_m });
+}
+
+/// The least clearance along a line, looked at twice in each cell.
+fn clearance_m(storey: &Storey<'_>, line: &[Point2<Map>]) -> f64 {
+    let Storey { ground, .. } = *storey;
+    let step_m = ground.spec.resolution_m() / 2.0;
+    let mut least_m = f64::INFINITY;
+    let mut look = |p: Point2<Map>| {
+        let Some(cell) = ground.spec.cell_at(p).map(|c| ground.spec.index(c)) else { return };
+        let middle = ground.middle(cell);
+        // Not less than that of the cell's middle by more than the way there.
+        if ground.clearance_of(cell) - libm::hypot(p.x_m - middle.x_m, p.y_m - middle.y_m) < least_m {
+            least_m = least_m.min(ground.clearance_m(p));
+        }
+    };
+    for ends in line.windows(2) {
+        let d = [ends[1].x_m - ends[0].x_m, ends[1].y_m - ends[0].y_m];
+        let n = (libm::hypot(d[0], d[1]) / step_m).ceil().max(1.0);
+        for k in 0..=n as u32 {
+            let share = f64::from(k) / n;
+            look(Point2::new(ends[0].x_m + share * d[0], ends[0].y_m + share * d[1]));
+        }
+    }
+    least_m
 }
 
 /// True if the way between two places is straight over free floor, and the robot can get to all of it but corners of cells.
@@ -247,7 +270,9 @@ mod tests {
         let robot = RobotProfile { radius_m, ..RobotProfile::DEFAULT };
         let ground = Ground::of(grid, radius_m);
         let reached = vec![true; ground.n_parts() as usize + 1];
-        let storey = Storey { site, grid, ground: &ground, robot: &robot, passages, reached: &reached };
+        let phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), 0).finish();
+        let phase = Phase::open(phase.bytes()).unwrap();
+        let storey = Storey { site, phase: &phase, grid, ground: &ground, robot: &robot, passages, reached: &reached };
         let Some(walk) = Walk::of(&ground, |_| true) else { return Graph::default() };
         let anchor = |(at, of): (&[f64; 2], u32)| Anchor { at: Point2::new(at[0], at[1]), kind: NodeKind::Space, of };
         graph(&storey, &walk, anchors.iter().zip(0..).map(anchor).collect())

@@ -11,11 +11,13 @@ mod spaces;
 mod centre;
 mod cover;
 mod face;
+mod mesh_check;
 mod scans;
 mod search;
 mod visible;
 
 mod chance;
+mod joining;
 mod tour;
 mod trip;
 mod walk;
@@ -23,6 +25,7 @@ mod walk;
 mod graph;
 mod skeleton;
 
+mod assemble;
 mod plan;
 mod storey;
 

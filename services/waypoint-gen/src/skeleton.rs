@@ -41,6 +41,8 @@ pub(crate) struct Chain {
     pub(crate) nodes: [usize; 2],
     /// Its cells, from that of one node to that of the other.
     pub(crate) cells: Vec<usize>,
+    /// True if the nodes touch.
+    pub(crate) is_direct: bool,
 }
 
 /// Nodes and the ways between them: first the anchors, in their order, then the cells where lines meet. A loop that comes
@@ -88,7 +90,7 @@ impl Tracer<'_> {
         self.nodes.push(cell);
     }
 
-    /// Cells with other than two neighbours; those that touch are one node.
+    /// Cells with other than two neighbours; those that touch each other, or an anchor, are one node.
     fn find_junctions(&mut self) {
         for cell in 0..self.line.len() {
             let is_junction =
@@ -96,16 +98,21 @@ impl Tracer<'_> {
             if !self.line[cell] || !is_junction(self, cell) {
                 continue;
             }
-            self.add_node(cell);
-            let number = self.node[cell];
-            let mut waiting = vec![cell];
-            while let Some(c) = waiting.pop() {
-                let others: Vec<usize> = self.neighbours(c).filter(|&n| is_junction(self, n)).collect();
-                for other in others {
-                    self.node[other] = number;
-                    waiting.push(other);
-                }
+            let mut cluster = vec![cell];
+            let mut k = 0;
+            while let Some(&c) = cluster.get(k) {
+                let others: Vec<usize> = self.neighbours(c).filter(|n| is_junction(self, *n)).collect();
+                cluster.extend(others.into_iter().filter(|n| !cluster.contains(n)).collect::<Vec<_>>());
+                k += 1;
             }
+            // Of several anchors the last one.
+            let beside = cluster.iter().flat_map(|&c| self.neighbours(c)).map(|n| self.node[n]);
+            let anchor = beside.filter(|node| *node != usize::MAX).max();
+            let number = anchor.unwrap_or(self.nodes.len());
+            if anchor.is_none() {
+                self.nodes.push(cell);
+            }
+            cluster.into_iter().for_each(|c| self.node[c] = number);
         }
     }
 
@@ -131,8 +138,10 @@ impl Tracer<'_> {
                 continue;
             }
             cells.push(at);
-            if cells.len() > 2 || !self.chains.iter().any(|c| c.nodes == [first, last] && c.cells.len() == 2) {
-                self.chains.push(Chain { nodes: [first, last], cells });
+            let is_known = |c: &Chain| c.nodes == [first, last] && c.is_direct;
+            let is_direct = cells.len() == 2;
+            if !is_direct || !self.chains.iter().any(is_known) {
+                self.chains.push(Chain { nodes: [first, last], cells, is_direct });
             }
         }
     }
@@ -181,7 +190,7 @@ impl Tracer<'_> {
                 });
                 let whole = chain.nodes[0];
                 for (nodes, range) in [([whole, i], 0..a + 1), ([i, j], a..b + 1), ([j, whole], b..n)] {
-                    self.chains.push(Chain { nodes, cells: chain.cells[range].to_vec() });
+                    self.chains.push(Chain { nodes, cells: chain.cells[range].to_vec(), is_direct: false });
                 }
             }
         }

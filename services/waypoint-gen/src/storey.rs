@@ -1,12 +1,14 @@
 //! The plan of one storey: a function of its map, of what the robot can get to, and of what is asked for.
 
 use crate::centre::{Centre, Storey, centre_of};
-use crate::cover::{Covered, Instance};
+use crate::cover::Instance;
 use crate::graph::{Anchor, Graph, graph};
+use crate::joining::Joining;
+use crate::mesh_check::{MeshSeen, mesh_check};
 use crate::options::PlanOptions;
 use crate::scans::Scans;
 use crate::spaces::Refusal;
-use crate::trip::{legs, trip};
+use crate::trip::{Ways, legs};
 use crate::walk::{Walk, length_m};
 use frames::{Map, Point2};
 use grid::Class;
@@ -19,7 +21,9 @@ pub(crate) struct Wanted<'a> {
     pub(crate) spaces: &'a [usize],
     /// Whether a cell may be scanned from, by its space plus 1; 0 is outside of spaces.
     pub(crate) may_scan: &'a [bool],
-    /// Cells whose faces are targets, if not all are.
+    /// Elements that are targets, ascending, if not all are.
+    pub(crate) changed: Option<&'a [usize]>,
+    /// The cells of those.
     pub(crate) targets: Option<&'a [bool]>,
     /// Where the robot comes onto the parts of the storey.
     pub(crate) entries: &'a [Point2<Map>],
@@ -69,6 +73,7 @@ pub(crate) struct StoreyPlan {
     pub(crate) reached_m2: f64,
     pub(crate) unreached_m2: f64,
     pub(crate) graph: Graph,
+    pub(crate) mesh: MeshSeen,
 }
 
 /// Plans a storey.
@@ -106,6 +111,9 @@ pub(crate) fn plan_storey(storey: &Storey<'_>, wanted: &Wanted<'_>) -> StoreyPla
         };
         let anchors = wanted.stagings.iter().map(staging).chain(centres.iter().map(space)).collect();
         plan.graph = graph(storey, walk, anchors);
+    }
+    if let Some(scans) = scans.filter(|_| wanted.options.mesh_check) {
+        plan.mesh = mesh_check(storey, wanted, &scans, &plan.stops);
     }
     plan
 }
@@ -151,18 +159,20 @@ struct SoFar {
 }
 
 /// A place to go to, before it has an order.
-struct Goal {
-    at: Point2<Map>,
-    part: u32,
-    space: Option<usize>,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Goal {
+    pub(crate) at: Point2<Map>,
+    pub(crate) part: u32,
+    pub(crate) space: Option<usize>,
     /// Which pose of the scans; a centre has none.
-    pose: Option<usize>,
-    connects: bool,
+    pub(crate) pose: Option<usize>,
+    /// True for a scan that is there to join others.
+    pub(crate) connects: bool,
 }
 
 /// Tours through all parts, one after the other: those with an entry first, then the larger ones.
 fn tours(work: &Work<'_>, centres: &[(usize, Centre)], plan: &mut StoreyPlan) {
-    let Work { storey, wanted, walk, scans } = *work;
+    let Work { storey, wanted, scans, .. } = *work;
     let goals = goals(storey, wanted, centres, scans);
     let part_at =
         |p: &Point2<Map>| storey.ground.spec.cell_at(*p).map_or(0, |c| storey.ground.part(storey.ground.spec.index(c)));
@@ -171,34 +181,61 @@ fn tours(work: &Work<'_>, centres: &[(usize, Centre)], plan: &mut StoreyPlan) {
     parts.sort_by_key(|&p| (entry(p).is_none(), std::cmp::Reverse(storey.ground.size(p)), p));
     parts.dedup();
     plan.n_parts = parts.len() as u32;
-    let mut covered = scans.map(|s| Covered::new(&s.instance));
     let mut so_far = SoFar {
         floor: vec![false; if scans.is_some() { storey.ground.spec.n_cells() } else { 0 }],
         faces: vec![false; scans.map_or(0, |s| s.faces.all.len())],
     };
     for part in parts {
-        let mut own: Vec<&Goal> = goals.iter().filter(|g| g.part == part).collect();
-        let points: Vec<Point2<Map>> = own.iter().map(|g| g.at).collect();
+        let own: Vec<Goal> = goals.iter().filter(|g| g.part == part).copied().collect();
         let start = entry(part);
-        let trip = trip(walk, &points, start, wanted.options.closed_tours, wanted.options.tour_kicks);
-        own = trip.order.iter().map(|&k| own[k]).collect();
-        let mut joining = Vec::new();
-        let own = match (scans, &mut covered) {
-            (Some(scans), Some(covered)) => joined(storey, wanted.options, scans, covered, own, &mut joining),
-            _ => own,
-        };
+        let (own, bound_m) = ordered(work, own, start, &so_far.faces);
         add_tour(work, &own, start, plan, &mut so_far);
-        plan.bound_m += trip.bound_m;
+        // Lengths are whole millimetres where orders are compared.
+        plan.bound_m = (plan.bound_m + bound_m).min(plan.tour_m);
     }
-    if let (Some(scans), Some(covered)) = (scans, covered) {
+    if let Some(scans) = scans {
         let mut held = vec![false; scans.faces.all.len()];
         scans.instance.sets.iter().flatten().for_each(|&f| held[f as usize] = true);
         for (k, face) in scans.faces.all.iter().enumerate().filter(|(k, _)| held[*k]) {
             let seen = &mut plan.seen[usize::from(face.space)];
             seen.n_faces += 1;
-            seen.n_seen += u32::from(covered.count[k] > 0);
+            seen.n_seen += u32::from(so_far.faces[k]);
         }
     }
+}
+
+/// Scans that join others change the way, and a way needs other scans to join it: so often are the two made to fit.
+const JOINING_ROUNDS: u32 = 4;
+
+/// The goals of a part in the order of a short tour, with scans that join others, and a length that no order is below.
+fn ordered(work: &Work<'_>, goals: Vec<Goal>, start: Option<Point2<Map>>, seen_before: &[bool]) -> (Vec<Goal>, f64) {
+    let Work { storey, wanted, walk, scans } = *work;
+    let mut ways = Ways::over(walk);
+    let start = start.map(|at| ways.add([at]));
+    let first = ways.add(goals.iter().map(|g| g.at));
+    // The place of each goal among the ways.
+    let mut goals: Vec<(usize, Goal)> = (first..).zip(goals).collect();
+    let mut bound_m = 0.0;
+    for round in 0..JOINING_ROUNDS {
+        let places: Vec<usize> = goals.iter().map(|g| g.0).collect();
+        let trip = ways.trip(&places, start, wanted.options.closed_tours, wanted.options.tour_kicks);
+        bound_m = trip.bound_m;
+        goals = trip.order.iter().map(|&k| goals[k]).collect();
+        let Some(scans) = scans else { break };
+        let joining = Joining { storey, options: wanted.options, scans, seen_before };
+        let is_shorter = joining.drop_needless(&mut goals);
+        let missing = joining.missing(&goals);
+        if missing.is_empty() && !is_shorter {
+            break;
+        }
+        let first = ways.add(missing.iter().map(|(_, goal)| goal.at));
+        let is_last = round + 1 == JOINING_ROUNDS;
+        // From the end back, so that places before stay where they are.
+        for (place, (at, goal)) in (first..).zip(missing).collect::<Vec<_>>().into_iter().rev() {
+            goals.insert(if is_last { at } else { goals.len() }, (place, goal));
+        }
+    }
+    (goals.into_iter().map(|g| g.1).collect(), bound_m)
 }
 
 /// Centres and chosen scans, each with its part and space.
@@ -218,9 +255,9 @@ fn goals(storey: &Storey<'_>, wanted: &Wanted<'_>, centres: &[(usize, Centre)], 
     goals
 }
 
-fn goal_of(storey: &Storey<'_>, scans: &Scans, pose: usize, connects: bool) -> Goal {
+pub(crate) fn goal_of(storey: &Storey<'_>, scans: &Scans, pose: usize, connects: bool) -> Goal {
     let place = scans.place(pose);
-    Goal { at: place.at, part: place.part, space: space_at(storey, place.at), pose: Some(pose), connects }
+    Goal { at: place.at, part: place.part, space: storey.space_at(place.at), pose: Some(pose), connects }
 }
 
 /// The part at a place, or that of a cell beside it.
@@ -234,88 +271,8 @@ fn reached_part(storey: &Storey<'_>, at: Point2<Map>) -> u32 {
     own.filter(|&c| storey.is_reached(c)).map(|c| storey.ground.part(c)).next().unwrap_or(0)
 }
 
-/// The space whose polygon holds a place.
-fn space_at(storey: &Storey<'_>, at: Point2<Map>) -> Option<usize> {
-    let cell = storey.ground.spec.cell_at(at)?;
-    let space = usize::from(storey.grid.space[storey.ground.spec.index(cell)]).checked_sub(1)?;
-    let polygon = storey.site.floor_polygon(&storey.site.spaces[space]);
-    polygon.contains([at.x_m, at.y_m].map(|c| c * f64::from(frames::TENTHS_PER_M))).then_some(space)
-}
-
-/// The goals with scans between them where one sees too little of what earlier ones saw to be registered with them.
-fn joined<'g>(
-    storey: &Storey<'_>,
-    options: &PlanOptions,
-    scans: &Scans,
-    covered: &mut Covered<'_>,
-    goals: Vec<&'g Goal>,
-    joining: &'g mut Vec<Goal>,
-) -> Vec<&'g Goal> {
-    let share = |covered: &Covered<'_>, pose: usize| {
-        let seen = scans.seen(pose);
-        let n = seen.iter().filter(|&&f| covered.count[f as usize] > 0).count();
-        n as f64 / seen.len().max(1) as f64
-    };
-    // (place in the tour before which it comes, pose)
-    let mut inserted: Vec<(usize, usize)> = Vec::new();
-    let mut n_scans = 0;
-    for (k, goal) in goals.iter().enumerate() {
-        let Some(pose) = goal.pose else { continue };
-        if n_scans > 0
-            && share(covered, pose) < options.overlap
-            && let Some(between) = connecting(options, scans, covered, goals[k - 1].at, goal)
-        {
-            covered.add(between as u32);
-            inserted.push((k, between));
-        }
-        covered.add(pose as u32);
-        n_scans += 1;
-    }
-    *joining = inserted.iter().map(|&(_, pose)| goal_of(storey, scans, pose, true)).collect();
-    let joining: &'g [Goal] = joining;
-    let mut all = Vec::with_capacity(goals.len() + joining.len());
-    let mut next = inserted.iter().zip(joining).peekable();
-    for (k, goal) in goals.into_iter().enumerate() {
-        all.extend(next.next_if(|((at, _), _)| *at == k).map(|(_, goal)| goal));
-        all.push(goal);
-    }
-    all
-}
-
-/// A pose on the way to a scan that sees enough of what was seen so far, and after which the scan does, too: the one with the
-/// least detour.
-fn connecting(
-    options: &PlanOptions,
-    scans: &Scans,
-    covered: &Covered<'_>,
-    before: Point2<Map>,
-    goal: &Goal,
-) -> Option<usize> {
-    let seen = scans.seen(goal.pose?);
-    let mut is_seen = vec![false; scans.faces.all.len()];
-    seen.iter().for_each(|&f| is_seen[f as usize] = true);
-    let n_known = seen.iter().filter(|&&f| covered.count[f as usize] > 0).count();
-    let needed = |n: usize| (options.overlap * n as f64).ceil() as usize;
-    let far = |a: Point2<Map>, b: Point2<Map>| libm::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
-    let joins = |&pose: &usize| {
-        let faces = scans.seen(pose);
-        let known = |f: &u32| covered.count[*f as usize] > 0;
-        let n_old = faces.iter().filter(|f| known(f)).count();
-        let n_new = faces.iter().filter(|f| !known(f) && is_seen[**f as usize]).count();
-        n_old >= needed(faces.len()) && n_known + n_new >= needed(seen.len())
-    };
-    let near = |pose: &usize| {
-        let place = scans.place(*pose);
-        // Beyond this the two see nothing in common.
-        place.part == goal.part && far(place.at, goal.at) <= 2.0 * options.sensor.range_m
-    };
-    let detour = |pose: usize| far(before, scans.place(pose).at) + far(scans.place(pose).at, goal.at);
-    let poses = (0..scans.poses.len()).filter(near).filter(joins);
-    poses.min_by(|&a, &b| detour(a).total_cmp(&detour(b)).then(a.cmp(&b)))
-}
-
 /// Adds the stops of a part in their order, with the ways between them.
-fn add_tour(work: &Work<'_>, goals: &[&Goal], start: Option<Point2<Map>>, plan: &mut StoreyPlan, so_far: &mut SoFar) {
+fn add_tour(work: &Work<'_>, goals: &[Goal], start: Option<Point2<Map>>, plan: &mut StoreyPlan, so_far: &mut SoFar) {
     let Work { storey, wanted, walk, scans } = *work;
     let mut points: Vec<Point2<Map>> = start.into_iter().chain(goals.iter().map(|g| g.at)).collect();
     if wanted.options.closed_tours {

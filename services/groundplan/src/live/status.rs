@@ -5,7 +5,7 @@ use crate::cli::StatusArgs;
 use crate::failure::Failure;
 use crate::plan_date;
 use bus::{Daemon, HEARTBEAT_PERIOD, Topic};
-use messages::{Grids, Stage, StatusRecord};
+use messages::{Grids, Plan, Stage, StatusRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -16,10 +16,11 @@ const NEEDED: [Daemon; 4] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Ra
 
 #[derive(Debug, Serialize)]
 struct Status {
-    /// True if every daemon lives without an error and there are grids.
+    /// True if every daemon lives without an error, and there are grids and a plan.
     healthy: bool,
     daemons: BTreeMap<&'static str, DaemonStatus>,
     grids: Option<GridsStatus>,
+    plan: Option<PlanStatus>,
 }
 
 #[derive(Debug, Serialize)]
@@ -39,22 +40,33 @@ struct GridsStatus {
     storeys: usize,
 }
 
+#[derive(Debug, Serialize)]
+struct PlanStatus {
+    epoch: u64,
+    waypoints: usize,
+    scans: u32,
+    /// True if it is made from the grids; false while the next one is made.
+    is_current: bool,
+}
+
 /// Listens for a little longer than a heartbeat; the text, and whether all is well.
 ///
 /// # Errors
 /// No bus.
 pub fn status(arguments: &StatusArgs) -> Result<(String, bool), Failure> {
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
-    let (reader, grids) =
-        (bus.status_reader().map_err(Failure::work)?, bus.subscriber(Topic::Grids).map_err(Failure::work)?);
+    let reader = bus.status_reader().map_err(Failure::work)?;
+    let [grids, plans] = [Topic::Grids, Topic::Plan].map(|topic| bus.subscriber(topic).map_err(Failure::work));
+    let (grids, plans) = (grids?, plans?);
     let mut seen: BTreeMap<u32, StatusRecord> = BTreeMap::new();
-    let mut index = None;
+    let (mut index, mut plan) = (None, None);
     let deadline = Instant::now() + HEARTBEAT_PERIOD + HEARTBEAT_PERIOD / 2;
     loop {
         while let Some(record) = reader.take().map_err(Failure::work)? {
             seen.insert(record.daemon, record);
         }
         index = grids.take().map_err(Failure::work)?.or(index);
+        plan = plans.take().map_err(Failure::work)?.or(plan);
         let rest = deadline.saturating_duration_since(Instant::now());
         if rest == Duration::ZERO {
             break;
@@ -70,10 +82,19 @@ pub fn status(arguments: &StatusArgs) -> Result<(String, bool), Failure> {
             storeys: index.slots.len(),
         })
     });
+    let plan = plan.as_ref().and_then(|sample| {
+        let plan = Plan::open(sample.bytes()).ok()?;
+        Some(PlanStatus {
+            epoch: sample.header().epoch,
+            waypoints: plan.waypoints.len(),
+            scans: plan.storeys.iter().map(|s| s.n_scans).sum(),
+            is_current: index.as_ref().is_some_and(|i| i.header().content_hash == sample.header().inputs.grids),
+        })
+    });
     let daemons: BTreeMap<&'static str, DaemonStatus> =
         NEEDED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
-    let healthy = grids.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());
-    let status = Status { healthy, daemons, grids };
+    let healthy = grids.is_some() && plan.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());
+    let status = Status { healthy, daemons, grids, plan };
     let text =
         if arguments.json { serde_json::to_string(&status).map_err(Failure::work)? + "\n" } else { status.text() };
     Ok((text, healthy))
@@ -106,6 +127,13 @@ impl Status {
                 writeln!(out, "{} storeys at {date} for {}, epoch {}", grids.storeys, grids.robot, grids.epoch)
             }
             None => writeln!(out, "no grids"),
+        };
+        let _ = match &self.plan {
+            Some(plan) => {
+                let late = if plan.is_current { "" } else { ", of earlier grids" };
+                writeln!(out, "{} waypoints, {} of them scans, epoch {}{late}", plan.waypoints, plan.scans, plan.epoch)
+            }
+            None => writeln!(out, "no plan"),
         };
         out
     }

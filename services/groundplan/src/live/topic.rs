@@ -220,7 +220,25 @@ fn describe(topic: Topic, sample: &Sample) -> Result<Value, messages::ArchiveErr
             let grids: Vec<String> = index.slots.iter().map(|s| hash_text(s.content_hash)).collect();
             json!({"plan_time": optional_text(index.head.plan_time_s), "robot": index.robot_name, "grids": grids})
         }
-        Topic::Plan => json!({"waypoints": Plan::open(sample.bytes())?.waypoints.len()}),
+        Topic::Plan => {
+            let plan = Plan::open(sample.bytes())?;
+            let share = |n: u32, of: u32| (of > 0).then(|| f64::from(n) / f64::from(of));
+            let storeys: Vec<Value> = plan
+                .storeys
+                .iter()
+                .map(|s| {
+                    json!({
+                        "map_storey": s.map_storey,
+                        "scans": s.n_scans,
+                        "coverage": share(s.n_seen, s.n_faces),
+                        "tour_m": s.tour_m,
+                        "reached_m2": s.reached_m2,
+                    })
+                })
+                .collect();
+            let covered = plan.spaces.iter().map(|s| share(s.n_seen, s.n_faces)).collect::<Vec<_>>();
+            json!({"waypoints": plan.waypoints.len(), "storeys": storeys, "space_coverage": covered})
+        }
         Topic::SlamMap | Topic::Alignment | Topic::Deviations => Value::Null,
     };
     Ok(json!({

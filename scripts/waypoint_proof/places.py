@@ -1,0 +1,161 @@
+"""Proofs about waypoints as places: where they are, which spaces have them, how the robot gets from one to the next."""
+import math
+
+import numpy as np
+
+from .storey import ROUNDED_M, are_clear, depth_m
+
+# Ways over cells are at most this much longer than straight ones: steps to eight neighbours.
+OCTILE = 1.0824
+CAN_PASS = ("passable", "absent")
+
+
+def check_numbers(export):
+    n, told = len(export.waypoints), {s["storey"]: s for s in export.plan["storeys"]}
+    if [w["order"] for w in export.waypoints] != list(range(n)):
+        yield "order", f"the waypoints are not in the places 0 to {n - 1} of the tour"
+    if len({w["id"] for w in export.waypoints}) != n:
+        yield "order", "two waypoints have one id"
+    if set(told) != set(export.storeys):
+        yield "order", f"the plan is of the storeys {sorted(told)}, the maps of {sorted(export.storeys)}"
+    for index, outcome in told.items():
+        n_scans = len(export.on(index, "scan"))
+        if outcome["scans"] != n_scans:
+            yield "order", f"storey {index} has {n_scans} scans, told are {outcome['scans']}"
+
+
+def check_poses(export):
+    radius_m = export.robot["radius_m"]
+    for w in export.waypoints:
+        name, storey = f"waypoint {w['id']}", export.storeys[w["storey"]]
+        if abs(w["z_m"] - storey.floor_z_m) > ROUNDED_M:
+            yield "height", f"{name} is at {w['z_m']} m, the floor at {storey.floor_z_m} m"
+        if abs(w["sensor_z_m"] - storey.floor_z_m - export.robot["sensor_height_m"]) > ROUNDED_M:
+            yield "height", f"{name} has its sensor at {w['sensor_z_m']} m, the floor is at {storey.floor_z_m} m"
+        if w["space"] is not None:
+            yield from check_inside(export, w, name)
+        cell, clearance_m = storey.cell(w["place"]), storey.clearance_m(w["place"][None])
+        if cell is None or not storey.free[cell] or storey.keep_out[cell]:
+            yield "free", f"{name} is not on free floor"
+        elif clearance_m < radius_m - ROUNDED_M:
+            yield "clear", f"{name} is {clearance_m:.3f} m from what is not free, the robot needs {radius_m} m"
+        elif abs(w["clearance_m"] - clearance_m) > ROUNDED_M:
+            yield "clear", f"{name} is {clearance_m:.3f} m from what is not free, told are {w['clearance_m']} m"
+        elif w["part"] == 0:
+            yield "reach", f"{name} has no place around it on which the robot can stand"
+
+
+def check_inside(export, w, name):
+    space = export.spaces.get(w["space"])
+    if space is None or space["storey"] != w["storey"]:
+        yield "inside", f"{name} is in the space {w['space']}, which is not on its storey"
+        return
+    if depth_m(space["polygon"], [w["x_m"], w["y_m"]])[0] < -ROUNDED_M:
+        yield "inside", f"{name} is outside of its space {w['space']}"
+    if math.dist(w["centroid_m"][:2], space["centroid_m"]) > ROUNDED_M:
+        yield "inside", f"{name} tells another centroid than that of its space"
+
+
+def check_reach(export):
+    """All waypoints can be got to from the largest part of a storey, or else all from one another."""
+    groups = {}
+
+    def group(part):
+        while part in groups:
+            part = groups[part]
+        return part
+
+    for edge in export.graph["edges"]:
+        ends = [export.nodes[edge[end]] for end in ("from", "to")]
+        a, b = (group((node["storey"], node["part"])) for node in ends)
+        if edge["usable"] and ends[0]["storey"] != ends[1]["storey"] and a != b:
+            groups[a] = b
+    largest = {group((i, int(s.n_cells.argmax()))) for i, s in export.storeys.items()}
+    visited = {group((i, part)) for i in export.storeys for part in export.reached(i)}
+    if len(visited) > 1 and not visited <= largest:
+        yield "reach", "there are waypoints in parts of the building that no way joins"
+    cell_m2 = export.resolution_m ** 2
+    for outcome in export.plan["storeys"]:
+        n_cells, reached = export.storeys[outcome["storey"]].n_cells, export.reached(outcome["storey"])
+        name, standing_m2 = f"storey {outcome['storey']}", n_cells.sum() * cell_m2
+        if outcome["parts"] != len(reached):
+            yield "reach", f"the waypoints of {name} are in {len(reached)} parts, told are {outcome['parts']}"
+        if abs(outcome["reached_m2"] + outcome["unreached_m2"] - standing_m2) > 0.001 * standing_m2 + cell_m2:
+            yield "reach", f"the robot can stand on {standing_m2:.2f} m2 of {name}, told are " \
+                f"{outcome['reached_m2']} and {outcome['unreached_m2']}"
+        if n_cells[reached].sum() * cell_m2 > 1.001 * outcome["reached_m2"] + cell_m2:
+            yield "reach", f"the robot gets to more of {name} than the {outcome['reached_m2']} m2 told"
+
+
+def check_spaces(export):
+    centres = [w["space"] for w in export.waypoints if w["kind"] == "centre"]
+    if set(export.outcomes) != set(export.spaces):
+        yield "space", "semantic.json and waypoints.json are of different spaces"
+    if len(set(centres)) != len(centres):
+        yield "space", "a space has two centres"
+    # Without centres, scans are what a space has.
+    visited = set(centres) or {w["space"] for w in export.waypoints}
+    for space_id, outcome in export.outcomes.items():
+        has_reason = outcome["reason"] is not None and outcome["why"] is not None
+        if not has_reason and space_id not in visited or has_reason and space_id in centres:
+            yield "space", f"space {space_id} has a waypoint and a reason for none, or neither"
+        elif has_reason:
+            yield from check_reason(export, space_id, outcome)
+
+
+def check_reason(export, space_id, outcome):
+    space, why = export.spaces[space_id], outcome["why"]
+    if (why == "blocked") != (space["state"] == "blocked"):
+        yield "reason", f"space {space_id} is {space['state']}, and the reason is {outcome['reason']!r}"
+    if (why == "closed_door") != (outcome["door"] is not None):
+        yield "reason", f"space {space_id} has the reason {outcome['reason']!r} and the door {outcome['door']}"
+    elif why == "closed_door":
+        door = export.elements[outcome["door"]]["attributes"]
+        if space_id not in door["spaces"] or door["passage"][str(space["storey"])] in CAN_PASS:
+            yield "reason", f"the door {outcome['door']} does not keep the robot out of {space_id}"
+    if why not in ("no_floor", "keepout", "too_narrow", "closed_door", "unreachable"):
+        return
+    storey = export.storeys[space["storey"]]
+    # Of two spaces of one size in one place only one has the cells, and cells on the border of two are either's.
+    surely = export.own_cells(space_id, np.less_equal, -export.resolution_m)
+    perhaps = export.own_cells(space_id, np.less, export.resolution_m)
+    is_reached = np.isin(storey.part, export.reached(space["storey"])) & storey.stands
+    can_be_true = {
+        "no_floor": not storey.free[surely].any(),
+        "keepout": storey.free[perhaps].any() and not (storey.free & ~storey.keep_out)[surely].any(),
+        "too_narrow": not storey.stands[surely].any(),
+        "closed_door": storey.stands[perhaps].any() and not is_reached[surely].any(),
+        "unreachable": storey.stands[perhaps].any() and not is_reached[surely].any(),
+    }
+    if not can_be_true[why]:
+        yield "reason", f"the map does not bear out of space {space_id} that {outcome['reason']!r}"
+
+
+def check_tours(export):
+    for outcome in export.plan["storeys"]:
+        index, storey = outcome["storey"], export.storeys[outcome["storey"]]
+        waypoints = export.on(index)
+        legs_m = sum(w["leg_m"] for w in waypoints)
+        if abs(outcome["tour_m"] - legs_m) > ROUNDED_M + 1e-4 * len(waypoints):
+            yield "tour", f"the legs of storey {index} are {legs_m:.3f} m long, the tour is told to be {outcome['tour_m']} m"
+        if outcome["tour_bound_m"] > outcome["tour_m"] + ROUNDED_M:
+            yield "tour", f"the tour of storey {index} is shorter than the bound for any: {outcome['tour_bound_m']} m"
+        for before, w in zip(waypoints, waypoints[1:]):
+            if before["part"] == w["part"] != 0:
+                yield from check_leg(storey, before, w)
+
+
+def check_leg(storey, before, w):
+    """A straight leg is as long as its line. Another one is no longer than the way over cells, but for the two cells at its
+    ends, and no shorter than any way can be."""
+    name = f"the way from waypoint {before['id']} to {w['id']}"
+    straight_m = float(np.hypot(*(w["place"] - before["place"]))) * storey.resolution_m
+    slack_m = 2 * storey.resolution_m
+    if w["leg_m"] < straight_m - ROUNDED_M:
+        yield "leg", f"{name} is {straight_m:.3f} m as the crow flies, told are {w['leg_m']} m"
+    elif w["leg_m"] > straight_m + ROUNDED_M or not are_clear(storey.stands, before["place"][None], w["place"][None])[0]:
+        way_m = storey.way_m(before["place"], w["place"], OCTILE * w["leg_m"] + slack_m)
+        if math.isinf(way_m):
+            yield "leg", f"{name} is told to be {w['leg_m']} m long, and there is no way that short"
+        elif w["leg_m"] > 1.01 * way_m + slack_m:
+            yield "leg", f"{name} is told to be {w['leg_m']} m long, and there is one of {way_m:.3f} m"

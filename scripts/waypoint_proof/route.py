@@ -1,0 +1,177 @@
+"""Proofs about the route graph: nodes, ways over the floor, through doors and between storeys, and what Nav2 gets of them."""
+import math
+
+import numpy as np
+
+from .places import CAN_PASS
+from .storey import ROUNDED_M, are_clear, depth_m
+
+# The place in a passage may be at the other side of its wall than the leaf.
+DOOR_M = 0.3
+
+
+def check_nodes(export):
+    radius_m = export.robot["radius_m"]
+    for node in export.graph["nodes"]:
+        name, storey = f"node {node['id']}", export.storeys[node["storey"]]
+        clearance_m = storey.clearance_m(node["place"][None])
+        if abs(node["z_m"] - storey.floor_z_m) > ROUNDED_M:
+            yield "node", f"{name} is at {node['z_m']} m, the floor at {storey.floor_z_m} m"
+        if clearance_m < radius_m - ROUNDED_M or node["part"] == 0:
+            yield "node", f"{name} is {clearance_m:.3f} m from what is not free, or on keep-out"
+        elif abs(node["clearance_m"] - clearance_m) > ROUNDED_M:
+            yield "node", f"{name} is {clearance_m:.3f} m from what is not free, told are {node['clearance_m']} m"
+        known = export.spaces if node["kind"] == "space" else export.elements
+        if (node["kind"] == "junction") != (node["of"] is None) or node["of"] not in known and node["of"] is not None:
+            yield "node", f"{name} is a {node['kind']} of {node['of']}"
+        elif node["space"] is not None:
+            # Its cell is the space's, perhaps by an edge only; where spaces overlap it may be another one's.
+            for space_id, least_m in ((node["space"], -export.resolution_m), (node["of"], -ROUNDED_M)):
+                space = export.spaces.get(space_id)
+                if space and depth_m(space["polygon"], [node["x_m"], node["y_m"]])[0] < least_m:
+                    yield "node", f"{name} is not in the space {space_id}"
+    spaces = {node["of"] for node in export.graph["nodes"] if node["kind"] == "space"}
+    for w in export.waypoints:
+        if w["kind"] == "centre" and w["space"] not in spaces:
+            yield "node", f"space {w['space']} has a centre and no node"
+
+
+def check_edges(export):
+    ids = [thing["id"] for thing in export.graph["nodes"] + export.graph["edges"]]
+    if len(set(ids)) != len(ids):
+        yield "edge", "two nodes or edges have one id"
+    for edge in export.graph["edges"]:
+        ends = [export.nodes[edge[end]] for end in ("from", "to")]
+        for node, point in zip(ends, (edge["line"][0], edge["line"][-1])):
+            if math.dist(point, (node["x_m"], node["y_m"])) > ROUNDED_M:
+                yield "edge", f"the line of edge {edge['id']} does not end at node {node['id']}"
+        if edge["class"] in ("floor", "door"):
+            yield from check_level_edge(export, edge, ends)
+        else:
+            yield from check_portal(export, edge, ends)
+    for index in export.storeys:
+        yield from check_connected(export, index)
+
+
+def check_level_edge(export, edge, ends):
+    name, storey = f"edge {edge['id']}", export.storeys[ends[0]["storey"]]
+    if ends[0]["storey"] != ends[1]["storey"] or not edge["usable"]:
+        yield "edge", f"{name} is on the floor, and joins two storeys or cannot be used"
+        return
+    length_m = sum(math.dist(a, b) for a, b in zip(edge["line"], edge["line"][1:]))
+    if abs(edge["length_m"] - length_m) > ROUNDED_M:
+        yield "edge", f"{name} is {length_m:.4f} m long, told are {edge['length_m']} m"
+    line = storey.places(edge["line"])
+    # The robot fits at the nodes, though perhaps not at the middles of their cells.
+    can_be = storey.stands.copy()
+    for node in ends:
+        if node["part"]:
+            can_be[storey.cell(node["place"])] = True
+    if not are_clear(can_be, line[:-1], line[1:]).all():
+        yield "edge", f"{name} leads over floor on which the robot cannot be"
+    # Both look along the line in steps.
+    clearance_m = storey.clearance_m(along(line))
+    if abs(clearance_m - edge["clearance_m"]) > storey.resolution_m / 2:
+        yield "edge", f"{name} is {clearance_m:.3f} m from what is not free, told are {edge['clearance_m']} m"
+    if edge["class"] == "door":
+        yield from check_door(export, edge, ends, line)
+        return
+    doors = [guid for guid in doors_on(export, ends[0]["storey"]) if beside_m(storey, export.elements[guid], line) == 0]
+    if edge["of"] is not None or doors:
+        yield "door", f"{name} is told to lead over floor alone, and there is the door {edge['of'] or doors[0]}"
+
+
+def doors_on(export, index):
+    """The doors that the robot passes on a storey."""
+    doors = {guid: e for guid, e in export.elements.items() if e["class"] == "door" and e["aabb"]}
+    return [guid for guid, door in doors.items() if door["attributes"].get("passage", {}).get(str(index)) == "passable"]
+
+
+def along(line):
+    """Places half a cell apart on a line."""
+    steps = [np.linspace(a, b, 2 + int(2 * np.hypot(*(b - a)))) for a, b in zip(line, line[1:])]
+    return np.concatenate(steps)
+
+
+def check_door(export, edge, ends, line):
+    name, door = f"edge {edge['id']}", export.elements.get(edge["of"], {})
+    if door.get("class") != "door" or not any(n["kind"] == "door" and n["of"] == edge["of"] for n in ends):
+        yield "door", f"{name} leads through {edge['of']}, which is no door with a node at one end"
+        return
+    attributes, storey = door["attributes"], export.storeys[ends[0]["storey"]]
+    if attributes["passage"].get(str(ends[0]["storey"])) not in CAN_PASS:
+        yield "door", f"{name} leads through the door {edge['of']}, which is closed to the robot"
+    if edge["clear_width_m"] is None or abs(edge["clear_width_m"] - attributes["clear_width_m"]) > ROUNDED_M:
+        yield "door", f"the door of {name} is {attributes['clear_width_m']} m wide, told are {edge['clear_width_m']} m"
+    if beside_m(storey, door, line) > DOOR_M:
+        yield "door", f"{name} does not come to its door {edge['of']}"
+    for node in (n for n in ends if n["kind"] != "door" and None not in attributes["spaces"]):
+        polygons = [export.spaces[space_id]["polygon"] for space_id in attributes["spaces"]]
+        if max(depth_m(polygon, [node["x_m"], node["y_m"]])[0] for polygon in polygons) < -export.resolution_m:
+            yield "door", f"{name} leads to node {node['id']}, which is in neither space of its door"
+
+
+def beside_m(storey, door, line):
+    """How far a line stays off the box of a door."""
+    low, high = (storey.places(door["aabb"][end][:2])[0] for end in ("min", "max"))
+    places = along(line)
+    return np.hypot(*np.maximum(np.maximum(low - places, places - high), 0).T).min() * storey.resolution_m
+
+
+def check_portal(export, edge, ends):
+    name, robot = f"the {edge['class']} {edge['id']}", export.robot
+    (a, b), element = ends, export.elements.get(edge["of"])
+    if element is None or a["storey"] == b["storey"] or {a["of"], b["of"]} != {edge["of"]}:
+        yield "portal", f"{name} does not join two storeys by an element, with a place before it on either"
+        return
+    rise_m, plan_m = abs(b["z_m"] - a["z_m"]), math.dist((a["x_m"], a["y_m"]), (b["x_m"], b["y_m"]))
+    if abs(edge["length_m"] - math.hypot(rise_m, plan_m)) > ROUNDED_M:
+        yield "portal", f"{name} is {math.hypot(rise_m, plan_m):.4f} m long, told are {edge['length_m']} m"
+    can_take = {"stair": robot["climbs_stairs"], "ramp": math.atan2(rise_m, plan_m) <= robot["max_slope_rad"] + 1e-4,
+                "lift": True, "escalator": False}
+    if edge["usable"] and not can_take.get(edge["class"], False):
+        yield "portal", f"{name} cannot be taken by this robot"
+
+
+def check_connected(export, index):
+    """All nodes in a part of the storey that the robot gets to hang together over its floor."""
+    beside = {}
+    for edge in export.graph["edges"]:
+        if edge["class"] in ("floor", "door"):
+            beside.setdefault(edge["from"], []).append(edge["to"])
+            beside.setdefault(edge["to"], []).append(edge["from"])
+    for part in export.reached(index):
+        own = {n["id"] for n in export.graph["nodes"] if (n["storey"], n["part"]) == (index, part)}
+        found, waiting = set(), sorted(own)[:1]
+        while waiting:
+            node = waiting.pop()
+            if node not in found:
+                found.add(node)
+                waiting.extend(beside.get(node, []))
+        if not own <= found:
+            yield "connected", f"{len(own - found)} of {len(own)} nodes of storey {index} are not joined with the others"
+
+
+def check_routes(export):
+    """The storeys' files for Nav2 hold the nodes and usable edges of the graph, edges in both directions."""
+    for index, features in export.routes.items():
+        ids = [f["properties"]["id"] for f in features]
+        if len(set(ids)) != len(ids):
+            yield "route", f"two features of the route of storey {index} have one id"
+        told = {}
+        for feature in features:
+            properties, coordinates = feature["properties"], feature["geometry"]["coordinates"]
+            if feature["geometry"]["type"] == "Point":
+                told[properties["id"]] = coordinates
+            else:
+                edge = properties["startid"], properties["endid"], properties["cost"], str(coordinates)
+                told[edge] = properties["metadata"]["class"]
+        nodes = [node for node in export.graph["nodes"] if node["storey"] == index]
+        wanted = {node["id"]: [node["x_m"], node["y_m"]] for node in nodes}
+        for edge in export.graph["edges"]:
+            if edge["usable"] and edge["from"] in wanted and edge["to"] in wanted:
+                for a, b, line in ((edge["from"], edge["to"], edge["line"]), (edge["to"], edge["from"], edge["line"][::-1])):
+                    wanted[a, b, edge["length_m"], str([line])] = edge["class"]
+        if told != wanted:
+            n = sum(told.get(k) != wanted.get(k) for k in {**told, **wanted})
+            yield "route", f"{n} nodes or edges of storey {index} are not the same in route.geojson and site-graph.json"

@@ -1,0 +1,257 @@
+//! The archive of a plan.
+
+use crate::centre::sensor_height_m;
+use crate::ground::Ground;
+use crate::plan::PlanInput;
+use crate::portals::Portal;
+use crate::reached::Reached;
+use crate::spaces::Refusal;
+use crate::storey::StoreyPlan;
+use frames::metres;
+use messages::{
+    DiagnosticRecord, EdgeKind, ElementRecord, Grid, NONE, NoWaypoint, NodeKind, PhaseHead, PlanBuilder, PlanHead,
+    RouteEdgeRecord, RouteNodeRecord, Site, SpacePlanRecord, StoreyPlanRecord, Text, WaypointKind, WaypointRecord,
+};
+
+/// The archive of a plan: storeys in the order in which they are come to, what was refused, the graph over all storeys.
+pub(crate) fn assemble(
+    input: &PlanInput<'_>,
+    grounds: &[&Ground],
+    plans: &[&StoreyPlan],
+    refusals: Vec<Option<Refusal>>,
+    reached: &Reached,
+    portals: &[Portal],
+) -> PlanBuilder {
+    let mut builder = PlanBuilder::new(head(input, plans), input.site.spaces.len());
+    for (space, refusal) in refusals.into_iter().enumerate() {
+        if let Some(refusal) = refusal {
+            refuse(&mut builder, space, &refusal);
+        } else {
+            builder.spaces[space].why = NoWaypoint::Has as u32;
+        }
+    }
+    // Storeys in the order in which they are come to; the others have no waypoints.
+    for &at in &reached.order {
+        add_stops(&mut builder, input, &input.grids[at], plans[at]);
+    }
+    for (at, plan) in plans.iter().enumerate() {
+        for (space, refusal) in &plan.refused {
+            refuse(&mut builder, *space, refusal);
+        }
+        for (record, seen) in builder.spaces.iter_mut().zip(&plan.seen[1..]) {
+            record.n_faces += seen.n_faces;
+            record.n_seen += seen.n_seen;
+        }
+        builder.storeys.push(storey_record(&mut builder.tour_points, input.grids[at].head.map_storey, plan));
+    }
+    add_graph(&mut builder, input, grounds, plans, portals);
+    if reached.start_is_blocked {
+        let message = "the robot cannot stand at the start that was given, so it gets nowhere";
+        warn(&mut builder, "start_blocked", message, 2);
+    }
+    let goal = input.options.overlap;
+    let alone = builder.waypoints.iter().filter(|w| w.kind == WaypointKind::Scan as u32 && w.overlap < goal);
+    // The first scan of a part has nothing before it.
+    let n_first: u32 = builder.storeys.iter().filter(|s| s.n_scans > 0).map(|s| s.n_parts).sum();
+    let n_alone = alone.count().saturating_sub(n_first as usize);
+    if n_alone > 0 {
+        let message =
+            format!("{n_alone} scans see less than {goal} of what scans before them saw, and nothing can join them");
+        warn(&mut builder, "scan_not_joined", &message, 1);
+    }
+    for &element in plans.iter().flat_map(|plan| &plan.mesh.unseen) {
+        unseen_element(&mut builder, input.site, &input.site.elements[element as usize]);
+    }
+    builder
+}
+
+fn unseen_element(builder: &mut PlanBuilder, site: &Site<'_>, element: &ElementRecord) {
+    let record = DiagnosticRecord {
+        code: builder.texts.add("element_unseen"),
+        global_id: builder.texts.add(site.text(element.global_id)),
+        name: builder.texts.add(site.text(element.name)),
+        message: builder.texts.add("some of it can be seen from where the robot gets to, and no scan sees any"),
+        severity: 1,
+        step_id: element.step_id,
+        source: element.source,
+        reserved: 0,
+    };
+    builder.diagnostics.push(record);
+}
+
+fn head(input: &PlanInput<'_>, plans: &[&StoreyPlan]) -> PlanHead {
+    let options = input.options;
+    let n_scans = plans.iter().flat_map(|p| &p.stops).filter(|s| s.kind == WaypointKind::Scan).count();
+    let driven_m: f64 = plans.iter().map(|p| p.tour_m).sum();
+    PlanHead {
+        site_hash: input.site.content_hash(),
+        phase_hash: input.phase.content_hash(),
+        plan_time_s: input.phase.head.plan_time_s,
+        sensor: options.sensor,
+        coverage_goal: if options.scans { options.coverage } else { 0.0 },
+        overlap_goal: options.overlap,
+        mission_s: [driven_m / options.speed_m_s, n_scans as f64 * options.scan_s],
+        changed_since_s: options.changed_since_s.unwrap_or(PhaseHead::NO_TIME),
+        closed_tours: u32::from(options.closed_tours),
+        reserved: 0,
+    }
+}
+
+fn refuse(builder: &mut PlanBuilder, space: usize, refusal: &Refusal) {
+    let reason = builder.texts.add(&refusal.reason);
+    let record = &mut builder.spaces[space];
+    *record = SpacePlanRecord { reason, why: refusal.why as u32, door: refusal.door, ..*record };
+}
+
+fn warn(builder: &mut PlanBuilder, code: &str, message: &str, severity: u32) {
+    let record = DiagnosticRecord {
+        code: builder.texts.add(code),
+        global_id: Text::default(),
+        name: Text::default(),
+        message: builder.texts.add(message),
+        severity,
+        step_id: 0,
+        source: NONE,
+        reserved: 0,
+    };
+    builder.diagnostics.push(record);
+}
+
+fn add_stops(builder: &mut PlanBuilder, input: &PlanInput<'_>, grid: &Grid<'_>, plan: &StoreyPlan) {
+    let floor_m = metres(grid.head.floor_z_tenths);
+    for stop in &plan.stops {
+        let space = stop.space.map(|s| &input.site.spaces[s]);
+        let centroid = space.map_or([stop.at.x_m, stop.at.y_m], |s| s.centroid_m);
+        let id = builder.waypoints.len() as u32;
+        if let (Some(space), WaypointKind::Centre) = (stop.space, stop.kind) {
+            builder.spaces[space].centre = id;
+        }
+        builder.waypoints.push(WaypointRecord {
+            position_in_map_m: [stop.at.x_m, stop.at.y_m, floor_m],
+            sensor_z_m: floor_m + sensor_height_m(input.site, &input.index.head.robot, input.options, stop.space),
+            yaw_rad: stop.yaw_rad,
+            centroid_in_map_m: [centroid[0], centroid[1], floor_m],
+            clearance_m: stop.clearance_m,
+            covers_m2: stop.covers_m2,
+            overlap: stop.overlap,
+            leg_m: stop.leg_m,
+            id,
+            order: id,
+            kind: stop.kind as u32,
+            map_storey: grid.head.map_storey,
+            space: stop.space.map_or(NONE, |s| s as u32),
+            connects: u32::from(stop.connects),
+            n_faces: stop.n_faces,
+            reserved: 0,
+        });
+    }
+}
+
+fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, plan: &StoreyPlan) -> StoreyPlanRecord {
+    let first_tour_point = tour_points.len() as u32;
+    tour_points.extend(plan.tour.iter().map(|p| [p.x_m, p.y_m]));
+    let scans = || plan.stops.iter().filter(|s| s.kind == WaypointKind::Scan);
+    StoreyPlanRecord {
+        tour_m: plan.tour_m,
+        tour_bound_m: plan.bound_m,
+        reached_m2: plan.reached_m2,
+        unreached_m2: plan.unreached_m2,
+        map_storey,
+        n_targets: plan.n_targets,
+        n_faces: plan.seen.iter().map(|s| s.n_faces).sum(),
+        n_seen: plan.seen.iter().map(|s| s.n_seen).sum(),
+        n_places: plan.n_places,
+        n_scans: scans().count() as u32,
+        n_connecting: scans().filter(|s| s.connects).count() as u32,
+        n_parts: plan.n_parts,
+        n_mesh_points: plan.mesh.n_points,
+        n_mesh_seen: plan.mesh.n_seen,
+        first_tour_point,
+        n_tour_points: plan.tour.len() as u32,
+    }
+}
+
+fn add_graph(
+    builder: &mut PlanBuilder,
+    input: &PlanInput<'_>,
+    grounds: &[&Ground],
+    plans: &[&StoreyPlan],
+    portals: &[Portal],
+) {
+    for (at, plan) in plans.iter().enumerate() {
+        let first = builder.nodes.len();
+        for node in &plan.graph.nodes {
+            builder.nodes.push(node_record(input, grounds, at, node.at, node.kind, node.of, node.clearance_m));
+        }
+        for edge in &plan.graph.edges {
+            let first_point = builder.points.len() as u32;
+            builder.points.extend(edge.line.iter().map(|p| [p.x_m, p.y_m]));
+            builder.edges.push(RouteEdgeRecord {
+                length_m: edge.length_m,
+                clearance_m: edge.clearance_m,
+                nodes: edge.nodes.map(|n| (first + n) as u32),
+                kind: edge.kind as u32,
+                of: edge.door,
+                first_point,
+                n_points: edge.line.len() as u32,
+                usable: 1,
+                reserved: 0,
+            });
+        }
+    }
+    for portal in portals {
+        let nodes = portal.ends.map(|end| {
+            let at = grounds[end.storey].middle(end.cell);
+            let map_storey = input.grids[end.storey].head.map_storey;
+            let is_it = |n: &RouteNodeRecord| {
+                (n.kind, n.of, n.map_storey) == (NodeKind::Staging as u32, portal.element as u32, map_storey)
+                    && n.position_in_map_m[..2] == [at.x_m, at.y_m]
+            };
+            builder.nodes.iter().position(is_it).unwrap_or_else(|| {
+                // The robot does not get there; somebody else may.
+                let clearance_m = grounds[end.storey].clearance_of(end.cell);
+                let of = portal.element as u32;
+                builder.nodes.push(node_record(input, grounds, end.storey, at, NodeKind::Staging, of, clearance_m));
+                builder.nodes.len() - 1
+            }) as u32
+        });
+        let first_point = builder.points.len() as u32;
+        builder.points.extend(portal.ends.map(|end| {
+            let at = grounds[end.storey].middle(end.cell);
+            [at.x_m, at.y_m]
+        }));
+        builder.edges.push(RouteEdgeRecord {
+            length_m: portal.length_m,
+            clearance_m: 0.0,
+            nodes,
+            kind: portal.kind as u32,
+            of: portal.element as u32,
+            first_point,
+            n_points: 2,
+            usable: u32::from(portal.usable),
+            reserved: 0,
+        });
+    }
+    debug_assert!(builder.edges.iter().all(|e| EdgeKind::from_id(e.kind).is_some()));
+}
+
+fn node_record(
+    input: &PlanInput<'_>,
+    grounds: &[&Ground],
+    storey: usize,
+    at: frames::Point2<frames::Map>,
+    kind: NodeKind,
+    of: u32,
+    clearance_m: f64,
+) -> RouteNodeRecord {
+    let (grid, spec) = (&input.grids[storey], &grounds[storey].spec);
+    let space = spec.cell_at(at).map_or(0, |cell| grid.space[spec.index(cell)]);
+    RouteNodeRecord {
+        position_in_map_m: [at.x_m, at.y_m, metres(grid.head.floor_z_tenths)],
+        clearance_m,
+        kind: kind as u32,
+        map_storey: grid.head.map_storey,
+        of,
+        space: u32::from(space).checked_sub(1).unwrap_or(NONE),
+    }
+}

@@ -1,0 +1,119 @@
+//! Waypoints through the client and its daemon.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::Path;
+use support::live::Live;
+use support::{contents, convert, demo_model, groundplan};
+
+const DATE: &str = "2024-06-03T12:00:00";
+
+fn exported(live: &Live) -> Value {
+    let out = live.home.path().join("exported");
+    live.text(&[&"export", &out]);
+    read(&out)
+}
+
+fn read(out: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(out.join("waypoints.json")).unwrap()).unwrap()
+}
+
+/// Spaces that have a waypoint of this kind.
+fn names(waypoints: &Value, kind: &str) -> BTreeSet<String> {
+    let all = waypoints["waypoints"].as_array().unwrap().iter().filter(|w| w["kind"] == kind);
+    all.map(|w| w["name"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn what_waypoints_were_asked_for_survives_the_daemon_and_can_be_taken_back() {
+    let mut live = Live::of(&demo_model(), &format!("[schedule]\nplan_time = {DATE:?}\n"));
+    let usual = exported(&live);
+    assert!(names(&usual, "centre").len() > 10 && !names(&usual, "scan").is_empty());
+    let only = |found: &Value| {
+        let names = names(found, "centre");
+        assert!(names.contains("G.02 Plant room") && names.iter().all(|n| n.starts_with("G.0")), "{names:?}");
+        assert!(found["spaces"].as_object().unwrap().values().any(|s| s["why"] == "not_asked"));
+    };
+    live.text(&[&"waypoints", &"--space", &"G.0*"]);
+    only(&exported(&live));
+    live.kill("waypoint-gen");
+    only(&exported(&live));
+    live.down();
+    live.up();
+    only(&exported(&live));
+    live.text(&[&"waypoints"]);
+    assert_eq!(exported(&live), usual, "without arguments it is what is configured");
+    live.down();
+    assert_eq!(live.segments(), 0);
+}
+
+#[test]
+fn the_daemon_plans_what_convert_plans_with_the_same_options() {
+    let mut live = Live::of(&demo_model(), &format!("[schedule]\nplan_time = {DATE:?}\n"));
+    let options = live.home.path().join("options.toml");
+    std::fs::write(&options, "[sensor]\nrange_m = 5.0\nfield_of_view_rad = 2.0\n[tour]\nclosed = true\n").unwrap();
+    live.text(&[&"waypoints", &options]);
+    let (from_bus, converted) = (live.home.path().join("bus"), live.home.path().join("converted"));
+    live.text(&[&"export", &from_bus]);
+    let arguments: [&dyn AsRef<std::ffi::OsStr>; 8] =
+        [&"convert", &demo_model(), &"-o", &converted, &"--date", &DATE, &"--waypoints", &options];
+    assert!(groundplan(&arguments).status.success());
+    assert!(contents(&from_bus) == contents(&converted));
+    let echo: Value = serde_json::from_str(&live.text(&[&"topic", &"echo", &"plan"])).unwrap();
+    let waypoints = read(&converted);
+    assert_eq!(echo["content"]["waypoints"], waypoints["waypoints"].as_array().unwrap().len());
+    for (published, written) in
+        echo["content"]["storeys"].as_array().unwrap().iter().zip(waypoints["storeys"].as_array().unwrap())
+    {
+        assert_eq!(published["scans"], written["scans"]);
+    }
+    live.down();
+}
+
+#[test]
+fn options_that_cannot_be_planned_change_nothing() {
+    let mut live = Live::of(&demo_model(), &format!("[schedule]\nplan_time = {DATE:?}\n"));
+    let before = live.text(&[&"topic", &"echo", &"plan"]);
+    let options = live.home.path().join("options.toml");
+    std::fs::write(&options, "[scan]\ncoverage = 2.0\n").unwrap();
+    let refused = live.run(&[&"waypoints", &options]);
+    assert!(!refused.status.success());
+    let why = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(why.contains("coverage"), "{why}");
+    assert_eq!(live.text(&[&"topic", &"echo", &"plan"]), before);
+    live.down();
+}
+
+#[test]
+fn a_scan_of_what_changed_looks_at_less_than_a_scan_of_everything() {
+    let home = tempfile::tempdir().unwrap();
+    let options = home.path().join("options.toml");
+    std::fs::write(&options, "[scan]\nchanged_since = \"2024-05-13T00:00:00\"\n").unwrap();
+    let all = convert(&demo_model(), &["--date", DATE]).json("waypoints.json");
+    let changed = convert(&demo_model(), &["--date", DATE, "--waypoints", options.to_str().unwrap()]);
+    let changed = changed.json("waypoints.json");
+    let faces = |w: &Value| w["storeys"].as_array().unwrap().iter().map(|s| s["faces"].as_u64().unwrap()).sum::<u64>();
+    assert!(0 < faces(&changed) && faces(&changed) < faces(&all) / 2, "{} of {}", faces(&changed), faces(&all));
+    assert_eq!(names(&changed, "centre"), names(&all, "centre"));
+}
+
+#[test]
+fn the_check_on_meshes_says_what_share_of_all_heights_is_seen() {
+    let home = tempfile::tempdir().unwrap();
+    let options = home.path().join("options.toml");
+    std::fs::write(&options, "[scan]\nmesh_check = true\n").unwrap();
+    let waypoints = convert(&demo_model(), &["--waypoints", options.to_str().unwrap()]).json("waypoints.json");
+    for storey in waypoints["storeys"].as_array().unwrap() {
+        let [points, seen] = ["mesh_points", "mesh_points_seen"].map(|key| storey[key].as_u64().unwrap());
+        assert!(points > 1000 && seen > points * 9 / 10 && seen < points, "{seen} of {points}");
+    }
+    let without = convert(&demo_model(), &[]).json("waypoints.json");
+    assert!(without["storeys"][0]["mesh_points"].is_null());
+    assert_eq!(without["waypoints"], waypoints["waypoints"]);
+    for notice in waypoints["notices"].as_array().unwrap().iter().filter(|n| n["code"] == "element_unseen") {
+        assert_eq!(notice["element"].as_str().unwrap().len(), 22, "{notice}");
+    }
+}
