@@ -104,6 +104,27 @@ fn a_space_without_floor_says_so() {
 }
 
 #[test]
+fn a_space_whose_floor_is_that_of_another_one_names_it() {
+    let mut house = House::drawn(&["
+##############
+#aaaaaaaaaaaa#
+#aaaaaaaaaaaa#
+#aaaaaaaaaaaa#
+#aaaaFFFaaaaa#
+#aaaaFFFaaaaa#
+#aaaaaaaaaaaa#
+#aaaaaaaaaaaa#
+#aaaaaaaaaaaa#
+##############"]);
+    // Every cell is of one space only, and its centroid is under furniture.
+    house.overlaid.insert('n', 'a');
+    let planned = house.planned(&quick_centres());
+    let reason = "its floor is that of the space space-a, which lies over it";
+    assert_eq!(planned.why('n'), because(NoWaypoint::Shared, reason));
+    assert!(planned.centre('a').is_some());
+}
+
+#[test]
 fn a_space_under_keep_out_says_so() {
     // A letter holds the name; the rest of the room is keep-out, and so is that letter's furniture.
     let planned = House::drawn(&["

@@ -208,7 +208,8 @@ impl Builder<'_> {
 
     fn add_space(&mut self, name: char) {
         let drawings = self.house.storeys.iter().zip(0u32..);
-        let plans = drawings.map(|(drawing, storey)| (plan_of(drawing, name), storey));
+        let drawn = self.house.overlaid.get(&name).copied().unwrap_or(name);
+        let plans = drawings.map(|(drawing, storey)| (plan_of(drawing, drawn), storey));
         let (plan, map_storey) = plans.into_iter().find(|(plan, _)| !plan.is_empty()).unwrap_or_default();
         let b = &mut self.site;
         let [global_id, name_text] = [format!("space-{name}"), name.to_string()].map(|t| b.texts.add(&t));

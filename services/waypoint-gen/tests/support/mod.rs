@@ -51,6 +51,8 @@ pub(crate) struct House {
     pub(crate) blocked: BTreeMap<char, &'static str>,
     /// Spaces that will be blocked, and when, in civil seconds.
     pub(crate) closing: BTreeMap<char, i64>,
+    /// Spaces that are nowhere drawn, and have the outline of another one.
+    pub(crate) overlaid: BTreeMap<char, char>,
     /// What else is to be said of spaces.
     pub(crate) spaces: BTreeMap<char, fn(&mut SpaceRecord)>,
 }
@@ -65,6 +67,7 @@ impl House {
             finished: BTreeMap::new(),
             blocked: BTreeMap::new(),
             closing: BTreeMap::new(),
+            overlaid: BTreeMap::new(),
             spaces: BTreeMap::new(),
         }
     }
@@ -76,7 +79,11 @@ impl House {
     /// Names of all spaces: a space's number is its place among them.
     pub(crate) fn space_names(&self) -> Vec<char> {
         let letters = self.storeys.iter().flat_map(|s| s.rows.iter().flatten().copied()).filter_map(letter_of);
-        letters.chain(self.spaces.keys().copied()).collect::<BTreeSet<char>>().into_iter().collect()
+        letters
+            .chain(self.spaces.keys().chain(self.overlaid.keys()).copied())
+            .collect::<BTreeSet<char>>()
+            .into_iter()
+            .collect()
     }
 }
 
