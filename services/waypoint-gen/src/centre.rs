@@ -98,7 +98,7 @@ pub(crate) fn centre_of(storey: &Storey<'_>, space: usize) -> Result<Centre, Ref
         Refusal::new(NoWaypoint::Keepout, "all of it is keep-out")
     } else if has(&|i| grid.floor[i] != 0) {
         Refusal::new(NoWaypoint::TooNarrow, "what stands in it leaves no free place")
-    } else if let Some(other) = other_space_over(storey, inside) {
+    } else if let Some(other) = other_space_over(storey, own, inside) {
         let id = site.text(site.spaces[other].global_id);
         Refusal::new(NoWaypoint::Shared, format!("its floor is that of the space {id}, which lies over it"))
     } else {
@@ -107,8 +107,8 @@ pub(crate) fn centre_of(storey: &Storey<'_>, space: usize) -> Result<Centre, Ref
 }
 
 /// A space to which cells belong whose middles lie inside of another one: each cell is of one space only.
-fn other_space_over(storey: &Storey<'_>, inside: impl Fn(Point2<Map>) -> bool) -> Option<usize> {
-    let cells = storey.grid.space.iter().enumerate();
-    let mut others = cells.filter(|(cell, space)| **space != 0 && inside(storey.ground.middle(*cell)));
+fn other_space_over(storey: &Storey<'_>, own: u16, inside: impl Fn(Point2<Map>) -> bool) -> Option<usize> {
+    let cells = storey.grid.space.iter().enumerate().filter(|(_, space)| ![0, own].contains(space));
+    let mut others = cells.filter(|(cell, _)| inside(storey.ground.middle(*cell)));
     others.next().map(|(_, space)| usize::from(*space) - 1)
 }

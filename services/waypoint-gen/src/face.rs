@@ -153,3 +153,114 @@ fn spread(cells: u32) -> u32 {
     let row = cells | (cells & NOT_LAST) << 1 | (cells & NOT_FIRST) >> 1;
     (row | row << N | row >> N) & ALL
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::tests::drawn;
+
+    fn faces(text: &str) -> Faces {
+        Faces::of(&Grid::open(drawn(text).bytes()).unwrap(), |_, _| true)
+    }
+
+    /// Degrees between the normals of the faces and a direction, the largest.
+    fn off_degrees(faces: &[&Face], direction: [f64; 2]) -> f64 {
+        let length = libm::hypot(direction[0], direction[1]);
+        let cos = |f: &&Face| (f.normal[0] * direction[0] + f.normal[1] * direction[1]) / length;
+        faces.iter().map(|f| libm::acos(cos(f).clamp(-1.0, 1.0)).to_degrees()).fold(0.0, f64::max)
+    }
+
+    /// A room of this size with walls of a cell around it, and a frame of nothing.
+    fn room(rows: &[&str]) -> String {
+        let line = |row: &str| format!(" #{row}# ");
+        let (blank, wall) = (" ".repeat(rows[0].len() + 4), line(&"#".repeat(rows[0].len())));
+        let inner = rows.iter().map(|r| line(r));
+        [blank.clone(), wall.clone()].into_iter().chain(inner).chain([wall, blank]).collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn every_side_between_wall_and_floor_is_a_face_a_little_in_front_of_it() {
+        let faces = faces(&room(&["..", ".."]));
+        assert_eq!(faces.all.len(), 8);
+        for face in &faces.all {
+            let inward = [3.0 - face.middle[0], 3.0 - face.middle[1]];
+            assert!(inward[0] * f64::from(face.side[0]) + inward[1] * f64::from(face.side[1]) > 0.9);
+            let border = |c: f64| [2.001, 3.999].iter().any(|b| (c - b).abs() < 1e-9);
+            assert!(border(face.middle[0]) || border(face.middle[1]), "{face:?}");
+        }
+    }
+
+    #[test]
+    fn only_what_is_wanted_is_a_face_and_unknown_cells_have_none() {
+        let text = room(&["a.", " ."]);
+        assert_eq!(faces(&text).all.len(), 6, "none before the unknown cell");
+        let buffer = drawn(&text);
+        let grid = Grid::open(buffer.bytes()).unwrap();
+        let of_space = Faces::of(&grid, |_, front| grid.space[front] == 1);
+        assert_eq!(of_space.all.iter().map(|f| f.space).collect::<Vec<_>>(), [1, 1]);
+    }
+
+    #[test]
+    fn normals_of_a_straight_wall_look_straight_away_from_it() {
+        let faces = faces(&room(&["..........", "..........", "..........", "..........", "..........", ".........."]));
+        // Far from the corners, where two walls are in the window.
+        let low: Vec<&Face> =
+            faces.all.iter().filter(|f| f.side == [0, 1] && (5.0..9.0).contains(&f.middle[0])).collect();
+        assert_eq!(low.len(), 4);
+        assert_eq!(off_degrees(&low, [0.0, 1.0]), 0.0);
+    }
+
+    #[test]
+    fn normals_of_a_wall_at_45_degrees_are_within_20_degrees() {
+        let row = |k: usize| format!("{}{}", "#".repeat(k), ".".repeat(24 - k));
+        let rows: Vec<String> = (0..20).map(row).collect();
+        let faces = faces(&room(&rows.iter().map(String::as_str).collect::<Vec<_>>()));
+        // Floor lies above the stairs of cells, to the right.
+        let is_slope = |f: &&Face| {
+            let off = f.middle[0] + f.middle[1] - 22.0;
+            (4.0..17.0).contains(&f.middle[0]) && (5.0..18.0).contains(&f.middle[1]) && off.abs() < 2.0
+        };
+        let slope: Vec<&Face> = faces.all.iter().filter(is_slope).collect();
+        assert!(slope.len() > 20, "{}", slope.len());
+        let off = off_degrees(&slope, [1.0, 1.0]);
+        assert!(off <= 20.0, "{off} degrees");
+    }
+
+    #[test]
+    fn a_thin_wall_has_two_sides() {
+        let faces = faces(&room(&["..........", "..........", "..........", "##########", "..........", ".........."]));
+        for (side, middle_y) in [([0i8, 1i8], 5.001), ([0, -1], 3.999)] {
+            let own = |f: &&Face| f.side == side && (f.middle[1] - middle_y).abs() < 1e-9;
+            let inner: Vec<&Face> =
+                faces.all.iter().filter(own).filter(|f| (5.0..9.0).contains(&f.middle[0])).collect();
+            assert_eq!((inner.len(), off_degrees(&inner, [0.0, f64::from(side[1])])), (4, 0.0));
+        }
+    }
+
+    #[test]
+    fn a_pillar_of_one_cell_has_four_faces_that_look_outward() {
+        let faces = faces(&room(&[".......", ".......", ".......", "...#...", ".......", ".......", "......."]));
+        let pillar: Vec<&Face> = faces.all.iter().filter(|f| f.middle.iter().all(|c| (4.5..6.5).contains(c))).collect();
+        assert_eq!(pillar.len(), 4);
+        pillar.iter().for_each(|f| assert_eq!(f.normal, f.side.map(f64::from)));
+    }
+
+    #[test]
+    fn faces_near_a_place_are_in_order_and_none_in_range_is_missing() {
+        let row = |k: usize| if k % 7 == 3 { "...#......".repeat(7) } else { ".".repeat(70) };
+        let rows: Vec<String> = (0..50).map(row).collect();
+        let faces = faces(&room(&rows.iter().map(String::as_str).collect::<Vec<_>>()));
+        let some: Vec<bool> = (0..faces.all.len()).map(|k| k % 3 == 0).collect();
+        let rest = faces.without(&some);
+        assert!(rest.numbers.iter().all(|n| n % 3 != 0) && rest.all.len() == some.iter().filter(|s| !**s).count());
+        for (list, at) in [(&faces, [20.5, 30.5]), (&faces, [2.5, 2.5]), (&rest, [70.5, 51.5])] {
+            let near: Vec<u32> = list.near(at, 9.0).collect();
+            assert!(near.is_sorted());
+            for (k, face) in list.all.iter().enumerate() {
+                let far = libm::hypot(face.middle[0] - at[0], face.middle[1] - at[1]);
+                assert!(far > 9.0 || near.contains(&(k as u32)), "{face:?} from {at:?}");
+            }
+            assert!(near.len() < list.all.len(), "tiles far away are not looked at");
+        }
+    }
+}

@@ -64,7 +64,7 @@ pub(crate) fn graph(storey: &Storey<'_>, walk: &Walk, anchors: Vec<Anchor>) -> G
         nodes.push(Node { at: anchor.at, kind: anchor.kind, of: anchor.of, clearance_m });
     }
     let line = skeleton(walk, &cells);
-    let (cells, chains) = trace(&line, walk.width, &cells);
+    let (cells, chains) = trace(walk, &line, &cells);
     for &cell in &cells[nodes.len()..] {
         let at = walk.middle(cell);
         nodes.push(Node { at, kind: NodeKind::Junction, of: NONE, clearance_m: storey.ground.clearance_m(at) });
@@ -144,10 +144,18 @@ fn add_way(storey: &Storey<'_>, walk: &Walk, graph: &mut Graph, chain: Chain) {
 }
 
 fn add_edge(storey: &Storey<'_>, walk: &Walk, graph: &mut Graph, nodes: [usize; 2], cells: &[usize], door: u32) {
-    let mut line = vec![graph.nodes[nodes[0]].at];
+    let mut line = vec![walk.middle(cells[0])];
     simplify(walk, cells, &mut line);
-    let last = line.len() - 1;
-    line[last] = graph.nodes[nodes[1]].at;
+    // A node need not lie in the middle of its cell: over that, if what is straight from there is not from the node.
+    for node in [nodes[1], nodes[0]] {
+        let at = graph.nodes[node].at;
+        match line[..] {
+            [.., next, last] if at == last || is_open_between(storey, walk, at, next) => line.pop(),
+            _ => None,
+        };
+        line.push(at);
+        line.reverse();
+    }
     let kind = if door == NONE { EdgeKind::Floor } else { EdgeKind::Door };
     let (length_m, clearance_m) = (length_m(&line), clearance_m(storey, &line));
     graph.edges.push(Edge { nodes, kind, door, line, length_m, clearance_m });
@@ -177,6 +185,17 @@ fn clearance_m(storey: &Storey<'_>, line: &[Point2<Map>]) -> f64 {
     least_m
 }
 
+/// True if the way between two places is straight over free floor, and the robot can get to all of it but corners of cells.
+fn is_open_between(storey: &Storey<'_>, walk: &Walk, a: Point2<Map>, b: Point2<Map>) -> bool {
+    let ground = storey.ground;
+    let n = (length_m(&[a, b]) / ground.spec.resolution_m() * 4.0).ceil().max(1.0) as u32;
+    let is_open = |k: u32| {
+        let t = f64::from(k) / f64::from(n);
+        walk.cell_at(Point2::new(a.x_m + (b.x_m - a.x_m) * t, a.y_m + (b.y_m - a.y_m) * t)).is_some()
+    };
+    (0..=n).all(is_open) && ground.sight.is_clear(ground.in_cells(a), ground.in_cells(b))
+}
+
 /// The corners of a line that stays near the cells, and where the robot can be; without the first.
 ///
 /// # Source
@@ -201,6 +220,165 @@ fn simplify(walk: &Walk, cells: &[usize], line: &mut Vec<Point2<Map>>) {
                 waiting.push((a, k));
             }
             _ => line.push(walk.middle(cells[b])),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::Ground;
+    use crate::ground::tests::{drawn, floors};
+    use bytemuck::Zeroable;
+    use messages::*;
+    use proptest::prelude::*;
+
+    /// Two rooms of 2.0 m behind a door that is 0.8 m wide, in a wall of 0.2 m.
+    fn rooms() -> String {
+        let room = "#                    ##                    #".replace(' ', ".");
+        let door = "#                    DD                    #".replace(' ', ".");
+        let wall = "#".repeat(room.len());
+        let rows = (0..20).map(|k| if (6..14).contains(&k) { door.clone() } else { room.clone() });
+        [wall.clone()].into_iter().chain(rows).chain([wall]).collect::<Vec<_>>().join("\n")
+    }
+
+    /// The graph of the two rooms, with a door of this passage and an anchor in either room.
+    fn graph_of(passage: DoorPassage, anchors: [[f64; 2]; 2]) -> (Graph, ArchiveBuffer) {
+        let mut builder = SiteBuilder::default();
+        let none = ElementRecord { whole: NONE, storey: NONE, space: NONE, stair: NONE, ..Zeroable::zeroed() };
+        builder.elements.extend([ElementRecord { door: NONE, ..none }, ElementRecord { door: 0, ..none }]);
+        builder.doors.push(DoorRecord {
+            element: 1,
+            opening: NONE,
+            spaces: [NONE; 2],
+            passage: BoxRecord { centre: [22_000.0, 11_000.0], axis: [0.0, 1.0], half: [4_000.0, 1_000.0] },
+            ..Zeroable::zeroed()
+        });
+        let (site, buffer) = (builder.finish(), drawn(&rooms()));
+        let (site, grid) = (Site::open(site.bytes()).unwrap(), Grid::open(buffer.bytes()).unwrap());
+        let passage = DoorPassageRecord { door: 0, passage: passage as u32, ..Zeroable::zeroed() };
+        (graph_on(&site, &grid, 0.2, &[passage], &anchors), buffer)
+    }
+
+    fn graph_on(
+        site: &Site<'_>,
+        grid: &Grid<'_>,
+        radius_m: f64,
+        passages: &[DoorPassageRecord],
+        anchors: &[[f64; 2]],
+    ) -> Graph {
+        let robot = RobotProfile { radius_m, ..RobotProfile::DEFAULT };
+        let ground = Ground::of(grid, radius_m);
+        let reached = vec![true; ground.n_parts() as usize + 1];
+        let phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), 0).finish();
+        let phase = Phase::open(phase.bytes()).unwrap();
+        let storey = Storey { site, phase: &phase, grid, ground: &ground, robot: &robot, passages, reached: &reached };
+        let Some(walk) = Walk::of(&ground, |_| true) else { return Graph::default() };
+        let anchor = |(at, of): (&[f64; 2], u32)| Anchor { at: Point2::new(at[0], at[1]), kind: NodeKind::Space, of };
+        graph(&storey, &walk, anchors.iter().zip(0..).map(anchor).collect())
+    }
+
+    fn of_kind(graph: &Graph, kind: NodeKind) -> Vec<usize> {
+        (0..graph.nodes.len()).filter(|&n| graph.nodes[n].kind == kind).collect()
+    }
+
+    const ANCHORS: [[f64; 2]; 2] = [[1.1, 1.1], [3.3, 1.1]];
+
+    #[test]
+    fn the_way_through_a_door_begins_and_ends_beside_it() {
+        let (graph, _) = graph_of(DoorPassage::Passable, ANCHORS);
+        let (doors, sides) = (of_kind(&graph, NodeKind::Door), of_kind(&graph, NodeKind::Staging));
+        assert_eq!((graph.nodes.len(), doors.len(), sides.len()), (5, 1, 2));
+        let door = graph.nodes[doors[0]];
+        assert!((door.at.x_m - 2.2).abs() < 0.11 && (door.at.y_m - 1.1).abs() < 0.11, "{door:?}");
+        for side in sides {
+            let node = graph.nodes[side];
+            // Half the wall and the robot's radius away.
+            let far_m = libm::hypot(node.at.x_m - door.at.x_m, node.at.y_m - door.at.y_m);
+            assert!(0.3 < far_m && far_m < 0.5, "{far_m}");
+            assert_eq!(node.of, 1, "the door's element");
+            let kinds: Vec<EdgeKind> = graph.edges.iter().filter(|e| e.nodes.contains(&side)).map(|e| e.kind).collect();
+            assert_eq!(kinds.len(), 2);
+            assert!(kinds.contains(&EdgeKind::Door) && kinds.contains(&EdgeKind::Floor));
+        }
+        for edge in &graph.edges {
+            assert_eq!(edge.door, if edge.kind == EdgeKind::Door { 0 } else { NONE });
+        }
+    }
+
+    #[test]
+    fn an_anchor_before_a_door_leaves_no_place_beside_it() {
+        let (graph, _) = graph_of(DoorPassage::Passable, [[1.95, 1.1], [3.3, 1.1]]);
+        let nodes = graph.edges.iter().filter(|e| e.kind == EdgeKind::Door).map(|e| e.nodes);
+        let anchored: Vec<[usize; 2]> = nodes.filter(|n| n.contains(&0)).collect();
+        assert_eq!((anchored.len(), of_kind(&graph, NodeKind::Staging).len()), (1, 1));
+    }
+
+    #[test]
+    fn a_door_that_cannot_be_passed_is_no_node_and_a_hole_for_one_is() {
+        for passage in [DoorPassage::TooNarrow, DoorPassage::CannotOpen, DoorPassage::InProgress] {
+            assert!(of_kind(&graph_of(passage, ANCHORS).0, NodeKind::Door).is_empty());
+        }
+        assert_eq!(of_kind(&graph_of(DoorPassage::Absent, ANCHORS).0, NodeKind::Door).len(), 1);
+    }
+
+    #[test]
+    fn clearances_are_those_of_the_narrowest_cell() {
+        let (graph, buffer) = graph_of(DoorPassage::Passable, ANCHORS);
+        let ground = Ground::of(&Grid::open(buffer.bytes()).unwrap(), 0.2);
+        for node in &graph.nodes {
+            assert_eq!(node.clearance_m, ground.clearance_m(node.at));
+        }
+        let of_kind = |kind: EdgeKind| graph.edges.iter().filter(move |e| e.kind == kind).map(|e| e.clearance_m);
+        // The opening is eight cells wide: its fourth or fifth is four from the jamb's nearest cell.
+        assert!(of_kind(EdgeKind::Door).all(|m| (m - 0.4).abs() < 1e-9), "{:?}", graph.edges);
+        assert!(of_kind(EdgeKind::Floor).all(|m| 0.4 < m));
+    }
+
+    #[test]
+    fn lines_begin_and_end_at_their_nodes_and_are_as_long_as_they_say() {
+        // Anchors away from the middles of cells.
+        let (graph, _) = graph_of(DoorPassage::Passable, [[0.31, 0.62], [3.99, 1.87]]);
+        for edge in &graph.edges {
+            let ends = edge.nodes.map(|n| graph.nodes[n].at);
+            assert_eq!([edge.line[0], *edge.line.last().unwrap()], ends);
+            assert_eq!(edge.length_m, length_m(&edge.line));
+            assert!(edge.line.windows(2).all(|p| p[0] != p[1]), "{:?}", edge.line);
+        }
+    }
+
+    #[test]
+    fn anchors_in_one_place_are_nodes_side_by_side() {
+        let (graph, _) = graph_of(DoorPassage::Passable, [[1.1, 1.1], [1.1, 1.1]]);
+        assert_eq!(of_kind(&graph, NodeKind::Space).len(), 2);
+        assert!(graph.edges.iter().any(|e| e.nodes.contains(&0)) && graph.edges.iter().any(|e| e.nodes.contains(&1)));
+    }
+
+    proptest! {
+        #[test]
+        fn lines_run_over_free_floor_wherever_their_nodes_are(
+            text in floors(),
+            anchors in prop::collection::vec((0.1f64..2.5, 0.1f64..1.7), 1..6),
+        ) {
+            let (site, buffer) = (SiteBuilder::default().finish(), drawn(&text));
+            let (site, grid) = (Site::open(site.bytes()).unwrap(), Grid::open(buffer.bytes()).unwrap());
+            let spec = grid.spec();
+            let planning = |at: [f64; 2]| {
+                spec.cell_at(Point2::new(at[0], at[1])).map_or(-1, |cell| grid.planning[spec.index(cell)])
+            };
+            let anchors: Vec<[f64; 2]> =
+                anchors.into_iter().map(|(x, y)| [x, y]).filter(|at| planning(*at) == 0).collect();
+            let graph = graph_on(&site, &grid, 0.1, &[], &anchors);
+            for ends in graph.edges.iter().flat_map(|e| e.line.windows(2)) {
+                for k in 0..=200 {
+                    let t = f64::from(k) / 200.0;
+                    let [x, y] = [[ends[0].x_m, ends[1].x_m], [ends[0].y_m, ends[1].y_m]].map(|[a, b]| a + (b - a) * t);
+                    // A line may run along a side of a cell, and over its corner.
+                    let beside = [[-1e-5, -1e-5], [-1e-5, 1e-5], [1e-5, -1e-5], [1e-5, 1e-5]];
+                    let is_free = beside.iter().any(|d| planning([x + d[0], y + d[1]]) == 0);
+                    prop_assert!(is_free, "{:?} at {}, {} in\n{}", ends, x, y, text);
+                }
+            }
         }
     }
 }

@@ -127,3 +127,111 @@ fn label(part: &mut [u32], width: usize) -> Vec<u32> {
     }
     sizes
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use grid::Class;
+    use messages::{ArchiveBuffer, GridHead, GridWriter};
+    use proptest::prelude::*;
+
+    /// Floors of 26 x 18 cells with things of three cells and more on them, to be drawn.
+    pub(crate) fn floors() -> impl Strategy<Value = String> {
+        let thing = (1usize..24, 1usize..16, 3usize..8, 3usize..8);
+        prop::collection::vec(thing, 0..8).prop_map(|things| {
+            let is_under = |x: usize, y: usize| {
+                let covers = |t: &(usize, usize, usize, usize)| t.0 <= x && x < t.0 + t.2 && t.1 <= y && y < t.1 + t.3;
+                [0, 25].contains(&x) || [0, 17].contains(&y) || things.iter().any(covers)
+            };
+            let row = |y: usize| (0..26).map(|x| if is_under(x, y) { '#' } else { '.' }).collect::<String>();
+            (0..18).map(row).collect::<Vec<_>>().join("\n")
+        })
+    }
+
+    /// A grid as text, a character a cell of 0.1 m, the north first: `#` is wall, `~` keep-out, a blank unknown, all else free;
+    /// `a` is the first space.
+    pub(crate) fn drawn(text: &str) -> ArchiveBuffer {
+        let rows: Vec<&[u8]> = text.lines().filter(|l| !l.is_empty()).map(str::as_bytes).collect();
+        let (width, height) = (rows[0].len() as u32, rows.len() as u32);
+        let head = GridHead { cell_tenths: 1_000, width, height, ..GridHead::EMPTY };
+        let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(head.spec().n_cells()));
+        let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
+        let layers = writer.layers();
+        for (cell, &character) in rows.iter().rev().flat_map(|r| r.iter()).enumerate() {
+            (layers.planning[cell], layers.class[cell]) = match character {
+                b'#' => (100, Class::Wall.id()),
+                b' ' => (-1, Class::None.id()),
+                _ => (0, Class::None.id()),
+            };
+            layers.keepout[cell] = if character == b'~' { 100 } else { 0 };
+            layers.space[cell] = u16::from(character == b'a');
+        }
+        writer.seal();
+        buffer
+    }
+
+    fn ground(text: &str, radius_m: f64) -> Ground {
+        Ground::of(&Grid::open(drawn(text).bytes()).unwrap(), radius_m)
+    }
+
+    /// Where it can stand, as text: the numbers of the parts.
+    fn parts(text: &str, radius_m: f64) -> String {
+        let ground = ground(text, radius_m);
+        let number = |cell: usize| char::from_digit(ground.part(cell), 10).filter(|c| *c != '0').unwrap_or('.');
+        let cells: Vec<char> = (0..ground.spec.n_cells()).map(number).collect();
+        let rows: Vec<String> = cells.chunks(ground.spec.width as usize).rev().map(|r| r.iter().collect()).collect();
+        rows.join("\n")
+    }
+
+    #[test]
+    fn a_robot_stands_as_far_from_walls_as_its_radius() {
+        let room = "#######\n#.....#\n#.....#\n#.....#\n#.....#\n#.....#\n#######";
+        assert_eq!(parts(room, 0.1), ".......\n.11111.\n.11111.\n.11111.\n.11111.\n.11111.\n.......");
+        assert_eq!(parts(room, 0.2), ".......\n.......\n..111..\n..111..\n..111..\n.......\n.......");
+        assert_eq!(parts(room, 0.200_05), parts(room, 0.2), "a tenth of a millimetre is no obstacle");
+        assert_eq!(parts(room, 0.21), ".......\n.......\n.......\n...1...\n.......\n.......\n.......");
+    }
+
+    #[test]
+    fn nobody_stands_on_keep_out_and_a_robot_may_reach_over_it() {
+        assert_eq!(parts("#######\n#..~..#\n#..~..#\n#######", 0.1), ".......\n.11.22.\n.11.22.\n.......");
+        assert_eq!(parts("#######\n#.~~..#\n#.....#\n#######", 0.1), ".......\n.1..11.\n.11111.\n.......");
+    }
+
+    #[test]
+    fn unknown_is_not_free() {
+        assert_eq!(parts("#####\n#. .#\n#...#\n#####", 0.2), ".....\n.....\n.....\n.....");
+    }
+
+    #[test]
+    fn parts_hang_together_along_sides_and_are_numbered_from_below() {
+        let text = "######\n#..#.#\n#.#..#\n##...#\n######";
+        assert_eq!(parts(text, 0.1), "......\n.22.1.\n.2.11.\n..111.\n......");
+        let ground = ground(text, 0.1);
+        assert_eq!((ground.n_parts(), ground.size(1), ground.size(2), ground.largest()), (2, 6, 3, 1));
+    }
+
+    #[test]
+    fn of_equally_large_parts_the_lowest_is_the_largest() {
+        assert_eq!(ground("#####\n#.#.#\n#####", 0.1).largest(), 1);
+        assert_eq!(ground("###\n###", 0.1).largest(), 0, "there is none");
+    }
+
+    #[test]
+    fn clearance_is_the_distance_to_the_middle_of_the_nearest_cell_that_is_not_free() {
+        let text = "##########\n#........#\n#..##....#\n#........#\n#.......##\n#........#\n#......  #\n##########";
+        let ground = ground(text, 0.1);
+        let cells = 0..ground.spec.n_cells();
+        let stops: Vec<Point2<Map>> = cells.filter(|&c| ground.squared[c] == 0).map(|c| ground.middle(c)).collect();
+        for k in 0..2_000 {
+            // Places all over the map, none of them twice.
+            let p = Point2::<Map>::new(f64::from(k * 617 % 2_000) / 2_000.0, f64::from(k) / 2_500.0);
+            let cell = ground.spec.index(ground.spec.cell_at(p).unwrap());
+            let nearest = stops.iter().map(|s| libm::hypot(s.x_m - p.x_m, s.y_m - p.y_m)).fold(f64::INFINITY, f64::min);
+            let expected = if ground.squared[cell] == 0 { 0.0 } else { nearest };
+            assert!((ground.clearance_m(p) - expected).abs() < 1e-12, "{p:?}: {expected}");
+        }
+        assert_eq!(ground.clearance_m(Point2::new(-0.1, 0.3)), 0.0, "outside of the grid");
+        assert!((ground.clearance_of(ground.spec.width as usize * 3 + 1) - 0.1).abs() < 1e-12);
+    }
+}

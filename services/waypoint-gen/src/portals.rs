@@ -200,3 +200,222 @@ fn usable(
         EdgeKind::Escalator | EdgeKind::Floor | EdgeKind::Door => false,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::tests::drawn;
+    use bytemuck::Zeroable;
+    use messages::*;
+
+    /// A hall of 4.0 x 2.0 m, on every storey.
+    fn hall() -> String {
+        let (wall, row) = ("#".repeat(42), format!("#{}#", ".".repeat(40)));
+        [wall.as_str()].into_iter().chain([row.as_str(); 20]).chain([wall.as_str()]).collect::<Vec<_>>().join("\n")
+    }
+
+    /// Elements of a building of halls, 3 m apart.
+    #[derive(Default)]
+    struct Building {
+        site: SiteBuilder,
+        states: Vec<ElementState>,
+    }
+
+    impl Building {
+        /// An element with a box from corner to corner in metres, flagged as a way up.
+        fn add(&mut self, entity: &str, predefined: &str, boxes: &[[[f64; 3]; 2]]) -> usize {
+            let b = &mut self.site;
+            let [lineage, predefined_type] = [entity, predefined].map(|t| b.texts.add(t));
+            let global_id = b.texts.add(&format!("{entity}-{}", b.elements.len()));
+            let first_part = b.parts.len() as u32;
+            let (mut low, mut high) = ([i32::MAX; 3], [i32::MIN; 3]);
+            for corners in boxes {
+                let corners = corners.map(|c| c.map(|m| (m * f64::from(TENTHS_PER_M)).round() as i32));
+                b.parts.push(PartRecord { first_vertex: b.vertices.len() as u32, n_vertices: 8, ..Zeroable::zeroed() });
+                b.vertices.extend((0..8).map(|i| [0, 1, 2].map(|k| corners[i >> k & 1][k])));
+                for k in 0..3 {
+                    (low[k], high[k]) = (low[k].min(corners[0][k]), high[k].max(corners[1][k]));
+                }
+            }
+            if boxes.is_empty() {
+                (low, high) = ([0; 3], [0; 3]);
+            }
+            b.elements.push(ElementRecord {
+                global_id,
+                lineage,
+                predefined_type,
+                min_tenths: low,
+                max_tenths: high,
+                first_part,
+                n_parts: boxes.len() as u32,
+                whole: NONE,
+                storey: NONE,
+                space: NONE,
+                door: NONE,
+                stair: NONE,
+                flags: element_flags::VERTICAL,
+                ..Zeroable::zeroed()
+            });
+            self.states.push(ElementState::Built);
+            b.elements.len() - 1
+        }
+
+        fn portals(mut self, n_storeys: usize, climbs: bool, lifts: &[&str]) -> Vec<Portal> {
+            for storey in 0..n_storeys as i32 {
+                let floor_z_tenths = storey * 30_000;
+                self.site.map_storeys.push(MapStoreyRecord { floor_z_tenths, floor: 1, ..Zeroable::zeroed() });
+            }
+            let site = self.site.finish();
+            let site = Site::open(site.bytes()).unwrap();
+            let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), 0);
+            self.states.iter().enumerate().for_each(|(k, state)| phase.set_element(k, *state, *state));
+            let phase = phase.finish();
+            let phase = Phase::open(phase.bytes()).unwrap();
+            let buffer = drawn(&hall());
+            let grounds: Vec<Ground> =
+                (0..n_storeys).map(|_| Ground::of(&Grid::open(buffer.bytes()).unwrap(), 0.3)).collect();
+            let robot = RobotProfile { climbs_stairs: u32::from(climbs), ..RobotProfile::DEFAULT };
+            let options =
+                PlanOptions { lifts: lifts.iter().map(|l| (*l).to_owned()).collect(), ..PlanOptions::default() };
+            portals(&site, &phase, &robot, &options, &grounds.iter().collect::<Vec<_>>())
+        }
+    }
+
+    /// A flight from (1, 1) on the floor to (x, 1) on the next.
+    fn flight(x: f64, storey: f64) -> [[[f64; 3]; 2]; 2] {
+        let (low, high) = (3.0 * storey, 3.0 * storey + 3.0);
+        [[[1.0, 1.0, low], [1.2, 1.2, low + 0.2]], [[x, 1.0, high - 0.2], [x + 0.2, 1.2, high]]]
+    }
+
+    fn kinds(portals: &[Portal]) -> Vec<(EdgeKind, bool)> {
+        portals.iter().map(|p| (p.kind, p.usable)).collect()
+    }
+
+    #[test]
+    fn a_stair_joins_the_storeys_between_which_it_leads() {
+        let mut building = Building::default();
+        building.add("IfcStair", "", &flight(3.0, 0.0));
+        let found = building.portals(3, true, &[]);
+        assert_eq!(kinds(&found), [(EdgeKind::Stair, true)]);
+        let [low, high] = found[0].ends;
+        assert_eq!((low.storey, high.storey), (0, 1));
+        assert_ne!((low.part, high.part), (0, 0));
+        assert!((found[0].length_m - libm::hypot(2.0, 3.0)).abs() < 0.15, "{}", found[0].length_m);
+    }
+
+    #[test]
+    fn a_stair_through_all_storeys_joins_neighbours() {
+        let mut building = Building::default();
+        building.add("IfcStair", "", &[flight(3.0, 0.0), flight(3.0, 1.0)].concat());
+        let ends: Vec<[usize; 2]> = building.portals(3, false, &[]).iter().map(|p| p.ends.map(|e| e.storey)).collect();
+        assert_eq!(ends, [[0, 1], [1, 2]]);
+    }
+
+    #[test]
+    fn flights_of_a_stair_are_one_way() {
+        let mut building = Building::default();
+        let stair = building.add("IfcStair", "", &[]);
+        let [low, high] = flight(3.0, 0.0);
+        for part in [low, high] {
+            let flight = building.add("IfcStairFlight", "", &[part]);
+            building.site.elements[flight].whole = stair as u32;
+        }
+        let found = building.portals(2, false, &[]);
+        assert_eq!((kinds(&found), found[0].element), (vec![(EdgeKind::Stair, false)], stair));
+    }
+
+    #[test]
+    fn parts_that_are_wholes_of_each_other_end() {
+        let mut building = Building::default();
+        let stair = building.add("IfcStair", "", &flight(3.0, 0.0));
+        let other = building.add("IfcStair", "", &[]);
+        building.site.elements[stair].whole = other as u32;
+        building.site.elements[other].whole = stair as u32;
+        assert_eq!(building.portals(2, true, &[]).len(), 1);
+    }
+
+    #[test]
+    fn what_is_not_built_leads_nowhere() {
+        for state in [ElementState::NotStarted, ElementState::InProgress, ElementState::BeingRemoved] {
+            let mut building = Building::default();
+            building.add("IfcStair", "", &flight(3.0, 0.0));
+            building.states[0] = state;
+            assert!(building.portals(2, true, &[]).is_empty());
+        }
+    }
+
+    #[test]
+    fn a_stair_that_nobody_can_stand_before_leads_nowhere() {
+        let mut building = Building::default();
+        let away = flight(3.0, 0.0).map(|b| b.map(|[x, y, z]| [x + 20.0, y, z]));
+        building.add("IfcStair", "", &away);
+        assert!(building.portals(2, true, &[]).is_empty());
+    }
+
+    #[test]
+    fn a_ramp_is_taken_if_it_is_not_too_steep() {
+        let slope = |rise_m: f64| {
+            let mut building = Building::default();
+            let [low, high] = flight(3.0, 0.0);
+            building.add("IfcRamp", "", &[low, high]);
+            // The upper floor is this high: the run is two metres and a bit.
+            let ground = Ground::of(&Grid::open(drawn(&hall()).bytes()).unwrap(), 0.3);
+            let end = |storey: usize, x_m: f64| {
+                let cell = ground.spec.index(ground.spec.cell_at(Point2::new(x_m, 1.05)).unwrap());
+                Staging { storey, cell, part: ground.part(cell) }
+            };
+            for z_m in [0.0, rise_m] {
+                let floor_z_tenths = (z_m * f64::from(TENTHS_PER_M)) as i32;
+                building.site.map_storeys.push(MapStoreyRecord { floor_z_tenths, floor: 1, ..Zeroable::zeroed() });
+            }
+            let site = building.site.finish();
+            let site = Site::open(site.bytes()).unwrap();
+            let (robot, options) = (RobotProfile::DEFAULT, PlanOptions::default());
+            let ends = [end(0, 1.05), end(1, 3.05)];
+            usable(&site, &robot, &options, 0, EdgeKind::Ramp, &[&ground, &ground], ends)
+        };
+        // The default robot drives up a slope of 0.1 rad: 0.2 m in two metres.
+        assert!(slope(0.19) && slope(0.0));
+        assert!(!slope(0.21));
+    }
+
+    #[test]
+    fn lifts_are_taken_if_somebody_said_so_and_escalators_never() {
+        let found = |predefined: &str, lifts: &[&str]| {
+            let mut building = Building::default();
+            building.add("IfcTransportElement", predefined, &[[[1.0, 0.5, 0.0], [2.0, 1.5, 3.2]]]);
+            kinds(&building.portals(2, true, lifts))
+        };
+        assert_eq!(found("ELEVATOR", &[]), [(EdgeKind::Lift, false)]);
+        assert_eq!(found("ELEVATOR", &["IfcTransportElement-0"]), [(EdgeKind::Lift, true)]);
+        assert_eq!(found("", &["Ifc*"]), [(EdgeKind::Lift, true)], "whatever else carries people");
+        assert_eq!(found("ESCALATOR", &["*"]), [(EdgeKind::Escalator, false)]);
+        assert!(found("CRANEWAY", &["*"]).is_empty());
+    }
+
+    #[test]
+    fn one_waits_for_a_lift_before_its_door() {
+        let mut building = Building::default();
+        // Its door looks to the right; without one the middle of any side would do.
+        building.add("IfcTransportElement", "ELEVATOR", &[[[1.0, 0.5, 0.0], [2.0, 1.5, 5.5]]]);
+        for storey in [0.0, 3.0] {
+            let door = building.add("IfcDoor", "", &[[[2.0, 0.6, storey], [2.2, 1.4, storey + 2.1]]]);
+            building.site.elements[door].flags = 0;
+            building.site.elements[door].door = building.site.doors.len() as u32;
+            building.site.doors.push(DoorRecord {
+                element: door as u32,
+                opening: NONE,
+                spaces: [NONE; 2],
+                passage: BoxRecord { centre: [21_000.0, 10_000.0], axis: [0.0, 1.0], half: [4_000.0, 1_000.0] },
+                ..Zeroable::zeroed()
+            });
+        }
+        let ground = Ground::of(&Grid::open(drawn(&hall()).bytes()).unwrap(), 0.3);
+        let found = building.portals(2, false, &[]);
+        assert_eq!(found.len(), 1);
+        for end in found[0].ends {
+            let at = ground.middle(end.cell);
+            assert!((at.x_m - 2.1).abs() < 0.11 && (at.y_m - 1.0).abs() < 0.11, "{at:?}");
+        }
+    }
+}

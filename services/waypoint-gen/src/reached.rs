@@ -93,3 +93,105 @@ fn start_cell(grounds: &[&Ground], start: Start) -> Option<(usize, usize)> {
     let nearest = standing.min_by(|&a, &b| far(a).total_cmp(&far(b)).then(a.cmp(&b)))?;
     Some((start.storey as usize, nearest))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::tests::drawn;
+    use messages::{EdgeKind, Grid};
+
+    /// Two rooms, the left one larger: parts are numbered from the lowest row, so the left one is 1.
+    const TWO_ROOMS: &str = "###########\n#......#..#\n#......#..#\n#......#..#\n###########";
+    const LEFT: u32 = 1;
+    const RIGHT: u32 = 2;
+
+    fn grounds(n: usize) -> Vec<Ground> {
+        let buffer = drawn(TWO_ROOMS);
+        (0..n).map(|_| Ground::of(&Grid::open(buffer.bytes()).unwrap(), 0.1)).collect()
+    }
+
+    /// A place in a room.
+    fn in_room(ground: &Ground, storey: usize, part: u32) -> Staging {
+        let cell = (0..ground.spec.n_cells()).find(|&c| ground.part(c) == part).unwrap();
+        Staging { storey, cell, part }
+    }
+
+    /// From a room of a storey to another, usable or not.
+    type Way = ((usize, u32), (usize, u32), bool);
+
+    fn reached(n_storeys: usize, ways: &[Way], start: Option<Start>) -> Reached {
+        let grounds = grounds(n_storeys);
+        let end = |(storey, part): (usize, u32)| in_room(&grounds[storey], storey, part);
+        let portals: Vec<Portal> = ways
+            .iter()
+            .map(|&(a, b, usable)| Portal {
+                element: 0,
+                kind: EdgeKind::Stair,
+                ends: [end(a), end(b)],
+                length_m: 1.0,
+                usable,
+            })
+            .collect();
+        Reached::of(&grounds.iter().collect::<Vec<_>>(), &portals, start)
+    }
+
+    /// Storeys with the rooms that are reached.
+    fn rooms(reached: &Reached) -> Vec<(usize, u32)> {
+        let of = |(storey, parts): (usize, &Vec<bool>)| {
+            (1..parts.len() as u32).filter(|&p| parts[p as usize]).map(|p| (storey, p)).collect::<Vec<_>>()
+        };
+        assert!(reached.parts.iter().all(|p| !p[0]), "nobody gets to part 0");
+        reached.parts.iter().enumerate().flat_map(of).collect()
+    }
+
+    fn at(storey: u32, x_m: f64) -> Option<Start> {
+        Some(Start { storey, x_m, y_m: 0.25 })
+    }
+
+    #[test]
+    fn without_a_start_the_largest_room_of_every_storey_is_reached() {
+        let all = reached(2, &[], None);
+        assert_eq!((rooms(&all), &all.order), (vec![(0, LEFT), (1, LEFT)], &vec![0, 1]));
+        assert!(all.entries.iter().all(Vec::is_empty), "it may be anywhere there");
+    }
+
+    #[test]
+    fn who_came_through_a_portal_is_not_put_there_again() {
+        let all = reached(2, &[((0, LEFT), (1, RIGHT), true)], None);
+        assert_eq!((rooms(&all), all.entries[1].len()), (vec![(0, LEFT), (1, RIGHT)], 1));
+        let blocked = reached(2, &[((0, LEFT), (1, RIGHT), false)], None);
+        assert_eq!(rooms(&blocked), [(0, LEFT), (1, LEFT)]);
+    }
+
+    #[test]
+    fn portals_are_followed_in_both_directions_and_on_from_where_they_lead() {
+        let ways = [((0, RIGHT), (1, LEFT), true), ((1, RIGHT), (2, RIGHT), true), ((1, LEFT), (2, LEFT), true)];
+        let from_above = reached(3, &ways, at(2, 0.35));
+        assert_eq!(rooms(&from_above), [(0, RIGHT), (1, LEFT), (2, LEFT)]);
+        assert_eq!(from_above.order, [2, 1, 0], "as they are come to");
+        let from_right = reached(3, &ways, at(2, 0.85));
+        assert_eq!((rooms(&from_right), &from_right.order), (vec![(1, RIGHT), (2, RIGHT)], &vec![2, 1]));
+    }
+
+    #[test]
+    fn a_way_up_and_down_again_leads_to_the_other_room() {
+        let ways = [((0, LEFT), (1, LEFT), true), ((1, LEFT), (0, RIGHT), true)];
+        let all = reached(2, &ways, at(0, 0.35));
+        assert_eq!((rooms(&all), &all.order), (vec![(0, LEFT), (0, RIGHT), (1, LEFT)], &vec![0, 1]));
+        assert_eq!(all.entries[0].len(), 2, "where it starts, and where it comes back");
+    }
+
+    #[test]
+    fn a_start_counts_from_where_the_robot_can_stand_next_to_it() {
+        // The cells of the wall end at 0.1 m; the first on which it stands has its middle at 0.15 m.
+        let near = reached(1, &[], at(0, -0.0));
+        assert_eq!((near.start_is_blocked, rooms(&near)), (false, vec![(0, LEFT)]));
+        assert!((near.entries[0][0].x_m - 0.15).abs() < 1e-9, "{:?}", near.entries);
+        assert!(reached(1, &[], at(0, -0.05)).start_is_blocked, "outside of the grid");
+        assert!(reached(1, &[], at(1, 0.35)).start_is_blocked, "there is no such storey");
+        assert!(reached(1, &[], at(0, f64::NAN)).start_is_blocked);
+        // Between the rooms: the nearer one.
+        assert_eq!(rooms(&reached(1, &[], at(0, 0.74))), [(0, LEFT)]);
+        assert_eq!(rooms(&reached(1, &[], at(0, 0.76))), [(0, RIGHT)]);
+    }
+}

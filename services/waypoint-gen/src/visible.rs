@@ -70,3 +70,97 @@ pub(crate) fn turn_between(a_rad: f64, b_rad: f64) -> f64 {
     let turn = libm::fabs(libm::fmod(a_rad - b_rad, TAU));
     turn.min(TAU - turn)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ground::Ground;
+    use crate::ground::tests::drawn;
+    use messages::Grid;
+
+    /// A corridor of 20 x 5 cells between walls, in a frame of nothing: cells from (2, 2) to (21, 6).
+    fn corridor(row: &str) -> String {
+        let blank = " ".repeat(row.len() + 2);
+        let wall = format!(" {} ", "#".repeat(row.len()));
+        let row = format!(" {row} ");
+        [&blank, &wall, &row, &row, &row, &row, &row, &wall, &blank].map(String::as_str).join("\n")
+    }
+
+    const FREE: &str = "#....................#";
+
+    /// Middles of the faces that a sensor sees from a place, in tenths of a cell.
+    fn seen(text: &str, sensor: &ScanSensor, pose: Pose) -> Vec<[i64; 2]> {
+        let buffer = drawn(text);
+        let grid = Grid::open(buffer.bytes()).unwrap();
+        let (faces, ground) = (Faces::of(&grid, |_, _| true), Ground::of(&grid, 0.1));
+        let reach = Reach::of(sensor, 0.1);
+        let around = reach.seen_around(&ground.sight, &faces, pose.at);
+        assert!(around.is_sorted());
+        let seen = if sensor.sees_around() { around } else { reach.in_view(&faces, &around, pose) };
+        seen.into_iter().map(|k| faces.all[k as usize].middle.map(|c| (c * 10.0).round() as i64)).collect()
+    }
+
+    /// A sensor to which only what a test changes matters, in cells of 0.1 m.
+    fn sensor(range: f64) -> ScanSensor {
+        ScanSensor { range_m: range * 0.1, min_range_m: 0.0, max_incidence_rad: 1.57, ..ScanSensor::DEFAULT }
+    }
+
+    const MIDDLE: Pose = Pose { at: [12.0, 4.5], yaw_rad: 0.0 };
+
+    #[test]
+    fn faces_in_range_are_seen_and_no_others() {
+        let all = seen(&corridor(FREE), &sensor(100.0), MIDDLE);
+        assert_eq!(all.len(), 50, "the long walls, and the short ones");
+        let near = seen(&corridor(FREE), &sensor(5.0), MIDDLE);
+        let far = |m: &[i64; 2]| libm::hypot(m[0] as f64 - 120.0, m[1] as f64 - 45.0);
+        assert_eq!(near, all.iter().copied().filter(|m| far(m) <= 50.0).collect::<Vec<_>>());
+        assert!(!near.is_empty());
+        let apart = seen(&corridor(FREE), &ScanSensor { min_range_m: 0.5, ..sensor(100.0) }, MIDDLE);
+        assert_eq!(apart, all.iter().copied().filter(|m| far(m) >= 50.0).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_face_is_seen_up_to_the_angle_of_incidence() {
+        let steep = ScanSensor { max_incidence_rad: 45.0f64.to_radians(), ..sensor(100.0) };
+        // Where the walls meet, a face looks away from both.
+        let of_lower_wall = |m: &&[i64; 2]| m[1] == 20 && (40..200).contains(&m[0]);
+        let low: Vec<[i64; 2]> = seen(&corridor(FREE), &steep, MIDDLE).iter().filter(of_lower_wall).copied().collect();
+        // The wall is two and a half cells away: as far to either side.
+        assert_eq!(low.iter().map(|m| m[0]).collect::<Vec<_>>(), [105, 115, 125, 135]);
+    }
+
+    #[test]
+    fn what_stands_between_hides_what_is_behind_it() {
+        let blocked = seen(&corridor("#...............#....#"), &sensor(100.0), MIDDLE);
+        assert!(blocked.iter().all(|m| m[0] <= 170), "{blocked:?}");
+        assert_eq!(blocked.len(), 15 + 15 + 5 + 5);
+        assert!(blocked.iter().any(|m| m[0] == 170), "its own face is seen");
+        // Its other side looks away.
+        let beyond = Pose { at: [19.0, 4.5], ..MIDDLE };
+        assert!(seen(&corridor("#...............#....#"), &sensor(100.0), beyond).iter().all(|m| m[0] >= 180));
+    }
+
+    #[test]
+    fn a_heading_and_a_field_of_view_bound_what_is_seen() {
+        let quarter = ScanSensor { field_of_view_rad: PI / 2.0, ..sensor(100.0) };
+        let all = seen(&corridor(FREE), &sensor(100.0), MIDDLE);
+        let mut n = 0;
+        for yaw_rad in [0.0, PI / 2.0, PI, -PI / 2.0] {
+            let view = seen(&corridor(FREE), &quarter, Pose { yaw_rad, ..MIDDLE });
+            for m in &view {
+                let bearing = libm::atan2(m[1] as f64 - 45.0, m[0] as f64 - 120.0);
+                assert!(turn_between(bearing, yaw_rad) <= PI / 4.0 + 0.01, "{m:?} at {yaw_rad}");
+            }
+            n += view.len();
+        }
+        assert_eq!(n, all.len(), "four quarters are the whole, and none of these faces is at an edge of two");
+    }
+
+    #[test]
+    fn turns_are_never_more_than_half_a_turn() {
+        for (a, b, turn) in [(0.0, 0.0, 0.0), (3.0, -3.0, TAU - 6.0), (-PI, PI, 0.0), (0.0, PI, PI), (0.1, TAU, 0.1)] {
+            assert!((turn_between(a, b) - turn).abs() < 1e-12, "{a} {b}");
+            assert!((turn_between(b, a) - turn).abs() < 1e-12, "{b} {a}");
+        }
+    }
+}
