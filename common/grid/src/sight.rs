@@ -128,7 +128,11 @@ impl Sight {
             let n_steps = (length * 2.0) as u32;
             for step in 0..=n_steps {
                 let gone = f64::from(step) / 2.0;
-                see(self.cell_at([from[0] + cos * gone, from[1] + sin * gone]));
+                let cell = self.cell_at([from[0] + cos * gone, from[1] + sin * gone]);
+                // A line that ends on a border ends before the cell that stops it.
+                if self.leap[cell] != 0 {
+                    see(cell);
+                }
             }
         }
     }
@@ -185,6 +189,18 @@ mod tests {
             }
         }
         true
+    }
+
+    #[test]
+    fn what_stops_a_line_is_not_what_it_passes() {
+        let text = "########## #........# #........# #........# #........# #........# #........# ##########";
+        let sight = sight(text);
+        for k in 0..400 {
+            let from = [1.25 + 0.5 * f64::from(k % 16), 1.25 + 0.25 * f64::from(k / 16 % 22)];
+            sight.look_around(from, 20.0, 0.0, std::f64::consts::TAU, |cell| {
+                assert!(sight.passes(cell), "cell {cell} from {from:?}");
+            });
+        }
     }
 
     proptest! {

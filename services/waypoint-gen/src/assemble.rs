@@ -49,11 +49,7 @@ pub(crate) fn assemble(
         let message = "the robot cannot stand at the start that was given, so it gets nowhere";
         warn(&mut builder, "start_blocked", message, 2);
     }
-    let goal = input.options.overlap;
-    let alone = builder.waypoints.iter().filter(|w| w.kind == WaypointKind::Scan as u32 && w.overlap < goal);
-    // The first scan of a part has nothing before it.
-    let n_first: u32 = builder.storeys.iter().filter(|s| s.n_scans > 0).map(|s| s.n_parts).sum();
-    let n_alone = alone.count().saturating_sub(n_first as usize);
+    let (goal, n_alone) = (input.options.overlap, plans.iter().map(|p| p.n_alone).sum::<usize>());
     if n_alone > 0 {
         let message = format!(
             "scans that see less than {goal} of what scans before them saw, and that nothing can join: {n_alone}"

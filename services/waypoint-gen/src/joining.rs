@@ -55,7 +55,7 @@ impl Joining<'_> {
     }
 
     /// Scans but the first that see too little of what earlier ones saw.
-    fn n_alone(&self, goals: &[(usize, Goal)]) -> usize {
+    pub(crate) fn n_alone(&self, goals: &[(usize, Goal)]) -> usize {
         let mut seen = self.seen_before.to_vec();
         let mut is_alone = |pose: usize| {
             let alone = self.overlap(&seen, pose) < self.options.overlap;

@@ -184,7 +184,11 @@ impl<'a> Job<'a> {
         hash.update(format!("{:?}", input.options).as_bytes());
         hash.update(bytemuck::cast_slice(&self.passages));
         numbers(&mut self.spaces.iter().map(|&k| k as u64), &mut hash);
-        numbers(&mut self.may_scan.iter().map(|&b| u64::from(b)), &mut hash);
+        let is_here = |space: &usize| {
+            space.checked_sub(1).is_none_or(|s| input.site.spaces[s].map_storey == self.grid.head.map_storey)
+        };
+        let may_scan = self.may_scan.iter().enumerate().filter(|(space, _)| is_here(space));
+        numbers(&mut may_scan.map(|(_, &b)| u64::from(b)), &mut hash);
         numbers(&mut self.reached.iter().map(|&b| u64::from(b)), &mut hash);
         numbers(&mut self.entries.iter().flat_map(|p| [p.x_m.to_bits(), p.y_m.to_bits()]), &mut hash);
         numbers(&mut self.stagings.iter().flat_map(|&(cell, element)| [cell as u64, u64::from(element)]), &mut hash);

@@ -66,6 +66,8 @@ pub(crate) struct StoreyPlan {
     pub(crate) tour_m: f64,
     pub(crate) bound_m: f64,
     pub(crate) n_parts: u32,
+    /// Scans that nothing joins to earlier ones.
+    pub(crate) n_alone: usize,
     pub(crate) n_targets: u32,
     pub(crate) n_places: u32,
     /// By space plus 1; 0 is outside of spaces.
@@ -188,7 +190,8 @@ fn tours(work: &Work<'_>, centres: &[(usize, Centre)], plan: &mut StoreyPlan) {
     for part in parts {
         let own: Vec<Goal> = goals.iter().filter(|g| g.part == part).copied().collect();
         let start = entry(part);
-        let (own, bound_m) = ordered(work, own, start, &so_far.faces);
+        let Ordered { goals: own, bound_m, n_alone } = ordered(work, own, start, &so_far.faces);
+        plan.n_alone += n_alone;
         add_tour(work, &own, start, plan, &mut so_far);
         // Lengths are whole millimetres where orders are compared.
         plan.bound_m = (plan.bound_m + bound_m).min(plan.tour_m);
@@ -207,22 +210,31 @@ fn tours(work: &Work<'_>, centres: &[(usize, Centre)], plan: &mut StoreyPlan) {
 /// Scans that join others change the way, and a way needs other scans to join it: so often are the two made to fit.
 const JOINING_ROUNDS: u32 = 4;
 
-/// The goals of a part in the order of a short tour, with scans that join others, and a length that no order is below.
-fn ordered(work: &Work<'_>, goals: Vec<Goal>, start: Option<Point2<Map>>, seen_before: &[bool]) -> (Vec<Goal>, f64) {
+/// The goals of a part in the order of a tour.
+struct Ordered {
+    goals: Vec<Goal>,
+    /// No order is shorter.
+    bound_m: f64,
+    /// Scans that nothing joins to earlier ones.
+    n_alone: usize,
+}
+
+/// The goals of a part in the order of a short tour, with scans that join others.
+fn ordered(work: &Work<'_>, goals: Vec<Goal>, start: Option<Point2<Map>>, seen_before: &[bool]) -> Ordered {
     let Work { storey, wanted, walk, scans } = *work;
     let mut ways = Ways::over(walk);
     let start = start.map(|at| ways.add([at]));
     let first = ways.add(goals.iter().map(|g| g.at));
     // The place of each goal among the ways.
     let mut goals: Vec<(usize, Goal)> = (first..).zip(goals).collect();
+    let joining = scans.map(|scans| Joining { storey, options: wanted.options, scans, seen_before });
     let mut bound_m = 0.0;
     for round in 0..JOINING_ROUNDS {
         let places: Vec<usize> = goals.iter().map(|g| g.0).collect();
         let trip = ways.trip(&places, start, wanted.options.closed_tours, wanted.options.tour_kicks);
         bound_m = trip.bound_m;
         goals = trip.order.iter().map(|&k| goals[k]).collect();
-        let Some(scans) = scans else { break };
-        let joining = Joining { storey, options: wanted.options, scans, seen_before };
+        let Some(joining) = &joining else { break };
         let is_shorter = joining.drop_needless(&mut goals);
         let missing = joining.missing(&goals);
         if missing.is_empty() && !is_shorter {
@@ -235,7 +247,8 @@ fn ordered(work: &Work<'_>, goals: Vec<Goal>, start: Option<Point2<Map>>, seen_b
             goals.insert(if is_last { at } else { goals.len() }, (place, goal));
         }
     }
-    (goals.into_iter().map(|g| g.1).collect(), bound_m)
+    let n_alone = joining.map_or(0, |joining| joining.n_alone(&goals));
+    Ordered { goals: goals.into_iter().map(|g| g.1).collect(), bound_m, n_alone }
 }
 
 /// Centres and chosen scans, each with its part and space.

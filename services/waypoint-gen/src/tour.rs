@@ -79,7 +79,7 @@ impl Tour<'_> {
         });
         let Some(mut best) = tries.min_by_key(Cycle::length) else { return Vec::new() };
         let (mut length, mut chance) = (best.length(), Chance::default());
-        for _ in 0..if n < 8 { 0 } else { kicks } {
+        for _ in 0..if n < 5 { 0 } else { kicks } {
             let kept = best.nodes.clone();
             best.kick(&mut chance);
             best.improve();
@@ -406,6 +406,18 @@ mod tests {
             Tour { distance_mm: &distance_mm, least_mm: &distance_mm, n: 40, start: None, is_closed: true }.order(0);
         assert!(order.length_mm < 56_600, "the circle's length is 56.5 m: {}", order.length_mm);
         assert!(order.bound_mm * 100 > order.length_mm * 99, "{} of {}", order.bound_mm, order.length_mm);
+    }
+
+    #[test]
+    fn tours_of_six_places_are_the_shortest() {
+        let closed = [(2903, 2947), (4269, 422), (4881, 2712), (1324, 3512), (2761, 3943), (3493, 2358)];
+        let open = [(2688, 3644), (1414, 1734), (2994, 2965), (2575, 2842), (709, 1205), (3427, 1009)];
+        for (points, is_closed) in [(closed, true), (open, false)] {
+            let distance_mm = distances(&points);
+            let tour = Tour { distance_mm: &distance_mm, least_mm: &distance_mm, n: 6, start: None, is_closed };
+            let shortest = permutations(6).iter().map(|p| tour.length_mm(p)).min().unwrap();
+            assert_eq!(tour.order(40).length_mm, shortest);
+        }
     }
 
     proptest! {

@@ -61,7 +61,7 @@ impl<'a> Ways<'a> {
     fn search(&self, from: usize, targets: &Targets, scratch: &mut Scratch) -> (Vec<(usize, u32)>, f64) {
         let Self { walk, points, cells, .. } = self;
         let mm = |line: &[Point2<Map>]| (length_m(line) * 1000.0).round() as u32;
-        let is_straight = |&to: &usize| to != from && walk.is_straight(cells[from], cells[to]);
+        let is_straight = |&to: &usize| to != from && walk.is_clear(points[from], points[to]);
         let straight = (0..points.len()).filter(is_straight);
         let mut near: Vec<(usize, u32)> = straight.map(|to| (to, mm(&[points[from], points[to]]))).collect();
         if near.len() + 1 == points.len() {
@@ -131,7 +131,7 @@ pub(crate) fn legs(walk: &Walk, points: &[Point2<Map>]) -> Vec<Vec<Point2<Map>>>
     let leg = |scratch: &mut Scratch, pair: &[Point2<Map>]| {
         let mut line = vec![pair[0], pair[1]];
         if let [Some(from), Some(to)] = [pair[0], pair[1]].map(|p| walk.cell_near(p))
-            && !walk.is_straight(from, to)
+            && !walk.is_clear(pair[0], pair[1])
         {
             // From the end back: the way comes out in the right order.
             let targets = Targets::new(walk, std::iter::once(from));

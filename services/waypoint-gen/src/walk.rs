@@ -144,14 +144,17 @@ impl Walk {
     }
 
     /// The corners of the shortest line along a way: cells are left out while the straight line stays where the robot can be.
-    /// The ends are `from` and `to`.
+    /// The ends are `from` and `to`, which may lie beside the middles of the way's ends.
     pub(crate) fn pulled(&self, cells: &[usize], from: Point2<Map>, to: Point2<Map>) -> Vec<Point2<Map>> {
+        let mut points = vec![from];
+        points.extend(cells.iter().map(|&cell| self.middle(cell)).chain([to]));
+        points.dedup();
+        let last = points.len() - 1;
         let mut line = vec![from];
         let mut at = 0;
-        while at + 1 < cells.len() {
-            // Doubling, then halving: the farthest cell in a straight line, found in a few looks.
-            let clear = |to: usize| self.sight.is_clear(self.in_cells(cells[at]), self.in_cells(cells[to]));
-            let last = cells.len() - 1;
+        while at < last {
+            // Doubling, then halving: the farthest place in a straight line, found in a few looks.
+            let clear = |to: usize| self.is_clear(points[at], points[to]);
             let (mut good, mut step) = (at + 1, 1);
             while good < last && clear((good + step).min(last)) {
                 good = (good + step).min(last);
@@ -163,7 +166,7 @@ impl Walk {
                 if clear(middle) { good = middle } else { bad = middle }
             }
             at = good;
-            line.push(if at == last { to } else { self.middle(cells[at]) });
+            line.push(points[at]);
         }
         if line.len() == 1 {
             line.push(to);
@@ -171,9 +174,23 @@ impl Walk {
         line
     }
 
-    /// True if the straight way between the middles of two cells stays where the robot can be.
+    /// True if the straight way between two places stays where the robot can be.
+    pub(crate) fn is_clear(&self, a: Point2<Map>, b: Point2<Map>) -> bool {
+        let inside = |p: Point2<Map>| self.cell_at(p).is_some();
+        inside(a) && inside(b) && self.sight.is_clear(self.place(a), self.place(b))
+    }
+
+    /// The same between the middles of two cells.
     pub(crate) fn is_straight(&self, a: usize, b: usize) -> bool {
         self.sight.is_clear(self.in_cells(a), self.in_cells(b))
+    }
+
+    fn place(&self, p: Point2<Map>) -> [f64; 2] {
+        let resolution_m = self.spec.resolution_m();
+        [
+            p.x_m / resolution_m - f64::from(self.spec.first_cell[0]),
+            p.y_m / resolution_m - f64::from(self.spec.first_cell[1]),
+        ]
     }
 
     fn in_cells(&self, cell: usize) -> [f64; 2] {

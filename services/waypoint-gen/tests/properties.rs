@@ -163,11 +163,11 @@ fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Re
             prop_assert!(n_standing == 0 || house.closing.contains_key(&planned.archives.names[place]), "{space:?}");
         }
     }
-    check_lines(planned, &reached, radius_m)
+    check_lines(planned, &reached)
 }
 
 /// Nodes lie where the robot gets to; those of one part hang together; lines of the graph and the tour run over free floor.
-fn check_lines(planned: &Planned, reached: &[bool], radius_m: f64) -> Result<(), TestCaseError> {
+fn check_lines(planned: &Planned, reached: &[bool]) -> Result<(), TestCaseError> {
     let (plan, grid) = (planned.plan(), planned.archives.grid(0));
     let mut found = vec![false; plan.nodes.len()];
     found.iter_mut().take(1).for_each(|f| *f = true);
@@ -184,9 +184,7 @@ fn check_lines(planned: &Planned, reached: &[bool], radius_m: f64) -> Result<(),
         prop_assert!(NodeKind::from_id(node.kind).is_some());
     }
     let lines = plan.edges.iter().map(|edge| plan.points_of(edge));
-    // Tours are looked at from cell to cell, and drawn from place to place: at most a diagonal of a cell beside.
-    let tour = Some(plan.tour_of(&plan.storeys[0])).filter(|_| radius_m >= 0.2);
-    for ends in lines.chain(tour).flat_map(|line| line.windows(2)) {
+    for ends in lines.chain([plan.tour_of(&plan.storeys[0])]).flat_map(|line| line.windows(2)) {
         for k in 0..=20 {
             let at = [0, 1].map(|c| ends[0][c] + (ends[1][c] - ends[0][c]) * f64::from(k) / 20.0);
             // A line may run along a side of a cell, and over its corner.
