@@ -52,7 +52,10 @@ fn measure(arguments: &Arguments, model: &Path) {
     let index = Grids::open(index.bytes()).expect("an index");
     let grids: Vec<Grid<'_>> = rasterizer.drawn().map(|g| Grid::open(g.archive).expect("a grid")).collect();
     let mut options = PlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");
-    options.tour_kicks = arguments.tour_kicks.unwrap_or(options.tour_kicks);
+    if let Some(kicks) = arguments.tour_kicks {
+        // The longer search knows all ways.
+        (options.tour_kicks, options.tour_around) = (kicks, u32::MAX);
+    }
     let input = PlanInput { site: &site, phase: &phase, index: &index, grids: &grids, options: &options };
 
     // Storeys are measured one by one: planned alone, beside a planner that knows the others.

@@ -32,6 +32,8 @@ pub struct PlanOptions {
     pub search_steps: u32,
     /// Times that a tour is disturbed and mended again.
     pub tour_kicks: u32,
+    /// Ways around something that are looked for from each place; what is farther goes over other places.
+    pub tour_around: u32,
     /// Distance between the places from which scans are tried.
     pub spacing_m: f64,
     /// Classes whose faces are targets: a bit for each number.
@@ -145,6 +147,7 @@ impl Default for PlanOptions {
             overlap: 0.2,
             search_steps: STEPS_PER_QUALITY,
             tour_kicks: KICKS_PER_QUALITY,
+            tour_around: AROUND_PER_QUALITY,
             spacing_m: 0.5,
             classes: !0,
             mesh_check: false,
@@ -158,8 +161,9 @@ impl Default for PlanOptions {
 }
 
 /// Exchanges for each scan, and kicks, per unit of `quality`.
-const STEPS_PER_QUALITY: u32 = 100;
+const STEPS_PER_QUALITY: u32 = 200;
 const KICKS_PER_QUALITY: u32 = 200;
+const AROUND_PER_QUALITY: u32 = 12;
 
 impl PlanOptions {
     /// Centres and nothing that takes long.
@@ -249,6 +253,7 @@ impl OptionsToml {
             overlap: within("overlap", self.scan.overlap, usual.overlap, 0.0, 0.9)?,
             search_steps: quality * STEPS_PER_QUALITY,
             tour_kicks: quality * KICKS_PER_QUALITY,
+            tour_around: quality.max(1) * AROUND_PER_QUALITY,
             spacing_m: within("spacing_m", self.scan.spacing_m, usual.spacing_m, 0.05, 10.0)?,
             classes: self.scan.classes.as_deref().map_or(Ok(usual.classes), class_bits)?,
             mesh_check: self.scan.mesh_check,

@@ -34,7 +34,7 @@ pub(crate) fn fewer(instance: &Instance, chosen: Vec<u32>, steps: u32) -> Vec<u3
 }
 
 /// One exchange in this many takes out any set.
-const ODDS: usize = 6;
+const ODDS: usize = 20;
 
 struct Search<'a> {
     instance: &'a Instance,

@@ -208,7 +208,7 @@ fn tours(work: &Work<'_>, centres: &[(usize, Centre)], plan: &mut StoreyPlan) {
 }
 
 /// Scans that join others change the way, and a way needs other scans to join it: so often are the two made to fit.
-const JOINING_ROUNDS: u32 = 4;
+const JOINING_ROUNDS: u32 = 3;
 
 /// The goals of a part in the order of a tour.
 struct Ordered {
@@ -222,32 +222,45 @@ struct Ordered {
 /// The goals of a part in the order of a short tour, with scans that join others.
 fn ordered(work: &Work<'_>, goals: Vec<Goal>, start: Option<Point2<Map>>, seen_before: &[bool]) -> Ordered {
     let Work { storey, wanted, walk, scans } = *work;
-    let mut ways = Ways::over(walk);
+    let mut ways = Ways::over(walk, wanted.options.tour_around as usize);
     let start = start.map(|at| ways.add([at]));
     let first = ways.add(goals.iter().map(|g| g.at));
     // The place of each goal among the ways.
     let mut goals: Vec<(usize, Goal)> = (first..).zip(goals).collect();
-    let joining = scans.map(|scans| Joining { storey, options: wanted.options, scans, seen_before });
-    let mut bound_m = 0.0;
-    for round in 0..JOINING_ROUNDS {
+    let in_order = |ways: &Ways<'_>, goals: &[(usize, Goal)]| {
         let places: Vec<usize> = goals.iter().map(|g| g.0).collect();
         let trip = ways.trip(&places, start, wanted.options.closed_tours, wanted.options.tour_kicks);
-        bound_m = trip.bound_m;
-        goals = trip.order.iter().map(|&k| goals[k]).collect();
-        let Some(joining) = &joining else { break };
-        let is_shorter = joining.drop_needless(&mut goals);
+        (trip.order.iter().map(|&k| goals[k]).collect::<Vec<_>>(), trip.bound_m)
+    };
+    let mut bound_m;
+    (goals, bound_m) = in_order(&ways, &goals);
+    let Some(scans) = scans else {
+        return Ordered { goals: goals.into_iter().map(|g| g.1).collect(), bound_m, n_alone: 0 };
+    };
+    let joining = Joining { storey, options: wanted.options, scans, seen_before };
+    for round in 0..=JOINING_ROUNDS {
         let missing = joining.missing(&goals);
-        if missing.is_empty() && !is_shorter {
+        if missing.is_empty() {
             break;
         }
         let first = ways.add(missing.iter().map(|(_, goal)| goal.at));
-        let is_last = round + 1 == JOINING_ROUNDS;
         // From the end back, so that places before stay where they are.
         for (place, (at, goal)) in (first..).zip(missing).collect::<Vec<_>>().into_iter().rev() {
-            goals.insert(if is_last { at } else { goals.len() }, (place, goal));
+            goals.insert(at, (place, goal));
+        }
+        if round < JOINING_ROUNDS {
+            (goals, bound_m) = in_order(&ways, &goals);
         }
     }
-    let n_alone = joining.map_or(0, |joining| joining.n_alone(&goals));
+    let mut n_alone = joining.n_alone(&goals);
+    if joining.drop_needless(&mut goals) {
+        let (shorter, bound_of_shorter_m) = in_order(&ways, &goals);
+        bound_m = bound_of_shorter_m;
+        if joining.n_alone(&shorter) <= n_alone {
+            goals = shorter;
+        }
+        n_alone = joining.n_alone(&goals);
+    }
     Ordered { goals: goals.into_iter().map(|g| g.1).collect(), bound_m, n_alone }
 }
 

@@ -15,9 +15,6 @@ pub(crate) struct Trip {
     pub(crate) bound_m: f64,
 }
 
-/// Ways from a place are looked for until this many places are found; what is farther goes over those.
-const N_NEAR: usize = 8;
-
 /// A way over cells is at most this much longer than the straight one between its ends: steps of 5 along a side and 7 across
 /// a corner.
 const LONGEST_DETOUR: f64 = 1.09;
@@ -26,6 +23,8 @@ const LONGEST_DETOUR: f64 = 1.09;
 /// other; ways that are known stay known.
 pub(crate) struct Ways<'a> {
     walk: &'a Walk,
+    /// Ways around something are looked for until this many are found; what is farther goes over other places.
+    n_around: usize,
     points: Vec<Point2<Map>>,
     cells: Vec<usize>,
     /// By place: places that were found from it, with lengths in millimetres.
@@ -35,8 +34,8 @@ pub(crate) struct Ways<'a> {
 }
 
 impl<'a> Ways<'a> {
-    pub(crate) fn over(walk: &'a Walk) -> Self {
-        Self { walk, points: Vec::new(), cells: Vec::new(), near: Vec::new(), looked: Vec::new() }
+    pub(crate) fn over(walk: &'a Walk, n_around: usize) -> Self {
+        Self { walk, n_around, points: Vec::new(), cells: Vec::new(), near: Vec::new(), looked: Vec::new() }
     }
 
     /// Adds places, and returns the number of the first.
@@ -67,9 +66,19 @@ impl<'a> Ways<'a> {
         if near.len() + 1 == points.len() {
             return (near, f64::INFINITY);
         }
-        let looked_m = walk.ways(cells[from], targets, N_NEAR, scratch, |to, way| {
-            near.push((to, mm(&walk.pulled(way, points[to], points[from]))));
-        });
+        let mut is_known = vec![false; points.len()];
+        near.iter().for_each(|(to, _)| is_known[*to] = true);
+        is_known[from] = true;
+        let looked_m = walk.ways(
+            cells[from],
+            targets,
+            |to| !is_known[to],
+            self.n_around,
+            scratch,
+            |to, way| {
+                near.push((to, mm(&walk.pulled(way, points[to], points[from]))));
+            },
+        );
         (near, looked_m)
     }
 
@@ -135,7 +144,7 @@ pub(crate) fn legs(walk: &Walk, points: &[Point2<Map>]) -> Vec<Vec<Point2<Map>>>
         {
             // From the end back: the way comes out in the right order.
             let targets = Targets::new(walk, std::iter::once(from));
-            walk.ways(to, &targets, 1, scratch, |_, way| line = walk.pulled(way, pair[0], pair[1]));
+            walk.ways(to, &targets, |_| true, 1, scratch, |_, way| line = walk.pulled(way, pair[0], pair[1]));
         }
         line
     };

@@ -88,13 +88,14 @@ impl Walk {
         self.spec.centre_of(self.spec.cell_of(cell))
     }
 
-    /// Shortest ways from a cell to those of `targets` (cells), nearest first, until `enough` are found. `found` gets the place
-    /// in `targets` and the cells of the way, from the target back to the cell. Returns the length up to which all ways are
+    /// Shortest ways from a cell to those of `targets` (cells) that are wanted, nearest first, until `enough` are found. `found`
+    /// gets the place in `targets` and the cells of the way, from the target back to the cell. Returns the length up to which all ways are
     /// known, in metres; infinite if all were found.
     pub(crate) fn ways(
         &self,
         start: usize,
         targets: &Targets,
+        is_wanted: impl Fn(usize) -> bool,
         enough: usize,
         scratch: &mut Scratch,
         mut found: impl FnMut(usize, &[usize]),
@@ -111,7 +112,7 @@ impl Walk {
                 if scratch.cost[cell] != now {
                     continue;
                 }
-                for target in targets.at(cell) {
+                for target in targets.at(cell).filter(|target| is_wanted(*target)) {
                     scratch.way_back(cell, start, &mut way);
                     found(target, &way);
                     n_found += 1;
