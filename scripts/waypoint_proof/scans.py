@@ -12,7 +12,7 @@ OVERLAP_TOLERANCE = 0.01
 # What can be seen at all depends on the places from which it is tried.
 COVERAGE_TOLERANCE = 0.01
 # Distance of the places from which it is tried what can be seen at all.
-PLACES_M = 0.25
+PLACES_M = 0.1
 DIAGONALS = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
 
 
