@@ -62,18 +62,28 @@ impl Ground {
         if self.squared[cell] == 0 || self.middle(cell) == p {
             return self.clearance_of(cell);
         }
-        // The nearest one of a point is at most a diagonal farther than that of its own cell's middle.
-        let longest = self.spec.width.max(self.spec.height);
-        let reach = (f64::from(self.squared[cell]).sqrt().min(f64::from(longest)) + 1.5).ceil() as u32;
-        let range = |at: u32, n: u32| at.saturating_sub(reach)..(at + reach + 1).min(n);
+        // Nothing is nearer to the cell's middle than this, and the point's nearest is at most a diagonal farther.
+        let [least, most] = [f64::from(self.squared[cell]), (f64::from(self.squared[cell]).sqrt() + 1.5).powi(2)];
+        let (column, row) = (i64::from(at.column), i64::from(at.row));
         let mut nearest = f64::INFINITY;
-        for row in range(at.row, self.spec.height) {
-            for column in range(at.column, self.spec.width) {
-                let other = Cell { column, row };
+        let mut look = |x: i64, y: i64| {
+            let inside = 0 <= x && x < i64::from(self.spec.width) && 0 <= y && y < i64::from(self.spec.height);
+            if inside {
+                let other = Cell { column: x as u32, row: y as u32 };
                 if self.squared[self.spec.index(other)] == 0 {
                     let c = self.spec.centre_of(other);
                     nearest = nearest.min(libm::hypot(p.x_m - c.x_m, p.y_m - c.y_m));
                 }
+            }
+        };
+        let reach = (most.sqrt() as i64).min(i64::from(self.spec.height));
+        for dy in -reach..=reach {
+            let far = (dy * dy) as f64;
+            let from = (least - far).max(0.0).sqrt() as i64;
+            let to = ((most - far).max(0.0).sqrt() as i64).min(i64::from(self.spec.width));
+            for dx in from..=to {
+                look(column + dx, row + dy);
+                look(column - dx, row + dy);
             }
         }
         nearest

@@ -69,16 +69,19 @@ impl<'a> Ways<'a> {
         let mut is_known = vec![false; points.len()];
         near.iter().for_each(|(to, _)| is_known[*to] = true);
         is_known[from] = true;
+        let n_unknown = is_known.iter().filter(|known| !**known).count();
+        let enough = self.n_around.min(n_unknown);
         let looked_m = walk.ways(
             cells[from],
             targets,
             |to| !is_known[to],
-            self.n_around,
+            enough,
             scratch,
             |to, way| {
                 near.push((to, mm(&walk.pulled(way, points[to], points[from]))));
             },
         );
+        let looked_m = if enough == n_unknown { f64::INFINITY } else { looked_m };
         (near, looked_m)
     }
 
