@@ -14,10 +14,37 @@ pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
     }
     let mut line = Line::new(width.max(height));
     for row in out.chunks_exact_mut(width) {
-        line.transform(row, 1);
+        line.transform(row, 1, |_, _| {});
     }
     for column in 0..width {
-        line.transform(&mut out[column..], width);
+        line.transform(&mut out[column..], width, |_, _| {});
+    }
+    out
+}
+
+/// The nearest marked cell, for every cell; [`u32::MAX`] without a marked cell. Of equally near ones always the same.
+///
+/// `marked` is row-major, `width` wide. Linear in cells.
+///
+/// # Source
+/// As for [`squared_distances`].
+pub fn nearest_marked(marked: &[bool], width: usize) -> Vec<u32> {
+    let height = marked.len().checked_div(width).unwrap_or(0);
+    let mut squared: Vec<u32> = marked.iter().map(|&m| if m { 0 } else { u32::MAX }).collect();
+    let mut in_row = vec![u32::MAX; squared.len()];
+    if squared.is_empty() {
+        return in_row;
+    }
+    let mut line = Line::new(width.max(height));
+    for (row, cells) in squared.chunks_exact_mut(width).enumerate() {
+        let first = row * width;
+        line.transform(cells, 1, |cell, nearest| in_row[first + cell] = (first + nearest) as u32);
+    }
+    let mut out = vec![u32::MAX; squared.len()];
+    for column in 0..width {
+        line.transform(&mut squared[column..], width, |row, nearest| {
+            out[row * width + column] = in_row[nearest * width + column];
+        });
     }
     out
 }
@@ -39,7 +66,8 @@ impl Line {
         }
     }
 
-    fn transform(&mut self, cells: &mut [u32], step: usize) {
+    /// Adds squares of distances along the line; tells of every cell which one is the nearest to it.
+    fn transform(&mut self, cells: &mut [u32], step: usize, mut tell: impl FnMut(usize, usize)) {
         self.values.clear();
         self.values.extend(cells.iter().step_by(step));
         self.vertex.clear();
@@ -68,6 +96,7 @@ impl Line {
                 k += 1;
             }
             let p = self.vertex[k];
+            tell(q, p);
             *cell = self.values[p].saturating_add((q.abs_diff(p) * q.abs_diff(p)) as u32);
         }
     }
@@ -94,6 +123,14 @@ mod tests {
                 let slow = (0..marked.len()).filter(|&j| marked[j])
                     .map(|j| (at(i).0 - at(j).0).pow(2) + (at(i).1 - at(j).1).pow(2)).min();
                 prop_assert_eq!(i64::from(*d), slow.unwrap_or(i64::from(u32::MAX)));
+                let nearest = nearest_marked(marked, width)[i] as usize;
+                match slow {
+                    None => prop_assert_eq!(nearest, u32::MAX as usize),
+                    Some(d) => {
+                        prop_assert!(marked[nearest]);
+                        prop_assert_eq!((at(i).0 - at(nearest).0).pow(2) + (at(i).1 - at(nearest).1).pow(2), d);
+                    }
+                }
             }
         }
     }

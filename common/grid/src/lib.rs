@@ -15,7 +15,7 @@ mod spec;
 
 pub use cells::{Mask, enclosed, fill_holes, label_components};
 pub use class::Class;
-pub use distance::squared_distances;
+pub use distance::{nearest_marked, squared_distances};
 pub use growth::{Growth, MAX_REACH_CELLS, REACHED};
 pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, pixel_of};
 pub use raster::{Run, covered_cells, overlapped_cells};

@@ -24,6 +24,9 @@ pub enum Command {
     /// List when anything changes, or what differs between two dates
     #[command(after_help = AFTER_CHANGES)]
     Changes(ChangesArgs),
+    /// Find the pose of a robot's SLAM map in a map of the model
+    #[command(after_help = AFTER_ALIGN)]
+    Align(AlignArgs),
     /// Start the daemons of a site and look after them until SIGTERM
     Up(UpArgs),
     /// Stop the daemons of a site
@@ -67,6 +70,30 @@ pub struct SiteArgs {
     /// The demo building, on a bus of its own in memory
     #[arg(long, conflicts_with = "config")]
     pub demo: bool,
+}
+
+/// Arguments of `align`.
+#[derive(Debug, Clone, Args)]
+pub struct AlignArgs {
+    /// Map of the model, as `convert` writes it: localization.yaml of a storey
+    #[arg(long, value_name = "MAP.yaml", required_unless_present = "pairs")]
+    pub reference: Option<PathBuf>,
+
+    /// Map that the robot made, as its map server saves it
+    #[arg(long, value_name = "MAP.yaml", required_unless_present = "pairs")]
+    pub slam: Option<PathBuf>,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    pub json: bool,
+
+    /// Align all pairs that FOLDER/pairs.jsonl names, for benchmarks
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["reference", "slam", "json"], requires = "json_lines")]
+    pub pairs: Option<PathBuf>,
+
+    /// Print a JSON document a line, one for each pair
+    #[arg(long, requires = "pairs")]
+    pub json_lines: bool,
 }
 
 /// Arguments of `up`.
@@ -337,6 +364,20 @@ Examples:
   groundplan convert house.ifc -o maps --date all --schedule config/schedule.toml
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration. RUST_LOG=debug shows the steps.";
+
+const AFTER_ALIGN: &str = "\
+Both maps are Nav2 map files of any resolution and origin. The answer is the motion `map_from_slam`:
+p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as well, or why there is none.
+
+  accepted    one pose fits, and no other comes near
+  ambiguous   several fit alike: a symmetric building, repeated rooms; all are told
+  refused     another building or storey, too little overlap, too little structure
+
+Exit codes: 0 accepted, 1 ambiguous, refused or failed, 2 bad usage.
+
+Examples:
+  groundplan align --reference maps/storeys/00-ground-floor/localization.yaml --slam robot.yaml
+  groundplan align --reference maps/storeys/00-ground-floor/localization.yaml --slam robot.yaml --json";
 
 const AFTER_STATES: &str = "\
 Dates are local to the site: 2024-04-15 is its midnight, or 2024-04-15T08:30:00.

@@ -1,5 +1,6 @@
 //! The operator's client as a library: `main.rs` only wires.
 
+pub mod align;
 pub mod changes;
 pub mod cli;
 pub mod convert;

@@ -1,6 +1,7 @@
 //! The operator's client: see `groundplan --help`.
 
 use clap::Parser;
+use groundplan::align::align;
 use groundplan::changes::changes;
 use groundplan::cli::{Cli, Command};
 use groundplan::convert::convert;
@@ -18,12 +19,16 @@ fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .with_env_filter(filter(&command))
         .init();
-    // `status` and `doctor` say with their exit code what their text says.
+    // `align`, `status` and `doctor` say with their exit code what their text says.
     let mut is_well = true;
     let outcome = match command {
         Command::Convert(arguments) => convert(&arguments).map(|summary| summary.text()),
         Command::States(arguments) => states(&arguments),
         Command::Changes(arguments) => changes(&arguments),
+        Command::Align(arguments) => align(&arguments).map(|(text, accepted)| {
+            is_well = accepted;
+            text
+        }),
         Command::Up(arguments) => live::up(&arguments),
         Command::Down(arguments) => live::down(&arguments),
         Command::Status(arguments) => live::status(&arguments).map(|(text, healthy)| {

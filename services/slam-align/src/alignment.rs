@@ -1,0 +1,125 @@
+//! Maps in, an alignment out: the part that others call.
+
+use crate::align::{Found, Verdict, align};
+use crate::features::Features;
+use crate::map_file::OccupancyMap;
+use crate::pose::{Pose, wrapped};
+use crate::raster::Raster;
+use crate::refine::Refined;
+use crate::score::Evidence;
+
+/// A map that is ready to be compared.
+pub struct PreparedMap {
+    features: Features,
+    origin: Pose,
+}
+
+impl PreparedMap {
+    /// Resamples the map and finds its features.
+    pub fn of(map: &OccupancyMap) -> Self {
+        let [x, y, yaw] = map.origin;
+        let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m));
+        Self { features, origin: Pose::new([x, y], yaw) }
+    }
+}
+
+/// A motion of the plane: `p_map = R(yaw) p_slam + (x, y)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapFromSlam {
+    /// Metres.
+    pub x_m: f64,
+    /// Metres.
+    pub y_m: f64,
+    /// Radians, -pi to pi.
+    pub yaw_rad: f64,
+}
+
+/// A pose that was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlignedPose {
+    /// Where the SLAM map lies in the model's map.
+    pub map_from_slam: MapFromSlam,
+    /// What speaks for it.
+    pub evidence: Evidence,
+    /// The mean of the SLAM map's free cells, in its frame.
+    pub about_m: [f64; 2],
+    /// Of where that place lies in the model's map (x, y) and of yaw; metres and radians.
+    pub covariance: [[f64; 3]; 3],
+}
+
+impl MapFromSlam {
+    /// Moves a point.
+    pub fn apply(&self, p: [f64; 2]) -> [f64; 2] {
+        Pose::new([self.x_m, self.y_m], self.yaw_rad).apply(p)
+    }
+
+    /// The motion back: x, y, yaw of `slam_from_map`.
+    pub fn inverse(&self) -> [f64; 3] {
+        let [x, y] = Pose::new([self.x_m, self.y_m], self.yaw_rad).undo([0.0; 2]);
+        [x, y, wrapped(-self.yaw_rad)]
+    }
+}
+
+impl AlignedPose {
+    /// The covariance of x, y and yaw of `map_from_slam` themselves.
+    pub fn covariance_of_motion(&self) -> [[f64; 3]; 3] {
+        let [x, y] = self.map_from_slam.apply(self.about_m);
+        transported(&self.covariance, [self.map_from_slam.x_m - x, self.map_from_slam.y_m - y])
+    }
+}
+
+/// The pose of a SLAM map in the model's map, and how sure it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment {
+    /// How sure.
+    pub verdict: Verdict,
+    /// Why it is not accepted; empty if it is.
+    pub reason: String,
+    /// Poses that were found, best first.
+    pub poses: Vec<AlignedPose>,
+}
+
+/// Aligns a SLAM map with a map of the model, without a guess. The same maps give the same bits.
+pub fn align_maps(reference: &PreparedMap, slam: &PreparedMap) -> Alignment {
+    let Found { verdict, reason, candidates } = align(&reference.features, &slam.features);
+    let poses = candidates
+        .iter()
+        .map(|c| AlignedPose {
+            map_from_slam: motion(reference, slam, &c.refined.pose),
+            evidence: c.evidence,
+            about_m: slam.origin.apply(slam.features.centre()),
+            covariance: covariance(reference, slam, &c.refined),
+        })
+        .collect();
+    Alignment { verdict, reason, poses }
+}
+
+/// From the corners of the maps to their frames.
+fn motion(reference: &PreparedMap, slam: &PreparedMap, pose: &Pose) -> MapFromSlam {
+    let yaw_rad = wrapped(reference.origin.yaw_rad + pose.yaw_rad - slam.origin.yaw_rad);
+    let corner = reference.origin.apply(pose.t);
+    // The SLAM map's corner lies there.
+    let turned = Pose::new([0.0; 2], yaw_rad).turn(slam.origin.t);
+    MapFromSlam { x_m: corner[0] - turned[0], y_m: corner[1] - turned[1], yaw_rad }
+}
+
+/// From the place that a refinement turned around to the middle of the SLAM map, in the axes of the model's map.
+fn covariance(reference: &PreparedMap, slam: &PreparedMap, refined: &Refined) -> [[f64; 3]; 3] {
+    let middle = refined.pose.apply(slam.features.centre());
+    let at_middle = transported(&refined.covariance, [0, 1].map(|k| middle[k] - refined.about[k]));
+    let [ex, ey] = [[1.0, 0.0], [0.0, 1.0]].map(|axis| reference.origin.turn(axis));
+    congruent(&[[ex[0], ey[0], 0.0], [ex[1], ey[1], 0.0], [0.0, 0.0, 1.0]], &at_middle)
+}
+
+/// The covariance at a place that lies `d` from that where it holds: a small turn moves it across.
+fn transported(covariance: &[[f64; 3]; 3], d: [f64; 2]) -> [[f64; 3]; 3] {
+    congruent(&[[1.0, 0.0, -d[1]], [0.0, 1.0, d[0]], [0.0, 0.0, 1.0]], covariance)
+}
+
+fn congruent(j: &[[f64; 3]; 3], covariance: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let product = |a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]| {
+        [0, 1, 2].map(|r| [0, 1, 2].map(|c| (0..3).map(|k| a[r][k] * b[k][c]).sum::<f64>()))
+    };
+    let transposed = [0, 1, 2].map(|r| [0, 1, 2].map(|c| j[c][r]));
+    product(&product(j, covariance), &transposed)
+}

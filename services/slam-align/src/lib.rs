@@ -1,0 +1,31 @@
+//! A map of the model and the robot's own in, the motion between them out: features, poses, how sure they are.
+//!
+//! The method is that of wall faces with signed normals and corners that vote, beside correlation; every pose is refined and
+//! scored by walls and free space, and one is accepted only if no other comes near it.
+
+mod chance;
+mod image;
+mod map_file;
+mod raster;
+mod thresholds;
+
+mod corners;
+mod faces;
+mod features;
+
+mod correlation;
+mod pose;
+mod rotations;
+mod votes;
+
+mod align;
+mod refine;
+mod score;
+
+mod alignment;
+
+pub use align::Verdict;
+pub use alignment::{AlignedPose, Alignment, MapFromSlam, PreparedMap, align_maps};
+pub use map_file::{MapFault, MapFileError, OccupancyMap};
+pub use raster::Cell;
+pub use score::Evidence;

@@ -1,0 +1,158 @@
+//! Maps as map servers write them: a YAML text and an image beside it.
+
+use crate::raster::Cell;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// An occupancy map of any resolution, row-major from the lower left corner.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OccupancyMap {
+    /// Cells in a row.
+    pub width: usize,
+    /// All cells.
+    pub cells: Vec<Cell>,
+    /// Side of a cell.
+    pub resolution_m: f64,
+    /// Pose of the lower left corner in the map's frame: x, y in metres, yaw in radians.
+    pub origin: [f64; 3],
+}
+
+/// A map that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("map {}", path.display())]
+pub struct MapFileError {
+    /// The description.
+    pub path: PathBuf,
+    /// Why.
+    pub source: MapFault,
+}
+
+/// Why a map cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum MapFault {
+    /// A file cannot be read.
+    #[error("{} cannot be read", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The description is no YAML, or lacks a key.
+    #[error("its description cannot be used: {0}")]
+    Description(String),
+    /// The image is none.
+    #[error("its image {} cannot be used", path.display())]
+    Image {
+        /// The image.
+        path: PathBuf,
+        /// Why.
+        source: image::ImageError,
+    },
+}
+
+#[derive(Deserialize)]
+struct Description {
+    image: PathBuf,
+    resolution: f64,
+    origin: Vec<f64>,
+    #[serde(default)]
+    negate: Negate,
+    #[serde(default = "occupied_thresh")]
+    occupied_thresh: f64,
+    #[serde(default = "free_thresh")]
+    free_thresh: f64,
+    #[serde(default)]
+    mode: Mode,
+}
+
+fn occupied_thresh() -> f64 {
+    0.65
+}
+
+fn free_thresh() -> f64 {
+    0.25
+}
+
+/// 0 and 1 in most files, a boolean in some.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Negate {
+    Number(u8),
+    Word(bool),
+}
+
+impl Default for Negate {
+    fn default() -> Self {
+        Self::Number(0)
+    }
+}
+
+#[derive(Deserialize, Default, Clone, Copy, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum Mode {
+    #[default]
+    Trinary,
+    Scale,
+    Raw,
+}
+
+impl OccupancyMap {
+    /// Reads a description and its image.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a description without what it needs, an image that is none.
+    pub fn read(path: &Path) -> Result<Self, MapFileError> {
+        read(path).map_err(|source| MapFileError { path: path.to_owned(), source })
+    }
+}
+
+fn read(path: &Path) -> Result<OccupancyMap, MapFault> {
+    let text = std::fs::read_to_string(path).map_err(|source| MapFault::Io { path: path.to_owned(), source })?;
+    let said: Description = serde_saphyr::from_str(&text).map_err(|e| MapFault::Description(e.to_string()))?;
+    let fault = |what: &str| Err(MapFault::Description(what.to_owned()));
+    if !(said.resolution.is_finite() && (0.001..=10.0).contains(&said.resolution)) {
+        return fault("resolution is not between 0.001 and 10 m");
+    }
+    let &[x, y] = said
+        .origin
+        .get(..2)
+        .and_then(|o| o.first_chunk::<2>())
+        .ok_or_else(|| MapFault::Description("origin is not [x, y] or [x, y, yaw]".to_owned()))?;
+    let yaw = said.origin.get(2).copied().unwrap_or(0.0);
+    if ![x, y, yaw].iter().all(|v| v.is_finite() && v.abs() < 1e7) {
+        return fault("origin is not finite");
+    }
+    let at = path.parent().unwrap_or(Path::new("")).join(&said.image);
+    let bytes = std::fs::read(&at).map_err(|source| MapFault::Io { path: at.clone(), source })?;
+    let image = image::load_from_memory(&bytes).map_err(|source| MapFault::Image { path: at, source })?;
+    let has_alpha = image.color().has_alpha();
+    let pixels = image.to_luma_alpha8();
+    let (width, height) = (pixels.width() as usize, pixels.height() as usize);
+    let is_negated = matches!(said.negate, Negate::Word(true) | Negate::Number(1..));
+    let cell = |&image::LumaA([gray, alpha]): &image::LumaA<u8>| {
+        if said.mode == Mode::Raw {
+            return match gray {
+                0..=100 if f64::from(gray) >= said.occupied_thresh * 100.0 => Cell::Occupied,
+                0..=100 if f64::from(gray) <= said.free_thresh * 100.0 => Cell::Free,
+                _ => Cell::Unknown,
+            };
+        }
+        let share = f64::from(gray) / 255.0;
+        let occupied = if is_negated { share } else { 1.0 - share };
+        if said.mode == Mode::Scale && has_alpha && alpha < 255 {
+            Cell::Unknown
+        } else if occupied > said.occupied_thresh {
+            Cell::Occupied
+        } else if occupied < said.free_thresh {
+            Cell::Free
+        } else {
+            Cell::Unknown
+        }
+    };
+    let mut cells = Vec::with_capacity(width * height);
+    for row in (0..height as u32).rev() {
+        cells.extend((0..width as u32).map(|column| cell(pixels.get_pixel(column, row))));
+    }
+    Ok(OccupancyMap { width, cells, resolution_m: said.resolution, origin: [x, y, yaw] })
+}
