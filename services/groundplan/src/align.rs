@@ -6,7 +6,7 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use slam_align::{AlignedPose, Alignment, OccupancyMap, PreparedMap, Verdict, align_maps};
+use slam_align::{AlignedPose, Alignment, Hint, MapFromSlam, OccupancyMap, PreparedMap, Verdict, align_maps};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -30,7 +30,11 @@ pub fn align(arguments: &AlignArgs) -> Result<(String, bool), Failure> {
         return Err(Failure::usage("--reference and --slam are needed"));
     };
     let [reference_map, slam_map] = [reference, slam].map(|path| OccupancyMap::read(path).map_err(Failure::usage));
-    let alignment = align_maps(&PreparedMap::of(&reference_map?), &PreparedMap::of(&slam_map?));
+    let alignment = align_maps(
+        &PreparedMap::of_model(&reference_map?),
+        &PreparedMap::of_slam(&slam_map?),
+        hint(arguments).as_ref(),
+    );
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
         format!("{:#}\n", document(&alignment, inputs))
@@ -38,6 +42,13 @@ pub fn align(arguments: &AlignArgs) -> Result<(String, bool), Failure> {
         text(&alignment)
     };
     Ok((text, alignment.verdict == Verdict::Accepted))
+}
+
+fn hint(arguments: &AlignArgs) -> Option<Hint> {
+    let &[x_m, y_m, yaw] = arguments.hint.as_deref()?.first_chunk::<3>()?;
+    let &[radius_m, radius] = arguments.hint_radius.first_chunk::<2>()?;
+    let map_from_slam = MapFromSlam { x_m, y_m, yaw_rad: yaw.to_radians() };
+    Some(Hint { map_from_slam, radius_m, radius_rad: radius.to_radians() })
 }
 
 fn pairs(folder: &Path) -> Result<String, Failure> {
@@ -51,7 +62,7 @@ fn pairs(folder: &Path) -> Result<String, Failure> {
         let read = |path: &Path| OccupancyMap::read(&folder.join(path)).map_err(Failure::usage);
         let (reference, slam) = (read(&pair.reference)?, read(&pair.slam)?);
         let begun_s = cpu_s();
-        let alignment = align_maps(&PreparedMap::of(&reference), &PreparedMap::of(&slam));
+        let alignment = align_maps(&PreparedMap::of_model(&reference), &PreparedMap::of_slam(&slam), None);
         let answer = answer(&pair.pair, &alignment, cpu_s() - begun_s);
         let _ = writeln!(out, "{answer}");
     }

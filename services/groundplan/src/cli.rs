@@ -83,6 +83,14 @@ pub struct AlignArgs {
     #[arg(long, value_name = "MAP.yaml", required_unless_present = "pairs")]
     pub slam: Option<PathBuf>,
 
+    /// Guess of map_from_slam: metres, metres, degrees
+    #[arg(long, num_args = 3, value_names = ["X", "Y", "YAW"], allow_negative_numbers = true)]
+    pub hint: Option<Vec<f64>>,
+
+    /// How far off the guess may be: metres, degrees
+    #[arg(long, num_args = 2, value_names = ["M", "DEG"], default_values_t = [2.0, 20.0], requires = "hint")]
+    pub hint_radius: Vec<f64>,
+
     /// Print one JSON document on standard output and nothing else there
     #[arg(long)]
     pub json: bool,

@@ -4,11 +4,13 @@ use crate::chance::Chance;
 use crate::correlation::correlated;
 use crate::faces::Face;
 use crate::features::Features;
-use crate::pose::Pose;
+use crate::pose::{Pose, wrapped};
 use crate::refine::{COARSE, Refined, SOFT, TIGHT, refined};
 use crate::rotations::turns;
 use crate::score::{Evidence, SCALES, Sides, evidence};
-use crate::thresholds::{LEAST_FACES, LEAST_SCORE, N_REFINED, RIVAL_SHARE};
+use crate::thresholds::{
+    LEAST_FACES, LEAST_PRECISION, LEAST_RECALL, LEAST_SCORE, MOST_LOOSE_M, MOST_LOOSE_RAD, N_REFINED, RIVAL_SHARE,
+};
 use crate::votes::voted;
 
 /// Faces that are drawn.
@@ -44,8 +46,49 @@ pub(crate) struct Found {
     pub(crate) candidates: Vec<Candidate>,
 }
 
-/// Searches everywhere.
-pub(crate) fn align(reference: &Features, slam: &Features) -> Found {
+/// Where the pose is, as somebody guesses: at most so far from there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Near {
+    pub(crate) pose: Pose,
+    pub(crate) radius_m: f64,
+    pub(crate) radius_rad: f64,
+}
+
+impl Near {
+    /// True if it moves a point of the SLAM map to about the same place, and turns about as far.
+    fn holds(&self, pose: &Pose, about: [f64; 2]) -> bool {
+        let (a, b) = (self.pose.apply(about), pose.apply(about));
+        libm::hypot(a[0] - b[0], a[1] - b[1]) <= self.radius_m
+            && wrapped(self.pose.yaw_rad - pose.yaw_rad).abs() <= self.radius_rad
+    }
+
+    /// The guess, and poses around it from which a refinement reaches all that is near.
+    fn poses(&self, about: [f64; 2]) -> Vec<Pose> {
+        let steps = |radius: f64, step: f64| ((radius / step).ceil() as i32).min(MAX_STEPS);
+        let (n, n_turns) = (steps(self.radius_m, STEP_M), steps(self.radius_rad, STEP_RAD));
+        let part = |k: i32, n: i32, radius: f64| if n == 0 { 0.0 } else { f64::from(k) / f64::from(n) * radius };
+        let middle = self.pose.apply(about);
+        let mut poses = Vec::new();
+        for turn in -n_turns..=n_turns {
+            for y in -n..=n {
+                for x in -n..=n {
+                    let step =
+                        [part(x, n, self.radius_m), part(y, n, self.radius_m), part(turn, n_turns, self.radius_rad)];
+                    poses.push(self.pose.moved(step, middle));
+                }
+            }
+        }
+        poses
+    }
+}
+
+/// Distance between the poses that are tried around a guess, and how many at most to each side.
+const STEP_M: f64 = 0.5;
+const STEP_RAD: f64 = 0.1;
+const MAX_STEPS: i32 = 4;
+
+/// Searches everywhere, or near a guess.
+pub(crate) fn align(reference: &Features, slam: &Features, near: Option<&Near>) -> Found {
     let refused = |reason: String| Found { verdict: Verdict::Refused, reason, candidates: Vec::new() };
     if slam.faces.len() < LEAST_FACES {
         return refused(format!(
@@ -59,7 +102,15 @@ pub(crate) fn align(reference: &Features, slam: &Features) -> Found {
     let turns = turns(&slam.directions, &reference.directions);
     let mut poses = voted(&slam.corners, &reference.corners, &turns);
     poses.extend(correlated(slam, reference, &turns));
-    let candidates = candidates(reference, slam, &poses);
+    let about = slam.centre();
+    if let Some(near) = near {
+        poses.retain(|pose| near.holds(pose, about));
+        poses.extend(near.poses(about));
+    }
+    let mut candidates = candidates(reference, slam, &poses);
+    if let Some(near) = near {
+        candidates.retain(|c| near.holds(&c.refined.pose, about));
+    }
     let Some(best) = candidates.first() else {
         return refused("nothing of the SLAM map fits anywhere".to_owned());
     };
@@ -71,6 +122,24 @@ pub(crate) fn align(reference: &Features, slam: &Features) -> Found {
     let n_rivals = candidates.iter().skip(1).filter(|c| c.evidence.score >= RIVAL_SHARE * best.evidence.score).count();
     if n_rivals > 0 {
         let reason = format!("{} poses fit almost as well", n_rivals + 1);
+        return Found { verdict: Verdict::Ambiguous, reason, candidates };
+    }
+    let Evidence { precision, recall, .. } = best.evidence;
+    if precision < LEAST_PRECISION || recall < LEAST_RECALL {
+        let reason = format!(
+            "one pose fits best, but too little: {:.0} % of the SLAM map's walls and {:.0} % of the reference's that were seen, \
+             needed {:.0} and {:.0} %",
+            100.0 * precision,
+            100.0 * recall,
+            100.0 * LEAST_PRECISION,
+            100.0 * LEAST_RECALL
+        );
+        return Found { verdict: Verdict::Refused, reason, candidates };
+    }
+    let [loose_m, loose_rad] = best.refined.loose(slam.centre());
+    if loose_m > MOST_LOOSE_M || loose_rad > MOST_LOOSE_RAD {
+        let degrees = loose_rad.to_degrees();
+        let reason = format!("the walls that were seen hold the pose to {loose_m:.2} m and {degrees:.1} degrees only");
         return Found { verdict: Verdict::Ambiguous, reason, candidates };
     }
     Found { verdict: Verdict::Accepted, reason: String::new(), candidates }

@@ -1,11 +1,11 @@
 //! Maps in, an alignment out: the part that others call.
 
-use crate::align::{Found, Verdict, align};
+use crate::align::{Found, Near, Verdict, align};
 use crate::features::Features;
 use crate::map_file::OccupancyMap;
 use crate::pose::{Pose, wrapped};
 use crate::raster::Raster;
-use crate::refine::Refined;
+use crate::refine::{Refined, congruent, transported};
 use crate::score::Evidence;
 
 /// A map that is ready to be compared.
@@ -15,10 +15,19 @@ pub struct PreparedMap {
 }
 
 impl PreparedMap {
-    /// Resamples the map and finds its features.
-    pub fn of(map: &OccupancyMap) -> Self {
+    /// A map that was drawn from a model: its cells are occupied up to the surfaces of walls.
+    pub fn of_model(map: &OccupancyMap) -> Self {
+        Self::of(map, 0.0)
+    }
+
+    /// A map that a robot made: a cell in which a surface was hit is occupied, and it lies anywhere in it.
+    pub fn of_slam(map: &OccupancyMap) -> Self {
+        Self::of(map, map.resolution_m / 2.0)
+    }
+
+    fn of(map: &OccupancyMap, depth_m: f64) -> Self {
         let [x, y, yaw] = map.origin;
-        let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m));
+        let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m), depth_m);
         Self { features, origin: Pose::new([x, y], yaw) }
     }
 }
@@ -79,9 +88,25 @@ pub struct Alignment {
     pub poses: Vec<AlignedPose>,
 }
 
-/// Aligns a SLAM map with a map of the model, without a guess. The same maps give the same bits.
-pub fn align_maps(reference: &PreparedMap, slam: &PreparedMap) -> Alignment {
-    let Found { verdict, reason, candidates } = align(&reference.features, &slam.features);
+/// A guess of where a SLAM map lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hint {
+    /// The guess.
+    pub map_from_slam: MapFromSlam,
+    /// How far the middle of the SLAM map may be from where the guess has it.
+    pub radius_m: f64,
+    /// How much the yaw may differ.
+    pub radius_rad: f64,
+}
+
+/// Aligns a SLAM map with a map of the model: anywhere, or near a guess. The same maps give the same bits.
+pub fn align_maps(reference: &PreparedMap, slam: &PreparedMap, hint: Option<&Hint>) -> Alignment {
+    let near = hint.map(|hint| Near {
+        pose: between_corners(reference, slam, &hint.map_from_slam),
+        radius_m: hint.radius_m,
+        radius_rad: hint.radius_rad,
+    });
+    let Found { verdict, reason, candidates } = align(&reference.features, &slam.features, near.as_ref());
     let poses = candidates
         .iter()
         .map(|c| AlignedPose {
@@ -103,23 +128,15 @@ fn motion(reference: &PreparedMap, slam: &PreparedMap, pose: &Pose) -> MapFromSl
     MapFromSlam { x_m: corner[0] - turned[0], y_m: corner[1] - turned[1], yaw_rad }
 }
 
+/// From the frames of the maps to their corners.
+fn between_corners(reference: &PreparedMap, slam: &PreparedMap, motion: &MapFromSlam) -> Pose {
+    let corner = reference.origin.undo(motion.apply(slam.origin.t));
+    Pose::new(corner, wrapped(motion.yaw_rad + slam.origin.yaw_rad - reference.origin.yaw_rad))
+}
+
 /// From the place that a refinement turned around to the middle of the SLAM map, in the axes of the model's map.
 fn covariance(reference: &PreparedMap, slam: &PreparedMap, refined: &Refined) -> [[f64; 3]; 3] {
-    let middle = refined.pose.apply(slam.features.centre());
-    let at_middle = transported(&refined.covariance, [0, 1].map(|k| middle[k] - refined.about[k]));
+    let at_middle = refined.covariance_at(slam.features.centre());
     let [ex, ey] = [[1.0, 0.0], [0.0, 1.0]].map(|axis| reference.origin.turn(axis));
     congruent(&[[ex[0], ey[0], 0.0], [ex[1], ey[1], 0.0], [0.0, 0.0, 1.0]], &at_middle)
-}
-
-/// The covariance at a place that lies `d` from that where it holds: a small turn moves it across.
-fn transported(covariance: &[[f64; 3]; 3], d: [f64; 2]) -> [[f64; 3]; 3] {
-    congruent(&[[1.0, 0.0, -d[1]], [0.0, 1.0, d[0]], [0.0, 0.0, 1.0]], covariance)
-}
-
-fn congruent(j: &[[f64; 3]; 3], covariance: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let product = |a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]| {
-        [0, 1, 2].map(|r| [0, 1, 2].map(|c| (0..3).map(|k| a[r][k] * b[k][c]).sum::<f64>()))
-    };
-    let transposed = [0, 1, 2].map(|r| [0, 1, 2].map(|c| j[c][r]));
-    product(&product(j, covariance), &transposed)
 }

@@ -16,7 +16,7 @@ const MANY_CELLS: usize = 600_000;
 const BLUR_M: f64 = 0.12;
 /// What is free in the SLAM map and occupied in the reference speaks against a pose.
 const CONTRADICTION: f32 = 0.12;
-const N_PEAKS: usize = 4;
+const N_PEAKS: usize = 10;
 const CLEARED_M: f64 = 0.5;
 
 /// The poses in which the most faces lie on each other, for the given turns.

@@ -27,7 +27,8 @@ pub(crate) struct Faces {
 /// Of the blur before slopes are taken, in cells.
 const SIGMA: f64 = 1.6;
 const LEAST_SLOPE: f32 = 0.04;
-/// A wall's direction is that of so many faces at most, within so many cells.
+/// A wall's direction is that of so many faces at most, within so many cells; of more in maps of coarser cells, whose steps are
+/// longer.
 const N_AROUND: usize = 17;
 const AROUND: i64 = 10;
 const SAME_DIRECTION: f64 = 0.6;
@@ -35,7 +36,8 @@ const LEAST_LINEAR: f64 = 0.3;
 const CROOKED_WEIGHT: f64 = 0.4;
 
 impl Faces {
-    pub(crate) fn of(raster: &Raster) -> Self {
+    /// `depth_m` is how far a surface lies behind the border of the cell that shows it, on average.
+    pub(crate) fn of(raster: &Raster, depth_m: f64) -> Self {
         let value = |cell: &Cell| match cell {
             Cell::Free => 1.0,
             Cell::Occupied => 0.0,
@@ -53,7 +55,7 @@ impl Faces {
             if steep > LEAST_SLOPE && around(index, raster.width).iter().any(|&n| raster.cells[n] == Cell::Free) {
                 let normal = slope.map(|s| f64::from(s / steep));
                 let middle = raster.middle(index);
-                let at = [0, 1].map(|k| middle[k] + normal[k] * CELL_M / 2.0);
+                let at = [0, 1].map(|k| middle[k] + normal[k] * (CELL_M / 2.0 - depth_m));
                 faces.of_cell[index] = faces.all.len() as u32;
                 faces.all.push(Face { at, normal, weight: sizes[index] });
             }
@@ -64,10 +66,11 @@ impl Faces {
 
     /// Takes the direction of the wall for that of the slope, where there is a wall.
     fn straighten(&mut self, raster: &Raster) {
-        let nearest_first = nearest_first();
+        let nearest_first = nearest_first(libm::round(AROUND as f64 * raster.coarseness) as i64);
+        let n_around = (N_AROUND as f64 * raster.coarseness) as usize;
         let straight: Vec<(u32, Option<[f64; 2]>)> = (0..self.of_cell.len())
             .filter(|&index| self.of_cell[index] != NONE)
-            .map(|index| (self.of_cell[index], self.wall_normal(raster, index, &nearest_first)))
+            .map(|index| (self.of_cell[index], self.wall_normal(raster, index, &nearest_first, n_around)))
             .collect();
         for (face, normal) in straight {
             let face = &mut self.all[face as usize];
@@ -79,7 +82,13 @@ impl Faces {
     }
 
     /// The normal of the line through the faces around a cell; `None` if they make no line.
-    fn wall_normal(&self, raster: &Raster, index: usize, nearest_first: &[[i64; 2]]) -> Option<[f64; 2]> {
+    fn wall_normal(
+        &self,
+        raster: &Raster,
+        index: usize,
+        nearest_first: &[[i64; 2]],
+        n_around: usize,
+    ) -> Option<[f64; 2]> {
         let (column, row) = ((index % raster.width) as i64, (index / raster.width) as i64);
         let own = self.all[self.of_cell[index] as usize];
         let (mut n, mut sum, mut squares) = (0usize, [0.0; 2], [0.0; 3]);
@@ -98,7 +107,7 @@ impl Faces {
                 sum = [sum[0] + d[0], sum[1] + d[1]];
                 squares = [squares[0] + d[0] * d[0], squares[1] + d[0] * d[1], squares[2] + d[1] * d[1]];
                 n += 1;
-                if n == N_AROUND {
+                if n == n_around {
                     break;
                 }
             }
@@ -119,10 +128,10 @@ impl Faces {
 }
 
 /// Steps to the cells around, nearest first.
-fn nearest_first() -> Vec<[i64; 2]> {
-    let mut steps: Vec<[i64; 2]> = (-AROUND..=AROUND).flat_map(|y| (-AROUND..=AROUND).map(move |x| [x, y])).collect();
+fn nearest_first(reach: i64) -> Vec<[i64; 2]> {
+    let mut steps: Vec<[i64; 2]> = (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| [x, y])).collect();
     let far = |s: &[i64; 2]| s[0] * s[0] + s[1] * s[1];
-    steps.retain(|s| far(s) <= AROUND * AROUND);
+    steps.retain(|s| far(s) <= reach * reach);
     steps.sort_by_key(|s| (far(s), s[1], s[0]));
     steps
 }

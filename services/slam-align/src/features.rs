@@ -23,8 +23,9 @@ pub(crate) struct Features {
 const MARGIN: usize = 40;
 
 impl Features {
-    pub(crate) fn of(raster: Raster) -> Self {
-        let faces = Faces::of(&raster);
+    /// `depth_m` as for [`Faces::of`].
+    pub(crate) fn of(raster: Raster, depth_m: f64) -> Self {
+        let faces = Faces::of(&raster, depth_m);
         let nearest_width = raster.width + 2 * MARGIN;
         let mut of_cell = vec![NONE; nearest_width * (raster.height + 2 * MARGIN)];
         for (row, line) in faces.of_cell.chunks_exact(raster.width.max(1)).enumerate() {

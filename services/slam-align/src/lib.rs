@@ -25,7 +25,7 @@ mod score;
 mod alignment;
 
 pub use align::Verdict;
-pub use alignment::{AlignedPose, Alignment, MapFromSlam, PreparedMap, align_maps};
+pub use alignment::{AlignedPose, Alignment, Hint, MapFromSlam, PreparedMap, align_maps};
 pub use map_file::{MapFault, MapFileError, OccupancyMap};
 pub use raster::Cell;
 pub use score::Evidence;

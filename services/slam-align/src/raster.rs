@@ -20,6 +20,8 @@ pub(crate) struct Raster {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) cells: Vec<Cell>,
+    /// Size of the cells that it was made from, in its own; at least 1.
+    pub(crate) coarseness: f64,
 }
 
 impl Raster {
@@ -28,7 +30,12 @@ impl Raster {
         let height = cells.len().checked_div(width).unwrap_or(0);
         let scale = CELL_M / resolution_m;
         let size = [width, height].map(|n| (n as f64 / scale - 1e-6).ceil().max(0.0) as usize);
-        let mut out = Self { width: size[0], height: size[1], cells: Vec::with_capacity(size[0] * size[1]) };
+        let mut out = Self {
+            width: size[0],
+            height: size[1],
+            cells: Vec::with_capacity(size[0] * size[1]),
+            coarseness: (1.0 / scale).max(1.0),
+        };
         if (scale - 1.0).abs() < 1e-6 {
             out.cells.extend_from_slice(cells);
         } else if scale < 1.0 {

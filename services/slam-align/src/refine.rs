@@ -18,7 +18,7 @@ const DAMPING: f64 = 0.001;
 const STILL_M: f64 = 0.0002;
 const STILL_RAD: f64 = 2e-5;
 /// Neighbouring cells are not independent; what a map is bent by is not in the residuals.
-const COVARIANCE_FACTOR: f64 = 8.0;
+const COVARIANCE_FACTOR: f64 = 36.0;
 const LEAST_VARIANCE: f64 = 1e-4;
 
 /// A refined pose.
@@ -28,6 +28,21 @@ pub(crate) struct Refined {
     /// Of x, y and yaw of the motion around `about`, a place in the reference.
     pub(crate) covariance: [[f64; 3]; 3],
     pub(crate) about: [f64; 2],
+}
+
+impl Refined {
+    /// The covariance of where a point of the SLAM map comes to lie, and of yaw.
+    pub(crate) fn covariance_at(&self, point: [f64; 2]) -> [[f64; 3]; 3] {
+        let place = self.pose.apply(point);
+        transported(&self.covariance, [0, 1].map(|k| place[k] - self.about[k]))
+    }
+
+    /// Standard deviations of that place in the direction that is held worst, and of yaw.
+    pub(crate) fn loose(&self, point: [f64; 2]) -> [f64; 2] {
+        let c = self.covariance_at(point);
+        let largest = (c[0][0] + c[1][1] + libm::hypot(c[0][0] - c[1][1], 2.0 * c[0][1])) / 2.0;
+        [largest.max(0.0).sqrt(), c[2][2].max(0.0).sqrt()]
+    }
 }
 
 /// Robust point-to-line refinement with a shrinking scale; `None` if too little matches.
@@ -115,4 +130,17 @@ pub(crate) fn inverse(a: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
 
 fn solve(a: &[[f64; 3]; 3], b: &[f64; 3]) -> Option<[f64; 3]> {
     Some(inverse(a)?.map(|row| row[0] * b[0] + row[1] * b[1] + row[2] * b[2]))
+}
+
+/// The covariance at a place that lies `d` from that where it holds: a small turn moves it across.
+pub(crate) fn transported(covariance: &[[f64; 3]; 3], d: [f64; 2]) -> [[f64; 3]; 3] {
+    congruent(&[[1.0, 0.0, -d[1]], [0.0, 1.0, d[0]], [0.0, 0.0, 1.0]], covariance)
+}
+
+pub(crate) fn congruent(j: &[[f64; 3]; 3], covariance: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let product = |a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]| {
+        [0, 1, 2].map(|r| [0, 1, 2].map(|c| (0..3).map(|k| a[r][k] * b[k][c]).sum::<f64>()))
+    };
+    let transposed = [0, 1, 2].map(|r| [0, 1, 2].map(|c| j[c][r]));
+    product(&product(j, covariance), &transposed)
 }

@@ -10,7 +10,7 @@ const N_ALIKE: usize = 12;
 const SAME_ANGLE_RAD: f64 = PI / 9.0;
 const COST_SCALE: f64 = 0.18;
 const BIN_M: f64 = 0.25;
-const N_PEAKS: usize = 6;
+const N_PEAKS: usize = 12;
 /// Votes so near to a peak make it.
 const PEAK_M: f64 = 0.6;
 const CLEARED: i64 = 3;
