@@ -10,7 +10,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 13] = [
+const ALLOWED: [(&str, &[&str]); 14] = [
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("ifc", &["frames", "geometry"]),
@@ -23,6 +23,7 @@ const ALLOWED: [(&str, &[&str]); 13] = [
     ("rasterize", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
     ("schedule-eval", &["frames", "messages", "bus", "daemon"]),
     ("waypoint-gen", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
+    ("slam-align", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
     (
         "groundplan",
         &[
@@ -37,17 +38,19 @@ const ALLOWED: [(&str, &[&str]); 13] = [
             "schedule-eval",
             "rasterize",
             "waypoint-gen",
+            "slam-align",
         ],
     ),
 ];
 
 /// Foreign crates that one crate alone may name.
-const FENCED: [(&str, &str); 6] = [
+const FENCED: [(&str, &str); 7] = [
     ("ifc-lite-core", "ifc"),
     ("ifc-lite-geometry", "ifc"),
     ("ifc-lite-processing", "ifc"),
     ("i_overlay", "geometry"),
     ("parry3d-f64", "geometry"),
+    ("rustfft", "slam-align"),
     ("iceoryx2", "bus"),
 ];
 
