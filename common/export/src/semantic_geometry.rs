@@ -1,7 +1,7 @@
 //! Bodies in `semantic.json`: vertices, faces and the edges that people see.
 
 use frames::metres;
-use geometry::MeshView;
+use geometry::{MeshView, unit_normal};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -45,15 +45,6 @@ impl Geometry {
         let edges = sides.into_iter().filter(|(_, normals)| seen(normals)).map(|(edge, _)| edge).collect();
         Self { vertices, faces, edges }
     }
-}
-
-/// `None` for triangles without area.
-fn unit_normal(t: &[[i32; 3]; 3]) -> Option<[f64; 3]> {
-    let side = |k: usize| [0, 1, 2].map(|i| f64::from(t[k][i]) - f64::from(t[0][i]));
-    let (u, v) = (side(1), side(2));
-    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
-    (length > 0.0).then(|| n.map(|c| c / length))
 }
 
 #[cfg(test)]

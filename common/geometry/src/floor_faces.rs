@@ -1,6 +1,6 @@
 //! Where a robot could stand: the upward faces of a mesh near a height.
 
-use crate::mesh::MeshView;
+use crate::mesh::{MeshView, unit_normal};
 use crate::polygon::{Ring, ring_area_doubled};
 use crate::slab::{Slab, clip_to_slab};
 
@@ -40,12 +40,8 @@ pub fn floor_faces(mesh: MeshView<'_>, lowest: i32, highest: i32, max_slope_rad:
 }
 
 /// Upward component of the unit normal; 0 for degenerate triangles.
-fn upwardness(t: &[[i32; 3]; 3]) -> f64 {
-    let side = |k: usize| [0, 1, 2].map(|i| f64::from(t[k][i]) - f64::from(t[0][i]));
-    let (u, v) = (side(1), side(2));
-    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
-    if length > 0.0 { n[2] / length } else { 0.0 }
+fn upwardness(triangle: &[[i32; 3]; 3]) -> f64 {
+    unit_normal(triangle).map_or(0.0, |normal| normal[2])
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ mod surfaces;
 
 pub use floor_faces::{floor_faces, upward_triangles};
 pub use footprint::{Footprint, footprint};
-pub use mesh::{MeshView, is_closed};
+pub use mesh::{MeshView, is_closed, unit_normal};
 pub use oriented_box::OrientedBox;
 pub use overlay::{FillRule, close_gaps, difference, intersection, union, union_of};
 pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, ring_area_doubled};

@@ -39,6 +39,15 @@ fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
+/// The unit normal of a triangle, to the side from which it runs counter-clockwise; `None` if it has no area.
+pub fn unit_normal(triangle: &[[i32; 3]; 3]) -> Option<[f64; 3]> {
+    let side = |k: usize| [0, 1, 2].map(|i| f64::from(triangle[k][i]) - f64::from(triangle[0][i]));
+    let (u, v) = (side(1), side(2));
+    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
+    (length > 0.0).then(|| n.map(|c| c / length))
+}
+
 /// A borrowed triangle mesh; vertices in tenths of a millimetre, outward faces counter-clockwise.
 #[derive(Debug, Clone, Copy)]
 pub struct MeshView<'a> {

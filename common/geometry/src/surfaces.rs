@@ -1,6 +1,6 @@
 //! Triangles that straight lines meet, and points spread over them. The only module that names parry.
 
-use crate::mesh::MeshView;
+use crate::mesh::{MeshView, unit_normal};
 use frames::TENTHS_PER_M;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{Ray, RayCast};
@@ -55,7 +55,7 @@ pub fn surface_points(
         let corners = triangle.map(metres);
         let z = corners.map(|c| c[2]);
         let is_off = z.iter().all(|z| *z < lowest_m) || z.iter().all(|z| *z > highest_m);
-        let Some(normal) = unit_normal(&corners).filter(|_| !is_off) else { continue };
+        let Some(normal) = unit_normal(&triangle).filter(|_| !is_off) else { continue };
         points_of(&corners, normal, spacing_m, |at_m| {
             if lowest_m <= at_m[2] && at_m[2] <= highest_m {
                 found(SurfacePoint { at_m, normal });
@@ -96,14 +96,6 @@ fn points_of(corners: &[[f64; 3]; 3], normal: [f64; 3], spacing_m: f64, mut foun
 
 fn metres(v: [i32; 3]) -> [f64; 3] {
     v.map(|c| f64::from(c) / f64::from(TENTHS_PER_M))
-}
-
-fn unit_normal([a, b, c]: &[[f64; 3]; 3]) -> Option<[f64; 3]> {
-    let side = |to: &[f64; 3]| [0, 1, 2].map(|k| to[k] - a[k]);
-    let (u, v) = (side(b), side(c));
-    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
-    (length > 0.0).then(|| n.map(|c| c / length))
 }
 
 #[cfg(test)]

@@ -38,12 +38,7 @@ pub(crate) fn corners(raster: &Raster) -> Vec<Corner> {
     let (width, height) = (raster.width as i64, raster.height as i64);
     let free = |cell: &Cell| if *cell == Cell::Free { 1.0 } else { 0.0 };
     let response = harris(&Image::new(raster.width, raster.cells.iter().map(free).collect()).blurred(1.2));
-    let known = |cell: &Cell| match cell {
-        Cell::Free => 1.0,
-        Cell::Occupied => 0.0,
-        Cell::Unknown => 0.5,
-    };
-    let openness = Image::new(raster.width, raster.cells.iter().map(known).collect());
+    let openness = raster.openness();
     let (wide, box_sum) = (openness.blurred(4.0), openness.summed(15));
     let least = response.values.iter().copied().fold(0.0, f32::max) * LEAST_SHARE;
     let mut found: Vec<(f32, usize)> = Vec::new();

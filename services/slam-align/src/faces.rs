@@ -1,6 +1,5 @@
 //! Where walls show a side: points with normals into the free space.
 
-use crate::image::Image;
 use crate::raster::{Cell, Raster};
 use crate::thresholds::CELL_M;
 
@@ -38,12 +37,7 @@ const CROOKED_WEIGHT: f64 = 0.4;
 impl Faces {
     /// `depth_m` is how far a surface lies behind the border of the cell that shows it, on average.
     pub(crate) fn of(raster: &Raster, depth_m: f64) -> Self {
-        let value = |cell: &Cell| match cell {
-            Cell::Free => 1.0,
-            Cell::Occupied => 0.0,
-            Cell::Unknown => 0.5,
-        };
-        let openness = Image::new(raster.width, raster.cells.iter().map(value).collect()).blurred(SIGMA);
+        let openness = raster.openness().blurred(SIGMA);
         let sizes = blob_weights(raster);
         let mut faces = Self { all: Vec::new(), of_cell: vec![NONE; raster.cells.len()] };
         for (index, cell) in raster.cells.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Maps of any resolution as cells of one size.
 
+use crate::image::Image;
 use crate::thresholds::{CELL_M, FREE_SHARE, OCCUPIED_SHARE};
 
 /// What is known of a cell.
@@ -53,6 +54,16 @@ impl Raster {
             }
         }
         out
+    }
+
+    /// 1 where it is free, 0 where it is occupied, between them where nobody knows.
+    pub(crate) fn openness(&self) -> Image {
+        let value = |cell: &Cell| match cell {
+            Cell::Free => 1.0,
+            Cell::Occupied => 0.0,
+            Cell::Unknown => 0.5,
+        };
+        Image::new(self.width, self.cells.iter().map(value).collect())
     }
 
     /// What is at a point; unknown outside.
