@@ -47,6 +47,9 @@ fn a_map_in_another_frame_is_found_on_its_storey_and_on_no_other() {
     // R(-90 degrees) takes (7.5, -3.0) to (-3.0, -7.5).
     let corner = [at[0] - 3.0, at[1] - 7.5];
     assert!((corner[0] - origin[0]).abs() < 0.06 && (corner[1] - origin[1] - high_m).abs() < 0.06, "{corner:?}");
+    let (code, anywhere) = align(&maps.path(), &slam, &[]);
+    assert_eq!((code, &anywhere["storey"], &anywhere["map_from_slam"]), (Some(0), &0.into(), &found["map_from_slam"]));
+    assert_eq!(align(&maps.path(), &slam, &["--storey", "7"]).0, Some(2));
     assert_eq!(found["covariance"].as_array().unwrap().len(), 9);
     assert_eq!(found["inputs"]["slam_sha256"].as_str().unwrap().len(), 64);
     let (code, other) = align(&localization(&maps, 1), &slam, &[]);

@@ -29,19 +29,59 @@ pub fn align(arguments: &AlignArgs) -> Result<(String, bool), Failure> {
     let (Some(reference), Some(slam)) = (&arguments.reference, &arguments.slam) else {
         return Err(Failure::usage("--reference and --slam are needed"));
     };
-    let [reference_map, slam_map] = [reference, slam].map(|path| OccupancyMap::read(path).map_err(Failure::usage));
-    let alignment = align_maps(
-        &PreparedMap::of_model(&reference_map?),
-        &PreparedMap::of_slam(&slam_map?),
-        hint(arguments).as_ref(),
-    );
+    let storeys = storeys(reference, arguments.storey)?;
+    let maps: Vec<PreparedMap> = storeys
+        .iter()
+        .map(|s| OccupancyMap::read(&s.path).map(|map| PreparedMap::of_model(&map)).map_err(Failure::usage))
+        .collect::<Result<_, _>>()?;
+    let slam_map = PreparedMap::of_slam(&OccupancyMap::read(slam).map_err(Failure::usage)?);
+    let alignment = align_maps(&maps, &slam_map, hint(arguments).as_ref());
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
-        format!("{:#}\n", document(&alignment, inputs))
+        format!("{:#}\n", document(&alignment, &storeys, inputs))
     } else {
-        text(&alignment)
+        text(&alignment, &storeys)
     };
     Ok((text, alignment.verdict == Verdict::Accepted))
+}
+
+/// A map of the model.
+struct StoreyMap {
+    path: PathBuf,
+    /// Index of the map storey; none for a map of its own.
+    storey: Option<u64>,
+}
+
+/// The map itself, or the localization maps of a folder that `convert` wrote.
+fn storeys(reference: &Path, only: Option<u64>) -> Result<Vec<StoreyMap>, Failure> {
+    if !reference.is_dir() {
+        return Ok(vec![StoreyMap { path: reference.to_owned(), storey: None }]);
+    }
+    let path = reference.join("manifest.json");
+    let unusable = |why: String| Failure::usage(format!("{}: {why}", path.display()));
+    let bytes = std::fs::read(&path).map_err(|error| unusable(error.to_string()))?;
+    let manifest: Manifest = serde_json::from_slice(&bytes).map_err(|error| unusable(error.to_string()))?;
+    let storeys: Vec<StoreyMap> = manifest
+        .storeys
+        .iter()
+        .filter(|s| only.is_none_or(|only| s.index == only))
+        .map(|s| StoreyMap { path: reference.join(&s.directory).join("localization.yaml"), storey: Some(s.index) })
+        .collect();
+    if storeys.is_empty() {
+        return Err(unusable("it has no such storey".to_owned()));
+    }
+    Ok(storeys)
+}
+
+#[derive(Deserialize)]
+struct Manifest {
+    storeys: Vec<ManifestStorey>,
+}
+
+#[derive(Deserialize)]
+struct ManifestStorey {
+    index: u64,
+    directory: PathBuf,
 }
 
 fn hint(arguments: &AlignArgs) -> Option<Hint> {
@@ -62,7 +102,7 @@ fn pairs(folder: &Path) -> Result<String, Failure> {
         let read = |path: &Path| OccupancyMap::read(&folder.join(path)).map_err(Failure::usage);
         let (reference, slam) = (read(&pair.reference)?, read(&pair.slam)?);
         let begun_s = cpu_s();
-        let alignment = align_maps(&PreparedMap::of_model(&reference), &PreparedMap::of_slam(&slam), None);
+        let alignment = align_maps(&[PreparedMap::of_model(&reference)], &PreparedMap::of_slam(&slam), None);
         let answer = answer(&pair.pair, &alignment, cpu_s() - begun_s);
         let _ = writeln!(out, "{answer}");
     }
@@ -88,11 +128,15 @@ fn evidence(pose: &AlignedPose) -> Value {
 }
 
 /// What `align --json` prints.
-fn document(alignment: &Alignment, inputs: Value) -> Value {
+fn document(alignment: &Alignment, storeys: &[StoreyMap], inputs: Value) -> Value {
+    let storey = |p: &AlignedPose| storeys[p.reference].storey;
     let candidates: Vec<Value> = alignment
         .poses
         .iter()
-        .map(|p| json!({"map_from_slam": motion(p), "score": p.evidence.score, "evidence": evidence(p)}))
+        .map(|p| {
+            let (storey, score) = (storey(p), p.evidence.score);
+            json!({"storey": storey, "map_from_slam": motion(p), "score": score, "evidence": evidence(p)})
+        })
         .collect();
     let best = alignment.poses.first().filter(|_| alignment.verdict == Verdict::Accepted);
     let back = best.map(|p| {
@@ -102,6 +146,7 @@ fn document(alignment: &Alignment, inputs: Value) -> Value {
     json!({
         "verdict": word(alignment.verdict),
         "reason": alignment.reason,
+        "storey": best.and_then(storey),
         "map_from_slam": best.map(motion),
         "slam_from_map": back,
         "covariance": best.map(|p| p.covariance.concat()),
@@ -133,7 +178,7 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
     answer
 }
 
-fn text(alignment: &Alignment) -> String {
+fn text(alignment: &Alignment, storeys: &[StoreyMap]) -> String {
     let mut out = word(alignment.verdict).to_owned();
     if !alignment.reason.is_empty() {
         let _ = write!(out, ": {}", alignment.reason);
@@ -147,6 +192,9 @@ fn text(alignment: &Alignment) -> String {
     for pose in &alignment.poses[..told] {
         let m = pose.map_from_slam;
         let (degrees, score) = (m.yaw_rad.to_degrees(), pose.evidence.score);
+        if let Some(storey) = storeys[pose.reference].storey {
+            let _ = write!(out, "  storey {storey}");
+        }
         let _ = writeln!(
             out,
             "  map_from_slam x {:.3} m, y {:.3} m, yaw {degrees:.3} degrees, score {score:.3}",
@@ -157,6 +205,8 @@ fn text(alignment: &Alignment) -> String {
 }
 
 fn sha256(path: &Path) -> Result<String, Failure> {
+    // A folder is told by its manifest, which has the sums of all its files.
+    let path = if path.is_dir() { path.join("manifest.json") } else { path.to_owned() };
     let bytes = std::fs::read(path).map_err(Failure::work)?;
     Ok(Sha256::digest(bytes).iter().fold(String::new(), |mut hex, byte| {
         let _ = write!(hex, "{byte:02x}");

@@ -75,9 +75,13 @@ pub struct SiteArgs {
 /// Arguments of `align`.
 #[derive(Debug, Clone, Args)]
 pub struct AlignArgs {
-    /// Map of the model, as `convert` writes it: localization.yaml of a storey
-    #[arg(long, value_name = "MAP.yaml", required_unless_present = "pairs")]
+    /// Output folder of `convert`, or one map of the model: localization.yaml of a storey
+    #[arg(long, value_name = "OUT", required_unless_present = "pairs")]
     pub reference: Option<PathBuf>,
+
+    /// Index of the storey in the folder [default: all are tried]
+    #[arg(long, value_name = "INDEX")]
+    pub storey: Option<u64>,
 
     /// Map that the robot made, as its map server saves it
     #[arg(long, value_name = "MAP.yaml", required_unless_present = "pairs")]
@@ -374,7 +378,8 @@ Examples:
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration. RUST_LOG=debug shows the steps.";
 
 const AFTER_ALIGN: &str = "\
-Both maps are Nav2 map files of any resolution and origin. The answer is the motion `map_from_slam`:
+The model's maps are those of all storeys in a folder that `convert` wrote, or one of them; the robot's is a
+Nav2 map file of any resolution and origin. The answer is the motion `map_from_slam`:
 p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as well, or why there is none.
 
   accepted    one pose fits, and no other comes near
@@ -384,8 +389,8 @@ p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as 
 Exit codes: 0 accepted, 1 ambiguous, refused or failed, 2 bad usage.
 
 Examples:
-  groundplan align --reference maps/storeys/00-ground-floor/localization.yaml --slam robot.yaml
-  groundplan align --reference maps/storeys/00-ground-floor/localization.yaml --slam robot.yaml --json";
+  groundplan align --reference maps --slam robot.yaml
+  groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json";
 
 const AFTER_STATES: &str = "\
 Dates are local to the site: 2024-04-15 is its midnight, or 2024-04-15T08:30:00.

@@ -1,12 +1,14 @@
 //! Maps in, an alignment out: the part that others call.
 
-use crate::align::{Found, Near, Verdict, align};
 use crate::features::Features;
 use crate::map_file::OccupancyMap;
 use crate::pose::{Pose, wrapped};
 use crate::raster::Raster;
 use crate::refine::{Refined, congruent, transported};
 use crate::score::Evidence;
+use crate::search::{Candidate, Near, search};
+use crate::thresholds::LEAST_FACES;
+use crate::verdict::{Verdict, judged};
 
 /// A map that is ready to be compared.
 pub struct PreparedMap {
@@ -46,6 +48,8 @@ pub struct MapFromSlam {
 /// A pose that was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AlignedPose {
+    /// Which of the maps of the model.
+    pub reference: usize,
     /// Where the SLAM map lies in the model's map.
     pub map_from_slam: MapFromSlam,
     /// What speaks for it.
@@ -99,24 +103,30 @@ pub struct Hint {
     pub radius_rad: f64,
 }
 
-/// Aligns a SLAM map with a map of the model: anywhere, or near a guess. The same maps give the same bits.
-pub fn align_maps(reference: &PreparedMap, slam: &PreparedMap, hint: Option<&Hint>) -> Alignment {
-    let near = hint.map(|hint| Near {
-        pose: between_corners(reference, slam, &hint.map_from_slam),
-        radius_m: hint.radius_m,
-        radius_rad: hint.radius_rad,
-    });
-    let Found { verdict, reason, candidates } = align(&reference.features, &slam.features, near.as_ref());
-    let poses = candidates
-        .iter()
-        .map(|c| AlignedPose {
-            map_from_slam: motion(reference, slam, &c.refined.pose),
-            evidence: c.evidence,
-            about_m: slam.origin.apply(slam.features.centre()),
-            covariance: covariance(reference, slam, &c.refined),
-        })
-        .collect();
-    Alignment { verdict, reason, poses }
+/// Aligns a SLAM map with one of several maps of the model, one for each storey: anywhere, or near a guess. The same maps give
+/// the same bits.
+pub fn align_maps(references: &[PreparedMap], slam: &PreparedMap, hint: Option<&Hint>) -> Alignment {
+    let mut found: Vec<(usize, Candidate)> = Vec::new();
+    for (at, reference) in references.iter().enumerate() {
+        let near = hint.map(|hint| Near {
+            pose: between_corners(reference, slam, &hint.map_from_slam),
+            radius_m: hint.radius_m,
+            radius_rad: hint.radius_rad,
+        });
+        if slam.features.faces.len() >= LEAST_FACES {
+            found.extend(search(&reference.features, &slam.features, near.as_ref()).into_iter().map(|c| (at, c)));
+        }
+    }
+    found.sort_by(|a, b| b.1.evidence.score.total_cmp(&a.1.evidence.score));
+    let (verdict, reason) = judged(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
+    let pose = |(at, candidate): &(usize, Candidate)| AlignedPose {
+        reference: *at,
+        map_from_slam: motion(&references[*at], slam, &candidate.refined.pose),
+        evidence: candidate.evidence,
+        about_m: slam.origin.apply(slam.features.centre()),
+        covariance: covariance(&references[*at], slam, &candidate.refined),
+    };
+    Alignment { verdict, reason, poses: found.iter().map(pose).collect() }
 }
 
 /// From the corners of the maps to their frames.

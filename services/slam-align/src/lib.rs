@@ -18,14 +18,15 @@ mod pose;
 mod rotations;
 mod votes;
 
-mod align;
 mod refine;
 mod score;
+mod search;
+mod verdict;
 
 mod alignment;
 
-pub use align::Verdict;
 pub use alignment::{AlignedPose, Alignment, Hint, MapFromSlam, PreparedMap, align_maps};
 pub use map_file::{MapFault, MapFileError, OccupancyMap};
 pub use raster::Cell;
 pub use score::Evidence;
+pub use verdict::Verdict;

@@ -109,7 +109,7 @@ fn scanned(
 const PLACES: [[f64; 2]; 4] = [[2.0, 2.0], [2.0, 7.5], [5.5, 3.5], [9.5, 7.0]];
 
 fn align(reference: &OccupancyMap, slam: &OccupancyMap, hint: Option<&Hint>) -> Alignment {
-    align_maps(&PreparedMap::of_model(reference), &PreparedMap::of_slam(slam), hint)
+    align_maps(&[PreparedMap::of_model(reference)], &PreparedMap::of_slam(slam), hint)
 }
 
 fn is_at(found: MapFromSlam, truth: MapFromSlam, at: [f64; 2]) -> bool {
@@ -184,6 +184,21 @@ fn another_building_is_not_accepted() {
     let found = align(&model(&flat()), &slam, None);
     assert_ne!(found.verdict, Verdict::Accepted);
     assert!(!found.reason.is_empty());
+}
+
+#[test]
+fn of_several_storeys_the_right_one_is_named_and_two_that_are_alike_are_ambiguous() {
+    let truth = MapFromSlam { x_m: 4.0, y_m: 5.0, yaw_rad: 1.3 };
+    let slam = PreparedMap::of_slam(&scanned(&flat(), &PLACES, truth, 0.05, 0.0));
+    let storeys = [twin(), flat()].map(|walls| PreparedMap::of_model(&model(&walls)));
+    let found = align_maps(&storeys, &slam, None);
+    assert_eq!((found.verdict, found.poses[0].reference), (Verdict::Accepted, 1), "{}", found.reason);
+    let storeys = [flat(), twin(), flat()].map(|walls| PreparedMap::of_model(&model(&walls)));
+    let found = align_maps(&storeys, &slam, None);
+    assert_eq!(found.verdict, Verdict::Ambiguous);
+    let mut alike = [found.poses[0].reference, found.poses[1].reference];
+    alike.sort_unstable();
+    assert_eq!(alike, [0, 2]);
 }
 
 #[test]

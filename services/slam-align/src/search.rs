@@ -1,4 +1,4 @@
-//! The pose of a SLAM map in a reference, and how sure it is.
+//! Where a SLAM map fits a reference.
 
 use crate::chance::Chance;
 use crate::correlation::correlated;
@@ -8,9 +8,7 @@ use crate::pose::{Pose, wrapped};
 use crate::refine::{COARSE, Refined, SOFT, TIGHT, refined};
 use crate::rotations::turns;
 use crate::score::{Evidence, SCALES, Sides, evidence};
-use crate::thresholds::{
-    LEAST_FACES, LEAST_PRECISION, LEAST_RECALL, LEAST_SCORE, MOST_LOOSE_M, MOST_LOOSE_RAD, N_REFINED, RIVAL_SHARE,
-};
+use crate::thresholds::{LEAST_FACES, N_REFINED};
 use crate::votes::voted;
 
 /// Faces that are drawn.
@@ -26,24 +24,6 @@ const COARSE_SCALE: [f64; 1] = [0.3];
 pub(crate) struct Candidate {
     pub(crate) refined: Refined,
     pub(crate) evidence: Evidence,
-}
-
-/// How sure an alignment is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// One pose, and no other comes near.
-    Accepted,
-    /// Several poses that cannot be told apart.
-    Ambiguous,
-    /// No pose is to be believed.
-    Refused,
-}
-
-/// What was found: candidates best first.
-pub(crate) struct Found {
-    pub(crate) verdict: Verdict,
-    pub(crate) reason: String,
-    pub(crate) candidates: Vec<Candidate>,
 }
 
 /// Where the pose is, as somebody guesses: at most so far from there.
@@ -87,17 +67,11 @@ const STEP_M: f64 = 0.5;
 const STEP_RAD: f64 = 0.1;
 const MAX_STEPS: i32 = 4;
 
-/// Searches everywhere, or near a guess.
-pub(crate) fn align(reference: &Features, slam: &Features, near: Option<&Near>) -> Found {
-    let refused = |reason: String| Found { verdict: Verdict::Refused, reason, candidates: Vec::new() };
-    if slam.faces.len() < LEAST_FACES {
-        return refused(format!(
-            "the SLAM map shows too little of walls: {} cells beside free space",
-            slam.faces.len()
-        ));
-    }
+/// The poses in which a SLAM map fits a reference best, best first: anywhere, or near a guess. None if the reference shows too
+/// little.
+pub(crate) fn search(reference: &Features, slam: &Features, near: Option<&Near>) -> Vec<Candidate> {
     if reference.faces.len() < LEAST_FACES {
-        return refused(format!("the reference shows too little of walls: {} cells", reference.faces.len()));
+        return Vec::new();
     }
     let turns = turns(&slam.directions, &reference.directions);
     let mut poses = voted(&slam.corners, &reference.corners, &turns);
@@ -111,38 +85,7 @@ pub(crate) fn align(reference: &Features, slam: &Features, near: Option<&Near>) 
     if let Some(near) = near {
         candidates.retain(|c| near.holds(&c.refined.pose, about));
     }
-    let Some(best) = candidates.first() else {
-        return refused("nothing of the SLAM map fits anywhere".to_owned());
-    };
-    if best.evidence.score <= LEAST_SCORE {
-        let reason =
-            format!("the best pose explains too little: score {:.2}, needed {LEAST_SCORE}", best.evidence.score);
-        return Found { verdict: Verdict::Refused, reason, candidates };
-    }
-    let n_rivals = candidates.iter().skip(1).filter(|c| c.evidence.score >= RIVAL_SHARE * best.evidence.score).count();
-    if n_rivals > 0 {
-        let reason = format!("{} poses fit almost as well", n_rivals + 1);
-        return Found { verdict: Verdict::Ambiguous, reason, candidates };
-    }
-    let Evidence { precision, recall, .. } = best.evidence;
-    if precision < LEAST_PRECISION || recall < LEAST_RECALL {
-        let reason = format!(
-            "one pose fits best, but too little: {:.0} % of the SLAM map's walls and {:.0} % of the reference's that were seen, \
-             needed {:.0} and {:.0} %",
-            100.0 * precision,
-            100.0 * recall,
-            100.0 * LEAST_PRECISION,
-            100.0 * LEAST_RECALL
-        );
-        return Found { verdict: Verdict::Refused, reason, candidates };
-    }
-    let [loose_m, loose_rad] = best.refined.loose(slam.centre());
-    if loose_m > MOST_LOOSE_M || loose_rad > MOST_LOOSE_RAD {
-        let degrees = loose_rad.to_degrees();
-        let reason = format!("the walls that were seen hold the pose to {loose_m:.2} m and {degrees:.1} degrees only");
-        return Found { verdict: Verdict::Ambiguous, reason, candidates };
-    }
-    Found { verdict: Verdict::Accepted, reason: String::new(), candidates }
+    candidates
 }
 
 /// Refines all poses roughly and the best exactly; best first, no two the same.

@@ -1,0 +1,58 @@
+//! Whether a pose is to be believed.
+
+use crate::features::Features;
+use crate::score::Evidence;
+use crate::search::Candidate;
+use crate::thresholds::{
+    LEAST_FACES, LEAST_PRECISION, LEAST_RECALL, LEAST_SCORE, MOST_LOOSE_M, MOST_LOOSE_RAD, RIVAL_SHARE,
+};
+
+/// How sure an alignment is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// One pose, and no other comes near.
+    Accepted,
+    /// Several poses that cannot be told apart, or one that is not held in place.
+    Ambiguous,
+    /// No pose is to be believed.
+    Refused,
+}
+
+/// Judges poses, best first, of one reference or of several; with the reason if none is accepted.
+pub(crate) fn judged(slam: &Features, candidates: &[&Candidate]) -> (Verdict, String) {
+    let n_faces = slam.faces.len();
+    if n_faces < LEAST_FACES {
+        let reason = format!("the SLAM map shows too little of walls: {n_faces} cells beside free space");
+        return (Verdict::Refused, reason);
+    }
+    let Some(best) = candidates.first() else {
+        return (Verdict::Refused, "nothing of the SLAM map fits anywhere".to_owned());
+    };
+    let Evidence { score, precision, recall, .. } = best.evidence;
+    if score <= LEAST_SCORE {
+        let reason = format!("the best pose explains too little: score {score:.2}, needed {LEAST_SCORE}");
+        return (Verdict::Refused, reason);
+    }
+    let n_rivals = candidates.iter().skip(1).filter(|c| c.evidence.score >= RIVAL_SHARE * score).count();
+    if n_rivals > 0 {
+        return (Verdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1));
+    }
+    if precision < LEAST_PRECISION || recall < LEAST_RECALL {
+        let reason = format!(
+            "one pose fits best, but too little: {:.0} % of the SLAM map's walls and {:.0} % of the model's that were seen, \
+             needed {:.0} and {:.0} %",
+            100.0 * precision,
+            100.0 * recall,
+            100.0 * LEAST_PRECISION,
+            100.0 * LEAST_RECALL
+        );
+        return (Verdict::Refused, reason);
+    }
+    let [loose_m, loose_rad] = best.refined.loose(slam.centre());
+    if loose_m > MOST_LOOSE_M || loose_rad > MOST_LOOSE_RAD {
+        let degrees = loose_rad.to_degrees();
+        let reason = format!("the walls that were seen hold the pose to {loose_m:.2} m and {degrees:.1} degrees only");
+        return (Verdict::Ambiguous, reason);
+    }
+    (Verdict::Accepted, String::new())
+}
