@@ -52,6 +52,13 @@ fn a_map_in_another_frame_is_found_on_its_storey_and_on_no_other() {
     assert_eq!(align(&maps.path(), &slam, &["--storey", "7"]).0, Some(2));
     assert_eq!(found["covariance"].as_array().unwrap().len(), 9);
     assert_eq!(found["inputs"]["slam_sha256"].as_str().unwrap().len(), 64);
+    let (transform, overlay) = (home.path().join("site_map.yaml"), home.path().join("overlay.png"));
+    let files = ["--transform", transform.to_str().unwrap(), "--overlay", overlay.to_str().unwrap()];
+    assert_eq!(align(&maps.path(), &slam, &files).0, Some(0));
+    let text = std::fs::read_to_string(&transform).unwrap();
+    let back = &found["slam_from_map"];
+    assert!(text.contains(&format!("translation: {{x: {}, y: {},", back["x_m"], back["y_m"])), "{text} for {back}");
+    assert!(std::fs::read(&overlay).unwrap().starts_with(b"\x89PNG"));
     let (code, other) = align(&localization(&maps, 1), &slam, &[]);
     assert_eq!((code, &other["map_from_slam"]), (Some(1), &Value::Null));
     assert_ne!(other["verdict"], "accepted");

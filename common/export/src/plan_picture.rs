@@ -41,6 +41,7 @@ pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> Ex
 fn colour(grid: &Grid<'_>, index: usize, is_seen: bool) -> Rgb {
     match (Class::from_id(grid.class[index]).unwrap_or(Class::Other), grid.planning[index]) {
         (Class::Door, 0) => DOOR,
+        (Class::Door, 100) => CLOSED,
         (Class::None, 100) => CLOSED,
         (Class::None, 0) if is_seen => SEEN,
         (Class::None, 0) if grid.keepout[index] != 0 => KEEPOUT,

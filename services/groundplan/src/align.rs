@@ -6,7 +6,7 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use slam_align::{AlignedPose, Alignment, Hint, MapFromSlam, OccupancyMap, PreparedMap, Verdict, align_maps};
+use slam_align::{AlignedPose, Alignment, Hint, MapFromSlam, OccupancyMap, PreparedMap, Verdict, align_maps, overlay};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +36,13 @@ pub fn align(arguments: &AlignArgs) -> Result<(String, bool), Failure> {
         .collect::<Result<_, _>>()?;
     let slam_map = PreparedMap::of_slam(&OccupancyMap::read(slam).map_err(Failure::usage)?);
     let alignment = align_maps(&maps, &slam_map, hint(arguments).as_ref());
+    let accepted = alignment.poses.first().filter(|_| alignment.verdict == Verdict::Accepted);
+    if let (Some(path), Some(pose)) = (&arguments.transform, accepted) {
+        write(path, transform(pose).as_bytes())?;
+    }
+    if let (Some(path), Some(pose)) = (&arguments.overlay, alignment.poses.first()) {
+        write(path, &overlay(&maps[pose.reference], &slam_map, pose).map_err(Failure::work)?)?;
+    }
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
         format!("{:#}\n", document(&alignment, &storeys, inputs))
@@ -202,6 +209,22 @@ fn text(alignment: &Alignment, storeys: &[StoreyMap]) -> String {
         );
     }
     out
+}
+
+/// A static transform as ROS writes one: where the model's frame lies in the robot's.
+fn transform(pose: &AlignedPose) -> String {
+    let [x_m, y_m, yaw_rad] = pose.map_from_slam.inverse();
+    let (sin, cos) = libm::sincos(yaw_rad / 2.0);
+    format!(
+        "# ros2 run tf2_ros static_transform_publisher --x {x_m} --y {y_m} --yaw {yaw_rad} --frame-id map \\\n\
+         #   --child-frame-id site_map\n\
+         header:\n  frame_id: map\nchild_frame_id: site_map\n\
+         transform:\n  translation: {{x: {x_m}, y: {y_m}, z: 0.0}}\n  rotation: {{x: 0.0, y: 0.0, z: {sin}, w: {cos}}}\n"
+    )
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    std::fs::write(path, bytes).map_err(|error| Failure::work(format!("{}: {error}", path.display())))
 }
 
 fn sha256(path: &Path) -> Result<String, Failure> {

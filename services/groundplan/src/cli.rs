@@ -95,6 +95,14 @@ pub struct AlignArgs {
     #[arg(long, num_args = 2, value_names = ["M", "DEG"], default_values_t = [2.0, 20.0], requires = "hint")]
     pub hint_radius: Vec<f64>,
 
+    /// Write the static transform from `map`, the robot's frame, to `site_map`, the model's; only if accepted
+    #[arg(long, value_name = "FILE.yaml")]
+    pub transform: Option<PathBuf>,
+
+    /// Draw both maps in the best pose: walls of both green, what only the robot saw red, what it saw through orange
+    #[arg(long, value_name = "FILE.png")]
+    pub overlay: Option<PathBuf>,
+
     /// Print one JSON document on standard output and nothing else there
     #[arg(long)]
     pub json: bool,

@@ -12,7 +12,7 @@ use crate::verdict::{Verdict, judged};
 
 /// A map that is ready to be compared.
 pub struct PreparedMap {
-    features: Features,
+    pub(crate) features: Features,
     origin: Pose,
 }
 
@@ -139,7 +139,7 @@ fn motion(reference: &PreparedMap, slam: &PreparedMap, pose: &Pose) -> MapFromSl
 }
 
 /// From the frames of the maps to their corners.
-fn between_corners(reference: &PreparedMap, slam: &PreparedMap, motion: &MapFromSlam) -> Pose {
+pub(crate) fn between_corners(reference: &PreparedMap, slam: &PreparedMap, motion: &MapFromSlam) -> Pose {
     let corner = reference.origin.undo(motion.apply(slam.origin.t));
     Pose::new(corner, wrapped(motion.yaw_rad + slam.origin.yaw_rad - reference.origin.yaw_rad))
 }

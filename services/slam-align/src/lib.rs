@@ -24,9 +24,11 @@ mod search;
 mod verdict;
 
 mod alignment;
+mod overlay;
 
 pub use alignment::{AlignedPose, Alignment, Hint, MapFromSlam, PreparedMap, align_maps};
 pub use map_file::{MapFault, MapFileError, OccupancyMap};
+pub use overlay::overlay;
 pub use raster::Cell;
 pub use score::Evidence;
 pub use verdict::Verdict;
