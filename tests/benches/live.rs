@@ -124,7 +124,7 @@ impl Live {
     fn processes(&mut self) -> BTreeMap<&'static str, u32> {
         let reader = self.bus.status_reader().unwrap();
         let mut found = BTreeMap::new();
-        while found.len() < 3 {
+        while found.len() < 4 {
             self.waiter.wait(Duration::from_secs(1)).unwrap();
             while let Some(record) = reader.take().unwrap() {
                 found.insert(Daemon::from_id(record.daemon).unwrap().name(), record.process_id);
@@ -185,6 +185,13 @@ impl Live {
         row("memory, MB", format!("shared {:.0}, own: {}", shared as f64 / 1e6, own.join(", ")));
     }
 
+    /// Until the waypoints are those of the newest grids.
+    fn wait_for_plan(&mut self) {
+        let [plans, indices] = [Topic::Plan, Topic::Grids].map(|t| self.bus.subscriber(t).unwrap());
+        let index = self.next(&indices).header().content_hash;
+        while self.next(&plans).header().inputs.grids != index {}
+    }
+
     fn idle(&mut self) {
         let ticks = |process: u32| -> f64 {
             let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
@@ -192,6 +199,7 @@ impl Live {
             // Hundredths of a second, user and system.
             (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
         };
+        self.wait_for_plan();
         let processes = self.processes();
         let before: Vec<f64> = processes.values().map(|p| ticks(*p)).collect();
         std::thread::sleep(IDLE);

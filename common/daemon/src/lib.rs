@@ -20,7 +20,7 @@ pub use config::{
 };
 pub use request::{Answer, Request};
 pub use robot_file::{Robot, RobotFileError};
-pub use run::{Arguments, chain, run};
+pub use run::{Arguments, chain, in_background, run};
 pub use service::{Done, Event, Failure, Service, Stages};
 pub use state::{Epochs, StateError, StateFile, write_durably};
 pub use stop::{ReloadSignal, StopSignal};

@@ -24,6 +24,14 @@ pub struct Arguments {
     pub with_stdin: bool,
 }
 
+/// Lets all other processes go first: for daemons on whose results nobody waits within milliseconds. Called before any thread
+/// is started, because threads inherit it.
+pub fn in_background() {
+    const NICENESS: i32 = 19;
+    // To give way is always allowed.
+    let _ = rustix::process::nice(NICENESS);
+}
+
 /// Runs a daemon until it is told to stop: exit code 0; 1 if it cannot go on, 2 for a configuration that cannot be used.
 pub fn run<S: Service + 'static>(
     daemon: Daemon,

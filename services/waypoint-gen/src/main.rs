@@ -5,5 +5,7 @@ use std::process::ExitCode;
 use waypoint_gen::service::WaypointService;
 
 fn main() -> ExitCode {
+    // Maps do not wait for waypoints.
+    daemon::in_background();
     daemon::run(Daemon::WaypointGen, WaypointService::new)
 }
