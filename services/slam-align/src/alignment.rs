@@ -123,7 +123,7 @@ pub fn align_maps(references: &[PreparedMap], slam: &PreparedMap, hint: Option<&
         reference: *at,
         map_from_slam: motion(&references[*at], slam, &candidate.refined.pose),
         evidence: candidate.evidence,
-        about_m: slam.origin.apply(slam.features.centre()),
+        about_m: slam.origin.apply(slam.features.centre),
         covariance: covariance(&references[*at], slam, &candidate.refined),
     };
     Alignment { verdict, reason, poses: found.iter().map(pose).collect() }
@@ -146,7 +146,7 @@ pub(crate) fn between_corners(reference: &PreparedMap, slam: &PreparedMap, motio
 
 /// From the place that a refinement turned around to the middle of the SLAM map, in the axes of the model's map.
 fn covariance(reference: &PreparedMap, slam: &PreparedMap, refined: &Refined) -> [[f64; 3]; 3] {
-    let at_middle = refined.covariance_at(slam.features.centre());
+    let at_middle = refined.covariance_at(slam.features.centre);
     let [ex, ey] = [[1.0, 0.0], [0.0, 1.0]].map(|axis| reference.origin.turn(axis));
     congruent(&[[ex[0], ey[0], 0.0], [ex[1], ey[1], 0.0], [0.0, 0.0, 1.0]], &at_middle)
 }

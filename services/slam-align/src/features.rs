@@ -14,6 +14,8 @@ pub(crate) struct Features {
     pub(crate) corners: Vec<Corner>,
     /// How many faces look where.
     pub(crate) directions: [f64; N_BINS],
+    /// The mean of the free cells: where errors of a pose are told.
+    pub(crate) centre: [f64; 2],
     /// The nearest face of each cell, with a margin around the map.
     nearest: Vec<u32>,
     nearest_width: usize,
@@ -35,8 +37,8 @@ impl Features {
         let marked: Vec<bool> = of_cell.iter().map(|f| *f != NONE).collect();
         let cells = nearest_marked(&marked, nearest_width);
         let nearest = cells.into_iter().map(|cell| of_cell.get(cell as usize).copied().unwrap_or(NONE)).collect();
-        let corners = corners(&raster);
-        Self { directions: directions(&faces.all), faces: faces.all, corners, raster, nearest, nearest_width }
+        let (corners, centre) = (corners(&raster), centre(&raster));
+        Self { directions: directions(&faces.all), faces: faces.all, corners, centre, raster, nearest, nearest_width }
     }
 
     /// The face nearest to the middle of a point's cell, and the squared distance to the point.
@@ -50,15 +52,15 @@ impl Features {
         let d = [x - face.at[0], y - face.at[1]];
         Some((face, d[0] * d[0] + d[1] * d[1]))
     }
+}
 
-    /// The mean of the free cells: where errors of a pose are told.
-    pub(crate) fn centre(&self) -> [f64; 2] {
-        let (mut n, mut sum) = (0.0, [0.0; 2]);
-        for (index, _) in self.raster.cells.iter().enumerate().filter(|(_, c)| **c == Cell::Free) {
-            let middle = self.raster.middle(index);
-            sum = [sum[0] + middle[0], sum[1] + middle[1]];
-            n += 1.0;
-        }
-        if n == 0.0 { [0.0; 2] } else { sum.map(|s| s / n) }
+/// The mean of the free cells.
+fn centre(raster: &Raster) -> [f64; 2] {
+    let (mut n, mut sum) = (0.0, [0.0; 2]);
+    for (index, _) in raster.cells.iter().enumerate().filter(|(_, c)| **c == Cell::Free) {
+        let middle = raster.middle(index);
+        sum = [sum[0] + middle[0], sum[1] + middle[1]];
+        n += 1.0;
     }
+    if n == 0.0 { [0.0; 2] } else { sum.map(|s| s / n) }
 }

@@ -76,7 +76,7 @@ pub(crate) fn search(reference: &Features, slam: &Features, near: Option<&Near>)
     let turns = turns(&slam.directions, &reference.directions);
     let mut poses = voted(&slam.corners, &reference.corners, &turns);
     poses.extend(correlated(slam, reference, &turns));
-    let about = slam.centre();
+    let about = slam.centre;
     if let Some(near) = near {
         poses.retain(|pose| near.holds(pose, about));
         poses.extend(near.poses(about));
@@ -98,7 +98,7 @@ fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Cand
     // Drawn by weight: they are not weighted again.
     let sides = Sides { slam, reference, slam_faces: &slam_faces, reference_faces: &reference_faces };
     let rough = Sides { slam_faces: &few, ..sides };
-    let about = slam.centre();
+    let about = slam.centre;
     let scored = |sides: &Sides<'_>, refined: Refined, scales: &[f64]| Candidate {
         refined,
         evidence: evidence(sides, &refined.pose, scales),

@@ -48,7 +48,7 @@ pub(crate) fn judged(slam: &Features, candidates: &[&Candidate]) -> (Verdict, St
         );
         return (Verdict::Refused, reason);
     }
-    let [loose_m, loose_rad] = best.refined.loose(slam.centre());
+    let [loose_m, loose_rad] = best.refined.loose(slam.centre);
     if loose_m > MOST_LOOSE_M || loose_rad > MOST_LOOSE_RAD {
         let degrees = loose_rad.to_degrees();
         let reason = format!("the walls that were seen hold the pose to {loose_m:.2} m and {degrees:.1} degrees only");
