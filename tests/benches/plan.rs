@@ -5,9 +5,9 @@
 
 #![expect(clippy::print_stdout, reason = "figures are what it is for")]
 
+use drawing::Rasterizer;
 use ifc_ingest::{IngestOptions, SourceFile};
 use messages::{ArchiveBuffer, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site};
-use rasterize::Rasterizer;
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
 use std::path::{Path, PathBuf};

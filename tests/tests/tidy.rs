@@ -10,20 +10,21 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 14] = [
+const ALLOWED: [(&str, &[&str]); 15] = [
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("ifc", &["frames", "geometry"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["frames", "geometry", "grid"]),
+    ("drawing", &["frames", "geometry", "grid", "messages"]),
     ("bus", &["messages"]),
     ("daemon", &["messages", "bus"]),
     ("export", &["frames", "geometry", "grid", "messages"]),
     ("ifc-ingest", &["frames", "geometry", "grid", "messages", "ifc", "bus", "daemon"]),
-    ("rasterize", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
+    ("rasterize", &["grid", "messages", "drawing", "bus", "daemon"]),
     ("schedule-eval", &["frames", "messages", "bus", "daemon"]),
     ("waypoint-gen", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
-    ("slam-align", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
+    ("slam-align", &["frames", "geometry", "grid", "messages", "drawing", "bus", "daemon"]),
     (
         "groundplan",
         &[
@@ -31,12 +32,12 @@ const ALLOWED: [(&str, &[&str]); 14] = [
             "geometry",
             "grid",
             "messages",
+            "drawing",
             "bus",
             "daemon",
             "export",
             "ifc-ingest",
             "schedule-eval",
-            "rasterize",
             "waypoint-gen",
             "slam-align",
         ],

@@ -9,10 +9,10 @@ use crate::schedule_files::ScheduleInput;
 use crate::site_files;
 use crate::summary::{PhaseSummary, Summary};
 use daemon::Robot;
+use drawing::Rasterizer;
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile};
 use ifc_ingest::SiteFrame;
 use messages::{ArchiveBuffer, Phase, PhaseBuilder, Site};
-use rasterize::Rasterizer;
 use schedule_eval::{Period, Timeline};
 use std::path::Path;
 use std::time::Instant;
@@ -167,7 +167,7 @@ impl Job<'_> {
         with_maps(site, &phase, rasterizer, robot, options, |maps: &Maps<'_>| {
             // Before anything is built a map is blank for a reason.
             if !arguments.allow_empty && phase.head.plan_time().is_none() {
-                rasterize::check_not_blank(site, maps.grids).map_err(Failure::work)?;
+                drawing::check_not_blank(site, maps.grids).map_err(Failure::work)?;
             }
             progress.stage("writing");
             let input = ExportInput {

@@ -3,9 +3,9 @@
 use crate::cli::RobotArgs;
 use crate::failure::Failure;
 use daemon::Robot;
+use drawing::Rasterizer;
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
-use rasterize::Rasterizer;
 use std::path::Path;
 use waypoint_gen::{PlanInput, PlanOptions, Planner};
 

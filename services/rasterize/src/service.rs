@@ -1,8 +1,8 @@
 //! Rasterisation as a daemon: re-slices the storeys that a new phase changes.
 
-use crate::Rasterizer;
 use bus::{Bus, GridSlot, Origin, PublishError, Publisher, Sample, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Robot, Service, SiteConfig, Stages, StateFile};
+use drawing::Rasterizer;
 use messages::{CheckedSite, InputHashes, Phase, RobotProfile, Stage};
 use rayon::prelude::*;
 use std::path::PathBuf;

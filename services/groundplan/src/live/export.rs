@@ -5,9 +5,9 @@ use crate::cli::ExportArgs;
 use crate::failure::Failure;
 use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
+use drawing::Rasterizer;
 use export::{ExportInput, OutputFolder};
 use messages::{Grid, Grids, Phase, Plan, Site};
-use rasterize::Rasterizer;
 use std::time::{Duration, Instant};
 
 /// Samples that belong together are waited for.

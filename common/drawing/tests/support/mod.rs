@@ -2,10 +2,10 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
+use drawing::Rasterizer;
 use frames::{Map, Point2};
 use grid::Class;
 use messages::*;
-use rasterize::Rasterizer;
 
 /// Metres to tenths of a millimetre.
 pub(crate) fn t(m: f64) -> i32 {

@@ -3,10 +3,10 @@
 
 mod support;
 
+use drawing::Rasterizer;
 use grid::Class;
 use messages::*;
 use proptest::prelude::*;
-use rasterize::Rasterizer;
 use support::{House, t};
 
 const SLAB: usize = 4;

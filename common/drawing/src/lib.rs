@@ -1,0 +1,149 @@
+//! Site, phase and robot in, one grid per map storey out.
+//!
+//! [`Rasterizer::new`] cuts every element to the slab of every storey once, into runs of cells per element, and keeps
+//! them; they change only with site, robot or resolution. [`Rasterizer::draw`] brings the grids to a phase: what it drew
+//! before is kept, and only what looks different is drawn again.
+
+mod canvas;
+mod cut;
+mod doors;
+mod error;
+mod facts;
+mod floor;
+mod near;
+mod regions;
+mod window;
+
+pub use error::{RasterizeError, check_not_blank};
+
+use canvas::{Canvas, Scene};
+use cut::StoreyCut;
+use geometry::Footprint;
+use grid::GridSpec;
+use messages::{
+    ArchiveBuffer, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord, RobotProfile, Site,
+};
+use rayon::prelude::*;
+
+/// What a site looks like to a robot at a resolution: before any date is known, and as it was drawn last.
+#[derive(Debug)]
+pub struct Rasterizer {
+    robot: RobotProfile,
+    storeys: Vec<StoreyCut>,
+    /// One per storey, once something was drawn.
+    canvases: Vec<Canvas>,
+    index: Index,
+}
+
+/// Records of the index and its archive, in memory that is used again.
+#[derive(Debug, Default)]
+struct Index {
+    slots: Vec<GridSlotRecord>,
+    doors: Vec<DoorPassageRecord>,
+    regions: Vec<RegionRecord>,
+    archive: ArchiveBuffer,
+}
+
+/// The grid of a map storey, as drawn last.
+#[derive(Debug, Clone, Copy)]
+pub struct Drawn<'a> {
+    /// The `grid` archive.
+    pub archive: &'a [u8],
+    /// Its content hash.
+    pub content_hash: u64,
+    /// Hash of everything of the phase that it depends on: the looks of the elements near the storey and of its spaces.
+    pub input_hash: u64,
+}
+
+impl<'a> Drawn<'a> {
+    fn of(canvas: &'a Canvas) -> Self {
+        Self { archive: canvas.archive(), content_hash: canvas.content_hash(), input_hash: canvas.input_hash() }
+    }
+}
+
+impl Rasterizer {
+    /// Cuts all elements for all map storeys, on all threads of the current pool.
+    ///
+    /// # Errors
+    /// A resolution that is no whole number of tenths of a millimetre, a margin of too many cells, or a storey too large for
+    /// a grid.
+    pub fn new(site: &Site<'_>, robot: &RobotProfile, resolution_m: f64) -> Result<Self, RasterizeError> {
+        let margin_m = robot.work_margin_m.max(robot.edge_margin_m);
+        if margin_m > grid::MAX_REACH_CELLS * resolution_m {
+            return Err(RasterizeError::Margin { margin_m, max_cells: grid::MAX_REACH_CELLS, resolution_m });
+        }
+        let storeys = (0..site.map_storeys.len())
+            .into_par_iter()
+            .map(|k| StoreyCut::new(site, robot, resolution_m, k))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { robot: *robot, storeys, canvases: Vec::new(), index: Index::default() })
+    }
+
+    /// Where the grid of a map storey lies: a function of site and resolution alone.
+    pub fn spec(&self, map_storey: usize) -> GridSpec {
+        self.storeys[map_storey].spec
+    }
+
+    /// The footprints of the elements in a storey's slab, by element.
+    pub fn footprints(&self, map_storey: usize) -> &[(u32, Footprint)] {
+        &self.storeys[map_storey].footprints
+    }
+
+    /// Number of map storeys.
+    pub fn n_storeys(&self) -> usize {
+        self.storeys.len()
+    }
+
+    /// Draws the grids of a phase on all threads of the current pool: the first time as a whole, later only what differs. What
+    /// was drawn before does not change the result. `site` is the one that it was made from, `phase` one of that site.
+    pub fn draw(&mut self, site: &Site<'_>, phase: &Phase<'_>) {
+        let Self { robot, storeys, canvases, .. } = self;
+        let scene = |storey| Scene { site, robot, storey };
+        if canvases.is_empty() {
+            let draw = |storey| {
+                let mut canvas = Canvas::new(scene(storey));
+                canvas.draw(scene(storey), phase);
+                canvas
+            };
+            storeys.par_iter().map(draw).collect_into_vec(canvases);
+        } else {
+            let both = storeys.par_iter().zip(canvases);
+            both.for_each(|(storey, canvas)| canvas.draw(scene(storey), phase));
+        }
+    }
+
+    /// The grids, as drawn last, by map storey; none before the first time.
+    pub fn drawn(&self) -> impl ExactSizeIterator<Item = Drawn<'_>> {
+        self.canvases.iter().map(Drawn::of)
+    }
+
+    /// The same, for all threads of the current pool.
+    pub fn par_drawn(&self) -> impl IndexedParallelIterator<Item = Drawn<'_>> {
+        self.canvases.par_iter().map(Drawn::of)
+    }
+
+    /// The `grids` archive of the grids as drawn last, and its content hash: what they were made from, what a robot finds at
+    /// doors, regions at other levels.
+    pub fn index(&mut self, site: &Site<'_>, phase: &Phase<'_>, robot_name: &str) -> (&[u8], u64) {
+        let Index { slots, doors, regions, archive } = &mut self.index;
+        slots.clear();
+        doors.clear();
+        regions.clear();
+        for (canvas, storey) in self.canvases.iter().zip(&self.storeys) {
+            let (map_storey, cell_tenths) = (storey.map_storey, storey.spec.cell_tenths);
+            slots.push(GridSlotRecord { map_storey, cell_tenths, content_hash: canvas.content_hash() });
+            doors.extend_from_slice(canvas.doors());
+            regions.extend_from_slice(canvas.regions());
+        }
+        let head = GridsHead {
+            site_hash: site.content_hash(),
+            phase_hash: phase.content_hash(),
+            plan_time_s: phase.head.plan_time_s,
+            robot: self.robot,
+        };
+        let builder = GridsBuilder { head, slots, robot_name, doors, regions };
+        archive.resize(builder.length());
+        let content_hash = builder.write(archive.bytes_mut());
+        (archive.bytes(), content_hash)
+    }
+}
