@@ -10,6 +10,7 @@ mod growth;
 mod nav2;
 mod raster;
 mod rect;
+mod resample;
 mod sight;
 mod spec;
 
@@ -20,5 +21,6 @@ pub use growth::{Growth, MAX_REACH_CELLS, REACHED};
 pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, pixel_of};
 pub use raster::{Run, covered_cells, overlapped_cells};
 pub use rect::{CellRect, join_rects};
+pub use resample::resampled;
 pub use sight::Sight;
 pub use spec::{Cell, GridSpec, GridSpecError, MAX_CELLS};
