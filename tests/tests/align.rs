@@ -5,7 +5,7 @@ mod support;
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use support::{Maps, convert, demo_model, groundplan};
+use support::{Maps, convert, demo_model, groundplan, turned_map};
 
 fn localization(maps: &Maps, storey: usize) -> PathBuf {
     maps.path().join(maps.manifest["storeys"][storey]["directory"].as_str().unwrap()).join("localization.yaml")
@@ -19,23 +19,11 @@ fn align(reference: &Path, slam: &Path, more: &[&str]) -> (Option<i32>, Value) {
     (output.status.code(), serde_json::from_slice(&output.stdout).unwrap_or_default())
 }
 
-/// The planning map of a storey as a robot might have mapped it: in a frame of its own, a quarter turn around.
-fn turned(maps: &Maps, storey: usize, folder: &Path) -> PathBuf {
-    let source = localization(maps, storey).with_file_name("planning.pgm");
-    let (width, height, pixels) = grid::decode_pgm(&std::fs::read(source).unwrap()).unwrap();
-    // What was at (column, row) comes to (height - 1 - row, column).
-    let turned = grid::encode_pgm(height, |at| pixels[(height - 1 - at % height) * width + at / height], width);
-    std::fs::write(folder.join("robot.pgm"), turned).unwrap();
-    let yaml = folder.join("robot.yaml");
-    std::fs::write(&yaml, "image: robot.pgm\nresolution: 0.05\norigin: [7.5, -3.0, 0.0]\nnegate: 0\n").unwrap();
-    yaml
-}
-
 #[test]
 fn a_map_in_another_frame_is_found_on_its_storey_and_on_no_other() {
     let maps = convert(&demo_model(), &[]);
     let home = tempfile::tempdir().unwrap();
-    let slam = turned(&maps, 0, home.path());
+    let slam = turned_map(&maps, 0, home.path());
     let (code, found) = align(&localization(&maps, 0), &slam, &[]);
     assert_eq!((code, found["verdict"].as_str()), (Some(0), Some("accepted")), "{found}");
     let yaw_rad = found["map_from_slam"]["yaw_rad"].as_f64().unwrap();
@@ -59,12 +47,61 @@ fn a_map_in_another_frame_is_found_on_its_storey_and_on_no_other() {
     let back = &found["slam_from_map"];
     assert!(text.contains(&format!("translation: {{x: {}, y: {},", back["x_m"], back["y_m"])), "{text} for {back}");
     assert!(std::fs::read(&overlay).unwrap().starts_with(b"\x89PNG"));
+    let moved = home.path().join("moved");
+    assert_eq!(align(&maps.path(), &slam, &["--resample", moved.to_str().unwrap()]).0, Some(0));
+    check_moved(&maps, &moved, &home.path().join("robot.pgm"));
     let (code, other) = align(&localization(&maps, 1), &slam, &[]);
     assert_eq!((code, &other["map_from_slam"]), (Some(1), &Value::Null));
     assert_ne!(other["verdict"], "accepted");
     assert!(!other["reason"].as_str().unwrap().is_empty());
     let (_, hinted) = align(&localization(&maps, 0), &slam, &["--hint", "50", "50", "0"]);
     assert_ne!(hinted["verdict"], "accepted", "not where somebody says it is");
+}
+
+/// The maps that were moved into the robot's frame show what the robot's map shows.
+fn check_moved(maps: &Maps, moved: &Path, robot: &Path) {
+    let read = |path: &Path| grid::decode_pgm(&std::fs::read(path).unwrap()).unwrap();
+    let yaml = std::fs::read_to_string(moved.join("planning.yaml")).unwrap();
+    let origin: Vec<f64> = yaml.split(['[', ']']).nth(1).unwrap().split(", ").map(|n| n.parse().unwrap()).collect();
+    let ((width, _, cells), (robot_width, robot_height, robots)) = (read(&moved.join("planning.pgm")), read(robot));
+    let at =
+        |x_m: f64, y_m: f64| cells[((y_m - origin[1]) / 0.05) as usize * width + ((x_m - origin[0]) / 0.05) as usize];
+    let (mut n_free, mut n_walls, mut n_lost) = (0, 0, 0);
+    for row in 3..robot_height - 3 {
+        for column in 3..robot_width - 3 {
+            let there = at(7.5 + (column as f64 + 0.5) * 0.05, -3.0 + (row as f64 + 0.5) * 0.05);
+            let of_robot = robots[row * robot_width + column];
+            n_free += u32::from(of_robot == grid::FREE && there == grid::FREE);
+            n_walls += u32::from(of_robot == grid::OCCUPIED);
+            n_lost += u32::from(of_robot == grid::OCCUPIED && there == grid::FREE);
+        }
+    }
+    assert!(n_free > 10_000 && n_walls > 1_000 && n_lost == 0, "{n_free} free, {n_walls} walls, {n_lost} lost");
+    let waypoints: Value = serde_json::from_slice(&std::fs::read(moved.join("waypoints.json")).unwrap()).unwrap();
+    let all = maps.json("waypoints.json");
+    let of_storey = all["waypoints"].as_array().unwrap().iter().filter(|w| w["storey"] == 0).count();
+    let waypoints = waypoints["waypoints"].as_array().unwrap();
+    assert_eq!(waypoints.len(), of_storey);
+    for w in waypoints {
+        assert_eq!(at(w["x_m"].as_f64().unwrap(), w["y_m"].as_f64().unwrap()), grid::FREE, "{w}");
+    }
+}
+
+#[test]
+fn lengths_that_are_wrong_are_found_when_nobody_vouches_for_them() {
+    let maps = convert(&demo_model(), &[]);
+    let home = tempfile::tempdir().unwrap();
+    let slam = turned_map(&maps, 0, home.path());
+    let text = std::fs::read_to_string(&slam).unwrap();
+    std::fs::write(&slam, text.replace("resolution: 0.05", "resolution: 0.055")).unwrap();
+    assert_ne!(align(&maps.path(), &slam, &[]).1["verdict"], "accepted", "10 % are not absorbed");
+    let (code, found) = align(&maps.path(), &slam, &["--free-scale"]);
+    let scale = found["scale"].as_f64().unwrap();
+    assert!(code == Some(0) && (scale - 1.1).abs() < 0.003, "{found}");
+    std::fs::write(&slam, text.replace("resolution: 0.05", "resolution: 0.0502")).unwrap();
+    let (_, found) = align(&maps.path(), &slam, &[]);
+    let scale = found["scale"].as_f64().unwrap();
+    assert!((scale - 1.004).abs() < 0.001, "{found}");
 }
 
 #[test]

@@ -17,7 +17,7 @@ use support::{contents, groundplan};
 /// Dates between which the maps of the demo building differ.
 const DATES: [&str; 4] = ["2024-04-06T12:00:00", "2024-04-27T12:00:00", "2024-05-20T12:00:00", "2024-06-03T12:00:00"];
 
-const DAEMONS: [&str; 4] = ["ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen"];
+const DAEMONS: [&str; 5] = ["ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen", "slam-align"];
 
 /// A subscriber that believes nothing: it checks every set that comes together.
 struct Witness {

@@ -40,7 +40,7 @@ fn everything_is_put_in_place_and_a_changed_configuration_stays() {
 #[test]
 fn units_start_what_is_installed_share_memory_and_one_user() {
     let target = std::fs::read_to_string(root().join("config/systemd/groundplan.target")).unwrap();
-    for daemon in ["keeper", "ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen"] {
+    for daemon in ["keeper", "ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen", "slam-align"] {
         let name = format!("groundplan-{daemon}.service");
         assert!(target.contains(&name));
         let unit = std::fs::read_to_string(root().join("config/systemd").join(&name)).unwrap();

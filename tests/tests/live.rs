@@ -43,7 +43,7 @@ fn what_was_set_survives_the_death_of_every_process() {
         assert_eq!((&content["plan_time"], &content["robot"]), (&"2024-04-29T10:00:00".into(), &"legged".into()));
     };
     let mut epoch = live.index()["epoch"].as_u64().unwrap();
-    for daemon in ["ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen"] {
+    for daemon in ["ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen", "slam-align"] {
         live.kill(daemon);
         check(&live);
         let now = live.index()["epoch"].as_u64().unwrap();

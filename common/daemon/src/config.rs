@@ -2,7 +2,7 @@
 
 use bus::{Domain, DomainError};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// The configuration of a site. Paths are absolute: those in the file count from its folder.
@@ -26,6 +26,9 @@ pub struct SiteConfig {
     /// The waypoints.
     #[serde(default)]
     pub waypoints: WaypointConfig,
+    /// The robot's own map.
+    #[serde(default)]
+    pub align: AlignConfig,
     /// The machine's clock.
     #[serde(default)]
     pub clock: ClockConfig,
@@ -70,6 +73,50 @@ pub struct RobotConfig {
 pub struct WaypointConfig {
     /// What is planned and how, as for `groundplan convert --waypoints`.
     pub options: Option<PathBuf>,
+}
+
+/// The robot's own map, and where it lies in the model's.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct AlignConfig {
+    /// A map that the robot saved, for sites where it does not publish one.
+    pub map: Option<PathBuf>,
+    /// Index of the map storey that the robot is on; all are tried if left out.
+    pub storey: Option<u32>,
+    /// About where the robot's map lies.
+    pub hint: Option<PoseHint>,
+    /// Metres by which the pose may change, at the middle of the SLAM map, without anybody's word.
+    pub max_jump_m: f64,
+    /// The same for its yaw, in degrees.
+    pub max_jump_deg: f64,
+}
+
+/// A guess of `map_from_slam`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PoseHint {
+    /// Metres.
+    pub x_m: f64,
+    /// Metres.
+    pub y_m: f64,
+    /// Degrees.
+    pub yaw_deg: f64,
+    /// How far off the middle of the SLAM map may be, in metres.
+    #[serde(default = "PoseHint::radius_m")]
+    pub radius_m: f64,
+    /// How far off the yaw may be, in degrees.
+    #[serde(default = "PoseHint::radius_deg")]
+    pub radius_deg: f64,
+}
+
+impl PoseHint {
+    fn radius_m() -> f64 {
+        2.0
+    }
+
+    fn radius_deg() -> f64 {
+        20.0
+    }
 }
 
 /// The machine's clock.
@@ -146,6 +193,12 @@ impl Default for RobotConfig {
     }
 }
 
+impl Default for AlignConfig {
+    fn default() -> Self {
+        Self { map: None, storey: None, hint: None, max_jump_m: 0.10, max_jump_deg: 1.0 }
+    }
+}
+
 impl SiteConfig {
     /// Reads a configuration.
     ///
@@ -163,6 +216,7 @@ impl SiteConfig {
             &mut config.schedule.rules,
             &mut config.robot.profile,
             &mut config.waypoints.options,
+            &mut config.align.map,
             &mut config.clock.synchronised_while,
         ];
         for path in paths.chain(optional.into_iter().flatten()) {

@@ -16,7 +16,8 @@ mod stop;
 mod systemd;
 
 pub use config::{
-    BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, RobotConfig, ScheduleConfig, SiteConfig, WaypointConfig,
+    AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
+    SiteConfig, WaypointConfig,
 };
 pub use request::{Answer, Request};
 pub use robot_file::{Robot, RobotFileError};

@@ -7,7 +7,8 @@ use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, Registry, fmt, reload};
 
 /// What is logged unless somebody says otherwise: what our own crates have to say.
-const USUAL: &str = "warn,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info,waypoint_gen=info";
+const USUAL: &str =
+    "warn,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info,waypoint_gen=info,slam_align=info";
 
 /// A log that cannot be had.
 #[derive(Debug, thiserror::Error)]

@@ -1,5 +1,6 @@
 //! What a client may ask a daemon, and what it answers: JSON on the bus.
 
+use crate::config::PoseHint;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -50,6 +51,20 @@ pub enum Request {
         /// Only what was built since this plan time, civil seconds since 1970.
         changed_since_s: Option<i64>,
     },
+    /// slam-align: the robot's map is in this file, as its map server saved it.
+    ReadSlamMap {
+        /// Absolute path of the description.
+        file: PathBuf,
+    },
+    /// slam-align: search the pose of the robot's map now.
+    Align {
+        /// Near this pose only.
+        hint: Option<PoseHint>,
+        /// On this map storey only.
+        storey: Option<u32>,
+    },
+    /// slam-align: the pose that waits is right.
+    Confirm,
 }
 
 /// What a daemon answers when the effect is on disk.

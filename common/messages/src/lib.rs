@@ -11,6 +11,8 @@
 //! | `grid` | [`Grid`] | [`GridWriter`] | rasterize |
 //! | `grids` | [`Grids`] | [`GridsBuilder`] | rasterize |
 //! | `plan` | [`Plan`] | [`PlanBuilder`] | waypoint-gen |
+//! | `slam-map` | [`SlamMap`] | [`SlamMap::write`] | the robot |
+//! | `alignment` | [`Alignment`] | [`AlignmentBuilder`] | slam-align |
 //!
 //! Beside an archive travels its [`SampleHeader`]: what belongs to the moment, not to the content. Daemons report
 //! themselves with a [`StatusRecord`].
@@ -19,6 +21,7 @@
 //! section. [`NONE`] in an index means "none". Lengths are metres in `f64`, or tenths of a millimetre in `map` in `i32`
 //! where the field's name ends in `_tenths`.
 
+mod alignment;
 mod archive;
 mod consistency;
 mod grid_archive;
@@ -32,8 +35,10 @@ mod schedule_records;
 mod site;
 mod site_builder;
 mod site_records;
+mod slam_map;
 mod status;
 
+pub use alignment::{Alignment, AlignmentBuilder, AlignmentHead, Evidence, PoseRecord, PoseState, Verdict};
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, sections_len,
 };
@@ -52,4 +57,5 @@ pub use schedule_records::*;
 pub use site::{CheckedSite, Site};
 pub use site_builder::{SiteBuilder, TextPool};
 pub use site_records::*;
+pub use slam_map::{SlamMap, SlamMapHead};
 pub use status::{Stage, StatusRecord};

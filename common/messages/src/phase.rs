@@ -304,6 +304,11 @@ impl<'a> Phase<'a> {
         self.archive.content_hash()
     }
 
+    /// The same phase as if nothing had been reported or observed: what counts is the plan alone.
+    pub fn as_planned(&self) -> Self {
+        Self { effective: self.planned, ..*self }
+    }
+
     /// State of an element of the site, as planned or as observed, whichever counts.
     pub fn effective(&self, element: usize) -> ElementState {
         ElementState::from_id(self.effective[element]).unwrap_or(ElementState::Built)
@@ -422,6 +427,7 @@ mod tests {
         let phase = Phase::open(buffer.bytes()).unwrap();
         assert_eq!((phase.planned(1), phase.effective(1)), (ElementState::Built, ElementState::InProgress));
         assert_eq!(phase.why(0).collect::<Vec<_>>(), ["task:abc", "private"]);
+        assert_eq!(phase.as_planned().effective(1), ElementState::Built);
         assert!(phase.is_blocked(0) && !phase.is_blocked(1) && phase.why(1).next().is_none());
         assert_eq!(phase.head.plan_time(), None);
     }

@@ -24,7 +24,7 @@ pub enum Command {
     /// List when anything changes, or what differs between two dates
     #[command(after_help = AFTER_CHANGES)]
     Changes(ChangesArgs),
-    /// Find the pose of a robot's SLAM map in a map of the model
+    /// Find the pose of a robot's SLAM map in the model's: of files, or of the map that the running daemon follows
     #[command(after_help = AFTER_ALIGN)]
     Align(AlignArgs),
     /// Start the daemons of a site and look after them until SIGTERM
@@ -43,6 +43,10 @@ pub enum Command {
     Robot(RobotSetArgs),
     /// Tell the running daemons what waypoints to plan; returns when the plan is out. Without arguments, what is configured
     Waypoints(WaypointsArgs),
+    /// Give the running daemons a map that the robot made, and align it; exit code 0 if accepted
+    SlamMap(SlamMapArgs),
+    /// Say that the pose that waits is right: it counts from now on
+    Confirm(ConfirmArgs),
     /// Watch the running daemons in the terminal: who lives, what is published, the maps themselves
     Monitor(MonitorArgs),
     /// Look at what is on the bus
@@ -75,16 +79,17 @@ pub struct SiteArgs {
 /// Arguments of `align`.
 #[derive(Debug, Clone, Args)]
 pub struct AlignArgs {
-    /// Output folder of `convert`, or one map of the model: localization.yaml of a storey
-    #[arg(long, value_name = "OUT", required_unless_present = "pairs")]
+    /// Output folder of `convert`, or one map of the model: localization.yaml of a storey [default: the running daemon aligns
+    /// the map that it follows with the site as planned]
+    #[arg(long, value_name = "OUT", requires = "slam")]
     pub reference: Option<PathBuf>,
 
-    /// Index of the storey in the folder [default: all are tried]
+    /// Index of the storey [default: all are tried]
     #[arg(long, value_name = "INDEX")]
-    pub storey: Option<u64>,
+    pub storey: Option<u32>,
 
     /// Map that the robot made, as its map server saves it
-    #[arg(long, value_name = "MAP.yaml", required_unless_present = "pairs")]
+    #[arg(long, value_name = "MAP.yaml", requires = "reference")]
     pub slam: Option<PathBuf>,
 
     /// Guess of map_from_slam: metres, metres, degrees
@@ -100,8 +105,16 @@ pub struct AlignArgs {
     pub transform: Option<PathBuf>,
 
     /// Draw both maps in the best pose: walls of both green, what only the robot saw red, what it saw through orange
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", requires = "reference")]
     pub overlay: Option<PathBuf>,
+
+    /// Write maps, route graph and waypoints of the storey moved into the robot's frame; only if accepted
+    #[arg(long, value_name = "FOLDER", requires = "reference", conflicts_with = "free_scale")]
+    pub resample: Option<PathBuf>,
+
+    /// Nobody vouches for the lengths of the SLAM map: try scales from 0.8 to 1.25
+    #[arg(long, requires = "reference")]
+    pub free_scale: bool,
 
     /// Print one JSON document on standard output and nothing else there
     #[arg(long)]
@@ -114,6 +127,38 @@ pub struct AlignArgs {
     /// Print a JSON document a line, one for each pair
     #[arg(long, requires = "pairs")]
     pub json_lines: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
+/// Arguments of `slam-map`.
+#[derive(Debug, Clone, Args)]
+pub struct SlamMapArgs {
+    /// Map that the robot made, as its map server saves it
+    #[arg(value_name = "MAP.yaml")]
+    pub map: PathBuf,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    pub json: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
+/// Arguments of `confirm`.
+#[derive(Debug, Clone, Args)]
+pub struct ConfirmArgs {
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    pub json: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
 }
 
 /// Arguments of `up`.

@@ -19,7 +19,7 @@ fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .with_env_filter(filter(&command))
         .init();
-    // `align`, `status` and `doctor` say with their exit code what their text says.
+    // `align`, `slam-map`, `status` and `doctor` say with their exit code what their text says.
     let mut is_well = true;
     let outcome = match command {
         Command::Convert(arguments) => convert(&arguments).map(|summary| summary.text()),
@@ -29,6 +29,11 @@ fn main() -> ExitCode {
             is_well = accepted;
             text
         }),
+        Command::SlamMap(arguments) => live::slam_map(&arguments).map(|(text, accepted)| {
+            is_well = accepted;
+            text
+        }),
+        Command::Confirm(arguments) => live::confirm(&arguments),
         Command::Up(arguments) => live::up(&arguments),
         Command::Down(arguments) => live::down(&arguments),
         Command::Status(arguments) => live::status(&arguments).map(|(text, healthy)| {

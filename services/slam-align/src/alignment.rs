@@ -1,14 +1,16 @@
 //! Maps in, an alignment out: the part that others call.
 
+use crate::chance::Chance;
 use crate::features::Features;
 use crate::map_file::OccupancyMap;
 use crate::pose::{Pose, wrapped};
 use crate::raster::Raster;
 use crate::refine::{Refined, congruent, transported};
-use crate::score::Evidence;
-use crate::search::{Candidate, Near, search};
+use crate::scale::{Scale, scale};
+use crate::search::{Candidate, Near, drawn, search};
 use crate::thresholds::LEAST_FACES;
-use crate::verdict::{Verdict, judged};
+use crate::verdict::judged;
+use messages::{Evidence, Verdict};
 
 /// A map that is ready to be compared.
 pub struct PreparedMap {
@@ -31,6 +33,12 @@ impl PreparedMap {
         let [x, y, yaw] = map.origin;
         let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m), depth_m);
         Self { features, origin: Pose::new([x, y], yaw) }
+    }
+}
+
+impl AsRef<Self> for PreparedMap {
+    fn as_ref(&self) -> &Self {
+        self
     }
 }
 
@@ -74,6 +82,16 @@ impl MapFromSlam {
 }
 
 impl AlignedPose {
+    pub(crate) fn of(at: usize, reference: &PreparedMap, slam: &PreparedMap, candidate: &Candidate) -> Self {
+        Self {
+            reference: at,
+            map_from_slam: motion(reference, slam, &candidate.refined.pose),
+            evidence: candidate.evidence,
+            about_m: slam.origin.apply(slam.features.centre),
+            covariance: covariance(reference, slam, &candidate.refined),
+        }
+    }
+
     /// The covariance of x, y and yaw of `map_from_slam` themselves.
     pub fn covariance_of_motion(&self) -> [[f64; 3]; 3] {
         let [x, y] = self.map_from_slam.apply(self.about_m);
@@ -90,6 +108,16 @@ pub struct Alignment {
     pub reason: String,
     /// Poses that were found, best first.
     pub poses: Vec<AlignedPose>,
+    /// Lengths of the SLAM map in the best of them; `None` if too little matches to tell.
+    pub scale: Option<Scale>,
+}
+
+impl Alignment {
+    /// Before anything was searched.
+    pub(crate) fn nothing_yet() -> Self {
+        let reason = "no pose was searched yet".to_owned();
+        Self { verdict: Verdict::Refused, reason, poses: Vec::new(), scale: None }
+    }
 }
 
 /// A guess of where a SLAM map lies.
@@ -105,9 +133,9 @@ pub struct Hint {
 
 /// Aligns a SLAM map with one of several maps of the model, one for each storey: anywhere, or near a guess. The same maps give
 /// the same bits.
-pub fn align_maps(references: &[PreparedMap], slam: &PreparedMap, hint: Option<&Hint>) -> Alignment {
+pub fn align_maps(references: &[impl AsRef<PreparedMap>], slam: &PreparedMap, hint: Option<&Hint>) -> Alignment {
     let mut found: Vec<(usize, Candidate)> = Vec::new();
-    for (at, reference) in references.iter().enumerate() {
+    for (at, reference) in references.iter().map(AsRef::as_ref).enumerate() {
         let near = hint.map(|hint| Near {
             pose: between_corners(reference, slam, &hint.map_from_slam),
             radius_m: hint.radius_m,
@@ -119,14 +147,12 @@ pub fn align_maps(references: &[PreparedMap], slam: &PreparedMap, hint: Option<&
     }
     found.sort_by(|a, b| b.1.evidence.score.total_cmp(&a.1.evidence.score));
     let (verdict, reason) = judged(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
-    let pose = |(at, candidate): &(usize, Candidate)| AlignedPose {
-        reference: *at,
-        map_from_slam: motion(&references[*at], slam, &candidate.refined.pose),
-        evidence: candidate.evidence,
-        about_m: slam.origin.apply(slam.features.centre),
-        covariance: covariance(&references[*at], slam, &candidate.refined),
-    };
-    Alignment { verdict, reason, poses: found.iter().map(pose).collect() }
+    let poses = found.iter().map(|(at, c)| AlignedPose::of(*at, references[*at].as_ref(), slam, c)).collect();
+    let scale = found.first().and_then(|(at, best)| {
+        let drawn = drawn(&slam.features, &mut Chance::new(1));
+        scale(&references[*at].as_ref().features, &slam.features, &drawn, &best.refined.pose)
+    });
+    Alignment { verdict, reason, poses, scale }
 }
 
 /// From the corners of the maps to their frames.

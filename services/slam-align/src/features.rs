@@ -6,19 +6,26 @@ use crate::raster::{Cell, Raster};
 use crate::rotations::{N_BINS, directions};
 use crate::thresholds::CELL_M;
 use grid::nearest_marked;
+use std::sync::OnceLock;
 
 /// A map with its features. Points are metres from the map's lower left corner.
 pub(crate) struct Features {
     pub(crate) raster: Raster,
     pub(crate) faces: Vec<Face>,
-    pub(crate) corners: Vec<Corner>,
-    /// How many faces look where.
-    pub(crate) directions: [f64; N_BINS],
     /// The mean of the free cells: where errors of a pose are told.
     pub(crate) centre: [f64; 2],
-    /// The nearest face of each cell, with a margin around the map.
-    nearest: Vec<u32>,
-    nearest_width: usize,
+    /// The face of each cell.
+    of_cell: Vec<u32>,
+    // A map that is followed needs only its faces: the rest is made for whoever asks first.
+    corners: OnceLock<Vec<Corner>>,
+    directions: OnceLock<Box<[f64; N_BINS]>>,
+    nearest: OnceLock<Nearest>,
+}
+
+/// The nearest face of each cell, with a margin around the map.
+struct Nearest {
+    faces: Vec<u32>,
+    width: usize,
 }
 
 /// Around the map, in cells: as far as anything is matched.
@@ -27,30 +34,48 @@ const MARGIN: usize = 40;
 impl Features {
     /// `depth_m` as for [`Faces::of`].
     pub(crate) fn of(raster: Raster, depth_m: f64) -> Self {
-        let faces = Faces::of(&raster, depth_m);
-        let nearest_width = raster.width + 2 * MARGIN;
-        let mut of_cell = vec![NONE; nearest_width * (raster.height + 2 * MARGIN)];
-        for (row, line) in faces.of_cell.chunks_exact(raster.width.max(1)).enumerate() {
-            let from = (row + MARGIN) * nearest_width + MARGIN;
-            of_cell[from..from + line.len()].copy_from_slice(line);
-        }
-        let marked: Vec<bool> = of_cell.iter().map(|f| *f != NONE).collect();
-        let cells = nearest_marked(&marked, nearest_width);
-        let nearest = cells.into_iter().map(|cell| of_cell.get(cell as usize).copied().unwrap_or(NONE)).collect();
-        let (corners, centre) = (corners(&raster), centre(&raster));
-        Self { directions: directions(&faces.all), faces: faces.all, corners, centre, raster, nearest, nearest_width }
+        let Faces { all, of_cell } = Faces::of(&raster, depth_m);
+        let centre = centre(&raster);
+        let (corners, directions, nearest) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Self { raster, faces: all, centre, of_cell, corners, directions, nearest }
+    }
+
+    /// Places that look like no other.
+    pub(crate) fn corners(&self) -> &[Corner] {
+        self.corners.get_or_init(|| corners(&self.raster))
+    }
+
+    /// How many faces look where.
+    pub(crate) fn directions(&self) -> &[f64; N_BINS] {
+        self.directions.get_or_init(|| Box::new(directions(&self.faces)))
     }
 
     /// The face nearest to the middle of a point's cell, and the squared distance to the point.
     pub(crate) fn nearest(&self, [x, y]: [f64; 2]) -> Option<(&Face, f64)> {
+        let nearest = self.nearest.get_or_init(|| Nearest::of(&self.of_cell, &self.raster));
         let (column, row) = (x / CELL_M + MARGIN as f64, y / CELL_M + MARGIN as f64);
-        if column < 0.0 || row < 0.0 || column >= self.nearest_width as f64 {
+        if column < 0.0 || row < 0.0 || column >= nearest.width as f64 {
             return None;
         }
-        let face = *self.nearest.get(row as usize * self.nearest_width + column as usize)?;
+        let face = *nearest.faces.get(row as usize * nearest.width + column as usize)?;
         let face = self.faces.get(face as usize)?;
         let d = [x - face.at[0], y - face.at[1]];
         Some((face, d[0] * d[0] + d[1] * d[1]))
+    }
+}
+
+impl Nearest {
+    fn of(of_cell: &[u32], raster: &Raster) -> Self {
+        let width = raster.width + 2 * MARGIN;
+        let mut with_margin = vec![NONE; width * (raster.height + 2 * MARGIN)];
+        for (row, line) in of_cell.chunks_exact(raster.width.max(1)).enumerate() {
+            let from = (row + MARGIN) * width + MARGIN;
+            with_margin[from..from + line.len()].copy_from_slice(line);
+        }
+        let marked: Vec<bool> = with_margin.iter().map(|f| *f != NONE).collect();
+        let cells = nearest_marked(&marked, width);
+        let faces = cells.into_iter().map(|cell| with_margin.get(cell as usize).copied().unwrap_or(NONE)).collect();
+        Self { faces, width }
     }
 }
 

@@ -19,16 +19,32 @@ mod rotations;
 mod votes;
 
 mod refine;
+mod scale;
 mod score;
 mod search;
+mod track;
 mod verdict;
 
 mod alignment;
+mod any_scale;
+mod archives;
 mod overlay;
+mod reference;
+
+mod follower;
+mod kept;
+mod robot_map;
+mod worker;
+
+pub mod service;
 
 pub use alignment::{AlignedPose, Alignment, Hint, MapFromSlam, PreparedMap, align_maps};
+pub use any_scale::align_maps_at_any_scale;
+pub use archives::{Counting, MadeFrom};
+pub use follower::{Follower, MaxJump};
 pub use map_file::{MapFault, MapFileError, OccupancyMap};
 pub use overlay::overlay;
 pub use raster::Cell;
-pub use score::Evidence;
-pub use verdict::Verdict;
+pub use reference::{ReferenceError, References};
+pub use scale::Scale;
+pub use track::track_map;

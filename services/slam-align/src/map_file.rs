@@ -38,6 +38,16 @@ pub enum MapFault {
         /// Why.
         source: std::io::Error,
     },
+    /// More than can be compared.
+    #[error(
+        "it is {wide_m:.0} x {high_m:.0} m: at most {MAX_AREA_M2:.0} m2 can be aligned, cut off what nobody has seen"
+    )]
+    Extent {
+        /// In the direction of its rows.
+        wide_m: f64,
+        /// In the direction of its columns.
+        high_m: f64,
+    },
     /// The description is no YAML, or lacks a key.
     #[error("its description cannot be used: {0}")]
     Description(String),
@@ -50,6 +60,9 @@ pub enum MapFault {
         source: image::ImageError,
     },
 }
+
+/// Of the largest map, with all its margins: 550 x 550 m.
+const MAX_AREA_M2: f64 = 300_000.0;
 
 #[derive(Deserialize)]
 struct Description {
@@ -105,6 +118,28 @@ impl OccupancyMap {
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
         read(path).map_err(|source| MapFileError { path: path.to_owned(), source })
     }
+
+    /// Refuses a map of which nobody could hold the cells at the resolution that maps are compared at.
+    ///
+    /// # Errors
+    /// A map of too large an area.
+    pub(crate) fn check_extent(&self) -> Result<(), MapFault> {
+        let height = self.cells.len().checked_div(self.width).unwrap_or(0);
+        let [wide_m, high_m] = [self.width, height].map(|n| n as f64 * self.resolution_m);
+        if wide_m * high_m <= MAX_AREA_M2 { Ok(()) } else { Err(MapFault::Extent { wide_m, high_m }) }
+    }
+
+    /// The same map with all its lengths divided.
+    #[must_use]
+    pub fn divided_by(&self, scale: f64) -> Self {
+        let [x, y, yaw] = self.origin;
+        Self {
+            cells: self.cells.clone(),
+            resolution_m: self.resolution_m / scale,
+            origin: [x / scale, y / scale, yaw],
+            ..*self
+        }
+    }
 }
 
 fn read(path: &Path) -> Result<OccupancyMap, MapFault> {
@@ -154,5 +189,7 @@ fn read(path: &Path) -> Result<OccupancyMap, MapFault> {
     for row in (0..height as u32).rev() {
         cells.extend((0..width as u32).map(|column| cell(pixels.get_pixel(column, row))));
     }
-    Ok(OccupancyMap { width, cells, resolution_m: said.resolution, origin: [x, y, yaw] })
+    let map = OccupancyMap { width, cells, resolution_m: said.resolution, origin: [x, y, yaw] };
+    map.check_extent()?;
+    Ok(map)
 }

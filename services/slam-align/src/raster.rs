@@ -15,6 +15,30 @@ pub enum Cell {
     Unknown,
 }
 
+impl Cell {
+    /// From the value of `nav_msgs/OccupancyGrid`: what is neither surely free nor surely occupied is unknown.
+    pub fn of_occupancy(value: i8) -> Self {
+        match value {
+            0..=MOST_FREE => Self::Free,
+            LEAST_OCCUPIED.. => Self::Occupied,
+            _ => Self::Unknown,
+        }
+    }
+
+    /// As a value of `nav_msgs/OccupancyGrid`.
+    pub fn occupancy(self) -> i8 {
+        match self {
+            Self::Free => 0,
+            Self::Occupied => 100,
+            Self::Unknown => -1,
+        }
+    }
+}
+
+/// Percent, as map servers have it.
+const MOST_FREE: i8 = 25;
+const LEAST_OCCUPIED: i8 = 65;
+
 /// Cells of [`CELL_M`], row-major from the lower left corner. Points on it are metres from that corner.
 #[derive(Debug, Clone)]
 pub(crate) struct Raster {
@@ -40,9 +64,11 @@ impl Raster {
         if (scale - 1.0).abs() < 1e-6 {
             out.cells.extend_from_slice(cells);
         } else if scale < 1.0 {
+            // The middle of a last cell that sticks out lies beyond the map.
+            let under = |k: usize, n: usize| (((k as f64 + 0.5) * scale) as usize).min(n - 1);
             for row in 0..size[1] {
-                let from = ((row as f64 + 0.5) * scale) as usize * width;
-                out.cells.extend((0..size[0]).map(|column| cells[from + ((column as f64 + 0.5) * scale) as usize]));
+                let from = under(row, height) * width;
+                out.cells.extend((0..size[0]).map(|column| cells[from + under(column, width)]));
             }
         } else {
             let rows = shares(size[1], height, scale);
@@ -112,6 +138,26 @@ fn mixed(cells: &[Cell], width: usize, row: &[(usize, f64)], column: &[(usize, f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn maps_of_any_size_and_resolution_keep_their_extent(
+            width in 1usize..60,
+            height in 1usize..60,
+            resolution_m in prop_oneof![0.001..0.3f64, Just(0.05), Just(0.1), Just(0.5)],
+        ) {
+            let raster = Raster::of(&vec![Cell::Occupied; width * height], width, resolution_m);
+            prop_assert_eq!(raster.cells.len(), raster.width * raster.height);
+            for (cells, n) in [(raster.width, width), (raster.height, height)] {
+                let beyond_m = cells as f64 * CELL_M - n as f64 * resolution_m;
+                prop_assert!(-1e-6 < beyond_m && beyond_m < CELL_M + 1e-6);
+            }
+            let last = [raster.width, raster.height].map(|n| (n as f64 - 1.0) * CELL_M + 1e-6);
+            prop_assert_eq!(raster.at([0.0; 2]), Cell::Occupied);
+            prop_assert!(raster.at(last) == Cell::Occupied || resolution_m < CELL_M);
+        }
+    }
 
     #[test]
     fn a_thin_wall_survives_coarser_cells_and_a_coarse_map_finer_ones() {

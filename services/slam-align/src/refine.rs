@@ -52,85 +52,129 @@ pub(crate) fn refined(reference: &Features, faces: &[Face], start: Pose, scales:
     let mut last = None;
     for &scale in scales {
         for _ in 0..TIMES {
-            let step = Step::of(reference, faces, &pose, scale)?;
-            let x = solve(&step.a, &step.b)?;
-            pose = pose.moved(x, step.about);
+            let (step, about) = step(reference, faces, &pose, scale)?;
+            let x = step.solved()?;
+            pose = pose.moved(x, about);
             let is_still = libm::hypot(x[0], x[1]) < STILL_M && x[2].abs() < STILL_RAD;
-            last = Some(step);
+            last = Some((step, about));
             if is_still {
                 break;
             }
         }
     }
-    let step = last?;
-    let variance = (step.residual / step.weight.max(1.0)).max(LEAST_VARIANCE) * COVARIANCE_FACTOR;
-    let covariance = inverse(&step.a)?.map(|row| row.map(|c| c * variance));
-    Some(Refined { pose, covariance, about: step.about })
+    let (step, about) = last?;
+    Some(Refined { pose, covariance: step.covariance()?, about })
 }
 
-/// Normal equations of one step.
-struct Step {
-    a: [[f64; 3]; 3],
-    b: [f64; 3],
-    about: [f64; 2],
+/// A step towards the reference, and the place that it turns around.
+fn step(reference: &Features, faces: &[Face], pose: &Pose, scale: f64) -> Option<(Normal<3>, [f64; 2])> {
+    let matches = matches(reference, faces, scale, |face| (pose.apply(face.at), pose.turn(face.normal)))?;
+    let n = matches.len() as f64;
+    let about = [0, 1].map(|k| matches.iter().map(|m| m.at[k]).sum::<f64>() / n);
+    let lever = |m: &Match| m.normal[1] * (m.at[0] - about[0]) - m.normal[0] * (m.at[1] - about[1]);
+    Some((Normal::of(&matches, |m| [m.normal[0], m.normal[1], lever(m)]), about))
+}
+
+/// A face of the SLAM map beside one of the reference.
+pub(crate) struct Match {
+    /// Where the SLAM map's face comes to lie in the reference.
+    pub(crate) at: [f64; 2],
+    /// The normal of the reference's.
+    pub(crate) normal: [f64; 2],
+    /// How far before it.
     residual: f64,
     weight: f64,
 }
 
-impl Step {
-    fn of(reference: &Features, faces: &[Face], pose: &Pose, scale: f64) -> Option<Self> {
-        let mut matches: Vec<([f64; 2], [f64; 2], f64, f64)> = Vec::with_capacity(faces.len());
-        let mut sum = [0.0; 2];
-        for face in faces {
-            let p = pose.apply(face.at);
-            let Some((nearest, squared)) = reference.nearest(p) else { continue };
-            if squared > 9.0 * scale * scale {
-                continue;
-            }
-            let n = pose.turn(face.normal);
-            sum = [sum[0] + p[0], sum[1] + p[1]];
-            let agreement = n[0] * nearest.normal[0] + n[1] * nearest.normal[1];
-            let r = (p[0] - nearest.at[0]) * nearest.normal[0] + (p[1] - nearest.at[1]) * nearest.normal[1];
-            let robust = scale * scale / (scale * scale + r * r);
-            let weight = if agreement > LEAST_AGREEMENT { face.weight * robust * robust } else { 0.0 };
-            matches.push((p, nearest.normal, r, weight));
+/// Faces as somebody places them, each with the nearest of the reference; `None` if there are few.
+pub(crate) fn matches(
+    reference: &Features,
+    faces: &[Face],
+    scale: f64,
+    placed: impl Fn(&Face) -> ([f64; 2], [f64; 2]),
+) -> Option<Vec<Match>> {
+    let mut matches = Vec::with_capacity(faces.len());
+    for face in faces {
+        let (at, n) = placed(face);
+        let Some((nearest, squared)) = reference.nearest(at) else { continue };
+        if squared > 9.0 * scale * scale {
+            continue;
         }
-        if matches.len() < LEAST_MATCHES {
+        let normal = nearest.normal;
+        let agreement = n[0] * normal[0] + n[1] * normal[1];
+        let residual = (at[0] - nearest.at[0]) * normal[0] + (at[1] - nearest.at[1]) * normal[1];
+        let robust = scale * scale / (scale * scale + residual * residual);
+        let weight = if agreement > LEAST_AGREEMENT { face.weight * robust * robust } else { 0.0 };
+        matches.push(Match { at, normal, residual, weight });
+    }
+    (matches.len() >= LEAST_MATCHES).then_some(matches)
+}
+
+/// Normal equations of `N` unknowns.
+pub(crate) struct Normal<const N: usize> {
+    a: [[f64; N]; N],
+    b: [f64; N],
+    residual: f64,
+    weight: f64,
+}
+
+impl<const N: usize> Normal<N> {
+    /// `slopes` are those of the residual by each unknown.
+    pub(crate) fn of(matches: &[Match], slopes: impl Fn(&Match) -> [f64; N]) -> Self {
+        let mut sums = Self { a: [[0.0; N]; N], b: [0.0; N], residual: 0.0, weight: 0.0 };
+        for m in matches {
+            let j = slopes(m);
+            for row in 0..N {
+                for column in 0..N {
+                    sums.a[row][column] += m.weight * j[row] * j[column];
+                }
+                sums.b[row] -= m.weight * j[row] * m.residual;
+            }
+            sums.residual += m.weight * m.residual * m.residual;
+            sums.weight += m.weight;
+        }
+        (0..N).for_each(|k| sums.a[k][k] += DAMPING);
+        sums
+    }
+
+    /// The unknowns; `None` if nothing holds them.
+    pub(crate) fn solved(&self) -> Option<[f64; N]> {
+        Some(inverse(&self.a)?.map(|row| (0..N).map(|k| row[k] * self.b[k]).sum()))
+    }
+
+    /// Their covariance.
+    pub(crate) fn covariance(&self) -> Option<[[f64; N]; N]> {
+        let variance = (self.residual / self.weight.max(1.0)).max(LEAST_VARIANCE) * COVARIANCE_FACTOR;
+        Some(inverse(&self.a)?.map(|row| row.map(|c| c * variance)))
+    }
+}
+
+/// The inverse of a matrix by elimination; `None` if it has none.
+pub(crate) fn inverse<const N: usize>(a: &[[f64; N]; N]) -> Option<[[f64; N]; N]> {
+    let mut left = *a;
+    let mut right = [[0.0; N]; N];
+    (0..N).for_each(|k| right[k][k] = 1.0);
+    for column in 0..N {
+        let pivot = (column..N).max_by(|&r, &s| left[r][column].abs().total_cmp(&left[s][column].abs()))?;
+        left.swap(column, pivot);
+        right.swap(column, pivot);
+        let divisor = left[column][column];
+        if divisor.abs() < f64::MIN_POSITIVE || !divisor.is_finite() {
             return None;
         }
-        let about = sum.map(|s| s / matches.len() as f64);
-        let mut step = Self { a: [[0.0; 3]; 3], b: [0.0; 3], about, residual: 0.0, weight: 0.0 };
-        for (p, n, r, weight) in matches {
-            let j = [n[0], n[1], n[1] * (p[0] - about[0]) - n[0] * (p[1] - about[1])];
-            for row in 0..3 {
-                for column in 0..3 {
-                    step.a[row][column] += weight * j[row] * j[column];
+        let (of_left, of_right) = (left[column].map(|c| c / divisor), right[column].map(|c| c / divisor));
+        for row in 0..N {
+            let share = left[row][column];
+            if row != column && share != 0.0 {
+                for k in 0..N {
+                    left[row][k] -= share * of_left[k];
+                    right[row][k] -= share * of_right[k];
                 }
-                step.b[row] -= weight * j[row] * r;
             }
-            step.residual += weight * r * r;
-            step.weight += weight;
         }
-        (0..3).for_each(|k| step.a[k][k] += DAMPING);
-        Some(step)
+        (left[column], right[column]) = (of_left, of_right);
     }
-}
-
-/// The inverse of a symmetric matrix; `None` if it has none.
-pub(crate) fn inverse(a: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
-    let minor = |r: usize, c: usize| {
-        let [r1, r2, c1, c2] = [(r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3];
-        a[r1][c1] * a[r2][c2] - a[r1][c2] * a[r2][c1]
-    };
-    let determinant: f64 = (0..3).map(|c| a[0][c] * minor(0, c)).sum();
-    if determinant.abs() < f64::MIN_POSITIVE || !determinant.is_finite() {
-        return None;
-    }
-    Some([0, 1, 2].map(|r| [0, 1, 2].map(|c| minor(c, r) / determinant)))
-}
-
-fn solve(a: &[[f64; 3]; 3], b: &[f64; 3]) -> Option<[f64; 3]> {
-    Some(inverse(a)?.map(|row| row[0] * b[0] + row[1] * b[1] + row[2] * b[2]))
+    Some(right)
 }
 
 /// The covariance at a place that lies `d` from that where it holds: a small turn moves it across.

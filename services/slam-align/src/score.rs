@@ -4,6 +4,7 @@ use crate::faces::Face;
 use crate::features::Features;
 use crate::pose::Pose;
 use crate::raster::Cell;
+use messages::Evidence;
 
 /// Scales over which a score is averaged, in metres: a bent map still scores on the coarse ones.
 pub(crate) const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
@@ -19,19 +20,6 @@ pub(crate) struct Sides<'a> {
     pub(crate) reference: &'a Features,
     pub(crate) slam_faces: &'a [Face],
     pub(crate) reference_faces: &'a [Face],
-}
-
-/// What speaks for a pose; all from 0 to 1.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Evidence {
-    /// How well walls lie on walls: what poses are compared by.
-    pub score: f64,
-    /// How much of the SLAM map's walls the reference has.
-    pub precision: f64,
-    /// How much of the reference's walls that the robot has seen the SLAM map has.
-    pub recall: f64,
-    /// Share of the SLAM map's free cells that are free in the reference.
-    pub free: f64,
 }
 
 /// Every so many cells of free space is looked at, in both directions.

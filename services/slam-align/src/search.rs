@@ -7,9 +7,10 @@ use crate::features::Features;
 use crate::pose::{Pose, wrapped};
 use crate::refine::{COARSE, Refined, SOFT, TIGHT, refined};
 use crate::rotations::turns;
-use crate::score::{Evidence, SCALES, Sides, evidence};
+use crate::score::{SCALES, Sides, evidence};
 use crate::thresholds::{LEAST_FACES, N_REFINED};
 use crate::votes::voted;
+use messages::Evidence;
 
 /// Faces that are drawn.
 const N_FACES: usize = 1500;
@@ -73,8 +74,8 @@ pub(crate) fn search(reference: &Features, slam: &Features, near: Option<&Near>)
     if reference.faces.len() < LEAST_FACES {
         return Vec::new();
     }
-    let turns = turns(&slam.directions, &reference.directions);
-    let mut poses = voted(&slam.corners, &reference.corners, &turns);
+    let turns = turns(slam.directions(), reference.directions());
+    let mut poses = voted(slam.corners(), reference.corners(), &turns);
     poses.extend(correlated(slam, reference, &turns));
     let about = slam.centre;
     if let Some(near) = near {
@@ -92,7 +93,7 @@ pub(crate) fn search(reference: &Features, slam: &Features, near: Option<&Near>)
 fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Candidate> {
     let mut chance = Chance::new(1);
     let pick = |numbers: Vec<u32>, faces: &[Face]| numbers.into_iter().map(|k| faces[k as usize]).collect::<Vec<_>>();
-    let slam_faces = pick(chance.draw(slam.faces.iter().map(|f| f.weight), N_FACES), &slam.faces);
+    let slam_faces = drawn(slam, &mut chance);
     let reference_faces = pick(chance.draw(reference.faces.iter().map(|_| 1.0), N_REFERENCE_FACES), &reference.faces);
     let few = pick(chance.draw(slam_faces.iter().map(|_| 1.0), N_COARSE_FACES), &slam_faces);
     // Drawn by weight: they are not weighted again.
@@ -114,6 +115,12 @@ fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Cand
         }
     });
     distinct(exact.collect(), about)
+}
+
+/// The faces of a SLAM map that are compared.
+pub(crate) fn drawn(slam: &Features, chance: &mut Chance) -> Vec<Face> {
+    let numbers = chance.draw(slam.faces.iter().map(|f| f.weight), N_FACES);
+    numbers.into_iter().map(|k| slam.faces[k as usize]).collect()
 }
 
 /// Best first, without those that are the same as a better one.

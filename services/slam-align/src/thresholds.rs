@@ -38,5 +38,16 @@ pub(crate) const MOST_LOOSE_RAD: f64 = 0.006;
 /// have 0.96 and more.
 pub(crate) const RIVAL_SHARE: f64 = 0.93;
 
+/// Scales that are tried where nobody vouches for the lengths of a map, and the factor between two of them: a building of 30 m is
+/// then nowhere off by more than a refinement reaches.
+pub(crate) const LARGEST_SCALE: f64 = 1.25;
+pub(crate) const SCALE_STEP: f64 = 1.015;
+
+/// Faces of each map that a pose is followed with.
+pub(crate) const N_TRACKED_FACES: usize = 800;
+
+/// A pose that is elsewhere must win so many searches, each of a newer map, before it is offered in the place of that which counts.
+pub(crate) const N_WINS: u32 = 3;
+
 /// Faces that a SLAM map must have to be aligned at all: 5 m of wall.
 pub(crate) const LEAST_FACES: usize = 100;

@@ -1,22 +1,11 @@
 //! Whether a pose is to be believed.
 
 use crate::features::Features;
-use crate::score::Evidence;
 use crate::search::Candidate;
 use crate::thresholds::{
     LEAST_FACES, LEAST_PRECISION, LEAST_RECALL, LEAST_SCORE, MOST_LOOSE_M, MOST_LOOSE_RAD, RIVAL_SHARE,
 };
-
-/// How sure an alignment is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// One pose, and no other comes near.
-    Accepted,
-    /// Several poses that cannot be told apart, or one that is not held in place.
-    Ambiguous,
-    /// No pose is to be believed.
-    Refused,
-}
+use messages::{Evidence, Verdict};
 
 /// Judges poses, best first, of one reference or of several; with the reason if none is accepted.
 pub(crate) fn judged(slam: &Features, candidates: &[&Candidate]) -> (Verdict, String) {
@@ -49,10 +38,22 @@ pub(crate) fn judged(slam: &Features, candidates: &[&Candidate]) -> (Verdict, St
         return (Verdict::Refused, reason);
     }
     let [loose_m, loose_rad] = best.refined.loose(slam.centre);
-    if loose_m > MOST_LOOSE_M || loose_rad > MOST_LOOSE_RAD {
+    if !is_held(slam, best) {
         let degrees = loose_rad.to_degrees();
         let reason = format!("the walls that were seen hold the pose to {loose_m:.2} m and {degrees:.1} degrees only");
         return (Verdict::Ambiguous, reason);
     }
     (Verdict::Accepted, String::new())
+}
+
+/// True if a pose would be accepted, were it the only one.
+pub(crate) fn is_borne_out(slam: &Features, candidate: &Candidate) -> bool {
+    let Evidence { score, precision, recall, .. } = candidate.evidence;
+    score > LEAST_SCORE && precision >= LEAST_PRECISION && recall >= LEAST_RECALL && is_held(slam, candidate)
+}
+
+/// True if the walls that were seen hold a pose in all directions.
+fn is_held(slam: &Features, candidate: &Candidate) -> bool {
+    let [loose_m, loose_rad] = candidate.refined.loose(slam.centre);
+    loose_m <= MOST_LOOSE_M && loose_rad <= MOST_LOOSE_RAD
 }

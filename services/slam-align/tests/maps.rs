@@ -1,7 +1,8 @@
 //! Alignments of drawn buildings with what a robot would have seen of them.
 
+use messages::Verdict;
 use proptest::prelude::*;
-use slam_align::{Alignment, Cell, Hint, MapFromSlam, OccupancyMap, PreparedMap, Verdict, align_maps};
+use slam_align::{Alignment, Cell, Hint, MapFromSlam, OccupancyMap, PreparedMap, align_maps};
 
 /// Walls as boxes: x from, y from, x to, y to, in metres.
 type Walls = Vec<[f64; 4]>;

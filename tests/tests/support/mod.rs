@@ -194,3 +194,16 @@ impl Storey {
         steps(y0, y1).flat_map(|y| steps(x0, x1).map(move |x| [x, y])).collect()
     }
 }
+
+/// The planning map of a storey as a robot might have mapped it: in a frame of its own, a quarter turn around.
+pub(crate) fn turned_map(maps: &Maps, storey: usize, folder: &Path) -> PathBuf {
+    let directory = maps.manifest["storeys"][storey]["directory"].as_str().unwrap();
+    let source = maps.path().join(directory).join("planning.pgm");
+    let (width, height, pixels) = grid::decode_pgm(&std::fs::read(source).unwrap()).unwrap();
+    // What was at (column, row) comes to (height - 1 - row, column).
+    let turned = grid::encode_pgm(height, |at| pixels[(height - 1 - at % height) * width + at / height], width);
+    std::fs::write(folder.join("robot.pgm"), turned).unwrap();
+    let yaml = folder.join("robot.yaml");
+    std::fs::write(&yaml, "image: robot.pgm\nresolution: 0.05\norigin: [7.5, -3.0, 0.0]\nnegate: 0\n").unwrap();
+    yaml
+}

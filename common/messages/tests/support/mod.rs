@@ -84,6 +84,16 @@ pub(crate) fn plan() -> ArchiveBuffer {
     b.finish()
 }
 
+pub(crate) fn slam_map() -> ArchiveBuffer {
+    let head = SlamMapHead { resolution_m: 0.05, origin: [1.0, 2.0, 0.1], width: 3, height: 2 };
+    SlamMap::write(&head, &[0, 100, -1, 50, 0, 0])
+}
+
+pub(crate) fn alignment() -> ArchiveBuffer {
+    let head = AlignmentHead { scale: 1.0, state: PoseState::Tracked as u32, ..Zeroable::zeroed() };
+    AlignmentBuilder { head, reason: "two poses fit", candidates: &[PoseRecord::NONE; 2] }.finish()
+}
+
 /// Makes the preamble fit the content again, so that what lies behind the hash is looked at.
 pub(crate) fn reseal(bytes: &mut [u8]) {
     if bytes.len() >= 64 {
@@ -128,6 +138,12 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
             .map(|e| plan.points_of(e).len() + plan.nodes[e.nodes[0] as usize].kind as usize)
             .sum::<usize>();
         n += plan.diagnostics.iter().map(|d| plan.text(d.message).len()).sum::<usize>();
+    }
+    if let Ok(map) = SlamMap::open(bytes) {
+        n += map.occupancy.iter().filter(|&&o| o >= 0).count() + usize::from(map.head.resolution_m > 0.0);
+    }
+    if let Ok(alignment) = Alignment::open(bytes) {
+        n += alignment.reason().len() + alignment.candidates.len() + usize::from(alignment.pose().is_some());
     }
     n
 }

@@ -102,7 +102,7 @@ pub fn waypoints(arguments: &WaypointsArgs) -> Result<String, Failure> {
 }
 
 /// Sends a request and waits for its answer.
-fn ask(bus: &Bus, waiter: &mut Waiter, daemon: Daemon, request: &Request) -> Result<Answer, Failure> {
+pub(super) fn ask(bus: &Bus, waiter: &mut Waiter, daemon: Daemon, request: &Request) -> Result<Answer, Failure> {
     let client = bus.command_client(daemon).map_err(Failure::work)?;
     let bytes = serde_json::to_vec(request).map_err(Failure::work)?;
     let begun = Instant::now();

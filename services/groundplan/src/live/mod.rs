@@ -1,5 +1,6 @@
 //! The running daemons: starting and stopping them, asking them, looking at what they publish.
 
+mod align;
 mod ask;
 mod doctor;
 mod export;
@@ -10,6 +11,7 @@ mod topic;
 mod up;
 mod watch;
 
+pub use align::{align, confirm, slam_map};
 pub use ask::{actuals, date, load, robot, waypoints};
 pub use doctor::doctor;
 pub use export::export;

@@ -1,6 +1,7 @@
 //! Who lives, what they do, what is wrong.
 
 use super::join;
+use crate::align::told::Brief;
 use crate::cli::StatusArgs;
 use crate::failure::Failure;
 use crate::plan_date;
@@ -12,7 +13,8 @@ use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 /// Daemons without which there is no map.
-const NEEDED: [Daemon; 4] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen];
+const NEEDED: [Daemon; 5] =
+    [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen, Daemon::SlamAlign];
 
 #[derive(Debug, Serialize)]
 struct Status {
@@ -21,6 +23,8 @@ struct Status {
     daemons: BTreeMap<&'static str, DaemonStatus>,
     grids: Option<GridsStatus>,
     plan: Option<PlanStatus>,
+    /// Where the robot's map lies; `None` while there is no such map.
+    alignment: Option<Brief>,
 }
 
 #[derive(Debug, Serialize)]
@@ -56,10 +60,11 @@ struct PlanStatus {
 pub fn status(arguments: &StatusArgs) -> Result<(String, bool), Failure> {
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
     let reader = bus.status_reader().map_err(Failure::work)?;
-    let [grids, plans] = [Topic::Grids, Topic::Plan].map(|topic| bus.subscriber(topic).map_err(Failure::work));
-    let (grids, plans) = (grids?, plans?);
+    let subscriber = |topic| bus.subscriber(topic).map_err(Failure::work);
+    let [grids, plans, alignments] = [Topic::Grids, Topic::Plan, Topic::Alignment].map(subscriber);
+    let (grids, plans, alignments) = (grids?, plans?, alignments?);
     let mut seen: BTreeMap<u32, StatusRecord> = BTreeMap::new();
-    let (mut index, mut plan) = (None, None);
+    let (mut index, mut plan, mut alignment) = (None, None, None);
     let deadline = Instant::now() + HEARTBEAT_PERIOD + HEARTBEAT_PERIOD / 2;
     loop {
         while let Some(record) = reader.take().map_err(Failure::work)? {
@@ -67,6 +72,7 @@ pub fn status(arguments: &StatusArgs) -> Result<(String, bool), Failure> {
         }
         index = grids.take().map_err(Failure::work)?.or(index);
         plan = plans.take().map_err(Failure::work)?.or(plan);
+        alignment = alignments.take().map_err(Failure::work)?.or(alignment);
         let rest = deadline.saturating_duration_since(Instant::now());
         if rest == Duration::ZERO {
             break;
@@ -91,10 +97,11 @@ pub fn status(arguments: &StatusArgs) -> Result<(String, bool), Failure> {
             is_current: index.as_ref().is_some_and(|i| i.header().content_hash == sample.header().inputs.grids),
         })
     });
+    let alignment = alignment.as_ref().and_then(|sample| Brief::of(sample.header().epoch, sample.bytes()));
     let daemons: BTreeMap<&'static str, DaemonStatus> =
         NEEDED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
     let healthy = grids.is_some() && plan.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());
-    let status = Status { healthy, daemons, grids, plan };
+    let status = Status { healthy, daemons, grids, plan, alignment };
     let text =
         if arguments.json { serde_json::to_string(&status).map_err(Failure::work)? + "\n" } else { status.text() };
     Ok((text, healthy))
@@ -135,6 +142,9 @@ impl Status {
             }
             None => writeln!(out, "no plan"),
         };
+        if let Some(alignment) = &self.alignment {
+            let _ = writeln!(out, "{}", alignment.text());
+        }
         out
     }
 }

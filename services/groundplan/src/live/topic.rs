@@ -1,19 +1,24 @@
 //! What is on the bus.
 
+use super::align::made_from;
 use super::join;
+use crate::align::told;
 use crate::cli::{SiteArgs, TopicArgs, TopicCommand};
 use crate::failure::Failure;
 use crate::plan_date::optional_text;
 use bus::{Bus, GridSlot, Sample, Stamp, Topic, Waiter};
 use daemon::StopSignal;
-use messages::{Grid, Grids, Phase, Plan, Site};
+use messages::{Alignment, Grid, Grids, Phase, Plan, Site, SlamMap};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-/// A topic whose last sample has not come within this time has none.
-const PATIENCE: Duration = Duration::from_millis(500);
+/// A topic whose last sample has not come within this time has none. Producers that give way to all other processes may take
+/// long to serve a newcomer.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// The same where many topics are asked for, most of which have none.
+const PATIENCE_WITH_ALL: Duration = Duration::from_millis(500);
 const LOOK: Duration = Duration::from_millis(200);
 
 /// Lists topics, shows samples of one, or measures how they come.
@@ -52,7 +57,7 @@ fn list(site: &SiteArgs, json: bool) -> Result<String, Failure> {
     let others =
         [Topic::Site, Topic::Phase, Topic::Grids, Topic::Plan, Topic::SlamMap, Topic::Alignment, Topic::Deviations];
     let topics: Vec<Topic> = others.into_iter().chain(slots).collect();
-    let listed = samples(site, &topics)?.into_iter().map(|(topic, sample)| {
+    let listed = samples(site, &topics, PATIENCE_WITH_ALL)?.into_iter().map(|(topic, sample)| {
         let header = sample.header();
         Listed {
             topic: topic.to_string(),
@@ -74,7 +79,7 @@ fn list(site: &SiteArgs, json: bool) -> Result<String, Failure> {
 }
 
 fn echo(site: &SiteArgs, topic: Topic, json: bool) -> Result<String, Failure> {
-    let found = samples(site, &[topic])?.pop();
+    let found = samples(site, &[topic], PATIENCE)?.pop();
     let (_, sample) = found.ok_or_else(|| Failure::work(format!("{topic} has no sample")))?;
     let described = describe(topic, &sample).map_err(Failure::work)?;
     let text = if json { serde_json::to_string(&described) } else { serde_json::to_string_pretty(&described) };
@@ -166,19 +171,19 @@ fn stoppable(site: &SiteArgs) -> Result<(Bus, Waiter), Failure> {
 }
 
 /// The last samples of those topics that have one.
-fn samples(site: &SiteArgs, topics: &[Topic]) -> Result<Vec<(Topic, Sample)>, Failure> {
+fn samples(site: &SiteArgs, topics: &[Topic], patience: Duration) -> Result<Vec<(Topic, Sample)>, Failure> {
     let (bus, mut waiter) = join(&site.config()?)?;
     let subscribers: Vec<_> =
         topics.iter().map(|t| bus.subscriber(*t)).collect::<Result<_, _>>().map_err(Failure::work)?;
     let mut found: Vec<Option<Sample>> = topics.iter().map(|_| None).collect();
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + patience;
     while found.iter().any(Option::is_none) && Instant::now() < deadline {
         for (subscriber, found) in subscribers.iter().zip(&mut found) {
             if let Some(sample) = subscriber.take().map_err(Failure::work)? {
                 *found = Some(sample);
             }
         }
-        waiter.wait(deadline.saturating_duration_since(Instant::now()).min(PATIENCE / 10)).map_err(Failure::work)?;
+        waiter.wait(deadline.saturating_duration_since(Instant::now()).min(LOOK / 4)).map_err(Failure::work)?;
     }
     Ok(topics.iter().zip(found).filter_map(|(topic, sample)| Some((*topic, sample?))).collect())
 }
@@ -239,7 +244,13 @@ fn describe(topic: Topic, sample: &Sample) -> Result<Value, messages::ArchiveErr
             let covered = plan.spaces.iter().map(|s| share(s.n_seen, s.n_faces)).collect::<Vec<_>>();
             json!({"waypoints": plan.waypoints.len(), "storeys": storeys, "space_coverage": covered})
         }
-        Topic::SlamMap | Topic::Alignment | Topic::Deviations => Value::Null,
+        Topic::SlamMap => {
+            let head = SlamMap::open(sample.bytes())?.head;
+            let size = [head.width, head.height];
+            json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": head.origin})
+        }
+        Topic::Alignment => told::document(&Alignment::open(sample.bytes())?, made_from(sample)),
+        Topic::Deviations => Value::Null,
     };
     Ok(json!({
         "topic": topic.to_string(),

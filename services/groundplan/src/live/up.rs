@@ -19,7 +19,7 @@ const RECOVERED: Duration = Duration::from_secs(10);
 /// Daemons that do not leave by themselves within this time are killed.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-pub(super) const DAEMONS: [&str; 4] = ["ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen"];
+pub(super) const DAEMONS: [&str; 5] = ["ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen", "slam-align"];
 
 /// A process that is kept alive.
 struct Kept {

@@ -2,6 +2,7 @@
 
 use super::map_pane::MapOf;
 use super::state::State;
+use crate::align::told::Brief;
 use bus::{Bus, GridSlot, PortError, ReceiveError, Sample, Stamp, StatusReader, Subscriber, Topic};
 use messages::{Grid, Grids, Phase, Site};
 
@@ -9,7 +10,7 @@ use messages::{Grid, Grids, Phase, Site};
 pub(crate) struct Attached {
     joined: Stamp,
     status: StatusReader,
-    others: [Subscriber; 4],
+    others: Vec<Subscriber>,
     slots: Vec<(Subscriber, Option<Sample>)>,
 }
 
@@ -26,8 +27,8 @@ pub(crate) enum AttachError {
 
 impl Attached {
     pub(crate) fn to(bus: &Bus) -> Result<Self, PortError> {
-        let [site, phase, grids, plan] = [Topic::Site, Topic::Phase, Topic::Grids, Topic::Plan];
-        let others = [bus.subscriber(site)?, bus.subscriber(phase)?, bus.subscriber(grids)?, bus.subscriber(plan)?];
+        let topics = Topic::all().filter(|topic| !matches!(topic, Topic::Grid(_)));
+        let others = topics.map(|topic| bus.subscriber(topic)).collect::<Result<_, _>>()?;
         Ok(Self { joined: Stamp::now(), status: bus.status_reader()?, others, slots: Vec::new() })
     }
 
@@ -65,6 +66,11 @@ impl Attached {
                 Topic::Phase => {
                     if let Ok(phase) = Phase::open(sample.bytes()) {
                         state.see_phase(now, &phase);
+                    }
+                }
+                Topic::Alignment => {
+                    if let Some(alignment) = Brief::of(sample.header().epoch, sample.bytes()) {
+                        state.see_alignment(alignment);
                     }
                 }
                 _ => {

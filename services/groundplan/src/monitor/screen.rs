@@ -33,7 +33,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map:
     let n_storeys = snapshot.storeys.len() as u16;
     let n_errors = snapshot.errors.len().clamp(1, 3) as u16;
     let [head, body, errors, keys] = Layout::vertical([
-        Constraint::Length(2),
+        Constraint::Length(head_lines(snapshot).len() as u16),
         Constraint::Min(8),
         Constraint::Length(n_errors),
         Constraint::Length(1),
@@ -69,7 +69,12 @@ fn head_lines(snapshot: &Snapshot) -> Vec<Line<'_>> {
         Line::from(vec![time.bold(), "  ".into(), Span::styled(word, style), format!("  robot {robot}").into()]);
     let none = || "never".to_owned();
     let (since, next) = (plan.valid_from.unwrap_or_else(none), plan.valid_until.unwrap_or_else(none));
-    vec![first, Line::from(format!("last change {since}, next {next}, {} in all", plan.changes)).dim()]
+    let second = Line::from(format!("last change {since}, next {next}, {} in all", plan.changes)).dim();
+    let third = snapshot.alignment.as_ref().map(|alignment| {
+        let style = if alignment.state == "held" || alignment.is_waiting { BAD } else { Style::new() };
+        Line::styled(alignment.text(), style)
+    });
+    [first, second].into_iter().chain(third).collect()
 }
 
 fn head_row<'a>(words: impl IntoIterator<Item = &'a str>) -> Row<'a> {
@@ -140,6 +145,7 @@ fn draw_map(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option
 mod tests {
     use super::super::snapshot::{DaemonLine, PlanLine, StoreyLine, TopicLine};
     use super::*;
+    use crate::align::told::Brief;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
@@ -189,6 +195,14 @@ mod tests {
             verdict: "current",
             why_no_map: None,
             robot: at("default"),
+            alignment: Some(Brief {
+                epoch: 5,
+                verdict: "accepted",
+                state: "tracked",
+                storey: Some(1),
+                map_from_slam: Some([1.5, -20.25, 0.5]),
+                is_waiting: false,
+            }),
             storeys: vec![storey(0, "Ground floor", Some(1234)), storey(1, "Upper floor", None)],
             errors: vec!["rasterize: no room".to_owned()],
         }

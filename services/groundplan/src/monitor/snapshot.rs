@@ -1,5 +1,6 @@
 //! Everything that the monitor shows, as it is printed with `--json`.
 
+use crate::align::told::Brief;
 use serde::Serialize;
 
 /// The running site at a moment.
@@ -14,6 +15,8 @@ pub(crate) struct Snapshot {
     pub(crate) verdict: &'static str,
     pub(crate) why_no_map: Option<String>,
     pub(crate) robot: Option<String>,
+    /// Where the robot's map lies; `None` while there is no such map.
+    pub(crate) alignment: Option<Brief>,
     pub(crate) storeys: Vec<StoreyLine>,
     /// The last errors, the newest first.
     pub(crate) errors: Vec<String>,

@@ -1,6 +1,7 @@
 //! What was seen, and what follows from it.
 
 use super::snapshot::{DaemonLine, PlanLine, Snapshot, StoreyLine, TopicLine};
+use crate::align::told::Brief;
 use crate::plan_date;
 use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, Topic, Verdict};
 use messages::{Grid, Grids, Phase, SampleHeader, Stage, StatusRecord};
@@ -11,7 +12,8 @@ use std::time::Duration;
 const RATE_OVER: Duration = Duration::from_secs(10);
 const MAX_ERRORS: usize = 8;
 /// Daemons without which there is no map.
-const NEEDED: [Daemon; 4] = [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen];
+const NEEDED: [Daemon; 5] =
+    [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen, Daemon::SlamAlign];
 
 /// What was seen of a site.
 pub(crate) struct State {
@@ -21,6 +23,7 @@ pub(crate) struct State {
     plan: Option<PlanLine>,
     plan_time_s: Option<i64>,
     robot: Option<String>,
+    alignment: Option<Brief>,
     names: Vec<String>,
     storeys: BTreeMap<usize, StoreyLine>,
     set: ConsistentSet<()>,
@@ -49,6 +52,7 @@ impl State {
             plan: None,
             plan_time_s: None,
             robot: None,
+            alignment: None,
             names: Vec::new(),
             storeys: BTreeMap::new(),
             set: ConsistentSet::new(Stamp::now()),
@@ -110,6 +114,11 @@ impl State {
     /// Names of the map storeys.
     pub(crate) fn see_names(&mut self, names: Vec<String>) {
         self.names = names;
+    }
+
+    /// An alignment has come.
+    pub(crate) fn see_alignment(&mut self, alignment: Brief) {
+        self.alignment = Some(alignment);
     }
 
     /// A phase has come.
@@ -174,6 +183,7 @@ impl State {
             },
             why_no_map,
             robot: self.robot.clone(),
+            alignment: self.alignment.clone(),
             storeys: self.storeys.values().cloned().collect(),
             errors: self.errors.iter().cloned().collect(),
         }

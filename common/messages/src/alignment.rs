@@ -1,0 +1,296 @@
+//! The `alignment` archive: where the robot's map lies in the model's, and how sure that is.
+
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
+use crate::site_builder::TextPool;
+use bytemuck::{Pod, Zeroable};
+
+mod section {
+    pub(super) const HEAD: u32 = 1;
+    pub(super) const STRINGS: u32 = 2;
+    pub(super) const CANDIDATES: u32 = 3;
+}
+
+/// How sure an alignment is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Verdict {
+    /// One pose, and no other comes near.
+    Accepted = 0,
+    /// Several poses that cannot be told apart, or one that is not held in place.
+    Ambiguous = 1,
+    /// No pose is to be believed.
+    Refused = 2,
+}
+
+impl Verdict {
+    /// The verdict with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        [Self::Accepted, Self::Ambiguous, Self::Refused].get(id as usize).copied()
+    }
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Accepted => "accepted",
+            Self::Ambiguous => "ambiguous",
+            Self::Refused => "refused",
+        }
+    }
+}
+
+/// What the pose that counts rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum PoseState {
+    /// No pose was accepted yet.
+    None = 0,
+    /// A search of all poses accepted it, of the newest map.
+    Found = 1,
+    /// The last pose was refined with the newest map.
+    Tracked = 2,
+    /// The newest map does not bear it out: the last pose stays.
+    Held = 3,
+}
+
+impl PoseState {
+    /// The state with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        [Self::None, Self::Found, Self::Tracked, Self::Held].get(id as usize).copied()
+    }
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Found => "found",
+            Self::Tracked => "tracked",
+            Self::Held => "held",
+        }
+    }
+}
+
+/// What speaks for a pose; all from 0 to 1.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct Evidence {
+    /// How well walls lie on walls: what poses are compared by.
+    pub score: f64,
+    /// How much of the SLAM map's walls the model has.
+    pub precision: f64,
+    /// How much of the model's walls that the robot has seen the SLAM map has.
+    pub recall: f64,
+    /// Share of the SLAM map's free cells that are free in the model.
+    pub free: f64,
+}
+
+/// A pose of the robot's map in the model's.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct PoseRecord {
+    /// `map_from_slam`: x, y in metres, yaw in radians.
+    pub map_from_slam: [f64; 3],
+    /// Covariance of where [`PoseRecord::about_m`] comes to lie (x, y) and of yaw, row-major.
+    pub covariance: [f64; 9],
+    /// The middle of what the SLAM map shows, in its frame.
+    pub about_m: [f64; 2],
+    /// What speaks for it.
+    pub evidence: Evidence,
+    /// Map storey; [`NONE`] for a map without a site.
+    pub map_storey: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<PoseRecord>() == 152);
+
+/// What was found: one record.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct AlignmentHead {
+    /// Content hash of the site; 0 for maps without one.
+    pub site_hash: u64,
+    /// Content hash of the SLAM map.
+    pub slam_map_hash: u64,
+    /// The plan time of the reference, or [`crate::PhaseHead::NO_TIME`].
+    pub plan_time_s: i64,
+    /// The pose that counts; zeros unless [`AlignmentHead::state`] says that there is one.
+    pub pose: PoseRecord,
+    /// A pose that waits for somebody to confirm it; zeros unless [`AlignmentHead::is_waiting`].
+    pub waiting: PoseRecord,
+    /// Side of what the robot maps, as a share of the model's: 1 if its lengths are right.
+    pub scale: f64,
+    /// Standard deviation of the scale.
+    pub scale_deviation: f64,
+    /// Why the newest judgement is not `accepted`; empty if it is.
+    pub reason: Text,
+    /// [`Verdict`] on the newest map as a number.
+    pub verdict: u32,
+    /// [`PoseState`] as a number.
+    pub state: u32,
+    /// 1 if a pose waits to be confirmed.
+    pub is_waiting: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<AlignmentHead>() == 368);
+
+/// An alignment, read in place.
+#[derive(Debug, Clone, Copy)]
+pub struct Alignment<'a> {
+    archive: Archive<'a>,
+    strings: &'a str,
+    /// What was found.
+    pub head: &'a AlignmentHead,
+    /// Poses that fit the newest map, best first.
+    pub candidates: &'a [PoseRecord],
+}
+
+impl<'a> Alignment<'a> {
+    /// Most poses that are told.
+    pub const MAX_CANDIDATES: usize = 64;
+
+    /// Validates and views an archive.
+    ///
+    /// # Errors
+    /// Bytes that are no whole alignment, or numbers that are none.
+    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
+        let archive = Archive::open(bytes, ArchiveKind::Alignment)?;
+        let alignment = Self {
+            archive,
+            strings: archive.strings(section::STRINGS)?,
+            head: archive.record(section::HEAD)?,
+            candidates: archive.section(section::CANDIDATES)?,
+        };
+        let head = alignment.head;
+        let reason = (head.reason.offset as usize)..(head.reason.offset as usize) + head.reason.length as usize;
+        let numbers = [head.scale, head.scale_deviation];
+        let whole = alignment.strings.get(reason).is_some()
+            && Verdict::from_id(head.verdict).is_some()
+            && PoseState::from_id(head.state).is_some()
+            && head.is_waiting <= 1
+            && alignment.candidates.len() <= Self::MAX_CANDIDATES
+            && numbers.iter().all(|n| n.is_finite())
+            && [&head.pose, &head.waiting].into_iter().chain(alignment.candidates).all(PoseRecord::is_finite);
+        if whole { Ok(alignment) } else { Err(ArchiveError::Index { what: "a pose" }) }
+    }
+
+    /// Hash of the content.
+    pub fn content_hash(&self) -> u64 {
+        self.archive.content_hash()
+    }
+
+    /// How sure the newest map is.
+    pub fn verdict(&self) -> Verdict {
+        // Checked when the archive was opened.
+        Verdict::from_id(self.head.verdict).unwrap_or(Verdict::Refused)
+    }
+
+    /// What the pose that counts rests on.
+    pub fn state(&self) -> PoseState {
+        PoseState::from_id(self.head.state).unwrap_or(PoseState::None)
+    }
+
+    /// The pose that counts: the only one to be used.
+    pub fn pose(&self) -> Option<&'a PoseRecord> {
+        (self.state() != PoseState::None).then_some(&self.head.pose)
+    }
+
+    /// A pose that waits for somebody to confirm it.
+    pub fn waiting(&self) -> Option<&'a PoseRecord> {
+        (self.head.is_waiting == 1).then_some(&self.head.waiting)
+    }
+
+    /// Why the newest map is not accepted; empty if it is.
+    pub fn reason(&self) -> &'a str {
+        // Boundaries were checked when the archive was opened.
+        &self.strings[self.head.reason.offset as usize..][..self.head.reason.length as usize]
+    }
+}
+
+impl PoseRecord {
+    /// No pose.
+    pub const NONE: Self = Self {
+        map_from_slam: [0.0; 3],
+        covariance: [0.0; 9],
+        about_m: [0.0; 2],
+        evidence: Evidence { score: 0.0, precision: 0.0, recall: 0.0, free: 0.0 },
+        map_storey: NONE,
+        reserved: 0,
+    };
+
+    fn is_finite(&self) -> bool {
+        let Evidence { score, precision, recall, free } = self.evidence;
+        let evidence = [score, precision, recall, free];
+        let numbers = self.map_from_slam.iter().chain(&self.covariance).chain(&self.about_m).chain(&evidence);
+        numbers.into_iter().all(|n| n.is_finite())
+    }
+}
+
+/// An `alignment` archive to be.
+#[derive(Debug)]
+pub struct AlignmentBuilder<'a> {
+    /// What was found; its reason is filled in.
+    pub head: AlignmentHead,
+    /// Why the newest map is not accepted.
+    pub reason: &'a str,
+    /// Poses that fit, best first; those beyond [`Alignment::MAX_CANDIDATES`] are not told.
+    pub candidates: &'a [PoseRecord],
+}
+
+impl AlignmentBuilder<'_> {
+    /// Writes the archive into the heap.
+    pub fn finish(&self) -> ArchiveBuffer {
+        let mut texts = TextPool::default();
+        let head = AlignmentHead { reason: texts.add(self.reason), ..self.head };
+        let mut list = SectionList::default();
+        list.add(section::HEAD, std::slice::from_ref(&head));
+        list.add(section::CANDIDATES, &self.candidates[..self.candidates.len().min(Alignment::MAX_CANDIDATES)]);
+        list.add(section::STRINGS, texts.bytes());
+        let mut buffer = ArchiveBuffer::zeroed(list.len());
+        list.write(buffer.bytes_mut(), ArchiveKind::Alignment);
+        buffer
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn head() -> AlignmentHead {
+        AlignmentHead {
+            site_hash: 1,
+            slam_map_hash: 2,
+            plan_time_s: 3,
+            pose: PoseRecord { map_from_slam: [1.0, 2.0, 0.5], ..PoseRecord::NONE },
+            waiting: PoseRecord::NONE,
+            scale: 1.0,
+            scale_deviation: 0.001,
+            reason: Text::default(),
+            verdict: Verdict::Ambiguous as u32,
+            state: PoseState::Held as u32,
+            is_waiting: 0,
+            reserved: 0,
+        }
+    }
+
+    #[test]
+    fn poses_and_reasons_come_back() {
+        let buffer = AlignmentBuilder { head: head(), reason: "two fit", candidates: &[PoseRecord::NONE; 2] }.finish();
+        let view = Alignment::open(buffer.bytes()).unwrap();
+        assert_eq!((view.verdict(), view.state(), view.reason()), (Verdict::Ambiguous, PoseState::Held, "two fit"));
+        assert_eq!(view.pose().unwrap().map_from_slam, [1.0, 2.0, 0.5]);
+        assert!(view.waiting().is_none() && view.candidates.len() == 2);
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_refused() {
+        for wrong in [
+            AlignmentHead { scale: f64::NAN, ..head() },
+            AlignmentHead { verdict: 3, ..head() },
+            AlignmentHead { state: 4, ..head() },
+            AlignmentHead { pose: PoseRecord { about_m: [f64::INFINITY; 2], ..PoseRecord::NONE }, ..head() },
+        ] {
+            let buffer = AlignmentBuilder { head: wrong, reason: "", candidates: &[] }.finish();
+            assert!(Alignment::open(buffer.bytes()).is_err());
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Many pairs of maps, for benchmarks.
+
+use super::told::evidence;
+use crate::failure::Failure;
+use rustix::time::{ClockId, clock_gettime};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use slam_align::{AlignedPose, Alignment, OccupancyMap, PreparedMap, align_maps};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// A line of `pairs.jsonl`; paths count from its folder.
+#[derive(Deserialize)]
+struct Pair {
+    pair: String,
+    reference: PathBuf,
+    slam: PathBuf,
+}
+
+/// Aligns all pairs of a folder, a JSON document a line.
+///
+/// # Errors
+/// A list or a map that cannot be used.
+pub(crate) fn pairs(folder: &Path) -> Result<String, Failure> {
+    let list = folder.join("pairs.jsonl");
+    let text = std::fs::read_to_string(&list)
+        .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", list.display())))?;
+    let mut out = String::new();
+    for line in text.lines().filter(|line| !line.trim().is_empty()) {
+        let pair: Pair =
+            serde_json::from_str(line).map_err(|error| Failure::usage(format!("{}: {error}", list.display())))?;
+        let read = |path: &Path| OccupancyMap::read(&folder.join(path)).map_err(Failure::usage);
+        let (reference, slam) = (read(&pair.reference)?, read(&pair.slam)?);
+        let begun_s = cpu_s();
+        let alignment = align_maps(&[PreparedMap::of_model(&reference)], &PreparedMap::of_slam(&slam), None);
+        let answer = answer(&pair.pair, &alignment, cpu_s() - begun_s);
+        let _ = writeln!(out, "{answer}");
+    }
+    Ok(out)
+}
+
+fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
+    let pose = |p: &AlignedPose| {
+        let m = p.map_from_slam;
+        json!({"x": m.x_m, "y": m.y_m, "yaw": m.yaw_rad, "score": p.evidence.score, "evidence": evidence(&p.evidence)})
+    };
+    let candidates: Vec<Value> = alignment.poses.iter().skip(1).map(pose).collect();
+    let mut answer = json!({
+        "pair": pair, "verdict": alignment.verdict.name(), "reason": alignment.reason, "candidates": candidates,
+        "scale": alignment.scale.map(|s| [s.value, s.deviation]), "cpu_s": cpu_s,
+    });
+    if let Some(best) = alignment.poses.first() {
+        let m = best.map_from_slam;
+        (answer["x"], answer["y"], answer["yaw"]) = (m.x_m.into(), m.y_m.into(), m.yaw_rad.into());
+        answer["score"] = best.evidence.score.into();
+        answer["evidence"] = evidence(&best.evidence);
+        answer["covariance"] = json!(best.covariance_of_motion());
+    }
+    answer
+}
+
+/// CPU seconds of this thread.
+fn cpu_s() -> f64 {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    now.tv_sec as f64 + now.tv_nsec as f64 / 1e9
+}

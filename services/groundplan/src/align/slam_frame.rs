@@ -1,0 +1,153 @@
+//! Maps, routes and waypoints of a storey in the robot's own frame.
+
+use crate::failure::Failure;
+use export::OutputFolder;
+use frames::TENTHS_PER_M;
+use geometry::Bounds;
+use grid::{FREE, GridSpec, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, resampled};
+use messages::PoseRecord;
+use serde_json::{Value, json};
+use slam_align::{MapFromSlam, OccupancyMap};
+use std::path::{Path, PathBuf};
+
+/// Writes what `convert` wrote of a storey, moved into the robot's frame: maps, masks, route graph and waypoints.
+///
+/// A cell is occupied if the cell of the model's map is that lies under any part of it, so that walls stay whole; a passage may
+/// become narrower by a cell.
+///
+/// # Errors
+/// Files that cannot be read or written.
+pub(super) fn write(folder: &Path, reference: &Path, map: &Path, pose: &PoseRecord) -> Result<(), Failure> {
+    let storey = map.parent().unwrap_or(reference);
+    let map_from_slam = MapFromSlam::from(pose);
+    let [x_m, y_m, yaw_rad] = map_from_slam.inverse();
+    let moved = Moved { map_from_slam, slam_from_map: MapFromSlam { x_m, y_m, yaw_rad } };
+    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    for (name, first_wins, outside) in [
+        ("planning", &[OCCUPIED, UNKNOWN][..], UNKNOWN),
+        ("localization", &[OCCUPIED], UNKNOWN),
+        ("keepout", &[OCCUPIED], FREE),
+    ] {
+        let [pgm, yaml] = moved.map(&storey.join(name), first_wins, outside)?;
+        files.push((format!("{name}.pgm").into(), pgm));
+        files.push((format!("{name}.yaml").into(), yaml));
+    }
+    let mut waypoints = read(&reference.join("waypoints.json"))?;
+    let here = |w: &Value| w["storey"] == pose.map_storey;
+    if let Some(all) = waypoints["waypoints"].as_array_mut() {
+        all.retain(here);
+        all.sort_by_key(|w| w["order"].as_u64());
+        all.iter_mut().for_each(|w| moved.waypoint(w));
+        files.push(("waypoints.yaml".into(), nav2_yaml(all).into_bytes()));
+    }
+    waypoints["frame"] = "slam".into();
+    for key in ["spaces", "storeys", "tours"] {
+        // What they tell is told in the model's frame.
+        if let Some(object) = waypoints.as_object_mut() {
+            object.remove(key);
+        }
+    }
+    files.push(("waypoints.json".into(), format!("{waypoints:#}\n").into_bytes()));
+    let mut route = read(&storey.join("route.geojson"))?;
+    for feature in route["features"].as_array_mut().into_iter().flatten() {
+        moved.coordinates(&mut feature["geometry"]["coordinates"]);
+    }
+    files.push(("route.geojson".into(), format!("{route:#}\n").into_bytes()));
+    let manifest = json!({
+        "tool": "groundplan",
+        "version": env!("CARGO_PKG_VERSION"),
+        "frame": "slam",
+        "storey": pose.map_storey,
+        "slam_from_map": {"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad},
+    });
+    files.push(("manifest.json".into(), format!("{manifest:#}\n").into_bytes()));
+    write_all(folder, files)
+}
+
+fn write_all(folder: &Path, files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), Failure> {
+    let files = files.into_iter().map(|(path, bytes)| export::ExportFile { path: path.display().to_string(), bytes });
+    let folder = OutputFolder::at(folder).map_err(Failure::usage)?;
+    folder.replace(&files.collect::<Vec<_>>()).map_err(Failure::work)
+}
+
+fn read(path: &Path) -> Result<Value, Failure> {
+    let bytes = std::fs::read(path).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
+    serde_json::from_slice(&bytes).map_err(|error| Failure::work(format!("{}: {error}", path.display())))
+}
+
+struct Moved {
+    map_from_slam: MapFromSlam,
+    slam_from_map: MapFromSlam,
+}
+
+impl Moved {
+    /// Image and description of a map; `stem` is its path without extension.
+    fn map(&self, stem: &Path, first_wins: &[u8], outside: u8) -> Result<[Vec<u8>; 2], Failure> {
+        let (image, name) = (stem.with_extension("pgm"), stem.file_name().unwrap_or_default().to_string_lossy());
+        let bytes = std::fs::read(&image).map_err(|error| Failure::work(format!("{}: {error}", image.display())))?;
+        let (width, height, pixels) =
+            decode_pgm(&bytes).ok_or_else(|| Failure::work(format!("{} is no map of ours", image.display())))?;
+        let described = OccupancyMap::read(&stem.with_extension("yaml")).map_err(Failure::work)?;
+        let (side_m, [x0, y0, _]) = (described.resolution_m, described.origin);
+        let corners = [[0, 0], [width, 0], [0, height], [width, height]];
+        let corners = corners.map(|[c, r]| self.slam_from_map.apply([x0 + c as f64 * side_m, y0 + r as f64 * side_m]));
+        let bound = |k: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|c| c[k]).reduce(pick).unwrap_or(0.0);
+        let tenths = |metres: f64| (metres * f64::from(TENTHS_PER_M)) as i32;
+        let min = [0, 1].map(|k| tenths(bound(k, f64::min)));
+        let max = [0, 1].map(|k| tenths(bound(k, f64::max)));
+        let spec = GridSpec::around(Bounds { min, max }, 0, side_m).map_err(Failure::work)?;
+        let [x1, y1] = spec.origin_m();
+        let look = |[column, row]: [f64; 2]| {
+            let p = self.map_from_slam.apply([x1 + column * side_m, y1 + row * side_m]);
+            let [column, row] = [(p[0] - x0) / side_m, (p[1] - y0) / side_m];
+            let inside = column >= 0.0 && row >= 0.0 && column < width as f64 && row < height as f64;
+            if inside { pixels[row as usize * width + column as usize] } else { outside }
+        };
+        let (wide, high) = (spec.width as usize, spec.height as usize);
+        let turned = resampled(wide, high, first_wins, look);
+        let yaml = MapYaml { image: &format!("{name}.pgm"), spec: &spec }.to_string();
+        Ok([encode_pgm(wide, |k| turned[k], high), yaml.into_bytes()])
+    }
+
+    fn waypoint(&self, waypoint: &mut Value) {
+        let number = |key: &str| waypoint[key].as_f64().unwrap_or_default();
+        let [x, y] = self.slam_from_map.apply([number("x_m"), number("y_m")]);
+        let yaw = number("yaw_rad") + self.slam_from_map.yaw_rad;
+        let (sin, cos) = libm::sincos(yaw);
+        (waypoint["x_m"], waypoint["y_m"]) = (rounded(x).into(), rounded(y).into());
+        waypoint["yaw_rad"] = rounded(libm::atan2(sin, cos)).into();
+        if let Some([x, y, ..]) = waypoint["centroid_m"].as_array_mut().map(Vec::as_mut_slice) {
+            let moved = self.slam_from_map.apply([&*x, &*y].map(|c| c.as_f64().unwrap_or_default()));
+            (*x, *y) = (rounded(moved[0]).into(), rounded(moved[1]).into());
+        }
+    }
+
+    /// A point, or lists of points.
+    fn coordinates(&self, value: &mut Value) {
+        let Some(list) = value.as_array_mut() else { return };
+        if let [Value::Number(x), Value::Number(y), ..] = list.as_slice() {
+            let p = self.slam_from_map.apply([x, y].map(|c| c.as_f64().unwrap_or_default()));
+            (list[0], list[1]) = (rounded(p[0]).into(), rounded(p[1]).into());
+        } else {
+            list.iter_mut().for_each(|inner| self.coordinates(inner));
+        }
+    }
+}
+
+/// To tenths of a millimetre.
+fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4 + 0.0
+}
+
+/// As Nav2 reads waypoints.
+fn nav2_yaml(waypoints: &[Value]) -> String {
+    if waypoints.is_empty() {
+        return "waypoints: {}\n".to_owned();
+    }
+    let line = |(order, w): (usize, &Value)| {
+        let [x, y, yaw] = ["x_m", "y_m", "yaw_rad"].map(|key| w[key].as_f64().unwrap_or_default());
+        let (sin, cos) = libm::sincos(yaw / 2.0);
+        format!("  waypoint{order}:\n    pose: [{x:?}, {y:?}, 0.0]\n    orientation: [{cos:?}, 0.0, 0.0, {sin:?}]\n")
+    };
+    waypoints.iter().enumerate().map(line).fold("waypoints:\n".to_owned(), |text, line| text + &line)
+}

@@ -1,0 +1,155 @@
+//! What is told of an alignment, from its archive: the same for files and for the running daemon.
+
+use crate::plan_date::optional_text;
+use messages::{Alignment, Evidence, NONE, PoseRecord, Verdict};
+use serde::Serialize;
+use serde_json::{Value, json};
+use slam_align::MapFromSlam;
+use std::fmt::Write;
+
+/// A scale is worth telling if it differs from 1 by more than this, and by more than three standard deviations.
+const WORTH_TELLING: f64 = 0.005;
+
+/// People read the poses that come so near to the best; programs get all.
+const NEAR_BEST: f64 = 0.9;
+
+/// What `--json` prints; `inputs` says what the maps were.
+pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
+    inputs["plan_time"] = json!(optional_text(alignment.head.plan_time_s));
+    let (counting, head) = (alignment.pose(), alignment.head);
+    let candidates: Vec<Value> = alignment
+        .candidates
+        .iter()
+        .map(|c| {
+            let storey = storey(c);
+            json!({
+                "storey": storey, "map_from_slam": motion(c), "score": c.evidence.score, "evidence": evidence(&c.evidence),
+            })
+        })
+        .collect();
+    let waiting = alignment.waiting().map(|w| json!({"storey": storey(w), "map_from_slam": motion(w)}));
+    json!({
+        "verdict": alignment.verdict().name(),
+        "reason": alignment.reason(),
+        "state": alignment.state().name(),
+        "storey": counting.and_then(storey),
+        "map_from_slam": counting.map(motion),
+        "slam_from_map": counting.map(inverse),
+        "covariance": counting.map(|p| p.covariance),
+        "about": counting.map(|p| p.about_m),
+        "score": counting.or(alignment.candidates.first()).map(|p| p.evidence.score),
+        "scale": head.scale,
+        "scale_deviation": head.scale_deviation,
+        "waiting": waiting,
+        "candidates": candidates,
+        "inputs": inputs,
+    })
+}
+
+/// What people read.
+pub(crate) fn text(alignment: &Alignment<'_>) -> String {
+    let mut out = alignment.verdict().name().to_owned();
+    if !alignment.reason().is_empty() {
+        let _ = write!(out, ": {}", alignment.reason());
+    }
+    out.push('\n');
+    if alignment.verdict() == Verdict::Ambiguous {
+        let best = alignment.candidates.first().map_or(0.0, |pose| pose.evidence.score);
+        let near = alignment.candidates.iter().filter(|pose| pose.evidence.score > NEAR_BEST * best);
+        near.for_each(|pose| line(&mut out, pose, ""));
+    }
+    if let Some(pose) = alignment.pose() {
+        line(&mut out, pose, alignment.state().name());
+        let (scale, deviation) = (alignment.head.scale, alignment.head.scale_deviation);
+        if (scale - 1.0).abs() > WORTH_TELLING.max(3.0 * deviation) {
+            let _ = writeln!(out, "  lengths of the SLAM map are {scale:.4} of the model's (+-{deviation:.4})");
+        }
+    }
+    if let Some(pose) = alignment.waiting() {
+        line(&mut out, pose, "waits for groundplan confirm");
+    }
+    out
+}
+
+fn line(out: &mut String, pose: &PoseRecord, what: &str) {
+    let [x_m, y_m, yaw_rad] = pose.map_from_slam;
+    let (degrees, score) = (yaw_rad.to_degrees(), pose.evidence.score);
+    if let Some(storey) = storey(pose) {
+        let _ = write!(out, "  storey {storey}");
+    }
+    let _ = write!(out, "  map_from_slam x {x_m:.3} m, y {y_m:.3} m, yaw {degrees:.3} degrees, score {score:.3}");
+    let _ = if what.is_empty() { writeln!(out) } else { writeln!(out, ", {what}") };
+}
+
+/// An alignment in a line, for `status` and the monitor.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Brief {
+    pub(crate) epoch: u64,
+    pub(crate) verdict: &'static str,
+    /// What the pose rests on: `found`, `tracked`, `held` or `none`.
+    pub(crate) state: &'static str,
+    pub(crate) storey: Option<u32>,
+    pub(crate) map_from_slam: Option<[f64; 3]>,
+    /// True if another pose waits for `groundplan confirm`.
+    pub(crate) is_waiting: bool,
+}
+
+impl Brief {
+    /// Of an archive; `None` if it is none.
+    pub(crate) fn of(epoch: u64, bytes: &[u8]) -> Option<Self> {
+        let alignment = Alignment::open(bytes).ok()?;
+        let pose = alignment.pose();
+        Some(Self {
+            epoch,
+            verdict: alignment.verdict().name(),
+            state: alignment.state().name(),
+            storey: pose.and_then(storey),
+            map_from_slam: pose.map(|pose| pose.map_from_slam),
+            is_waiting: alignment.waiting().is_some(),
+        })
+    }
+
+    pub(crate) fn text(&self) -> String {
+        let waits = if self.is_waiting { ", another pose waits" } else { "" };
+        let Self { epoch, verdict, state, .. } = self;
+        match (self.storey, self.map_from_slam) {
+            (Some(storey), Some([x_m, y_m, yaw_rad])) => {
+                let place = format!("x {x_m:.2} m, y {y_m:.2} m, yaw {:.2} degrees", yaw_rad.to_degrees());
+                format!("SLAM map on storey {storey} at {place}, {state}, epoch {epoch}{waits}")
+            }
+            _ => format!("SLAM map {verdict}, no pose, epoch {epoch}{waits}"),
+        }
+    }
+}
+
+/// A static transform as ROS writes one: where the model's frame lies in the robot's.
+pub(crate) fn transform(pose: &PoseRecord) -> String {
+    let [x_m, y_m, yaw_rad] = MapFromSlam::from(pose).inverse();
+    let (sin, cos) = libm::sincos(yaw_rad / 2.0);
+    format!(
+        "# ros2 run tf2_ros static_transform_publisher --x {x_m} --y {y_m} --yaw {yaw_rad} --frame-id map \\\n\
+         #   --child-frame-id site_map\n\
+         header:\n  frame_id: map\nchild_frame_id: site_map\n\
+         transform:\n  translation: {{x: {x_m}, y: {y_m}, z: 0.0}}\n  rotation: {{x: 0.0, y: 0.0, z: {sin}, w: {cos}}}\n"
+    )
+}
+
+fn storey(pose: &PoseRecord) -> Option<u32> {
+    (pose.map_storey != NONE).then_some(pose.map_storey)
+}
+
+fn motion(pose: &PoseRecord) -> Value {
+    let [x_m, y_m, yaw_rad] = pose.map_from_slam;
+    json!({"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad})
+}
+
+fn inverse(pose: &PoseRecord) -> Value {
+    let [x_m, y_m, yaw_rad] = MapFromSlam::from(pose).inverse();
+    json!({"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad})
+}
+
+/// The parts of a score.
+pub(crate) fn evidence(evidence: &Evidence) -> Value {
+    let Evidence { precision, recall, free, .. } = evidence;
+    json!({"precision": precision, "recall": recall, "free": free})
+}

@@ -1,0 +1,39 @@
+//! The robot's map, from the bus or from a file.
+
+use crate::alignment::PreparedMap;
+use crate::map_file::{MapFault, MapFileError, OccupancyMap};
+use messages::{ArchiveError, SlamMap};
+use std::path::Path;
+
+/// A robot's map, ready to be compared.
+pub(crate) struct RobotMap {
+    pub(crate) map: OccupancyMap,
+    pub(crate) prepared: PreparedMap,
+    pub(crate) content_hash: u64,
+}
+
+/// A robot's map that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RobotMapError {
+    #[error(transparent)]
+    File(#[from] MapFileError),
+    #[error("the robot's map")]
+    Archive(#[from] ArchiveError),
+    #[error("the robot's map")]
+    Fault(#[from] MapFault),
+}
+
+impl RobotMap {
+    /// From a `slam-map` archive.
+    pub(crate) fn of_archive(bytes: &[u8]) -> Result<Self, RobotMapError> {
+        let archive = SlamMap::open(bytes)?;
+        let map = OccupancyMap::of_archive(&archive);
+        map.check_extent()?;
+        Ok(Self { prepared: PreparedMap::of_slam(&map), map, content_hash: archive.content_hash() })
+    }
+
+    /// From a map server's file.
+    pub(crate) fn read(path: &Path) -> Result<Self, RobotMapError> {
+        Self::of_archive(OccupancyMap::read(path)?.to_archive().bytes())
+    }
+}
