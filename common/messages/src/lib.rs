@@ -11,6 +11,7 @@
 //! | `grid` | [`Grid`] | [`GridWriter`] | rasterize |
 //! | `grids` | [`Grids`] | [`GridsBuilder`] | rasterize |
 //! | `plan` | [`Plan`] | [`PlanBuilder`] | waypoint-gen |
+//! | `deviations` | [`Deviations`] | [`DeviationsBuilder`] | slam-align |
 //!
 //! Beside an archive travels its [`SampleHeader`]: what belongs to the moment, not to the content. Daemons report
 //! themselves with a [`StatusRecord`].
@@ -21,6 +22,8 @@
 
 mod archive;
 mod consistency;
+mod deviation_records;
+mod deviations;
 mod grid_archive;
 mod grids;
 mod phase;
@@ -38,6 +41,8 @@ pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, sections_len,
 };
 pub use consistency::OtherSite;
+pub use deviation_records::*;
+pub use deviations::{Deviations, DeviationsBuilder};
 pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
 pub use phase::{

@@ -4,13 +4,13 @@ mod support;
 
 use messages::{ArchiveBuffer, ArchiveError, PartRecord, Site, SiteBuilder};
 use proptest::prelude::*;
-use support::{grid, grids, phase, plan, reseal, site, walk};
+use support::{deviations, grid, grids, phase, plan, reseal, site, walk};
 
 /// Miri takes a thousand times as long.
 const CASES: u32 = if cfg!(miri) { 6 } else { 20_000 };
 
 fn archive() -> impl Strategy<Value = ArchiveBuffer> {
-    prop::sample::select(vec![site(), phase(), grid(), grids(), plan()])
+    prop::sample::select(vec![site(), phase(), grid(), grids(), plan(), deviations()])
 }
 
 /// What tends to hurt.
@@ -24,7 +24,7 @@ fn word() -> impl Strategy<Value = u32> {
 
 #[test]
 fn whole_archives_are_read_to_the_end() {
-    for archive in [site(), phase(), grid(), grids(), plan()] {
+    for archive in [site(), phase(), grid(), grids(), plan(), deviations()] {
         assert!(walk(archive.bytes()) > 4);
         let mut again = archive.clone();
         reseal(again.bytes_mut());
