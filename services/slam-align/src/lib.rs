@@ -2,6 +2,8 @@
 //!
 //! The method is that of wall faces with signed normals and corners that vote, beside correlation; every pose is refined and
 //! scored by walls and free space, and one is accepted only if no other comes near it.
+//!
+//! [`deviations`] then tells of every element whether it is where the model has it, and what stands beside them.
 
 mod chance;
 mod image;
@@ -24,9 +26,11 @@ mod search;
 mod verdict;
 
 mod alignment;
+mod deviations;
 mod overlay;
 
 pub use alignment::{AlignedPose, Alignment, Hint, MapFromSlam, PreparedMap, align_maps};
+pub use deviations::{DeviationInput, deviations};
 pub use map_file::{MapFault, MapFileError, OccupancyMap};
 pub use overlay::overlay;
 pub use raster::Cell;
