@@ -1,6 +1,6 @@
 //! How a SLAM map is bent: by how much the surfaces around a place are off, where most of them stand as the model has them.
 
-use super::thresholds::{ALIKE, BEND_CELL_M, BEND_SIGMA_M, BENT_M, LEAST_BENT_M, MOST_BENT_M, NOISE_M};
+use super::thresholds::{ALIKE, BEND_CELL_M, BEND_SIGMA_M, BENT_M, BUILT_M, LEAST_BENT_M, MOST_BENT_M, NOISE_M};
 use std::collections::BTreeMap;
 
 /// A surface that was met beside the side of an element.
@@ -50,6 +50,12 @@ impl Bends {
         bends
     }
 
+    /// No bend, and as uncertain as where nothing is known.
+    pub(crate) fn none(&self) -> Bend {
+        let variance = self.prior_m * self.prior_m;
+        Bend { by_m: [0.0; 2], covariance: [variance, 0.0, variance], n: 0 }
+    }
+
     /// The bend at a place, as others than this element say.
     pub(crate) fn at(&self, at: [f64; 2], without: Option<u32>) -> Bend {
         self.at_square(square(at), without)
@@ -68,6 +74,7 @@ impl Bends {
                 weigh(ties, [dx, dy], without, &mut around);
             }
         }
+        limit_each(&mut around);
         let prior = 1.0 / (self.prior_m * self.prior_m);
         let mut bend = Bend { by_m: [0.0; 2], covariance: [0.0; 3], n: around.len() };
         for scale_m in SCALES_M {
@@ -100,6 +107,16 @@ impl Bend {
     pub(crate) fn worst_m(&self) -> f64 {
         let [xx, xy, yy] = self.covariance;
         ((xx + yy + libm::hypot(xx - yy, 2.0 * xy)) / 2.0).max(0.0).sqrt()
+    }
+}
+
+/// Of one element all samples together weigh no more than a surface that may have been built elsewhere: one wall bends no map.
+fn limit_each(around: &mut [(f64, Tie)]) {
+    let mut sums: BTreeMap<u32, f64> = BTreeMap::new();
+    around.iter().for_each(|(weight, tie)| *sums.entry(tie.cut).or_default() += weight);
+    for (weight, tie) in around {
+        let variance = BUILT_M * BUILT_M + NOISE_M * NOISE_M * ALIKE / sums[&tie.cut];
+        *weight *= NOISE_M * NOISE_M * ALIKE / sums[&tie.cut] / variance;
     }
 }
 

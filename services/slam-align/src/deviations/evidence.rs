@@ -34,16 +34,34 @@ pub(crate) struct Evidence {
 
 /// Looks at an element from all of its samples.
 pub(crate) fn evidence(sections: &Sections, cut: u32, samples: &[Sample], slam: &SlamView, bends: &Bends) -> Evidence {
-    let own = &sections.cuts[cut as usize];
     let mut local: BTreeMap<[i32; 2], Bend> = BTreeMap::new();
+    let by_others = |s: &Sample| *local.entry(square(s.at)).or_insert_with(|| bends.at(s.at, Some(cut)));
+    let bent = seen_with(sections, cut, samples, slam, by_others);
+    let shift = &bent.shift;
+    let away_m = libm::hypot(shift.by_m[0], shift.by_m[1]);
+    // Beside its place as the pose alone has it, too; otherwise it is the others that were built elsewhere.
+    let beside_m = shift.along([0, 1].map(|k| shift.by_m[k] + bent.bend_m[k])) / away_m;
+    if shift.is_displaced && beside_m < LEAST_DISPLACED_M {
+        return seen_with(sections, cut, samples, slam, |_| bends.none());
+    }
+    bent
+}
+
+fn seen_with(
+    sections: &Sections,
+    cut: u32,
+    samples: &[Sample],
+    slam: &SlamView,
+    mut bend_at: impl FnMut(&Sample) -> Bend,
+) -> Evidence {
+    let own = &sections.cuts[cut as usize];
     let (mut looks, mut bend_m, mut worst_m) = (Vec::with_capacity(samples.len()), [0.0; 2], 0.0f64);
     for sample in samples {
-        let bend = *local.entry(square(sample.at)).or_insert_with(|| bends.at(sample.at, Some(cut)));
+        let bend = bend_at(sample);
         looks.push(look(sections, cut, sample, slam, &bend));
         bend_m = [0, 1].map(|k| bend_m[k] + bend.by_m[k] / samples.len() as f64);
         worst_m = worst_m.max(bend.deviation_m(sample.normal));
     }
-    let tolerance_m = slam.cell_m + SAME_SIDE_M + worst_m;
     let shift = shift(&looks, LEAST_DISPLACED_M + 2.0 * worst_m);
     let mut out = Evidence {
         observation: Observation::Unseen,
@@ -56,9 +74,8 @@ pub(crate) fn evidence(sections: &Sections, cut: u32, samples: &[Sample], slam: 
         bend_m,
         deviation_m: worst_m,
     };
-    for look in &looks {
-        out.count(look, tolerance_m);
-    }
+    let tolerance_m = slam.cell_m + SAME_SIDE_M + worst_m;
+    looks.iter().for_each(|look| out.count(look, tolerance_m));
     out.observation = out.seen_as(own.stands, own.kind);
     out.reason = out.why(sections, cut);
     out

@@ -80,6 +80,9 @@ pub(crate) const LEAST_BENT_M: f64 = 0.02;
 /// Deviation of a surface from a bent model, and how many samples say the same: half a metre of a wall.
 pub(crate) const NOISE_M: f64 = 0.03;
 pub(crate) const ALIKE: f64 = 10.0;
+/// Deviation of an element from its place as far as the bend is concerned: it takes several elements to tell a bend from one that
+/// was built elsewhere.
+pub(crate) const BUILT_M: f64 = 0.05;
 
 /// Obstacles are told from this size on: 0.3 m long or 0.1 m² of cells, and more than a stray hit or two.
 pub(crate) const LEAST_LENGTH_M: f64 = 0.3;
