@@ -1,6 +1,6 @@
 //! Archives that are each whole, and do not belong together.
 
-use crate::{EdgeKind, Grid, Grids, NONE, NodeKind, Phase, Plan, RouteEdgeRecord, RouteNodeRecord, Site};
+use crate::{Deviations, EdgeKind, Grid, Grids, NONE, NodeKind, Phase, Plan, RouteEdgeRecord, RouteNodeRecord, Site};
 
 /// Archives that speak of different sites.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -84,6 +84,20 @@ impl Plan<'_> {
             && self.nodes.iter().all(|n| has_storey(n.map_storey) && has_space(n.space) && node_is_of(n))
             && self.edges.iter().all(edge_is_of);
         check(belongs, "plan")
+    }
+}
+
+impl Deviations<'_> {
+    /// Checks that the deviations speak of this site: after that their elements and spaces are those of the site.
+    ///
+    /// # Errors
+    /// Another site's hash, or records that the site does not have.
+    pub fn check_site(&self, site: &Site<'_>) -> Result<(), OtherSite> {
+        let belongs = self.head.site_hash == site.content_hash()
+            && (self.head.map_storey as usize) < site.map_storeys.len()
+            && self.elements.iter().all(|e| (e.element as usize) < site.elements.len())
+            && self.obstacles.iter().all(|o| o.space == NONE || (o.space as usize) < site.spaces.len());
+        check(belongs, "list of deviations")
     }
 }
 

@@ -13,6 +13,7 @@
 //! | `plan` | [`Plan`] | [`PlanBuilder`] | waypoint-gen |
 //! | `slam-map` | [`SlamMap`] | [`SlamMap::write`] | the robot |
 //! | `alignment` | [`Alignment`] | [`AlignmentBuilder`] | slam-align |
+//! | `deviations` | [`Deviations`] | [`DeviationsBuilder`] | slam-align |
 //!
 //! Beside an archive travels its [`SampleHeader`]: what belongs to the moment, not to the content. Daemons report
 //! themselves with a [`StatusRecord`].
@@ -24,6 +25,8 @@
 mod alignment;
 mod archive;
 mod consistency;
+mod deviation_records;
+mod deviations;
 mod grid_archive;
 mod grids;
 mod phase;
@@ -43,6 +46,8 @@ pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, sections_len,
 };
 pub use consistency::OtherSite;
+pub use deviation_records::*;
+pub use deviations::{Deviations, DeviationsBuilder};
 pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
 pub use phase::{

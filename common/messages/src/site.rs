@@ -348,7 +348,7 @@ impl<'a> Site<'a> {
 
 /// The farthest that a coordinate may be from the origin of the map, in tenths of a millimetre: 100 km, and differences of two
 /// do not overflow.
-const FARTHEST_TENTHS: u32 = 1_000_000_000;
+pub(crate) const FARTHEST_TENTHS: u32 = 1_000_000_000;
 
 /// A site archive that was validated once, with the memory that it lies in; its views cost nothing.
 #[derive(Debug)]

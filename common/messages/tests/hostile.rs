@@ -4,13 +4,13 @@ mod support;
 
 use messages::{ArchiveBuffer, ArchiveError, PartRecord, Site, SiteBuilder};
 use proptest::prelude::*;
-use support::{alignment, grid, grids, phase, plan, reseal, site, slam_map, walk};
+use support::{alignment, deviations, grid, grids, phase, plan, reseal, site, slam_map, walk};
 
 /// Miri takes a thousand times as long.
 const CASES: u32 = if cfg!(miri) { 6 } else { 20_000 };
 
 fn archive() -> impl Strategy<Value = ArchiveBuffer> {
-    prop::sample::select(vec![site(), phase(), grid(), grids(), plan(), slam_map(), alignment()])
+    prop::sample::select(vec![site(), phase(), grid(), grids(), plan(), slam_map(), alignment(), deviations()])
 }
 
 /// What tends to hurt.
@@ -24,7 +24,7 @@ fn word() -> impl Strategy<Value = u32> {
 
 #[test]
 fn whole_archives_are_read_to_the_end() {
-    for archive in [site(), phase(), grid(), grids(), plan(), slam_map(), alignment()] {
+    for archive in [site(), phase(), grid(), grids(), plan(), slam_map(), alignment(), deviations()] {
         assert!(walk(archive.bytes()) > 4);
         let mut again = archive.clone();
         reseal(again.bytes_mut());

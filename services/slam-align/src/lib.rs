@@ -2,6 +2,8 @@
 //!
 //! The method is that of wall faces with signed normals and corners that vote, beside correlation; every pose is refined and
 //! scored by walls and free space, and one is accepted only if no other comes near it.
+//!
+//! [`deviations`] then tells of every element whether it is where the model has it, and what stands beside them.
 
 mod chance;
 mod image;
@@ -28,6 +30,7 @@ mod verdict;
 mod alignment;
 mod any_scale;
 mod archives;
+mod deviations;
 mod overlay;
 mod reference;
 
@@ -42,6 +45,7 @@ pub use alignment::{AlignedPose, Alignment, Hint, MapFromSlam, PreparedMap, alig
 pub use any_scale::align_maps_at_any_scale;
 pub use archives::{Counting, MadeFrom};
 pub use follower::{Follower, MaxJump};
+pub use deviations::{DeviationInput, deviations};
 pub use map_file::{MapFault, MapFileError, OccupancyMap};
 pub use overlay::overlay;
 pub use raster::Cell;

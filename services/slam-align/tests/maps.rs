@@ -1,28 +1,11 @@
 //! Alignments of drawn buildings with what a robot would have seen of them.
 
+mod support;
+
 use messages::Verdict;
 use proptest::prelude::*;
 use slam_align::{Alignment, Cell, Hint, MapFromSlam, OccupancyMap, PreparedMap, align_maps};
-
-/// Walls as boxes: x from, y from, x to, y to, in metres.
-type Walls = Vec<[f64; 4]>;
-
-/// A flat of 12 x 9 m that looks like itself in no other pose.
-fn flat() -> Walls {
-    vec![
-        [0.0, 0.0, 12.0, 0.2],
-        [0.0, 8.8, 12.0, 9.0],
-        [0.0, 0.0, 0.2, 9.0],
-        [11.8, 0.0, 12.0, 9.0],
-        [4.0, 0.2, 4.15, 3.6],
-        [4.0, 4.6, 4.15, 8.8],
-        [4.15, 5.2, 9.0, 5.35],
-        [10.0, 5.2, 11.8, 5.35],
-        [7.3, 0.2, 7.45, 2.0],
-        [7.3, 3.0, 7.45, 5.2],
-        [0.2, 6.4, 2.0, 6.55],
-    ]
-}
+use support::{PLACES, Walls, flat, inside, scanned};
 
 /// Two such rooms, the one a half turn of the other.
 fn twin() -> Walls {
@@ -35,10 +18,6 @@ fn twin() -> Walls {
     ];
     let turned = |[a, b, c, d]: &[f64; 4]| [10.0 - c, 6.0 - d, 10.0 - a, 6.0 - b];
     half.iter().copied().chain(half.iter().map(turned)).collect()
-}
-
-fn inside(walls: &Walls, [x, y]: [f64; 2]) -> bool {
-    walls.iter().any(|w| w[0] <= x && x < w[2] && w[1] <= y && y < w[3])
 }
 
 fn bounds(walls: &Walls) -> [f64; 2] {
@@ -64,50 +43,6 @@ fn model(walls: &Walls) -> OccupancyMap {
         origin: [-1.0, -1.0, 0.0],
     }
 }
-
-/// What a lidar that turns around sees from these places, in a frame that lies in the model's map by the motion.
-fn scanned(
-    walls: &Walls,
-    places: &[[f64; 2]],
-    motion: MapFromSlam,
-    resolution_m: f64,
-    origin_yaw_rad: f64,
-) -> OccupancyMap {
-    let n = (30.0 / resolution_m) as usize;
-    let slam_from_map = motion.inverse();
-    let slam_from_map = MapFromSlam { x_m: slam_from_map[0], y_m: slam_from_map[1], yaw_rad: slam_from_map[2] };
-    let middle = slam_from_map.apply(places[0]);
-    let (sin, cos) = origin_yaw_rad.sin_cos();
-    // The corner from which the first place is in the middle of the square.
-    let half = n as f64 * resolution_m / 2.0;
-    let origin = [middle[0] - cos * half + sin * half, middle[1] - sin * half - cos * half];
-    let mut cells = vec![Cell::Unknown; n * n];
-    let mut mark = |p: [f64; 2], what: Cell| {
-        let q = slam_from_map.apply(p);
-        let d = [q[0] - origin[0], q[1] - origin[1]];
-        let [x, y] = [cos * d[0] + sin * d[1], -sin * d[0] + cos * d[1]].map(|c| (c / resolution_m) as usize);
-        if x < n && y < n && cells[y * n + x] != Cell::Occupied {
-            cells[y * n + x] = what;
-        }
-    };
-    for place in places {
-        for k in 0..2000 {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 2000.0).sin_cos();
-            for step in 1..1200 {
-                let far = f64::from(step) * 0.01;
-                let p = [place[0] + cos * far, place[1] + sin * far];
-                if inside(walls, p) {
-                    mark(p, Cell::Occupied);
-                    break;
-                }
-                mark(p, Cell::Free);
-            }
-        }
-    }
-    OccupancyMap { width: n, cells, resolution_m, origin: [origin[0], origin[1], origin_yaw_rad] }
-}
-
-const PLACES: [[f64; 2]; 4] = [[2.0, 2.0], [2.0, 7.5], [5.5, 3.5], [9.5, 7.0]];
 
 fn align(reference: &OccupancyMap, slam: &OccupancyMap, hint: Option<&Hint>) -> Alignment {
     align_maps(&[PreparedMap::of_model(reference)], &PreparedMap::of_slam(slam), hint)

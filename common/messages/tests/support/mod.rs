@@ -94,6 +94,26 @@ pub(crate) fn alignment() -> ArchiveBuffer {
     AlignmentBuilder { head, reason: "two poses fit", candidates: &[PoseRecord::NONE; 2] }.finish()
 }
 
+pub(crate) fn deviations() -> ArchiveBuffer {
+    let head =
+        DeviationsHead { site_hash: 1, phase_hash: 2, cell_tenths: 500, width: 3, height: 2, ..Zeroable::zeroed() };
+    let mut b = DeviationsBuilder::new(head);
+    b.seen = vec![0, 1, 2, 0, 1, 2];
+    b.elements.push(ElementDeviationRecord {
+        observation: Observation::Displaced as u32,
+        judgement: Judgement::Displaced as u32,
+        n_samples: 9,
+        n_visible: 8,
+        n_contradicted: 7,
+        ..Zeroable::zeroed()
+    });
+    b.points = vec![[0, 0], [10_000, 0], [0, 10_000]];
+    b.rings.push(RingRecord { first_point: 0, n_points: 3 });
+    b.obstacles.push(ObstacleRecord { area_m2: 0.5, n_rings: 1, space: NONE, ..Zeroable::zeroed() });
+    b.residuals.push(Zeroable::zeroed());
+    b.finish()
+}
+
 /// Makes the preamble fit the content again, so that what lies behind the hash is looked at.
 pub(crate) fn reseal(bytes: &mut [u8]) {
     if bytes.len() >= 64 {
@@ -144,6 +164,13 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
     }
     if let Ok(alignment) = Alignment::open(bytes) {
         n += alignment.reason().len() + alignment.candidates.len() + usize::from(alignment.pose().is_some());
+    }
+    if let Ok(deviations) = Deviations::open(bytes) {
+        let spec = deviations.head.spec();
+        n += deviations.seen.iter().filter(|s| Seen::from_id(**s).is_some()).count() + deviations.residuals.len();
+        n += usize::from(spec.n_cells() == 0 || spec.centre_of(spec.cell_of(spec.n_cells() - 1)).x_m.is_finite());
+        n += deviations.elements.iter().filter(|e| e.n_visible <= e.n_samples).count();
+        n += deviations.obstacles.iter().flat_map(|o| deviations.rings_of(o)).map(<[_]>::len).sum::<usize>();
     }
     n
 }

@@ -1,0 +1,272 @@
+//! Records of the `deviations` archive.
+
+use bytemuck::{Pod, Zeroable};
+use grid::GridSpec;
+
+/// What was compared, and how: one record. Lengths in metres, angles in radians.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct DeviationsHead {
+    /// Content hash of the site.
+    pub site_hash: u64,
+    /// Content hash of the phase.
+    pub phase_hash: u64,
+    /// Hash of the SLAM map.
+    pub slam_map_hash: u64,
+    /// Plan time as in [`crate::PhaseHead`].
+    pub plan_time_s: i64,
+    /// `map_from_slam`: x, y, yaw.
+    pub map_from_slam: [f64; 3],
+    /// Standard deviations of where the middle of the SLAM map lies (x, y) and of yaw.
+    pub pose_deviation: [f64; 3],
+    /// Height of the lidar's plane in `map`.
+    pub lidar_z_m: f64,
+    /// Side of the SLAM map's cells.
+    pub slam_cell_m: f64,
+    /// Root mean square of the local residuals: how far the SLAM map is bent.
+    pub residual_rms_m: f64,
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// Occupied cells of the SLAM map that lie outside of the storey and were not looked at.
+    pub n_outside: u32,
+    /// Side of a cell of [`crate::Deviations::seen`] in tenths of a millimetre.
+    pub cell_tenths: i32,
+    /// Column and row of its lower left cell, counted from the frame's origin.
+    pub first_cell: [i32; 2],
+    /// Its columns.
+    pub width: u32,
+    /// Its rows.
+    pub height: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<DeviationsHead>() == 136);
+
+impl DeviationsHead {
+    /// Where [`crate::Deviations::seen`] lies.
+    pub fn spec(&self) -> GridSpec {
+        let Self { cell_tenths, first_cell, width, height, .. } = *self;
+        GridSpec { cell_tenths, first_cell, width, height }
+    }
+}
+
+/// What a cell of the SLAM map says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Seen {
+    /// Nobody looked.
+    Unknown = 0,
+    /// Nothing stands there.
+    Free = 1,
+    /// Something does.
+    Occupied = 2,
+}
+
+impl Seen {
+    /// What this number says.
+    pub fn from_id(id: u8) -> Option<Self> {
+        [Self::Unknown, Self::Free, Self::Occupied].get(usize::from(id)).copied()
+    }
+}
+
+/// What the robot saw of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Observation {
+    /// It stands where the model has it.
+    Observed = 1,
+    /// The robot saw through the place where it would be.
+    Absent = 2,
+    /// It stands beside the place where the model has it.
+    Displaced = 3,
+    /// Nothing can be said.
+    Unseen = 4,
+}
+
+impl Observation {
+    /// All observations.
+    pub const ALL: [Self; 4] = [Self::Observed, Self::Absent, Self::Displaced, Self::Unseen];
+
+    /// The observation with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|o| *o as u32 == id)
+    }
+
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Observed => "observed",
+            Self::Absent => "absent",
+            Self::Displaced => "displaced",
+            Self::Unseen => "unseen",
+        }
+    }
+}
+
+/// What an observation means beside the plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Judgement {
+    /// As planned.
+    OnPlan = 1,
+    /// Planned to be built, or removed, and is not yet.
+    Late = 2,
+    /// There before its time.
+    Early = 3,
+    /// There, and not in its place.
+    Displaced = 4,
+    /// It was not seen.
+    Unknown = 5,
+}
+
+impl Judgement {
+    /// All judgements.
+    pub const ALL: [Self; 5] = [Self::OnPlan, Self::Late, Self::Early, Self::Displaced, Self::Unknown];
+
+    /// The judgement with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|j| *j as u32 == id)
+    }
+
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OnPlan => "on_plan",
+            Self::Late => "late",
+            Self::Early => "early",
+            Self::Displaced => "displaced",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+/// Why nothing can be said of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum UnseenReason {
+    /// It is not unseen.
+    Seen = 0,
+    /// Light passes through it.
+    Glass = 1,
+    /// It does not cross the lidar's plane.
+    NoSection = 2,
+    /// Nobody looked at its place.
+    NotSeen = 3,
+    /// A door, or a part of one: its leaf moves.
+    Door = 4,
+    /// Other elements cover all of its sides.
+    Covered = 5,
+    /// Too little of it was seen, or what was seen does not agree.
+    Inconclusive = 6,
+    /// The model has a box instead of its shape.
+    StandIn = 7,
+}
+
+impl UnseenReason {
+    /// All reasons.
+    pub const ALL: [Self; 8] = [
+        Self::Seen,
+        Self::Glass,
+        Self::NoSection,
+        Self::NotSeen,
+        Self::Door,
+        Self::Covered,
+        Self::Inconclusive,
+        Self::StandIn,
+    ];
+
+    /// The reason with this number.
+    pub fn from_id(id: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|r| *r as u32 == id)
+    }
+
+    /// Its word in files; empty for what is seen.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Seen => "",
+            Self::Glass => "glass",
+            Self::NoSection => "no_section",
+            Self::NotSeen => "not_seen",
+            Self::Door => "door",
+            Self::Covered => "covered",
+            Self::Inconclusive => "inconclusive",
+            Self::StandIn => "stand_in",
+        }
+    }
+}
+
+/// The evidence for an element that stands in the storey's slab or crosses the lidar's plane. Samples lie on its sides, as far
+/// apart as [`ElementDeviationRecord::sample_m`] says.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct ElementDeviationRecord {
+    /// Along the outward normal of the side that most samples look from, the local residual taken off; 0 if nothing of it was met.
+    pub offset_m: f64,
+    /// The same as a vector in `map`; across directions in which nothing was seen it is 0.
+    pub displacement_m: [f64; 2],
+    /// How sure that is: a standard deviation.
+    pub deviation_m: f64,
+    /// The local residual that was taken off.
+    pub residual_m: [f64; 2],
+    /// Distance between samples.
+    pub sample_m: f64,
+    /// Element of the site.
+    pub element: u32,
+    /// [`Observation`] as a number.
+    pub observation: u32,
+    /// [`Judgement`] as a number.
+    pub judgement: u32,
+    /// Planned [`crate::ElementState`] as a number.
+    pub planned: u32,
+    /// [`UnseenReason`] as a number.
+    pub reason: u32,
+    /// Samples on sides that no other element covers.
+    pub n_samples: u32,
+    /// Those of them that the robot could judge.
+    pub n_visible: u32,
+    /// Those where it met the side in its place.
+    pub n_confirmed: u32,
+    /// Those where free cells lie inside the solid.
+    pub n_contradicted: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<ElementDeviationRecord>() == 96);
+
+/// Something that stands on the storey and is not in the model.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct ObstacleRecord {
+    /// Of what was seen of it, in square metres.
+    pub area_m2: f64,
+    /// The longer side of the smallest box along the map's axes.
+    pub length_m: f64,
+    /// Area centroid in `map`.
+    pub centroid_m: [f64; 2],
+    /// First ring of its polygon; exteriors counter-clockwise, holes clockwise.
+    pub first_ring: u32,
+    /// Number of rings.
+    pub n_rings: u32,
+    /// Space of the site that its centroid lies in, or `NONE`.
+    pub space: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<ObstacleRecord>() == 48);
+
+/// How far the SLAM map is off around a place: what is bent there.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct ResidualRecord {
+    /// The place in `map`.
+    pub at_m: [f64; 2],
+    /// SLAM map less model.
+    pub residual_m: [f64; 2],
+    /// Standard deviation in the direction that is held worst.
+    pub deviation_m: f64,
+    /// Samples that say so.
+    pub n_samples: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<ResidualRecord>() == 48);

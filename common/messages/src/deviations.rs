@@ -1,0 +1,217 @@
+//! The `deviations` archive: what a robot saw of a storey's elements, and what it saw beside them.
+
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
+use crate::deviation_records::*;
+use crate::phase::ElementState;
+use crate::site::FARTHEST_TENTHS;
+use crate::site_records::RingRecord;
+use grid::MAX_CELLS;
+
+mod section {
+    pub(super) const HEAD: u32 = 1;
+    pub(super) const ELEMENTS: u32 = 2;
+    pub(super) const OBSTACLES: u32 = 3;
+    pub(super) const RINGS: u32 = 4;
+    pub(super) const POINTS: u32 = 5;
+    pub(super) const RESIDUALS: u32 = 6;
+    pub(super) const SEEN: u32 = 7;
+}
+
+/// What differs between a site at a plan time and a SLAM map, read in place.
+#[derive(Debug, Clone, Copy)]
+pub struct Deviations<'a> {
+    archive: Archive<'a>,
+    /// What was compared, and how.
+    pub head: &'a DeviationsHead,
+    /// One record per element of the storey, in the order of the site.
+    pub elements: &'a [ElementDeviationRecord],
+    /// What stands there and is not in the model, from large to small.
+    pub obstacles: &'a [ObstacleRecord],
+    /// Rings of the obstacles' polygons.
+    pub rings: &'a [RingRecord],
+    /// Points of the rings in `map`, tenths of a millimetre.
+    pub points: &'a [[i32; 2]],
+    /// How the SLAM map is bent, by place.
+    pub residuals: &'a [ResidualRecord],
+    /// The SLAM map in the axes of `map`: [`Seen`] as a number, row-major from the lower left; [`DeviationsHead::spec`] says where.
+    pub seen: &'a [u8],
+}
+
+impl<'a> Deviations<'a> {
+    /// Validates and views an archive.
+    ///
+    /// # Errors
+    /// Bytes that are no whole deviations archive, or records that point outside.
+    pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
+        let archive = Archive::open(bytes, ArchiveKind::Deviations)?;
+        let deviations = Self {
+            archive,
+            head: archive.record(section::HEAD)?,
+            elements: archive.section(section::ELEMENTS)?,
+            obstacles: archive.section(section::OBSTACLES)?,
+            rings: archive.section(section::RINGS)?,
+            points: archive.section(section::POINTS)?,
+            residuals: archive.section(section::RESIDUALS)?,
+            seen: archive.section(section::SEEN)?,
+        };
+        deviations.check_head()?;
+        deviations.check_elements()?;
+        deviations.check_obstacles()?;
+        Ok(deviations)
+    }
+
+    /// Hash of the content.
+    pub fn content_hash(&self) -> u64 {
+        self.archive.content_hash()
+    }
+
+    /// The rings of an obstacle's polygon.
+    pub fn rings_of(&self, obstacle: &ObstacleRecord) -> impl Iterator<Item = &'a [[i32; 2]]> + use<'a> {
+        let points = self.points;
+        let rings = &self.rings[obstacle.first_ring as usize..][..obstacle.n_rings as usize];
+        rings.iter().map(move |r| &points[r.first_point as usize..][..r.n_points as usize])
+    }
+
+    fn check_head(&self) -> Result<(), ArchiveError> {
+        let head = self.head;
+        let numbers = head.map_from_slam.iter().chain(&head.pose_deviation);
+        let lengths = [head.lidar_z_m, head.slam_cell_m, head.residual_rms_m];
+        let n_cells = u64::from(head.width) * u64::from(head.height);
+        // Pictures are made of the cells, and places of the cells' numbers.
+        let is_near = |first: i32, n: u32| {
+            let end = i64::from(first) + i64::from(n);
+            i64::from(first).abs().max(end.abs()).saturating_mul(i64::from(head.cell_tenths))
+                <= 2 * i64::from(FARTHEST_TENTHS)
+        };
+        let whole = numbers.chain(&lengths).all(|n| is_metres(*n))
+            && head.cell_tenths > 0
+            && n_cells <= MAX_CELLS
+            && n_cells == self.seen.len() as u64
+            && is_near(head.first_cell[0], head.width)
+            && is_near(head.first_cell[1], head.height)
+            && self.seen.iter().all(|s| Seen::from_id(*s).is_some());
+        if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the map that was seen" }) }
+    }
+
+    fn check_elements(&self) -> Result<(), ArchiveError> {
+        let whole = self.elements.iter().all(|e| {
+            let numbers = [e.offset_m, e.deviation_m, e.sample_m];
+            let counts = e.n_visible <= e.n_samples && e.n_confirmed <= e.n_visible && e.n_contradicted <= e.n_visible;
+            counts
+                && numbers.iter().chain(&e.displacement_m).chain(&e.residual_m).all(|n| is_metres(*n))
+                && Observation::from_id(e.observation).is_some()
+                && Judgement::from_id(e.judgement).is_some()
+                && UnseenReason::from_id(e.reason).is_some()
+                && u8::try_from(e.planned).ok().and_then(ElementState::from_id).is_some()
+        });
+        if whole { Ok(()) } else { Err(ArchiveError::Index { what: "an observation" }) }
+    }
+
+    fn check_obstacles(&self) -> Result<(), ArchiveError> {
+        let fits = |first: u32, n: u32, length: usize| u64::from(first) + u64::from(n) <= length as u64;
+        let all = |counts: &mut dyn Iterator<Item = u32>| counts.map(u64::from).sum::<u64>();
+        let whole = self.obstacles.iter().all(|o| {
+            fits(o.first_ring, o.n_rings, self.rings.len())
+                && [o.area_m2, o.length_m].iter().chain(&o.centroid_m).all(|n| is_metres(*n))
+        }) && self.rings.iter().all(|r| fits(r.first_point, r.n_points, self.points.len()))
+            // Obstacles that share rings, or rings that share points, would be walked again and again.
+            && all(&mut self.obstacles.iter().map(|o| o.n_rings)) <= self.rings.len() as u64
+            && all(&mut self.rings.iter().map(|r| r.n_points)) <= self.points.len() as u64
+            && self.points.as_flattened().iter().all(|c| c.unsigned_abs() <= FARTHEST_TENTHS)
+            && self.residuals.iter().all(|r| {
+                r.at_m.iter().chain(&r.residual_m).chain([&r.deviation_m]).all(|n| is_metres(*n))
+            });
+        if whole { Ok(()) } else { Err(ArchiveError::Index { what: "an obstacle" }) }
+    }
+}
+
+/// A number that files can be made from: finite, and within a site.
+fn is_metres(number: f64) -> bool {
+    number.abs() <= f64::from(FARTHEST_TENTHS)
+}
+
+/// Records of a `deviations` archive to be.
+#[derive(Debug)]
+#[expect(missing_docs, reason = "the fields are those of `Deviations`")]
+pub struct DeviationsBuilder {
+    pub head: DeviationsHead,
+    pub elements: Vec<ElementDeviationRecord>,
+    pub obstacles: Vec<ObstacleRecord>,
+    pub rings: Vec<RingRecord>,
+    pub points: Vec<[i32; 2]>,
+    pub residuals: Vec<ResidualRecord>,
+    pub seen: Vec<u8>,
+}
+
+impl DeviationsBuilder {
+    /// Nothing but a head, and nothing seen.
+    pub fn new(head: DeviationsHead) -> Self {
+        let n_cells = head.width as usize * head.height as usize;
+        Self {
+            head,
+            elements: Vec::new(),
+            obstacles: Vec::new(),
+            rings: Vec::new(),
+            points: Vec::new(),
+            residuals: Vec::new(),
+            seen: vec![Seen::Unknown as u8; n_cells],
+        }
+    }
+
+    /// Writes the archive into the heap.
+    pub fn finish(&self) -> ArchiveBuffer {
+        let mut list = SectionList::default();
+        list.add(section::HEAD, std::slice::from_ref(&self.head));
+        list.add(section::ELEMENTS, &self.elements);
+        list.add(section::OBSTACLES, &self.obstacles);
+        list.add(section::RINGS, &self.rings);
+        list.add(section::POINTS, &self.points);
+        list.add(section::RESIDUALS, &self.residuals);
+        list.add(section::SEEN, &self.seen);
+        let mut buffer = ArchiveBuffer::zeroed(list.len());
+        list.write(buffer.bytes_mut(), ArchiveKind::Deviations);
+        buffer
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::NONE;
+    use bytemuck::Zeroable;
+
+    fn one_obstacle() -> DeviationsBuilder {
+        let mut builder =
+            DeviationsBuilder::new(DeviationsHead { cell_tenths: 500, width: 2, height: 1, ..Zeroable::zeroed() });
+        builder.seen = vec![Seen::Free as u8, Seen::Occupied as u8];
+        builder.points = vec![[0, 0], [500, 0], [0, 500]];
+        builder.rings = vec![RingRecord { first_point: 0, n_points: 3 }];
+        builder.obstacles = vec![ObstacleRecord { area_m2: 0.1, n_rings: 1, space: NONE, ..Zeroable::zeroed() }];
+        builder
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let buffer = one_obstacle().finish();
+        let read = Deviations::open(buffer.bytes()).unwrap();
+        assert_eq!(read.rings_of(&read.obstacles[0]).collect::<Vec<_>>(), [[[0, 0], [500, 0], [0, 500]]]);
+        assert_eq!(read.head.spec().n_cells(), read.seen.len());
+    }
+
+    #[test]
+    fn what_does_not_fit_together_is_refused() {
+        let refused = |change: fn(&mut DeviationsBuilder)| {
+            let mut builder = one_obstacle();
+            change(&mut builder);
+            Deviations::open(builder.finish().bytes()).is_err()
+        };
+        assert!(refused(|b| b.seen.push(0)));
+        assert!(refused(|b| b.seen[0] = 3));
+        assert!(refused(|b| b.head.cell_tenths = 0));
+        assert!(refused(|b| b.head.lidar_z_m = f64::NAN));
+        assert!(refused(|b| b.obstacles[0].first_ring = 1));
+        assert!(refused(|b| b.obstacles.push(b.obstacles[0])));
+        assert!(refused(|b| b.points[0][0] = i32::MIN));
+        assert!(refused(|b| b.elements.push(Zeroable::zeroed())), "no observation has the number 0");
+    }
+}
