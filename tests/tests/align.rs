@@ -101,7 +101,7 @@ fn lengths_that_are_wrong_are_found_when_nobody_vouches_for_them() {
     std::fs::write(&slam, text.replace("resolution: 0.05", "resolution: 0.0502")).unwrap();
     let (_, found) = align(&maps.path(), &slam, &[]);
     let scale = found["scale"].as_f64().unwrap();
-    assert!((scale - 1.004).abs() < 0.001, "{found}");
+    assert!((scale - 1.004).abs() < 0.002, "{found}");
 }
 
 #[test]

@@ -89,6 +89,8 @@ pub struct AlignConfig {
     pub max_jump_m: f64,
     /// The same for its yaw, in degrees.
     pub max_jump_deg: f64,
+    /// True if what the robot sees before its time counts from then on: the maps have it, the plan stays the plan.
+    pub apply: bool,
 }
 
 /// A guess of `map_from_slam`.
@@ -195,7 +197,7 @@ impl Default for RobotConfig {
 
 impl Default for AlignConfig {
     fn default() -> Self {
-        Self { map: None, storey: None, hint: None, max_jump_m: 0.10, max_jump_deg: 1.0 }
+        Self { map: None, storey: None, hint: None, max_jump_m: 0.10, max_jump_deg: 1.0, apply: false }
     }
 }
 

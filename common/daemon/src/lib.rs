@@ -4,6 +4,7 @@
 //! other, on a thread of its own. [`run`] owns the rest: it joins the bus and every later generation of it, keeps only the
 //! newest of each input while the service works, serves newcomers, beats its heart, and leaves within a second.
 
+mod ask;
 mod config;
 mod life;
 mod log;
@@ -15,11 +16,12 @@ mod state;
 mod stop;
 mod systemd;
 
+pub use ask::ask;
 pub use config::{
     AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
     SiteConfig, WaypointConfig,
 };
-pub use request::{Answer, Request};
+pub use request::{ActualsSource, Answer, Request};
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, chain, in_background, run};
 pub use service::{Done, Event, Failure, Service, Stages};

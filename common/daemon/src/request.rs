@@ -31,11 +31,14 @@ pub enum Request {
     },
     /// schedule-eval: which plan time counts.
     TellPlanTime,
-    /// schedule-eval: progress that was reported, a CSV table with the columns id, start, finish; without a file there is
-    /// none.
+    /// schedule-eval: progress that was reported or observed, a CSV table with the columns id, start, finish; without a file
+    /// there is none.
     SetActuals {
         /// Absolute path.
         file: Option<PathBuf>,
+        /// Who says so: each has a table of its own.
+        #[serde(default)]
+        source: ActualsSource,
     },
     /// rasterize: the robot profile in this file.
     SetRobot {
@@ -63,8 +66,23 @@ pub enum Request {
         /// On this map storey only.
         storey: Option<u32>,
     },
-    /// slam-align: the pose that waits is right.
-    Confirm,
+    /// slam-align: the pose that waits is right; or, with GlobalIds, these elements are not there although they are planned to
+    /// be.
+    Confirm {
+        /// Elements that the robot saw through; none for the pose.
+        absent: Vec<String>,
+    },
+}
+
+/// Who tells of progress. What people report goes before what a robot observes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ActualsSource {
+    /// People.
+    #[default]
+    Reported,
+    /// A robot.
+    Observed,
 }
 
 /// What a daemon answers when the effect is on disk.

@@ -1,6 +1,7 @@
 //! The command line; its help is the manual.
 
 use clap::{Args, Parser, Subcommand};
+use daemon::PoseHint;
 use std::path::PathBuf;
 
 /// Building models (IFC) into everything a robot needs to move before it has ever seen the place.
@@ -45,7 +46,10 @@ pub enum Command {
     Waypoints(WaypointsArgs),
     /// Give the running daemons a map that the robot made, and align it; exit code 0 if accepted
     SlamMap(SlamMapArgs),
-    /// Say that the pose that waits is right: it counts from now on
+    /// Tell what stands, is missing or has moved against the plan, as a robot's map shows it
+    #[command(after_help = AFTER_DEVIATIONS)]
+    Deviations(DeviationsArgs),
+    /// Say that the pose that waits is right, or that elements that the robot saw through are not there
     Confirm(ConfirmArgs),
     /// Watch the running daemons in the terminal: who lives, what is published, the maps themselves
     Monitor(MonitorArgs),
@@ -84,21 +88,13 @@ pub struct AlignArgs {
     #[arg(long, value_name = "OUT", requires = "slam")]
     pub reference: Option<PathBuf>,
 
-    /// Index of the storey [default: all are tried]
-    #[arg(long, value_name = "INDEX")]
-    pub storey: Option<u32>,
-
     /// Map that the robot made, as its map server saves it
     #[arg(long, value_name = "MAP.yaml", requires = "reference")]
     pub slam: Option<PathBuf>,
 
-    /// Guess of map_from_slam: metres, metres, degrees
-    #[arg(long, num_args = 3, value_names = ["X", "Y", "YAW"], allow_negative_numbers = true)]
-    pub hint: Option<Vec<f64>>,
-
-    /// How far off the guess may be: metres, degrees
-    #[arg(long, num_args = 2, value_names = ["M", "DEG"], default_values_t = [2.0, 20.0], requires = "hint")]
-    pub hint_radius: Vec<f64>,
+    /// Where it may lie.
+    #[command(flatten)]
+    pub place: PlaceArgs,
 
     /// Write the static transform from `map`, the robot's frame, to `site_map`, the model's; only if accepted
     #[arg(long, value_name = "FILE.yaml")]
@@ -133,6 +129,71 @@ pub struct AlignArgs {
     pub site: SiteArgs,
 }
 
+/// Where a robot's map may lie in the model's.
+#[derive(Debug, Clone, Args)]
+pub struct PlaceArgs {
+    /// Index of the storey [default: all are tried]
+    #[arg(long, value_name = "INDEX")]
+    pub storey: Option<u32>,
+
+    /// Guess of map_from_slam: metres, metres, degrees
+    #[arg(long, num_args = 3, value_names = ["X", "Y", "YAW"], allow_negative_numbers = true)]
+    pub hint: Option<Vec<f64>>,
+
+    /// How far off the guess may be: metres, degrees
+    #[arg(long, num_args = 2, value_names = ["M", "DEG"], default_values_t = [2.0, 20.0], requires = "hint")]
+    pub hint_radius: Vec<f64>,
+}
+
+impl PlaceArgs {
+    /// The guess.
+    pub(crate) fn hint(&self) -> Option<PoseHint> {
+        let &[x_m, y_m, yaw_deg] = self.hint.as_deref()?.first_chunk::<3>()?;
+        let &[radius_m, radius_deg] = self.hint_radius.first_chunk::<2>()?;
+        Some(PoseHint { x_m, y_m, yaw_deg, radius_m, radius_deg })
+    }
+}
+
+/// Arguments of `deviations`.
+#[derive(Debug, Clone, Args)]
+pub struct DeviationsArgs {
+    /// IFC files of the site [default: what the running daemon compared]
+    #[arg(value_name = "MODEL.ifc", requires = "slam")]
+    pub models: Vec<PathBuf>,
+
+    /// Map that the robot made, as its map server saves it
+    #[arg(long, value_name = "MAP.yaml", requires = "models")]
+    pub slam: Option<PathBuf>,
+
+    /// Plan time that elements are judged by [default: everything is built]
+    #[arg(long, value_name = "DATE", requires = "slam")]
+    pub date: Option<String>,
+
+    /// Folder for deviations.json, actuals.csv (for --actual), deviations.bcfzip (BCF 2.1) and deviations.png
+    #[arg(short, long, value_name = "OUT")]
+    pub out: Option<PathBuf>,
+
+    /// Where the map may lie.
+    #[command(flatten)]
+    pub place: PlaceArgs,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    pub schedule: ScheduleArgs,
+
+    /// Robot profile: the height of its lidar counts
+    #[arg(long, value_name = "FILE")]
+    pub robot: Option<PathBuf>,
+
+    /// Print deviations.json on standard output and nothing else there
+    #[arg(long)]
+    pub json: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub site: SiteArgs,
+}
+
 /// Arguments of `slam-map`.
 #[derive(Debug, Clone, Args)]
 pub struct SlamMapArgs {
@@ -152,6 +213,11 @@ pub struct SlamMapArgs {
 /// Arguments of `confirm`.
 #[derive(Debug, Clone, Args)]
 pub struct ConfirmArgs {
+    /// These elements are not there although they are planned to be: the maps leave them out until they are seen [default: the
+    /// pose that waits is right]
+    #[arg(value_name = "GLOBALID")]
+    pub absent: Vec<String>,
+
     /// Print one JSON document on standard output and nothing else there
     #[arg(long)]
     pub json: bool,
@@ -444,6 +510,18 @@ Exit codes: 0 accepted, 1 ambiguous, refused or failed, 2 bad usage.
 Examples:
   groundplan align --reference maps --slam robot.yaml
   groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json";
+
+const AFTER_DEVIATIONS: &str = "\
+Observed: it stands where the model has it; absent: the robot saw through its place; displaced: it stands beside it;
+unseen: nothing can be said, as of glass, doors, and whatever does not cross the lidar's plane or was hidden.
+Judged by the plan at the date: on plan, late, early, displaced, unknown. Nothing changes a map by itself: give
+actuals.csv to --actual, or see [align] apply and `groundplan confirm`.
+
+Examples:
+  groundplan deviations house.ifc --slam robot.yaml --date 2024-04-15 -o deviations
+  groundplan deviations -o deviations
+
+Exit codes: 0 done, 1 failed (the map's pose is not accepted), 2 bad usage or configuration.";
 
 const AFTER_STATES: &str = "\
 Dates are local to the site: 2024-04-15 is its midnight, or 2024-04-15T08:30:00.

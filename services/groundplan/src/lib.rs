@@ -4,6 +4,7 @@ pub mod align;
 pub mod changes;
 pub mod cli;
 pub mod convert;
+pub mod deviations;
 pub mod failure;
 pub mod live;
 pub mod manual;

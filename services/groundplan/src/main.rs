@@ -5,6 +5,7 @@ use groundplan::align::align;
 use groundplan::changes::changes;
 use groundplan::cli::{Cli, Command};
 use groundplan::convert::convert;
+use groundplan::deviations::deviations;
 use groundplan::live;
 use groundplan::manual;
 use groundplan::monitor;
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
             is_well = accepted;
             text
         }),
+        Command::Deviations(arguments) => deviations(&arguments),
         Command::Confirm(arguments) => live::confirm(&arguments),
         Command::Up(arguments) => live::up(&arguments),
         Command::Down(arguments) => live::down(&arguments),

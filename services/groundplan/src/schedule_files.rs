@@ -40,7 +40,7 @@ impl ScheduleInput {
             parse_actuals(&bytes).map_err(|e| usage(path, e.into()))
         })?;
         let delays = arguments.delay.iter().map(|text| Delay::parse(text)).collect::<Result<_, _>>();
-        Ok(Self { rules, edits: Edits { delays: delays.map_err(Failure::usage)?, actuals } })
+        Ok(Self { rules, edits: Edits { delays: delays.map_err(Failure::usage)?, actuals, ..Edits::default() } })
     }
 
     /// Works out the schedule of a site.

@@ -8,12 +8,21 @@ use messages::Site;
 use serde::Deserialize;
 
 /// Additions to the plan.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Edits {
     /// Tasks to delay.
     pub delays: Vec<Delay>,
     /// What was reported.
     pub actuals: Vec<Actual>,
+    /// What a robot observed of elements; reports go before. Elements that the model no longer has are left out.
+    pub observed: Vec<Actual>,
+}
+
+impl Edits {
+    /// True if what counts may differ from what was planned.
+    pub(crate) fn has_reports(&self) -> bool {
+        !(self.actuals.is_empty() && self.observed.is_empty())
+    }
 }
 
 /// What if a task is delayed?
@@ -30,7 +39,7 @@ pub struct Delay {
 pub struct Actual {
     /// GlobalId of a task or an element, or Identification of a task.
     pub id: String,
-    /// When it began; may be empty.
+    /// When it began; may be empty. [`ABSENT`] for an element that is not there, whatever the plan says.
     #[serde(default)]
     pub start: String,
     /// When it ended; empty while work goes on.
@@ -40,6 +49,9 @@ pub struct Actual {
     #[serde(skip)]
     pub(crate) line: u64,
 }
+
+/// The start of an element that is not there.
+pub const ABSENT: &str = "absent";
 
 /// Additions that cannot be used.
 #[derive(Debug, thiserror::Error)]

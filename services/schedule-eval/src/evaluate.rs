@@ -3,7 +3,7 @@
 use crate::clock::Calendars;
 use crate::closures::{self, closures};
 use crate::dates::WrittenDate;
-use crate::edits::{Actual, Edits, find_task, reported_date};
+use crate::edits::{ABSENT, Actual, Edits, find_task, reported_date};
 use crate::findings::{Entity, Findings, Severity};
 use crate::lives::{Life, lives};
 use crate::rules::{Mode, Rules};
@@ -90,17 +90,17 @@ pub struct AmbiguousDates {
 /// tasks, elements or dates is a finding of the timeline and does not stop the rest.
 pub fn evaluate(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Timeline, EvaluateError> {
     let effective = worked_out(site, rules, edits)?;
-    if edits.actuals.is_empty() {
+    if !edits.has_reports() {
         return Ok(effective);
     }
-    let plan = worked_out(site, rules, &Edits { delays: edits.delays.clone(), actuals: Vec::new() })?;
+    let plan = worked_out(site, rules, &Edits { delays: edits.delays.clone(), ..Edits::default() })?;
     Ok(effective.with_plan(plan))
 }
 
 fn worked_out(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Timeline, EvaluateError> {
     let mut findings = Findings::new(site);
     let said = all_said(site, rules, &mut findings)?;
-    let reports = Reports::of(site, rules, &edits.actuals)?;
+    let reports = Reports::of(site, rules, edits)?;
     let Planned { dates, floats } = match rules.mode {
         Mode::Standard => planned(site, rules, edits, &reports, &mut findings)?,
         Mode::Paper => Planned { dates: vec![None; site.tasks.len()], floats: vec![None; site.tasks.len()] },
@@ -178,19 +178,30 @@ fn delays(
 #[derive(Default)]
 struct Reports {
     tasks: BTreeMap<usize, [Option<WrittenDate>; 2]>,
-    elements: BTreeMap<usize, [Option<WrittenDate>; 2]>,
+    /// `None` for an element that is not there.
+    elements: BTreeMap<usize, Option<[Option<WrittenDate>; 2]>>,
 }
 
 impl Reports {
-    fn of(site: &Site<'_>, rules: &Rules, actuals: &[Actual]) -> Result<Self, EvaluateError> {
+    fn of(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Self, EvaluateError> {
         let mut reports = Self::default();
-        if actuals.is_empty() {
+        if !edits.has_reports() {
             return Ok(reports);
         }
         let elements: BTreeMap<&str, usize> =
             site.elements.iter().enumerate().map(|(k, e)| (site.text(e.global_id), k)).collect();
-        for actual @ Actual { id, start, finish, line } in actuals {
+        let observed = edits.observed.iter().filter(|o| elements.contains_key(o.id.as_str()));
+        for actual @ Actual { id, start, finish, line } in observed.chain(&edits.actuals) {
             let wrong = |why: &str| EvaluateError::Reported { line: *line, id: id.clone(), why: why.to_owned() };
+            if start == ABSENT {
+                let element =
+                    elements.get(id.as_str()).ok_or_else(|| wrong("no element of the model is called that"))?;
+                if !finish.is_empty() {
+                    return Err(wrong("what is absent has no finish"));
+                }
+                reports.elements.insert(*element, None);
+                continue;
+            }
             let (begun, ended) = (reported_date(start, actual, rules)?, reported_date(finish, actual, rules)?);
             match (begun, ended) {
                 (None, None) => return Err(wrong("it has neither start nor finish")),
@@ -200,7 +211,7 @@ impl Reports {
                 _ => {}
             }
             if let Some(&element) = elements.get(id.as_str()) {
-                reports.elements.insert(element, [begun, ended]);
+                reports.elements.insert(element, Some([begun, ended]));
             } else {
                 let task = find_task(site, id).map_err(|_| wrong("no element or task of the model is called that"))?;
                 reports.tasks.insert(task, [begun, ended]);
@@ -222,7 +233,12 @@ impl Reports {
 
     /// What reports about elements make of them: a missing start or length is that of the plan.
     fn effects(&self, works: &Works) -> BTreeMap<usize, Effect> {
-        let effect = |(&element, [start, finish]): (&usize, &[Option<WrittenDate>; 2])| {
+        let source = DateSource::Reported;
+        let effect = |(&element, report): (&usize, &Option<[Option<WrittenDate>; 2]>)| {
+            let Some([start, finish]) = report else {
+                let never_s = i64::MAX;
+                return (element, Effect { start_s: never_s, finish_s: never_s, removes: false, task: NONE, source });
+            };
             let planned: Vec<&Effect> = works.elements[element].iter().filter(|e| !e.removes).collect();
             let plan_start_s = planned.iter().map(|e| e.start_s).min();
             let plan_finish_s = planned.iter().map(|e| e.finish_s).max();
@@ -236,7 +252,6 @@ impl Reports {
                     (plan_start_s.filter(|s| *s <= finish_s).unwrap_or(finish_s), finish_s)
                 }
             };
-            let source = DateSource::Reported;
             (element, Effect { start_s, finish_s, removes: false, task: NONE, source })
         };
         self.elements.iter().map(effect).collect()

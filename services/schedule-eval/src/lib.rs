@@ -24,7 +24,7 @@ mod working_time;
 mod works;
 
 pub use dates::DateOrder;
-pub use edits::{Actual, Delay, EditError, Edits, parse_actuals};
+pub use edits::{ABSENT, Actual, Delay, EditError, Edits, parse_actuals};
 pub use evaluate::{AmbiguousDates, EvaluateError, evaluate};
 pub use findings::{Finding, Severity};
 pub use plan_clock::{PlanClock, Reached, Reading};

@@ -2,7 +2,9 @@
 
 use crate::{Edits, EvaluateError, Period, PlanClock, Reached, Reading, Rules, Timeline, evaluate, parse_actuals};
 use bus::{Bus, Origin, Publisher, Topic};
-use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably};
+use daemon::{
+    ActualsSource, Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably,
+};
 use frames::PlanTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -21,7 +23,8 @@ pub struct ScheduleService {
     synchronised_while: Option<PathBuf>,
     clock_file: StateFile,
     clock: PlanClock,
-    actuals_file: PathBuf,
+    /// What was reported, and what was observed.
+    tables: [PathBuf; 2],
     edits: Edits,
     epochs: Epochs,
     stages: Stages,
@@ -60,14 +63,15 @@ impl ScheduleService {
         let first = first.map(|at| PlanClock::Fixed { at_s: at.civil_seconds() });
         let clock_file = StateFile::at(&config.state, "plan-clock.json")?;
         let clock = clock_file.load()?.or(first).unwrap_or_default();
-        let actuals_file = config.state.join("actuals.csv");
+        let tables = ["actuals.csv", "observed.csv"].map(|name| config.state.join(name));
+        let [actuals, observed] = [read_actuals(&tables[0])?, read_actuals(&tables[1])?];
         Ok(Self {
             rules: read_rules(config)?,
             synchronised_while: config.clock.synchronised_while.clone(),
             clock_file,
             clock,
-            edits: Edits { actuals: read_actuals(&actuals_file)?, ..Edits::default() },
-            actuals_file,
+            edits: Edits { actuals, observed, ..Edits::default() },
+            tables,
             epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
             stages,
             publisher: None,
@@ -120,8 +124,8 @@ impl ScheduleService {
         self.set_clock(PlanClock::Fixed { at_s })
     }
 
-    /// Progress that was reported; a file that cannot be used changes nothing.
-    fn set_actuals(&mut self, file: Option<&Path>) -> Result<Done, Failure> {
+    /// Progress that was reported, or observed; a file that cannot be used changes nothing.
+    fn set_actuals(&mut self, file: Option<&Path>, source: ActualsSource) -> Result<Done, Failure> {
         let bytes = match file {
             Some(file) => read_table(file).map_err(|e| format!("{} cannot be read: {e}", file.display()))?,
             None => Vec::new(),
@@ -129,10 +133,20 @@ impl ScheduleService {
         let named = |e: &(dyn std::error::Error + 'static)| {
             format!("{}: {}", file.unwrap_or(Path::new("")).display(), daemon::chain(e))
         };
-        let edits = Edits { actuals: parse_actuals(&bytes).map_err(|e| named(&e))?, ..Edits::default() };
+        let actuals = parse_actuals(&bytes).map_err(|e| named(&e))?;
+        let mut edits = self.edits.clone();
+        let table = match source {
+            ActualsSource::Reported => {
+                edits.actuals = actuals;
+                &self.tables[0]
+            }
+            ActualsSource::Observed => {
+                edits.observed = actuals;
+                &self.tables[1]
+            }
+        };
         let evaluated = self.evaluate(&self.rules, &edits)?.transpose().map_err(|e| named(&e))?;
-        write_durably(&self.actuals_file, &bytes)
-            .map_err(|e| format!("{} cannot be written: {e}", self.actuals_file.display()))?;
+        write_durably(table, &bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
         self.edits = edits;
         self.evaluated = evaluated;
         self.publish()
@@ -304,7 +318,7 @@ impl Service for ScheduleService {
             Event::Request(Request::FollowWallClock) => self.follow_wall_clock(),
             Event::Request(Request::Simulate { rate, from_s }) => self.simulate(rate, from_s),
             Event::Request(Request::TellPlanTime) => Ok(self.done()),
-            Event::Request(Request::SetActuals { file }) => self.set_actuals(file.as_deref()),
+            Event::Request(Request::SetActuals { file, source }) => self.set_actuals(file.as_deref(), source),
             Event::Request(_) => Err("schedule-eval holds the plan time and reported progress, nothing else".into()),
             Event::Configuration(config) => self.configure(&config),
             Event::Attached | Event::Tick => self.tick(),

@@ -162,7 +162,7 @@ proptest! {
         let plan = plan_of(&tasks, true);
         let before = plan.evaluate();
         let delay = Delay::parse(&format!("task-{}={hours}h", delayed % tasks.len())).unwrap();
-        let after = plan.evaluate_with(&Rules::default(), &Edits { delays: vec![delay], actuals: Vec::new() }).unwrap();
+        let after = plan.evaluate_with(&Rules::default(), &Edits { delays: vec![delay], ..Edits::default() }).unwrap();
         for k in 0..tasks.len() {
             let (Some(old), Some(new)) = (before.task(k), after.task(k)) else { continue };
             prop_assert!(old.start_s <= new.start_s && old.finish_s <= new.finish_s, "task {k}: {old:?} {new:?}");

@@ -269,7 +269,7 @@ fn a_delay_moves_what_depends_on_the_task_and_uses_up_float_first() {
     plan.sequence(b, c, SequenceKind::FinishStart, "");
     plan.office_hours(&[a, b, c]);
     let delayed = |by: &str| {
-        let edits = Edits { delays: vec![Delay::parse(by).unwrap()], actuals: Vec::new() };
+        let edits = Edits { delays: vec![Delay::parse(by).unwrap()], ..Edits::default() };
         plan.evaluate_with(&Rules::default(), &edits).unwrap()
     };
     let timeline = delayed("a=1d");
@@ -278,7 +278,7 @@ fn a_delay_moves_what_depends_on_the_task_and_uses_up_float_first() {
     assert_eq!(dates(&timeline, c), Some(pair("2024-03-08T08:00", "2024-03-08T17:00")), "one day of float");
     assert_eq!(dates(&delayed("a=12h"), b), Some(pair("2024-03-07T13:00", "2024-03-08T12:00")));
     assert_eq!(dates(&delayed("a=12h"), c), Some(pair("2024-03-08T13:00", "2024-03-11T12:00")));
-    let unknown = Edits { delays: vec![Delay::parse("nobody=1d").unwrap()], actuals: Vec::new() };
+    let unknown = Edits { delays: vec![Delay::parse("nobody=1d").unwrap()], ..Edits::default() };
     assert!(plan.evaluate_with(&Rules::default(), &unknown).unwrap_err().to_string().contains("nobody"));
 }
 
@@ -295,6 +295,31 @@ fn floats_say_how_much_a_task_can_slip() {
 }
 
 #[test]
+fn what_a_robot_observed_beats_the_plan_and_is_beaten_by_reports() {
+    let mut plan = Plan::new();
+    let task = plan.dated("task", "2024-03-04", "2024-03-05");
+    let (wall, door) = (plan.element("IfcWall"), plan.element("IfcDoor"));
+    plan.builds(task, wall);
+    let with = |actuals: &str, observed: &str| {
+        let edits = Edits {
+            actuals: parse_actuals(actuals.as_bytes()).unwrap(),
+            observed: parse_actuals(observed.as_bytes()).unwrap(),
+            ..Edits::default()
+        };
+        plan.evaluate_with(&Rules::default(), &edits)
+    };
+    let observed = "id,start,finish\nelement-0,,2024-03-01T09:00:00\nelement-1,absent,\nof-an-earlier-model,absent,\n";
+    let timeline = with("id,start,finish\n", observed).unwrap();
+    assert_eq!(states(&timeline, wall, &["2024-03-01T08:00", "2024-03-01T09:00"]), ["not_started", "built"]);
+    assert_eq!(states(&timeline, door, &["2024-03-01", "2050-01-01"]), ["not_started", "not_started"]);
+    let timeline = with("id,start,finish\nelement-0,2024-03-07,2024-03-07\n", observed).unwrap();
+    assert_eq!(states(&timeline, wall, &["2024-03-02", "2024-03-08"]), ["not_started", "built"]);
+    for wrong in ["task,absent,", "element-0,absent,2024-03-01"] {
+        assert!(with(&format!("id,start,finish\n{wrong}\n"), "id,start,finish\n").is_err(), "{wrong}");
+    }
+}
+
+#[test]
 fn reported_progress_beats_the_plan_for_tasks_and_elements() {
     let mut plan = Plan::new();
     let (task, other) =
@@ -303,7 +328,7 @@ fn reported_progress_beats_the_plan_for_tasks_and_elements() {
     plan.builds(task, wall);
     plan.builds(other, door);
     let report = |table: &str| {
-        let edits = Edits { delays: Vec::new(), actuals: parse_actuals(table.as_bytes()).unwrap() };
+        let edits = Edits { actuals: parse_actuals(table.as_bytes()).unwrap(), ..Edits::default() };
         plan.evaluate_with(&Rules::default(), &edits)
     };
     let timeline =

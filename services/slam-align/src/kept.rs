@@ -1,6 +1,7 @@
 //! What survives the daemon.
 
 use crate::alignment::MapFromSlam;
+use crate::observed::Observed;
 use messages::{Evidence, PoseRecord};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -11,6 +12,8 @@ use std::path::PathBuf;
 pub(crate) struct Kept {
     /// The map file that somebody gave last.
     pub(crate) map: Option<PathBuf>,
+    /// What counts of what was seen.
+    pub(crate) observed: Observed,
     pose: Option<KeptPose>,
 }
 

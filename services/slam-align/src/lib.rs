@@ -36,6 +36,7 @@ mod reference;
 
 mod follower;
 mod kept;
+mod observed;
 mod robot_map;
 mod worker;
 
@@ -44,8 +45,8 @@ pub mod service;
 pub use alignment::{AlignedPose, Alignment, Hint, MapFromSlam, PreparedMap, align_maps};
 pub use any_scale::align_maps_at_any_scale;
 pub use archives::{Counting, MadeFrom};
-pub use follower::{Follower, MaxJump};
 pub use deviations::{DeviationInput, deviations};
+pub use follower::{Follower, MaxJump};
 pub use map_file::{MapFault, MapFileError, OccupancyMap};
 pub use overlay::overlay;
 pub use raster::Cell;

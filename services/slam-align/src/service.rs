@@ -4,12 +4,18 @@ use crate::alignment::{Alignment, Hint, MapFromSlam, PreparedMap};
 use crate::archives::{Counting, MadeFrom};
 use crate::follower::{Follower, MaxJump};
 use crate::kept::Kept;
+use crate::observed::Observed;
 use crate::robot_map::RobotMap;
 use crate::track::track_map;
-use crate::worker::{Inputs, Job, Outcome, Where, Worker};
-use bus::{Bus, Origin, Publisher, Sample, Topic};
-use daemon::{AlignConfig, Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile};
-use messages::{ArchiveBuffer, CheckedSite, Grids, InputHashes, Phase, PoseRecord, PoseState, Site, Stage, Verdict};
+use crate::worker::{Inputs, Job, Outcome, Task, Where, Worker};
+use bus::{Bus, Daemon, Origin, Publisher, Sample, Topic};
+use daemon::{
+    ActualsSource, AlignConfig, Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile,
+    write_durably,
+};
+use messages::{
+    ArchiveBuffer, CheckedSite, Deviations, Grids, InputHashes, Phase, PoseRecord, PoseState, Site, Stage, Verdict,
+};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -22,10 +28,14 @@ const LOOK: Duration = Duration::from_millis(20);
 pub struct AlignService {
     config: AlignConfig,
     state: StateFile,
+    /// What was observed, for schedule evaluation.
+    table: PathBuf,
     kept: Kept,
     epochs: Epochs,
     stages: Stages,
-    publisher: Option<Publisher>,
+    bus: Option<Bus>,
+    alignment: Output,
+    deviations: Output,
     site: Option<CheckedSite<Sample>>,
     phase: Option<Sample>,
     index: Option<Sample>,
@@ -39,7 +49,6 @@ pub struct AlignService {
     /// What the last search found, of whatever map.
     searched: Alignment,
     to_do: ToDo,
-    last: Option<Published>,
 }
 
 /// What the worker is to do next.
@@ -49,12 +58,44 @@ struct ToDo {
     refresh: bool,
     /// There is a map of which no pose was searched.
     search: bool,
+    /// There is a pose whose map was not compared with the site.
+    compare: bool,
 }
 
-struct Published {
-    alignment: ArchiveBuffer,
-    content_hash: u64,
-    origin: Origin,
+/// A topic of this daemon, and what was published last.
+struct Output {
+    topic: Topic,
+    publisher: Option<Publisher>,
+    last: Option<(ArchiveBuffer, Origin)>,
+}
+
+impl Output {
+    fn new(topic: Topic) -> Self {
+        Self { topic, publisher: None, last: None }
+    }
+
+    /// Joins a generation of the bus, and brings it what was published last.
+    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
+        self.publisher = None;
+        let publisher = bus.publisher(self.topic, self.last.as_ref().map_or(1 << 14, |(a, _)| a.bytes().len()))?;
+        if let Some((archive, origin)) = &self.last {
+            publisher.publish_copy(archive.bytes(), *origin)?;
+        }
+        self.publisher = Some(publisher);
+        Ok(())
+    }
+
+    /// Publishes what differs from what is published; true if it did.
+    fn publish(&mut self, archive: ArchiveBuffer, epochs: &mut Epochs, origin: Origin) -> Result<bool, Failure> {
+        let Some(publisher) = &self.publisher else { return Ok(false) };
+        if self.last.as_ref().is_some_and(|(last, _)| last.bytes() == archive.bytes()) {
+            return Ok(false);
+        }
+        let origin = Origin { epoch: epochs.take()?, ..origin };
+        publisher.publish_copy(archive.bytes(), origin)?;
+        self.last = Some((archive, origin));
+        Ok(true)
+    }
 }
 
 impl AlignService {
@@ -68,11 +109,14 @@ impl AlignService {
         Ok(Self {
             follower: Follower::new(max_jump(&config.align), kept.pose()),
             config: config.align.clone(),
+            table: config.state.join("slam-align-observed.csv"),
             state,
             kept,
             epochs: Epochs::at(&config.state, "slam-align-epochs.json")?,
             stages,
-            publisher: None,
+            bus: None,
+            alignment: Output::new(Topic::Alignment),
+            deviations: Output::new(Topic::Deviations),
             site: None,
             phase: None,
             index: None,
@@ -82,7 +126,6 @@ impl AlignService {
             made_from: InputHashes::default(),
             searched: Alignment::nothing_yet(),
             to_do: ToDo::default(),
-            last: None,
         })
     }
 
@@ -132,29 +175,37 @@ impl AlignService {
         while let Some(outcome) = self.worker.take()? {
             self.finish(outcome, false)?;
         }
-        if !self.worker.is_busy() && self.map.is_some() && (self.to_do.refresh || self.to_do.search) {
-            let map = self.map.clone().filter(|_| self.to_do.search);
-            self.begin(map.map(|map| (map, self.place())))?;
+        if let Some(map) = self.map.clone().filter(|_| !self.worker.is_busy()) {
+            let is_good = matches!(self.follower.state(), PoseState::Found | PoseState::Tracked);
+            match self.follower.pose().copied() {
+                _ if self.to_do.search => self.begin(Task::Search(map, self.place()))?,
+                _ if self.to_do.refresh => self.begin(Task::Draw)?,
+                Some(pose) if self.to_do.compare && is_good => self.begin(Task::Compare(map, pose))?,
+                _ => {}
+            }
         }
         let wake_in = self.worker.is_busy().then_some(LOOK);
         Ok(Done { wake_in, warning: self.warning(), ..self.done() })
     }
 
     /// Starts a job, if the samples belong together; if not, those that are missing are on their way.
-    fn begin(&mut self, search: Option<(Arc<RobotMap>, Where)>) -> Result<(), Failure> {
+    fn begin(&mut self, task: Task) -> Result<(), Failure> {
         let (Some(site), Some(phase), Some(index)) = (&self.site, &self.phase, &self.index) else { return Ok(()) };
         let site_hash = site.bytes().header().content_hash;
-        let is_of_site = |hash: u64| hash == site_hash;
-        let belong = is_of_site(Phase::open(phase.bytes())?.head.site_hash)
-            && is_of_site(Grids::open(index.bytes())?.head.site_hash);
+        let belong = Phase::open(phase.bytes())?.head.site_hash == site_hash
+            && Grids::open(index.bytes())?.head.site_hash == site_hash;
         if !belong {
             return Ok(());
         }
         if let (Some(site), Some(phase), Some(index)) = (self.site.take(), self.phase.take(), self.index.take()) {
             self.stages.set(Stage::Reading);
             self.to_do.refresh = false;
-            self.to_do.search &= search.is_none();
-            self.worker.begin(Job { inputs: Inputs { site, phase, index }, search })?;
+            match task {
+                Task::Draw => {}
+                Task::Search(..) => self.to_do.search = false,
+                Task::Compare(..) => self.to_do.compare = false,
+            }
+            self.worker.begin(Job { inputs: Inputs { site, phase, index }, task })?;
         }
         Ok(())
     }
@@ -175,17 +226,62 @@ impl AlignService {
         self.index.get_or_insert(inputs.index);
         let found = found?;
         (self.references, self.made_from) = (found.references, made_from);
+        if let Some(deviations) = found.deviations {
+            return self.tell(deviations);
+        }
         if let Some(map) = self.map.clone() {
             self.follow(&map);
         }
-        if let Some((_, alignment)) = found.alignment {
+        if let Some(alignment) = found.alignment {
             let best = alignment.poses.first().filter(|_| alignment.verdict == Verdict::Accepted);
             self.follower.searched(best.map(|pose| pose.record(&self.storeys())), is_asked);
             let (verdict, poses) = (alignment.verdict.name(), alignment.poses.len());
             info!(service = "slam-align", verdict, poses, reason = alignment.reason, "all poses searched");
             self.searched = alignment;
         }
+        self.to_do.compare = true;
         self.publish()
+    }
+
+    /// Publishes what differs, and lets count of it what is to count.
+    fn tell(&mut self, deviations: ArchiveBuffer) -> Result<(), Failure> {
+        let view = Deviations::open(deviations.bytes())?;
+        let (elements, obstacles) = (view.elements.len(), view.obstacles.len());
+        let observed = match &self.site {
+            Some(site) if view.check_site(&site.view()).is_ok() => {
+                self.kept.observed.with_additions(&site.view(), &view)
+            }
+            // A newer site has come meanwhile, and is compared next.
+            _ => return Ok(()),
+        };
+        let origin = self.origin();
+        if self.deviations.publish(deviations, &mut self.epochs, origin)? {
+            info!(service = "slam-align", elements, obstacles, "deviations published");
+        }
+        self.count(observed)
+    }
+
+    /// From now on this counts of what was seen; on disk, here and in schedule evaluation, when this returns.
+    fn count(&mut self, observed: Observed) -> Result<(), Failure> {
+        let applies = self.config.apply;
+        if observed.table(applies) != self.kept.observed.table(applies)
+            && let Err(why) = self.apply(&observed)
+        {
+            // It is tried again.
+            self.to_do.compare = true;
+            return Err(why);
+        }
+        if observed == self.kept.observed { Ok(()) } else { self.keep(|kept| kept.observed = observed) }
+    }
+
+    /// Tells schedule evaluation what was observed.
+    fn apply(&self, observed: &Observed) -> Result<(), Failure> {
+        write_durably(&self.table, observed.table(self.config.apply).as_bytes())?;
+        let bus = self.bus.as_ref().ok_or("it is not attached to a bus")?;
+        let request = Request::SetActuals { file: Some(self.table.clone()), source: ActualsSource::Observed };
+        daemon::ask(bus, Daemon::ScheduleEval, &request)?;
+        info!(service = "slam-align", "what was observed counts");
+        Ok(())
     }
 
     /// What the configuration knows of the pose.
@@ -200,7 +296,7 @@ impl AlignService {
             let outcome = self.worker.wait()?;
             self.finish(outcome, false)?;
         }
-        self.begin(Some((map, place)))?;
+        self.begin(Task::Search(map, place))?;
         if self.worker.is_busy() {
             let outcome = self.worker.wait()?;
             self.finish(outcome, true)?;
@@ -215,12 +311,23 @@ impl AlignService {
         self.search_now(self.place())
     }
 
-    fn confirm(&mut self) -> Result<Done, Failure> {
-        let pose = self.follower.confirm().ok_or("no pose waits to be confirmed")?;
-        self.keep_pose(&pose)?;
-        info!(service = "slam-align", map_storey = pose.map_storey, "pose confirmed");
-        self.to_do.refresh = true;
-        self.publish()?;
+    /// Takes somebody's word for a pose, or for elements that are not there.
+    fn confirm(&mut self, absent: &[String]) -> Result<Done, Failure> {
+        if absent.is_empty() {
+            let pose = self.follower.confirm().ok_or("no pose waits to be confirmed")?;
+            self.keep_pose(&pose)?;
+            info!(service = "slam-align", map_storey = pose.map_storey, "pose confirmed");
+            (self.to_do.refresh, self.to_do.compare) = (true, true);
+            self.publish()?;
+            return self.proceed();
+        }
+        let (Some(site), Some((deviations, _))) = (&self.site, &self.deviations.last) else {
+            return Err("nothing was compared yet".into());
+        };
+        let deviations = Deviations::open(deviations.bytes())?;
+        deviations.check_site(&site.view())?;
+        let observed = self.kept.observed.with_absent(absent, &site.view(), &deviations)?;
+        self.count(observed)?;
         self.proceed()
     }
 
@@ -238,13 +345,9 @@ impl AlignService {
         self.keep(|kept| kept.set_pose(pose, frame_epoch))
     }
 
-    /// Publishes what is known, if it differs from what is published.
+    /// Publishes the pose that counts, if it differs from what is published.
     fn publish(&mut self) -> Result<(), Failure> {
-        let (Some(publisher), Some(map), Some(phase), Some(site)) =
-            (&self.publisher, &self.map, &self.phase, &self.site)
-        else {
-            return Ok(());
-        };
+        let (Some(map), Some(phase)) = (&self.map, &self.phase) else { return Ok(()) };
         let made_from = MadeFrom {
             site_hash: self.made_from.site,
             slam_map_hash: map.content_hash,
@@ -253,16 +356,11 @@ impl AlignService {
         let pose = self.follower.pose().copied();
         let counting = Counting { pose, state: self.follower.state(), waiting: self.follower.waiting().copied() };
         let alignment = self.searched.archive(&self.storeys(), &counting, made_from);
-        let content_hash = messages::Alignment::open(alignment.bytes())?.content_hash();
-        if self.last.as_ref().is_some_and(|last| last.content_hash == content_hash) {
-            return Ok(());
+        let origin = self.origin();
+        if self.alignment.publish(alignment, &mut self.epochs, origin)? {
+            self.to_do.compare = true;
+            self.stages.set(Stage::Published);
         }
-        let frame_epoch = site.bytes().header().frame_epoch;
-        let inputs = InputHashes { slam_map: map.content_hash, ..self.made_from };
-        let origin = Origin { epoch: self.epochs.take()?, frame_epoch, inputs };
-        publisher.publish_copy(alignment.bytes(), origin)?;
-        self.last = Some(Published { alignment, content_hash, origin });
-        self.stages.set(Stage::Published);
         // What others localise by survives this daemon; a movement that nobody can see is not worth a write.
         if let Some(pose) = pose.filter(|pose| self.kept.is_worth_keeping(pose)) {
             self.keep_pose(&pose)?;
@@ -270,9 +368,16 @@ impl AlignService {
         Ok(())
     }
 
+    /// Of what is published next; its number comes with it.
+    fn origin(&self) -> Origin {
+        let slam_map = self.map.as_ref().map_or(0, |map| map.content_hash);
+        let frame_epoch = self.site.as_ref().map_or(0, |site| site.bytes().header().frame_epoch);
+        Origin { epoch: 0, frame_epoch, inputs: InputHashes { slam_map, ..self.made_from } }
+    }
+
     fn done(&self) -> Done {
-        let (content_hash, epoch) = self.last.as_ref().map_or((0, 0), |last| (last.content_hash, last.origin.epoch));
-        Done { answer: Answer { content_hash, epoch, ..Answer::default() }, ..Done::default() }
+        let epoch = self.alignment.last.as_ref().map_or(0, |(_, origin)| origin.epoch);
+        Done { answer: Answer { epoch, ..Answer::default() }, ..Done::default() }
     }
 
     fn warning(&self) -> Option<String> {
@@ -285,8 +390,12 @@ impl AlignService {
 
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
         let is_other_map = self.config.map != config.align.map;
+        let is_applied_otherwise = self.config.apply != config.align.apply;
         self.config = config.align.clone();
         self.follower.set_max_jump(max_jump(&self.config));
+        if is_applied_otherwise {
+            self.apply(&self.kept.observed)?;
+        }
         if is_other_map && self.kept.map.is_none() {
             self.read_first_map()?;
         }
@@ -326,13 +435,9 @@ impl Service for AlignService {
             drop(self.worker.wait()?);
         }
         (self.site, self.phase, self.index) = (None, None, None);
-        let publisher =
-            bus.publisher(Topic::Alignment, self.last.as_ref().map_or(1 << 14, |p| p.alignment.bytes().len()))?;
-        if let Some(last) = &self.last {
-            publisher.publish_copy(last.alignment.bytes(), last.origin)?;
-        }
-        self.publisher = Some(publisher);
-        Ok(())
+        self.bus = Some(bus.clone());
+        self.alignment.attach(bus)?;
+        self.deviations.attach(bus)
     }
 
     fn handle(&mut self, event: Event) -> Result<Done, Failure> {
@@ -348,7 +453,7 @@ impl Service for AlignService {
             Event::Request(Request::Align { hint, storey }) => {
                 return self.search_now(Where { hint: hint.map(hint_of), storey });
             }
-            Event::Request(Request::Confirm) => return self.confirm(),
+            Event::Request(Request::Confirm { absent }) => return self.confirm(&absent),
             Event::Request(_) => return Err("slam-align follows the robot's map and nothing else".into()),
             Event::Configuration(config) => return self.configure(&config),
             Event::Attached if self.map.is_none() => self.read_first_map()?,

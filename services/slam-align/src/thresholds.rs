@@ -41,7 +41,7 @@ pub(crate) const RIVAL_SHARE: f64 = 0.93;
 /// Scales that are tried where nobody vouches for the lengths of a map, and the factor between two of them: a building of 30 m is
 /// then nowhere off by more than a refinement reaches.
 pub(crate) const LARGEST_SCALE: f64 = 1.25;
-pub(crate) const SCALE_STEP: f64 = 1.015;
+pub(crate) const SCALE_STEP: f64 = 1.03;
 
 /// Faces of each map that a pose is followed with.
 pub(crate) const N_TRACKED_FACES: usize = 800;

@@ -1,11 +1,12 @@
 //! The slow work on a thread of its own, behind all other processes: maps of the site as planned, searches of all poses.
 
-use crate::alignment::{Alignment, Hint, PreparedMap, align_maps};
+use crate::alignment::{Alignment, Hint, MapFromSlam, PreparedMap, align_maps};
+use crate::deviations::{DeviationInput, deviations};
 use crate::reference::References;
 use crate::robot_map::RobotMap;
 use bus::Sample;
 use daemon::Failure;
-use messages::{CheckedSite, Grids, Phase};
+use messages::{ArchiveBuffer, CheckedSite, Grids, Phase, PoseRecord, RobotProfile, Site};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
@@ -28,8 +29,17 @@ pub(crate) struct Where {
 /// What is to be done.
 pub(crate) struct Job {
     pub(crate) inputs: Inputs,
-    /// The map whose pose is searched; without one only the maps of the site are made.
-    pub(crate) search: Option<(Arc<RobotMap>, Where)>,
+    pub(crate) task: Task,
+}
+
+/// Of the site as planned.
+pub(crate) enum Task {
+    /// Make its maps.
+    Draw,
+    /// Search the pose of a map.
+    Search(Arc<RobotMap>, Where),
+    /// Tell what differs from a map in a pose.
+    Compare(Arc<RobotMap>, PoseRecord),
 }
 
 /// What came of it.
@@ -42,8 +52,10 @@ pub(crate) struct Outcome {
 pub(crate) struct Found {
     /// By map storey.
     pub(crate) references: Vec<Arc<PreparedMap>>,
-    /// Of the map that it was searched for; storeys count as in the references.
-    pub(crate) alignment: Option<(Arc<RobotMap>, Alignment)>,
+    /// What was searched; storeys count as in the references.
+    pub(crate) alignment: Option<Alignment>,
+    /// What was compared.
+    pub(crate) deviations: Option<ArchiveBuffer>,
 }
 
 /// The thread, and whether it works.
@@ -65,8 +77,8 @@ impl Worker {
             let Ok(pool) = rayon::ThreadPoolBuilder::new().build() else { return };
             let mut references = None;
             pool.install(|| {
-                for Job { inputs, search } in to_do {
-                    let found = work(&mut references, &inputs, search);
+                for Job { inputs, task } in to_do {
+                    let found = work(&mut references, &inputs, &task);
                     if done.send(Outcome { inputs, found }).is_err() {
                         return;
                     }
@@ -106,11 +118,7 @@ impl Worker {
     }
 }
 
-fn work(
-    references: &mut Option<References>,
-    inputs: &Inputs,
-    search: Option<(Arc<RobotMap>, Where)>,
-) -> Result<Found, Failure> {
+fn work(references: &mut Option<References>, inputs: &Inputs, task: &Task) -> Result<Found, Failure> {
     let (site, phase) = (inputs.site.view(), Phase::open(inputs.phase.bytes())?);
     phase.check_site(&site)?;
     let robot = Grids::open(inputs.index.bytes())?.head.robot;
@@ -119,21 +127,46 @@ fn work(
     }
     let references = references.as_mut().ok_or("there is nothing to compare with")?;
     let maps: Vec<Arc<PreparedMap>> = references.at(&site, &phase)?.collect();
-    let alignment = search.map(|(map, place)| align(&maps, map, &place)).transpose()?;
-    Ok(Found { references: maps, alignment })
+    let (alignment, deviations) = match task {
+        Task::Draw => (None, None),
+        Task::Search(map, place) => (Some(align(&maps, map, place)?), None),
+        Task::Compare(map, pose) => (None, Some(compare(&site, &phase, &robot, map, pose)?)),
+    };
+    Ok(Found { references: maps, alignment, deviations })
 }
 
-fn align(
-    references: &[Arc<PreparedMap>],
-    map: Arc<RobotMap>,
-    place: &Where,
-) -> Result<(Arc<RobotMap>, Alignment), Failure> {
+fn align(references: &[Arc<PreparedMap>], map: &RobotMap, place: &Where) -> Result<Alignment, Failure> {
     let Some(storey) = place.storey else {
-        let alignment = align_maps(references, &map.prepared, place.hint.as_ref());
-        return Ok((map, alignment));
+        return Ok(align_maps(references, &map.prepared, place.hint.as_ref()));
     };
     let only = references.get(storey as usize).ok_or_else(|| format!("the site has no storey {storey}"))?;
     let mut alignment = align_maps(std::slice::from_ref(only), &map.prepared, place.hint.as_ref());
     alignment.poses.iter_mut().for_each(|pose| pose.reference = storey as usize);
-    Ok((map, alignment))
+    Ok(alignment)
+}
+
+fn compare(
+    site: &Site<'_>,
+    phase: &Phase<'_>,
+    robot: &RobotProfile,
+    map: &RobotMap,
+    pose: &PoseRecord,
+) -> Result<ArchiveBuffer, Failure> {
+    let map_storey = pose.map_storey as usize;
+    if map_storey >= site.map_storeys.len() {
+        return Err(format!("the site has no storey {map_storey}").into());
+    }
+    let mut covariance = [[0.0; 3]; 3];
+    covariance.as_flattened_mut().copy_from_slice(&pose.covariance);
+    Ok(deviations(&DeviationInput {
+        site,
+        phase,
+        robot,
+        map_storey,
+        slam: &map.map,
+        slam_map_hash: map.content_hash,
+        pose: MapFromSlam::from(pose),
+        about_m: pose.about_m,
+        covariance,
+    }))
 }

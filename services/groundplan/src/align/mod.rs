@@ -29,23 +29,19 @@ pub fn align(arguments: &AlignArgs) -> Result<(String, bool), Failure> {
     }
     match (&arguments.reference, &arguments.slam) {
         (Some(reference), Some(slam)) => align_files(arguments, reference, slam),
-        (None, None) => live::align(arguments, hint(arguments)),
+        (None, None) => live::align(arguments),
         _ => Err(Failure::usage("--reference and --slam belong together; without both the running daemon aligns")),
     }
 }
 
 fn align_files(arguments: &AlignArgs, reference: &Path, slam: &Path) -> Result<(String, bool), Failure> {
-    let (storeys, plan_time_s) = storeys(reference, arguments.storey)?;
+    let (storeys, plan_time_s) = storeys(reference, arguments.place.storey)?;
     let maps: Vec<PreparedMap> = storeys
         .iter()
         .map(|s| OccupancyMap::read(&s.path).map(|map| PreparedMap::of_model(&map)).map_err(Failure::usage))
         .collect::<Result<_, _>>()?;
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
-    let hint = hint(arguments).map(|hint| Hint {
-        map_from_slam: MapFromSlam { x_m: hint.x_m, y_m: hint.y_m, yaw_rad: hint.yaw_deg.to_radians() },
-        radius_m: hint.radius_m,
-        radius_rad: hint.radius_deg.to_radians(),
-    });
+    let hint = arguments.place.hint().map(hint_of);
     let slam_map = PreparedMap::of_slam(&map);
     let found = match arguments.free_scale {
         false => align_maps(&maps, &slam_map, hint.as_ref()),
@@ -123,10 +119,13 @@ struct ManifestStorey {
     directory: PathBuf,
 }
 
-fn hint(arguments: &AlignArgs) -> Option<PoseHint> {
-    let &[x_m, y_m, yaw_deg] = arguments.hint.as_deref()?.first_chunk::<3>()?;
-    let &[radius_m, radius_deg] = arguments.hint_radius.first_chunk::<2>()?;
-    Some(PoseHint { x_m, y_m, yaw_deg, radius_m, radius_deg })
+/// A guess of where a map lies, from the command line.
+pub(crate) fn hint_of(hint: PoseHint) -> Hint {
+    Hint {
+        map_from_slam: MapFromSlam { x_m: hint.x_m, y_m: hint.y_m, yaw_rad: hint.yaw_deg.to_radians() },
+        radius_m: hint.radius_m,
+        radius_rad: hint.radius_deg.to_radians(),
+    }
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {

@@ -6,7 +6,7 @@ use crate::align::{told, write_files};
 use crate::cli::{AlignArgs, ConfirmArgs, SiteArgs, SlamMapArgs};
 use crate::failure::Failure;
 use bus::{Daemon, Sample, Topic};
-use daemon::{PoseHint, Request};
+use daemon::Request;
 use messages::{Alignment, Verdict};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
@@ -19,8 +19,9 @@ const LOOK: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// No daemons, no SLAM map, a file that cannot be written.
-pub fn align(arguments: &AlignArgs, hint: Option<PoseHint>) -> Result<(String, bool), Failure> {
-    let sample = asked(&arguments.site, &Request::Align { hint, storey: arguments.storey })?;
+pub fn align(arguments: &AlignArgs) -> Result<(String, bool), Failure> {
+    let place = &arguments.place;
+    let sample = asked(&arguments.site, &Request::Align { hint: place.hint(), storey: place.storey })?;
     let alignment = Alignment::open(sample.bytes()).map_err(Failure::work)?;
     if let Some(pose) = alignment.pose() {
         write_files(arguments, pose)?;
@@ -39,12 +40,12 @@ pub fn slam_map(arguments: &SlamMapArgs) -> Result<(String, bool), Failure> {
     Ok(told_of(&sample, &alignment, arguments.json))
 }
 
-/// Says that the pose that waits is right.
+/// Says that the pose that waits is right, or that elements are not there.
 ///
 /// # Errors
-/// No daemons, no pose that waits.
+/// No daemons, no pose that waits, elements that the robot has not seen through.
 pub fn confirm(arguments: &ConfirmArgs) -> Result<String, Failure> {
-    let sample = asked(&arguments.site, &Request::Confirm)?;
+    let sample = asked(&arguments.site, &Request::Confirm { absent: arguments.absent.clone() })?;
     let alignment = Alignment::open(sample.bytes()).map_err(Failure::work)?;
     Ok(told_of(&sample, &alignment, arguments.json).0)
 }

@@ -5,7 +5,7 @@ use crate::cli::{ActualsArgs, DateArgs, LoadArgs, RobotSetArgs, WaypointsArgs};
 use crate::failure::Failure;
 use crate::plan_date;
 use bus::{Bus, CommandError, Daemon, Reply, Topic, Waiter};
-use daemon::{Answer, Request};
+use daemon::{ActualsSource, Answer, Request};
 use frames::PlanTime;
 use messages::InputHashes;
 use std::path::PathBuf;
@@ -53,7 +53,8 @@ pub fn date(arguments: &DateArgs) -> Result<String, Failure> {
 pub fn actuals(arguments: &ActualsArgs) -> Result<String, Failure> {
     let file = arguments.file.as_ref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
-    let answer = ask(&bus, &mut waiter, Daemon::ScheduleEval, &Request::SetActuals { file })?;
+    let answer =
+        ask(&bus, &mut waiter, Daemon::ScheduleEval, &Request::SetActuals { file, source: ActualsSource::Reported })?;
     if answer.epoch > 0 {
         wait_for_phase(&bus, &mut waiter, &answer)?;
     }

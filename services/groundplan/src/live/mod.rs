@@ -2,6 +2,7 @@
 
 mod align;
 mod ask;
+mod deviations;
 mod doctor;
 mod export;
 mod keeper;
@@ -13,6 +14,7 @@ mod watch;
 
 pub use align::{align, confirm, slam_map};
 pub use ask::{actuals, date, load, robot, waypoints};
+pub use deviations::deviations;
 pub use doctor::doctor;
 pub use export::export;
 pub use keeper::keeper;
