@@ -65,7 +65,7 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
         title: format!("{kind} {name} {said}"),
         description: format!(
             "{kind} {global_id} {said}.{by} Storey {}, planned state {}. Of {:.2} m of its sides the robot judged {:.2} m: {:.2} m in \
-             place, {:.2} m seen through.",
+             place, {:.2} m with free space inside.",
             input.storey(),
             planned(e).name(),
             length(e.n_samples),
