@@ -3,6 +3,7 @@
 //! [`files`] is a pure function to paths and bytes; [`OutputFolder`] writes them whole or not at all.
 
 mod csv;
+mod deviations;
 mod json;
 mod labels;
 mod letters;
@@ -19,6 +20,7 @@ mod semantic_geometry;
 mod site_frame;
 mod waypoints;
 
+pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of};
 pub use output_folder::{OutputError, OutputFolder};
 pub use report::Report;

@@ -22,6 +22,7 @@ fn check<T: JsonSchema>(name: &str) {
 fn schemas_are_current() {
     check::<export::Manifest>("manifest");
     check::<export::DatesManifest>("dates-manifest");
+    check::<export::DeviationsDocument>("deviations");
     check::<export::Report>("report");
     check::<export::Semantic>("semantic");
     check::<export::SiteFrameFile>("site-frame");

@@ -89,7 +89,7 @@ impl<'l> Votes<'l> {
         let enough = support.len() >= LEAST_SUPPORT
             && support.len() as f64 >= SUPPORT_RATIO * in_place.len() as f64
             && support.len() as f64 >= SUPPORT_SHARE * (support.len() + against) as f64
-            && self.is_uncovered(&support);
+            && self.is_uncovered(&support, in_place.len());
         if by_m.abs() >= least_m && enough {
             return Some((by_m, true));
         }
@@ -99,14 +99,16 @@ impl<'l> Votes<'l> {
     }
 
     /// True if the place in the model was looked at, or the surface nearer to the robot covers the side as a wall does.
-    fn is_uncovered(&self, support: &[(f64, f64)]) -> bool {
+    fn is_uncovered(&self, support: &[(f64, f64)], n_in_place: usize) -> bool {
         let behind = support.iter().filter(|(_, d)| *d < 0.0).count();
         if behind as f64 >= 0.3 * support.len() as f64 {
             return true;
         }
         let sign = support.iter().map(|(sign, _)| sign).sum::<f64>().signum();
         let of_side = self.looks.iter().filter(|(s, _)| *s == sign).count();
-        support.len() >= LEAST_COVERING && support.len() as f64 >= COVERING_SHARE * of_side as f64
+        n_in_place < LEAST_SUPPORT
+            && support.len() >= LEAST_COVERING
+            && support.len() as f64 >= COVERING_SHARE * of_side as f64
     }
 
     /// Samples with a surface near to a displacement: sign and offset.
@@ -129,7 +131,7 @@ impl<'l> Votes<'l> {
         // Of places with as many surfaces the one nearest to the model's.
         let far = |k: usize| (2 * k).abs_diff(n_bins - 1);
         let best = (0..n_bins).max_by_key(|k| (around(*k), std::cmp::Reverse(far(*k))))?;
-        (around(best) > 0).then(|| best as f64 * BIN_M - REACH_M)
+        (around(best) > 0).then_some(best as f64 * BIN_M - REACH_M)
     }
 }
 

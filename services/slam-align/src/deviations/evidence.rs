@@ -62,7 +62,7 @@ fn seen_with(
         bend_m = [0, 1].map(|k| bend_m[k] + bend.by_m[k] / samples.len() as f64);
         worst_m = worst_m.max(bend.deviation_m(sample.normal));
     }
-    let shift = shift(&looks, LEAST_DISPLACED_M + 2.0 * worst_m);
+    let shift = shift(&looks, LEAST_DISPLACED_M + UNCERTAIN * worst_m);
     let mut out = Evidence {
         observation: Observation::Unseen,
         reason: UnseenReason::Inconclusive,
@@ -88,8 +88,16 @@ fn look(sections: &Sections, cut: u32, sample: &Sample, slam: &SlamView, bend: &
     let seen_at = [0, 1].map(|k| at[k] + bend.by_m[k]);
     let met = slam.probe(&Probe { at: seen_at, normal, thick_m, tolerance_m });
     let place = |d: f64| [0, 1].map(|k| at[k] + normal[k] * d);
-    let is_own = |d: &f64| d.abs() <= SAME_SIDE_M || !sections.is_others(place(*d), OTHERS_M, cut);
-    Look { normal, offsets_m: met.offsets_m.into_iter().filter(is_own).collect(), through: met.through }
+    // Another element's, if it lies nearer to that.
+    let is_own = |d: &f64| d.abs() <= OWN_M || !sections.is_others(place(*d), OTHERS_M.min(d.abs() * NEARER), cut);
+    // Through all of the solid up to the face of what stands behind it.
+    let reaches_other = |depth_m: f64| {
+        depth_m >= (SAME_SIDE_M + bend.deviation_m(normal)).max(thick_m - slam.cell_m)
+            && depth_m <= thick_m + BESIDE_M
+            && sections.is_others(place(-depth_m), OTHERS_M, cut)
+    };
+    let through = met.through || thick_m > slam.cell_m && met.free_m.is_some_and(reaches_other);
+    Look { normal, offsets_m: met.offsets_m.into_iter().filter(is_own).collect(), through }
 }
 
 impl Look {
@@ -114,13 +122,14 @@ impl Evidence {
     }
 
     fn seen_as(&self, stands: bool, kind: Kind) -> Observation {
-        let [confirmed, contradicted, all] = [self.n_confirmed, self.n_contradicted, self.n_samples].map(|n| n as f64);
+        let [confirmed, contradicted, all] = [self.n_confirmed, self.n_contradicted, self.n_samples].map(f64::from);
         let judged = confirmed + contradicted;
         let is_lasting = kind != Kind::Door;
         if !is_judged(kind) {
             return Observation::Unseen;
         }
-        if self.shift.is_displaced && stands && is_lasting {
+        let is_left = confirmed <= MOST_IN_PLACE * f64::from(self.n_visible) || self.is_slight();
+        if self.shift.is_displaced && stands && is_lasting && is_left {
             return Observation::Displaced;
         }
         let is_absent = self.n_contradicted as usize >= LEAST_ABSENT
@@ -131,7 +140,9 @@ impl Evidence {
         }
         let n_confirmed = self.n_confirmed as usize;
         let is_observed = if stands {
-            n_confirmed >= LEAST_OBSERVED && confirmed >= OBSERVED_SHARE * judged
+            n_confirmed >= LEAST_OBSERVED
+                && confirmed >= OBSERVED_SHARE * judged
+                && (n_confirmed >= SURELY_OBSERVED || confirmed >= OBSERVED_OF_ALL * all)
         } else {
             !self.shift.is_displaced
                 && n_confirmed >= LEAST_EARLY
@@ -139,6 +150,11 @@ impl Evidence {
                 && confirmed >= EARLY_OF_ALL * all
         };
         if is_observed { Observation::Observed } else { Observation::Unseen }
+    }
+
+    /// True if it is displaced by so little that surfaces count as in its place all the same.
+    fn is_slight(&self) -> bool {
+        libm::hypot(self.shift.by_m[0], self.shift.by_m[1]) <= 2.0 * SAME_SIDE_M
     }
 
     /// Why nothing can be said, if nothing can.

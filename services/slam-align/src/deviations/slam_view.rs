@@ -32,6 +32,8 @@ pub(crate) struct Met {
     pub(crate) offsets_m: Vec<f64>,
     /// True if the robot saw through the solid.
     pub(crate) through: bool,
+    /// How deep behind the side the first surface lies, if all before it is free.
+    pub(crate) free_m: Option<f64>,
 }
 
 impl SlamView {
@@ -71,7 +73,16 @@ impl SlamView {
             && self.is_free(&lines[0], probe)
             && !lines[1..].iter().any(|line| self.span(line, probe).contains(&Cell::Occupied));
         let offsets_m = lines.iter().map(|line| self.surfaces(line)).find(|s| !s.is_empty()).unwrap_or_default();
-        Met { offsets_m, through }
+        Met { offsets_m, through, free_m: self.free_m(&lines) }
+    }
+
+    /// How far behind the side the first of the lines meets a surface, if the middle one is free up to there.
+    fn free_m(&self, lines: &[Vec<Cell>; 3]) -> Option<f64> {
+        let from = (REACH_M / self.step_m()).round() as usize;
+        let meets = |line: &Vec<Cell>| line.iter().skip(from).position(|c| *c == Cell::Occupied);
+        let n = lines.iter().filter_map(meets).min()?;
+        let free = lines[0].iter().skip(from).take(n).filter(|c| **c == Cell::Free).count();
+        (n > 0 && free as f64 >= FREE_SHARE * n as f64).then(|| (n as f64 + 0.5) * self.step_m() - FRONT_M)
     }
 
     fn step_m(&self) -> f64 {

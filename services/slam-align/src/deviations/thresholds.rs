@@ -30,26 +30,34 @@ pub(crate) const GAP_M: f64 = 0.15;
 /// Beside another element a side is not looked at: surfaces there may be those of the other.
 pub(crate) const BESIDE_M: f64 = 0.2;
 
-/// Surfaces nearer than this to another element that stands are that element's, once they lie away from the side itself.
+/// A surface away from the side itself is another element's if it is nearer than this to it, and less than so much of the distance
+/// to the side: short walls that were gone seemed to stand where a neighbour's face is 9 cm from theirs.
 pub(crate) const OTHERS_M: f64 = 0.12;
+pub(crate) const OWN_M: f64 = 0.05;
+pub(crate) const NEARER: f64 = 0.6;
 
-/// Displacements are told from this on, beside twice what the bend of the map is uncertain by. Of a straight wall a median over
-/// half a metre is good to two centimetres; builders' tolerances, plaster and half a cell make the rest.
+/// Displacements are told from this on, beside [`UNCERTAIN`] times what the bend of the map is uncertain by. Of a straight wall a
+/// median over half a metre is good to two centimetres; builders' tolerances, plaster and half a cell make the rest.
 pub(crate) const LEAST_DISPLACED_M: f64 = 0.1;
+pub(crate) const UNCERTAIN: f64 = 1.5;
 
 /// Surfaces this near to a displacement support it.
 pub(crate) const SUPPORT_M: f64 = 0.06;
 
-/// Samples that support a displacement: a quarter of a metre, so that a column can have moved; and as much more than those that
-/// support the place in the model.
-pub(crate) const LEAST_SUPPORT: usize = 5;
+/// Samples that support a displacement: 0.4 m, so that a column can have moved; and as much more than those that support the place
+/// in the model. With 5 samples parts of kitchens were displaced.
+pub(crate) const LEAST_SUPPORT: usize = 8;
 pub(crate) const SUPPORT_RATIO: f64 = 1.3;
 
 /// A displacement is that of most of the side: share of the samples in that direction that anything is known of.
 pub(crate) const SUPPORT_SHARE: f64 = 0.5;
 
+/// Of what was judged of an element that left its place at most this share is still met there: half of a column's sides slide along
+/// themselves. Sofas and lifts have parts at many depths.
+pub(crate) const MOST_IN_PLACE: f64 = 0.6;
+
 /// A side that seems to stand nearer, without a look at the place in the model, may be furniture in front of it. So much of the
-/// whole side must seem so, over this many samples: a metre.
+/// whole side must seem so, over this many samples (a metre), and the other side must not be in its place.
 pub(crate) const COVERING_SHARE: f64 = 0.7;
 pub(crate) const LEAST_COVERING: usize = 20;
 
@@ -59,9 +67,12 @@ pub(crate) const ABSENT_SHARE: f64 = 0.7;
 pub(crate) const LEAST_ABSENT: usize = 10;
 pub(crate) const ABSENT_OF_ALL: f64 = 0.25;
 
-/// An element is observed if at least this share of what was judged is in its place, and so many samples: 0.3 m.
+/// An element is observed if at least this share of what was judged is in its place, so many samples (0.3 m), and either a metre or this
+/// share of all: of two short walls that were gone a sixth and a third seemed to stand, because of what stood beside them.
 pub(crate) const OBSERVED_SHARE: f64 = 0.5;
 pub(crate) const LEAST_OBSERVED: usize = 6;
+pub(crate) const SURELY_OBSERVED: usize = 20;
+pub(crate) const OBSERVED_OF_ALL: f64 = 0.4;
 
 /// An element that should not be there yet needs more, because furniture and scaffolds stand anywhere: a metre, and this share
 /// of all of its sides.

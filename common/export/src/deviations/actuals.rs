@@ -1,0 +1,18 @@
+//! `actuals.csv`: what the robot saw standing before its time, as reported progress for the schedule.
+
+use super::DeviationExport;
+use crate::csv::quoted;
+use messages::{Judgement, plan_time};
+use std::fmt::Write;
+
+/// One line for each element that is early: it was finished by the plan time, and nobody knows when it was begun. What seems to be
+/// missing is never reported: it would erase an obstacle.
+pub(super) fn table(input: &DeviationExport<'_>) -> String {
+    let mut text = "id,start,finish\n".to_owned();
+    let Some(seen) = plan_time(input.deviations.head.plan_time_s) else { return text };
+    for element in input.deviations.elements.iter().filter(|e| e.judgement == Judgement::Early as u32) {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{},,{seen}", quoted(input.global_id(element)));
+    }
+    text
+}

@@ -1,0 +1,195 @@
+//! `deviations.json`: the evidence for every element, by GlobalId, and what stands beside them.
+
+use super::DeviationExport;
+use crate::rounded;
+use messages::{
+    ElementDeviationRecord, ElementState, Judgement, Observation, ObstacleRecord, ResidualRecord, UnseenReason,
+};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// `deviations.json`: what a robot saw of a storey's elements, judged by what was planned.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct DeviationsDocument {
+    /// `map`.
+    frame: &'static str,
+    /// Epoch of the map frame.
+    frame_epoch: u32,
+    /// Plan time that elements are judged by; null if all are planned to stand.
+    plan_time: Option<String>,
+    /// Index of the map storey.
+    storey: u32,
+    /// Name of the map storey.
+    storey_name: String,
+    /// Height of the lidar's plane in `map`.
+    lidar_z_m: f64,
+    /// Where the robot's map lies.
+    map_from_slam: Motion,
+    /// Standard deviations of that, at the middle of the robot's map.
+    pose_deviation: Motion,
+    /// Hash of the robot's map.
+    slam_map_hash: String,
+    /// Side of its cells.
+    slam_cell_m: f64,
+    /// Root mean square of how far its surfaces are off around each place: how far it is bent.
+    residual_rms_m: f64,
+    /// Occupied cells of it outside of the storey, which were not looked at.
+    cells_outside: u32,
+    /// Number of elements by observation.
+    observations: BTreeMap<&'static str, usize>,
+    /// Number of elements by judgement.
+    judgements: BTreeMap<&'static str, usize>,
+    /// The evidence, by GlobalId.
+    elements: BTreeMap<String, ElementEvidence>,
+    /// What stands on the storey and is no element of the model, from large to small.
+    obstacles: Vec<Obstacle>,
+    /// How the robot's map is bent, by place.
+    residuals: Vec<Residual>,
+}
+
+/// Metres and radians.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Motion {
+    /// Along x.
+    x_m: f64,
+    /// Along y.
+    y_m: f64,
+    /// About z.
+    yaw_rad: f64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct ElementEvidence {
+    /// Entity name.
+    r#type: String,
+    /// Class on the maps.
+    class: &'static str,
+    /// Name.
+    name: String,
+    /// Planned state: `not_started`, `in_progress`, `built`, `being_removed` or `removed`.
+    planned: &'static str,
+    /// `observed`, `absent`, `displaced` or `unseen`.
+    observation: &'static str,
+    /// `on_plan`, `late`, `early`, `displaced` or `unknown`.
+    judgement: &'static str,
+    /// Why it is unseen: `glass`, `no_section`, `not_seen`, `door`, `covered`, `inconclusive` or `stand_in`; null if it is not.
+    reason: Option<&'static str>,
+    /// Share of its visible sides that was met in its place; null if none is visible.
+    confirmed: Option<f64>,
+    /// Length of its sides at the lidar's height that no other element covers.
+    sides_m: f64,
+    /// Of these: what the robot could judge.
+    visible_m: f64,
+    /// Of these: where free cells lie inside of it.
+    contradicted_m: f64,
+    /// How far it stands off, along the outward normal of the side that was seen most; null if it was not met.
+    offset_m: Option<f64>,
+    /// The same as a vector in `map`.
+    displacement_m: Option<[f64; 2]>,
+    /// Standard deviation of the two.
+    deviation_m: f64,
+    /// How far the robot's map is bent there: taken off.
+    residual_m: [f64; 2],
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Obstacle {
+    /// `not_in_the_model`.
+    judgement: &'static str,
+    /// Of what was seen of it.
+    area_m2: f64,
+    /// Its longer side.
+    length_m: f64,
+    /// In `map`.
+    centroid_m: [f64; 2],
+    /// GlobalId of the space that it stands in; null outside of spaces.
+    space: Option<String>,
+    /// Rings in `map`: exteriors counter-clockwise, holes clockwise.
+    polygon_m: Vec<Vec<[f64; 2]>>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Residual {
+    /// In `map`.
+    at_m: [f64; 2],
+    /// Robot's map less model.
+    residual_m: [f64; 2],
+    /// Standard deviation in the direction that is held worst.
+    deviation_m: f64,
+}
+
+impl DeviationsDocument {
+    pub(super) fn of(input: &DeviationExport<'_>) -> Self {
+        let (site, deviations) = (input.site, input.deviations);
+        let head = deviations.head;
+        let motion = |m: [f64; 3]| Motion { x_m: m[0], y_m: m[1], yaw_rad: m[2] };
+        let observed = |o: Observation| deviations.elements.iter().filter(|e| e.observation == o as u32).count();
+        let judged = |j: Judgement| deviations.elements.iter().filter(|e| e.judgement == j as u32).count();
+        Self {
+            frame: "map",
+            frame_epoch: site.head.frame_epoch,
+            plan_time: messages::plan_time(head.plan_time_s).map(|t| t.to_string()),
+            storey: head.map_storey,
+            storey_name: input.storey().to_owned(),
+            lidar_z_m: rounded(head.lidar_z_m),
+            map_from_slam: motion(head.map_from_slam),
+            pose_deviation: motion(head.pose_deviation),
+            slam_map_hash: format!("{:016x}", head.slam_map_hash),
+            slam_cell_m: head.slam_cell_m,
+            residual_rms_m: rounded(head.residual_rms_m),
+            cells_outside: head.n_outside,
+            observations: Observation::ALL.into_iter().map(|o| (o.name(), observed(o))).collect(),
+            judgements: Judgement::ALL.into_iter().map(|j| (j.name(), judged(j))).collect(),
+            elements: deviations.elements.iter().map(|e| (input.global_id(e).to_owned(), evidence(input, e))).collect(),
+            obstacles: deviations.obstacles.iter().map(|o| obstacle(input, o)).collect(),
+            residuals: deviations.residuals.iter().map(residual).collect(),
+        }
+    }
+}
+
+fn evidence(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> ElementEvidence {
+    let element = &input.site.elements[e.element as usize];
+    let length = |n: u32| rounded(f64::from(n) * e.sample_m);
+    let is_met = e.n_confirmed > 0 || e.observation == Observation::Displaced as u32;
+    ElementEvidence {
+        r#type: input.site.text(element.ifc_type).to_owned(),
+        class: element.class().name(),
+        name: input.site.text(element.name).to_owned(),
+        planned: planned(e).name(),
+        observation: Observation::from_id(e.observation).map_or("", Observation::name),
+        judgement: Judgement::from_id(e.judgement).map_or("", Judgement::name),
+        reason: UnseenReason::from_id(e.reason).filter(|r| *r != UnseenReason::Seen).map(UnseenReason::name),
+        confirmed: (e.n_visible > 0).then(|| rounded(f64::from(e.n_confirmed) / f64::from(e.n_visible))),
+        sides_m: length(e.n_samples),
+        visible_m: length(e.n_visible),
+        contradicted_m: length(e.n_contradicted),
+        offset_m: is_met.then(|| rounded(e.offset_m)),
+        displacement_m: is_met.then(|| e.displacement_m.map(rounded)),
+        deviation_m: rounded(e.deviation_m),
+        residual_m: e.residual_m.map(rounded),
+    }
+}
+
+/// The planned state of an element.
+pub(super) fn planned(e: &ElementDeviationRecord) -> ElementState {
+    // Numbers were checked when the archive was opened.
+    u8::try_from(e.planned).ok().and_then(ElementState::from_id).unwrap_or(ElementState::Built)
+}
+
+fn obstacle(input: &DeviationExport<'_>, o: &ObstacleRecord) -> Obstacle {
+    let ring = |ring: &[[i32; 2]]| ring.iter().map(|p| p.map(frames::metres)).collect();
+    let space = input.site.spaces.get(o.space as usize);
+    Obstacle {
+        judgement: "not_in_the_model",
+        area_m2: rounded(o.area_m2),
+        length_m: rounded(o.length_m),
+        centroid_m: o.centroid_m.map(rounded),
+        space: space.map(|s| input.site.text(s.global_id).to_owned()),
+        polygon_m: input.deviations.rings_of(o).map(ring).collect(),
+    }
+}
+
+fn residual(r: &ResidualRecord) -> Residual {
+    Residual { at_m: r.at_m.map(rounded), residual_m: r.residual_m.map(rounded), deviation_m: rounded(r.deviation_m) }
+}

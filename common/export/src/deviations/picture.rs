@@ -1,0 +1,96 @@
+//! `deviations.png`: the robot's map, the elements coloured by what was seen of them, and what is not in the model.
+
+use super::DeviationExport;
+use crate::pictures::{Canvas, Rgb, picture as png};
+use embedded_graphics::geometry::Point;
+use embedded_graphics::pixelcolor::Rgb888;
+use embedded_graphics::prelude::Primitive;
+use embedded_graphics::primitives::{Line, PrimitiveStyle, StyledDrawable};
+use frames::{TENTHS_PER_M, tenths};
+use geometry::{MultiPolygon, Polygon, Slab, footprint};
+use grid::{GridSpec, overlapped_cells};
+use messages::{Judgement, Observation, Seen};
+
+const UNKNOWN: Rgb = [228, 228, 228];
+const FREE: Rgb = [255, 255, 255];
+const SURFACE: Rgb = [30, 30, 30];
+/// In its place.
+const OBSERVED: Rgb = [150, 210, 160];
+/// In its place, before its time.
+const EARLY: Rgb = [120, 160, 240];
+/// Seen through, and planned to stand.
+const ABSENT: Rgb = [245, 190, 110];
+/// Nothing that is planned to stand: not there, and not to be there.
+const NOT_YET: Rgb = [250, 240, 215];
+const DISPLACED: Rgb = [225, 130, 220];
+const UNSEEN: Rgb = [190, 190, 190];
+const OBSTACLE: Rgb = [235, 90, 80];
+const MOVED: Rgb888 = Rgb888::new(150, 0, 140);
+
+/// A pixel for each cell of the map that was seen, row 0 at the top; a file without pixels has none.
+pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
+    let head = input.deviations.head;
+    let spec = head.spec();
+    if spec.n_cells() == 0 {
+        return png(&Canvas::new(1, vec![UNKNOWN]));
+    }
+    let ground = |s: &u8| if Seen::from_id(*s) == Some(Seen::Free) { FREE } else { UNKNOWN };
+    let mut pixels: Vec<Rgb> = input.deviations.seen.iter().map(ground).collect();
+    let lidar_z = tenths(head.lidar_z_m).unwrap_or(0);
+    let plane = Slab { lo: lidar_z, hi: lidar_z + 2 };
+    for record in input.deviations.elements {
+        let section = footprint(input.site.element_meshes(&input.site.elements[record.element as usize]), plane);
+        let colour = colour(record.observation, record.judgement);
+        paint(&mut pixels, &spec, &section.area, &section.lines, colour);
+    }
+    for obstacle in input.deviations.obstacles {
+        let rings = input.deviations.rings_of(obstacle).map(<[_]>::to_vec);
+        let area = MultiPolygon(rings.map(|exterior| Polygon { exterior, holes: Vec::new() }).collect());
+        paint(&mut pixels, &spec, &area, &[], OBSTACLE);
+    }
+    // What the robot met lies over all: it can be seen whether it fits.
+    for (pixel, seen) in pixels.iter_mut().zip(input.deviations.seen) {
+        if *seen == Seen::Occupied as u8 {
+            *pixel = if *pixel == OBSTACLE { [150, 10, 10] } else { SURFACE };
+        }
+    }
+    let mut canvas = Canvas::new(spec.width as usize, pixels);
+    draw_displacements(input, &spec, &mut canvas);
+    png(&canvas)
+}
+
+fn colour(observation: u32, judgement: u32) -> Rgb {
+    match (Observation::from_id(observation), Judgement::from_id(judgement)) {
+        (Some(Observation::Observed), Some(Judgement::Early)) => EARLY,
+        (Some(Observation::Observed), _) => OBSERVED,
+        (Some(Observation::Absent), Some(Judgement::Late)) => ABSENT,
+        (Some(Observation::Absent), _) => NOT_YET,
+        (Some(Observation::Displaced), _) => DISPLACED,
+        (Some(Observation::Unseen) | None, _) => UNSEEN,
+    }
+}
+
+fn paint(pixels: &mut [Rgb], spec: &GridSpec, area: &MultiPolygon, lines: &[[[i32; 2]; 2]], colour: Rgb) {
+    for run in overlapped_cells(area, lines, spec) {
+        let row = run.row as usize * spec.width as usize;
+        pixels[row + run.start as usize..row + run.end as usize].fill(colour);
+    }
+}
+
+/// A line from where an element should be to where it is.
+fn draw_displacements(input: &DeviationExport<'_>, spec: &GridSpec, canvas: &mut Canvas) {
+    let pixel = |p: [f64; 2]| {
+        let cell = |k: usize| (p[k] * f64::from(TENTHS_PER_M) / f64::from(spec.cell_tenths)).floor();
+        let [column, row] = [0, 1].map(|k| cell(k) - f64::from(spec.first_cell[k]));
+        Point::new(column as i32, spec.height as i32 - 1 - row as i32)
+    };
+    let displaced = Observation::Displaced as u32;
+    for record in input.deviations.elements.iter().filter(|e| e.observation == displaced) {
+        let element = &input.site.elements[record.element as usize];
+        let middle = [0, 1].map(|k| frames::metres((element.min_tenths[k] + element.max_tenths[k]) / 2));
+        let moved = [0, 1].map(|k| middle[k] + record.displacement_m[k]);
+        let line = Line::new(pixel(middle), pixel(moved)).into_styled(PrimitiveStyle::with_stroke(MOVED, 1));
+        // Drawing into memory does not fail.
+        let _ = line.primitive.draw_styled(&line.style, canvas);
+    }
+}

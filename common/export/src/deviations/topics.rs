@@ -1,0 +1,119 @@
+//! What a coordinator should look at: one topic for each element that is not as planned, and for each obstacle.
+
+use super::DeviationExport;
+use super::document::planned;
+use geometry::Bounds;
+use messages::{ElementDeviationRecord, Judgement, ObstacleRecord};
+use sha2::{Digest, Sha256};
+
+/// A topic to be.
+pub(super) struct Topic {
+    /// UUID that stays the same from one comparison to the next, for an element; of the robot's map, for an obstacle.
+    pub(super) guid: String,
+    /// Of its viewpoint.
+    pub(super) viewpoint: String,
+    pub(super) title: String,
+    pub(super) description: String,
+    /// `late`, `early`, `displaced` or `not_in_the_model`.
+    pub(super) label: &'static str,
+    /// The element, if it is about one.
+    pub(super) component: Option<Component>,
+    /// What the view shows in plan, in `map`.
+    pub(super) bounds_m: [[f64; 2]; 2],
+    /// Outlines to draw in `map`.
+    pub(super) outlines_m: Vec<Vec<[f64; 2]>>,
+}
+
+/// An element as BCF names it.
+pub(super) struct Component {
+    pub(super) global_id: String,
+    /// Its line in the file, for programs that know no GlobalIds.
+    pub(super) step_id: u32,
+}
+
+/// Elements in the order of the site, then obstacles from large to small.
+pub(super) fn topics(input: &DeviationExport<'_>) -> Vec<Topic> {
+    let elements = input.deviations.elements.iter().filter_map(|e| of_element(input, e));
+    let obstacles = input.deviations.obstacles.iter().zip(1..).map(|(o, number)| of_obstacle(input, o, number));
+    elements.chain(obstacles).collect()
+}
+
+fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option<Topic> {
+    let judgement = Judgement::from_id(e.judgement)?;
+    let element = &input.site.elements[e.element as usize];
+    let [dx, dy] = e.displacement_m.map(|m| m * 1e3);
+    let said = match judgement {
+        Judgement::OnPlan | Judgement::Unknown => return None,
+        Judgement::Late if e.n_contradicted > e.n_confirmed => {
+            "is planned to stand, and the robot saw through its place"
+        }
+        Judgement::Late => "is planned to be removed, and stands",
+        Judgement::Early => "stands before its time",
+        Judgement::Displaced => "does not stand in its place",
+    };
+    let by = if judgement == Judgement::Displaced {
+        format!(" Displaced by {:.0} mm: {dx:.0} mm along x, {dy:.0} mm along y of the map.", libm::hypot(dx, dy))
+    } else {
+        String::new()
+    };
+    let global_id = input.global_id(e);
+    let (kind, name) = (input.site.text(element.ifc_type), input.site.text(element.name));
+    let length = |n: u32| f64::from(n) * e.sample_m;
+    Some(Topic {
+        guid: uuid(&["element", global_id, judgement.name()]),
+        viewpoint: uuid(&["viewpoint", global_id, judgement.name()]),
+        title: format!("{kind} {name} {said}"),
+        description: format!(
+            "{kind} {global_id} {said}.{by} Storey {}, planned state {}. Of {:.2} m of its sides the robot judged {:.2} m: {:.2} m in \
+             place, {:.2} m with free space inside.",
+            input.storey(),
+            planned(e).name(),
+            length(e.n_samples),
+            length(e.n_visible),
+            length(e.n_confirmed),
+            length(e.n_contradicted),
+        ),
+        label: judgement.name(),
+        component: Some(Component { global_id: global_id.to_owned(), step_id: element.step_id }),
+        bounds_m: [element.min_tenths, element.max_tenths].map(|[x, y, _]| [x, y].map(frames::metres)),
+        outlines_m: Vec::new(),
+    })
+}
+
+fn of_obstacle(input: &DeviationExport<'_>, o: &ObstacleRecord, number: u32) -> Topic {
+    let [x, y] = o.centroid_m;
+    let map = format!("{:016x}", input.deviations.head.slam_map_hash);
+    let place = format!("{x:.4} {y:.4}");
+    let space = input.site.spaces.get(o.space as usize).map(|s| {
+        let names = [input.site.text(s.name), input.site.text(s.long_name)];
+        format!(" in {}", names.join(" ").trim())
+    });
+    let points = input.deviations.rings_of(o).flatten().copied();
+    let bounds = Bounds::of(points).map_or([o.centroid_m; 2], |b| [b.min, b.max].map(|p| p.map(frames::metres)));
+    Topic {
+        guid: uuid(&["obstacle", &map, &place]),
+        viewpoint: uuid(&["viewpoint", &map, &place]),
+        title: format!("Obstacle {number} of {:.1} m{} is not in the model", o.length_m, space.unwrap_or_default()),
+        description: format!(
+            "The robot met something that is no element of the model at x {x:.2} m, y {y:.2} m of the map, storey {}: {:.2} m long, \
+             {:.2} m² of it seen.",
+            input.storey(),
+            o.length_m,
+            o.area_m2
+        ),
+        label: "not_in_the_model",
+        component: None,
+        bounds_m: bounds,
+        outlines_m: input.deviations.rings_of(o).map(|r| r.iter().map(|p| p.map(frames::metres)).collect()).collect(),
+    }
+}
+
+/// A UUID of version 8 made from words: the same words, the same UUID.
+fn uuid(words: &[&str]) -> String {
+    let digest = Sha256::digest(words.join("\n").as_bytes());
+    let mut bytes: [u8; 16] = std::array::from_fn(|k| digest[k]);
+    bytes[6] = bytes[6] & 0x0f | 0x80;
+    bytes[8] = bytes[8] & 0x3f | 0x80;
+    let hex = crate::hex(&bytes);
+    format!("{}-{}-{}-{}-{}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
+}

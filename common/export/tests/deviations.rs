@@ -1,0 +1,232 @@
+//! Files about differences between the model and a robot's map.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+use bytemuck::Zeroable;
+use export::{DeviationExport, ExportFile, deviation_files};
+use frames::PlanTime;
+use messages::*;
+use quick_xml::events::Event;
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+
+const WALL: &str = "2O2Fr$t4X7Zf8NOew3FLOH";
+const EARLY: &str = "0xScRe4drECQ4DMSqUjd6d";
+
+/// Two walls, one displaced and one early, a door that nobody saw, and an obstacle; all of it a quarter turn from the world.
+struct Storey {
+    site: ArchiveBuffer,
+    phase: ArchiveBuffer,
+    deviations: ArchiveBuffer,
+}
+
+fn storey(name: &str) -> Storey {
+    let mut b = SiteBuilder::default();
+    b.head.map_from_world_yaw_rad = std::f64::consts::FRAC_PI_2;
+    b.head.map_from_world_m = [1.0, 2.0, 3.0];
+    let texts =
+        ["Ground <0>", WALL, EARLY, "wall & co.", "IfcWall", name, "house & garden.ifc"].map(|t| b.texts.add(t));
+    b.sources.push(SourceRecord { file: texts[6], schema: texts[4], sha256: [1; 32], length_unit_m: 1.0 });
+    b.map_storeys.push(MapStoreyRecord {
+        name: texts[0],
+        global_id: Text::default(),
+        floor_z_tenths: 30_000,
+        floor: FloorKind::Built as u32,
+        bounds_tenths: [0, 0, 40_000, 30_000],
+    });
+    for (index, id) in [texts[1], texts[2], texts[3]].into_iter().enumerate() {
+        b.elements.push(ElementRecord {
+            global_id: id,
+            name: texts[5],
+            ifc_type: texts[4],
+            min_tenths: [0, 10_000 * index as i32, 30_000],
+            max_tenths: [20_000, 10_000 * index as i32 + 1_000, 55_000],
+            class: 1,
+            step_id: 42,
+            whole: NONE,
+            storey: NONE,
+            space: NONE,
+            door: NONE,
+            stair: NONE,
+            ..Zeroable::zeroed()
+        });
+    }
+    let site = b.finish();
+    let hash = Site::open(site.bytes()).unwrap().content_hash();
+    let mut phase = PhaseBuilder::everything_built(hash, 3, 0);
+    phase.head.plan_time_s = 1_710_000_000;
+    phase.set_element(1, ElementState::NotStarted, ElementState::NotStarted);
+    let head = DeviationsHead {
+        site_hash: hash,
+        plan_time_s: 1_710_000_000,
+        slam_map_hash: 5,
+        lidar_z_m: 3.3,
+        cell_tenths: 1_000,
+        width: 40,
+        height: 30,
+        ..Zeroable::zeroed()
+    };
+    Storey { site, phase: phase.finish(), deviations: seen(head) }
+}
+
+fn seen(head: DeviationsHead) -> ArchiveBuffer {
+    let mut d = DeviationsBuilder::new(head);
+    let record = |element: u32, observation: Observation, judgement: Judgement| ElementDeviationRecord {
+        element,
+        observation: observation as u32,
+        judgement: judgement as u32,
+        planned: ElementState::Built as u32,
+        sample_m: 0.05,
+        n_samples: 40,
+        n_visible: 20,
+        n_confirmed: 15,
+        n_contradicted: 5,
+        ..Zeroable::zeroed()
+    };
+    d.elements = vec![
+        ElementDeviationRecord {
+            offset_m: 0.3,
+            displacement_m: [0.0, 0.3],
+            ..record(0, Observation::Displaced, Judgement::Displaced)
+        },
+        ElementDeviationRecord { planned: 0, ..record(1, Observation::Observed, Judgement::Early) },
+        ElementDeviationRecord {
+            reason: UnseenReason::NotSeen as u32,
+            n_visible: 0,
+            n_confirmed: 0,
+            n_contradicted: 0,
+            ..record(2, Observation::Unseen, Judgement::Unknown)
+        },
+    ];
+    d.points = vec![[25_000, 5_000], [30_000, 5_000], [30_000, 10_000], [25_000, 10_000]];
+    d.rings = vec![RingRecord { first_point: 0, n_points: 4 }];
+    d.obstacles = vec![ObstacleRecord {
+        area_m2: 0.25,
+        length_m: 0.5,
+        centroid_m: [2.75, 0.75],
+        n_rings: 1,
+        space: NONE,
+        ..Zeroable::zeroed()
+    }];
+    d.seen = (0..1_200).map(|k| (k % 3) as u8).collect();
+    d.finish()
+}
+
+fn files(storey: &Storey) -> BTreeMap<String, Vec<u8>> {
+    let site = Site::open(storey.site.bytes()).unwrap();
+    let deviations = Deviations::open(storey.deviations.bytes()).unwrap();
+    let input = DeviationExport {
+        site: &site,
+        phase: &Phase::open(storey.phase.bytes()).unwrap(),
+        deviations: &deviations,
+        created: PlanTime::from_civil_seconds(deviations.head.plan_time_s).unwrap(),
+    };
+    deviation_files(&input).into_iter().map(|ExportFile { path, bytes }| (path, bytes)).collect()
+}
+
+fn unpacked(bytes: &[u8]) -> BTreeMap<String, String> {
+    let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+    (0..zip.len())
+        .map(|k| {
+            let mut file = zip.by_index(k).unwrap();
+            let mut text = String::new();
+            file.read_to_string(&mut text).unwrap();
+            (file.name().unwrap().into_owned(), text)
+        })
+        .collect()
+}
+
+/// Texts of all elements of this name, and values of all attributes of it.
+fn said(xml: &str, name: &str) -> Vec<String> {
+    let (mut found, mut inside) = (Vec::new(), false);
+    let mut reader = quick_xml::Reader::from_str(xml);
+    loop {
+        match reader.read_event().unwrap() {
+            Event::Eof => return found,
+            Event::Start(e) | Event::Empty(e) => {
+                inside = e.name().as_ref() == name;
+                if inside {
+                    found.push(String::new());
+                }
+                let attributes = e.attributes().map(Result::unwrap).filter(|a| a.key.as_ref() == name);
+                found.extend(attributes.map(|a| a.value.into_owned()));
+            }
+            Event::Text(t) if inside => found.last_mut().unwrap().push_str(&t),
+            Event::GeneralRef(r) if inside => {
+                found.last_mut().unwrap().push_str(quick_xml::escape::resolve_xml_entity(&r).unwrap());
+            }
+            Event::End(_) => inside = false,
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn every_deviation_is_a_topic_with_its_component_and_nothing_else_is() {
+    let files = files(&storey("north <wall> \"A\" & B\u{7}"));
+    let topics = unpacked(&files["deviations.bcfzip"]);
+    assert!(said(&topics["bcf.version"], "VersionId").contains(&"2.1".to_owned()));
+    let markups: Vec<&String> =
+        topics.iter().filter(|(path, _)| path.ends_with("/markup.bcf")).map(|(_, t)| t).collect();
+    let views: Vec<&String> =
+        topics.iter().filter(|(path, _)| path.ends_with("/viewpoint.bcfv")).map(|(_, t)| t).collect();
+    assert_eq!((markups.len(), views.len(), topics.len()), (3, 3, 7));
+    let mut components: Vec<String> = views.iter().flat_map(|v| said(v, "IfcGuid")).collect();
+    components.sort();
+    assert_eq!(components, [EARLY, WALL]);
+    for markup in &markups {
+        let guid = &said(markup, "Guid")[0];
+        assert!(topics.contains_key(&format!("{guid}/viewpoint.bcfv")), "{guid}");
+        assert_eq!(guid.as_bytes()[14], b'8', "a UUID that says it is made from other data");
+        assert_eq!(said(markup, "CreationDate"), ["2024-03-09T16:00:00"]);
+        assert_eq!(said(markup, "Filename"), ["house & garden.ifc"]);
+    }
+    let titles: Vec<String> = markups.iter().flat_map(|m| said(m, "Title")).collect();
+    assert!(titles.contains(&"IfcWall north <wall> \"A\" & B\u{fffd} stands before its time".to_owned()), "{titles:?}");
+    let described: String = markups.iter().flat_map(|m| said(m, "Description")).collect();
+    assert!(described.contains("Displaced by 300 mm: 0 mm along x, 300 mm along y"), "{described}");
+}
+
+#[test]
+fn views_look_from_above_in_the_coordinates_of_the_files() {
+    let topics = unpacked(&files(&storey("wall"))["deviations.bcfzip"]);
+    let view = topics.values().find(|t| said(t, "IfcGuid").contains(&WALL.to_owned())).unwrap();
+    // The middle of the wall is (1, 0.05) in the map, which is turned by a quarter and moved by (1, 2, 3).
+    let number = |name: &str, k: usize| said(view, name)[k].parse::<f64>().unwrap();
+    let eye = ["X", "Y", "Z"].map(|axis| number(axis, 0));
+    assert!((eye[0] + 1.95).abs() < 1e-3 && eye[1].abs() < 1e-3 && (eye[2] - 20.3).abs() < 1e-3, "{eye:?}");
+    assert_eq!(["X", "Y", "Z"].map(|axis| number(axis, 1)), [0.0, 0.0, -1.0]);
+    assert_eq!(["X", "Y", "Z"].map(|axis| number(axis, 2)), [1.0, 0.0, 0.0]);
+    let obstacle = topics.iter().find(|(path, t)| path.ends_with("bcfv") && said(t, "IfcGuid").is_empty()).unwrap();
+    assert_eq!(said(obstacle.1, "Line").len(), 4);
+}
+
+#[test]
+fn only_what_stands_early_is_reported_as_progress() {
+    let files = files(&storey("wall"));
+    let table = String::from_utf8(files["actuals.csv"].clone()).unwrap();
+    assert_eq!(table, format!("id,start,finish\n{EARLY},,2024-03-09T16:00:00\n"));
+}
+
+#[test]
+fn the_document_tells_all_by_global_id() {
+    let files = files(&storey("wall"));
+    let document: serde_json::Value = serde_json::from_slice(&files["deviations.json"]).unwrap();
+    let wall = &document["elements"][WALL];
+    assert_eq!((wall["observation"].as_str(), wall["judgement"].as_str()), (Some("displaced"), Some("displaced")));
+    assert_eq!(wall["displacement_m"], serde_json::json!([0.0, 0.3]));
+    assert_eq!(document["elements"]["wall & co."]["reason"], "not_seen");
+    assert_eq!(document["elements"]["wall & co."]["confirmed"], serde_json::Value::Null);
+    assert_eq!(document["obstacles"][0]["judgement"], "not_in_the_model");
+    assert_eq!(document["obstacles"][0]["polygon_m"][0].as_array().unwrap().len(), 4);
+    assert_eq!(
+        (document["judgements"]["early"].as_u64(), document["observations"]["absent"].as_u64()),
+        (Some(1), Some(0))
+    );
+}
+
+#[test]
+fn the_same_archives_give_the_same_bytes_and_topics_keep_their_names() {
+    assert_eq!(files(&storey("wall")), files(&storey("wall")));
+    let names = |storey: &Storey| unpacked(&files(storey)["deviations.bcfzip"]).into_keys().collect::<Vec<_>>();
+    assert_eq!(names(&storey("wall")), names(&storey("another name")));
+}
