@@ -70,6 +70,18 @@ impl Robot {
         Self { publisher, _bus: (bus, waiter), cells: cells.collect(), size, epoch: 0 }
     }
 
+    /// The robot sees through a rectangle of the model's map: x from, y from, x to, y to.
+    fn sees_through(&mut self, maps: &Maps, [x0, y0, x1, y1]: [f64; 4]) {
+        let origin = [0, 1].map(|k| maps.manifest["storeys"][0]["origin_m"][k].as_f64().unwrap());
+        for (index, cell) in self.cells.iter_mut().enumerate() {
+            let (column, row) = (index as u32 % self.size[0], index as u32 / self.size[0]);
+            let at = [origin[0] + (f64::from(column) + 0.5) * 0.05, origin[1] + (f64::from(row) + 0.5) * 0.05];
+            if x0 < at[0] && at[0] < x1 && y0 < at[1] && at[1] < y1 {
+                *cell = 0;
+            }
+        }
+    }
+
     fn publish(&mut self, x_m: f64) {
         let [width, height] = self.size;
         let head = SlamMapHead { resolution_m: 0.05, origin: [x_m, 1.0, 0.0], width, height };
@@ -110,6 +122,63 @@ fn maps_of_a_robot_are_followed_and_a_jump_waits_until_somebody_confirms_it() {
     assert!(live.text(&[&"status"]).contains("another pose waits"));
     let confirmed = json(&live, &[&"confirm", &"--json"]);
     assert!((x_m(&confirmed) - x_m(&held["waiting"])).abs() < 0.001 && confirmed["waiting"].is_null(), "{confirmed}");
+    live.down();
+}
+
+/// A pixel of the planning map that the daemons hold, at a place of the ground floor.
+fn planning_at(live: &Live, [x_m, y_m]: [f64; 2]) -> u8 {
+    let out = live.home.path().join("exported");
+    live.text(&[&"export", &out]);
+    let manifest: Value = serde_json::from_slice(&std::fs::read(out.join("manifest.json")).unwrap()).unwrap();
+    let storey = &manifest["storeys"][0];
+    let pgm = std::fs::read(out.join(storey["directory"].as_str().unwrap()).join("planning.pgm")).unwrap();
+    let (width, _, pixels) = grid::decode_pgm(&pgm).unwrap();
+    let cell = [(0, x_m), (1, y_m)].map(|(k, c)| ((c - storey["origin_m"][k].as_f64().unwrap()) / 0.05) as usize);
+    pixels[cell[1] * width + cell[0]]
+}
+
+#[test]
+fn what_is_early_counts_by_itself_and_what_is_absent_when_somebody_confirms_it() {
+    let maps = convert(&demo_model(), &[]);
+    // Before the furniture: 33 elements begin on the next day.
+    let mut live = Live::of(&demo_model(), "[schedule]\nplan_time = \"2024-05-26T00:00:00\"\n[align]\napply = true\n");
+    // The partition between meeting room and store was never built.
+    let (wall, in_wall) = ("0T8xbPmeHQFhEy1wPGGLbq", [6.25, 12.0]);
+    assert_eq!(planning_at(&live, in_wall), grid::OCCUPIED);
+    let mut robot = Robot::of(&live, &maps);
+    robot.sees_through(&maps, [6.1, 10.2, 6.4, 14.6]);
+    robot.publish(2.0);
+    wait_for(&live, |a| a["state"] == "found" || a["state"] == "tracked");
+    let out = live.home.path().join("deviations");
+    let found = json(&live, &[&"deviations", &"--json", &"-o", &out]);
+    let of_wall = &found["elements"][wall];
+    assert_eq!((&of_wall["observation"], &of_wall["judgement"]), (&"absent".into(), &"late".into()), "{of_wall}");
+    let elements = found["elements"].as_object().unwrap();
+    let early: Vec<&String> = elements.iter().filter(|(_, e)| e["judgement"] == "early").map(|(id, _)| id).collect();
+    assert!(!early.is_empty());
+    for name in ["deviations.json", "actuals.csv", "deviations.bcfzip", "deviations.png"] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    let semantic = maps.json("semantic.json");
+    let middle = |id: &str| {
+        let point = &semantic["elements"][id]["footprints"]["0"]["coordinates"][0][0];
+        let (a, b) = (&point[0], &point[2]);
+        [0, 1].map(|k| (a[k].as_f64().unwrap() + b[k].as_f64().unwrap()) / 2.0)
+    };
+    let begun = Instant::now();
+    while planning_at(&live, middle(early[0])) != grid::OCCUPIED {
+        assert!(begun.elapsed() < DEADLINE, "{} is seen, and not on the map", early[0]);
+    }
+    assert_eq!(planning_at(&live, in_wall), grid::OCCUPIED, "what seems absent stays on the map");
+    let refused = live.run(&[&"confirm", early[0]]);
+    assert!(!refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("only what is absent"));
+    live.text(&[&"confirm", &wall]);
+    live.kill("slam-align");
+    live.kill("schedule-eval");
+    let begun = Instant::now();
+    while planning_at(&live, in_wall) != grid::FREE {
+        assert!(begun.elapsed() < DEADLINE, "what was confirmed to be absent is still on the map");
+    }
     live.down();
 }
 

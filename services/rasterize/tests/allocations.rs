@@ -7,7 +7,7 @@ mod support;
 
 use bus::{Bus, Daemon, Domain, Keeper, Origin, Publisher, Sample, Subscriber, Topic, Waiter};
 use daemon::{
-    BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages, WaypointConfig,
+    AlignConfig, BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages, WaypointConfig,
 };
 use grid::Class;
 use messages::*;
@@ -91,6 +91,7 @@ fn walk_twice() {
         schedule: ScheduleConfig::default(),
         robot: RobotConfig { profile: None, resolution_m: 0.05 },
         waypoints: WaypointConfig::default(),
+        align: AlignConfig::default(),
         clock: ClockConfig::default(),
         log: LogConfig::default(),
     };

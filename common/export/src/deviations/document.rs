@@ -120,7 +120,8 @@ struct Residual {
 }
 
 impl DeviationsDocument {
-    pub(super) fn of(input: &DeviationExport<'_>) -> Self {
+    /// From the archives.
+    pub fn of(input: &DeviationExport<'_>) -> Self {
         let (site, deviations) = (input.site, input.deviations);
         let head = deviations.head;
         let motion = |m: [f64; 3]| Motion { x_m: m[0], y_m: m[1], yaw_rad: m[2] };
