@@ -154,7 +154,7 @@ pub enum UnseenReason {
     NotSeen = 3,
     /// A door, or a part of one: its leaf moves.
     Door = 4,
-    /// Other elements cover all of its sides.
+    /// Other elements cover all of its sides, or it is a thin layer on them.
     Covered = 5,
     /// Too little of it was seen, or what was seen does not agree.
     Inconclusive = 6,

@@ -1,4 +1,5 @@
 //! Differences between drawn buildings and what a robot saw of them as built.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
 
@@ -215,6 +216,15 @@ fn what_stands_in_the_place_of_something_that_is_not_there_yet_does_not_make_it_
     assert_eq!(found.observation(lining).1, Judgement::Unknown, "{:?}", found.of(lining));
     assert_eq!(found.observation(next).1, Judgement::Unknown, "{:?}", found.of(next));
     assert_all_on_plan(&found, &[]);
+}
+
+#[test]
+fn a_layer_on_a_wall_is_neither_observed_nor_absent_whether_it_is_there_or_not() {
+    let mut storey = Storey::of(&flat());
+    let lining = storey.add(Class::Wall, [4.15, 5.35, 9.0, 5.4], [0.0, 2.5]);
+    let slam = scanned(&flat(), &PLACES, POSE, 0.05, 0.0);
+    let found = compared(storey, &slam, POSE, |_| {});
+    assert_eq!(found.observation(lining), (Observation::Unseen, Judgement::Unknown), "{:?}", found.of(lining));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Samples on the sides of elements that other elements leave open.
 
 use super::sections::{Kind, Sections, metres};
-use super::thresholds::{BESIDE_M, DEEP_M, GAP_M, REACH_M, SAME_SIDE_M, SAMPLE_M};
+use super::thresholds::{BESIDE_M, DEEP_M, GAP_M, LAYER_M, REACH_M, SAME_SIDE_M, SAMPLE_M};
 use geometry::Point;
 
 /// A place on a side.
@@ -64,6 +64,10 @@ fn is_open(sections: &Sections, cut: u32, sample: &Sample) -> bool {
     let own = &sections.cuts[cut as usize];
     // What should not be there yet is told apart from what is: not at a place where something else stands.
     if !own.stands && sections.is_others(at, SAME_SIDE_M * 2.0, cut) {
+        return false;
+    }
+    // A layer on another element: without it the other's face is seen, and nearly in the same place.
+    if sample.thick_m <= LAYER_M && sections.covered(place(-sample.thick_m - GAP_M / 6.0, 0.0), cut) {
         return false;
     }
     let steps = [0.01, GAP_M / 3.0, GAP_M * 2.0 / 3.0, GAP_M];

@@ -27,6 +27,9 @@ pub(crate) const FREE_SHARE: f64 = 0.85;
 /// A side is covered if another element is this near in front of it: no ray gets between them.
 pub(crate) const GAP_M: f64 = 0.15;
 
+/// What is as thin as this on another element cannot be told from it: linings that were gone were called observed.
+pub(crate) const LAYER_M: f64 = 0.15;
+
 /// Beside another element a side is not looked at: surfaces there may be those of the other.
 pub(crate) const BESIDE_M: f64 = 0.2;
 
