@@ -7,7 +7,8 @@ mod support;
 
 use bus::{Bus, Daemon, Domain, Keeper, Origin, Publisher, Sample, Subscriber, Topic, Waiter};
 use daemon::{
-    AlignConfig, BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages, WaypointConfig,
+    AlignConfig, BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages,
+    WaypointConfig,
 };
 use grid::Class;
 use messages::*;
