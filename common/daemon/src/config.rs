@@ -26,6 +26,9 @@ pub struct SiteConfig {
     /// The waypoints.
     #[serde(default)]
     pub waypoints: WaypointConfig,
+    /// The simulation world.
+    #[serde(default)]
+    pub world: WorldConfig,
     /// The machine's clock.
     #[serde(default)]
     pub clock: ClockConfig,
@@ -70,6 +73,16 @@ pub struct RobotConfig {
 pub struct WaypointConfig {
     /// What is planned and how, as for `groundplan convert --waypoints`.
     pub options: Option<PathBuf>,
+}
+
+/// The simulation world.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct WorldConfig {
+    /// What it is like, as for `groundplan convert --world`.
+    pub options: Option<PathBuf>,
+    /// True if `groundplan export` writes it.
+    pub write: bool,
 }
 
 /// The machine's clock.
@@ -140,6 +153,12 @@ impl BusConfig {
     }
 }
 
+impl Default for WorldConfig {
+    fn default() -> Self {
+        Self { options: None, write: true }
+    }
+}
+
 impl Default for RobotConfig {
     fn default() -> Self {
         Self { profile: None, resolution_m: 0.05 }
@@ -163,6 +182,7 @@ impl SiteConfig {
             &mut config.schedule.rules,
             &mut config.robot.profile,
             &mut config.waypoints.options,
+            &mut config.world.options,
             &mut config.clock.synchronised_while,
         ];
         for path in paths.chain(optional.into_iter().flatten()) {
@@ -188,6 +208,7 @@ mod tests {
             config.models[0].display(),
             profile.display()
         );
+        assert!(config.world.write && config.world.options.is_some_and(|options| options.is_file()));
         assert!(config.waypoints.options.is_some_and(|options| options.is_file()));
         assert!(config.schedule.rules.is_some_and(|rules| rules.is_file()));
     }

@@ -38,7 +38,7 @@ mod units;
 pub use container::unpack;
 pub use error::ReadError;
 pub use model::{
-    Diagnostic, Door, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Named, Opening,
+    Diagnostic, Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Named, Opening,
     Placement, Property, PropertyValue, Severity, Source, Space, SpaceBoundary, Stair, Storey,
 };
 pub use schedule::{

@@ -515,6 +515,38 @@ pub struct ChangesArgs {
     pub json: bool,
 }
 
+/// The simulation world.
+#[derive(Debug, Clone, Args)]
+pub struct WorldArgs {
+    /// What the simulation world is like [default: see config/world.toml]
+    #[arg(long = "world", value_name = "FILE")]
+    pub options: Option<PathBuf>,
+
+    /// What the world's doors are
+    #[arg(long, value_name = "HOW", value_parser = ["movable", "open", "closed", "passable"])]
+    pub doors: Option<String>,
+
+    /// Close the passages to blocked spaces by thin walls
+    #[arg(long)]
+    pub barriers: bool,
+
+    /// Where the world's colours come from
+    #[arg(long, value_name = "WHERE", value_parser = ["semantic", "model"])]
+    pub materials: Option<String>,
+
+    /// How far corners of what is shown may be moved to make it lighter, in metres
+    #[arg(long, value_name = "METRES")]
+    pub lod: Option<f64>,
+
+    /// Show the waypoints in the world
+    #[arg(long)]
+    pub markers: bool,
+
+    /// Write no world
+    #[arg(long, conflicts_with_all = ["options", "doors", "barriers", "materials", "lod", "markers"])]
+    pub no_world: bool,
+}
+
 /// Arguments of `convert`.
 #[derive(Debug, Clone, Args)]
 pub struct ConvertArgs {
@@ -546,6 +578,10 @@ pub struct ConvertArgs {
     /// Write vertices, faces and edges of every element into semantic.json
     #[arg(long)]
     pub with_geometry: bool,
+
+    /// The world.
+    #[command(flatten)]
+    pub world: WorldArgs,
 
     /// Use the map frame of this site-frame.json [default: that of OUT, if there is one]
     #[arg(long, value_name = "FILE", conflicts_with = "new_frame")]

@@ -90,6 +90,7 @@ fn walk_twice() {
         schedule: ScheduleConfig::default(),
         robot: RobotConfig { profile: None, resolution_m: 0.05 },
         waypoints: WaypointConfig::default(),
+        world: WorldConfig::default(),
         clock: ClockConfig::default(),
         log: LogConfig::default(),
     };

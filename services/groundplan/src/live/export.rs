@@ -5,7 +5,7 @@ use crate::cli::ExportArgs;
 use crate::failure::Failure;
 use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
-use export::{ExportInput, OutputFolder};
+use export::{ExportInput, OutputFolder, WorldOptions};
 use messages::{Grid, Grids, Phase, Plan, Site};
 use rasterize::Rasterizer;
 use std::time::{Duration, Instant};
@@ -109,6 +109,8 @@ impl Sets {
         let configured = config.robot.profile.as_deref().map(Robot::read).transpose().map_err(Failure::usage)?;
         let outline =
             configured.filter(|robot| robot.profile == profile).map(|robot| robot.footprint_m).unwrap_or_default();
+        let world = config.world.options.as_deref().map(WorldOptions::read).transpose().map_err(Failure::usage)?;
+        let world = config.world.write.then(|| world.unwrap_or_default());
         let input = ExportInput {
             site: &site,
             phase: &phase,
@@ -119,6 +121,7 @@ impl Sets {
             resolution_m: config.robot.resolution_m,
             robot_footprint_m: &outline,
             with_geometry: false,
+            world: world.as_ref(),
         };
         folder.replace(&export::files(&input)).map_err(Failure::work)
     }
