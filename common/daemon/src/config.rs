@@ -76,12 +76,12 @@ pub struct WaypointConfig {
 }
 
 /// The simulation world.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WorldConfig {
     /// What it is like, as for `groundplan convert --world`.
     pub options: Option<PathBuf>,
-    /// True if `groundplan export` writes it.
+    /// True if `groundplan export` writes it unasked.
     pub write: bool,
 }
 
@@ -153,12 +153,6 @@ impl BusConfig {
     }
 }
 
-impl Default for WorldConfig {
-    fn default() -> Self {
-        Self { options: None, write: true }
-    }
-}
-
 impl Default for RobotConfig {
     fn default() -> Self {
         Self { profile: None, resolution_m: 0.05 }
@@ -208,7 +202,7 @@ mod tests {
             config.models[0].display(),
             profile.display()
         );
-        assert!(config.world.write && config.world.options.is_some_and(|options| options.is_file()));
+        assert!(!config.world.write && config.world.options.is_some_and(|options| options.is_file()));
         assert!(config.waypoints.options.is_some_and(|options| options.is_file()));
         assert!(config.schedule.rules.is_some_and(|rules| rules.is_file()));
     }

@@ -17,6 +17,7 @@ mod systemd;
 
 pub use config::{
     BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, RobotConfig, ScheduleConfig, SiteConfig, WaypointConfig,
+    WorldConfig,
 };
 pub use request::{Answer, Request};
 pub use robot_file::{Robot, RobotFileError};

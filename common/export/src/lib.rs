@@ -28,9 +28,7 @@ pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
 pub use waypoints::Waypoints;
-pub use world::{
-    DoorMode, Leafs, Lookup, Materials, Pieces, WorldFileError, WorldOptions, WorldOptionsError,
-};
+pub use world::{DoorMode, Leafs, Lookup, Materials, Pieces, WorldFileError, WorldOptions, WorldOptionsError};
 
 use geometry::Footprint;
 use messages::{Grid, Grids, MapStoreyRecord, Phase, Plan, Site};

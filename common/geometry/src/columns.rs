@@ -58,7 +58,7 @@ impl Cap {
 /// Over the plan of a face that looks down, what comes first above it is a face that looks up: between the two is material. All
 /// walls with openings, slabs, stairs and roofs are such, at any slope.
 pub(crate) fn columns(mesh: MeshView<'_>) -> Option<Columns> {
-    let caps = facets(mesh, FACES_MAX, |t| !is_upright(t))?;
+    let caps = facets(mesh, FACES_MAX, FLAT, |t| !is_upright(t))?;
     let deviation = caps.iter().map(|f| f.deviation).fold(0.0, f64::max);
     let (ups, downs): (Vec<Facet>, Vec<Facet>) = caps.into_iter().partition(|f| f.normal[2] > 0.0);
     let [ups, downs] = [ups, downs].map(|side| side.into_iter().filter_map(Cap::of).collect::<Vec<Cap>>());
@@ -136,7 +136,8 @@ mod tests {
     /// A wall along x with openings [x0, x1] x [z0, z1] and a top that falls from `z` to `z_end`: its outline extruded.
     fn wall(length: i32, z: i32, z_end: i32, openings: &[[i32; 4]]) -> Mesh {
         let outline = vec![[0, 0], [length, 0], [length, z_end], [0, z]];
-        let holes: Vec<Ring> = openings.iter().map(|[x0, x1, z0, z1]| vec![[*x0, *z0], [*x1, *z0], [*x1, *z1], [*x0, *z1]]).collect();
+        let holes: Vec<Ring> =
+            openings.iter().map(|[x0, x1, z0, z1]| vec![[*x0, *z0], [*x1, *z0], [*x1, *z1], [*x0, *z1]]).collect();
         let face = difference(&union(&[outline], FillRule::NonZero), &union(&holes, FillRule::NonZero));
         extruded(&face, 3_000)
     }

@@ -90,6 +90,62 @@ pub(crate) fn components(mesh: &Mesh) -> Vec<Mesh> {
     found
 }
 
+/// Parts of a welded mesh in which faces meet by twos along edges, each with all faces turned the same way.
+///
+/// Where four faces meet along an edge, two bodies touch: they are parted there.
+pub(crate) fn shells(mesh: &Mesh) -> Vec<Mesh> {
+    let mut around: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+    let edges = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+    for (k, t) in mesh.triangles.iter().enumerate() {
+        edges(t).into_iter().for_each(|[a, b]| around.entry([a.min(b), a.max(b)]).or_default().push(k));
+    }
+    let mut turned: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
+    let mut found = Vec::new();
+    for first in 0..mesh.triangles.len() {
+        if turned[first].is_some() {
+            continue;
+        }
+        turned[first] = Some(false);
+        let (mut waiting, mut own) = (vec![first], Vec::new());
+        while let Some(at) = waiting.pop() {
+            let is_turned = turned[at] == Some(true);
+            let mut t = mesh.triangles[at];
+            if is_turned {
+                t.swap(1, 2);
+            }
+            own.push(t);
+            for [a, b] in edges(&t) {
+                let [x, y] = around[&[a.min(b), a.max(b)]][..] else { continue };
+                let next = if x == at { y } else { x };
+                if turned[next].is_none() {
+                    // Neighbours that look the same way pass their edge in opposite directions.
+                    turned[next] = Some(edges(&mesh.triangles[next]).contains(&[a, b]));
+                    waiting.push(next);
+                }
+            }
+        }
+        found.push(part_of(mesh, own));
+    }
+    found
+}
+
+/// These triangles of a mesh, with the vertices that they use.
+fn part_of(mesh: &Mesh, triangles: Vec<[u32; 3]>) -> Mesh {
+    let mut kept: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut part = Mesh::default();
+    for t in triangles {
+        let t = t.map(|v| {
+            *kept.entry(v).or_insert_with(|| {
+                part.vertices.push(mesh.vertices[v as usize]);
+                part.vertices.len() as u32 - 1
+            })
+        });
+        part.triangles.push(t);
+    }
+    part.closed = is_closed(&part.vertices, &part.triangles);
+    part
+}
+
 /// The root of a vertex's tree, and the way there made shorter.
 fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
     while parents[vertex as usize] != vertex {
@@ -121,5 +177,20 @@ mod tests {
         assert_eq!(parts.len(), 2);
         assert!(parts.iter().all(|p| p.closed && p.triangles.len() == 12));
         assert_eq!(Mesh::joined(parts).triangles.len(), 24);
+    }
+
+    #[test]
+    fn boxes_that_touch_along_an_edge_and_look_both_ways_are_two_closed_shells() {
+        let (mut v, mut t) = cuboid([0; 3], [10; 3]);
+        let (w, s) = cuboid([10, 10, 0], [20, 20, 10]);
+        t.extend(s.iter().map(|t| t.map(|k| k + v.len() as u32)));
+        v.extend(w);
+        t[3].swap(1, 2);
+        t[14].swap(0, 1);
+        let welded = Mesh::welded(MeshView { vertices: &v, triangles: &t, closed: false });
+        assert!(!welded.closed);
+        let found = shells(&welded);
+        assert_eq!(found.len(), 2);
+        assert!(found.iter().all(|p| p.closed && p.view().volume_m3().abs() > 0.9e-9));
     }
 }

@@ -29,11 +29,17 @@ pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Groups the triangles that `keep` by plane, largest first; `None` if there are more planes than `max`.
+/// Groups the triangles that `keep` by plane, largest first; corners may lie `flat` off it. `None` if there are more planes than
+/// `max`.
 ///
 /// Triangles without a plane of their own, narrower than rounding, join the plane that they lie in, or are left out: they have
 /// no area to speak of.
-pub(crate) fn facets(mesh: MeshView<'_>, max: usize, keep: impl Fn(&[[i32; 3]; 3]) -> bool) -> Option<Vec<Facet>> {
+pub(crate) fn facets(
+    mesh: MeshView<'_>,
+    max: usize,
+    flat: f64,
+    keep: impl Fn(&[[i32; 3]; 3]) -> bool,
+) -> Option<Vec<Facet>> {
     let mut sorted: Vec<(f64, [[i32; 3]; 3])> =
         mesh.corners().filter(|t| keep(t)).map(|t| (area_doubled(&t), t)).collect();
     // Equal areas keep the order of the mesh.
@@ -42,7 +48,7 @@ pub(crate) fn facets(mesh: MeshView<'_>, max: usize, keep: impl Fn(&[[i32; 3]; 3
     for (_, triangle) in sorted {
         let Some(normal) = unit_normal(&triangle) else { continue };
         let lies_in = |f: &&mut Facet| {
-            triangle.iter().all(|p| f.distance(*p).abs() <= FLAT) && (dot(f.normal, normal) > 0.0 || is_thin(&triangle))
+            triangle.iter().all(|p| f.distance(*p).abs() <= flat) && (dot(f.normal, normal) > 0.0 || is_thin(&triangle))
         };
         if let Some(facet) = found.iter_mut().find(lies_in) {
             let off = triangle.iter().map(|p| facet.distance(*p).abs()).fold(0.0, f64::max);
@@ -87,9 +93,9 @@ mod tests {
     fn a_box_has_six_faces() {
         let (v, t) = cuboid([0; 3], [10_000, 20_000, 30_000]);
         let mesh = MeshView { vertices: &v, triangles: &t, closed: true };
-        let found = facets(mesh, 10, |_| true).unwrap();
+        let found = facets(mesh, 10, FLAT, |_| true).unwrap();
         assert_eq!(found.len(), 6);
         assert!(found.iter().all(|f| f.triangles.len() == 2 && f.deviation == 0.0));
-        assert!(facets(mesh, 5, |_| true).is_none());
+        assert!(facets(mesh, 5, FLAT, |_| true).is_none());
     }
 }

@@ -35,17 +35,26 @@ pub(crate) fn hull_of(points_m: &[[f64; 3]]) -> Option<Hull> {
 pub(crate) fn decomposed(mesh: MeshView<'_>) -> Vec<Hull> {
     let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(*v)).collect();
     let points = vectors(&points_m);
-    let extent = |k: usize| {
-        let side = || points_m.iter().map(|p| p[k]);
-        side().fold(f64::NEG_INFINITY, f64::max) - side().fold(f64::INFINITY, f64::min)
-    };
-    let longest = (0..3).map(extent).fold(0.0, f64::max);
-    let resolution = (longest / VOXEL_M).clamp(VOXELS[0], VOXELS[1]) as u32;
+    let resolution = (longest_m(&points_m) / VOXEL_M).clamp(VOXELS[0], VOXELS[1]) as u32;
     let parameters =
         VHACDParameters { resolution, concavity: 0.005, max_convex_hulls: HULLS_MAX, ..Default::default() };
     let parts = VHACD::decompose(&parameters, &points, mesh.triangles, true);
     let hulls = parts.compute_exact_convex_hulls(&points, mesh.triangles).into_iter();
     hulls.filter_map(|(points, _)| hull_of(&points.iter().map(|p| [p.x, p.y, p.z]).collect::<Vec<_>>())).collect()
+}
+
+/// Edge of the voxels in which a decomposition sees points, if it sees them as finely as it may.
+pub(crate) fn voxel_m(points_m: &[[f64; 3]]) -> f64 {
+    longest_m(points_m) / VOXELS[1]
+}
+
+/// Longest side of the upright box around points.
+fn longest_m(points_m: &[[f64; 3]]) -> f64 {
+    let extent = |k: usize| {
+        let side = || points_m.iter().map(|p| p[k]);
+        side().fold(f64::NEG_INFINITY, f64::max) - side().fold(f64::INFINITY, f64::min)
+    };
+    (0..3).map(extent).fold(0.0, f64::max)
 }
 
 /// A body to compare pieces with.
@@ -70,10 +79,8 @@ impl Body {
     /// For each hull, the farthest that its surface lies outside of the body; the first also counts how far the body's own
     /// surface lies outside of all hulls.
     pub(crate) fn deviations_m(&self, hulls: &[Hull]) -> Vec<f64> {
-        let mut found: Vec<f64> = hulls
-            .iter()
-            .map(|hull| surface_of(hull).map(|p| self.outside_m(p)).fold(0.0, f64::max))
-            .collect();
+        let mut found: Vec<f64> =
+            hulls.iter().map(|hull| surface_of(hull).map(|p| self.outside_m(p)).fold(0.0, f64::max)).collect();
         let shapes: Vec<ConvexPolyhedron> = hulls.iter().filter_map(shape).collect();
         let uncovered = self.points_m.iter().map(|p| {
             let p = Vector::from(*p);

@@ -141,20 +141,15 @@ impl ConvexBox {
             axes[0] = axes[0].map(|c| -c);
         }
         axes[1] = cross(axes[2], axes[0]);
-        Self {
-            centre_m: [0, 1, 2].map(|k| (first[k] + last[k]) / 2.0),
-            axes,
-            size_m: edges.map(length),
-        }
+        Self { centre_m: [0, 1, 2].map(|k| (first[k] + last[k]) / 2.0), axes, size_m: edges.map(length) }
     }
 
     /// The box as a hull.
     pub fn hull(&self) -> Hull {
         let corner = |bits: u32| {
             let side = |axis: usize| if bits >> axis & 1 == 1 { 0.5 } else { -0.5 };
-            [0, 1, 2].map(|k| {
-                self.centre_m[k] + (0..3).map(|a| side(a) * self.size_m[a] * self.axes[a][k]).sum::<f64>()
-            })
+            [0, 1, 2]
+                .map(|k| self.centre_m[k] + (0..3).map(|a| side(a) * self.size_m[a] * self.axes[a][k]).sum::<f64>())
         };
         let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         Hull { vertices_m: (0..8).map(corner).collect(), faces: faces.map(|f| f.to_vec()).to_vec() }
@@ -211,9 +206,9 @@ impl Hull {
     /// Lower and upper corner of the upright box around it.
     pub fn bounds_m(&self) -> [[f64; 3]; 2] {
         let start = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        self.vertices_m.iter().fold(start, |[lo, hi], v| {
-            [[0, 1, 2].map(|k| lo[k].min(v[k])), [0, 1, 2].map(|k| hi[k].max(v[k]))]
-        })
+        self.vertices_m
+            .iter()
+            .fold(start, |[lo, hi], v| [[0, 1, 2].map(|k| lo[k].min(v[k])), [0, 1, 2].map(|k| hi[k].max(v[k]))])
     }
 }
 
@@ -272,7 +267,9 @@ mod tests {
         let plan = found.hull().plan_between(1.0, 2.0);
         assert_eq!(plan.len(), 4);
         assert!(found.hull().plan_between(2.6, 3.0).is_empty());
-        let wedge = Hull::between(corners.into_iter().enumerate().map(|(k, [x, y])| [x, y, 0.0, if k < 2 { 0.0 } else { 5_000.0 }]));
+        let wedge = Hull::between(
+            corners.into_iter().enumerate().map(|(k, [x, y])| [x, y, 0.0, if k < 2 { 0.0 } else { 5_000.0 }]),
+        );
         assert_eq!((wedge.vertices_m.len(), wedge.faces.len()), (6, 5));
         assert!(wedge.as_box().is_none());
     }

@@ -1,12 +1,12 @@
 //! A body as convex pieces, for programs that collide with convex shapes only.
 
 use crate::columns::{Columns, columns};
-use crate::components::{Mesh, components};
+use crate::components::{Mesh, components, shells};
 use crate::facets::{FLAT, Facet, dot, facets};
-use crate::hulls::{Body, decomposed, hull_of};
+use crate::hulls::{Body, decomposed, hull_of, voxel_m};
 use crate::mesh::MeshView;
 use crate::piece::{Hull, Made, Piece, Shape, cross, length};
-use crate::sheets::{HALF_THICKNESS, plates};
+use crate::sheets::plates;
 use frames::TENTHS_PER_M;
 
 /// How bodies become pieces.
@@ -14,6 +14,8 @@ use frames::TENTHS_PER_M;
 pub struct PieceOptions {
     /// A part that is not convex may become its hull if that lies no farther from it than this.
     pub tolerance_m: f64,
+    /// A decomposition that lies farther off than this becomes thin plates along the surface.
+    pub worst_m: f64,
     /// Exact pieces that a connected part may have before an approximation with fewer is looked for.
     pub exact_max: usize,
 }
@@ -27,30 +29,58 @@ const PLANES_MAX: usize = 256;
 /// The convex pieces of a body, part by part, connected part by connected part.
 ///
 /// In this order, whichever is possible first: a convex part as it is; columns, exactly; the hull, if it is near enough; an
-/// approximate decomposition. Surfaces that bound nothing become thin plates.
+/// approximate decomposition; thin plates along the surface. Surfaces that bound nothing become thin plates.
 pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options: &PieceOptions) -> Vec<Piece> {
     let mut pieces = Vec::new();
     for part in parts {
         let mesh = Mesh::welded(part);
+        if mesh.triangles.is_empty() {
+            continue;
+        }
         let mesh = if mesh.view().volume_m3() < 0.0 { mesh.flipped() } else { mesh };
         let split = components(&mesh);
-        if mesh.closed && split.iter().any(|c| !c.closed || c.view().volume_m3() < 0.0) {
+        if mesh.closed && has_cavity(&split) {
             // A cavity is a shell of its own, and is nothing without the one around it.
             solid(&mesh, options, &mut pieces);
             continue;
         }
-        let (solids, open): (Vec<Mesh>, Vec<Mesh>) =
-            split.into_iter().partition(|c| c.closed && c.view().volume_m3() > 0.0);
-        solids.iter().for_each(|s| solid(s, options, &mut pieces));
+        let mut open = Vec::new();
+        for component in split {
+            // Faces of bad models look both ways.
+            let shells = if component.closed { vec![component] } else { shells(&component) };
+            for shell in shells {
+                if shell.closed && shell.view().volume_m3() != 0.0 {
+                    let shell = if shell.view().volume_m3() < 0.0 { shell.flipped() } else { shell };
+                    solid(&shell, options, &mut pieces);
+                } else {
+                    open.push(shell);
+                }
+            }
+        }
         if !open.is_empty() {
-            surface(Mesh::joined(open), options, &mut pieces);
+            surface(open, options, &mut pieces);
         }
     }
     pieces
 }
 
+/// True if a shell that looks inward lies within the bounds of another, or a component is not closed by itself.
+fn has_cavity(split: &[Mesh]) -> bool {
+    let bounds = |m: &Mesh| {
+        let range = |k: usize| (m.vertices.iter().map(|v| v[k]).min(), m.vertices.iter().map(|v| v[k]).max());
+        [0, 1, 2].map(range)
+    };
+    let is_within = |a: &Mesh, b: &Mesh| {
+        let (a, b) = (bounds(a), bounds(b));
+        (0..3).all(|k| b[k].0 <= a[k].0 && a[k].1 <= b[k].1)
+    };
+    let looks_inward = |m: &&Mesh| m.view().volume_m3() < 0.0;
+    split.iter().any(|m| !m.closed)
+        || split.iter().filter(looks_inward).any(|m| split.iter().any(|o| !std::ptr::eq(m, o) && is_within(m, o)))
+}
+
 fn solid(mesh: &Mesh, options: &PieceOptions, pieces: &mut Vec<Piece>) {
-    let faces = facets(mesh.view(), PLANES_MAX, |_| true);
+    let faces = facets(mesh.view(), PLANES_MAX, FLAT, |_| true);
     if let Some(piece) = faces.as_ref().and_then(|faces| convex(mesh, faces)) {
         pieces.push(piece);
         return;
@@ -82,7 +112,9 @@ fn convex(mesh: &Mesh, faces: &[Facet]) -> Option<Piece> {
         return None;
     }
     let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(v.map(f64::from))).collect();
-    let hull = hull_of(&points_m)?;
+    // Faces of a mesh with gaps may all look away from its middle and bound nothing.
+    let volume = mesh.view().volume_m3();
+    let hull = hull_of(&points_m).filter(|h| (h.volume_m3() - volume).abs() <= 0.01 * volume + 1e-6)?;
     let deviation_m = faces.iter().map(|f| f.deviation).fold(0.0, f64::max) / f64::from(TENTHS_PER_M);
     Some(Piece { shape: Shape::of(hull), made: Made::Exact, deviation_m })
 }
@@ -134,7 +166,7 @@ fn hulls(found: &Columns, back: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<Hull> {
     found.columns.iter().filter(|c| c.volume_m3() > 1e-9).map(hull).collect()
 }
 
-/// The hull, if it is near enough, else an approximate decomposition.
+/// The hull, if it is near enough, else an approximate decomposition, else plates along the surface.
 fn approximate(mesh: &Mesh, options: &PieceOptions) -> Vec<Piece> {
     let Some(body) = Body::of(mesh.view()) else { return Vec::new() };
     let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(v.map(f64::from))).collect();
@@ -144,28 +176,61 @@ fn approximate(mesh: &Mesh, options: &PieceOptions) -> Vec<Piece> {
             return vec![Piece { shape: Shape::of(hull), made: Made::Hull, deviation_m }];
         }
     }
+    // A decomposition sees no more than its voxels.
+    let can_be_near = voxel_m(&points_m) <= 2.0 * options.worst_m;
+    let near = if can_be_near { decomposition(mesh, &body) } else { Vec::new() };
+    let off = near.iter().map(|p| p.deviation_m).fold(0.0, f64::max);
+    if !near.is_empty() && off <= options.worst_m {
+        return near;
+    }
+    match skin(mesh, options) {
+        Some(plates) => plates,
+        None if near.is_empty() => decomposition(mesh, &body),
+        None => near,
+    }
+}
+
+fn decomposition(mesh: &Mesh, body: &Body) -> Vec<Piece> {
     let hulls = decomposed(mesh.view());
     let deviations = body.deviations_m(&hulls);
     let piece = |(hull, deviation_m)| Piece { shape: Shape::of(hull), made: Made::Decomposed, deviation_m };
     hulls.into_iter().zip(deviations).map(piece).collect()
 }
 
-/// A mesh with gaps: a solid if its faces say so all the same, else thin plates.
-fn surface(mesh: Mesh, options: &PieceOptions, pieces: &mut Vec<Piece>) {
-    let faces = facets(mesh.view(), PLANES_MAX, |_| true);
-    if let Some((hulls, deviation_m)) = faces.and_then(|faces| fewest_columns(&mesh, &faces)) {
+/// Thin plates along the surface.
+fn skin(mesh: &Mesh, options: &PieceOptions) -> Option<Vec<Piece>> {
+    let scale = f64::from(TENTHS_PER_M);
+    let tolerances = [options.tolerance_m, options.worst_m.max(options.tolerance_m)].map(|m| m * scale);
+    let (plates, deviation) = plates(mesh.view(), tolerances)?;
+    let plate = |hull| Piece { shape: Shape::of(hull), made: Made::Sheet, deviation_m: deviation / scale };
+    Some(plates.into_iter().map(plate).collect())
+}
+
+/// Meshes with gaps: solids where their faces say so all the same, one by one or together, else thin plates.
+fn surface(open: Vec<Mesh>, options: &PieceOptions, pieces: &mut Vec<Piece>) {
+    let mut rest = Vec::new();
+    for part in open {
+        let faces = facets(part.view(), PLANES_MAX, FLAT, |_| true);
+        let whole = faces.as_ref().and_then(|faces| convex(&part, faces));
+        match whole {
+            Some(piece) => pieces.push(piece),
+            None => match faces.and_then(|faces| fewest_columns(&part, &faces)) {
+                Some((hulls, deviation_m)) => add_exact(hulls, deviation_m, pieces),
+                None => rest.push(part),
+            },
+        }
+    }
+    if rest.is_empty() {
+        return;
+    }
+    let all = Mesh::joined(rest.clone());
+    let faces = facets(all.view(), PLANES_MAX, FLAT, |_| true);
+    if let Some((hulls, deviation_m)) = faces.and_then(|faces| fewest_columns(&all, &faces)) {
         add_exact(hulls, deviation_m, pieces);
         return;
     }
-    for part in components(&mesh) {
-        match plates(part.view()) {
-            Some(plates) => {
-                let deviation_m = HALF_THICKNESS / f64::from(TENTHS_PER_M);
-                let plate = |hull| Piece { shape: Shape::of(hull), made: Made::Sheet, deviation_m };
-                pieces.extend(plates.into_iter().map(plate));
-            }
-            None => pieces.extend(approximate(&part, options)),
-        }
+    for part in rest {
+        pieces.extend(skin(&part, options).unwrap_or_else(|| approximate(&part, options)));
     }
 }
 

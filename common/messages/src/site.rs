@@ -342,8 +342,10 @@ impl<'a> Site<'a> {
         let attributes = self.attributes.iter().flat_map(|a| [a.set, a.name, a.text]);
         let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
         let others = self.sources.iter().flat_map(|s| [s.file, s.schema]).chain([self.head.earth_crs]);
-        let others =
-            others.chain(self.doors.iter().map(|d| d.operation)).chain(self.panels.iter().flat_map(|p| [p.operation, p.position])).chain(self.openings.iter().map(|o| o.global_id));
+        let others = others
+            .chain(self.doors.iter().map(|d| d.operation))
+            .chain(self.panels.iter().flat_map(|p| [p.operation, p.position]))
+            .chain(self.openings.iter().map(|o| o.global_id));
         let controls =
             self.work_controls.iter().flat_map(|c| [c.global_id, c.name, c.predefined_type, c.start, c.finish]);
         let calendars = self.calendars.iter().flat_map(|c| [c.global_id, c.name]);

@@ -8,7 +8,7 @@ use crate::progress::ProgressLine;
 use crate::schedule_files::ScheduleInput;
 use crate::site_files;
 use crate::summary::{PhaseSummary, Summary};
-use daemon::Robot;
+use daemon::{Robot, WorldConfig};
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile, WorldOptions};
 use ifc_ingest::SiteFrame;
 use messages::{ArchiveBuffer, Phase, PhaseBuilder, Site};
@@ -38,7 +38,7 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
     let started = Instant::now();
     let robot = robot_of(&arguments.robot)?;
     let options = options_of(arguments.waypoints.as_deref())?;
-    let world = world_of(&arguments.world)?;
+    let world = world_of(&arguments.world, &WorldConfig::default())?;
     let wanted = wanted(arguments)?;
     let schedule = ScheduleInput::read(&arguments.schedule)?;
     let folder = OutputFolder::at(&arguments.out).map_err(Failure::usage)?;
@@ -55,7 +55,8 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
         debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
         progress.stage("drawing");
         let rasterizer = Rasterizer::new(&site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
-        let mut job = Job { arguments, robot: &robot, options: &options, world: world.as_ref(), site: &site, rasterizer };
+        let mut job =
+            Job { arguments, robot: &robot, options: &options, world: world.as_ref(), site: &site, rasterizer };
         let phases = match wanted {
             Wanted::Everything => {
                 let phase = everything_built(&site, timeline);

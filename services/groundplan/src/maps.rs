@@ -2,7 +2,7 @@
 
 use crate::cli::{RobotArgs, WorldArgs};
 use crate::failure::Failure;
-use daemon::Robot;
+use daemon::{Robot, WorldConfig};
 use export::{DoorMode, Materials, WorldOptions};
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
@@ -27,15 +27,15 @@ pub(crate) fn options_of(file: Option<&Path>) -> Result<PlanOptions, Failure> {
     file.map_or_else(|| Ok(PlanOptions::default()), PlanOptions::read).map_err(Failure::usage)
 }
 
-/// What the world is like; `None` if none is asked for.
+/// What the world is like; `None` if neither the command line nor the configuration asks for one.
 ///
 /// # Errors
 /// A file that cannot be read, or values that no world can have.
-pub(crate) fn world_of(arguments: &WorldArgs) -> Result<Option<WorldOptions>, Failure> {
-    if arguments.no_world {
+pub(crate) fn world_of(arguments: &WorldArgs, configured: &WorldConfig) -> Result<Option<WorldOptions>, Failure> {
+    if arguments.world.is_none() && !configured.write {
         return Ok(None);
     }
-    let file = arguments.options.as_deref();
+    let file = arguments.world.as_ref().and_then(Option::as_deref).or(configured.options.as_deref());
     let mut options = file.map_or_else(|| Ok(WorldOptions::default()), WorldOptions::read).map_err(Failure::usage)?;
     let doors = |name: &String| DoorMode::ALL.into_iter().find(|m| m.name() == name);
     let materials = |name: &String| Materials::ALL.into_iter().find(|m| m.name() == name);

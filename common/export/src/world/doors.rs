@@ -3,11 +3,12 @@
 use super::leaves::{Board, Kind, Link, Opening, boards_at, links_of};
 use super::limits::{Near, Obstacles, Prism};
 use super::operations::{Leaf, Motion, Source, operation_of, turned_over};
-use super::options::WorldOptions;
+use super::options::{DoorMode, WorldOptions};
 use super::statics::{Static, link_name, stands, storey_at, storey_of};
 use crate::ExportInput;
 use frames::{TENTHS_PER_M, metres};
 use messages::{DoorRecord, NONE};
+use std::f64::consts::FRAC_PI_4;
 
 /// What leaves are drawn in at each side, one after the other, until they no longer cut into what stands beside the opening.
 const INSETS_M: [f64; 5] = [0.0, 0.01, 0.02, 0.03, 0.05];
@@ -49,6 +50,16 @@ pub(crate) struct WorldDoor {
     pub(crate) links: Vec<Link>,
     /// For each link what ends its motion early, by its name in the world: at the lower and upper limit.
     pub(crate) met: Vec<[Option<String>; 2]>,
+}
+
+impl WorldDoor {
+    /// Values of its joints: open as far as they go, or closed.
+    pub(crate) fn values(&self, mode: DoorMode) -> Vec<f64> {
+        let farthest = |l: &Link| if l.limits[1] >= -l.limits[0] { l.limits[1] } else { l.limits[0] };
+        // A door that turns is as open one way as the other.
+        let open = |l: &Link| if l.boards.len() > 1 { FRAC_PI_4 } else { farthest(l) };
+        self.links.iter().map(|l| if mode == DoorMode::Open && l.kind != Kind::Fixed { open(l) } else { 0.0 }).collect()
+    }
 }
 
 /// True if a door is one that a robot may pass: it hangs in a standing wall, or in none, and has a passage.
@@ -158,9 +169,8 @@ impl Hanging<'_> {
         let (site, door) = (self.input.site, self.door);
         let record = &site.elements[door.element as usize];
         let opening = site.openings.get(door.opening as usize).filter(|o| o.plan.half[0] > 0.0);
-        let (low, high) = opening.map_or((record.min_tenths[2], record.max_tenths[2]), |o| {
-            (o.bottom_z_tenths, o.top_z_tenths)
-        });
+        let (low, high) =
+            opening.map_or((record.min_tenths[2], record.max_tenths[2]), |o| (o.bottom_z_tenths, o.top_z_tenths));
         let (low, high) = (metres(low), metres(high));
         let floors = site.map_storeys.iter().map(|s| metres(s.floor_z_tenths));
         let bottom = floors.filter(|f| low < *f && *f <= (low + FLOOR_ABOVE_M).min(high)).fold(low, f64::max);
@@ -245,9 +255,7 @@ struct Room<'a> {
 impl Room<'_> {
     fn in_map(&self, prism: &Prism) -> Prism {
         let [ax, ay] = self.along;
-        let point = |p: &[f64; 2]| {
-            [self.origin_m[0] + ax * p[0] - ay * p[1], self.origin_m[1] + ay * p[0] + ax * p[1]]
-        };
+        let point = |p: &[f64; 2]| [self.origin_m[0] + ax * p[0] - ay * p[1], self.origin_m[1] + ay * p[0] + ax * p[1]];
         Prism { plan_m: prism.plan_m.iter().map(point).collect(), z_m: prism.z_m.map(|z| z + self.origin_m[2]) }
     }
 
@@ -318,7 +326,8 @@ impl Room<'_> {
             if link.kind == Kind::Fixed {
                 return (link, [None, None]);
             }
-            let [lower, upper] = link.limits.map(|goal| if goal == 0.0 { (0.0, None) } else { self.reach(&link, goal) });
+            let [lower, upper] =
+                link.limits.map(|goal| if goal == 0.0 { (0.0, None) } else { self.reach(&link, goal) });
             link.limits = [lower.0, upper.0];
             if upper.0 - lower.0 < LEAST_RANGE {
                 link.kind = Kind::Fixed;

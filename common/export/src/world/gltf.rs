@@ -1,7 +1,7 @@
 //! `site.glb`: the world for viewers, a node per element named by its GlobalId.
 
 use super::leaves::pose_at;
-use super::meshes::{Solid, UNITS_PER_M};
+use super::meshes::{Placed, Solid, UNITS_PER_M};
 use super::visuals::{Rgba, class_colour};
 use super::{Part, Scene};
 use geometry::ConvexBox;
@@ -36,22 +36,40 @@ pub(super) fn site(scene: &Scene<'_>) -> Vec<u8> {
     for model in &scene.models {
         let mut links = Vec::new();
         for link in &model.links {
-            let parts: Vec<usize> = link.visuals.iter().map(|(p, c)| builder.part(scene, p, *c)).collect();
             let id = link.element.map(|e| scene.input.site.text(scene.input.site.elements[e as usize].global_id));
+            let extras = json!({"class": model.class.name()});
             let name = id.unwrap_or(&link.name);
-            links.push(builder.node(json!({"name": name, "children": parts, "extras": {"class": model.class.name()}})));
+            let mut node = match link.shown.as_slice() {
+                // An element in one colour is one node.
+                [(placed, colour)] => builder.placed(scene, *placed, *colour),
+                [] => {
+                    let parts: Vec<usize> = link.visuals.iter().map(|(p, c)| builder.part(scene, p, *c)).collect();
+                    json!({"children": parts})
+                }
+                several => {
+                    let parts: Vec<Value> = several.iter().map(|(p, c)| builder.placed(scene, *p, *c)).collect();
+                    let parts: Vec<usize> = parts.into_iter().map(|n| builder.node(n)).collect();
+                    json!({"children": parts})
+                }
+            };
+            node["name"] = json!(name);
+            node["extras"] = extras;
+            links.push(builder.node(node));
         }
         roots.push(builder.node(json!({"name": model.name, "children": links})));
     }
     for door in &scene.doors {
-        let closed = vec![0.0; door.links.len()];
+        let values = door.values(scene.options.doors);
         let mut children = Vec::new();
         for (k, link) in door.links.iter().enumerate() {
-            let (at, _) = pose_at(&door.links, k, &closed);
-            for board in &link.boards {
-                let centre_m = [0, 1, 2].map(|i| at[i] + board.centre_m[i]);
-                children.push(builder.part(scene, &level_box(centre_m, board.size_m), class_colour(Class::Door)));
-            }
+            let (at, yaw) = pose_at(&door.links, k, &values);
+            let colour = class_colour(Class::Door);
+            let boards: Vec<usize> =
+                link.boards.iter().map(|b| builder.part(scene, &level_box(b.centre_m, b.size_m), colour)).collect();
+            let rotation = [0.0, 0.0, libm::sin(yaw / 2.0), libm::cos(yaw / 2.0)];
+            children.push(
+                builder.node(json!({"name": link.name, "children": boards, "translation": at, "rotation": rotation})),
+            );
         }
         let (sin, cos) = (libm::sin(door.yaw_rad / 2.0), libm::cos(door.yaw_rad / 2.0));
         let id = scene.input.site.text(scene.input.site.elements[door.element as usize].global_id);
@@ -76,17 +94,18 @@ impl Builder {
         self.nodes.len() - 1
     }
 
+    /// A node that shows a mesh of an element.
+    fn placed(&mut self, scene: &Scene<'_>, placed: Placed, colour: Rgba) -> Value {
+        let mesh = self.mesh(&scene.shown.meshes[placed.mesh], colour);
+        placed_node(mesh, &placed)
+    }
+
     /// A node that shows a part.
     fn part(&mut self, scene: &Scene<'_>, part: &Part, colour: Rgba) -> usize {
         match part {
             Part::Mesh(placed) => {
                 let mesh = self.mesh(&scene.store.meshes[placed.mesh], colour);
-                let half = placed.yaw_rad() / 2.0;
-                let rotation = [0.0, 0.0, libm::sin(half), libm::cos(half)];
-                let mut node = json!({"mesh": mesh, "translation": placed.shift_m});
-                if placed.quarters > 0 {
-                    node["rotation"] = json!(rotation);
-                }
+                let node = placed_node(mesh, placed);
                 self.node(node)
             }
             Part::Box(b) => {
@@ -99,8 +118,22 @@ impl Builder {
                     return self.node(json!({"mesh": mesh, "translation": c.map(round), "scale": b.size_m.map(round)}));
                 }
                 let matrix = [
-                    x[0] * sx, x[1] * sx, x[2] * sx, 0.0, y[0] * sy, y[1] * sy, y[2] * sy, 0.0, z[0] * sz, z[1] * sz,
-                    z[2] * sz, 0.0, c[0], c[1], c[2], 1.0,
+                    x[0] * sx,
+                    x[1] * sx,
+                    x[2] * sx,
+                    0.0,
+                    y[0] * sy,
+                    y[1] * sy,
+                    y[2] * sy,
+                    0.0,
+                    z[0] * sz,
+                    z[1] * sz,
+                    z[2] * sz,
+                    0.0,
+                    c[0],
+                    c[1],
+                    c[2],
+                    1.0,
                 ];
                 self.node(json!({"mesh": mesh, "matrix": matrix.map(round)}))
             }
@@ -187,7 +220,10 @@ impl Builder {
             "scene": 0, "scenes": [{"nodes": [map]}], "nodes": self.nodes,
         });
         let lists = [
-            ("meshes", self.meshes), ("materials", self.materials), ("accessors", self.accessors), ("bufferViews", self.views),
+            ("meshes", self.meshes),
+            ("materials", self.materials),
+            ("accessors", self.accessors),
+            ("bufferViews", self.views),
         ];
         for (name, list) in lists.into_iter().filter(|(_, l)| !l.is_empty()) {
             document[name] = Value::Array(list);
@@ -212,6 +248,15 @@ impl Builder {
         }
         out
     }
+}
+
+fn placed_node(mesh: usize, placed: &Placed) -> Value {
+    let mut node = json!({"mesh": mesh, "translation": placed.shift_m});
+    if placed.quarters > 0 {
+        let half = placed.yaw_rad() / 2.0;
+        node["rotation"] = json!([0.0, 0.0, libm::sin(half), libm::cos(half)]);
+    }
+    node
 }
 
 /// Triangles with corners for each plane.

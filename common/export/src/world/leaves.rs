@@ -152,12 +152,8 @@ fn fold(opening: &Opening, [x0, x1]: [f64; 2], left: bool) -> Vec<Link> {
     let first = swing(opening, near, left, 1.0, false);
     let axis = first.axis;
     let hinge = [middle, -thickness / 2.0, 0.0];
-    let second = Link {
-        parent: Some(0),
-        axis,
-        limits: [-PI, 0.0],
-        ..link(hinge, vec![board(opening, far, 0.0, thickness)])
-    };
+    let second =
+        Link { parent: Some(0), axis, limits: [-PI, 0.0], ..link(hinge, vec![board(opening, far, 0.0, thickness)]) };
     vec![first, second]
 }
 

@@ -36,7 +36,8 @@ impl Obstacles {
 
     /// Those that reach into an upright box.
     pub(crate) fn near(&self, bounds_m: [[f64; 3]; 2]) -> Near<'_> {
-        let meets = |o: &&Obstacle| (0..3).all(|k| o.bounds_m[0][k] < bounds_m[1][k] && bounds_m[0][k] < o.bounds_m[1][k]);
+        let meets =
+            |o: &&Obstacle| (0..3).all(|k| o.bounds_m[0][k] < bounds_m[1][k] && bounds_m[0][k] < o.bounds_m[1][k]);
         Near { found: self.found.iter().filter(meets).collect() }
     }
 }

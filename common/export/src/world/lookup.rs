@@ -168,9 +168,8 @@ impl Lookup {
         for door in &scene.doors {
             elements.insert(id(door.element), Element::of_door(scene, door));
         }
-        let model = |m: &Model| {
-            (m.name.clone(), ModelEntry { class: m.class.name(), label: m.class.id(), storey: m.storey })
-        };
+        let model =
+            |m: &Model| (m.name.clone(), ModelEntry { class: m.class.name(), label: m.class.id(), storey: m.storey });
         let left_out = scene.left_out.iter().map(|(door, why)| (id(site.doors[*door as usize].element), *why));
         Self {
             version: 1,
@@ -293,8 +292,10 @@ impl Counts {
             moving_joints: leaves().filter(|l| l.kind != Kind::Fixed).count(),
             meshes: scene.store.meshes.len(),
             triangles_in_files: scene.store.meshes.iter().map(|m| m.n_triangles()).sum(),
-            triangles_shown: links.iter().flat_map(|l| &l.visuals).map(|(p, _)| triangles(p)).sum::<usize>() + leaf_triangles,
-            triangles_colliding: links.iter().flat_map(|l| &l.collisions).map(triangles).sum::<usize>() + leaf_triangles,
+            triangles_shown: links.iter().flat_map(|l| &l.visuals).map(|(p, _)| triangles(p)).sum::<usize>()
+                + leaf_triangles,
+            triangles_colliding: links.iter().flat_map(|l| &l.collisions).map(triangles).sum::<usize>()
+                + leaf_triangles,
             world_bytes: 0,
             glb_bytes: 0,
         }

@@ -34,6 +34,8 @@ struct Scene<'a> {
     input: &'a ExportInput<'a>,
     options: &'a WorldOptions,
     store: MeshStore,
+    /// Meshes of the elements for viewers.
+    shown: MeshStore,
     /// Material of each mesh of the store; `None` for those that only collide.
     materials: Vec<Option<Rgba>>,
     models: Vec<Model>,
@@ -57,6 +59,8 @@ struct Link {
     element: Option<u32>,
     name: String,
     visuals: Vec<(Part, Rgba)>,
+    /// The element's own meshes, for viewers.
+    shown: Vec<(Placed, Rgba)>,
     collisions: Vec<Part>,
     pieces: Vec<Facts>,
 }
@@ -135,6 +139,7 @@ impl<'a> Scene<'a> {
             input,
             options,
             store: MeshStore::default(),
+            shown: MeshStore::default(),
             materials: Vec::new(),
             models: Vec::new(),
             doors,
@@ -177,6 +182,7 @@ impl<'a> Scene<'a> {
             Some(k) => visuals::looks(self.input, self.options, &self.input.site.elements[k as usize]),
             None => Vec::new(),
         };
+        let shown = looks.iter().map(|l| (self.shown.place(l.solid.clone()), l.colour)).collect();
         let visuals = match looks.as_slice() {
             // Boxes look like the mesh that they are, and are less to load.
             [look] if are_boxes => boxes(&pieces).map(|b| (b, look.colour)).collect(),
@@ -187,7 +193,7 @@ impl<'a> Scene<'a> {
             _ => looks.into_iter().map(|l| (Part::Mesh(self.place(l.solid, Some(l.colour))), l.colour)).collect(),
         };
         let collisions = pieces.iter().map(|p| self.part(p)).collect();
-        Link { element, name: link, visuals, collisions, pieces: facts }
+        Link { element, name: link, visuals, shown, collisions, pieces: facts }
     }
 
     fn part(&mut self, piece: &Piece) -> Part {

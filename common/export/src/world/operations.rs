@@ -53,9 +53,8 @@ impl Source {
 /// open how it moves.
 pub(crate) fn leaves(operation: &str, share: f64) -> Option<Vec<Leaf>> {
     let whole = |motion| Some(vec![Leaf { span: [0.0, 1.0], motion }]);
-    let two = |left, right| {
-        Some(vec![Leaf { span: [0.0, share], motion: left }, Leaf { span: [share, 1.0], motion: right }])
-    };
+    let two =
+        |left, right| Some(vec![Leaf { span: [0.0, share], motion: left }, Leaf { span: [share, 1.0], motion: right }]);
     let swing = |left, towards| Motion::Swing { left, towards, both: false };
     let double = |left| Motion::Swing { left, towards: 1.0, both: true };
     match operation {
@@ -78,7 +77,9 @@ pub(crate) fn leaves(operation: &str, share: f64) -> Option<Vec<Leaf>> {
         "DOUBLE_DOOR_SLIDING" | "DOUBLE_PANEL_SLIDING" => two(Motion::Slide { to: -1.0 }, Motion::Slide { to: 1.0 }),
         "FOLDING_TO_LEFT" => whole(Motion::Fold { left: true }),
         "FOLDING_TO_RIGHT" => whole(Motion::Fold { left: false }),
-        "DOUBLE_DOOR_FOLDING" | "DOUBLE_PANEL_FOLDING" => two(Motion::Fold { left: true }, Motion::Fold { left: false }),
+        "DOUBLE_DOOR_FOLDING" | "DOUBLE_PANEL_FOLDING" => {
+            two(Motion::Fold { left: true }, Motion::Fold { left: false })
+        }
         "REVOLVING" | "REVOLVING_VERTICAL" => whole(Motion::Turn),
         "ROLLINGUP" | "LIFTING_VERTICAL_LEFT" | "LIFTING_VERTICAL_RIGHT" => whole(Motion::Rise),
         "DOUBLE_DOOR_LIFTING_VERTICAL" | "DOUBLE_PANEL_LIFTING_VERTICAL" => two(Motion::Rise, Motion::Rise),

@@ -84,6 +84,8 @@ impl Materials {
 pub struct Pieces {
     /// A part that is not convex may become its hull if that lies no farther from it than this.
     pub tolerance_m: f64,
+    /// A decomposition that lies farther off than this becomes thin plates along the surface.
+    pub worst_m: f64,
     /// Exact pieces of a part before an approximation is tried.
     pub exact_max: usize,
 }
@@ -124,7 +126,7 @@ impl Default for WorldOptions {
 
 impl Default for Pieces {
     fn default() -> Self {
-        Self { tolerance_m: 0.02, exact_max: 64 }
+        Self { tolerance_m: 0.02, worst_m: 0.1, exact_max: 64 }
     }
 }
 
@@ -196,6 +198,7 @@ impl WorldOptions {
         let ranges = [
             ("lod_m", self.lod_m, 0.0, 1.0),
             ("pieces.tolerance_m", self.pieces.tolerance_m, 0.0, 1.0),
+            ("pieces.worst_m", self.pieces.worst_m, 0.0, 10.0),
             ("door.thickness_m", door.thickness_m, 0.005, 0.5),
             ("door.density_kg_m3", door.density_kg_m3, 1.0, 20_000.0),
             ("door.floor_gap_m", door.floor_gap_m, 0.001, 0.2),
@@ -209,13 +212,20 @@ impl WorldOptions {
             }
         }
         if door.unknown != "fixed" && super::operations::leaves(&door.unknown, 0.5).is_none() {
-            return Err(format!("door.unknown = {:?} is neither an operation type that moves nor \"fixed\"", door.unknown));
+            return Err(format!(
+                "door.unknown = {:?} is neither an operation type that moves nor \"fixed\"",
+                door.unknown
+            ));
         }
         Ok(())
     }
 
     pub(crate) fn piece_options(&self) -> PieceOptions {
-        PieceOptions { tolerance_m: self.pieces.tolerance_m, exact_max: self.pieces.exact_max }
+        PieceOptions {
+            tolerance_m: self.pieces.tolerance_m,
+            worst_m: self.pieces.worst_m,
+            exact_max: self.pieces.exact_max,
+        }
     }
 }
 

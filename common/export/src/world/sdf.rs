@@ -12,6 +12,9 @@ use std::fmt::Write;
 /// Mass of what a door hangs in, which never moves.
 const FRAME_KG: f64 = 5.0;
 
+/// Mass of what rises, less its counterweight.
+const BALANCED_KG: f64 = 2.0;
+
 /// Most that a joint can be pushed: N m, N; and its speed: rad/s, m/s.
 const EFFORT: f64 = 200.0;
 const VELOCITY: f64 = 2.0;
@@ -148,12 +151,7 @@ fn material(colour: Rgba) -> String {
 /// A door, as a model of its own: static models with joints do not move.
 fn door(xml: &mut Xml, scene: &Scene<'_>, door: &super::doors::WorldDoor) {
     let movable = scene.options.doors == DoorMode::Movable;
-    let closed = scene.options.doors == DoorMode::Closed;
-    let values: Vec<f64> = door
-        .links
-        .iter()
-        .map(|l| if movable || closed { 0.0 } else if l.limits[1] > -l.limits[0] { l.limits[1] } else { l.limits[0] })
-        .collect();
+    let values = door.values(scene.options.doors);
     xml.open(&format!("<model name=\"{}\">", escaped(&door.name)));
     if !movable {
         xml.line("<static>true</static>");
@@ -174,7 +172,6 @@ fn door(xml: &mut Xml, scene: &Scene<'_>, door: &super::doors::WorldDoor) {
         xml.open(&format!("<link name=\"{}\">", link.name));
         xml.line(&pose(at, [0.0, 0.0, yaw]));
         if movable {
-            // What rises hangs on a counterweight.
             if link.axis[2] != 0.0 && link.kind == Kind::Prismatic {
                 xml.line("<gravity>false</gravity>");
             }
@@ -204,12 +201,18 @@ pub(crate) fn mass_of(link: &Link, density_kg_m3: f64) -> (f64, [f64; 3], [f64; 
     let mass = |b: &Board| b.size_m.iter().product::<f64>() * density_kg_m3;
     let total: f64 = link.boards.iter().map(mass).sum();
     let centre = [0, 1, 2].map(|k| link.boards.iter().map(|b| mass(b) * b.centre_m[k]).sum::<f64>() / total);
+    // What rises has a counterweight: only the rest is moved.
+    let is_balanced = link.kind == Kind::Prismatic && link.axis[2] != 0.0;
+    let scale = if is_balanced { (BALANCED_KG / total).min(1.0) } else { 1.0 };
     // All boards of a link have one middle.
-    let moment = |k: usize| {
+    let moment = |k: usize| -> f64 {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        link.boards.iter().map(|b| mass(b) * (b.size_m[i] * b.size_m[i] + b.size_m[j] * b.size_m[j]) / 12.0).sum()
+        link.boards
+            .iter()
+            .map(|b| scale * mass(b) * (b.size_m[i] * b.size_m[i] + b.size_m[j] * b.size_m[j]) / 12.0)
+            .sum()
     };
-    (total, centre, [0, 1, 2].map(moment))
+    (scale * total, centre, [0, 1, 2].map(moment))
 }
 
 fn leaf_inertial(xml: &mut Xml, link: &Link, leafs: &Leafs) {

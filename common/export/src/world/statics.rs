@@ -23,7 +23,14 @@ pub(crate) struct Static {
 
 impl Static {
     /// A level box that is no element: along `axis` in plan, lengths in metres.
-    pub(crate) fn plate(link: String, class: Class, storey: u32, centre_m: [f64; 3], axis: [f64; 2], size_m: [f64; 3]) -> Self {
+    pub(crate) fn plate(
+        link: String,
+        class: Class,
+        storey: u32,
+        centre_m: [f64; 3],
+        axis: [f64; 2],
+        size_m: [f64; 3],
+    ) -> Self {
         let axes = [[axis[0], axis[1], 0.0], [-axis[1], axis[0], 0.0], [0.0, 0.0, 1.0]];
         let shape = Shape::Box(ConvexBox { centre_m, axes, size_m });
         Self { element: None, link, class, storey, pieces: vec![Piece { shape, made: Made::Exact, deviation_m: 0.0 }] }
@@ -32,8 +39,19 @@ impl Static {
 
 impl Static {
     /// A level slab that is no element: convex plans below a height.
-    pub(crate) fn slab(link: String, class: Class, storey: u32, plans: Vec<Ring>, top_m: f64, thickness_m: f64) -> Self {
-        let made = |plan: Ring| Piece { shape: Shape::prism(&plan, [top_m - thickness_m, top_m]), made: Made::Exact, deviation_m: 0.0 };
+    pub(crate) fn slab(
+        link: String,
+        class: Class,
+        storey: u32,
+        plans: Vec<Ring>,
+        top_m: f64,
+        thickness_m: f64,
+    ) -> Self {
+        let made = |plan: Ring| Piece {
+            shape: Shape::prism(&plan, [top_m - thickness_m, top_m]),
+            made: Made::Exact,
+            deviation_m: 0.0,
+        };
         Self { element: None, link, class, storey, pieces: plans.into_iter().map(made).collect() }
     }
 }
@@ -47,8 +65,7 @@ pub(crate) fn stands(input: &ExportInput<'_>, element: u32) -> bool {
 /// All elements that stand, less those that `moves`, in the order of the site.
 pub(crate) fn statics(input: &ExportInput<'_>, options: &WorldOptions, moves: impl Fn(u32) -> bool) -> Vec<Static> {
     let site = input.site;
-    let elements: Vec<u32> =
-        (0..site.elements.len() as u32).filter(|e| stands(input, *e) && !moves(*e)).collect();
+    let elements: Vec<u32> = (0..site.elements.len() as u32).filter(|e| stands(input, *e) && !moves(*e)).collect();
     let pieces = options.piece_options();
     let of = |element: &u32| {
         let record = &site.elements[*element as usize];

@@ -14,7 +14,12 @@ pub(super) fn doors(scene: &Scene<'_>) -> String {
         let name = escaped(&door.name);
         link(&mut out, &name, &door.lining, "");
         let origin = origin(door.origin_m, door.yaw_rad);
-        line(&mut out, &format!("<joint name=\"{name}_anchor\" type=\"fixed\"><parent link=\"map\"/><child link=\"{name}\"/>{origin}</joint>"));
+        line(
+            &mut out,
+            &format!(
+                "<joint name=\"{name}_anchor\" type=\"fixed\"><parent link=\"map\"/><child link=\"{name}\"/>{origin}</joint>"
+            ),
+        );
         for leaf in &door.links {
             add_leaf(&mut out, scene, door, &name, leaf);
         }
