@@ -23,6 +23,9 @@ pub struct PieceOptions {
 /// Exact pieces few enough that no other direction is tried.
 const FEW: usize = 4;
 
+/// Exact pieces so many that one hull is better, if it is near enough.
+const SOME: usize = 8;
+
 /// Planes of a body that may be convex.
 const PLANES_MAX: usize = 256;
 
@@ -46,15 +49,16 @@ pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options:
         }
         let mut open = Vec::new();
         for component in split {
-            // Faces of bad models look both ways.
-            let shells = if component.closed { vec![component] } else { shells(&component) };
-            for shell in shells {
-                if shell.closed && shell.view().volume_m3() != 0.0 {
-                    let shell = if shell.view().volume_m3() < 0.0 { shell.flipped() } else { shell };
-                    solid(&shell, options, &mut pieces);
-                } else {
-                    open.push(shell);
-                }
+            if component.closed {
+                closed(component, options, &mut pieces);
+                continue;
+            }
+            // Faces of bad models look both ways, and their bodies touch along edges.
+            let shells = shells(&component);
+            if shells.iter().all(|s| s.closed) {
+                shells.into_iter().for_each(|s| closed(s, options, &mut pieces));
+            } else {
+                open.push(component);
             }
         }
         if !open.is_empty() {
@@ -62,6 +66,16 @@ pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options:
         }
     }
     pieces
+}
+
+/// A closed shell; one without volume is a sheet with two sides.
+fn closed(shell: Mesh, options: &PieceOptions, pieces: &mut Vec<Piece>) {
+    let volume = shell.view().volume_m3();
+    if volume == 0.0 {
+        surface(vec![shell], options, pieces);
+    } else {
+        solid(&if volume < 0.0 { shell.flipped() } else { shell }, options, pieces);
+    }
 }
 
 /// True if a shell that looks inward lies within the bounds of another, or a component is not closed by itself.
@@ -86,6 +100,11 @@ fn solid(mesh: &Mesh, options: &PieceOptions, pieces: &mut Vec<Piece>) {
         return;
     }
     let exact = faces.as_ref().and_then(|faces| fewest_columns(mesh, faces));
+    let is_many = exact.as_ref().is_none_or(|(hulls, _)| hulls.len() > SOME);
+    if let Some(piece) = is_many.then(|| near_hull(mesh, options)).flatten() {
+        pieces.push(piece);
+        return;
+    }
     match exact {
         Some((hulls, deviation_m)) if hulls.len() <= options.exact_max => add_exact(hulls, deviation_m, pieces),
         exact => {
@@ -166,16 +185,19 @@ fn hulls(found: &Columns, back: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<Hull> {
     found.columns.iter().filter(|c| c.volume_m3() > 1e-9).map(hull).collect()
 }
 
-/// The hull, if it is near enough, else an approximate decomposition, else plates along the surface.
+/// The hull, if it is near enough.
+fn near_hull(mesh: &Mesh, options: &PieceOptions) -> Option<Piece> {
+    let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(v.map(f64::from))).collect();
+    let hull = hull_of(&points_m)?;
+    let deviation_m = Body::of(mesh.view())?.deviations_m(std::slice::from_ref(&hull))[0];
+    let is_near = deviation_m <= options.tolerance_m;
+    is_near.then(|| Piece { shape: Shape::of(hull), made: Made::Hull, deviation_m })
+}
+
+/// An approximate decomposition, else plates along the surface.
 fn approximate(mesh: &Mesh, options: &PieceOptions) -> Vec<Piece> {
     let Some(body) = Body::of(mesh.view()) else { return Vec::new() };
     let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(v.map(f64::from))).collect();
-    if let Some(hull) = hull_of(&points_m) {
-        let deviation_m = body.deviations_m(std::slice::from_ref(&hull))[0];
-        if deviation_m <= options.tolerance_m {
-            return vec![Piece { shape: Shape::of(hull), made: Made::Hull, deviation_m }];
-        }
-    }
     // A decomposition sees no more than its voxels.
     let can_be_near = voxel_m(&points_m) <= 2.0 * options.worst_m;
     let near = if can_be_near { decomposition(mesh, &body) } else { Vec::new() };
@@ -230,10 +252,111 @@ fn surface(open: Vec<Mesh>, options: &PieceOptions, pieces: &mut Vec<Piece>) {
         return;
     }
     for part in rest {
-        pieces.extend(skin(&part, options).unwrap_or_else(|| approximate(&part, options)));
+        match near_hull(&part, options) {
+            Some(piece) => pieces.push(piece),
+            None => pieces.extend(skin(&part, options).unwrap_or_else(|| approximate(&part, options))),
+        }
     }
 }
 
 fn metres(v: [f64; 3]) -> [f64; 3] {
     v.map(|c| c / f64::from(TENTHS_PER_M))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::section::tests::cuboid;
+
+    const OPTIONS: PieceOptions = PieceOptions { tolerance_m: 0.02, worst_m: 0.1, exact_max: 64 };
+
+    /// Boxes as one mesh; those that are `turned` have all faces inward.
+    fn mesh(boxes: &[([i32; 3], [i32; 3], bool)]) -> Mesh {
+        let part = |(min, max, turned): &([i32; 3], [i32; 3], bool)| {
+            let (vertices, triangles) = cuboid(*min, *max);
+            let part = Mesh { vertices, triangles, closed: true };
+            if *turned { part.flipped() } else { part }
+        };
+        Mesh::joined(boxes.iter().map(part).collect())
+    }
+
+    fn pieces(mesh: &Mesh) -> Vec<Piece> {
+        convex_pieces([mesh.view()], &OPTIONS)
+    }
+
+    /// A ball of `n` slices.
+    fn ball(radius: f64, n: u32) -> Mesh {
+        let at = |i: u32, j: u32| {
+            let (a, b) = (
+                std::f64::consts::PI * f64::from(i) / f64::from(n),
+                std::f64::consts::TAU * f64::from(j % (2 * n)) / f64::from(2 * n),
+            );
+            let p = [libm::sin(a) * libm::cos(b), libm::sin(a) * libm::sin(b), libm::cos(a)];
+            p.map(|c| (c * radius).round() as i32)
+        };
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        for (i, j) in (0..n).flat_map(|i| (0..2 * n).map(move |j| (i, j))) {
+            for t in [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]] {
+                let first = vertices.len() as u32;
+                vertices.extend(t);
+                triangles.push([first, first + 1, first + 2]);
+            }
+        }
+        Mesh::welded(MeshView { vertices: &vertices, triangles: &triangles, closed: true })
+    }
+
+    #[test]
+    fn a_box_is_one_box_whichever_way_its_faces_look() {
+        for turned in [false, true] {
+            let found = pieces(&mesh(&[([0; 3], [50_000, 3_000, 28_000], turned)]));
+            assert_eq!(found.len(), 1);
+            assert_eq!(found[0].made, Made::Exact);
+            assert!(matches!(&found[0].shape, Shape::Box(b) if (b.size_m[2] - 2.8).abs() < 1e-9));
+        }
+    }
+
+    #[test]
+    fn boxes_apart_are_pieces_of_their_own_also_if_some_look_inward() {
+        let found = pieces(&mesh(&[
+            ([0; 3], [10_000; 3], false),
+            ([20_000, 0, 0], [30_000, 10_000, 10_000], true),
+            ([40_000, 0, 0], [50_000, 10_000, 10_000], false),
+        ]));
+        assert_eq!(found.len(), 3);
+        assert!(found.iter().all(|p| p.made == Made::Exact && matches!(p.shape, Shape::Box(_))));
+    }
+
+    #[test]
+    fn a_cavity_stays_hollow() {
+        let found = pieces(&mesh(&[([0; 3], [40_000; 3], false), ([10_000; 3], [30_000; 3], true)]));
+        let volume: f64 = found.iter().map(|p| p.shape.hull().volume_m3()).sum();
+        assert!((volume - 56.0).abs() < 1e-6, "{volume}");
+    }
+
+    #[test]
+    fn a_ball_is_one_hull() {
+        let found = pieces(&ball(5_000.0, 24));
+        assert_eq!(found.len(), 1);
+        assert!(found[0].deviation_m <= OPTIONS.tolerance_m);
+    }
+
+    #[test]
+    fn what_is_curved_and_hollow_is_near_its_body_and_says_how_near() {
+        // A thick shell of a ball, open to nothing: no columns, no hull.
+        let hollow = Mesh::joined(vec![ball(5_000.0, 16), ball(4_000.0, 16).flipped()]);
+        let found = pieces(&hollow);
+        assert!(found.len() > 1 && found.iter().all(|p| p.deviation_m <= OPTIONS.worst_m + 0.002), "{}", found.len());
+        let again = pieces(&hollow);
+        assert_eq!(found, again, "the same every time");
+    }
+
+    #[test]
+    fn a_body_with_a_sheet_missing_is_thin_plates() {
+        let mut open = mesh(&[([0; 3], [10_000; 3], false)]);
+        open.triangles.retain(|t| !t.iter().all(|k| open.vertices[*k as usize][2] == 0));
+        open.closed = false;
+        let found = pieces(&open);
+        assert_eq!(found.len(), 5);
+        assert!(found.iter().all(|p| p.made == Made::Sheet && p.deviation_m == 0.001));
+    }
 }
