@@ -133,15 +133,18 @@ fn rays_in_the_world_end_where_they_end_on_the_planning_map() {
             shapes.iter().map(|s| plan(&s.corners, floor + slab[0] + 1e-4, floor + slab[1] - 1e-4)).collect();
         let plans: Vec<&Vec<[f64; 2]>> = plans.iter().filter(|p| p.len() >= 3).collect();
         let storey = maps.storey(index);
+        let low = [0, 1].map(|k| record["origin_m"][k].as_f64().unwrap());
+        let high = [0, 1].map(|k| low[k] + cell * record["size_cells"][k].as_f64().unwrap());
         let stands = |p: [f64; 2], reach: f64| plans.iter().any(|plan| distance(plan, p) <= reach);
         for waypoint in waypoints["waypoints"].as_array().unwrap().iter().filter(|w| w["storey"] == index) {
             let start = ["x_m", "y_m"].map(|k| waypoint[k].as_f64().unwrap());
             for k in 0..24 {
                 let angle = std::f64::consts::TAU * (f64::from(k) + 0.5) / 24.0;
                 let at = |t: f64| [start[0] + t * angle.cos(), start[1] + t * angle.sin()];
-                let ends = |wall: &dyn Fn([f64; 2]) -> bool| {
-                    (0..320).map(|i| f64::from(i) * cell / 4.0).find(|t| wall(at(*t)))
-                };
+                // Where the map ends nothing is compared.
+                let is_on_map = |p: [f64; 2]| (0..2).all(|i| low[i] + 2.0 * cell < p[i] && p[i] < high[i] - 2.0 * cell);
+                let steps = || (0..320).map(|i| f64::from(i) * cell / 4.0).take_while(|t| is_on_map(at(*t)));
+                let ends = |wall: &dyn Fn([f64; 2]) -> bool| steps().find(|t| wall(at(*t)));
                 let occupied = |p: [f64; 2]| storey.planning(p[0], p[1]) == OCCUPIED;
                 let near = |p: [f64; 2]| {
                     let off = [-1.0, 0.0, 1.0].map(|d| d * cell);
@@ -150,7 +153,7 @@ fn rays_in_the_world_end_where_they_end_on_the_planning_map() {
                 let map_end = ends(&occupied);
                 let world_end = ends(&|p| stands(p, 0.0));
                 let agrees = match (map_end, world_end) {
-                    // A ray leaves the map's four metres of sight on both sides.
+                    // Nothing in four metres.
                     (None, None) => true,
                     (m, w) => m.is_none_or(|t| stands(at(t), 1.5 * cell)) && w.is_none_or(|t| near(at(t))),
                 };

@@ -26,6 +26,9 @@ const FEW: usize = 4;
 /// Exact pieces so many that one hull is better, if it is near enough.
 const SOME: usize = 8;
 
+/// Thin plates so many that an approximation with fewer pieces is looked for.
+const SHEETS_MAX: usize = 48;
+
 /// Planes of a body that may be convex.
 const PLANES_MAX: usize = 256;
 
@@ -54,11 +57,10 @@ pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options:
                 continue;
             }
             // Faces of bad models look both ways, and their bodies touch along edges.
-            let shells = shells(&component);
-            if shells.iter().all(|s| s.closed) {
-                shells.into_iter().for_each(|s| closed(s, options, &mut pieces));
-            } else {
-                open.push(component);
+            let (whole, gaping): (Vec<Mesh>, Vec<Mesh>) = shells(&component).into_iter().partition(|s| s.closed);
+            whole.into_iter().for_each(|s| closed(s, options, &mut pieces));
+            if !gaping.is_empty() {
+                open.push(Mesh::welded(Mesh::joined(gaping).view()));
             }
         }
         if !open.is_empty() {
@@ -251,12 +253,23 @@ fn surface(open: Vec<Mesh>, options: &PieceOptions, pieces: &mut Vec<Piece>) {
         add_exact(hulls, deviation_m, pieces);
         return;
     }
-    for part in rest {
-        match near_hull(&part, options) {
-            Some(piece) => pieces.push(piece),
-            None => pieces.extend(skin(&part, options).unwrap_or_else(|| approximate(&part, options))),
+    let mut sheets = Vec::new();
+    for part in &rest {
+        match near_hull(part, options) {
+            Some(piece) => sheets.push(piece),
+            None => match skin(part, options) {
+                Some(plates) => sheets.extend(plates),
+                None => sheets.extend(approximate(part, options)),
+            },
         }
     }
+    if sheets.len() <= SHEETS_MAX {
+        pieces.extend(sheets);
+        return;
+    }
+    // Foliage and the like: as few pieces as are near enough.
+    let fewer = approximate(&all, options);
+    pieces.extend(if fewer.len() < sheets.len() { fewer } else { sheets });
 }
 
 fn metres(v: [f64; 3]) -> [f64; 3] {
