@@ -45,11 +45,12 @@ const ALLOWED: [(&str, &[&str]); 15] = [
 ];
 
 /// Foreign crates that one crate alone may name.
-const FENCED: [(&str, &str); 7] = [
+const FENCED: [(&str, &str); 8] = [
     ("ifc-lite-core", "ifc"),
     ("ifc-lite-geometry", "ifc"),
     ("ifc-lite-processing", "ifc"),
     ("i_overlay", "geometry"),
+    ("i_triangle", "geometry"),
     ("parry3d-f64", "geometry"),
     ("rustfft", "slam-align"),
     ("iceoryx2", "bus"),

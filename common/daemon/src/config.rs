@@ -29,6 +29,9 @@ pub struct SiteConfig {
     /// The robot's own map.
     #[serde(default)]
     pub align: AlignConfig,
+    /// The simulation world.
+    #[serde(default)]
+    pub world: WorldConfig,
     /// The machine's clock.
     #[serde(default)]
     pub clock: ClockConfig,
@@ -119,6 +122,16 @@ impl PoseHint {
     fn radius_deg() -> f64 {
         20.0
     }
+}
+
+/// The simulation world.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct WorldConfig {
+    /// What it is like, as for `groundplan convert --world`.
+    pub options: Option<PathBuf>,
+    /// True if `groundplan export` writes it unasked.
+    pub write: bool,
 }
 
 /// The machine's clock.
@@ -219,6 +232,7 @@ impl SiteConfig {
             &mut config.robot.profile,
             &mut config.waypoints.options,
             &mut config.align.map,
+            &mut config.world.options,
             &mut config.clock.synchronised_while,
         ];
         for path in paths.chain(optional.into_iter().flatten()) {
@@ -244,6 +258,7 @@ mod tests {
             config.models[0].display(),
             profile.display()
         );
+        assert!(!config.world.write && config.world.options.is_some_and(|options| options.is_file()));
         assert!(config.waypoints.options.is_some_and(|options| options.is_file()));
         assert!(config.schedule.rules.is_some_and(|rules| rules.is_file()));
     }

@@ -19,7 +19,7 @@ mod systemd;
 pub use ask::ask;
 pub use config::{
     AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
-    SiteConfig, WaypointConfig,
+    SiteConfig, WaypointConfig, WorldConfig,
 };
 pub use request::{ActualsSource, Answer, Request};
 pub use robot_file::{Robot, RobotFileError};

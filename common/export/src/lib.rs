@@ -19,6 +19,7 @@ mod semantic;
 mod semantic_geometry;
 mod site_frame;
 mod waypoints;
+mod world;
 
 pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of};
@@ -29,6 +30,7 @@ pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
 pub use waypoints::Waypoints;
+pub use world::{DoorMode, Leafs, Lookup, Materials, Pieces, WorldFileError, WorldOptions, WorldOptionsError};
 
 use geometry::Footprint;
 use messages::{Grid, Grids, MapStoreyRecord, Phase, Plan, Site};
@@ -55,6 +57,8 @@ pub struct ExportInput<'a> {
     pub robot_footprint_m: &'a [[f64; 2]],
     /// True to write vertices, faces and edges of every element into `semantic.json`.
     pub with_geometry: bool,
+    /// What the simulation world is like; `None` for none.
+    pub world: Option<&'a WorldOptions>,
 }
 
 /// A file to be: path with `/` inside the output folder, and content.
@@ -94,6 +98,9 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
         let route = route::nav2_route(input, grid.head.map_storey);
         files.push(ExportFile::new(format!("{folder}/route.geojson"), json::text(&route)));
         files.push(plan_picture::file(&folder, input, grid));
+    }
+    if let Some(options) = input.world {
+        files.extend(world::files(input, options));
     }
     let sums = files.iter().map(|f| (f.path.clone(), sha256_hex(&f.bytes))).collect();
     files.push(ExportFile::new("manifest.json", json::text(&Manifest::of(input, sums))));

@@ -22,6 +22,7 @@ fn files(house: &House) -> Vec<ExportFile> {
         resolution_m: 0.5,
         robot_footprint_m: &[],
         with_geometry: true,
+        world: None,
     })
 }
 

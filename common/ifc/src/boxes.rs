@@ -298,7 +298,7 @@ pub(crate) fn mesh(extent: Extent, frame: &Affine) -> Option<MeshPart> {
     let positions_m: Vec<[f32; 3]> = extent.corners().into_iter().map(corner).collect();
     let finite = origin_m.iter().all(|x| x.abs() < 1e9) && positions_m.iter().flatten().all(|x| x.abs() < 1e9);
     let triangles = FACES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    finite.then_some(MeshPart { origin_m, positions_m, triangles })
+    finite.then_some(MeshPart { origin_m, positions_m, triangles, colour: None })
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use crate::affine::Affine;
 use crate::kernel::{File, Record};
 use crate::psets::type_sets;
 use crate::relations::Relations;
-use crate::{Door, boxes};
+use crate::{Door, DoorPanel, boxes};
 
 /// Attributes of an IfcDoor. `placement` is its frame in the world, `items` are those of its body.
 pub(crate) fn read(
@@ -22,11 +22,15 @@ pub(crate) fn read(
         own.chain(type_id.map(|id| type_sets(file, id)).unwrap_or_default()).filter_map(|id| file.record(id)).collect();
     let of = |entity: &str, name: &str| sets.iter().filter(|s| s.is(entity)).find_map(|s| length(s, name));
     let overall_width_m = length(door, "OverallWidth");
+    let mut panels = panels(file, &sets);
     let (operation_type, frame) = match operation(file, door) {
         Some(operation) => (operation, placement),
         None => {
             let operation = type_id.and_then(|id| operation(file, &file.record(id)?)).unwrap_or_default();
             let frame = placement.map(|p| mapped_item_operator(file, items, unit_m).map_or(p, |m| p.after(&m)));
+            if frame.as_ref().is_some_and(Affine::mirrored) {
+                panels.iter_mut().for_each(|p| p.position = swapped(&p.position));
+            }
             unmirrored(operation, frame, overall_width_m.unwrap_or(0.0))
         }
     };
@@ -36,8 +40,21 @@ pub(crate) fn read(
         overall_height_m: length(door, "OverallHeight"),
         lining_thickness_m: of("IFCDOORLININGPROPERTIES", "LiningThickness"),
         panel_depth_m: of("IFCDOORPANELPROPERTIES", "PanelDepth"),
+        panels,
         frame: frame.and_then(|f| f.placement()),
     }
+}
+
+fn panels(file: &File<'_>, sets: &[Record<'_>]) -> Vec<DoorPanel> {
+    let word = |set: &Record<'_>, name: &str| {
+        file.attribute(set, name).enumeration().map(|w| w.to_ascii_uppercase()).unwrap_or_default()
+    };
+    let panel = |set: &Record<'_>| DoorPanel {
+        operation: word(set, "PanelOperation"),
+        position: word(set, "PanelPosition"),
+        share: file.attribute(set, "PanelWidth").number().filter(|share| 0.0 < *share && *share <= 1.0),
+    };
+    sets.iter().filter(|s| s.is("IFCDOORPANELPROPERTIES")).map(panel).collect()
 }
 
 /// OperationType of a door, a door type or a door style; its text where it is user-defined. NOTDEFINED says nothing.
@@ -117,6 +134,8 @@ mod tests {
         let door = door("IFC2X3", &format!("#1=IFCDOOR('d',$,$,$,$,#103,$,$,2.,0.9);{STYLE}{style}"));
         assert_eq!(door.operation_type, "DOUBLE_DOOR_SINGLE_SWING");
         assert_eq!((door.lining_thickness_m, door.panel_depth_m), (Some(0.05), Some(0.04)));
+        let panel = DoorPanel { operation: "SWINGING".into(), position: "LEFT".into(), share: Some(0.5) };
+        assert_eq!(door.panels, [panel]);
     }
 
     #[test]

@@ -38,8 +38,8 @@ mod units;
 pub use container::unpack;
 pub use error::ReadError;
 pub use model::{
-    Diagnostic, Door, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Named, Opening,
-    Placement, Property, PropertyValue, Severity, Source, Space, SpaceBoundary, Stair, Storey,
+    Diagnostic, Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model,
+    Named, Opening, Placement, Property, PropertyValue, Severity, Source, Space, SpaceBoundary, Stair, Storey,
 };
 pub use schedule::{
     DurationType, Lag, LagValue, LinkTarget, Recurrence, RecurrenceType, Schedule, Sequence, SequenceType, Task,

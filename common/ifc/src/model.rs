@@ -158,6 +158,8 @@ pub struct MeshPart {
     pub positions_m: Vec<[f32; 3]>,
     /// Vertex indices.
     pub triangles: Vec<[u32; 3]>,
+    /// Red, green, blue and opacity of the style that the file gives the item or its material; `None` if it gives none.
+    pub colour: Option<[u8; 4]>,
 }
 
 impl MeshPart {
@@ -188,9 +190,22 @@ pub struct Door {
     pub lining_thickness_m: Option<f64>,
     /// PanelDepth of the first IfcDoorPanelProperties: the leaf's thickness.
     pub panel_depth_m: Option<f64>,
+    /// Its panels by IfcDoorPanelProperties, in file order; mirrored placements have left and right swapped already.
+    pub panels: Vec<DoorPanel>,
     /// Right-handed frame in which the operation type is meant: origin at a jamb, x along the width, swinging leaves
     /// open towards +y. The placement, unless the operation type is of a style that the occurrence turns or mirrors.
     pub frame: Option<Placement>,
+}
+
+/// IfcDoorPanelProperties.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct DoorPanel {
+    /// PanelOperation, e.g. `SWINGING`; empty if absent.
+    pub operation: String,
+    /// PanelPosition: `LEFT`, `MIDDLE` or `RIGHT`; empty if absent.
+    pub position: String,
+    /// PanelWidth: its share of the door's width.
+    pub share: Option<f64>,
 }
 
 /// A stair flight's attributes; lengths in metres.

@@ -40,6 +40,8 @@ pub struct Site<'a> {
     pub openings: &'a [OpeningRecord],
     /// Doors.
     pub doors: &'a [DoorRecord],
+    /// Panels of doors.
+    pub panels: &'a [DoorPanelRecord],
     /// Stairs and flights.
     pub stairs: &'a [StairRecord],
     /// Which elements bound which spaces by IfcRelSpaceBoundary, sorted.
@@ -102,6 +104,7 @@ impl<'a> Site<'a> {
             points: archive.section(section::POINTS)?,
             openings: archive.section(section::OPENINGS)?,
             doors: archive.section(section::DOORS)?,
+            panels: archive.section(section::PANELS)?,
             stairs: archive.section(section::STAIRS)?,
             boundaries: archive.section(section::BOUNDARIES)?,
             attributes: archive.section(section::ATTRIBUTES)?,
@@ -172,6 +175,16 @@ impl<'a> Site<'a> {
         self.materials[span(element.first_material, element.n_materials)].iter().map(|&t| self.text(t))
     }
 
+    /// The panels of a door.
+    pub fn door_panels(&self, door: &DoorRecord) -> &'a [DoorPanelRecord] {
+        &self.panels[span(door.hanging.first_panel, door.hanging.n_panels)]
+    }
+
+    /// The parts of an element.
+    pub fn element_parts(&self, element: &ElementRecord) -> &'a [PartRecord] {
+        &self.parts[span(element.first_part, element.n_parts)]
+    }
+
     fn meshes(&self, first: u32, n: u32) -> impl Iterator<Item = MeshView<'a>> + Clone + use<'a> {
         let (vertices, triangles) = (self.vertices, self.triangles);
         self.parts[span(first, n)].iter().map(move |part| MeshView {
@@ -197,6 +210,7 @@ impl<'a> Site<'a> {
         check(&mut spaces.iter().map(|s| s.n_rings), self.rings.len(), "a ring")?;
         check(&mut self.rings.iter().map(|r| r.n_points), self.points.len(), "a point")?;
         check(&mut attributes(), self.attributes.len(), "an attribute")?;
+        check(&mut self.doors.iter().map(|d| d.hanging.n_panels), self.panels.len(), "a panel")?;
         check(&mut elements.iter().map(|e| e.n_materials), self.materials.len(), "a material")
     }
 
@@ -227,11 +241,13 @@ impl<'a> Site<'a> {
         let spaces = self.spaces.iter().flat_map(|s| [&s.floor_z_tenths, &s.height_tenths]);
         let openings = self.openings.iter().flat_map(|o| [&o.bottom_z_tenths, &o.top_z_tenths]);
         let mut records = elements.chain(storeys).chain(spaces).chain(openings);
+        let axes = |d: &DoorRecord| d.hanging.along.iter().chain(&d.hanging.towards).all(|a| a.abs() <= 1.001);
         let boxes = self.openings.iter().map(|o| &o.plan).chain(self.doors.iter().map(|d| &d.passage));
         let whole = self.vertices.as_flattened().iter().all(is_near)
             && self.points.as_flattened().iter().all(is_near)
             && records.all(is_near)
-            && boxes.into_iter().all(is_box);
+            && boxes.into_iter().all(is_box)
+            && self.doors.iter().all(axes);
         if whole { Ok(()) } else { Err(ArchiveError::Index { what: "a coordinate" }) }
     }
 
@@ -269,6 +285,7 @@ impl<'a> Site<'a> {
                 (d.element as usize) < elements
                     && optional(d.opening, self.openings.len())
                     && d.spaces.iter().all(|&s| optional(s, spaces))
+                    && fits(d.hanging.first_panel, d.hanging.n_panels, self.panels.len())
             }),
             "a door",
         )?;
@@ -325,8 +342,10 @@ impl<'a> Site<'a> {
         let attributes = self.attributes.iter().flat_map(|a| [a.set, a.name, a.text]);
         let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
         let others = self.sources.iter().flat_map(|s| [s.file, s.schema]).chain([self.head.earth_crs]);
-        let others =
-            others.chain(self.doors.iter().map(|d| d.operation)).chain(self.openings.iter().map(|o| o.global_id));
+        let others = others
+            .chain(self.doors.iter().map(|d| d.operation))
+            .chain(self.panels.iter().flat_map(|p| [p.operation, p.position]))
+            .chain(self.openings.iter().map(|o| o.global_id));
         let controls =
             self.work_controls.iter().flat_map(|c| [c.global_id, c.name, c.predefined_type, c.start, c.finish]);
         let calendars = self.calendars.iter().flat_map(|c| [c.global_id, c.name]);

@@ -52,6 +52,7 @@ pub struct SiteBuilder {
     pub points: Vec<[i32; 2]>,
     pub openings: Vec<OpeningRecord>,
     pub doors: Vec<DoorRecord>,
+    pub panels: Vec<DoorPanelRecord>,
     pub stairs: Vec<StairRecord>,
     pub boundaries: Vec<BoundaryRecord>,
     pub attributes: Vec<AttributeRecord>,
@@ -114,6 +115,7 @@ impl SiteBuilder {
         list.add(section::POINTS, &self.points);
         list.add(section::OPENINGS, &self.openings);
         list.add(section::DOORS, &self.doors);
+        list.add(section::PANELS, &self.panels);
         list.add(section::STAIRS, &self.stairs);
         list.add(section::BOUNDARIES, &self.boundaries);
         list.add(section::ATTRIBUTES, &self.attributes);

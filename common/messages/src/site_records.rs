@@ -25,6 +25,7 @@ pub(crate) mod section {
     pub(crate) const MATERIALS: u32 = 18;
     pub(crate) const DIAGNOSTICS: u32 = 19;
     pub(crate) const CONTACTS: u32 = 20;
+    pub(crate) const PANELS: u32 = 21;
     pub(crate) const WORK_CONTROLS: u32 = 32;
     pub(crate) const CALENDARS: u32 = 33;
     pub(crate) const WORK_TIMES: u32 = 34;
@@ -214,8 +215,8 @@ pub struct PartRecord {
     pub n_triangles: u32,
     /// 1 if every edge is passed as often in either direction.
     pub closed: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Red, green, blue and opacity that the model gives it, a byte each from the highest; 0 if it gives none.
+    pub colour: u32,
 }
 const _: () = assert!(size_of::<PartRecord>() == 24);
 
@@ -337,8 +338,42 @@ pub struct DoorRecord {
     pub clear_width_m: f64,
     /// Its passage: the opening's width, the wall's thickness.
     pub passage: BoxRecord,
+    /// How it hangs.
+    pub hanging: DoorHanging,
 }
-const _: () = assert!(size_of::<DoorRecord>() == 104);
+const _: () = assert!(size_of::<DoorRecord>() == 160);
+
+/// How a door hangs: what its operation type is said of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct DoorHanging {
+    /// Unit direction in plan of the door's x axis, along its width: left is where it begins. Zero if the door has no frame.
+    pub along: [f64; 2],
+    /// Unit direction in plan of the door's y axis, to which it swings.
+    pub towards: [f64; 2],
+    /// Width of the lining at each side and above, 0 if unknown.
+    pub lining_m: f64,
+    /// Thickness of the leaf, 0 if unknown.
+    pub leaf_m: f64,
+    /// First of its panels.
+    pub first_panel: u32,
+    /// Number of its panels.
+    pub n_panels: u32,
+}
+const _: () = assert!(size_of::<DoorHanging>() == 56);
+
+/// A panel of a door by IfcDoorPanelProperties.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct DoorPanelRecord {
+    /// PanelOperation.
+    pub operation: Text,
+    /// PanelPosition.
+    pub position: Text,
+    /// PanelWidth: its share of the door's width; 0 if unknown.
+    pub share: f64,
+}
+const _: () = assert!(size_of::<DoorPanelRecord>() == 24);
 
 /// Where a door's clear width comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -50,7 +50,7 @@ fn a_task_that_is_nested_in_itself_is_refused() {
 
 #[test]
 fn parts_that_share_triangles_are_refused_because_walking_them_would_be_quadratic() {
-    let part = PartRecord { first_vertex: 0, n_vertices: 3, first_triangle: 0, n_triangles: 1, closed: 0, reserved: 0 };
+    let part = PartRecord { first_vertex: 0, n_vertices: 3, first_triangle: 0, n_triangles: 1, closed: 0, colour: 0 };
     let opened = |n_parts: usize| {
         let mut builder = SiteBuilder::default();
         builder.vertices.extend([[0; 3]; 6]);

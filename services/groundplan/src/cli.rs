@@ -370,6 +370,10 @@ pub struct ExportArgs {
     #[arg(long, value_name = "N", default_value_t = 5, requires = "watch")]
     pub keep: usize,
 
+    /// The world.
+    #[command(flatten)]
+    pub world: WorldArgs,
+
     /// The site.
     #[command(flatten)]
     pub site: SiteArgs,
@@ -477,6 +481,8 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
   waypoints.{json,csv,geojson}  centres of spaces and scans that cover them, as a tour; why a space has none
   site-graph.json               spaces, doors and junctions of all storeys, with stairs and lifts between them
   site-frame.json               the map frame; a later run into the same OUT keeps it
+  world/                        with --world: world.sdf for Gazebo and other simulators, with meshes; lookup.json: what its
+                                models are, by GlobalId; doors.urdf; site.glb for viewers
   storeys/<index>-<name>/
     planning.{pgm,yaml}         for global planning: 0 occupied, 254 free, 205 unknown or no floor
     localization.{pgm,yaml}     what a lidar sees of finished structure
@@ -493,6 +499,7 @@ Examples:
   groundplan convert house.ifc -o maps --resolution 0.1 --json | jq .storeys
   groundplan convert house.ifc -o maps --date 2024-04-15
   groundplan convert house.ifc -o maps --date all --schedule config/schedule.toml
+  groundplan convert house.ifc -o maps --world --date 2024-04-15 --barriers
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration. RUST_LOG=debug shows the steps.";
 
@@ -638,6 +645,34 @@ pub struct ChangesArgs {
     pub json: bool,
 }
 
+/// The simulation world.
+#[derive(Debug, Clone, Args)]
+pub struct WorldArgs {
+    /// Write the simulation world too; with a file, as that says [default: see config/world.toml]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    pub world: Option<Option<PathBuf>>,
+
+    /// What the world's doors are
+    #[arg(long, value_name = "HOW", requires = "world", value_parser = ["movable", "open", "closed", "passable"])]
+    pub doors: Option<String>,
+
+    /// Close the passages to blocked spaces by thin walls in the world
+    #[arg(long, requires = "world")]
+    pub barriers: bool,
+
+    /// Where the world's colours come from
+    #[arg(long, value_name = "WHERE", requires = "world", value_parser = ["semantic", "model"])]
+    pub materials: Option<String>,
+
+    /// How far corners of what the world shows may be moved to make it lighter, in metres
+    #[arg(long, value_name = "METRES", requires = "world")]
+    pub lod: Option<f64>,
+
+    /// Show the waypoints in the world
+    #[arg(long, requires = "world")]
+    pub markers: bool,
+}
+
 /// Arguments of `convert`.
 #[derive(Debug, Clone, Args)]
 pub struct ConvertArgs {
@@ -669,6 +704,10 @@ pub struct ConvertArgs {
     /// Write vertices, faces and edges of every element into semantic.json
     #[arg(long)]
     pub with_geometry: bool,
+
+    /// The world.
+    #[command(flatten)]
+    pub world: WorldArgs,
 
     /// Use the map frame of this site-frame.json [default: that of OUT, if there is one]
     #[arg(long, value_name = "FILE", conflicts_with = "new_frame")]

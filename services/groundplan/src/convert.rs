@@ -2,15 +2,15 @@
 
 use crate::cli::ConvertArgs;
 use crate::failure::Failure;
-use crate::maps::{Maps, options_of, robot_of, with_maps};
+use crate::maps::{Maps, options_of, robot_of, with_maps, world_of};
 use crate::plan_date;
 use crate::progress::ProgressLine;
 use crate::schedule_files::ScheduleInput;
 use crate::site_files;
 use crate::summary::{PhaseSummary, Summary};
-use daemon::Robot;
+use daemon::{Robot, WorldConfig};
 use drawing::Rasterizer;
-use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile};
+use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile, WorldOptions};
 use ifc_ingest::SiteFrame;
 use messages::{ArchiveBuffer, Phase, PhaseBuilder, Site};
 use schedule_eval::{Period, Timeline};
@@ -38,6 +38,7 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
     let started = Instant::now();
     let robot = robot_of(&arguments.robot)?;
     let options = options_of(arguments.waypoints.as_deref())?;
+    let world = world_of(&arguments.world, &WorldConfig::default())?;
     let wanted = wanted(arguments)?;
     let schedule = ScheduleInput::read(&arguments.schedule)?;
     let folder = OutputFolder::at(&arguments.out).map_err(Failure::usage)?;
@@ -54,7 +55,8 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
         debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
         progress.stage("drawing");
         let rasterizer = Rasterizer::new(&site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
-        let mut job = Job { arguments, robot: &robot, options: &options, site: &site, rasterizer };
+        let mut job =
+            Job { arguments, robot: &robot, options: &options, world: world.as_ref(), site: &site, rasterizer };
         let phases = match wanted {
             Wanted::Everything => {
                 let phase = everything_built(&site, timeline);
@@ -110,6 +112,7 @@ struct Job<'a> {
     arguments: &'a ConvertArgs,
     robot: &'a Robot,
     options: &'a PlanOptions,
+    world: Option<&'a WorldOptions>,
     site: &'a Site<'a>,
     rasterizer: Rasterizer,
 }
@@ -161,7 +164,7 @@ impl Job<'_> {
         phase: &ArchiveBuffer,
         progress: &ProgressLine,
     ) -> Result<(Vec<ExportFile>, PhaseSummary), Failure> {
-        let Self { site, arguments, robot, options, ref mut rasterizer } = *self;
+        let Self { site, arguments, robot, options, world, ref mut rasterizer } = *self;
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
         progress.stage("drawing");
         with_maps(site, &phase, rasterizer, robot, options, |maps: &Maps<'_>| {
@@ -180,6 +183,7 @@ impl Job<'_> {
                 resolution_m: arguments.robot.resolution,
                 robot_footprint_m: &robot.footprint_m,
                 with_geometry: arguments.with_geometry,
+                world,
             };
             Ok((export::files(&input), PhaseSummary::of(&input)))
         })

@@ -1,9 +1,10 @@
 //! The maps of a phase: grids, their index, waypoints.
 
-use crate::cli::RobotArgs;
+use crate::cli::{RobotArgs, WorldArgs};
 use crate::failure::Failure;
-use daemon::Robot;
+use daemon::{Robot, WorldConfig};
 use drawing::Rasterizer;
+use export::{DoorMode, Materials, WorldOptions};
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
 use std::path::Path;
@@ -24,6 +25,27 @@ pub(crate) fn robot_of(arguments: &RobotArgs) -> Result<Robot, Failure> {
 /// A file that cannot be read, or says what nothing can be planned with.
 pub(crate) fn options_of(file: Option<&Path>) -> Result<PlanOptions, Failure> {
     file.map_or_else(|| Ok(PlanOptions::default()), PlanOptions::read).map_err(Failure::usage)
+}
+
+/// What the world is like; `None` if neither the command line nor the configuration asks for one.
+///
+/// # Errors
+/// A file that cannot be read, or values that no world can have.
+pub(crate) fn world_of(arguments: &WorldArgs, configured: &WorldConfig) -> Result<Option<WorldOptions>, Failure> {
+    if arguments.world.is_none() && !configured.write {
+        return Ok(None);
+    }
+    let file = arguments.world.as_ref().and_then(Option::as_deref).or(configured.options.as_deref());
+    let mut options = file.map_or_else(|| Ok(WorldOptions::default()), WorldOptions::read).map_err(Failure::usage)?;
+    let doors = |name: &String| DoorMode::ALL.into_iter().find(|m| m.name() == name);
+    let materials = |name: &String| Materials::ALL.into_iter().find(|m| m.name() == name);
+    options.doors = arguments.doors.as_ref().and_then(doors).unwrap_or(options.doors);
+    options.materials = arguments.materials.as_ref().and_then(materials).unwrap_or(options.materials);
+    options.lod_m = arguments.lod.unwrap_or(options.lod_m);
+    options.barriers |= arguments.barriers;
+    options.markers |= arguments.markers;
+    options.check().map_err(Failure::usage)?;
+    Ok(Some(options))
 }
 
 /// Maps of all storeys at a phase.

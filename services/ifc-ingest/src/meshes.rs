@@ -60,7 +60,7 @@ fn add_part(
         first_triangle: first_triangle as u32,
         n_triangles: part.triangles.len() as u32,
         closed: u32::from(is_closed(&builder.vertices[first_vertex..], &part.triangles)),
-        reserved: 0,
+        colour: part.colour.map_or(0, u32::from_be_bytes),
     });
     Ok(())
 }

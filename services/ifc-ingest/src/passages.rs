@@ -11,7 +11,7 @@ use crate::storeys::SpaceFloor;
 use frames::{Map, TENTHS_PER_M, UprightRigid3, World, metres};
 use geometry::{MultiPolygon, OrientedBox, Point};
 use ifc::{Diagnostic, Element, Severity};
-use messages::{BoxRecord, DoorRecord, NONE, OpeningRecord, SiteBuilder};
+use messages::{BoxRecord, DoorHanging, DoorPanelRecord, DoorRecord, NONE, OpeningRecord, SiteBuilder};
 
 /// A door and a space whose floors are this near are on one level.
 const ONE_LEVEL: i32 = TENTHS_PER_M / 2;
@@ -96,6 +96,7 @@ fn add_door(
     let spaces = passage.map_or([None; 2], |p| joined_spaces(&p, &level));
     builder.elements[index].door = builder.doors.len() as u32;
     let operation_text = builder.texts.add(&door.operation_type);
+    let hanging = hanging_of(builder, door, &frame.map_from_world);
     builder.doors.push(DoorRecord {
         element: index as u32,
         opening: element.fills.map_or(NONE, |k| k as u32),
@@ -107,7 +108,32 @@ fn add_door(
         overall_height_m: height.unwrap_or(metres(record.max_tenths[2] - record.min_tenths[2])),
         clear_width_m,
         passage: passage.map_or_else(BoxRecord::default, BoxRecord::from),
+        hanging,
     });
+}
+
+fn hanging_of(builder: &mut SiteBuilder, door: &ifc::Door, map_from_world: &UprightRigid3<Map, World>) -> DoorHanging {
+    let first_panel = builder.panels.len() as u32;
+    for panel in &door.panels {
+        let record = DoorPanelRecord {
+            operation: builder.texts.add(&panel.operation),
+            position: builder.texts.add(&panel.position),
+            share: panel.share.unwrap_or(0.0),
+        };
+        builder.panels.push(record);
+    }
+    // A frame that lies on its side says nothing about a passage.
+    let axis = |k: usize| door.frame.and_then(|f| direction_in_plan(f.axes[k], map_from_world));
+    let (along, towards) = axis(0).zip(axis(1)).unwrap_or_default();
+    let length = |m: Option<f64>| m.filter(|m| m.is_finite() && *m > 0.0).unwrap_or(0.0);
+    DoorHanging {
+        along,
+        towards,
+        lining_m: length(door.lining_thickness_m),
+        leaf_m: length(door.panel_depth_m),
+        first_panel,
+        n_panels: door.panels.len() as u32,
+    }
 }
 
 /// The box of a door without an opening: along the placement's axis whose extent is nearest to the door's width.
@@ -126,7 +152,11 @@ fn door_box(body: &[Point], axis: Option<[f64; 2]>, width_m: Option<f64>) -> Opt
 
 /// Unit direction in plan of a placement's x axis; `None` if it stands upright.
 fn axis_of(element: &Element, map_from_world: &UprightRigid3<Map, World>) -> Option<[f64; 2]> {
-    let [x, y, _] = element.placement?.axes[0];
+    direction_in_plan(element.placement?.axes[0], map_from_world)
+}
+
+/// Unit direction in plan of a direction in the world; `None` if it stands upright.
+fn direction_in_plan([x, y, _]: [f64; 3], map_from_world: &UprightRigid3<Map, World>) -> Option<[f64; 2]> {
     let length = libm::hypot(x, y);
     (length > 0.5).then(|| map_from_world.in_plane().rotate([x / length, y / length]))
 }

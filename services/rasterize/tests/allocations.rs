@@ -8,7 +8,7 @@ mod support;
 use bus::{Bus, Daemon, Domain, Keeper, Origin, Publisher, Sample, Subscriber, Topic, Waiter};
 use daemon::{
     AlignConfig, BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages,
-    WaypointConfig,
+    WaypointConfig, WorldConfig,
 };
 use grid::Class;
 use messages::*;
@@ -93,6 +93,7 @@ fn walk_twice() {
         robot: RobotConfig { profile: None, resolution_m: 0.05 },
         waypoints: WaypointConfig::default(),
         align: AlignConfig::default(),
+        world: WorldConfig::default(),
         clock: ClockConfig::default(),
         log: LogConfig::default(),
     };

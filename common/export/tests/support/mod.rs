@@ -105,6 +105,7 @@ fn site() -> ArchiveBuffer {
         overall_height_m: 2.0,
         clear_width_m: 0.5,
         passage: BoxRecord::default(),
+        hanging: DoorHanging::default(),
     });
     b.stairs.push(StairRecord { element: 2, n_risers: 12, n_treads: NONE, riser_height_m: 0.18, ..Zeroable::zeroed() });
     b.points.extend([[0, 5_000], [30_000, 5_000], [30_000, 25_000], [0, 25_000]]);

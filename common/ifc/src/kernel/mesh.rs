@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use ifc_lite_core::EntityIndex;
+use ifc_lite_core::{EntityIndex, IfcType};
 use ifc_lite_processing::{
     Batching, Features, FrameEvent, MeshData, MeshFrame, ProcessingRequest, ProcessingSink, ProductGeometryAudit,
-    TessellationQuality, geometry_pool_builder, process,
+    TessellationQuality, default_color_for_type, geometry_pool_builder, process,
 };
 
 use super::{File, Patch};
@@ -139,7 +139,13 @@ fn part(mesh: &MeshData, frame: MeshFrame) -> MeshPart {
         positions.iter().map(rotate).collect()
     };
     let (triangles, _) = mesh.indices.as_chunks::<3>();
-    MeshPart { origin_m, positions_m, triangles: triangles.to_vec() }
+    MeshPart { origin_m, positions_m, triangles: triangles.to_vec(), colour: colour(mesh) }
+}
+
+/// The colour that the file gives; where it gives none the kernel takes one for the kind of element.
+fn colour(mesh: &MeshData) -> Option<[u8; 4]> {
+    let stands_in = default_color_for_type(IfcType::from_str(&mesh.ifc_type)).to_array();
+    (mesh.color != stands_in).then(|| mesh.color.map(|c| (c * 255.0).round() as u8))
 }
 
 #[cfg(test)]

@@ -3,10 +3,11 @@
 use super::join;
 use crate::cli::ExportArgs;
 use crate::failure::Failure;
+use crate::maps::world_of;
 use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
 use drawing::Rasterizer;
-use export::{ExportInput, OutputFolder};
+use export::{ExportInput, OutputFolder, WorldOptions};
 use messages::{Grid, Grids, Phase, Plan, Site};
 use std::time::{Duration, Instant};
 
@@ -23,6 +24,7 @@ pub fn export(arguments: &ExportArgs) -> Result<String, Failure> {
         return super::watch::watch(arguments);
     }
     let config = arguments.site.config()?;
+    let world = world_of(&arguments.world, &config.world)?;
     let folder = OutputFolder::at(&arguments.out).map_err(Failure::usage)?;
     let (bus, mut waiter) = join(&config)?;
     let mut sets = Sets::of(&bus)?;
@@ -33,7 +35,7 @@ pub fn export(arguments: &ExportArgs) -> Result<String, Failure> {
         }
         waiter.wait(LOOK).map_err(Failure::work)?;
     }
-    sets.write(&config, &folder)?;
+    sets.write(&config, world.as_ref(), &folder)?;
     Ok(String::new())
 }
 
@@ -81,7 +83,12 @@ impl Sets {
     }
 
     /// Writes the files of the samples, which belong together.
-    pub(super) fn write(&mut self, config: &SiteConfig, folder: &OutputFolder) -> Result<(), Failure> {
+    pub(super) fn write(
+        &mut self,
+        config: &SiteConfig,
+        world: Option<&WorldOptions>,
+        folder: &OutputFolder,
+    ) -> Result<(), Failure> {
         let (Some(site), Some(phase), Some(index), Some(plan)) = (&self.site, &self.phase, &self.index, &self.plan)
         else {
             return Err(Failure::work("there are no maps yet"));
@@ -119,6 +126,7 @@ impl Sets {
             resolution_m: config.robot.resolution_m,
             robot_footprint_m: &outline,
             with_geometry: false,
+            world,
         };
         folder.replace(&export::files(&input)).map_err(Failure::work)
     }

@@ -3,9 +3,10 @@
 use super::export::Sets;
 use crate::cli::ExportArgs;
 use crate::failure::Failure;
+use crate::maps::world_of;
 use bus::{Bus, Daemon, Waiter};
 use daemon::{SiteConfig, StopSignal};
-use export::OutputFolder;
+use export::{OutputFolder, WorldOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -19,12 +20,14 @@ const LOOK: Duration = Duration::from_millis(500);
 /// A folder that cannot be written. A command that fails is reported and does not stop it.
 pub(super) fn watch(arguments: &ExportArgs) -> Result<String, Failure> {
     let config = arguments.site.config()?;
+    let world = world_of(&arguments.world, &config.world)?;
     let domain = config.bus.domain().map_err(Failure::usage)?;
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
     let watched = Watched {
         epochs: arguments.out.join("epochs"),
         current: arguments.out.join("current"),
         keep: arguments.keep.max(1),
+        world,
         on_change: arguments.on_change.clone(),
     };
     std::fs::create_dir_all(&watched.epochs).map_err(|e| at(&watched.epochs, &e))?;
@@ -46,6 +49,7 @@ struct Watched {
     epochs: PathBuf,
     current: PathBuf,
     keep: usize,
+    world: Option<WorldOptions>,
     on_change: Option<PathBuf>,
 }
 
@@ -73,7 +77,7 @@ impl Watched {
         let folder = self.epochs.join(epoch.to_string());
         // A folder appears whole or not at all.
         if !folder.is_dir() {
-            sets.write(config, &OutputFolder::at(&folder).map_err(Failure::usage)?)?;
+            sets.write(config, self.world.as_ref(), &OutputFolder::at(&folder).map_err(Failure::usage)?)?;
         }
         let target = Path::new("epochs").join(epoch.to_string());
         if std::fs::read_link(&self.current).is_ok_and(|current| current == target) {

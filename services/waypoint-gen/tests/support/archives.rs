@@ -134,7 +134,7 @@ impl Builder<'_> {
             first_triangle: b.triangles.len() as u32,
             n_triangles: 12,
             closed: 1,
-            reserved: 0,
+            colour: 0,
         });
         b.vertices.extend((0..8).map(corner));
         b.triangles.extend(quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]));
@@ -176,6 +176,7 @@ impl Builder<'_> {
                 axis: if is_along_x { [1.0, 0.0] } else { [0.0, 1.0] },
                 half: if is_along_x { half } else { [half[1], half[0]] },
             },
+            hanging: DoorHanging::default(),
         });
     }
 

@@ -113,6 +113,7 @@ impl Planned {
                 resolution_m,
                 robot_footprint_m: &[],
                 with_geometry: false,
+                world: None,
             })
         });
         let picture = files.iter().find(|f| f.path.ends_with("waypoints.png")).unwrap();

@@ -1,0 +1,206 @@
+//! How doors move, by operation type: the leaves and what each of them does.
+
+use messages::{DoorPanelRecord, Site};
+
+/// A leaf: its part of the door's width and what it does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Leaf {
+    /// Where it begins and ends, as shares of the width from the left.
+    pub(crate) span: [f64; 2],
+    pub(crate) motion: Motion,
+}
+
+/// What a leaf does. Left, right and front are the door's: x = 0, x = W, +y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Motion {
+    /// Turns about an upright hinge on its left or right edge, to the front (1), to the back (-1), or both ways.
+    Swing { left: bool, towards: f64, both: bool },
+    /// Slides along the wall: -1 to the left, 1 to the right.
+    Slide { to: f64 },
+    /// Folds in the middle, hung on its left or right edge.
+    Fold { left: bool },
+    /// Goes up.
+    Rise,
+    /// Wings around the middle.
+    Turn,
+    /// Stays.
+    Fixed,
+}
+
+/// Where an operation type comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// OperationType of the door or its type.
+    Model,
+    /// PanelOperation and PanelPosition of its panels.
+    Panels,
+    /// The configuration: the model does not say.
+    Assumed,
+}
+
+impl Source {
+    /// Its name in files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Model => "model",
+            Self::Panels => "panels",
+            Self::Assumed => "assumed",
+        }
+    }
+}
+
+/// The leaves of an operation type, `share` being that of the left one of two; `None` if the schema has no such type, or leaves
+/// open how it moves.
+pub(crate) fn leaves(operation: &str, share: f64) -> Option<Vec<Leaf>> {
+    let whole = |motion| Some(vec![Leaf { span: [0.0, 1.0], motion }]);
+    let two =
+        |left, right| Some(vec![Leaf { span: [0.0, share], motion: left }, Leaf { span: [share, 1.0], motion: right }]);
+    let swing = |left, towards| Motion::Swing { left, towards, both: false };
+    let double = |left| Motion::Swing { left, towards: 1.0, both: true };
+    match operation {
+        "SINGLE_SWING_LEFT" => whole(swing(true, 1.0)),
+        "SINGLE_SWING_RIGHT" => whole(swing(false, 1.0)),
+        "DOUBLE_SWING_LEFT" => whole(double(true)),
+        "DOUBLE_SWING_RIGHT" => whole(double(false)),
+        "DOUBLE_DOOR_SINGLE_SWING" | "DOUBLE_PANEL_SINGLE_SWING" => two(swing(true, 1.0), swing(false, 1.0)),
+        "DOUBLE_DOOR_SINGLE_SWING_OPPOSITE_LEFT" | "DOUBLE_PANEL_SINGLE_SWING_OPPOSITE_LEFT" => {
+            two(swing(true, -1.0), swing(false, 1.0))
+        }
+        "DOUBLE_DOOR_SINGLE_SWING_OPPOSITE_RIGHT" | "DOUBLE_PANEL_SINGLE_SWING_OPPOSITE_RIGHT" => {
+            two(swing(true, 1.0), swing(false, -1.0))
+        }
+        "DOUBLE_DOOR_DOUBLE_SWING" | "DOUBLE_PANEL_DOUBLE_SWING" => two(double(true), double(false)),
+        "SWING_FIXED_LEFT" => two(swing(true, 1.0), Motion::Fixed),
+        "SWING_FIXED_RIGHT" => two(Motion::Fixed, swing(false, 1.0)),
+        "SLIDING_TO_LEFT" => whole(Motion::Slide { to: -1.0 }),
+        "SLIDING_TO_RIGHT" => whole(Motion::Slide { to: 1.0 }),
+        "DOUBLE_DOOR_SLIDING" | "DOUBLE_PANEL_SLIDING" => two(Motion::Slide { to: -1.0 }, Motion::Slide { to: 1.0 }),
+        "FOLDING_TO_LEFT" => whole(Motion::Fold { left: true }),
+        "FOLDING_TO_RIGHT" => whole(Motion::Fold { left: false }),
+        "DOUBLE_DOOR_FOLDING" | "DOUBLE_PANEL_FOLDING" => {
+            two(Motion::Fold { left: true }, Motion::Fold { left: false })
+        }
+        "REVOLVING" | "REVOLVING_VERTICAL" => whole(Motion::Turn),
+        "ROLLINGUP" | "LIFTING_VERTICAL_LEFT" | "LIFTING_VERTICAL_RIGHT" => whole(Motion::Rise),
+        "DOUBLE_DOOR_LIFTING_VERTICAL" | "DOUBLE_PANEL_LIFTING_VERTICAL" => two(Motion::Rise, Motion::Rise),
+        _ => None,
+    }
+}
+
+/// The operation type of a door, its leaves, and who says so. `None` for a door that stays shut.
+pub(crate) fn operation_of(
+    site: &Site<'_>,
+    door: &messages::DoorRecord,
+    unknown: &str,
+) -> Option<(String, Vec<Leaf>, Source)> {
+    let panels = site.door_panels(door);
+    let share = share_of_left(site, panels);
+    let said = site.text(door.operation).to_ascii_uppercase();
+    if let Some(leaves) = leaves(&said, share) {
+        return Some((said, leaves, Source::Model));
+    }
+    if let Some(found) = of_panels(site, panels)
+        && let Some(leaves) = leaves(found, share)
+    {
+        return Some((found.to_owned(), leaves, Source::Panels));
+    }
+    leaves(unknown, share).map(|leaves| (unknown.to_owned(), leaves, Source::Assumed))
+}
+
+/// Share of the left one of two leaves; a half unless the panels say otherwise.
+fn share_of_left(site: &Site<'_>, panels: &[DoorPanelRecord]) -> f64 {
+    let of = |position: &str| {
+        panels.iter().find(|p| site.text(p.position) == position && 0.05 < p.share && p.share < 0.95).map(|p| p.share)
+    };
+    if panels.len() < 2 {
+        return 0.5;
+    }
+    of("LEFT").or_else(|| of("RIGHT").map(|right| 1.0 - right)).unwrap_or(0.5)
+}
+
+/// The operation type that one or two panels make together.
+fn of_panels(site: &Site<'_>, panels: &[DoorPanelRecord]) -> Option<&'static str> {
+    let words = |p: &DoorPanelRecord| (site.text(p.operation), site.text(p.position));
+    let one = |p| {
+        Some(match words(p) {
+            ("SWINGING", "LEFT") => "SINGLE_SWING_LEFT",
+            ("SWINGING", "RIGHT") => "SINGLE_SWING_RIGHT",
+            ("DOUBLE_ACTING", "LEFT") => "DOUBLE_SWING_LEFT",
+            ("DOUBLE_ACTING", "RIGHT") => "DOUBLE_SWING_RIGHT",
+            ("SLIDING", "LEFT") => "SLIDING_TO_LEFT",
+            ("SLIDING", "RIGHT") => "SLIDING_TO_RIGHT",
+            ("FOLDING", "LEFT") => "FOLDING_TO_LEFT",
+            ("FOLDING", "RIGHT") => "FOLDING_TO_RIGHT",
+            ("REVOLVING", _) => "REVOLVING",
+            ("ROLLINGUP", _) => "ROLLINGUP",
+            _ => return None,
+        })
+    };
+    match panels {
+        [p] => one(p),
+        [a, b] => {
+            let (left, right) = if words(a).1 == "RIGHT" { (b, a) } else { (a, b) };
+            Some(match (words(left).0, words(right).0) {
+                ("SWINGING", "SWINGING") => "DOUBLE_DOOR_SINGLE_SWING",
+                ("DOUBLE_ACTING", "DOUBLE_ACTING") => "DOUBLE_DOOR_DOUBLE_SWING",
+                ("SLIDING", "SLIDING") => "DOUBLE_DOOR_SLIDING",
+                ("FOLDING", "FOLDING") => "DOUBLE_DOOR_FOLDING",
+                ("SWINGING", "FIXEDPANEL") => "SWING_FIXED_LEFT",
+                ("FIXEDPANEL", "SWINGING") => "SWING_FIXED_RIGHT",
+                _ => return None,
+            })
+        }
+        _ => None,
+    }
+}
+
+/// An operation type with left and right exchanged: of a door that stands on its head.
+pub(crate) fn turned_over(leaves: &mut [Leaf]) {
+    for leaf in leaves.iter_mut() {
+        leaf.span = [1.0 - leaf.span[1], 1.0 - leaf.span[0]];
+        match &mut leaf.motion {
+            Motion::Swing { left, .. } | Motion::Fold { left } => *left = !*left,
+            Motion::Slide { to } => *to = -*to,
+            Motion::Rise | Motion::Turn | Motion::Fixed => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_operation_type_of_the_schema_that_says_how_it_moves_has_leaves() {
+        for (operation, n_leaves) in [
+            ("SINGLE_SWING_LEFT", 1),
+            ("DOUBLE_DOOR_SINGLE_SWING", 2),
+            ("DOUBLE_DOOR_SINGLE_SWING_OPPOSITE_LEFT", 2),
+            ("DOUBLE_SWING_RIGHT", 1),
+            ("SWING_FIXED_LEFT", 2),
+            ("DOUBLE_DOOR_SLIDING", 2),
+            ("FOLDING_TO_RIGHT", 1),
+            ("REVOLVING", 1),
+            ("ROLLINGUP", 1),
+            ("DOUBLE_DOOR_LIFTING_VERTICAL", 2),
+        ] {
+            let found = leaves(operation, 0.4).unwrap();
+            assert_eq!(found.len(), n_leaves, "{operation}");
+            assert_eq!((found[0].span[0], found[n_leaves - 1].span[1]), (0.0, 1.0));
+        }
+        for operation in ["", "NOTDEFINED", "USERDEFINED", "LIFTING_HORIZONTAL", "opens left"] {
+            assert!(leaves(operation, 0.5).is_none(), "{operation}");
+        }
+    }
+
+    #[test]
+    fn what_stands_on_its_head_is_hung_on_the_other_side() {
+        let mut found = leaves("SWING_FIXED_LEFT", 0.7).unwrap();
+        turned_over(&mut found);
+        found.reverse();
+        let mut expected = leaves("SWING_FIXED_RIGHT", 0.3).unwrap();
+        expected.iter_mut().for_each(|l| l.span = l.span.map(|s| (s * 1e9).round() / 1e9));
+        found.iter_mut().for_each(|l| l.span = l.span.map(|s| (s * 1e9).round() / 1e9));
+        assert_eq!(found, expected);
+    }
+}

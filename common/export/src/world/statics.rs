@@ -1,0 +1,101 @@
+//! What stands at the plan time and does not move, as convex pieces.
+
+use super::options::WorldOptions;
+use crate::ExportInput;
+use frames::metres;
+use geometry::{ConvexBox, Made, Piece, Ring, Shape, convex_pieces};
+use grid::Class;
+use messages::{ElementRecord, NONE};
+use rayon::prelude::*;
+
+/// An element that stands, or something that stands in for what the model lacks.
+#[derive(Debug)]
+pub(crate) struct Static {
+    /// The element; `None` for barriers and assumed floors.
+    pub(crate) element: Option<u32>,
+    /// Its name in the world.
+    pub(crate) link: String,
+    pub(crate) class: Class,
+    /// Map storey that it is shown with.
+    pub(crate) storey: u32,
+    pub(crate) pieces: Vec<Piece>,
+}
+
+impl Static {
+    /// A level box that is no element: along `axis` in plan, lengths in metres.
+    pub(crate) fn plate(
+        link: String,
+        class: Class,
+        storey: u32,
+        centre_m: [f64; 3],
+        axis: [f64; 2],
+        size_m: [f64; 3],
+    ) -> Self {
+        let axes = [[axis[0], axis[1], 0.0], [-axis[1], axis[0], 0.0], [0.0, 0.0, 1.0]];
+        let shape = Shape::Box(ConvexBox { centre_m, axes, size_m });
+        Self { element: None, link, class, storey, pieces: vec![Piece { shape, made: Made::Exact, deviation_m: 0.0 }] }
+    }
+}
+
+impl Static {
+    /// A level slab that is no element: convex plans below a height.
+    pub(crate) fn slab(
+        link: String,
+        class: Class,
+        storey: u32,
+        plans: Vec<Ring>,
+        top_m: f64,
+        thickness_m: f64,
+    ) -> Self {
+        let made = |plan: Ring| Piece {
+            shape: Shape::prism(&plan, [top_m - thickness_m, top_m]),
+            made: Made::Exact,
+            deviation_m: 0.0,
+        };
+        Self { element: None, link, class, storey, pieces: plans.into_iter().map(made).collect() }
+    }
+}
+
+/// True if the element stands at the plan time, finished or not: as on the maps.
+pub(crate) fn stands(input: &ExportInput<'_>, element: u32) -> bool {
+    let record = &input.site.elements[element as usize];
+    record.n_parts > 0 && input.phase.effective(element as usize).is_obstacle()
+}
+
+/// All elements that stand, less those that `moves`, in the order of the site.
+pub(crate) fn statics(input: &ExportInput<'_>, options: &WorldOptions, moves: impl Fn(u32) -> bool) -> Vec<Static> {
+    let site = input.site;
+    let elements: Vec<u32> = (0..site.elements.len() as u32).filter(|e| stands(input, *e) && !moves(*e)).collect();
+    let pieces = options.piece_options();
+    let of = |element: &u32| {
+        let record = &site.elements[*element as usize];
+        Static {
+            element: Some(*element),
+            link: link_name(input, record),
+            class: record.class(),
+            storey: storey_of(input, record),
+            pieces: convex_pieces(site.element_meshes(record), &pieces),
+        }
+    };
+    elements.par_iter().map(of).collect()
+}
+
+/// Class and GlobalId.
+pub(crate) fn link_name(input: &ExportInput<'_>, record: &ElementRecord) -> String {
+    format!("{}_{}", record.class().name(), input.site.text(record.global_id))
+}
+
+/// The map storey of the storey that contains an element, else the highest whose floor is not above its middle, else the lowest.
+pub(crate) fn storey_of(input: &ExportInput<'_>, record: &ElementRecord) -> u32 {
+    let site = input.site;
+    if record.storey != NONE && site.storeys[record.storey as usize].map_storey != NONE {
+        return site.storeys[record.storey as usize].map_storey;
+    }
+    storey_at(input, (metres(record.min_tenths[2]) + metres(record.max_tenths[2])) / 2.0)
+}
+
+/// The highest map storey whose floor is not above a height, else the lowest.
+pub(crate) fn storey_at(input: &ExportInput<'_>, z_m: f64) -> u32 {
+    let below = input.site.map_storeys.iter().rposition(|s| metres(s.floor_z_tenths) <= z_m + 1e-6);
+    below.unwrap_or(0) as u32
+}

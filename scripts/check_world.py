@@ -1,0 +1,331 @@
+#!/usr/bin/env python3
+"""Compares exported worlds with the planning maps beside them, from the exported files alone.
+
+    python3 scripts/check_world.py OUT...          judge the folders that `groundplan convert` or `export` wrote
+    python3 scripts/check_world.py --self-test OUT take and add pieces in copies of the world; each must be noticed
+
+Needs numpy and Pillow. Prints a line with the verdict for each folder. Exit codes: 0 all agree, 1 one does not, 2 a folder cannot
+be read.
+
+Rays start on free cells of each storey's planning map, at the same place and in the same directions in both:
+
+- in the map they end at the first cell that is occupied by anything but a door;
+- in the world they end at the first collision shape of a static model, cut to the heights that the map shows and seen in plan: a
+  map is the projection of what stands between the robot's step and its height, so a ray at one height would pass over a table.
+
+Doors move in the world and are passable on maps, so that they are left out on both sides, as are cells that are occupied only
+because their room is closed, and barriers. A map takes a cell that is touched anywhere, so that along a wall its rays end earlier.
+Two ends agree if they are no farther apart than a cell and its diagonal, or if each lies as near to what the other side holds.
+99.5 % of all rays have to agree.
+"""
+import argparse
+import json
+import math
+import pathlib
+import sys
+import time
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+from PIL import Image
+
+DOOR = 3
+N_STARTS = 400
+N_DIRECTIONS = 36
+RANGE_M = 20.0
+GOAL = 0.995
+
+
+def rotation(roll, pitch, yaw):
+    """Roll, pitch, yaw about fixed axes, as SDF has them."""
+    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
+    return np.array([
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ])
+
+
+def pose_of(element):
+    values = [float(x) for x in (element.findtext("pose") or "0 0 0 0 0 0").split()]
+    return rotation(*values[3:]), np.array(values[:3])
+
+
+CUBE = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+CUBE_FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+
+
+class World:
+    """The collision shapes of static models, barriers left out: corners in `map` and faces."""
+
+    def __init__(self, folder):
+        self.meshes = {}
+        self.shapes = []
+        root = ElementTree.parse(folder / "world.sdf").getroot()
+        for model in root.iter("model"):
+            if (model.findtext("static") or "") != "true" or model.get("name").startswith("door_"):
+                continue
+            for link in model.findall("link"):
+                if link.get("name").startswith("barrier_"):
+                    continue
+                for collision in link.findall("collision"):
+                    self.shapes.append(self.shape(folder, collision))
+
+    def shape(self, folder, collision):
+        turn, shift = pose_of(collision)
+        size = collision.findtext("geometry/box/size")
+        if size is not None:
+            corners, faces = CUBE * np.array([float(x) for x in size.split()]), CUBE_FACES
+        else:
+            corners, faces = self.mesh(folder / collision.findtext("geometry/mesh/uri"))
+        return corners @ turn.T + shift, faces
+
+    def mesh(self, path):
+        if path not in self.meshes:
+            words = [line.split() for line in path.read_text().splitlines()]
+            corners = np.array([[float(x) for x in w[1:4]] for w in words if w and w[0] == "v"])
+            self.meshes[path] = corners, [[int(x) - 1 for x in w[1:]] for w in words if w and w[0] == "f"]
+        return self.meshes[path]
+
+    def plans(self, low, high):
+        """Convex plans of what the shapes are between two heights."""
+        found = (convex_plan(clipped(*shape, low, high)) for shape in self.shapes if meets(shape[0], low, high))
+        return [plan for plan in found if len(plan) >= 3]
+
+
+def meets(corners, low, high):
+    return corners[:, 2].min() < high and low < corners[:, 2].max()
+
+
+def clipped(corners, faces, low, high):
+    inside = [c[:2] for c in corners if low <= c[2] <= high]
+    for face in faces:
+        for a, b in zip(face, face[1:] + face[:1]):
+            a, b = corners[a], corners[b]
+            for z in (low, high):
+                if (a[2] < z) != (b[2] < z):
+                    inside.append((a + (z - a[2]) / (b[2] - a[2]) * (b - a))[:2])
+    return inside
+
+
+def convex_plan(points):
+    """Counter-clockwise convex hull by Andrew's monotone chain."""
+    points = sorted({(round(float(x), 7), round(float(y), 7)) for x, y in points})
+    if len(points) < 3:
+        return np.zeros((0, 2))
+
+    def chain(points):
+        out = []
+        for p in points:
+            while len(out) >= 2 and ((out[-1][0] - out[-2][0]) * (p[1] - out[-2][1])
+                                     - (out[-1][1] - out[-2][1]) * (p[0] - out[-2][0])) <= 0:
+                out.pop()
+            out.append(p)
+        return out[:-1]
+
+    return np.array(chain(points) + chain(points[::-1]))
+
+
+class Plans:
+    """Convex plans as edges in a lattice of buckets, for rays and for distances."""
+
+    def __init__(self, plans):
+        starts = [p for p in plans]
+        ends = [np.roll(p, -1, 0) for p in plans]
+        self.a = np.concatenate(starts) if starts else np.zeros((0, 2))
+        self.b = np.concatenate(ends) if ends else np.zeros((0, 2))
+
+    def cast(self, origin, directions):
+        """Length of each ray to the first edge; infinity without one."""
+        low, high = np.minimum(self.a, self.b), np.maximum(self.a, self.b)
+        near = ((low <= origin + RANGE_M) & (high >= origin - RANGE_M)).all(1)
+        a, d = self.a[near] - origin, (self.b - self.a)[near]
+        lengths = np.full(len(directions), np.inf)
+        for k, u in enumerate(directions):
+            # a + s d = t u
+            cross = d[:, 0] * u[1] - d[:, 1] * u[0]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                s = (a[:, 1] * u[0] - a[:, 0] * u[1]) / cross
+                t = (d[:, 0] * a[:, 1] - d[:, 1] * a[:, 0]) / cross
+            hit = (cross != 0) & (-1e-9 <= s) & (s <= 1 + 1e-9) & (t >= 0)
+            if hit.any():
+                lengths[k] = t[hit].min()
+        return lengths
+
+    def distances(self, points):
+        """Distance of each point from the nearest edge."""
+        d = self.b - self.a
+        squared = np.maximum((d * d).sum(1), 1e-18)
+        out = np.full(len(points), np.inf)
+        for k, p in enumerate(points):
+            s = np.clip(((p - self.a) * d).sum(1) / squared, 0, 1)
+            off = p - (self.a + s[:, None] * d)
+            if len(off):
+                out[k] = math.sqrt((off * off).sum(1).min())
+        return out
+
+
+class Map:
+    """A storey's planning map, row 0 at the bottom."""
+
+    def __init__(self, out, entry, resolution_m):
+        folder = out / entry["directory"]
+        planning = np.array(Image.open(folder / "planning.pgm"))[::-1]
+        classes = np.array(Image.open(folder / "classes.png"))[::-1]
+        self.cell, self.origin = resolution_m, np.array(entry["origin_m"])
+        self.solid = (planning == 0) & (classes != 0) & (classes != DOOR)
+        self.free = (planning == 254) & (classes == 0)
+
+    def starts(self, n):
+        """Middles of free cells, evenly taken."""
+        rows, columns = np.nonzero(self.free)
+        if len(rows) == 0:
+            return np.zeros((0, 2))
+        chosen = np.linspace(0, len(rows) - 1, min(n, len(rows))).astype(int)
+        return self.origin + (np.stack([columns[chosen], rows[chosen]], 1) + 0.5) * self.cell
+
+    def cast(self, origin, directions):
+        """Length of each ray to the first solid cell; infinity without one in range. Walks from cell border to cell border."""
+        position = np.tile((origin - self.origin) / self.cell, (len(directions), 1))
+        cells = np.floor(position).astype(int)
+        step = np.where(directions > 0, 1, -1)
+        with np.errstate(divide="ignore"):
+            per_cell = 1 / np.abs(directions)
+        border = np.where(directions > 0, cells + 1 - position, position - cells)
+        next_at = np.where(np.abs(directions) > 1e-12, border * per_cell, np.inf)
+        lengths = np.full(len(directions), np.inf)
+        alive = np.ones(len(directions), bool)
+        height, width = self.solid.shape
+        while alive.any():
+            rows = np.flatnonzero(alive)
+            axis = np.argmin(next_at[rows], 1)
+            at = next_at[rows, axis]
+            cells[rows, axis] += step[rows, axis]
+            next_at[rows, axis] += per_cell[rows, axis]
+            x, y = cells[rows, 0], cells[rows, 1]
+            inside = (x >= 0) & (y >= 0) & (x < width) & (y < height) & (at * self.cell <= RANGE_M)
+            solid = np.zeros(len(rows), bool)
+            solid[inside] = self.solid[y[inside], x[inside]]
+            lengths[rows[solid]] = at[solid] * self.cell
+            alive[rows[solid | ~inside]] = False
+        return lengths
+
+    def is_near_solid(self, points, reach):
+        """True for points with a solid cell within reach."""
+        n = math.ceil(reach / self.cell)
+        out = np.zeros(len(points), bool)
+        for k, p in enumerate((points - self.origin) / self.cell):
+            x, y = (int(math.floor(c)) for c in p)
+            block = self.solid[max(0, y - n):y + n + 1, max(0, x - n):x + n + 1]
+            rows, columns = np.nonzero(block)
+            if len(rows):
+                dx = np.maximum(np.abs(columns + max(0, x - n) + 0.5 - p[0]) - 0.5, 0)
+                dy = np.maximum(np.abs(rows + max(0, y - n) + 0.5 - p[1]) - 0.5, 0)
+                out[k] = (np.hypot(dx, dy) * self.cell).min() <= reach
+        return out
+
+
+def judge(out):
+    """(rays, rays that agree, rays whose ends are as near along the ray, one wrong ray of each storey)."""
+    manifest = json.loads((out / "manifest.json").read_text(encoding="utf-8"))
+    world = World(out / "world")
+    cell, (low, high) = manifest["resolution_m"], manifest["slab_m"]
+    reach = cell * math.sqrt(2) + 1e-6
+    angles = (np.arange(N_DIRECTIONS) + 0.5) / N_DIRECTIONS * 2 * math.pi
+    directions = np.stack([np.cos(angles), np.sin(angles)], 1)
+    n_rays = n_agree = n_along = 0
+    wrong = []
+    for entry in manifest["storeys"]:
+        grid = Map(out, entry, cell)
+        floor = entry["floor_z_m"]
+        plans = Plans(world.plans(floor + low + 1e-4, floor + high - 1e-4))
+        worst = None
+        for start in grid.starts(N_STARTS):
+            in_map = np.minimum(grid.cast(start, directions), RANGE_M)
+            in_world = np.minimum(plans.cast(start, directions), RANGE_M)
+            along = np.abs(in_map - in_world) <= reach
+            agree = along.copy()
+            rest = np.flatnonzero(~along)
+            if len(rest):
+                map_ends = start + in_map[rest, None] * directions[rest]
+                world_ends = start + in_world[rest, None] * directions[rest]
+                known_to_world = (plans.distances(map_ends) <= reach) | (in_map[rest] >= RANGE_M)
+                known_to_map = grid.is_near_solid(world_ends, reach) | (in_world[rest] >= RANGE_M)
+                agree[rest] = known_to_world & known_to_map
+            n_rays, n_agree, n_along = n_rays + len(directions), n_agree + agree.sum(), n_along + along.sum()
+            for k in np.flatnonzero(~agree):
+                off = abs(in_map[k] - in_world[k])
+                if worst is None or off > worst[0]:
+                    worst = (off, start, directions[k], in_map[k], in_world[k])
+        if worst is not None:
+            _, start, u, m, w = worst
+            wrong.append(f"storey {entry['index']}: from ({start[0]:.2f}, {start[1]:.2f}) towards ({u[0]:.2f}, {u[1]:.2f}) "
+                         f"the map ends after {m:.2f} m, the world after {w:.2f} m")
+    return n_rays, n_agree, n_along, wrong
+
+
+def verdict(out):
+    start = time.monotonic()
+    n_rays, n_agree, n_along, wrong = judge(out)
+    share = n_agree / n_rays if n_rays else 1.0
+    is_good = share >= GOAL
+    if not is_good:
+        print("\n".join(f"  {line}" for line in wrong[:20]))
+    print(f"{'ok  ' if is_good else 'FAIL'} {out.name}: {n_agree} of {n_rays} rays agree ({100 * share:.2f} %), "
+          f"{100 * n_along / max(n_rays, 1):.1f} % along the ray; {time.monotonic() - start:.1f} s", flush=True)
+    return is_good
+
+
+def self_test(out):
+    """Takes every fifth collision of the world away, and shifts all by 0.2 m: both must be noticed."""
+    import shutil
+    import tempfile
+    is_good = verdict(out)
+    for name, damage in (("a fifth of the pieces is missing", thinned), ("the world is shifted", shifted)):
+        with tempfile.TemporaryDirectory() as home:
+            copy = pathlib.Path(home) / name.replace(" ", "-")
+            shutil.copytree(out, copy)
+            path = copy / "world" / "world.sdf"
+            tree = ElementTree.parse(path)
+            damage(tree.getroot())
+            tree.write(path)
+            n_rays, n_agree, _, _ = judge(copy)
+            is_noticed = n_agree < GOAL * n_rays
+            is_good &= is_noticed
+            print(f"{'ok  ' if is_noticed else 'FAIL'} {name}: {100 * n_agree / max(n_rays, 1):.2f} % agree", flush=True)
+    return is_good
+
+
+def thinned(root):
+    n = 0
+    for link in root.iter("link"):
+        for collision in link.findall("collision"):
+            n += 1
+            if n % 5 == 0:
+                link.remove(collision)
+
+
+def shifted(root):
+    for collision in root.iter("collision"):
+        pose = collision.find("pose")
+        if pose is not None:
+            values = pose.text.split()
+            pose.text = " ".join([str(float(values[0]) + 0.2), *values[1:]])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--self-test", action="store_true", help="damage copies of the worlds too: each must be noticed")
+    parser.add_argument("folders", metavar="OUT", nargs="+", type=pathlib.Path)
+    options = parser.parse_args()
+    look = self_test if options.self_test else verdict
+    try:
+        verdicts = [look(out) for out in options.folders]
+    except (OSError, ValueError, LookupError, TypeError, ElementTree.ParseError) as problem:
+        print(f"scripts/check_world.py: cannot read the folder: {type(problem).__name__}: {problem}", file=sys.stderr)
+        return 2
+    return 0 if all(verdicts) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,266 @@
+//! The demo building as a simulation world: read back as any reader of SDF would, in one frame with the maps.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use support::{Maps, OCCUPIED, convert, demo_model};
+
+/// A collision shape of a static model, as corners in `map`.
+struct Shape {
+    link: String,
+    corners: Vec<[f64; 3]>,
+}
+
+fn attribute<'a>(line: &'a str, name: &str) -> &'a str {
+    line.split_once(&format!("{name}=\"")).unwrap().1.split_once('"').unwrap().0
+}
+
+fn numbers(line: &str, tag: &str) -> Option<Vec<f64>> {
+    let text = line.split_once(&format!("<{tag}>"))?.1.split_once(&format!("</{tag}>")).unwrap().0;
+    Some(text.split_whitespace().map(|n| n.parse().unwrap()).collect())
+}
+
+fn corners_of(line: &str, folder: &Path) -> Vec<[f64; 3]> {
+    if let Some(size) = numbers(line, "size") {
+        let side = |k: usize, bit: usize| if bit >> k & 1 == 1 { size[k] / 2.0 } else { -size[k] / 2.0 };
+        return (0..8).map(|bit| [0, 1, 2].map(|k| side(k, bit))).collect();
+    }
+    let uri = line.split_once("<uri>").unwrap().1.split_once("</uri>").unwrap().0;
+    let text = std::fs::read_to_string(folder.join(uri)).unwrap();
+    let vertices = text.lines().filter_map(|l| l.strip_prefix("v "));
+    let corner = |l: &str| {
+        let mut c = l.split_whitespace().map(|n| n.parse().unwrap());
+        [c.next().unwrap(), c.next().unwrap(), c.next().unwrap()]
+    };
+    vertices.map(corner).collect()
+}
+
+/// Roll, pitch, yaw about fixed axes, then the shift.
+fn posed(pose: &[f64], p: [f64; 3]) -> [f64; 3] {
+    let turned = |p: [f64; 3], axis: usize, angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        let mut q = p;
+        q[i] = cos * p[i] - sin * p[j];
+        q[j] = sin * p[i] + cos * p[j];
+        q
+    };
+    let q = (0..3).fold(p, |p, axis| turned(p, axis, pose[3 + axis]));
+    [0, 1, 2].map(|k| q[k] + pose[k])
+}
+
+fn static_shapes(maps: &Maps) -> Vec<Shape> {
+    let folder = maps.path().join("world");
+    let text = std::fs::read_to_string(folder.join("world.sdf")).unwrap();
+    let (mut found, mut model, mut link) = (Vec::new(), String::new(), String::new());
+    for line in text.lines().map(str::trim) {
+        if line.starts_with("<model ") {
+            model = attribute(line, "name").to_owned();
+        } else if line.starts_with("<link ") {
+            link = attribute(line, "name").to_owned();
+        } else if line.starts_with("<collision ") && !model.starts_with("door_") {
+            let pose = numbers(line, "pose").unwrap_or(vec![0.0; 6]);
+            let corners = corners_of(line, &folder).into_iter().map(|c| posed(&pose, c)).collect();
+            found.push(Shape { link: link.clone(), corners });
+        }
+    }
+    found
+}
+
+/// Plan of a convex shape between two heights: corners of the hull of what is cut out.
+fn plan(corners: &[[f64; 3]], low: f64, high: f64) -> Vec<[f64; 2]> {
+    let mut points: Vec<[f64; 2]> =
+        corners.iter().filter(|c| low <= c[2] && c[2] <= high).map(|c| [c[0], c[1]]).collect();
+    // Of a convex body all lines between corners lie inside, so that cutting them all gives its section.
+    for (k, a) in corners.iter().enumerate() {
+        for b in &corners[..k] {
+            for z in [low, high].into_iter().filter(|z| (a[2] < *z) != (b[2] < *z)) {
+                let part = (z - a[2]) / (b[2] - a[2]);
+                points.push([0, 1].map(|i| a[i] + part * (b[i] - a[i])));
+            }
+        }
+    }
+    hull(points)
+}
+
+fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    points.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    let turn = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+    let chain = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        let mut out: Vec<[f64; 2]> = Vec::new();
+        for p in points {
+            while out.len() >= 2 && turn(out[out.len() - 2], out[out.len() - 1], p) <= 1e-12 {
+                out.pop();
+            }
+            out.push(p);
+        }
+        out.pop();
+        out
+    };
+    let mut hull = chain(&mut points.iter().copied());
+    hull.extend(chain(&mut points.iter().rev().copied()));
+    hull
+}
+
+/// Distance of a point from a convex plan; 0 inside.
+fn distance(plan: &[[f64; 2]], p: [f64; 2]) -> f64 {
+    let edges = || plan.iter().zip(plan.iter().cycle().skip(1));
+    if edges().all(|(a, b)| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) >= 0.0) {
+        return 0.0;
+    }
+    let off = |(a, b): (&[f64; 2], &[f64; 2])| {
+        let (d, v) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+        let s = ((v[0] * d[0] + v[1] * d[1]) / (d[0] * d[0] + d[1] * d[1])).clamp(0.0, 1.0);
+        (v[0] - s * d[0]).hypot(v[1] - s * d[1])
+    };
+    edges().map(off).fold(f64::INFINITY, f64::min)
+}
+
+/// Walks rays in steps of a quarter of a cell: a map's end must be near a piece, and a piece must not be passed by the map.
+#[test]
+fn rays_in_the_world_end_where_they_end_on_the_planning_map() {
+    let maps = convert(&demo_model(), &["--world"]);
+    let (shapes, cell) = (static_shapes(&maps), maps.manifest["resolution_m"].as_f64().unwrap());
+    let slab: Vec<f64> = maps.manifest["slab_m"].as_array().unwrap().iter().map(|z| z.as_f64().unwrap()).collect();
+    let waypoints = maps.json("waypoints.json");
+    let (mut n_rays, mut n_agree) = (0, 0);
+    for (index, record) in maps.manifest["storeys"].as_array().unwrap().iter().enumerate() {
+        let floor = record["floor_z_m"].as_f64().unwrap();
+        let plans: Vec<Vec<[f64; 2]>> =
+            shapes.iter().map(|s| plan(&s.corners, floor + slab[0] + 1e-4, floor + slab[1] - 1e-4)).collect();
+        let plans: Vec<&Vec<[f64; 2]>> = plans.iter().filter(|p| p.len() >= 3).collect();
+        let storey = maps.storey(index);
+        let low = [0, 1].map(|k| record["origin_m"][k].as_f64().unwrap());
+        let high = [0, 1].map(|k| low[k] + cell * record["size_cells"][k].as_f64().unwrap());
+        let stands = |p: [f64; 2], reach: f64| plans.iter().any(|plan| distance(plan, p) <= reach);
+        for waypoint in waypoints["waypoints"].as_array().unwrap().iter().filter(|w| w["storey"] == index) {
+            let start = ["x_m", "y_m"].map(|k| waypoint[k].as_f64().unwrap());
+            for k in 0..24 {
+                let angle = std::f64::consts::TAU * (f64::from(k) + 0.5) / 24.0;
+                let at = |t: f64| [start[0] + t * angle.cos(), start[1] + t * angle.sin()];
+                // Where the map ends nothing is compared.
+                let is_on_map = |p: [f64; 2]| (0..2).all(|i| low[i] + 2.0 * cell < p[i] && p[i] < high[i] - 2.0 * cell);
+                let steps = || (0..320).map(|i| f64::from(i) * cell / 4.0).take_while(|t| is_on_map(at(*t)));
+                let ends = |wall: &dyn Fn([f64; 2]) -> bool| steps().find(|t| wall(at(*t)));
+                let occupied = |p: [f64; 2]| storey.planning(p[0], p[1]) == OCCUPIED;
+                let near = |p: [f64; 2]| {
+                    let off = [-1.0, 0.0, 1.0].map(|d| d * cell);
+                    off.iter().any(|dx| off.iter().any(|dy| occupied([p[0] + dx, p[1] + dy])))
+                };
+                let map_end = ends(&occupied);
+                let world_end = ends(&|p| stands(p, 0.0));
+                let agrees = match (map_end, world_end) {
+                    // Nothing in four metres.
+                    (None, None) => true,
+                    (m, w) => m.is_none_or(|t| stands(at(t), 1.5 * cell)) && w.is_none_or(|t| near(at(t))),
+                };
+                n_rays += 1;
+                n_agree += i32::from(agrees);
+            }
+        }
+    }
+    assert!(n_rays > 1000 && f64::from(n_agree) >= 0.995 * f64::from(n_rays), "{n_agree} of {n_rays}");
+}
+
+#[test]
+fn every_standing_element_is_a_link_and_every_hung_door_a_model() {
+    let maps = convert(&demo_model(), &["--world"]);
+    let lookup = maps.json("world/lookup.json");
+    let links: BTreeSet<String> = static_shapes(&maps).into_iter().map(|s| s.link).collect();
+    let elements = lookup["elements"].as_object().unwrap();
+    for (id, element) in elements {
+        match element["link"].as_str() {
+            Some(link) => {
+                assert!(links.contains(link) && link.ends_with(id.as_str()), "{link}");
+                assert_eq!(lookup["models"][element["model"].as_str().unwrap()]["class"], element["class"]);
+            }
+            None => assert_eq!(lookup["doors"][id]["model"], element["model"]),
+        }
+    }
+    let semantic = maps.json("semantic.json");
+    let missing: Vec<&String> = semantic["elements"]
+        .as_object()
+        .unwrap()
+        .iter()
+        .filter(|(id, e)| !e["aabb"].is_null() && !elements.contains_key(*id))
+        .map(|(id, _)| id)
+        .collect();
+    assert!(missing.is_empty(), "{missing:?}");
+    assert_eq!(lookup["counts"]["exact"], lookup["counts"]["collisions"], "the demo is made of exact pieces");
+    let spawn = &lookup["spawn"];
+    let first =
+        maps.json("waypoints.json")["waypoints"].as_array().unwrap().iter().find(|w| w["order"] == 0).unwrap().clone();
+    assert_eq!([&spawn["x_m"], &spawn["y_m"], &spawn["z_m"]], [&first["x_m"], &first["y_m"], &first["z_m"]]);
+}
+
+#[test]
+fn doors_move_as_their_operation_types_say() {
+    let lookup = convert(&demo_model(), &["--world"]).json("world/lookup.json");
+    let mut seen = BTreeSet::new();
+    for (id, door) in lookup["doors"].as_object().unwrap() {
+        let operation = door["operation"].as_str().unwrap();
+        let leaves = door["leaves"].as_array().unwrap();
+        let expected = match operation {
+            _ if operation.contains("SWING") || operation.starts_with("FOLDING") => "revolute",
+            _ => "prismatic",
+        };
+        assert!(leaves.iter().all(|l| l["kind"] == expected), "{id} {door}");
+        assert!(leaves.iter().all(|l| l["ended_by"] == serde_json::json!([null, null])), "{id} {door}");
+        assert_eq!(door["operation_from"], "model", "{id}");
+        seen.insert(operation.to_owned());
+    }
+    assert!(seen.len() >= 7, "{seen:?}");
+}
+
+#[test]
+fn doors_can_be_fixed_or_left_out() {
+    let with = |how: &str| convert(&demo_model(), &["--world", "--doors", how]);
+    for how in ["open", "closed"] {
+        let maps = with(how);
+        let text = std::fs::read_to_string(maps.path().join("world/world.sdf")).unwrap();
+        assert!(text.contains("<model name=\"door_") && !text.contains("<joint"), "{how}");
+    }
+    let maps = with("passable");
+    let lookup = maps.json("world/lookup.json");
+    assert!(lookup["doors"].as_object().unwrap().is_empty());
+    assert!(!lookup["doors_left_out"].as_object().unwrap().is_empty());
+}
+
+#[test]
+fn the_world_at_a_date_holds_what_stands_and_barriers_close_what_is_blocked() {
+    let date = "2024-04-27T12:00:00";
+    let maps = convert(&demo_model(), &["--world", "--date", date, "--barriers"]);
+    let lookup = maps.json("world/lookup.json");
+    let whole = convert(&demo_model(), &["--world"]).json("world/lookup.json");
+    let count = |lookup: &Value| lookup["elements"].as_object().unwrap().len();
+    assert!(0 < count(&lookup) && count(&lookup) < count(&whole));
+    let barriers = lookup["stand_ins"].as_array().unwrap();
+    assert!(barriers.iter().any(|b| b["link"].as_str().unwrap().starts_with("barrier_")), "{barriers:?}");
+    assert!(whole["stand_ins"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn the_same_input_gives_the_same_world_on_any_number_of_threads() {
+    let world = |threads: &str| -> BTreeMap<_, _> {
+        let files = convert(&demo_model(), &["--world", "--threads", threads]).contents();
+        files.into_iter().filter(|(path, _)| path.starts_with("world")).collect()
+    };
+    assert!(world("1") == world("2"));
+}
+
+#[test]
+fn the_glb_is_whole() {
+    let maps = convert(&demo_model(), &["--world"]);
+    let bytes = std::fs::read(maps.path().join("world/site.glb")).unwrap();
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    assert_eq!((&bytes[..4], word(4), word(8)), (b"glTF".as_slice(), 2, bytes.len()));
+    let document: Value = serde_json::from_slice(&bytes[20..20 + word(12)]).unwrap();
+    let names: BTreeSet<&str> =
+        document["nodes"].as_array().unwrap().iter().filter_map(|n| n["name"].as_str()).collect();
+    let lookup = maps.json("world/lookup.json");
+    assert!(lookup["elements"].as_object().unwrap().keys().all(|id| names.contains(id.as_str())));
+    assert_eq!(document["buffers"][0]["byteLength"].as_u64().unwrap() as usize, word(20 + word(12)));
+}
