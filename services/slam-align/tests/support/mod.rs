@@ -120,7 +120,7 @@ impl Storey {
             first_triangle: b.triangles.len() as u32,
             n_triangles: 12,
             closed: 1,
-            reserved: 0,
+            colour: 0,
         });
         b.vertices.extend((0..8).map(corner));
         b.triangles.extend(quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]));
