@@ -19,9 +19,9 @@ fn the_next_date_changes_the_maps_and_export_writes_what_convert_writes() {
     for date in ["2024-04-29T10:00:00", "2024-03-20T00:00:00", "2024-06-03T12:00:00"] {
         live.text(&[&"date", &date]);
         let (exported, converted) = (live.home.path().join("exported"), live.home.path().join("converted"));
-        live.text(&[&"export", &exported]);
+        live.text(&[&"export", &exported, &"--world"]);
         let model = live.home.path().join("demo.ifc");
-        assert!(groundplan(&[&"convert", &model, &"-o", &converted, &"--date", &date]).status.success());
+        assert!(groundplan(&[&"convert", &model, &"-o", &converted, &"--date", &date, &"--world"]).status.success());
         let (exported, converted) = (contents(&exported), contents(&converted));
         assert!(exported.len() > 20);
         for (one, other) in exported.iter().zip(&converted) {
