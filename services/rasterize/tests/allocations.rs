@@ -7,6 +7,7 @@ mod support;
 use bus::{Bus, Daemon, Domain, Keeper, Origin, Publisher, Sample, Subscriber, Topic, Waiter};
 use daemon::{
     BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages, WaypointConfig,
+    WorldConfig,
 };
 use grid::Class;
 use messages::*;
