@@ -1,4 +1,7 @@
 //! Maps as map servers write them: a YAML text and an image beside it.
+//!
+//! Grey 205 of a trinary map is unknown whatever the threshold says: savers write it for that, and with the common `free_thresh:
+//! 0.25` a map server reads it as free, so that walls would seem to be seen through where nobody looked.
 
 use crate::raster::Cell;
 use serde::Deserialize;
@@ -172,6 +175,9 @@ fn read(path: &Path) -> Result<OccupancyMap, MapFault> {
                 0..=100 if f64::from(gray) <= said.free_thresh * 100.0 => Cell::Free,
                 _ => Cell::Unknown,
             };
+        }
+        if said.mode == Mode::Trinary && !is_negated && gray == grid::UNKNOWN {
+            return Cell::Unknown;
         }
         let share = f64::from(gray) / 255.0;
         let occupied = if is_negated { share } else { 1.0 - share };

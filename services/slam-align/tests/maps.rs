@@ -168,6 +168,7 @@ fn a_map_file_says_the_same_in_every_way_that_map_servers_write_it() {
         "image: n.pgm\nresolution: 0.05\norigin: [1.0, -2, 0.5]\nnegate: 1\nfree_thresh: 0.196\noccupied_thresh: 0.65",
         "image: n.pgm\nmode: trinary\nresolution: 5e-2\norigin: [1.0, -2.0, 0.5]\nnegate: true\nfree_thresh: 0.196",
         "mode: raw\nimage: r.pgm\nresolution: 0.05\norigin:\n- 1.0\n- -2\n- 0.5\n",
+        "image: m.pgm\nresolution: 0.05\norigin: [1.0, -2, 0.5]\nnegate: 0\nfree_thresh: 0.25\noccupied_thresh: 0.65",
         "mode: scale\nimage: m.pgm\nresolution: 0.05\norigin: [1.0, -2, 0.5]\nfree_thresh: 0.196 # a comment",
     ] {
         assert_eq!(read(other).unwrap(), plain, "{other}");
