@@ -31,6 +31,9 @@ fn a_map_from_a_file_is_aligned_and_its_pose_survives_the_daemon() {
     let echo = json(&live, &[&"topic", &"echo", &"alignment", &"--json"]);
     assert_eq!(echo["content"]["map_from_slam"], found["map_from_slam"]);
     assert!(live.text(&[&"status"]).contains("SLAM map on storey 0"));
+    let kept = std::fs::read(live.home.path().join("state/alignment.json")).unwrap();
+    let kept: Value = serde_json::from_slice(&kept).unwrap();
+    assert_eq!((&kept["pose"]["frame_epoch"], &kept["pose"]["map_storey"]), (&1.into(), &0.into()), "{kept}");
     live.kill("slam-align");
     let transform = live.home.path().join("site_map.yaml");
     let again = json(&live, &[&"align", &"--json", &"--transform", &transform]);

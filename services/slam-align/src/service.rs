@@ -43,12 +43,19 @@ pub struct AlignService {
     worker: Worker,
     /// Of the site as planned, by map storey.
     references: Vec<Arc<PreparedMap>>,
-    /// What the references were made from.
-    made_from: InputHashes,
+    basis: Basis,
     follower: Follower,
     /// What the last search found, of whatever map.
     searched: Alignment,
     to_do: ToDo,
+}
+
+/// What the references were made from. Kept, because the samples themselves are with the worker while it works.
+#[derive(Debug, Clone, Copy, Default)]
+struct Basis {
+    inputs: InputHashes,
+    plan_time_s: i64,
+    frame_epoch: u64,
 }
 
 /// What the worker is to do next.
@@ -123,7 +130,7 @@ impl AlignService {
             map: None,
             worker: Worker::start()?,
             references: Vec::new(),
-            made_from: InputHashes::default(),
+            basis: Basis::default(),
             searched: Alignment::nothing_yet(),
             to_do: ToDo::default(),
         })
@@ -213,19 +220,13 @@ impl AlignService {
     /// Takes what the worker has done; somebody may have asked for it.
     fn finish(&mut self, outcome: Outcome, is_asked: bool) -> Result<(), Failure> {
         let Outcome { inputs, found } = outcome;
-        let hash = |sample: &Sample| sample.header().content_hash;
-        let made_from = InputHashes {
-            site: hash(inputs.site.bytes()),
-            phase: hash(&inputs.phase),
-            robot: inputs.index.header().inputs.robot,
-            ..InputHashes::default()
-        };
+        let basis = Basis::of(&inputs)?;
         // Newer samples have come meanwhile, or these are still the newest.
         self.site.get_or_insert(inputs.site);
         self.phase.get_or_insert(inputs.phase);
         self.index.get_or_insert(inputs.index);
         let found = found?;
-        (self.references, self.made_from) = (found.references, made_from);
+        (self.references, self.basis) = (found.references, basis);
         if let Some(deviations) = found.deviations {
             return self.tell(deviations);
         }
@@ -292,16 +293,22 @@ impl AlignService {
     /// Searches all poses now, because somebody asked; without a site it is done when there is one.
     fn search_now(&mut self, place: Where) -> Result<Done, Failure> {
         let map = self.map.clone().ok_or("there is no SLAM map yet: give one with slam-map")?;
-        if self.worker.is_busy() {
-            let outcome = self.worker.wait()?;
-            self.finish(outcome, false)?;
-        }
+        self.settle()?;
         self.begin(Task::Search(map, place))?;
         if self.worker.is_busy() {
             let outcome = self.worker.wait()?;
             self.finish(outcome, true)?;
         }
         self.proceed()
+    }
+
+    /// Waits for what the worker is at: then the samples are here.
+    fn settle(&mut self) -> Result<(), Failure> {
+        if self.worker.is_busy() {
+            let outcome = self.worker.wait()?;
+            self.finish(outcome, false)?;
+        }
+        Ok(())
     }
 
     fn read_map(&mut self, file: PathBuf) -> Result<Done, Failure> {
@@ -321,6 +328,7 @@ impl AlignService {
             self.publish()?;
             return self.proceed();
         }
+        self.settle()?;
         let (Some(site), Some((deviations, _))) = (&self.site, &self.deviations.last) else {
             return Err("nothing was compared yet".into());
         };
@@ -341,17 +349,17 @@ impl AlignService {
     }
 
     fn keep_pose(&mut self, pose: &PoseRecord) -> Result<(), Failure> {
-        let frame_epoch = self.site.as_ref().map_or(0, |site| site.bytes().header().frame_epoch);
+        let frame_epoch = self.basis.frame_epoch;
         self.keep(|kept| kept.set_pose(pose, frame_epoch))
     }
 
     /// Publishes the pose that counts, if it differs from what is published.
     fn publish(&mut self) -> Result<(), Failure> {
-        let (Some(map), Some(phase)) = (&self.map, &self.phase) else { return Ok(()) };
+        let Some(map) = self.map.as_ref().filter(|_| !self.references.is_empty()) else { return Ok(()) };
         let made_from = MadeFrom {
-            site_hash: self.made_from.site,
+            site_hash: self.basis.inputs.site,
             slam_map_hash: map.content_hash,
-            plan_time_s: Phase::open(phase.bytes())?.head.plan_time_s,
+            plan_time_s: self.basis.plan_time_s,
         };
         let pose = self.follower.pose().copied();
         let counting = Counting { pose, state: self.follower.state(), waiting: self.follower.waiting().copied() };
@@ -371,8 +379,8 @@ impl AlignService {
     /// Of what is published next; its number comes with it.
     fn origin(&self) -> Origin {
         let slam_map = self.map.as_ref().map_or(0, |map| map.content_hash);
-        let frame_epoch = self.site.as_ref().map_or(0, |site| site.bytes().header().frame_epoch);
-        Origin { epoch: 0, frame_epoch, inputs: InputHashes { slam_map, ..self.made_from } }
+        let Basis { inputs, frame_epoch, .. } = self.basis;
+        Origin { epoch: 0, frame_epoch, inputs: InputHashes { slam_map, ..inputs } }
     }
 
     fn done(&self) -> Done {
@@ -408,6 +416,18 @@ impl AlignService {
             Some(file) => self.see_map(RobotMap::read(&file)?),
             None => Ok(()),
         }
+    }
+}
+
+impl Basis {
+    fn of(inputs: &Inputs) -> Result<Self, Failure> {
+        let site = inputs.site.bytes().header();
+        let (phase, robot) = (inputs.phase.header().content_hash, inputs.index.header().inputs.robot);
+        Ok(Self {
+            inputs: InputHashes { site: site.content_hash, phase, robot, ..InputHashes::default() },
+            plan_time_s: Phase::open(inputs.phase.bytes())?.head.plan_time_s,
+            frame_epoch: site.frame_epoch,
+        })
     }
 }
 
