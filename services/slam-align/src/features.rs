@@ -4,6 +4,7 @@ use crate::corners::{Corner, corners};
 use crate::faces::{Face, Faces, NONE};
 use crate::raster::{Cell, Raster};
 use crate::rotations::{N_BINS, directions};
+use crate::score::FARTHEST_M;
 use crate::thresholds::CELL_M;
 use grid::nearest_marked;
 use std::sync::OnceLock;
@@ -64,6 +65,30 @@ impl Features {
     }
 }
 
+impl Features {
+    /// The nearest face within [`FARTHEST_M`], and the squared distance, without looking at the whole map first: for few points.
+    pub(crate) fn nearest_by_scan(&self, [x, y]: [f64; 2]) -> Option<(&Face, f64)> {
+        let reach = (FARTHEST_M / CELL_M) as i64 + 1;
+        let (column, row) = ((x / CELL_M).floor() as i64, (y / CELL_M).floor() as i64);
+        let columns =
+            (column - reach).max(0) as usize..(column + reach + 1).clamp(0, self.raster.width as i64) as usize;
+        let rows = (row - reach).max(0) as usize..(row + reach + 1).clamp(0, self.raster.height as i64) as usize;
+        let mut best: Option<(&Face, f64)> = None;
+        for row in rows {
+            let line = row * self.raster.width;
+            for cell in self.of_cell.get(line + columns.start..line + columns.end).unwrap_or_default() {
+                let Some(face) = self.faces.get(*cell as usize) else { continue };
+                let d = [x - face.at[0], y - face.at[1]];
+                let squared = d[0] * d[0] + d[1] * d[1];
+                if squared <= FARTHEST_M * FARTHEST_M && best.is_none_or(|(_, least)| squared < least) {
+                    best = Some((face, squared));
+                }
+            }
+        }
+        best
+    }
+}
+
 impl Nearest {
     fn of(of_cell: &[u32], raster: &Raster) -> Self {
         let width = raster.width + 2 * MARGIN;
@@ -88,4 +113,28 @@ fn centre(raster: &Raster) -> [f64; 2] {
         n += 1.0;
     }
     if n == 0.0 { [0.0; 2] } else { sum.map(|s| s / n) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_scan_finds_the_nearest_face_within_reach_and_none_beyond(
+            walls in prop::collection::vec(0usize..60 * 40, 0..60),
+            x in -1.0..4.0f64,
+            y in -1.0..3.0f64,
+        ) {
+            let mut cells = vec![Cell::Free; 60 * 40];
+            walls.iter().for_each(|wall| cells[*wall] = Cell::Occupied);
+            let features = Features::of(Raster::of(&cells, 60, CELL_M), 0.025);
+            let far = |face: &Face| (x - face.at[0]).powi(2) + (y - face.at[1]).powi(2);
+            let nearest = features.faces.iter().map(far).min_by(f64::total_cmp);
+            // A face lies in its cell or at most half a cell beside its middle.
+            let within = nearest.filter(|squared| *squared <= FARTHEST_M * FARTHEST_M);
+            prop_assert_eq!(features.nearest_by_scan([x, y]).map(|(_, squared)| squared), within);
+        }
+    }
 }

@@ -8,7 +8,7 @@ use messages::Evidence;
 
 /// Scales over which a score is averaged, in metres: a bent map still scores on the coarse ones.
 pub(crate) const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
-const FARTHEST_M: f64 = 0.6;
+pub(crate) const FARTHEST_M: f64 = 0.6;
 /// What the robot has seen of a face of the reference is judged so far in front of it.
 const IN_FRONT_M: f64 = 0.15;
 const LEAST_SEEN: usize = 20;
@@ -20,6 +20,8 @@ pub(crate) struct Sides<'a> {
     pub(crate) reference: &'a Features,
     pub(crate) slam_faces: &'a [Face],
     pub(crate) reference_faces: &'a [Face],
+    /// True where so few faces of the reference are looked for in the SLAM map that its nearest faces need not be known everywhere.
+    pub(crate) scans: bool,
 }
 
 /// Every so many cells of free space is looked at, in both directions.
@@ -46,7 +48,9 @@ pub(crate) fn evidence(sides: &Sides<'_>, pose: &Pose, scales: &[f64]) -> Eviden
         let front = [0, 1].map(|k| face.at[k] + IN_FRONT_M * face.normal[k]);
         if sides.slam.raster.at(pose.undo(front)) == Cell::Free {
             n_seen += 1;
-            recall += sides.slam.nearest(pose.undo(face.at)).map_or(0.0, |(_, squared)| close(squared));
+            let place = pose.undo(face.at);
+            let nearest = if sides.scans { sides.slam.nearest_by_scan(place) } else { sides.slam.nearest(place) };
+            recall += nearest.map_or(0.0, |(_, squared)| close(squared));
         }
     }
     let recall = if n_seen > LEAST_SEEN { recall / n_seen as f64 } else { 0.0 };

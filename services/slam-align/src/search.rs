@@ -97,7 +97,7 @@ fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Cand
     let reference_faces = pick(chance.draw(reference.faces.iter().map(|_| 1.0), N_REFERENCE_FACES), &reference.faces);
     let few = pick(chance.draw(slam_faces.iter().map(|_| 1.0), N_COARSE_FACES), &slam_faces);
     // Drawn by weight: they are not weighted again.
-    let sides = Sides { slam, reference, slam_faces: &slam_faces, reference_faces: &reference_faces };
+    let sides = Sides { slam, reference, slam_faces: &slam_faces, reference_faces: &reference_faces, scans: false };
     let rough = Sides { slam_faces: &few, ..sides };
     let about = slam.centre;
     let scored = |sides: &Sides<'_>, refined: Refined, scales: &[f64]| Candidate {

@@ -37,6 +37,7 @@ pub fn track_map(
         reference: &reference.features,
         slam_faces: &slam_faces,
         reference_faces: &reference_faces,
+        scans: true,
     };
     let evidence = evidence(&sides, &refined.pose, &SCALES);
     let candidate = Candidate { refined, evidence };
