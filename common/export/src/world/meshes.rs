@@ -81,6 +81,23 @@ impl Solid {
         self.faces.iter().map(|f| f.len() - 2).sum()
     }
 
+    /// The corner of a face from which the thinnest triangle of a fan is thickest.
+    fn widest_fan(&self, face: &[u32]) -> usize {
+        let corner = |k: usize| self.vertices[face[k % face.len()] as usize];
+        let squared_area = |a: [i64; 3], b: [i64; 3], c: [i64; 3]| {
+            let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| (p[k] - a[k]) as f64));
+            let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+            normal.iter().map(|c| c * c).sum::<f64>()
+        };
+        let thinnest = |start: usize| {
+            let fan =
+                (1..face.len() - 1).map(|k| squared_area(corner(start), corner(start + k), corner(start + k + 1)));
+            fan.fold(f64::INFINITY, f64::min)
+        };
+        // Of equal ones the first.
+        (0..face.len()).rev().max_by(|&a, &b| thinnest(a).total_cmp(&thinnest(b))).unwrap_or(0)
+    }
+
     /// The mesh as an OBJ file.
     pub(crate) fn obj(&self, material: Option<&str>) -> String {
         let mut out = String::new();
@@ -93,7 +110,12 @@ impl Solid {
         }
         for face in &self.faces {
             out.push('f');
-            face.iter().for_each(|k| write!(out, " {}", k + 1).expect("memory does not fail"));
+            // Readers fan a face from its first corner: from a corner on a straight run that gives triangles without area.
+            let start = self.widest_fan(face);
+            face[start..]
+                .iter()
+                .chain(&face[..start])
+                .for_each(|k| write!(out, " {}", k + 1).expect("memory does not fail"));
             out.push('\n');
         }
         out
@@ -138,6 +160,13 @@ mod tests {
         }
         store.place(solid(base.iter().map(|v| [v[0], v[1], 2 * v[2]]).collect()));
         assert_eq!(store.meshes.len(), 2);
+    }
+
+    #[test]
+    fn a_face_begins_at_a_corner_from_which_no_triangle_is_without_area() {
+        let mut solid = solid(vec![[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 2, 0]]);
+        solid.faces = vec![vec![0, 1, 2, 3]];
+        assert!(solid.obj(None).lines().any(|line| line == "f 2 3 4 1" || line == "f 4 1 2 3"), "{}", solid.obj(None));
     }
 
     #[test]
