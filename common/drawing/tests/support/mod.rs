@@ -2,6 +2,10 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
+#[path = "../../../messages/tests/support/box_part.rs"]
+mod box_part;
+
+use box_part::add_box_part;
 use drawing::Rasterizer;
 use frames::{Map, Point2};
 use grid::Class;
@@ -32,19 +36,7 @@ impl House {
     pub(crate) fn add(&mut self, class: Class, min: [f64; 3], max: [f64; 3]) -> usize {
         let (min, max) = (min.map(t), max.map(t));
         let b = &mut self.builder;
-        let first_part = b.parts.len() as u32;
-        let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 1 { max[k] } else { min[k] });
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        b.parts.push(PartRecord {
-            first_vertex: b.vertices.len() as u32,
-            n_vertices: 8,
-            first_triangle: b.triangles.len() as u32,
-            n_triangles: 12,
-            closed: 1,
-            colour: 0,
-        });
-        b.vertices.extend((0..8).map(corner));
-        b.triangles.extend(quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]));
+        let first_part = add_box_part(b, min, max);
         b.elements.push(ElementRecord {
             min_tenths: min,
             max_tenths: max,

@@ -1,6 +1,10 @@
 //! The archives of a drawn building.
 
+#[path = "../../../../common/messages/tests/support/box_part.rs"]
+mod box_part;
+
 use super::{CHARACTER, Drawing, House, STOREY, bounds, letter_of};
+use box_part::add_box_part;
 use bytemuck::Zeroable;
 use geometry::{FillRule, MultiPolygon, union};
 use grid::Class;
@@ -126,18 +130,7 @@ impl Builder<'_> {
     fn add_box(&mut self, [low, high]: [[i32; 2]; 2], [bottom, top]: [i32; 2]) {
         let b = &mut self.site;
         let (min, max) = ([low[0], low[1], bottom], [high[0], high[1], top]);
-        let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 1 { max[k] } else { min[k] });
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        b.parts.push(PartRecord {
-            first_vertex: b.vertices.len() as u32,
-            n_vertices: 8,
-            first_triangle: b.triangles.len() as u32,
-            n_triangles: 12,
-            closed: 1,
-            colour: 0,
-        });
-        b.vertices.extend((0..8).map(corner));
-        b.triangles.extend(quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]));
+        add_box_part(b, min, max);
         let element = b.elements.last_mut().unwrap();
         element.n_parts += 1;
         for k in 0..3 {
