@@ -16,7 +16,15 @@ use waypoint_gen::{PlanInput, PlanOptions, Planner};
 /// A profile or a resolution that cannot be used.
 pub(crate) fn robot_of(arguments: &RobotArgs) -> Result<Robot, Failure> {
     grid::GridSpec::cell_tenths_of(arguments.resolution).map_err(Failure::usage)?;
-    arguments.robot.as_deref().map_or(Ok(Robot::default()), Robot::read).map_err(Failure::usage)
+    profile_of(arguments.robot.as_deref())
+}
+
+/// The robot of a profile, or the default.
+///
+/// # Errors
+/// A profile that cannot be used.
+pub(crate) fn profile_of(file: Option<&Path>) -> Result<Robot, Failure> {
+    file.map_or_else(|| Ok(Robot::default()), Robot::read).map_err(Failure::usage)
 }
 
 /// What waypoints are planned.

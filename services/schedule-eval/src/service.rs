@@ -1,6 +1,6 @@
 //! Schedule evaluation as a daemon: holds the plan time, publishes the phase.
 
-use crate::{Edits, EvaluateError, Period, PlanClock, Reached, Reading, Rules, Timeline, evaluate, parse_actuals};
+use crate::{Edits, EvaluateError, PlanClock, Reached, Reading, Rules, Timeline, evaluate, parse_actuals};
 use bus::{Bus, Origin, Publisher, Topic};
 use daemon::{
     ActualsSource, Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably,
@@ -198,7 +198,7 @@ impl ScheduleService {
             self.clock_file.save(&clock)?;
             self.clock = clock;
         }
-        let phase = evaluated.phase(at_s);
+        let phase = evaluated.timeline.phase_at(at_s).finish();
         let content_hash = Phase::open(phase.bytes())?.content_hash();
         let inputs = InputHashes { site: evaluated.site_hash, ..InputHashes::default() };
         let origin = Origin { epoch: self.epochs.take()?, frame_epoch: evaluated.frame_epoch, inputs };
@@ -247,15 +247,6 @@ impl ScheduleService {
             answer: Answer { content_hash, epoch, plan_time_s: reading.plan_s, clock: Some(self.clock.name()) },
             wake_in: wait_ms.and_then(|ms| u64::try_from(ms).ok()).map(Duration::from_millis),
             warning,
-        }
-    }
-}
-
-impl Evaluated {
-    fn phase(&self, at_s: Option<i64>) -> ArchiveBuffer {
-        match at_s {
-            Some(at_s) => self.timeline.phase(Period::instant(at_s)).finish(),
-            None => self.timeline.everything_built().finish(),
         }
     }
 }

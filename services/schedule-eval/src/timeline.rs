@@ -276,6 +276,11 @@ impl Timeline {
         builder
     }
 
+    /// The phase at an instant, or in which everything stands if there is none.
+    pub fn phase_at(&self, at_s: Option<i64>) -> PhaseBuilder {
+        at_s.map_or_else(|| self.everything_built(), |at_s| self.phase(Period::instant(at_s)))
+    }
+
     /// The phase in which everything stands, with what is known of the schedule.
     pub fn everything_built(&self) -> PhaseBuilder {
         let mut builder = PhaseBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
