@@ -1,39 +1,48 @@
-//! A daemon that asks another.
+//! Asking a daemon: a client does, and one daemon another.
 
 use crate::request::{Answer, Request};
 use crate::service::Failure;
-use bus::{Bus, CommandError, Daemon, Reply};
+use bus::{Bus, CommandError, Daemon, OpenCommand, Reply};
 use std::time::{Duration, Instant};
 
-/// A daemon that does not answer within this time is not asked further.
-const PATIENCE: Duration = Duration::from_secs(30);
-const LOOK: Duration = Duration::from_millis(2);
+/// How long a daemon is waited for.
+#[derive(Debug, Clone, Copy)]
+pub struct Patience {
+    /// While it is just starting.
+    pub starting: Duration,
+    /// In all.
+    pub answer: Duration,
+}
 
-/// Asks another daemon and waits for its answer. Daemons ask in one direction only, that of the data: nobody waits for itself.
+/// Asks a daemon and waits for its answer; `pause` waits for a moment between two looks. Daemons ask each other in one direction
+/// only, that of the data: nobody waits for itself.
 ///
 /// # Errors
 /// Nobody serves it, it refuses, or it does not answer.
-pub fn ask(bus: &Bus, daemon: Daemon, request: &Request) -> Result<Answer, Failure> {
+pub fn ask(
+    bus: &Bus,
+    daemon: Daemon,
+    request: &Request,
+    patience: Patience,
+    mut pause: impl FnMut() -> Result<(), Failure>,
+) -> Result<Answer, Failure> {
     let client = bus.command_client(daemon)?;
     let bytes = serde_json::to_vec(request)?;
     let begun = Instant::now();
-    let mut open = None;
-    while begun.elapsed() < PATIENCE {
-        match &open {
-            None => match client.send(&bytes) {
-                Ok(sent) => open = Some(sent),
-                // It is just starting.
-                Err(CommandError::NotServed { .. }) => {}
-                Err(why) => return Err(why.into()),
-            },
-            Some(sent) => match sent.take()? {
-                Some(Reply::Done(bytes)) => return Ok(serde_json::from_slice(&bytes)?),
-                Some(Reply::Failed(text)) => return Err(format!("{daemon}: {}", String::from_utf8_lossy(&text)).into()),
-                Some(Reply::Progress(_)) => continue,
-                None => {}
-            },
+    let open: OpenCommand = loop {
+        match client.send(&bytes) {
+            Ok(open) => break open,
+            Err(CommandError::NotServed { .. }) if begun.elapsed() < patience.starting => pause()?,
+            Err(why) => return Err(why.into()),
         }
-        std::thread::sleep(LOOK);
+    };
+    loop {
+        match open.take()? {
+            Some(Reply::Done(bytes)) => return Ok(serde_json::from_slice(&bytes)?),
+            Some(Reply::Failed(text)) => return Err(format!("{daemon}: {}", String::from_utf8_lossy(&text)).into()),
+            Some(Reply::Progress(_)) => {}
+            None if begun.elapsed() > patience.answer => return Err(format!("{daemon} does not answer").into()),
+            None => pause()?,
+        }
     }
-    Err(format!("{daemon} does not answer").into())
 }

@@ -16,7 +16,7 @@ mod state;
 mod stop;
 mod systemd;
 
-pub use ask::ask;
+pub use ask::{Patience, ask};
 pub use config::{
     AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
     SiteConfig, WaypointConfig, WorldConfig,

@@ -29,7 +29,7 @@ pub use route::SiteGraph;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
-pub use waypoints::Waypoints;
+pub use waypoints::{Waypoints, nav2_poses};
 pub use world::{DoorMode, Leafs, Lookup, Materials, Pieces, WorldFileError, WorldOptions, WorldOptionsError};
 
 use geometry::Footprint;
@@ -130,7 +130,7 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
 }
 
 /// Metres rounded to tenths of a millimetre: no more is known.
-pub(crate) fn rounded(metres: f64) -> f64 {
+pub fn rounded(metres: f64) -> f64 {
     // Absurd numbers of absurd files stay finite, because JSON has no infinity.
     let rounded = ((metres * 1e4).round() / 1e4).clamp(f64::MIN, f64::MAX);
     // No negative zero in files.

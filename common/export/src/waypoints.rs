@@ -269,17 +269,21 @@ pub(crate) fn nav2_yaml(input: &ExportInput<'_>, map_storey: u32) -> String {
     let mut of_storey: Vec<&WaypointRecord> =
         input.plan.waypoints.iter().filter(|w| w.map_storey == map_storey).collect();
     of_storey.sort_by_key(|w| w.order);
-    if of_storey.is_empty() {
-        return "waypoints: {}\n".to_owned();
-    }
-    let mut text = "waypoints:\n".to_owned();
-    for (order, w) in of_storey.into_iter().enumerate() {
+    nav2_poses(of_storey.into_iter().map(|w| {
         let [x, y, _] = w.position_in_map_m.map(rounded);
-        let (sin, cos) = libm::sincos(w.yaw_rad / 2.0);
+        ([x, y], w.yaw_rad)
+    }))
+}
+
+/// Poses in the plane, in their order, as Nav2 reads waypoints.
+pub fn nav2_poses(poses: impl Iterator<Item = ([f64; 2], f64)>) -> String {
+    let mut text = String::new();
+    for (order, ([x, y], yaw_rad)) in poses.enumerate() {
+        let (sin, cos) = libm::sincos(yaw_rad / 2.0);
         let pose =
             format!("  waypoint{order}:\n    pose: [{x:?}, {y:?}, 0.0]\n    orientation: [{cos:?}, 0.0, 0.0, {sin:?}]");
         // Writing to a string does not fail.
         let _ = writeln!(text, "{pose}");
     }
-    text
+    if text.is_empty() { "waypoints: {}\n".to_owned() } else { format!("waypoints:\n{text}") }
 }

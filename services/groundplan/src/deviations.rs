@@ -1,18 +1,19 @@
 //! What differs between a site as planned and a robot's map: of files, or from the running daemon.
 
-use crate::align::{hint_of, told};
+use crate::align::told;
 use crate::cli::{DeviationsArgs, ModelArgs};
 use crate::failure::Failure;
 use crate::live;
+use crate::maps::profile_of;
 use crate::plan_date;
 use crate::schedule_files::with_timeline;
-use daemon::Robot;
 use export::{DeviationExport, DeviationsDocument, ExportFile, OutputFolder, deviation_files};
 use frames::PlanTime;
 use messages::{Alignment, Deviations, Judgement, Observation, Phase, PhaseHead, Site, Verdict};
-use schedule_eval::{Period, Timeline};
 use serde_json::json;
-use slam_align::{DeviationInput, MadeFrom, OccupancyMap, PreparedMap, References, align_maps, deviations as compare};
+use slam_align::{
+    DeviationInput, Hint, MadeFrom, OccupancyMap, PreparedMap, References, align_maps, deviations as compare,
+};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -29,13 +30,13 @@ pub fn deviations(arguments: &DeviationsArgs) -> Result<String, Failure> {
 }
 
 fn of_files(arguments: &DeviationsArgs, slam: &Path) -> Result<String, Failure> {
-    let robot = arguments.robot.as_deref().map_or(Ok(Robot::default()), Robot::read).map_err(Failure::usage)?;
+    let robot = profile_of(arguments.robot.as_deref())?;
     let at_s = arguments.date.as_deref().map(plan_date::instant_s).transpose()?;
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
     let models = arguments.models.clone();
     let model = ModelArgs { models, place: Vec::new(), prefer_last: false, threads: 0 };
     with_timeline(&model, &arguments.schedule, |site, timeline, progress| {
-        let phase = phase_at(timeline, at_s);
+        let phase = timeline.phase_at(at_s).finish();
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
         progress.stage("aligning");
         let mut references = References::new(site, &robot.profile).map_err(Failure::work)?;
@@ -43,7 +44,7 @@ fn of_files(arguments: &DeviationsArgs, slam: &Path) -> Result<String, Failure> 
         maps.retain(|(storey, _)| arguments.place.storey.is_none_or(|only| only as usize == *storey));
         let storeys: Vec<u32> = maps.iter().map(|(storey, _)| *storey as u32).collect();
         let maps: Vec<_> = maps.into_iter().map(|(_, map)| map).collect();
-        let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().map(hint_of).as_ref());
+        let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().map(Hint::from).as_ref());
         let made_from = MadeFrom { site_hash: 0, slam_map_hash: 0, plan_time_s: phase.head.plan_time_s };
         let archive = found.archive(&storeys, &found.counting(&storeys), made_from);
         let Some(pose) = found.poses.first().filter(|_| found.verdict == Verdict::Accepted) else {
@@ -51,8 +52,7 @@ fn of_files(arguments: &DeviationsArgs, slam: &Path) -> Result<String, Failure> 
             return Err(Failure::work(format!("where the map lies is {}", told::text(&alignment).trim_end())));
         };
         progress.stage("comparing");
-        let archive = map.to_archive();
-        let slam_map_hash = messages::SlamMap::open(archive.bytes()).map_err(Failure::work)?.content_hash();
+        let slam_map_hash = map.content_hash().map_err(Failure::work)?;
         let found = compare(&DeviationInput {
             site,
             phase: &phase,
@@ -67,13 +67,6 @@ fn of_files(arguments: &DeviationsArgs, slam: &Path) -> Result<String, Failure> 
         let found = Deviations::open(found.bytes()).map_err(Failure::work)?;
         write(arguments, site, &phase, &found)
     })
-}
-
-fn phase_at(timeline: &Timeline, at_s: Option<i64>) -> messages::ArchiveBuffer {
-    match at_s {
-        Some(at_s) => timeline.phase(Period::instant(at_s)).finish(),
-        None => timeline.everything_built().finish(),
-    }
 }
 
 /// Writes the files that are asked for; what is to be printed.

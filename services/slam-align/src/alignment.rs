@@ -10,6 +10,7 @@ use crate::scale::{Scale, scale};
 use crate::search::{Candidate, Near, drawn, search};
 use crate::thresholds::LEAST_FACES;
 use crate::verdict::judged;
+use daemon::PoseHint;
 use messages::{Evidence, Verdict};
 
 /// A map that is ready to be compared.
@@ -129,6 +130,13 @@ pub struct Hint {
     pub radius_m: f64,
     /// How much the yaw may differ.
     pub radius_rad: f64,
+}
+
+impl From<PoseHint> for Hint {
+    fn from(hint: PoseHint) -> Self {
+        let map_from_slam = MapFromSlam { x_m: hint.x_m, y_m: hint.y_m, yaw_rad: hint.yaw_deg.to_radians() };
+        Self { map_from_slam, radius_m: hint.radius_m, radius_rad: hint.radius_deg.to_radians() }
+    }
 }
 
 /// Aligns a SLAM map with one of several maps of the model, one for each storey: anywhere, or near a guess. The same maps give

@@ -4,7 +4,8 @@ use crate::alignment::{AlignedPose, Alignment, MapFromSlam};
 use crate::map_file::OccupancyMap;
 use crate::raster::Cell;
 use messages::{
-    AlignmentBuilder, AlignmentHead, ArchiveBuffer, NONE, PoseRecord, PoseState, SlamMap, SlamMapHead, Text, Verdict,
+    AlignmentBuilder, AlignmentHead, ArchiveBuffer, ArchiveError, NONE, PoseRecord, PoseState, SlamMap, SlamMapHead,
+    Text, Verdict,
 };
 
 /// Whose alignment it is.
@@ -50,6 +51,14 @@ impl OccupancyMap {
             height: self.cells.len().checked_div(self.width).unwrap_or(0) as u32,
         };
         SlamMap::write(&head, &occupancy)
+    }
+
+    /// The content hash of that archive.
+    ///
+    /// # Errors
+    /// A map that no archive can hold.
+    pub fn content_hash(&self) -> Result<u64, ArchiveError> {
+        SlamMap::open(self.to_archive().bytes()).map(|archive| archive.content_hash())
     }
 }
 

@@ -37,6 +37,7 @@ mod reference;
 mod follower;
 mod kept;
 mod observed;
+mod output;
 mod robot_map;
 mod worker;
 

@@ -29,11 +29,17 @@ impl RobotMap {
         let archive = SlamMap::open(bytes)?;
         let map = OccupancyMap::of_archive(&archive);
         map.check_extent()?;
-        Ok(Self { prepared: PreparedMap::of_slam(&map), map, content_hash: archive.content_hash() })
+        Ok(Self::of(map, archive.content_hash()))
     }
 
     /// From a map server's file.
     pub(crate) fn read(path: &Path) -> Result<Self, RobotMapError> {
-        Self::of_archive(OccupancyMap::read(path)?.to_archive().bytes())
+        let map = OccupancyMap::read(path)?;
+        let content_hash = map.content_hash()?;
+        Ok(Self::of(map, content_hash))
+    }
+
+    fn of(map: OccupancyMap, content_hash: u64) -> Self {
+        Self { prepared: PreparedMap::of_slam(&map), map, content_hash }
     }
 }

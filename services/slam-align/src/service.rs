@@ -5,16 +5,17 @@ use crate::archives::{Counting, MadeFrom};
 use crate::follower::{Follower, MaxJump};
 use crate::kept::Kept;
 use crate::observed::Observed;
+use crate::output::Output;
 use crate::robot_map::RobotMap;
 use crate::track::track_map;
 use crate::worker::{Inputs, Job, Outcome, Task, Where, Worker};
-use bus::{Bus, Daemon, Origin, Publisher, Sample, Topic};
+use bus::{Bus, Daemon, Origin, Sample, Topic};
 use daemon::{
-    ActualsSource, AlignConfig, Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile,
-    write_durably,
+    ActualsSource, AlignConfig, Answer, Done, Epochs, Event, Failure, Patience, Request, Service, SiteConfig, Stages,
+    StateFile, write_durably,
 };
 use messages::{
-    ArchiveBuffer, CheckedSite, Deviations, Grids, InputHashes, Phase, PoseRecord, PoseState, Site, Stage, Verdict,
+    ArchiveBuffer, CheckedSite, Deviations, Grids, InputHashes, Phase, PoseRecord, PoseState, Stage, Verdict,
 };
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,6 +24,10 @@ use tracing::{info, warn};
 
 /// How often a search is looked after.
 const LOOK: Duration = Duration::from_millis(20);
+
+/// Schedule evaluation answers within milliseconds, and is started again within seconds.
+const PATIENCE: Patience = Patience { starting: Duration::from_secs(30), answer: Duration::from_secs(30) };
+const ASK_AGAIN: Duration = Duration::from_millis(2);
 
 /// Follows a robot's map.
 pub struct AlignService {
@@ -69,42 +74,6 @@ struct ToDo {
     compare: bool,
 }
 
-/// A topic of this daemon, and what was published last.
-struct Output {
-    topic: Topic,
-    publisher: Option<Publisher>,
-    last: Option<(ArchiveBuffer, Origin)>,
-}
-
-impl Output {
-    fn new(topic: Topic) -> Self {
-        Self { topic, publisher: None, last: None }
-    }
-
-    /// Joins a generation of the bus, and brings it what was published last.
-    fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
-        self.publisher = None;
-        let publisher = bus.publisher(self.topic, self.last.as_ref().map_or(1 << 14, |(a, _)| a.bytes().len()))?;
-        if let Some((archive, origin)) = &self.last {
-            publisher.publish_copy(archive.bytes(), *origin)?;
-        }
-        self.publisher = Some(publisher);
-        Ok(())
-    }
-
-    /// Publishes what differs from what is published; true if it did.
-    fn publish(&mut self, archive: ArchiveBuffer, epochs: &mut Epochs, origin: Origin) -> Result<bool, Failure> {
-        let Some(publisher) = &self.publisher else { return Ok(false) };
-        if self.last.as_ref().is_some_and(|(last, _)| last.bytes() == archive.bytes()) {
-            return Ok(false);
-        }
-        let origin = Origin { epoch: epochs.take()?, ..origin };
-        publisher.publish_copy(archive.bytes(), origin)?;
-        self.last = Some((archive, origin));
-        Ok(true)
-    }
-}
-
 impl AlignService {
     /// From the configuration and what survived.
     ///
@@ -143,11 +112,12 @@ impl AlignService {
             self.follower.forget();
             self.keep(|kept| kept.forget_pose())?;
         }
-        let n_storeys = Site::open(sample.bytes())?.map_storeys.len();
+        let site = CheckedSite::new(sample)?;
+        let n_storeys = site.view().map_storeys.len();
         if self.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
             self.follower.forget();
         }
-        self.site = Some(CheckedSite::new(sample)?);
+        self.site = Some(site);
         self.to_do.refresh = true;
         Ok(())
     }
@@ -280,14 +250,17 @@ impl AlignService {
         write_durably(&self.table, observed.table(self.config.apply).as_bytes())?;
         let bus = self.bus.as_ref().ok_or("it is not attached to a bus")?;
         let request = Request::SetActuals { file: Some(self.table.clone()), source: ActualsSource::Observed };
-        daemon::ask(bus, Daemon::ScheduleEval, &request)?;
+        daemon::ask(bus, Daemon::ScheduleEval, &request, PATIENCE, || {
+            std::thread::sleep(ASK_AGAIN);
+            Ok(())
+        })?;
         info!(service = "slam-align", "what was observed counts");
         Ok(())
     }
 
     /// What the configuration knows of the pose.
     fn place(&self) -> Where {
-        Where { hint: self.config.hint.map(hint_of), storey: self.config.storey }
+        Where { hint: self.config.hint.map(Hint::from), storey: self.config.storey }
     }
 
     /// Searches all poses now, because somebody asked; without a site it is done when there is one.
@@ -435,14 +408,6 @@ fn max_jump(config: &AlignConfig) -> MaxJump {
     MaxJump { m: config.max_jump_m, rad: config.max_jump_deg.to_radians() }
 }
 
-fn hint_of(hint: daemon::PoseHint) -> Hint {
-    Hint {
-        map_from_slam: MapFromSlam { x_m: hint.x_m, y_m: hint.y_m, yaw_rad: hint.yaw_deg.to_radians() },
-        radius_m: hint.radius_m,
-        radius_rad: hint.radius_deg.to_radians(),
-    }
-}
-
 impl Service for AlignService {
     fn inputs(&self) -> &'static [Topic] {
         // The index of the grids names the robot.
@@ -471,7 +436,7 @@ impl Service for AlignService {
             Event::Input(_, sample) => self.index = Some(sample),
             Event::Request(Request::ReadSlamMap { file }) => return self.read_map(file),
             Event::Request(Request::Align { hint, storey }) => {
-                return self.search_now(Where { hint: hint.map(hint_of), storey });
+                return self.search_now(Where { hint: hint.map(Hint::from), storey });
             }
             Event::Request(Request::Confirm { absent }) => return self.confirm(&absent),
             Event::Request(_) => return Err("slam-align follows the robot's map and nothing else".into()),

@@ -173,12 +173,14 @@ fn a_map_file_says_the_same_in_every_way_that_map_servers_write_it() {
     ] {
         assert_eq!(read(other).unwrap(), plain, "{other}");
     }
+    write("large.pgm", &[&b"P5\n60 60\n255\n"[..], &[254; 3600]].concat());
     for (yaml, word) in [
         ("image: m.pgm\nresolution: 0\norigin: [0, 0, 0]", "resolution"),
         ("image: m.pgm\nresolution: 0.05\norigin: [0]", "origin"),
         ("image: none.pgm\nresolution: 0.05\norigin: [0, 0, 0]", "none.pgm"),
         ("image: m.yaml\nresolution: 0.05\norigin: [0, 0, 0]", "m.yaml"),
         ("resolution: 0.05\norigin: [0, 0, 0]", "image"),
+        ("image: large.pgm\nresolution: 10\norigin: [0, 0, 0]", "600 x 600 m"),
         ("image: m.pgm\nresolution: .nan\norigin: [0, 0, 0]", "resolution"),
     ] {
         let error = read(yaml).unwrap_err();

@@ -7,14 +7,11 @@ pub(crate) mod told;
 use crate::cli::AlignArgs;
 use crate::failure::Failure;
 use crate::live;
-use daemon::PoseHint;
 use messages::{Alignment, NONE, PhaseHead, PoseRecord, Verdict};
 use serde::Deserialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use slam_align::{
-    Hint, MadeFrom, MapFromSlam, OccupancyMap, PreparedMap, align_maps, align_maps_at_any_scale, overlay,
-};
+use slam_align::{Hint, MadeFrom, OccupancyMap, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -41,7 +38,7 @@ fn align_files(arguments: &AlignArgs, reference: &Path, slam: &Path) -> Result<(
         .map(|s| OccupancyMap::read(&s.path).map(|map| PreparedMap::of_model(&map)).map_err(Failure::usage))
         .collect::<Result<_, _>>()?;
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
-    let hint = arguments.place.hint().map(hint_of);
+    let hint = arguments.place.hint().map(Hint::from);
     let slam_map = PreparedMap::of_slam(&map);
     let found = match arguments.free_scale {
         false => align_maps(&maps, &slam_map, hint.as_ref()),
@@ -117,15 +114,6 @@ struct Manifest {
 struct ManifestStorey {
     index: u32,
     directory: PathBuf,
-}
-
-/// A guess of where a map lies, from the command line.
-pub(crate) fn hint_of(hint: PoseHint) -> Hint {
-    Hint {
-        map_from_slam: MapFromSlam { x_m: hint.x_m, y_m: hint.y_m, yaw_rad: hint.yaw_deg.to_radians() },
-        radius_m: hint.radius_m,
-        radius_rad: hint.radius_deg.to_radians(),
-    }
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {

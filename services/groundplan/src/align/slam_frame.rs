@@ -1,10 +1,10 @@
 //! Maps, routes and waypoints of a storey in the robot's own frame.
 
 use crate::failure::Failure;
-use export::OutputFolder;
+use export::{ExportFile, OutputFolder, nav2_poses, rounded};
 use frames::TENTHS_PER_M;
 use geometry::Bounds;
-use grid::{FREE, GridSpec, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, resampled};
+use grid::{FREE, GridSpec, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled};
 use messages::PoseRecord;
 use serde_json::{Value, json};
 use slam_align::{MapFromSlam, OccupancyMap};
@@ -38,7 +38,11 @@ pub(super) fn write(folder: &Path, reference: &Path, map: &Path, pose: &PoseReco
         all.retain(here);
         all.sort_by_key(|w| w["order"].as_u64());
         all.iter_mut().for_each(|w| moved.waypoint(w));
-        files.push(("waypoints.yaml".into(), nav2_yaml(all).into_bytes()));
+        let pose = |w: &Value| {
+            let [x, y, yaw_rad] = ["x_m", "y_m", "yaw_rad"].map(|key| w[key].as_f64().unwrap_or_default());
+            ([x, y], yaw_rad)
+        };
+        files.push(("waypoints.yaml".into(), nav2_poses(all.iter().map(pose)).into_bytes()));
     }
     waypoints["frame"] = "slam".into();
     for key in ["spaces", "storeys", "tours"] {
@@ -65,7 +69,7 @@ pub(super) fn write(folder: &Path, reference: &Path, map: &Path, pose: &PoseReco
 }
 
 fn write_all(folder: &Path, files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), Failure> {
-    let files = files.into_iter().map(|(path, bytes)| export::ExportFile { path: path.display().to_string(), bytes });
+    let files = files.into_iter().map(|(path, bytes)| ExportFile { path: path.display().to_string(), bytes });
     let folder = OutputFolder::at(folder).map_err(Failure::usage)?;
     folder.replace(&files.collect::<Vec<_>>()).map_err(Failure::work)
 }
@@ -83,12 +87,10 @@ struct Moved {
 impl Moved {
     /// Image and description of a map; `stem` is its path without extension.
     fn map(&self, stem: &Path, first_wins: &[u8], outside: u8) -> Result<[Vec<u8>; 2], Failure> {
-        let (image, name) = (stem.with_extension("pgm"), stem.file_name().unwrap_or_default().to_string_lossy());
-        let bytes = std::fs::read(&image).map_err(|error| Failure::work(format!("{}: {error}", image.display())))?;
-        let (width, height, pixels) =
-            decode_pgm(&bytes).ok_or_else(|| Failure::work(format!("{} is no map of ours", image.display())))?;
-        let described = OccupancyMap::read(&stem.with_extension("yaml")).map_err(Failure::work)?;
-        let (side_m, [x0, y0, _]) = (described.resolution_m, described.origin);
+        let name = stem.file_name().unwrap_or_default().to_string_lossy();
+        let OccupancyMap { width, cells, resolution_m: side_m, origin: [x0, y0, _] } =
+            OccupancyMap::read(&stem.with_extension("yaml")).map_err(Failure::work)?;
+        let height = cells.len().checked_div(width).unwrap_or(0);
         let corners = [[0, 0], [width, 0], [0, height], [width, height]];
         let corners = corners.map(|[c, r]| self.slam_from_map.apply([x0 + c as f64 * side_m, y0 + r as f64 * side_m]));
         let bound = |k: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|c| c[k]).reduce(pick).unwrap_or(0.0);
@@ -101,7 +103,7 @@ impl Moved {
             let p = self.map_from_slam.apply([x1 + column * side_m, y1 + row * side_m]);
             let [column, row] = [(p[0] - x0) / side_m, (p[1] - y0) / side_m];
             let inside = column >= 0.0 && row >= 0.0 && column < width as f64 && row < height as f64;
-            if inside { pixels[row as usize * width + column as usize] } else { outside }
+            if inside { pixel_of(cells[row as usize * width + column as usize].occupancy()) } else { outside }
         };
         let (wide, high) = (spec.width as usize, spec.height as usize);
         let turned = resampled(wide, high, first_wins, look);
@@ -132,22 +134,4 @@ impl Moved {
             list.iter_mut().for_each(|inner| self.coordinates(inner));
         }
     }
-}
-
-/// To tenths of a millimetre.
-fn rounded(value: f64) -> f64 {
-    (value * 1e4).round() / 1e4 + 0.0
-}
-
-/// As Nav2 reads waypoints.
-fn nav2_yaml(waypoints: &[Value]) -> String {
-    if waypoints.is_empty() {
-        return "waypoints: {}\n".to_owned();
-    }
-    let line = |(order, w): (usize, &Value)| {
-        let [x, y, yaw] = ["x_m", "y_m", "yaw_rad"].map(|key| w[key].as_f64().unwrap_or_default());
-        let (sin, cos) = libm::sincos(yaw / 2.0);
-        format!("  waypoint{order}:\n    pose: [{x:?}, {y:?}, 0.0]\n    orientation: [{cos:?}, 0.0, 0.0, {sin:?}]\n")
-    };
-    waypoints.iter().enumerate().map(line).fold("waypoints:\n".to_owned(), |text, line| text + &line)
 }

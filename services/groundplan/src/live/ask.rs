@@ -4,8 +4,8 @@ use super::join;
 use crate::cli::{ActualsArgs, DateArgs, LoadArgs, RobotSetArgs, WaypointsArgs};
 use crate::failure::Failure;
 use crate::plan_date;
-use bus::{Bus, CommandError, Daemon, Reply, Topic, Waiter};
-use daemon::{ActualsSource, Answer, Request};
+use bus::{Bus, Daemon, Topic, Waiter};
+use daemon::{ActualsSource, Answer, Patience, Request};
 use frames::PlanTime;
 use messages::InputHashes;
 use std::path::PathBuf;
@@ -104,29 +104,9 @@ pub fn waypoints(arguments: &WaypointsArgs) -> Result<String, Failure> {
 
 /// Sends a request and waits for its answer.
 pub(super) fn ask(bus: &Bus, waiter: &mut Waiter, daemon: Daemon, request: &Request) -> Result<Answer, Failure> {
-    let client = bus.command_client(daemon).map_err(Failure::work)?;
-    let bytes = serde_json::to_vec(request).map_err(Failure::work)?;
-    let begun = Instant::now();
-    let open = loop {
-        match client.send(&bytes) {
-            Ok(open) => break open,
-            Err(CommandError::NotServed { .. }) if begun.elapsed() < STARTING => {
-                waiter.wait(LOOK).map_err(Failure::work)?;
-            }
-            Err(why) => return Err(Failure::work(why)),
-        }
-    };
-    loop {
-        match open.take().map_err(Failure::work)? {
-            Some(Reply::Done(bytes)) => return serde_json::from_slice(&bytes).map_err(Failure::work),
-            Some(Reply::Failed(text)) => {
-                return Err(Failure::work(format!("{daemon}: {}", String::from_utf8_lossy(&text))));
-            }
-            Some(Reply::Progress(_)) => {}
-            None if begun.elapsed() > PATIENCE => return Err(Failure::work(format!("{daemon} does not answer"))),
-            None => drop(waiter.wait(LOOK).map_err(Failure::work)?),
-        }
-    }
+    let patience = Patience { starting: STARTING, answer: PATIENCE };
+    let pause = || waiter.wait(LOOK).map(drop).map_err(Into::into);
+    daemon::ask(bus, daemon, request, patience, pause).map_err(Failure::work)
 }
 
 /// Waits until grids of a phase are out; while the plan time moves a later phase is as good.
