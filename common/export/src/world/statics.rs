@@ -35,9 +35,7 @@ impl Static {
         let shape = Shape::Box(ConvexBox { centre_m, axes, size_m });
         Self { element: None, link, class, storey, pieces: vec![Piece { shape, made: Made::Exact, deviation_m: 0.0 }] }
     }
-}
 
-impl Static {
     /// A level slab that is no element: convex plans below a height.
     pub(crate) fn slab(
         link: String,
