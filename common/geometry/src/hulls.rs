@@ -1,13 +1,14 @@
 //! Convex hulls, approximate convex decompositions, and how far they are off. With `surfaces` the only module that names parry.
 
 use crate::mesh::MeshView;
-use crate::piece::Hull;
+use crate::piece::{Hull, length, sub};
 use frames::TENTHS_PER_M;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::{ConvexPolyhedron, TriMesh, TriMeshFlags};
 use parry3d_f64::transformation::try_convex_hull;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
+use std::collections::BTreeSet;
 
 /// Edge of the voxels of a decomposition, in metres, as far as their number allows.
 const VOXEL_M: f64 = 0.02;
@@ -24,11 +25,63 @@ const LEAST_M3: f64 = 1e-9;
 /// Distance between the points at which a surface is compared with another, in metres.
 const SPACING_M: f64 = 0.05;
 
-/// The convex hull of points in metres; `None` if they lie in a plane.
+/// Points of a hull lie on this lattice, per metre: hundredths of a millimetre, as finely as files have them.
+const LATTICE: f64 = 1e5;
+
+/// The convex hull of points in metres, each corner on the lattice; `None` if they lie in a plane.
+///
+/// What comes out is looked at: of flat bodies the library may return one that is open or not convex. Stretched to a cube, which
+/// changes no hull, they are flat no more.
 pub(crate) fn hull_of(points_m: &[[f64; 3]]) -> Option<Hull> {
-    let (vertices, triangles) = try_convex_hull(&vectors(points_m)).ok()?;
-    let found = hull(ConvexPolyhedron::from_convex_mesh(vertices, &triangles)?);
-    (found.volume_m3() > LEAST_M3).then_some(found)
+    let mut points: Vec<[f64; 3]> = points_m.iter().map(|p| p.map(on_lattice)).collect();
+    points.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    points.dedup();
+    let side = |k: usize| {
+        let along = || points.iter().map(|p| p[k]);
+        (along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)).max(1.0 / LATTICE)
+    };
+    let sides = [0, 1, 2].map(side);
+    let mut best: Option<Hull> = None;
+    for scale in [[1.0; 3], sides.map(|s| 1.0 / s)] {
+        let Some((plain, triangles)) = triangulated(&points, scale) else { continue };
+        let merged = ConvexPolyhedron::from_convex_mesh(vectors(&plain.vertices_m), &triangles).map(hull);
+        let sound = merged.into_iter().chain([plain.clone()]).find(|h| is_sound(h, sides));
+        if let Some(sound) = sound {
+            return (sound.volume_m3() > LEAST_M3).then_some(sound);
+        }
+        if best.as_ref().is_none_or(|b| b.volume_m3() < plain.volume_m3()) {
+            best = Some(plain);
+        }
+    }
+    best.filter(|b| b.volume_m3() > LEAST_M3)
+}
+
+fn on_lattice(metres: f64) -> f64 {
+    (metres * LATTICE).round() / LATTICE
+}
+
+/// The hull of points that are scaled first, and its faces as triangles.
+fn triangulated(points_m: &[[f64; 3]], scale: [f64; 3]) -> Option<(Hull, Vec<[u32; 3]>)> {
+    let scaled: Vec<Vector> = points_m.iter().map(|p| Vector::from([0, 1, 2].map(|k| p[k] * scale[k]))).collect();
+    let (vertices, triangles) = try_convex_hull(&scaled).ok()?;
+    let back = |v: &Vector| [0, 1, 2].map(|k| on_lattice([v.x, v.y, v.z][k] / scale[k]));
+    let faces = triangles.iter().map(|t| t.to_vec()).collect();
+    Some((Hull { vertices_m: vertices.iter().map(back).collect(), faces }, triangles))
+}
+
+/// True if every edge of a hull is passed once in either direction and no corner lies before a face by more than rounding.
+fn is_sound(hull: &Hull, sides_m: [f64; 3]) -> bool {
+    let mut passed: BTreeSet<(u32, u32)> = BTreeSet::new();
+    let is_new = |face: &Vec<u32>| (0..face.len()).all(|k| passed.insert((face[k], face[(k + 1) % face.len()])));
+    let is_new = hull.faces.iter().all(is_new);
+    if !is_new || !passed.iter().all(|(a, b)| passed.contains(&(*b, *a))) {
+        return false;
+    }
+    let extent_m = length(sides_m);
+    hull.planes().all(|plane| {
+        let most_m = (1.0 + extent_m / plane.width_m) * 2.0 / LATTICE;
+        hull.vertices_m.iter().all(|v| plane.before_m(*v) <= most_m)
+    })
 }
 
 /// Convex hulls that together are nearly the body.
@@ -92,19 +145,46 @@ impl Body {
         found
     }
 
-    fn outside_m(&self, p: [f64; 3]) -> f64 {
+    /// The farthest that a hull's surface lies outside of the body; `None` if that is more than `most_m`.
+    ///
+    /// A triangle is cut in four until the distance of its middle and its size say that all of it is near enough, or it is small
+    /// beside that.
+    pub(crate) fn outside_up_to_m(&self, hull: &Hull, most_m: f64) -> Option<f64> {
+        let mut worst_m: f64 = 0.0;
+        let mut level: Vec<[[f64; 3]; 3]> = fans_of(hull).collect();
+        // Coarse triangles first: what is far off is seen soon.
+        while !level.is_empty() {
+            let mut finer = Vec::new();
+            for corners in level {
+                let [a, b, c] = corners;
+                let middle = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+                let reach_m = corners.map(|p| length(sub(p, middle))).into_iter().fold(0.0, f64::max);
+                let outside_m = self.outside_m(middle);
+                if outside_m > most_m {
+                    return None;
+                }
+                worst_m = worst_m.max(outside_m);
+                if outside_m + reach_m > most_m && reach_m > SPACING_M.max(most_m / 2.0) / 2.0 {
+                    let half = |p: [f64; 3], q: [f64; 3]| [0, 1, 2].map(|k| (p[k] + q[k]) / 2.0);
+                    let (ab, bc, ca) = (half(a, b), half(b, c), half(c, a));
+                    finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+                }
+            }
+            level = finer;
+        }
+        Some(worst_m)
+    }
+
+    /// How far a place lies outside of the body.
+    pub(crate) fn outside_m(&self, p: [f64; 3]) -> f64 {
         self.mesh.distance_to_local_point(Vector::from(p), true)
     }
 }
 
 /// Corners of a hull and points spread over its faces.
 fn surface_of(hull: &Hull) -> impl Iterator<Item = [f64; 3]> {
-    let fans = hull.faces.iter().flat_map(|face| {
-        let at = |k: usize| hull.vertices_m[face[k] as usize];
-        (1..face.len() - 1).map(move |k| [at(0), at(k), at(k + 1)])
-    });
-    let inner = fans.flat_map(|[a, b, c]| {
-        let longest = [(a, b), (b, c), (c, a)].map(|(p, q)| crate::piece::length(crate::piece::sub(p, q)));
+    let inner = fans_of(hull).flat_map(|[a, b, c]| {
+        let longest = [(a, b), (b, c), (c, a)].map(|(p, q)| length(sub(p, q)));
         let n = (longest.into_iter().fold(0.0, f64::max) / SPACING_M).ceil().clamp(1.0, 40.0) as usize;
         (0..=n).flat_map(move |i| {
             (0..=n - i).map(move |j| {
@@ -114,6 +194,14 @@ fn surface_of(hull: &Hull) -> impl Iterator<Item = [f64; 3]> {
         })
     });
     hull.vertices_m.iter().copied().chain(inner)
+}
+
+/// The triangles of its faces.
+fn fans_of(hull: &Hull) -> impl Iterator<Item = [[f64; 3]; 3]> {
+    hull.faces.iter().flat_map(|face| {
+        let at = |k: usize| hull.vertices_m[face[k] as usize];
+        (1..face.len() - 1).map(move |k| [at(0), at(k), at(k + 1)])
+    })
 }
 
 fn shape(hull: &Hull) -> Option<ConvexPolyhedron> {
@@ -154,6 +242,28 @@ mod tests {
         assert!(body.deviations_m(std::slice::from_ref(&found))[0] < 1e-9);
         let larger = found.mapped(|p| [p[0] * 1.1, p[1], p[2]]);
         assert!((body.deviations_m(&[larger])[0] - 0.1).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_hull_of_a_thin_tilted_plate_is_closed_and_convex() {
+        let points = [
+            [0.0, 0.0, 0.0],
+            [0.0, 2.12, 0.0],
+            [0.0, 2.12, -0.001],
+            [0.0, 0.0, -0.001],
+            [0.5424, 2.12, -0.0069],
+            [0.5424, 2.12, -0.0059],
+            [1.0002, 1.613, -0.012],
+            [1.0002, 1.613, -0.011],
+            [1.0002, 0.5067, -0.012],
+            [1.0002, 0.5067, -0.011],
+            [0.5427, 0.0, -0.0069],
+            [0.5427, 0.0, -0.0059],
+        ];
+        let found = hull_of(&points).unwrap();
+        assert!(is_sound(&found, [1.0, 2.12, 0.012]), "{found:?}");
+        // The area of the plan, a millimetre thick.
+        assert!((found.volume_m3() - 0.00188).abs() < 0.0001, "{}", found.volume_m3());
     }
 
     #[test]

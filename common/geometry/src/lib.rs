@@ -7,6 +7,7 @@ mod columns;
 mod components;
 mod convex_partition;
 mod facets;
+mod fewer;
 mod floor_faces;
 mod footprint;
 mod hulls;

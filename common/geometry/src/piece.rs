@@ -50,6 +50,24 @@ pub struct ConvexBox {
     pub size_m: [f64; 3],
 }
 
+/// The plane of a face of a hull.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FacePlane {
+    /// Unit vector outward.
+    normal: [f64; 3],
+    /// How far along it the plane lies from the origin.
+    offset_m: f64,
+    /// Four times the area over the perimeter: narrow faces say little of their plane.
+    pub(crate) width_m: f64,
+}
+
+impl FacePlane {
+    /// How far a point lies before the face; negative behind it.
+    pub(crate) fn before_m(&self, p: [f64; 3]) -> f64 {
+        dot(self.normal, p) - self.offset_m
+    }
+}
+
 /// A convex polyhedron.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Hull {
@@ -156,6 +174,18 @@ impl ConvexBox {
     }
 }
 
+impl Piece {
+    /// The piece elsewhere.
+    pub fn shifted(&self, by_m: [f64; 3]) -> Self {
+        let moved = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] + by_m[k]);
+        let shape = match &self.shape {
+            Shape::Box(b) => Shape::Box(ConvexBox { centre_m: moved(b.centre_m), ..*b }),
+            Shape::Hull(hull) => Shape::Hull(hull.clone().mapped(moved)),
+        };
+        Self { shape, ..*self }
+    }
+}
+
 impl Shape {
     /// The simplest shape of a hull.
     pub(crate) fn of(hull: Hull) -> Self {
@@ -201,6 +231,23 @@ impl Hull {
         let at = |k: u32| sub(self.vertices_m[k as usize], *origin);
         let fan = |f: &Vec<u32>| (1..f.len() - 1).map(|k| dot(at(f[0]), cross(at(f[k]), at(f[k + 1])))).sum::<f64>();
         self.faces.iter().map(fan).sum::<f64>() / 6.0
+    }
+
+    /// The planes of its faces.
+    pub(crate) fn planes(&self) -> impl Iterator<Item = FacePlane> {
+        self.faces.iter().filter_map(|face| {
+            let at = |k: usize| self.vertices_m[face[k % face.len()] as usize];
+            let origin = at(0);
+            // The sum holds for faces with corners on straight runs.
+            let fan = (1..face.len() - 1).map(|k| cross(sub(at(k), origin), sub(at(k + 1), origin)));
+            let normal = fan.fold([0.0; 3], |sum, n| [0, 1, 2].map(|k| sum[k] + n[k]));
+            let around: f64 = (0..face.len()).map(|k| length(sub(at(k + 1), at(k)))).sum();
+            let size = length(normal);
+            (size > 0.0).then(|| {
+                let normal = normal.map(|c| c / size);
+                FacePlane { normal, offset_m: dot(normal, origin), width_m: 2.0 * size / around }
+            })
+        })
     }
 
     /// Lower and upper corner of the upright box around it.

@@ -3,6 +3,7 @@
 use crate::columns::{Columns, columns};
 use crate::components::{Mesh, components, shells};
 use crate::facets::{FLAT, Facet, dot, facets};
+use crate::fewer::fewer;
 use crate::hulls::{Body, decomposed, hull_of, voxel_m};
 use crate::mesh::MeshView;
 use crate::piece::{Hull, Made, Piece, Shape, cross, length};
@@ -18,6 +19,10 @@ pub struct PieceOptions {
     pub worst_m: f64,
     /// Exact pieces that a connected part may have before an approximation with fewer is looked for.
     pub exact_max: usize,
+    /// Pieces that a body may have before neighbours become their common hull.
+    pub element_max: usize,
+    /// How far off such a hull may lie; that of thin surfaces, such as foliage, eight times as far.
+    pub joined_m: f64,
 }
 
 /// Exact pieces few enough that no other direction is tried.
@@ -35,11 +40,13 @@ const PLANES_MAX: usize = 256;
 /// The convex pieces of a body, part by part, connected part by connected part.
 ///
 /// In this order, whichever is possible first: a convex part as it is; columns, exactly; the hull, if it is near enough; an
-/// approximate decomposition; thin plates along the surface. Surfaces that bound nothing become thin plates.
+/// approximate decomposition; thin plates along the surface. Surfaces that bound nothing become thin plates. Where all these are
+/// very many, neighbours become one.
 pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options: &PieceOptions) -> Vec<Piece> {
+    let parts: Vec<MeshView<'_>> = parts.into_iter().collect();
     let mut pieces = Vec::new();
-    for part in parts {
-        let mesh = Mesh::welded(part);
+    for part in &parts {
+        let mesh = Mesh::welded(*part);
         if mesh.triangles.is_empty() {
             continue;
         }
@@ -67,7 +74,7 @@ pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options:
             surface(open, options, &mut pieces);
         }
     }
-    pieces
+    fewer(pieces, &parts, options)
 }
 
 /// A closed shell; one without volume is a sheet with two sides.
@@ -281,7 +288,8 @@ mod tests {
     use super::*;
     use crate::section::tests::cuboid;
 
-    const OPTIONS: PieceOptions = PieceOptions { tolerance_m: 0.02, worst_m: 0.1, exact_max: 64 };
+    const OPTIONS: PieceOptions =
+        PieceOptions { tolerance_m: 0.02, worst_m: 0.1, exact_max: 64, element_max: 64, joined_m: 0.05 };
 
     /// Boxes as one mesh; those that are `turned` have all faces inward.
     fn mesh(boxes: &[([i32; 3], [i32; 3], bool)]) -> Mesh {

@@ -1,7 +1,9 @@
 //! The building at the plan time as a simulation world: what stands as convex pieces, doors on joints, one frame with the maps.
 
+mod bodies;
 mod doors;
 mod extras;
+mod fans;
 mod gltf;
 mod leaves;
 mod limits;

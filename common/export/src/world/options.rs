@@ -88,6 +88,10 @@ pub struct Pieces {
     pub worst_m: f64,
     /// Exact pieces of a part before an approximation is tried.
     pub exact_max: usize,
+    /// Pieces of an element before neighbours become one.
+    pub element_max: usize,
+    /// How far off such a one may lie; foliage eight times as far.
+    pub joined_m: f64,
 }
 
 /// What doors are made of.
@@ -126,7 +130,7 @@ impl Default for WorldOptions {
 
 impl Default for Pieces {
     fn default() -> Self {
-        Self { tolerance_m: 0.02, worst_m: 0.1, exact_max: 64 }
+        Self { tolerance_m: 0.02, worst_m: 0.1, exact_max: 64, element_max: 64, joined_m: 0.05 }
     }
 }
 
@@ -199,6 +203,7 @@ impl WorldOptions {
             ("lod_m", self.lod_m, 0.0, 1.0),
             ("pieces.tolerance_m", self.pieces.tolerance_m, 0.0, 1.0),
             ("pieces.worst_m", self.pieces.worst_m, 0.0, 10.0),
+            ("pieces.joined_m", self.pieces.joined_m, 0.001, 1.0),
             ("door.thickness_m", door.thickness_m, 0.005, 0.5),
             ("door.density_kg_m3", door.density_kg_m3, 1.0, 20_000.0),
             ("door.floor_gap_m", door.floor_gap_m, 0.001, 0.2),
@@ -225,6 +230,8 @@ impl WorldOptions {
             tolerance_m: self.pieces.tolerance_m,
             worst_m: self.pieces.worst_m,
             exact_max: self.pieces.exact_max,
+            element_max: self.pieces.element_max,
+            joined_m: self.pieces.joined_m,
         }
     }
 }

@@ -1,12 +1,12 @@
 //! What stands at the plan time and does not move, as convex pieces.
 
+use super::bodies::pieces_of;
 use super::options::WorldOptions;
 use crate::ExportInput;
 use frames::metres;
-use geometry::{ConvexBox, Made, Piece, Ring, Shape, convex_pieces};
+use geometry::{ConvexBox, Made, Piece, Ring, Shape};
 use grid::Class;
 use messages::{ElementRecord, NONE};
-use rayon::prelude::*;
 
 /// An element that stands, or something that stands in for what the model lacks.
 #[derive(Debug)]
@@ -64,18 +64,19 @@ pub(crate) fn stands(input: &ExportInput<'_>, element: u32) -> bool {
 pub(crate) fn statics(input: &ExportInput<'_>, options: &WorldOptions, moves: impl Fn(u32) -> bool) -> Vec<Static> {
     let site = input.site;
     let elements: Vec<u32> = (0..site.elements.len() as u32).filter(|e| stands(input, *e) && !moves(*e)).collect();
-    let pieces = options.piece_options();
-    let of = |element: &u32| {
+    let bodies = elements.iter().map(|e| site.element_meshes(&site.elements[*e as usize]).collect());
+    let pieces = pieces_of(bodies, &options.piece_options());
+    let of = |(element, pieces): (&u32, Vec<Piece>)| {
         let record = &site.elements[*element as usize];
         Static {
             element: Some(*element),
             link: link_name(input, record),
             class: record.class(),
             storey: storey_of(input, record),
-            pieces: convex_pieces(site.element_meshes(record), &pieces),
+            pieces,
         }
     };
-    elements.par_iter().map(of).collect()
+    elements.iter().zip(pieces).map(of).collect()
 }
 
 /// Class and GlobalId.
