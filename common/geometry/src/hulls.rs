@@ -28,6 +28,9 @@ const SPACING_M: f64 = 0.05;
 /// Points of a hull lie on this lattice, per metre: hundredths of a millimetre, as finely as files have them.
 const LATTICE: f64 = 1e5;
 
+/// How often a triangle is cut in four to look at it.
+const CUTS: usize = 5;
+
 /// The convex hull of points in metres, each corner on the lattice; `None` if they lie in a plane.
 ///
 /// What comes out is looked at: of flat bodies the library may return one that is open or not convex. Stretched to a cube, which
@@ -69,12 +72,19 @@ fn triangulated(points_m: &[[f64; 3]], scale: [f64; 3]) -> Option<(Hull, Vec<[u3
     Some((Hull { vertices_m: vertices.iter().map(back).collect(), faces }, triangles))
 }
 
-/// True if every edge of a hull is passed once in either direction and no corner lies before a face by more than rounding.
+/// True if every edge of a hull is passed once in either direction, no edge of one face crosses another, and no corner lies before
+/// a face by more than rounding.
 fn is_sound(hull: &Hull, sides_m: [f64; 3]) -> bool {
     let mut passed: BTreeSet<(u32, u32)> = BTreeSet::new();
     let is_new = |face: &Vec<u32>| (0..face.len()).all(|k| passed.insert((face[k], face[(k + 1) % face.len()])));
     let is_new = hull.faces.iter().all(is_new);
-    if !is_new || !passed.iter().all(|(a, b)| passed.contains(&(*b, *a))) {
+    // Corners that are not neighbours on a face are no edge anywhere, and a face has each corner once.
+    let is_whole = |face: &Vec<u32>| {
+        let n = face.len();
+        let apart = (0..n).flat_map(|i| (i + 2..n).map(move |j| (i, j))).filter(|(i, j)| (i + n - j) % n > 1);
+        apart.map(|(i, j)| (face[i], face[j])).all(|(a, b)| a != b && !passed.contains(&(a, b)))
+    };
+    if !is_new || !passed.iter().all(|(a, b)| passed.contains(&(*b, *a))) || !hull.faces.iter().all(is_whole) {
         return false;
     }
     let extent_m = length(sides_m);
@@ -148,12 +158,12 @@ impl Body {
     /// The farthest that a hull's surface lies outside of the body; `None` if that is more than `most_m`.
     ///
     /// A triangle is cut in four until the distance of its middle and its size say that all of it is near enough, or it is small
-    /// beside that.
+    /// beside that; at most [`CUTS`] times.
     pub(crate) fn outside_up_to_m(&self, hull: &Hull, most_m: f64) -> Option<f64> {
         let mut worst_m: f64 = 0.0;
         let mut level: Vec<[[f64; 3]; 3]> = fans_of(hull).collect();
         // Coarse triangles first: what is far off is seen soon.
-        while !level.is_empty() {
+        for cut in 0..=CUTS {
             let mut finer = Vec::new();
             for corners in level {
                 let [a, b, c] = corners;
@@ -164,7 +174,8 @@ impl Body {
                     return None;
                 }
                 worst_m = worst_m.max(outside_m);
-                if outside_m + reach_m > most_m && reach_m > SPACING_M.max(most_m / 2.0) / 2.0 {
+                let is_known = outside_m + reach_m <= most_m || reach_m <= SPACING_M.max(most_m / 2.0) / 2.0;
+                if !is_known && cut < CUTS {
                     let half = |p: [f64; 3], q: [f64; 3]| [0, 1, 2].map(|k| (p[k] + q[k]) / 2.0);
                     let (ab, bc, ca) = (half(a, b), half(b, c), half(c, a));
                     finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
