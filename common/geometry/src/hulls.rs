@@ -72,8 +72,8 @@ fn triangulated(points_m: &[[f64; 3]], scale: [f64; 3]) -> Option<(Hull, Vec<[u3
     Some((Hull { vertices_m: vertices.iter().map(back).collect(), faces }, triangles))
 }
 
-/// True if every edge of a hull is passed once in either direction, no edge of one face crosses another, and no corner lies before
-/// a face by more than rounding.
+/// True if every edge of a hull is passed once in either direction, no edge of one face crosses another, every face is
+/// convex, and no corner lies before a face, but for rounding.
 fn is_sound(hull: &Hull, sides_m: [f64; 3]) -> bool {
     let mut passed: BTreeSet<(u32, u32)> = BTreeSet::new();
     let is_new = |face: &Vec<u32>| (0..face.len()).all(|k| passed.insert((face[k], face[(k + 1) % face.len()])));
@@ -88,10 +88,15 @@ fn is_sound(hull: &Hull, sides_m: [f64; 3]) -> bool {
         return false;
     }
     let extent_m = length(sides_m);
-    hull.planes().all(|plane| {
+    let is_right = |face: &Vec<u32>| {
+        let Some(plane) = hull.plane_of(face) else { return true };
         let most_m = (1.0 + extent_m / plane.width_m) * 2.0 / LATTICE;
-        hull.vertices_m.iter().all(|v| plane.before_m(*v) <= most_m)
-    })
+        let corner = |k: usize| hull.vertices_m[face[k % face.len()] as usize];
+        let bulges = (0..face.len()).map(|k| plane.bulge_m([corner(k), corner(k + 1), corner(k + 2)]));
+        bulges.fold(f64::INFINITY, f64::min) >= -2.0 / LATTICE
+            && hull.vertices_m.iter().all(|v| plane.before_m(*v) <= most_m)
+    };
+    hull.faces.iter().all(is_right)
 }
 
 /// Convex hulls that together are nearly the body.

@@ -66,6 +66,12 @@ impl FacePlane {
     pub(crate) fn before_m(&self, p: [f64; 3]) -> f64 {
         dot(self.normal, p) - self.offset_m
     }
+
+    /// How far the second of three corners of the face lies outside of the line through the others; negative inside.
+    pub(crate) fn bulge_m(&self, [a, b, c]: [[f64; 3]; 3]) -> f64 {
+        let along = sub(c, a);
+        dot(self.normal, cross(sub(b, a), along)) / length(along).max(f64::MIN_POSITIVE)
+    }
 }
 
 /// A convex polyhedron.
@@ -235,18 +241,21 @@ impl Hull {
 
     /// The planes of its faces.
     pub(crate) fn planes(&self) -> impl Iterator<Item = FacePlane> {
-        self.faces.iter().filter_map(|face| {
-            let at = |k: usize| self.vertices_m[face[k % face.len()] as usize];
-            let origin = at(0);
-            // The sum holds for faces with corners on straight runs.
-            let fan = (1..face.len() - 1).map(|k| cross(sub(at(k), origin), sub(at(k + 1), origin)));
-            let normal = fan.fold([0.0; 3], |sum, n| [0, 1, 2].map(|k| sum[k] + n[k]));
-            let around: f64 = (0..face.len()).map(|k| length(sub(at(k + 1), at(k)))).sum();
-            let size = length(normal);
-            (size > 0.0).then(|| {
-                let normal = normal.map(|c| c / size);
-                FacePlane { normal, offset_m: dot(normal, origin), width_m: 2.0 * size / around }
-            })
+        self.faces.iter().filter_map(|face| self.plane_of(face))
+    }
+
+    /// The plane of a face; `None` if it has no area.
+    pub(crate) fn plane_of(&self, face: &[u32]) -> Option<FacePlane> {
+        let at = |k: usize| self.vertices_m[face[k % face.len()] as usize];
+        let origin = at(0);
+        // The sum holds for faces with corners on straight runs.
+        let fan = (1..face.len() - 1).map(|k| cross(sub(at(k), origin), sub(at(k + 1), origin)));
+        let normal = fan.fold([0.0; 3], |sum, n| [0, 1, 2].map(|k| sum[k] + n[k]));
+        let around: f64 = (0..face.len()).map(|k| length(sub(at(k + 1), at(k)))).sum();
+        let size = length(normal);
+        (size > 0.0).then(|| {
+            let normal = normal.map(|c| c / size);
+            FacePlane { normal, offset_m: dot(normal, origin), width_m: 2.0 * size / around }
         })
     }
 
