@@ -1,7 +1,7 @@
 //! Fewer convex pieces where a body has very many: neighbours become their common hull.
 
 use crate::components::Mesh;
-use crate::hulls::{Body, hull_of};
+use crate::hulls::{Body, hull_of, longest_m};
 use crate::mesh::{MeshView, unit_normal};
 use crate::piece::{FacePlane, Hull, Made, Piece, Shape, cross, length, sub};
 use crate::pieces::PieceOptions;
@@ -100,11 +100,7 @@ fn joined(pieces: &[Piece], body: &Body, tolerance_m: f64) -> Vec<Piece> {
 /// The hull of several pieces, if it lies near the body everywhere.
 fn common_hull(group: &[([f64; 3], &Piece)], body: &Body, tolerance_m: f64) -> Option<Piece> {
     let points_m: Vec<[f64; 3]> = group.iter().flat_map(|(_, p)| p.shape.hull().vertices_m).collect();
-    let side_m = |k: usize| {
-        let along = || points_m.iter().map(|p| p[k]);
-        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
-    };
-    if (0..3).any(|k| side_m(k) > LONGEST_M) {
+    if longest_m(&points_m) > LONGEST_M {
         return None;
     }
     let hull = hull_of(&points_m)?;

@@ -8,7 +8,7 @@ use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::{ConvexPolyhedron, TriMesh, TriMeshFlags};
 use parry3d_f64::transformation::try_convex_hull;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Edge of the voxels of a decomposition, in metres, as far as their number allows.
 const VOXEL_M: f64 = 0.02;
@@ -39,11 +39,7 @@ pub(crate) fn hull_of(points_m: &[[f64; 3]]) -> Option<Hull> {
     let mut points: Vec<[f64; 3]> = points_m.iter().map(|p| p.map(on_lattice)).collect();
     points.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
     points.dedup();
-    let side = |k: usize| {
-        let along = || points.iter().map(|p| p[k]);
-        (along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)).max(1.0 / LATTICE)
-    };
-    let sides = [0, 1, 2].map(side);
+    let sides = sides_m(&points).map(|side| side.max(1.0 / LATTICE));
     let mut best: Option<Hull> = None;
     for scale in [[1.0; 3], sides.map(|s| 1.0 / s)] {
         let Some((plain, triangles)) = triangulated(&points, scale) else { continue };
@@ -117,12 +113,15 @@ pub(crate) fn voxel_m(points_m: &[[f64; 3]]) -> f64 {
 }
 
 /// Longest side of the upright box around points.
-fn longest_m(points_m: &[[f64; 3]]) -> f64 {
-    let extent = |k: usize| {
-        let side = || points_m.iter().map(|p| p[k]);
-        side().fold(f64::NEG_INFINITY, f64::max) - side().fold(f64::INFINITY, f64::min)
-    };
-    (0..3).map(extent).fold(0.0, f64::max)
+pub(crate) fn longest_m(points_m: &[[f64; 3]]) -> f64 {
+    sides_m(points_m).into_iter().fold(0.0, f64::max)
+}
+
+fn sides_m(points_m: &[[f64; 3]]) -> [f64; 3] {
+    [0, 1, 2].map(|k| {
+        let along = || points_m.iter().map(|p| p[k]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    })
 }
 
 /// A body to compare pieces with.
@@ -231,9 +230,16 @@ fn hull(polyhedron: ConvexPolyhedron) -> Hull {
         let first = face.first_vertex_or_edge as usize;
         around[first..][..face.num_vertices_or_edges as usize].to_vec()
     });
-    let faces: Vec<Vec<u32>> = faces.collect();
-    let vertices_m = polyhedron.points().iter().map(|p| [p.x, p.y, p.z]).collect();
-    Hull { vertices_m, faces }
+    let mut faces: Vec<Vec<u32>> = faces.collect();
+    // Corners on straight edges are left over.
+    let mut kept: BTreeMap<u32, u32> = faces.iter().flatten().map(|k| (*k, 0)).collect();
+    kept.values_mut().zip(0..).for_each(|(new, k)| *new = k);
+    faces.iter_mut().flatten().for_each(|k| *k = kept[k]);
+    let point = |k: &u32| {
+        let p = polyhedron.points()[*k as usize];
+        [p.x, p.y, p.z]
+    };
+    Hull { vertices_m: kept.keys().map(point).collect(), faces }
 }
 
 fn vectors(points_m: &[[f64; 3]]) -> Vec<Vector> {
@@ -248,6 +254,7 @@ fn metres(v: [i32; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
     use crate::section::tests::cuboid;
+    use proptest::prelude::*;
 
     #[test]
     fn a_hull_has_each_face_once() {
@@ -285,5 +292,30 @@ mod tests {
     #[test]
     fn points_in_a_plane_have_no_hull() {
         assert!(hull_of(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]).is_none());
+    }
+
+    proptest! {
+        /// Few places on the axes make faces of many corners, corners on edges, and flat bodies.
+        #[test]
+        fn a_hull_is_closed_and_convex_and_holds_its_points(
+            places in prop::collection::vec(prop::array::uniform3(0..5_i32), 4..30),
+            sides in prop::array::uniform3(prop::sample::select(vec![0.001, 0.13, 2.7])),
+            tilt in prop::sample::select(vec![0.0, 0.003, 0.4]),
+        ) {
+            let point = |p: &[i32; 3]| {
+                let [x, y, z] = [0, 1, 2].map(|k| f64::from(p[k]) * sides[k]);
+                [x, y, z + tilt * x]
+            };
+            let points: Vec<[f64; 3]> = places.iter().map(point).collect();
+            let Some(found) = hull_of(&points) else { return Ok(()) };
+            let edges: Vec<(u32, u32)> = found.faces.iter().flat_map(|f| (0..f.len()).map(|k| (f[k], f[(k + 1) % f.len()]))).collect();
+            let passed: BTreeSet<(u32, u32)> = edges.iter().copied().collect();
+            prop_assert_eq!(passed.len(), edges.len(), "an edge is passed twice");
+            prop_assert!(edges.iter().all(|(a, b)| passed.contains(&(*b, *a))), "it is open");
+            prop_assert_eq!(found.vertices_m.len() + found.faces.len(), edges.len() / 2 + 2, "Euler");
+            for plane in found.planes().filter(|p| p.width_m > 0.01 * longest_m(&points)) {
+                prop_assert!(points.iter().all(|p| plane.before_m(*p) < 0.005 * longest_m(&points)), "{:?}", found);
+            }
+        }
     }
 }
