@@ -1,8 +1,8 @@
 //! Fewer convex pieces where a body has very many: neighbours become their common hull.
 
 use crate::components::Mesh;
-use crate::hulls::{Body, hull_of, longest_m};
-use crate::mesh::{MeshView, unit_normal};
+use crate::hulls::{Body, hull_of, longest_m, sides_m};
+use crate::mesh::unit_normal;
 use crate::piece::{FacePlane, Hull, Made, Piece, Shape, cross, length, sub};
 use crate::pieces::PieceOptions;
 
@@ -24,16 +24,16 @@ const LEVEL: f64 = 0.8;
 /// Places along each side of a hull at which it is looked into.
 const LOOKS: usize = 12;
 
-/// The pieces of a body with `options.element_max` of them at most, if neighbours can be joined to hulls that lie within
+/// The pieces of a body, whose parts look outward, with `options.element_max` of them at most, if neighbours can be joined to hulls that lie within
 /// `options.joined_m` of the body; else fewer, or as they are.
 ///
 /// Each attempt cuts the pieces in two where their middles lie farthest apart, again and again, until the hull of a group is near
 /// enough. Ground that is walked on keeps its pieces: a hull would level its hollows.
-pub(crate) fn fewer(pieces: Vec<Piece>, parts: &[MeshView<'_>], options: &PieceOptions) -> Vec<Piece> {
-    if pieces.len() <= options.element_max || is_ground(parts) {
+pub(crate) fn fewer(pieces: Vec<Piece>, parts: Vec<Mesh>, options: &PieceOptions) -> Vec<Piece> {
+    if pieces.len() <= options.element_max || is_ground(&parts) {
         return pieces;
     }
-    let whole = Mesh::joined(parts.iter().map(|p| Mesh::welded(*p)).collect());
+    let whole = Mesh::joined(parts);
     let Some(body) = Body::of(whole.view()) else { return pieces };
     let n_sheets = pieces.iter().filter(|p| p.made == Made::Sheet).count();
     let bounds_nothing = !whole.closed || whole.view().volume_m3() <= 0.0;
@@ -50,9 +50,9 @@ pub(crate) fn fewer(pieces: Vec<Piece>, parts: &[MeshView<'_>], options: &PieceO
 }
 
 /// True if more than half of the surface is level.
-fn is_ground(parts: &[MeshView<'_>]) -> bool {
+fn is_ground(parts: &[Mesh]) -> bool {
     let (mut level, mut all) = (0.0, 0.0);
-    for corners in parts.iter().flat_map(|p| p.corners()) {
+    for corners in parts.iter().flat_map(|p| p.view().corners()) {
         let [a, b, c] = corners.map(|p| p.map(f64::from));
         let area = length(cross(sub(b, a), sub(c, a)));
         all += area;
@@ -80,11 +80,8 @@ fn joined(pieces: &[Piece], body: &Body, tolerance_m: f64) -> Vec<Piece> {
             out.push(piece);
             continue;
         }
-        let spread = |k: usize| {
-            let along = || group.iter().map(|(m, _)| m[k]);
-            along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
-        };
-        let (axis, spread) = (0..3).map(|k| (k, spread(k))).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+        let spreads = sides_m(&group.iter().map(|(middle, _)| *middle).collect::<Vec<_>>());
+        let (axis, spread) = (0..3).zip(spreads).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
         group.sort_by(|a, b| a.0[axis].total_cmp(&b.0[axis]));
         // Where the gap between neighbours is widest, if that is worth it, else in the middle.
         let n = group.len();
@@ -176,10 +173,13 @@ mod tests {
             let depth = 10 * (k as i32 % 3);
             ([min[0] + 5, min[1] + depth, min[2]], [max[0], max[1] + depth, max[2]])
         });
-        let found = convex_pieces([mesh(&apart.collect::<Vec<_>>()).view()], &OPTIONS);
+        let outward = mesh(&apart.collect::<Vec<_>>());
         let doorway = [20.45, 0.05, 1.0];
         let holds = |p: &Piece| p.shape.hull().planes().all(|plane| plane.before_m(doorway) <= 0.0);
-        assert!(found.len() < 40 && !found.iter().any(holds), "{}", found.len());
+        for wall in [outward.clone(), outward.flipped()] {
+            let found = convex_pieces([wall.view()], &OPTIONS);
+            assert!(found.len() < 40 && !found.iter().any(holds), "{}", found.len());
+        }
     }
 
     #[test]

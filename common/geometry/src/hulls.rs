@@ -42,7 +42,8 @@ pub(crate) fn hull_of(points_m: &[[f64; 3]]) -> Option<Hull> {
     let sides = sides_m(&points).map(|side| side.max(1.0 / LATTICE));
     let mut best: Option<Hull> = None;
     for scale in [[1.0; 3], sides.map(|s| 1.0 / s)] {
-        let Some((plain, triangles)) = triangulated(&points, scale) else { continue };
+        let Some(plain) = triangulated(&points, scale) else { continue };
+        let triangles: Vec<[u32; 3]> = plain.faces.iter().map(|f| [f[0], f[1], f[2]]).collect();
         let merged = ConvexPolyhedron::from_convex_mesh(vectors(&plain.vertices_m), &triangles).map(hull);
         let sound = merged.into_iter().chain([plain.clone()]).find(|h| is_sound(h, sides));
         if let Some(sound) = sound {
@@ -59,13 +60,13 @@ fn on_lattice(metres: f64) -> f64 {
     (metres * LATTICE).round() / LATTICE
 }
 
-/// The hull of points that are scaled first, and its faces as triangles.
-fn triangulated(points_m: &[[f64; 3]], scale: [f64; 3]) -> Option<(Hull, Vec<[u32; 3]>)> {
+/// The hull of points that are scaled first; its faces are triangles.
+fn triangulated(points_m: &[[f64; 3]], scale: [f64; 3]) -> Option<Hull> {
     let scaled: Vec<Vector> = points_m.iter().map(|p| Vector::from([0, 1, 2].map(|k| p[k] * scale[k]))).collect();
     let (vertices, triangles) = try_convex_hull(&scaled).ok()?;
     let back = |v: &Vector| [0, 1, 2].map(|k| on_lattice([v.x, v.y, v.z][k] / scale[k]));
     let faces = triangles.iter().map(|t| t.to_vec()).collect();
-    Some((Hull { vertices_m: vertices.iter().map(back).collect(), faces }, triangles))
+    Some(Hull { vertices_m: vertices.iter().map(back).collect(), faces })
 }
 
 /// True if every edge of a hull is passed once in either direction, no edge of one face crosses another, every face is
@@ -117,7 +118,8 @@ pub(crate) fn longest_m(points_m: &[[f64; 3]]) -> f64 {
     sides_m(points_m).into_iter().fold(0.0, f64::max)
 }
 
-fn sides_m(points_m: &[[f64; 3]]) -> [f64; 3] {
+/// Sides of the upright box around points.
+pub(crate) fn sides_m(points_m: &[[f64; 3]]) -> [f64; 3] {
     [0, 1, 2].map(|k| {
         let along = || points_m.iter().map(|p| p[k]);
         along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)

@@ -43,18 +43,14 @@ const PLANES_MAX: usize = 256;
 /// approximate decomposition; thin plates along the surface. Surfaces that bound nothing become thin plates. Where all these are
 /// very many, neighbours become one.
 pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options: &PieceOptions) -> Vec<Piece> {
-    let parts: Vec<MeshView<'_>> = parts.into_iter().collect();
+    let outward = |mesh: Mesh| if mesh.view().volume_m3() < 0.0 { mesh.flipped() } else { mesh };
+    let parts: Vec<Mesh> = parts.into_iter().map(|part| outward(Mesh::welded(part))).collect();
     let mut pieces = Vec::new();
-    for part in &parts {
-        let mesh = Mesh::welded(*part);
-        if mesh.triangles.is_empty() {
-            continue;
-        }
-        let mesh = if mesh.view().volume_m3() < 0.0 { mesh.flipped() } else { mesh };
-        let split = components(&mesh);
+    for mesh in &parts {
+        let split = components(mesh);
         if mesh.closed && has_cavity(&split) {
             // A cavity is a shell of its own, and is nothing without the one around it.
-            solid(&mesh, options, &mut pieces);
+            solid(mesh, options, &mut pieces);
             continue;
         }
         let mut open = Vec::new();
@@ -74,7 +70,7 @@ pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options:
             surface(open, options, &mut pieces);
         }
     }
-    fewer(pieces, &parts, options)
+    fewer(pieces, parts, options)
 }
 
 /// A closed shell; one without volume is a sheet with two sides.
