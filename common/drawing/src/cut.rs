@@ -6,7 +6,9 @@ use crate::near::{Near, near};
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, Footprint, MultiPolygon, OrientedBox, Ring, Slab, floor_faces, footprint};
 use grid::{CellRect, Class, GridSpec, Run, overlapped_cells};
-use messages::{ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, element_flags, space_flags};
+use messages::{
+    ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
+};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -193,8 +195,15 @@ fn spec_of(site: &Site<'_>, record: &MapStoreyRecord, resolution_m: f64) -> Resu
                 && (e.min_tenths[0] == x0 || e.min_tenths[1] == y0 || e.max_tenths[0] == x1 || e.max_tenths[1] == y1)
         };
         let name = |e: &ElementRecord| format!("{} {}", site.text(e.ifc_type), site.text(e.global_id));
-        let outermost: Vec<String> = site.elements.iter().filter(at_bounds).take(4).map(name).collect();
-        RasterizeError::Spec { storey: site.text(record.name).to_owned(), outermost: outermost.join(", "), source }
+        let is_outer_space = |s: &&SpaceRecord| {
+            let corners = Bounds::of(site.floor_polygon(s).rings().flatten().copied());
+            corners.is_some_and(|c| c.min[0] == x0 || c.min[1] == y0 || c.max[0] == x1 || c.max[1] == y1)
+        };
+        let space_name = |s: &SpaceRecord| format!("IfcSpace {}", site.text(s.global_id));
+        let elements = site.elements.iter().filter(at_bounds).map(name);
+        let spaces = site.spaces.iter().filter(is_outer_space).map(space_name);
+        let outermost: Vec<String> = elements.chain(spaces).take(4).collect();
+        RasterizeError::Spec { storey: site.text(record.name).to_owned(), outermost, source }
     })
 }
 

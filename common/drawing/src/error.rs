@@ -1,18 +1,19 @@
 //! Why there is no map.
 
+use frames::{counted, metres};
 use grid::{Class, GridSpecError};
-use messages::{Grid, Site};
+use messages::{Grid, MapStoreyRecord, Site, element_flags};
 
 /// Why there is no map.
 #[derive(Debug, thiserror::Error)]
 pub enum RasterizeError {
     /// The grid of a storey cannot be; the outermost elements are named, because they are usually misplaced.
-    #[error("storey {storey:?} has no grid; its outermost elements are {outermost}")]
+    #[error("storey {storey:?} has no grid{}", outermost_text(outermost))]
     Spec {
         /// Name of the storey.
         storey: String,
-        /// Entities and GlobalIds of the elements at its bounds.
-        outermost: String,
+        /// Entities and GlobalIds of the elements at its bounds; none where spaces alone reach them.
+        outermost: Vec<String>,
         /// Why.
         source: GridSpecError,
     },
@@ -27,10 +28,13 @@ pub enum RasterizeError {
         resolution_m: f64,
     },
     /// Nothing at all would be drawn.
-    #[error("the map would be blank: no storey has an obstacle or a floor; --allow-empty writes it all the same")]
-    Blank,
+    #[error("the map would be blank: {}; --allow-empty writes it all the same", reasons.join("; "))]
+    Blank {
+        /// Of the model, then of each storey: phrases for people.
+        reasons: Vec<String>,
+    },
     /// Rooms without walls.
-    #[error("storey {storey:?} has {n_spaces} spaces and no obstacle; --allow-empty writes it all the same")]
+    #[error("storey {storey:?} has {} and no obstacle; --allow-empty writes it all the same", counted(*n_spaces, "space"))]
     NoObstacle {
         /// Name of the storey.
         storey: String,
@@ -46,7 +50,7 @@ pub enum RasterizeError {
 pub fn check_not_blank(site: &Site<'_>, grids: &[Grid<'_>]) -> Result<(), RasterizeError> {
     let has_obstacle = |g: &Grid<'_>| g.class.iter().any(|&c| c != Class::None.id());
     if !grids.iter().any(|g| has_obstacle(g) || g.floor.iter().any(|&f| f != 0)) {
-        return Err(RasterizeError::Blank);
+        return Err(RasterizeError::Blank { reasons: blank_reasons(site) });
     }
     for grid in grids.iter().filter(|g| !has_obstacle(g)) {
         let n_spaces = site.spaces.iter().filter(|s| s.map_storey == grid.head.map_storey).count();
@@ -56,4 +60,84 @@ pub fn check_not_blank(site: &Site<'_>, grids: &[Grid<'_>]) -> Result<(), Raster
         }
     }
     Ok(())
+}
+
+/// Storeys whose reasons are told.
+const MAX_REASONS: usize = 12;
+
+/// Why nothing is drawn: what the model lacks, then what each storey lacks.
+fn blank_reasons(site: &Site<'_>) -> Vec<String> {
+    let mut reasons = vec![elements_reason(site)];
+    if site.storeys.is_empty() {
+        reasons.push("the model has no storeys and nothing that a storey could be made from".to_owned());
+    }
+    let unmapped = site.storeys.iter().filter(|s| s.map_storey == messages::NONE && s.why.length > 0);
+    let of_storeys = unmapped.map(|s| storey_reason(site.text(s.name), site.text(s.why)));
+    let of_maps = site.map_storeys.iter().map(|s| storey_reason(site.text(s.name), &empty_reason(site, s)));
+    let mut all: Vec<String> = of_maps.chain(of_storeys).collect();
+    let n_left_out = all.len().saturating_sub(MAX_REASONS);
+    all.truncate(MAX_REASONS);
+    reasons.extend(all);
+    if n_left_out > 0 {
+        reasons.push(format!("and {}", counted(n_left_out, "other storey")));
+    }
+    reasons
+}
+
+fn storey_reason(name: &str, why: &str) -> String {
+    if name.is_empty() { format!("a storey without a name: {why}") } else { format!("storey {name:?}: {why}") }
+}
+
+/// What became of the model's elements.
+fn elements_reason(site: &Site<'_>) -> String {
+    let n = site.elements.len();
+    let has = |flag: u32| site.elements.iter().filter(|e| e.has(flag)).count();
+    let n_failed = has(element_flags::FAILED);
+    match site.elements.iter().filter(|e| e.n_parts > 0).count() {
+        _ if n == 0 => "the model has no elements".to_owned(),
+        0 if n_failed > 0 => {
+            format!("of {} none has a body, and {n_failed} of the bodies could not be made", counted(n, "element"))
+        }
+        0 => format!("of {} none has a body", counted(n, "element")),
+        n_bodies => {
+            let n_boxes = has(element_flags::BOUNDING_BOX);
+            format!("of {} {n_bodies} have a body, {n_boxes} of them a bounding box only", counted(n, "element"))
+        }
+    }
+}
+
+/// Why the map of a storey is empty.
+fn empty_reason(site: &Site<'_>, storey: &MapStoreyRecord) -> String {
+    let floor_z = storey.floor_z_tenths;
+    let bodies = || site.elements.iter().filter(|e| e.n_parts > 0);
+    let n_above = bodies().filter(|e| e.min_tenths[2] > floor_z).count();
+    let n_below = bodies().filter(|e| e.max_tenths[2] < floor_z).count();
+    format!(
+        "no floor, and no element reaches into the robot's height above {:.2} m ({n_above} of the bodies lie higher, {n_below} lower)",
+        metres(floor_z)
+    )
+}
+
+/// The elements at the bounds, as the end of a sentence.
+fn outermost_text(outermost: &[String]) -> String {
+    if outermost.is_empty() {
+        return ", and no element reaches its bounds: look at its spaces".to_owned();
+    }
+    format!("; its outermost elements are {}", outermost.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_storey_without_a_grid_names_what_is_outermost_or_where_to_look() {
+        let text = |outermost: &[&str]| {
+            let outermost = outermost.iter().map(|t| (*t).to_owned()).collect();
+            let source = GridSpecError::Resolution { resolution_m: 2.0 };
+            RasterizeError::Spec { storey: "Ground".to_owned(), outermost, source }.to_string()
+        };
+        assert!(text(&["IfcWall a", "IfcWall b"]).ends_with("its outermost elements are IfcWall a, IfcWall b"));
+        assert!(text(&[]).ends_with("look at its spaces"));
+    }
 }

@@ -1,12 +1,14 @@
-//! Points and rigid motions with their frame in the type, the length unit of archives, and plan time.
+//! Points and rigid motions with their frame in the type, the length unit of archives, plan time, and counts for messages.
 //!
 //! All lengths are metres, all angles radians, Z is up, frames are right-handed.
 
+mod counted;
 mod plan_time;
 mod point;
 mod rigid;
 mod tenth_mm;
 
+pub use counted::counted;
 pub use plan_time::{PlanTime, PlanTimeError};
 pub use point::{Point2, Point3};
 pub use rigid::{Rigid2, UprightRigid3};

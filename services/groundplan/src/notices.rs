@@ -8,8 +8,9 @@ pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     let site = input.site;
     let mut kinds = Kinds::default();
     for storey in site.storeys.iter().filter(|s| s.map_storey == NONE && s.why.length > 0) {
-        let (name, why) = (site.text(storey.name), site.text(storey.why));
-        kinds.add(name, format!("warning: storey {name:?} is not mapped: {why}"));
+        let (id, name, why) = (site.text(storey.global_id), site.text(storey.name), site.text(storey.why));
+        let name = if name.is_empty() { id } else { name };
+        kinds.add(id, format!("warning: storey {name:?} is not mapped: {why}"));
     }
     if export::schedule_ignored(site, input.phase) {
         kinds.add("schedule", "warning: the model holds a schedule; this map shows everything built".to_owned());
@@ -39,14 +40,17 @@ fn of_diagnostic(site: &Site<'_>, d: &DiagnosticRecord) -> String {
     let file = site.sources.get(d.source as usize).map_or("", |s| site.text(s.file));
     let step_id = if d.step_id == 0 { String::new() } else { format!("#{}", d.step_id) };
     let who = [file, &step_id, site.text(d.global_id), site.text(d.name)];
-    let who: Vec<&str> = who.into_iter().filter(|word| !word.is_empty()).collect();
-    format!("{}: {}", who.join(" "), site.text(d.message))
+    about(&who, site.text(d.message))
 }
 
 fn of_schedule(phase: &Phase<'_>, d: &DiagnosticRecord) -> String {
-    let who = format!("{} {}", phase.text(d.global_id), phase.text(d.name));
-    let message = phase.text(d.message);
-    if who.trim().is_empty() { message.to_owned() } else { format!("{}: {message}", who.trim()) }
+    about(&[phase.text(d.global_id), phase.text(d.name)], phase.text(d.message))
+}
+
+/// A message behind the words that say what it is about; those that are empty leave no trace.
+fn about(who: &[&str], message: &str) -> String {
+    let words: Vec<&str> = who.iter().copied().filter(|word| !word.is_empty()).collect();
+    if words.is_empty() { message.to_owned() } else { format!("{}: {message}", words.join(" ")) }
 }
 
 fn of_door(site: &Site<'_>, record: &DoorPassageRecord, passage: DoorPassage) -> String {
@@ -59,7 +63,7 @@ fn of_door(site: &Site<'_>, record: &DoorPassageRecord, passage: DoorPassage) ->
         DoorPassage::ClosedByResolution => format!("{:.2} m of it are open in the map", record.width_in_map_m),
         DoorPassage::Absent | DoorPassage::Passable => "it does not stand".to_owned(),
     };
-    format!("door closed: {} {}: {why}", site.text(element.global_id), site.text(element.name))
+    format!("door closed: {}", about(&[site.text(element.global_id), site.text(element.name)], &why))
 }
 
 /// Findings by kind, in the order of each kind's first.
@@ -86,6 +90,12 @@ impl Kinds {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_message_about_nothing_named_begins_with_itself() {
+        assert_eq!(about(&["", ""], "the map frame is kept"), "the map frame is kept");
+        assert_eq!(about(&["house.ifc", "", "Door"], "is closed"), "house.ifc Door: is closed");
+    }
 
     #[test]
     fn findings_of_one_kind_share_a_line() {

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::plan_date;
 use crate::schedule_files::with_timeline;
 use export::{ScheduleFindings, ScheduleReport};
+use frames::counted;
 use messages::{Phase, PhaseHead, Site, SpaceState};
 use schedule_eval::{Period, Timeline};
 use serde::Serialize;
@@ -144,11 +145,11 @@ fn text_of(site: &Site<'_>, timeline: &Timeline, phase: &Phase<'_>, at_s: i64) -
         let _ = writeln!(out, "  {}: {}{}", finding.code, who.trim(), separated(who.trim(), &finding.message));
     }
     if findings.len() > MAX_FINDINGS {
-        let _ = writeln!(out, "  and {} more findings: see --json", findings.len() - MAX_FINDINGS);
+        let _ = writeln!(out, "  and {}: see --json", counted(findings.len() - MAX_FINDINGS, "more finding"));
     }
     let n_existing = (0..phase.n_elements()).filter(|k| phase.schedule_of(*k).source == 0).count();
     if n_existing > 0 {
-        let _ = writeln!(out, "  {n_existing} elements have no date at all");
+        let _ = writeln!(out, "  {} without any date", counted(n_existing, "element"));
     }
     out
 }

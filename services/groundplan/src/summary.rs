@@ -2,7 +2,7 @@
 
 use crate::notices::notices;
 use export::ExportInput;
-use frames::metres;
+use frames::{counted, metres};
 use messages::{DoorPassage, FloorKind, Site};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -138,12 +138,12 @@ impl StoreyLine {
         let status = if self.status == "ok" { "" } else { ", no floor yet" };
         let closed = match self.closed_doors {
             0 => String::new(),
-            1 => ", 1 door closed".to_owned(),
-            n => format!(", {n} doors closed"),
+            n => format!(", {} closed", counted(n, "door")),
         };
+        let (obstacles, waypoints) = (counted(*obstacles, "obstacle"), counted(*waypoints, "waypoint"));
         format!(
             "storey {index:>2}  {name:<24} floor {floor_z_m:>7.3} m {floor:<8} {width} x {height} cells, \
-             {free_m2:.1} m2 free, {obstacles} obstacles, {waypoints} waypoints{closed}{status}"
+             {free_m2:.1} m2 free, {obstacles}, {waypoints}{closed}{status}"
         )
     }
 }

@@ -4,8 +4,9 @@ use grid::Class;
 use ifc::Element;
 use messages::element_flags;
 
-/// The first entity that the element is a kind of gives its class.
-const CLASS_OF: [(&str, Class); 17] = [
+/// The first entity that the element is a kind of gives its class. An IfcMember or IfcPlate is what it is a part of, see
+/// [`class_of_bar`] and [`class_of_plate`].
+const CLASS_OF: [(&str, Class); 15] = [
     ("IfcWall", Class::Wall),
     ("IfcColumn", Class::Column),
     ("IfcDoor", Class::Door),
@@ -17,12 +18,23 @@ const CLASS_OF: [(&str, Class); 17] = [
     ("IfcRailing", Class::Railing),
     ("IfcFurnishingElement", Class::Furniture),
     ("IfcCurtainWall", Class::CurtainWall),
-    ("IfcPlate", Class::CurtainWall),
-    ("IfcMember", Class::CurtainWall),
     ("IfcSlab", Class::Slab),
     ("IfcRoof", Class::Slab),
     ("IfcBeam", Class::Beam),
     ("IfcDistributionElement", Class::Mep),
+];
+
+/// Wholes that give their members and plates their class.
+const WHOLES_OF_BARS: [(&str, Class); 9] = [
+    ("IfcCurtainWall", Class::CurtainWall),
+    ("IfcStair", Class::Stair),
+    ("IfcStairFlight", Class::Stair),
+    ("IfcRamp", Class::Ramp),
+    ("IfcRampFlight", Class::Ramp),
+    ("IfcRailing", Class::Railing),
+    ("IfcWall", Class::Wall),
+    ("IfcWindow", Class::Window),
+    ("IfcRoof", Class::Beam),
 ];
 
 /// Entities on whose upward faces a robot may stand.
@@ -42,14 +54,56 @@ pub(crate) fn class_of(elements: &[Element], element: usize) -> Class {
     let own = &elements[element];
     if is_a(own, "IfcBuildingElementPart")
         && let Some(whole) = whole_of(elements, element)
+        && !is_a(&elements[whole], "IfcBuildingElementPart")
     {
-        return class_of_kind(&elements[whole]);
+        return class_of(elements, whole);
     }
-    class_of_kind(own)
+    let of_whole = || wholes(elements, element).find_map(|whole| class_among(&WHOLES_OF_BARS, &elements[whole]));
+    if is_a(own, "IfcMember") {
+        return of_whole().unwrap_or_else(|| class_of_bar(own));
+    }
+    if is_a(own, "IfcPlate") {
+        return match of_whole() {
+            Some(Class::Beam) => Class::Slab,
+            Some(class) => class,
+            None => class_of_plate(own),
+        };
+    }
+    class_among(&CLASS_OF, own).unwrap_or(Class::Other)
 }
 
-fn class_of_kind(element: &Element) -> Class {
-    CLASS_OF.iter().find(|(entity, _)| is_a(element, entity)).map_or(Class::Other, |(_, class)| *class)
+fn class_among(classes: &[(&str, Class)], element: &Element) -> Option<Class> {
+    classes.iter().find(|(entity, _)| is_a(element, entity)).map(|(_, class)| *class)
+}
+
+/// A member on its own: what its kind says, else a column if it stands and a beam if it lies or leans.
+fn class_of_bar(member: &Element) -> Class {
+    match member.predefined_type.as_str() {
+        "MULLION" => Class::CurtainWall,
+        "STRINGER" => Class::Stair,
+        "POST" | "STUD" => Class::Column,
+        "BRACE" | "CHORD" | "COLLAR" | "PURLIN" | "RAFTER" | "STRUT" | "TIEBAR" => Class::Beam,
+        _ if stands(member) => Class::Column,
+        _ => Class::Beam,
+    }
+}
+
+/// A plate on its own is a panel of a curtain wall, unless its kind says otherwise.
+fn class_of_plate(plate: &Element) -> Class {
+    match plate.predefined_type.as_str() {
+        "" | "NOTDEFINED" | "CURTAIN_PANEL" => Class::CurtainWall,
+        _ => Class::Other,
+    }
+}
+
+/// True if a body is at least twice as high as it is wide along either axis of the world.
+fn stands(element: &Element) -> bool {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for p in element.geometry.points_m() {
+        (low, high) = ([0, 1, 2].map(|k| low[k].min(p[k])), [0, 1, 2].map(|k| high[k].max(p[k])));
+    }
+    let [x, y, z] = [0, 1, 2].map(|k| high[k] - low[k]);
+    z >= 2.0 * x.max(y)
 }
 
 /// Bits of [`element_flags`] that follow from what the element is and is made of.
@@ -90,6 +144,12 @@ fn is_vertical(element: &Element) -> bool {
         || is_a(element, "IfcTransportElement")
 }
 
+/// What an element is a part of, nearest first.
+fn wholes(elements: &[Element], element: usize) -> impl Iterator<Item = usize> {
+    // The bound ends cycles, which a broken file may hold.
+    std::iter::successors(elements[element].whole, |&whole| elements[whole].whole).take(16)
+}
+
 /// The outermost whole that is not a part itself; `None` if the element is part of nothing.
 fn whole_of(elements: &[Element], element: usize) -> Option<usize> {
     let mut whole = elements[element].whole?;
@@ -124,5 +184,66 @@ mod tests {
         assert!(glass(&["Glas (klar)"]) && glass(&["Double glazing"]));
         assert!(!glass(&["Glaswolle"]) && !glass(&["Fiberglass insulation"]));
         assert!(!glass(&["Glass", "Aluminium"]) && !glass(&[]));
+    }
+
+    /// Classes of the elements of a file: `#1` to `#9` are elements, `#20` to `#29` relations, all with one body of these sizes.
+    fn classes(records: &str, [x, y, z]: [f64; 3]) -> Vec<Class> {
+        let text = format!(
+            "ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');FILE_SCHEMA(('IFC4'));ENDSEC;DATA;
+             #100=IFCPROJECT('p',$,'P',$,$,$,$,(#101),#104);#101=IFCGEOMETRICREPRESENTATIONCONTEXT($,'Model',3,1.E-5,#102,$);
+             #102=IFCAXIS2PLACEMENT3D(#107,$,$);#103=IFCLOCALPLACEMENT($,#102);#104=IFCUNITASSIGNMENT((#105));
+             #105=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);#107=IFCCARTESIANPOINT((0.,0.,0.));#112=IFCDIRECTION((0.,0.,1.));
+             #110=IFCEXTRUDEDAREASOLID(#111,#102,#112,{z:?});#111=IFCRECTANGLEPROFILEDEF(.AREA.,$,$,{x:?},{y:?});
+             #120=IFCSHAPEREPRESENTATION(#101,'Body','SweptSolid',(#110));#121=IFCPRODUCTDEFINITIONSHAPE($,$,(#120));
+             {records}ENDSEC;END-ISO-10303-21;"
+        );
+        let options = ifc::ReadOptions { threads: 1, ..ifc::ReadOptions::default() };
+        let (model, _) = ifc::read(text.as_bytes(), &options).unwrap();
+        (0..model.elements.len()).map(|k| class_of(&model.elements, k)).collect()
+    }
+
+    fn member(kind: &str, sizes: [f64; 3]) -> Class {
+        classes(&format!("#1=IFCMEMBER('m',$,$,$,$,#103,#121,$,{kind});"), sizes)[0]
+    }
+
+    #[test]
+    fn a_member_is_what_it_is_a_part_of() {
+        for (whole, class) in [
+            ("IFCCURTAINWALL", Class::CurtainWall),
+            ("IFCSTAIR", Class::Stair),
+            ("IFCRAILING", Class::Railing),
+            ("IFCRAMP", Class::Ramp),
+            ("IFCWALL", Class::Wall),
+            ("IFCROOF", Class::Beam),
+            ("IFCELEMENTASSEMBLY", Class::Column),
+        ] {
+            // The assembly between is part of the whole, the member part of the assembly.
+            let records = format!(
+                "#1=IFCMEMBER('m',$,$,$,$,#103,#121,$,$);#2=IFCELEMENTASSEMBLY('a',$,$,$,$,#103,$,$,$,$);
+                 #3={whole}('w',$,$,$,$,#103,$,$,$);#20=IFCRELAGGREGATES('r',$,$,$,#2,(#1));#21=IFCRELAGGREGATES('s',$,$,$,#3,(#2));"
+            );
+            assert_eq!(classes(&records, [0.1, 0.1, 3.0])[0], class, "{whole}");
+        }
+    }
+
+    #[test]
+    fn a_member_on_its_own_is_a_column_or_a_beam_and_no_curtain_wall() {
+        assert_eq!(member("$", [0.2, 0.2, 3.0]), Class::Column);
+        assert_eq!(member(".NOTDEFINED.", [5.0, 0.2, 0.3]), Class::Beam);
+        assert_eq!(member(".RAFTER.", [0.1, 0.1, 3.0]), Class::Beam);
+        assert_eq!(member(".POST.", [0.3, 0.3, 0.4]), Class::Column);
+        assert_eq!(member(".STRINGER.", [3.0, 0.1, 2.0]), Class::Stair);
+        assert_eq!(member(".MULLION.", [0.1, 0.1, 3.0]), Class::CurtainWall);
+    }
+
+    #[test]
+    fn a_plate_is_a_panel_unless_its_kind_or_whole_says_otherwise() {
+        let plate = |kind: &str| classes(&format!("#1=IFCPLATE('p',$,$,$,$,#103,#121,$,{kind});"), [1.0, 0.02, 2.0])[0];
+        assert_eq!(plate("$"), Class::CurtainWall);
+        assert_eq!(plate(".CURTAIN_PANEL."), Class::CurtainWall);
+        assert_eq!(plate(".SHEET."), Class::Other);
+        let in_stair = "#1=IFCPLATE('p',$,$,$,$,#103,#121,$,$);#2=IFCSTAIR('s',$,$,$,$,#103,$,$,$);\
+                        #20=IFCRELAGGREGATES('r',$,$,$,#2,(#1));";
+        assert_eq!(classes(in_stair, [1.0, 0.02, 2.0])[0], Class::Stair);
     }
 }

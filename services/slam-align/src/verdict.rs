@@ -5,13 +5,14 @@ use crate::search::Candidate;
 use crate::thresholds::{
     LEAST_FACES, LEAST_PRECISION, LEAST_RECALL, LEAST_SCORE, MOST_LOOSE_M, MOST_LOOSE_RAD, RIVAL_SHARE,
 };
+use frames::counted;
 use messages::{Evidence, Verdict};
 
 /// Judges poses, best first, of one reference or of several; with the reason if none is accepted.
 pub(crate) fn judged(slam: &Features, candidates: &[&Candidate]) -> (Verdict, String) {
     let n_faces = slam.faces.len();
     if n_faces < LEAST_FACES {
-        let reason = format!("the SLAM map shows too little of walls: {n_faces} cells beside free space");
+        let reason = format!("the SLAM map shows too little of walls: {} beside free space", counted(n_faces, "cell"));
         return (Verdict::Refused, reason);
     }
     let Some(best) = candidates.first() else {

@@ -5,6 +5,7 @@ use crate::cli::DoctorArgs;
 use crate::failure::Failure;
 use bus::{Bus, Daemon};
 use daemon::{Robot, SiteConfig};
+use frames::counted;
 use rustix::fs::{StatVfs, statfs, statvfs};
 use serde::Serialize;
 use std::os::unix::fs::MetadataExt;
@@ -178,7 +179,7 @@ fn models(models: &[PathBuf]) -> Check {
     match models.iter().find(|path| std::fs::File::open(path).is_err()) {
         Some(missing) => failure("models", format!("{} cannot be read", missing.display())),
         None if models.is_empty() => warning("models", "none: nothing is drawn until groundplan load"),
-        None => ok("models", format!("{} files", models.len())),
+        None => ok("models", counted(models.len(), "file")),
     }
 }
 

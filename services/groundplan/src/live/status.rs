@@ -6,6 +6,7 @@ use crate::cli::StatusArgs;
 use crate::failure::Failure;
 use crate::plan_date;
 use bus::{Daemon, HEARTBEAT_PERIOD, Topic};
+use frames::counted;
 use messages::{Grids, Plan, Stage, StatusRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -131,14 +132,21 @@ impl Status {
         let _ = match &self.grids {
             Some(grids) => {
                 let date = grids.plan_time.as_deref().unwrap_or("everything built");
-                writeln!(out, "{} storeys at {date} for {}, epoch {}", grids.storeys, grids.robot, grids.epoch)
+                writeln!(
+                    out,
+                    "{} at {date} for {}, epoch {}",
+                    counted(grids.storeys, "storey"),
+                    grids.robot,
+                    grids.epoch
+                )
             }
             None => writeln!(out, "no grids"),
         };
         let _ = match &self.plan {
             Some(plan) => {
                 let late = if plan.is_current { "" } else { ", of earlier grids" };
-                writeln!(out, "{} waypoints, {} of them scans, epoch {}{late}", plan.waypoints, plan.scans, plan.epoch)
+                let waypoints = counted(plan.waypoints, "waypoint");
+                writeln!(out, "{waypoints}, {} of them scans, epoch {}{late}", plan.scans, plan.epoch)
             }
             None => writeln!(out, "no plan"),
         };

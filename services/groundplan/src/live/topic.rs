@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use crate::plan_date::optional_text;
 use bus::{Bus, GridSlot, Sample, Stamp, Topic, Waiter};
 use daemon::StopSignal;
+use frames::counted;
 use messages::{Alignment, Grid, Grids, Phase, Plan, Site, SlamMap};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -159,7 +160,7 @@ fn hz(site: &SiteArgs, topic: Topic, seconds: Option<f64>, json: bool) -> Result
         (Some(p50), Some(max)) => format!(", {bytes_mean:.0} bytes, latency {p50:.2} ms, at most {max:.2} ms"),
         _ => String::new(),
     };
-    Ok(format!("{topic}: {samples} samples in {seconds:.1} s, {rate_hz:.2} Hz{latency}\n"))
+    Ok(format!("{topic}: {} in {seconds:.1} s, {rate_hz:.2} Hz{latency}\n", counted(samples, "sample")))
 }
 
 /// A client that SIGTERM and SIGINT stop.

@@ -6,6 +6,7 @@ use crate::dates::{DateError, WrittenDate, parse_iso};
 use crate::durations::{self, WrittenDuration};
 use crate::findings::{Entity, Findings, Severity};
 use crate::rules::Rules;
+use frames::counted;
 use messages::{DateSource, DurationKind, NONE, Site, TaskRecord, task_flags};
 
 /// What a task does with what it is linked to.
@@ -182,14 +183,17 @@ impl Reader<'_, '_, '_> {
                 crate::rules::DurationDay::WorkingDay => "the working hours of a day",
                 crate::rules::DurationDay::Hours24 => "24 working hours",
             };
-            let message =
-                format!("{} tasks have durations in days; a day means {means} (duration_day)", self.days_of.len());
+            let message = format!(
+                "{} with durations in days; a day means {means} (duration_day)",
+                counted(self.days_of.len(), "task")
+            );
             let entity = Entity::task(&self.site.tasks[first]);
             self.findings.add(Severity::Info, "duration_in_days", Some(entity), message);
         }
         if let Some(&first) = self.without_calendar.first() {
             let n = self.without_calendar.len();
-            let message = format!("{n} tasks count working time but have no calendar; their days have 24 hours");
+            let message =
+                format!("{} with working time and without a calendar; a day has 24 hours", counted(n, "task"));
             let entity = Entity::task(&self.site.tasks[first]);
             self.findings.add(Severity::Warning, "calendar_missing", Some(entity), message);
         }
