@@ -16,7 +16,9 @@ pub enum ReadError {
     #[error("the header has no readable FILE_SCHEMA, so the data cannot be interpreted; export the file again")]
     NoSchema,
     /// STEP, but of a schema that is not read.
-    #[error("schema {schema:?} is not read; export the file as IFC2X3, IFC4 or IFC4X3")]
+    #[error(
+        "schema {schema:?} is not read; export the file as IFC2X3, IFC4 or IFC4X3 (IFC2X and IFC2X2 are read as IFC2X3)"
+    )]
     UnsupportedSchema {
         /// FILE_SCHEMA as written.
         schema: String,

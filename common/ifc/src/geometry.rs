@@ -215,7 +215,8 @@ fn describe(file: &File<'_>, lost: &[u32], why: &str) -> String {
     };
     let entity =
         file.schema.lineage(record.keyword).first().map_or(record.keyword.to_owned(), |name| (*name).to_owned());
-    let others = if lost.len() > 1 { format!(" and {} other items", lost.len() - 1) } else { String::new() };
+    let others =
+        if lost.len() > 1 { format!(" and {}", frames::counted(lost.len() - 1, "other item")) } else { String::new() };
     format!("{entity} #{}{others} cannot be meshed ({why})", record.id)
 }
 

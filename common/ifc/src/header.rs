@@ -29,6 +29,10 @@ pub(crate) fn read(bytes: &[u8], report: &mut Report) -> Result<Header, ReadErro
     let head = &head[..data.unwrap_or(head.len())];
     let label = schema_label(head).ok_or(ReadError::NoSchema)?;
     let schema = Schema::from_label(&label).ok_or_else(|| ReadError::UnsupportedSchema { schema: label.clone() })?;
+    if schema.is_older {
+        let text = format!("schema {label} is read as IFC2X3; entities that IFC2X3 does not have are reported");
+        report.add(Severity::Info, "schema_older", None, text);
+    }
     let tail = &bytes[bytes.len().saturating_sub(4096)..];
     if memchr::memmem::find(tail, b"END-ISO-10303-21").is_none() {
         return Err(ReadError::Truncated { missing: "END-ISO-10303-21" });

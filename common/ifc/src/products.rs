@@ -32,6 +32,7 @@ impl<'f, 'a> Products<'f, 'a> {
         let mut elements = products(file, "IfcElement", report);
         // Terrain that is an element stays: where the ground rises into the slab, a robot cannot be. The site's own shape is none.
         elements.retain(|p| !NO_ELEMENTS.iter().any(|entity| p.class.is(entity)));
+        report_proxies(file, report);
         let spaces = products(file, "IfcSpace", report);
         let mut openings = products(file, "IfcOpeningElement", report);
         openings.retain(|p| relations.host.contains_key(&p.record.id));
@@ -58,6 +59,15 @@ fn products<'f, 'a>(file: &'f File<'a>, entity: &str, report: &mut Report) -> Ve
         Some(Product { id: named(&record), record, class })
     });
     parsed.collect()
+}
+
+/// An IfcProxy stands for what its exporter could not name. It is no IfcElement, and may be anything.
+fn report_proxies(file: &File<'_>, report: &mut Report) {
+    let proxies = products(file, "IfcProxy", report);
+    for proxy in proxies.into_iter().filter(|p| p.record.at(6).reference().is_some()) {
+        let message = "an IfcProxy is no IfcElement: its shape is not drawn".to_owned();
+        report.add(Severity::Warning, "proxy_not_drawn", Some(proxy.id), message);
+    }
 }
 
 fn report_repeated_ids(elements: &[Product<'_, '_>], report: &mut Report) {

@@ -15,12 +15,24 @@ const POINTS_MAX: usize = 10_000;
 /// Corners of round primitives; what the kernel takes for round profiles.
 const SEGMENTS: usize = 36;
 
+/// Supertypes that IFC2X3 and its predecessors let a file use, and the subtype that the kernel insists on. Their attributes are
+/// the same. Some exporters write no other (AutoCAD Architecture 2010: IfcProductRepresentation).
+const SUPERTYPES: [(&str, &str); 2] =
+    [("IfcProductRepresentation", "IFCPRODUCTDEFINITIONSHAPE"), ("IfcRepresentation", "IFCSHAPEREPRESENTATION")];
+
 /// Faces as loops of points.
 type Faces = Vec<Vec<[f64; 3]>>;
 
 /// Replaces what can be replaced. An IfcSurfaceCurveSweptAreaSolid that cannot is emptied: the kernel would mesh a part of
 /// it, metres off, and the box that stands in for a failed item is better.
 pub(crate) fn apply(file: &File<'_>, patch: &mut Patch) {
+    for (supertype, subtype) in SUPERTYPES {
+        for (span, _) in file.all(supertype) {
+            if let Some(arguments) = file.arguments_as_written(span.id) {
+                patch.replace(span.id, format!("{subtype}{arguments}"));
+            }
+        }
+    }
     for (span, _) in file.all("IfcSurfaceCurveSweptAreaSolid") {
         let faces = file.record(span.id).and_then(|record| swept(file, &record));
         let shell = faces.and_then(|faces| shell(&faces, patch));
@@ -229,8 +241,8 @@ fn area(polygon: &[[f64; 2]]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::GeometryStatus;
-    use crate::testing::{BASICS, file, read};
+    use crate::testing::{BASICS, file, file_of, read};
+    use crate::{GeometryStatus, Severity};
 
     /// Enclosed volume and upper corner of the body that consists of item `#4`.
     fn check(records: &str, volume: f64, high: [f64; 3]) {
@@ -275,5 +287,66 @@ mod tests {
         check(&format!("#4=IFCCSGSOLID(#5);#5={cylinder}"), 2.0 * area, [1.0, 1.0, 2.0]);
         check("#4=IFCRIGHTCIRCULARCONE(#102,3.,1.);", area, [1.0, 1.0, 3.0]);
         check("#4=IFCCSGSOLID(#5);#5=IFCRECTANGULARPYRAMID(#102,2.,1.,3.);", 2.0, [2.0, 1.0, 3.0]);
+    }
+
+    /// A wall with an opening, a mapped body and a plain one, as IFC2X3.
+    fn building(schema: &str) -> String {
+        file_of(
+            schema,
+            &format!(
+                "{BASICS}#1=IFCWALL('1wallwallwallwallwall0',$,'W',$,$,#103,#121,$);
+                 #2=IFCOPENINGELEMENT('1hole00000000000000000',$,$,$,$,#103,#3,$);#3=IFCPRODUCTDEFINITIONSHAPE($,$,(#4));
+                 #4=IFCSHAPEREPRESENTATION(#101,'Body','SweptSolid',(#5));#5=IFCEXTRUDEDAREASOLID(#6,#102,#112,1.);
+                 #6=IFCRECTANGLEPROFILEDEF(.AREA.,$,#113,1.,1.);#7=IFCRELVOIDSELEMENT('1void00000000000000000',$,$,$,#1,#2);
+                 #10=IFCCOLUMN('1column000000000000000',$,$,$,$,#103,#11,$);#11=IFCPRODUCTDEFINITIONSHAPE($,$,(#12));
+                 #12=IFCSHAPEREPRESENTATION(#101,'Body','MappedRepresentation',(#13));#13=IFCMAPPEDITEM(#14,#15);
+                 #14=IFCREPRESENTATIONMAP(#102,#120);#15=IFCCARTESIANTRANSFORMATIONOPERATOR3D($,$,#107,$,$);"
+            ),
+        )
+    }
+
+    fn bodies(text: &str) -> String {
+        let (model, _) = read(text).unwrap();
+        assert!(model.elements.iter().all(|e| e.geometry.status == GeometryStatus::Meshed), "{:?}", model.elements);
+        format!("{:?} {:?}", model.elements, model.openings)
+    }
+
+    #[test]
+    fn supertypes_of_shapes_are_drawn_like_the_subtypes() {
+        let ordinary = building("IFC2X3");
+        let expected = bodies(&ordinary);
+        for (subtype, supertype) in [
+            ("IFCPRODUCTDEFINITIONSHAPE(", "IFCPRODUCTREPRESENTATION("),
+            ("IFCPRODUCTDEFINITIONSHAPE(", "IfcProductRepresentation ("),
+            ("IFCSHAPEREPRESENTATION(", "IFCREPRESENTATION("),
+        ] {
+            let general = ordinary.replace(subtype, supertype);
+            assert_ne!(general, ordinary);
+            assert_eq!(bodies(&general), expected, "{supertype}");
+        }
+    }
+
+    #[test]
+    fn schemas_before_ifc2x3_are_read_as_it() {
+        let expected = bodies(&building("IFC2X3"));
+        for schema in ["IFC2X_FINAL", "IFC2X2_FINAL", "IFC2X2_ADD1"] {
+            let text = building(schema);
+            assert_eq!(bodies(&text), expected, "{schema}");
+            let (model, diagnostics) = read(&text).unwrap();
+            assert_eq!((model.source.schema.as_str(), diagnostics[0].code), (schema, "schema_older"));
+        }
+    }
+
+    #[test]
+    fn entities_that_no_schema_has_are_reported() {
+        let unknown = "#50=IFCDISCRETEWALL('1unknown00000000000000',$,$,$,$,#103,#121,$);#51=IFCDETAIL(1.);";
+        let text = building("IFC2X3").replace("\nENDSEC;END", &format!("{unknown}#52=IFCDETAIL(2.);\nENDSEC;END"));
+        let (_, diagnostics) = read(&text).unwrap();
+        let found: Vec<(Severity, &str)> = diagnostics.iter().map(|d| (d.severity, d.message.as_str())).collect();
+        let expected = [
+            (Severity::Warning, "IFCDISCRETEWALL #50: no IFC schema has this entity; it is skipped"),
+            (Severity::Info, "IFCDETAIL #51 and 1 more: no IFC schema has this entity; it is skipped"),
+        ];
+        assert_eq!(found, expected);
     }
 }

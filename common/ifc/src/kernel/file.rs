@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use ifc_lite_core::{EntityDecoder, EntityIndex, EntityScanner};
 
+use frames::counted;
+
 use super::{Record, Schema};
 use crate::report::{Report, bare};
 use crate::{ReadError, Severity};
@@ -56,6 +58,9 @@ const WANTED: [&str; 9] = [
     "IfcCsgSolid",
 ];
 
+/// Classes of which only the records of the entity itself are listed, not those of its subtypes.
+const WANTED_THEMSELVES: [&str; 2] = ["IfcProductRepresentation", "IfcRepresentation"];
+
 /// Longest record that [`File::short_record_of`] gives.
 const SHORT_BYTES_MAX: usize = 8 << 10;
 
@@ -66,7 +71,8 @@ impl<'a> File<'a> {
         ifc_lite_core::set_report_sink(|_| {});
         let mut index = EntityIndex::with_capacity_and_hasher(bytes.len() / 60, Default::default());
         let mut classes: Vec<Class> = Vec::new();
-        let mut class_of_keyword: HashMap<&str, Option<usize>> = HashMap::new();
+        let mut kind_of_keyword: HashMap<&str, Kind> = HashMap::new();
+        let mut unknown: Vec<Unknown<'_>> = Vec::new();
         let mut superseded = Vec::new();
         let mut scanner = EntityScanner::new(bytes);
         let (mut last_end, mut last_id) = (0, 0);
@@ -76,9 +82,12 @@ impl<'a> File<'a> {
             if let Some((start, end)) = index.insert(id, (start, end)) {
                 superseded.push(Span { id, start, end });
             }
-            let class = *class_of_keyword.entry(keyword).or_insert_with(|| wanted_class(keyword, schema, &mut classes));
-            if let Some(class) = class {
-                classes[class].spans.push(Span { id, start, end });
+            let kind =
+                *kind_of_keyword.entry(keyword).or_insert_with(|| kind(keyword, schema, &mut classes, &mut unknown));
+            match kind {
+                Kind::Wanted(class) => classes[class].spans.push(Span { id, start, end }),
+                Kind::Unknown(place) => unknown[place].count(Span { id, start, end }),
+                Kind::Other => {}
             }
         }
         if let Some(&at) = scanner.malformed_record_starts().last() {
@@ -86,12 +95,15 @@ impl<'a> File<'a> {
         }
         if scanner.skipped_oversized_ids() > 0 {
             let message =
-                format!("{} records have ids above 4294967295 and are skipped", scanner.skipped_oversized_ids());
+                format!("{} with an id above 4294967295 left out", counted(scanner.skipped_oversized_ids(), "record"));
             report.add(Severity::Error, "id_too_large", None, message);
         }
         for span in &superseded {
             let message = format!("#{} is used more than once; its last record counts", span.id);
             report.add(Severity::Warning, "duplicate_id", bare(span.id), message);
+        }
+        for entity in unknown {
+            entity.report(bytes, report);
         }
         if !superseded.is_empty() {
             for class in &mut classes {
@@ -154,6 +166,16 @@ impl<'a> File<'a> {
         if end - start > SHORT_BYTES_MAX { None } else { self.record_of(id, entity) }
     }
 
+    /// The arguments of a record as the file writes them, with their parentheses.
+    pub(crate) fn arguments_as_written(&self, id: u32) -> Option<String> {
+        let &(start, end) = self.index.get(&id)?;
+        let bytes = &self.bytes[start..end];
+        let keyword = Record::parse(bytes)?.keyword;
+        let behind = memchr::memmem::find(bytes, keyword.as_bytes())? + keyword.len();
+        let close = memchr::memrchr(b')', bytes)?;
+        Some(String::from_utf8_lossy(bytes.get(behind..=close)?).into_owned())
+    }
+
     /// Metres per length unit as the kernel understands the file.
     pub(crate) fn kernel_unit_m(&self) -> f64 {
         EntityDecoder::with_arc_index(self.bytes, Arc::clone(&self.index)).length_unit_scale()
@@ -165,17 +187,57 @@ impl<'a> File<'a> {
     }
 }
 
-fn wanted_class(keyword: &str, schema: Schema, classes: &mut Vec<Class>) -> Option<usize> {
+/// What records of a keyword are to us.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// Listed in this class.
+    Wanted(usize),
+    /// Of an entity that no schema has; its place in the list of those.
+    Unknown(usize),
+    /// Read when another record refers to them.
+    Other,
+}
+
+fn kind<'a>(keyword: &'a str, schema: Schema, classes: &mut Vec<Class>, unknown: &mut Vec<Unknown<'a>>) -> Kind {
     let lineage = schema.lineage(keyword);
-    if !lineage.iter().any(|name| WANTED.contains(name)) {
-        return None;
+    let Some(entity) = lineage.first() else {
+        unknown.push(Unknown { keyword, first: None, n: 0 });
+        return Kind::Unknown(unknown.len() - 1);
+    };
+    if !WANTED_THEMSELVES.contains(entity) && !lineage.iter().any(|name| WANTED.contains(name)) {
+        return Kind::Other;
     }
     // Spellings differ in case only; a second spelling joins the class of the first.
-    let known = classes.iter().position(|class| class.lineage[0] == lineage[0]);
-    known.or_else(|| {
+    let known = classes.iter().position(|class| class.lineage[0] == *entity);
+    Kind::Wanted(known.unwrap_or_else(|| {
         classes.push(Class { lineage, spans: Vec::new() });
-        Some(classes.len() - 1)
-    })
+        classes.len() - 1
+    }))
+}
+
+/// Records of an entity that no schema has.
+struct Unknown<'a> {
+    keyword: &'a str,
+    first: Option<Span>,
+    n: usize,
+}
+
+impl Unknown<'_> {
+    fn count(&mut self, span: Span) {
+        self.first.get_or_insert(span);
+        self.n += 1;
+    }
+
+    /// What has a GlobalId may be a wall; what has none is detail of something else.
+    fn report(&self, bytes: &[u8], report: &mut Report) {
+        let Some(first) = self.first else { return };
+        let record = Record::parse(&bytes[first.start..first.end]);
+        let is_rooted = record.is_some_and(|r| r.arguments().len() >= 4 && r.text(0).len() == 22);
+        let severity = if is_rooted { Severity::Warning } else { Severity::Info };
+        let others = if self.n > 1 { format!(" and {} more", self.n - 1) } else { String::new() };
+        let message = format!("{} #{}{others}: no IFC schema has this entity; it is skipped", self.keyword, first.id);
+        report.add(severity, "unknown_entity", bare(first.id), message);
+    }
 }
 
 /// A record without its end: one lost record is a diagnostic, a lost rest of the file is an error.

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use ifc_lite_core::EntityIndex;
 
 use super::File;
+use super::schema::OLDEST;
 
 /// Records that replace those of the file or join them.
 pub(crate) struct Patch {
@@ -35,12 +36,15 @@ impl Patch {
 
     /// Bytes and index with the replacements; borrowed if there is nothing to replace.
     pub(super) fn apply<'a>(&self, file: &File<'a>) -> (Cow<'a, [u8]>, Arc<EntityIndex>) {
-        if self.records.is_empty() && file.superseded.is_empty() {
+        if self.records.is_empty() && file.superseded.is_empty() && !file.schema.is_older {
             return (Cow::Borrowed(file.bytes), Arc::clone(&file.index));
         }
         let added: usize = self.records.iter().map(|(_, record)| record.len() + 16).sum();
         let mut bytes = Vec::with_capacity(file.bytes.len() + added);
         bytes.extend_from_slice(file.bytes);
+        if file.schema.is_older {
+            relabel(&mut bytes);
+        }
         // The kernel would mesh a product once per record with its id.
         for span in &file.superseded {
             bytes[span.start..span.end].fill(b' ');
@@ -53,5 +57,22 @@ impl Patch {
             index.insert(*id, (start, bytes.len()));
         }
         (Cow::Owned(bytes), Arc::new(index))
+    }
+}
+
+/// Makes the header name the schema that records are read by; the kernel would take the newest for one that it does not know.
+/// The label's place is as long as before, so that no record moves.
+fn relabel(bytes: &mut [u8]) {
+    let label = || {
+        let statement = memchr::memmem::find(bytes, b"FILE_SCHEMA")?;
+        let open = statement + memchr::memchr(b'\'', &bytes[statement..])?;
+        let close = open + 1 + memchr::memchr(b'\'', &bytes[open + 1..])?;
+        Some(open..close + 1)
+    };
+    let Some(label) = label() else { return };
+    let known = format!("'{OLDEST}'");
+    if known.len() <= label.len() {
+        bytes[label.clone()].fill(b' ');
+        bytes[label.start..label.start + known.len()].copy_from_slice(known.as_bytes());
     }
 }

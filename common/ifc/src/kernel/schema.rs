@@ -5,9 +5,16 @@ use std::sync::LazyLock;
 
 use ifc_lite_core::{IFC_TYPES, SchemaVersion};
 
-/// The schema that FILE_SCHEMA names.
+/// The schema that records are read by.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Schema(SchemaVersion);
+pub(crate) struct Schema {
+    version: SchemaVersion,
+    /// FILE_SCHEMA names a release before IFC2X3, which the records are read by.
+    pub(crate) is_older: bool,
+}
+
+/// What FILE_SCHEMA must say for records to be read by the oldest schema that is known.
+pub(crate) const OLDEST: &str = "IFC2X3";
 
 /// Newest first: an entity that the file's own schema does not declare is looked up in the others, because release
 /// candidates and careless exporters mix them.
@@ -15,9 +22,17 @@ const ALL: [SchemaVersion; 5] =
     [SchemaVersion::Ifc4x3, SchemaVersion::Ifc4x2, SchemaVersion::Ifc4x1, SchemaVersion::Ifc4, SchemaVersion::Ifc2x3];
 
 impl Schema {
-    /// `None` for a schema that is not IFC2X3, IFC4, IFC4X1, IFC4X2 or IFC4X3 (with their addenda and candidates).
+    /// `None` for a schema that is not IFC2X, IFC2X2, IFC2X3, IFC4, IFC4X1, IFC4X2 or IFC4X3 (with their addenda and candidates).
+    ///
+    /// IFC2X (`IFC2X_FINAL`) and IFC2X2 are read as IFC2X3: of the entities that a map is made from it changed no attribute's
+    /// place, and appended a few. IFC2.0 (`IFC20_LONGFORM`) has other relations and solids.
     pub(crate) fn from_label(label: &str) -> Option<Self> {
-        SchemaVersion::from_file_schema(label).map(Self)
+        if let Some(version) = SchemaVersion::from_file_schema(label) {
+            return Some(Self { version, is_older: false });
+        }
+        let label = label.trim().to_ascii_uppercase();
+        let is_older = label == "IFC2X2" || label.starts_with("IFC2X2_") || label.starts_with("IFC2X_");
+        is_older.then_some(Self { version: SchemaVersion::Ifc2x3, is_older })
     }
 
     /// The entity itself and its supertypes, as the schema spells them; empty if no schema knows it.
@@ -38,7 +53,7 @@ impl Schema {
     }
 
     fn declaring(self, keyword: &str) -> Option<SchemaVersion> {
-        std::iter::once(self.0).chain(ALL).find(|version| version.entity_info(keyword).is_some())
+        std::iter::once(self.version).chain(ALL).find(|version| version.entity_info(keyword).is_some())
     }
 }
 
@@ -93,10 +108,10 @@ mod tests {
 
     #[test]
     fn labels_of_addenda_and_candidates_are_known_and_others_are_not() {
-        for label in ["IFC2X3", "IFC4", "IFC4_ADD2", "IFC4X3_RC2", "IFC4X1", "ifc4x3_add2"] {
+        for label in ["IFC2X3", "IFC4", "IFC4_ADD2", "IFC4X3_RC2", "IFC4X1", "ifc4x3_add2", "IFC2X_FINAL"] {
             assert!(Schema::from_label(label).is_some(), "{label}");
         }
-        for label in ["", "AP214", "CONFIG_CONTROL_DESIGN", "IFC5", "IFC2X2_FINAL"] {
+        for label in ["", "AP214", "CONFIG_CONTROL_DESIGN", "IFC5", "IFC20_LONGFORM", "IFC2X"] {
             assert!(Schema::from_label(label).is_none(), "{label}");
         }
     }
@@ -117,5 +132,31 @@ mod tests {
         assert_eq!(at("IFC2X3", "IFCDOOR", "OperationType"), None);
         assert_eq!(at("IFC2X3", "IFCDOORSTYLE", "OperationType"), Some(8));
         assert_eq!(at("IFC2X3", "IFCSTAIRFLIGHT", "NumberOfRiser"), Some(8));
+    }
+
+    #[test]
+    fn a_body_of_every_kind_of_element_is_drawn_in_every_schema() {
+        use crate::testing::{BASICS, file_of, read};
+        let no_body = ["IfcFeatureElement", "IfcVirtualElement", "IfcReinforcingElement"];
+        for label in ["IFC2X2_FINAL", "IFC2X3", "IFC4", "IFC4X3_ADD2"] {
+            let schema = Schema::from_label(label).unwrap();
+            let names = IFC_TYPES.iter().map(|t| t.name()).chain(RETIRED).map(str::to_ascii_uppercase);
+            let kinds: Vec<String> = names
+                .filter(|name| {
+                    let lineage = schema.lineage(name);
+                    lineage.contains(&"IfcElement") && !no_body.iter().any(|entity| lineage.contains(entity))
+                })
+                .collect();
+            let record = |(k, name): (usize, &String)| format!("#{}={name}('e{k}',$,$,$,$,#103,#121,$);", 1000 + k);
+            let records: String = kinds.iter().enumerate().map(record).collect();
+            let (model, _) = read(&file_of(label, &format!("{BASICS}{records}"))).unwrap();
+            let lost: Vec<&str> = model
+                .elements
+                .iter()
+                .filter(|e| e.geometry.status != crate::GeometryStatus::Meshed)
+                .map(|e| e.ifc_type)
+                .collect();
+            assert!(model.elements.len() == kinds.len() && kinds.len() > 80 && lost.is_empty(), "{label}: {lost:?}");
+        }
     }
 }
