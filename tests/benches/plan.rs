@@ -41,7 +41,14 @@ fn main() {
 fn measure(arguments: &Arguments, model: &Path) {
     let files = [SourceFile { path: model.to_owned(), bytes: std::fs::read(model).expect("the model can be read") }];
     let name = files[0].name();
-    let ingest = IngestOptions { frame: None, frame_epoch: 1, places: &[], prefer_last: true, progress: &|_| {} };
+    let ingest = IngestOptions {
+        frame: None,
+        frame_epoch: 1,
+        places: &[],
+        prefer_last: true,
+        allow_boxes: true,
+        progress: &|_| {},
+    };
     let Ok(site) = ifc_ingest::ingest(&files, &ingest) else { return };
     let site = Site::open(site.bytes()).expect("a site");
     let phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish();

@@ -4,7 +4,7 @@
 mod support;
 
 use std::path::Path;
-use support::{demo_model, groundplan};
+use support::{contents, convert, demo_model, groundplan};
 
 /// A metre project, a storey and a wall of 4 x 0.2 x 3 m; `{}` takes more records.
 fn house(more: &str) -> String {
@@ -97,6 +97,43 @@ fn a_model_whose_map_would_be_blank_is_an_error() {
     let nothing = house("").replace("#11=IFCWALL('000000000000000000000B',$,'W',$,$,#7,#12,$,$);", "");
     refused(nothing, "blank");
     refused(step("IFC4", ""), "blank");
+}
+
+#[test]
+fn a_blank_map_says_what_the_model_and_each_of_its_storeys_lacks() {
+    let upper = "#28=IFCBUILDINGSTOREY('0000000000000000000028',$,'Upper',$,$,#7,$,$,.ELEMENT.,3.);\n";
+    let nothing = house(upper).replace("#11=IFCWALL('000000000000000000000B',$,'W',$,$,#7,#12,$,$);", "");
+    let (code, said) = outcome(nothing.as_bytes());
+    assert_eq!(code, 1);
+    for reason in ["the model has no elements", "storey \"Ground\": ", "storey \"Upper\": "] {
+        assert!(said.contains(reason), "{reason}: {said}");
+    }
+    let bodiless = house("").replace(",#7,#12,$,$)", ",#7,$,$,$)");
+    let (_, said) = outcome(bodiless.as_bytes());
+    assert!(said.contains("of 1 element none has a body"), "{said}");
+}
+
+/// The maps of all storeys.
+fn maps_of(model: &str) -> Vec<(std::path::PathBuf, Vec<u8>)> {
+    let home = tempfile::tempdir().unwrap();
+    let path = home.path().join("model.ifc");
+    std::fs::write(&path, model).unwrap();
+    contents(&convert(&path, &[]).path().join("storeys"))
+}
+
+#[test]
+fn what_old_exporters_write_gives_the_same_maps() {
+    let ordinary = house("").replace("'IFC4'", "'IFC2X3'");
+    let expected = maps_of(&ordinary);
+    assert!(!expected.is_empty());
+    for (written, by_others) in [
+        ("IFCPRODUCTDEFINITIONSHAPE", "IFCPRODUCTREPRESENTATION"),
+        ("IFCSHAPEREPRESENTATION", "IFCREPRESENTATION"),
+        ("'IFC2X3'", "'IFC2X2_FINAL'"),
+        ("'IFC2X3'", "'IFC2X_FINAL'"),
+    ] {
+        assert_eq!(maps_of(&ordinary.replace(written, by_others)), expected, "{by_others}");
+    }
 }
 
 #[test]

@@ -14,6 +14,9 @@ pub struct SiteConfig {
     /// IFC files of the site; others may be loaded later.
     #[serde(default)]
     pub models: Vec<PathBuf>,
+    /// True to load a file of whose bodies more than half are bounding boxes, because they cannot be meshed.
+    #[serde(default)]
+    pub allow_boxes: bool,
     /// Which bus.
     #[serde(default)]
     pub bus: BusConfig,

@@ -4,6 +4,7 @@
 
 mod csv;
 mod deviations;
+mod geographic;
 mod json;
 mod labels;
 mod letters;
@@ -32,6 +33,7 @@ pub use site_frame::{SiteFrameError, SiteFrameFile};
 pub use waypoints::{Waypoints, nav2_poses};
 pub use world::{DoorMode, Leafs, Lookup, Materials, Pieces, WorldFileError, WorldOptions, WorldOptionsError};
 
+use geographic::Geographic;
 use geometry::Footprint;
 use messages::{Grid, Grids, MapStoreyRecord, Phase, Plan, Site};
 use sha2::{Digest, Sha256};
@@ -87,6 +89,9 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
         ExportFile::new("waypoints.geojson", json::text(&waypoints::geojson(input))),
         ExportFile::new("site-graph.json", json::text(&SiteGraph::of(input))),
     ];
+    if let Ok(geographic) = Geographic::of(input.site) {
+        files.push(ExportFile::new(geographic::FILE, json::text(&geographic.geojson(input))));
+    }
     for (grid, storey) in input.grids.iter().zip(input.site.map_storeys) {
         let folder = storey_folder(input.site, grid.head.map_storey, storey);
         files.extend(maps::files(&folder, grid));

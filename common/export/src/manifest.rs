@@ -112,27 +112,53 @@ struct Robot {
 struct Frames {
     /// From the IFC world to the frame of all products.
     map_from_world: MapFromWorld,
-    /// IfcMapConversion; null if the files have none.
+    /// From the IFC world to the projected system; null if no file has a map conversion.
     earth_from_world: Option<EarthFromWorld>,
     /// Counts changes of the map frame, from 1.
     frame_epoch: u32,
 }
 
-/// IfcMapConversion as written; metadata only.
+/// The place of the IFC world in a projected system, never applied to the maps:
+/// `(eastings, northings, height) = (eastings_m, northings_m, orthogonal_height_m) + Rz(yaw_rad) (scale * p_world)`, in metres.
 #[derive(Debug, Serialize, JsonSchema)]
 struct EarthFromWorld {
-    /// Name of the projected system.
-    crs: String,
-    /// In units of the projected system.
-    eastings: f64,
-    /// In units of the projected system.
-    northings: f64,
-    /// In units of the projected system.
-    orthogonal_height: f64,
-    /// XAxisAbscissa and XAxisOrdinate.
+    /// Name of the projected system, e.g. `EPSG:25832`; null if the file names none.
+    crs: Option<String>,
+    /// Unit in which the file writes eastings, northings and height, e.g. `MILLIMETRE`; applied here.
+    map_unit: String,
+    /// Metres per that unit.
+    map_unit_m: f64,
+    /// Easting of the world's origin.
+    eastings_m: f64,
+    /// Northing of the world's origin.
+    northings_m: f64,
+    /// Height of the world's origin.
+    orthogonal_height_m: f64,
+    /// Turn from eastings to the world's x axis, counter-clockwise.
+    yaw_rad: f64,
+    /// The same as a direction of length 1: XAxisAbscissa and XAxisOrdinate.
     x_axis: [f64; 2],
-    /// Scale.
-    scale: f64,
+    /// Metres in the projected system per metre of the world, along the world's axes; units are applied.
+    scale: [f64; 3],
+}
+
+impl EarthFromWorld {
+    /// `None` if no file has a map conversion.
+    fn of(site: &Site<'_>) -> Option<Self> {
+        let head = site.head;
+        let [eastings_m, northings_m, orthogonal_height_m] = head.earth_m;
+        (head.has_earth == 1).then(|| Self {
+            crs: Some(site.text(head.earth_crs).to_owned()).filter(|name| !name.is_empty()),
+            map_unit: site.text(head.earth_unit).to_owned(),
+            map_unit_m: head.earth_unit_m,
+            eastings_m,
+            northings_m,
+            orthogonal_height_m,
+            yaw_rad: libm::atan2(head.earth_x_axis[1], head.earth_x_axis[0]),
+            x_axis: head.earth_x_axis,
+            scale: head.earth_scale,
+        })
+    }
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -176,14 +202,7 @@ impl Manifest {
             robot: Robot::of(input),
             frames: Frames {
                 map_from_world: SiteFrameFile::of(site).map_from_world,
-                earth_from_world: (head.has_earth == 1).then(|| EarthFromWorld {
-                    crs: site.text(head.earth_crs).to_owned(),
-                    eastings: head.earth_m[0],
-                    northings: head.earth_m[1],
-                    orthogonal_height: head.earth_m[2],
-                    x_axis: head.earth_x_axis,
-                    scale: head.earth_scale,
-                }),
+                earth_from_world: EarthFromWorld::of(site),
                 frame_epoch: head.frame_epoch,
             },
             storeys: input.grids.iter().map(|grid| Storey::of(input, grid)).collect(),

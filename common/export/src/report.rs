@@ -1,5 +1,6 @@
 //! `report.json`: what was counted, assumed, replaced and left out.
 
+use crate::geographic::GeographicReport;
 use crate::manifest::schedule_ignored;
 use crate::schedule_report::ScheduleReport;
 use crate::semantic::clear_width_word;
@@ -32,6 +33,8 @@ pub struct Report {
     regions: Vec<Region>,
     /// Spaces without a waypoint.
     spaces_without_waypoint: Vec<SpaceReport>,
+    /// Latitudes and longitudes of the waypoints, or why there are none.
+    geographic: GeographicReport,
     /// Everything else that somebody should know.
     diagnostics: Vec<Diagnostic>,
 }
@@ -134,6 +137,7 @@ impl Report {
             doors: doors(input),
             regions: regions(input),
             spaces_without_waypoint: spaces_without_waypoint(input),
+            geographic: GeographicReport::of(site),
             diagnostics: site_diagnostics(site).chain(phase_diagnostics(site, phase)).collect(),
         }
     }

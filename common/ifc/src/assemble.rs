@@ -74,7 +74,7 @@ pub(crate) fn model(
     let schedule = schedule::read(file, &relations, &products, &storeys, report);
     Ok(Model {
         source: Source { schema, length_unit_m: unit_m },
-        georeference: georeference::read(file, report),
+        georeference: georeference::read(file, &relations, unit.as_ref(), report),
         container: spatial::container(file, report),
         storeys,
         elements,

@@ -43,17 +43,21 @@ pub struct Georeference {
     pub true_north: Option<[f64; 2]>,
 }
 
-/// IfcMapConversion in the units of the projected system.
+/// Where the world lies in a projected system, in metres: `p_map = origin + R(x_axis) (scale * p_world)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapConversion {
-    /// Name of the IfcProjectedCRS, e.g. `EPSG:25832`; empty if absent.
+    /// Name of the projected system, e.g. `EPSG:25832`; empty if absent.
     pub crs: String,
-    /// Eastings, northings, orthogonal height.
-    pub eastings_northings_height: [f64; 3],
-    /// XAxisAbscissa and XAxisOrdinate; (1, 0) if absent.
+    /// Name of the unit in which the file writes eastings, northings and height, e.g. `MILLIMETRE`.
+    pub map_unit: String,
+    /// Metres per that unit.
+    pub map_unit_m: f64,
+    /// Eastings, northings, orthogonal height of the world's origin, in metres.
+    pub origin_m: [f64; 3],
+    /// The world's x axis in eastings and northings, of length 1.
     pub x_axis: [f64; 2],
-    /// Scale; 1 if absent.
-    pub scale: f64,
+    /// Metres on the map per metre of the world, along the world's three axes.
+    pub scale: [f64; 3],
 }
 
 /// An IfcRoot by its identity.

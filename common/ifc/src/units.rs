@@ -19,6 +19,42 @@ pub(crate) fn length_unit(file: &File<'_>) -> Result<LengthUnit, String> {
     Ok(LengthUnit { metres, record: unit.id })
 }
 
+/// Name of the length unit, e.g. `MILLIMETRE`.
+pub(crate) fn name(file: &File<'_>, unit: &LengthUnit) -> String {
+    file.record(unit.record).map(|record| name_of(&record)).unwrap_or_default()
+}
+
+/// Name of any unit of length, and metres per unit; `None` if its factor cannot be used.
+pub(crate) fn metres_per(file: &File<'_>, unit: u32) -> Option<(String, f64)> {
+    let record = file.record(unit)?;
+    Some((name_of(&record), factor(file, &record, "METRE", 0)?))
+}
+
+fn name_of(unit: &Record<'_>) -> String {
+    if unit.is("IFCSIUNIT") {
+        return [2, 3].into_iter().filter_map(|at| unit.at(at).enumeration()).collect::<String>().to_ascii_uppercase();
+    }
+    unit.text(2)
+}
+
+/// Metres per unit of a name that a property gives instead of an IfcNamedUnit.
+pub(crate) fn metres_of_name(name: &str) -> Option<f64> {
+    let name = name.to_ascii_uppercase().replace(['_', '-'], " ");
+    let si = |unit: &str| {
+        let prefixed = name.strip_suffix(unit)?.trim();
+        if prefixed.is_empty() { Some(1.0) } else { prefix(prefixed) }
+    };
+    match name.trim() {
+        "M" => Some(1.0),
+        "CM" => Some(1e-2),
+        "MM" => Some(1e-3),
+        "FOOT" | "FEET" | "FT" | "INTERNATIONAL FOOT" => Some(0.3048),
+        "US SURVEY FOOT" | "US SURVEY FEET" | "US FOOT" | "FTUS" => Some(1200.0 / 3937.0),
+        "INCH" => Some(0.0254),
+        _ => si("METRE").or_else(|| si("METER")),
+    }
+}
+
 /// Radians per plane angle unit, if the project defines it.
 pub(crate) fn radians(file: &File<'_>) -> Option<f64> {
     factor(file, &unit(file, "PLANEANGLEUNIT").ok()?, "RADIAN", 0)

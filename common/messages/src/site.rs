@@ -341,7 +341,8 @@ impl<'a> Site<'a> {
         let spaces = self.spaces.iter().flat_map(|s| [s.global_id, s.name, s.long_name, s.predefined_type]);
         let attributes = self.attributes.iter().flat_map(|a| [a.set, a.name, a.text]);
         let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
-        let others = self.sources.iter().flat_map(|s| [s.file, s.schema]).chain([self.head.earth_crs]);
+        let others =
+            self.sources.iter().flat_map(|s| [s.file, s.schema]).chain([self.head.earth_crs, self.head.earth_unit]);
         let others = others
             .chain(self.doors.iter().map(|d| d.operation))
             .chain(self.panels.iter().flat_map(|p| [p.operation, p.position]))

@@ -43,16 +43,20 @@ pub struct SiteHead {
     pub map_from_world_m: [f64; 3],
     /// Turn of `map_from_world` about Z.
     pub map_from_world_yaw_rad: f64,
-    /// Eastings, northings, orthogonal height of IfcMapConversion, in units of the projected system.
+    /// Eastings, northings, orthogonal height of the origin of `world` in the projected system, in metres.
     pub earth_m: [f64; 3],
-    /// XAxisAbscissa and XAxisOrdinate of IfcMapConversion.
+    /// The x axis of `world` in eastings and northings, of length 1.
     pub earth_x_axis: [f64; 2],
-    /// Scale of IfcMapConversion.
-    pub earth_scale: f64,
+    /// Metres in the projected system per metre of `world`, along the axes of `world`.
+    pub earth_scale: [f64; 3],
+    /// Metres per unit in which the file writes eastings, northings and height.
+    pub earth_unit_m: f64,
     /// Direction of true north in `world`.
     pub true_north: [f64; 2],
     /// Name of the projected system.
     pub earth_crs: Text,
+    /// Name of the unit in which the file writes eastings, northings and height.
+    pub earth_unit: Text,
     /// 1 if the file has a map conversion.
     pub has_earth: u32,
     /// 1 if the file says where true north is.
@@ -62,7 +66,7 @@ pub struct SiteHead {
     /// 1 if the files hold tasks or a work schedule.
     pub has_schedule: u32,
 }
-const _: () = assert!(size_of::<SiteHead>() == 120);
+const _: () = assert!(size_of::<SiteHead>() == 152);
 
 /// A file of the site.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]

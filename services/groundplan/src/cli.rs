@@ -169,6 +169,10 @@ pub struct DeviationsArgs {
     #[arg(long, value_name = "DATE", requires = "slam")]
     pub date: Option<String>,
 
+    /// Take models of whose bodies more than half cannot be meshed, with bounding boxes for them
+    #[arg(long, requires = "slam")]
+    pub allow_boxes: bool,
+
     /// Folder for deviations.json, actuals.csv (for --actual), deviations.bcfzip (BCF 2.1) and deviations.png
     #[arg(short, long, value_name = "OUT")]
     pub out: Option<PathBuf>,
@@ -479,6 +483,7 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
   report.json                   what was counted, assumed, replaced by a box, left out; doors, regions
   semantic.json                 every element and space by GlobalId, with its footprints
   waypoints.{json,csv,geojson}  centres of spaces and scans that cover them, as a tour; why a space has none
+  waypoints.wgs84.geojson       the same by longitude and latitude, where the model's projected system can be computed
   site-graph.json               spaces, doors and junctions of all storeys, with stairs and lifts between them
   site-frame.json               the map frame; a later run into the same OUT keeps it
   world/                        with --world: world.sdf for Gazebo and other simulators, with meshes; lookup.json: what its
@@ -567,6 +572,10 @@ pub struct ModelArgs {
     /// Where two files give one GlobalId different bodies, take the last
     #[arg(long)]
     pub prefer_last: bool,
+
+    /// Take a file of whose bodies more than half cannot be meshed, with bounding boxes for them
+    #[arg(long)]
+    pub allow_boxes: bool,
 
     /// Threads to work with; the result does not depend on them [default: all cores]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]

@@ -34,7 +34,8 @@ fn of_files(arguments: &DeviationsArgs, slam: &Path) -> Result<String, Failure> 
     let at_s = arguments.date.as_deref().map(plan_date::instant_s).transpose()?;
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
     let models = arguments.models.clone();
-    let model = ModelArgs { models, place: Vec::new(), prefer_last: false, threads: 0 };
+    let allow_boxes = arguments.allow_boxes;
+    let model = ModelArgs { models, place: Vec::new(), prefer_last: false, allow_boxes, threads: 0 };
     with_timeline(&model, &arguments.schedule, |site, timeline, progress| {
         let phase = timeline.phase_at(at_s).finish();
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;

@@ -31,6 +31,7 @@ pub(crate) fn site_of(
         frame_epoch,
         places: &places,
         prefer_last: arguments.prefer_last,
+        allow_boxes: arguments.allow_boxes,
         progress: &|step| progress.reader(step),
     };
     ifc_ingest::ingest(&read_models(arguments)?, &options).map_err(Failure::work)

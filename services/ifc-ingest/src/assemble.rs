@@ -57,10 +57,12 @@ fn add_head(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
     };
     if let Some(conversion) = &georeference.map_conversion {
         head.has_earth = 1;
-        head.earth_m = conversion.eastings_northings_height;
+        head.earth_m = conversion.origin_m;
         head.earth_x_axis = conversion.x_axis;
         head.earth_scale = conversion.scale;
         head.earth_crs = builder.texts.add(&conversion.crs);
+        head.earth_unit = builder.texts.add(&conversion.map_unit);
+        head.earth_unit_m = conversion.map_unit_m;
     }
     if let Some(direction) = georeference.true_north {
         head.has_true_north = 1;
@@ -265,7 +267,9 @@ fn add_storeys(builder: &mut SiteBuilder, merged: &Merged, mapped: &[MapStorey],
 }
 
 fn name_of(merged: &Merged, storey: Option<usize>) -> &str {
-    storey.map_or("the building", |k| &merged.model.storeys[k].id.name)
+    let Some(k) = storey else { return "the building" };
+    let id = &merged.model.storeys[k].id;
+    if id.name.is_empty() { &id.global_id } else { &id.name }
 }
 
 /// A space belongs to the nearest map storey within half a metre of its floor.

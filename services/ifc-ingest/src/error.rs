@@ -17,6 +17,24 @@ pub enum IngestError {
         /// Why.
         source: ReadError,
     },
+    /// Boxes would stand in for most of a file.
+    #[error(
+        "of {n_bodies} bodies in {file} {n_lost} cannot be meshed, and a map of bounding boxes looks like one of a building \
+         ({element}: {why}): export the file with other geometry; --allow-boxes, or allow_boxes in the site's configuration, \
+         takes the boxes"
+    )]
+    MostlyBoxes {
+        /// Base name.
+        file: String,
+        /// Elements of which a box or nothing is drawn.
+        n_lost: usize,
+        /// Elements with a body.
+        n_bodies: usize,
+        /// Entity, STEP id and GlobalId of the first of them.
+        element: String,
+        /// Why it cannot be meshed.
+        why: String,
+    },
     /// Two files lie too far apart.
     #[error(
         "{first} and {file} lie {gap_m:.0} m apart: if they are one site, say where the second lies with \

@@ -1,10 +1,14 @@
-//! Several files as one site.
+//! Several files as one site: where each lies in the world of the first, and whether they lie near each other.
 
+use crate::error::IngestError;
 use frames::{UprightRigid3, World};
-use ifc::{Geometry, MapConversion, Model};
+use ifc::{Diagnostic, Geometry, Georeference, MapConversion, Model, Severity};
 
-/// Files whose boxes are farther apart than this do not belong together.
+/// Files that no chain of gaps up to this joins do not belong together.
 const MAX_GAP_M: f64 = 100.0;
+
+/// Map scales that differ by less are the same: a millimetre in a kilometre.
+const SAME_SCALE: f64 = 1e-6;
 
 /// Where a file's world lies in the site's world, as the user says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,43 +19,207 @@ pub struct Place {
     pub yaw_rad: f64,
 }
 
-/// The motion from a file's world to the first file's.
+impl Place {
+    fn motion(self) -> UprightRigid3<World, World> {
+        UprightRigid3::new(self.translation_m, self.yaw_rad)
+    }
+}
+
+/// Lower and upper corner of a box.
+type Corners = [[f64; 3]; 2];
+
+/// How the files of a site lie to each other and to the earth.
+pub(crate) struct Joined {
+    /// From each file's world to the site's, which is the first file's.
+    pub(crate) site_from_file: Vec<UprightRigid3<World, World>>,
+    /// Of the site's world.
+    pub(crate) georeference: Georeference,
+    /// With the index of the file.
+    pub(crate) diagnostics: Vec<(u32, Diagnostic)>,
+}
+
+/// A file and its model, as far as joining needs them.
+#[derive(Clone, Copy)]
+pub(crate) struct Part<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) model: &'a Model,
+    /// The user's word; it counts before everything else.
+    pub(crate) place: Option<Place>,
+}
+
+/// Finds where the files lie: the user's word counts; else the map conversions of files in one projected system; else files share
+/// one world.
 ///
-/// The user's word counts; else the map conversions where both files have one and they differ; else one world.
-pub(crate) fn site_from_file(first: &Model, file: &Model, place: Option<Place>) -> UprightRigid3<World, World> {
-    if let Some(place) = place {
-        return UprightRigid3::new(place.translation_m, place.yaw_rad);
+/// # Errors
+/// Files that lie too far apart. The verdict does not depend on their order.
+pub(crate) fn join(parts: &[Part<'_>]) -> Result<Joined, IngestError> {
+    let own_bounds: Vec<Option<Corners>> =
+        parts.iter().map(|part| bounds(part.model, &UprightRigid3::new([0.0; 3], 0.0))).collect();
+    let mut diagnostics = Vec::new();
+    let reference = parts.iter().position(|part| part.model.georeference.map_conversion.is_some());
+    let earth = reference.and_then(|at| Some(site_conversion(parts[at].place, conversion(&parts[at])?)));
+    let mut site_from_file = Vec::with_capacity(parts.len());
+    for (index, part) in parts.iter().enumerate() {
+        let shared = UprightRigid3::new([0.0; 3], 0.0);
+        let motion = match (part.place, &earth, conversion(part)) {
+            (Some(place), _, _) => place.motion(),
+            (None, Some(earth), Some(own)) if is_same_system(&earth.crs, &own.crs) => {
+                through_earth(earth, own, own_bounds[index].map_or([0.0; 3], centre))
+            }
+            _ => shared,
+        };
+        let doubts = reference.and_then(|at| doubt(parts, index, at));
+        diagnostics.extend(doubts.map(|(code, message)| {
+            (index as u32, Diagnostic { severity: Severity::Warning, code, entity: None, message })
+        }));
+        site_from_file.push(motion);
     }
-    match (&first.georeference.map_conversion, &file.georeference.map_conversion) {
-        (Some(a), Some(b)) if a != b && a.crs == b.crs => through_earth(a, b),
-        _ => UprightRigid3::new([0.0; 3], 0.0),
-    }
+    // Boxes along the axes of the projected system: those of the first file's world would depend on which file is first.
+    let yaw_rad = earth.as_ref().map_or(0.0, |earth| libm::atan2(earth.x_axis[1], earth.x_axis[0]));
+    let turned = |motion: &UprightRigid3<World, World>| {
+        let turn = UprightRigid3::<World, World>::new([0.0; 3], yaw_rad);
+        UprightRigid3::<World, World>::new(turn.apply(motion.translation_m()), motion.yaw_rad() + yaw_rad)
+    };
+    let boxes: Vec<(&str, Option<Corners>)> = std::iter::zip(parts, &site_from_file)
+        .map(|(part, motion)| (part.name, bounds(part.model, &turned(motion))))
+        .collect();
+    check_near(&boxes)?;
+    let true_north = std::iter::zip(parts, &site_from_file)
+        .find_map(|(part, motion)| Some(motion.in_plane().rotate(part.model.georeference.true_north?)));
+    Ok(Joined { site_from_file, georeference: Georeference { map_conversion: earth, true_north }, diagnostics })
 }
 
-/// `first_from_earth * earth_from_file`, lengths in metres.
-fn through_earth(first: &MapConversion, file: &MapConversion) -> UprightRigid3<World, World> {
-    let turn = |c: &MapConversion| libm::atan2(c.x_axis[1], c.x_axis[0]);
-    let yaw = turn(file) - turn(first);
-    let (sin, cos) = libm::sincos(-turn(first));
-    let d = [0, 1, 2].map(|k| file.eastings_northings_height[k] - first.eastings_northings_height[k]);
-    UprightRigid3::new([cos * d[0] - sin * d[1], sin * d[0] + cos * d[1], d[2]], yaw)
+fn conversion<'a>(part: &Part<'a>) -> Option<&'a MapConversion> {
+    part.model.georeference.map_conversion.as_ref()
 }
 
-/// Lower and upper corner of all bodies of a model; `None` without bodies.
-pub(crate) fn bounds(model: &Model) -> Option<[[f64; 3]; 2]> {
+fn is_same_system(a: &str, b: &str) -> bool {
+    a.trim().eq_ignore_ascii_case(b.trim())
+}
+
+/// The file's conversion as one of the site's world, in which the file lies at its place.
+fn site_conversion(place: Option<Place>, own: &MapConversion) -> MapConversion {
+    let Some(place) = place else { return own.clone() };
+    let yaw_rad = yaw_of(own) - place.yaw_rad;
+    let (sin, cos) = libm::sincos(yaw_rad);
+    let x_axis = [cos, sin];
+    let turned = MapConversion { origin_m: [0.0; 3], x_axis, ..own.clone() };
+    let shift = on_map(&turned, place.translation_m);
+    MapConversion { origin_m: [0, 1, 2].map(|k| own.origin_m[k] - shift[k]), ..turned }
+}
+
+fn yaw_of(conversion: &MapConversion) -> f64 {
+    libm::atan2(conversion.x_axis[1], conversion.x_axis[0])
+}
+
+/// A point of the world on the map, in metres.
+fn on_map(conversion: &MapConversion, p: [f64; 3]) -> [f64; 3] {
+    let [cos, sin] = conversion.x_axis;
+    let [x, y, z] = [0, 1, 2].map(|k| conversion.scale[k] * p[k]);
+    let [e, n, h] = conversion.origin_m;
+    [e + cos * x - sin * y, n + sin * x + cos * y, h + z]
+}
+
+/// The point of the world that lies there on the map.
+fn from_map(conversion: &MapConversion, p: [f64; 3]) -> [f64; 3] {
+    let [cos, sin] = conversion.x_axis;
+    let [x, y, z] = [0, 1, 2].map(|k| p[k] - conversion.origin_m[k]);
+    let turned = [cos * x + sin * y, cos * y - sin * x, z];
+    [0, 1, 2].map(|k| turned[k] / conversion.scale[k])
+}
+
+/// The motion from a file's world to the site's through the map. Models are not stretched: where scales differ, `pivot` is the
+/// point of the file that is met exactly.
+fn through_earth(site: &MapConversion, file: &MapConversion, pivot: [f64; 3]) -> UprightRigid3<World, World> {
+    if site == file {
+        return UprightRigid3::new([0.0; 3], 0.0);
+    }
+    let yaw_rad = yaw_of(file) - yaw_of(site);
+    let met = from_map(site, on_map(file, pivot));
+    let turned = UprightRigid3::<World, World>::new([0.0; 3], yaw_rad).apply(pivot);
+    UprightRigid3::new([0, 1, 2].map(|k| met[k] - turned[k]), yaw_rad)
+}
+
+/// What should be said about how a file without a place is joined: code and message.
+fn doubt(parts: &[Part<'_>], index: usize, reference: usize) -> Option<(&'static str, String)> {
+    let (part, first) = (&parts[index], &parts[reference]);
+    if part.place.is_some() || index == reference {
+        return None;
+    }
+    let earth = conversion(first)?;
+    let Some(own) = conversion(part) else {
+        let differ = parts.iter().filter(|p| p.place.is_none()).filter_map(conversion).any(|other| other != earth);
+        let message = format!(
+            "it has no map conversion and those of other files differ: it is taken to lie in the world of {}; \
+             --place {}=X,Y,Z,YAW says otherwise",
+            parts[0].name, part.name
+        );
+        return differ.then_some(("map_conversion_missing", message));
+    };
+    if !is_same_system(&earth.crs, &own.crs) {
+        let message = format!(
+            "its projected system is {:?}, that of {} is {:?}: the two are taken to lie in one world; \
+             --place {}=X,Y,Z,YAW says otherwise",
+            own.crs, first.name, earth.crs, part.name
+        );
+        return Some(("projected_systems_differ", message));
+    }
+    let ratio = std::iter::zip(own.scale, earth.scale).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+    let message = format!(
+        "a metre of it is {:.6} m on the map, one of {} is {:.6} m: models are not stretched, so that points {:.0} m from its \
+         middle are off by {:.3} m",
+        own.scale[0],
+        first.name,
+        earth.scale[0],
+        MAX_GAP_M,
+        ratio * MAX_GAP_M
+    );
+    (ratio > SAME_SCALE).then_some(("map_scales_differ", message))
+}
+
+/// Lower and upper corner of all bodies of a model, moved; `None` without bodies.
+fn bounds(model: &Model, motion: &UprightRigid3<World, World>) -> Option<Corners> {
     let bodies = model.elements.iter().map(|e| &e.geometry).chain(model.spaces.iter().map(|s| &s.geometry));
-    let mut range: Option<[[f64; 3]; 2]> = None;
+    let mut range: Option<Corners> = None;
     for p in bodies.flat_map(Geometry::points_m) {
+        let p = motion.apply(p);
         let r = range.get_or_insert([p, p]);
         *r = [[0, 1, 2].map(|k| r[0][k].min(p[k])), [0, 1, 2].map(|k| r[1][k].max(p[k]))];
     }
     range
 }
 
-/// The widest gap between two boxes along an axis, if it is too wide for one site.
-pub(crate) fn gap_m(a: &[[f64; 3]; 2], b: &[[f64; 3]; 2]) -> Option<f64> {
-    let gap = (0..3).map(|k| (a[0][k] - b[1][k]).max(b[0][k] - a[1][k])).fold(f64::NEG_INFINITY, f64::max);
-    (gap > MAX_GAP_M).then_some(gap)
+fn centre([low, high]: Corners) -> [f64; 3] {
+    [0, 1, 2].map(|k| f64::midpoint(low[k], high[k]))
+}
+
+/// The widest gap between two boxes along an axis; negative where they overlap.
+fn gap_m(a: &Corners, b: &Corners) -> f64 {
+    (0..3).map(|k| (a[0][k] - b[1][k]).max(b[0][k] - a[1][k])).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Every file is near another, and all are joined by such neighbours.
+///
+/// # Errors
+/// Groups of files that lie too far apart: the nearest two files of different groups are named.
+fn check_near(boxes: &[(&str, Option<Corners>)]) -> Result<(), IngestError> {
+    let boxes: Vec<(&str, Corners)> = boxes.iter().filter_map(|(name, b)| Some((*name, (*b)?))).collect();
+    let mut group: Vec<usize> = (0..boxes.len()).collect();
+    let pairs: Vec<(f64, usize, usize)> = (0..boxes.len())
+        .flat_map(|b| (0..b).map(move |a| (a, b)))
+        .map(|(a, b)| (gap_m(&boxes[a].1, &boxes[b].1), a, b))
+        .collect();
+    for &(_, a, b) in pairs.iter().filter(|pair| pair.0 <= MAX_GAP_M) {
+        let (keep, join) = (group[a], group[b]);
+        group.iter_mut().filter(|g| **g == join).for_each(|g| *g = keep);
+    }
+    let apart = pairs.into_iter().filter(|&(_, a, b)| group[a] != group[b]);
+    match apart.min_by(|p, q| p.0.total_cmp(&q.0)) {
+        Some((gap_m, a, b)) => {
+            Err(IngestError::FarApart { first: boxes[a].0.to_owned(), file: boxes[b].0.to_owned(), gap_m })
+        }
+        None => Ok(()),
+    }
 }
 
 /// True if two bodies have the same vertices to a tenth of a millimetre, in the same order.
@@ -63,24 +231,82 @@ pub(crate) fn same_body(a: &Geometry, b: &Geometry) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
-    fn conversion(eastings: f64, northings: f64, x_axis: [f64; 2]) -> MapConversion {
-        MapConversion { crs: String::new(), eastings_northings_height: [eastings, northings, 0.0], x_axis, scale: 1.0 }
+    fn conversion(eastings: f64, northings: f64, x_axis: [f64; 2], scale: f64) -> MapConversion {
+        MapConversion {
+            crs: "EPSG:25832".to_owned(),
+            map_unit: "METRE".to_owned(),
+            map_unit_m: 1.0,
+            origin_m: [eastings, northings, 0.0],
+            x_axis,
+            scale: [scale; 3],
+        }
     }
 
     #[test]
     fn a_point_known_in_both_worlds_meets_itself() {
         // The first file's world is turned by 90 degrees in the projected system, the other's is not.
-        let (a, b) = (conversion(1000.0, 2000.0, [0.0, 1.0]), conversion(1010.0, 2005.0, [1.0, 0.0]));
+        let (a, b) = (conversion(1000.0, 2000.0, [0.0, 1.0], 1.0), conversion(1010.0, 2005.0, [1.0, 0.0], 1.0));
         // The origin of b lies 10 m east and 5 m north of a's: along a's axes that is x = 5, y = -10.
-        let p = through_earth(&a, &b).apply([0.0; 3]);
+        let p = through_earth(&a, &b, [0.0; 3]).apply([0.0; 3]);
         assert!((p[0] - 5.0).abs() < 1e-9 && (p[1] + 10.0).abs() < 1e-9, "{p:?}");
     }
 
     #[test]
-    fn boxes_a_kilometre_apart_are_no_site() {
-        let unit = [[0.0; 3], [1.0; 3]];
-        assert_eq!(gap_m(&unit, &[[1001.0, 0.0, 0.0], [1002.0, 1.0, 1.0]]), Some(1000.0));
-        assert_eq!(gap_m(&unit, &[[50.0, 0.0, 0.0], [51.0, 1.0, 1.0]]), None);
+    fn a_scale_is_applied_between_the_origins_of_two_files() {
+        let (a, b) = (conversion(0.0, 0.0, [1.0, 0.0], 0.5), conversion(10.0, 0.0, [1.0, 0.0], 0.5));
+        let p = through_earth(&a, &b, [3.0, 4.0, 0.0]).apply([0.0; 3]);
+        assert!((p[0] - 20.0).abs() < 1e-9 && p[1].abs() < 1e-9, "{p:?}");
+    }
+
+    #[test]
+    fn the_conversion_of_a_file_with_a_place_is_carried_to_the_site() {
+        let own = conversion(500.0, 600.0, [0.6, 0.8], 0.9);
+        let place = Place { translation_m: [7.0, -3.0, 2.0], yaw_rad: 0.4 };
+        let site = site_conversion(Some(place), &own);
+        let p = [11.0, 13.0, 1.0];
+        let (through_site, direct) = (on_map(&site, place.motion().apply(p)), on_map(&own, p));
+        assert!((0..3).all(|k| (through_site[k] - direct[k]).abs() < 1e-9), "{through_site:?} {direct:?}");
+    }
+
+    fn verdict(boxes: &[(&str, Option<Corners>)]) -> Result<(), String> {
+        check_near(boxes).map_err(|error| error.to_string())
+    }
+
+    fn unit_box(x: f64) -> Option<Corners> {
+        Some([[x, 0.0, 0.0], [x + 1.0, 1.0, 1.0]])
+    }
+
+    #[test]
+    fn a_chain_of_near_files_is_one_site_in_any_order() {
+        let chain = [("a", unit_box(0.0)), ("b", unit_box(90.0)), ("c", unit_box(180.0)), ("empty", None)];
+        for order in [[0, 1, 2, 3], [0, 2, 1, 3], [2, 0, 1, 3], [3, 2, 0, 1], [1, 0, 2, 3], [2, 1, 3, 0]] {
+            assert_eq!(verdict(&order.map(|k| chain[k])), Ok(()), "{order:?}");
+        }
+    }
+
+    #[test]
+    fn files_a_kilometre_apart_are_named_both_with_what_to_do() {
+        let why = verdict(&[("a.ifc", unit_box(0.0)), ("b.ifc", unit_box(1001.0))]).unwrap_err();
+        assert!(why.contains("a.ifc and b.ifc lie 1000 m apart") && why.contains("--place b.ifc="), "{why}");
+    }
+
+    proptest! {
+        #[test]
+        fn the_verdict_does_not_depend_on_the_order_of_the_files(
+            corners in proptest::collection::vec([-300.0f64..300.0, -300.0..300.0, -50.0..50.0], 1..7),
+            seed in any::<u64>(),
+        ) {
+            let named: Vec<(&str, Option<Corners>)> =
+                corners.iter().map(|&low| ("file", Some([low, low.map(|x| x + 5.0)]))).collect();
+            let mut shuffled = named.clone();
+            // A shuffle by the seed.
+            for k in (1..shuffled.len()).rev() {
+                shuffled.swap(k, (seed.rotate_left(k as u32 * 7) % (k as u64 + 1)) as usize);
+            }
+            // The message holds the smallest gap between groups, which no order changes.
+            prop_assert_eq!(verdict(&named), verdict(&shuffled));
+        }
     }
 }

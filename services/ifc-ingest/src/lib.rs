@@ -25,7 +25,8 @@ pub use ifc::{Progress, Stage};
 pub use join::Place;
 pub use site_frame::SiteFrame;
 
-use merge::Merged;
+use ifc::GeometryStatus;
+use merge::{FileModel, Merged};
 use messages::ArchiveBuffer;
 use std::path::PathBuf;
 
@@ -56,6 +57,8 @@ pub struct IngestOptions<'a> {
     pub places: &'a [Option<Place>],
     /// Of elements with one GlobalId and different bodies, keep the last instead of refusing.
     pub prefer_last: bool,
+    /// Accept a file of whose bodies more than half are bounding boxes.
+    pub allow_boxes: bool,
     /// Called as work advances.
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
@@ -68,20 +71,20 @@ pub const MAX_SPACES: usize = u16::MAX as usize;
 /// # Errors
 /// A file that cannot be read or has no usable unit, files that do not belong together, GlobalIds with two bodies.
 pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<ArchiveBuffer, IngestError> {
-    let mut merged: Option<Merged> = None;
+    let mut models = Vec::with_capacity(files.len());
     for (index, file) in files.iter().enumerate() {
         let (model, diagnostics) = ifc::read(
             &file.bytes,
             &ifc::ReadOptions { threads: rayon::current_num_threads(), progress: Some(options.progress) },
         )
         .map_err(|source| IngestError::Read { file: file.name(), source })?;
-        let place = options.places.get(index).copied().flatten();
-        match &mut merged {
-            None => merged = Some(Merged::start(file, model, diagnostics, place)),
-            Some(merged) => merged.join(file, model, diagnostics, place, options.prefer_last)?,
+        if !options.allow_boxes {
+            check_bodies(&file.name(), &model)?;
         }
+        let place = options.places.get(index).copied().flatten();
+        models.push(FileModel { file, model, diagnostics, place });
     }
-    let mut merged = merged.ok_or(IngestError::NoFiles)?;
+    let mut merged = Merged::of(models, options.prefer_last)?;
     let n_spaces = merged.model.spaces.len();
     if n_spaces > MAX_SPACES {
         return Err(IngestError::TooManySpaces { n_spaces });
@@ -90,4 +93,24 @@ pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<Archi
     let frame = options.frame.unwrap_or(own_frame);
     merged.diagnostics.extend(frame.misfit(&own_frame).map(|d| (messages::NONE, d)));
     Ok(assemble::site_of(files, &merged, frame).finish())
+}
+
+/// Refuses a model that the kernel could mesh little of: a map of boxes looks like one of a building.
+fn check_bodies(file: &str, model: &ifc::Model) -> Result<(), IngestError> {
+    let is_whole_box = |g: &ifc::Geometry| matches!(g.status, GeometryStatus::BoundingBox { .. }) && g.parts.len() == 1;
+    let is_lost = |g: &ifc::Geometry| is_whole_box(g) || matches!(g.status, GeometryStatus::Failed { .. });
+    let bodies = || model.elements.iter().filter(|e| e.geometry.status != GeometryStatus::None);
+    let (n_lost, n_bodies) = (bodies().filter(|e| is_lost(&e.geometry)).count(), bodies().count());
+    let Some(first) = bodies().find(|e| is_lost(&e.geometry)).filter(|_| 2 * n_lost > n_bodies) else { return Ok(()) };
+    let why = match &first.geometry.status {
+        GeometryStatus::BoundingBox { why } | GeometryStatus::Failed { why } => why.clone(),
+        GeometryStatus::None | GeometryStatus::Meshed => String::new(),
+    };
+    Err(IngestError::MostlyBoxes {
+        file: file.to_owned(),
+        n_lost,
+        n_bodies,
+        element: format!("{} #{} {}", first.ifc_type, first.id.step_id, first.id.global_id),
+        why,
+    })
 }

@@ -2,7 +2,7 @@
 
 use crate::SourceFile;
 use crate::error::IngestError;
-use crate::join::{Place, bounds, gap_m, same_body, site_from_file};
+use crate::join::{Joined, Part, Place, join, same_body};
 use crate::schedule::{self, ScheduleSources};
 use frames::{UprightRigid3, World};
 use ifc::{Diagnostic, Element, Geometry, LinkTarget, Model};
@@ -18,22 +18,41 @@ pub(crate) struct Merged {
     pub(crate) schedule_sources: ScheduleSources,
     pub(crate) schemas: Vec<(String, f64)>,
     pub(crate) diagnostics: Vec<(u32, Diagnostic)>,
-    names: Vec<String>,
-    bounds: Option<[[f64; 3]; 2]>,
+}
+
+/// A file of the site with what was read from it.
+pub(crate) struct FileModel<'a> {
+    pub(crate) file: &'a SourceFile,
+    pub(crate) model: Model,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    /// Where the user says that it lies.
+    pub(crate) place: Option<Place>,
 }
 
 impl Merged {
-    /// The first file.
-    pub(crate) fn start(
-        file: &SourceFile,
-        mut model: Model,
-        diagnostics: Vec<Diagnostic>,
-        place: Option<Place>,
-    ) -> Self {
-        let motion = site_from_file(&model, &model, place);
-        if place.is_some() {
-            move_model(&mut model, &motion);
+    /// All files as one.
+    ///
+    /// # Errors
+    /// No files, files that lie too far apart, an element of two files with two bodies.
+    pub(crate) fn of(files: Vec<FileModel<'_>>, prefer_last: bool) -> Result<Self, IngestError> {
+        let names: Vec<String> = files.iter().map(|f| f.file.name()).collect();
+        let parts: Vec<Part<'_>> =
+            std::iter::zip(&files, &names).map(|(f, name)| Part { name, model: &f.model, place: f.place }).collect();
+        let Joined { site_from_file, georeference, diagnostics } = join(&parts)?;
+        let mut files = files.into_iter().zip(&site_from_file);
+        let (first, motion) = files.next().ok_or(IngestError::NoFiles)?;
+        let mut merged = Self::start(first, motion);
+        merged.model.georeference = georeference;
+        merged.diagnostics.extend(diagnostics);
+        for (file, motion) in files {
+            merged.add(file, motion, prefer_last)?;
         }
+        Ok(merged)
+    }
+
+    fn start(first: FileModel<'_>, motion: &UprightRigid3<World, World>) -> Self {
+        let FileModel { mut model, diagnostics, .. } = first;
+        move_model(&mut model, motion);
         let mut schedule_sources = ScheduleSources::default();
         schedule_sources.extend(&model.schedule, 0);
         Self {
@@ -43,36 +62,22 @@ impl Merged {
             storey_source: vec![0; model.storeys.len()],
             schemas: vec![(model.source.schema.clone(), model.source.length_unit_m)],
             diagnostics: diagnostics.into_iter().map(|d| (0, d)).collect(),
-            names: vec![file.name()],
-            bounds: bounds(&model),
             model,
         }
     }
 
-    /// Another file.
-    ///
-    /// # Errors
-    /// It lies too far off, or gives an element of an earlier file another body.
-    pub(crate) fn join(
+    fn add(
         &mut self,
-        file: &SourceFile,
-        mut other: Model,
-        diagnostics: Vec<Diagnostic>,
-        place: Option<Place>,
+        other: FileModel<'_>,
+        motion: &UprightRigid3<World, World>,
         prefer_last: bool,
     ) -> Result<(), IngestError> {
-        let motion = site_from_file(&self.model, &other, place);
-        move_model(&mut other, &motion);
-        if let (Some(own), Some(its)) = (&self.bounds, bounds(&other))
-            && let Some(gap_m) = gap_m(own, &its)
-        {
-            return Err(IngestError::FarApart { first: self.names[0].clone(), file: file.name(), gap_m });
-        }
-        let source = self.names.len() as u32;
-        self.names.push(file.name());
-        self.schemas.push((other.source.schema.clone(), other.source.length_unit_m));
+        let FileModel { file, mut model, diagnostics, .. } = other;
+        move_model(&mut model, motion);
+        let source = self.schemas.len() as u32;
+        self.schemas.push((model.source.schema.clone(), model.source.length_unit_m));
         self.diagnostics.extend(diagnostics.into_iter().map(|d| (source, d)));
-        self.append(file, other, source, prefer_last)
+        self.append(file, model, source, prefer_last)
     }
 
     fn append(&mut self, file: &SourceFile, other: Model, source: u32, prefer_last: bool) -> Result<(), IngestError> {

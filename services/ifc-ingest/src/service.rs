@@ -18,6 +18,7 @@ pub struct IngestService {
     stages: Stages,
     publisher: Option<Publisher>,
     models: Vec<PathBuf>,
+    allow_boxes: bool,
     /// What the files looked like when they were read, or tried, last.
     stamps: Vec<Option<FileStamp>>,
     last: Option<(CheckedSite<ArchiveBuffer>, Origin)>,
@@ -59,7 +60,18 @@ impl IngestService {
         };
         // Without a cache everything is read anew.
         let stamps = if last.is_some() { stamps } else { Vec::new() };
-        Ok(Self { state, cache, epochs, stages, publisher: None, models, stamps, last, is_pending: false })
+        Ok(Self {
+            state,
+            cache,
+            epochs,
+            stages,
+            publisher: None,
+            models,
+            allow_boxes: config.allow_boxes,
+            stamps,
+            last,
+            is_pending: false,
+        })
     }
 
     /// Reads these files and publishes their site. A file that is broken leaves the last good site where it is.
@@ -81,6 +93,7 @@ impl IngestService {
             frame_epoch: old.map_or(1, |f| f.frame_epoch.saturating_add(1)),
             places: &[],
             prefer_last: false,
+            allow_boxes: self.allow_boxes,
             progress: &|step| {
                 if step.stage == crate::Stage::Meshing {
                     stages.set(Stage::Meshing);

@@ -86,6 +86,7 @@ fn walk_twice() {
     let domain = Domain::shared(&prefix, root.path()).unwrap();
     let keeper = Keeper::start(&domain).unwrap();
     let config = SiteConfig {
+        allow_boxes: false,
         state: home.path().to_owned(),
         models: Vec::new(),
         bus: BusConfig { prefix, root: root.path().to_owned() },
