@@ -17,8 +17,11 @@ const SEGMENTS: usize = 36;
 
 /// Supertypes that IFC2X3 and its predecessors let a file use, and the subtype that the kernel insists on. Their attributes are
 /// the same. Some exporters write no other (AutoCAD Architecture 2010: IfcProductRepresentation).
-const SUPERTYPES: [(&str, &str); 2] =
-    [("IfcProductRepresentation", "IFCPRODUCTDEFINITIONSHAPE"), ("IfcRepresentation", "IFCSHAPEREPRESENTATION")];
+const SUPERTYPES: [(&str, &str); 3] = [
+    ("IfcProductRepresentation", "IFCPRODUCTDEFINITIONSHAPE"),
+    ("IfcRepresentation", "IFCSHAPEREPRESENTATION"),
+    ("IfcManifoldSolidBrep", "IFCFACETEDBREP"),
+];
 
 /// Faces as loops of points.
 type Faces = Vec<Vec<[f64; 3]>>;
@@ -30,6 +33,14 @@ pub(crate) fn apply(file: &File<'_>, patch: &mut Patch) {
         for (span, _) in file.all(supertype) {
             if let Some(arguments) = file.arguments_as_written(span.id) {
                 patch.replace(span.id, format!("{subtype}{arguments}"));
+            }
+        }
+    }
+    for entity in ["IfcEllipseProfileDef", "IfcTrapeziumProfileDef"] {
+        for (span, _) in file.all(entity) {
+            let outline = file.record(span.id).and_then(|record| outline(file, &record));
+            if let Some(profile) = outline.and_then(|outline| closed_profile(&outline, patch)) {
+                patch.replace(span.id, profile);
             }
         }
     }
@@ -53,6 +64,35 @@ pub(crate) fn apply(file: &File<'_>, patch: &mut Patch) {
             patch.replace(span.id, shell);
         }
     }
+}
+
+/// The corners of a profile that the kernel does not know, in the plane that it is defined in.
+fn outline(file: &File<'_>, record: &Record<'_>) -> Option<Vec<[f64; 3]>> {
+    let corners = if record.is("IFCTRAPEZIUMPROFILEDEF") {
+        // (ProfileType, ProfileName, Position, BottomXDim, TopXDim, YDim, TopXOffset)
+        let (bottom, top, depth) = (size(record, 3)?, size(record, 4)?, size(record, 5)?);
+        let (left, y) = (-bottom / 2.0, depth / 2.0);
+        let start = left + record.at(6).number().unwrap_or(0.0);
+        vec![[left, -y, 0.0], [-left, -y, 0.0], [start + top, y, 0.0], [start, y, 0.0]]
+    } else {
+        // (ProfileType, ProfileName, Position, SemiAxis1, SemiAxis2)
+        let (a, b) = (size(record, 3)?, size(record, 4)?);
+        circle(1.0, 0.0).into_iter().map(|[x, y, z]| [a * x, b * y, z]).collect()
+    };
+    let position = record.at(2).reference();
+    let frame = position.map_or(Some(Affine::IDENTITY), |id| axis2_placement(file, &file.record(id)?, 1.0))?;
+    Some(corners.into_iter().map(|corner| frame.apply(corner)).collect())
+}
+
+/// The record of an IfcArbitraryClosedProfileDef.
+fn closed_profile(outline: &[[f64; 3]], patch: &mut Patch) -> Option<String> {
+    let mut points = Vec::with_capacity(outline.len() + 1);
+    for [x, y, _] in outline {
+        points.push(patch.add(format!("IFCCARTESIANPOINT(({x:.12},{y:.12}))"))?);
+    }
+    points.push(*points.first()?);
+    let curve = patch.add(format!("IFCPOLYLINE(({}))", references(&points)))?;
+    Some(format!("IFCARBITRARYCLOSEDPROFILEDEF(.AREA.,$,#{curve})"))
 }
 
 /// The faces of a primitive that the kernel does not know.
@@ -287,6 +327,30 @@ mod tests {
         check(&format!("#4=IFCCSGSOLID(#5);#5={cylinder}"), 2.0 * area, [1.0, 1.0, 2.0]);
         check("#4=IFCRIGHTCIRCULARCONE(#102,3.,1.);", area, [1.0, 1.0, 3.0]);
         check("#4=IFCCSGSOLID(#5);#5=IFCRECTANGULARPYRAMID(#102,2.,1.,3.);", 2.0, [2.0, 1.0, 3.0]);
+    }
+
+    #[test]
+    fn profiles_that_the_kernel_does_not_know_are_drawn_by_their_corners() {
+        let solid = |profile: &str| format!("#4=IFCEXTRUDEDAREASOLID(#5,#102,#112,2.);#5={profile};");
+        let moved = "#6=IFCAXIS2PLACEMENT2D(#7,$);#7=IFCCARTESIANPOINT((10.,0.));";
+        let trapezium = solid("IFCTRAPEZIUMPROFILEDEF(.AREA.,$,#6,4.,2.,1.,0.5)");
+        check(&format!("{trapezium}{moved}"), 2.0 * 3.0, [12.0, 0.5, 2.0]);
+        let area = 2.0 * 18.0 * (std::f64::consts::TAU / 36.0).sin();
+        check(&solid("IFCELLIPSEPROFILEDEF(.AREA.,$,$,2.,1.)"), 2.0 * area, [2.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn a_brep_by_its_supertype_is_drawn() {
+        let corners = [(0, "0.,0.,0."), (1, "1.,0.,0."), (2, "0.,1.,0."), (3, "0.,0.,1.")];
+        let points: String = corners.map(|(k, p)| format!("#{}=IFCCARTESIANPOINT(({p}));", 10 + k)).concat();
+        let faces: String = [(0, "#10,#12,#11"), (1, "#10,#11,#13"), (2, "#11,#12,#13"), (3, "#12,#10,#13")]
+            .map(|(k, corners)| {
+                let (outline, bound, face) = (20 + k, 30 + k, 40 + k);
+                format!("#{outline}=IFCPOLYLOOP(({corners}));#{bound}=IFCFACEOUTERBOUND(#{outline},.T.);#{face}=IFCFACE((#{bound}));")
+            })
+            .concat();
+        let shell = "#5=IFCCLOSEDSHELL((#40,#41,#42,#43));#4=IFCMANIFOLDSOLIDBREP(#5);";
+        check(&format!("{points}{faces}{shell}"), 1.0 / 6.0, [1.0, 1.0, 1.0]);
     }
 
     /// A wall with an opening, a mapped body and a plain one, as IFC2X3.

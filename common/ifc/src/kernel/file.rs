@@ -59,7 +59,13 @@ const WANTED: [&str; 9] = [
 ];
 
 /// Classes of which only the records of the entity itself are listed, not those of its subtypes.
-const WANTED_THEMSELVES: [&str; 2] = ["IfcProductRepresentation", "IfcRepresentation"];
+const WANTED_THEMSELVES: [&str; 5] = [
+    "IfcProductRepresentation",
+    "IfcRepresentation",
+    "IfcManifoldSolidBrep",
+    "IfcEllipseProfileDef",
+    "IfcTrapeziumProfileDef",
+];
 
 /// Longest record that [`File::short_record_of`] gives.
 const SHORT_BYTES_MAX: usize = 8 << 10;
