@@ -151,3 +151,20 @@ fn reported_progress_is_on_the_maps_and_survives_its_daemon() {
     assert_eq!(live.index()["content"]["grids"], planned["content"]["grids"]);
     live.down();
 }
+
+#[test]
+fn a_date_with_an_offset_needs_the_zone_of_the_site() {
+    let home = tempfile::tempdir().unwrap();
+    let rules = home.path().join("schedule.toml");
+    std::fs::write(&rules, "site_zone = \"Europe/Amsterdam\"\n").unwrap();
+    let schedule = format!("[schedule]\nplan_time = \"2024-02-29T23:00:00Z\"\nrules = {:?}\n", rules);
+    let mut live = Live::of(&support::demo_model(), &schedule);
+    assert!(live.text(&[&"date"]).starts_with("2024-03-01T00:00:00"));
+    assert_eq!(live.text(&[&"date", &"2024-04-29T08:00:00Z"]), "2024-04-29T10:00:00");
+    std::fs::write(&rules, "").unwrap();
+    let refused = live.run(&[&"date", &"2024-04-29T08:00:00+02:00"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("site_zone"));
+    assert!(live.text(&[&"date"]).starts_with("2024-04-29T10:00:00"));
+    live.down();
+}

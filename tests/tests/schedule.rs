@@ -290,10 +290,14 @@ fn dates_and_rules_that_mean_nothing_are_bad_usage() {
     let rules = home.path().join("schedule.toml");
     std::fs::write(&rules, "undated = \"maybe\"\n").unwrap();
     let out = home.path().join("out");
-    let cases: [(Vec<&dyn AsRef<OsStr>>, &str); 6] = [
+    let cases: [(Vec<&dyn AsRef<OsStr>>, &str); 10] = [
         (vec![&"states", &model, &"--date", &"15/04/2024"], "15/04/2024"),
         (vec![&"states", &model, &"--date", &"2024-04-15", &"--schedule", &rules], "maybe"),
         (vec![&"states", &model, &"--date", &"2024-04-15", &"--delay", &"nobody=5d"], "nobody"),
+        (vec![&"states", &model, &"--date", &"2024-04-15T08:00:00+02:00"], "site_zone"),
+        (vec![&"convert", &model, &"-o", &out, &"--date", &"2024-04-15T08:00:00Z"], "site_zone"),
+        (vec![&"changes", &model, &"--diff", &"2024-04-15", &"2024-04-15T08:00:00Z"], "site_zone"),
+        (vec![&"states", &model, &"--date", &"2024-04-15", &"--threads", &"9999"], "256"),
         (vec![&"convert", &model, &"-o", &out, &"--date", &"2024-04-15", &"--until", &"2024-04-01"], "not after"),
         (vec![&"convert", &model, &"-o", &out, &"--delay", &"2.1=5d"], "--date"),
         (vec![&"changes", &model, &"--actual", &"/nowhere.csv"], "/nowhere.csv"),
@@ -303,4 +307,132 @@ fn dates_and_rules_that_mean_nothing_are_bad_usage() {
         assert_eq!(code, Some(2), "{error}");
         assert!(error.contains(word), "{error}");
     }
+}
+
+#[test]
+fn a_date_with_an_offset_is_converted_to_the_zone_of_the_site() {
+    let model = demo_model();
+    let home = tempfile::tempdir().unwrap();
+    let rules = home.path().join("schedule.toml");
+    std::fs::write(&rules, "site_zone = \"Europe/Amsterdam\"\n").unwrap();
+    for date in
+        ["2024-04-29T08:00:00+00:00", "2024-04-29T08:00:00Z", "2024-04-29T10:00:00+02:00", "2024-04-29T10:00:00"]
+    {
+        let states = json(&[&"states", &model, &"--json", &"--schedule", &rules, &"--date", &date]);
+        assert_eq!(states["at"], "2024-04-29T10:00:00", "{date}");
+        let maps = convert(&model, &["--resolution", "0.2", "--schedule", rules.to_str().unwrap(), "--date", date]);
+        assert_eq!(
+            (&maps.manifest["plan_time"], &maps.manifest["plan_until"]),
+            (&states["at"], &Value::Null),
+            "{date}"
+        );
+    }
+}
+
+#[test]
+fn states_of_a_date_tell_midnight_and_what_the_maps_of_its_day_show() {
+    let model = demo_model();
+    // Work begins at 8: at midnight nothing is in progress, and the maps of the day show the work.
+    let date = "2024-04-29";
+    let states = json(&[&"states", &model, &"--json", &"--date", &date]);
+    let midnight = json(&[&"states", &model, &"--json", &"--date", &"2024-04-29T00:00:00"]);
+    for key in ["at", "until", "elements", "spaces"] {
+        assert_eq!(states[key], midnight[key], "{key}");
+    }
+    assert_eq!((&states["until"], &midnight["whole_day"]), (&Value::Null, &Value::Null));
+    let day = json(&[&"states", &model, &"--json", &"--date", &date, &"--until", &date]);
+    assert_eq!((&day["at"], &day["until"]), (&"2024-04-29T00:00:00".into(), &"2024-04-30T00:00:00".into()));
+    let mut merged = states.clone();
+    for key in ["elements", "spaces"] {
+        let different = states["whole_day"][key].as_object().unwrap();
+        assert!(key == "spaces" || !different.is_empty());
+        different.iter().for_each(|(id, state)| merged[key][id] = state.clone());
+        assert_eq!(merged[key], day[key]);
+    }
+    let maps = convert(&model, &["--resolution", "0.2", "--date", date]);
+    assert_eq!((&maps.manifest["plan_time"], &maps.manifest["plan_until"]), (&day["at"], &day["until"]));
+    let drawn = maps.json("semantic.json");
+    for (id, element) in drawn["elements"].as_object().unwrap() {
+        assert_eq!(element["schedule"]["state"], day["elements"][id], "{id}");
+    }
+    let text = String::from_utf8(groundplan(&[&"states", &model, &"--date", &date]).stdout).unwrap();
+    assert!(text.contains("this is midnight"), "{text}");
+    let (code, error) = failure(&[&"states", &model, &"--date", &date, &"--date", &date, &"--until", &date]);
+    assert_eq!((code, error.contains("one --date")), (Some(2), true));
+}
+
+#[test]
+fn tasks_are_listed_with_dates_and_what_they_act_on() {
+    let model = demo_model();
+    let all = json(&[&"tasks", &model, &"--json", &"--date", &"2024-04-15T10:00:00"]);
+    let tasks = all["tasks"].as_array().unwrap();
+    let task = |identification: &str| tasks.iter().find(|t| t["identification"] == identification).unwrap();
+    let partitions = task("2.1");
+    assert_eq!(partitions["start"], "2024-04-08T08:00:00");
+    assert_eq!(partitions["dates_from"], "task_computed");
+    let states = json(&[&"states", &model, &"--json", &"--date", &partitions["start"].as_str().unwrap()]);
+    let built: Vec<&Value> = partitions["elements"].as_array().unwrap().iter().collect();
+    assert!(!built.is_empty());
+    for element in built {
+        assert_eq!(element["operation"], "constructs");
+        assert_eq!(states["elements"][element["global_id"].as_str().unwrap()], "in_progress", "{element}");
+    }
+    for space in partitions["spaces"].as_array().unwrap() {
+        let state = &states["spaces"][space["global_id"].as_str().unwrap()];
+        let why = format!("task:{}", partitions["global_id"].as_str().unwrap());
+        assert!(state["why"].as_array().unwrap().contains(&why.into()), "{state}");
+    }
+    let parent = tasks.iter().find(|t| t["global_id"] == partitions["parent"]).unwrap();
+    assert_eq!((parent["depth"].as_u64(), partitions["depth"].as_u64()), (Some(0), Some(1)));
+    assert!(tasks.iter().any(|t| t["status"] == "finished") && tasks.iter().any(|t| t["status"] == "not_started"));
+    let text = String::from_utf8(groundplan(&[&"tasks", &model, &"--task", &"2.1"]).stdout).unwrap();
+    assert!(text.contains("2024-04-08T08:00:00") && text.contains("builds"), "{text}");
+    assert_eq!(text.lines().count(), 2, "{text}");
+}
+
+#[test]
+fn mistyped_names_of_tasks_get_the_nearest_names() {
+    let model = demo_model();
+    let all = json(&[&"tasks", &model, &"--json"]);
+    let name =
+        all["tasks"].as_array().unwrap().iter().find_map(|t| t["name"].as_str().filter(|n| n.len() > 8)).unwrap();
+    let mistyped = name.replacen(&name[1..2], "", 1);
+    let delay = format!("{mistyped}=5d");
+    let home = tempfile::tempdir().unwrap();
+    let actual = home.path().join("progress.csv");
+    std::fs::write(&actual, format!("id,start,finish\n{mistyped},2024-03-06,\n")).unwrap();
+    let cases: [Vec<&dyn AsRef<OsStr>>; 3] = [
+        vec![&"tasks", &model, &"--task", &mistyped],
+        vec![&"changes", &model, &"--delay", &delay],
+        vec![&"changes", &model, &"--actual", &actual],
+    ];
+    for arguments in cases {
+        let (code, error) = failure(&arguments);
+        assert_eq!(code, Some(2), "{error}");
+        assert!(error.contains("nearest") && error.contains(name), "{error}");
+    }
+}
+
+#[test]
+fn changes_name_the_tasks_that_make_them() {
+    let model = demo_model();
+    let changes = json(&[&"changes", &model, &"--json"]);
+    let causes = changes["causes"].as_array().unwrap();
+    assert_eq!(causes.len(), changes["changes"].as_array().unwrap().len());
+    let at = |time: &str| causes.iter().find(|c| c["at"] == time).unwrap()["tasks"].as_array().unwrap();
+    let start = at("2024-04-08T08:00:00").iter().find(|t| t["identification"] == "2.1").unwrap();
+    assert_eq!(start["event"], "starts");
+    assert!(!start["elements"].as_array().unwrap().is_empty());
+    for (change, cause) in changes["changes"].as_array().unwrap().iter().zip(causes) {
+        assert_eq!(change["at"], cause["at"]);
+        for task in cause["tasks"].as_array().unwrap() {
+            for id in task["elements"].as_array().unwrap() {
+                assert!(change["elements"].get(id.as_str().unwrap()).is_some(), "{task}");
+            }
+        }
+    }
+    let text = String::from_utf8(groundplan(&[&"changes", &model]).stdout).unwrap();
+    assert!(text.contains("start of 2.1 "), "{text}");
+    let diff = json(&[&"changes", &model, &"--json", &"--diff", &"2024-04-08", &"2024-04-09"]);
+    assert!(diff["causes"][0]["tasks"].as_array().unwrap().iter().any(|t| t["identification"] == "2.1"), "{diff}");
 }

@@ -86,6 +86,35 @@ fn the_link_follows_the_maps_and_a_program_runs_for_each() {
 }
 
 #[test]
+fn a_watch_deletes_and_replaces_nothing_that_it_did_not_write() {
+    let mut live = Live::start();
+    let out = live.home.path().join("maps");
+    let program_path = live.home.path().join("on-change");
+    program(&program_path, "#!/bin/sh\n");
+    // Folders with numbers of old epochs, as people name them, and a link that is none.
+    std::fs::create_dir_all(out.join("epochs/0")).unwrap();
+    std::fs::write(out.join("epochs/0/notes.txt"), "precious").unwrap();
+    std::fs::write(out.join("current"), "precious").unwrap();
+    let refused = live.run(&[&"export", &out, &"--watch"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", String::from_utf8_lossy(&refused.stderr));
+    assert_eq!(std::fs::read_to_string(out.join("current")).unwrap(), "precious");
+    std::fs::remove_file(out.join("current")).unwrap();
+
+    let watch = Watch::start(&live, &out, &program_path);
+    let first = wait_for(&out, "2024-03-01T00:00:00");
+    std::fs::write(first.join("slam.pgm"), "a day of mapping").unwrap();
+    for date in ["2024-04-06T12:00:00", "2024-04-27T12:00:00", "2024-06-03T12:00:00", "2024-06-04T12:00:00"] {
+        live.text(&[&"date", &date]);
+        wait_for(&out, date);
+    }
+    watch.stop();
+    assert_eq!(std::fs::read_to_string(first.join("slam.pgm")).unwrap(), "a day of mapping");
+    assert_eq!(std::fs::read_to_string(out.join("epochs/0/notes.txt")).unwrap(), "precious");
+    assert_eq!(std::fs::read_dir(out.join("epochs")).unwrap().count(), 4, "two that are kept, and two of others");
+    live.down();
+}
+
+#[test]
 fn nav2_is_stopped_before_it_gets_new_maps_and_a_refusal_is_a_failure() {
     let home = tempfile::tempdir().unwrap();
     let storey = home.path().join("out/storeys/01-upper-floor");

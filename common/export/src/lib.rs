@@ -23,8 +23,8 @@ mod waypoints;
 mod world;
 
 pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
-pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of};
-pub use output_folder::{OutputError, OutputFolder};
+pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
+pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
 pub use report::Report;
 pub use route::SiteGraph;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
@@ -37,6 +37,7 @@ use geographic::Geographic;
 use geometry::Footprint;
 use messages::{Grid, Grids, MapStoreyRecord, Phase, Plan, Site};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 
 /// Everything that files are made from.
 #[derive(Clone, Copy)]
@@ -107,17 +108,28 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
     if let Some(options) = input.world {
         files.extend(world::files(input, options));
     }
-    let sums = files.iter().map(|f| (f.path.clone(), sha256_hex(&f.bytes))).collect();
-    files.push(ExportFile::new("manifest.json", json::text(&Manifest::of(input, sums))));
+    let manifest = Manifest::of(input, sums("", &files));
+    files.push(ExportFile::new("manifest.json", json::text(&manifest)));
     files
 }
 
 /// Files beside the folders of several plan times: what they are, and the map frame that they share.
-pub fn dated_files(site: &Site<'_>, dates: Vec<DatedFolder>) -> Vec<ExportFile> {
-    vec![
-        ExportFile::new("site-frame.json", json::text(&SiteFrameFile::of(site))),
-        ExportFile::new("manifest.json", json::text(&DatesManifest::of(site, dates))),
-    ]
+///
+/// `files` has the sums of all files in these folders, see [`sums`].
+pub fn dated_files(site: &Site<'_>, dates: Vec<DatedFolder>, mut files: BTreeMap<String, String>) -> Vec<ExportFile> {
+    let frame = ExportFile::new("site-frame.json", json::text(&SiteFrameFile::of(site)));
+    files.extend(sums("", std::slice::from_ref(&frame)));
+    let manifest = DatesManifest::of(site, dates, files);
+    vec![frame, ExportFile::new("manifest.json", json::text(&manifest))]
+}
+
+/// sha256 of files by their path in the output, as manifests list them; they lie in this folder of it, `""` for the output.
+pub fn sums(folder: &str, files: &[ExportFile]) -> BTreeMap<String, String> {
+    let path = |file: &ExportFile| match folder {
+        "" => file.path.clone(),
+        folder => format!("{folder}/{}", file.path),
+    };
+    files.iter().map(|file| (path(file), sha256_hex(&file.bytes))).collect()
 }
 
 /// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.

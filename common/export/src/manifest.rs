@@ -1,7 +1,7 @@
 //! `manifest.json`: what an output folder holds and what it was made from.
 
 use crate::site_frame::{MapFromWorld, SiteFrameFile};
-use crate::{ExportInput, hex, storey_folder};
+use crate::{ExportFile, ExportInput, hex, storey_folder};
 use frames::metres;
 use messages::{FloorKind, Opens, Phase, RobotProfile, Site};
 use schemars::JsonSchema;
@@ -19,6 +19,8 @@ pub struct DatesManifest {
     sources: Vec<Source>,
     /// The folders, by plan time.
     dates: Vec<DatedFolder>,
+    /// sha256 of every other file.
+    files: BTreeMap<String, String>,
 }
 
 /// A folder with the maps of one plan time.
@@ -33,12 +35,24 @@ pub struct DatedFolder {
 }
 
 impl DatesManifest {
-    pub(crate) fn of(site: &Site<'_>, dates: Vec<DatedFolder>) -> Self {
-        Self { tool: TOOL, version: VERSION, sources: Source::all(site), dates }
+    pub(crate) fn of(site: &Site<'_>, dates: Vec<DatedFolder>, files: BTreeMap<String, String>) -> Self {
+        Self { tool: TOOL, version: VERSION, sources: Source::all(site), dates, files }
     }
 }
 
-const TOOL: &str = "groundplan";
+/// Files with a manifest that lists them, for output that is not a site's maps: `head` is an object of what else it tells.
+pub fn with_manifest(head: serde_json::Value, mut files: Vec<ExportFile>) -> Vec<ExportFile> {
+    let mut manifest = serde_json::json!({"tool": TOOL, "version": VERSION});
+    for (key, value) in head.as_object().into_iter().flatten() {
+        manifest[key] = value.clone();
+    }
+    manifest["files"] = serde_json::json!(crate::sums("", &files));
+    files.push(ExportFile::new("manifest.json", format!("{manifest:#}\n")));
+    files
+}
+
+/// The word by which a manifest is known to be of this program.
+pub(crate) const TOOL: &str = "groundplan";
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// What an output folder holds and what it was made from.

@@ -9,7 +9,7 @@ mod rigid;
 mod tenth_mm;
 
 pub use counted::counted;
-pub use plan_time::{PlanTime, PlanTimeError};
+pub use plan_time::{PlanTime, PlanTimeError, WrittenPlanTime};
 pub use point::{Point2, Point3};
 pub use rigid::{Rigid2, UprightRigid3};
 pub use tenth_mm::{TENTHS_PER_M, metres, tenths};

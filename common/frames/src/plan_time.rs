@@ -1,8 +1,9 @@
 //! The time of the construction schedule.
 
-use jiff::Timestamp;
 use jiff::civil::DateTime;
+use jiff::fmt::temporal::Pieces;
 use jiff::tz::TimeZone;
+use jiff::{Timestamp, Zoned};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -16,13 +17,55 @@ pub struct PlanTime(pub DateTime);
 
 /// A text that is no plan time.
 #[derive(Debug, thiserror::Error)]
-#[error("{text:?} is no date; write 2024-04-15 or 2024-04-15T08:30:00")]
-pub struct PlanTimeError {
-    text: String,
-    source: jiff::Error,
+pub enum PlanTimeError {
+    /// It is no date of ISO 8601.
+    #[error("{text:?} is no date; write 2024-04-15 or 2024-04-15T08:30:00")]
+    Unreadable {
+        /// As written.
+        text: String,
+        /// Why.
+        source: jiff::Error,
+    },
+    /// It has an offset, `Z` or a time zone, and the zone of the site is not known.
+    #[error(
+        "{text:?} carries a time zone: set site_zone in the schedule rules (see config/schedule.toml), or write the time at the \
+         site without one"
+    )]
+    NoSiteZone {
+        /// As written.
+        text: String,
+    },
+}
+
+/// A plan time as it was written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WrittenPlanTime {
+    /// The instant; midnight if no time of day was written.
+    pub at: PlanTime,
+    /// True if no time of day was written.
+    pub is_day: bool,
 }
 
 impl PlanTime {
+    /// Reads a date or date-time of ISO 8601; one with an offset, `Z` or a time zone is converted to the zone of the site.
+    ///
+    /// # Errors
+    /// A text that is no date, or that carries a time zone while the site's is not known.
+    pub fn parse(text: &str, site_zone: Option<&TimeZone>) -> Result<WrittenPlanTime, PlanTimeError> {
+        let unreadable = |source| PlanTimeError::Unreadable { text: text.to_owned(), source };
+        let pieces = Pieces::parse(text).map_err(unreadable)?;
+        let instant: Timestamp = match (pieces.time_zone_annotation(), pieces.offset()) {
+            (Some(_), _) => text.parse::<Zoned>().map_err(unreadable)?.timestamp(),
+            (None, Some(_)) => text.parse().map_err(unreadable)?,
+            (None, None) => {
+                let at = text.parse().map(PlanTime).map_err(unreadable)?;
+                return Ok(WrittenPlanTime { at, is_day: pieces.time().is_none() });
+            }
+        };
+        let zone = site_zone.ok_or_else(|| PlanTimeError::NoSiteZone { text: text.to_owned() })?;
+        Ok(WrittenPlanTime { at: Self(zone.to_datetime(instant)), is_day: false })
+    }
+
     /// Seconds of the civil calendar since 1970-01-01T00:00: for archives.
     pub fn civil_seconds(self) -> i64 {
         TimeZone::UTC.to_timestamp(self.0).map_or(i64::MAX, |t| t.as_second())
@@ -37,9 +80,9 @@ impl PlanTime {
 impl FromStr for PlanTime {
     type Err = PlanTimeError;
 
-    /// Reads `2024-04-15` (its midnight) or `2024-04-15T08:30:00`.
+    /// Reads `2024-04-15` (its midnight) or `2024-04-15T08:30:00`, at the site.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        text.parse().map(PlanTime).map_err(|source| PlanTimeError { text: text.to_owned(), source })
+        Self::parse(text, None).map(|written| written.at)
     }
 }
 
@@ -59,5 +102,34 @@ mod tests {
         assert_eq!(day.to_string(), "2024-04-15T00:00:00");
         assert_eq!(PlanTime::from_civil_seconds(day.civil_seconds()), Some(day));
         assert!("yesterday".parse::<PlanTime>().is_err());
+        let is_day = |text: &str| PlanTime::parse(text, None).unwrap().is_day;
+        assert!(is_day("2024-04-15") && !is_day("2024-04-15T00:00") && !is_day("2024-04-15 00:00:00"));
+    }
+
+    #[test]
+    fn a_time_zone_is_converted_to_that_of_the_site_or_refused() {
+        let zone = TimeZone::get("Europe/Amsterdam").unwrap();
+        for (text, expected) in [
+            ("2024-04-15T08:00:00+02:00", "2024-04-15T08:00:00"),
+            ("2024-04-15T06:00:00Z", "2024-04-15T08:00:00"),
+            ("2024-04-15t06:00z", "2024-04-15T08:00:00"),
+            ("2024-04-15 23:30:00-05:00", "2024-04-16T06:30:00"),
+            ("2024-01-15T08:00:00+00:00", "2024-01-15T09:00:00"),
+            ("2024-04-15T08:00:00[Asia/Tokyo]", "2024-04-15T01:00:00"),
+            ("2024-04-15T08:00:00+09:00[Asia/Tokyo]", "2024-04-15T01:00:00"),
+            ("2024-04-15T08:00:00", "2024-04-15T08:00:00"),
+        ] {
+            assert_eq!(PlanTime::parse(text, Some(&zone)).unwrap().at.to_string(), expected, "{text}");
+            let carries_zone = text != "2024-04-15T08:00:00";
+            let without = PlanTime::parse(text, None);
+            assert_eq!(matches!(without, Err(PlanTimeError::NoSiteZone { .. })), carries_zone, "{text}");
+            assert_eq!(text.parse::<PlanTime>().is_err(), carries_zone, "{text}");
+        }
+        // The offset is not that of the zone.
+        assert!(PlanTime::parse("2024-04-15T08:00:00+02:00[Asia/Tokyo]", Some(&zone)).is_err());
+        for text in ["2024-04-15Z", "2024-04-15+02:00", "08:00:00+02:00", "2024-04-15T25:00:00Z", ""] {
+            let refused = PlanTime::parse(text, Some(&zone));
+            assert!(matches!(refused, Err(PlanTimeError::Unreadable { .. })), "{text}");
+        }
     }
 }

@@ -29,6 +29,7 @@ mod deviation_records;
 mod deviations;
 mod grid_archive;
 mod grids;
+mod nearest_names;
 mod phase;
 mod plan;
 mod plan_records;
@@ -50,6 +51,7 @@ pub use deviation_records::*;
 pub use deviations::{Deviations, DeviationsBuilder};
 pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
+pub use nearest_names::{nearest_names, nearest_names_hint};
 pub use phase::{
     DateSource, ElementScheduleRecord, ElementState, Phase, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord,
     plan_time,

@@ -4,11 +4,12 @@ use crate::cli::ChangesArgs;
 use crate::failure::Failure;
 use crate::maps::{robot_of, with_maps};
 use crate::plan_date;
-use crate::schedule_files::with_timeline;
+use crate::schedule_files::{ScheduleInput, with_timeline};
+use crate::states::task_name;
 use daemon::Robot;
 use drawing::Rasterizer;
 use messages::{DoorPassage, ElementState, NONE, Phase, Site, SpaceState};
-use schedule_eval::{Change, Period, Timeline};
+use schedule_eval::{Cause, Change, Period, Timeline};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -18,6 +19,26 @@ use waypoint_gen::PlanOptions;
 struct Changes<'s> {
     change_instants: Vec<String>,
     changes: Vec<ChangeJson<'s>>,
+    /// The tasks that make each change, in the same order; none where properties, rules or reports do.
+    causes: Vec<Causes<'s>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Causes<'s> {
+    at: String,
+    tasks: Vec<CauseJson<'s>>,
+}
+
+/// A task that starts or finishes, and what changes with it.
+#[derive(Debug, Serialize)]
+struct CauseJson<'s> {
+    global_id: &'s str,
+    identification: &'s str,
+    name: &'s str,
+    /// `starts` or `finishes`.
+    event: &'static str,
+    elements: Vec<&'s str>,
+    spaces: Vec<&'s str>,
 }
 
 #[derive(Debug, Serialize)]
@@ -48,6 +69,8 @@ struct Difference<'s> {
     spaces_blocked: Vec<Named<'s>>,
     /// Spaces that are blocked at the first date only.
     spaces_unblocked: Vec<Named<'s>>,
+    /// Tasks that make changes after the first date and until the second.
+    causes: Vec<Causes<'s>>,
 }
 
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -76,19 +99,28 @@ struct Unreachable<'s> {
 /// # Errors
 /// Bad arguments, models that cannot be read, dates that can be read in two ways, maps that cannot be drawn.
 pub fn changes(arguments: &ChangesArgs) -> Result<String, Failure> {
-    let diff_s: Vec<i64> = arguments.diff.iter().map(|d| plan_date::instant_s(d)).collect::<Result<_, _>>()?;
+    let schedule = ScheduleInput::read(&arguments.schedule)?;
+    let instant_s = |text: &String| plan_date::instant_s(text, schedule.site_zone());
+    let diff_s: Vec<i64> = arguments.diff.iter().map(instant_s).collect::<Result<_, _>>()?;
     let robot = robot_of(&arguments.robot)?;
-    with_timeline(&arguments.model, &arguments.schedule, |site, timeline, progress| {
+    with_timeline(&arguments.model, &schedule, |site, timeline, progress| {
         let &[from_s, to_s] = diff_s.as_slice() else {
             let changes = timeline.changes();
-            return if arguments.json { json(&list(site, &changes)) } else { Ok(text_of(site, &changes)) };
+            return if arguments.json {
+                json(&list(site, timeline, &changes))
+            } else {
+                Ok(text_of(site, timeline, &changes))
+            };
         };
         progress.stage("drawing");
         let mut rasterizer =
             Rasterizer::new(site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
         let sides = [from_s, to_s].map(|at_s| Side::at(site, timeline, &mut rasterizer, &robot, at_s));
         let [before, after] = sides;
-        let difference = difference(site, &before?, &after?);
+        let between = from_s.min(to_s) + 1..=from_s.max(to_s);
+        let changes = timeline.changes().into_iter().filter(|c| between.contains(&c.at_s));
+        let causes = changes.map(|change| causes_of(site, timeline, &change)).filter(|c| !c.tasks.is_empty());
+        let difference = Difference { causes: causes.collect(), ..difference(site, &before?, &after?) };
         if arguments.json { json(&difference) } else { Ok(difference.text()) }
     })
 }
@@ -97,7 +129,22 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
     Ok(serde_json::to_string(value).map_err(Failure::work)? + "\n")
 }
 
-fn list<'s>(site: &'s Site<'_>, changes: &[Change]) -> Changes<'s> {
+fn causes_of<'s>(site: &'s Site<'_>, timeline: &Timeline, change: &Change) -> Causes<'s> {
+    let cause = |cause: Cause| {
+        let task = &site.tasks[cause.task as usize];
+        CauseJson {
+            global_id: site.text(task.global_id),
+            identification: site.text(task.identification),
+            name: site.text(task.name),
+            event: if cause.starts { "starts" } else { "finishes" },
+            elements: cause.elements.iter().map(|k| site.text(site.elements[*k as usize].global_id)).collect(),
+            spaces: cause.spaces.iter().map(|k| site.text(site.spaces[*k as usize].global_id)).collect(),
+        }
+    };
+    Causes { at: plan_date::text(change.at_s), tasks: timeline.causes(change).into_iter().map(cause).collect() }
+}
+
+fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, changes: &[Change]) -> Changes<'s> {
     let blocked = |b: bool| if b { SpaceState::Blocked } else { SpaceState::Open }.name();
     let change = |c: &Change| ChangeJson {
         at: plan_date::text(c.at_s),
@@ -117,11 +164,12 @@ fn list<'s>(site: &'s Site<'_>, changes: &[Change]) -> Changes<'s> {
     Changes {
         change_instants: changes.iter().map(|c| plan_date::text(c.at_s)).collect(),
         changes: changes.iter().map(change).collect(),
+        causes: changes.iter().map(|change| causes_of(site, timeline, change)).collect(),
     }
 }
 
 /// For people: a line per instant.
-fn text_of(site: &Site<'_>, changes: &[Change]) -> String {
+fn text_of(site: &Site<'_>, timeline: &Timeline, changes: &[Change]) -> String {
     let mut out = String::new();
     for change in changes {
         let mut kinds: BTreeMap<&'static str, usize> = BTreeMap::new();
@@ -144,6 +192,10 @@ fn text_of(site: &Site<'_>, changes: &[Change]) -> String {
             }
         }
         let _ = writeln!(out, "{}  {}", plan_date::text(change.at_s), parts.join("; "));
+        for cause in timeline.causes(change) {
+            let event = if cause.starts { "start of" } else { "finish of" };
+            let _ = writeln!(out, "    {event} {}", task_name(site, cause.task as usize));
+        }
     }
     if changes.is_empty() {
         out.push_str("nothing of the model has a date, so nothing ever changes\n");
@@ -223,6 +275,7 @@ fn difference<'s>(site: &'s Site<'_>, before: &Side, after: &Side) -> Difference
             .collect(),
         spaces_blocked: only(&after.blocked, &before.blocked).into_iter().map(space).collect(),
         spaces_unblocked: only(&before.blocked, &after.blocked).into_iter().map(space).collect(),
+        causes: Vec::new(),
     }
 }
 
@@ -250,6 +303,15 @@ impl Difference<'_> {
         list("spaces that are no longer reachable", unreachable.collect());
         list("spaces that become blocked", all(&self.spaces_blocked));
         list("spaces that are no longer blocked", all(&self.spaces_unblocked));
+        let of_instant = |c: &Causes<'_>| -> Vec<String> {
+            let line = |t: &CauseJson<'_>| {
+                let words =
+                    [t.identification, t.name].into_iter().filter(|w| !w.is_empty()).collect::<Vec<_>>().join(" ");
+                format!("{} {} {words} {}", c.at, t.global_id, t.event)
+            };
+            c.tasks.iter().map(line).collect()
+        };
+        list("tasks that make the changes", self.causes.iter().flat_map(of_instant).collect());
         out
     }
 }

@@ -25,6 +25,9 @@ pub enum Command {
     /// List when anything changes, or what differs between two dates
     #[command(after_help = AFTER_CHANGES)]
     Changes(ChangesArgs),
+    /// List the tasks of the schedule: when they are, what they act on, what is wrong with them
+    #[command(after_help = AFTER_TASKS)]
+    Tasks(TasksArgs),
     /// Find the pose of a robot's SLAM map in the model's: of files, or of the map that the running daemon follows
     #[command(after_help = AFTER_ALIGN)]
     Align(AlignArgs),
@@ -80,6 +83,15 @@ pub struct SiteArgs {
     pub demo: bool,
 }
 
+/// What becomes of files of others in an output folder.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct OverwriteArgs {
+    /// Replace earlier output although files in it were added or altered since: these are moved to a folder OUT.kept-1 (-2 ..)
+    /// beside it. A folder that has no manifest.json of groundplan and is not empty is never replaced
+    #[arg(long)]
+    pub force: bool,
+}
+
 /// Arguments of `align`.
 #[derive(Debug, Clone, Args)]
 pub struct AlignArgs {
@@ -107,6 +119,10 @@ pub struct AlignArgs {
     /// Write maps, route graph and waypoints of the storey moved into the robot's frame; only if accepted
     #[arg(long, value_name = "FOLDER", requires = "reference", conflicts_with = "free_scale")]
     pub resample: Option<PathBuf>,
+
+    /// What becomes of files of others in that folder.
+    #[command(flatten)]
+    pub overwrite: OverwriteArgs,
 
     /// Nobody vouches for the lengths of the SLAM map: try scales from 0.8 to 1.25
     #[arg(long, requires = "reference")]
@@ -176,6 +192,10 @@ pub struct DeviationsArgs {
     /// Folder for deviations.json, actuals.csv (for --actual), deviations.bcfzip (BCF 2.1) and deviations.png
     #[arg(short, long, value_name = "OUT")]
     pub out: Option<PathBuf>,
+
+    /// What becomes of files of others in it.
+    #[command(flatten)]
+    pub overwrite: OverwriteArgs,
 
     /// Where the map may lie.
     #[command(flatten)]
@@ -282,7 +302,7 @@ pub struct LoadArgs {
 /// Arguments of `date`.
 #[derive(Debug, Clone, Args)]
 pub struct DateArgs {
-    /// Plan time: 2024-04-15 (its midnight) or 2024-04-15T08:30:00
+    /// Plan time: 2024-04-15 (its midnight), 2024-04-15T08:30:00, or with an offset, see site_zone in the schedule rules
     #[arg(value_name = "DATE")]
     pub date: Option<String>,
 
@@ -358,9 +378,13 @@ pub struct WaypointsArgs {
 /// Arguments of `export`.
 #[derive(Debug, Clone, Args)]
 pub struct ExportArgs {
-    /// Output folder; replaced as a whole if it holds earlier output
+    /// Output folder; earlier output in it is replaced as a whole, unless files in it were added or altered since
     #[arg(value_name = "OUT")]
     pub out: PathBuf,
+
+    /// What becomes of files of others in it.
+    #[command(flatten)]
+    pub overwrite: OverwriteArgs,
 
     /// Go on until SIGTERM: write OUT/epochs/EPOCH for every new set of maps, and let the link OUT/current name the newest
     #[arg(long)]
@@ -536,13 +560,18 @@ Examples:
 Exit codes: 0 done, 1 failed (the map's pose is not accepted), 2 bad usage or configuration.";
 
 const AFTER_STATES: &str = "\
-Dates are local to the site: 2024-04-15 is its midnight, or 2024-04-15T08:30:00.
+Dates are local to the site, or carry an offset, which is converted to the site_zone of the schedule rules.
+States are those of an instant: 2024-04-15 is its midnight, or 2024-04-15T08:30:00. A map serves a whole day:
+`convert --date 2024-04-15` draws the union of all instants of the day, which is `--date 2024-04-15 --until 2024-04-15`
+here. For a date without a time, what differs during the day is told, too (\"whole_day\" in JSON).
+In a union a space is blocked if it is at any instant, and an element that does not stand throughout is in_progress.
 States of elements: not_started, in_progress, built, being_removed, removed.
 Reasons of blocked spaces: task:GlobalId, before_room_date, or what the rules say (private).
 
 Examples:
   groundplan states house.ifc --date 2024-04-15
   groundplan states house.ifc --date 2024-04-15T08:00:00 --date 2024-05-02 --json | jq '.[].spaces'
+  groundplan states house.ifc --date 2024-04-15 --until 2024-04-19
   groundplan states house.ifc --date 2024-04-15 --delay 'Partition walls=5d'
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
@@ -555,6 +584,19 @@ Examples:
   groundplan changes house.ifc
   groundplan changes house.ifc --json | jq -r '.change_instants[]'
   groundplan changes house.ifc --diff 2024-04-15 2024-05-02
+
+Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
+
+const AFTER_TASKS: &str = "\
+Dates are local to the site: written, rolled up from nested tasks, or computed from sequence, durations and calendars.
+A task acts on elements that it constructs or removes, and on spaces that are closed while it is at work; the file may link
+elements on which it has no effect, because it has no dates, is of another kind, or another source goes before it.
+The JSON document has a schema: config/schemas/tasks.schema.json.
+
+Examples:
+  groundplan tasks house.ifc
+  groundplan tasks house.ifc --task 'Partition walls' --date 2024-04-15T08:00:00
+  groundplan tasks house.ifc --json | jq -r '.tasks[] | [.start, .name] | @tsv'
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
 
@@ -577,9 +619,9 @@ pub struct ModelArgs {
     #[arg(long)]
     pub allow_boxes: bool,
 
-    /// Threads to work with; the result does not depend on them [default: all cores]
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    pub threads: usize,
+    /// Threads to work with, at most 256; the result does not depend on them [default: all cores]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, value_parser = clap::value_parser!(u16).range(..=256))]
+    pub threads: u16,
 }
 
 /// How dates are understood, and what is added to the plan.
@@ -613,9 +655,13 @@ pub struct RobotArgs {
 /// Arguments of `states`.
 #[derive(Debug, Clone, Args)]
 pub struct StatesArgs {
-    /// The date; may be repeated
+    /// The date, an instant: 2024-04-15 is its midnight; may be repeated
     #[arg(long, value_name = "DATE", required = true)]
     pub date: Vec<String>,
+
+    /// Tell the union from the date until this one, as `convert` draws it; a day counts whole
+    #[arg(long, value_name = "DATE")]
+    pub until: Option<String>,
 
     /// Rules and additions.
     #[command(flatten)]
@@ -626,6 +672,30 @@ pub struct StatesArgs {
     pub model: ModelArgs,
 
     /// Print one JSON document on standard output and nothing else there; an array if there are several dates
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `tasks`.
+#[derive(Debug, Clone, Args)]
+pub struct TasksArgs {
+    /// Only this task, by GlobalId, identification or name; may be repeated
+    #[arg(long, value_name = "TASK")]
+    pub task: Vec<String>,
+
+    /// Tell the status at this date: 2024-04-15 (its midnight) or 2024-04-15T08:30:00
+    #[arg(long, value_name = "DATE")]
+    pub date: Option<String>,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    pub schedule: ScheduleArgs,
+
+    /// The site.
+    #[command(flatten)]
+    pub model: ModelArgs,
+
+    /// Print one JSON document on standard output and nothing else there
     #[arg(long)]
     pub json: bool,
 }
@@ -685,12 +755,16 @@ pub struct WorldArgs {
 /// Arguments of `convert`.
 #[derive(Debug, Clone, Args)]
 pub struct ConvertArgs {
-    /// Output folder; replaced as a whole if it holds earlier output
+    /// Output folder; earlier output in it is replaced as a whole, unless files in it were added or altered since
     #[arg(short, long, value_name = "OUT")]
     pub out: PathBuf,
 
-    /// Date of the maps: a day (2024-04-15, the union over it), an instant (2024-04-15T08:30:00), or `all`: a folder
-    /// per change in OUT [default: everything is built]
+    /// What becomes of files of others in it.
+    #[command(flatten)]
+    pub overwrite: OverwriteArgs,
+
+    /// Date of the maps: a day (2024-04-15, the union over it), an instant (2024-04-15T00:00:00 is its midnight, as in
+    /// `states`), or `all`: a folder per change in OUT [default: everything is built]
     #[arg(long, value_name = "DATE")]
     pub date: Option<String>,
 

@@ -3,6 +3,7 @@
 use crate::cli::ConvertArgs;
 use crate::failure::Failure;
 use crate::maps::{Maps, options_of, robot_of, with_maps, world_of};
+use crate::output;
 use crate::plan_date;
 use crate::progress::ProgressLine;
 use crate::schedule_files::ScheduleInput;
@@ -12,8 +13,10 @@ use daemon::{Robot, WorldConfig};
 use drawing::Rasterizer;
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile, WorldOptions};
 use ifc_ingest::SiteFrame;
+use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Phase, PhaseBuilder, Site};
 use schedule_eval::{Period, Timeline};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 use tracing::debug;
@@ -39,9 +42,9 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
     let robot = robot_of(&arguments.robot)?;
     let options = options_of(arguments.waypoints.as_deref())?;
     let world = world_of(&arguments.world, &WorldConfig::default())?;
-    let wanted = wanted(arguments)?;
     let schedule = ScheduleInput::read(&arguments.schedule)?;
-    let folder = OutputFolder::at(&arguments.out).map_err(Failure::usage)?;
+    let wanted = wanted(arguments, schedule.site_zone())?;
+    let folder = output::folder_at(&arguments.out, arguments.overwrite)?;
     let frame = frame(arguments)?;
     let progress = ProgressLine::new();
     site_files::pool(&arguments.model)?.install(|| {
@@ -73,7 +76,7 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
     })
 }
 
-fn wanted(arguments: &ConvertArgs) -> Result<Wanted, Failure> {
+fn wanted(arguments: &ConvertArgs, site_zone: Option<&TimeZone>) -> Result<Wanted, Failure> {
     let until = arguments.until.as_deref();
     match arguments.date.as_deref() {
         None if !arguments.schedule.delay.is_empty() || arguments.schedule.actual.is_some() => {
@@ -82,7 +85,7 @@ fn wanted(arguments: &ConvertArgs) -> Result<Wanted, Failure> {
         None => Ok(Wanted::Everything),
         Some("all") if until.is_some() => Err(Failure::usage("--until ends a period, and --date all has none")),
         Some("all") => Ok(Wanted::EveryChange),
-        Some(date) => Ok(Wanted::At(plan_date::period(date, until)?)),
+        Some(date) => Ok(Wanted::At(plan_date::period(date, until, site_zone)?)),
     }
 }
 
@@ -126,7 +129,7 @@ impl Job<'_> {
         phase: &ArchiveBuffer,
     ) -> Result<PhaseSummary, Failure> {
         let (files, summary) = self.draw(phase, progress)?;
-        folder.replace(&files).map_err(Failure::work)?;
+        output::tell(folder.replace(&files).map_err(Failure::work)?);
         Ok(summary)
     }
 
@@ -142,19 +145,20 @@ impl Job<'_> {
         }
         let beside = folder.begin().map_err(Failure::work)?;
         let mut summaries = Vec::new();
-        let mut dated = Vec::new();
+        let (mut dated, mut sums) = (Vec::new(), BTreeMap::new());
         for &at_s in timeline.instants_s() {
             let phase = timeline.phase(Period::instant(at_s)).finish();
             let (files, summary) = self.draw(&phase, progress)?;
             let directory = plan_date::text(at_s).replace(':', "-");
             beside.write(&directory, &files).map_err(Failure::work)?;
+            sums.extend(export::sums(&directory, &files));
             let valid_until = Phase::open(phase.bytes()).map_err(Failure::work)?.head.valid_until_s;
             let valid_until = messages::plan_time(valid_until).map(|t| t.to_string());
             dated.push(DatedFolder { plan_time: plan_date::text(at_s), valid_until, directory });
             summaries.push(summary);
         }
-        beside.write("", &export::dated_files(self.site, dated)).map_err(Failure::work)?;
-        beside.swap_in().map_err(Failure::work)?;
+        beside.write("", &export::dated_files(self.site, dated, sums)).map_err(Failure::work)?;
+        output::tell(beside.swap_in().map_err(Failure::work)?);
         Ok(summaries)
     }
 

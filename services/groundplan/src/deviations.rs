@@ -5,9 +5,10 @@ use crate::cli::{DeviationsArgs, ModelArgs};
 use crate::failure::Failure;
 use crate::live;
 use crate::maps::profile_of;
+use crate::output;
 use crate::plan_date;
-use crate::schedule_files::with_timeline;
-use export::{DeviationExport, DeviationsDocument, ExportFile, OutputFolder, deviation_files};
+use crate::schedule_files::{ScheduleInput, with_timeline};
+use export::{DeviationExport, DeviationsDocument, deviation_files, with_manifest};
 use frames::PlanTime;
 use messages::{Alignment, Deviations, Judgement, Observation, Phase, PhaseHead, Site, Verdict};
 use serde_json::json;
@@ -31,12 +32,14 @@ pub fn deviations(arguments: &DeviationsArgs) -> Result<String, Failure> {
 
 fn of_files(arguments: &DeviationsArgs, slam: &Path) -> Result<String, Failure> {
     let robot = profile_of(arguments.robot.as_deref())?;
-    let at_s = arguments.date.as_deref().map(plan_date::instant_s).transpose()?;
+    let schedule = ScheduleInput::read(&arguments.schedule)?;
+    let instant_s = |text| plan_date::instant_s(text, schedule.site_zone());
+    let at_s = arguments.date.as_deref().map(instant_s).transpose()?;
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
     let models = arguments.models.clone();
     let allow_boxes = arguments.allow_boxes;
     let model = ModelArgs { models, place: Vec::new(), prefer_last: false, allow_boxes, threads: 0 };
-    with_timeline(&model, &arguments.schedule, |site, timeline, progress| {
+    with_timeline(&model, &schedule, |site, timeline, progress| {
         let phase = timeline.phase_at(at_s).finish();
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
         progress.stage("aligning");
@@ -86,16 +89,12 @@ pub(crate) fn write(
     let created = created.ok_or_else(|| Failure::work("the machine's clock tells no date"))?;
     let input = DeviationExport { site, phase, deviations: found, created };
     if let Some(folder) = &arguments.out {
-        let folder = OutputFolder::at(folder).map_err(Failure::usage)?;
-        let mut files = deviation_files(&input);
+        let folder = output::folder_at(folder, arguments.overwrite)?;
         let manifest = json!({
-            "tool": "groundplan",
-            "version": env!("CARGO_PKG_VERSION"),
             "plan_time": plan_date::optional_text(found.head.plan_time_s),
             "slam_map_hash": format!("{:016x}", found.head.slam_map_hash),
         });
-        files.push(ExportFile { path: "manifest.json".to_owned(), bytes: format!("{manifest:#}\n").into_bytes() });
-        folder.replace(&files).map_err(Failure::work)?;
+        output::tell(folder.replace(&with_manifest(manifest, deviation_files(&input))).map_err(Failure::work)?);
     }
     if arguments.json {
         return Ok(serde_json::to_string_pretty(&DeviationsDocument::of(&input)).map_err(Failure::work)? + "\n");

@@ -11,9 +11,11 @@ pub mod manual;
 pub mod monitor;
 pub mod states;
 pub mod summary;
+pub mod tasks;
 
 mod maps;
 mod notices;
+mod output;
 mod plan_date;
 mod progress;
 mod schedule_files;

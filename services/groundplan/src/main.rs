@@ -10,6 +10,7 @@ use groundplan::live;
 use groundplan::manual;
 use groundplan::monitor;
 use groundplan::states::states;
+use groundplan::tasks::tasks;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
         Command::Convert(arguments) => convert(&arguments).map(|summary| summary.text()),
         Command::States(arguments) => states(&arguments),
         Command::Changes(arguments) => changes(&arguments),
+        Command::Tasks(arguments) => tasks(&arguments),
         Command::Align(arguments) => align(&arguments).map(|(text, accepted)| {
             is_well = accepted;
             text

@@ -1,33 +1,71 @@
 //! Dates on the command line.
 
 use crate::failure::Failure;
-use frames::PlanTime;
+use daemon::SiteConfig;
+use frames::{PlanTime, PlanTimeError, WrittenPlanTime};
+use jiff::tz::TimeZone;
 use messages::PhaseHead;
 use schedule_eval::Period;
+use schedule_eval::service::read_rules;
 
 const DAY_S: i64 = 86_400;
 
-/// An instant; a date without a time is its midnight.
+/// An instant; a date without a time is its midnight, one with an offset is converted to the zone of the site.
 ///
 /// # Errors
-/// A text that is no date.
-pub(crate) fn instant_s(text: &str) -> Result<i64, Failure> {
-    let time: PlanTime = text.parse().map_err(Failure::usage)?;
-    Ok(time.civil_seconds())
+/// A text that is no date, an offset where the zone of the site is not known.
+pub(crate) fn instant_s(text: &str, site_zone: Option<&TimeZone>) -> Result<i64, Failure> {
+    Ok(written(text, site_zone)?.at.civil_seconds())
+}
+
+/// The same for the site of running daemons, whose rules name its zone.
+///
+/// # Errors
+/// A text that is no date, an offset where the rules cannot be read or name no zone.
+pub(crate) fn instant_at_site_s(text: &str, config: &SiteConfig) -> Result<i64, Failure> {
+    match PlanTime::parse(text, None) {
+        // Rules that cannot be read do not matter to a date that is one without them.
+        Err(PlanTimeError::NoSiteZone { .. }) => {
+            let rules = read_rules(config).map_err(Failure::usage)?;
+            instant_s(text, rules.site_zone.as_ref())
+        }
+        parsed => Ok(parsed.map_err(Failure::usage)?.at.civil_seconds()),
+    }
+}
+
+fn written(text: &str, site_zone: Option<&TimeZone>) -> Result<WrittenPlanTime, Failure> {
+    PlanTime::parse(text, site_zone).map_err(Failure::usage)
+}
+
+/// What `states` tells of: an instant, or all from `date` until the end of `until`; and for a date without a time the whole day,
+/// which is what `convert` draws.
+///
+/// # Errors
+/// A text that is no date, an end that is not after the start.
+pub(crate) fn instant_or_period(
+    date: &str,
+    until: Option<&str>,
+    site_zone: Option<&TimeZone>,
+) -> Result<(Period, Option<Period>), Failure> {
+    if until.is_some() {
+        return Ok((period(date, until, site_zone)?, None));
+    }
+    let from = written(date, site_zone)?;
+    let at_s = from.at.civil_seconds();
+    let day = from.is_day.then(|| Period { from_s: at_s, until_s: Some(end_s(from)) });
+    Ok((Period::instant(at_s), day))
 }
 
 /// What a map serves: an instant, a whole day, or all from `date` until the end of `until`.
 ///
 /// # Errors
 /// A text that is no date, an end that is not after the start.
-pub(crate) fn period(date: &str, until: Option<&str>) -> Result<Period, Failure> {
-    let from_s = instant_s(date)?;
-    // A finish without a time is the end of its day.
-    let end_s = |text: &str| Ok::<i64, Failure>(instant_s(text)? + if is_day(text) { DAY_S } else { 0 });
+pub(crate) fn period(date: &str, until: Option<&str>, site_zone: Option<&TimeZone>) -> Result<Period, Failure> {
+    let from = written(date, site_zone)?;
+    let from_s = from.at.civil_seconds();
     let until_s = match until {
-        Some(until) => Some(end_s(until)?),
-        None if is_day(date) => Some(end_s(date)?),
-        None => None,
+        Some(until) => Some(end_s(written(until, site_zone)?)),
+        None => from.is_day.then(|| end_s(from)),
     };
     if until_s.is_some_and(|until_s| until_s <= from_s) {
         return Err(Failure::usage(format!("--until {} is not after --date {date}", until.unwrap_or_default())));
@@ -35,8 +73,9 @@ pub(crate) fn period(date: &str, until: Option<&str>) -> Result<Period, Failure>
     Ok(Period { from_s, until_s })
 }
 
-fn is_day(text: &str) -> bool {
-    text.parse::<jiff::civil::Date>().is_ok() && !text.contains(['T', 't', ' '])
+/// As a finish: one without a time is the end of its day.
+fn end_s(written: WrittenPlanTime) -> i64 {
+    written.at.civil_seconds() + if written.is_day { DAY_S } else { 0 }
 }
 
 /// A plan time for people and JSON.
@@ -60,13 +99,40 @@ mod tests {
 
     #[test]
     fn a_day_counts_whole_and_an_instant_is_one() {
-        let at = |text: &str| instant_s(text).unwrap();
-        let check = |date: &str, until: Option<&str>| period(date, until).unwrap().until_s;
+        let at = |text: &str| instant_s(text, None).unwrap();
+        let check = |date: &str, until: Option<&str>| period(date, until, None).unwrap().until_s;
         assert_eq!(check("2024-04-15", None), Some(at("2024-04-16")));
         assert_eq!(check("2024-04-15T08:00:00", None), None);
         assert_eq!(check("2024-04-15T08:00:00", Some("2024-04-15T17:00:00")), Some(at("2024-04-15T17:00:00")));
         assert_eq!(check("2024-04-15", Some("2024-04-19")), Some(at("2024-04-20")));
-        assert!(period("2024-04-15", Some("2024-04-14")).is_err());
-        assert!(period("15/04/2024", None).is_err());
+        assert!(period("2024-04-15", Some("2024-04-14"), None).is_err());
+        assert!(period("15/04/2024", None, None).is_err());
+    }
+
+    #[test]
+    fn an_offset_is_converted_or_refused_with_what_to_set() {
+        let zone = TimeZone::get("Europe/Amsterdam").unwrap();
+        let at = instant_s("2024-04-15T08:00:00", None).unwrap();
+        for same in ["2024-04-15T08:00:00+02:00", "2024-04-15T06:00:00Z", "2024-04-15T02:00:00-04:00"] {
+            let found = period(same, None, Some(&zone)).unwrap();
+            assert_eq!(found, Period::instant(at), "{same}");
+            let refused = period(same, None, None).unwrap_err().to_string();
+            assert!(refused.contains("site_zone"), "{refused}");
+        }
+        let ended = period("2024-04-15T06:00:00Z", Some("2024-04-15T17:00:00+02:00"), Some(&zone)).unwrap();
+        assert_eq!(ended.until_s, Some(at + 9 * 3600));
+    }
+
+    #[test]
+    fn a_site_names_the_zone_in_its_rules() {
+        let home = tempfile::tempdir().unwrap();
+        let at = |rules: &str| {
+            std::fs::write(home.path().join("schedule.toml"), rules).unwrap();
+            let path = home.path().join("site.toml");
+            std::fs::write(&path, "state = \"state\"\n[schedule]\nrules = \"schedule.toml\"\n").unwrap();
+            instant_at_site_s("2024-04-15T06:00:00Z", &SiteConfig::read(&path).unwrap())
+        };
+        assert_eq!(at("site_zone = \"Europe/Amsterdam\"").unwrap(), instant_s("2024-04-15T08:00", None).unwrap());
+        assert!(at("").unwrap_err().to_string().contains("site_zone"));
     }
 }

@@ -4,6 +4,7 @@ use crate::cli::{ModelArgs, ScheduleArgs};
 use crate::failure::Failure;
 use crate::progress::ProgressLine;
 use crate::site_files;
+use jiff::tz::TimeZone;
 use messages::Site;
 use schedule_eval::{Delay, Edits, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
@@ -43,6 +44,11 @@ impl ScheduleInput {
         Ok(Self { rules, edits: Edits { delays: delays.map_err(Failure::usage)?, actuals, ..Edits::default() } })
     }
 
+    /// The zone of the site, for dates with an offset.
+    pub(crate) fn site_zone(&self) -> Option<&TimeZone> {
+        self.rules.site_zone.as_ref()
+    }
+
     /// Works out the schedule of a site.
     ///
     /// # Errors
@@ -58,10 +64,9 @@ impl ScheduleInput {
 /// Those of reading, of the schedule, and of the work.
 pub(crate) fn with_timeline<T: Send>(
     model: &ModelArgs,
-    schedule: &ScheduleArgs,
+    schedule: &ScheduleInput,
     work: impl FnOnce(&Site<'_>, &Timeline, &ProgressLine) -> Result<T, Failure> + Send,
 ) -> Result<T, Failure> {
-    let schedule = ScheduleInput::read(schedule)?;
     let progress = ProgressLine::new();
     site_files::pool(model)?.install(|| {
         let site = site_files::site_of(model, None, 1, &progress)?;

@@ -4,7 +4,7 @@ use crate::cli::ModelArgs;
 use crate::failure::Failure;
 use crate::progress::ProgressLine;
 use ifc_ingest::{IngestOptions, Place, SiteFrame, SourceFile};
-use messages::ArchiveBuffer;
+use messages::{ArchiveBuffer, nearest_names_hint};
 use std::path::PathBuf;
 
 /// A thread pool with as many threads as were asked for.
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// # Errors
 /// The system has no threads to give.
 pub(crate) fn pool(arguments: &ModelArgs) -> Result<rayon::ThreadPool, Failure> {
-    rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build().map_err(Failure::work)
+    rayon::ThreadPoolBuilder::new().num_threads(usize::from(arguments.threads)).build().map_err(Failure::work)
 }
 
 /// Reads the models as one site. `frame` is that of an earlier run, `frame_epoch` that of a frame fixed anew.
@@ -63,7 +63,10 @@ fn places(arguments: &ModelArgs) -> Result<Vec<Option<Place>>, Failure> {
         }
         let named = |p: &PathBuf| p.as_os_str() == file || p.file_name().is_some_and(|n| n == file);
         let index = arguments.models.iter().position(named);
-        let index = index.ok_or_else(|| Failure::usage(format!("--place: {file} is none of the models")))?;
+        let index = index.ok_or_else(|| {
+            let names = arguments.models.iter().filter_map(|p| p.file_name()?.to_str());
+            Failure::usage(format!("--place: {file} is none of the models{}", nearest_names_hint(file, names)))
+        })?;
         places[index] = Some(Place { translation_m: [x, y, z], yaw_rad });
     }
     Ok(places)

@@ -3,7 +3,7 @@
 use crate::cli::StatesArgs;
 use crate::failure::Failure;
 use crate::plan_date;
-use crate::schedule_files::with_timeline;
+use crate::schedule_files::{ScheduleInput, with_timeline};
 use export::{ScheduleFindings, ScheduleReport};
 use frames::counted;
 use messages::{Phase, PhaseHead, Site, SpaceState};
@@ -19,12 +19,25 @@ const MAX_FINDINGS: usize = 8;
 #[derive(Debug, Serialize)]
 struct States<'s> {
     at: String,
+    /// End of the period whose union these states are, exclusive; null for an instant.
+    until: Option<String>,
     elements: BTreeMap<&'s str, &'static str>,
     spaces: BTreeMap<&'s str, Space>,
+    /// Where the date has no time: what differs in the union over its day.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    whole_day: Option<WholeDay<'s>>,
     report: Report<'s>,
 }
 
+/// What `convert` draws differently for a date without a time, which is a whole day there and midnight here.
 #[derive(Debug, Serialize)]
+struct WholeDay<'s> {
+    until: String,
+    elements: BTreeMap<&'s str, &'static str>,
+    spaces: BTreeMap<&'s str, Space>,
+}
+
+#[derive(Debug, PartialEq, Serialize)]
 struct Space {
     state: &'static str,
     why: Vec<String>,
@@ -50,10 +63,16 @@ struct Report<'s> {
 /// # Errors
 /// Bad arguments, models that cannot be read, dates that can be read in two ways.
 pub fn states(arguments: &StatesArgs) -> Result<String, Failure> {
-    let instants_s: Vec<i64> = arguments.date.iter().map(|d| plan_date::instant_s(d)).collect::<Result<_, _>>()?;
-    with_timeline(&arguments.model, &arguments.schedule, |site, timeline, _| {
+    let schedule = ScheduleInput::read(&arguments.schedule)?;
+    let until = arguments.until.as_deref();
+    if until.is_some() && arguments.date.len() > 1 {
+        return Err(Failure::usage("--until ends one period: give one --date"));
+    }
+    let period = |text: &String| plan_date::instant_or_period(text, until, schedule.site_zone());
+    let periods: Vec<(Period, Option<Period>)> = arguments.date.iter().map(period).collect::<Result<_, _>>()?;
+    with_timeline(&arguments.model, &schedule, |site, timeline, _| {
         let all: Vec<String> =
-            instants_s.iter().map(|at_s| at(site, timeline, *at_s, arguments.json)).collect::<Result<_, _>>()?;
+            periods.iter().map(|asked| at(site, timeline, *asked, arguments.json)).collect::<Result<_, _>>()?;
         Ok(match all.as_slice() {
             [one] => one.clone(),
             several if arguments.json => format!("[{}]\n", several.join(",").replace('\n', "")),
@@ -62,19 +81,46 @@ pub fn states(arguments: &StatesArgs) -> Result<String, Failure> {
     })
 }
 
-fn at(site: &Site<'_>, timeline: &Timeline, at_s: i64, json: bool) -> Result<String, Failure> {
-    let phase = timeline.phase(Period::instant(at_s)).finish();
+fn at(
+    site: &Site<'_>,
+    timeline: &Timeline,
+    (period, day): (Period, Option<Period>),
+    json: bool,
+) -> Result<String, Failure> {
+    let phase = timeline.phase(period).finish();
     let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
-    if json { json_of(site, &phase, at_s) } else { Ok(text_of(site, timeline, &phase, at_s)) }
+    let of_day = day.map(|day| timeline.phase(day).finish());
+    let of_day = of_day.as_ref().map(|phase| Phase::open(phase.bytes())).transpose().map_err(Failure::work)?;
+    let whole_day = day.zip(of_day.as_ref()).map(|(day, of_day)| whole_day(site, &phase, day, of_day));
+    if json { json_of(site, &phase, period, whole_day) } else { Ok(text_of(site, timeline, &phase, period, whole_day)) }
 }
 
-fn json_of(site: &Site<'_>, phase: &Phase<'_>, at_s: i64) -> Result<String, Failure> {
+/// What differs in the union over a day from its midnight.
+fn whole_day<'s>(site: &'s Site<'_>, midnight: &Phase<'_>, day: Period, of_day: &Phase<'_>) -> WholeDay<'s> {
+    let elements = (0..site.elements.len()).filter(|k| of_day.effective(*k) != midnight.effective(*k));
+    let spaces = (0..site.spaces.len()).map(|k| (k, space_of(of_day, k)));
+    let spaces = spaces.filter(|(k, space)| *space != space_of(midnight, *k));
+    WholeDay {
+        until: day.until_s.map(plan_date::text).unwrap_or_default(),
+        elements: elements.map(|k| (site.text(site.elements[k].global_id), of_day.effective(k).name())).collect(),
+        spaces: spaces.map(|(k, space)| (site.text(site.spaces[k].global_id), space)).collect(),
+    }
+}
+
+fn json_of<'s>(
+    site: &'s Site<'_>,
+    phase: &Phase<'_>,
+    period: Period,
+    whole_day: Option<WholeDay<'s>>,
+) -> Result<String, Failure> {
     let elements = site.elements.iter().enumerate();
     let spaces = site.spaces.iter().enumerate();
     let closing = spaces.clone().filter(|(k, _)| phase.spaces[*k].closes_at_s != PhaseHead::NO_TIME);
     let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
     let states = States {
-        at: plan_date::text(at_s),
+        at: plan_date::text(period.from_s),
+        until: period.until_s.map(plan_date::text),
+        whole_day,
         elements: elements.map(|(k, e)| (site.text(e.global_id), phase.effective(k).name())).collect(),
         spaces: spaces.map(|(k, s)| (site.text(s.global_id), space_of(phase, k))).collect(),
         report: Report {
@@ -105,22 +151,33 @@ fn counts(phase: &Phase<'_>) -> BTreeMap<&'static str, usize> {
 }
 
 /// For people: counts, work in progress, blocked spaces with the names of the tasks, what is wrong.
-fn text_of(site: &Site<'_>, timeline: &Timeline, phase: &Phase<'_>, at_s: i64) -> String {
+fn text_of(
+    site: &Site<'_>,
+    timeline: &Timeline,
+    phase: &Phase<'_>,
+    period: Period,
+    whole_day: Option<WholeDay<'_>>,
+) -> String {
     let mut out = String::new();
     let time = |seconds: i64| messages::plan_time(seconds).map_or("-".to_owned(), |t| t.to_string());
+    let until = period.until_s.map_or(String::new(), |s| format!(" until {}", plan_date::text(s)));
     let _ = writeln!(
         out,
-        "{}  (last change {}, next {})",
-        plan_date::text(at_s),
+        "{}{until}  (last change {}, next {})",
+        plan_date::text(period.from_s),
         time(phase.head.valid_from_s),
         time(phase.head.valid_until_s)
     );
+    if let Some(whole_day) = whole_day {
+        out.push_str(&whole_day.text());
+    }
     let counts: Vec<String> =
         counts(phase).into_iter().map(|(state, n)| format!("{n} {}", state.replace('_', " "))).collect();
     let _ = writeln!(out, "elements: {}", counts.join(", "));
     let summaries: HashSet<usize> = site.tasks.iter().map(|t| t.parent as usize).collect();
+    let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
     let running = (0..site.tasks.len()).filter(|k| {
-        !summaries.contains(k) && timeline.task(*k).is_some_and(|d| d.start_s <= at_s && at_s < d.finish_s)
+        !summaries.contains(k) && timeline.task(*k).is_some_and(|d| d.start_s < end_s && period.from_s < d.finish_s)
     });
     for k in running {
         let dates = timeline.task(k).expect("running tasks have dates");
@@ -138,6 +195,16 @@ fn text_of(site: &Site<'_>, timeline: &Timeline, phase: &Phase<'_>, at_s: i64) -
             let _ = writeln!(out, "  closing: {:<24} at {}", name.trim(), time(phase.spaces[k].closes_at_s));
         }
     }
+    write_findings(&mut out, timeline);
+    let n_existing = (0..phase.n_elements()).filter(|k| phase.schedule_of(*k).source == 0).count();
+    if n_existing > 0 {
+        let _ = writeln!(out, "  {} without any date", counted(n_existing, "element"));
+    }
+    out
+}
+
+/// What is wrong with the schedule: the first findings.
+fn write_findings(out: &mut String, timeline: &Timeline) {
     let findings: Vec<&schedule_eval::Finding> =
         timeline.findings().iter().filter(|f| f.severity > schedule_eval::Severity::Info).collect();
     for finding in findings.iter().take(MAX_FINDINGS) {
@@ -147,11 +214,19 @@ fn text_of(site: &Site<'_>, timeline: &Timeline, phase: &Phase<'_>, at_s: i64) -
     if findings.len() > MAX_FINDINGS {
         let _ = writeln!(out, "  and {}: see --json", counted(findings.len() - MAX_FINDINGS, "more finding"));
     }
-    let n_existing = (0..phase.n_elements()).filter(|k| phase.schedule_of(*k).source == 0).count();
-    if n_existing > 0 {
-        let _ = writeln!(out, "  {} without any date", counted(n_existing, "element"));
+}
+
+impl WholeDay<'_> {
+    /// For people: a line.
+    fn text(&self) -> String {
+        let differences = match (self.elements.len(), self.spaces.len()) {
+            (0, 0) => "nothing is different".to_owned(),
+            (n_elements, n_spaces) => {
+                format!("{} and {} are different", counted(n_elements, "element"), counted(n_spaces, "space"))
+            }
+        };
+        format!("  this is midnight; in the whole day until {}, which convert draws, {differences}\n", self.until)
     }
-    out
 }
 
 fn separated(who: &str, message: &str) -> String {

@@ -123,7 +123,7 @@ impl PhaseSummary {
 
     fn lines(&self) -> Vec<String> {
         let date = match (&self.plan_time, &self.plan_until) {
-            (Some(from), Some(until)) => Some(format!("from {from} until {until}")),
+            (Some(from), Some(until)) => Some(format!("from {from} until {until}, the union of all instants")),
             (Some(at), None) => Some(format!("at {at}")),
             (None, _) => None,
         };

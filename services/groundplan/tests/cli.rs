@@ -10,7 +10,7 @@ fn groundplan(arguments: &[&str]) -> std::process::Output {
 
 #[test]
 fn the_manuals_are_what_they_were() {
-    for command in ["convert", "states", "changes"] {
+    for command in ["convert", "states", "changes", "tasks"] {
         let text = String::from_utf8(groundplan(&[command, "--help"]).stdout).unwrap();
         let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/{command}-help.txt"));
         if std::env::var_os("UPDATE_GOLDEN").is_some() {

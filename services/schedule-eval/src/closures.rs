@@ -5,7 +5,7 @@ use crate::lives::Phases;
 use crate::rules::{Mode, Rules};
 use crate::said::AllSaid;
 use crate::works::Works;
-use messages::{Site, SpaceRecord};
+use messages::{Site, SpaceRecord, nearest_names_hint};
 use wildmatch::WildMatch;
 
 /// A space must not be entered from `start_s` until before `finish_s`.
@@ -69,7 +69,9 @@ pub(crate) fn closures(
     });
     let all = all.collect();
     for (closed, _) in rules.closed_spaces.iter().zip(used).filter(|(_, used)| !used) {
-        let message = format!("closed_spaces: no space is called {:?}", closed.pattern);
+        let called = site.spaces.iter().flat_map(|s| [s.name, s.long_name, s.global_id]).map(|t| site.text(t));
+        let nearest = nearest_names_hint(&closed.pattern, called);
+        let message = format!("closed_spaces: no space is called {:?}{nearest}", closed.pattern);
         findings.add(Severity::Warning, "closed_space_unknown", None, message);
     }
     if rules.mode == Mode::Paper {

@@ -1,7 +1,8 @@
 //! A date as somebody wrote it.
 
+use frames::{PlanTime, PlanTimeError};
 use jiff::Timestamp;
-use jiff::civil::{Date, DateTime, Time};
+use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 use serde::Deserialize;
 
@@ -77,19 +78,11 @@ pub(crate) fn parse_iso(text: &str, site_zone: Option<&TimeZone>) -> Result<Writ
     if !is_iso(text) {
         return Err(wrong());
     }
-    let Some((day, time)) = text.split_once(['T', 't', ' ']) else {
-        let date: Date = text.parse().map_err(|_| wrong())?;
-        return Ok(WrittenDate { at_s: seconds(date.at(0, 0, 0, 0)), is_day: true });
-    };
-    let at = if time.contains(['Z', 'z', '+', '-']) {
-        let instant: Timestamp = text.parse().map_err(|_| wrong())?;
-        let zone = site_zone.ok_or_else(|| DateError::NoSiteZone(text.to_owned()))?;
-        zone.to_datetime(instant)
-    } else {
-        let (day, time): (Result<Date, _>, Result<Time, _>) = (day.parse(), time.parse());
-        DateTime::from_parts(day.map_err(|_| wrong())?, time.map_err(|_| wrong())?)
-    };
-    Ok(WrittenDate { at_s: seconds(at), is_day: false })
+    let written = PlanTime::parse(text, site_zone).map_err(|error| match error {
+        PlanTimeError::NoSiteZone { text } => DateError::NoSiteZone(text),
+        PlanTimeError::Unreadable { .. } => wrong(),
+    })?;
+    Ok(WrittenDate { at_s: written.at.civil_seconds(), is_day: written.is_day })
 }
 
 /// True if the text begins like an ISO 8601 date: `2024-04-..`.
@@ -106,24 +99,29 @@ pub(crate) fn parse(text: &str, order: DateOrder, site_zone: Option<&TimeZone>) 
             error => error,
         });
     }
-    match (in_order(text, order), in_order(text, other(order))) {
-        (Some(date), _) => Ok(date),
-        (None, Some(_)) => Err(DateError::OtherOrder { text: text.trim().to_owned(), order }),
+    // In which orders it is a date does not depend on the zone.
+    match [order, other(order)].map(|order| in_order(text, order, &TimeZone::UTC).is_some()) {
+        [true, _] => parse_iso(&iso_text(text, order).unwrap_or_default(), site_zone).map_err(|error| match error {
+            DateError::NoSiteZone(_) => DateError::NoSiteZone(text.trim().to_owned()),
+            error => error,
+        }),
+        [false, true] => Err(DateError::OtherOrder { text: text.trim().to_owned(), order }),
         // Its error says what is wrong with the text.
-        (None, None) => parse_iso(text, site_zone),
+        [false, false] => parse_iso(text, site_zone),
     }
 }
 
-/// Reads day, month and year in this order, with an optional time of day.
-pub(crate) fn in_order(text: &str, order: DateOrder) -> Option<WrittenDate> {
-    let (numbers, time) = numbers(text)?;
-    let [first, second, year] = numbers;
+/// Reads day, month and year in this order, with an optional time of day and offset.
+pub(crate) fn in_order(text: &str, order: DateOrder, site_zone: &TimeZone) -> Option<WrittenDate> {
+    parse_iso(&iso_text(text, order)?, Some(site_zone)).ok()
+}
+
+/// Day, month and year in this order as ISO 8601 has them, with what follows.
+fn iso_text(text: &str, order: DateOrder) -> Option<String> {
+    let ([first, second, year], time) = numbers(text)?;
     let (day, month) = if order == DateOrder::Mdy { (second, first) } else { (first, second) };
-    let date = Date::new(i16::try_from(year).ok()?, i8::try_from(month).ok()?, i8::try_from(day).ok()?).ok()?;
-    Some(match time {
-        Some(time) => WrittenDate { at_s: seconds(DateTime::from_parts(date, time.parse().ok()?)), is_day: false },
-        None => WrittenDate { at_s: seconds(date.at(0, 0, 0, 0)), is_day: true },
-    })
+    let time = time.map_or_else(String::new, |time| format!("T{time}"));
+    Some(format!("{year:04}-{month:02}-{day:02}{time}"))
 }
 
 /// Seconds since 1970-01-01 UTC, as IfcTimeStamp counts.
@@ -183,6 +181,11 @@ mod tests {
         let check = |text: &str| parse_iso(text, Some(&zone)).unwrap().start_s();
         assert_eq!(check("2024-07-01T08:00:00Z"), at("2024-07-01T10:00"));
         assert_eq!(check("2024-07-01T08:00:00+05:30"), at("2024-07-01T04:30"));
+        assert_eq!(check("2024-07-01T08:00:00[Asia/Tokyo]"), at("2024-07-01T01:00"));
+        let text = "01/07/2024 08:00:00+01:00";
+        assert_eq!(parse(text, DateOrder::Dmy, Some(&zone)).unwrap().start_s(), at("2024-07-01T09:00"));
+        assert_eq!(parse(text, DateOrder::Dmy, None), Err(DateError::NoSiteZone(text.to_owned())));
+        assert!(matches!(parse("15/07/2024 08:00Z", DateOrder::Mdy, None), Err(DateError::OtherOrder { .. })));
         assert!(matches!(parse_iso("2024-07-01T08:00:00+01:00", None), Err(DateError::NoSiteZone(_))));
         assert_eq!(from_timestamp(1_719_820_800.0, Some(&zone)).unwrap().start_s(), at("2024-07-01T10:00"));
     }

@@ -4,7 +4,7 @@ use crate::EvaluateError;
 use crate::dates::{self, WrittenDate};
 use crate::durations::{WrittenDuration, parse_shift};
 use crate::rules::Rules;
-use messages::Site;
+use messages::{Site, nearest_names_hint};
 use serde::Deserialize;
 
 /// Additions to the plan.
@@ -108,7 +108,10 @@ pub fn parse_actuals(bytes: &[u8]) -> Result<Vec<Actual>, EditError> {
 }
 
 /// The task that somebody means: by GlobalId, else by identification, else by name if only one has it.
-pub(crate) fn find_task(site: &Site<'_>, wanted: &str) -> Result<usize, EvaluateError> {
+///
+/// # Errors
+/// None that is called that, with the nearest names, or several.
+pub fn find_task(site: &Site<'_>, wanted: &str) -> Result<usize, EvaluateError> {
     let by = |text: fn(&messages::TaskRecord) -> messages::Text| -> Vec<usize> {
         (0..site.tasks.len()).filter(|k| site.text(text(&site.tasks[*k])) == wanted).collect()
     };
@@ -116,8 +119,17 @@ pub(crate) fn find_task(site: &Site<'_>, wanted: &str) -> Result<usize, Evaluate
     match found.as_deref() {
         Some(&[one]) => Ok(one),
         Some(several) => Err(EvaluateError::SeveralTasks { wanted: wanted.to_owned(), n: several.len() }),
-        None => Err(EvaluateError::NoSuchTask { wanted: wanted.to_owned() }),
+        None => Err(EvaluateError::NoSuchTask {
+            wanted: wanted.to_owned(),
+            nearest: nearest_names_hint(wanted, task_names(site)),
+        }),
     }
+}
+
+/// All that tasks may be called by: GlobalIds, identifications, names.
+pub(crate) fn task_names<'s>(site: &Site<'s>) -> impl Iterator<Item = &'s str> {
+    let texts = |t: &messages::TaskRecord| [t.name, t.identification, t.global_id];
+    site.tasks.iter().flat_map(texts).map(|t| site.text(t))
 }
 
 /// A date of a report; without an order that the rules name only ISO 8601 is understood.

@@ -3,7 +3,7 @@
 use crate::clock::Calendars;
 use crate::closures::{self, closures};
 use crate::dates::WrittenDate;
-use crate::edits::{ABSENT, Actual, Edits, find_task, reported_date};
+use crate::edits::{ABSENT, Actual, Edits, find_task, reported_date, task_names};
 use crate::findings::{Entity, Findings, Severity};
 use crate::lives::{Life, lives};
 use crate::rules::{Mode, Rules};
@@ -11,7 +11,7 @@ use crate::said::{AllSaid, all_said};
 use crate::tasks::{self, Floats, TaskDates, TaskFacts, Tasks, TimeTexts};
 use crate::timeline::{Steps, Timeline};
 use crate::works::{Effect, Works, works};
-use messages::{DateSource, ElementScheduleRecord, NONE, PhaseHead, Site, SpaceState};
+use messages::{DateSource, ElementScheduleRecord, NONE, PhaseHead, Site, SpaceState, nearest_names_hint};
 use std::collections::BTreeMap;
 
 /// Why nothing can be said about any date.
@@ -33,10 +33,12 @@ pub enum EvaluateError {
         mdy: String,
     },
     /// A delay of a task that does not exist.
-    #[error("there is no task with the GlobalId, identification or name {wanted:?}")]
+    #[error("there is no task with the GlobalId, identification or name {wanted:?}{nearest}")]
     NoSuchTask {
         /// As asked for.
         wanted: String,
+        /// The nearest names, as the end of the message; may be empty.
+        nearest: String,
     },
     /// A delay of one of several.
     #[error("{n} tasks are called {wanted:?}: use the GlobalId")]
@@ -194,8 +196,10 @@ impl Reports {
         for actual @ Actual { id, start, finish, line } in observed.chain(&edits.actuals) {
             let wrong = |why: &str| EvaluateError::Reported { line: *line, id: id.clone(), why: why.to_owned() };
             if start == ABSENT {
-                let element =
-                    elements.get(id.as_str()).ok_or_else(|| wrong("no element of the model is called that"))?;
+                let element = elements.get(id.as_str()).ok_or_else(|| {
+                    let nearest = nearest_names_hint(id, elements.keys().copied());
+                    wrong(&format!("no element of the model is called that{nearest}"))
+                })?;
                 if !finish.is_empty() {
                     return Err(wrong("what is absent has no finish"));
                 }
@@ -213,7 +217,14 @@ impl Reports {
             if let Some(&element) = elements.get(id.as_str()) {
                 reports.elements.insert(element, Some([begun, ended]));
             } else {
-                let task = find_task(site, id).map_err(|_| wrong("no element or task of the model is called that"))?;
+                let task = find_task(site, id).map_err(|error| match error {
+                    EvaluateError::NoSuchTask { .. } => {
+                        let names = elements.keys().copied().chain(task_names(site));
+                        let nearest = nearest_names_hint(id, names);
+                        wrong(&format!("no element or task of the model is called that{nearest}"))
+                    }
+                    error => wrong(&error.to_string()),
+                })?;
                 reports.tasks.insert(task, [begun, ended]);
             }
         }
@@ -299,6 +310,7 @@ fn timeline(site: &Site<'_>, rules: &Rules, parts: Parts<'_>) -> Timeline {
     Timeline {
         site_hash: site.content_hash(),
         schedule: parts.lives.iter().map(|life| schedule_of(life, &parts.floats)).collect(),
+        effects: parts.lives.into_iter().map(|life| life.effects).collect(),
         elements,
         plan: None,
         spaces,

@@ -18,18 +18,20 @@ mod plan_clock;
 mod rules;
 mod said;
 pub mod service;
+mod task_targets;
 mod tasks;
 mod timeline;
 mod working_time;
 mod works;
 
 pub use dates::DateOrder;
-pub use edits::{ABSENT, Actual, Delay, EditError, Edits, parse_actuals};
+pub use edits::{ABSENT, Actual, Delay, EditError, Edits, find_task, parse_actuals};
 pub use evaluate::{AmbiguousDates, EvaluateError, evaluate};
 pub use findings::{Finding, Severity};
 pub use plan_clock::{PlanClock, Reached, Reading};
 pub use rules::{
     ClosedSpace, DateKind, DurationDay, Inputs, Mode, Phase, PhaseProperties, PropertyDate, Rules, RulesError, Undated,
 };
+pub use task_targets::{Cause, Operation, TaskTargets};
 pub use tasks::{Floats, TaskDates};
 pub use timeline::{Change, Period, Timeline};

@@ -4,6 +4,7 @@ use crate::dates::{self, DateError, DateOrder, WrittenDate};
 use crate::findings::{Entity, Findings, Severity};
 use crate::rules::{DateKind, Mode, Rules};
 use crate::{AmbiguousDates, EvaluateError};
+use jiff::tz::TimeZone;
 use messages::{AttributeKind, AttributeRecord, Site, Text};
 use std::collections::BTreeMap;
 
@@ -168,7 +169,8 @@ fn readings(text: &str) -> Option<[Option<WrittenDate>; 2]> {
     if dates::is_iso(text) {
         return None;
     }
-    let both = [DateOrder::Dmy, DateOrder::Mdy].map(|order| dates::in_order(text, order));
+    // Readings are compared with each other: the zone does not matter.
+    let both = [DateOrder::Dmy, DateOrder::Mdy].map(|order| dates::in_order(text, order, &TimeZone::UTC));
     both.iter().any(Option::is_some).then_some(both)
 }
 

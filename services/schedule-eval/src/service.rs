@@ -59,14 +59,16 @@ impl ScheduleService {
     /// # Errors
     /// Rules, a plan time or state that cannot be used.
     pub fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
-        let first = config.schedule.plan_time.as_deref().map(str::parse::<PlanTime>).transpose()?;
-        let first = first.map(|at| PlanClock::Fixed { at_s: at.civil_seconds() });
+        let rules = read_rules(config)?;
+        let zone = rules.site_zone.as_ref();
+        let first = config.schedule.plan_time.as_deref().map(|text| PlanTime::parse(text, zone)).transpose()?;
+        let first = first.map(|written| PlanClock::Fixed { at_s: written.at.civil_seconds() });
         let clock_file = StateFile::at(&config.state, "plan-clock.json")?;
         let clock = clock_file.load()?.or(first).unwrap_or_default();
         let tables = ["actuals.csv", "observed.csv"].map(|name| config.state.join(name));
         let [actuals, observed] = [read_actuals(&tables[0])?, read_actuals(&tables[1])?];
         Ok(Self {
-            rules: read_rules(config)?,
+            rules,
             synchronised_while: config.clock.synchronised_while.clone(),
             clock_file,
             clock,
@@ -259,7 +261,11 @@ fn evaluated(site: &CheckedSite<bus::Sample>, rules: &Rules, edits: &Edits) -> R
     Ok(Evaluated { timeline, wakes_s, site_hash: site.content_hash(), frame_epoch })
 }
 
-fn read_rules(config: &SiteConfig) -> Result<Rules, Failure> {
+/// The schedule rules that the configuration of a site names.
+///
+/// # Errors
+/// A file that cannot be read, or holds no rules.
+pub fn read_rules(config: &SiteConfig) -> Result<Rules, Failure> {
     let Some(path) = &config.schedule.rules else { return Ok(Rules::default()) };
     let text = std::fs::read_to_string(path).map_err(|e| format!("rules {}: {e}", path.display()))?;
     Rules::parse(&text).map_err(|e| format!("rules {}: {}", path.display(), daemon::chain(&e)).into())

@@ -3,6 +3,7 @@
 use crate::closures::{Closure, Why};
 use crate::findings::Finding;
 use crate::tasks::{Floats, TaskDates};
+use crate::works::Effect;
 use messages::{ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord, Text};
 
 /// When anything changes, and what: made once from site and rules.
@@ -15,6 +16,8 @@ pub struct Timeline {
     /// State 1 is blocked.
     pub(crate) spaces: Steps,
     pub(crate) closures: Vec<Vec<Closure>>,
+    /// What happens to each element, and which task does it; sorted.
+    pub(crate) effects: Vec<Vec<Effect>>,
     /// GlobalIds of the tasks, and reasons of the closing rules.
     pub(crate) task_ids: Vec<String>,
     pub(crate) closing_reasons: Vec<String>,

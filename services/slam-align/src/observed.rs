@@ -1,6 +1,6 @@
 //! What counts of what was seen: additions by themselves, if they are to; that something is not there only by somebody's word.
 
-use messages::{Deviations, Judgement, Observation, PhaseHead, Site, plan_time};
+use messages::{Deviations, Judgement, Observation, PhaseHead, Site, nearest_names_hint, plan_time};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -56,7 +56,12 @@ impl Observed {
                     observed.absent.insert(id.clone());
                 }
                 Some(other) => return Err(format!("{id} is {}: only what is absent can be confirmed", other.name())),
-                None => return Err(format!("{id} is not among the deviations of this storey")),
+                None => {
+                    let global_ids = deviations.elements.iter().map(|record| record.element as usize);
+                    let global_ids = global_ids.map(|e| site.text(site.elements[e].global_id));
+                    let nearest = nearest_names_hint(id, global_ids);
+                    return Err(format!("{id} is not among the deviations of this storey{nearest}"));
+                }
             }
         }
         Ok(observed)

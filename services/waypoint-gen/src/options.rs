@@ -1,5 +1,6 @@
 //! What to plan: a TOML file; `config/waypoints.toml` explains every key.
 
+use frames::PlanTimeError;
 use grid::Class;
 use messages::{ScanSensor, Site};
 use serde::Deserialize;
@@ -236,7 +237,7 @@ impl OptionsToml {
             .scan
             .changed_since
             .as_deref()
-            .map(|text| text.parse::<frames::PlanTime>().map_err(|e| format!("changed_since is {text:?}: {e}")));
+            .map(|text| text.parse::<frames::PlanTime>().map_err(|e| unusable_date(text, &e)));
         let start = self.tour.start;
         if start.is_some_and(|s| !s.x_m.is_finite() || !s.y_m.is_finite()) {
             return Err("start is no place".to_owned());
@@ -263,6 +264,16 @@ impl OptionsToml {
             speed_m_s: within("speed_m_s", self.tour.speed_m_s, usual.speed_m_s, 0.01, 10.0)?,
             scan_s: within("scan_s", self.tour.scan_s, usual.scan_s, 0.0, 86_400.0)?,
         })
+    }
+}
+
+fn unusable_date(text: &str, error: &PlanTimeError) -> String {
+    match error {
+        // The zone of the site stands in the schedule rules, which are not read here.
+        PlanTimeError::NoSiteZone { .. } => {
+            format!("changed_since is {text:?}, which carries a time zone: write the time at the site without one")
+        }
+        PlanTimeError::Unreadable { .. } => format!("changed_since is {text:?}: {error}"),
     }
 }
 
@@ -295,6 +306,7 @@ mod tests {
             ("[scan]\ncoverage = 1.5", "coverage"),
             ("[scan]\nclasses = [\"walls\"]", "curtain_wall"),
             ("[scan]\nchanged_since = \"soon\"", "changed_since"),
+            ("[scan]\nchanged_since = \"2024-04-15T08:00:00+02:00\"", "without one"),
             ("waypoints = [\"center\"]", "center"),
             ("[tour]\nstart = { storey = 0, x_m = nan, y_m = 0.0 }", "start"),
             ("[tour]\nclose = true", "close"),

@@ -7,6 +7,7 @@ pub(crate) mod told;
 use crate::cli::AlignArgs;
 use crate::failure::Failure;
 use crate::live;
+use crate::output;
 use messages::{Alignment, NONE, PhaseHead, PoseRecord, Verdict};
 use serde::Deserialize;
 use serde_json::json;
@@ -52,7 +53,9 @@ fn align_files(arguments: &AlignArgs, reference: &Path, slam: &Path) -> Result<(
         let directory = storeys.iter().find(|s| s.index == pose.map_storey && s.index != NONE).map(|s| &s.path);
         write_files(arguments, pose)?;
         if let (Some(folder), Some(map)) = (&arguments.resample, directory) {
-            slam_frame::write(folder, reference, map, pose)?;
+            let files = slam_frame::files(reference, map, pose)?;
+            let folder = output::folder_at(folder, arguments.overwrite)?;
+            output::tell(folder.replace(&files).map_err(Failure::work)?);
         }
     }
     if let (Some(path), Some(pose)) = (&arguments.overlay, found.poses.first()) {

@@ -1,36 +1,37 @@
 //! Maps, routes and waypoints of a storey in the robot's own frame.
 
 use crate::failure::Failure;
-use export::{ExportFile, OutputFolder, nav2_poses, rounded};
+use export::{ExportFile, nav2_poses, rounded, with_manifest};
 use frames::TENTHS_PER_M;
 use geometry::Bounds;
 use grid::{FREE, GridSpec, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled};
 use messages::PoseRecord;
 use serde_json::{Value, json};
 use slam_align::{MapFromSlam, OccupancyMap};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// Writes what `convert` wrote of a storey, moved into the robot's frame: maps, masks, route graph and waypoints.
+/// Files that `convert` wrote of a storey, moved into the robot's frame: maps, masks, route graph and waypoints.
 ///
 /// A cell is occupied if the cell of the model's map is that lies under any part of it, so that walls stay whole; a passage may
 /// become narrower by a cell.
 ///
 /// # Errors
-/// Files that cannot be read or written.
-pub(super) fn write(folder: &Path, reference: &Path, map: &Path, pose: &PoseRecord) -> Result<(), Failure> {
+/// Files that cannot be read.
+pub(super) fn files(reference: &Path, map: &Path, pose: &PoseRecord) -> Result<Vec<ExportFile>, Failure> {
     let storey = map.parent().unwrap_or(reference);
     let map_from_slam = MapFromSlam::from(pose);
     let [x_m, y_m, yaw_rad] = map_from_slam.inverse();
     let moved = Moved { map_from_slam, slam_from_map: MapFromSlam { x_m, y_m, yaw_rad } };
-    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    let mut files = Vec::new();
+    let mut add = |path: &str, bytes: Vec<u8>| files.push(ExportFile { path: path.to_owned(), bytes });
     for (name, first_wins, outside) in [
         ("planning", &[OCCUPIED, UNKNOWN][..], UNKNOWN),
         ("localization", &[OCCUPIED], UNKNOWN),
         ("keepout", &[OCCUPIED], FREE),
     ] {
         let [pgm, yaml] = moved.map(&storey.join(name), first_wins, outside)?;
-        files.push((format!("{name}.pgm").into(), pgm));
-        files.push((format!("{name}.yaml").into(), yaml));
+        add(&format!("{name}.pgm"), pgm);
+        add(&format!("{name}.yaml"), yaml);
     }
     let mut waypoints = read(&reference.join("waypoints.json"))?;
     let here = |w: &Value| w["storey"] == pose.map_storey;
@@ -42,7 +43,7 @@ pub(super) fn write(folder: &Path, reference: &Path, map: &Path, pose: &PoseReco
             let [x, y, yaw_rad] = ["x_m", "y_m", "yaw_rad"].map(|key| w[key].as_f64().unwrap_or_default());
             ([x, y], yaw_rad)
         };
-        files.push(("waypoints.yaml".into(), nav2_poses(all.iter().map(pose)).into_bytes()));
+        add("waypoints.yaml", nav2_poses(all.iter().map(pose)).into_bytes());
     }
     waypoints["frame"] = "slam".into();
     for key in ["spaces", "storeys", "tours"] {
@@ -51,27 +52,18 @@ pub(super) fn write(folder: &Path, reference: &Path, map: &Path, pose: &PoseReco
             object.remove(key);
         }
     }
-    files.push(("waypoints.json".into(), format!("{waypoints:#}\n").into_bytes()));
+    add("waypoints.json", format!("{waypoints:#}\n").into_bytes());
     let mut route = read(&storey.join("route.geojson"))?;
     for feature in route["features"].as_array_mut().into_iter().flatten() {
         moved.coordinates(&mut feature["geometry"]["coordinates"]);
     }
-    files.push(("route.geojson".into(), format!("{route:#}\n").into_bytes()));
+    add("route.geojson", format!("{route:#}\n").into_bytes());
     let manifest = json!({
-        "tool": "groundplan",
-        "version": env!("CARGO_PKG_VERSION"),
         "frame": "slam",
         "storey": pose.map_storey,
         "slam_from_map": {"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad},
     });
-    files.push(("manifest.json".into(), format!("{manifest:#}\n").into_bytes()));
-    write_all(folder, files)
-}
-
-fn write_all(folder: &Path, files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), Failure> {
-    let files = files.into_iter().map(|(path, bytes)| ExportFile { path: path.display().to_string(), bytes });
-    let folder = OutputFolder::at(folder).map_err(Failure::usage)?;
-    folder.replace(&files.collect::<Vec<_>>()).map_err(Failure::work)
+    Ok(with_manifest(manifest, files))
 }
 
 fn read(path: &Path) -> Result<Value, Failure> {

@@ -6,7 +6,6 @@ use crate::failure::Failure;
 use crate::plan_date;
 use bus::{Bus, Daemon, Topic, Waiter};
 use daemon::{ActualsSource, Answer, Patience, Request};
-use frames::PlanTime;
 use messages::InputHashes;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -22,7 +21,9 @@ const LOOK: Duration = Duration::from_millis(100);
 /// # Errors
 /// No daemons, a date that is none, nothing that changes any more.
 pub fn date(arguments: &DateArgs) -> Result<String, Failure> {
-    let date_s = arguments.date.as_deref().map(plan_date::instant_s).transpose()?;
+    let config = arguments.site.config()?;
+    let instant_s = |text| plan_date::instant_at_site_s(text, &config);
+    let date_s = arguments.date.as_deref().map(instant_s).transpose()?;
     let request = match (date_s, arguments.simulate) {
         (from_s, Some(rate)) => Request::Simulate { rate, from_s },
         (Some(at_s), None) => Request::SetPlanTime { at_s },
@@ -30,7 +31,7 @@ pub fn date(arguments: &DateArgs) -> Result<String, Failure> {
         (None, None) if arguments.wall => Request::FollowWallClock,
         (None, None) => Request::TellPlanTime,
     };
-    let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    let (bus, mut waiter) = join(&config)?;
     let answer = ask(&bus, &mut waiter, Daemon::ScheduleEval, &request)?;
     // Without a site there is nothing to wait for: the plan time is kept for when there is one.
     if !arguments.no_wait && answer.epoch > 0 && request != Request::TellPlanTime {
@@ -94,9 +95,10 @@ pub fn robot(arguments: &RobotSetArgs) -> Result<String, Failure> {
 /// No daemons, a file or date that cannot be used.
 pub fn waypoints(arguments: &WaypointsArgs) -> Result<String, Failure> {
     let options = arguments.options.as_deref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
-    let since = arguments.changed_since.as_deref().map(str::parse::<PlanTime>).transpose().map_err(Failure::usage)?;
-    let changed_since_s = since.map(PlanTime::civil_seconds);
-    let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    let config = arguments.site.config()?;
+    let instant_s = |text| plan_date::instant_at_site_s(text, &config);
+    let changed_since_s = arguments.changed_since.as_deref().map(instant_s).transpose()?;
+    let (bus, mut waiter) = join(&config)?;
     let request = Request::SetWaypoints { options, spaces: arguments.space.clone(), changed_since_s };
     ask(&bus, &mut waiter, Daemon::WaypointGen, &request)?;
     Ok(String::new())

@@ -4,10 +4,11 @@ use super::join;
 use crate::cli::ExportArgs;
 use crate::failure::Failure;
 use crate::maps::world_of;
+use crate::output;
 use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
 use drawing::Rasterizer;
-use export::{ExportInput, OutputFolder, WorldOptions};
+use export::{ExportFile, ExportInput, WorldOptions};
 use messages::{Grid, Grids, Phase, Plan, Site};
 use std::time::{Duration, Instant};
 
@@ -25,7 +26,7 @@ pub fn export(arguments: &ExportArgs) -> Result<String, Failure> {
     }
     let config = arguments.site.config()?;
     let world = world_of(&arguments.world, &config.world)?;
-    let folder = OutputFolder::at(&arguments.out).map_err(Failure::usage)?;
+    let folder = output::folder_at(&arguments.out, arguments.overwrite)?;
     let (bus, mut waiter) = join(&config)?;
     let mut sets = Sets::of(&bus)?;
     let begun = Instant::now();
@@ -35,7 +36,8 @@ pub fn export(arguments: &ExportArgs) -> Result<String, Failure> {
         }
         waiter.wait(LOOK).map_err(Failure::work)?;
     }
-    sets.write(&config, world.as_ref(), &folder)?;
+    let files = sets.files(&config, world.as_ref())?;
+    output::tell(folder.replace(&files).map_err(Failure::work)?);
     Ok(String::new())
 }
 
@@ -82,13 +84,12 @@ impl Sets {
         self.plan.as_ref().map(|plan| plan.header().epoch)
     }
 
-    /// Writes the files of the samples, which belong together.
-    pub(super) fn write(
+    /// The files of the samples, which belong together.
+    pub(super) fn files(
         &mut self,
         config: &SiteConfig,
         world: Option<&WorldOptions>,
-        folder: &OutputFolder,
-    ) -> Result<(), Failure> {
+    ) -> Result<Vec<ExportFile>, Failure> {
         let (Some(site), Some(phase), Some(index), Some(plan)) = (&self.site, &self.phase, &self.index, &self.plan)
         else {
             return Err(Failure::work("there are no maps yet"));
@@ -128,7 +129,7 @@ impl Sets {
             with_geometry: false,
             world,
         };
-        folder.replace(&export::files(&input)).map_err(Failure::work)
+        Ok(export::files(&input))
     }
 }
 

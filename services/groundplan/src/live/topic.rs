@@ -9,7 +9,7 @@ use crate::plan_date::optional_text;
 use bus::{Bus, GridSlot, Sample, Stamp, Topic, Waiter};
 use daemon::StopSignal;
 use frames::counted;
-use messages::{Alignment, Grid, Grids, Phase, Plan, Site, SlamMap};
+use messages::{Alignment, Grid, Grids, Phase, Plan, Site, SlamMap, nearest_names_hint};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::io::Write;
@@ -39,7 +39,11 @@ pub fn topic(arguments: &TopicArgs) -> Result<String, Failure> {
 
 fn topic_of(name: &str) -> Result<Topic, Failure> {
     let topic = Topic::all().find(|t| t.to_string() == name);
-    topic.ok_or_else(|| Failure::usage(format!("there is no topic {name:?}: see topic list")))
+    topic.ok_or_else(|| {
+        let names: Vec<String> = Topic::all().map(|t| t.to_string()).collect();
+        let nearest = nearest_names_hint(name, names.iter().map(String::as_str));
+        Failure::usage(format!("there is no topic {name:?}: see topic list{nearest}"))
+    })
 }
 
 /// A topic that has a sample.

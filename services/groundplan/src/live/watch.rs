@@ -1,12 +1,16 @@
 //! A folder that follows the running daemons: one folder per epoch, a link to the newest, a command for each.
+//!
+//! Nothing is deleted but epochs as they were written, and the link.
 
 use super::export::Sets;
-use crate::cli::ExportArgs;
+use crate::cli::{ExportArgs, OverwriteArgs};
 use crate::failure::Failure;
 use crate::maps::world_of;
+use crate::output;
 use bus::{Bus, Daemon, Waiter};
 use daemon::{SiteConfig, StopSignal};
-use export::{OutputFolder, WorldOptions};
+use export::{OutputError, OutputFolder, WorldOptions};
+use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -23,19 +27,22 @@ pub(super) fn watch(arguments: &ExportArgs) -> Result<String, Failure> {
     let world = world_of(&arguments.world, &config.world)?;
     let domain = config.bus.domain().map_err(Failure::usage)?;
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
-    let watched = Watched {
+    let mut watched = Watched {
         epochs: arguments.out.join("epochs"),
         current: arguments.out.join("current"),
         keep: arguments.keep.max(1),
         world,
         on_change: arguments.on_change.clone(),
+        overwrite: arguments.overwrite,
+        reported: BTreeSet::new(),
     };
+    watched.check_link()?;
     std::fs::create_dir_all(&watched.epochs).map_err(|e| at(&watched.epochs, &e))?;
     loop {
         // Without a bus it waits for one, and it follows every new generation.
         if let Ok((bus, mut waiter)) = Bus::join(&domain, Daemon::Groundplan) {
             waiter.stop_on(stop.descriptor().map_err(Failure::work)?);
-            if follow(&bus, &mut waiter, &config, &watched)? {
+            if follow(&bus, &mut waiter, &config, &mut watched)? {
                 return Ok(String::new());
             }
         }
@@ -51,10 +58,13 @@ struct Watched {
     keep: usize,
     world: Option<WorldOptions>,
     on_change: Option<PathBuf>,
+    overwrite: OverwriteArgs,
+    /// Epochs that are not deleted, because they hold files of others; each is told once.
+    reported: BTreeSet<u64>,
 }
 
 /// Follows a generation of the bus; true if it is to stop.
-fn follow(bus: &Bus, waiter: &mut Waiter, config: &SiteConfig, watched: &Watched) -> Result<bool, Failure> {
+fn follow(bus: &Bus, waiter: &mut Waiter, config: &SiteConfig, watched: &mut Watched) -> Result<bool, Failure> {
     let mut sets = Sets::of(bus)?;
     let mut last = None;
     loop {
@@ -72,21 +82,35 @@ fn follow(bus: &Bus, waiter: &mut Waiter, config: &SiteConfig, watched: &Watched
 }
 
 impl Watched {
+    /// The link is replaced for every epoch: what has its name must be one.
+    fn check_link(&self) -> Result<(), Failure> {
+        match std::fs::symlink_metadata(&self.current) {
+            Ok(metadata) if !metadata.is_symlink() => Err(Failure::usage(format!(
+                "{} is no link to an epoch, and is not replaced: choose another folder, or move it away",
+                self.current.display()
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes an epoch, unless a run before this one did, and makes it the current one.
-    fn write(&self, config: &SiteConfig, sets: &mut Sets, epoch: u64) -> Result<(), Failure> {
+    fn write(&mut self, config: &SiteConfig, sets: &mut Sets, epoch: u64) -> Result<(), Failure> {
         let folder = self.epochs.join(epoch.to_string());
-        // A folder appears whole or not at all.
-        if !folder.is_dir() {
-            sets.write(config, self.world.as_ref(), &OutputFolder::at(&folder).map_err(Failure::usage)?)?;
+        let files = sets.files(config, self.world.as_ref())?;
+        // Epochs are counted anew where the state of a site was deleted: a folder of this number may hold other maps.
+        if !OutputFolder::holds(&folder, &files) {
+            let place = output::folder_at(&folder, self.overwrite)?;
+            output::tell(place.replace(&files).map_err(Failure::work)?);
         }
         let target = Path::new("epochs").join(epoch.to_string());
         if std::fs::read_link(&self.current).is_ok_and(|current| current == target) {
             return Ok(());
         }
-        let beside = self.current.with_extension("new");
-        match std::fs::remove_file(&beside) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(at(&beside, &error)),
-            _ => {}
+        self.check_link()?;
+        let beside = self.current.with_file_name(format!(".current.new-{}", std::process::id()));
+        // A killed run with this process id may have left one.
+        if beside.is_symlink() {
+            std::fs::remove_file(&beside).map_err(|e| at(&beside, &e))?;
         }
         std::os::unix::fs::symlink(&target, &beside).map_err(|e| at(&beside, &e))?;
         std::fs::rename(&beside, &self.current).map_err(|e| at(&self.current, &e))?;
@@ -96,15 +120,22 @@ impl Watched {
         Ok(())
     }
 
-    /// Removes the oldest epochs beyond those that are kept.
-    fn forget(&self, current: u64) -> Result<(), Failure> {
+    /// Deletes the oldest epochs beyond those that are kept; those with files of others stay.
+    fn forget(&mut self, current: u64) -> Result<(), Failure> {
         let entries = std::fs::read_dir(&self.epochs).map_err(|e| at(&self.epochs, &e))?;
         let mut epochs: Vec<u64> = entries.filter_map(|e| e.ok()?.file_name().to_str()?.parse().ok()).collect();
         epochs.sort_unstable();
         let n_old = epochs.len().saturating_sub(self.keep);
         for epoch in epochs[..n_old].iter().filter(|epoch| **epoch != current) {
             let folder = self.epochs.join(epoch.to_string());
-            std::fs::remove_dir_all(&folder).map_err(|e| at(&folder, &e))?;
+            let why = match OutputFolder::delete(&folder) {
+                Ok(()) => continue,
+                Err(OutputError::Altered { files, .. }) => format!("it holds files of others: {files}"),
+                Err(error) => error.to_string(),
+            };
+            if self.reported.insert(*epoch) {
+                eprintln!("groundplan: {} is not deleted: {why}", folder.display());
+            }
         }
         Ok(())
     }

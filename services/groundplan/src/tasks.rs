@@ -1,0 +1,293 @@
+//! `groundplan tasks`: the tasks of a schedule with their dates, what they act on, and what is wrong with them.
+
+use crate::cli::TasksArgs;
+use crate::failure::Failure;
+use crate::plan_date;
+use crate::schedule_files::{ScheduleInput, with_timeline};
+use messages::{NONE, Site, TaskRecord};
+use schedule_eval::{Finding, Severity, TaskDates, TaskTargets, Timeline, find_task};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Names of elements or spaces in a line for people; all are in the JSON document.
+const MAX_NAMED: usize = 3;
+
+/// What `groundplan tasks --json` prints.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct TaskList<'s> {
+    /// Plan time of the status; null if none was asked for.
+    at: Option<String>,
+    /// The tasks: each before those that are nested in it, else in the order of the files.
+    tasks: Vec<TaskEntry<'s>>,
+}
+
+/// A task.
+#[derive(Debug, Serialize, JsonSchema)]
+struct TaskEntry<'s> {
+    /// GlobalId.
+    global_id: &'s str,
+    /// Identification, e.g. a number of the work breakdown structure; null if absent.
+    identification: Option<&'s str>,
+    /// Name; null if absent.
+    name: Option<&'s str>,
+    /// GlobalId of the task that it is nested in; null at the top.
+    parent: Option<&'s str>,
+    /// Number of tasks above it.
+    depth: usize,
+    /// True if tasks are nested in it.
+    is_summary: bool,
+    /// PredefinedType, or ObjectType where that says USERDEFINED; null if absent.
+    predefined_type: Option<&'s str>,
+    /// Start at the site; null if the task has no dates that can be used.
+    start: Option<String>,
+    /// Finish at the site, exclusive.
+    finish: Option<String>,
+    /// Where the dates come from: `task_actual`, `task_schedule`, `task_early`, `task_computed`; null without dates.
+    dates_from: Option<&'static str>,
+    /// Total float in hours; null for a task that has others nested in it, or has no dates.
+    total_float_h: Option<f64>,
+    /// Completion as the file has it, from 0 to 1; null if absent.
+    completion: Option<f64>,
+    /// `not_started`, `in_progress` or `finished` at the plan time; null without one, or without dates.
+    status: Option<&'static str>,
+    /// Elements that it acts on.
+    elements: Vec<ElementEntry<'s>>,
+    /// Spaces that are closed while it is at work.
+    spaces: Vec<SpaceEntry<'s>>,
+    /// What is wrong with it.
+    warnings: Vec<WarningEntry>,
+}
+
+/// An element that a task acts on.
+#[derive(Debug, Serialize, JsonSchema)]
+struct ElementEntry<'s> {
+    /// GlobalId.
+    global_id: &'s str,
+    /// Name; null if absent.
+    name: Option<&'s str>,
+    /// Entity, e.g. `IfcWall`.
+    #[serde(rename = "type")]
+    ifc_type: &'s str,
+    /// `constructs`, `removes`, or `no_effect`: the task has no dates, is of another kind, or another source goes before it.
+    operation: &'static str,
+}
+
+/// A space that a task acts on.
+#[derive(Debug, Serialize, JsonSchema)]
+struct SpaceEntry<'s> {
+    /// GlobalId.
+    global_id: &'s str,
+    /// Name; null if absent.
+    name: Option<&'s str>,
+    /// Long name; null if absent.
+    long_name: Option<&'s str>,
+}
+
+/// What is wrong with a task.
+#[derive(Debug, Serialize, JsonSchema)]
+struct WarningEntry {
+    /// Stable word for programs.
+    code: &'static str,
+    /// `warning` or `error`.
+    severity: &'static str,
+    /// For people.
+    message: String,
+}
+
+/// Lists the tasks.
+///
+/// # Errors
+/// Bad arguments, models that cannot be read, dates that can be read in two ways, a task that does not exist.
+pub fn tasks(arguments: &TasksArgs) -> Result<String, Failure> {
+    let schedule = ScheduleInput::read(&arguments.schedule)?;
+    let instant_s = |text| plan_date::instant_s(text, schedule.site_zone());
+    let at_s = arguments.date.as_deref().map(instant_s).transpose()?;
+    with_timeline(&arguments.model, &schedule, |site, timeline, _| {
+        let wanted = arguments.task.iter().map(|name| find_task(site, name));
+        let wanted: Vec<usize> = wanted.collect::<Result<_, _>>().map_err(Failure::usage)?;
+        let list = list(site, timeline, at_s, &wanted);
+        if arguments.json {
+            return Ok(serde_json::to_string_pretty(&list).map_err(Failure::work)? + "\n");
+        }
+        Ok(list.text(timeline, site.tasks.is_empty()))
+    })
+}
+
+/// The tasks that are wanted, or all.
+fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64>, wanted: &[usize]) -> TaskList<'s> {
+    let targets = timeline.task_targets(site);
+    let order = nested_order(site.tasks).into_iter().filter(|(k, _)| wanted.is_empty() || wanted.contains(k));
+    let entry = |(k, depth): (usize, usize)| TaskEntry { depth, ..entry_of(site, timeline, at_s, k, &targets[k]) };
+    TaskList { at: at_s.map(plan_date::text), tasks: order.map(entry).collect() }
+}
+
+/// Every task with its depth, behind the one that it is nested in.
+fn nested_order(tasks: &[TaskRecord]) -> Vec<(usize, usize)> {
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); tasks.len()];
+    let mut stack = Vec::new();
+    for (k, task) in tasks.iter().enumerate() {
+        match task.parent {
+            NONE => stack.push((k, 0)),
+            parent => children[parent as usize].push(k),
+        }
+    }
+    stack.reverse();
+    let mut order = Vec::with_capacity(tasks.len());
+    while let Some((k, depth)) = stack.pop() {
+        order.push((k, depth));
+        stack.extend(children[k].iter().rev().map(|child| (*child, depth + 1)));
+    }
+    order
+}
+
+fn entry_of<'s>(
+    site: &'s Site<'_>,
+    timeline: &Timeline,
+    at_s: Option<i64>,
+    task: usize,
+    targets: &TaskTargets,
+) -> TaskEntry<'s> {
+    let record = &site.tasks[task];
+    let text = |t| Some(site.text(t)).filter(|text| !text.is_empty());
+    let dates = timeline.task(task);
+    let element = |(&k, operation): (&u32, &schedule_eval::Operation)| {
+        let element = &site.elements[k as usize];
+        ElementEntry {
+            global_id: site.text(element.global_id),
+            name: text(element.name),
+            ifc_type: site.text(element.ifc_type),
+            operation: operation.name(),
+        }
+    };
+    let space = |k: &u32| {
+        let space = &site.spaces[*k as usize];
+        SpaceEntry { global_id: site.text(space.global_id), name: text(space.name), long_name: text(space.long_name) }
+    };
+    let global_id = site.text(record.global_id);
+    let is_about = |f: &&Finding| f.severity > Severity::Info && !f.global_id.is_empty() && f.global_id == global_id;
+    TaskEntry {
+        global_id,
+        identification: text(record.identification),
+        name: text(record.name),
+        parent: (record.parent != NONE).then(|| site.text(site.tasks[record.parent as usize].global_id)),
+        depth: 0,
+        is_summary: site.tasks.iter().any(|t| t.parent as usize == task),
+        predefined_type: text(record.predefined_type),
+        start: dates.map(|d| plan_date::text(d.start_s)),
+        finish: dates.map(|d| plan_date::text(d.finish_s)),
+        dates_from: dates.map(|d| d.source.name()),
+        total_float_h: timeline.float(task).map(|f| (f.total_s as f64 / 36.0).round() / 100.0),
+        completion: (record.completion >= 0.0).then_some(record.completion),
+        status: at_s.zip(dates).map(|(at_s, dates)| status(at_s, dates)),
+        elements: targets.elements.iter().map(element).collect(),
+        spaces: targets.spaces.iter().map(space).collect(),
+        warnings: timeline.findings().iter().filter(is_about).map(WarningEntry::of).collect(),
+    }
+}
+
+fn status(at_s: i64, dates: TaskDates) -> &'static str {
+    if at_s >= dates.finish_s {
+        "finished"
+    } else if at_s >= dates.start_s {
+        "in_progress"
+    } else {
+        "not_started"
+    }
+}
+
+impl WarningEntry {
+    fn of(finding: &Finding) -> Self {
+        let severity = if finding.severity == Severity::Error { "error" } else { "warning" };
+        Self { code: finding.code, severity, message: finding.message.clone() }
+    }
+}
+
+impl TaskList<'_> {
+    /// For people: a line per task, and what it acts on.
+    fn text(&self, timeline: &Timeline, is_without_tasks: bool) -> String {
+        if is_without_tasks {
+            let why =
+                if timeline.instants_s().is_empty() { "nothing has a date" } else { "dates are those of properties" };
+            return format!("the model has no task: {why}\n");
+        }
+        let name = |t: &TaskEntry<'_>| {
+            let words = [t.identification, t.name].into_iter().flatten().collect::<Vec<_>>().join(" ");
+            let words = if words.is_empty() { t.global_id.to_owned() } else { words };
+            format!("{}{words}", "  ".repeat(t.depth))
+        };
+        let width = self.tasks.iter().map(|t| name(t).chars().count()).max().unwrap_or(0).clamp(4, 60);
+        let mut out = format!("{:width$}  {:19}  {:19}  acts on\n", "task", "start", "finish");
+        for task in &self.tasks {
+            let date = |date: &Option<String>| date.clone().unwrap_or_else(|| "no date".to_owned());
+            let targets = if task.is_summary { "what its nested tasks act on".to_owned() } else { task.targets() };
+            let status = task.status.map_or(String::new(), |s| format!("{}; ", s.replace('_', " ")));
+            // Writing to a string does not fail.
+            let _ = writeln!(
+                out,
+                "{:width$}  {:19}  {:19}  {status}{}",
+                name(task),
+                date(&task.start),
+                date(&task.finish),
+                targets
+            );
+            for warning in &task.warnings {
+                let _ = writeln!(out, "  {}: {}: {}", warning.severity, warning.code, warning.message);
+            }
+        }
+        out
+    }
+}
+
+impl TaskEntry<'_> {
+    /// Elements by what is done to them, and spaces; the first names of each.
+    fn targets(&self) -> String {
+        let mut parts: Vec<String> = Vec::new();
+        for (word, operation) in [("builds", "constructs"), ("removes", "removes"), ("works on", "no_effect")] {
+            let of_kind = self.elements.iter().filter(|e| e.operation == operation);
+            let names: Vec<&str> = of_kind.map(|e| e.name.unwrap_or(e.global_id)).collect();
+            if !names.is_empty() {
+                parts.push(format!("{word} {}", bounded(&names)));
+            }
+        }
+        let spaces: Vec<&str> = self.spaces.iter().map(|s| s.name.or(s.long_name).unwrap_or(s.global_id)).collect();
+        if !spaces.is_empty() {
+            parts.push(format!("in {}", bounded(&spaces)));
+        }
+        if parts.is_empty() { "nothing".to_owned() } else { parts.join("; ") }
+    }
+}
+
+/// The first names, and the number of the others.
+fn bounded(names: &[&str]) -> String {
+    let first = names.iter().take(MAX_NAMED).copied().collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MAX_NAMED) {
+        0 => first,
+        n => format!("{first} and {n} more"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    #[test]
+    fn a_task_comes_behind_the_one_that_it_is_nested_in() {
+        let task = |parent| TaskRecord { parent, ..TaskRecord::zeroed() };
+        let order = nested_order(&[task(2), task(NONE), task(NONE), task(2), task(0)]);
+        assert_eq!(order, [(1, 0), (2, 0), (0, 1), (4, 2), (3, 1)]);
+    }
+
+    #[test]
+    fn the_shipped_schema_is_that_of_the_list() {
+        let settings = schemars::generate::SchemaSettings::draft2020_12().for_serialize();
+        let schema = settings.into_generator().into_root_schema_for::<TaskList<'_>>();
+        let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/schemas/tasks.schema.json");
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        assert!(std::fs::read_to_string(path).unwrap_or_default() == text, "UPDATE_GOLDEN=1 writes it");
+    }
+}

@@ -1,0 +1,114 @@
+//! What each task acts on, and which tasks cause a change: elements that it builds or removes, spaces that it closes.
+
+use crate::closures::Why;
+use crate::timeline::{Change, Timeline};
+use messages::{LinkKind, NONE, Site};
+use std::collections::BTreeMap;
+
+/// What a task does to an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Operation {
+    /// It makes it stand.
+    Constructs,
+    /// It takes it away.
+    Removes,
+    /// Neither, or the task has no dates or another source goes before it: the state of the element does not follow it.
+    NoEffect,
+}
+
+impl Operation {
+    /// The word in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Constructs => "constructs",
+            Self::Removes => "removes",
+            Self::NoEffect => "no_effect",
+        }
+    }
+}
+
+/// What a task acts on.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TaskTargets {
+    /// Elements whose states follow the task, directly or as parts of what it is linked to, and those that the file links; sorted.
+    pub elements: BTreeMap<u32, Operation>,
+    /// Spaces that are closed while it is at work, and those that the file links; sorted.
+    pub spaces: Vec<u32>,
+}
+
+/// The start or the finish of a task, and what changes with it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cause {
+    /// The task.
+    pub task: u32,
+    /// True for its start.
+    pub starts: bool,
+    /// Elements whose states change.
+    pub elements: Vec<u32>,
+    /// Spaces that become blocked or open.
+    pub spaces: Vec<u32>,
+}
+
+impl Timeline {
+    /// What every task acts on, by task.
+    pub fn task_targets(&self, site: &Site<'_>) -> Vec<TaskTargets> {
+        let mut targets = vec![TaskTargets::default(); site.tasks.len()];
+        for (element, effects) in (0..).zip(&self.effects) {
+            for effect in effects.iter().filter(|e| e.task != NONE) {
+                let operation = if effect.removes { Operation::Removes } else { Operation::Constructs };
+                targets[effect.task as usize].elements.insert(element, operation);
+            }
+        }
+        for (space, closures) in (0..).zip(&self.closures) {
+            for closure in closures {
+                if let Why::Task(task) = closure.why {
+                    targets[task as usize].spaces.push(space);
+                }
+            }
+        }
+        for link in site.task_links {
+            let targets = &mut targets[link.task as usize];
+            match LinkKind::from_id(link.kind) {
+                Some(LinkKind::Element) => {
+                    targets.elements.entry(link.target).or_insert(Operation::NoEffect);
+                }
+                Some(LinkKind::Space) => targets.spaces.push(link.target),
+                // What is in a storey is listed, where the task has an effect on it.
+                Some(LinkKind::Storey) | None => {}
+            }
+        }
+        for targets in &mut targets {
+            targets.spaces.sort_unstable();
+            targets.spaces.dedup();
+        }
+        targets
+    }
+
+    /// The tasks that start or finish at the instant of a change and make it, by task; a finish before a start.
+    ///
+    /// What properties, rules and reported progress change has no task.
+    pub fn causes(&self, change: &Change) -> Vec<Cause> {
+        let mut causes: BTreeMap<(u32, bool), Cause> = BTreeMap::new();
+        let mut note = |task: u32, [start_s, finish_s]: [i64; 2], add: &dyn Fn(&mut Cause)| {
+            // A milestone is done at once.
+            let starts = finish_s != change.at_s;
+            if start_s == change.at_s || !starts {
+                let none = || Cause { task, starts, elements: Vec::new(), spaces: Vec::new() };
+                add(causes.entry((task, starts)).or_insert_with(none));
+            }
+        };
+        for &(element, ..) in &change.elements {
+            for effect in self.effects[element as usize].iter().filter(|e| e.task != NONE) {
+                note(effect.task, [effect.start_s, effect.finish_s], &|cause| cause.elements.push(element));
+            }
+        }
+        for &(space, ..) in &change.spaces {
+            for closure in &self.closures[space as usize] {
+                if let Why::Task(task) = closure.why {
+                    note(task, [closure.start_s, closure.finish_s], &|cause| cause.spaces.push(space));
+                }
+            }
+        }
+        causes.into_values().collect()
+    }
+}
