@@ -53,20 +53,18 @@ pub(crate) struct Part<'a> {
 /// # Errors
 /// Files that lie too far apart. The verdict does not depend on their order.
 pub(crate) fn join(parts: &[Part<'_>]) -> Result<Joined, IngestError> {
-    let own_bounds: Vec<Option<Corners>> =
-        parts.iter().map(|part| bounds(part.model, &UprightRigid3::new([0.0; 3], 0.0))).collect();
     let mut diagnostics = Vec::new();
     let reference = parts.iter().position(|part| part.model.georeference.map_conversion.is_some());
     let earth = reference.and_then(|at| Some(site_conversion(parts[at].place, conversion(&parts[at])?)));
     let mut site_from_file = Vec::with_capacity(parts.len());
     for (index, part) in parts.iter().enumerate() {
-        let shared = UprightRigid3::new([0.0; 3], 0.0);
+        let unmoved = UprightRigid3::new([0.0; 3], 0.0);
         let motion = match (part.place, &earth, conversion(part)) {
             (Some(place), _, _) => place.motion(),
-            (None, Some(earth), Some(own)) if is_same_system(&earth.crs, &own.crs) => {
-                through_earth(earth, own, own_bounds[index].map_or([0.0; 3], centre))
+            (None, Some(earth), Some(own)) if own != earth && is_same_system(&earth.crs, &own.crs) => {
+                through_earth(earth, own, bounds(part.model, &unmoved).map_or([0.0; 3], centre))
             }
-            _ => shared,
+            _ => unmoved,
         };
         let doubts = reference.and_then(|at| doubt(parts, index, at));
         diagnostics.extend(doubts.map(|(code, message)| {
@@ -74,19 +72,27 @@ pub(crate) fn join(parts: &[Part<'_>]) -> Result<Joined, IngestError> {
         }));
         site_from_file.push(motion);
     }
-    // Boxes along the axes of the projected system: those of the first file's world would depend on which file is first.
-    let yaw_rad = earth.as_ref().map_or(0.0, |earth| libm::atan2(earth.x_axis[1], earth.x_axis[0]));
-    let turned = |motion: &UprightRigid3<World, World>| {
-        let turn = UprightRigid3::<World, World>::new([0.0; 3], yaw_rad);
-        UprightRigid3::<World, World>::new(turn.apply(motion.translation_m()), motion.yaw_rad() + yaw_rad)
-    };
-    let boxes: Vec<(&str, Option<Corners>)> = std::iter::zip(parts, &site_from_file)
-        .map(|(part, motion)| (part.name, bounds(part.model, &turned(motion))))
-        .collect();
-    check_near(&boxes)?;
+    if parts.len() > 1 {
+        check_near(&boxes(parts, &site_from_file, earth.as_ref()))?;
+    }
     let true_north = std::iter::zip(parts, &site_from_file)
         .find_map(|(part, motion)| Some(motion.in_plane().rotate(part.model.georeference.true_north?)));
     Ok(Joined { site_from_file, georeference: Georeference { map_conversion: earth, true_north }, diagnostics })
+}
+
+/// Boxes along the axes of the projected system: those of the first file's world would depend on which file is first.
+fn boxes<'a>(
+    parts: &[Part<'a>],
+    site_from_file: &[UprightRigid3<World, World>],
+    earth: Option<&MapConversion>,
+) -> Vec<(&'a str, Option<Corners>)> {
+    let yaw_rad = earth.map_or(0.0, yaw_of);
+    let turn = UprightRigid3::<World, World>::new([0.0; 3], yaw_rad);
+    let turned = |motion: &UprightRigid3<World, World>| {
+        UprightRigid3::<World, World>::new(turn.apply(motion.translation_m()), motion.yaw_rad() + yaw_rad)
+    };
+    let part_box = |(part, motion): (&Part<'a>, _)| (part.name, bounds(part.model, &turned(motion)));
+    std::iter::zip(parts, site_from_file).map(part_box).collect()
 }
 
 fn conversion<'a>(part: &Part<'a>) -> Option<&'a MapConversion> {
@@ -131,9 +137,6 @@ fn from_map(conversion: &MapConversion, p: [f64; 3]) -> [f64; 3] {
 /// The motion from a file's world to the site's through the map. Models are not stretched: where scales differ, `pivot` is the
 /// point of the file that is met exactly.
 fn through_earth(site: &MapConversion, file: &MapConversion, pivot: [f64; 3]) -> UprightRigid3<World, World> {
-    if site == file {
-        return UprightRigid3::new([0.0; 3], 0.0);
-    }
     let yaw_rad = yaw_of(file) - yaw_of(site);
     let met = from_map(site, on_map(file, pivot));
     let turned = UprightRigid3::<World, World>::new([0.0; 3], yaw_rad).apply(pivot);
