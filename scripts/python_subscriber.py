@@ -18,7 +18,7 @@ import numpy as np
 
 # Reasons for which the bell of a daemon rings.
 DATA, NEWCOMER = 0, 1
-# Samples that groundplan's subscribers may hold; a publisher is made for so many.
+# Layers of a grid. planning and localization: 0 free, 100 occupied, -1 unknown. keepout: 100 must not enter, -1 elsewhere.
 SECTIONS = {2: ("class", np.uint8), 3: ("planning", np.int8), 4: ("localization", np.int8),
             5: ("keepout", np.int8), 6: ("floor", np.uint8), 7: ("space", np.uint16)}
 

@@ -5,7 +5,7 @@ mod support;
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use support::{Maps, convert, demo_model, groundplan, turned_map};
+use support::{Maps, assert_filter_frees_nothing, convert, demo_model, groundplan, turned_map};
 
 fn localization(maps: &Maps, storey: usize) -> PathBuf {
     maps.path().join(maps.manifest["storeys"][storey]["directory"].as_str().unwrap()).join("localization.yaml")
@@ -77,6 +77,7 @@ fn check_moved(maps: &Maps, moved: &Path, robot: &Path) {
         }
     }
     assert!(n_free > 10_000 && n_walls > 1_000 && n_lost == 0, "{n_free} free, {n_walls} walls, {n_lost} lost");
+    assert_filter_frees_nothing(&cells, &read(&moved.join("keepout.pgm")).2);
     let waypoints: Value = serde_json::from_slice(&std::fs::read(moved.join("waypoints.json")).unwrap()).unwrap();
     let all = maps.json("waypoints.json");
     let of_storey = all["waypoints"].as_array().unwrap().iter().filter(|w| w["storey"] == 0).count();

@@ -89,6 +89,14 @@ fn a_door_without_floor_beyond_stays_free_and_beyond_is_forbidden() {
 }
 
 #[test]
+fn the_keep_out_filter_makes_no_unknown_cell_free() {
+    let maps = convert(&demo_model(), &[]);
+    for storey in [0, 1] {
+        maps.storey(storey).assert_filter_frees_nothing();
+    }
+}
+
+#[test]
 fn centres_are_centroids_unless_these_are_blocked() {
     let waypoints = convert(&demo_model(), &[]).json("waypoints.json");
     let at = |w: &Value| [w["x_m"].as_f64().unwrap(), w["y_m"].as_f64().unwrap()];

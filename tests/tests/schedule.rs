@@ -150,7 +150,10 @@ fn before_the_first_slab_all_is_unknown_and_forbidden_and_after_it_there_is_floo
         (&ground.manifest["storeys"][0]["status"], &ground.manifest["storeys"][1]["status"]),
         (&"ok".into(), &"no_floor_yet".into())
     );
-    assert_eq!((ground.storey(0).planning(6.0, 5.8), ground.storey(0).keepout(6.0, 5.8)), (FREE, grid::FREE));
+    for index in [0, 1] {
+        ground.storey(index).assert_filter_frees_nothing();
+    }
+    assert_eq!((ground.storey(0).planning(6.0, 5.8), ground.storey(0).keepout(6.0, 5.8)), (FREE, UNKNOWN));
     assert_eq!(at("2024-03-23").manifest["storeys"][1]["status"], "ok");
 }
 
@@ -168,10 +171,10 @@ fn three_phases_are_three_maps() {
         assert_eq!((storey.planning(room[0], room[1]), storey.keepout(room[0], room[1])), (OCCUPIED, OCCUPIED));
         assert_eq!(
             (storey.planning(corridor[0], corridor[1]), storey.keepout(corridor[0], corridor[1])),
-            (FREE, grid::FREE)
+            (FREE, UNKNOWN)
         );
     }
-    assert_eq!((finished.planning(room[0], room[1]), finished.keepout(room[0], room[1])), (FREE, grid::FREE));
+    assert_eq!((finished.planning(room[0], room[1]), finished.keepout(room[0], room[1])), (FREE, UNKNOWN));
 }
 
 #[test]

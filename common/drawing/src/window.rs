@@ -97,7 +97,8 @@ impl Keepout<'_> {
     }
 
     /// Takes one margin from what was grown, and writes the mask: blocked spaces, work, cells without floor inside the
-    /// outline, and margins.
+    /// outline, and margins are occupied, all else is unknown. The mask is never free: Nav2's filter would write that over
+    /// unknown cells of the costmap.
     fn write(&mut self, growth: &Growth, margin: u8, window: &CellRect, around: &CellRect) {
         for (row, grown) in window.rows(self.whole.width()).zip(inner_rows(growth, window, around)) {
             let layer = self.layer[row.clone()].iter_mut();
@@ -106,7 +107,7 @@ impl Keepout<'_> {
                 *margins = (*margins & !margin) | if grown & REACHED != 0 { margin } else { 0 };
                 let is_forbidden =
                     (facts & (WORK | BLOCKED) != 0) | (*margins != 0) | ((facts & OUTLINE != 0) & is_void(facts));
-                *out = if is_forbidden { NAV_OCCUPIED } else { NAV_FREE };
+                *out = if is_forbidden { NAV_OCCUPIED } else { NAV_UNKNOWN };
             }
         }
     }

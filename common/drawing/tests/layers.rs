@@ -7,7 +7,7 @@ mod support;
 
 use grid::Class;
 use messages::*;
-use support::House;
+use support::{House, assert_filter_frees_nothing};
 
 const WALLS: std::ops::Range<usize> = 0..4;
 const SLAB: usize = 4;
@@ -37,7 +37,30 @@ fn a_hole_in_the_floor_is_unknown_and_forbidden_with_a_margin() {
     let map = house.map();
     assert_eq!((map.planning(2.5, 1.5), map.keepout(2.5, 1.5)), (UNKNOWN, OCCUPIED));
     assert_eq!((map.planning(1.8, 1.5), map.keepout(1.8, 1.5)), (FREE, OCCUPIED), "within the edge margin");
-    assert_eq!((map.planning(1.0, 1.5), map.keepout(1.0, 1.5)), (FREE, FREE));
+    assert_eq!((map.planning(1.0, 1.5), map.keepout(1.0, 1.5)), (FREE, UNKNOWN));
+}
+
+#[test]
+fn the_keep_out_filter_makes_no_unknown_cell_free() {
+    let robot = RobotProfile::DEFAULT;
+    assert_filter_frees_nothing(&House::new().map().grid());
+    let mut hole = House::new();
+    hole.builder.elements[SLAB].n_parts = 0;
+    hole.slab([-0.2, -0.2], [2.0, 3.2], 0.0);
+    hole.slab([3.0, -0.2], [4.2, 3.2], 0.0);
+    hole.opening(0);
+    assert_filter_frees_nothing(&hole.map().grid());
+    let mut door = House::new();
+    door.door(0.8, Opens::Swing);
+    door.space([0.0, 0.0], [4.0, 3.0]);
+    assert_filter_frees_nothing(&door.map_at(|p| p.block_space(0, &["private"]), &robot).grid());
+    let in_progress = |p: &mut PhaseBuilder| p.set_element(1, ElementState::InProgress, ElementState::InProgress);
+    assert_filter_frees_nothing(&House::new().map_at(in_progress, &robot).grid());
+    let nothing = |p: &mut PhaseBuilder| {
+        WALLS.chain([SLAB, 5]).for_each(|e| p.set_element(e, ElementState::NotStarted, ElementState::NotStarted));
+        p.head.plan_time_s = 0;
+    };
+    assert_filter_frees_nothing(&House::new().map_at(nothing, &robot).grid());
 }
 
 #[test]
@@ -48,7 +71,7 @@ fn a_margin_does_not_leak_through_a_wall() {
     house.add(Class::Wall, [1.9, 0.0, 0.0], [2.0, 3.0, 2.5]);
     house.opening(0);
     let map = house.map();
-    assert_eq!((map.keepout(2.5, 1.5), map.keepout(1.85, 1.5)), (OCCUPIED, FREE));
+    assert_eq!((map.keepout(2.5, 1.5), map.keepout(1.85, 1.5)), (OCCUPIED, UNKNOWN));
 }
 
 #[test]
@@ -113,7 +136,7 @@ fn blocking_a_space_closes_it_for_planning_and_changes_nothing_for_the_lidar() {
     };
     let (open, blocked) = (house().map(), house().map_at(|p| p.block_space(0, &["private"]), &RobotProfile::DEFAULT));
     assert_eq!((open.planning(1.0, 1.0), blocked.planning(1.0, 1.0)), (FREE, OCCUPIED));
-    assert_eq!((open.keepout(1.0, 1.0), blocked.keepout(1.0, 1.0)), (FREE, OCCUPIED));
+    assert_eq!((open.keepout(1.0, 1.0), blocked.keepout(1.0, 1.0)), (UNKNOWN, OCCUPIED));
     assert_eq!(open.grid().localization, blocked.grid().localization);
 }
 
@@ -152,7 +175,7 @@ fn work_overhead_forbids_what_is_below_and_is_no_obstacle() {
     let robot = RobotProfile { work_margin_m: 0.3, ..RobotProfile::DEFAULT };
     let map = house.map_at(but(duct, ElementState::InProgress), &robot);
     assert_eq!((map.planning(1.5, 1.5), map.keepout(1.5, 1.5), map.keepout(2.15, 1.5)), (FREE, OCCUPIED, OCCUPIED));
-    assert_eq!(map.keepout(2.6, 1.5), FREE);
+    assert_eq!(map.keepout(2.6, 1.5), UNKNOWN);
 }
 
 #[test]
@@ -163,7 +186,7 @@ fn a_slab_that_is_not_poured_yet_is_a_drop_off_inside_the_storey() {
     let other = house.slab([2.0, -0.2], [4.2, 3.2], 0.0);
     house.opening(0);
     let map = house.map_at(but(other, ElementState::NotStarted), &RobotProfile::DEFAULT);
-    assert_eq!((map.planning(1.0, 1.5), map.keepout(1.0, 1.5)), (FREE, FREE));
+    assert_eq!((map.planning(1.0, 1.5), map.keepout(1.0, 1.5)), (FREE, UNKNOWN));
     assert_eq!((map.planning(3.0, 1.5), map.keepout(3.0, 1.5)), (UNKNOWN, OCCUPIED));
     assert_eq!(map.keepout(1.85, 1.5), OCCUPIED, "the margin at its edge");
 }
@@ -205,7 +228,7 @@ fn work_in_progress_is_an_obstacle_with_a_margin_and_unknown_to_the_lidar() {
     let in_progress = |p: &mut PhaseBuilder| p.set_element(column, ElementState::InProgress, ElementState::InProgress);
     let map = house.map_at(in_progress, &RobotProfile { work_margin_m: 0.5, ..RobotProfile::DEFAULT });
     assert_eq!((map.planning(1.1, 1.1), map.localization(1.05, 1.05)), (OCCUPIED, UNKNOWN));
-    assert_eq!((map.keepout(1.6, 1.1), map.keepout(2.2, 1.1)), (OCCUPIED, FREE));
+    assert_eq!((map.keepout(1.6, 1.1), map.keepout(2.2, 1.1)), (OCCUPIED, UNKNOWN));
 }
 
 #[test]

@@ -44,7 +44,7 @@ fn colour(grid: &Grid<'_>, index: usize, is_seen: bool) -> Rgb {
         (Class::Door, 100) => CLOSED,
         (Class::None, 100) => CLOSED,
         (Class::None, 0) if is_seen => SEEN,
-        (Class::None, 0) if grid.keepout[index] != 0 => KEEPOUT,
+        (Class::None, 0) if grid.is_keepout(index) => KEEPOUT,
         (Class::None, 0) => FREE,
         (Class::None, _) => UNKNOWN,
         _ => SOLID,

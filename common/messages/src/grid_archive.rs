@@ -76,7 +76,7 @@ pub struct Grid<'a> {
     pub planning: &'a [i8],
     /// 0 free, 100 occupied, -1 unknown.
     pub localization: &'a [i8],
-    /// 0 allowed, 100 must not enter.
+    /// 100 must not enter, -1 elsewhere; never 0, which Nav2's filter would write over unknown cells.
     pub keepout: &'a [i8],
     /// 0 none, 1 built, 2 assumed.
     pub floor: &'a [u8],
@@ -119,6 +119,11 @@ impl<'a> Grid<'a> {
     /// Where the grid lies.
     pub fn spec(&self) -> GridSpec {
         self.head.spec()
+    }
+
+    /// True if a robot's centre must not be in this cell although nothing may stand there.
+    pub fn is_keepout(&self, cell: usize) -> bool {
+        self.keepout[cell] > 0
     }
 
     /// Hash of the content.

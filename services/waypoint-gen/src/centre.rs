@@ -47,7 +47,7 @@ impl Storey<'_> {
     fn can_stand(&self, p: Point2<Map>) -> bool {
         let spec = &self.ground.spec;
         let Some(cell) = spec.cell_at(p) else { return false };
-        if self.grid.keepout[spec.index(cell)] != 0 || self.ground.clearance_m(p) < self.robot.radius_m {
+        if self.grid.is_keepout(spec.index(cell)) || self.ground.clearance_m(p) < self.robot.radius_m {
             return false;
         }
         let around = |at: u32, n: u32| at.saturating_sub(1)..(at + 2).min(n);
@@ -92,7 +92,7 @@ pub(crate) fn centre_of(storey: &Storey<'_>, space: usize) -> Result<Centre, Ref
     Err(if has(&|i| ground.part(i) != 0 && inside(ground.middle(i))) {
         let closed = closed_door(site, robot, storey.passages, space);
         closed.unwrap_or_else(|| Refusal::new(NoWaypoint::Unreachable, "no way leads there from where the robot is"))
-    } else if has(&|i| grid.planning[i] == 0 && grid.keepout[i] == 0) {
+    } else if has(&|i| grid.planning[i] == 0 && !grid.is_keepout(i)) {
         Refusal::new(NoWaypoint::TooNarrow, format!("it has no free place of {} m around", robot.radius_m))
     } else if has(&|i| grid.planning[i] == 0) {
         Refusal::new(NoWaypoint::Keepout, "all of it is keep-out")

@@ -28,7 +28,7 @@ impl Ground {
         // Squared cells from which on it is clear; a tenth of a millimetre is no obstacle.
         let needed = (radius_m * f64::from(TENTHS_PER_M) - 1.0) / f64::from(spec.cell_tenths);
         let needed = (needed.max(0.0) * needed.max(0.0)).ceil() as u32;
-        let stands = squared.iter().zip(grid.keepout).map(|(&d2, &keepout)| keepout == 0 && d2 >= needed.max(1));
+        let stands = squared.iter().zip(0..).map(|(&d2, cell)| !grid.is_keepout(cell) && d2 >= needed.max(1));
         let mut part: Vec<u32> = stands.map(|stands| if stands { UNLABELLED } else { 0 }).collect();
         let sizes = label(&mut part, spec.width as usize);
         Self { spec, sight: Sight::from_distances(&squared, spec.width as usize), squared, part, sizes }
@@ -173,7 +173,7 @@ pub(crate) mod tests {
                 b' ' => (-1, Class::None.id()),
                 _ => (0, Class::None.id()),
             };
-            layers.keepout[cell] = if character == b'~' { 100 } else { 0 };
+            layers.keepout[cell] = if character == b'~' { 100 } else { -1 };
             layers.space[cell] = u16::from(character == b'a');
         }
         writer.seal();

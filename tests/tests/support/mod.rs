@@ -170,6 +170,11 @@ impl Storey {
         self.keepout.iter().all(|&p| p == pixel)
     }
 
+    /// Asserts that Nav2's KeepoutFilter makes no unknown cell of the planning map free.
+    pub(crate) fn assert_filter_frees_nothing(&self) {
+        assert_filter_frees_nothing(&self.planning, &self.keepout);
+    }
+
     /// Asserts that all cells in the rectangle are unknown and must not be entered.
     pub(crate) fn assert_drop_off(&self, rectangle: [f64; 4]) {
         for [x, y] in self.points(rectangle) {
@@ -193,6 +198,28 @@ impl Storey {
         };
         steps(y0, y1).flat_map(|y| steps(x0, x1).map(move |x| [x, y])).collect()
     }
+}
+
+/// Runs the rule of Nav2's KeepoutFilter over the pixels of a planning map and its mask, and asserts that no unknown cell
+/// becomes free: a mask value that is unknown is skipped, any other is written where it is higher, or nothing is known.
+pub(crate) fn assert_filter_frees_nothing(planning: &[u8], mask: &[u8]) {
+    const NO_INFORMATION: u8 = 255;
+    let cost = |pixel: u8| match pixel {
+        OCCUPIED => 254,
+        FREE => 0,
+        _ => NO_INFORMATION,
+    };
+    let mut n_unknown = 0;
+    assert_eq!(planning.len(), mask.len());
+    for (&pixel, &mask) in planning.iter().zip(mask) {
+        let (old_data, data) = (cost(pixel), cost(mask));
+        let applies = data != NO_INFORMATION && (data > old_data || old_data == NO_INFORMATION);
+        let cost = if applies { data } else { old_data };
+        assert!([OCCUPIED, UNKNOWN].contains(&mask), "a mask has the pixel {mask}");
+        assert!(pixel != UNKNOWN || cost >= 254, "an unknown cell has the cost {cost}");
+        n_unknown += u32::from(pixel == UNKNOWN);
+    }
+    assert!(n_unknown > 0, "nothing is unknown");
 }
 
 /// The planning map of a storey as a robot might have mapped it: in a frame of its own, a quarter turn around.

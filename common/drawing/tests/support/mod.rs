@@ -134,6 +134,25 @@ impl House {
     }
 }
 
+/// The cost of a costmap's cell after Nav2's KeepoutFilter: the cost of the planning map's value in a static layer, then the
+/// filter's rule. A mask value of -1 is skipped; any other is written where it is higher, or nothing is known.
+pub(crate) fn cost_after_keepout_filter(planning: i8, mask: i8) -> u8 {
+    const NO_INFORMATION: u8 = 255;
+    let cost = |value: i8| u8::try_from(value).map_or(NO_INFORMATION, |v| (f64::from(v) * 2.54).round() as u8);
+    let (old_data, data) = (cost(planning), cost(mask));
+    if data != NO_INFORMATION && (data > old_data || old_data == NO_INFORMATION) { data } else { old_data }
+}
+
+/// Asserts that Nav2's filter makes no unknown cell free, and forbids what the mask forbids.
+pub(crate) fn assert_filter_frees_nothing(grid: &Grid<'_>) {
+    for (cell, (&planning, &mask)) in grid.planning.iter().zip(grid.keepout).enumerate() {
+        let cost = cost_after_keepout_filter(planning, mask);
+        let at = grid.spec().cell_of(cell);
+        assert!(planning != -1 || cost >= 254, "unknown cell {at:?} has the cost {cost}");
+        assert_eq!(cost == 254, planning == 100 || mask == 100, "cell {at:?} has the cost {cost}");
+    }
+}
+
 /// A drawn storey.
 pub(crate) struct Drawn {
     pub(crate) grid: ArchiveBuffer,

@@ -150,7 +150,7 @@ fn grid() -> ArchiveBuffer {
         };
         layers.planning[index] = planning;
         layers.localization[index] = if class == grid::Class::Door { -1 } else { planning };
-        layers.keepout[index] = if planning == -1 { 100 } else { 0 };
+        layers.keepout[index] = if planning == -1 { 100 } else { -1 };
         layers.class[index] = class.id();
         layers.floor[index] = u8::from(planning != -1);
         layers.space[index] = u16::from(planning == 0);

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use export::{ExportFile, nav2_poses, rounded, with_manifest};
 use frames::TENTHS_PER_M;
 use geometry::Bounds;
-use grid::{FREE, GridSpec, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled};
+use grid::{GridSpec, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled};
 use messages::PoseRecord;
 use serde_json::{Value, json};
 use slam_align::{MapFromSlam, OccupancyMap};
@@ -24,12 +24,10 @@ pub(super) fn files(reference: &Path, map: &Path, pose: &PoseRecord) -> Result<V
     let moved = Moved { map_from_slam, slam_from_map: MapFromSlam { x_m, y_m, yaw_rad } };
     let mut files = Vec::new();
     let mut add = |path: &str, bytes: Vec<u8>| files.push(ExportFile { path: path.to_owned(), bytes });
-    for (name, first_wins, outside) in [
-        ("planning", &[OCCUPIED, UNKNOWN][..], UNKNOWN),
-        ("localization", &[OCCUPIED], UNKNOWN),
-        ("keepout", &[OCCUPIED], FREE),
-    ] {
-        let [pgm, yaml] = moved.map(&storey.join(name), first_wins, outside)?;
+    for (name, first_wins) in
+        [("planning", &[OCCUPIED, UNKNOWN][..]), ("localization", &[OCCUPIED]), ("keepout", &[OCCUPIED])]
+    {
+        let [pgm, yaml] = moved.map(&storey.join(name), first_wins)?;
         add(&format!("{name}.pgm"), pgm);
         add(&format!("{name}.yaml"), yaml);
     }
@@ -77,8 +75,8 @@ struct Moved {
 }
 
 impl Moved {
-    /// Image and description of a map; `stem` is its path without extension.
-    fn map(&self, stem: &Path, first_wins: &[u8], outside: u8) -> Result<[Vec<u8>; 2], Failure> {
+    /// Image and description of a map; `stem` is its path without extension. Outside of the model's map all is unknown.
+    fn map(&self, stem: &Path, first_wins: &[u8]) -> Result<[Vec<u8>; 2], Failure> {
         let name = stem.file_name().unwrap_or_default().to_string_lossy();
         let OccupancyMap { width, cells, resolution_m: side_m, origin: [x0, y0, _] } =
             OccupancyMap::read(&stem.with_extension("yaml")).map_err(Failure::work)?;
@@ -95,7 +93,7 @@ impl Moved {
             let p = self.map_from_slam.apply([x1 + column * side_m, y1 + row * side_m]);
             let [column, row] = [(p[0] - x0) / side_m, (p[1] - y0) / side_m];
             let inside = column >= 0.0 && row >= 0.0 && column < width as f64 && row < height as f64;
-            if inside { pixel_of(cells[row as usize * width + column as usize].occupancy()) } else { outside }
+            if inside { pixel_of(cells[row as usize * width + column as usize].occupancy()) } else { UNKNOWN }
         };
         let (wide, high) = (spec.width as usize, spec.height as usize);
         let turned = resampled(wide, high, first_wins, look);

@@ -33,7 +33,7 @@ impl Pixel {
             Class::Stair | Class::Ramp => Self::Stair,
             Class::Door => Self::Door,
             Class::None if grid.planning[cell] == 100 => Self::Blocked,
-            Class::None if shows_keepout && grid.keepout[cell] != 0 && grid.floor[cell] != 0 => Self::KeptOut,
+            Class::None if shows_keepout && grid.is_keepout(cell) && grid.floor[cell] != 0 => Self::KeptOut,
             Class::None if grid.planning[cell] != 0 => Self::Unknown,
             Class::None if grid.space[cell] != 0 => Self::Space,
             Class::None => Self::Free,

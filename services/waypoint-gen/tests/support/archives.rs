@@ -328,7 +328,7 @@ fn grid(house: &House, names: &[char], storey: usize) -> ArchiveBuffer {
         let is_void = letter_of(character).is_some() && character.is_ascii_uppercase();
         layers.class[index] = class.id();
         layers.planning[index] = if is_blocked && planning == 0 { 100 } else { planning };
-        layers.keepout[index] = if is_blocked || is_void || character == '~' { 100 } else { 0 };
+        layers.keepout[index] = if is_blocked || is_void || character == '~' { 100 } else { -1 };
         layers.floor[index] = u8::from(planning != -1);
         layers.space[index] = space.map_or(0, |name| names.iter().position(|n| *n == name).unwrap() as u16 + 1);
     }

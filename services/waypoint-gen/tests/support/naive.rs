@@ -29,7 +29,7 @@ pub(crate) fn standing(grid: &Grid<'_>, radius_m: f64) -> Vec<bool> {
             })
         })
     };
-    (0..spec.n_cells()).map(|c| grid.planning[c] == 0 && grid.keepout[c] == 0 && is_clear(c)).collect()
+    (0..spec.n_cells()).map(|c| grid.planning[c] == 0 && grid.keepout[c] == -1 && is_clear(c)).collect()
 }
 
 /// The cells that hang together along sides with a cell.
