@@ -9,8 +9,9 @@ use crate::cut::{self, StoreyCut};
 use crate::doors::DoorLayers;
 use crate::facts::{self, BLOCKED, DOOR, FLOOR, GROUND, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
 use crate::floor::{FloorPlans, enclosed_floor, outline, put, sides_with_floor};
+use crate::gaps;
 use crate::near::Look;
-use crate::window::{Keepout, LOCALIZATION_REACH, Margins, SIDE, localization};
+use crate::window::{Keepout, Localization, Margins, SIDE};
 use grid::{CellRect, Class, GridSpec, Growth, join_rects};
 use messages::{
     ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Phase, RegionRecord, RobotProfile,
@@ -386,7 +387,9 @@ impl Canvas {
             work.iter().chain(&*working).any(|work| work.meets(&around))
         };
         each(margins.work_reach(), &is_near_work, &mut |window| keepout.work(growth, margins, window));
-        each(LOCALIZATION_REACH, &|_| true, &mut |window| localization(facts, whole, growth, window, seen));
+        let gap_cells = gaps::most_cells(scene.storey.spec.cell_tenths);
+        let mut localization = Localization { facts, layer: seen, whole, gap_cells };
+        each(localization.reach(), &|_| true, &mut |window| localization.draw(growth, window));
     }
 
     /// What a robot finds at the doors around which anything differs.

@@ -2,10 +2,11 @@
 
 use crate::RasterizeError;
 use crate::doors::DoorAt;
+use crate::gaps;
 use crate::near::{Near, near};
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, Footprint, MultiPolygon, OrientedBox, Ring, Slab, floor_faces, footprint};
-use grid::{CellRect, Class, GridSpec, Run, overlapped_cells};
+use grid::{CellRect, Class, GridSpec, Run, covered_cells, overlapped_cells};
 use messages::{
     ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
 };
@@ -76,8 +77,8 @@ pub(crate) struct StoreyCut {
     /// From the largest to the smallest: where spaces overlap the smaller wins.
     pub(crate) spaces: Vec<SpaceRuns>,
     pub(crate) passages: Vec<Passage>,
-    /// Stairs, ramps, lifts and shafts that reach an assumed floor from below.
-    pub(crate) from_below: MultiPolygon,
+    /// Cells of the floor that is assumed from spaces; none on a storey of another kind.
+    pub(crate) assumed_floor: Vec<Run>,
     /// Elements between this floor and the next.
     pub(crate) overhead: Vec<Overhead>,
     /// Elements whose state can change the storey's grid, and where.
@@ -136,10 +137,13 @@ impl StoreyCut {
             floor: floor_pieces(site, &spec, floor_z, robot),
             spaces: spaces_of(site, &spec, map_storey),
             passages: passages_of(site, &spec, floor_z, hi),
-            from_below: from_below(site, floor_z),
+            assumed_floor: Vec::new(),
             overhead: overhead(site, floor_z),
             near: Vec::new(),
         };
+        if storey.floor_kind == FloorKind::AssumedFromSpaces {
+            storey.assumed_floor = assumed_floor(site, &storey);
+        }
         let heights =
             Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT) };
         storey.near = near(site, &storey, heights);
@@ -296,6 +300,18 @@ fn passages_of(site: &Site<'_>, spec: &GridSpec, floor_z: i32, top: i32) -> Vec<
         Passage { host: o.host, plan, rect: CellRect::around(&runs), runs, around }
     };
     site.openings.iter().filter(is_passage).map(passage).collect()
+}
+
+/// The cells of a floor that is assumed from the storey's spaces. What stands or not does not change it.
+fn assumed_floor(site: &Site<'_>, storey: &StoreyCut) -> Vec<Run> {
+    let bounds_rooms =
+        |class: Class| matches!(class, Class::Wall | Class::Column | Class::CurtainWall | Class::Window | Class::Door);
+    let elements = storey.footprints.iter().filter(|(e, _)| bounds_rooms(site.elements[*e as usize].class()));
+    let passages = storey.passages.iter().map(|p| geometry::union(&[p.plan.ring()], geometry::FillRule::NonZero));
+    let beside: Vec<MultiPolygon> = elements.map(|(_, f)| gaps::solid_plan(f)).chain(passages).collect();
+    let spaces = geometry::union_of(storey.spaces.iter().map(|s| &s.polygon));
+    let floor = gaps::assumed_floor(&spaces, &geometry::union_of(&beside), &from_below(site, storey.floor_z));
+    covered_cells(&floor, &storey.spec)
 }
 
 /// What is no floor although a space covers it: stairs, ramps, lifts and shafts from the storey below.

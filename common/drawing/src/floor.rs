@@ -1,15 +1,13 @@
 //! Which cells have floor under them.
 
 use crate::cut::{FloorPiece, StoreyCut, cells_around, to_tenths};
+use crate::gaps::CRACK;
 use crate::regions::at_other_levels;
 use frames::{Map, Point2, TENTHS_PER_M};
-use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union, union_of};
+use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, union};
 use grid::{CellRect, Class, GridSpec, Mask, Run, covered_cells, enclosed, fill_holes};
 use messages::{FloorKind, RegionRecord, RobotProfile, Site};
 use std::collections::HashMap;
-
-/// Cracks between floor faces narrower than this, in tenths of a millimetre, are no drop-offs.
-const CRACK: i32 = 20;
 
 /// Obstacles with gaps up to this width enclose an interior.
 const ENCLOSING_GAP_M: f64 = 2.0;
@@ -79,10 +77,7 @@ fn floor_plan(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut, finishe
     let is_finished: Vec<u32> = places.filter(|(_, place)| is_in(finished, *place)).map(|(e, _)| e).collect();
     let built = plan_of(&storey.floor, |piece| is_finished.binary_search(&piece.element).is_ok());
     let runs = match storey.floor_kind {
-        FloorKind::AssumedFromSpaces => {
-            let spaces = union_of(storey.spaces.iter().map(|s| &s.polygon));
-            covered_cells(&close_gaps(&difference(&spaces, &storey.from_below), CRACK), &storey.spec)
-        }
+        FloorKind::AssumedFromSpaces => storey.assumed_floor.clone(),
         FloorKind::AssumedFromEnclosure => Vec::new(),
         FloorKind::Built => covered_cells(&built, &storey.spec),
     };

@@ -10,6 +10,7 @@ mod doors;
 mod error;
 mod facts;
 mod floor;
+mod gaps;
 mod near;
 mod regions;
 mod window;

@@ -108,18 +108,19 @@ proptest! {
         work_margin_m in prop::sample::select(vec![0.0, 0.4, 1.5]),
         edge_margin_m in prop::sample::select(vec![0.0, 0.3, 0.77]),
         is_floor_in_opening in any::<bool>(),
+        resolution_m in prop::sample::select(vec![0.1, 0.05]),
     ) {
         let site = house(&pieces, floor, is_floor_in_opening);
         let site = Site::open(site.bytes()).unwrap();
         let robot = RobotProfile { work_margin_m, edge_margin_m, ..RobotProfile::DEFAULT };
-        let mut walker = Rasterizer::new(&site, &robot, 0.1).unwrap();
+        let mut walker = Rasterizer::new(&site, &robot, resolution_m).unwrap();
         let mut before: Option<PhaseBuilder> = None;
         for states in &steps {
             let builder = phase_of(&site, states, before.as_ref());
             let phase = builder.finish();
             let phase = Phase::open(phase.bytes()).unwrap();
             walker.draw(&site, &phase);
-            let mut fresh = Rasterizer::new(&site, &robot, 0.1).unwrap();
+            let mut fresh = Rasterizer::new(&site, &robot, resolution_m).unwrap();
             fresh.draw(&site, &phase);
             compare(&walker, &fresh)?;
             walker.drawn().for_each(|drawn| assert_filter_frees_nothing(&Grid::open(drawn.archive).unwrap()));

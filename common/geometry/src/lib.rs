@@ -27,7 +27,7 @@ pub use floor_faces::{floor_faces, upward_triangles};
 pub use footprint::{Footprint, footprint};
 pub use mesh::{MeshView, is_closed, unit_normal};
 pub use oriented_box::OrientedBox;
-pub use overlay::{FillRule, close_gaps, difference, intersection, union, union_of};
+pub use overlay::{FillRule, close_gaps, difference, intersection, offset, union, union_of};
 pub use piece::{ConvexBox, Hull, Made, Piece, Shape};
 pub use pieces::{PieceOptions, convex_pieces};
 pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, ring_area_doubled};

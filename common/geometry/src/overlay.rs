@@ -45,16 +45,18 @@ pub fn difference(a: &MultiPolygon, b: &MultiPolygon) -> MultiPolygon {
     combine(a, b, OverlayRule::Difference)
 }
 
+/// The region grown by `reach` (tenths of a millimetre) to all sides, or shrunk by a negative one; corners stay sharp. `None`
+/// if its coordinates are too large for that.
+pub fn offset(region: &MultiPolygon, reach: i32) -> Option<MultiPolygon> {
+    let sharpest = Angle::from_radians(0.2).expect("a small positive angle");
+    let style = IntOutlineStyle::new(reach).line_join(IntLineJoin::Miter(sharpest));
+    to_shapes(region).outline(&style).ok().map(from_int)
+}
+
 /// The region with cracks narrower than `width` (tenths of a millimetre) closed: grown and shrunk again.
 pub fn close_gaps(region: &MultiPolygon, width: i32) -> MultiPolygon {
     let reach = width / 2 + 1;
-    let sharpest = Angle::from_radians(0.2).expect("a small positive angle");
-    let style = |offset: i32| IntOutlineStyle::new(offset).line_join(IntLineJoin::Miter(sharpest));
-    let grown = match to_shapes(region).outline(&style(reach)) {
-        Ok(grown) => grown,
-        Err(_) => return region.clone(),
-    };
-    grown.outline(&style(-reach)).map_or_else(|_| region.clone(), from_int)
+    offset(region, reach).and_then(|grown| offset(&grown, -reach)).unwrap_or_else(|| region.clone())
 }
 
 fn combine(a: &MultiPolygon, b: &MultiPolygon, rule: OverlayRule) -> MultiPolygon {

@@ -7,6 +7,18 @@ pub const REACHED: u8 = 128;
 const SIDE: u16 = 5;
 const CORNER: u16 = 7;
 
+/// Steps of column and row to the neighbours of a cell.
+const DIRECTIONS: [[isize; 2]; 8] = [[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, 1], [1, -1], [-1, -1]];
+
+/// Cells between one at a place of 1 to `last` and the rim, in a direction.
+fn room(at: usize, direction: isize, last: usize) -> usize {
+    match direction {
+        0 => usize::MAX,
+        1.. => last - at,
+        _ => at - 1,
+    }
+}
+
 /// The farthest that a region can grow, in cells.
 pub const MAX_REACH_CELLS: f64 = ((u16::MAX - CORNER) / SIDE) as f64;
 
@@ -77,6 +89,31 @@ impl Growth {
         }
     }
 
+    /// Adds to `region` the cells of a gap: those on a straight line between a cell of `from` and one of `to`, along a row, a
+    /// column or a diagonal, with at most `most_cells` cells of neither region between them, on a diagonal as many less as it
+    /// is longer.
+    ///
+    /// Regions are bits. A diagonal step between two cells of `to` is closed, so that a gap never leads through a wall.
+    pub fn bridge(&mut self, [from, to]: [u8; 2], region: u8, most_cells: usize) {
+        let padded = self.width + 2;
+        let n_rows = self.cells.len() / padded - 2;
+        let most_on_diagonal = (most_cells * usize::from(SIDE)).div_ceil(usize::from(CORNER));
+        for row in 1..=n_rows {
+            for column in 1..=self.width {
+                if self.cells[row * padded + column] & to == 0 {
+                    continue;
+                }
+                for [dx, dy] in DIRECTIONS {
+                    let room = room(column, dx, self.width).min(room(row, dy, n_rows));
+                    let is_diagonal = dx != 0 && dy != 0;
+                    let most_cells = if is_diagonal { most_on_diagonal } else { most_cells };
+                    let line = [dx, dy * padded as isize + dx];
+                    self.bridge_from(row * padded + column, line, [from, to, region], most_cells.min(room));
+                }
+            }
+        }
+    }
+
     /// The rows of the window, with marks.
     pub fn rows(&self) -> impl Iterator<Item = &[u8]> {
         let inner = self.cells.len() / (self.width + 2) - 2;
@@ -109,6 +146,27 @@ impl Growth {
             if any != 0 {
                 let on = front.iter().enumerate().filter(|(_, on)| **on != 0);
                 buckets[0].extend(on.map(|(k, _)| (row + k + 1) as u32));
+            }
+        }
+    }
+
+    /// Follows a line from a cell of `to` over at most `most_cells` cells of neither region, and marks them if one of `from`
+    /// comes next. A line is the step of its column and of its place.
+    fn bridge_from(&mut self, place: usize, [dx, step]: [isize; 2], [from, to, region]: [u8; 3], most_cells: usize) {
+        let at = |n: usize| place.wrapping_add_signed(step * n as isize);
+        let is_diagonal = dx != 0 && step != dx;
+        for n in 0..=most_cells {
+            let sides = [at(n).wrapping_add_signed(dx), at(n + 1).wrapping_add_signed(-dx)];
+            if is_diagonal && sides.iter().all(|side| self.cells[*side] & to != 0) {
+                return;
+            }
+            let next = self.cells[at(n + 1)];
+            if next & to != 0 {
+                return;
+            }
+            if next & from != 0 {
+                (1..=n).for_each(|k| self.cells[at(k)] |= region);
+                return;
             }
         }
     }
@@ -180,6 +238,57 @@ mod tests {
         assert_eq!(grow(&mut Growth::default(), &mask(".. #."), &free, 5.0).count(), 0);
     }
 
+    const GAP: u8 = 4;
+
+    /// `f` is one region, `#` the other; `-` comes back for a gap between them.
+    fn bridged(text: &str, most_cells: usize) -> String {
+        let rows: Vec<&str> = text.split_whitespace().collect();
+        let mut growth = Growth::default();
+        growth.load(rows[0].len(), rows.iter().map(|r| r.as_bytes()), |cell| match cell {
+            b'f' => SEED,
+            b'#' => THROUGH,
+            _ => 0,
+        });
+        growth.bridge([SEED, THROUGH], GAP, most_cells);
+        let row =
+            |cells: &[u8]| cells.iter().map(|cell| [".", "f", "#", "?", "-"][usize::from(*cell)]).collect::<String>();
+        growth.rows().map(row).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn a_gap_is_bridged_if_it_is_narrow() {
+        assert_eq!(bridged("ff..# ff..# ff.ff", 2), "ff--# ff--# ff.ff");
+        assert_eq!(bridged("ff...# ff...#", 2), "ff...# ff...#");
+        assert_eq!(bridged("f..... ...... ..#...", 1), "f..... .-.... ..#...", "along a diagonal");
+        assert_eq!(bridged("f#.# f#.# f#.#", 2), "f#.# f#.# f#.#", "not behind a wall");
+        assert_eq!(bridged("f.#. .#.. #..#", 3), "f-#. -#.. #..#", "nor through a diagonal one");
+    }
+
+    /// The same from the other side: every cell of `from` looks for one of `to`.
+    fn bridged_slowly(cells: &[u8], width: usize, most_cells: usize) -> Vec<u8> {
+        let at = |x: i32, y: i32| {
+            let is_inside = 0 <= x && x < width as i32 && 0 <= y && y < (cells.len() / width) as i32;
+            is_inside.then(|| y as usize * width + x as usize)
+        };
+        let is = |x: i32, y: i32, region: u8| at(x, y).is_some_and(|place| cells[place] & region != 0);
+        let mut out = cells.to_vec();
+        for place in (0..cells.len()).filter(|place| cells[*place] & SEED != 0) {
+            let (x, y) = ((place % width) as i32, (place / width) as i32);
+            for [dx, dy] in DIRECTIONS.map(|d| d.map(|c| c as i32)) {
+                let most = if dx != 0 && dy != 0 { (most_cells * 5).div_ceil(7) } else { most_cells } as i32;
+                let Some(n) = (1..=most + 1).find(|n| is(x + n * dx, y + n * dy, SEED | THROUGH)) else { continue };
+                let is_closed = |k: i32| {
+                    let (x, y) = (x + k * dx, y + k * dy);
+                    dx != 0 && dy != 0 && is(x + dx, y, THROUGH) && is(x, y + dy, THROUGH)
+                };
+                if is(x + n * dx, y + n * dy, THROUGH) && !(0..n).any(is_closed) {
+                    (1..n).filter_map(|k| at(x + k * dx, y + k * dy)).for_each(|gap| out[gap] |= GAP);
+                }
+            }
+        }
+        out
+    }
+
     /// The same by asking every cell again and again until nothing changes.
     fn slowly(seeds: &Mask, through: &Mask, limit: u16) -> Mask {
         let (width, height) = (seeds.width as i64, seeds.height() as i64);
@@ -209,6 +318,22 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn gaps_are_the_same_from_both_sides(
+            (width, cells) in (1usize..9, prop::collection::vec(prop::sample::select(vec![0, 0, 0, SEED, THROUGH]), 1..80))
+                .prop_map(|(width, mut cells)| {
+                    cells.resize(cells.len().next_multiple_of(width), 0);
+                    (width, cells)
+                }),
+            most_cells in 0usize..6,
+        ) {
+            let mut growth = Growth::default();
+            growth.load(width, cells.chunks(width), |cell| cell);
+            growth.bridge([SEED, THROUGH], GAP, most_cells);
+            let found: Vec<u8> = growth.rows().flatten().copied().collect();
+            prop_assert_eq!(found, bridged_slowly(&cells, width, most_cells));
+        }
+
         #[test]
         fn growth_is_what_the_slow_way_gives_also_in_memory_that_was_used(
             width in 1usize..9,

@@ -16,14 +16,23 @@ pub(crate) fn t(m: f64) -> i32 {
     frames::tenths(m).unwrap()
 }
 
-/// A building to be.
+/// A building to be, and how it is drawn.
 pub(crate) struct House {
     pub(crate) builder: SiteBuilder,
+    pub(crate) floor: FloorKind,
+    pub(crate) resolution_m: f64,
+    /// Lower left and upper right corner of the storey.
+    pub(crate) bounds_m: [f64; 4],
 }
 
 impl House {
+    pub(crate) fn empty() -> Self {
+        let bounds_m = [-1.0, -2.0, 5.0, 4.0];
+        Self { builder: SiteBuilder::default(), floor: FloorKind::Built, resolution_m: 0.1, bounds_m }
+    }
+
     pub(crate) fn new() -> Self {
-        let mut house = Self { builder: SiteBuilder::default() };
+        let mut house = Self::empty();
         house.add(Class::Wall, [-0.2, -0.2, 0.0], [1.5, 0.0, 2.5]);
         house.add(Class::Wall, [2.4, -0.2, 0.0], [4.2, 0.0, 2.5]);
         house.add(Class::Wall, [-0.2, 0.0, 0.0], [0.0, 3.2, 2.5]);
@@ -113,20 +122,21 @@ impl House {
             global_id: Text::default(),
             name,
             floor_z_tenths: 0,
-            floor: FloorKind::Built as u32,
-            bounds_tenths: [t(-1.0), t(-2.0), t(5.0), t(4.0)],
+            floor: self.floor as u32,
+            bounds_tenths: self.bounds_m.map(t),
         });
         self.builder.finish()
     }
 
     pub(crate) fn map_at(self, change: impl Fn(&mut PhaseBuilder), robot: &RobotProfile) -> Drawn {
+        let resolution_m = self.resolution_m;
         let site = self.site();
         let site = Site::open(site.bytes()).unwrap();
         let mut phase = PhaseBuilder::everything_built(0, site.elements.len(), site.spaces.len());
         change(&mut phase);
         let phase = phase.finish();
         let phase = Phase::open(phase.bytes()).unwrap();
-        let mut rasterizer = Rasterizer::new(&site, robot, 0.1).unwrap();
+        let mut rasterizer = Rasterizer::new(&site, robot, resolution_m).unwrap();
         rasterizer.draw(&site, &phase);
         let grid = ArchiveBuffer::copy_of(rasterizer.drawn().next().unwrap().archive);
         let index = ArchiveBuffer::copy_of(rasterizer.index(&site, &phase, "test").0);

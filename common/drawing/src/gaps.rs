@@ -1,0 +1,119 @@
+//! Narrow gaps between floor and what stands beside it: how wide they are in cells, and what they add to a floor that is
+//! assumed from spaces.
+
+use geometry::{FillRule, Footprint, MultiPolygon, Point, Ring, close_gaps, difference, intersection};
+use geometry::{offset, ring_area_doubled, union, union_of};
+
+/// Gaps narrower than this, in tenths of a millimetre, are modelling: an outline that ends before the wall, the joint of a
+/// slab. Wider ones are real.
+const NARROW: i32 = 2_000;
+
+/// Cracks between floor faces narrower than this, in tenths of a millimetre, are no drop-offs.
+pub(crate) const CRACK: i32 = 20;
+
+/// The most cells in a row that a narrow gap can show as, on a raster where floor counts only in cells that it covers whole.
+pub(crate) fn most_cells(cell_tenths: i32) -> u32 {
+    // The floor ends in the first of them, so that the gap is wider than all the others.
+    NARROW.unsigned_abs().div_ceil(cell_tenths.unsigned_abs())
+}
+
+/// The floor of a storey that is assumed from its spaces: the spaces and the narrow gaps between them, to walls, under doors
+/// and before passages, less what reaches the storey from below.
+///
+/// `beside` are walls and what stands in them; they are no floor themselves unless the spaces on both sides are so close.
+pub(crate) fn assumed_floor(spaces: &MultiPolygon, beside: &MultiPolygon, from_below: &MultiPolygon) -> MultiPolygon {
+    let spaces = difference(spaces, from_below);
+    // Grown edges that only just touch would close a gap that is not narrower.
+    let close = |region: &MultiPolygon| close_gaps(region, NARROW - 3);
+    let between_spaces = close(&spaces);
+    let beside_them = difference(&close(&union_of([&spaces, beside])), beside);
+    // A gap between walls that goes on from there is none of the spaces.
+    let near_spaces = offset(&spaces, NARROW).unwrap_or_default();
+    let beside_them = intersection(&beside_them, &near_spaces);
+    let floor = difference(&union_of([&between_spaces, &beside_them]), from_below);
+    let mut floor = close_gaps(&floor, CRACK);
+    // Gaps between walls alone, like a cavity, have no floor.
+    floor.0.retain(|part| !intersection(&MultiPolygon(vec![part.clone()]), &spaces).is_empty());
+    floor
+}
+
+/// The plan of something, its surfaces without thickness as thin as can be.
+pub(crate) fn solid_plan(footprint: &Footprint) -> MultiPolygon {
+    let thin = |[a, b]: &[Point; 2]| -> Ring {
+        let is_flat = (b[0] - a[0]).abs() >= (b[1] - a[1]).abs();
+        let off = if is_flat { [0, 1] } else { [1, 0] };
+        let moved = |p: &Point, sign: i32| [p[0] + sign * off[0], p[1] + sign * off[1]];
+        let mut ring = vec![moved(a, -1), moved(b, -1), moved(b, 1), moved(a, 1)];
+        if ring_area_doubled(&ring) < 0 {
+            ring.reverse();
+        }
+        ring
+    };
+    let rings: Vec<Ring> = footprint.area.rings().cloned().chain(footprint.lines.iter().map(thin)).collect();
+    union(&rings, FillRule::NonZero)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_narrow_gap_is_as_wide_in_metres_at_every_resolution() {
+        assert_eq!([100, 200, 300, 500, 1_000, 2_000, 2_500].map(most_cells), [20, 10, 7, 4, 2, 1, 1]);
+    }
+
+    fn rectangle([x, y, width, depth]: [i32; 4]) -> Ring {
+        vec![[x, y], [x + width, y], [x + width, y + depth], [x, y + depth]]
+    }
+
+    fn region(rectangles: &[[i32; 4]]) -> MultiPolygon {
+        union(&rectangles.iter().copied().map(rectangle).collect::<Vec<_>>(), FillRule::NonZero)
+    }
+
+    #[test]
+    fn a_gap_of_just_the_width_is_real() {
+        let floor = |gap: i32| {
+            let spaces = region(&[[0, 0, 30_000, 30_000], [30_000 + gap, 0, 30_000, 30_000]]);
+            assumed_floor(&spaces, &MultiPolygon::default(), &MultiPolygon::default()).area_m2()
+        };
+        assert!((floor(NARROW) - 18.0).abs() < 1e-3 && (floor(NARROW - 10) - 18.597).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_surface_without_thickness_bounds_a_gap() {
+        for line in [[[31_000, 0], [31_000, 30_000]], [[31_000, 30_000], [31_000, 0]]] {
+            let sheet = solid_plan(&Footprint { area: MultiPolygon::default(), lines: vec![line] });
+            let floor = assumed_floor(&region(&[[0, 0, 30_000, 30_000]]), &sheet, &MultiPolygon::default());
+            assert!((floor.area_m2() - 9.3).abs() < 1e-2, "{}", floor.area_m2());
+        }
+    }
+
+    /// Rectangles in tenths of a millimetre, corners at whole centimetres.
+    fn rectangles(n: std::ops::Range<usize>) -> impl Strategy<Value = Vec<[i32; 4]>> {
+        let one = (0..150i32, 0..150i32, 5..90i32, 5..90i32).prop_map(|(x, y, w, d)| [x, y, w, d].map(|c| c * 100));
+        prop::collection::vec(one, n)
+    }
+
+    proptest! {
+        #[test]
+        fn an_assumed_floor_holds_its_spaces_and_ends_near_them(
+            spaces in rectangles(1..5), beside in rectangles(0..5), below in rectangles(0..3),
+        ) {
+            let floor = assumed_floor(&region(&spaces), &region(&beside), &region(&below));
+            let is_in = |rectangles: &[[i32; 4]], [x, y]: [i32; 2], around: i32| {
+                rectangles.iter().any(|[x0, y0, w, d]| {
+                    (x0 - around..x0 + w + around).contains(&x) && (y0 - around..y0 + d + around).contains(&y)
+                })
+            };
+            // Points off all borders.
+            let steps = || (-3_000..30_000).step_by(500).map(|c| c + 37);
+            for p in steps().flat_map(|y| steps().map(move |x| [x, y])) {
+                let is_floor = floor.contains(p.map(f64::from));
+                prop_assert!(!is_floor || !is_in(&below, p, 0), "{p:?} is over a stair");
+                prop_assert!(!is_floor || is_in(&spaces, p, NARROW), "{p:?} is far from spaces");
+                prop_assert!(is_floor || !is_in(&spaces, p, 0) || is_in(&below, p, 0), "{p:?} lost its floor");
+            }
+        }
+    }
+}
