@@ -4,7 +4,7 @@
 mod support;
 
 use serde_json::Value;
-use support::{FREE, OCCUPIED, Storey, UNKNOWN, convert, demo_model};
+use support::{FREE, OCCUPIED, Storey, UNKNOWN, convert, demo_model, root};
 
 fn by_name<'a>(map: &'a Value, name: &str) -> &'a Value {
     let all = map.as_object().unwrap().values();
@@ -94,6 +94,15 @@ fn the_keep_out_filter_makes_no_unknown_cell_free() {
     for storey in [0, 1] {
         maps.storey(storey).assert_filter_frees_nothing();
     }
+}
+
+#[test]
+fn the_nav2_parameters_keep_off_unknown_cells_and_let_a_robot_leave_keep_out() {
+    let text = std::fs::read_to_string(root().join("config/nav2/params.yaml")).unwrap();
+    let keys = || text.lines().filter_map(|line| line.split('#').next()).map(str::trim);
+    let count = |key: &str| keys().filter(|k| *k == key).count();
+    assert_eq!((count("allow_unknown: false"), count("track_unknown_space: true")), (1, 1));
+    assert_eq!((count("filters: [\"keepout_filter\"]"), count("override_lethal_cost: true")), (2, 2));
 }
 
 #[test]
