@@ -9,12 +9,13 @@ Needs numpy and Pillow. Prints what does not hold, and a line with the verdict f
 
 What is proved of each folder:
 
+- the floor: what parts of it there are, how large they are, and that waypoints are only in those that are told to be reached;
 - waypoints: in their space, at the height of floor and sensor, on free floor clear by the robot's radius, off keep-out; all
   in places that the robot can get to from one another, or through stairs and lifts that it can take;
 - spaces: each has its centre or a reason for having none, and the map bears out what reasons say of it;
 - scans: how many faces of walls each sees, how many of them earlier ones saw, what share all of them see of what can be seen;
 - tours: each waypoint has its place, a way of the told length leads to it over floor that the robot can be on;
-- the route graph: nodes clear, edges on floor that the robot can be on and as long as told, every part connected, ways through
+- the route graph: nodes clear and named as in semantic.json, edges on floor that the robot can be on and as long as told, every part connected, ways through
   doors told as such, ways between storeys only for robots that can take them; each storey's `route.geojson` says the same.
 
 It judges plans for a robot that drives open tours and looks at elements of all classes, as without `--waypoints`.
@@ -45,8 +46,8 @@ class Export:
         def load(name):
             return json.loads((out / name).read_text(encoding="utf-8"))
 
-        self.manifest, plan, self.graph, semantic = map(
-            load, ("manifest.json", "waypoints.json", "site-graph.json", "semantic.json"))
+        self.manifest, plan, self.graph, semantic, self.report = map(
+            load, ("manifest.json", "waypoints.json", "site-graph.json", "semantic.json", "report.json"))
         self.elements, self.spaces = semantic["elements"], semantic["spaces"]
         self.plan, self.outcomes = plan, plan["spaces"]
         self.robot, self.resolution_m = self.manifest["robot"], self.manifest["resolution_m"]
@@ -77,18 +78,18 @@ class Export:
         storey = self.storeys[space["storey"]]
         rows, columns = storey.cells_around(corners_m(space))
         middles = storey.points_m(np.stack([columns, rows], 1) + 0.5)
-        is_own = depth_m(space["polygon"], middles) > -rim_m
-        others = [o for other_id, o in self.spaces.items() if other_id != space_id and o["polygon"]]
+        is_own = depth_m(space["polygon_m"], middles) > -rim_m
+        others = [o for other_id, o in self.spaces.items() if other_id != space_id and o["polygon_m"]]
         for other in (o for o in others if o["storey"] == space["storey"] and takes(o["area_m2"], space["area_m2"])):
             low, high = corners_m(other).min(0), corners_m(other).max(0)
             near = np.flatnonzero(is_own & ((middles >= low + rim_m) & (middles <= high - rim_m)).all(1))
-            is_own[near] = depth_m(other["polygon"], middles[near]) < rim_m
+            is_own[near] = depth_m(other["polygon_m"], middles[near]) < rim_m
         return rows[is_own], columns[is_own]
 
 
 def corners_m(space):
     """The corners of a space that has a place on a storey."""
-    return np.array([point[:2] for rings in space["polygon"] for point in rings[0]])
+    return np.array([point[:2] for rings in space["polygon_m"] for point in rings[0]])
 
 
 CHECKS = (

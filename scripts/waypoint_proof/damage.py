@@ -123,7 +123,7 @@ def keep_out_around_a_waypoint(copy):
 
 def a_wall_in_the_way(copy):
     with copy.graph() as graph:
-        lines = [point for edge in door_of_a_room(copy, graph) for point in edge["line"]]
+        lines = [point for edge in door_of_a_room(copy, graph) for point in edge["line_m"]]
     copy.draw("planning.pgm", lines, copy.manifest["robot"]["radius_m"], OCCUPIED)
     return {"edge", "reach"}
 
@@ -211,6 +211,25 @@ def a_node_in_a_wall(copy):
     return {"node", "edge", "route"}
 
 
+def a_node_of_another_name(copy):
+    with copy.graph() as graph:
+        next(n for n in graph["nodes"] if n["space_name"])["space_name"] = "elsewhere"
+    return {"node"}
+
+
+def a_part_that_is_not_reached(copy):
+    with edited(copy.out / "report.json") as report:
+        for part in report["storeys"][0]["reach"]["parts"]:
+            part["reached"] = False
+    return {"parts"}
+
+
+def a_part_left_out(copy):
+    with edited(copy.out / "report.json") as report:
+        report["storeys"][0]["reach"]["parts"].pop()
+    return {"parts"}
+
+
 def an_edge_through_a_wall(copy):
     with copy.graph() as graph:
         floor = next(e for e in graph["edges"] if e["class"] == "floor")
@@ -218,7 +237,7 @@ def an_edge_through_a_wall(copy):
         b = max(others, key=lambda n: abs(n["x_m"] - a["x_m"]))
         line = [[n["x_m"], n["y_m"]] for n in (a, b)]
         length_m = float(np.hypot(*np.subtract(*line)))
-        new = dict(floor, id=10 ** 6, to=b["id"], line=line, length_m=length_m, clearance_m=0.3)
+        new = dict(floor, id=10 ** 6, to=b["id"], line_m=line, length_m=length_m, clearance_m=0.3)
         graph["edges"].append({**new, "from": a["id"]})
     return {"edge", "route"}
 
@@ -253,7 +272,7 @@ def a_door_elsewhere(copy):
     with copy.graph() as graph, edited(copy.out / "semantic.json") as semantic:
         door = semantic["elements"][door_of_a_room(copy, graph)[0]["of"]]
         for end in ("min", "max"):
-            door["aabb"][end][0] += 3.0
+            door["aabb_m"][end][0] += 3.0
     return {"door"}
 
 
@@ -274,7 +293,9 @@ DAMAGES = (
     a_sensor_at_another_height, keep_out_around_a_waypoint, a_wall_in_the_way, a_wall_through_a_room, a_scan_left_out,
     a_scan_that_claims_more_faces, a_scan_that_claims_more_overlap, a_coverage_that_is_too_good,
     a_space_that_is_seen_more_than_told, two_waypoints_that_changed_places, a_leg_too_short, a_leg_too_long,
-    a_space_with_neither_waypoint_nor_reason, a_reason_that_is_not_true, a_node_in_a_wall, an_edge_through_a_wall, an_edge_of_a_wrong_length, an_edge_left_out,
+    a_space_with_neither_waypoint_nor_reason, a_reason_that_is_not_true, a_node_in_a_wall,
+    a_node_of_another_name, a_part_that_is_not_reached, a_part_left_out, an_edge_through_a_wall, an_edge_of_a_wrong_length,
+    an_edge_left_out,
     an_edge_of_another_door, a_door_closed_to_the_robot, a_door_elsewhere, a_stair_for_a_robot_on_wheels,
     a_route_in_one_direction,
 )

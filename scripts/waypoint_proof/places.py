@@ -7,6 +7,8 @@ from .storey import ROUNDED_M, are_clear, depth_m
 
 # Ways over cells are at most this much longer than straight ones: steps to eight neighbours.
 OCTILE = 1.0824
+# Smaller parts of a floor are not told.
+LEAST_PART_M2 = 0.1
 CAN_PASS = ("passable", "absent")
 
 
@@ -50,14 +52,14 @@ def check_inside(export, w, name):
     if space is None or space["storey"] != w["storey"]:
         yield "inside", f"{name} is in the space {w['space']}, which is not on its storey"
         return
-    if depth_m(space["polygon"], [w["x_m"], w["y_m"]])[0] < -ROUNDED_M:
+    if depth_m(space["polygon_m"], [w["x_m"], w["y_m"]])[0] < -ROUNDED_M:
         yield "inside", f"{name} is outside of its space {w['space']}"
     if math.dist(w["centroid_m"][:2], space["centroid_m"]) > ROUNDED_M:
         yield "inside", f"{name} tells another centroid than that of its space"
 
 
 def check_reach(export):
-    """All waypoints can be got to from the largest part of a storey, or else all from one another."""
+    """Waypoints can be got to from one part of each storey at most, and what is told of reached floor is so."""
     groups = {}
 
     def group(part):
@@ -70,10 +72,13 @@ def check_reach(export):
         a, b = (group((node["storey"], node["part"])) for node in ends)
         if edge["usable"] and ends[0]["storey"] != ends[1]["storey"] and a != b:
             groups[a] = b
-    largest = {group((i, int(s.n_cells.argmax()))) for i, s in export.storeys.items()}
-    visited = {group((i, part)) for i in export.storeys for part in export.reached(i)}
-    if len(visited) > 1 and not visited <= largest:
-        yield "reach", "there are waypoints in parts of the building that no way joins"
+    for index in export.storeys:
+        on_it = {group((index, part)) for part in export.reached(index)}
+        elsewhere = {group((i, part)) for i in export.storeys if i != index for part in export.reached(i)}
+        # Ways over storeys that are left out are not told.
+        if len(on_it - elsewhere) > 1 and not export.manifest["storeys_left_out"]:
+            yield "reach", f"there are waypoints in parts of storey {index} that no way joins"
+    yield from check_parts(export)
     cell_m2 = export.resolution_m ** 2
     for outcome in export.plan["storeys"]:
         n_cells, reached = export.storeys[outcome["storey"]].n_cells, export.reached(outcome["storey"])
@@ -85,6 +90,26 @@ def check_reach(export):
                 f"{outcome['reached_m2']} and {outcome['unreached_m2']}"
         if n_cells[reached].sum() * cell_m2 > 1.001 * outcome["reached_m2"] + cell_m2:
             yield "reach", f"the robot gets to more of {name} than the {outcome['reached_m2']} m2 told"
+
+
+def check_parts(export):
+    """The parts of the floors in report.json are those of the maps, and waypoints are in parts that the robot gets to."""
+    cell_m2 = export.resolution_m ** 2
+    for entry in (e for e in export.report["storeys"] if e["index"] in export.storeys):
+        storey, told, name = export.storeys[entry["index"]], entry["reach"]["parts"], f"storey {entry['index']}"
+        parts = [storey.part_at(storey.places(part["at_m"])[0]) for part in told]
+        sizes_m2 = [storey.n_cells[part] * cell_m2 for part in parts]
+        if 0 in parts or len(set(parts)) != len(parts) or (storey.n_cells * cell_m2 >= LEAST_PART_M2).sum() != len(parts):
+            yield "parts", f"the {len(parts)} parts of {name} that are told are not those of its map"
+        elif any(abs(part["area_m2"] - size_m2) > 0.001 + ROUNDED_M for part, size_m2 in zip(told, sizes_m2)):
+            yield "parts", f"parts of {name} have other areas on its map"
+        elif not set(export.reached(entry["index"])) <= {p for p, part in zip(parts, told) if part["reached"]} | small(storey, cell_m2):
+            yield "parts", f"there are waypoints in parts of {name} that are told not to be reached"
+
+
+def small(storey, cell_m2):
+    """Parts that are too small to be told."""
+    return set(np.flatnonzero(storey.n_cells * cell_m2 < LEAST_PART_M2).tolist())
 
 
 def check_spaces(export):

@@ -24,16 +24,28 @@ def check_nodes(export):
         known = export.spaces if node["kind"] == "space" else export.elements
         if (node["kind"] == "junction") != (node["of"] is None) or node["of"] not in known and node["of"] is not None:
             yield "node", f"{name} is a {node['kind']} of {node['of']}"
+        elif names_of(export, node) != (node["name"], node["space_name"]):
+            yield "node", f"{name} has other names than semantic.json: {node['name']}, {node['space_name']}"
         elif node["space"] is not None:
             # Its cell is the space's, perhaps by an edge only; where spaces overlap it may be another one's.
             for space_id, least_m in ((node["space"], -export.resolution_m), (node["of"], -ROUNDED_M)):
                 space = export.spaces.get(space_id)
-                if space and depth_m(space["polygon"], [node["x_m"], node["y_m"]])[0] < least_m:
+                if space and depth_m(space["polygon_m"], [node["x_m"], node["y_m"]])[0] < least_m:
                     yield "node", f"{name} is not in the space {space_id}"
     spaces = {node["of"] for node in export.graph["nodes"] if node["kind"] == "space"}
     for w in export.waypoints:
         if w["kind"] == "centre" and w["space"] not in spaces:
             yield "node", f"space {w['space']} has a centre and no node"
+
+
+def names_of(export, node):
+    """(name of what a node is, name of the space that it lies in), both with long names; None where there is none."""
+    def room(space_id):
+        space = export.spaces.get(space_id, {})
+        return " ".join(filter(None, (space.get("name"), space.get("long_name")))) or None
+
+    own = room(node["of"]) if node["kind"] == "space" else export.elements.get(node["of"], {}).get("name")
+    return own, room(node["space"])
 
 
 def check_edges(export):
@@ -42,7 +54,7 @@ def check_edges(export):
         yield "edge", "two nodes or edges have one id"
     for edge in export.graph["edges"]:
         ends = [export.nodes[edge[end]] for end in ("from", "to")]
-        for node, point in zip(ends, (edge["line"][0], edge["line"][-1])):
+        for node, point in zip(ends, (edge["line_m"][0], edge["line_m"][-1])):
             if math.dist(point, (node["x_m"], node["y_m"])) > ROUNDED_M:
                 yield "edge", f"the line of edge {edge['id']} does not end at node {node['id']}"
         if edge["class"] in ("floor", "door"):
@@ -58,10 +70,10 @@ def check_level_edge(export, edge, ends):
     if ends[0]["storey"] != ends[1]["storey"] or not edge["usable"]:
         yield "edge", f"{name} is on the floor, and joins two storeys or cannot be used"
         return
-    length_m = sum(math.dist(a, b) for a, b in zip(edge["line"], edge["line"][1:]))
+    length_m = sum(math.dist(a, b) for a, b in zip(edge["line_m"], edge["line_m"][1:]))
     if abs(edge["length_m"] - length_m) > ROUNDED_M:
         yield "edge", f"{name} is {length_m:.4f} m long, told are {edge['length_m']} m"
-    line = storey.places(edge["line"])
+    line = storey.places(edge["line_m"])
     # The robot fits at the nodes, though perhaps not at the middles of their cells.
     can_be = storey.stands.copy()
     for node in ends:
@@ -83,7 +95,7 @@ def check_level_edge(export, edge, ends):
 
 def doors_on(export, index):
     """The doors that the robot passes on a storey."""
-    doors = {guid: e for guid, e in export.elements.items() if e["class"] == "door" and e["aabb"]}
+    doors = {guid: e for guid, e in export.elements.items() if e["class"] == "door" and e["aabb_m"]}
     return [guid for guid, door in doors.items() if door["attributes"].get("passage", {}).get(str(index)) == "passable"]
 
 
@@ -106,14 +118,14 @@ def check_door(export, edge, ends, line):
     if beside_m(storey, door, line) > DOOR_M:
         yield "door", f"{name} does not come to its door {edge['of']}"
     for node in (n for n in ends if n["kind"] != "door" and None not in attributes["spaces"]):
-        polygons = [export.spaces[space_id]["polygon"] for space_id in attributes["spaces"]]
+        polygons = [export.spaces[space_id]["polygon_m"] for space_id in attributes["spaces"]]
         if max(depth_m(polygon, [node["x_m"], node["y_m"]])[0] for polygon in polygons) < -export.resolution_m:
             yield "door", f"{name} leads to node {node['id']}, which is in neither space of its door"
 
 
 def beside_m(storey, door, line):
     """How far a line stays off the box of a door."""
-    low, high = (storey.places(door["aabb"][end][:2])[0] for end in ("min", "max"))
+    low, high = (storey.places(door["aabb_m"][end][:2])[0] for end in ("min", "max"))
     places = along(line)
     return np.hypot(*np.maximum(np.maximum(low - places, places - high), 0).T).min() * storey.resolution_m
 
@@ -170,7 +182,7 @@ def check_routes(export):
         wanted = {node["id"]: [node["x_m"], node["y_m"]] for node in nodes}
         for edge in export.graph["edges"]:
             if edge["usable"] and edge["from"] in wanted and edge["to"] in wanted:
-                for a, b, line in ((edge["from"], edge["to"], edge["line"]), (edge["to"], edge["from"], edge["line"][::-1])):
+                for a, b, line in ((edge["from"], edge["to"], edge["line_m"]), (edge["to"], edge["from"], edge["line_m"][::-1])):
                     wanted[a, b, edge["length_m"], str([line])] = edge["class"]
         if told != wanted:
             n = sum(told.get(k) != wanted.get(k) for k in {**told, **wanted})

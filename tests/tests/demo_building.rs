@@ -4,7 +4,7 @@
 mod support;
 
 use serde_json::Value;
-use support::{FREE, OCCUPIED, Storey, UNKNOWN, convert, demo_model, root};
+use support::{FREE, OCCUPIED, Storey, UNKNOWN, convert, demo_model, groundplan, root};
 
 fn by_name<'a>(map: &'a Value, name: &str) -> &'a Value {
     let all = map.as_object().unwrap().values();
@@ -176,4 +176,88 @@ fn a_frame_is_kept_by_a_second_run_and_changed_on_demand() {
     let report = maps.json("report.json")["diagnostics"].to_string();
     assert!(report.contains("frame_kept"), "and a frame that is not the site's own is not kept in silence: {report}");
     assert_eq!(again(&["--new-frame"]), (0.0, 4));
+}
+
+#[test]
+fn chosen_storeys_alone_are_written_and_keep_their_index() {
+    let (all, upper) = (convert(&demo_model(), &[]), convert(&demo_model(), &["--storeys", "Upper*"]));
+    let storeys = upper.manifest["storeys"].as_array().unwrap();
+    assert_eq!(storeys.len(), 1);
+    assert_eq!(
+        (&storeys[0], &upper.manifest["storeys_left_out"]),
+        (&all.manifest["storeys"][1], &serde_json::json!([0]))
+    );
+    assert_eq!(all.manifest["storeys_left_out"], serde_json::json!([]));
+    let folder = storeys[0]["directory"].as_str().unwrap();
+    let (all, upper_files) = (all.contents(), upper.contents());
+    for map in ["planning", "keepout", "localization"] {
+        let path = std::path::Path::new(folder).join(format!("{map}.pgm"));
+        assert!(all[&path] == upper_files[&path], "{map} is that of the whole building");
+    }
+    assert!(upper_files.keys().filter(|p| p.starts_with("storeys")).all(|p| p.starts_with(folder)));
+    let waypoints = upper.json("waypoints.json");
+    let orders: Vec<u64> =
+        waypoints["waypoints"].as_array().unwrap().iter().map(|w| w["order"].as_u64().unwrap()).collect();
+    assert!(!orders.is_empty() && orders.iter().copied().eq(0..orders.len() as u64));
+    assert!(waypoints["waypoints"].as_array().unwrap().iter().all(|w| w["storey"] == 1));
+    let graph = upper.json("site-graph.json");
+    assert!(graph["nodes"].as_array().unwrap().iter().all(|n| n["storey"] == 1));
+    let nodes: Vec<u64> = graph["nodes"].as_array().unwrap().iter().map(|n| n["id"].as_u64().unwrap()).collect();
+    let edges = graph["edges"].as_array().unwrap();
+    assert!(edges.iter().flat_map(|e| [&e["from"], &e["to"]]).all(|n| nodes.contains(&n.as_u64().unwrap())));
+}
+
+/// What is said when a conversion is refused as bad usage.
+fn refused(more: &[&dyn AsRef<std::ffi::OsStr>]) -> String {
+    let home = tempfile::tempdir().unwrap();
+    let (model, out) = (demo_model(), home.path().join("out"));
+    let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"convert", &model, &"-o", &out];
+    arguments.extend(more);
+    let output = groundplan(&arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!((output.status.code(), out.exists()), (Some(2), false), "{said}");
+    said
+}
+
+#[test]
+fn names_that_match_nothing_and_a_start_off_the_floor_are_refused_with_what_is_near() {
+    let said = refused(&[&"--storeys", &"Uper floor"]);
+    assert!(said.contains("nearest: \"Upper floor\""), "{said}");
+    let home = tempfile::tempdir().unwrap();
+    let options = home.path().join("options.toml");
+    std::fs::write(&options, "spaces = [\"Plnat room\"]\n").unwrap();
+    let said = refused(&[&"--waypoints", &options]);
+    assert!(said.contains("\"Plnat room\" matches no space") && said.contains("\"Plant room\""), "{said}");
+    std::fs::write(&options, "[tour]\nstart = { storey = 0, x_m = -5.0, y_m = 3.0 }\n").unwrap();
+    let said = refused(&[&"--waypoints", &options]);
+    assert!(said.contains("[tour] start") && said.contains("nearest place where it can is x"), "{said}");
+    let said = refused(&[&"--waypoints", &options, &"--date", &"all"]);
+    assert!(said.contains("[tour] start"), "{said}");
+}
+
+#[test]
+fn the_terminal_and_the_report_tell_what_is_reached_of_each_storey() {
+    let maps = convert(&demo_model(), &[]);
+    let report = maps.json("report.json");
+    let waypoints = maps.json("waypoints.json");
+    for (entry, outcome) in report["storeys"].as_array().unwrap().iter().zip(waypoints["storeys"].as_array().unwrap()) {
+        assert_eq!(entry["reach"]["reached_m2"], outcome["reached_m2"]);
+        let parts = entry["reach"]["parts"].as_array().unwrap();
+        assert!(parts.iter().any(|p| p["reached"] == true && p["has_way_in"] == true), "{parts:?}");
+    }
+    let home = tempfile::tempdir().unwrap();
+    let (model, out) = (demo_model(), home.path().join("out"));
+    let output = groundplan(&[
+        &"convert",
+        &model,
+        &"-o",
+        &out,
+        &"--robot",
+        &support::root().join("config/robots/wheeled-low.toml"),
+    ]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.starts_with("map: the model neither turned nor shifted\n"), "{said}");
+    // A base that opens nothing is shut in.
+    let line = said.lines().find(|l| l.starts_with("storey  0")).unwrap();
+    assert!(line.contains(" m2 reached, ") && line.ends_with(" parts"), "{line}");
 }

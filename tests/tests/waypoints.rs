@@ -24,7 +24,7 @@ fn read(out: &Path) -> Value {
 /// Spaces that have a waypoint of this kind.
 fn names(waypoints: &Value, kind: &str) -> BTreeSet<String> {
     let all = waypoints["waypoints"].as_array().unwrap().iter().filter(|w| w["kind"] == kind);
-    all.map(|w| w["name"].as_str().unwrap().to_owned()).collect()
+    all.filter_map(|w| w["name"].as_str().map(str::to_owned)).collect()
 }
 
 #[test]

@@ -125,7 +125,7 @@ fn closed_doors(maps: &Maps) -> Vec<[f64; 4]> {
     let report = maps.json("report.json");
     let closed = report["doors"].as_array().unwrap().iter().filter(|d| d["passage"] != "passable");
     let around = |door: &Value| {
-        let aabb = &semantic["elements"][door["global_id"].as_str().unwrap()]["aabb"];
+        let aabb = &semantic["elements"][door["global_id"].as_str().unwrap()]["aabb_m"];
         let [low, high] = ["min", "max"].map(|end| [0, 1].map(|k| aabb[end][k].as_f64().unwrap()));
         [low[0], low[1], high[0], high[1]]
     };
@@ -207,7 +207,7 @@ fn every_standing_element_is_a_link_and_every_hung_door_a_model() {
         .as_object()
         .unwrap()
         .iter()
-        .filter(|(id, e)| !e["aabb"].is_null() && !elements.contains_key(*id))
+        .filter(|(id, e)| !e["aabb_m"].is_null() && !elements.contains_key(*id))
         .map(|(id, _)| id)
         .collect();
     assert!(missing.is_empty(), "{missing:?}");

@@ -1,6 +1,6 @@
 //! Waypoints as CSV.
 
-use crate::waypoints::{kind, name_of, space_id};
+use crate::waypoints::{kind, space_id, space_name};
 use crate::{ExportInput, rounded};
 use std::fmt::Write;
 
@@ -20,7 +20,7 @@ pub(crate) fn waypoints(input: &ExportInput<'_>) -> String {
             w.map_storey,
             rounded(w.sensor_z_m),
             w.yaw_rad,
-            quoted(&name_of(input, w)),
+            quoted(&space_name(input.site, w.space).unwrap_or_default()),
             rounded(w.clearance_m),
             rounded(w.covers_m2),
             rounded(w.overlap),

@@ -1,6 +1,6 @@
 //! Waypoints in latitude and longitude, where the site's projected system can be computed without tables of other programs.
 
-use crate::waypoints::{kind, name_of, space_id};
+use crate::waypoints::{kind, space_id, space_name};
 use crate::{ExportInput, rounded};
 use messages::{Site, WaypointRecord};
 use proj4rs::Proj;
@@ -70,7 +70,7 @@ impl<'a> Geographic<'a> {
             let [x_m, y_m, z_m] = w.position_in_map_m.map(rounded);
             let properties = json!({
                 "id": w.id, "order": w.order, "kind": kind(w), "storey": w.map_storey, "space": space_id(input, w.space),
-                "name": name_of(input, w), "x_m": x_m, "y_m": y_m, "z_m": z_m,
+                "name": space_name(input.site, w.space), "x_m": x_m, "y_m": y_m, "z_m": z_m,
                 "orthogonal_height_m": rounded(on_earth_m(self.site, w.position_in_map_m)[2]),
             });
             let place = self.longitude_latitude_deg(w.position_in_map_m);

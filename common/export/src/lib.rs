@@ -13,6 +13,7 @@ mod maps;
 mod output_folder;
 mod pictures;
 mod plan_picture;
+mod reach;
 mod report;
 mod route;
 mod schedule_report;
@@ -25,12 +26,13 @@ mod world;
 pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
 pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
+pub use reach::{FloorReach, spaces_not_mapped};
 pub use report::Report;
 pub use route::SiteGraph;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
-pub use waypoints::{Waypoints, nav2_poses};
+pub use waypoints::{Waypoints, nav2_poses, space_name};
 pub use world::{DoorMode, Leafs, Lookup, Materials, Pieces, WorldFileError, WorldOptions, WorldOptionsError};
 
 use geographic::Geographic;
@@ -48,11 +50,11 @@ pub struct ExportInput<'a> {
     pub phase: &'a Phase<'a>,
     /// Index of the grids, with doors and regions.
     pub index: &'a Grids<'a>,
-    /// One grid per map storey, in their order.
+    /// Grids of the map storeys that are written, in their order.
     pub grids: &'a [Grid<'a>],
     /// Waypoints.
     pub plan: &'a Plan<'a>,
-    /// Footprints of the elements in each map storey's slab, by element.
+    /// Footprints of the elements in the slab of each map storey of the site, by element.
     pub footprints: &'a [&'a [(u32, Footprint)]],
     /// Metres per cell.
     pub resolution_m: f64,
@@ -93,7 +95,8 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
     if let Ok(geographic) = Geographic::of(input.site) {
         files.push(ExportFile::new(geographic::FILE, json::text(&geographic.geojson(input))));
     }
-    for (grid, storey) in input.grids.iter().zip(input.site.map_storeys) {
+    for grid in input.grids {
+        let storey = &input.site.map_storeys[grid.head.map_storey as usize];
         let folder = storey_folder(input.site, grid.head.map_storey, storey);
         files.extend(maps::files(&folder, grid));
         files.extend(pictures::files(&folder, input, grid));
@@ -146,6 +149,11 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
+/// A text for JSON; `None`, which is written as null, if it is empty.
+pub fn text_or_null(text: &str) -> Option<String> {
+    (!text.is_empty()).then(|| text.to_owned())
+}
+
 /// Metres rounded to tenths of a millimetre: no more is known.
 pub fn rounded(metres: f64) -> f64 {
     // Absurd numbers of absurd files stay finite, because JSON has no infinity.
@@ -163,5 +171,10 @@ mod tests {
         assert_eq!(rounded(-0.000_01).to_bits(), 0.0f64.to_bits());
         assert_eq!(rounded(1.234_56), 1.2346);
         assert_eq!(rounded(-1e308), f64::MIN);
+    }
+
+    #[test]
+    fn an_empty_text_is_null() {
+        assert_eq!((text_or_null(""), text_or_null("a")), (None, Some("a".to_owned())));
     }
 }

@@ -1,7 +1,7 @@
 //! `manifest.json`: what an output folder holds and what it was made from.
 
 use crate::site_frame::{MapFromWorld, SiteFrameFile};
-use crate::{ExportFile, ExportInput, hex, storey_folder};
+use crate::{ExportFile, ExportInput, hex, storey_folder, text_or_null};
 use frames::metres;
 use messages::{FloorKind, Opens, Phase, RobotProfile, Site};
 use schemars::JsonSchema;
@@ -83,8 +83,10 @@ pub struct Manifest {
     robot: Robot,
     /// How frames lie to each other.
     frames: Frames,
-    /// The mapped storeys, from low to high.
+    /// The storeys that are written, from low to high.
     storeys: Vec<Storey>,
+    /// Indices of the map storeys that were not asked for: other files may name them, and there are no maps of them.
+    storeys_left_out: Vec<u32>,
     /// sha256 of every other file.
     files: BTreeMap<String, String>,
 }
@@ -95,14 +97,15 @@ struct Source {
     file: String,
     /// sha256 of the file.
     sha256: String,
-    /// FILE_SCHEMA as written.
-    schema: String,
+    /// FILE_SCHEMA as written; null if it is empty.
+    schema: Option<String>,
 }
 
 /// A robot profile; keys as in `config/robots/default.toml`.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Robot {
-    name: String,
+    /// Null if the profile has none.
+    name: Option<String>,
     height_m: f64,
     clearance_above_m: f64,
     step_height_m: f64,
@@ -177,12 +180,12 @@ impl EarthFromWorld {
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Storey {
-    /// Place from low to high.
+    /// Place among all map storeys of the site, from low to high.
     index: u32,
-    /// Name of the storey it is named after.
-    name: String,
-    /// GlobalId of the storey it is named after.
-    global_id: String,
+    /// Name of the storey it is named after; null if it has none.
+    name: Option<String>,
+    /// GlobalId of the storey it is named after; null if no storey of the files is.
+    global_id: Option<String>,
     /// Height of the finished floor in `map`.
     floor_z_m: f64,
     /// `built` or `assumed`.
@@ -220,6 +223,11 @@ impl Manifest {
                 frame_epoch: head.frame_epoch,
             },
             storeys: input.grids.iter().map(|grid| Storey::of(input, grid)).collect(),
+            storeys_left_out: (0..)
+                .zip(site.map_storeys)
+                .map(|(index, _)| index)
+                .filter(|index| !input.grids.iter().any(|grid| grid.head.map_storey == *index))
+                .collect(),
             files,
         }
     }
@@ -228,8 +236,11 @@ impl Manifest {
 impl Source {
     fn all(site: &Site<'_>) -> Vec<Self> {
         let text = |t| site.text(t).to_owned();
-        let source =
-            |s: &messages::SourceRecord| Self { file: text(s.file), sha256: hex(&s.sha256), schema: text(s.schema) };
+        let source = |s: &messages::SourceRecord| Self {
+            file: text(s.file),
+            sha256: hex(&s.sha256),
+            schema: text_or_null(site.text(s.schema)),
+        };
         site.sources.iter().map(source).collect()
     }
 }
@@ -240,8 +251,8 @@ impl Storey {
         let record = &input.site.map_storeys[index as usize];
         Self {
             index,
-            name: input.site.text(record.name).to_owned(),
-            global_id: input.site.text(record.global_id).to_owned(),
+            name: text_or_null(input.site.text(record.name)),
+            global_id: text_or_null(input.site.text(record.global_id)),
             floor_z_m: metres(record.floor_z_tenths),
             floor: if record.floor == FloorKind::Built as u32 { "built" } else { "assumed" },
             status: status_of(grid),
@@ -280,7 +291,7 @@ impl Robot {
             ..
         } = input.index.head.robot;
         Self {
-            name: input.index.robot_name.to_owned(),
+            name: text_or_null(input.index.robot_name),
             height_m,
             clearance_above_m,
             step_height_m,

@@ -2,9 +2,11 @@
 
 use crate::geographic::GeographicReport;
 use crate::manifest::schedule_ignored;
+use crate::reach::{self, FloorReach};
 use crate::schedule_report::ScheduleReport;
 use crate::semantic::clear_width_word;
-use crate::{ExportInput, rounded};
+use crate::waypoints::space_name;
+use crate::{ExportInput, rounded, text_or_null};
 use frames::metres;
 use grid::Class;
 use messages::{DiagnosticRecord, DoorPassage, NONE, Phase, Site, Text, element_flags};
@@ -19,6 +21,8 @@ pub struct Report {
     elements: BTreeMap<&'static str, usize>,
     /// Elements in the slab of each map storey, by class.
     storeys: Vec<StoreyCounts>,
+    /// Rooms whose floor is on no map storey, from large to small.
+    spaces_not_mapped: Vec<SpaceNotMapped>,
     /// Storeys of the files without a map of their own, and why.
     storeys_not_mapped: Vec<StoreyNotMapped>,
     /// True if the files hold a schedule that this map does not follow.
@@ -43,17 +47,30 @@ pub struct Report {
 struct StoreyCounts {
     /// Index of the map storey.
     index: u32,
-    name: String,
+    /// Null if it has none; so are the names of everything below.
+    name: Option<String>,
     /// Number of elements in its slab by class.
     elements: BTreeMap<&'static str, usize>,
     /// Number of spaces on it.
     spaces: usize,
+    /// How much of its floor the robot gets to.
+    reach: FloorReach,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct SpaceNotMapped {
+    global_id: String,
+    /// Name and long name.
+    name: Option<String>,
+    area_m2: f64,
+    /// Height of its floor in `map`.
+    floor_z_m: f64,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct StoreyNotMapped {
-    global_id: String,
-    name: String,
+    global_id: Option<String>,
+    name: Option<String>,
     reason: String,
 }
 
@@ -62,7 +79,7 @@ struct FailedGeometry {
     global_id: String,
     /// Entity name, e.g. `IfcWall`.
     r#type: String,
-    name: String,
+    name: Option<String>,
     /// `bounding_box` or `nothing`.
     drawn_as: &'static str,
 }
@@ -70,7 +87,7 @@ struct FailedGeometry {
 #[derive(Debug, Serialize, JsonSchema)]
 struct DoorReport {
     global_id: String,
-    name: String,
+    name: Option<String>,
     /// Index of the map storey.
     storey: u32,
     /// `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`, `absent`,
@@ -101,7 +118,7 @@ struct Region {
 #[derive(Debug, Serialize, JsonSchema)]
 struct SpaceReport {
     global_id: String,
-    name: String,
+    name: Option<String>,
     reason: String,
 }
 
@@ -130,6 +147,7 @@ impl Report {
         Self {
             elements: count(site.elements.iter().map(|e| e.class())),
             storeys: storey_counts(input),
+            spaces_not_mapped: spaces_not_mapped(input),
             storeys_not_mapped: storeys_not_mapped(site),
             schedule_ignored: schedule_ignored(site, phase),
             schedule: ScheduleReport::of(site, phase),
@@ -157,17 +175,34 @@ fn storey_counts(input: &ExportInput<'_>) -> Vec<StoreyCounts> {
     storeys
         .map(|((index, storey), cuts)| StoreyCounts {
             index,
-            name: site.text(storey.name).to_owned(),
+            name: text_or_null(site.text(storey.name)),
             elements: count(cuts.iter().map(|(element, _)| site.elements[*element as usize].class())),
             spaces: site.spaces.iter().filter(|s| s.map_storey == index).count(),
+            reach: FloorReach::of(input.plan, index),
         })
         .collect()
 }
 
+fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<SpaceNotMapped> {
+    let space = |index: u32| {
+        let record = &input.site.spaces[index as usize];
+        SpaceNotMapped {
+            global_id: input.site.text(record.global_id).to_owned(),
+            name: space_name(input.site, index),
+            area_m2: rounded(record.area_m2),
+            floor_z_m: metres(record.floor_z_tenths),
+        }
+    };
+    reach::spaces_not_mapped(input.site).into_iter().map(space).collect()
+}
+
 fn storeys_not_mapped(site: &Site<'_>) -> Vec<StoreyNotMapped> {
     let without = site.storeys.iter().filter(|s| s.why.length > 0);
-    let text = |t| site.text(t).to_owned();
-    without.map(|s| StoreyNotMapped { global_id: text(s.global_id), name: text(s.name), reason: text(s.why) }).collect()
+    let text = |t| text_or_null(site.text(t));
+    let reason = |why| site.text(why).to_owned();
+    without
+        .map(|s| StoreyNotMapped { global_id: text(s.global_id), name: text(s.name), reason: reason(s.why) })
+        .collect()
 }
 
 fn failed_geometry(site: &Site<'_>) -> Vec<FailedGeometry> {
@@ -178,7 +213,8 @@ fn failed_geometry(site: &Site<'_>) -> Vec<FailedGeometry> {
             f if f & element_flags::FAILED != 0 => "nothing",
             _ => return None,
         };
-        Some(FailedGeometry { global_id: text(e.global_id), r#type: text(e.ifc_type), name: text(e.name), drawn_as })
+        let name = text_or_null(site.text(e.name));
+        Some(FailedGeometry { global_id: text(e.global_id), r#type: text(e.ifc_type), name, drawn_as })
     });
     failed.collect()
 }
@@ -194,7 +230,7 @@ fn doors(input: &ExportInput<'_>) -> Vec<DoorReport> {
         let element = &site.elements[door.element as usize];
         DoorReport {
             global_id: site.text(element.global_id).to_owned(),
-            name: site.text(element.name).to_owned(),
+            name: text_or_null(site.text(element.name)),
             storey: d.map_storey,
             passage: DoorPassage::from_id(d.passage).map_or("unknown", DoorPassage::name),
             clear_width_m: rounded(door.clear_width_m),
@@ -222,7 +258,7 @@ fn spaces_without_waypoint(input: &ExportInput<'_>) -> Vec<SpaceReport> {
     let without = site.spaces.iter().enumerate().filter(|(k, _)| !input.plan.reason(*k).is_empty());
     let report = |(k, s): (usize, &messages::SpaceRecord)| SpaceReport {
         global_id: site.text(s.global_id).to_owned(),
-        name: site.text(s.name).to_owned(),
+        name: text_or_null(site.text(s.name)),
         reason: input.plan.reason(k).to_owned(),
     };
     without.map(report).collect()
@@ -242,15 +278,14 @@ pub(crate) fn phase_diagnostics<'s>(
 
 impl Diagnostic {
     fn of<'a>(site: &Site<'_>, d: &DiagnosticRecord, text: impl Fn(Text) -> &'a str) -> Self {
-        let some = |text: &str| (!text.is_empty()).then(|| text.to_owned());
         let file = site.sources.get(d.source as usize).filter(|_| d.source != NONE);
         Self {
             severity: ["info", "warning", "error"].get(d.severity as usize).copied().unwrap_or("error"),
             code: text(d.code).to_owned(),
-            file: file.and_then(|s| some(site.text(s.file))),
+            file: file.and_then(|s| text_or_null(site.text(s.file))),
             entity: (d.step_id != 0).then(|| format!("#{}", d.step_id)),
-            global_id: some(text(d.global_id)),
-            name: some(text(d.name)),
+            global_id: text_or_null(text(d.global_id)),
+            name: text_or_null(text(d.name)),
             message: text(d.message).to_owned(),
         }
     }

@@ -1,7 +1,7 @@
 //! The route graph: per storey for Nav2's route server, and all storeys with the ways between them.
 
-use crate::waypoints::space_id;
-use crate::{ExportInput, rounded};
+use crate::waypoints::{space_id, space_name};
+use crate::{ExportInput, rounded, text_or_null};
 use messages::{EdgeKind, NodeKind, RouteEdgeRecord, RouteNodeRecord};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -40,8 +40,12 @@ struct Node {
     clearance_m: f64,
     /// GlobalId of the space, door, stair, ramp or lift; null for a junction.
     of: Option<String>,
+    /// Name of that, for a space with its long name; null for a junction, or if it has none.
+    name: Option<String>,
     /// GlobalId of the space that it lies in; null outside of spaces.
     space: Option<String>,
+    /// Name and long name of that space; null outside of spaces, or if it has none.
+    space_name: Option<String>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -65,7 +69,7 @@ struct Edge {
     /// True if this robot can take it.
     usable: bool,
     /// The way from one end to the other, in `map`.
-    line: Vec<[f64; 2]>,
+    line_m: Vec<[f64; 2]>,
 }
 
 impl SiteGraph {
@@ -81,7 +85,9 @@ impl SiteGraph {
                 z_m,
                 clearance_m: rounded(node.clearance_m),
                 of: node_of(input, node),
+                name: node_name(input, node),
                 space: space_id(input, node.space),
+                space_name: space_name(input.site, node.space),
             }
         });
         let edges = input.plan.edges.iter().enumerate().map(|(at, edge)| {
@@ -97,7 +103,7 @@ impl SiteGraph {
                 of: edge_of(input, edge),
                 clear_width_m: clear_width_m(input, edge),
                 usable: edge.usable == 1,
-                line: input.plan.points_of(edge).iter().map(|p| p.map(rounded)).collect(),
+                line_m: input.plan.points_of(edge).iter().map(|p| p.map(rounded)).collect(),
             }
         });
         Self {
@@ -121,7 +127,9 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
         metadata.insert("class".to_owned(), json!(node_kind(node).name()));
         metadata.insert("clearance_m".to_owned(), json!(rounded(node.clearance_m)));
         metadata.extend(node_of(input, node).map(|guid| ("ifc_guid".to_owned(), json!(guid))));
+        metadata.extend(node_name(input, node).map(|name| ("name".to_owned(), json!(name))));
         metadata.extend(space_id(input, node.space).map(|guid| ("space".to_owned(), json!(guid))));
+        metadata.extend(space_name(input.site, node.space).map(|name| ("space_name".to_owned(), json!(name))));
         features.push(json!({
             "type": "Feature",
             "geometry": {"type": "Point", "coordinates": [x, y]},
@@ -176,6 +184,20 @@ fn node_of(input: &ExportInput<'_>, node: &RouteNodeRecord) -> Option<String> {
         NodeKind::Space => space_id(input, node.of),
         NodeKind::Door => input.site.doors.get(node.of as usize).and_then(|d| element_id(input, d.element)),
         NodeKind::Staging => element_id(input, node.of),
+    }
+}
+
+fn element_name(input: &ExportInput<'_>, element: u32) -> Option<String> {
+    input.site.elements.get(element as usize).and_then(|e| text_or_null(input.site.text(e.name)))
+}
+
+/// Name of what a node is.
+fn node_name(input: &ExportInput<'_>, node: &RouteNodeRecord) -> Option<String> {
+    match node_kind(node) {
+        NodeKind::Junction => None,
+        NodeKind::Space => space_name(input.site, node.of),
+        NodeKind::Door => input.site.doors.get(node.of as usize).and_then(|d| element_name(input, d.element)),
+        NodeKind::Staging => element_name(input, node.of),
     }
 }
 

@@ -1,7 +1,7 @@
 //! `semantic.json`: what everything is, by GlobalId.
 
 use crate::semantic_geometry::Geometry;
-use crate::{ExportInput, rounded};
+use crate::{ExportInput, rounded, text_or_null};
 use frames::metres;
 use geometry::MultiPolygon;
 use messages::{
@@ -15,8 +15,12 @@ use std::collections::BTreeMap;
 /// What everything is, by GlobalId. Lengths in metres in `map`.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Semantic {
-    /// Version of this layout: 1.
+    /// Version of this layout: 2.
     version: u32,
+    /// `map`: the frame of all coordinates and heights.
+    frame: &'static str,
+    /// Epoch of the map frame.
+    frame_epoch: u32,
     /// Elements by GlobalId.
     elements: BTreeMap<String, Element>,
     /// Spaces by GlobalId.
@@ -29,13 +33,13 @@ struct Element {
     r#type: String,
     /// Class as in `classes.png`, e.g. `wall`.
     class: &'static str,
-    /// Name; may be empty.
-    name: String,
+    /// Name; null if it has none.
+    name: Option<String>,
     /// Map storeys whose slab it meets.
     storeys: Vec<u32>,
-    /// Upright box around its body; null without a body.
-    aabb: Option<Aabb>,
-    /// Plan in the slab of each map storey it meets, by index: coordinates of a GeoJSON MultiPolygon.
+    /// Upright box around its body in `map`; null without a body.
+    aabb_m: Option<Aabb>,
+    /// Plan in the slab of each map storey it meets, by index: coordinates of a GeoJSON MultiPolygon, metres in `map`.
     footprints: BTreeMap<u32, Coordinates>,
     schedule: Schedule,
     attributes: Attributes,
@@ -46,7 +50,7 @@ struct Element {
 /// Polygons of rings of points; exteriors counter-clockwise, first point repeated.
 type Coordinates = Vec<Vec<Vec<[f64; 2]>>>;
 
-/// Corners of an upright box.
+/// Corners of an upright box in metres.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Aabb {
     min: [f64; 3],
@@ -107,8 +111,8 @@ impl Schedule {
 #[derive(Debug, Serialize, JsonSchema)]
 struct Attributes {
     /// PredefinedType.
-    #[serde(skip_serializing_if = "String::is_empty")]
-    predefined_type: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    predefined_type: Option<String>,
     /// Names of its materials.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<String>,
@@ -125,12 +129,13 @@ struct Attributes {
     door: Option<Door>,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     stair: Option<Stair>,
-    /// Properties by set and name, numbers in the file's units.
+    /// Properties by set and name, numbers in the file's units; null where the file has an empty text.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     property_sets: PropertySets,
 }
 
-type PropertySets = BTreeMap<String, BTreeMap<String, PropertyValue>>;
+/// By set and name; null where the file has an empty text.
+type PropertySets = BTreeMap<String, BTreeMap<String, Option<PropertyValue>>>;
 
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
@@ -174,13 +179,13 @@ struct Stair {
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Space {
-    /// Name, often a number.
-    name: String,
-    /// LongName.
-    long_name: String,
+    /// Name, often a number; null if it has none.
+    name: Option<String>,
+    /// LongName; null if it has none.
+    long_name: Option<String>,
     /// PredefinedType.
-    #[serde(skip_serializing_if = "String::is_empty")]
-    predefined_type: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    predefined_type: Option<String>,
     /// True for gross areas and spaces made of spaces: for the record, not for robots.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     metadata_only: bool,
@@ -191,14 +196,14 @@ struct Space {
     storey: Option<u32>,
     /// Area centroid of its floor; null without a body.
     centroid_m: Option<[f64; 2]>,
-    /// Area of its floor in square metres.
+    /// Area of its floor.
     area_m2: f64,
     /// Height of its body.
     height_m: f64,
-    /// Height of its floor.
+    /// Height of its floor in `map`.
     floor_z_m: f64,
-    /// Its floor: coordinates of a GeoJSON MultiPolygon.
-    polygon: Coordinates,
+    /// Its floor: coordinates of a GeoJSON MultiPolygon, metres in `map`.
+    polygon_m: Coordinates,
     /// GlobalIds of the doors that lead into it.
     doors: Vec<String>,
     /// `open` or `blocked`.
@@ -208,7 +213,7 @@ struct Space {
     closes_at: Option<String>,
     /// Why it is blocked, e.g. `task:` and a GlobalId, `before_room_date`, `private`; empty if it is open.
     why: Vec<String>,
-    /// Properties by set and name, numbers in the file's units.
+    /// Properties by set and name, numbers in the file's units; null where the file has an empty text.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     property_sets: PropertySets,
 }
@@ -231,7 +236,13 @@ impl Semantic {
         });
         let spaces = site.spaces.iter().enumerate();
         let spaces = spaces.map(|(k, record)| (site.text(record.global_id).to_owned(), Space::of(input, k, record)));
-        Self { version: 1, elements: elements.collect(), spaces: spaces.collect() }
+        Self {
+            version: 2,
+            frame: "map",
+            frame_epoch: site.head.frame_epoch,
+            elements: elements.collect(),
+            spaces: spaces.collect(),
+        }
     }
 }
 
@@ -251,14 +262,14 @@ impl Element {
         Self {
             r#type: text(record.ifc_type),
             class: record.class().name(),
-            name: text(record.name),
+            name: text_or_null(site.text(record.name)),
             storeys,
-            aabb: (record.n_parts > 0)
+            aabb_m: (record.n_parts > 0)
                 .then(|| Aabb { min: record.min_tenths.map(metres), max: record.max_tenths.map(metres) }),
             footprints,
             schedule: Schedule::of(input, index),
             attributes: Attributes {
-                predefined_type: text(record.predefined_type),
+                predefined_type: text_or_null(site.text(record.predefined_type)),
                 materials: site.element_materials(record).map(str::to_owned).collect(),
                 glass: record.has(element_flags::GLASS),
                 bounding_box: record.has(element_flags::BOUNDING_BOX),
@@ -275,12 +286,11 @@ impl Element {
 impl Door {
     fn of(input: &ExportInput<'_>, index: u32, door: &DoorRecord) -> Self {
         let site = input.site;
-        let operation = site.text(door.operation);
         let space = |s: u32| (s != NONE).then(|| site.text(site.spaces[s as usize].global_id).to_owned());
         let records = input.index.doors.iter().filter(|d| d.door == index);
         let passage = records.filter_map(|d| Some((d.map_storey, DoorPassage::from_id(d.passage)?.name())));
         Self {
-            operation_type: (!operation.is_empty()).then(|| operation.to_owned()),
+            operation_type: text_or_null(site.text(door.operation)),
             overall_width_m: rounded(door.overall_width_m),
             overall_height_m: rounded(door.overall_height_m),
             clear_width_m: rounded(door.clear_width_m),
@@ -314,9 +324,9 @@ impl Space {
         let text = |t| site.text(t).to_owned();
         let doors = site.doors.iter().filter(|d| d.spaces.contains(&(index as u32)));
         Self {
-            name: text(record.name),
-            long_name: text(record.long_name),
-            predefined_type: text(record.predefined_type),
+            name: text_or_null(site.text(record.name)),
+            long_name: text_or_null(site.text(record.long_name)),
+            predefined_type: text_or_null(site.text(record.predefined_type)),
             metadata_only: record.has(space_flags::METADATA_ONLY),
             external: record.has(space_flags::EXTERNAL),
             storey: (record.map_storey != NONE).then_some(record.map_storey),
@@ -324,7 +334,7 @@ impl Space {
             area_m2: rounded(record.area_m2),
             height_m: metres(record.height_tenths),
             floor_z_m: metres(record.floor_z_tenths),
-            polygon: coordinates(&site.floor_polygon(record)),
+            polygon_m: coordinates(&site.floor_polygon(record)),
             doors: doors.map(|d| text(site.elements[d.element as usize].global_id)).collect(),
             state: if input.phase.is_blocked(index) { "blocked" } else { "open" },
             closes_at: messages::plan_time(input.phase.spaces[index].closes_at_s).map(|t| t.to_string()),
@@ -339,11 +349,11 @@ fn property_sets(input: &ExportInput<'_>, attributes: &[AttributeRecord]) -> Pro
     for attribute in attributes {
         let value = if attribute.kind == AttributeKind::Number as u32 {
             // JSON has no infinity, which a file can write as 1.E999.
-            PropertyValue::Number(attribute.number.clamp(f64::MIN, f64::MAX))
+            Some(PropertyValue::Number(attribute.number.clamp(f64::MIN, f64::MAX)))
         } else if attribute.kind == AttributeKind::Boolean as u32 {
-            PropertyValue::Boolean(attribute.number == 1.0)
+            Some(PropertyValue::Boolean(attribute.number == 1.0))
         } else {
-            PropertyValue::Text(input.site.text(attribute.text).to_owned())
+            text_or_null(input.site.text(attribute.text)).map(PropertyValue::Text)
         };
         let set = sets.entry(input.site.text(attribute.set).to_owned()).or_default();
         set.entry(input.site.text(attribute.name).to_owned()).or_insert(value);

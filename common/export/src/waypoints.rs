@@ -1,7 +1,7 @@
 //! Waypoints as JSON, GeoJSON and the YAML of Nav2's panel.
 
-use crate::{ExportInput, rounded};
-use messages::{NoWaypoint, ScanSensor, StoreyPlanRecord, WaypointKind, WaypointRecord};
+use crate::{ExportInput, rounded, text_or_null};
+use messages::{NoWaypoint, ScanSensor, Site, StoreyPlanRecord, WaypointKind, WaypointRecord};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -27,7 +27,7 @@ pub struct Waypoints {
     driving_s: f64,
     /// Time of all scans.
     scanning_s: f64,
-    /// What became of each map storey.
+    /// What became of each map storey that is written.
     storeys: Vec<StoreyOutcome>,
     /// What somebody should know.
     notices: Vec<Notice>,
@@ -104,8 +104,8 @@ struct Waypoint {
     storey: u32,
     /// GlobalId of the space; null outside of spaces.
     space: Option<String>,
-    /// Name of the space.
-    name: String,
+    /// Name and long name of the space; null outside of spaces, or if it has none.
+    name: Option<String>,
     /// In `map`.
     x_m: f64,
     /// In `map`.
@@ -151,7 +151,7 @@ impl Waypoints {
         let (site, plan) = (input.site, input.plan);
         let id = |index: usize| site.text(site.spaces[index].global_id).to_owned();
         let ScanSensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad, .. } = plan.head.sensor;
-        let said = |text| Some(plan.text(text)).filter(|t| !t.is_empty()).map(str::to_owned);
+        let said = |text| text_or_null(plan.text(text));
         let notice = |d: &messages::DiagnosticRecord| Notice {
             code: plan.text(d.code).to_owned(),
             message: plan.text(d.message).to_owned(),
@@ -167,7 +167,12 @@ impl Waypoints {
             overlap_goal: plan.head.overlap_goal,
             driving_s: rounded(plan.head.mission_s[0]),
             scanning_s: rounded(plan.head.mission_s[1]),
-            storeys: plan.storeys.iter().map(storey).collect(),
+            storeys: plan
+                .storeys
+                .iter()
+                .filter(|s| input.grids.iter().any(|g| g.head.map_storey == s.map_storey))
+                .map(storey)
+                .collect(),
             notices: plan.diagnostics.iter().map(notice).collect(),
             waypoints: plan.waypoints.iter().map(|w| waypoint(input, w)).collect(),
             spaces: (0..site.spaces.len()).map(|index| (id(index), space(input, index))).collect(),
@@ -197,13 +202,12 @@ fn storey(record: &StoreyPlanRecord) -> StoreyOutcome {
 fn space(input: &ExportInput<'_>, index: usize) -> SpaceOutcome {
     let map_storey = input.site.spaces[index].map_storey;
     let record = &input.plan.spaces[index];
-    let reason = input.plan.reason(index);
     let why = NoWaypoint::from_id(record.why).filter(|why| *why != NoWaypoint::Has);
     let door = input.site.doors.get(record.door as usize);
     SpaceOutcome {
         storey: (map_storey != messages::NONE).then_some(map_storey),
         coverage: share(record.n_seen, record.n_faces),
-        reason: (!reason.is_empty()).then(|| reason.to_owned()),
+        reason: text_or_null(input.plan.reason(index)),
         why: why.map(NoWaypoint::name),
         door: door.map(|d| input.site.text(input.site.elements[d.element as usize].global_id).to_owned()),
     }
@@ -221,7 +225,7 @@ fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
         kind: kind(w),
         storey: w.map_storey,
         space: space_id(input, w.space),
-        name: name_of(input, w),
+        name: space_name(input.site, w.space),
         x_m,
         y_m,
         z_m,
@@ -246,11 +250,11 @@ pub(crate) fn kind(w: &WaypointRecord) -> &'static str {
     if w.kind == WaypointKind::Scan as u32 { "scan" } else { "centre" }
 }
 
-/// Name and long name of the waypoint's space; empty outside of spaces.
-pub(crate) fn name_of(input: &ExportInput<'_>, w: &WaypointRecord) -> String {
-    let Some(space) = input.site.spaces.get(w.space as usize) else { return String::new() };
-    let names = [input.site.text(space.name), input.site.text(space.long_name)];
-    names.into_iter().filter(|n| !n.is_empty()).collect::<Vec<_>>().join(" ")
+/// Name and long name of a space; `None` for none, or if it has neither.
+pub fn space_name(site: &Site<'_>, space: u32) -> Option<String> {
+    let space = site.spaces.get(space as usize)?;
+    let names = [site.text(space.name), site.text(space.long_name)];
+    text_or_null(&names.into_iter().filter(|n| !n.is_empty()).collect::<Vec<_>>().join(" "))
 }
 
 /// A FeatureCollection of points in `map` metres.

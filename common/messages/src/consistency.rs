@@ -81,6 +81,7 @@ impl Plan<'_> {
             && self.spaces.iter().all(|s| has_door(s.door))
             && self.waypoints.iter().all(|w| has_storey(w.map_storey))
             && self.storeys.iter().all(|s| has_storey(s.map_storey))
+            && self.floor_parts.iter().all(|p| has_storey(p.map_storey))
             && self.nodes.iter().all(|n| has_storey(n.map_storey) && has_space(n.space) && node_is_of(n))
             && self.edges.iter().all(edge_is_of);
         check(belongs, "plan")

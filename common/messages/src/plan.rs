@@ -16,6 +16,7 @@ mod section {
     pub(super) const EDGES: u32 = 8;
     pub(super) const POINTS: u32 = 9;
     pub(super) const DIAGNOSTICS: u32 = 10;
+    pub(super) const FLOOR_PARTS: u32 = 11;
 }
 
 /// Waypoints, tours and the route graph, read in place.
@@ -41,6 +42,8 @@ pub struct Plan<'a> {
     pub points: &'a [[f64; 2]],
     /// What somebody should know.
     pub diagnostics: &'a [DiagnosticRecord],
+    /// Parts of the floors of at least [`FloorPartRecord::LEAST_M2`], storey by storey, from large to small.
+    pub floor_parts: &'a [FloorPartRecord],
 }
 
 impl<'a> Plan<'a> {
@@ -62,6 +65,7 @@ impl<'a> Plan<'a> {
             edges: archive.section(section::EDGES)?,
             points: archive.section(section::POINTS)?,
             diagnostics: archive.section(section::DIAGNOSTICS)?,
+            floor_parts: archive.section(section::FLOOR_PARTS)?,
         };
         plan.check_waypoints()?;
         plan.check_graph()?;
@@ -101,7 +105,8 @@ impl<'a> Plan<'a> {
             && self.spaces.iter().all(|s| optional(s.centre, waypoints) && NoWaypoint::from_id(s.why).is_some());
         // Places that pictures and files are made from are numbers.
         let finite = self.waypoints.iter().all(|w| w.position_in_map_m.iter().all(|c| c.is_finite()))
-            && self.tour_points.as_flattened().iter().all(|c| c.is_finite());
+            && self.tour_points.as_flattened().iter().all(|c| c.is_finite())
+            && self.floor_parts.iter().flat_map(|p| [p.area_m2, p.room_m2, p.at_m[0], p.at_m[1]]).all(f64::is_finite);
         let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
         let mut texts = self.spaces.iter().map(|s| s.reason).chain(diagnostics);
         let whole = texts.all(|t| {
@@ -150,6 +155,8 @@ pub struct PlanBuilder {
     pub points: Vec<[f64; 2]>,
     /// What somebody should know.
     pub diagnostics: Vec<DiagnosticRecord>,
+    /// Parts of the floors, storey by storey, from large to small.
+    pub floor_parts: Vec<FloorPartRecord>,
 }
 
 impl PlanBuilder {
@@ -175,6 +182,7 @@ impl PlanBuilder {
             edges: Vec::new(),
             points: Vec::new(),
             diagnostics: Vec::new(),
+            floor_parts: Vec::new(),
         }
     }
 
@@ -190,6 +198,7 @@ impl PlanBuilder {
         list.add(section::EDGES, &self.edges);
         list.add(section::POINTS, &self.points);
         list.add(section::DIAGNOSTICS, &self.diagnostics);
+        list.add(section::FLOOR_PARTS, &self.floor_parts);
         list.add(section::STRINGS, self.texts.bytes());
         let mut buffer = ArchiveBuffer::zeroed(list.len());
         list.write(buffer.bytes_mut(), ArchiveKind::Plan);

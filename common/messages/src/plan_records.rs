@@ -239,6 +239,32 @@ pub struct StoreyPlanRecord {
 }
 const _: () = assert!(size_of::<StoreyPlanRecord>() == 80);
 
+/// A connected part of the floor of a map storey on which the middle of the robot can stand.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct FloorPartRecord {
+    /// Its area.
+    pub area_m2: f64,
+    /// That of it which lies in indoor rooms; all of it on a storey without any.
+    pub room_m2: f64,
+    /// The place in it that is farthest from what is not free, in `map`, in metres.
+    pub at_m: [f64; 2],
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// 1 if the robot gets to it.
+    pub is_reached: u32,
+    /// 1 if a stair, ramp, lift or outer door leads to it.
+    pub has_way_in: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+const _: () = assert!(size_of::<FloorPartRecord>() == 48);
+
+impl FloorPartRecord {
+    /// Smaller parts are not told: a place to stand and no way.
+    pub const LEAST_M2: f64 = 0.1;
+}
+
 /// What a node of the route graph is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]

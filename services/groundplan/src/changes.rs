@@ -76,7 +76,8 @@ struct Difference<'s> {
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Named<'s> {
     global_id: &'s str,
-    name: &'s str,
+    /// `None` if it has none.
+    name: Option<&'s str>,
 }
 
 #[derive(Debug, Serialize)]
@@ -246,10 +247,12 @@ impl Side {
 }
 
 fn difference<'s>(site: &'s Site<'_>, before: &Side, after: &Side) -> Difference<'s> {
-    let element =
-        |k: usize| Named { global_id: site.text(site.elements[k].global_id), name: site.text(site.elements[k].name) };
-    let space =
-        |k: usize| Named { global_id: site.text(site.spaces[k].global_id), name: site.text(site.spaces[k].name) };
+    let named = |global_id, name| Named {
+        global_id: site.text(global_id),
+        name: Some(site.text(name)).filter(|name| !name.is_empty()),
+    };
+    let element = |k: usize| named(site.elements[k].global_id, site.elements[k].name);
+    let space = |k: usize| named(site.spaces[k].global_id, site.spaces[k].name);
     let only = |a: &[bool], b: &[bool]| -> Vec<usize> { (0..a.len()).filter(|k| a[*k] && !b[*k]).collect() };
     let doors = |a: &Side, b: &Side| -> Vec<Door<'s>> {
         let passable = |side: &Side, k: usize| side.doors[k] == DoorPassage::Passable;
@@ -289,7 +292,7 @@ impl Difference<'_> {
                 let _ = writeln!(out, "  {line}");
             }
         };
-        let named = |n: &Named<'_>| format!("{} {}", n.global_id, n.name);
+        let named = |n: &Named<'_>| [Some(n.global_id), n.name].into_iter().flatten().collect::<Vec<_>>().join(" ");
         let all = |names: &[Named<'_>]| names.iter().map(named).collect::<Vec<_>>();
         let doors = |doors: &[Door<'_>]| -> Vec<String> {
             doors.iter().map(|d| format!("{} ({} before, now {})", named(&d.id), d.before, d.after)).collect()

@@ -522,10 +522,17 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
     waypoints.png               what scans see, the tour and its stops
 With --date all these are in OUT/<date>/, and OUT/manifest.json lists the dates.
 
+A line per storey ends with `31 of 156 m2 reached, 5 parts` where waypoints cannot be everywhere:
+of the floor on which the middle of the robot can be, indoors and outdoors, 31 m2 hang together
+with where it begins; the rest is in other parts, which report.json lists. It begins at [tour]
+start of --waypoints, else on each storey in the part with the most room area, of those with a
+stair, ramp, lift or outer door.
+
 Examples:
   groundplan convert house.ifc -o maps
   groundplan convert architecture.ifc structure.ifczip -o maps --robot config/robots/legged.toml
   groundplan convert house.ifc -o maps --resolution 0.1 --json | jq .storeys
+  groundplan convert house.ifc -o maps --storeys 0 --storeys 'Level 2*'
   groundplan convert house.ifc -o maps --date 2024-04-15
   groundplan convert house.ifc -o maps --date all --schedule config/schedule.toml
   groundplan convert house.ifc -o maps --world --date 2024-04-15 --barriers
@@ -783,6 +790,13 @@ pub struct ConvertArgs {
     /// Which waypoints are planned, with which sensor [default: centres and scans, see config/waypoints.toml]
     #[arg(long, value_name = "FILE")]
     pub waypoints: Option<PathBuf>,
+
+    /// Write the maps, waypoints and routes of these storeys only: index, GlobalId or name, with * and ?; may be repeated,
+    /// or separated by commas. Indices stay those of the whole building; ways over storeys that are left out still count for
+    /// what can be reached, and are not in the site graph. semantic.json, report.json and world/ are of the whole building
+    /// [default: all]
+    #[arg(long, value_name = "WHICH")]
+    pub storeys: Vec<String>,
 
     /// Write vertices, faces and edges of every element into semantic.json
     #[arg(long)]

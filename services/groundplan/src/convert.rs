@@ -8,13 +8,14 @@ use crate::plan_date;
 use crate::progress::ProgressLine;
 use crate::schedule_files::ScheduleInput;
 use crate::site_files;
+use crate::storey_choice;
 use crate::summary::{PhaseSummary, Summary};
 use daemon::{Robot, WorldConfig};
 use drawing::Rasterizer;
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile, WorldOptions};
 use ifc_ingest::SiteFrame;
 use jiff::tz::TimeZone;
-use messages::{ArchiveBuffer, Phase, PhaseBuilder, Site};
+use messages::{ArchiveBuffer, Grid, Phase, PhaseBuilder, Site};
 use schedule_eval::{Period, Timeline};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -40,7 +41,7 @@ enum Wanted {
 pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
     let started = Instant::now();
     let robot = robot_of(&arguments.robot)?;
-    let options = options_of(arguments.waypoints.as_deref())?;
+    let mut options = options_of(arguments.waypoints.as_deref())?;
     let world = world_of(&arguments.world, &WorldConfig::default())?;
     let schedule = ScheduleInput::read(&arguments.schedule)?;
     let wanted = wanted(arguments, schedule.site_zone())?;
@@ -54,6 +55,8 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
         let site = Site::open(site.bytes()).map_err(Failure::work)?;
         let (elements, spaces, map_storeys) = (site.elements.len(), site.spaces.len(), site.map_storeys.len());
         debug!(elements, spaces, map_storeys, elapsed_us = micros(started), "models read");
+        waypoint_gen::check_names(&site, &options).map_err(Failure::usage)?;
+        options.storeys = storey_choice::chosen(&site, &arguments.storeys)?;
         let timeline = schedule.timeline(&site);
         debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
         progress.stage("drawing");
@@ -110,6 +113,14 @@ fn everything_built(site: &Site<'_>, timeline: Result<Timeline, Failure>) -> Arc
     phase.finish()
 }
 
+/// What came of a phase.
+struct Drawn {
+    files: Vec<ExportFile>,
+    summary: PhaseSummary,
+    /// True if the robot can stand at the start that it is given, or why it cannot; false without a start or any floor.
+    start: Result<bool, String>,
+}
+
 /// What all maps of a conversion share.
 struct Job<'a> {
     arguments: &'a ConvertArgs,
@@ -128,7 +139,8 @@ impl Job<'_> {
         progress: &ProgressLine,
         phase: &ArchiveBuffer,
     ) -> Result<PhaseSummary, Failure> {
-        let (files, summary) = self.draw(phase, progress)?;
+        let Drawn { files, summary, start } = self.draw(phase, progress)?;
+        start.map_err(Failure::usage)?;
         output::tell(folder.replace(&files).map_err(Failure::work)?);
         Ok(summary)
     }
@@ -146,9 +158,14 @@ impl Job<'_> {
         let beside = folder.begin().map_err(Failure::work)?;
         let mut summaries = Vec::new();
         let (mut dated, mut sums) = (Vec::new(), BTreeMap::new());
+        let (mut stands, mut why_not) = (false, None);
         for &at_s in timeline.instants_s() {
             let phase = timeline.phase(Period::instant(at_s)).finish();
-            let (files, summary) = self.draw(&phase, progress)?;
+            let Drawn { files, summary, start } = self.draw(&phase, progress)?;
+            match start {
+                Ok(now) => stands |= now,
+                Err(why) => why_not = Some(why),
+            }
             let directory = plan_date::text(at_s).replace(':', "-");
             beside.write(&directory, &files).map_err(Failure::work)?;
             sums.extend(export::sums(&directory, &files));
@@ -157,31 +174,33 @@ impl Job<'_> {
             dated.push(DatedFolder { plan_time: plan_date::text(at_s), valid_until, directory });
             summaries.push(summary);
         }
+        // A start may be blocked at some dates; at all of them it is wrong.
+        if let Some(why) = why_not.filter(|_| !stands) {
+            return Err(Failure::usage(why));
+        }
         beside.write("", &export::dated_files(self.site, dated, sums)).map_err(Failure::work)?;
         output::tell(beside.swap_in().map_err(Failure::work)?);
         Ok(summaries)
     }
 
     /// From a phase to its files.
-    fn draw(
-        &mut self,
-        phase: &ArchiveBuffer,
-        progress: &ProgressLine,
-    ) -> Result<(Vec<ExportFile>, PhaseSummary), Failure> {
+    fn draw(&mut self, phase: &ArchiveBuffer, progress: &ProgressLine) -> Result<Drawn, Failure> {
         let Self { site, arguments, robot, options, world, ref mut rasterizer } = *self;
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
         progress.stage("drawing");
         with_maps(site, &phase, rasterizer, robot, options, |maps: &Maps<'_>| {
             // Before anything is built a map is blank for a reason.
+            let is_written = |grid: &&Grid<'_>| options.storeys.contains(&grid.head.map_storey);
+            let written: Vec<Grid<'_>> = maps.grids.iter().filter(is_written).copied().collect();
             if !arguments.allow_empty && phase.head.plan_time().is_none() {
-                drawing::check_not_blank(site, maps.grids).map_err(Failure::work)?;
+                drawing::check_not_blank(site, &written).map_err(Failure::work)?;
             }
             progress.stage("writing");
             let input = ExportInput {
                 site,
                 phase: &phase,
                 index: maps.index,
-                grids: maps.grids,
+                grids: &written,
                 plan: maps.plan,
                 footprints: maps.footprints,
                 resolution_m: arguments.robot.resolution,
@@ -189,7 +208,8 @@ impl Job<'_> {
                 with_geometry: arguments.with_geometry,
                 world,
             };
-            Ok((export::files(&input), PhaseSummary::of(&input)))
+            let start = options.start.map_or(Ok(false), |start| maps.check_start(site, &phase, options, start));
+            Ok(Drawn { files: export::files(&input), summary: PhaseSummary::of(&input), start })
         })
     }
 }

@@ -10,6 +10,7 @@ pub mod live;
 pub mod manual;
 pub mod monitor;
 pub mod states;
+mod storey_choice;
 pub mod summary;
 pub mod tasks;
 

@@ -8,7 +8,7 @@ use export::{DoorMode, Materials, WorldOptions};
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
 use std::path::Path;
-use waypoint_gen::{PlanInput, PlanOptions, Planner};
+use waypoint_gen::{PlanInput, PlanOptions, Planner, Start};
 
 /// The robot that maps are for, once it is known that its resolution is one.
 ///
@@ -63,6 +63,23 @@ pub(crate) struct Maps<'a> {
     pub(crate) plan: &'a Plan<'a>,
     /// By map storey.
     pub(crate) footprints: &'a [&'a [(u32, Footprint)]],
+}
+
+impl Maps<'_> {
+    /// True if the robot can stand at a start; false where there is no floor yet.
+    ///
+    /// # Errors
+    /// Why it cannot, and where it can.
+    pub(crate) fn check_start(
+        &self,
+        site: &Site<'_>,
+        phase: &Phase<'_>,
+        options: &PlanOptions,
+        start: Start,
+    ) -> Result<bool, String> {
+        let input = PlanInput { site, phase, index: self.index, grids: self.grids, options };
+        waypoint_gen::check_start(&input, start)
+    }
 }
 
 /// Draws the maps of a phase and works on them.

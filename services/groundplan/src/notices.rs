@@ -21,6 +21,10 @@ pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     for (word, diagnostic) in worst_first(input.phase.diagnostics) {
         kinds.add(input.phase.text(diagnostic.code), format!("{word}: {}", of_schedule(input.phase, diagnostic)));
     }
+    for diagnostic in input.plan.diagnostics.iter().filter(|d| d.severity == 2) {
+        let (code, message) = (input.plan.text(diagnostic.code), input.plan.text(diagnostic.message));
+        kinds.add(code, format!("error: {message}"));
+    }
     for record in input.index.doors {
         let passage = DoorPassage::from_id(record.passage).unwrap_or(DoorPassage::Absent);
         if ![DoorPassage::Passable, DoorPassage::Absent].contains(&passage) {

@@ -1,7 +1,7 @@
 //! What `convert` says at its end.
 
 use crate::notices::notices;
-use export::ExportInput;
+use export::{ExportInput, FloorReach, SiteFrameFile, space_name, text_or_null};
 use frames::{counted, metres};
 use messages::{DoorPassage, FloorKind, Site};
 use serde::Serialize;
@@ -15,7 +15,12 @@ const MAX_NOTICES: usize = 8;
 #[derive(Debug, Serialize)]
 pub struct Summary {
     out: PathBuf,
-    seconds: f64,
+    elapsed_s: f64,
+    /// How the map lies to the model, and the epoch of its frame.
+    #[serde(flatten)]
+    frame: SiteFrameFile,
+    /// Rooms whose floor is on no map storey, from large to small.
+    spaces_not_mapped: Vec<RoomLine>,
     /// Names of storeys without a map; the report says why.
     storeys_not_mapped: Vec<String>,
     elements: usize,
@@ -51,13 +56,15 @@ pub(crate) struct PhaseSummary {
 #[derive(Debug, Serialize)]
 struct StoreyLine {
     index: u32,
-    name: String,
+    name: Option<String>,
     floor_z_m: f64,
     floor: &'static str,
     size_cells: [u32; 2],
     /// `ok`, or `no_floor_yet`.
     status: &'static str,
     free_m2: f64,
+    /// How much of its floor the robot gets to.
+    reach: FloorReach,
     obstacles: usize,
     waypoints: usize,
     closed_doors: usize,
@@ -75,7 +82,9 @@ impl Summary {
         let not_mapped = site.storeys.iter().filter(|s| s.map_storey == messages::NONE && s.why.length > 0);
         Self {
             out: out.to_owned(),
-            seconds: (elapsed.as_secs_f64() * 1000.0).round() / 1000.0,
+            elapsed_s: (elapsed.as_secs_f64() * 1000.0).round() / 1000.0,
+            frame: SiteFrameFile::of(site),
+            spaces_not_mapped: export::spaces_not_mapped(site).into_iter().map(|k| RoomLine::of(site, k)).collect(),
             storeys_not_mapped: not_mapped.map(|s| site.text(s.name).to_owned()).collect(),
             elements: site.elements.len(),
             spaces: site.spaces.len(),
@@ -95,7 +104,9 @@ impl Summary {
             MapsMade::One(one) => std::slice::from_ref(one),
             MapsMade::Several { phases } => phases,
         };
-        let mut lines: Vec<String> = phases.iter().flat_map(PhaseSummary::lines).collect();
+        let mut lines = vec![frame_line(&self.frame)];
+        lines.extend(phases.iter().flat_map(PhaseSummary::lines));
+        lines.extend(rooms_line(&self.spaces_not_mapped));
         // What many dates share is said once, with the last.
         let notices = phases.last().map(|p| p.notices.as_slice()).unwrap_or_default();
         lines.extend(notices.iter().take(MAX_NOTICES).map(|notice| format!("  {notice}")));
@@ -103,9 +114,62 @@ impl Summary {
             let report = if phases.len() == 1 { "report.json" } else { "<date>/report.json" };
             lines.push(format!("  all in {}", self.out.join(report).display()));
         }
-        lines.push(format!("{} written in {:.2} s", self.out.display(), self.seconds));
+        lines.push(format!("{} written in {:.2} s", self.out.display(), self.elapsed_s));
         lines.join("\n") + "\n"
     }
+}
+
+/// A room whose floor is on no map storey.
+#[derive(Debug, Serialize)]
+struct RoomLine {
+    global_id: String,
+    name: Option<String>,
+    area_m2: f64,
+}
+
+impl RoomLine {
+    fn of(site: &Site<'_>, space: u32) -> Self {
+        let record = &site.spaces[space as usize];
+        Self {
+            global_id: site.text(record.global_id).to_owned(),
+            name: space_name(site, space),
+            area_m2: export::rounded(record.area_m2),
+        }
+    }
+}
+
+/// How many rooms without a map are named.
+const MAX_ROOMS: usize = 8;
+
+/// `on no map: 3 rooms, 41.5 m2: Cellar 20.0 m2, ..`, if there are any.
+fn rooms_line(rooms: &[RoomLine]) -> Option<String> {
+    let all_m2: f64 = rooms.iter().map(|r| r.area_m2).sum();
+    let named = rooms.iter().take(MAX_ROOMS).map(|r| {
+        let name = r.name.as_deref().unwrap_or(&r.global_id);
+        format!("{name} {:.1} m2", r.area_m2)
+    });
+    let mut named: Vec<String> = named.collect();
+    if rooms.len() > MAX_ROOMS {
+        named.push(format!("and {} more", rooms.len() - MAX_ROOMS));
+    }
+    let n = counted(rooms.len(), "room");
+    (!rooms.is_empty()).then(|| format!("on no map: {n}, {all_m2:.1} m2: {}", named.join(", ")))
+}
+
+/// How the model is turned and shifted to be the map.
+fn frame_line(frame: &SiteFrameFile) -> String {
+    let at = frame.map_from_world;
+    let degrees = at.yaw_rad.to_degrees();
+    let mut done = Vec::new();
+    if degrees != 0.0 {
+        let way = if degrees > 0.0 { "counter-clockwise" } else { "clockwise" };
+        done.push(format!("turned by {:.3} degrees {way}", degrees.abs()));
+    }
+    if [at.x_m, at.y_m, at.z_m] != [0.0; 3] {
+        done.push(format!("shifted by x {:.3} m, y {:.3} m, z {:.3} m", at.x_m, at.y_m, at.z_m));
+    }
+    let done = if done.is_empty() { "neither turned nor shifted".to_owned() } else { done.join(", then ") };
+    format!("map: the model {done}")
 }
 
 impl PhaseSummary {
@@ -135,7 +199,9 @@ impl StoreyLine {
     fn text(&self) -> String {
         let Self { index, name, floor_z_m, floor, size_cells: [width, height], free_m2, obstacles, waypoints, .. } =
             self;
+        let name = name.as_deref().unwrap_or_default();
         let status = if self.status == "ok" { "" } else { ", no floor yet" };
+        let reached = self.reach.text().map_or(String::new(), |text| format!(", {text}"));
         let closed = match self.closed_doors {
             0 => String::new(),
             n => format!(", {} closed", counted(n, "door")),
@@ -143,7 +209,7 @@ impl StoreyLine {
         let (obstacles, waypoints) = (counted(*obstacles, "obstacle"), counted(*waypoints, "waypoint"));
         format!(
             "storey {index:>2}  {name:<24} floor {floor_z_m:>7.3} m {floor:<8} {width} x {height} cells, \
-             {free_m2:.1} m2 free, {obstacles}, {waypoints}{closed}{status}"
+             {free_m2:.1} m2 free, {obstacles}, {waypoints}{closed}{status}{reached}"
         )
     }
 }
@@ -158,11 +224,12 @@ fn storey_line(input: &ExportInput<'_>, grid: &messages::Grid<'_>) -> StoreyLine
     let closed = input.index.doors.iter().filter(|d| d.map_storey == index && !is_open(d));
     StoreyLine {
         index,
-        name: input.site.text(record.name).to_owned(),
+        name: text_or_null(input.site.text(record.name)),
         floor_z_m: metres(record.floor_z_tenths),
         floor: if record.floor == FloorKind::Built as u32 { "built" } else { "assumed" },
         size_cells: [grid.head.width, grid.head.height],
         status: export::status_of(grid),
+        reach: FloorReach::of(input.plan, index),
         free_m2: (grid.planning.iter().filter(|&&p| p == 0).count() as f64 * cell_m2 * 10.0).round() / 10.0,
         obstacles: input.footprints[index as usize]
             .iter()
@@ -170,5 +237,41 @@ fn storey_line(input: &ExportInput<'_>, grid: &messages::Grid<'_>) -> StoreyLine
             .count(),
         waypoints: input.plan.waypoints.iter().filter(|w| w.map_storey == index).count(),
         closed_doors: closed.count(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_turn_and_the_shift_of_the_map_are_told() {
+        let line = |x_m: f64, yaw_rad: f64| {
+            let text = format!(
+                r#"{{"map_from_world": {{"x_m": {x_m:?}, "y_m": 0.0, "z_m": 0.0, "yaw_rad": {yaw_rad:?}}}, "frame_epoch": 1}}"#
+            );
+            frame_line(&SiteFrameFile::parse(text.as_bytes()).unwrap())
+        };
+        assert_eq!(line(0.0, 0.0), "map: the model neither turned nor shifted");
+        assert_eq!(line(0.0, -0.523_598_775_598_298_8), "map: the model turned by 30.000 degrees clockwise");
+        assert_eq!(
+            line(-400.0, 0.1),
+            "map: the model turned by 5.730 degrees counter-clockwise, then shifted by x -400.000 m, y 0.000 m, z 0.000 m"
+        );
+    }
+
+    #[test]
+    fn rooms_on_no_map_are_told_with_their_area() {
+        let room = |k: usize| RoomLine {
+            global_id: format!("room-{k}"),
+            name: (k > 0).then(|| format!("Room {k}")),
+            area_m2: 10.0 - k as f64,
+        };
+        assert_eq!(rooms_line(&[]), None);
+        assert_eq!(rooms_line(&[room(0)]).unwrap(), "on no map: 1 room, 10.0 m2: room-0 10.0 m2");
+        let many: Vec<RoomLine> = (0..10).map(room).collect();
+        let line = rooms_line(&many).unwrap();
+        assert!(line.starts_with("on no map: 10 rooms, 55.0 m2: room-0 10.0 m2, Room 1 9.0 m2, "), "{line}");
+        assert!(line.ends_with("Room 7 3.0 m2, and 2 more"), "{line}");
     }
 }

@@ -6,11 +6,13 @@ use crate::plan::PlanInput;
 use crate::portals::Portal;
 use crate::reached::Reached;
 use crate::spaces::Refusal;
+use crate::start::why_blocked;
 use crate::storey::StoreyPlan;
 use frames::metres;
 use messages::{
-    DiagnosticRecord, EdgeKind, ElementRecord, Grid, NONE, NoWaypoint, NodeKind, PhaseHead, PlanBuilder, PlanHead,
-    RouteEdgeRecord, RouteNodeRecord, Site, SpacePlanRecord, StoreyPlanRecord, Text, WaypointKind, WaypointRecord,
+    DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, NONE, NoWaypoint, NodeKind, PhaseHead,
+    PlanBuilder, PlanHead, RouteEdgeRecord, RouteNodeRecord, Site, SpacePlanRecord, StoreyPlanRecord, Text,
+    WaypointKind, WaypointRecord,
 };
 
 /// The archive of a plan: storeys in the order in which they are come to, what was refused, the graph over all storeys.
@@ -21,8 +23,10 @@ pub(crate) fn assemble(
     refusals: Vec<Option<Refusal>>,
     reached: &Reached,
     portals: &[Portal],
+    parts: Vec<FloorPartRecord>,
 ) -> PlanBuilder {
     let mut builder = PlanBuilder::new(head(input, plans), input.site.spaces.len());
+    builder.floor_parts = parts;
     for (space, refusal) in refusals.into_iter().enumerate() {
         if let Some(refusal) = refusal {
             refuse(&mut builder, space, &refusal);
@@ -45,9 +49,10 @@ pub(crate) fn assemble(
         builder.storeys.push(storey_record(&mut builder.tour_points, input.grids[at].head.map_storey, plan));
     }
     add_graph(&mut builder, input, grounds, plans, portals);
-    if reached.start_is_blocked {
-        let message = "the robot cannot stand at the start that was given, so it gets nowhere";
-        warn(&mut builder, "start_blocked", message, 2);
+    if let Some(start) = input.options.start.filter(|_| reached.start_is_blocked) {
+        let ground = grounds.get(start.storey as usize);
+        let why = ground.map_or("[tour] start: there is no such storey".to_owned(), |g| why_blocked(input, g, start));
+        warn(&mut builder, "start_blocked", &why, 2);
     }
     let (goal, n_alone) = (input.options.overlap, plans.iter().map(|p| p.n_alone).sum::<usize>());
     if n_alone > 0 {
@@ -196,7 +201,10 @@ fn add_graph(
             });
         }
     }
-    for portal in portals {
+    let is_wanted =
+        |p: &&Portal| p.ends.iter().all(|end| input.options.wants_storey(input.grids[end.storey].head.map_storey));
+    // What leads to a storey that was not asked for is no edge; where to stand before it is a node all the same.
+    for portal in portals.iter().filter(is_wanted) {
         let nodes = portal.ends.map(|end| {
             let at = grounds[end.storey].middle(end.cell);
             let map_storey = input.grids[end.storey].head.map_storey;

@@ -49,11 +49,6 @@ impl Ground {
         self.sizes[part as usize]
     }
 
-    /// The part with the most cells, of equals the one with the lowest cell; 0 if there is none.
-    pub(crate) fn largest(&self) -> u32 {
-        (1..=self.n_parts()).max_by_key(|&p| (self.size(p), std::cmp::Reverse(p))).unwrap_or(0)
-    }
-
     /// Distance in metres from a point to the middle of the nearest cell that is not free; 0 on such a cell and outside the
     /// grid.
     pub(crate) fn clearance_m(&self, p: Point2<Map>) -> f64 {
@@ -218,13 +213,7 @@ pub(crate) mod tests {
         let text = "######\n#..#.#\n#.#..#\n##...#\n######";
         assert_eq!(parts(text, 0.1), "......\n.22.1.\n.2.11.\n..111.\n......");
         let ground = ground(text, 0.1);
-        assert_eq!((ground.n_parts(), ground.size(1), ground.size(2), ground.largest()), (2, 6, 3, 1));
-    }
-
-    #[test]
-    fn of_equally_large_parts_the_lowest_is_the_largest() {
-        assert_eq!(ground("#####\n#.#.#\n#####", 0.1).largest(), 1);
-        assert_eq!(ground("###\n###", 0.1).largest(), 0, "there is none");
+        assert_eq!((ground.n_parts(), ground.size(1), ground.size(2)), (2, 6, 3));
     }
 
     #[test]

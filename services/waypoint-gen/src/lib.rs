@@ -7,6 +7,8 @@ mod ground;
 mod portals;
 mod reached;
 mod spaces;
+mod start;
+mod unknown;
 
 mod centre;
 mod cover;
@@ -34,3 +36,5 @@ pub mod service;
 pub use cover::Instance;
 pub use options::{OptionsError, OptionsFileError, PlanOptions, Start};
 pub use plan::{PlanInput, Planner, StoreyInstance};
+pub use start::check_start;
+pub use unknown::{UnknownName, check_names};

@@ -17,6 +17,8 @@ pub struct PlanOptions {
     pub scans: bool,
     /// Names, long names or GlobalIds of spaces, with `*` and `?`; all if empty.
     pub spaces: Vec<String>,
+    /// Map storeys on which waypoints are planned; all if empty. The others are ways.
+    pub storeys: Vec<u32>,
     /// Scan the elements that were built since this time only, civil seconds.
     pub changed_since_s: Option<i64>,
     /// Waypoints are at half the height of their space, for what flies.
@@ -41,7 +43,7 @@ pub struct PlanOptions {
     pub classes: u32,
     /// Check the coverage on the meshes of the elements.
     pub mesh_check: bool,
-    /// Where the robot is; else anywhere on the largest part of each storey.
+    /// Where the robot is; else on the first part of each storey: of those with a stair, lift or outer door the largest.
     pub start: Option<Start>,
     /// Tours come back to where they begin.
     pub closed_tours: bool,
@@ -140,6 +142,7 @@ impl Default for PlanOptions {
             centres: true,
             scans: true,
             spaces: Vec::new(),
+            storeys: Vec::new(),
             changed_since_s: None,
             flies: false,
             sensor: ScanSensor::DEFAULT,
@@ -191,11 +194,26 @@ impl PlanOptions {
         file.into_options().map_err(OptionsError::Value)
     }
 
-    /// True if somebody asked for the space.
-    pub(crate) fn wants_space(&self, site: &Site<'_>, space: usize) -> bool {
+    /// True if waypoints are planned on the map storey.
+    pub(crate) fn wants_storey(&self, map_storey: u32) -> bool {
+        self.storeys.is_empty() || self.storeys.contains(&map_storey)
+    }
+
+    /// What a space may be called: its GlobalId, its name, its long name, and the two as they are written in outputs.
+    pub(crate) fn space_names(site: &Site<'_>, space: usize) -> Vec<String> {
         let record = &site.spaces[space];
-        let texts = [record.global_id, record.name, record.long_name].map(|t| site.text(t));
-        self.spaces.is_empty() || self.spaces.iter().any(|p| texts.iter().any(|t| WildMatch::new(p).matches(t)))
+        let [id, name, long_name] = [record.global_id, record.name, record.long_name].map(|t| site.text(t).to_owned());
+        let both = if name.is_empty() || long_name.is_empty() { String::new() } else { format!("{name} {long_name}") };
+        [id, name, long_name, both].into_iter().filter(|text| !text.is_empty()).collect()
+    }
+
+    /// True if the space was asked for.
+    pub(crate) fn wants_space(&self, site: &Site<'_>, space: usize) -> bool {
+        if self.spaces.is_empty() {
+            return true;
+        }
+        let names = Self::space_names(site, space);
+        self.spaces.iter().any(|p| names.iter().any(|name| WildMatch::new(p).matches(name)))
     }
 
     /// True if the robot can take the lift.
@@ -246,6 +264,7 @@ impl OptionsToml {
             centres: kinds.iter().any(|k| k == "centre"),
             scans: kinds.iter().any(|k| k == "scan"),
             spaces: self.spaces,
+            storeys: usual.storeys,
             changed_since_s: changed_since.transpose()?.map(|t| t.civil_seconds()),
             flies: self.flies,
             sensor,

@@ -9,6 +9,7 @@ use crate::options::PlanOptions;
 use crate::portals::{Portal, portals};
 use crate::reached::Reached;
 use crate::spaces::{Refusal, refused};
+use crate::start::{PartFacts, first_part, floor_parts, part_facts};
 use crate::storey::{StoreyPlan, Wanted, instance_of, plan_storey};
 use messages::{ArchiveBuffer, DoorPassageRecord, Grid, Grids, NoWaypoint, Phase, RobotProfile, Site, space_flags};
 use rayon::prelude::*;
@@ -59,7 +60,7 @@ impl Planner {
         let PlanInput { site, phase, options, .. } = *input;
         let grounds: Vec<&Ground> = self.grounds.iter().map(|g| &g.1).collect();
         let portals = portals(site, phase, &input.index.head.robot, options, &grounds);
-        let reached = Reached::of(&grounds, &portals, options.start);
+        let (reached, _) = reached(input, &grounds, &portals);
         let refusals: Vec<Option<Refusal>> = (0..site.spaces.len()).map(|k| refused(site, phase, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, phase, since_s));
         let jobs = input.grids.iter().enumerate();
@@ -80,7 +81,7 @@ impl Planner {
         self.see_grounds(grids, robot);
         let grounds: Vec<&Ground> = self.grounds.iter().map(|g| &g.1).collect();
         let portals = portals(site, phase, robot, options, &grounds);
-        let reached = Reached::of(&grounds, &portals, options.start);
+        let (reached, facts) = reached(input, &grounds, &portals);
         let refusals: Vec<Option<Refusal>> = (0..site.spaces.len()).map(|k| refused(site, phase, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, phase, since_s));
         let jobs: Vec<Job<'_>> = grids
@@ -100,7 +101,8 @@ impl Planner {
             })
             .collect();
         let plans: Vec<&StoreyPlan> = kept.iter().map(|k| &k.1).collect();
-        assemble(input, &grounds, &plans, refusals, &reached, &portals).finish()
+        let parts = floor_parts(input, &grounds, &reached, &facts);
+        assemble(input, &grounds, &plans, refusals, &reached, &portals, parts).finish()
     }
 
     fn see_grounds(&mut self, grids: &[Grid<'_>], robot: &RobotProfile) {
@@ -116,6 +118,14 @@ impl Planner {
             })
             .collect();
     }
+}
+
+/// What the robot gets to, and the facts of each storey's parts.
+fn reached(input: &PlanInput<'_>, grounds: &[&Ground], portals: &[Portal]) -> (Reached, Vec<Vec<PartFacts>>) {
+    let facts: Vec<Vec<PartFacts>> =
+        grounds.iter().enumerate().map(|(storey, ground)| part_facts(input, storey, ground, portals)).collect();
+    let first: Vec<u32> = grounds.iter().zip(&facts).map(|(ground, facts)| first_part(ground, facts)).collect();
+    (Reached::of(grounds, portals, &first, input.options.start), facts)
 }
 
 /// What is to be done on a storey.

@@ -3,6 +3,7 @@
 use crate::ground::Ground;
 use crate::options::Start;
 use crate::portals::{Portal, Staging};
+use crate::start::start_cell;
 use frames::{Map, Point2};
 
 /// Whether the robot can get to each part of each storey, and where it comes onto it.
@@ -18,13 +19,10 @@ pub(crate) struct Reached {
     pub(crate) start_is_blocked: bool,
 }
 
-/// A start is moved to the nearest place where the robot can stand, at most this far: no pose is known better.
-const START_TOLERANCE_M: f64 = 0.3;
-
 impl Reached {
-    /// From the part at the start, or from the largest part of every storey that no portal has led to yet, through every
-    /// portal that the robot can take.
-    pub(crate) fn of(grounds: &[&Ground], portals: &[Portal], start: Option<Start>) -> Self {
+    /// From the part at the start, or from the first part of every storey that no portal has led to yet, through every portal
+    /// that the robot can take. `first_parts` has one for each storey, 0 for none.
+    pub(crate) fn of(grounds: &[&Ground], portals: &[Portal], first_parts: &[u32], start: Option<Start>) -> Self {
         let mut reached = Self {
             parts: grounds.iter().map(|g| vec![false; g.n_parts() as usize + 1]).collect(),
             entries: vec![Vec::new(); grounds.len()],
@@ -40,10 +38,10 @@ impl Reached {
                 None => reached.start_is_blocked = true,
             },
             None => {
-                for (storey, ground) in grounds.iter().enumerate() {
+                for (storey, &first) in first_parts.iter().enumerate() {
                     // Who came here through a portal is not put here again.
-                    if ground.largest() != 0 && reached.entries[storey].is_empty() {
-                        reached.enter(grounds, storey, ground.largest(), None);
+                    if first != 0 && reached.entries[storey].is_empty() {
+                        reached.enter(grounds, storey, first, None);
                         reached.follow(grounds, portals);
                     }
                 }
@@ -74,24 +72,6 @@ impl Reached {
             self.enter(grounds, to.storey, to.part, Some(to.cell));
         }
     }
-}
-
-fn start_cell(grounds: &[&Ground], start: Start) -> Option<(usize, usize)> {
-    let ground = grounds.get(start.storey as usize)?;
-    let p = Point2::<Map>::new(start.x_m, start.y_m);
-    let spec = &ground.spec;
-    let at = spec.cell_at(p)?;
-    let reach = (START_TOLERANCE_M / spec.resolution_m()).ceil() as u32;
-    let range = |at: u32, n: u32| at.saturating_sub(reach)..(at + reach + 1).min(n);
-    let cells = range(at.row, spec.height)
-        .flat_map(|row| range(at.column, spec.width).map(move |column| spec.index(grid::Cell { column, row })));
-    let far = |cell: usize| {
-        let middle = ground.middle(cell);
-        libm::hypot(middle.x_m - p.x_m, middle.y_m - p.y_m)
-    };
-    let standing = cells.filter(|&c| ground.part(c) != 0 && far(c) <= START_TOLERANCE_M + spec.resolution_m());
-    let nearest = standing.min_by(|&a, &b| far(a).total_cmp(&far(b)).then(a.cmp(&b)))?;
-    Some((start.storey as usize, nearest))
 }
 
 #[cfg(test)]
@@ -132,7 +112,7 @@ mod tests {
                 usable,
             })
             .collect();
-        Reached::of(&grounds.iter().collect::<Vec<_>>(), &portals, start)
+        Reached::of(&grounds.iter().collect::<Vec<_>>(), &portals, &vec![LEFT; n_storeys], start)
     }
 
     /// Storeys with the rooms that are reached.
@@ -149,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_start_the_largest_room_of_every_storey_is_reached() {
+    fn without_a_start_the_first_part_of_every_storey_is_reached() {
         let all = reached(2, &[], None);
         assert_eq!((rooms(&all), &all.order), (vec![(0, LEFT), (1, LEFT)], &vec![0, 1]));
         assert!(all.entries.iter().all(Vec::is_empty), "it may be anywhere there");

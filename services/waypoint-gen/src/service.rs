@@ -1,6 +1,6 @@
 //! Planning of waypoints as a daemon: plans again the storeys that new grids change.
 
-use crate::{PlanInput, PlanOptions, Planner};
+use crate::{PlanInput, PlanOptions, Planner, check_names};
 use bus::{Bus, GridSlot, Origin, Publisher, Sample, Subscriber, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile};
 use messages::{ArchiveBuffer, CheckedSite, Grid, Grids, InputHashes, Phase, Plan, Stage};
@@ -76,9 +76,28 @@ impl WaypointService {
     /// Other options: on disk before anybody sees a plan of them.
     fn ask(&mut self, asked: Asked) -> Result<Done, Failure> {
         let options = options_of(self.configured.as_deref(), &asked)?;
+        if let Some(site) = &self.site {
+            check_names(&site.view(), &options)?;
+        }
+        self.check_start(&options)?;
         self.state.save(&asked)?;
         (self.asked, self.options) = (asked, options);
         self.plan()
+    }
+
+    /// Refuses a start that the robot could have and where it cannot stand, on the maps that are held.
+    fn check_start(&self, options: &PlanOptions) -> Result<(), Failure> {
+        let (Some(start), Some(site), Some(phase), Some(index)) = (options.start, &self.site, &self.phase, &self.index)
+        else {
+            return Ok(());
+        };
+        let (view, phase, index) = (site.view(), Phase::open(phase.bytes())?, Grids::open(index.bytes())?);
+        let held = self.grids.iter().take(index.slots.len()).flatten();
+        let grids: Vec<Grid<'_>> = held.map(|g| Grid::open(g.bytes())).collect::<Result<_, _>>()?;
+        grids.iter().try_for_each(|grid| grid.check_site(&view))?;
+        let input = PlanInput { site: &view, phase: &phase, index: &index, grids: &grids, options };
+        crate::start::check_start(&input, start)?;
+        Ok(())
     }
 
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
@@ -119,6 +138,7 @@ impl WaypointService {
         if !is_one_set {
             return Ok(Done::default());
         }
+        check_names(&site.view(), &self.options)?;
         self.stages.set(Stage::Writing);
         self.is_pending = true;
         let begun = Instant::now();

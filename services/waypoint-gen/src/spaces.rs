@@ -40,8 +40,10 @@ pub(crate) fn refused(site: &Site<'_>, phase: &Phase<'_>, options: &PlanOptions,
     } else if closes_at_s != PhaseHead::NO_TIME {
         let at = plan_time(closes_at_s).map_or(String::new(), |at| format!(" at {at}"));
         refusal(NoWaypoint::Closing, &format!("it will be blocked{at}"))
+    } else if !options.wants_storey(space.map_storey) {
+        refusal(NoWaypoint::NotAsked, "its storey was not asked for")
     } else if !options.wants_space(site, index) {
-        refusal(NoWaypoint::NotAsked, "nobody asked for it")
+        refusal(NoWaypoint::NotAsked, "it was not asked for")
     } else {
         None
     }

@@ -87,6 +87,10 @@ pub(crate) fn plan_storey(storey: &Storey<'_>, wanted: &Wanted<'_>) -> StoreyPla
         let total = if storey.reached[part as usize] { &mut plan.reached_m2 } else { &mut plan.unreached_m2 };
         *total += size_m2;
     }
+    plan.seen = vec![Seen::default(); storey.site.spaces.len() + 1];
+    if !wanted.options.wants_storey(storey.grid.head.map_storey) {
+        return plan;
+    }
     let mut centres: Vec<(usize, Centre)> = Vec::new();
     for &space in wanted.spaces {
         match centre_of(storey, space) {
@@ -95,7 +99,6 @@ pub(crate) fn plan_storey(storey: &Storey<'_>, wanted: &Wanted<'_>) -> StoreyPla
         }
     }
     let scans = wanted.options.scans.then(|| plan_scans(storey, wanted, &centres));
-    plan.seen = vec![Seen::default(); storey.site.spaces.len() + 1];
     if let Some(scans) = &scans {
         plan.n_targets = scans.faces.all.len() as u32;
         plan.n_places = scans.places.len() as u32;

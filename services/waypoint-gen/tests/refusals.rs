@@ -82,10 +82,10 @@ fn a_blocked_space_says_why_and_a_closing_one_when() {
 }
 
 #[test]
-fn a_space_that_nobody_asked_for_says_so() {
+fn a_space_that_was_not_asked_for_says_so() {
     let options = PlanOptions { spaces: vec!["a".to_owned()], ..quick_centres() };
     let planned = House::drawn(&[TWO_ROOMS]).planned(&options);
-    assert_eq!(planned.why('b'), because(NoWaypoint::NotAsked, "nobody asked for it"));
+    assert_eq!(planned.why('b'), because(NoWaypoint::NotAsked, "it was not asked for"));
 }
 
 #[test]

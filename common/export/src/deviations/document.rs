@@ -1,7 +1,7 @@
 //! `deviations.json`: the evidence for every element, by GlobalId, and what stands beside them.
 
 use super::DeviationExport;
-use crate::rounded;
+use crate::{rounded, text_or_null};
 use messages::{
     ElementDeviationRecord, ElementState, Judgement, Observation, ObstacleRecord, ResidualRecord, UnseenReason,
 };
@@ -20,8 +20,8 @@ pub struct DeviationsDocument {
     plan_time: Option<String>,
     /// Index of the map storey.
     storey: u32,
-    /// Name of the map storey.
-    storey_name: String,
+    /// Name of the map storey; null if it has none.
+    storey_name: Option<String>,
     /// Height of the lidar's plane in `map`.
     lidar_z_m: f64,
     /// Where the robot's map lies.
@@ -65,8 +65,8 @@ struct ElementEvidence {
     r#type: String,
     /// Class on the maps.
     class: &'static str,
-    /// Name.
-    name: String,
+    /// Name; null if it has none.
+    name: Option<String>,
     /// Planned state: `not_started`, `in_progress`, `built`, `being_removed` or `removed`.
     planned: &'static str,
     /// `observed`, `absent`, `displaced` or `unseen`.
@@ -132,7 +132,7 @@ impl DeviationsDocument {
             frame_epoch: site.head.frame_epoch,
             plan_time: messages::plan_time(head.plan_time_s).map(|t| t.to_string()),
             storey: head.map_storey,
-            storey_name: input.storey().to_owned(),
+            storey_name: text_or_null(input.storey()),
             lidar_z_m: rounded(head.lidar_z_m),
             map_from_slam: motion(head.map_from_slam),
             pose_deviation: motion(head.pose_deviation),
@@ -156,10 +156,10 @@ fn evidence(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> ElementE
     ElementEvidence {
         r#type: input.site.text(element.ifc_type).to_owned(),
         class: element.class().name(),
-        name: input.site.text(element.name).to_owned(),
+        name: text_or_null(input.site.text(element.name)),
         planned: planned(e).name(),
-        observation: Observation::from_id(e.observation).map_or("", Observation::name),
-        judgement: Judgement::from_id(e.judgement).map_or("", Judgement::name),
+        observation: Observation::from_id(e.observation).map_or("unseen", Observation::name),
+        judgement: Judgement::from_id(e.judgement).map_or("unknown", Judgement::name),
         reason: UnseenReason::from_id(e.reason).filter(|r| *r != UnseenReason::Seen).map(UnseenReason::name),
         confirmed: (e.n_visible > 0).then(|| rounded(f64::from(e.n_confirmed) / f64::from(e.n_visible))),
         sides_m: length(e.n_samples),

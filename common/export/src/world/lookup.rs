@@ -3,7 +3,7 @@
 use super::doors::WorldDoor;
 use super::leaves::{Kind, Link as Leaf};
 use super::{Link, Model, Scene};
-use crate::rounded;
+use crate::{rounded, text_or_null};
 use geometry::Made;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// What the models and links of a world are, by GlobalId. Lengths in metres in `map`, whose coordinates are those of the world.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Lookup {
-    /// Version of this layout: 1.
+    /// Version of this layout: 2.
     version: u32,
     /// `map`: the frame of the maps is that of the world.
     frame: &'static str,
@@ -100,8 +100,8 @@ struct ModelEntry {
 struct Element {
     /// Entity name, e.g. `IfcWall`.
     r#type: String,
-    /// Name; may be empty.
-    name: String,
+    /// Name; null if it has none.
+    name: Option<String>,
     class: &'static str,
     model: String,
     /// Its link in the model; null for a door, which is a whole model.
@@ -144,9 +144,10 @@ struct LeafEntry {
     kind: &'static str,
     /// Axis in the door's frame.
     axis: [f64; 3],
-    /// Values of the joint in radians or metres, 0 being closed.
-    lower: f64,
-    upper: f64,
+    /// Lower and upper limit of a joint that turns, 0 being closed; null for the others.
+    limits_rad: Option<[f64; 2]>,
+    /// Lower and upper limit of a joint that slides, 0 being closed; null for the others.
+    limits_m: Option<[f64; 2]>,
     /// Names of what ends the motion early, at the lower and the upper limit; null where nothing does.
     ended_by: [Option<String>; 2],
     /// True if the true motion is another one.
@@ -172,7 +173,7 @@ impl Lookup {
             |m: &Model| (m.name.clone(), ModelEntry { class: m.class.name(), label: m.class.id(), storey: m.storey });
         let left_out = scene.left_out.iter().map(|(door, why)| (id(site.doors[*door as usize].element), *why));
         Self {
-            version: 1,
+            version: 2,
             frame: "map",
             frame_epoch: site.head.frame_epoch,
             plan_time: phase.head.plan_time().map(|t| t.to_string()),
@@ -219,7 +220,7 @@ impl Element {
         let record = &site.elements[element as usize];
         Self {
             r#type: site.text(record.ifc_type).to_owned(),
-            name: site.text(record.name).to_owned(),
+            name: text_or_null(site.text(record.name)),
             class: record.class().name(),
             model,
             link: None,
@@ -246,8 +247,8 @@ impl Door {
             joint: format!("{}_joint", leaf.name),
             kind: leaf.kind.name(),
             axis: leaf.axis.map(rounded),
-            lower: rounded(leaf.limits[0]),
-            upper: rounded(leaf.limits[1]),
+            limits_rad: (leaf.kind == Kind::Revolute).then(|| leaf.limits.map(rounded)),
+            limits_m: (leaf.kind == Kind::Prismatic).then(|| leaf.limits.map(rounded)),
             ended_by: met.clone(),
             approximate: leaf.approximate,
         };

@@ -194,9 +194,13 @@ fn plan() -> ArchiveBuffer {
         n_seen: 7,
         n_scans: 1,
         n_parts: 1,
+        reached_m2: 3.0,
+        unreached_m2: 1.5,
         n_tour_points: 2,
         ..Zeroable::zeroed()
     });
+    let part = FloorPartRecord { area_m2: 3.0, room_m2: 3.0, at_m: [1.75, 1.75], is_reached: 1, ..Zeroable::zeroed() };
+    b.floor_parts.extend([part, FloorPartRecord { area_m2: 1.5, is_reached: 0, has_way_in: 1, ..part }]);
     b.tour_points.extend([[1.75, 1.75], [1.75, 1.25]]);
     let node = |kind: NodeKind, of: u32, x_m: f64| RouteNodeRecord {
         position_in_map_m: [x_m, 1.75, 0.1],

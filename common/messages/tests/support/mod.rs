@@ -79,6 +79,7 @@ pub(crate) fn plan() -> ArchiveBuffer {
     b.tour_points = vec![[0.0, 0.0], [1.0, 0.0]];
     b.storeys.push(StoreyPlanRecord { n_tour_points: 2, ..Zeroable::zeroed() });
     b.nodes = vec![RouteNodeRecord { of: NONE, ..Zeroable::zeroed() }; 2];
+    b.floor_parts.push(FloorPartRecord { area_m2: 1.0, is_reached: 1, ..Zeroable::zeroed() });
     b.points = vec![[0.0, 0.0], [1.0, 0.0]];
     b.edges.push(RouteEdgeRecord { nodes: [0, 1], n_points: 2, ..Zeroable::zeroed() });
     b.finish()

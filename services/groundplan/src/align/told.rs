@@ -81,6 +81,20 @@ fn line(out: &mut String, pose: &PoseRecord, what: &str) {
     let _ = if what.is_empty() { writeln!(out) } else { writeln!(out, ", {what}") };
 }
 
+/// A turn and a shift in the plane.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct Pose {
+    pub(crate) x_m: f64,
+    pub(crate) y_m: f64,
+    pub(crate) yaw_rad: f64,
+}
+
+impl Pose {
+    pub(crate) fn of([x_m, y_m, yaw_rad]: [f64; 3]) -> Self {
+        Self { x_m, y_m, yaw_rad }
+    }
+}
+
 /// An alignment in a line, for `status` and the monitor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Brief {
@@ -89,7 +103,7 @@ pub(crate) struct Brief {
     /// What the pose rests on: `found`, `tracked`, `held` or `none`.
     pub(crate) state: &'static str,
     pub(crate) storey: Option<u32>,
-    pub(crate) map_from_slam: Option<[f64; 3]>,
+    pub(crate) map_from_slam: Option<Pose>,
     /// True if another pose waits for `groundplan confirm`.
     pub(crate) is_waiting: bool,
 }
@@ -104,7 +118,7 @@ impl Brief {
             verdict: alignment.verdict().name(),
             state: alignment.state().name(),
             storey: pose.and_then(storey),
-            map_from_slam: pose.map(|pose| pose.map_from_slam),
+            map_from_slam: pose.map(|pose| Pose::of(pose.map_from_slam)),
             is_waiting: alignment.waiting().is_some(),
         })
     }
@@ -113,7 +127,7 @@ impl Brief {
         let waits = if self.is_waiting { ", another pose waits" } else { "" };
         let Self { epoch, verdict, state, .. } = self;
         match (self.storey, self.map_from_slam) {
-            (Some(storey), Some([x_m, y_m, yaw_rad])) => {
+            (Some(storey), Some(Pose { x_m, y_m, yaw_rad })) => {
                 let place = format!("x {x_m:.2} m, y {y_m:.2} m, yaw {:.2} degrees", yaw_rad.to_degrees());
                 format!("SLAM map on storey {storey} at {place}, {state}, epoch {epoch}{waits}")
             }
@@ -139,13 +153,11 @@ fn storey(pose: &PoseRecord) -> Option<u32> {
 }
 
 fn motion(pose: &PoseRecord) -> Value {
-    let [x_m, y_m, yaw_rad] = pose.map_from_slam;
-    json!({"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad})
+    json!(Pose::of(pose.map_from_slam))
 }
 
 fn inverse(pose: &PoseRecord) -> Value {
-    let [x_m, y_m, yaw_rad] = MapFromSlam::from(pose).inverse();
-    json!({"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad})
+    json!(Pose::of(MapFromSlam::from(pose).inverse()))
 }
 
 /// The parts of a score.

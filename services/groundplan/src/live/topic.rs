@@ -116,7 +116,7 @@ fn follow_topic(site: &SiteArgs, topic: Topic) -> Result<String, Failure> {
 struct Rate {
     topic: String,
     samples: usize,
-    seconds: f64,
+    elapsed_s: f64,
     rate_hz: f64,
     bytes_mean: f64,
     latency_ms_p50: Option<f64>,
@@ -146,12 +146,12 @@ fn hz(site: &SiteArgs, topic: Topic, seconds: Option<f64>, json: bool) -> Result
         }
     }
     latencies_ms.sort_by(f64::total_cmp);
-    let (samples, seconds) = (bytes.len(), begun.elapsed().as_secs_f64());
+    let (samples, elapsed_s) = (bytes.len(), begun.elapsed().as_secs_f64());
     let rate = Rate {
         topic: topic.to_string(),
         samples,
-        seconds,
-        rate_hz: samples as f64 / seconds,
+        elapsed_s,
+        rate_hz: samples as f64 / elapsed_s,
         bytes_mean: bytes.iter().sum::<f64>() / samples.max(1) as f64,
         latency_ms_p50: latencies_ms.get(samples / 2).copied(),
         latency_ms_max: latencies_ms.last().copied(),
@@ -164,7 +164,7 @@ fn hz(site: &SiteArgs, topic: Topic, seconds: Option<f64>, json: bool) -> Result
         (Some(p50), Some(max)) => format!(", {bytes_mean:.0} bytes, latency {p50:.2} ms, at most {max:.2} ms"),
         _ => String::new(),
     };
-    Ok(format!("{topic}: {} in {seconds:.1} s, {rate_hz:.2} Hz{latency}\n", counted(samples, "sample")))
+    Ok(format!("{topic}: {} in {elapsed_s:.1} s, {rate_hz:.2} Hz{latency}\n", counted(samples, "sample")))
 }
 
 /// A client that SIGTERM and SIGINT stop.
@@ -252,7 +252,7 @@ fn describe(topic: Topic, sample: &Sample) -> Result<Value, messages::ArchiveErr
         Topic::SlamMap => {
             let head = SlamMap::open(sample.bytes())?.head;
             let size = [head.width, head.height];
-            json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": head.origin})
+            json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": told::Pose::of(head.origin)})
         }
         Topic::Alignment => told::document(&Alignment::open(sample.bytes())?, made_from(sample)),
         Topic::Deviations => Value::Null,

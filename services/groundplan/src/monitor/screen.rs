@@ -106,7 +106,12 @@ fn draw_storeys(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, area: R
     let first = (view.storey + 1).saturating_sub(room);
     let rows = snapshot.storeys.iter().skip(first).map(|s| {
         let changed = s.changed_cells.map_or("-".to_owned(), |n| n.to_string());
-        let row = Row::new([s.name.clone(), changed, format!("{:.0} m2", s.free_m2), s.epoch.to_string()]);
+        let row = Row::new([
+            s.name.clone().unwrap_or_default(),
+            changed,
+            format!("{:.0} m2", s.free_m2),
+            s.epoch.to_string(),
+        ]);
         if s.index == view.storey { row.style(Style::new().bold()) } else { row }
     });
     let widths = [18, 9, 9, 8].map(Constraint::Length);
@@ -132,7 +137,7 @@ fn size(bytes: u64) -> String {
 }
 
 fn draw_map(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option<&MapOf<'_>>, area: Rect) {
-    let name = snapshot.storeys.get(view.storey).map_or("no map", |s| s.name.as_str());
+    let name = snapshot.storeys.get(view.storey).map_or("no map", |s| s.name.as_deref().unwrap_or("without a name"));
     let block = Block::bordered().title(name);
     let inside = block.inner(area);
     frame.render_widget(block, area);
@@ -145,7 +150,7 @@ fn draw_map(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option
 mod tests {
     use super::super::snapshot::{DaemonLine, PlanLine, StoreyLine, TopicLine};
     use super::*;
-    use crate::align::told::Brief;
+    use crate::align::told::{Brief, Pose};
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
@@ -171,7 +176,7 @@ mod tests {
         };
         let storey = |index, name: &str, changed_cells| StoreyLine {
             index,
-            name: name.to_owned(),
+            name: Some(name.to_owned()),
             epoch: 9,
             changed_cells,
             free_m2: 279.4,
@@ -200,7 +205,7 @@ mod tests {
                 verdict: "accepted",
                 state: "tracked",
                 storey: Some(1),
-                map_from_slam: Some([1.5, -20.25, 0.5]),
+                map_from_slam: Some(Pose::of([1.5, -20.25, 0.5])),
                 is_waiting: false,
             }),
             storeys: vec![storey(0, "Ground floor", Some(1234)), storey(1, "Upper floor", None)],

@@ -65,7 +65,8 @@ pub(crate) struct PlanLine {
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub(crate) struct StoreyLine {
     pub(crate) index: usize,
-    pub(crate) name: String,
+    /// `None` if it has none.
+    pub(crate) name: Option<String>,
     pub(crate) epoch: u64,
     pub(crate) content_hash: String,
     pub(crate) size_cells: [u32; 2],

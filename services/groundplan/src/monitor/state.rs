@@ -4,6 +4,7 @@ use super::snapshot::{DaemonLine, PlanLine, Snapshot, StoreyLine, TopicLine};
 use crate::align::told::Brief;
 use crate::plan_date;
 use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, Topic, Verdict};
+use export::text_or_null;
 use messages::{Grid, Grids, Phase, SampleHeader, Stage, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -148,7 +149,7 @@ impl State {
         let cell_m2 = grid.spec().resolution_m().powi(2);
         let line = StoreyLine {
             index: slot.index(),
-            name: self.names.get(grid.head.map_storey as usize).cloned().unwrap_or_default(),
+            name: self.names.get(grid.head.map_storey as usize).and_then(|name| text_or_null(name)),
             epoch,
             content_hash: format!("{:016x}", grid.content_hash()),
             size_cells: [grid.head.width, grid.head.height],
@@ -320,7 +321,7 @@ mod tests {
         let snapshot = state.snapshot_at(now);
         assert_eq!((snapshot.verdict, &snapshot.why_no_map), ("current", &None));
         let storey = &snapshot.storeys[0];
-        assert_eq!((storey.name.as_str(), storey.changed_cells), ("Ground", Some(3)));
+        assert_eq!((storey.name.as_deref(), storey.changed_cells), (Some("Ground"), Some(3)));
         assert!((storey.free_m2 - 0.05).abs() < 1e-9);
         state.left();
         assert_eq!(state.snapshot_at(now).verdict, "no_map");

@@ -1,0 +1,81 @@
+//! Names in options that the site does not have.
+
+use crate::options::PlanOptions;
+use messages::{Site, nearest_names_hint};
+use wildmatch::WildMatch;
+
+/// Options that name what the site does not have.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UnknownName {
+    /// No space matches.
+    #[error("spaces: {asked:?} matches no space of the model{hint}")]
+    Space {
+        /// As the options have it.
+        asked: String,
+        /// Names like it, or some of those that there are.
+        hint: String,
+    },
+    /// No lift matches.
+    #[error("[tour] lifts: {asked:?} matches no lift of the model{hint}")]
+    Lift {
+        /// As the options have it.
+        asked: String,
+        /// Names like it, or some of those that there are.
+        hint: String,
+    },
+    /// There is no such map storey.
+    #[error("[tour] start: there is no storey {asked}; {known}")]
+    Storey {
+        /// Index that the options have.
+        asked: u32,
+        /// Indices and names of the map storeys.
+        known: String,
+    },
+}
+
+/// Names of which some are told where none is near.
+const MAX_EXAMPLES: usize = 5;
+
+/// The end of a message: names near one that does not exist, else some of those that do.
+fn hint(asked: &str, names: &[String]) -> String {
+    let near = nearest_names_hint(&asked.replace(['*', '?'], ""), names.iter().map(String::as_str));
+    let some: Vec<String> = names.iter().take(MAX_EXAMPLES).map(|name| format!("{name:?}")).collect();
+    match (near.is_empty(), some.is_empty()) {
+        (false, _) => near,
+        (true, false) => format!("; there are {}", some.join(", ")),
+        (true, true) => "; it has none".to_owned(),
+    }
+}
+
+/// Refuses options that name spaces, lifts or a storey that the site does not have.
+///
+/// Patterns of wildcards alone, such as `*` for all lifts, may match nothing, but that of spaces.
+///
+/// # Errors
+/// The first name that matches nothing, with the names that are most like it.
+pub fn check_names(site: &Site<'_>, options: &PlanOptions) -> Result<(), UnknownName> {
+    for asked in &options.spaces {
+        let pattern = WildMatch::new(asked);
+        if !(0..site.spaces.len()).any(|k| PlanOptions::space_names(site, k).iter().any(|n| pattern.matches(n))) {
+            let all: Vec<String> = (0..site.spaces.len()).flat_map(|k| PlanOptions::space_names(site, k)).collect();
+            return Err(UnknownName::Space { asked: asked.clone(), hint: hint(asked, &all) });
+        }
+    }
+    let lifts = || site.elements.iter().filter(|e| site.text(e.lineage).split(' ').any(|e| e == "IfcTransportElement"));
+    let names = || lifts().flat_map(|e| [e.global_id, e.name].map(|t| site.text(t)));
+    for asked in options.lifts.iter().filter(|l| !l.chars().all(|c| ['*', '?'].contains(&c))) {
+        if !names().any(|name| WildMatch::new(asked).matches(name)) {
+            let all: Vec<String> = names().filter(|name| !name.is_empty()).map(str::to_owned).collect();
+            return Err(UnknownName::Lift { asked: asked.clone(), hint: hint(asked, &all) });
+        }
+    }
+    match options.start {
+        Some(start) if start.storey as usize >= site.map_storeys.len() => {
+            let storeys = site.map_storeys.iter().enumerate();
+            let known: Vec<String> = storeys.map(|(k, s)| format!("{k} is {:?}", site.text(s.name))).collect();
+            let known = if known.is_empty() { "the model has none".to_owned() } else { known.join(", ") };
+            Err(UnknownName::Storey { asked: start.storey, known })
+        }
+        _ => Ok(()),
+    }
+}
