@@ -133,14 +133,18 @@ def beside_m(storey, door, line):
 def check_portal(export, edge, ends):
     name, robot = f"the {edge['class']} {edge['id']}", export.robot
     (a, b), element = ends, export.elements.get(edge["of"])
-    if element is None or a["storey"] == b["storey"] or {a["of"], b["of"]} != {edge["of"]}:
+    is_of_nothing = element is None and not (edge["class"] == "step" and edge["of"] is None)
+    if is_of_nothing or a["storey"] == b["storey"] or {a["of"], b["of"]} != {edge["of"]}:
         yield "portal", f"{name} does not join two storeys by an element, with a place before it on either"
         return
     rise_m, plan_m = abs(b["z_m"] - a["z_m"]), math.dist((a["x_m"], a["y_m"]), (b["x_m"], b["y_m"]))
     if abs(edge["length_m"] - math.hypot(rise_m, plan_m)) > ROUNDED_M:
         yield "portal", f"{name} is {math.hypot(rise_m, plan_m):.4f} m long, told are {edge['length_m']} m"
-    can_take = {"stair": robot["climbs_stairs"], "ramp": math.atan2(rise_m, plan_m) <= robot["max_slope_rad"] + 1e-4,
-                "lift": True, "escalator": False}
+    if abs(b["z_m"] - a["z_m"] - edge["rise_m"]) > ROUNDED_M:
+        yield "portal", f"{name} rises by {b['z_m'] - a['z_m']:.4f} m, told are {edge['rise_m']} m"
+    can_take = {"stair": robot["climbs_stairs"], "lift": True, "escalator": False,
+                "ramp": (edge["slope_rad"] or 0) <= robot["max_slope_rad"] + 2e-3,
+                "step": rise_m <= robot["step_height_m"] + ROUNDED_M or robot["climbs_stairs"] and rise_m <= 0.25}
     if edge["usable"] and not can_take.get(edge["class"], False):
         yield "portal", f"{name} cannot be taken by this robot"
 

@@ -20,14 +20,18 @@ fn waypoint<'a>(waypoints: &'a Value, name: &str) -> &'a Value {
 }
 
 #[test]
-fn both_storeys_are_built_at_their_finished_floors() {
+fn storeys_and_the_dock_are_built_at_their_finished_floors() {
     let maps = convert(&demo_model(), &[]);
     let storeys = maps.manifest["storeys"].as_array().unwrap();
     let facts: Vec<_> =
         storeys.iter().map(|s| (s["name"].as_str(), s["floor_z_m"].as_f64(), s["floor"].as_str())).collect();
     assert_eq!(
         facts,
-        [(Some("Ground floor"), Some(0.0), Some("built")), (Some("Upper floor"), Some(3.2), Some("built"))]
+        [
+            (Some("Ground floor"), Some(0.0), Some("built")),
+            (Some("Upper floor"), Some(3.2), Some("built")),
+            (Some("Ground floor -0.25 m"), Some(-0.25), Some("built")),
+        ]
     );
     assert_eq!(maps.manifest["schedule_ignored"], true);
     assert_eq!(maps.manifest["frames"]["map_from_world"]["yaw_rad"], 0.0, "true north does not turn the map");
@@ -51,6 +55,21 @@ fn a_bathroom_three_centimetres_up_is_floor_and_a_dock_below_is_another_level() 
     ground.assert_drop_off([0.5, 0.5, 4.0, 1.8]);
     let regions = maps.json("report.json")["regions"].clone();
     assert!(regions.as_array().unwrap().iter().any(|r| r["level_z_m"] == -0.25), "{regions}");
+}
+
+#[test]
+fn the_dock_is_a_level_of_its_own_that_a_ramp_joins() {
+    let maps = convert(&demo_model(), &[]);
+    let dock = maps.storey(2);
+    assert_eq!((dock.planning(3.5, 1.5), dock.keepout(3.5, 1.5) == OCCUPIED), (FREE, false));
+    dock.assert_forbidden([8.0, 1.0, 10.0, 4.0]);
+    let graph = maps.json("site-graph.json");
+    let ramps: Vec<&Value> = graph["edges"].as_array().unwrap().iter().filter(|e| e["class"] == "ramp").collect();
+    assert_eq!(ramps.len(), 1, "{ramps:?}");
+    let [rise_m, slope_rad] = ["rise_m", "slope_rad"].map(|key| ramps[0][key].as_f64().unwrap());
+    assert!((rise_m.abs() - 0.25).abs() < 1e-6 && (slope_rad - 0.089).abs() < 0.001, "{:?}", ramps[0]);
+    assert_eq!(ramps[0]["usable"], true);
+    assert_eq!(maps.json("report.json")["spaces_not_mapped"].as_array().unwrap().len(), 0);
 }
 
 #[test]

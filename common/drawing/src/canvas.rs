@@ -315,6 +315,10 @@ impl Canvas {
             facts[row].iter_mut().for_each(|f| *f = *f & (GROUND | OUTLINE) | (*f & GROUND) << 1);
         }
         let meets = |other: Option<CellRect>| other.is_some_and(|other| other.meets(rect));
+        for (passage, _) in storey.passages.iter().zip(open_passages).filter(|(p, open)| **open && meets(p.rect)) {
+            let cells = rect.clip(&passage.runs, width);
+            cells.for_each(|cells| facts[cells].iter_mut().for_each(|f| *f |= FLOOR));
+        }
         let is_hung = |door: &Option<crate::doors::DoorAt>| door.as_ref().is_none_or(|d| d.is_hung(phase));
         for obstacle in storey.obstacles.iter().filter(|o| meets(o.rect)) {
             let look = Look::of(phase.effective(obstacle.element as usize));
@@ -323,7 +327,9 @@ impl Canvas {
                 continue;
             }
             // A door that is being hung or taken down is as good as closed.
+            let stands_here = obstacle.door.as_ref().is_none_or(|d| d.stands_here);
             let is_open_door = obstacle.class == Class::Door
+                && stands_here
                 && obstacle.door.as_ref().is_none_or(|d| d.can_pass() && look == Look::Built);
             let set = match (is_open_door, obstacle.class == Class::Door) {
                 (true, _) => DOOR,
@@ -334,7 +340,14 @@ impl Canvas {
             let keep = if set & DOOR == 0 { !DOOR } else { u8::MAX };
             for cells in rect.clip(&obstacle.runs, width) {
                 class[cells.clone()].fill(obstacle.class.id());
-                facts[cells].iter_mut().for_each(|f| *f = *f & keep | set);
+                // A leaf that stands open, or a threshold, is no floor: beside its passage a door is free where floor is.
+                // A door of another level is in the way where floor is.
+                let is_set = |f: u8| stands_here && !is_open_door || f & FLOOR != 0;
+                facts[cells].iter_mut().for_each(|f| *f = *f & keep | if is_set(*f) { set } else { 0 });
+            }
+            for door in obstacle.door.iter().filter(|_| is_open_door) {
+                let passage = rect.clip(&door.passage_runs, width);
+                passage.for_each(|cells| facts[cells].iter_mut().for_each(|f| *f |= DOOR));
             }
         }
         let mut set_runs = |runs: &[grid::Run], fact: u8| {
@@ -348,14 +361,11 @@ impl Canvas {
         for space in storey.spaces.iter().filter(|s| meets(s.rect) && phase.is_blocked(s.space as usize)) {
             set_runs(&space.runs, BLOCKED);
         }
-        for (passage, _) in storey.passages.iter().zip(open_passages).filter(|(p, open)| **open && meets(p.rect)) {
-            set_runs(&passage.runs, FLOOR);
-        }
         for &place in &difference.worked_on {
             set_runs(storey.overhead_runs(site, place), WORK);
         }
         let floor_value = match storey.floor_kind {
-            FloorKind::Built => 1,
+            FloorKind::Built | FloorKind::Missing => 1,
             FloorKind::AssumedFromSpaces | FloorKind::AssumedFromEnclosure => 2,
         };
         for row in rect.rows(width) {
@@ -400,7 +410,7 @@ impl Canvas {
         let GridLayers { class, floor, .. } = writer.layers();
         let layers = DoorLayers { class, floor };
         let obstacles = storey.obstacles.iter().filter(|o| o.class == Class::Door);
-        let at_doors = obstacles.filter_map(|o| Some((o.element, o.door.as_ref()?)));
+        let at_doors = obstacles.filter_map(|o| Some((o.element, o.door.as_ref().filter(|d| d.stands_here)?)));
         for (place, (element, door)) in at_doors.enumerate() {
             let around = door.around.filter(|_| place < doors.len());
             if around.is_some_and(|around| !difference.cells.iter().any(|rect| rect.meets(&around))) {

@@ -74,6 +74,8 @@ pub(crate) struct StoreyCut {
     /// Sections of lasting elements at the lidar's height.
     pub(crate) lidar: Vec<ElementRuns>,
     pub(crate) floor: Vec<FloorPiece>,
+    /// Upward faces in the slab: floor of another level, in the robot's way.
+    pub(crate) floor_above: Vec<FloorPiece>,
     /// From the largest to the smallest: where spaces overlap the smaller wins.
     pub(crate) spaces: Vec<SpaceRuns>,
     pub(crate) passages: Vec<Passage>,
@@ -92,6 +94,9 @@ pub(crate) struct Overhead {
     /// Its cells and the rectangle around them, made when it is worked on for the first time.
     cells: OnceLock<(Vec<Run>, Option<CellRect>)>,
 }
+
+/// Floor in the robot's way that is steeper than this is part of a ramp or of a roof, and no other level.
+const LEVEL_SLOPE_RAD: f64 = 0.01;
 
 /// The next floor is at least this high above: what is nearer is another level of the same storey.
 const LEAST_STOREY_HEIGHT: i32 = 2 * TENTHS_PER_M;
@@ -117,11 +122,12 @@ impl StoreyCut {
         let spec = spec_of(site, record, resolution_m)?;
         let floor_z = record.floor_z_tenths;
         let [lo, hi] = slab_above_floor(robot).map(|h| floor_z + h);
+        let step = to_tenths(robot.step_height_m);
         let footprints = cut_elements(site, Slab { lo, hi }, |_| true);
         let lidar_z = floor_z + to_tenths(robot.lidar_height_m);
         let lidar = cut_elements(site, Slab { lo: lidar_z, hi: lidar_z + 2 }, is_lasting);
         let runs_of = |cuts: &[(u32, Footprint)]| -> Vec<ElementRuns> {
-            cuts.par_iter().map(|c| element_runs(site, robot, &spec, c)).collect()
+            cuts.par_iter().map(|c| element_runs(site, robot, &spec, map_storey, c)).collect()
         };
         let mut obstacles = runs_of(&footprints);
         // Elements of one class do not differ in a cell; a stable order keeps doors by element.
@@ -134,7 +140,8 @@ impl StoreyCut {
             obstacles,
             lidar: runs_of(&lidar),
             footprints,
-            floor: floor_pieces(site, &spec, floor_z, robot),
+            floor: floor_pieces(site, &spec, [floor_z - step, floor_z + step], robot.max_slope_rad),
+            floor_above: floor_pieces(site, &spec, [lo + 1, hi], LEVEL_SLOPE_RAD),
             spaces: spaces_of(site, &spec, map_storey),
             passages: passages_of(site, &spec, floor_z, hi),
             assumed_floor: Vec::new(),
@@ -236,18 +243,22 @@ fn element_runs(
     site: &Site<'_>,
     robot: &RobotProfile,
     spec: &GridSpec,
+    map_storey: usize,
     (element, footprint): &(u32, Footprint),
 ) -> ElementRuns {
     let record = &site.elements[*element as usize];
     let runs = overlapped_cells(&footprint.area, &footprint.lines, spec);
-    let door = DoorAt::new(site, robot, spec, record.door);
+    let door = DoorAt::new(site, robot, (spec, map_storey), record.door, &runs);
     ElementRuns { element: *element, class: record.class(), rect: CellRect::around(&runs), runs, door }
 }
 
-fn floor_pieces(site: &Site<'_>, spec: &GridSpec, floor_z: i32, robot: &RobotProfile) -> Vec<FloorPiece> {
-    let step = to_tenths(robot.step_height_m);
-    let pieces = site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR)).map(|(k, e)| {
-        let faces = |mesh| floor_faces(mesh, floor_z - step, floor_z + step, robot.max_slope_rad);
+/// Upward faces between two heights.
+fn floor_pieces(site: &Site<'_>, spec: &GridSpec, heights: [i32; 2], max_slope_rad: f64) -> Vec<FloorPiece> {
+    let [lowest, highest] = heights;
+    let is_near = |e: &ElementRecord| e.min_tenths[2] <= highest && lowest <= e.max_tenths[2];
+    let elements = site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR) && is_near(e));
+    let pieces = elements.map(|(k, e)| {
+        let faces = |mesh| floor_faces(mesh, lowest, highest, max_slope_rad);
         let rings: Vec<Ring> = site.element_meshes(e).flat_map(faces).collect();
         let rect = cells_around(rings.iter().flatten().map(|p| p.map(f64::from)), 0.0, spec);
         FloorPiece { element: k as u32, rings, rect }

@@ -4,12 +4,15 @@ use crate::cut::StoreyCut;
 use crate::floor::{cells_beside, sides_with_floor};
 use crate::near::Look;
 use frames::{Map, Point2, TENTHS_PER_M};
-use geometry::OrientedBox;
-use grid::{CellRect, Class, GridSpec};
+use geometry::{FillRule, OrientedBox, union};
+use grid::{CellRect, Class, GridSpec, Run, overlapped_cells};
 use messages::{DoorPassage, DoorPassageRecord, DoorRecord, NONE, Phase, RobotProfile, Site};
 
 /// Widths that differ by less are equal: a door of exactly the robot's width and margin is passable.
 const WIDTH_TOLERANCE_M: f64 = 1e-6;
+
+/// A door without an opening whose box is deeper than this, in tenths of a millimetre, is drawn with an open leaf.
+const MAX_DEPTH: f64 = 0.5 * TENTHS_PER_M as f64;
 
 /// What the robot can do with a door, whatever the map's resolution.
 fn verdict(robot: &RobotProfile, door: &DoorRecord) -> DoorPassage {
@@ -31,20 +34,34 @@ pub(crate) struct DoorAt {
     pub(crate) host: u32,
     /// Cells that decide what a robot finds there.
     pub(crate) around: Option<CellRect>,
+    /// Cells of its body in its passage: they stay free without floor. Leaves and thresholds beside it carry no robot.
+    pub(crate) passage_runs: Vec<Run>,
+    /// True if no other map storey's floor is nearer to its threshold: one of another level is no way on this one.
+    pub(crate) stands_here: bool,
     verdict: DoorPassage,
     plan: OrientedBox,
 }
 
 impl DoorAt {
-    /// The door of the site with this number; `None` for [`NONE`].
-    pub(crate) fn new(site: &Site<'_>, robot: &RobotProfile, spec: &GridSpec, door: u32) -> Option<Self> {
+    /// The door of the site with this number, whose body takes these cells of a map storey; `None` for [`NONE`].
+    pub(crate) fn new(
+        site: &Site<'_>,
+        robot: &RobotProfile,
+        (spec, map_storey): (&GridSpec, usize),
+        door: u32,
+        body: &[Run],
+    ) -> Option<Self> {
         let record = site.doors.get(door as usize)?;
         let plan = record.passage.to_box();
         let opening = site.openings.get(record.opening as usize);
+        let is_passage = opening.is_some_and(|o| o.plan.half[0] > 0.0) || 2.0 * plan.half[1] <= MAX_DEPTH;
+        let passage = if is_passage { union(&[plan.ring()], FillRule::NonZero) } else { Default::default() };
         Some(Self {
             door,
             host: opening.map_or(NONE, |o| o.host),
             around: cells_beside(&plan, spec),
+            stands_here: stands_on(site, map_storey, site.elements[record.element as usize].min_tenths[2]),
+            passage_runs: in_both(&overlapped_cells(&passage, &[], spec), body),
             verdict: verdict(robot, record),
             plan,
         })
@@ -84,6 +101,25 @@ impl DoorAt {
             width_in_map_m,
         }
     }
+}
+
+/// What two lists of sorted runs have in common, sorted.
+fn in_both(a: &[Run], b: &[Run]) -> Vec<Run> {
+    let (mut i, mut k, mut found) = (0, 0, Vec::new());
+    while let (Some(x), Some(y)) = (a.get(i), b.get(k)) {
+        let (start, end) = (x.start.max(y.start), x.end.min(y.end));
+        if x.row == y.row && start < end {
+            found.push(Run { row: x.row, start, end });
+        }
+        if (x.row, x.end) <= (y.row, y.end) { i += 1 } else { k += 1 }
+    }
+    found
+}
+
+/// True if no other map storey's floor is nearer to a threshold.
+fn stands_on(site: &Site<'_>, map_storey: usize, threshold_z: i32) -> bool {
+    let far = |k: usize| (i64::from(site.map_storeys[k].floor_z_tenths) - i64::from(threshold_z)).abs();
+    (0..site.map_storeys.len()).all(|k| far(map_storey) <= far(k))
 }
 
 /// The layers that tell whether a robot can pass a door.

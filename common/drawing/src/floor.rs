@@ -4,7 +4,7 @@ use crate::cut::{FloorPiece, StoreyCut, cells_around, to_tenths};
 use crate::gaps::CRACK;
 use crate::regions::at_other_levels;
 use frames::{Map, Point2, TENTHS_PER_M};
-use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, union};
+use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union};
 use grid::{CellRect, Class, GridSpec, Mask, Run, covered_cells, enclosed, fill_holes};
 use messages::{FloorKind, RegionRecord, RobotProfile, Site};
 use std::collections::HashMap;
@@ -22,7 +22,7 @@ const MAX_KEPT_BYTES: usize = 32 << 20;
 #[derive(Debug, Default)]
 pub(crate) struct FloorPlan {
     /// Cells that floor covers whole, passages through walls not counted; none on a storey whose floor is what its obstacles
-    /// enclose.
+    /// enclose, or that has none.
     pub(crate) runs: Vec<Run>,
     /// Floor at other levels.
     pub(crate) regions: Vec<RegionRecord>,
@@ -76,10 +76,13 @@ fn floor_plan(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut, finishe
     let places = storey.near.iter().filter_map(|n| Some((n.element, n.floor_place?)));
     let is_finished: Vec<u32> = places.filter(|(_, place)| is_in(finished, *place)).map(|(e, _)| e).collect();
     let built = plan_of(&storey.floor, |piece| is_finished.binary_search(&piece.element).is_ok());
+    // Where another level lies in the way of the robot nobody stands on this one.
+    let above = plan_of(&storey.floor_above, |piece| is_finished.binary_search(&piece.element).is_ok());
     let runs = match storey.floor_kind {
         FloorKind::AssumedFromSpaces => storey.assumed_floor.clone(),
-        FloorKind::AssumedFromEnclosure => Vec::new(),
-        FloorKind::Built => covered_cells(&built, &storey.spec),
+        FloorKind::AssumedFromEnclosure | FloorKind::Missing => Vec::new(),
+        FloorKind::Built if above.is_empty() => covered_cells(&built, &storey.spec),
+        FloorKind::Built => covered_cells(&difference(&built, &above), &storey.spec),
     };
     FloorPlan { runs, regions: at_other_levels(site, robot, storey, &is_finished, &built) }
 }
@@ -103,7 +106,7 @@ pub(crate) fn enclosed_floor(storey: &StoreyCut, stands: impl Fn(u32) -> bool) -
 pub(crate) fn outline(storey: &StoreyCut, complete: &FloorPlan) -> Mask {
     let mut ground = match storey.floor_kind {
         FloorKind::AssumedFromEnclosure => enclosed_floor(storey, |_| true),
-        FloorKind::Built | FloorKind::AssumedFromSpaces => {
+        FloorKind::Built | FloorKind::AssumedFromSpaces | FloorKind::Missing => {
             Mask::new(storey.spec.width as usize, storey.spec.height as usize)
         }
     };

@@ -40,7 +40,7 @@ pub(crate) struct Near {
     pub(crate) cells: Option<CellRect>,
     /// Its place among the elements that make floor, on this level or on another.
     pub(crate) floor_place: Option<u32>,
-    /// Cells of its floor on this level.
+    /// Cells of its floor on this level, or on one in the robot's way.
     pub(crate) floor: Option<CellRect>,
     /// Its place in [`StoreyCut::overhead`].
     pub(crate) overhead: Option<u32>,
@@ -71,10 +71,11 @@ pub(crate) fn near(site: &Site<'_>, storey: &StoreyCut, heights: Slab) -> Vec<Ne
     for (place, overhead) in (0..).zip(&storey.overhead) {
         list.of(overhead.element).overhead = Some(place);
     }
-    for piece in &storey.floor {
+    let pieces = || storey.floor.iter().chain(&storey.floor_above);
+    for piece in pieces() {
         add(&mut list.of(piece.element).floor, piece.rect);
     }
-    let mut floors: Vec<u32> = storey.floor.iter().map(|piece| piece.element).collect();
+    let mut floors: Vec<u32> = pieces().map(|piece| piece.element).collect();
     floors.extend(regions::candidates(site, storey.floor_z));
     floors.sort_unstable();
     floors.dedup();

@@ -7,7 +7,8 @@ mod support;
 
 use grid::Class;
 use messages::*;
-use support::{House, assert_filter_frees_nothing};
+use support::box_part::add_box_part;
+use support::{House, assert_filter_frees_nothing, t};
 
 const WALLS: std::ops::Range<usize> = 0..4;
 const SLAB: usize = 4;
@@ -97,6 +98,24 @@ fn a_door_without_floor_beyond_stays_free_and_what_lies_beyond_is_forbidden() {
     assert_eq!(map.keepout(1.95, -0.35), OCCUPIED);
     let grids = Grids::open(map.index.bytes()).unwrap();
     assert_eq!(grids.doors[0].sides_with_floor, 1);
+}
+
+#[test]
+fn a_leaf_that_stands_open_and_a_threshold_outside_are_no_floor() {
+    let mut house = House::new();
+    let door = house.door(0.8, Opens::Swing);
+    house.opening(0);
+    house.builder.doors[0].opening = 0;
+    house.builder.openings[0].filling = door as u32;
+    // The door's body reaches 0.9 m out of the house, beyond the slab, and 0.3 m into it.
+    let b = &mut house.builder;
+    let (min, max) = ([t(1.5), t(-1.1), 0], [t(2.4), t(0.3), t(2.1)]);
+    let first_part = add_box_part(b, min, max);
+    b.elements[door] = ElementRecord { first_part, min_tenths: min, max_tenths: max, ..b.elements[door] };
+    let map = house.map();
+    assert_eq!((map.planning(1.95, -0.1), map.planning(1.95, 0.15)), (FREE, FREE), "the passage, and floor");
+    assert_eq!((map.planning(1.95, -0.65), map.keepout(1.95, -0.65)), (UNKNOWN, OCCUPIED));
+    assert_eq!(map.grid().class[map.at(1.95, -0.65)], Class::Door.id(), "it is still shown");
 }
 
 #[test]
@@ -249,6 +268,7 @@ fn a_step_is_floor_and_a_platform_is_another_level() {
     house.slab([3.0, 1.0], [4.0, 2.0], 0.20);
     let map = house.map();
     assert_eq!((map.planning(1.5, 1.5), map.planning(3.5, 1.5)), (FREE, OCCUPIED));
+    assert_eq!(map.keepout(3.5, 1.5), OCCUPIED, "although there is floor of this level below it");
 }
 
 #[test]

@@ -254,7 +254,7 @@ impl Storey {
             name: text_or_null(input.site.text(record.name)),
             global_id: text_or_null(input.site.text(record.global_id)),
             floor_z_m: metres(record.floor_z_tenths),
-            floor: if record.floor == FloorKind::Built as u32 { "built" } else { "assumed" },
+            floor: FloorKind::from_id(record.floor).map_or("built", FloorKind::name),
             status: status_of(grid),
             directory: storey_folder(input.site, index, record),
             size_cells: [grid.head.width, grid.head.height],

@@ -3,8 +3,10 @@
 use crate::labels::mark;
 use crate::{ExportFile, ExportInput};
 use embedded_graphics::geometry::{Point, Size};
-use grid::{Cell, Class};
-use messages::{Grid, NONE};
+use frames::{TENTHS_PER_M, tenths};
+use geometry::{FillRule, Ring, floor_faces, union};
+use grid::{Cell, Class, Mask, overlapped_cells};
+use messages::{ElementState, Grid, NONE, element_flags};
 
 pub(crate) type Rgb = [u8; 3];
 
@@ -13,6 +15,7 @@ const DOOR: Rgb = [0, 255, 0];
 const STAIR: Rgb = [255, 255, 0];
 const OPEN_SPACE: Rgb = [190, 215, 255];
 const BLOCKED_SPACE: Rgb = [255, 190, 190];
+const OTHER_LEVEL: Rgb = [215, 180, 235];
 const FREE: Rgb = [255, 255, 255];
 const UNKNOWN: Rgb = [220, 220, 220];
 
@@ -50,7 +53,8 @@ fn png_bytes(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> V
 /// Colours of all cells, with a cross and the name at each space's centre.
 fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Canvas {
     let (site, spec) = (input.site, grid.spec());
-    let pixels = (0..spec.n_cells()).map(|index| colour(input, grid, index)).collect();
+    let other_levels = other_levels(input, grid);
+    let pixels = (0..spec.n_cells()).map(|index| colour(input, grid, &other_levels, index)).collect();
     let mut canvas = Canvas::new(spec.width as usize, pixels);
     let from_top = |row: u32| (spec.height - 1 - row) as i32;
     for (index, space) in site.spaces.iter().enumerate() {
@@ -81,10 +85,11 @@ fn centre(input: &ExportInput<'_>, space: usize) -> frames::Point2<frames::Map> 
     frames::Point2::new(x_m, y_m)
 }
 
-fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, index: usize) -> Rgb {
+fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, other_levels: &Mask, index: usize) -> Rgb {
     match Class::from_id(grid.class[index]).unwrap_or(Class::Other) {
         Class::Door => DOOR,
         Class::Stair | Class::Ramp => STAIR,
+        Class::Slab | Class::None if other_levels.cells[index] && grid.floor[index] == 0 => OTHER_LEVEL,
         Class::None => match grid.space[index] {
             space if space > 0 && input.phase.is_blocked(usize::from(space) - 1) => BLOCKED_SPACE,
             space if space > 0 && grid.floor[index] != 0 => OPEN_SPACE,
@@ -93,6 +98,29 @@ fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, index: usize) -> Rgb {
         },
         _ => SOLID,
     }
+}
+
+/// The cells that finished floor within a metre of the storey's, but not within a step of it, reaches.
+fn other_levels(input: &ExportInput<'_>, grid: &Grid<'_>) -> Mask {
+    let (site, robot, spec) = (input.site, &input.index.head.robot, grid.spec());
+    let floor_z = grid.head.floor_z_tenths;
+    let step = tenths(robot.step_height_m).unwrap_or(TENTHS_PER_M);
+    let bands = [[floor_z - TENTHS_PER_M, floor_z - step - 1], [floor_z + step + 1, floor_z + TENTHS_PER_M]];
+    let mut mask = Mask::new(spec.width as usize, spec.height as usize);
+    for (index, element) in site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR)) {
+        if element.n_parts == 0 || input.phase.effective(index) != ElementState::Built {
+            continue;
+        }
+        let bands = bands.iter().filter(|[low, high]| low < high);
+        let faces = |&[low, high]: &[i32; 2]| {
+            site.element_meshes(element).flat_map(move |mesh| floor_faces(mesh, low, high, robot.max_slope_rad))
+        };
+        let rings: Vec<Ring> = bands.flat_map(faces).collect();
+        if !rings.is_empty() {
+            mask.set_runs(&overlapped_cells(&union(&rings, FillRule::NonZero), &[], &spec));
+        }
+    }
+    mask
 }
 
 /// Pixels stored from the bottom row, as grids are; addressed from the top, as pictures are.

@@ -26,7 +26,7 @@ pub struct SiteGraph {
 struct Node {
     /// Number, the same as in the storeys' `route.geojson`.
     id: u32,
-    /// `space`, `door`, `junction`, or `staging`: before a door, stair, ramp or lift.
+    /// `space`, `door`, `junction`, or `staging`: before a door, stair, ramp, lift or step.
     kind: &'static str,
     /// Index of the map storey.
     storey: u32,
@@ -38,7 +38,7 @@ struct Node {
     z_m: f64,
     /// Distance to the middle of the nearest cell that is not free.
     clearance_m: f64,
-    /// GlobalId of the space, door, stair, ramp or lift; null for a junction.
+    /// GlobalId of the space, door, stair, ramp or lift, or of the floor above a step; null for a junction.
     of: Option<String>,
     /// Name of that, for a space with its long name; null for a junction, or if it has none.
     name: Option<String>,
@@ -56,16 +56,20 @@ struct Edge {
     from: u32,
     /// Node at the other end.
     to: u32,
-    /// `floor`, `door`, and between storeys `stair`, `ramp`, `lift`, `escalator`.
+    /// `floor`, `door`, and between storeys `stair`, `ramp`, `lift`, `escalator`, `step`.
     class: &'static str,
     /// Length of the way.
     length_m: f64,
     /// Least distance to the middle of a cell that is not free; null between storeys.
     clearance_m: Option<f64>,
-    /// GlobalId of the door, stair, ramp or lift.
+    /// GlobalId of the door, stair, ramp or lift, or of the floor above a step.
     of: Option<String>,
     /// Clear width of the door.
     clear_width_m: Option<f64>,
+    /// How much higher the second end is than the first; null on one storey.
+    rise_m: Option<f64>,
+    /// How steep a ramp is where it is steepest; null for everything else.
+    slope_rad: Option<f64>,
     /// True if this robot can take it.
     usable: bool,
     /// The way from one end to the other, in `map`.
@@ -102,6 +106,8 @@ impl SiteGraph {
                 clearance_m: is_level.then(|| rounded(edge.clearance_m)),
                 of: edge_of(input, edge),
                 clear_width_m: clear_width_m(input, edge),
+                rise_m: (!is_level).then(|| rise_m(input, edge)),
+                slope_rad: (class == EdgeKind::Ramp).then(|| rounded(edge.slope_rad)),
                 usable: edge.usable == 1,
                 line_m: input.plan.points_of(edge).iter().map(|p| p.map(rounded)).collect(),
             }
@@ -207,6 +213,11 @@ fn edge_of(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<String> {
         EdgeKind::Door => input.site.doors.get(edge.of as usize).and_then(|d| element_id(input, d.element)),
         _ => element_id(input, edge.of),
     }
+}
+
+fn rise_m(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> f64 {
+    let [from, to] = edge.nodes.map(|n| input.plan.nodes[n as usize].position_in_map_m[2]);
+    rounded(to - from)
 }
 
 fn clear_width_m(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<f64> {

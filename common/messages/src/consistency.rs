@@ -65,16 +65,18 @@ impl Plan<'_> {
         let has_storey = |storey: u32| (storey as usize) < n_storeys;
         let has_space = |space: u32| space == NONE || (space as usize) < site.spaces.len();
         let has_door = |door: u32| door == NONE || (door as usize) < site.doors.len();
+        let has_element = |element: u32| (element as usize) < site.elements.len();
         let node_is_of = |n: &RouteNodeRecord| match NodeKind::from_id(n.kind) {
             Some(NodeKind::Space) => (n.of as usize) < site.spaces.len(),
             Some(NodeKind::Door) => (n.of as usize) < site.doors.len(),
-            Some(NodeKind::Staging) => (n.of as usize) < site.elements.len(),
+            Some(NodeKind::Staging) => n.of == NONE || has_element(n.of),
             Some(NodeKind::Junction) | None => true,
         };
         let edge_is_of = |e: &RouteEdgeRecord| match EdgeKind::from_id(e.kind) {
             Some(EdgeKind::Floor) | None => true,
             Some(EdgeKind::Door) => (e.of as usize) < site.doors.len(),
-            Some(_) => (e.of as usize) < site.elements.len(),
+            Some(EdgeKind::Step) => e.of == NONE || has_element(e.of),
+            Some(_) => has_element(e.of),
         };
         let belongs = self.head.site_hash == site.content_hash()
             && self.spaces.len() == site.spaces.len()

@@ -275,7 +275,7 @@ pub enum NodeKind {
     Space = 1,
     /// A passage with a door, or where one will hang.
     Door = 2,
-    /// Where to stand before a stair, ramp or lift.
+    /// Where to stand before a stair, ramp, lift or step.
     Staging = 3,
 }
 
@@ -308,7 +308,8 @@ pub struct RouteNodeRecord {
     pub kind: u32,
     /// Map storey of the site.
     pub map_storey: u32,
-    /// Space, door or element of the site, by kind; `NONE` for a junction.
+    /// Space, door or element of the site, by kind; `NONE` for a junction, and before a step to a floor that no element
+    /// carries.
     pub of: u32,
     /// Space that it lies in, or `NONE`.
     pub space: u32,
@@ -331,12 +332,15 @@ pub enum EdgeKind {
     Lift = 4,
     /// An escalator to another storey: no robot takes it.
     Escalator = 5,
+    /// A step to another level beside this one.
+    Step = 6,
 }
 
 impl EdgeKind {
     /// The kind with this number.
     pub fn from_id(id: u32) -> Option<Self> {
-        [Self::Floor, Self::Door, Self::Stair, Self::Ramp, Self::Lift, Self::Escalator].get(id as usize).copied()
+        let all = [Self::Floor, Self::Door, Self::Stair, Self::Ramp, Self::Lift, Self::Escalator, Self::Step];
+        all.get(id as usize).copied()
     }
 
     /// Its word in files.
@@ -348,6 +352,7 @@ impl EdgeKind {
             Self::Ramp => "ramp",
             Self::Lift => "lift",
             Self::Escalator => "escalator",
+            Self::Step => "step",
         }
     }
 }
@@ -360,11 +365,14 @@ pub struct RouteEdgeRecord {
     pub length_m: f64,
     /// Least distance to a cell that is not free; 0 between storeys.
     pub clearance_m: f64,
+    /// How steep a ramp between storeys is where it is steepest; 0 for everything else.
+    pub slope_rad: f64,
     /// Nodes at its ends.
     pub nodes: [u32; 2],
     /// [`EdgeKind`] as a number.
     pub kind: u32,
-    /// Door of the site, for a door; element of the site, between storeys; else `NONE`.
+    /// Door of the site, for a door; element of the site, between storeys; else `NONE`. A step to a floor that no element
+    /// carries has none.
     pub of: u32,
     /// First point of the way.
     pub first_point: u32,
@@ -375,4 +383,4 @@ pub struct RouteEdgeRecord {
     /// Zero.
     pub reserved: u32,
 }
-const _: () = assert!(size_of::<RouteEdgeRecord>() == 48);
+const _: () = assert!(size_of::<RouteEdgeRecord>() == 56);

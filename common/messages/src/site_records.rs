@@ -104,13 +104,13 @@ pub struct StoreyRecord {
 }
 const _: () = assert!(size_of::<StoreyRecord>() == 40);
 
-/// A storey that has a map, from low to high.
+/// A storey that has a map: those of the files from low to high, then their levels at other heights from low to high.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct MapStoreyRecord {
-    /// GlobalId of the storey it is named after; of the building where the file has no storeys.
+    /// GlobalId of the storey it is named after, or is a level of; of the building where the file has no storeys.
     pub global_id: Text,
-    /// Name.
+    /// Name; of a level with how much higher it lies than the storey's map: `EG -0.45 m`.
     pub name: Text,
     /// Height of the finished floor in `map`.
     pub floor_z_tenths: i32,
@@ -129,14 +129,26 @@ pub enum FloorKind {
     Built = 1,
     /// The spaces' floors: the model has no faces under them.
     AssumedFromSpaces = 2,
-    /// What obstacles enclose: the model has neither floor faces nor spaces.
+    /// What obstacles enclose: the model has walls, and neither floor faces nor spaces.
     AssumedFromEnclosure = 3,
+    /// Nowhere: the model has neither floor faces nor spaces nor walls.
+    Missing = 4,
 }
 
 impl FloorKind {
     /// The kind with this number.
     pub fn from_id(id: u32) -> Option<Self> {
-        [Self::Built, Self::AssumedFromSpaces, Self::AssumedFromEnclosure].into_iter().find(|k| *k as u32 == id)
+        let all = [Self::Built, Self::AssumedFromSpaces, Self::AssumedFromEnclosure, Self::Missing];
+        all.into_iter().find(|k| *k as u32 == id)
+    }
+
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Built => "built",
+            Self::AssumedFromSpaces | Self::AssumedFromEnclosure => "assumed",
+            Self::Missing => "none",
+        }
     }
 }
 

@@ -1,12 +1,16 @@
 //! What people should know about a conversion: one line per kind of finding. All findings are in `report.json`.
 
 use export::ExportInput;
-use messages::{DiagnosticRecord, DoorPassage, DoorPassageRecord, NONE, Phase, Site};
+use frames::metres;
+use messages::{DiagnosticRecord, DoorPassage, DoorPassageRecord, FloorKind, Grid, NONE, Phase, Site};
 
 /// The notices, worst first.
 pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     let site = input.site;
     let mut kinds = Kinds::default();
+    if let Some(line) = assumed_floors(input) {
+        kinds.add("floor_assumed", line);
+    }
     for storey in site.storeys.iter().filter(|s| s.map_storey == NONE && s.why.length > 0) {
         let (id, name, why) = (site.text(storey.global_id), site.text(storey.name), site.text(storey.why));
         let name = if name.is_empty() { id } else { name };
@@ -32,6 +36,24 @@ pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
         }
     }
     kinds.lines()
+}
+
+/// The storeys whose floor is not that of the model: from what it is assumed, and how much of it there is.
+fn assumed_floors(input: &ExportInput<'_>) -> Option<String> {
+    let storey = |grid: &Grid<'_>| {
+        let cell_m2 = metres(grid.head.cell_tenths).powi(2);
+        let floor_m2 = grid.floor.iter().filter(|f| **f != 0).count() as f64 * cell_m2;
+        let name = input.site.text(input.site.map_storeys[grid.head.map_storey as usize].name);
+        match FloorKind::from_id(grid.head.floor)? {
+            FloorKind::Built => None,
+            FloorKind::AssumedFromSpaces => Some(format!("{name:?} {floor_m2:.1} m2 from its spaces")),
+            FloorKind::AssumedFromEnclosure => Some(format!("{name:?} {floor_m2:.1} m2 from what its walls enclose")),
+            FloorKind::Missing => Some(format!("{name:?} none, as there are neither spaces nor walls")),
+        }
+    };
+    let storeys: Vec<String> = input.grids.iter().filter_map(storey).collect();
+    let why = "warning: the model has too little floor (slabs, coverings, ramps), so it is assumed";
+    (!storeys.is_empty()).then(|| format!("{why}: {}", storeys.join(", ")))
 }
 
 /// Errors, then warnings, each with its word.

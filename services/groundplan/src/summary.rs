@@ -226,7 +226,7 @@ fn storey_line(input: &ExportInput<'_>, grid: &messages::Grid<'_>) -> StoreyLine
         index,
         name: text_or_null(input.site.text(record.name)),
         floor_z_m: metres(record.floor_z_tenths),
-        floor: if record.floor == FloorKind::Built as u32 { "built" } else { "assumed" },
+        floor: FloorKind::from_id(record.floor).map_or("built", FloorKind::name),
         size_cells: [grid.head.width, grid.head.height],
         status: export::status_of(grid),
         reach: FloorReach::of(input.plan, index),

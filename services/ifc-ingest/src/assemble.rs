@@ -1,18 +1,20 @@
 //! The model into the records of the `site` archive.
 
 use crate::SourceFile;
-use crate::classify::{class_of, flags_of};
+use crate::classify::{class_of, flags_of, is_a, is_footing, is_landing};
 use crate::contacts::contacts;
-use crate::levels::FloorTriangles;
+use crate::levels::Faces;
 use crate::merge::Merged;
 use crate::meshes::{Body, OutOfReach, add_body};
 use crate::passages::add_openings_and_doors;
 use crate::schedule::add_schedule;
 use crate::site_frame::SiteFrame;
 use crate::spaces::add_spaces;
-use crate::storeys::{Candidate, Fate, MapStorey, SpaceFloor, map_storeys};
-use frames::{TENTHS_PER_M, tenths};
-use geometry::{Bounds, upward_triangles};
+use crate::split_levels::{Access, Surroundings, add_levels};
+use crate::storeys::{Building, Candidate, Fate, MapStorey, SpaceFloor, map_storeys};
+use frames::{TENTHS_PER_M, metres, tenths};
+use geometry::{Bounds, MeshView, upward_triangles};
+use grid::Class;
 use ifc::{Diagnostic, GeometryStatus, Named, Property, PropertyValue, Severity};
 use messages::*;
 use sha2::{Digest, Sha256};
@@ -21,6 +23,9 @@ use sha2::{Digest, Sha256};
 const BOUNDS_BELOW: i32 = -TENTHS_PER_M / 2;
 const BOUNDS_ABOVE: i32 = 3 * TENTHS_PER_M;
 
+/// Steeper floor is no level of its own.
+const LEVEL_SLOPE_RAD: f64 = 0.01;
+
 /// All records of the site.
 pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -> SiteBuilder {
     let mut builder = SiteBuilder::default();
@@ -28,7 +33,11 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
     add_sources(&mut builder, files, merged);
     add_elements(&mut builder, merged, frame);
     let floors = add_spaces(&mut builder, merged, frame);
-    let (mapped, fates) = find_storeys(&builder, merged, &floors, frame);
+    let (mut mapped, fates) = find_storeys(&builder, merged, &floors, frame);
+    let n_left_out = find_levels(&builder, merged, &floors, &mut mapped, &fates);
+    if n_left_out > 0 {
+        add_diagnostic(&mut builder, NONE, &levels_left_out(n_left_out));
+    }
     add_storeys(&mut builder, merged, &mapped, &fates, frame);
     place_spaces(&mut builder, &floors);
     set_bounds(&mut builder);
@@ -207,38 +216,117 @@ fn find_storeys(
     floors: &[Option<SpaceFloor>],
     frame: SiteFrame,
 ) -> (Vec<MapStorey>, Vec<Fate>) {
-    let mut faces = FloorTriangles::new();
-    for element in builder.elements.iter().filter(|e| e.has(element_flags::FLOOR)) {
-        for mesh in builder.meshes(element.first_part, element.n_parts) {
-            faces.extend(upward_triangles(mesh, RobotProfile::DEFAULT.max_slope_rad));
-        }
-    }
+    let faces = floor_faces_of(builder, merged);
     let rise = frame.map_from_world.translation_m()[2];
-    let bodies = || builder.elements.iter().filter(|e| e.n_parts > 0);
+    let is_floor = |e: &(usize, &ElementRecord)| e.1.has(element_flags::FLOOR);
+    let bodies = || builder.elements.iter().enumerate().filter(|(_, e)| e.n_parts > 0);
     let candidates: Vec<Candidate> = (0..merged.model.storeys.len())
         .map(|k| {
             let storey = &merged.model.storeys[k];
             let height = storey.placement_z_m.or(storey.elevation_m);
-            let own = || bodies().filter(move |e| e.storey == k as u32);
+            let own = || bodies().filter(move |(_, e)| e.storey == k as u32);
+            let (footings, floors): (Vec<_>, Vec<_>) =
+                own().filter(is_floor).partition(|(element, _)| is_footing(&merged.model.elements, *element));
+            let tops = |elements: Vec<(usize, &ElementRecord)>| -> Vec<i32> {
+                let mut tops: Vec<i32> = elements.iter().map(|(_, e)| e.max_tenths[2]).collect();
+                tops.sort_unstable();
+                tops
+            };
             Candidate {
                 placement_z: height.and_then(|z| tenths(z + rise)),
                 n_elements: own().count(),
-                bodies: own().map(|e| [e.min_tenths[2], e.max_tenths[2]]).collect(),
-                own_floor: own().filter(|e| e.has(element_flags::FLOOR)).map(|e| e.max_tenths[2]).min(),
+                bodies: own().map(|(_, e)| [e.min_tenths[2], e.max_tenths[2]]).collect(),
+                own_floors: tops(floors),
+                own_footings: tops(footings),
             }
         })
         .collect();
-    let rooms: Vec<SpaceFloor> = floors.iter().flatten().cloned().collect();
-    map_storeys(&candidates, &rooms, &faces, bodies().map(|e| e.min_tenths[2]).min())
+    let spaces: Vec<SpaceFloor> = floors.iter().flatten().cloned().collect();
+    let elements = &merged.model.elements;
+    let has_walls = elements.iter().zip(&builder.elements).any(|(element, record)| {
+        record.n_parts > 0 && record.class() == Class::Wall || is_a(element, "IfcCurtainWall")
+    });
+    let lowest_body = bodies().map(|(_, e)| e.min_tenths[2]).min();
+    map_storeys(&Building { candidates: &candidates, spaces: &spaces, faces: &faces, lowest_body, has_walls })
+}
+
+/// Adds the levels of the storeys at other heights; returns how many there are beyond the number of maps.
+fn find_levels(
+    builder: &SiteBuilder,
+    merged: &Merged,
+    floors: &[Option<SpaceFloor>],
+    mapped: &mut Vec<MapStorey>,
+    fates: &[Fate],
+) -> usize {
+    let elements = &merged.model.elements;
+    let records = || builder.elements.iter().enumerate().filter(|(_, e)| e.n_parts > 0);
+    let meshes = |e: &ElementRecord| builder.meshes(e.first_part, e.n_parts);
+    let is_level = |k: usize, e: &ElementRecord| {
+        e.has(element_flags::FLOOR)
+            && !e.has(element_flags::VERTICAL)
+            && !is_footing(elements, k)
+            && !is_landing(elements, k)
+    };
+    let level_faces = records().filter(|(k, e)| is_level(*k, e)).flat_map(|(_, e)| meshes(e));
+    let level_faces = level_faces.flat_map(|mesh| upward_triangles(mesh, LEVEL_SLOPE_RAD)).collect();
+    let hangs = |e: &ElementRecord| !matches!(e.class(), Class::Door | Class::Furniture | Class::Mep | Class::Railing);
+    let bodies: Vec<([i32; 2], Vec<MeshView<'_>>)> = records()
+        .filter(|(_, e)| hangs(e))
+        .map(|(_, e)| ([e.min_tenths[2], e.max_tenths[2]], meshes(e).collect()))
+        .collect();
+    let access = |e: &ElementRecord| match e.class() {
+        Class::Door => {
+            let [min, max] = [e.min_tenths, e.max_tenths].map(|c| [c[0], c[1]]);
+            Some(Access::Door { plan: Bounds { min, max }, sill_z: e.min_tenths[2] })
+        }
+        Class::Stair | Class::Ramp => {
+            Some(Access::Flight { vertices: meshes(e).flat_map(|m| m.vertices.iter().copied()).collect() })
+        }
+        _ => None,
+    };
+    let map_storey_of = fates.iter().map(|fate| match fate {
+        Fate::Mapped(k) | Fate::Joined(k) => Some(*k),
+        Fate::NotMapped(_) => None,
+    });
+    let around = Surroundings {
+        level_faces: &level_faces,
+        bodies: &bodies,
+        accesses: &records().filter_map(|(_, e)| access(e)).collect::<Vec<_>>(),
+        spaces: &floors.iter().flatten().cloned().collect::<Vec<_>>(),
+        map_storey_of: &map_storey_of.collect::<Vec<_>>(),
+    };
+    add_levels(mapped, &around)
+}
+
+fn levels_left_out(n: usize) -> Diagnostic {
+    let message = format!("levels at other heights that have no map, because a site has at most 64 maps: {n}");
+    Diagnostic { severity: Severity::Warning, code: "levels_left_out", entity: None, message }
+}
+
+/// The upward faces of everything that is floor.
+fn floor_faces_of(builder: &SiteBuilder, merged: &Merged) -> Faces {
+    let mut faces = Faces::default();
+    for (index, element) in builder.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR)) {
+        let is_footing = is_footing(&merged.model.elements, index);
+        let list = if is_footing { &mut faces.footings } else { &mut faces.slabs };
+        for mesh in builder.meshes(element.first_part, element.n_parts) {
+            list.extend(upward_triangles(mesh, RobotProfile::DEFAULT.max_slope_rad));
+        }
+    }
+    faces
 }
 
 fn add_storeys(builder: &mut SiteBuilder, merged: &Merged, mapped: &[MapStorey], fates: &[Fate], frame: SiteFrame) {
     let storeys = &merged.model.storeys;
     for storey in mapped {
         let id = storey.named_after.map_or(&merged.model.container, |k| &storeys[k].id);
+        let name = match storey.level_of {
+            Some(of) => format!("{} {:+.2} m", id.name, metres(storey.z - mapped[of].z)),
+            None => id.name.clone(),
+        };
         let record = MapStoreyRecord {
             global_id: builder.texts.add(&id.global_id),
-            name: builder.texts.add(&id.name),
+            name: builder.texts.add(&name),
             floor_z_tenths: storey.z,
             floor: storey.floor as u32,
             bounds_tenths: [0; 4],

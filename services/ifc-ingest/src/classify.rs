@@ -38,7 +38,10 @@ const WHOLES_OF_BARS: [(&str, Class); 9] = [
 ];
 
 /// Entities on whose upward faces a robot may stand.
-const FLOORS: [&str; 4] = ["IfcSlab", "IfcRamp", "IfcRampFlight", "IfcFooting"];
+const FLOORS: [&str; 6] = ["IfcSlab", "IfcRamp", "IfcRampFlight", "IfcFooting", "IfcPavement", "IfcCourse"];
+
+/// Entities of which no part is floor: a threshold or sill is a part of its door or window, whatever it is modelled as.
+const NO_FLOORS: [&str; 2] = ["IfcDoor", "IfcWindow"];
 
 /// Words for glass in the languages of model authors, and words that only contain them.
 const GLASS: [&str; 8] = ["glass", "glas", "glazing", "verre", "vidrio", "vetro", "vitrage", "ガラス"];
@@ -126,6 +129,9 @@ pub(crate) fn flags_of(elements: &[Element], element: usize) -> u32 {
 
 fn is_floor(elements: &[Element], element: usize) -> bool {
     let own = &elements[element];
+    if wholes(elements, element).any(|whole| NO_FLOORS.iter().any(|entity| is_a(&elements[whole], entity))) {
+        return false;
+    }
     if is_a(own, "IfcCovering") {
         return own.predefined_type == "FLOORING";
     }
@@ -137,6 +143,16 @@ fn is_floor(elements: &[Element], element: usize) -> bool {
 
 fn is_floor_kind(element: &Element) -> bool {
     FLOORS.iter().any(|entity| is_a(element, entity))
+}
+
+/// True for a footing and its parts.
+pub(crate) fn is_footing(elements: &[Element], element: usize) -> bool {
+    std::iter::once(element).chain(wholes(elements, element)).any(|k| is_a(&elements[k], "IfcFooting"))
+}
+
+/// True for a landing or another part of a stair or ramp.
+pub(crate) fn is_landing(elements: &[Element], element: usize) -> bool {
+    wholes(elements, element).any(|k| is_vertical(&elements[k]))
 }
 
 fn is_vertical(element: &Element) -> bool {
@@ -152,15 +168,8 @@ fn wholes(elements: &[Element], element: usize) -> impl Iterator<Item = usize> {
 
 /// The outermost whole that is not a part itself; `None` if the element is part of nothing.
 fn whole_of(elements: &[Element], element: usize) -> Option<usize> {
-    let mut whole = elements[element].whole?;
-    // The bound ends cycles, which a broken file may hold.
-    for _ in 0..16 {
-        match elements[whole].whole {
-            Some(next) if is_a(&elements[whole], "IfcBuildingElementPart") => whole = next,
-            _ => break,
-        }
-    }
-    Some(whole)
+    let is_part = |whole: &usize| is_a(&elements[*whole], "IfcBuildingElementPart");
+    wholes(elements, element).find(|whole| !is_part(whole)).or_else(|| wholes(elements, element).last())
 }
 
 fn is_glass(materials: &[String]) -> bool {

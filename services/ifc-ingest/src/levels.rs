@@ -1,5 +1,6 @@
 //! At which height people walk: sampling the floor faces near a storey.
 
+use crate::walkable::each_sample;
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, MultiPolygon};
 use grid::{GridSpec, Mask, overlapped_cells};
@@ -16,8 +17,23 @@ const MAX_SAMPLES: i64 = 250_000;
 /// No face at this sample.
 const NO_FLOOR: i32 = i32::MIN;
 
-/// The upward faces of everything that is floor, in `map`.
+/// Upward triangles in `map`.
 pub(crate) type FloorTriangles = Vec<[[i32; 3]; 3]>;
+
+/// The upward faces of everything that is floor.
+#[derive(Debug, Default)]
+pub(crate) struct Faces {
+    /// Slabs, coverings, ramps, pavements.
+    pub(crate) slabs: FloorTriangles,
+    /// Footings.
+    pub(crate) footings: FloorTriangles,
+}
+
+impl Faces {
+    pub(crate) fn all(&self) -> impl Iterator<Item = &[[i32; 3]; 3]> {
+        self.slabs.iter().chain(&self.footings)
+    }
+}
 
 /// The topmost floor near a height, sampled in plan.
 #[derive(Debug)]
@@ -39,15 +55,16 @@ pub(crate) struct Level {
 
 impl Sampling {
     /// Samples the faces within [`REACH`] of `z`, in the spaces where there are any.
-    pub(crate) fn new(faces: &FloorTriangles, z: i32, spaces: &MultiPolygon) -> Option<Self> {
+    pub(crate) fn new(lists: &[&FloorTriangles], z: i32, spaces: &MultiPolygon) -> Option<Self> {
+        let faces = || lists.iter().flat_map(|list| list.iter());
         let near = |t: &&[[i32; 3]; 3]| t.iter().any(|v| v[2] >= z - REACH) && t.iter().any(|v| v[2] <= z + REACH);
         let bounds = match spaces.bounds() {
             Some(bounds) => bounds,
-            None => Bounds::of(faces.iter().filter(near).flatten().map(|v| [v[0], v[1]]))?,
+            None => Bounds::of(faces().filter(near).flatten().map(|v| [v[0], v[1]]))?,
         };
         let spec = sample_spec(bounds)?;
         let mut sampling = Self { cell_m: spec.resolution_m(), top: vec![NO_FLOOR; spec.n_cells()], counted: None };
-        for triangle in faces.iter().filter(near) {
+        for triangle in faces().filter(near) {
             sampling.add(&spec, triangle, [z - REACH, z + REACH]);
         }
         if !spaces.is_empty() {
@@ -85,33 +102,12 @@ impl Sampling {
     }
 
     fn add(&mut self, spec: &GridSpec, t: &[[i32; 3]; 3], window: [i32; 2]) {
-        let size = f64::from(spec.cell_tenths);
-        let p = t.map(|v| [0, 1].map(|k| f64::from(v[k]) / size - f64::from(spec.first_cell[k]) - 0.5));
-        let double = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
-        if double <= 0.0 {
-            return;
-        }
-        let range = |k: usize, n: u32| {
-            let lo = p.iter().map(|q| q[k]).fold(f64::INFINITY, f64::min).ceil().max(0.0);
-            let hi = p.iter().map(|q| q[k]).fold(f64::NEG_INFINITY, f64::max).floor().min(f64::from(n) - 1.0);
-            if lo <= hi { lo as usize..hi as usize + 1 } else { 0..0 }
-        };
-        for row in range(1, spec.height) {
-            for column in range(0, spec.width) {
-                let q = [column as f64, row as f64];
-                let weight = |a: usize, b: usize| {
-                    ((p[b][0] - p[a][0]) * (q[1] - p[a][1]) - (q[0] - p[a][0]) * (p[b][1] - p[a][1])) / double
-                };
-                let w = [weight(1, 2), weight(2, 0), weight(0, 1)];
-                if w.iter().all(|w| *w >= 0.0) {
-                    let z = (0..3).map(|k| w[k] * f64::from(t[k][2])).sum::<f64>().round() as i32;
-                    let top = &mut self.top[row * spec.width as usize + column];
-                    if window[0] <= z && z <= window[1] && *top < z {
-                        *top = z;
-                    }
-                }
+        each_sample(spec, t, |place, z| {
+            let top = &mut self.top[place as usize];
+            if window[0] <= z && z <= window[1] && *top < z {
+                *top = z;
             }
-        }
+        });
     }
 }
 
@@ -168,7 +164,7 @@ mod tests {
     fn the_covering_on_a_slab_is_the_level() {
         let mut faces = square(0, 100_000, -1_000);
         faces.extend(square(0, 90_000, 0));
-        let sampling = Sampling::new(&faces, 0, &MultiPolygon::default()).unwrap();
+        let sampling = Sampling::new(&[&faces], 0, &MultiPolygon::default()).unwrap();
         let level = sampling.level(0).unwrap();
         assert_eq!(level.z, 0);
         assert!((level.area_m2 - 81.0).abs() < 2.0, "{}", level.area_m2);
@@ -179,7 +175,7 @@ mod tests {
         let mut faces = square(0, 100_000, 0);
         faces.extend(square(200_000, 50_000, 2_000));
         let space = union(&[vec![[200_000, 0], [250_000, 0], [250_000, 50_000], [200_000, 50_000]]], FillRule::NonZero);
-        let sampling = Sampling::new(&faces, 0, &space).unwrap();
+        let sampling = Sampling::new(&[&faces], 0, &space).unwrap();
         assert_eq!(sampling.level(0).unwrap().z, 2_000);
         assert!(sampling.share() > 0.95);
     }

@@ -18,7 +18,9 @@ mod schedule;
 pub mod service;
 mod site_frame;
 mod spaces;
+mod split_levels;
 mod storeys;
+mod walkable;
 
 pub use error::IngestError;
 pub use ifc::{Progress, Stage};

@@ -1,6 +1,6 @@
 //! Which storeys can be walked, and at what height.
 
-use crate::levels::{FloorTriangles, REACH, STEP, Sampling, dominant_height};
+use crate::levels::{Faces, FloorTriangles, REACH, STEP, Sampling, dominant_height};
 use geometry::{MultiPolygon, union_of};
 use messages::FloorKind;
 
@@ -22,8 +22,25 @@ pub(crate) struct Candidate {
     pub(crate) n_elements: usize,
     /// Lowest and highest point of each body that it contains.
     pub(crate) bodies: Vec<[i32; 2]>,
-    /// Top of the lowest floor that it contains: a guess where the placement is missing.
-    pub(crate) own_floor: Option<i32>,
+    /// Tops of the floor elements that it contains, footings not counted, from low to high.
+    pub(crate) own_floors: Vec<i32>,
+    /// Tops of the footings that it contains.
+    pub(crate) own_footings: Vec<i32>,
+}
+
+/// What the levels of a building are found from.
+#[derive(Debug)]
+pub(crate) struct Building<'a> {
+    /// Storeys of the files.
+    pub(crate) candidates: &'a [Candidate],
+    /// Rooms with a floor.
+    pub(crate) spaces: &'a [SpaceFloor],
+    /// Upward faces of what is floor.
+    pub(crate) faces: &'a Faces,
+    /// Lowest point of all bodies.
+    pub(crate) lowest_body: Option<i32>,
+    /// True if a wall or a curtain wall stands in it.
+    pub(crate) has_walls: bool,
 }
 
 /// A space's floor.
@@ -43,6 +60,8 @@ pub(crate) struct MapStorey {
     pub(crate) floor: FloorKind,
     /// The storey it is named after; `None` in a file without storeys.
     pub(crate) named_after: Option<usize>,
+    /// The map storey of which it is a level at another height.
+    pub(crate) level_of: Option<usize>,
 }
 
 /// What became of each candidate.
@@ -57,27 +76,25 @@ pub(crate) enum Fate {
 }
 
 /// The storeys to be mapped, from low to high, and what became of each candidate.
-pub(crate) fn map_storeys(
-    candidates: &[Candidate],
-    spaces: &[SpaceFloor],
-    faces: &FloorTriangles,
-    lowest_body: Option<i32>,
-) -> (Vec<MapStorey>, Vec<Fate>) {
+pub(crate) fn map_storeys(building: &Building<'_>) -> (Vec<MapStorey>, Vec<Fate>) {
+    let Building { candidates, spaces, .. } = *building;
     if candidates.is_empty() {
-        return (without_storeys(spaces, faces, lowest_body), Vec::new());
+        return (without_storeys(building), Vec::new());
     }
-    let bare = faces.is_empty() && spaces.is_empty();
     let floors: Vec<Result<(i32, FloorKind), &'static str>> =
-        (0..candidates.len()).map(|k| floor_of(k, candidates, spaces, faces, bare)).collect();
+        (0..candidates.len()).map(|k| floor_of(k, building)).collect();
     let mut order: Vec<usize> = (0..candidates.len()).filter(|&k| floors[k].is_ok()).collect();
     order.sort_by_key(|&k| (floors[k].map_or(0, |f| f.0), k));
     let mut fates: Vec<Fate> = floors.iter().map(|f| Fate::NotMapped(f.err().unwrap_or_default())).collect();
     let mut mapped: Vec<MapStorey> = Vec::new();
     let space_area = |k: usize| spaces.iter().filter(|s| s.storey == Some(k)).map(|s| s.area_m2).sum::<f64>();
     for group in order.chunk_by(|&a, &b| floors[b].map_or(0, |f| f.0) - floors[a].map_or(0, |f| f.0) <= STEP) {
+        let z_of = |k: usize| floors[k].map_or(0, |f| f.0);
         let better = |&a: &usize, &b: &usize| {
-            space_area(a)
-                .total_cmp(&space_area(b))
+            fits(&candidates[a], z_of(a))
+                .cmp(&fits(&candidates[b], z_of(b)))
+                .then(space_area(a).total_cmp(&space_area(b)))
+                .then(far_from_placement(&candidates[b], z_of(b)).cmp(&far_from_placement(&candidates[a], z_of(a))))
                 .then(candidates[a].n_elements.cmp(&candidates[b].n_elements))
                 .then(b.cmp(&a))
         };
@@ -86,48 +103,87 @@ pub(crate) fn map_storeys(
             fates[k] = if k == first { Fate::Mapped(mapped.len()) } else { Fate::Joined(mapped.len()) };
         }
         if let Ok((z, floor)) = floors[first] {
-            mapped.push(MapStorey { z, floor, named_after: Some(first) });
+            mapped.push(MapStorey { z, floor, named_after: Some(first), level_of: None });
         }
     }
     (mapped, fates)
 }
 
+/// True if the storey's elevation or a floor that it contains is at this height.
+fn fits(candidate: &Candidate, z: i32) -> bool {
+    let heights = candidate.placement_z.iter().chain(&candidate.own_floors);
+    heights.into_iter().any(|h| (h - z).abs() <= STEP)
+}
+
+fn far_from_placement(candidate: &Candidate, z: i32) -> i32 {
+    candidate.placement_z.map_or(i32::MAX, |p| (p - z).abs())
+}
+
+impl Building<'_> {
+    /// Where the model has neither rooms nor floor faces worth the name: what its walls enclose, if it has any.
+    fn kind_if_bare(&self) -> Option<FloorKind> {
+        let floor_m2: f64 = self.faces.all().map(plan_area_m2).sum();
+        let kind = if self.has_walls { FloorKind::AssumedFromEnclosure } else { FloorKind::Missing };
+        (self.spaces.is_empty() && floor_m2 < LEAST_FLOOR_M2).then_some(kind)
+    }
+
+    /// True if footings near a height are the floor of a storey: of one that contains some, or in which bodies begin there.
+    fn counts_footings(&self, storey: usize, guess: i32) -> bool {
+        let Candidate { bodies, own_footings, .. } = &self.candidates[storey];
+        let stands_here = bodies.iter().any(|b| guess - REACH <= b[0] && b[0] < guess + BODY_HEIGHT);
+        stands_here || own_footings.iter().any(|z| (z - guess).abs() <= REACH)
+    }
+}
+
 /// Height and kind of a storey's floor, or why it has none.
-fn floor_of(
-    storey: usize,
-    candidates: &[Candidate],
-    spaces: &[SpaceFloor],
-    faces: &FloorTriangles,
-    bare: bool,
-) -> Result<(i32, FloorKind), &'static str> {
-    let own_heights = |near: Option<i32>| {
-        let mut heights: Vec<(i32, f64)> = spaces
-            .iter()
-            .filter(|s| s.storey == Some(storey) && near.is_none_or(|z| (s.z - z).abs() <= REACH))
-            .map(|s| (s.z, s.area_m2))
-            .collect();
-        heights.sort_by_key(|h| h.0);
-        heights
-    };
-    let placement = candidates[storey].placement_z;
-    let lowest = candidates[storey].bodies.iter().map(|b| b[0]).min();
+fn floor_of(storey: usize, building: &Building<'_>) -> Result<(i32, FloorKind), &'static str> {
+    let Candidate { placement_z: placement, ref bodies, ref own_floors, ref own_footings, .. } =
+        building.candidates[storey];
+    let lowest = bodies.iter().map(|b| b[0]).min();
+    let near_placement = own_heights(storey, building, placement);
     let guess = match placement {
         // A placement far from all its spaces is wrong.
-        Some(z) if own_heights(None).is_empty() || !own_heights(Some(z)).is_empty() => z,
+        Some(z) if own_heights(storey, building, None).is_empty() || !near_placement.is_empty() => z,
         _ => {
-            let guesses = [weighted_height(&own_heights(None)), placement, candidates[storey].own_floor, lowest];
+            let own_floor = own_floors.iter().chain(own_footings).min().copied();
+            let spaces = weighted_height(&own_heights(storey, building, None));
+            let guesses = [spaces, placement, own_floor, lowest];
             guesses.into_iter().flatten().next().ok_or("it has no placement and contains nothing")?
         }
     };
-    if bare {
+    if let Some(kind) = building.kind_if_bare() {
         // Where nothing stands at the placement, the lowest body does.
-        let stands_here = candidates[storey].bodies.iter().any(|b| b[0] < guess + BODY_HEIGHT && guess + STEP < b[1]);
+        let stands_here = bodies.iter().any(|b| b[0] < guess + BODY_HEIGHT && guess + STEP < b[1]);
         let z = if stands_here { Some(guess) } else { lowest };
-        return z.map(|z| (z, FloorKind::AssumedFromEnclosure)).ok_or("it contains nothing");
+        return z.map(|z| (z, kind)).ok_or("it contains nothing");
     }
-    let near: Vec<&SpaceFloor> = spaces.iter().filter(|s| (s.z - guess).abs() <= REACH).collect();
+    floor_near(storey, building, guess).or_else(|why| {
+        // A bridge's deck lies high above the storey's placement, at which its piers' footings are.
+        let is_near = |t: &[[i32; 3]; 3]| t.iter().any(|v| (v[2] - guess).abs() <= REACH);
+        let stands_on_footings =
+            !building.counts_footings(storey, guess) && building.faces.footings.iter().any(is_near);
+        match own_floors.first() {
+            Some(z) if stands_on_footings => floor_near(storey, building, *z),
+            _ => Err(why),
+        }
+    })
+}
+
+/// Heights of the floors of a storey's spaces with their areas, from low to high; those near a height, if one is given.
+fn own_heights(storey: usize, building: &Building<'_>, near: Option<i32>) -> Vec<(i32, f64)> {
+    let is_own = |s: &&SpaceFloor| s.storey == Some(storey) && near.is_none_or(|z| (s.z - z).abs() <= REACH);
+    let mut heights: Vec<(i32, f64)> = building.spaces.iter().filter(is_own).map(|s| (s.z, s.area_m2)).collect();
+    heights.sort_by_key(|h| h.0);
+    heights
+}
+
+/// Height and kind of the floor near a height, or why there is none.
+fn floor_near(storey: usize, building: &Building<'_>, guess: i32) -> Result<(i32, FloorKind), &'static str> {
+    let near: Vec<&SpaceFloor> = building.spaces.iter().filter(|s| (s.z - guess).abs() <= REACH).collect();
     let rooms = union_of(near.iter().map(|s| &s.polygon));
-    let sampling = Sampling::new(faces, guess, &rooms);
+    let footings = building.counts_footings(storey, guess).then_some(&building.faces.footings);
+    let lists: Vec<&FloorTriangles> = std::iter::once(&building.faces.slabs).chain(footings).collect();
+    let sampling = Sampling::new(&lists, guess, &rooms);
     let level = sampling.as_ref().and_then(|s| s.level(guess));
     if rooms.is_empty() {
         return match level {
@@ -153,13 +209,16 @@ fn weighted_height(heights: &[(i32, f64)]) -> Option<i32> {
 }
 
 /// Levels of a file without storeys: where much floor lies, else where spaces stand, else the lowest body.
-fn without_storeys(spaces: &[SpaceFloor], faces: &FloorTriangles, lowest_body: Option<i32>) -> Vec<MapStorey> {
+fn without_storeys(building: &Building<'_>) -> Vec<MapStorey> {
+    let map_storey = |z: i32, floor: FloorKind| MapStorey { z, floor, named_after: None, level_of: None };
+    if let Some(kind) = building.kind_if_bare() {
+        return building.lowest_body.map(|z| map_storey(z, kind)).into_iter().collect();
+    }
+    let faces = || building.faces.all().map(|t| ((t[0][2] + t[1][2] + t[2][2]) / 3, plan_area_m2(t)));
+    let has_floor = faces().map(|face| face.1).sum::<f64>() >= LEAST_FLOOR_M2;
+    let mut rest: Vec<(i32, f64)> =
+        if has_floor { faces().collect() } else { building.spaces.iter().map(|s| (s.z, s.area_m2)).collect() };
     let mut levels: Vec<(i32, f64)> = Vec::new();
-    let mut rest: Vec<(i32, f64)> = if faces.is_empty() {
-        spaces.iter().map(|s| (s.z, s.area_m2)).collect()
-    } else {
-        faces.iter().map(|t| ((t[0][2] + t[1][2] + t[2][2]) / 3, plan_area_m2(t))).collect()
-    };
     rest.sort_by_key(|r| r.0);
     while let Some(z) = dominant_by_area(&rest) {
         let area = rest.iter().filter(|r| (r.0 - z).abs() <= STEP).map(|r| r.1).sum::<f64>();
@@ -169,14 +228,9 @@ fn without_storeys(spaces: &[SpaceFloor], faces: &FloorTriangles, lowest_body: O
         levels.push((z, area));
         rest.retain(|r| (r.0 - z).abs() >= LEAST_STOREY_HEIGHT);
     }
-    let kind = if faces.is_empty() { FloorKind::AssumedFromSpaces } else { FloorKind::Built };
-    let mut mapped: Vec<MapStorey> =
-        levels.iter().map(|l| MapStorey { z: l.0, floor: kind, named_after: None }).collect();
+    let kind = if has_floor { FloorKind::Built } else { FloorKind::AssumedFromSpaces };
+    let mut mapped: Vec<MapStorey> = levels.iter().map(|l| map_storey(l.0, kind)).collect();
     mapped.sort_by_key(|m| m.z);
-    if mapped.is_empty() && faces.is_empty() && spaces.is_empty() {
-        let floor = FloorKind::AssumedFromEnclosure;
-        mapped.extend(lowest_body.map(|z| MapStorey { z, floor, named_after: None }));
-    }
     mapped
 }
 
@@ -205,7 +259,15 @@ mod tests {
     }
 
     fn storey(z: i32, n_elements: usize) -> Candidate {
-        Candidate { placement_z: Some(z), n_elements, bodies: vec![[z, z + 25_000]], own_floor: None }
+        let bodies = vec![[z, z + 25_000]];
+        Candidate { placement_z: Some(z), n_elements, bodies, own_floors: vec![], own_footings: vec![] }
+    }
+
+    /// What is mapped of a building with walls whose floor is slabs.
+    fn mapped(candidates: &[Candidate], spaces: &[SpaceFloor], slabs: FloorTriangles) -> (Vec<MapStorey>, Vec<Fate>) {
+        let faces = Faces { slabs, ..Faces::default() };
+        let lowest_body = candidates.iter().flat_map(|c| &c.bodies).map(|b| b[0]).min();
+        map_storeys(&Building { candidates, spaces, faces: &faces, lowest_body, has_walls: true })
     }
 
     fn space(side: i32, z: i32, storey: usize) -> SpaceFloor {
@@ -215,15 +277,15 @@ mod tests {
 
     #[test]
     fn the_floor_is_the_slabs_top_and_not_the_placement() {
-        let (mapped, fates) = map_storeys(&[storey(0, 5)], &[space(80_000, 0, 0)], &square(0, 100_000, 2_000), None);
-        assert_eq!(mapped, [MapStorey { z: 2_000, floor: FloorKind::Built, named_after: Some(0) }]);
+        let (mapped, fates) = mapped(&[storey(0, 5)], &[space(80_000, 0, 0)], square(0, 100_000, 2_000));
+        assert_eq!(mapped, [MapStorey { z: 2_000, floor: FloorKind::Built, named_after: Some(0), level_of: None }]);
         assert_eq!(fates, [Fate::Mapped(0)]);
     }
 
     #[test]
     fn storeys_whose_floors_coincide_are_one_named_after_the_spaces() {
         let candidates = [storey(-2_000, 50), storey(0, 5), storey(28_000, 1)];
-        let (mapped, fates) = map_storeys(&candidates, &[space(80_000, 0, 1)], &square(0, 100_000, 0), None);
+        let (mapped, fates) = mapped(&candidates, &[space(80_000, 0, 1)], square(0, 100_000, 0));
         assert_eq!(mapped.len(), 1);
         assert_eq!(fates[..2], [Fate::Joined(0), Fate::Mapped(0)]);
         assert!(matches!(fates[2], Fate::NotMapped(_)));
@@ -231,23 +293,25 @@ mod tests {
 
     #[test]
     fn a_storey_without_slabs_is_assumed_from_its_spaces() {
-        let (mapped, _) = map_storeys(&[storey(0, 5)], &[space(80_000, 300, 0)], &square(0, 10_000, 0), None);
-        assert_eq!(mapped, [MapStorey { z: 300, floor: FloorKind::AssumedFromSpaces, named_after: Some(0) }]);
+        let (mapped, _) = mapped(&[storey(0, 5)], &[space(80_000, 300, 0)], square(0, 10_000, 0));
+        assert_eq!(
+            mapped,
+            [MapStorey { z: 300, floor: FloorKind::AssumedFromSpaces, named_after: Some(0), level_of: None }]
+        );
     }
 
     #[test]
     fn without_floor_or_spaces_anywhere_storeys_that_hold_something_are_assumed() {
-        let empty = Candidate { placement_z: Some(30_000), n_elements: 0, bodies: vec![], own_floor: None };
-        let (mapped, fates) = map_storeys(&[storey(0, 5), empty], &[], &Vec::new(), Some(0));
+        let empty = Candidate { bodies: vec![], ..storey(30_000, 0) };
+        let (mapped, fates) = mapped(&[storey(0, 5), empty], &[], vec![]);
         assert_eq!(mapped[0].floor, FloorKind::AssumedFromEnclosure);
         assert_eq!(fates[1], Fate::NotMapped("it contains nothing"));
     }
 
     #[test]
     fn bodies_far_above_an_undefined_storey_are_mapped_where_they_stand() {
-        let undefined =
-            Candidate { placement_z: Some(0), n_elements: 1, bodies: vec![[29_000, 31_000]], own_floor: None };
-        let (mapped, _) = map_storeys(&[undefined], &[], &Vec::new(), Some(29_000));
+        let undefined = Candidate { bodies: vec![[29_000, 31_000]], ..storey(0, 1) };
+        let (mapped, _) = mapped(&[undefined], &[], vec![]);
         assert_eq!(mapped[0].z, 29_000);
     }
 
@@ -255,15 +319,16 @@ mod tests {
     fn a_placement_far_from_its_spaces_is_not_believed() {
         let mut faces = square(0, 100_000, 0);
         faces.extend(square(0, 100_000, 30_000));
-        let (mapped, _) = map_storeys(&[storey(0, 5)], &[space(80_000, 30_000, 0)], &faces, None);
+        let (mapped, _) = mapped(&[storey(0, 5)], &[space(80_000, 30_000, 0)], faces);
         assert_eq!(mapped[0].z, 30_000);
     }
 
     #[test]
     fn a_storey_without_a_placement_is_found_by_its_floor() {
-        let lost = Candidate { placement_z: None, n_elements: 9, bodies: vec![[-3_000, 0]], own_floor: Some(1_000) };
-        let (mapped, _) = map_storeys(&[lost], &[], &square(0, 100_000, 1_000), Some(-3_000));
-        assert_eq!(mapped, [MapStorey { z: 1_000, floor: FloorKind::Built, named_after: Some(0) }]);
+        let bodies = vec![[-3_000, 0]];
+        let lost = Candidate { placement_z: None, bodies, own_floors: vec![1_000], ..storey(0, 9) };
+        let (mapped, _) = mapped(&[lost], &[], square(0, 100_000, 1_000));
+        assert_eq!(mapped, [MapStorey { z: 1_000, floor: FloorKind::Built, named_after: Some(0), level_of: None }]);
     }
 
     #[test]
@@ -271,7 +336,50 @@ mod tests {
         let mut faces = square(0, 100_000, 0);
         faces.extend(square(0, 90_000, 30_000));
         faces.extend(square(0, 20_000, 10_000));
-        let (mapped, _) = map_storeys(&[], &[], &faces, None);
+        let (mapped, _) = mapped(&[], &[], faces);
         assert_eq!(mapped.iter().map(|m| m.z).collect::<Vec<_>>(), [0, 30_000]);
+    }
+    #[test]
+    fn a_storey_takes_the_name_whose_elevation_or_slab_fits() {
+        let ceiling = Candidate { n_elements: 90, ..storey(28_000, 90) };
+        let floor = storey(30_480, 2);
+        let (mapped, fates) = mapped(&[ceiling.clone(), floor], &[], square(0, 100_000, 30_480));
+        assert_eq!((mapped[0].named_after, &fates[0]), (Some(1), &Fate::Joined(0)));
+        let own_slab = Candidate { own_floors: vec![30_480], ..ceiling };
+        let (mapped, _) = super::tests::mapped(&[own_slab, storey(29_500, 2)], &[], square(0, 100_000, 30_480));
+        assert_eq!(mapped[0].named_after, Some(0));
+    }
+
+    #[test]
+    fn a_footing_below_a_bridge_is_no_floor_of_its_superstructure() {
+        let foundation = Candidate { own_footings: vec![0], bodies: vec![[-8_000, 0]], ..storey(0, 2) };
+        let superstructure = Candidate { own_floors: vec![60_000], bodies: vec![[52_000, 60_000]], ..storey(0, 3) };
+        let slabs = square(0, 100_000, 60_000);
+        let faces = Faces { slabs, footings: square(0, 40_000, 0) };
+        let mapped = |candidates: &[Candidate]| {
+            let building = Building { candidates, spaces: &[], faces: &faces, lowest_body: None, has_walls: false };
+            map_storeys(&building).0.iter().map(|m| (m.z, m.named_after)).collect::<Vec<_>>()
+        };
+        assert_eq!(mapped(&[superstructure.clone(), foundation]), [(0, Some(1)), (60_000, Some(0))]);
+        let without_deck = Candidate { own_floors: vec![], ..superstructure };
+        assert_eq!(mapped(&[without_deck]), []);
+    }
+
+    #[test]
+    fn a_survey_marker_does_not_decide_that_a_model_has_floor() {
+        let (mapped, _) = mapped(&[storey(0, 5)], &[], square(50_000, 700, 0));
+        assert_eq!(mapped[0].floor, FloorKind::AssumedFromEnclosure);
+        let (mapped, _) = super::tests::mapped(&[], &[space(80_000, 300, 0)], square(50_000, 700, 0));
+        assert_eq!((mapped[0].z, mapped[0].floor), (300, FloorKind::AssumedFromSpaces));
+    }
+
+    #[test]
+    fn without_walls_and_spaces_there_is_no_floor() {
+        let candidates = [storey(0, 5)];
+        let faces = Faces::default();
+        let building =
+            Building { candidates: &candidates, spaces: &[], faces: &faces, lowest_body: Some(0), has_walls: false };
+        assert_eq!(map_storeys(&building).0[0].floor, FloorKind::Missing);
+        assert_eq!(map_storeys(&Building { candidates: &[], ..building }).0[0].floor, FloorKind::Missing);
     }
 }

@@ -191,6 +191,7 @@ fn add_graph(
             builder.edges.push(RouteEdgeRecord {
                 length_m: edge.length_m,
                 clearance_m: edge.clearance_m,
+                slope_rad: 0.0,
                 nodes: edge.nodes.map(|n| (first + n) as u32),
                 kind: edge.kind as u32,
                 of: edge.door,
@@ -228,6 +229,7 @@ fn add_graph(
         builder.edges.push(RouteEdgeRecord {
             length_m: portal.length_m,
             clearance_m: 0.0,
+            slope_rad: portal.slope_rad,
             nodes,
             kind: portal.kind as u32,
             of: portal.element as u32,

@@ -29,6 +29,7 @@ mod skeleton;
 
 mod assemble;
 mod plan;
+mod steps;
 mod storey;
 
 pub mod service;

@@ -10,6 +10,7 @@ use crate::portals::{Portal, portals};
 use crate::reached::Reached;
 use crate::spaces::{Refusal, refused};
 use crate::start::{PartFacts, first_part, floor_parts, part_facts};
+use crate::steps::steps;
 use crate::storey::{StoreyPlan, Wanted, instance_of, plan_storey};
 use messages::{ArchiveBuffer, DoorPassageRecord, Grid, Grids, NoWaypoint, Phase, RobotProfile, Site, space_flags};
 use rayon::prelude::*;
@@ -59,7 +60,7 @@ impl Planner {
         self.plan(input);
         let PlanInput { site, phase, options, .. } = *input;
         let grounds: Vec<&Ground> = self.grounds.iter().map(|g| &g.1).collect();
-        let portals = portals(site, phase, &input.index.head.robot, options, &grounds);
+        let portals = ways_between(input, &grounds);
         let (reached, _) = reached(input, &grounds, &portals);
         let refusals: Vec<Option<Refusal>> = (0..site.spaces.len()).map(|k| refused(site, phase, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, phase, since_s));
@@ -80,7 +81,7 @@ impl Planner {
         let robot = &index.head.robot;
         self.see_grounds(grids, robot);
         let grounds: Vec<&Ground> = self.grounds.iter().map(|g| &g.1).collect();
-        let portals = portals(site, phase, robot, options, &grounds);
+        let portals = ways_between(input, &grounds);
         let (reached, facts) = reached(input, &grounds, &portals);
         let refusals: Vec<Option<Refusal>> = (0..site.spaces.len()).map(|k| refused(site, phase, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, phase, since_s));
@@ -118,6 +119,15 @@ impl Planner {
             })
             .collect();
     }
+}
+
+/// Stairs, ramps, lifts and steps from storey to storey.
+fn ways_between(input: &PlanInput<'_>, grounds: &[&Ground]) -> Vec<Portal> {
+    let PlanInput { site, phase, index, grids, options } = *input;
+    let robot = &index.head.robot;
+    let mut ways = portals(site, phase, robot, options, grounds);
+    ways.extend(steps(site, phase, robot, grids, grounds));
+    ways
 }
 
 /// What the robot gets to, and the facts of each storey's parts.

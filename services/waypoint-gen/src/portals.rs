@@ -3,6 +3,7 @@
 use crate::ground::Ground;
 use crate::options::PlanOptions;
 use frames::{Map, Point2, TENTHS_PER_M, metres};
+use geometry::{unit_normal, upward_triangles};
 use messages::{EdgeKind, ElementState, NONE, Phase, RobotProfile, Site, element_flags};
 use std::collections::BTreeMap;
 
@@ -16,6 +17,8 @@ pub(crate) struct Portal {
     pub(crate) ends: [Staging; 2],
     /// Straight, from end to end.
     pub(crate) length_m: f64,
+    /// How steep a ramp is where it is steepest; 0 for everything else.
+    pub(crate) slope_rad: f64,
     /// True if this robot can take it.
     pub(crate) usable: bool,
 }
@@ -34,8 +37,24 @@ pub(crate) struct Staging {
 /// Steps and landings belong to a storey whose floor is this near, in tenths of a millimetre.
 const LEVEL_TENTHS: i64 = 4_500;
 
+/// Storeys whose floors are nearer than this are levels of one storey: what reaches a level need not lead to it.
+const LEAST_STOREY_TENTHS: i64 = 20_000;
+
+/// A landing of a stair at a level: so near to it, and so large.
+const LANDING_TENTHS: i64 = 500;
+const LEAST_LANDING_M2: f64 = 0.5;
+
 /// Farthest that a robot stands from what it is about to take, in metres, beyond its radius and the margin at edges.
 const FARTHEST_M: f64 = 1.5;
+
+/// Upward faces steeper than this are sides of a ramp.
+const STEEPEST_RAD: f64 = 0.6;
+
+/// The steepest faces of a ramp that together are less than this share of it are rims.
+const MINOR_SHARE: f64 = 0.05;
+
+/// Vertices are rounded to tenths of a millimetre: a ramp may be that much steeper than it is meant.
+const SLOPE_TOLERANCE_RAD: f64 = 1e-3;
 
 /// A door this near to a lift is its door, in metres.
 const LANDING_DOOR_M: f64 = 1.0;
@@ -54,20 +73,25 @@ pub(crate) fn portals(
             wholes.entry(whole_of(site, index)).or_default().push(index);
         }
     }
+    let mut from_below: Vec<usize> = (0..grounds.len()).collect();
+    from_below.sort_by_key(|&storey| site.map_storeys[storey].floor_z_tenths);
     let mut portals = Vec::new();
     for (whole, elements) in wholes {
         let Some(kind) = kind_of(site, whole).or_else(|| elements.iter().find_map(|&e| kind_of(site, e))) else {
             continue;
         };
         let mut below: Option<Staging> = None;
-        for (storey, ground) in grounds.iter().enumerate() {
+        for &storey in &from_below {
+            let ground = grounds[storey];
             let entrances = entrances(site, &elements, kind, storey);
             let Some((cell, part)) = staging(ground, robot, &entrances) else { continue };
             let here = Staging { storey, cell, part };
             if let Some(below) = below {
-                let length_m = length_m(site, grounds, [below, here]);
-                let usable = usable(site, robot, options, whole, kind, grounds, [below, here]);
-                portals.push(Portal { element: whole, kind, ends: [below, here], length_m, usable });
+                let ends = [below, here];
+                let length_m = length_m(site, grounds, ends);
+                let slope_rad = if kind == EdgeKind::Ramp { slope_rad(site, &elements, grounds, ends) } else { 0.0 };
+                let usable = usable(site, robot, options, whole, kind, slope_rad);
+                portals.push(Portal { element: whole, kind, ends, length_m, slope_rad, usable });
             }
             below = Some(here);
         }
@@ -112,10 +136,13 @@ fn kind_of(site: &Site<'_>, element: usize) -> Option<EdgeKind> {
 fn entrances(site: &Site<'_>, elements: &[usize], kind: EdgeKind, storey: usize) -> Vec<Point2<Map>> {
     let floor = i64::from(site.map_storeys[storey].floor_z_tenths);
     let point = |x: i32, y: i32| Point2::new(metres(x), metres(y));
+    let is_here = |z: i64| (z - floor).abs() <= LEVEL_TENTHS && is_nearest(site, storey, z);
     if kind != EdgeKind::Lift {
+        if is_one_of_levels(site, storey) && !elements.iter().any(|&e| stops_at(site, e, floor, is_here)) {
+            return Vec::new();
+        }
         let vertices = elements.iter().flat_map(|&e| site.element_meshes(&site.elements[e])).flat_map(|m| m.vertices);
-        let level = vertices.filter(|v| (i64::from(v[2]) - floor).abs() <= LEVEL_TENTHS);
-        return level.map(|v| point(v[0], v[1])).collect();
+        return vertices.filter(|v| is_here(i64::from(v[2]))).map(|v| point(v[0], v[1])).collect();
     }
     let boxes = elements.iter().map(|&e| &site.elements[e]);
     let here =
@@ -126,14 +153,11 @@ fn entrances(site: &Site<'_>, elements: &[usize], kind: EdgeKind, storey: usize)
             let beyond = |k: usize| (metres(lift.min_tenths[k]) - p[k]).max(p[k] - metres(lift.max_tenths[k])).max(0.0);
             libm::hypot(beyond(0), beyond(1))
         };
-        let doors = site.doors.iter().filter(|d| {
-            let z = i64::from(site.elements[d.element as usize].min_tenths[2]);
-            (z - floor).abs() <= LEVEL_TENTHS
-        });
+        let doors = site.doors.iter().filter(|d| is_here(i64::from(site.elements[d.element as usize].min_tenths[2])));
         let centres = doors.map(|d| d.passage.centre.map(|c| c / f64::from(TENTHS_PER_M)));
         let near: Vec<Point2<Map>> =
             centres.filter(|c| outside(*c) <= LANDING_DOOR_M).map(|c| Point2::new(c[0], c[1])).collect();
-        if near.is_empty() {
+        if near.is_empty() && !is_one_of_levels(site, storey) {
             let [x, y] = [0, 1].map(|k| [lift.min_tenths[k], lift.max_tenths[k]]);
             let middle = |r: [i32; 2]| r[0].midpoint(r[1]);
             points.extend([
@@ -149,8 +173,39 @@ fn entrances(site: &Site<'_>, elements: &[usize], kind: EdgeKind, storey: usize)
     points
 }
 
+/// True if no other storey's floor is nearer to this height.
+fn is_nearest(site: &Site<'_>, storey: usize, z: i64) -> bool {
+    let far = |k: usize| (i64::from(site.map_storeys[k].floor_z_tenths) - z).abs();
+    (0..site.map_storeys.len()).all(|k| far(storey) <= far(k))
+}
+
+/// True if another level of the storey is mapped.
+fn is_one_of_levels(site: &Site<'_>, storey: usize) -> bool {
+    let far = |k: usize| {
+        let [a, b] = [k, storey].map(|k| i64::from(site.map_storeys[k].floor_z_tenths));
+        (a - b).abs()
+    };
+    (0..site.map_storeys.len()).any(|k| k != storey && far(k) < LEAST_STOREY_TENTHS)
+}
+
+/// True if a stair, a ramp or a flight begins or ends at a floor, or has a landing there.
+fn stops_at(site: &Site<'_>, element: usize, floor: i64, is_here: impl Fn(i64) -> bool) -> bool {
+    let record = &site.elements[element];
+    if is_here(i64::from(record.min_tenths[2])) || is_here(i64::from(record.max_tenths[2])) {
+        return true;
+    }
+    let faces = site.element_meshes(record).flat_map(|mesh| upward_triangles(mesh, 0.01));
+    let level = faces.filter(|t| t.iter().all(|v| (i64::from(v[2]) - floor).abs() <= LANDING_TENTHS));
+    level.map(|t| plan_area_m2(&t)).sum::<f64>() >= LEAST_LANDING_M2
+}
+
+fn plan_area_m2(t: &[[i32; 3]; 3]) -> f64 {
+    let d = |k: usize, i: usize| metres(t[k][i]) - metres(t[0][i]);
+    (d(1, 0) * d(2, 1) - d(2, 0) * d(1, 1)) / 2.0
+}
+
 /// The cell on which the robot stands nearest to any of the entrances, and its part.
-fn staging(ground: &Ground, robot: &RobotProfile, entrances: &[Point2<Map>]) -> Option<(usize, u32)> {
+pub(crate) fn staging(ground: &Ground, robot: &RobotProfile, entrances: &[Point2<Map>]) -> Option<(usize, u32)> {
     let spec = &ground.spec;
     let reach = ((FARTHEST_M + robot.radius_m + robot.edge_margin_m) / spec.resolution_m()).ceil() as u32;
     let mut cells: Vec<grid::Cell> = entrances.iter().filter_map(|p| spec.cell_at(*p)).collect();
@@ -174,10 +229,33 @@ fn staging(ground: &Ground, robot: &RobotProfile, entrances: &[Point2<Map>]) -> 
     nearest.map(|(_, cell)| (cell, ground.part(cell)))
 }
 
-fn length_m(site: &Site<'_>, grounds: &[&Ground], ends: [Staging; 2]) -> f64 {
+pub(crate) fn length_m(site: &Site<'_>, grounds: &[&Ground], ends: [Staging; 2]) -> f64 {
     let [a, b] = ends.map(|end| grounds[end.storey].middle(end.cell));
     let [low, high] = ends.map(|end| metres(site.map_storeys[end.storey].floor_z_tenths));
     libm::hypot(libm::hypot(b.x_m - a.x_m, b.y_m - a.y_m), high - low)
+}
+
+/// The steepest of a ramp's upward faces, those left out that are too small to matter; where it has none, the slope of the
+/// straight way.
+fn slope_rad(site: &Site<'_>, elements: &[usize], grounds: &[&Ground], ends: [Staging; 2]) -> f64 {
+    let meshes = elements.iter().flat_map(|&e| site.element_meshes(&site.elements[e]));
+    let faces = meshes.flat_map(|mesh| upward_triangles(mesh, STEEPEST_RAD));
+    let face = |t: [[i32; 3]; 3]| unit_normal(&t).map(|n| (libm::acos(n[2].min(1.0)), plan_area_m2(&t)));
+    let mut faces: Vec<(f64, f64)> = faces.filter_map(face).collect();
+    faces.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut left_m2 = faces.iter().map(|f| f.1).sum::<f64>() * MINOR_SHARE;
+    let steepest = faces.iter().find(|f| {
+        left_m2 -= f.1;
+        left_m2 < 0.0
+    });
+    steepest.map_or_else(
+        || {
+            let [a, b] = ends.map(|end| grounds[end.storey].middle(end.cell));
+            let [low, high] = ends.map(|end| metres(site.map_storeys[end.storey].floor_z_tenths));
+            libm::atan2(high - low, libm::hypot(b.x_m - a.x_m, b.y_m - a.y_m))
+        },
+        |f| f.0,
+    )
 }
 
 fn usable(
@@ -186,18 +264,13 @@ fn usable(
     options: &PlanOptions,
     whole: usize,
     kind: EdgeKind,
-    grounds: &[&Ground],
-    ends: [Staging; 2],
+    slope_rad: f64,
 ) -> bool {
     match kind {
         EdgeKind::Stair => robot.climbs_stairs == 1,
-        EdgeKind::Ramp => {
-            let [a, b] = ends.map(|end| grounds[end.storey].middle(end.cell));
-            let [low, high] = ends.map(|end| metres(site.map_storeys[end.storey].floor_z_tenths));
-            libm::atan2(high - low, libm::hypot(b.x_m - a.x_m, b.y_m - a.y_m)) <= robot.max_slope_rad
-        }
+        EdgeKind::Ramp => slope_rad <= robot.max_slope_rad + SLOPE_TOLERANCE_RAD,
         EdgeKind::Lift => options.takes_lift(site, whole),
-        EdgeKind::Escalator | EdgeKind::Floor | EdgeKind::Door => false,
+        EdgeKind::Escalator | EdgeKind::Floor | EdgeKind::Door | EdgeKind::Step => false,
     }
 }
 
@@ -273,7 +346,7 @@ mod tests {
             let phase = Phase::open(phase.bytes()).unwrap();
             let buffer = drawn(&hall());
             let grounds: Vec<Ground> =
-                (0..n_storeys).map(|_| Ground::of(&Grid::open(buffer.bytes()).unwrap(), 0.3)).collect();
+                (0..site.map_storeys.len()).map(|_| Ground::of(&Grid::open(buffer.bytes()).unwrap(), 0.3)).collect();
             let robot = RobotProfile { climbs_stairs: u32::from(climbs), ..RobotProfile::DEFAULT };
             let options =
                 PlanOptions { lifts: lifts.iter().map(|l| (*l).to_owned()).collect(), ..PlanOptions::default() };
@@ -372,11 +445,39 @@ mod tests {
             let site = Site::open(site.bytes()).unwrap();
             let (robot, options) = (RobotProfile::DEFAULT, PlanOptions::default());
             let ends = [end(0, 1.05), end(1, 3.05)];
-            usable(&site, &robot, &options, 0, EdgeKind::Ramp, &[&ground, &ground], ends)
+            let slope_rad = slope_rad(&site, &[0], &[&ground, &ground], ends);
+            usable(&site, &robot, &options, 0, EdgeKind::Ramp, slope_rad)
         };
         // The default robot drives up a slope of 0.1 rad: 0.2 m in two metres.
         assert!(slope(0.19) && slope(0.0));
         assert!(!slope(0.21));
+    }
+
+    #[test]
+    fn a_ramp_is_as_steep_as_its_faces_wherever_its_ends_are() {
+        let mut building = Building::default();
+        // Half a metre on four metres, and a level landing.
+        let ramp = building.add("IfcRamp", "", &[[[0.0, 0.0, 0.0], [4.0, 1.0, 0.5]]]);
+        let b = &mut building.site;
+        b.vertices = vec![[0, 0, 0], [40_000, 0, 5_000], [40_000, 10_000, 5_000], [0, 10_000, 0]];
+        b.vertices.extend([[50_000, 0, 5_000], [50_000, 10_000, 5_000]]);
+        b.triangles = vec![[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]];
+        b.parts[0] = PartRecord { n_vertices: 6, n_triangles: 4, ..b.parts[0] };
+        let site = building.site.finish();
+        let site = Site::open(site.bytes()).unwrap();
+        let nowhere = Staging { storey: 0, cell: 0, part: 0 };
+        let slope_rad = slope_rad(&site, &[ramp], &[], [nowhere; 2]);
+        assert!((slope_rad - libm::atan2(0.5, 4.0)).abs() < 1e-4, "{slope_rad}");
+    }
+
+    #[test]
+    fn a_stair_beside_another_level_does_not_lead_to_it() {
+        let mut building = Building::default();
+        building.add("IfcStair", "", &flight(3.0, 0.0));
+        building.site.map_storeys.push(MapStoreyRecord { floor_z_tenths: 4_500, floor: 1, ..Zeroable::zeroed() });
+        // The level half a step up is the first of the list; the storeys follow.
+        let ends: Vec<[usize; 2]> = building.portals(2, true, &[]).iter().map(|p| p.ends.map(|e| e.storey)).collect();
+        assert_eq!(ends, [[1, 2]]);
     }
 
     #[test]

@@ -109,6 +109,7 @@ mod tests {
                 kind: EdgeKind::Stair,
                 ends: [end(a), end(b)],
                 length_m: 1.0,
+                slope_rad: 0.0,
                 usable,
             })
             .collect();

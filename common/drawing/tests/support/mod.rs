@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
 #[path = "../../../messages/tests/support/box_part.rs"]
-mod box_part;
+pub(crate) mod box_part;
 
 use box_part::add_box_part;
 use drawing::Rasterizer;

@@ -22,7 +22,8 @@ const PROBES: [f64; 3] = [1_000.0, 3_000.0, 6_000.0];
 pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<Static> {
     let site = input.site;
     let mut found = Vec::new();
-    for (storey, record) in (0..).zip(site.map_storeys).filter(|(_, s)| s.floor != FloorKind::Built as u32) {
+    let assumed = [FloorKind::AssumedFromSpaces as u32, FloorKind::AssumedFromEnclosure as u32];
+    for (storey, record) in (0..).zip(site.map_storeys).filter(|(_, s)| assumed.contains(&s.floor)) {
         let own = site.spaces.iter().filter(|s| s.map_storey == storey).map(|s| site.floor_polygon(s));
         let polygons: Vec<MultiPolygon> = own.collect();
         let [x0, y0, x1, y1] = record.bounds_tenths;
@@ -31,7 +32,7 @@ pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<Static> {
         } else {
             vec![vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]]
         };
-        let link = format!("assumed_floor_{}", site.text(record.global_id));
+        let link = format!("assumed_floor_{storey}_{}", site.text(record.global_id));
         found.push(Static::slab(link, Class::Slab, storey, rings, metres(record.floor_z_tenths), FLOOR_M));
     }
     found

@@ -214,6 +214,7 @@ fn plan() -> ArchiveBuffer {
     let edge = |nodes: [u32; 2], kind: EdgeKind, of: u32, usable: u32| RouteEdgeRecord {
         length_m: 0.5,
         clearance_m: 0.25,
+        slope_rad: 0.0,
         nodes,
         kind: kind as u32,
         of,
