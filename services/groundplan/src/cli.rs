@@ -567,11 +567,12 @@ Examples:
 Exit codes: 0 done, 1 failed (the map's pose is not accepted), 2 bad usage or configuration.";
 
 const AFTER_STATES: &str = "\
-Dates are local to the site, or carry an offset, which is converted to the site_zone of the schedule rules.
-States are those of an instant: 2024-04-15 is its midnight, or 2024-04-15T08:30:00. A map serves a whole day:
-`convert --date 2024-04-15` draws the union of all instants of the day, which is `--date 2024-04-15 --until 2024-04-15`
-here. For a date without a time, what differs during the day is told, too (\"whole_day\" in JSON).
-In a union a space is blocked if it is at any instant, and an element that does not stand throughout is in_progress.
+Dates are local to the site, or carry an offset, which is converted to the site's zone.
+States are those of an instant: 2024-04-15 is its midnight, or 2024-04-15T08:30:00.
+A map serves a whole day: `convert --date 2024-04-15` draws the union of all instants of the day,
+which is `--date 2024-04-15 --until 2024-04-15` here. For a date without a time, what differs during
+the day is told, too (\"whole_day\" in JSON). In a union a space is blocked if it is at any instant,
+and an element that does not stand throughout is in_progress.
 States of elements: not_started, in_progress, built, being_removed, removed.
 Reasons of blocked spaces: task:GlobalId, before_room_date, or what the rules say (private).
 
@@ -595,9 +596,10 @@ Examples:
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
 
 const AFTER_TASKS: &str = "\
-Dates are local to the site: written, rolled up from nested tasks, or computed from sequence, durations and calendars.
-A task acts on elements that it constructs or removes, and on spaces that are closed while it is at work; the file may link
-elements on which it has no effect, because it has no dates, is of another kind, or another source goes before it.
+Dates are local to the site: written, rolled up from nested tasks, or computed from sequence,
+durations and calendars. A task acts on elements that it constructs or removes, and on spaces that
+are closed while it is at work. The file may link elements on which it has no effect, because it has
+no dates, is of another kind, or another source goes before it.
 The JSON document has a schema: config/schemas/tasks.schema.json.
 
 Examples:
