@@ -47,12 +47,13 @@ fn similarity(wanted: &str, name: &str) -> Option<u32> {
     (alike >= MIN_SIMILARITY).then_some((alike * 1e3) as u32)
 }
 
-/// Similarity of what is wanted to the most similar part of a name that begins with a word and is as long.
+/// Similarity of what is wanted to the most similar part of a name that begins with a word and is as long, or longer by a
+/// letter that was left out.
 fn best_part(wanted: &str, length: usize, name: &str) -> f64 {
     let is_start = |at: usize| name[..at].chars().next_back().is_none_or(|c| !c.is_alphanumeric());
     let starts = name.char_indices().map(|(at, _)| at).filter(|at| is_start(*at));
-    let part = |at: usize| name[at..].chars().take(length).collect::<String>();
-    starts.map(|at| strsim::normalized_damerau_levenshtein(wanted, &part(at))).fold(0.0, f64::max)
+    let parts = starts.flat_map(|at| [length, length + 1].map(|n| name[at..].chars().take(n).collect::<String>()));
+    parts.map(|part| strsim::normalized_damerau_levenshtein(wanted, &part)).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
