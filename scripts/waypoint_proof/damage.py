@@ -264,7 +264,7 @@ def an_edge_of_another_door(copy):
 def a_door_closed_to_the_robot(copy):
     with copy.graph() as graph, edited(copy.out / "semantic.json") as semantic:
         door = semantic["elements"][door_of_a_room(copy, graph)[0]["of"]]
-        door["attributes"]["passage"]["0"] = "cannot_open"
+        door["attributes"]["passage"]["0"] = "operation"
     return {"door"}
 
 
@@ -284,7 +284,8 @@ def a_stair_for_a_robot_on_wheels(copy):
 
 def a_route_in_one_direction(copy):
     with edited(copy.folder / "route.geojson") as route:
-        route["features"].pop()
+        edges = [feature for feature in route["features"] if "startid" in feature["properties"]]
+        route["features"].remove(edges[-1])
     return {"route"}
 
 

@@ -138,8 +138,14 @@ def check_portal(export, edge, ends):
         yield "portal", f"{name} does not join two storeys by an element, with a place before it on either"
         return
     rise_m, plan_m = abs(b["z_m"] - a["z_m"]), math.dist((a["x_m"], a["y_m"]), (b["x_m"], b["y_m"]))
-    if abs(edge["length_m"] - math.hypot(rise_m, plan_m)) > ROUNDED_M:
-        yield "portal", f"{name} is {math.hypot(rise_m, plan_m):.4f} m long, told are {edge['length_m']} m"
+    line = [(*point, z_m) for point, z_m in zip(edge["line_m"], edge["line_z_m"])]
+    length_m = sum(math.dist(p, q) for p, q in zip(line, line[1:]))
+    # Every point is rounded.
+    if abs(edge["length_m"] - length_m) > ROUNDED_M * len(line):
+        yield "portal", f"{name} is {length_m:.4f} m long, told are {edge['length_m']} m"
+    for node, point in zip(ends, (line[0], line[-1])):
+        if abs(node["z_m"] - point[2]) > ROUNDED_M:
+            yield "portal", f"the line of {name} does not end at the height of node {node['id']}"
     if abs(b["z_m"] - a["z_m"] - edge["rise_m"]) > ROUNDED_M:
         yield "portal", f"{name} rises by {b['z_m'] - a['z_m']:.4f} m, told are {edge['rise_m']} m"
     can_take = {"stair": robot["climbs_stairs"], "lift": True, "escalator": False,
@@ -176,8 +182,11 @@ def check_routes(export):
             yield "route", f"two features of the route of storey {index} have one id"
         told = {}
         for feature in features:
-            properties, coordinates = feature["properties"], feature["geometry"]["coordinates"]
-            if feature["geometry"]["type"] == "Point":
+            properties, geometry = feature["properties"], feature["geometry"]
+            # A way to another storey is a collection of one line, which Nav2 skips.
+            geometry = geometry["geometries"][0] if geometry["type"] == "GeometryCollection" else geometry
+            coordinates = geometry["coordinates"]
+            if geometry is not feature["geometry"] or geometry["type"] == "Point":
                 told[properties["id"]] = coordinates
             else:
                 edge = properties["startid"], properties["endid"], properties["cost"], str(coordinates)
@@ -188,6 +197,8 @@ def check_routes(export):
             if edge["usable"] and edge["from"] in wanted and edge["to"] in wanted:
                 for a, b, line in ((edge["from"], edge["to"], edge["line_m"]), (edge["to"], edge["from"], edge["line_m"][::-1])):
                     wanted[a, b, edge["length_m"], str([line])] = edge["class"]
+            elif (edge["from"] in wanted) != (edge["to"] in wanted):
+                wanted[edge["id"]] = [[*point, z_m] for point, z_m in zip(edge["line_m"], edge["line_z_m"])]
         if told != wanted:
             n = sum(told.get(k) != wanted.get(k) for k in {**told, **wanted})
             yield "route", f"{n} nodes or edges of storey {index} are not the same in route.geojson and site-graph.json"

@@ -5,6 +5,7 @@
 //! cells around are computed again as far as the difference can reach. The result is that of drawing everything anew.
 //! After one pass through all phases nothing is allocated any more, except on storeys whose floor is what obstacles enclose.
 
+use crate::between::Standing;
 use crate::cut::{self, StoreyCut};
 use crate::doors::DoorLayers;
 use crate::facts::{self, BLOCKED, DOOR, FLOOR, GROUND, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
@@ -35,6 +36,8 @@ pub(crate) struct Canvas {
     open_passages: Vec<bool>,
     /// What a robot finds at the doors.
     doors: Vec<DoorPassageRecord>,
+    /// What stands in the way through a door, while it is looked at.
+    standing: Standing,
     regions: Vec<RegionRecord>,
     floor_plans: FloorPlans,
     difference: Difference,
@@ -127,6 +130,7 @@ impl Canvas {
             is_blank: false,
             open_passages: Vec::new(),
             doors: Vec::new(),
+            standing: Standing::new(),
             regions: Vec::new(),
             floor_plans,
             difference: Difference::default(),
@@ -305,7 +309,7 @@ impl Canvas {
 
     /// Writes facts, class, floor and planning of a rectangle from the runs of everything that meets it.
     fn paint(&mut self, scene: Scene<'_>, phase: &Phase<'_>, rect: &CellRect) {
-        let Scene { site, storey, .. } = scene;
+        let Scene { site, robot, storey } = scene;
         let width = storey.spec.width as usize;
         let Self { archive, facts, open_passages, difference, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), facts.len());
@@ -330,7 +334,7 @@ impl Canvas {
             let stands_here = obstacle.door.as_ref().is_none_or(|d| d.stands_here);
             let is_open_door = obstacle.class == Class::Door
                 && stands_here
-                && obstacle.door.as_ref().is_none_or(|d| d.can_pass() && look == Look::Built);
+                && obstacle.door.as_ref().is_none_or(|d| d.can_pass(phase, robot) && look == Look::Built);
             let set = match (is_open_door, obstacle.class == Class::Door) {
                 (true, _) => DOOR,
                 (false, true) => DOOR | OCCUPIED,
@@ -405,7 +409,7 @@ impl Canvas {
     /// What a robot finds at the doors around which anything differs.
     fn look_at_doors(&mut self, scene: Scene<'_>, phase: &Phase<'_>) {
         let Scene { robot, storey, .. } = scene;
-        let Self { archive, facts, doors, difference, .. } = self;
+        let Self { archive, facts, doors, standing, difference, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), facts.len());
         let GridLayers { class, floor, .. } = writer.layers();
         let layers = DoorLayers { class, floor };
@@ -417,7 +421,7 @@ impl Canvas {
                 continue;
             }
             let look = Look::of(phase.effective(element as usize));
-            let record = door.passage(phase, robot, storey, look, layers);
+            let record = door.passage(phase, robot, storey, look, layers, standing);
             match doors.get_mut(place) {
                 Some(door) => *door = record,
                 None => doors.push(record),

@@ -4,6 +4,7 @@
 //! them; they change only with site, robot or resolution. [`Rasterizer::draw`] brings the grids to a phase: what it drew
 //! before is kept, and only what looks different is drawn again.
 
+mod between;
 mod canvas;
 mod cut;
 mod doors;
@@ -11,6 +12,7 @@ mod error;
 mod facts;
 mod floor;
 mod gaps;
+mod leaves;
 mod near;
 mod regions;
 mod window;

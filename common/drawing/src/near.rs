@@ -36,7 +36,7 @@ impl Look {
 #[derive(Debug, Clone)]
 pub(crate) struct Near {
     pub(crate) element: u32,
-    /// Cells of the element itself, of the doors that hang in it and of the passages through it.
+    /// Cells of the element itself, of the doors that hang in it or beside it, and of the passages through it.
     pub(crate) cells: Option<CellRect>,
     /// Its place among the elements that make floor, on this level or on another.
     pub(crate) floor_place: Option<u32>,
@@ -58,10 +58,10 @@ pub(crate) fn near(site: &Site<'_>, storey: &StoreyCut, heights: Slab) -> Vec<Ne
     for drawn in storey.obstacles.iter().chain(&storey.lidar) {
         add(&mut list.of(drawn.element).cells, drawn.rect);
         if let Some(door) = &drawn.door {
-            add(&mut list.of(drawn.element).cells, door.around);
-            if door.host != NONE {
-                add(&mut list.of(door.host).cells, drawn.rect);
-                add(&mut list.of(door.host).cells, door.around);
+            // What the leaves beside it look like decides, too.
+            for element in door.leaves.iter().flat_map(|leaf| [leaf.element, leaf.host]).filter(|e| *e != NONE) {
+                add(&mut list.of(element).cells, drawn.rect);
+                add(&mut list.of(element).cells, door.around);
             }
         }
     }

@@ -41,9 +41,9 @@ fn piece() -> impl Strategy<Value = Piece> {
     prop_oneof![3 => obstacle, 2 => floor]
 }
 
-/// The house with floor under its walls or not, more pieces, an opening in its first wall, a door that hangs in the second,
-/// and two rooms.
-fn house(pieces: &[Piece], floor: FloorKind, is_floor_in_opening: bool) -> ArchiveBuffer {
+/// The house with floor under its walls or not, more pieces, an opening in its first wall, a door of one or two leaves
+/// that hangs in the second, and two rooms.
+fn house(pieces: &[Piece], floor: FloorKind, is_floor_in_opening: bool, n_leaves: usize) -> ArchiveBuffer {
     let mut house = House::new();
     if !is_floor_in_opening {
         house.builder.elements[SLAB].n_parts = 0;
@@ -56,10 +56,13 @@ fn house(pieces: &[Piece], floor: FloorKind, is_floor_in_opening: bool) -> Archi
         house.builder.elements[element].flags = if piece.is_floor { element_flags::FLOOR } else { 0 };
     }
     house.opening(0);
-    let door = house.door(0.8, Opens::Swing);
+    let door = match n_leaves {
+        1 => house.door(0.8, Opens::Swing),
+        _ => house.leaves([Opens::Swing, Opens::Sliding])[0],
+    };
     let hung = OpeningRecord { host: 1, filling: door as u32, bottom_z_tenths: t(0.5), ..house.builder.openings[0] };
     house.builder.openings.push(hung);
-    house.builder.doors[0].opening = 1;
+    house.builder.doors.iter_mut().for_each(|door| door.opening = 1);
     house.space([0.0, 0.0], [2.0, 3.0]);
     house.space([1.5, 0.0], [4.0, 3.0]);
     house.builder.spaces.iter_mut().for_each(|s| s.map_storey = 0);
@@ -109,8 +112,9 @@ proptest! {
         edge_margin_m in prop::sample::select(vec![0.0, 0.3, 0.77]),
         is_floor_in_opening in any::<bool>(),
         resolution_m in prop::sample::select(vec![0.1, 0.05]),
+        n_leaves in 1usize..3,
     ) {
-        let site = house(&pieces, floor, is_floor_in_opening);
+        let site = house(&pieces, floor, is_floor_in_opening, n_leaves);
         let site = Site::open(site.bytes()).unwrap();
         let robot = RobotProfile { work_margin_m, edge_margin_m, ..RobotProfile::DEFAULT };
         let mut walker = Rasterizer::new(&site, &robot, resolution_m).unwrap();
@@ -132,7 +136,7 @@ proptest! {
 
 #[test]
 fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
-    let site = house(&[], FloorKind::Built, true);
+    let site = house(&[], FloorKind::Built, true, 1);
     let site = Site::open(site.bytes()).unwrap();
     let phase = |wall: ElementState, slab: ElementState| {
         let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());

@@ -4,6 +4,7 @@
 
 mod csv;
 mod deviations;
+mod door_report;
 mod geographic;
 mod json;
 mod labels;
@@ -24,6 +25,7 @@ mod waypoints;
 mod world;
 
 pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
+pub use door_report::{each_door, reason_text};
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
 pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
 pub use reach::{FloorReach, spaces_not_mapped};

@@ -6,12 +6,13 @@ use embedded_graphics::geometry::{Point, Size};
 use frames::{TENTHS_PER_M, tenths};
 use geometry::{FillRule, Ring, floor_faces, union};
 use grid::{Cell, Class, Mask, overlapped_cells};
-use messages::{ElementState, Grid, NONE, element_flags};
+use messages::{DoorPassage, DoorPassageRecord, ElementState, Grid, NONE, element_flags};
 
 pub(crate) type Rgb = [u8; 3];
 
 const SOLID: Rgb = [100, 100, 100];
 const DOOR: Rgb = [0, 255, 0];
+const CLOSED_DOOR: Rgb = [255, 0, 0];
 const STAIR: Rgb = [255, 255, 0];
 const OPEN_SPACE: Rgb = [190, 215, 255];
 const BLOCKED_SPACE: Rgb = [255, 190, 190];
@@ -53,8 +54,8 @@ fn png_bytes(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> V
 /// Colours of all cells, with a cross and the name at each space's centre.
 fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Canvas {
     let (site, spec) = (input.site, grid.spec());
-    let other_levels = other_levels(input, grid);
-    let pixels = (0..spec.n_cells()).map(|index| colour(input, grid, &other_levels, index)).collect();
+    let (other_levels, closed) = (other_levels(input, grid), cells_of_closed_doors(input, grid));
+    let pixels = (0..spec.n_cells()).map(|index| colour(input, grid, &other_levels, &closed, index)).collect();
     let mut canvas = Canvas::new(spec.width as usize, pixels);
     let from_top = |row: u32| (spec.height - 1 - row) as i32;
     for (index, space) in site.spaces.iter().enumerate() {
@@ -85,8 +86,26 @@ fn centre(input: &ExportInput<'_>, space: usize) -> frames::Point2<frames::Map> 
     frames::Point2::new(x_m, y_m)
 }
 
-fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, other_levels: &Mask, index: usize) -> Rgb {
+/// The cells of the doors that are closed to the robot.
+fn cells_of_closed_doors(input: &ExportInput<'_>, grid: &Grid<'_>) -> Mask {
+    let spec = grid.spec();
+    let mut closed = Mask::new(spec.width as usize, spec.height as usize);
+    let footprints = input.footprints.get(grid.head.map_storey as usize).copied().unwrap_or_default();
+    let is_closed = |d: &&DoorPassageRecord| {
+        d.map_storey == grid.head.map_storey && DoorPassage::from_id(d.passage).is_some_and(DoorPassage::is_closed)
+    };
+    for door in input.index.doors.iter().filter(is_closed) {
+        let element = input.site.doors[door.door as usize].element;
+        for (_, footprint) in footprints.iter().filter(|(e, _)| *e == element) {
+            closed.set_runs(&overlapped_cells(&footprint.area, &footprint.lines, &spec));
+        }
+    }
+    closed
+}
+
+fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, other_levels: &Mask, closed: &Mask, index: usize) -> Rgb {
     match Class::from_id(grid.class[index]).unwrap_or(Class::Other) {
+        Class::Door if closed.cells[index] => CLOSED_DOOR,
         Class::Door => DOOR,
         Class::Stair | Class::Ramp => STAIR,
         Class::Slab | Class::None if other_levels.cells[index] && grid.floor[index] == 0 => OTHER_LEVEL,

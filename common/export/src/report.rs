@@ -1,15 +1,15 @@
 //! `report.json`: what was counted, assumed, replaced and left out.
 
+use crate::door_report::{DoorReport, door_reports};
 use crate::geographic::GeographicReport;
 use crate::manifest::schedule_ignored;
 use crate::reach::{self, FloorReach};
 use crate::schedule_report::ScheduleReport;
-use crate::semantic::clear_width_word;
 use crate::waypoints::space_name;
 use crate::{ExportInput, rounded, text_or_null};
 use frames::metres;
 use grid::Class;
-use messages::{DiagnosticRecord, DoorPassage, NONE, Phase, Site, Text, element_flags};
+use messages::{DiagnosticRecord, NONE, Phase, Site, Text, element_flags};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -31,7 +31,8 @@ pub struct Report {
     schedule: ScheduleReport,
     /// Elements whose body could not be made: a box stands in, or nothing.
     failed_geometry: Vec<FailedGeometry>,
-    /// Doors that are closed to the robot, lead to no floor, or whose clear width is assumed.
+    /// Doors that are closed to the robot, lead to no floor, or whose clear width is assumed; each once, on the storey on which
+    /// it stands.
     doors: Vec<DoorReport>,
     /// Floor at another level than its map storey's: not free there.
     regions: Vec<Region>,
@@ -85,25 +86,6 @@ struct FailedGeometry {
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
-struct DoorReport {
-    global_id: String,
-    name: Option<String>,
-    /// Index of the map storey.
-    storey: u32,
-    /// `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`, `absent`,
-    /// `in_progress`.
-    passage: &'static str,
-    /// Width between what remains when it is open.
-    clear_width_m: f64,
-    /// `lining_and_panel` or `assumed`.
-    clear_width_from: &'static str,
-    /// Narrowest line of cells through it that are not occupied.
-    width_in_map_m: f64,
-    /// On how many of its two sides there is floor.
-    sides_with_floor: u32,
-}
-
-#[derive(Debug, Serialize, JsonSchema)]
 struct Region {
     /// Index of the map storey on which it is not free.
     storey: u32,
@@ -152,7 +134,7 @@ impl Report {
             schedule_ignored: schedule_ignored(site, phase),
             schedule: ScheduleReport::of(site, phase),
             failed_geometry: failed_geometry(site),
-            doors: doors(input),
+            doors: door_reports(input),
             regions: regions(input),
             spaces_without_waypoint: spaces_without_waypoint(input),
             geographic: GeographicReport::of(site),
@@ -217,29 +199,6 @@ fn failed_geometry(site: &Site<'_>) -> Vec<FailedGeometry> {
         Some(FailedGeometry { global_id: text(e.global_id), r#type: text(e.ifc_type), name, drawn_as })
     });
     failed.collect()
-}
-
-fn doors(input: &ExportInput<'_>) -> Vec<DoorReport> {
-    let site = input.site;
-    let worth_a_line = |d: &&messages::DoorPassageRecord| {
-        let assumed = clear_width_word(&site.doors[d.door as usize]) == "assumed";
-        d.passage != DoorPassage::Passable as u32 || d.sides_with_floor < 2 || assumed
-    };
-    let report = |d: &messages::DoorPassageRecord| {
-        let door = &site.doors[d.door as usize];
-        let element = &site.elements[door.element as usize];
-        DoorReport {
-            global_id: site.text(element.global_id).to_owned(),
-            name: text_or_null(site.text(element.name)),
-            storey: d.map_storey,
-            passage: DoorPassage::from_id(d.passage).map_or("unknown", DoorPassage::name),
-            clear_width_m: rounded(door.clear_width_m),
-            clear_width_from: clear_width_word(door),
-            width_in_map_m: rounded(d.width_in_map_m),
-            sides_with_floor: d.sides_with_floor,
-        }
-    };
-    input.index.doors.iter().filter(worth_a_line).map(report).collect()
 }
 
 fn regions(input: &ExportInput<'_>) -> Vec<Region> {

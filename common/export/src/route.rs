@@ -2,7 +2,7 @@
 
 use crate::waypoints::{space_id, space_name};
 use crate::{ExportInput, rounded, text_or_null};
-use messages::{EdgeKind, NodeKind, RouteEdgeRecord, RouteNodeRecord};
+use messages::{EdgeKind, NONE, NodeKind, RouteEdgeRecord, RouteNodeRecord};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -58,22 +58,27 @@ struct Edge {
     to: u32,
     /// `floor`, `door`, and between storeys `stair`, `ramp`, `lift`, `escalator`, `step`.
     class: &'static str,
-    /// Length of the way.
+    /// Length of the way; between storeys as walked, up the slope.
     length_m: f64,
     /// Least distance to the middle of a cell that is not free; null between storeys.
     clearance_m: Option<f64>,
     /// GlobalId of the door, stair, ramp or lift, or of the floor above a step.
     of: Option<String>,
-    /// Clear width of the door.
+    /// Clear width of the door, with the leaves that count together, or of the stair where its flights are narrowest; null
+    /// elsewhere and where it is unknown.
     clear_width_m: Option<f64>,
     /// How much higher the second end is than the first; null on one storey.
     rise_m: Option<f64>,
     /// How steep a ramp is where it is steepest; null for everything else.
     slope_rad: Option<f64>,
+    /// Number of risers of the stair; null elsewhere and where it is unknown.
+    n_risers: Option<u32>,
     /// True if this robot can take it.
     usable: bool,
-    /// The way from one end to the other, in `map`.
+    /// The way from one end to the other, in `map`; of a stair over its treads and landings.
     line_m: Vec<[f64; 2]>,
+    /// Heights of the points of the line in `map`; null on one storey.
+    line_z_m: Option<Vec<f64>>,
 }
 
 impl SiteGraph {
@@ -108,8 +113,10 @@ impl SiteGraph {
                 clear_width_m: clear_width_m(input, edge),
                 rise_m: (!is_level).then(|| rise_m(input, edge)),
                 slope_rad: (class == EdgeKind::Ramp).then(|| rounded(edge.slope_rad)),
+                n_risers: n_risers(edge),
                 usable: edge.usable == 1,
-                line_m: input.plan.points_of(edge).iter().map(|p| p.map(rounded)).collect(),
+                line_m: plan_of(input, edge),
+                line_z_m: (!is_level).then(|| input.plan.points_of(edge).iter().map(|p| rounded(p[2])).collect()),
             }
         });
         Self {
@@ -150,7 +157,7 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
         metadata.insert("clearance_m".to_owned(), json!(rounded(edge.clearance_m)));
         metadata.extend(edge_of(input, edge).map(|guid| ("ifc_guid".to_owned(), json!(guid))));
         metadata.extend(clear_width_m(input, edge).map(|width| ("clear_width_m".to_owned(), json!(width))));
-        let mut line: Vec<[f64; 2]> = plan.points_of(edge).iter().map(|p| p.map(rounded)).collect();
+        let mut line = plan_of(input, edge);
         let [a, b] = edge.nodes;
         for (back, [from, to]) in [(0, [a, b]), (1, [b, a])] {
             features.push(json!({
@@ -164,7 +171,40 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
             line.reverse();
         }
     }
+    let leads_away =
+        |e: &RouteEdgeRecord| !is_here(e) && e.nodes.iter().any(|&n| plan.nodes[n as usize].map_storey == map_storey);
+    features.extend(plan.edges.iter().enumerate().filter(|(_, e)| leads_away(e)).map(|(at, e)| way_up(input, at, e)));
     json!({"type": "FeatureCollection", "name": "route", "features": features})
+}
+
+/// A way to another storey, for whoever reads the file. It is a collection of one line, because Nav2 takes every line for an
+/// edge of its graph, and the other end of this one is in another storey's graph.
+fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord) -> Value {
+    let storey_of = |node: u32| input.plan.nodes[node as usize].map_storey;
+    let [from, to] = edge.nodes;
+    let mut metadata = Map::new();
+    metadata.insert("class".to_owned(), json!(edge_kind(edge).name()));
+    metadata.insert("length_m".to_owned(), json!(rounded(edge.length_m)));
+    metadata.insert("storeys".to_owned(), json!([storey_of(from), storey_of(to)]));
+    metadata.insert("nodes".to_owned(), json!([from, to]));
+    metadata.insert("usable".to_owned(), json!(edge.usable == 1));
+    metadata.extend(edge_of(input, edge).map(|guid| ("ifc_guid".to_owned(), json!(guid))));
+    metadata.extend(clear_width_m(input, edge).map(|width| ("clear_width_m".to_owned(), json!(width))));
+    metadata.extend(n_risers(edge).map(|n| ("n_risers".to_owned(), json!(n))));
+    let line: Vec<[f64; 3]> = input.plan.points_of(edge).iter().map(|p| p.map(rounded)).collect();
+    json!({
+        "type": "Feature",
+        "geometry": {"type": "GeometryCollection", "geometries": [{"type": "LineString", "coordinates": line}]},
+        "properties": {"id": edge_id(input, at), "frame": "map", "metadata": metadata},
+    })
+}
+
+fn plan_of(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Vec<[f64; 2]> {
+    input.plan.points_of(edge).iter().map(|[x, y, _]| [*x, *y].map(rounded)).collect()
+}
+
+fn n_risers(edge: &RouteEdgeRecord) -> Option<u32> {
+    (edge.n_risers != NONE).then_some(edge.n_risers)
 }
 
 fn node_kind(node: &RouteNodeRecord) -> NodeKind {
@@ -220,7 +260,14 @@ fn rise_m(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> f64 {
     rounded(to - from)
 }
 
+/// Clear width of a door with the leaves that count together, or of a flight of stairs.
 fn clear_width_m(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<f64> {
-    let door = input.site.doors.get(edge.of as usize).filter(|_| edge_kind(edge) == EdgeKind::Door);
-    door.map(|d| rounded(d.clear_width_m))
+    let width_m = match edge_kind(edge) {
+        EdgeKind::Door => {
+            let found = input.index.doors.iter().find(|d| d.door == edge.of).map(|d| d.clear_width_m);
+            found.or_else(|| input.site.doors.get(edge.of as usize).map(|d| d.clear_width_m))
+        }
+        _ => Some(edge.clear_width_m).filter(|width| *width > 0.0),
+    };
+    width_m.map(rounded)
 }

@@ -6,7 +6,7 @@ use frames::metres;
 use geometry::MultiPolygon;
 use messages::{
     AttributeKind, AttributeRecord, ClearWidth, DateSource, DoorPassage, DoorRecord, ElementRecord, NONE, PhaseHead,
-    SpaceRecord, StairRecord, element_flags, space_flags,
+    SpaceRecord, StairRecord, element_flags, space_flags, stair_flags,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -153,18 +153,24 @@ struct Door {
     overall_width_m: f64,
     /// OverallHeight, else the height of its body.
     overall_height_m: f64,
-    /// Width between what remains when it is open.
+    /// Width between what remains when it is open, together with the leaves beside it that this robot can have open.
     clear_width_m: f64,
     /// `lining_and_panel` or `assumed`.
     clear_width_from: &'static str,
     /// GlobalIds of the spaces it joins; null where there is none.
     spaces: [Option<String>; 2],
-    /// Whether the robot can pass, by map storey: `passable`, `cannot_open`, `too_narrow`, `closed_by_resolution`,
-    /// `absent`, `in_progress`.
+    /// GlobalIds of the leaves next to it in the same opening, without a mullion between them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    beside: Vec<String>,
+    /// Map storey on which it stands; null in a site without any.
+    storey: Option<u32>,
+    /// Whether the robot can pass, for each map storey whose slab it meets: `passable`, `absent` where it leaves a hole, or the
+    /// first reason why it is closed: `in_progress`, `no_floor`, `operation`, `too_narrow`, `no_opening`, `obstructed`,
+    /// `resolution`.
     passage: BTreeMap<u32, &'static str>,
 }
 
-/// Measures of a stair; nulls where the file does not tell.
+/// Measures of a stair; nulls where neither the file nor its body tells.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Stair {
     /// Number of risers.
@@ -175,6 +181,10 @@ struct Stair {
     riser_height_m: Option<f64>,
     /// Length of a tread.
     tread_length_m: Option<f64>,
+    /// Those of `n_risers`, `riser_height_m` and `tread_length_m` that are measured on its body, because the file has none or
+    /// one that the body contradicts.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    measured: Vec<&'static str>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -287,15 +297,19 @@ impl Door {
     fn of(input: &ExportInput<'_>, index: u32, door: &DoorRecord) -> Self {
         let site = input.site;
         let space = |s: u32| (s != NONE).then(|| site.text(site.spaces[s as usize].global_id).to_owned());
-        let records = input.index.doors.iter().filter(|d| d.door == index);
-        let passage = records.filter_map(|d| Some((d.map_storey, DoorPassage::from_id(d.passage)?.name())));
+        let records = || input.index.doors.iter().filter(|d| d.door == index);
+        let passage = records().filter_map(|d| Some((d.map_storey, DoorPassage::from_id(d.passage)?.name())));
+        let clear_width_m = records().next().map_or(door.clear_width_m, |d| d.clear_width_m);
+        let beside = door.beside.iter().filter_map(|&d| site.doors.get(d as usize));
         Self {
             operation_type: text_or_null(site.text(door.operation)),
             overall_width_m: rounded(door.overall_width_m),
             overall_height_m: rounded(door.overall_height_m),
-            clear_width_m: rounded(door.clear_width_m),
+            clear_width_m: rounded(clear_width_m),
             clear_width_from: clear_width_word(door),
             spaces: door.spaces.map(space),
+            beside: beside.map(|d| site.text(site.elements[d.element as usize].global_id).to_owned()).collect(),
+            storey: (door.map_storey != NONE).then_some(door.map_storey),
             passage: passage.collect(),
         }
     }
@@ -309,11 +323,18 @@ impl Stair {
     fn of(stair: &StairRecord) -> Self {
         let count = |n: u32| (n != NONE).then_some(n);
         let length = |m: f64| (m > 0.0).then(|| rounded(m));
+        let measured = [
+            (stair_flags::RISERS_MEASURED, "n_risers"),
+            (stair_flags::RISER_HEIGHT_MEASURED, "riser_height_m"),
+            (stair_flags::TREAD_LENGTH_MEASURED, "tread_length_m"),
+        ];
+        let measured = measured.into_iter();
         Self {
             n_risers: count(stair.n_risers),
             n_treads: count(stair.n_treads),
             riser_height_m: length(stair.riser_height_m),
             tread_length_m: length(stair.tread_length_m),
+            measured: measured.filter(|(flag, _)| stair.flags & flag != 0).map(|(_, name)| name).collect(),
         }
     }
 }

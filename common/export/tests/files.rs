@@ -77,3 +77,52 @@ fn the_manifest_is_last_and_names_every_other_file() {
     written.sort_unstable();
     assert_eq!(named, written);
 }
+
+fn json_of(files: &[ExportFile], path: &str) -> serde_json::Value {
+    serde_json::from_slice(&files.iter().find(|f| f.path == path).unwrap().bytes).unwrap()
+}
+
+#[test]
+fn a_door_is_reported_once_on_the_storey_on_which_it_stands() {
+    let files = files(&support::house());
+    let report = json_of(&files, "report.json");
+    let doors = report["doors"].as_array().unwrap();
+    assert_eq!((doors.len(), &doors[0]["storey"], &doors[0]["passage"]), (1, &0.into(), &"too_narrow".into()));
+    let reasons = serde_json::json!([{
+        "code": "too_narrow",
+        "text": "clear width 0.50 m, this robot needs 0.70 m",
+        "needed_m": 0.7,
+        "found_m": 0.5,
+    }]);
+    assert_eq!(doors[0]["reasons"], reasons);
+}
+
+#[test]
+fn closed_doors_are_red() {
+    let files = files(&support::house());
+    let picture = files.iter().find(|f| f.path.ends_with("semantic.png")).unwrap();
+    let ([width, height], pixels) = decoded(&picture.bytes);
+    let door = 3 * ((height - 1) * width + 1) as usize;
+    assert_eq!(pixels[door..door + 3], [255, 0, 0]);
+}
+
+#[test]
+fn stairs_have_their_way_length_width_and_risers() {
+    let files = files(&support::house());
+    let graph = json_of(&files, "site-graph.json");
+    let stair = graph["edges"].as_array().unwrap().iter().find(|e| e["class"] == "stair").unwrap();
+    assert_eq!((&stair["clear_width_m"], &stair["n_risers"]), (&1.1.into(), &12.into()));
+    assert_eq!(stair["line_m"], serde_json::json!([[2.25, 1.75], [2.5, 1.5], [2.75, 1.75]]));
+    assert_eq!(stair["line_z_m"], serde_json::json!([0.1, 0.28, 0.46]));
+    let route = files.iter().find(|f| f.path.ends_with("route.geojson")).unwrap();
+    let route: serde_json::Value = serde_json::from_slice(&route.bytes).unwrap();
+    let away = route["features"].as_array().unwrap().iter().find(|f| f["geometry"]["type"] == "GeometryCollection");
+    let away = away.unwrap();
+    let line = serde_json::json!([[2.25, 1.75, 0.1], [2.5, 1.5, 0.28], [2.75, 1.75, 0.46]]);
+    assert_eq!(away["geometry"]["geometries"][0]["coordinates"], line);
+    let metadata = &away["properties"]["metadata"];
+    assert_eq!(
+        (&metadata["length_m"], &metadata["clear_width_m"], &metadata["n_risers"]),
+        (&0.5.into(), &1.1.into(), &12.into())
+    );
+}

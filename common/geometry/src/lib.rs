@@ -21,6 +21,7 @@ mod section;
 mod sheets;
 mod slab;
 mod surfaces;
+mod treads;
 
 pub use convex_partition::convex_partition;
 pub use floor_faces::{floor_faces, upward_triangles};
@@ -34,3 +35,4 @@ pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, ring_area_doubled}
 pub use section::{Section, section};
 pub use slab::{Slab, clip_to_slab};
 pub use surfaces::{SurfacePoint, Surfaces, surface_points};
+pub use treads::{Tread, treads};

@@ -2,6 +2,7 @@
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionPlan, layout, seal, write_table};
 use crate::robot::RobotProfile;
+use crate::site_records::BoxRecord;
 use bytemuck::{Pod, Zeroable};
 
 mod section {
@@ -54,10 +55,23 @@ pub struct DoorPassageRecord {
     pub sides_with_floor: u32,
     /// Width of the narrowest row of free cells through it, in metres.
     pub width_in_map_m: f64,
+    /// Clear width of the leaves that count together, this door among them, in metres.
+    pub clear_width_m: f64,
+    /// Width that obstacles leave of the way through it, whatever the resolution, in metres. Measured where the cells are
+    /// too narrow, else 0.
+    pub width_between_obstacles_m: f64,
+    /// A resolution at which it is passable, in metres, where the resolution alone closes it; else 0.
+    pub needed_resolution_m: f64,
+    /// The way through it: the passages of the leaves that count together.
+    pub way: BoxRecord,
+    /// Every reason for which it is closed: a bit for each [`DoorPassage`], see [`DoorPassage::bit`].
+    pub reasons: u32,
+    /// Element that stands in the way, or `NONE`.
+    pub obstacle: u32,
 }
-const _: () = assert!(size_of::<DoorPassageRecord>() == 24);
+const _: () = assert!(size_of::<DoorPassageRecord>() == 104);
 
-/// Whether a robot can pass a door.
+/// Whether a robot can pass a door, and the first reason if it cannot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum DoorPassage {
@@ -73,25 +87,57 @@ pub enum DoorPassage {
     Absent = 4,
     /// It is being hung or taken down.
     InProgress = 5,
+    /// There is no floor of the storey on either of its sides.
+    NoFloor = 6,
+    /// The wall that it stands in has no opening there.
+    NoOpening = 7,
+    /// An element stands in the way.
+    Obstructed = 8,
 }
 
 impl DoorPassage {
     /// The passage with this number.
     pub fn from_id(id: u32) -> Option<Self> {
+        [Self::Passable, Self::Absent].into_iter().chain(Self::REASONS).find(|p| *p as u32 == id)
+    }
+
+    /// Those that keep a robot out, from the one that matters most.
+    const REASONS: [Self; 7] = {
         use DoorPassage::*;
-        [Passable, CannotOpen, TooNarrow, ClosedByResolution, Absent, InProgress].get(id as usize).copied()
+        [InProgress, NoFloor, CannotOpen, TooNarrow, NoOpening, Obstructed, ClosedByResolution]
+    };
+
+    /// Its bit in [`DoorPassageRecord::reasons`].
+    pub fn bit(self) -> u32 {
+        1 << self as u32
+    }
+
+    /// True if the door keeps this robot out. One that is not there leaves a hole.
+    pub fn is_closed(self) -> bool {
+        !matches!(self, Self::Passable | Self::Absent)
     }
 
     /// Its word in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Passable => "passable",
-            Self::CannotOpen => "cannot_open",
+            Self::CannotOpen => "operation",
             Self::TooNarrow => "too_narrow",
-            Self::ClosedByResolution => "closed_by_resolution",
+            Self::ClosedByResolution => "resolution",
             Self::Absent => "absent",
             Self::InProgress => "in_progress",
+            Self::NoFloor => "no_floor",
+            Self::NoOpening => "no_opening",
+            Self::Obstructed => "obstructed",
         }
+    }
+}
+
+impl DoorPassageRecord {
+    /// Every reason for which it is closed, the first first.
+    pub fn closed_by(&self) -> impl Iterator<Item = DoorPassage> + use<> {
+        let reasons = self.reasons;
+        DoorPassage::REASONS.into_iter().filter(move |p| reasons & p.bit() != 0)
     }
 }
 

@@ -39,7 +39,7 @@ pub struct Plan<'a> {
     /// Ways between them.
     pub edges: &'a [RouteEdgeRecord],
     /// Points of the edges in `map`, in metres.
-    pub points: &'a [[f64; 2]],
+    pub points: &'a [[f64; 3]],
     /// What somebody should know.
     pub diagnostics: &'a [DiagnosticRecord],
     /// Parts of the floors of at least [`FloorPartRecord::LEAST_M2`], storey by storey, from large to small.
@@ -94,7 +94,7 @@ impl<'a> Plan<'a> {
     }
 
     /// The points of an edge, from its first node to its second.
-    pub fn points_of(&self, edge: &RouteEdgeRecord) -> &'a [[f64; 2]] {
+    pub fn points_of(&self, edge: &RouteEdgeRecord) -> &'a [[f64; 3]] {
         &self.points[edge.first_point as usize..][..edge.n_points as usize]
     }
 
@@ -106,6 +106,7 @@ impl<'a> Plan<'a> {
         // Places that pictures and files are made from are numbers.
         let finite = self.waypoints.iter().all(|w| w.position_in_map_m.iter().all(|c| c.is_finite()))
             && self.tour_points.as_flattened().iter().all(|c| c.is_finite())
+            && self.points.as_flattened().iter().all(|c| c.is_finite())
             && self.floor_parts.iter().flat_map(|p| [p.area_m2, p.room_m2, p.at_m[0], p.at_m[1]]).all(f64::is_finite);
         let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
         let mut texts = self.spaces.iter().map(|s| s.reason).chain(diagnostics);
@@ -152,7 +153,7 @@ pub struct PlanBuilder {
     /// Ways between them.
     pub edges: Vec<RouteEdgeRecord>,
     /// Points of the edges.
-    pub points: Vec<[f64; 2]>,
+    pub points: Vec<[f64; 3]>,
     /// What somebody should know.
     pub diagnostics: Vec<DiagnosticRecord>,
     /// Parts of the floors, storey by storey, from large to small.

@@ -361,12 +361,14 @@ impl EdgeKind {
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct RouteEdgeRecord {
-    /// Length of the way.
+    /// Length of the way; between storeys as walked, up the slope.
     pub length_m: f64,
     /// Least distance to a cell that is not free; 0 between storeys.
     pub clearance_m: f64,
     /// How steep a ramp between storeys is where it is steepest; 0 for everything else.
     pub slope_rad: f64,
+    /// Clear width of a flight of stairs where it is narrowest, in metres; 0 if unknown and for everything else.
+    pub clear_width_m: f64,
     /// Nodes at its ends.
     pub nodes: [u32; 2],
     /// [`EdgeKind`] as a number.
@@ -380,7 +382,7 @@ pub struct RouteEdgeRecord {
     pub n_points: u32,
     /// 1 if this robot can take it.
     pub usable: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Risers between its ends, for a stair; `NONE` if unknown and for everything else.
+    pub n_risers: u32,
 }
-const _: () = assert!(size_of::<RouteEdgeRecord>() == 56);
+const _: () = assert!(size_of::<RouteEdgeRecord>() == 64);

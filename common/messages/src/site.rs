@@ -285,6 +285,8 @@ impl<'a> Site<'a> {
                 (d.element as usize) < elements
                     && optional(d.opening, self.openings.len())
                     && d.spaces.iter().all(|&s| optional(s, spaces))
+                    && d.beside.iter().all(|&beside| optional(beside, self.doors.len()))
+                    && optional(d.map_storey, self.map_storeys.len())
                     && fits(d.hanging.first_panel, d.hanging.n_panels, self.panels.len())
             }),
             "a door",

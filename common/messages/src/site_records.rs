@@ -352,12 +352,19 @@ pub struct DoorRecord {
     pub overall_height_m: f64,
     /// Width between what remains when it is open, in metres.
     pub clear_width_m: f64,
-    /// Its passage: the opening's width, the wall's thickness.
+    /// Its passage: the opening's width, or its part of an opening of several doors, and the wall's thickness.
     pub passage: BoxRecord,
     /// How it hangs.
     pub hanging: DoorHanging,
+    /// The doors that follow it against and along the direction of its passage without a mullion or anything else between
+    /// them, or `NONE`: leaves of one opening, whose clear widths count together.
+    pub beside: [u32; 2],
+    /// Map storey on which it stands, by the height of its threshold, or `NONE` in a site without any.
+    pub map_storey: u32,
+    /// Zero.
+    pub reserved: u32,
 }
-const _: () = assert!(size_of::<DoorRecord>() == 160);
+const _: () = assert!(size_of::<DoorRecord>() == 176);
 
 /// How a door hangs: what its operation type is said of.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
@@ -411,14 +418,24 @@ pub struct StairRecord {
     pub n_risers: u32,
     /// Treads, or `NONE`.
     pub n_treads: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Bits of [`stair_flags`].
+    pub flags: u32,
     /// Riser height in metres, 0 if unknown.
     pub riser_height_m: f64,
     /// Tread length in metres, 0 if unknown.
     pub tread_length_m: f64,
 }
 const _: () = assert!(size_of::<StairRecord>() == 32);
+
+/// Bits of [`StairRecord::flags`]: what is measured on its body, because the file has no figure or one that cannot be.
+pub mod stair_flags {
+    /// The number of risers.
+    pub const RISERS_MEASURED: u32 = 1;
+    /// The riser height.
+    pub const RISER_HEIGHT_MEASURED: u32 = 2;
+    /// The tread length.
+    pub const TREAD_LENGTH_MEASURED: u32 = 4;
+}
 
 /// An element bounds or touches a space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]

@@ -209,7 +209,7 @@ struct Side {
     at_s: i64,
     stands: Vec<bool>,
     blocked: Vec<bool>,
-    /// Passage of each door, on the storey where it is best.
+    /// Passage of each door, on the storey on which it stands.
     doors: Vec<DoorPassage>,
     /// Why each space has no waypoint; empty if it has one.
     reasons: Vec<String>,
@@ -228,11 +228,8 @@ impl Side {
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
         with_maps(site, &phase, rasterizer, robot, &PlanOptions::centres_only(), |maps| {
             let mut doors = vec![DoorPassage::Absent; site.doors.len()];
-            for record in maps.index.doors {
-                let passage = DoorPassage::from_id(record.passage).unwrap_or(DoorPassage::Absent);
-                if passage == DoorPassage::Passable || doors[record.door as usize] == DoorPassage::Absent {
-                    doors[record.door as usize] = passage;
-                }
+            for record in export::each_door(site, maps.index.doors) {
+                doors[record.door as usize] = DoorPassage::from_id(record.passage).unwrap_or(DoorPassage::Absent);
             }
             Ok(Self {
                 at_s,

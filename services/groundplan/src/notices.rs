@@ -2,7 +2,7 @@
 
 use export::ExportInput;
 use frames::metres;
-use messages::{DiagnosticRecord, DoorPassage, DoorPassageRecord, FloorKind, Grid, NONE, Phase, Site};
+use messages::{DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, Phase, Site};
 
 /// The notices, worst first.
 pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
@@ -29,10 +29,9 @@ pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
         let (code, message) = (input.plan.text(diagnostic.code), input.plan.text(diagnostic.message));
         kinds.add(code, format!("error: {message}"));
     }
-    for record in input.index.doors {
-        let passage = DoorPassage::from_id(record.passage).unwrap_or(DoorPassage::Absent);
-        if ![DoorPassage::Passable, DoorPassage::Absent].contains(&passage) {
-            kinds.add(passage.name(), of_door(site, record, passage));
+    for record in export::each_door(site, input.index.doors) {
+        if let Some(first) = record.closed_by().next() {
+            kinds.add(&format!("door {}", first.name()), of_door(input, &record));
         }
     }
     kinds.lines()
@@ -79,17 +78,14 @@ fn about(who: &[&str], message: &str) -> String {
     if words.is_empty() { message.to_owned() } else { format!("{}: {message}", words.join(" ")) }
 }
 
-fn of_door(site: &Site<'_>, record: &DoorPassageRecord, passage: DoorPassage) -> String {
-    let door = &site.doors[record.door as usize];
-    let element = &site.elements[door.element as usize];
-    let why = match passage {
-        DoorPassage::CannotOpen => format!("the robot does not open {}", site.text(door.operation)),
-        DoorPassage::TooNarrow => format!("clear width {:.2} m is too narrow", door.clear_width_m),
-        DoorPassage::InProgress => "it is being worked on".to_owned(),
-        DoorPassage::ClosedByResolution => format!("{:.2} m of it are open in the map", record.width_in_map_m),
-        DoorPassage::Absent | DoorPassage::Passable => "it does not stand".to_owned(),
-    };
-    format!("door closed: {}", about(&[site.text(element.global_id), site.text(element.name)], &why))
+fn of_door(input: &ExportInput<'_>, record: &DoorPassageRecord) -> String {
+    let site = input.site;
+    let element = &site.elements[site.doors[record.door as usize].element as usize];
+    let reason = |reason| export::reason_text(site, &input.index.head.robot, record, reason);
+    let why: Vec<String> = record.closed_by().map(reason).collect();
+    let on_storey = format!("on {}", site.text(site.map_storeys[record.map_storey as usize].name));
+    let who = [site.text(element.global_id), site.text(element.name), &on_storey];
+    format!("door closed: {}", about(&who, &why.join("; ")))
 }
 
 /// Findings by kind, in the order of each kind's first.

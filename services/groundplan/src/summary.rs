@@ -3,7 +3,7 @@
 use crate::notices::notices;
 use export::{ExportInput, FloorReach, SiteFrameFile, space_name, text_or_null};
 use frames::{counted, metres};
-use messages::{DoorPassage, FloorKind, Site};
+use messages::{DoorPassage, DoorPassageRecord, FloorKind, Site};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -218,10 +218,9 @@ fn storey_line(input: &ExportInput<'_>, grid: &messages::Grid<'_>) -> StoreyLine
     let index = grid.head.map_storey;
     let record = &input.site.map_storeys[index as usize];
     let cell_m2 = metres(grid.head.cell_tenths) * metres(grid.head.cell_tenths);
-    let is_open = |d: &messages::DoorPassageRecord| {
-        [DoorPassage::Passable as u32, DoorPassage::Absent as u32].contains(&d.passage)
-    };
-    let closed = input.index.doors.iter().filter(|d| d.map_storey == index && !is_open(d));
+    let is_closed = |d: &DoorPassageRecord| DoorPassage::from_id(d.passage).is_some_and(DoorPassage::is_closed);
+    let doors = export::each_door(input.site, input.index.doors);
+    let closed = doors.iter().filter(|d| d.map_storey == index && is_closed(d));
     StoreyLine {
         index,
         name: text_or_null(input.site.text(record.name)),

@@ -11,6 +11,7 @@ use crate::schedule::add_schedule;
 use crate::site_frame::SiteFrame;
 use crate::spaces::add_spaces;
 use crate::split_levels::{Access, Surroundings, add_levels};
+use crate::stairs::add_stairs;
 use crate::storeys::{Building, Candidate, Fate, MapStorey, SpaceFloor, map_storeys};
 use frames::{TENTHS_PER_M, metres, tenths};
 use geometry::{Bounds, MeshView, upward_triangles};
@@ -32,6 +33,7 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
     add_head(&mut builder, merged, frame);
     add_sources(&mut builder, files, merged);
     add_elements(&mut builder, merged, frame);
+    add_stairs(&mut builder, merged);
     let floors = add_spaces(&mut builder, merged, frame);
     let (mut mapped, fates) = find_storeys(&builder, merged, &floors, frame);
     let n_left_out = find_levels(&builder, merged, &floors, &mut mapped, &fates);
@@ -116,7 +118,6 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
             let text = builder.texts.add(material);
             builder.materials.push(text);
         }
-        let stair = add_stair(builder, index, element.stair.as_ref());
         let body_range = body.unwrap_or(Body { first_part: 0, n_parts: 0, min: [0; 3], max: [0; 3] });
         let record = ElementRecord {
             global_id: builder.texts.add(&element.id.global_id),
@@ -136,7 +137,7 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
             storey: element.storey.map_or(NONE, |k| k as u32),
             space: element.space.map_or(NONE, |k| k as u32),
             door: NONE,
-            stair,
+            stair: NONE,
             source,
             step_id: element.id.step_id,
             class: u32::from(class_of(elements, index).id()),
@@ -153,19 +154,6 @@ fn out_of_reach(id: &Named, ifc_type: &str) -> Diagnostic {
         entity: Some(id.clone()),
         message: format!("{ifc_type} lies farther than 107 km from the rest of the building and is left out"),
     }
-}
-
-fn add_stair(builder: &mut SiteBuilder, element: usize, stair: Option<&ifc::Stair>) -> u32 {
-    let Some(stair) = stair else { return NONE };
-    builder.stairs.push(StairRecord {
-        element: element as u32,
-        n_risers: stair.n_risers.unwrap_or(NONE),
-        n_treads: stair.n_treads.unwrap_or(NONE),
-        reserved: 0,
-        riser_height_m: stair.riser_height_m.unwrap_or(0.0),
-        tread_length_m: stair.tread_length_m.unwrap_or(0.0),
-    });
-    builder.stairs.len() as u32 - 1
 }
 
 /// Writes properties: (first record, number of records).

@@ -1,13 +1,27 @@
 //! What a door lets through: how it opens, how wide, between which spaces.
 
+use frames::TENTHS_PER_M;
 use geometry::{MultiPolygon, OrientedBox};
-use messages::{ClearWidth, Opens};
+use messages::{ClearWidth, NONE, Opens, SiteBuilder};
 
 /// Frame and leaf take this much of a door's width where the model says nothing of them.
 const ASSUMED_LOSS_M: f64 = 0.10;
 
 /// Distances from the wall's faces at which the spaces of a door are looked for, in tenths of a millimetre.
 const PROBES: [f64; 3] = [1_000.0, 3_000.0, 6_000.0];
+
+/// Floors whose distances from a threshold differ by less are equally near.
+const SAME_DISTANCE: i32 = TENTHS_PER_M / 50;
+
+/// The map storey on which a door stands: the one whose floor is nearest to its threshold, of equally near ones that of the
+/// storey which contains it. [`NONE`] in a site without map storeys.
+pub(crate) fn map_storey_of(builder: &SiteBuilder, threshold_z: i32, storey: u32) -> u32 {
+    let far = |k: usize| (i64::from(builder.map_storeys[k].floor_z_tenths) - i64::from(threshold_z)).abs();
+    let Some(nearest) = (0..builder.map_storeys.len()).min_by_key(|&k| far(k)) else { return NONE };
+    let containing = builder.storeys.get(storey as usize).map_or(NONE, |s| s.map_storey);
+    let is_as_near = |k: u32| k != NONE && far(k as usize) - far(nearest) <= i64::from(SAME_DISTANCE);
+    if is_as_near(containing) { containing } else { nearest as u32 }
+}
 
 /// How a door opens, by its operation type; `None` if it does not open. Unknown operations count as swing.
 pub(crate) fn opens(operation: &str, predefined_type: &str) -> Option<Opens> {
@@ -61,7 +75,9 @@ pub(crate) fn joined_spaces(passage: &OrientedBox, spaces: &[(usize, &MultiPolyg
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bytemuck::Zeroable;
     use geometry::{FillRule, union};
+    use messages::{MapStoreyRecord, StoreyRecord};
 
     #[test]
     fn operations_of_all_schemas_are_understood() {
@@ -80,6 +96,21 @@ mod tests {
         }
         assert_eq!(opens("SINGLE_SWING_LEFT", "TRAPDOOR"), None);
         assert!(!operation_is_known("NOTDEFINED") && operation_is_known("SWING_FIXED_LEFT"));
+    }
+
+    #[test]
+    fn a_door_stands_on_the_floor_that_is_nearest_to_its_threshold() {
+        let mut builder = SiteBuilder::default();
+        for floor_z_tenths in [-4_500, 0, 1_300, 28_000] {
+            builder.map_storeys.push(MapStoreyRecord { floor_z_tenths, ..MapStoreyRecord::zeroed() });
+        }
+        // The storey of the file is that of the second floor; its levels are map storeys of their own.
+        builder.storeys.push(StoreyRecord { map_storey: 1, ..StoreyRecord::zeroed() });
+        let storey = |threshold_z: i32| map_storey_of(&builder, threshold_z, 0);
+        assert_eq!([-4_500, -4_300, 0, 100, 1_290, 27_000].map(storey), [0, 0, 1, 1, 2, 3]);
+        assert_eq!((storey(-2_250), storey(650)), (1, 1), "halfway the storey that contains it decides");
+        assert_eq!(map_storey_of(&builder, -2_260, NONE), 0);
+        assert_eq!(map_storey_of(&SiteBuilder::default(), 0, NONE), NONE);
     }
 
     #[test]

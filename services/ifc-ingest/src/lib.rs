@@ -9,6 +9,7 @@ mod contacts;
 mod doors;
 mod error;
 mod join;
+mod leaves;
 mod levels;
 mod merge;
 mod meshes;
@@ -19,6 +20,7 @@ pub mod service;
 mod site_frame;
 mod spaces;
 mod split_levels;
+mod stairs;
 mod storeys;
 mod walkable;
 

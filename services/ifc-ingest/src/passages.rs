@@ -2,7 +2,8 @@
 
 use crate::assemble::add_diagnostic;
 use crate::classify::is_a;
-use crate::doors::{clear_width_m, joined_spaces, opens, operation_is_known};
+use crate::doors::{clear_width_m, joined_spaces, map_storey_of, opens, operation_is_known};
+use crate::leaves::join_leaves;
 use crate::merge::Merged;
 use crate::meshes::points_in_map;
 use crate::openings::plan_of_opening;
@@ -11,7 +12,7 @@ use crate::storeys::SpaceFloor;
 use frames::{Map, TENTHS_PER_M, UprightRigid3, World, metres};
 use geometry::{MultiPolygon, OrientedBox, Point};
 use ifc::{Diagnostic, Element, Severity};
-use messages::{BoxRecord, DoorHanging, DoorPanelRecord, DoorRecord, NONE, OpeningRecord, SiteBuilder};
+use messages::{BoxRecord, DoorHanging, DoorPanelRecord, DoorRecord, NONE, OpeningRecord, SiteBuilder, element_flags};
 
 /// A door and a space whose floors are this near are on one level.
 const ONE_LEVEL: i32 = TENTHS_PER_M / 2;
@@ -27,11 +28,16 @@ pub(crate) fn add_openings_and_doors(
         let record = opening_record(builder, merged, opening, &frame.map_from_world);
         builder.openings.push(record);
     }
+    let mut n_doors = vec![0; builder.openings.len()];
+    let doors = merged.model.elements.iter().filter(|e| e.door.is_some());
+    doors.filter_map(|e| e.fills).for_each(|opening| n_doors[opening] += 1);
     for (index, element) in merged.model.elements.iter().enumerate() {
         if let Some(door) = &element.door {
-            add_door(builder, floors, frame, index, element, door);
+            let is_shared = element.fills.is_some_and(|opening| n_doors[opening] > 1);
+            add_door(builder, floors, frame, (index, element), door, is_shared);
         }
     }
+    join_leaves(builder);
 }
 
 fn opening_record(
@@ -64,9 +70,9 @@ fn add_door(
     builder: &mut SiteBuilder,
     floors: &[Option<SpaceFloor>],
     frame: SiteFrame,
-    index: usize,
-    element: &Element,
+    (index, element): (usize, &Element),
     door: &ifc::Door,
+    shares_opening: bool,
 ) {
     let record = builder.elements[index];
     let opening = element.fills.map(|k| (k, builder.openings[k])).filter(|(_, o)| o.plan.half[0] > 0.0);
@@ -75,7 +81,11 @@ fn add_door(
         .flat_map(|m| m.vertices.iter().map(|v| [v[0], v[1]]))
         .collect();
     let own = || door_box(&body, axis_of(element, &frame.map_from_world), door.overall_width_m);
-    let passage = opening.map(|(_, o)| o.plan.to_box()).or_else(own);
+    let passage = match opening {
+        Some((_, o)) if shares_opening => Some(part_of_opening(&o.plan.to_box(), &body)),
+        Some((_, o)) => Some(o.plan.to_box()),
+        None => own(),
+    };
     let overall_width_m = door.overall_width_m.filter(|w| *w > 0.0);
     let overall_width_m = overall_width_m.or(passage.map(|p| 2.0 * p.half[0] / f64::from(TENTHS_PER_M))).unwrap_or(0.0);
     let height = door.overall_height_m.filter(|h| *h > 0.0);
@@ -94,6 +104,9 @@ fn add_door(
         .filter_map(|(k, f)| f.as_ref().filter(|f| (f.z - bottom).abs() <= ONE_LEVEL).map(|f| (k, &f.polygon)))
         .collect();
     let spaces = passage.map_or([None; 2], |p| joined_spaces(&p, &level));
+    let has_body = record.n_parts > 0 && !record.has(element_flags::BOUNDING_BOX);
+    let sill = if has_body { record.min_tenths[2] } else { bottom };
+    let map_storey = map_storey_of(builder, sill, record.storey);
     builder.elements[index].door = builder.doors.len() as u32;
     let operation_text = builder.texts.add(&door.operation_type);
     let hanging = hanging_of(builder, door, &frame.map_from_world);
@@ -109,6 +122,9 @@ fn add_door(
         clear_width_m,
         passage: passage.map_or_else(BoxRecord::default, BoxRecord::from),
         hanging,
+        beside: [NONE; 2],
+        map_storey,
+        reserved: 0,
     });
 }
 
@@ -134,6 +150,20 @@ fn hanging_of(builder: &mut SiteBuilder, door: &ifc::Door, map_from_world: &Upri
         first_panel,
         n_panels: door.panels.len() as u32,
     }
+}
+
+/// What a door takes of an opening that it shares with others.
+fn part_of_opening(opening: &OrientedBox, body: &[Point]) -> OrientedBox {
+    let Some(own) = OrientedBox::around(body.iter().copied(), opening.axis) else { return *opening };
+    let along = |b: &OrientedBox| b.centre[0] * b.axis[0] + b.centre[1] * b.axis[1];
+    let middle = along(opening);
+    let low = (along(&own) - own.half[0]).max(middle - opening.half[0]);
+    let high = (along(&own) + own.half[0]).min(middle + opening.half[0]);
+    if low >= high {
+        return *opening;
+    }
+    let centre = opening.at((low + high) / 2.0 - middle, 0.0);
+    OrientedBox { centre, axis: opening.axis, half: [(high - low) / 2.0, opening.half[1]] }
 }
 
 /// The box of a door without an opening: along the placement's axis whose extent is nearest to the door's width.

@@ -1,6 +1,7 @@
 //! The archive of a plan.
 
 use crate::centre::sensor_height_m;
+use crate::climb::climb;
 use crate::ground::Ground;
 use crate::plan::PlanInput;
 use crate::portals::Portal;
@@ -187,18 +188,20 @@ fn add_graph(
         }
         for edge in &plan.graph.edges {
             let first_point = builder.points.len() as u32;
-            builder.points.extend(edge.line.iter().map(|p| [p.x_m, p.y_m]));
+            let floor_m = metres(input.grids[at].head.floor_z_tenths);
+            builder.points.extend(edge.line.iter().map(|p| [p.x_m, p.y_m, floor_m]));
             builder.edges.push(RouteEdgeRecord {
                 length_m: edge.length_m,
                 clearance_m: edge.clearance_m,
                 slope_rad: 0.0,
+                clear_width_m: 0.0,
                 nodes: edge.nodes.map(|n| (first + n) as u32),
                 kind: edge.kind as u32,
                 of: edge.door,
                 first_point,
                 n_points: edge.line.len() as u32,
                 usable: 1,
-                reserved: 0,
+                n_risers: NONE,
             });
         }
     }
@@ -222,21 +225,27 @@ fn add_graph(
             }) as u32
         });
         let first_point = builder.points.len() as u32;
-        builder.points.extend(portal.ends.map(|end| {
+        let ends = portal.ends.map(|end| {
             let at = grounds[end.storey].middle(end.cell);
-            [at.x_m, at.y_m]
-        }));
+            [at.x_m, at.y_m, metres(input.grids[end.storey].head.floor_z_tenths)]
+        });
+        let is_stepped = matches!(portal.kind, EdgeKind::Stair | EdgeKind::Escalator);
+        let climb = is_stepped.then(|| climb(input.site, input.phase, portal.element, ends)).flatten();
+        let line = climb.as_ref().map_or(ends.as_slice(), |climb| &climb.line);
+        builder.points.extend_from_slice(line);
+        let n_points = line.len() as u32;
         builder.edges.push(RouteEdgeRecord {
-            length_m: portal.length_m,
+            length_m: climb.as_ref().map_or(portal.length_m, |climb| climb.walked_m),
             clearance_m: 0.0,
             slope_rad: portal.slope_rad,
+            clear_width_m: climb.as_ref().map_or(0.0, |climb| climb.clear_width_m),
             nodes,
             kind: portal.kind as u32,
             of: portal.element as u32,
             first_point,
-            n_points: 2,
+            n_points,
             usable: u32::from(portal.usable),
-            reserved: 0,
+            n_risers: climb.filter(|_| portal.kind == EdgeKind::Stair).map_or(NONE, |climb| climb.n_risers),
         });
     }
     debug_assert!(builder.edges.iter().all(|e| EdgeKind::from_id(e.kind).is_some()));

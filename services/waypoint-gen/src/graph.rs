@@ -4,7 +4,7 @@ use crate::centre::Storey;
 use crate::skeleton::{Chain, skeleton, trace};
 use crate::walk::{Walk, length_m};
 use frames::{Map, Point2, TENTHS_PER_M};
-use messages::{DoorPassage, EdgeKind, NONE, NodeKind};
+use messages::{DoorPassage, DoorPassageRecord, EdgeKind, NONE, NodeKind};
 
 /// A place of the graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,8 +49,11 @@ const TOLERANCE: f64 = 1.5;
 /// pass.
 pub(crate) fn graph(storey: &Storey<'_>, walk: &Walk, anchors: Vec<Anchor>) -> Graph {
     let anchors = anchors.into_iter().filter_map(|a| walk.cell_near(a.at).map(|cell| (cell, a)));
-    let doors =
-        storey.passages.iter().filter_map(|p| door_anchor(storey, walk, p.door, DoorPassage::from_id(p.passage)?));
+    let doors = storey.passages.iter().enumerate().filter_map(|(at, passage)| {
+        // Leaves that count together are one way.
+        let is_known = storey.passages[..at].iter().any(|before| is_same_way(before, passage));
+        door_anchor(storey, walk, passage).filter(|_| !is_known)
+    });
     let mut nodes: Vec<Node> = Vec::new();
     let mut cells: Vec<usize> = Vec::new();
     for (cell, anchor) in anchors.chain(doors) {
@@ -76,12 +79,23 @@ pub(crate) fn graph(storey: &Storey<'_>, walk: &Walk, anchors: Vec<Anchor>) -> G
     graph
 }
 
+/// True if a robot goes through both at once: leaves of one opening that count together.
+fn is_same_way(a: &DoorPassageRecord, b: &DoorPassageRecord) -> bool {
+    // The axis of one may run the other way, so that sums differ in their last digits.
+    let near = |a: [f64; 2], b: [f64; 2]| (0..2).all(|k| (a[k] - b[k]).abs() < 1.0);
+    is_open(a) && is_open(b) && near(a.way.centre, b.way.centre) && near(a.way.half, b.way.half)
+}
+
+fn is_open(passage: &DoorPassageRecord) -> bool {
+    DoorPassage::from_id(passage.passage).is_some_and(|p| !p.is_closed())
+}
+
 /// The node in a passage: the place nearest to its middle that the robot can get to inside of it.
-fn door_anchor(storey: &Storey<'_>, walk: &Walk, door: u32, passage: DoorPassage) -> Option<(usize, Anchor)> {
-    if !matches!(passage, DoorPassage::Passable | DoorPassage::Absent) {
+fn door_anchor(storey: &Storey<'_>, walk: &Walk, passage: &DoorPassageRecord) -> Option<(usize, Anchor)> {
+    if !is_open(passage) {
         return None;
     }
-    let plan = storey.site.doors[door as usize].passage.to_box();
+    let (door, plan) = (passage.door, passage.way.to_box());
     let tenths = f64::from(TENTHS_PER_M);
     let cell_tenths = f64::from(storey.ground.spec.cell_tenths);
     let steps = |half: f64| (half / cell_tenths).ceil() as i32 * 2;
@@ -251,12 +265,15 @@ mod tests {
             element: 1,
             opening: NONE,
             spaces: [NONE; 2],
+            beside: [NONE; 2],
+            map_storey: NONE,
             passage: BoxRecord { centre: [22_000.0, 11_000.0], axis: [0.0, 1.0], half: [4_000.0, 1_000.0] },
             ..Zeroable::zeroed()
         });
         let (site, buffer) = (builder.finish(), drawn(&rooms()));
         let (site, grid) = (Site::open(site.bytes()).unwrap(), Grid::open(buffer.bytes()).unwrap());
-        let passage = DoorPassageRecord { door: 0, passage: passage as u32, ..Zeroable::zeroed() };
+        let way = builder.doors[0].passage;
+        let passage = DoorPassageRecord { door: 0, passage: passage as u32, way, ..Zeroable::zeroed() };
         (graph_on(&site, &grid, 0.2, &[passage], &anchors), buffer)
     }
 

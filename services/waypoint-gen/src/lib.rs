@@ -3,6 +3,7 @@
 mod options;
 
 mod changed;
+mod climb;
 mod ground;
 mod portals;
 mod reached;

@@ -72,8 +72,7 @@ pub(crate) fn mesh_check(storey: &Storey<'_>, wanted: &Wanted<'_>, scans: &Scans
 fn stands(storey: &Storey<'_>, element: usize) -> bool {
     let door = storey.site.elements[element].door;
     let is_open = |p: &messages::DoorPassageRecord| {
-        p.door == door
-            && matches!(DoorPassage::from_id(p.passage), Some(DoorPassage::Passable | DoorPassage::Absent) | None)
+        p.door == door && !DoorPassage::from_id(p.passage).is_some_and(DoorPassage::is_closed)
     };
     storey.phase.effective(element).is_obstacle() && !storey.passages.iter().any(is_open)
 }

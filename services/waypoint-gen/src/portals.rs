@@ -1,5 +1,6 @@
 //! Ways from storey to storey: stairs, ramps, lifts, and where to stand before them.
 
+use crate::climb::ends_at;
 use crate::ground::Ground;
 use crate::options::PlanOptions;
 use frames::{Map, Point2, TENTHS_PER_M, metres};
@@ -140,6 +141,12 @@ fn entrances(site: &Site<'_>, elements: &[usize], kind: EdgeKind, storey: usize)
     if kind != EdgeKind::Lift {
         if is_one_of_levels(site, storey) && !elements.iter().any(|&e| stops_at(site, e, floor, is_here)) {
             return Vec::new();
+        }
+        if kind != EdgeKind::Ramp {
+            let ends = ends_at(site, elements, site.map_storeys[storey].floor_z_tenths);
+            if !ends.is_empty() {
+                return ends;
+            }
         }
         let vertices = elements.iter().flat_map(|&e| site.element_meshes(&site.elements[e])).flat_map(|m| m.vertices);
         return vertices.filter(|v| is_here(i64::from(v[2]))).map(|v| point(v[0], v[1])).collect();
@@ -507,6 +514,7 @@ mod tests {
                 element: door as u32,
                 opening: NONE,
                 spaces: [NONE; 2],
+                beside: [NONE; 2],
                 passage: BoxRecord { centre: [21_000.0, 10_000.0], axis: [0.0, 1.0], half: [4_000.0, 1_000.0] },
                 ..Zeroable::zeroed()
             });

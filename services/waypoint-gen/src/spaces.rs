@@ -58,9 +58,10 @@ pub(crate) fn closed_door(
 ) -> Option<Refusal> {
     let leads_there = |p: &&DoorPassageRecord| site.doors[p.door as usize].spaces.contains(&(space as u32));
     let passage = |p: &DoorPassageRecord| DoorPassage::from_id(p.passage);
-    let is_closed =
-        |p: &&DoorPassageRecord| !matches!(passage(p), Some(DoorPassage::Passable | DoorPassage::Absent) | None);
-    let closed = passages.iter().filter(leads_there).find(is_closed)?;
+    let is_closed = |p: &&DoorPassageRecord| passage(p).is_some_and(DoorPassage::is_closed);
+    // A door of another level may lead there, too, and have no floor on this one.
+    let is_elsewhere = |p: &&DoorPassageRecord| passage(p) == Some(DoorPassage::NoFloor);
+    let closed = passages.iter().filter(leads_there).filter(is_closed).min_by_key(is_elsewhere)?;
     let door = &site.doors[closed.door as usize];
     let element = &site.elements[door.element as usize];
     let needed_m = 2.0 * robot.radius_m + robot.door_margin_m;
@@ -73,9 +74,14 @@ pub(crate) fn closed_door(
         Some(DoorPassage::ClosedByResolution) => {
             format!("the map's cells leave {:.2} m of it", closed.width_in_map_m)
         }
+        Some(DoorPassage::NoFloor) => "there is no floor at it".to_owned(),
+        Some(DoorPassage::NoOpening) => "its wall has no opening".to_owned(),
+        Some(DoorPassage::Obstructed) => {
+            format!("obstacles leave {:.2} m of it", closed.width_between_obstacles_m)
+        }
         _ => "it is being hung or taken down".to_owned(),
     };
     let id = site.text(element.global_id);
-    let reason = format!("its door {id} is closed to the robot: {:.2} m clear, {why}", door.clear_width_m);
+    let reason = format!("its door {id} is closed to the robot: {:.2} m clear, {why}", closed.clear_width_m);
     Some(Refusal { why: NoWaypoint::ClosedDoor, reason, door: closed.door })
 }

@@ -183,8 +183,10 @@ fn check_lines(planned: &Planned, reached: &[bool]) -> Result<(), TestCaseError>
         prop_assert!(naive::is_at_or_beside(&grid, reached, at), "nobody gets to the node at {at:?}");
         prop_assert!(NodeKind::from_id(node.kind).is_some());
     }
-    let lines = plan.edges.iter().map(|edge| plan.points_of(edge));
-    for ends in lines.chain([plan.tour_of(&plan.storeys[0])]).flat_map(|line| line.windows(2)) {
+    let in_plan = |edge| plan.points_of(edge).iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>();
+    let lines: Vec<Vec<[f64; 2]>> =
+        plan.edges.iter().map(in_plan).chain([plan.tour_of(&plan.storeys[0]).to_vec()]).collect();
+    for ends in lines.iter().flat_map(|line| line.windows(2)) {
         for k in 0..=20 {
             let at = [0, 1].map(|c| ends[0][c] + (ends[1][c] - ends[0][c]) * f64::from(k) / 20.0);
             // A line may run along a side of a cell, and over its corner.

@@ -221,9 +221,10 @@ fn connected(plan: &Plan<'_>, first: u32) -> BTreeSet<u32> {
 
 fn assert_edge_is_whole(planned: &Planned, edge: &RouteEdgeRecord) {
     let plan = planned.plan();
-    let points = plan.points_of(edge);
+    let line = plan.points_of(edge);
     let ends = edge.nodes.map(|n| plan.nodes[n as usize].position_in_map_m);
-    assert_eq!([points[0], *points.last().unwrap()], ends.map(|p| [p[0], p[1]]));
+    assert_eq!([line[0], *line.last().unwrap()], ends);
+    let points: &[[f64; 2]] = &line.iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>();
     if edge.kind > EdgeKind::Door as u32 {
         return;
     }

@@ -69,14 +69,29 @@ impl House {
     }
 
     pub(crate) fn door(&mut self, clear_width_m: f64, opens: Opens) -> usize {
-        let element = self.add(Class::Door, [1.5, -0.15, 0.0], [2.4, -0.05, 2.1]);
-        let passage = BoxRecord { centre: [19_500.0, -1_000.0], axis: [1.0, 0.0], half: [4_500.0, 1_000.0] };
+        self.leaf([1.5, 2.4], clear_width_m, opens)
+    }
+
+    /// Two leaves that share the opening in the south wall, each too narrow for the robot.
+    pub(crate) fn leaves(&mut self, opens: [Opens; 2]) -> [usize; 2] {
+        let leaves = [self.leaf([1.5, 1.95], 0.35, opens[0]), self.leaf([1.95, 2.4], 0.35, opens[1])];
+        self.builder.doors[0].beside = [NONE, 1];
+        self.builder.doors[1].beside = [0, NONE];
+        leaves
+    }
+
+    fn leaf(&mut self, [from, to]: [f64; 2], clear_width_m: f64, opens: Opens) -> usize {
+        let element = self.add(Class::Door, [from, -0.15, 0.0], [to, -0.05, 2.1]);
+        let (middle, half) = ((from + to) / 2.0, (to - from) / 2.0);
+        let passage = BoxRecord { centre: [middle * 1e4, -1_000.0], axis: [1.0, 0.0], half: [half * 1e4, 1_000.0] };
         self.builder.elements[element].door = self.builder.doors.len() as u32;
         self.builder.doors.push(DoorRecord {
             element: element as u32,
             opening: NONE,
             spaces: [NONE; 2],
+            beside: [NONE; 2],
             opens: opens as u32,
+            overall_width_m: to - from,
             clear_width_m,
             passage,
             ..bytemuck::Zeroable::zeroed()
@@ -192,6 +207,14 @@ impl Drawn {
     }
 
     pub(crate) fn passage(&self) -> DoorPassage {
-        DoorPassage::from_id(Grids::open(self.index.bytes()).unwrap().doors[0].passage).unwrap()
+        self.passages()[0]
+    }
+
+    pub(crate) fn passages(&self) -> Vec<DoorPassage> {
+        self.doors().iter().map(|d| DoorPassage::from_id(d.passage).unwrap()).collect()
+    }
+
+    pub(crate) fn doors(&self) -> &[DoorPassageRecord] {
+        Grids::open(self.index.bytes()).unwrap().doors
     }
 }

@@ -22,7 +22,27 @@ pub(crate) fn house() -> House {
     let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: PhaseHead::NO_TIME, robot: RobotProfile::DEFAULT };
     let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 5_000, content_hash: 3 }];
     let passage = DoorPassage::TooNarrow as u32;
-    let doors = &[DoorPassageRecord { door: 0, map_storey: 0, passage, sides_with_floor: 1, width_in_map_m: 0.5 }];
+    // On the storey on which it stands, and on one whose slab it meets.
+    let door = DoorPassageRecord {
+        passage,
+        sides_with_floor: 1,
+        width_in_map_m: 0.5,
+        clear_width_m: 0.5,
+        reasons: DoorPassage::TooNarrow.bit(),
+        obstacle: NONE,
+        ..Zeroable::zeroed()
+    };
+    let no_floor = DoorPassage::NoFloor;
+    let doors = &[
+        door,
+        DoorPassageRecord {
+            map_storey: 1,
+            passage: no_floor as u32,
+            reasons: no_floor.bit(),
+            sides_with_floor: 0,
+            ..door
+        },
+    ];
     let region = RegionRecord { level_z_tenths: -2_500, area_m2: 1.5, element: 2, ..Zeroable::zeroed() };
     let index = GridsBuilder { head, slots, robot_name: "default", doors, regions: &[region] }.finish();
     let footprint = |corners: [[i32; 2]; 4]| {
@@ -30,7 +50,7 @@ pub(crate) fn house() -> House {
         Footprint { area: MultiPolygon(vec![polygon]), lines: Vec::new() }
     };
     let wall = footprint([[0, 0], [30_000, 0], [30_000, 5_000], [0, 5_000]]);
-    let door = footprint([[10_000, 0], [15_000, 0], [15_000, 500], [10_000, 500]]);
+    let door = footprint([[5_000, 0], [10_000, 0], [10_000, 500], [5_000, 500]]);
     House { phase, grid: grid(), index, plan: plan(), footprints: vec![(0, wall), (1, door)], site }
 }
 
@@ -106,6 +126,9 @@ fn site() -> ArchiveBuffer {
         clear_width_m: 0.5,
         passage: BoxRecord::default(),
         hanging: DoorHanging::default(),
+        beside: [NONE; 2],
+        map_storey: 0,
+        reserved: 0,
     });
     b.stairs.push(StairRecord { element: 2, n_risers: 12, n_treads: NONE, riser_height_m: 0.18, ..Zeroable::zeroed() });
     b.points.extend([[0, 5_000], [30_000, 5_000], [30_000, 25_000], [0, 25_000]]);
@@ -134,7 +157,7 @@ fn site() -> ArchiveBuffer {
     b.finish()
 }
 
-/// Wall in the lowest row, the door in its third cell, free room above, nothing in the last column.
+/// Wall in the lowest row, the door in its second cell, free room above, nothing in the last column.
 fn grid() -> ArchiveBuffer {
     let head = GridHead { cell_tenths: 5_000, width: 7, height: 5, floor_z_tenths: 1_000, ..Zeroable::zeroed() };
     let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(35));
@@ -144,7 +167,7 @@ fn grid() -> ArchiveBuffer {
         let cell = head.spec().cell_of(index);
         let (planning, class) = match (cell.row, cell.column) {
             (_, 6) => (-1, grid::Class::None),
-            (0, 2) => (100, grid::Class::Door),
+            (0, 1) => (100, grid::Class::Door),
             (0, _) => (100, grid::Class::Wall),
             _ => (0, grid::Class::None),
         };
@@ -211,20 +234,23 @@ fn plan() -> ArchiveBuffer {
         space: 0,
     };
     b.nodes.extend([node(NodeKind::Space, 0, 1.75), node(NodeKind::Door, 0, 1.25), node(NodeKind::Staging, 2, 2.25)]);
+    b.nodes.push(RouteNodeRecord { map_storey: 1, ..node(NodeKind::Staging, 2, 2.75) });
     let edge = |nodes: [u32; 2], kind: EdgeKind, of: u32, usable: u32| RouteEdgeRecord {
         length_m: 0.5,
         clearance_m: 0.25,
         slope_rad: 0.0,
+        clear_width_m: if kind == EdgeKind::Stair { 1.1 } else { 0.0 },
         nodes,
         kind: kind as u32,
         of,
         first_point: 0,
         n_points: 0,
         usable,
-        reserved: 0,
+        n_risers: if kind == EdgeKind::Stair { 12 } else { NONE },
     };
-    b.edges.extend([edge([0, 1], EdgeKind::Door, 0, 1), edge([0, 2], EdgeKind::Stair, 2, 0)]);
-    b.points.extend([[1.75, 1.75], [1.25, 1.75]]);
+    b.edges.extend([edge([0, 1], EdgeKind::Door, 0, 1), edge([2, 3], EdgeKind::Stair, 2, 0)]);
+    b.points.extend([[1.75, 1.75, 0.1], [1.25, 1.75, 0.1], [2.25, 1.75, 0.1], [2.5, 1.5, 0.28], [2.75, 1.75, 0.46]]);
     b.edges[0].n_points = 2;
+    (b.edges[1].first_point, b.edges[1].n_points) = (2, 3);
     b.finish()
 }

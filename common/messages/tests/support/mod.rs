@@ -43,7 +43,14 @@ pub(crate) fn site() -> ArchiveBuffer {
     b.spaces.push(SpaceRecord { name: text, n_rings: 1, area_m2: 0.5, ..Zeroable::zeroed() });
     let plan = BoxRecord { centre: [5_000.0, 0.0], axis: [1.0, 0.0], half: [4_000.0, 500.0] };
     b.openings.push(OpeningRecord { plan, filling: 1, top_z_tenths: 21_000, ..Zeroable::zeroed() });
-    b.doors.push(DoorRecord { element: 1, spaces: [0, NONE], passage: plan, ..Zeroable::zeroed() });
+    b.doors.push(DoorRecord {
+        element: 1,
+        spaces: [0, NONE],
+        passage: plan,
+        beside: [NONE, 0],
+        map_storey: NONE,
+        ..Zeroable::zeroed()
+    });
     b.boundaries.push(BoundaryRecord { space: 0, element: 1 });
     let task = TaskRecord { name: text, parent: NONE, control: NONE, calendar: NONE, ..Zeroable::zeroed() };
     b.tasks = vec![task, TaskRecord { parent: 0, ..task }, TaskRecord { parent: 1, ..task }];
@@ -80,7 +87,7 @@ pub(crate) fn plan() -> ArchiveBuffer {
     b.storeys.push(StoreyPlanRecord { n_tour_points: 2, ..Zeroable::zeroed() });
     b.nodes = vec![RouteNodeRecord { of: NONE, ..Zeroable::zeroed() }; 2];
     b.floor_parts.push(FloorPartRecord { area_m2: 1.0, is_reached: 1, ..Zeroable::zeroed() });
-    b.points = vec![[0.0, 0.0], [1.0, 0.0]];
+    b.points = vec![[0.0; 3], [1.0, 0.0, 0.5]];
     b.edges.push(RouteEdgeRecord { nodes: [0, 1], n_points: 2, ..Zeroable::zeroed() });
     b.finish()
 }

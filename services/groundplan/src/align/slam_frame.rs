@@ -53,7 +53,7 @@ pub(super) fn files(reference: &Path, map: &Path, pose: &PoseRecord) -> Result<V
     add("waypoints.json", format!("{waypoints:#}\n").into_bytes());
     let mut route = read(&storey.join("route.geojson"))?;
     for feature in route["features"].as_array_mut().into_iter().flatten() {
-        moved.coordinates(&mut feature["geometry"]["coordinates"]);
+        moved.geometry(&mut feature["geometry"]);
     }
     add("route.geojson", format!("{route:#}\n").into_bytes());
     let manifest = json!({
@@ -111,6 +111,16 @@ impl Moved {
         if let Some([x, y, ..]) = waypoint["centroid_m"].as_array_mut().map(Vec::as_mut_slice) {
             let moved = self.slam_from_map.apply([&*x, &*y].map(|c| c.as_f64().unwrap_or_default()));
             (*x, *y) = (rounded(moved[0]).into(), rounded(moved[1]).into());
+        }
+    }
+
+    /// A geometry, or a collection of geometries.
+    fn geometry(&self, value: &mut Value) {
+        if let Some(inner) = value.get_mut("geometries").and_then(Value::as_array_mut) {
+            inner.iter_mut().for_each(|geometry| self.geometry(geometry));
+        }
+        if let Some(coordinates) = value.get_mut("coordinates") {
+            self.coordinates(coordinates);
         }
     }
 

@@ -142,6 +142,7 @@ impl Storey {
             element: element as u32,
             opening: NONE,
             spaces: [NONE; 2],
+            beside: [NONE; 2],
             overall_width_m: x1 - x0,
             passage,
             ..Zeroable::zeroed()

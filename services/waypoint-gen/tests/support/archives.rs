@@ -170,6 +170,9 @@ impl Builder<'_> {
                 half: if is_along_x { half } else { [half[1], half[0]] },
             },
             hanging: DoorHanging::default(),
+            beside: [NONE; 2],
+            map_storey: (floor / STOREY) as u32,
+            reserved: 0,
         });
     }
 
@@ -283,7 +286,18 @@ fn passage(house: &House, site: &Site<'_>, door: usize) -> DoorPassageRecord {
     };
     let map_storey = (site.elements[record.element as usize].min_tenths[2] / STOREY) as u32;
     let (door, width_in_map_m) = (door as u32, record.overall_width_m);
-    DoorPassageRecord { door, map_storey, passage: passage as u32, sides_with_floor: 2, width_in_map_m }
+    DoorPassageRecord {
+        door,
+        map_storey,
+        passage: passage as u32,
+        sides_with_floor: 2,
+        width_in_map_m,
+        clear_width_m: record.clear_width_m,
+        way: record.passage,
+        reasons: if passage.is_closed() { passage.bit() } else { 0 },
+        obstacle: NONE,
+        ..bytemuck::Zeroable::zeroed()
+    }
 }
 
 fn grid(house: &House, names: &[char], storey: usize) -> ArchiveBuffer {

@@ -1,0 +1,420 @@
+//! The way up a stair: over its treads and landings, from a place on the lower floor to one on the upper.
+
+use frames::{Map, Point2, TENTHS_PER_M, metres};
+use geometry::{Bounds, Footprint, MultiPolygon, Point, Slab, Tread, footprint, treads};
+use grid::Class;
+use messages::{ElementState, NONE, Phase, Site};
+
+/// A way up.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Climb {
+    /// From the lower to the upper end, in `map`, in metres.
+    pub(crate) line: Vec<[f64; 3]>,
+    /// Its length, up the slope.
+    pub(crate) walked_m: f64,
+    /// Clear width of the flights where they are narrowest; 0 if unknown.
+    pub(crate) clear_width_m: f64,
+    /// Number of risers that it climbs.
+    pub(crate) n_risers: u32,
+}
+
+/// More level faces than a stair has.
+const MAX_TREADS: usize = 1_000;
+
+/// One steps from a tread to the next over a gap up to this.
+const REACH: f64 = 0.10 * TENTHS_PER_M as f64;
+
+/// Faces that differ by less are one level.
+const ONE_LEVEL: i32 = 6 * TENTHS_PER_M / 100;
+
+/// Steps are no higher; what is higher is no step of a stair. A floor may be laid higher than the model's first step expects.
+const MAX_RISE: i32 = 45 * TENTHS_PER_M / 100;
+
+/// Rise of a step where a stair has too few to tell.
+const USUAL_RISE: i32 = 19 * TENTHS_PER_M / 100;
+
+/// What stands between these heights above a tread makes it narrower: rails, walls, stringers. Lower is the next tread.
+const BESIDE: [i32; 2] = [30 * TENTHS_PER_M / 100, 120 * TENTHS_PER_M / 100];
+
+/// Widths are looked at in steps of a centimetre, no farther than this many to either side.
+const MAX_STEPS_ASIDE: i32 = 500;
+
+/// Number of treads of a way at which its width is measured.
+const N_WIDTHS: usize = 5;
+
+/// A tread this many times as large as the middle one is a landing.
+const LANDING: f64 = 1.8;
+
+/// Points this near to a straight line are left out, in metres.
+const TOLERANCE_M: f64 = 0.01;
+
+/// The way up the stair `whole`, from one end to the other; `None` where its level faces do not lead there, as those of a
+/// ramp or of a body that is not made of steps.
+pub(crate) fn climb(site: &Site<'_>, phase: &Phase<'_>, whole: usize, ends: [[f64; 3]; 2]) -> Option<Climb> {
+    let is_built = |index: usize| phase.effective(index) == ElementState::Built;
+    let parts = (0..site.elements.len()).filter(|&e| is_part_of(site, e, whole) && is_built(e));
+    let carries = |e: &usize| site.elements[*e].class() != Class::Railing;
+    let parts: Vec<usize> = parts.filter(carries).collect();
+    let [low, high] = ends.map(|end| (end[2] * f64::from(TENTHS_PER_M)).round() as i32);
+    let between = |t: &Tread| low - ONE_LEVEL <= t.z && t.z <= high + ONE_LEVEL;
+    let steps: Vec<Tread> = treads(parts.iter().flat_map(|&e| site.element_meshes(&site.elements[e])))
+        .into_iter()
+        .filter(between)
+        .collect();
+    if steps.len() > MAX_TREADS {
+        return None;
+    }
+    let way = way_over(&steps, ends, [low, high])?;
+    let mut line = vec![ends[0]];
+    line.extend(way.iter().map(|&at| point_m(&steps[at])));
+    line.push(ends[1]);
+    let is_up = |ends: &&[[f64; 3]]| ends[1][2] - ends[0][2] > metres(ONE_LEVEL) / 2.0;
+    let n_risers = line.windows(2).filter(is_up).count() as u32;
+    let clear_width_m = clear_width_m(site, &is_built, &steps, &way);
+    let line = straightened(&line);
+    let walked_m = line.windows(2).map(|ends| distance_m(ends[0], ends[1])).sum();
+    Some(Climb { line, walked_m, clear_width_m, n_risers })
+}
+
+/// Where one steps onto a stair from a floor of this height, or off it: before its lowest tread above the floor and behind its
+/// highest below, or all around a landing at the floor's height. None where it has no level faces there.
+pub(crate) fn ends_at(site: &Site<'_>, elements: &[usize], floor_z: i32) -> Vec<Point2<Map>> {
+    let parts = elements.iter().map(|&e| &site.elements[e]).filter(|e| e.class() != Class::Railing);
+    let steps = treads(parts.flat_map(|e| site.element_meshes(e)));
+    let up = |t: &Tread| t.z - floor_z;
+    let point = |[x, y]: [f64; 2]| Point2::new(x / f64::from(TENTHS_PER_M), y / f64::from(TENTHS_PER_M));
+    let at_floor = steps.iter().filter(|t| up(t).abs() <= ONE_LEVEL);
+    let mut ends: Vec<Point2<Map>> =
+        at_floor.flat_map(|t| t.plan.rings().flatten()).map(|corner| point(corner.map(f64::from))).collect();
+    let above = steps.iter().filter(|t| (ONE_LEVEL + 1..=MAX_RISE).contains(&up(t))).map(|t| t.z).min();
+    let below = steps.iter().filter(|t| (-MAX_RISE..-ONE_LEVEL).contains(&up(t))).map(|t| t.z).max();
+    for (z, is_up) in [(above, true), (below, false)] {
+        for end in steps.iter().filter(|t| Some(t.z) == z) {
+            let follows = |t: &&Tread| {
+                let rise = if is_up { t.z - end.z } else { end.z - t.z };
+                (1..=MAX_RISE).contains(&rise) && touch(&end.plan, &t.plan)
+            };
+            // Half a tread beyond its middle, away from the next.
+            ends.extend(
+                steps
+                    .iter()
+                    .filter(follows)
+                    .map(|next| point([0, 1].map(|k| end.centre[k] - (next.centre[k] - end.centre[k]) / 2.0))),
+            );
+        }
+    }
+    ends
+}
+
+/// True if the element is the whole or, over any number of steps, a part of it.
+fn is_part_of(site: &Site<'_>, element: usize, whole: usize) -> bool {
+    let mut at = element;
+    // The bound ends cycles, which a broken file may hold.
+    for _ in 0..16 {
+        if at == whole {
+            return true;
+        }
+        match site.elements[at].whole {
+            NONE => return false,
+            next => at = next as usize,
+        }
+    }
+    false
+}
+
+fn point_m(tread: &Tread) -> [f64; 3] {
+    let [x, y] = tread.centre.map(|c| c / f64::from(TENTHS_PER_M));
+    [x, y, metres(tread.z)]
+}
+
+fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
+    libm::hypot(libm::hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2])
+}
+
+/// The shortest way over treads that follow each other, by their places.
+fn way_over(steps: &[Tread], ends: [[f64; 3]; 2], [low, high]: [i32; 2]) -> Option<Vec<usize>> {
+    let rise = usual_rise(steps) * 8 / 5;
+    let n = steps.len();
+    // The first and the last step may be higher, where a floor is laid otherwise than the stair expects.
+    let within = |far: &dyn Fn(&Tread) -> i32| -> Vec<bool> {
+        let is_at = |limit: i32| steps.iter().map(|t| (-ONE_LEVEL..=limit).contains(&far(t))).collect::<Vec<bool>>();
+        Some(is_at(rise)).filter(|at| at.contains(&true)).unwrap_or_else(|| is_at(MAX_RISE))
+    };
+    let (is_first, is_last) = (within(&|t| t.z - low), within(&|t| high - t.z));
+    let plan_m = |a: [f64; 3], b: [f64; 3]| libm::hypot(b[0] - a[0], b[1] - a[1]);
+    let mut length_m: Vec<f64> =
+        (0..n).map(|k| if is_first[k] { plan_m(ends[0], point_m(&steps[k])) } else { f64::INFINITY }).collect();
+    let mut before: Vec<Option<usize>> = vec![None; n];
+    let mut is_done = vec![false; n];
+    loop {
+        let open = (0..n).filter(|&k| !is_done[k] && length_m[k] < f64::INFINITY);
+        let Some(at) = open.min_by(|&a, &b| length_m[a].total_cmp(&length_m[b]).then(a.cmp(&b))) else { break };
+        is_done[at] = true;
+        for next in (0..n).filter(|&k| !is_done[k]) {
+            let up = steps[next].z - steps[at].z;
+            let far_m = length_m[at] + plan_m(point_m(&steps[at]), point_m(&steps[next]));
+            if (-ONE_LEVEL..=rise).contains(&up) && far_m < length_m[next] && touch(&steps[at].plan, &steps[next].plan)
+            {
+                (length_m[next], before[next]) = (far_m, Some(at));
+            }
+        }
+    }
+    let to_end_m = |k: usize| length_m[k] + plan_m(point_m(&steps[k]), ends[1]);
+    let reached = (0..n).filter(|&k| is_last[k] && is_done[k]);
+    let last = reached.min_by(|&a, &b| to_end_m(a).total_cmp(&to_end_m(b)).then(a.cmp(&b)))?;
+    let mut way: Vec<usize> = std::iter::successors(Some(last), |&k| before[k]).collect();
+    way.reverse();
+    Some(way)
+}
+
+/// The rise that most neighbouring levels have, in tenths of a millimetre.
+fn usual_rise(steps: &[Tread]) -> i32 {
+    let mut rises: Vec<i32> =
+        steps.windows(2).map(|t| t[1].z - t[0].z).filter(|r| (1..=MAX_RISE).contains(r)).collect();
+    rises.sort_unstable();
+    rises.get(rises.len() / 2).copied().unwrap_or(USUAL_RISE).max(ONE_LEVEL)
+}
+
+/// True if two plans are no farther apart than a foot reaches.
+fn touch(a: &MultiPolygon, b: &MultiPolygon) -> bool {
+    let (Some(p), Some(q)) = (a.bounds(), b.bounds()) else { return false };
+    let reach = REACH as i32;
+    if !grown(p, reach).meets(&q) {
+        return false;
+    }
+    let is_near = |from: &MultiPolygon, to: &MultiPolygon| {
+        from.rings().flatten().any(|corner| {
+            let corner = corner.map(f64::from);
+            to.contains(corner) || to.rings().any(|ring| sides(ring).any(|side| off(corner, side) <= REACH))
+        })
+    };
+    is_near(a, b) || is_near(b, a)
+}
+
+fn grown(bounds: Bounds, by: i32) -> Bounds {
+    Bounds { min: bounds.min.map(|c| c - by), max: bounds.max.map(|c| c + by) }
+}
+
+fn sides(ring: &[Point]) -> impl Iterator<Item = [[f64; 2]; 2]> {
+    ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| [a.map(f64::from), b.map(f64::from)])
+}
+
+/// Distance of a point from a line between two others.
+fn off(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
+    let d = [b[0] - a[0], b[1] - a[1]];
+    let e = [p[0] - a[0], p[1] - a[1]];
+    let length2 = d[0] * d[0] + d[1] * d[1];
+    let t = if length2 > 0.0 { ((e[0] * d[0] + e[1] * d[1]) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    libm::hypot(e[0] - t * d[0], e[1] - t * d[1])
+}
+
+/// The least clear width of the treads of a way, across it; 0 where none can be measured. Landings do not count.
+fn clear_width_m(site: &Site<'_>, is_built: &dyn Fn(usize) -> bool, steps: &[Tread], way: &[usize]) -> f64 {
+    let mut areas: Vec<f64> = way.iter().map(|&at| steps[at].plan.area_m2()).collect();
+    areas.sort_by(f64::total_cmp);
+    let usual = areas.get(areas.len() / 2).copied().unwrap_or_default();
+    let is_of_flight = |at: &usize| steps[way[*at]].plan.area_m2() <= LANDING * usual;
+    let of_flights: Vec<usize> = (0..way.len()).filter(is_of_flight).collect();
+    let stride = of_flights.len().div_ceil(N_WIDTHS).max(1);
+    let widths = of_flights.iter().step_by(stride).filter_map(|&at| {
+        // Where one comes from before the first step and goes to after the last one does not tell how the flight runs.
+        let [a, b] = [at.saturating_sub(1), (at + 1).min(way.len() - 1)].map(|at| steps[way[at]].centre);
+        let d = [b[0] - a[0], b[1] - a[1]];
+        let length = libm::hypot(d[0], d[1]);
+        (length > 0.0).then(|| width_m(site, is_built, &steps[way[at]], [-d[1] / length, d[0] / length]))
+    });
+    widths.reduce(f64::min).unwrap_or(0.0)
+}
+
+/// Clear width of a tread through its middle in a direction.
+fn width_m(site: &Site<'_>, is_built: &dyn Fn(usize) -> bool, tread: &Tread, across: [f64; 2]) -> f64 {
+    let slab = Slab { lo: tread.z + BESIDE[0], hi: tread.z + BESIDE[1] };
+    let Some(bounds) = tread.plan.bounds() else { return 0.0 };
+    let beside = site.elements.iter().enumerate().filter(|(index, e)| {
+        e.n_parts > 0
+            && slab.meets(e.min_tenths[2], e.max_tenths[2])
+            && bounds
+                .meets(&Bounds { min: [e.min_tenths[0], e.min_tenths[1]], max: [e.max_tenths[0], e.max_tenths[1]] })
+            && e.class() != Class::Door
+            && is_built(*index)
+    });
+    let obstacles: Vec<Footprint> = beside.map(|(_, e)| footprint(site.element_meshes(e), slab)).collect();
+    let step = f64::from(TENTHS_PER_M) / 100.0;
+    let is_free = |k: i32| {
+        let at = [0, 1].map(|i| tread.centre[i] + across[i] * (f64::from(k) + 0.5) * step);
+        let stands_there = |f: &Footprint| {
+            let near = |[a, b]: &[Point; 2]| off(at, [a.map(f64::from), b.map(f64::from)]) < step / 2.0;
+            f.area.contains(at) || f.lines.iter().any(near)
+        };
+        tread.plan.contains(at) && !obstacles.iter().any(stands_there)
+    };
+    let left = (0..MAX_STEPS_ASIDE).take_while(|&k| is_free(k)).count();
+    let right = (0..MAX_STEPS_ASIDE).take_while(|&k| is_free(-1 - k)).count();
+    (left + right) as f64 / 100.0
+}
+
+/// A line without the points that lie on the way between others.
+fn straightened(line: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let mut kept = vec![line[0]];
+    let mut from = 0;
+    for to in 2..line.len() {
+        let is_straight = line[from + 1..to].iter().all(|p| off_line_m(*p, line[from], line[to]) <= TOLERANCE_M);
+        if !is_straight {
+            from = to - 1;
+            kept.push(line[from]);
+        }
+    }
+    kept.extend(line[1..].last());
+    kept
+}
+
+/// Distance of a point from a straight line between two others, in space.
+fn off_line_m(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
+    let d = [0, 1, 2].map(|k| b[k] - a[k]);
+    let e = [0, 1, 2].map(|k| p[k] - a[k]);
+    let length2: f64 = d.iter().map(|c| c * c).sum();
+    let t = if length2 > 0.0 { (0..3).map(|k| e[k] * d[k]).sum::<f64>() / length2 } else { 0.0 };
+    let t = t.clamp(0.0, 1.0);
+    distance_m([0.0; 3], [0, 1, 2].map(|k| e[k] - t * d[k]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+    use messages::{ArchiveBuffer, ElementRecord, PartRecord, PhaseBuilder, SiteBuilder};
+
+    const RISE_M: f64 = 0.175;
+    const GOING_M: f64 = 0.28;
+
+    /// A stair: element 0 is the whole, the others are its parts and what stands beside them.
+    struct Stairwell(SiteBuilder);
+
+    impl Stairwell {
+        fn new() -> Self {
+            let mut stairwell = Self(SiteBuilder::default());
+            stairwell.add(Class::Stair, NONE, None);
+            stairwell
+        }
+
+        fn add(&mut self, class: Class, whole: u32, corners_m: Option<[[f64; 3]; 2]>) -> usize {
+            let b = &mut self.0;
+            let corners = corners_m.map(|c| c.map(|p| p.map(|m| (m * f64::from(TENTHS_PER_M)).round() as i32)));
+            let [min, max] = corners.unwrap_or_default();
+            let first_part = b.parts.len() as u32;
+            if corners.is_some() {
+                let quads: [[u32; 4]; 6] =
+                    [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+                b.parts.push(PartRecord {
+                    first_vertex: b.vertices.len() as u32,
+                    n_vertices: 8,
+                    first_triangle: b.triangles.len() as u32,
+                    n_triangles: 12,
+                    closed: 1,
+                    colour: 0,
+                });
+                b.vertices.extend((0..8).map(|i| [0, 1, 2].map(|k| if i >> k & 1 == 1 { max[k] } else { min[k] })));
+                b.triangles.extend(quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]));
+            }
+            b.elements.push(ElementRecord {
+                class: u32::from(class.id()),
+                whole,
+                min_tenths: min,
+                max_tenths: max,
+                first_part,
+                n_parts: u32::from(corners.is_some()),
+                storey: NONE,
+                space: NONE,
+                door: NONE,
+                stair: NONE,
+                ..Zeroable::zeroed()
+            });
+            b.elements.len() - 1
+        }
+
+        /// `n` steps of a flight of 1 m from x = `from_m` in either direction, the first a rise above `floor_m`.
+        fn flight(&mut self, from_m: f64, way: f64, y_m: f64, floor_m: f64, n: u32) {
+            for k in 0..n {
+                let ends = [k, k + 1].map(|k| from_m + way * GOING_M * f64::from(k));
+                let top = floor_m + RISE_M * f64::from(k + 1);
+                let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+                self.add(Class::Stair, 0, Some([[low, y_m, top - RISE_M], [high, y_m + 1.0, top]]));
+            }
+        }
+
+        fn site(&self) -> ArchiveBuffer {
+            self.0.finish()
+        }
+
+        fn climb(&self, ends: [[f64; 3]; 2], absent: &[usize]) -> Option<Climb> {
+            let site = self.site();
+            let site = Site::open(site.bytes()).unwrap();
+            let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), 0);
+            absent.iter().for_each(|&e| phase.set_element(e, ElementState::NotStarted, ElementState::NotStarted));
+            let phase = phase.finish();
+            climb(&site, &Phase::open(phase.bytes()).unwrap(), 0, ends)
+        }
+    }
+
+    #[test]
+    fn a_straight_flight_is_walked_from_the_first_step_to_the_last() {
+        let mut stairwell = Stairwell::new();
+        stairwell.flight(1.0, 1.0, 0.0, 0.0, 15);
+        // The sixteenth riser leads onto the upper floor.
+        let ends = [[0.5, 0.5, 0.0], [5.7, 0.5, 16.0 * RISE_M]];
+        let found = stairwell.climb(ends, &[]).unwrap();
+        assert_eq!((found.n_risers, found.clear_width_m), (16, 1.0));
+        assert_eq!([found.line[0], *found.line.last().unwrap()], ends);
+        let slope_m = libm::hypot(14.0 * GOING_M, 14.0 * RISE_M);
+        let ways_m = libm::hypot(0.64, RISE_M) + libm::hypot(5.7 - 1.0 - 14.5 * GOING_M, RISE_M);
+        assert!((found.walked_m - slope_m - ways_m).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn one_steps_onto_a_flight_before_its_lowest_step_and_off_it_behind_its_highest() {
+        let mut stairwell = Stairwell::new();
+        stairwell.flight(1.0, 1.0, 0.0, 0.0, 15);
+        let elements: Vec<usize> = (0..stairwell.0.elements.len()).collect();
+        let site = stairwell.site();
+        let site = Site::open(site.bytes()).unwrap();
+        for (floor_z, x_m) in [(0, 1.0), (28_000, 1.0 + 15.0 * GOING_M)] {
+            let ends = ends_at(&site, &elements, floor_z);
+            assert_eq!(ends.len(), 1);
+            assert!((ends[0].x_m - x_m).abs() < 1e-3 && (ends[0].y_m - 0.5).abs() < 1e-3, "{ends:?}");
+        }
+        assert!(ends_at(&site, &elements, 50_000).is_empty());
+    }
+
+    #[test]
+    fn a_stair_that_turns_is_walked_over_its_landing() {
+        let mut stairwell = Stairwell::new();
+        stairwell.flight(1.0, 1.0, 0.0, 0.0, 7);
+        let landing_m = 8.0 * RISE_M;
+        let far = 1.0 + 7.0 * GOING_M;
+        stairwell.add(Class::Slab, 0, Some([[far, 0.0, landing_m - 0.2], [far + 1.2, 2.2, landing_m]]));
+        stairwell.flight(far, -1.0, 1.2, landing_m, 7);
+        let ends = [[0.5, 0.5, 0.0], [0.5, 1.7, 16.0 * RISE_M]];
+        let found = stairwell.climb(ends, &[]).unwrap();
+        assert_eq!(found.n_risers, 16);
+        assert!(found.line.contains(&[far + 0.6, 1.1, landing_m]), "{found:?}");
+        // Without the landing nothing leads from one flight to the other.
+        assert_eq!(stairwell.climb(ends, &[8]), None);
+    }
+
+    #[test]
+    fn rails_and_walls_beside_a_flight_make_it_narrower() {
+        let mut stairwell = Stairwell::new();
+        stairwell.flight(1.0, 1.0, 0.0, 0.0, 15);
+        stairwell.add(Class::Railing, 0, Some([[1.0, 0.0, 0.0], [5.2, 0.05, 3.6]]));
+        stairwell.add(Class::Wall, NONE, Some([[1.0, 0.9, 0.0], [5.2, 1.2, 3.6]]));
+        let found = stairwell.climb([[0.5, 0.5, 0.0], [5.7, 0.5, 16.0 * RISE_M]], &[]).unwrap();
+        assert!((found.clear_width_m - 0.85).abs() < 0.021, "{found:?}");
+    }
+
+    #[test]
+    fn a_body_without_steps_is_no_way() {
+        let mut stairwell = Stairwell::new();
+        stairwell.add(Class::Stair, 0, Some([[1.0, 0.0, 0.0], [5.2, 1.0, 1.4]]));
+        assert_eq!(stairwell.climb([[0.5, 0.5, 0.0], [5.7, 0.5, 2.8]], &[]), None);
+    }
+}
