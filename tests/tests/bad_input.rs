@@ -38,19 +38,22 @@ fn step(schema: &str, records: &str) -> String {
     )
 }
 
+/// The manifest of an earlier output.
+const EARLIER: &str = r#"{"tool": "groundplan", "files": {}}"#;
+
 /// Converts the bytes over earlier output: (exit code, what it said); a failure must leave the earlier output.
 fn outcome(bytes: &[u8]) -> (i32, String) {
     let home = tempfile::tempdir().unwrap();
     let (model, out) = (home.path().join("model.ifc"), home.path().join("out"));
     std::fs::create_dir(&out).unwrap();
-    std::fs::write(out.join("manifest.json"), "earlier").unwrap();
+    std::fs::write(out.join("manifest.json"), EARLIER).unwrap();
     std::fs::write(&model, bytes).unwrap();
     let output = groundplan(&[&"convert", &model, &"-o", &out]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     let code = output.status.code().unwrap_or_else(|| panic!("killed by a signal: {said}"));
     assert!(code <= 2 && !said.contains("panicked"), "{said}");
     let manifest = std::fs::read_to_string(out.join("manifest.json")).unwrap();
-    assert_eq!(manifest == "earlier", code != 0, "{said}");
+    assert_eq!(manifest == EARLIER, code != 0, "{said}");
     (code, said)
 }
 

@@ -88,7 +88,8 @@ fn doors_are_free_for_a_robot_that_fits_and_can_open_them() {
         assert_eq!(ground.planning(x, y), FREE, "{what}");
     }
     assert_eq!(ground.planning(8.06, 12.0), OCCUPIED, "0.70 m is too narrow");
-    assert_eq!(ground.planning(0.15, 2.55), OCCUPIED, "rolls up");
+    assert_eq!(maps.storey(2).planning(0.15, 2.55), OCCUPIED, "rolls up");
+    assert_eq!(ground.planning(0.15, 2.55), UNKNOWN, "the gate of the dock has no floor on this level");
     let semantic = maps.json("semantic.json");
     let elements = &semantic["elements"];
     let mirrored = &by_name(elements, "G.D04 plant room")["attributes"];
@@ -182,7 +183,9 @@ fn a_frame_is_kept_by_a_second_run_and_changed_on_demand() {
     let out = maps.path();
     let frame = out.join("site-frame.json");
     let moved = r#"{"map_from_world": {"x_m": 100.0, "y_m": 0.0, "z_m": 0.0, "yaw_rad": 0.0}, "frame_epoch": 3}"#;
-    std::fs::write(&frame, moved).unwrap();
+    let elsewhere = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(&elsewhere, moved).unwrap();
+    let given = elsewhere.path().to_str().unwrap().to_owned();
     let again = |more: &[&str]| {
         let model = demo_model();
         let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"convert", &model, &"-o", &out];
@@ -191,6 +194,7 @@ fn a_frame_is_kept_by_a_second_run_and_changed_on_demand() {
         let text: Value = serde_json::from_slice(&std::fs::read(&frame).unwrap()).unwrap();
         (text["map_from_world"]["x_m"].as_f64().unwrap(), text["frame_epoch"].as_u64().unwrap())
     };
+    assert_eq!(again(&["--frame", &given]), (100.0, 3));
     assert_eq!(again(&[]), (100.0, 3), "a map must not jump under a localised robot");
     let report = maps.json("report.json")["diagnostics"].to_string();
     assert!(report.contains("frame_kept"), "and a frame that is not the site's own is not kept in silence: {report}");
@@ -204,7 +208,7 @@ fn chosen_storeys_alone_are_written_and_keep_their_index() {
     assert_eq!(storeys.len(), 1);
     assert_eq!(
         (&storeys[0], &upper.manifest["storeys_left_out"]),
-        (&all.manifest["storeys"][1], &serde_json::json!([0]))
+        (&all.manifest["storeys"][1], &serde_json::json!([0, 2]))
     );
     assert_eq!(all.manifest["storeys_left_out"], serde_json::json!([]));
     let folder = storeys[0]["directory"].as_str().unwrap();

@@ -68,6 +68,13 @@ pub struct ExportInput<'a> {
     pub world: Option<&'a WorldOptions>,
 }
 
+impl ExportInput<'_> {
+    /// True if there are maps of a map storey.
+    pub fn writes(&self, map_storey: u32) -> bool {
+        self.grids.iter().any(|grid| grid.head.map_storey == map_storey)
+    }
+}
+
 /// A file to be: path with `/` inside the output folder, and content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExportFile {

@@ -226,7 +226,7 @@ impl Manifest {
             storeys_left_out: (0..)
                 .zip(site.map_storeys)
                 .map(|(index, _)| index)
-                .filter(|index| !input.grids.iter().any(|grid| grid.head.map_storey == *index))
+                .filter(|index| !input.writes(*index))
                 .collect(),
             files,
         }

@@ -167,12 +167,7 @@ impl Waypoints {
             overlap_goal: plan.head.overlap_goal,
             driving_s: rounded(plan.head.mission_s[0]),
             scanning_s: rounded(plan.head.mission_s[1]),
-            storeys: plan
-                .storeys
-                .iter()
-                .filter(|s| input.grids.iter().any(|g| g.head.map_storey == s.map_storey))
-                .map(storey)
-                .collect(),
+            storeys: plan.storeys.iter().filter(|s| input.writes(s.map_storey)).map(storey).collect(),
             notices: plan.diagnostics.iter().map(notice).collect(),
             waypoints: plan.waypoints.iter().map(|w| waypoint(input, w)).collect(),
             spaces: (0..site.spaces.len()).map(|index| (id(index), space(input, index))).collect(),

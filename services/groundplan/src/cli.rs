@@ -517,7 +517,7 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
     localization.{pgm,yaml}     what a lidar sees of finished structure
     keepout.{pgm,yaml}          Nav2 keep-out mask: 0 drop-offs, work and margins, 205 elsewhere
     waypoints.yaml              this storey's waypoints for Nav2
-    route.geojson               this storey's graph for Nav2's route server, and the stairs that lead away from it
+    route.geojson               this storey's graph for Nav2's route server, with ways to others
     semantic.png  classes.png   for people; class ids for programs
     waypoints.png               what scans see, the tour and its stops
 With --date all these are in OUT/<date>/, and OUT/manifest.json lists the dates.

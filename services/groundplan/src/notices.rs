@@ -29,7 +29,8 @@ pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
         let (code, message) = (input.plan.text(diagnostic.code), input.plan.text(diagnostic.message));
         kinds.add(code, format!("error: {message}"));
     }
-    for record in export::each_door(site, input.index.doors) {
+    let doors = export::each_door(site, input.index.doors);
+    for record in doors.into_iter().filter(|d| input.writes(d.map_storey)) {
         if let Some(first) = record.closed_by().next() {
             kinds.add(&format!("door {}", first.name()), of_door(input, &record));
         }
