@@ -226,9 +226,16 @@ impl SiteConfig {
         let io = |source| ConfigError::Io { path: path.to_owned(), source };
         let text = std::fs::read_to_string(path).map_err(io)?;
         let file = std::fs::canonicalize(path).map_err(io)?;
-        let mut config: Self = toml::from_str(&text)
-            .map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })?;
         let home = file.parent().unwrap_or(Path::new("/"));
+        Self::parse(&text, home).map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })
+    }
+
+    /// The configuration that a text says; its paths count from `home`.
+    ///
+    /// # Errors
+    /// No TOML of these keys.
+    pub fn parse(text: &str, home: &Path) -> Result<Self, toml::de::Error> {
+        let mut config: Self = toml::from_str(text)?;
         let paths = config.models.iter_mut().chain([&mut config.state, &mut config.bus.root]);
         let optional = [
             &mut config.schedule.rules,

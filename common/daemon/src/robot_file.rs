@@ -79,7 +79,15 @@ impl Robot {
     pub fn read(path: &Path) -> Result<Self, RobotFileError> {
         let text =
             std::fs::read_to_string(path).map_err(|source| RobotFileError::Io { path: path.to_owned(), source })?;
-        let parsed: RobotToml = toml::from_str(&text)
+        Self::parse(&text, path)
+    }
+
+    /// The robot that a text says; `path` is the file that errors name.
+    ///
+    /// # Errors
+    /// No TOML of these keys, or a value that no robot has.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, RobotFileError> {
+        let parsed: RobotToml = toml::from_str(text)
             .map_err(|source| RobotFileError::Toml { path: path.to_owned(), source: Box::new(source) })?;
         parsed.into_robot().map_err(|what| RobotFileError::Value { path: path.to_owned(), what })
     }

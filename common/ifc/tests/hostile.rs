@@ -36,7 +36,7 @@ const SEEDS: [(&str, &str); 18] = [
 
 #[test]
 fn every_seed_of_the_fuzzer_ends_as_expected() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/read");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fuzz/corpus/ifc");
     let mut names: Vec<String> =
         std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();

@@ -253,6 +253,8 @@ impl<'a> Site<'a> {
 
     fn check_indices(&self) -> Result<(), ArchiveError> {
         let (elements, spaces) = (self.elements.len(), self.spaces.len());
+        // A site that was made without files counts as one of one file.
+        let files = self.sources.len().max(1);
         let check = |ok: bool, what| if ok { Ok(()) } else { Err(ArchiveError::Index { what }) };
         check(
             self.elements.iter().all(|e| {
@@ -264,6 +266,7 @@ impl<'a> Site<'a> {
                     && optional(e.space, spaces)
                     && optional(e.door, self.doors.len())
                     && optional(e.stair, self.stairs.len())
+                    && (e.source as usize) < files
                     && grid::Class::from_id(u8::try_from(e.class).unwrap_or(u8::MAX)).is_some()
             }),
             "an element",
@@ -275,6 +278,7 @@ impl<'a> Site<'a> {
                     && fits(s.first_ring, s.n_rings, self.rings.len())
                     && optional(s.map_storey, self.map_storeys.len())
                     && optional(s.storey, self.storeys.len())
+                    && (s.source as usize) < files
             }),
             "a space",
         )?;

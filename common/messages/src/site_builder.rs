@@ -192,6 +192,21 @@ mod tests {
     }
 
     #[test]
+    fn an_element_of_a_file_that_the_site_does_not_have_is_refused() {
+        let opened = |n_files: usize, source: u32| {
+            let mut builder = SiteBuilder::default();
+            let record = ElementRecord { source, ..element(&mut builder) };
+            builder.elements.push(record);
+            builder.sources.extend(vec![bytemuck::Zeroable::zeroed(); n_files]);
+            Site::open(builder.finish().bytes()).map(|_| ())
+        };
+        assert_eq!((opened(0, 0), opened(2, 1)), (Ok(()), Ok(())));
+        for (n_files, source) in [(0, 1), (2, 2), (2, NONE)] {
+            assert_eq!(opened(n_files, source), Err(ArchiveError::Index { what: "an element" }));
+        }
+    }
+
+    #[test]
     fn schedules_that_point_outside_are_refused() {
         let refused = |change: fn(&mut SiteBuilder)| {
             let mut builder = SiteBuilder::default();

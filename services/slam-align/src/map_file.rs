@@ -122,6 +122,16 @@ impl OccupancyMap {
         read(path).map_err(|source| MapFileError { path: path.to_owned(), source })
     }
 
+    /// The map of a description and of the bytes of its image.
+    ///
+    /// # Errors
+    /// A description without what it needs, an image that is none.
+    pub fn parse(description: &str, image: &[u8]) -> Result<Self, MapFault> {
+        let description = Description::parse(description)?;
+        let path = description.image.clone();
+        description.map_of(image, path)
+    }
+
     /// Refuses a map of which nobody could hold the cells at the resolution that maps are compared at.
     ///
     /// # Errors
@@ -147,55 +157,68 @@ impl OccupancyMap {
 
 fn read(path: &Path) -> Result<OccupancyMap, MapFault> {
     let text = std::fs::read_to_string(path).map_err(|source| MapFault::Io { path: path.to_owned(), source })?;
-    let said: Description = serde_saphyr::from_str(&text).map_err(|e| MapFault::Description(e.to_string()))?;
-    let fault = |what: &str| Err(MapFault::Description(what.to_owned()));
-    if !(said.resolution.is_finite() && (0.001..=10.0).contains(&said.resolution)) {
-        return fault("resolution is not between 0.001 and 10 m");
-    }
-    let &[x, y] = said
-        .origin
-        .get(..2)
-        .and_then(|o| o.first_chunk::<2>())
-        .ok_or_else(|| MapFault::Description("origin is not [x, y] or [x, y, yaw]".to_owned()))?;
-    let yaw = said.origin.get(2).copied().unwrap_or(0.0);
-    if ![x, y, yaw].iter().all(|v| v.is_finite() && v.abs() < 1e7) {
-        return fault("origin is not finite");
-    }
-    let at = path.parent().unwrap_or(Path::new("")).join(&said.image);
+    let description = Description::parse(&text)?;
+    let at = path.parent().unwrap_or(Path::new("")).join(&description.image);
     let bytes = std::fs::read(&at).map_err(|source| MapFault::Io { path: at.clone(), source })?;
-    let image = image::load_from_memory(&bytes).map_err(|source| MapFault::Image { path: at, source })?;
-    let has_alpha = image.color().has_alpha();
-    let pixels = image.to_luma_alpha8();
-    let (width, height) = (pixels.width() as usize, pixels.height() as usize);
-    let is_negated = matches!(said.negate, Negate::Word(true) | Negate::Number(1..));
-    let cell = |&image::LumaA([gray, alpha]): &image::LumaA<u8>| {
-        if said.mode == Mode::Raw {
+    description.map_of(&bytes, at)
+}
+
+impl Description {
+    /// Reads the YAML text; its numbers are usable.
+    fn parse(text: &str) -> Result<Self, MapFault> {
+        let fault = |what: &str| Err(MapFault::Description(what.to_owned()));
+        let description: Self = serde_saphyr::from_str(text).map_err(|e| MapFault::Description(e.to_string()))?;
+        if !(0.001..=10.0).contains(&description.resolution) {
+            return fault("resolution is not between 0.001 and 10 m");
+        }
+        if description.origin.len() < 2 {
+            return fault("origin is not [x, y] or [x, y, yaw]");
+        }
+        if !description.origin.iter().take(3).all(|v| v.is_finite() && v.abs() < 1e7) {
+            return fault("origin is not finite");
+        }
+        Ok(description)
+    }
+
+    /// The map of the image; `path` is where its bytes are from.
+    fn map_of(&self, bytes: &[u8], path: PathBuf) -> Result<OccupancyMap, MapFault> {
+        let image = image::load_from_memory(bytes).map_err(|source| MapFault::Image { path, source })?;
+        let has_alpha = image.color().has_alpha();
+        let pixels = image.to_luma_alpha8();
+        let (width, height) = (pixels.width() as usize, pixels.height() as usize);
+        let mut cells = Vec::with_capacity(width * height);
+        for row in (0..height as u32).rev() {
+            cells.extend((0..width as u32).map(|column| self.cell_of(pixels.get_pixel(column, row), has_alpha)));
+        }
+        let [x, y, yaw] = [0, 1, 2].map(|k| self.origin.get(k).copied().unwrap_or(0.0));
+        let map = OccupancyMap { width, cells, resolution_m: self.resolution, origin: [x, y, yaw] };
+        map.check_extent()?;
+        Ok(map)
+    }
+
+    /// What a pixel says.
+    fn cell_of(&self, &image::LumaA([gray, alpha]): &image::LumaA<u8>, has_alpha: bool) -> Cell {
+        let is_negated = matches!(self.negate, Negate::Word(true) | Negate::Number(1..));
+        if self.mode == Mode::Raw {
             return match gray {
-                0..=100 if f64::from(gray) >= said.occupied_thresh * 100.0 => Cell::Occupied,
-                0..=100 if f64::from(gray) <= said.free_thresh * 100.0 => Cell::Free,
+                0..=100 if f64::from(gray) >= self.occupied_thresh * 100.0 => Cell::Occupied,
+                0..=100 if f64::from(gray) <= self.free_thresh * 100.0 => Cell::Free,
                 _ => Cell::Unknown,
             };
         }
-        if said.mode == Mode::Trinary && !is_negated && gray == grid::UNKNOWN {
+        if self.mode == Mode::Trinary && !is_negated && gray == grid::UNKNOWN {
             return Cell::Unknown;
         }
         let share = f64::from(gray) / 255.0;
         let occupied = if is_negated { share } else { 1.0 - share };
-        if said.mode == Mode::Scale && has_alpha && alpha < 255 {
+        if self.mode == Mode::Scale && has_alpha && alpha < 255 {
             Cell::Unknown
-        } else if occupied > said.occupied_thresh {
+        } else if occupied > self.occupied_thresh {
             Cell::Occupied
-        } else if occupied < said.free_thresh {
+        } else if occupied < self.free_thresh {
             Cell::Free
         } else {
             Cell::Unknown
         }
-    };
-    let mut cells = Vec::with_capacity(width * height);
-    for row in (0..height as u32).rev() {
-        cells.extend((0..width as u32).map(|column| cell(pixels.get_pixel(column, row))));
     }
-    let map = OccupancyMap { width, cells, resolution_m: said.resolution, origin: [x, y, yaw] };
-    map.check_extent()?;
-    Ok(map)
 }

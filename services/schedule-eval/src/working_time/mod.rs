@@ -110,9 +110,12 @@ impl<'r> Days<'r> {
     fn periods(&mut self, day: i64) -> Vec<[i64; 2]> {
         let mut found = Vec::new();
         for rule in &mut self.rules {
-            for (first, hit) in [(day - 1, rule.is_hit(day - 1)), (day, rule.is_hit(day))] {
+            for first in [day - 1, day] {
+                if !rule.is_hit(first) {
+                    continue;
+                }
                 let begin = first * DAY_S;
-                let own = rule.periods().filter(|_| hit).map(|[a, b]| [begin + a, begin + b]);
+                let own = rule.periods().map(|[a, b]| [begin + a, begin + b]);
                 found.extend(own.map(|[a, b]| [a.max(day * DAY_S), b.min((day + 1) * DAY_S)]).filter(|[a, b]| a < b));
             }
         }

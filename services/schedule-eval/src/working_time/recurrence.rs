@@ -55,6 +55,8 @@ pub(crate) struct Hits<'r> {
     /// Hit days so far, while they are counted.
     counted: u64,
     next: i64,
+    /// The day that was decided last, and its date: that of the next is one step away.
+    date: Option<(i64, Date)>,
     last_answers: [(i64, bool); 2],
 }
 
@@ -67,7 +69,13 @@ impl WorkRule {
         // Occurrences are counted from the first day on, wherever the window begins.
         let next = self.first_day.map_or(from_day, |first| first.min(from_day));
         let reach = 200 * 366;
-        Hits { rule: self, counted: 0, next: next.max(from_day - reach), last_answers: [(i64::MIN, false); 2] }
+        Hits {
+            rule: self,
+            counted: 0,
+            next: next.max(from_day - reach),
+            date: None,
+            last_answers: [(i64::MIN, false); 2],
+        }
     }
 }
 
@@ -97,35 +105,46 @@ impl Hits<'_> {
         self.last_answers[1].0 == day && self.last_answers[1].1
     }
 
+    /// The date of a day; `None` beyond the calendar.
+    fn date(&mut self, day: i64) -> Option<Date> {
+        let date = match self.date {
+            Some((before, date)) if before + 1 == day => date.tomorrow().ok()?,
+            _ => date(day)?,
+        };
+        self.date = Some((day, date));
+        Some(date)
+    }
+
     fn decide(&mut self, day: i64) -> bool {
         let rule = self.rule;
         if rule.first_day.is_some_and(|first| day < first) || rule.last_day.is_some_and(|last| last < day) {
             return false;
         }
         let Some(pattern) = &rule.pattern else { return true };
-        let Some(date) = date(day) else { return false };
+        let Some(date) = self.date(day) else { return false };
         let first = rule.first_day.unwrap_or(EPOCH);
         let interval = i64::from(pattern.interval.max(1));
         let every = |count: i64| count.rem_euclid(interval) == 0;
-        let weekday = i64::from(date.weekday().to_monday_one_offset());
-        let of_week = among(&pattern.weekdays, weekday);
-        let of_month = among(&pattern.days_of_month, i64::from(date.day()));
-        let of_year = among(&pattern.months, i64::from(date.month()));
+        let of_week = || among(&pattern.weekdays, (day + 3).rem_euclid(7) + 1);
+        let of_month = || among(&pattern.days_of_month, i64::from(date.day()));
+        let of_year = || among(&pattern.months, i64::from(date.month()));
         let months = |d: Date| i64::from(d.year()) * 12 + i64::from(d.month());
-        let in_year = every(i64::from(date.year()) - self::date(first).map_or(0, |d| i64::from(d.year())));
-        let in_month = every(months(date) - self::date(first).map_or(0, months));
+        let in_year = || every(i64::from(date.year()) - self::date(first).map_or(0, |d| i64::from(d.year())));
+        let in_month = || every(months(date) - self::date(first).map_or(0, months));
         let monday = |day: i64| (day + 3).div_euclid(7);
         let hit = match pattern.kind {
             RecurrenceKind::Daily | RecurrenceKind::ByDayCount => every(day - first),
-            RecurrenceKind::Weekly => of_week && every(monday(day) - monday(first)),
-            RecurrenceKind::MonthlyByDayOfMonth => of_month && in_month,
-            RecurrenceKind::MonthlyByPosition => of_week && in_month && at_position(date, pattern.position),
-            RecurrenceKind::YearlyByDayOfMonth => of_month && of_year && in_year,
-            RecurrenceKind::YearlyByPosition => of_week && of_year && in_year && at_position(date, pattern.position),
-            RecurrenceKind::ByWeekdayCount => of_week && every(self.counted as i64),
+            RecurrenceKind::Weekly => of_week() && every(monday(day) - monday(first)),
+            RecurrenceKind::MonthlyByDayOfMonth => of_month() && in_month(),
+            RecurrenceKind::MonthlyByPosition => of_week() && in_month() && at_position(date, pattern.position),
+            RecurrenceKind::YearlyByDayOfMonth => of_month() && of_year() && in_year(),
+            RecurrenceKind::YearlyByPosition => {
+                of_week() && of_year() && in_year() && at_position(date, pattern.position)
+            }
+            RecurrenceKind::ByWeekdayCount => of_week() && every(self.counted as i64),
         };
         // Every n-th of some weekdays: the days in between count, too.
-        let counts = if pattern.kind == RecurrenceKind::ByWeekdayCount { of_week } else { hit };
+        let counts = if pattern.kind == RecurrenceKind::ByWeekdayCount { of_week() } else { hit };
         let so_far =
             if pattern.kind == RecurrenceKind::ByWeekdayCount { self.counted / interval as u64 } else { self.counted };
         self.counted += u64::from(counts);

@@ -1,0 +1,71 @@
+//! Texts that people write: a line that says which kind of file it is, then the file.
+
+use super::site;
+use daemon::{Request, Robot, SiteConfig};
+use drawing::Rasterizer;
+use export::{SiteFrameFile, WorldOptions};
+use frames::PlanTime;
+use messages::{ArchiveBuffer, Site};
+use schedule_eval::{Delay, Edits, Rules, evaluate, parse_actuals};
+use std::path::Path;
+use std::sync::LazyLock;
+use waypoint_gen::PlanOptions;
+
+/// Coarse: what a robot's numbers do to a map shows at any resolution.
+const RESOLUTION_M: f64 = 0.25;
+
+static HOUSE: LazyLock<ArchiveBuffer> = LazyLock::new(site::house);
+
+/// Reads the file; what can be read is used on a small house.
+pub fn run(bytes: &[u8]) {
+    let Some(end) = memchr::memchr(b'\n', bytes) else { return };
+    let (kind, content) = (&bytes[..end], &bytes[end + 1..]);
+    if kind == b"actuals" {
+        return actuals(content);
+    }
+    if kind == b"site-frame" {
+        return drop(SiteFrameFile::parse(content));
+    }
+    if kind == b"request" {
+        return drop(serde_json::from_slice::<Request>(content));
+    }
+    let Ok(text) = std::str::from_utf8(content) else { return };
+    match kind {
+        b"robot" => robot(text),
+        b"site" => drop(SiteConfig::parse(text, Path::new("/home"))),
+        b"rules" => rules(text),
+        b"waypoints" => drop(PlanOptions::parse(text)),
+        b"world" => drop(WorldOptions::parse(text)),
+        b"delay" => delay(text),
+        b"date" => drop(text.parse::<PlanTime>()),
+        _ => {}
+    }
+}
+
+fn house() -> Site<'static> {
+    Site::open(HOUSE.bytes()).expect("what was written can be read")
+}
+
+fn robot(text: &str) {
+    let Ok(robot) = Robot::parse(text, Path::new("robot.toml")) else { return };
+    let _ = Rasterizer::new(&house(), &robot.profile, RESOLUTION_M);
+}
+
+fn rules(text: &str) {
+    let Ok(rules) = Rules::parse(text) else { return };
+    let _ = evaluate(&house(), &rules, &Edits::default());
+}
+
+fn delay(text: &str) {
+    let Ok(delay) = Delay::parse(text) else { return };
+    let _ = evaluate(&house(), &Rules::default(), &Edits { delays: vec![delay], ..Edits::default() });
+}
+
+fn actuals(table: &[u8]) {
+    let Ok(actuals) = parse_actuals(table) else { return };
+    for edits in
+        [Edits { actuals: actuals.clone(), ..Edits::default() }, Edits { observed: actuals, ..Edits::default() }]
+    {
+        let _ = evaluate(&house(), &Rules::default(), &edits);
+    }
+}

@@ -1,0 +1,272 @@
+//! What stages and exports do with archives that are whole, of one site, and changed: nothing that a view accepts may stop them.
+
+use super::archives::{change, reseal};
+use super::site;
+use drawing::Rasterizer;
+use export::{DeviationExport, ExportInput, WorldOptions, deviation_files, files};
+use frames::PlanTime;
+use geometry::Footprint;
+use messages::{ArchiveBuffer, Deviations, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site, SlamMap};
+use schedule_eval::{Edits, Rules, evaluate};
+use slam_align::{DeviationInput, MapFromSlam, OccupancyMap, PreparedMap, References, align_maps, deviations};
+use std::sync::LazyLock;
+use waypoint_gen::{PlanInput, PlanOptions, Planner};
+
+/// Coarse, so that a map has a few hundred cells.
+const RESOLUTION_M: f64 = 0.25;
+/// Maps with more cells are left out: they are no error, and take their time.
+const CELLS_MAX: f64 = 20_000.0;
+/// The same for the finer maps that a robot's map is compared with.
+const COMPARED_CELL_M: f64 = 0.05;
+
+/// The archives of the house, from one another.
+struct Archives {
+    site: ArchiveBuffer,
+    phase: ArchiveBuffer,
+    grids: Vec<ArchiveBuffer>,
+    index: ArchiveBuffer,
+    footprints: Vec<Vec<(u32, Footprint)>>,
+    plan: ArchiveBuffer,
+    slam_map: ArchiveBuffer,
+    deviations: ArchiveBuffer,
+}
+
+static WHOLE: LazyLock<Archives> = LazyLock::new(|| {
+    let site = site::house();
+    let view = Site::open(site.bytes()).expect("the house is whole");
+    let phase = phase_of(&view);
+    let Drawn { grids, index, footprints } = drawn(&view, &phase).expect("the house is small");
+    let plan = planned(&view, &phase, &grids, &index);
+    let slam_map = robots_map().to_archive();
+    let deviations = compared(&view, &phase, &robots_map(), 0);
+    Archives { phase, grids, index, footprints, plan, slam_map, deviations, site }
+});
+
+/// A search of all poses takes as long as a hundred other executions: it is made for this value of the second byte alone.
+const ALIGN: u8 = 255;
+
+/// The first byte chooses the archive that is changed, the second what is made of it; the rest are changes.
+pub fn run(bytes: &[u8]) {
+    let [choice, what, changes @ ..] = bytes else { return };
+    let whole = &*WHOLE;
+    let changed = |archive: &ArchiveBuffer| {
+        let mut buffer = archive.clone();
+        change(&mut buffer, changes);
+        reseal(buffer.bytes_mut());
+        buffer
+    };
+    let site = Site::open(whole.site.bytes()).expect("the house is whole");
+    let world = what & 1 == 1;
+    match choice % 7 {
+        0 => of_site(&changed(&whole.site), *what),
+        1 => {
+            let phase = changed(&whole.phase);
+            if opened_phase(&site, &phase).is_some() {
+                all(&site, &phase, world);
+            }
+        }
+        2 => {
+            let mut grids = whole.grids.clone();
+            grids[0] = changed(&grids[0]);
+            from_grids(&site, whole, &grids, &whole.index, world);
+        }
+        3 => from_grids(&site, whole, &whole.grids, &changed(&whole.index), world),
+        4 => exported(&site, &whole.phase, &whole.grids, &whole.index, &changed(&whole.plan), &whole.footprints, world),
+        5 => told(&site, &whole.phase, &changed(&whole.deviations)),
+        _ => {
+            let map = changed(&whole.slam_map);
+            let Ok(map) = SlamMap::open(map.bytes()) else { return };
+            let map = OccupancyMap::of_archive(&map);
+            if map.cells.len() as f64 * map.resolution_m * map.resolution_m <= 100.0 {
+                if *what == ALIGN {
+                    align(&site, &whole.phase, &map);
+                }
+                told(&site, &whole.phase, &compared(&site, &whole.phase, &map, 0));
+            }
+        }
+    }
+}
+
+/// Everything that is made of a site.
+fn of_site(site: &ArchiveBuffer, what: u8) {
+    let Ok(site) = Site::open(site.bytes()) else { return };
+    let phase = if what & 4 == 0 { everything_built(&site) } else { phase_of(&site) };
+    if what & 2 == 0 {
+        return all(&site, &phase, what & 1 == 1);
+    }
+    if is_small(&site, COMPARED_CELL_M) {
+        if what == ALIGN {
+            align(&site, &phase, &robots_map());
+        }
+        for storey in 0..site.map_storeys.len() {
+            told(&site, &phase, &compared(&site, &phase, &robots_map(), storey));
+        }
+    }
+}
+
+/// All files of a site at a phase.
+fn all(site: &Site<'_>, phase: &ArchiveBuffer, world: bool) {
+    let Some(Drawn { grids, index, footprints }) = drawn(site, phase) else { return };
+    let plan = planned(site, phase, &grids, &index);
+    exported(site, phase, &grids, &index, &plan, &footprints, world);
+}
+
+/// Plan and files of grids that somebody else drew.
+fn from_grids(site: &Site<'_>, whole: &Archives, grids: &[ArchiveBuffer], index: &ArchiveBuffer, world: bool) {
+    // As the daemons do: a set has the grids that its index names.
+    let is_consistent = Grids::open(index.bytes())
+        .is_ok_and(|index| index.check_site(site).is_ok() && index.slots.len() == grids.len())
+        && grids.iter().all(|grid| Grid::open(grid.bytes()).is_ok_and(|grid| grid.check_site(site).is_ok()));
+    if is_consistent {
+        let plan = planned(site, &whole.phase, grids, index);
+        exported(site, &whole.phase, grids, index, &plan, &whole.footprints, world);
+    }
+}
+
+fn opened_phase<'a>(site: &Site<'_>, phase: &'a ArchiveBuffer) -> Option<Phase<'a>> {
+    Phase::open(phase.bytes()).ok().filter(|phase| phase.check_site(site).is_ok())
+}
+
+/// The phase at the first change, or in which everything stands.
+fn phase_of(site: &Site<'_>) -> ArchiveBuffer {
+    match evaluate(site, &Rules::default(), &Edits::default()) {
+        Ok(timeline) => timeline.phase_at(timeline.instants_s().first().copied()).finish(),
+        Err(_) => everything_built(site),
+    }
+}
+
+fn everything_built(site: &Site<'_>) -> ArchiveBuffer {
+    PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish()
+}
+
+/// True if the maps of the site have few cells.
+fn is_small(site: &Site<'_>, cell_m: f64) -> bool {
+    let cells = |[x0, y0, x1, y1]: [i32; 4]| {
+        let side = |a: i32, b: i32| frames::metres(b.saturating_sub(a)) / cell_m + 20.0;
+        side(x0, x1) * side(y0, y1)
+    };
+    site.map_storeys.iter().map(|storey| cells(storey.bounds_tenths)).sum::<f64>() <= CELLS_MAX
+}
+
+struct Drawn {
+    grids: Vec<ArchiveBuffer>,
+    index: ArchiveBuffer,
+    footprints: Vec<Vec<(u32, Footprint)>>,
+}
+
+/// Grids and index of a phase, unless they are large or cannot be.
+fn drawn(site: &Site<'_>, phase: &ArchiveBuffer) -> Option<Drawn> {
+    if !is_small(site, RESOLUTION_M) {
+        return None;
+    }
+    let phase = opened_phase(site, phase).expect("it was written for this site");
+    let mut rasterizer = Rasterizer::new(site, &RobotProfile::DEFAULT, RESOLUTION_M).ok()?;
+    rasterizer.draw(site, &phase);
+    let grids: Vec<_> = rasterizer.drawn().map(|grid| ArchiveBuffer::copy_of(grid.archive)).collect();
+    let footprints = (0..rasterizer.n_storeys()).map(|k| rasterizer.footprints(k).to_vec()).collect();
+    let index = ArchiveBuffer::copy_of(rasterizer.index(site, &phase, "default").0);
+    Some(Drawn { grids, index, footprints })
+}
+
+fn opened_grids(grids: &[ArchiveBuffer]) -> Vec<Grid<'_>> {
+    grids.iter().map(|grid| Grid::open(grid.bytes()).expect("it was opened before")).collect()
+}
+
+/// The plan of the grids, with a short search.
+fn planned(site: &Site<'_>, phase: &ArchiveBuffer, grids: &[ArchiveBuffer], index: &ArchiveBuffer) -> ArchiveBuffer {
+    let options = PlanOptions { search_steps: 2, tour_kicks: 2, tour_around: 2, ..PlanOptions::default() };
+    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+    let index = Grids::open(index.bytes()).expect("what was written can be read");
+    let grids = opened_grids(grids);
+    Planner::default().plan(&PlanInput { site, phase: &phase, index: &index, grids: &grids, options: &options })
+}
+
+/// All files, if the plan is one of the site.
+fn exported(
+    site: &Site<'_>,
+    phase: &ArchiveBuffer,
+    grids: &[ArchiveBuffer],
+    index: &ArchiveBuffer,
+    plan: &ArchiveBuffer,
+    footprints: &[Vec<(u32, Footprint)>],
+    world: bool,
+) {
+    let Ok(plan) = Plan::open(plan.bytes()) else { return };
+    if plan.check_site(site).is_err() {
+        return;
+    }
+    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+    let index = Grids::open(index.bytes()).expect("it was opened before");
+    let footprints: Vec<&[(u32, Footprint)]> = footprints.iter().map(Vec::as_slice).collect();
+    let options = WorldOptions::default();
+    let made = files(&ExportInput {
+        site,
+        phase: &phase,
+        index: &index,
+        grids: &opened_grids(grids),
+        plan: &plan,
+        footprints: &footprints,
+        resolution_m: RESOLUTION_M,
+        robot_footprint_m: &[],
+        with_geometry: world,
+        world: world.then_some(&options),
+    });
+    assert!(made.iter().any(|file| file.path == "manifest.json"));
+}
+
+/// What a robot might have mapped of the lower room: walls on three sides, free floor between them.
+fn robots_map() -> OccupancyMap {
+    let (width, height) = (48usize, 40usize);
+    let occupancy: Vec<i8> = (0..width * height)
+        .map(|k| match (k % width, k / width) {
+            (3..=4, 3..=36) | (3..=44, 3..=4) | (43..=44, 3..=36) => 100,
+            (5..=42, 5..=36) => 0,
+            _ => -1,
+        })
+        .collect();
+    let head = messages::SlamMapHead {
+        resolution_m: 0.1,
+        origin: [-0.5, -0.5, 0.0],
+        width: width as u32,
+        height: height as u32,
+    };
+    let archive = SlamMap::write(&head, &occupancy);
+    OccupancyMap::of_archive(&SlamMap::open(archive.bytes()).expect("what was written can be read"))
+}
+
+/// Where the map lies in the site, if it can be told.
+fn align(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap) {
+    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+    let Ok(mut references) = References::new(site, &RobotProfile::DEFAULT) else { return };
+    let Ok(maps) = references.at(site, &phase) else { return };
+    let maps: Vec<_> = maps.collect();
+    let _ = align_maps(&maps, &PreparedMap::of_slam(map), None);
+}
+
+/// What differs between the storey and the map.
+fn compared(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap, map_storey: usize) -> ArchiveBuffer {
+    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+    deviations(&DeviationInput {
+        site,
+        phase: &phase,
+        robot: &RobotProfile::DEFAULT,
+        map_storey,
+        slam: map,
+        slam_map_hash: 1,
+        pose: MapFromSlam { x_m: 0.0, y_m: 0.0, yaw_rad: 0.0 },
+        about_m: [2.0, 1.5],
+        covariance: [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4]],
+    })
+}
+
+/// The files of deviations, if they are of the site.
+fn told(site: &Site<'_>, phase: &ArchiveBuffer, found: &ArchiveBuffer) {
+    let Ok(found) = Deviations::open(found.bytes()) else { return };
+    if found.check_site(site).is_err() {
+        return;
+    }
+    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+    let created = PlanTime::from_civil_seconds(0).expect("1970 is a year");
+    let made = deviation_files(&DeviationExport { site, phase: &phase, deviations: &found, created });
+    assert_eq!(made.len(), 4);
+}
