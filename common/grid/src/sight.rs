@@ -72,7 +72,7 @@ impl Sight {
         let d = [to[0] - from[0], to[1] - from[1]];
         let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
         if length == 0.0 {
-            return self.leap[self.cell_at(from)] != 0;
+            return self.cell_at(from).is_some_and(|cell| self.passes(cell));
         }
         let direction = [d[0] / length, d[1] / length];
         self.run(from, direction, length) >= length
@@ -129,16 +129,18 @@ impl Sight {
             for step in 0..=n_steps {
                 let gone = f64::from(step) / 2.0;
                 let cell = self.cell_at([from[0] + cos * gone, from[1] + sin * gone]);
-                // A line that ends on a border ends before the cell that stops it.
-                if self.leap[cell] != 0 {
+                // A line that ends on a border ends before the cell that stops it, or at the end of the grid.
+                if let Some(cell) = cell.filter(|&cell| self.passes(cell)) {
                     see(cell);
                 }
             }
         }
     }
 
-    fn cell_at(&self, at: [f64; 2]) -> usize {
-        at[1] as usize * self.width + at[0] as usize
+    /// The cell of a place; `None` outside of the grid.
+    fn cell_at(&self, at: [f64; 2]) -> Option<usize> {
+        let is_inside = at[0] >= 0.0 && at[0] < self.width as f64 && at[1] >= 0.0;
+        is_inside.then(|| at[1] as usize * self.width + at[0] as usize).filter(|&cell| cell < self.leap.len())
     }
 }
 
@@ -199,6 +201,19 @@ mod tests {
             let from = [1.25 + 0.5 * f64::from(k % 16), 1.25 + 0.25 * f64::from(k / 16 % 22)];
             sight.look_around(from, 20.0, 0.0, std::f64::consts::TAU, |cell| {
                 assert!(sight.passes(cell), "cell {cell} from {from:?}");
+            });
+        }
+    }
+
+    #[test]
+    fn a_line_that_ends_at_the_border_of_the_grid_sees_no_cell_beyond_it() {
+        let (width, height) = (30usize, 20usize);
+        let sight = Sight::new(&vec![false; width * height], width);
+        for k in 0..width * height {
+            let from = [(k % width) as f64 + 0.5, (k / width) as f64 + 0.25];
+            sight.look_around(from, 9.0, 0.0, std::f64::consts::TAU, |cell| {
+                let d = [(cell % width) as f64 + 0.5 - from[0], (cell / width) as f64 + 0.5 - from[1]];
+                assert!(d[0].hypot(d[1]) < 9.0 + DIAGONAL, "cell {cell} is seen from {from:?}");
             });
         }
     }

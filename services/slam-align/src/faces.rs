@@ -30,6 +30,8 @@ const LEAST_SLOPE: f32 = 0.04;
 /// longer.
 const N_AROUND: usize = 17;
 const AROUND: i64 = 10;
+/// Cells of half a metre: the steps of larger ones are longer than walls, and what is looked at grows with their square.
+const COARSEST: f64 = 10.0;
 const SAME_DIRECTION: f64 = 0.6;
 const LEAST_LINEAR: f64 = 0.3;
 const CROOKED_WEIGHT: f64 = 0.4;
@@ -60,8 +62,8 @@ impl Faces {
 
     /// Takes the direction of the wall for that of the slope, where there is a wall.
     fn straighten(&mut self, raster: &Raster) {
-        let nearest_first = nearest_first(libm::round(AROUND as f64 * raster.coarseness) as i64);
-        let n_around = (N_AROUND as f64 * raster.coarseness) as usize;
+        let (reach, n_around) = surroundings(raster.coarseness);
+        let nearest_first = nearest_first(reach);
         let straight: Vec<(u32, Option<[f64; 2]>)> = (0..self.of_cell.len())
             .filter(|&index| self.of_cell[index] != NONE)
             .map(|index| (self.of_cell[index], self.wall_normal(raster, index, &nearest_first, n_around)))
@@ -121,6 +123,12 @@ impl Faces {
     }
 }
 
+/// Within how many cells a wall's direction is looked for, and of how many faces it is made.
+fn surroundings(coarseness: f64) -> (i64, usize) {
+    let coarseness = coarseness.min(COARSEST);
+    (libm::round(AROUND as f64 * coarseness) as i64, (N_AROUND as f64 * coarseness) as usize)
+}
+
 /// Steps to the cells around, nearest first.
 fn nearest_first(reach: i64) -> Vec<[i64; 2]> {
     let mut steps: Vec<[i64; 2]> = (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| [x, y])).collect();
@@ -171,4 +179,18 @@ fn blob_weights(raster: &Raster) -> Vec<f64> {
         blob.iter().for_each(|&cell| weights[cell] = weight);
     }
     weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_looked_at_around_a_face_grows_with_the_cells_of_the_map_and_ends() {
+        assert_eq!(surroundings(1.0), (10, 17));
+        assert_eq!(surroundings(5.0), (50, 85));
+        // A map of one cell of 10 m would otherwise sort millions of steps, and look at them from every face.
+        assert_eq!(surroundings(200.0), surroundings(COARSEST));
+        assert!(nearest_first(surroundings(200.0).0).len() < 32_000);
+    }
 }
