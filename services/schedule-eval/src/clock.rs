@@ -16,6 +16,10 @@ const DAYS_BEFORE: i64 = 2 * 366;
 const DAYS_AFTER: i64 = 20 * 366;
 const MAX_DAYS: i64 = 200 * 365;
 
+/// Work times and their periods, day by day, that the calendars of a site are worked out from: seconds of work. A calendar of a
+/// thousand holidays over a hundred years takes a third of it.
+const MAX_STEPS: i64 = 100_000_000;
+
 /// The calendars of a site, worked out.
 pub(crate) struct Calendars {
     /// By calendar; those that no task is assigned to are not worked out.
@@ -46,10 +50,25 @@ impl Calendars {
         let last = dates_s.end.div_euclid(DAY_S).saturating_add(DAYS_AFTER).min(first + MAX_DAYS);
         let mut used = vec![false; site.calendars.len()];
         site.tasks.iter().filter(|t| t.calendar != NONE).for_each(|t| used[t.calendar as usize] = true);
+        let mut steps_left = MAX_STEPS;
         let times = site.calendars.iter().zip(used).map(|(calendar, used)| {
-            let time = used.then(|| working_time(site, calendar, first..last))?;
+            if !used {
+                return None;
+            }
+            let entity = Entity::of(calendar.global_id, calendar.name, calendar.step_id, calendar.source);
+            steps_left = steps_left.saturating_sub(steps(site, calendar, last - first));
+            if steps_left < 0 {
+                let n = i64::from(calendar.n_working) + i64::from(calendar.n_exceptions);
+                let message = format!(
+                    "the calendar has {n} work times over {} years, more than can be worked out; tasks that \
+                     count working time in it have no dates",
+                    (last - first) / 365
+                );
+                findings.add(Severity::Error, "calendar_too_large", Some(entity), message);
+                return Some(WorkingTime::new(&[], &[], first..first));
+            }
+            let time = working_time(site, calendar, first..last);
             if time.day_s() == 0 {
-                let entity = Entity::of(calendar.global_id, calendar.name, calendar.step_id, calendar.source);
                 let message = "the calendar has no working time; tasks that count working time in it have no dates";
                 findings.add(Severity::Error, "calendar_without_work", Some(entity), message.to_owned());
             }
@@ -65,12 +84,22 @@ impl Calendars {
     }
 }
 
+/// Work times of a calendar: working ones, then exceptions.
+fn work_times<'a>(site: &Site<'a>, calendar: &CalendarRecord) -> &'a [WorkTimeRecord] {
+    &site.work_times[calendar.first_work_time as usize..]
+        [..calendar.n_working as usize + calendar.n_exceptions as usize]
+}
+
+/// How much work a calendar is over so many days.
+fn steps(site: &Site<'_>, calendar: &CalendarRecord, days: i64) -> i64 {
+    let periods = work_times(site, calendar).iter().map(|time| 1 + i64::from(time.n_periods)).sum::<i64>();
+    periods.saturating_mul(days)
+}
+
 fn working_time(site: &Site<'_>, calendar: &CalendarRecord, days: Range<i64>) -> WorkingTime {
-    let first = calendar.first_work_time as usize;
-    let (n_working, n_exceptions) = (calendar.n_working as usize, calendar.n_exceptions as usize);
-    let rules: Vec<WorkRule> =
-        site.work_times[first..first + n_working + n_exceptions].iter().map(|time| rule(site, time)).collect();
-    WorkingTime::new(&rules[..n_working], &rules[n_working..], days)
+    let rules: Vec<WorkRule> = work_times(site, calendar).iter().map(|time| rule(site, time)).collect();
+    let (working, exceptions) = rules.split_at(calendar.n_working as usize);
+    WorkingTime::new(working, exceptions, days)
 }
 
 fn rule(site: &Site<'_>, time: &WorkTimeRecord) -> WorkRule {

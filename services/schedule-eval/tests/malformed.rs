@@ -107,6 +107,19 @@ fn a_calendar_without_work_gives_no_dates_and_is_named() {
 }
 
 #[test]
+fn a_calendar_of_more_work_times_than_can_be_worked_out_gives_no_dates_and_is_named() {
+    let mut plan = Plan::starting();
+    let task = plan.lasting("Walls", "P1D");
+    let calendar = plan.office_hours(&[task]);
+    let week = plan.builder.work_times[0];
+    plan.builder.work_times.resize(100_000, week);
+    plan.builder.calendars[calendar].n_exceptions = 99_999;
+    let timeline = plan.evaluate();
+    assert!(dates(&timeline, task).is_none());
+    assert!(finding(&timeline, "calendar_too_large").is_some_and(|f| f.message.contains("100000 work times")));
+}
+
+#[test]
 fn a_predecessor_without_dates_leaves_its_successor_without_and_both_are_named() {
     let mut plan = Plan::starting();
     let (a, b) = (plan.task("Walls"), plan.lasting("Doors", "P1D"));
