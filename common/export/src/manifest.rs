@@ -83,7 +83,7 @@ pub struct Manifest {
     robot: Robot,
     /// How frames lie to each other.
     frames: Frames,
-    /// The storeys that are written, from low to high.
+    /// The storeys that are written, by index.
     storeys: Vec<Storey>,
     /// Indices of the map storeys that were not asked for: other files may name them, and there are no maps of them.
     storeys_left_out: Vec<u32>,
@@ -180,7 +180,7 @@ impl EarthFromWorld {
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Storey {
-    /// Place among all map storeys of the site, from low to high.
+    /// Place among all map storeys of the site: those of the files from low to high, then their levels.
     index: u32,
     /// Name of the storey it is named after; null if it has none.
     name: Option<String>,
