@@ -197,7 +197,7 @@ mod tests {
             let mut builder = SiteBuilder::default();
             let record = ElementRecord { source, ..element(&mut builder) };
             builder.elements.push(record);
-            builder.sources.extend(vec![bytemuck::Zeroable::zeroed(); n_files]);
+            builder.sources = vec![bytemuck::Zeroable::zeroed(); n_files];
             Site::open(builder.finish().bytes()).map(|_| ())
         };
         assert_eq!((opened(0, 0), opened(2, 1)), (Ok(()), Ok(())));
