@@ -88,6 +88,37 @@ fn options_that_cannot_be_planned_change_nothing() {
 }
 
 #[test]
+fn names_that_match_nothing_are_refused_with_the_nearest_and_the_earlier_plan_stays() {
+    let mut live = Live::of(&demo_model(), &format!("[schedule]\nplan_time = {DATE:?}\n"));
+    let plan = |live: &Live| live.text(&[&"topic", &"echo", &"plan"]);
+    let (before, exported_before) = (plan(&live), exported(&live));
+    let options = live.home.path().join("options.toml");
+    let refused = |arguments: &[&dyn AsRef<std::ffi::OsStr>], words: [&str; 2]| {
+        let refused = live.run(arguments);
+        let why = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(!refused.status.success() && words.iter().all(|word| why.contains(word)), "{words:?}: {why}");
+        assert_eq!(plan(&live), before, "{why}");
+    };
+    let file: [&dyn AsRef<std::ffi::OsStr>; 2] = [&"waypoints", &options];
+    for (text, words) in [
+        ("spaces = [\"Plnat room\"]\n", ["\"Plnat room\" matches no space", "\"Plant room\""]),
+        ("[tour]\nlifts = [\"Lfit\"]\n", ["\"Lfit\" matches no lift", "nearest: \"G.lift car\""]),
+        ("[tour]\nstart = { storey = 9, x_m = 1.0, y_m = 1.0 }\n", ["no storey 9", "1 is \"Upper floor\""]),
+        (
+            "[tour]\nstart = { storey = 0, x_m = -5.0, y_m = 3.0 }\n",
+            ["[tour] start", "nearest place where it can is x"],
+        ),
+    ] {
+        std::fs::write(&options, text).unwrap();
+        refused(&file, words);
+    }
+    refused(&[&"waypoints", &"--space", &"Plnat room"], ["\"Plnat room\" matches no space", "\"Plant room\""]);
+    live.kill("waypoint-gen");
+    assert_eq!(exported(&live), exported_before, "nothing of it is kept for the next start");
+    live.down();
+}
+
+#[test]
 fn a_scan_of_what_changed_looks_at_less_than_a_scan_of_everything() {
     let home = tempfile::tempdir().unwrap();
     let options = home.path().join("options.toml");

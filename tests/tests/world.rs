@@ -286,3 +286,34 @@ fn the_glb_is_whole() {
     assert!(lookup["elements"].as_object().unwrap().keys().all(|id| names.contains(id.as_str())));
     assert_eq!(document["buffers"][0]["byteLength"].as_u64().unwrap() as usize, word(20 + word(12)));
 }
+
+#[test]
+fn a_world_of_chosen_storeys_is_the_whole_building_and_begins_on_one_of_them() {
+    let arguments = ["--world", "--markers"];
+    let all = convert(&demo_model(), &arguments);
+    let upper = convert(&demo_model(), &[&["--storeys", "Upper*"], arguments.as_slice()].concat());
+    let listed =
+        |maps: &Maps| maps.manifest["files"].as_object().unwrap().keys().cloned().collect::<BTreeSet<String>>();
+    let written: BTreeSet<String> =
+        upper.contents().into_keys().map(|p| p.to_str().unwrap().to_owned()).filter(|p| p != "manifest.json").collect();
+    assert_eq!(listed(&upper), written, "what is listed is what is written");
+    let of_world =
+        |names: &BTreeSet<String>| names.iter().filter(|n| n.starts_with("world/")).cloned().collect::<Vec<_>>();
+    assert_eq!(of_world(&listed(&upper)), of_world(&listed(&all)));
+    let sdf = |maps: &Maps| std::fs::read_to_string(maps.path().join("world/world.sdf")).unwrap();
+    for uri in sdf(&upper).lines().filter_map(|l| l.split_once("<uri>")?.1.split_once("</uri>")).map(|l| l.0) {
+        assert!(written.contains(&format!("world/{uri}")), "{uri}");
+    }
+    // What a robot sees through the atrium and up the stairs is there: bodies are those of the whole building.
+    let bodies = |maps: &Maps| static_shapes(maps).into_iter().map(|s| (s.link, s.corners)).collect::<Vec<_>>();
+    assert!(bodies(&upper) == bodies(&all));
+    let lookup = [&all, &upper].map(|maps| maps.json("world/lookup.json"));
+    assert_eq!(lookup[0]["doors"], lookup[1]["doors"]);
+    let waypoints = upper.json("waypoints.json");
+    let waypoints = waypoints["waypoints"].as_array().unwrap();
+    let spawn = &lookup[1]["spawn"];
+    assert_eq!((&spawn["storey"], lookup[0]["spawn"]["storey"].as_u64()), (&1.into(), Some(0)));
+    let first = waypoints.iter().min_by_key(|w| w["order"].as_u64().unwrap()).unwrap();
+    assert_eq!((&spawn["waypoint"], &spawn["x_m"]), (&first["id"], &first["x_m"]));
+    assert_eq!(sdf(&upper).matches("<visual name=\"w").count(), waypoints.len());
+}

@@ -195,8 +195,8 @@ mod tests {
         assert!(!glass(&["Glass", "Aluminium"]) && !glass(&[]));
     }
 
-    /// Classes of the elements of a file: `#1` to `#9` are elements, `#20` to `#29` relations, all with one body of these sizes.
-    fn classes(records: &str, [x, y, z]: [f64; 3]) -> Vec<Class> {
+    /// The elements of a file: `#1` to `#9` are elements, `#20` to `#29` relations, all with one body of these sizes.
+    fn elements(records: &str, [x, y, z]: [f64; 3]) -> Vec<Element> {
         let text = format!(
             "ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');FILE_SCHEMA(('IFC4'));ENDSEC;DATA;
              #100=IFCPROJECT('p',$,'P',$,$,$,$,(#101),#104);#101=IFCGEOMETRICREPRESENTATIONCONTEXT($,'Model',3,1.E-5,#102,$);
@@ -208,7 +208,12 @@ mod tests {
         );
         let options = ifc::ReadOptions { threads: 1, ..ifc::ReadOptions::default() };
         let (model, _) = ifc::read(text.as_bytes(), &options).unwrap();
-        (0..model.elements.len()).map(|k| class_of(&model.elements, k)).collect()
+        model.elements
+    }
+
+    fn classes(records: &str, sizes: [f64; 3]) -> Vec<Class> {
+        let elements = elements(records, sizes);
+        (0..elements.len()).map(|k| class_of(&elements, k)).collect()
     }
 
     fn member(kind: &str, sizes: [f64; 3]) -> Class {
@@ -254,5 +259,36 @@ mod tests {
         let in_stair = "#1=IFCPLATE('p',$,$,$,$,#103,#121,$,$);#2=IFCSTAIR('s',$,$,$,$,#103,$,$,$);\
                         #20=IFCRELAGGREGATES('r',$,$,$,#2,(#1));";
         assert_eq!(classes(in_stair, [1.0, 0.02, 2.0])[0], Class::Stair);
+    }
+
+    #[test]
+    fn parts_of_doors_and_windows_are_no_floor_whatever_they_are_modelled_as() {
+        let parts = [
+            "IFCSLAB('t',$,'threshold',$,$,#103,#121,$,.FLOOR.)",
+            "IFCCOVERING('t',$,'threshold',$,$,#103,#121,$,.FLOORING.)",
+            "IFCMEMBER('t',$,'sill',$,$,#103,#121,$,$)",
+            "IFCPLATE('t',$,'leaf',$,$,#103,#121,$,$)",
+            "IFCBUILDINGELEMENTPART('t',$,'leaf',$,$,#103,#121,$,$)",
+        ];
+        let whole_of = |part: &str, whole: &str, relation: &str| {
+            // The assembly between is part of the whole, the part one of the assembly.
+            let records = format!(
+                "#1={part};#2=IFCELEMENTASSEMBLY('a',$,$,$,$,#103,$,$,$,$);#3={whole};
+                 #20={relation}('r',$,$,$,#2,(#1));#21={relation}('s',$,$,$,#3,(#2));"
+            );
+            flags_of(&elements(&records, [1.0, 0.1, 0.02]), 0) & element_flags::FLOOR != 0
+        };
+        for relation in ["IFCRELAGGREGATES", "IFCRELNESTS"] {
+            for whole in ["IFCDOOR", "IFCWINDOW"] {
+                let whole = format!("{whole}('w',$,$,$,$,#103,$,$,2.1,1.,$,$,$)");
+                for part in parts {
+                    assert!(!whole_of(part, &whole, relation), "{part} of {whole} by {relation}");
+                }
+            }
+            let of_floor = parts.map(|part| whole_of(part, "IFCSLAB('w',$,$,$,$,#103,$,$,$)", relation));
+            assert_eq!(of_floor, [true, true, false, false, false], "{relation}");
+        }
+        let own = |part: &str| flags_of(&elements(&format!("#1={part};"), [1.0; 3]), 0) & element_flags::FLOOR != 0;
+        assert_eq!(parts.map(own), [true, true, false, false, false]);
     }
 }

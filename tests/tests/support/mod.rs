@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
+pub(crate) mod house;
 pub(crate) mod live;
 
 use serde_json::Value;
@@ -72,6 +73,8 @@ pub(crate) fn groundplan(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
 pub(crate) struct Maps {
     home: tempfile::TempDir,
     pub(crate) manifest: Value,
+    /// What the program said on standard output.
+    pub(crate) said: String,
 }
 
 /// Converts, and expects success.
@@ -83,7 +86,7 @@ pub(crate) fn convert(model: &Path, more: &[&str]) -> Maps {
     let output = groundplan(&arguments);
     assert!(output.status.success(), "{}: {}", model.display(), String::from_utf8_lossy(&output.stderr));
     let manifest = serde_json::from_slice(&std::fs::read(out.join("manifest.json")).unwrap()).unwrap();
-    Maps { home, manifest }
+    Maps { home, manifest, said: String::from_utf8(output.stdout).unwrap() }
 }
 
 impl Maps {
