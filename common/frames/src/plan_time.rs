@@ -1,9 +1,9 @@
 //! The time of the construction schedule.
 
-use jiff::civil::DateTime;
+use jiff::civil::{DateTime, datetime};
 use jiff::fmt::temporal::Pieces;
 use jiff::tz::TimeZone;
-use jiff::{Timestamp, Zoned};
+use jiff::{SignedDuration, Timestamp, Zoned};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -14,6 +14,9 @@ use std::str::FromStr;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct PlanTime(pub DateTime);
+
+/// The instant from which civil seconds are counted.
+const EPOCH: DateTime = datetime(1970, 1, 1, 0, 0, 0, 0);
 
 /// A text that is no plan time.
 #[derive(Debug, thiserror::Error)]
@@ -68,12 +71,12 @@ impl PlanTime {
 
     /// Seconds of the civil calendar since 1970-01-01T00:00: for archives.
     pub fn civil_seconds(self) -> i64 {
-        TimeZone::UTC.to_timestamp(self.0).map_or(i64::MAX, |t| t.as_second())
+        self.0.duration_since(EPOCH).as_secs()
     }
 
     /// The plan time of [`Self::civil_seconds`]; `None` outside the years -9999 to 9999.
     pub fn from_civil_seconds(seconds: i64) -> Option<Self> {
-        Timestamp::from_second(seconds).ok().map(|t| Self(TimeZone::UTC.to_datetime(t)))
+        EPOCH.checked_add(SignedDuration::from_secs(seconds)).ok().map(Self)
     }
 }
 
@@ -104,6 +107,18 @@ mod tests {
         assert!("yesterday".parse::<PlanTime>().is_err());
         let is_day = |text: &str| PlanTime::parse(text, None).unwrap().is_day;
         assert!(is_day("2024-04-15") && !is_day("2024-04-15T00:00") && !is_day("2024-04-15 00:00:00"));
+    }
+
+    #[test]
+    fn civil_seconds_reach_from_the_first_to_the_last_second_of_the_calendar() {
+        for text in ["-009999-01-01T00:00:00", "1969-12-31T23:59:59", "9999-12-31T00:00:00", "9999-12-31T23:59:59"] {
+            let at: PlanTime = text.parse().unwrap();
+            assert_eq!(at.to_string(), text);
+            assert_eq!(PlanTime::from_civil_seconds(at.civil_seconds()), Some(at), "{text}");
+        }
+        let last: PlanTime = "9999-12-31T23:59:59".parse().unwrap();
+        assert_eq!(PlanTime::from_civil_seconds(last.civil_seconds() + 1), None);
+        assert_eq!([i64::MIN, i64::MAX].map(PlanTime::from_civil_seconds), [None, None]);
     }
 
     #[test]

@@ -45,14 +45,14 @@ impl WrittenDate {
         self.at_s
     }
 
-    /// As a finish: a day ends at the next midnight.
+    /// As a finish: a day ends at the next midnight, the last one of the calendar with its last second.
     pub(crate) fn finish_s(self) -> i64 {
-        if self.is_day { self.at_s + DAY_S } else { self.at_s }
+        if self.is_day { self.end_of_day_s() } else { self.at_s }
     }
 
-    /// The end of its day, whatever the time.
+    /// The end of its day at any time of day.
     pub(crate) fn end_of_day_s(self) -> i64 {
-        (self.at_s.div_euclid(DAY_S) + 1) * DAY_S
+        ((self.at_s.div_euclid(DAY_S) + 1) * DAY_S).min(seconds(DateTime::MAX))
     }
 }
 
@@ -173,6 +173,13 @@ mod tests {
         let noon = parse_iso("2024-03-04T12:00:00", None).unwrap();
         assert_eq!((noon.start_s(), noon.finish_s()), (at("2024-03-04T12:00"), at("2024-03-04T12:00")));
         assert_eq!(noon.end_of_day_s(), at("2024-03-05T00:00"));
+    }
+
+    #[test]
+    fn the_last_day_of_the_calendar_is_a_date_like_any_other() {
+        let last = parse_iso("9999-12-31", None).unwrap();
+        assert_eq!((last.start_s(), last.finish_s()), (at("9999-12-31T00:00"), at("9999-12-31T23:59:59")));
+        assert_eq!(last.end_of_day_s(), last.finish_s());
     }
 
     #[test]
