@@ -8,7 +8,7 @@ use embedded_graphics::mono_font::MonoTextStyle;
 use embedded_graphics::mono_font::iso_8859_1::FONT_4X6;
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::prelude::{DrawTarget, Pixel};
-use embedded_graphics::primitives::{Circle, Line, Primitive, PrimitiveStyle, StyledDrawable};
+use embedded_graphics::primitives::{Circle, Line, PointsIter, PrimitiveStyle, StyledDrawable};
 use embedded_graphics::text::{Baseline, Text};
 use frames::Point2;
 use grid::{Class, GridSpec, Sight};
@@ -87,10 +87,14 @@ fn draw_tour(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
     let spec = grid.spec();
     let tours = input.plan.storeys.iter().filter(|s| s.map_storey == grid.head.map_storey);
     for ends in tours.flat_map(|storey| input.plan.tour_of(storey).windows(2)) {
-        let line = Line::new(pixel(&spec, ends[0]), pixel(&spec, ends[1]));
-        // Drawing into memory does not fail.
-        let _ = line.into_styled(PrimitiveStyle::with_stroke(TOUR, 1)).draw(canvas);
+        draw_line(canvas, pixel(&spec, ends[0]), pixel(&spec, ends[1]), TOUR);
     }
+}
+
+/// A line of any length: that of a stroke, whose length is squared in 32 bits, ends at 46,340 pixels.
+fn draw_line(canvas: &mut Canvas, from: Point, to: Point, ink: Rgb888) {
+    // Drawing into memory does not fail.
+    let _ = canvas.draw_iter(Line::new(from, to).points().map(|at| Pixel(at, ink)));
 }
 
 fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
@@ -109,7 +113,7 @@ fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
             let _ = Circle::with_center(at, 7).draw_styled(&PrimitiveStyle::with_fill(ink), canvas);
         } else {
             for arm in [Point::new(3, 3), Point::new(3, -3)] {
-                let _ = Line::new(at - arm, at + arm).into_styled(PrimitiveStyle::with_stroke(ink, 1)).draw(canvas);
+                draw_line(canvas, at - arm, at + arm, ink);
             }
         }
         let letters = MonoTextStyle::new(&FONT_4X6, ink);
