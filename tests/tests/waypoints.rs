@@ -113,7 +113,8 @@ fn names_that_match_nothing_are_refused_with_the_nearest_and_the_earlier_plan_st
         refused(&file, words);
     }
     refused(&[&"waypoints", &"--space", &"Plnat room"], ["\"Plnat room\" matches no space", "\"Plant room\""]);
-    live.kill("waypoint-gen");
+    live.down();
+    live.up();
     assert_eq!(exported(&live), exported_before, "nothing of it is kept for the next start");
     live.down();
 }
