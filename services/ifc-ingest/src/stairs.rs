@@ -3,7 +3,7 @@
 use crate::assemble::add_diagnostic;
 use crate::classify::is_a;
 use crate::merge::Merged;
-use frames::metres;
+use frames::{TENTHS_PER_M, metres};
 use geometry::{MeshView, Tread, treads};
 use ifc::{Diagnostic, Element, PropertyValue, Severity};
 use messages::{NONE, SiteBuilder, StairRecord, stair_flags};
@@ -120,7 +120,7 @@ fn steps(foot_z: i32, treads: &[Tread]) -> Option<Steps> {
             rises.push(metres(z - below[0].z));
             let far = |a: &Tread, b: &Tread| libm::hypot(b.centre[0] - a.centre[0], b.centre[1] - a.centre[1]);
             let nearest = level.iter().flat_map(|b| below.iter().map(move |a| far(a, b))).reduce(f64::min);
-            lengths.extend(nearest.map(|tenths| tenths / f64::from(frames::TENTHS_PER_M)));
+            lengths.extend(nearest.map(|tenths| tenths / f64::from(TENTHS_PER_M)));
         }
         below = Some(level);
     }
@@ -205,16 +205,18 @@ impl Length {
             let body_m = self.body_m.filter(|_| fills);
             return (body_m.unwrap_or(0.0), body_m.is_some());
         };
+        // Tenths of a millimetre tell a wrong unit from a wrong figure.
+        let shown_m = (told_m * f64::from(TENTHS_PER_M)).round() / f64::from(TENTHS_PER_M);
         let agrees = self.body_m.is_none_or(|body_m| (told_m - body_m).abs() <= self.tolerance * body_m);
         match self.body_m {
             _ if within(told_m, self.range_m) && agrees => (told_m, false),
             Some(body_m) => {
-                objections.push(format!("{name} is {told_m} m, its body has {body_m:.3} m, which counts"));
+                objections.push(format!("{name} is {shown_m} m, its body has {body_m:.3} m, which counts"));
                 (body_m, true)
             }
             None => {
                 objections.push(format!(
-                    "{name} is {told_m} m, which cannot be, and its body shows no steps: it is left out"
+                    "{name} is {shown_m} m, which cannot be, and its body shows no steps: it is left out"
                 ));
                 (0.0, false)
             }
@@ -269,6 +271,17 @@ mod tests {
             assert_eq!(objections.len(), 2);
             assert!(objections[0].contains(&format!("RiserHeight is {riser_m} m")), "{objections:?}");
         }
+    }
+
+    #[test]
+    fn lengths_are_told_to_tenths_of_a_millimetre() {
+        // 25 inches are 0.635 m, and so much in US survey feet.
+        let riser_m = 0.635_001_270_002_54;
+        let (_, objections) = compare(told(16, riser_m, 0.28), body(16, 0.175, 0.28)).unwrap();
+        assert_eq!(objections, ["RiserHeight is 0.635 m, its body has 0.175 m, which counts"]);
+        let (_, objections) = compare(told(16, 0.28, 0.000_62 / 1.000_2), None).unwrap();
+        let expected = "TreadLength is 0.0006 m, which cannot be, and its body shows no steps: it is left out";
+        assert_eq!(objections, [expected]);
     }
 
     #[test]
