@@ -45,6 +45,9 @@ static WHOLE: LazyLock<Archives> = LazyLock::new(|| {
 /// A search of all poses takes as long as a hundred other executions: it is made for this value of the second byte alone.
 const ALIGN: u8 = 255;
 
+/// A comparison with the robot's map takes as long as twenty other executions: it is made for second bytes below this one.
+const COMPARED_BELOW: u8 = 16;
+
 /// The first byte chooses the archive that is changed, the second what is made of it; the rest are changes.
 pub fn run(bytes: &[u8]) {
     let [choice, what, changes @ ..] = bytes else { return };
@@ -81,7 +84,9 @@ pub fn run(bytes: &[u8]) {
                 if *what == ALIGN {
                     align(&site, &whole.phase, &map);
                 }
-                told(&site, &whole.phase, &compared(&site, &whole.phase, &map, 0));
+                if *what < COMPARED_BELOW {
+                    told(&site, &whole.phase, &compared(&site, &whole.phase, &map, 0));
+                }
             }
         }
     }
@@ -91,12 +96,13 @@ pub fn run(bytes: &[u8]) {
 fn of_site(site: &ArchiveBuffer, what: u8) {
     let Ok(site) = Site::open(site.bytes()) else { return };
     let phase = if what & 4 == 0 { everything_built(&site) } else { phase_of(&site) };
-    if what & 2 == 0 {
+    let is_compared = what & 2 != 0 && what < COMPARED_BELOW;
+    if !is_compared && what != ALIGN {
         return all(&site, &phase, what & 1 == 1);
     }
     if is_small(&site, COMPARED_CELL_M) {
         if what == ALIGN {
-            align(&site, &phase, &robots_map());
+            return align(&site, &phase, &robots_map());
         }
         for storey in 0..site.map_storeys.len() {
             told(&site, &phase, &compared(&site, &phase, &robots_map(), storey));
