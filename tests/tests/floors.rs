@@ -60,3 +60,50 @@ fn pavements_and_courses_near_the_height_of_a_storey_are_its_floor() {
         assert_eq!(far.storey(0).planning(3.0, 2.0), UNKNOWN, "{entity}");
     }
 }
+
+/// Storeys, by height in centimetres, that stairs, ramps or lifts of a class lead between.
+fn ways(maps: &Maps, class: &str) -> Vec<[i64; 2]> {
+    let graph = maps.json("site-graph.json");
+    let list = |key: &str| graph[key].as_array().unwrap().clone();
+    let heights: Vec<i64> = {
+        let storeys = maps.manifest["storeys"].as_array().unwrap();
+        storeys.iter().map(|s| (s["floor_z_m"].as_f64().unwrap() * 100.0).round() as i64).collect()
+    };
+    let height = |node: &serde_json::Value| {
+        let storey = list("nodes").iter().find(|n| n["id"] == *node).unwrap()["storey"].as_u64().unwrap();
+        heights[storey as usize]
+    };
+    let of_class = list("edges").into_iter().filter(|e| e["class"] == class);
+    of_class.map(|e| [height(&e["from"]), height(&e["to"])]).collect()
+}
+
+/// Outline of a flight along x in x and z: steps of 0.28 by 0.175 m above a foot.
+fn flight_outline(x_m: f64, foot_m: f64, n: usize) -> Vec<[f64; 2]> {
+    let corner = |k: usize| [x_m + 0.28 * k as f64, foot_m + 0.175 * k as f64];
+    let mut outline = vec![[corner(n)[0], foot_m], corner(n)];
+    for k in (0..n).rev() {
+        outline.extend([[corner(k)[0], corner(k + 1)[1]], corner(k)]);
+    }
+    outline
+}
+
+#[test]
+fn of_two_levels_a_foot_apart_a_stair_joins_that_at_which_it_begins() {
+    let with_stair = |x_m: f64, foot_m: f64, n: usize| {
+        let mut house = House::new("IFC4");
+        house.add("IFCSLAB", "Floor", PLAIN, [[0.0, 0.0, -0.2], [6.2, 10.0, 0.0]]);
+        house.add("IFCSLAB", "Platform", PLAIN, [[6.2, 0.0, -0.2], [14.0, 10.0, 0.3]]);
+        house.add_room("Hall", [[0.0, 0.0, 0.0], [6.2, 10.0, 2.5]]);
+        house.add_room("Platform", [[6.2, 0.0, 0.3], [14.0, 10.0, 2.5]]);
+        house.add("IFCSLAB", "Upper floor", PLAIN, [[6.2, 5.0, 2.6], [14.0, 10.0, 2.8]]);
+        house.add_prism("IFCSTAIRFLIGHT", "Stair", "$,$,$,$,$,$", &flight_outline(x_m, foot_m, n), [7.0, 9.0]);
+        let maps = converted(&house);
+        assert_eq!(maps.manifest["storeys"].as_array().unwrap().len(), 3, "{}", maps.said);
+        ways(&maps, "stair")
+    };
+    assert_eq!(with_stair(2.0, 0.0, 15), [[0, 280]]);
+    // Fourteen risers from the platform up, beside the upper floor.
+    let mut up = with_stair(7.0, 0.3, 14);
+    up.iter_mut().for_each(|ends| ends.sort_unstable());
+    assert_eq!(up, [[30, 280]]);
+}

@@ -1,6 +1,6 @@
 //! The way up a stair: over its treads and landings, from a place on the lower floor to one on the upper.
 
-use frames::{Map, Point2, TENTHS_PER_M, metres};
+use frames::{TENTHS_PER_M, metres};
 use geometry::{Bounds, Footprint, MultiPolygon, Point, Slab, Tread, footprint, treads};
 use grid::Class;
 use messages::{ElementState, NONE, Phase, Site};
@@ -25,10 +25,10 @@ const MAX_TREADS: usize = 1_000;
 const REACH: f64 = 0.10 * TENTHS_PER_M as f64;
 
 /// Faces that differ by less are one level.
-const ONE_LEVEL: i32 = 6 * TENTHS_PER_M / 100;
+pub(crate) const ONE_LEVEL: i32 = 6 * TENTHS_PER_M / 100;
 
 /// Steps are no higher; what is higher is no step of a stair. A floor may be laid higher than the model's first step expects.
-const MAX_RISE: i32 = 45 * TENTHS_PER_M / 100;
+pub(crate) const MAX_RISE: i32 = 45 * TENTHS_PER_M / 100;
 
 /// Rise of a step where a stair has too few to tell.
 const USUAL_RISE: i32 = 19 * TENTHS_PER_M / 100;
@@ -43,7 +43,7 @@ const MAX_STEPS_ASIDE: i32 = 500;
 const N_WIDTHS: usize = 5;
 
 /// A tread this many times as large as the middle one is a landing.
-const LANDING: f64 = 1.8;
+pub(crate) const LANDING: f64 = 1.8;
 
 /// Points this near to a straight line are left out, in metres.
 const TOLERANCE_M: f64 = 0.01;
@@ -76,36 +76,6 @@ pub(crate) fn climb(site: &Site<'_>, phase: &Phase<'_>, whole: usize, ends: [[f6
     Some(Climb { line, walked_m, clear_width_m, n_risers })
 }
 
-/// Where one steps onto a stair from a floor of this height, or off it: before its lowest tread above the floor and behind its
-/// highest below, or all around a landing at the floor's height. None where it has no level faces there.
-pub(crate) fn ends_at(site: &Site<'_>, elements: &[usize], floor_z: i32) -> Vec<Point2<Map>> {
-    let parts = elements.iter().map(|&e| &site.elements[e]).filter(|e| e.class() != Class::Railing);
-    let steps = treads(parts.flat_map(|e| site.element_meshes(e)));
-    let up = |t: &Tread| t.z - floor_z;
-    let point = |[x, y]: [f64; 2]| Point2::new(x / f64::from(TENTHS_PER_M), y / f64::from(TENTHS_PER_M));
-    let at_floor = steps.iter().filter(|t| up(t).abs() <= ONE_LEVEL);
-    let mut ends: Vec<Point2<Map>> =
-        at_floor.flat_map(|t| t.plan.rings().flatten()).map(|corner| point(corner.map(f64::from))).collect();
-    let above = steps.iter().filter(|t| (ONE_LEVEL + 1..=MAX_RISE).contains(&up(t))).map(|t| t.z).min();
-    let below = steps.iter().filter(|t| (-MAX_RISE..-ONE_LEVEL).contains(&up(t))).map(|t| t.z).max();
-    for (z, is_up) in [(above, true), (below, false)] {
-        for end in steps.iter().filter(|t| Some(t.z) == z) {
-            let follows = |t: &&Tread| {
-                let rise = if is_up { t.z - end.z } else { end.z - t.z };
-                (1..=MAX_RISE).contains(&rise) && touch(&end.plan, &t.plan)
-            };
-            // Half a tread beyond its middle, away from the next.
-            ends.extend(
-                steps
-                    .iter()
-                    .filter(follows)
-                    .map(|next| point([0, 1].map(|k| end.centre[k] - (next.centre[k] - end.centre[k]) / 2.0))),
-            );
-        }
-    }
-    ends
-}
-
 /// True if the element is the whole or, over any number of steps, a part of it.
 fn is_part_of(site: &Site<'_>, element: usize, whole: usize) -> bool {
     let mut at = element;
@@ -133,7 +103,7 @@ fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 /// The shortest way over treads that follow each other, by their places.
 fn way_over(steps: &[Tread], ends: [[f64; 3]; 2], [low, high]: [i32; 2]) -> Option<Vec<usize>> {
-    let rise = usual_rise(steps) * 8 / 5;
+    let rise = highest_rise(steps);
     let n = steps.len();
     // The first and the last step may be higher, where a floor is laid otherwise than the stair expects.
     let within = |far: &dyn Fn(&Tread) -> i32| -> Vec<bool> {
@@ -167,8 +137,13 @@ fn way_over(steps: &[Tread], ends: [[f64; 3]; 2], [low, high]: [i32; 2]) -> Opti
     Some(way)
 }
 
+/// The highest step that is still one between treads of these.
+pub(crate) fn highest_rise(steps: &[Tread]) -> i32 {
+    usual_rise(steps) * 8 / 5
+}
+
 /// The rise that most neighbouring levels have, in tenths of a millimetre.
-fn usual_rise(steps: &[Tread]) -> i32 {
+pub(crate) fn usual_rise(steps: &[Tread]) -> i32 {
     let mut rises: Vec<i32> =
         steps.windows(2).map(|t| t[1].z - t[0].z).filter(|r| (1..=MAX_RISE).contains(r)).collect();
     rises.sort_unstable();
@@ -176,7 +151,7 @@ fn usual_rise(steps: &[Tread]) -> i32 {
 }
 
 /// True if two plans are no farther apart than a foot reaches.
-fn touch(a: &MultiPolygon, b: &MultiPolygon) -> bool {
+pub(crate) fn touch(a: &MultiPolygon, b: &MultiPolygon) -> bool {
     let (Some(p), Some(q)) = (a.bounds(), b.bounds()) else { return false };
     let reach = REACH as i32;
     if !grown(p, reach).meets(&q) {
@@ -279,25 +254,25 @@ fn off_line_m(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use bytemuck::Zeroable;
     use messages::{ArchiveBuffer, ElementRecord, PartRecord, PhaseBuilder, SiteBuilder};
 
-    const RISE_M: f64 = 0.175;
-    const GOING_M: f64 = 0.28;
+    pub(crate) const RISE_M: f64 = 0.175;
+    pub(crate) const GOING_M: f64 = 0.28;
 
     /// A stair: element 0 is the whole, the others are its parts and what stands beside them.
-    struct Stairwell(SiteBuilder);
+    pub(crate) struct Stairwell(pub(crate) SiteBuilder);
 
     impl Stairwell {
-        fn new() -> Self {
+        pub(crate) fn new() -> Self {
             let mut stairwell = Self(SiteBuilder::default());
             stairwell.add(Class::Stair, NONE, None);
             stairwell
         }
 
-        fn add(&mut self, class: Class, whole: u32, corners_m: Option<[[f64; 3]; 2]>) -> usize {
+        pub(crate) fn add(&mut self, class: Class, whole: u32, corners_m: Option<[[f64; 3]; 2]>) -> usize {
             let b = &mut self.0;
             let corners = corners_m.map(|c| c.map(|p| p.map(|m| (m * f64::from(TENTHS_PER_M)).round() as i32)));
             let [min, max] = corners.unwrap_or_default();
@@ -333,7 +308,7 @@ mod tests {
         }
 
         /// `n` steps of a flight of 1 m from x = `from_m` in either direction, the first a rise above `floor_m`.
-        fn flight(&mut self, from_m: f64, way: f64, y_m: f64, floor_m: f64, n: u32) {
+        pub(crate) fn flight(&mut self, from_m: f64, way: f64, y_m: f64, floor_m: f64, n: u32) {
             for k in 0..n {
                 let ends = [k, k + 1].map(|k| from_m + way * GOING_M * f64::from(k));
                 let top = floor_m + RISE_M * f64::from(k + 1);
@@ -342,7 +317,7 @@ mod tests {
             }
         }
 
-        fn site(&self) -> ArchiveBuffer {
+        pub(crate) fn site(&self) -> ArchiveBuffer {
             self.0.finish()
         }
 
@@ -368,21 +343,6 @@ mod tests {
         let slope_m = libm::hypot(14.0 * GOING_M, 14.0 * RISE_M);
         let ways_m = libm::hypot(0.64, RISE_M) + libm::hypot(5.7 - 1.0 - 14.5 * GOING_M, RISE_M);
         assert!((found.walked_m - slope_m - ways_m).abs() < 0.01, "{found:?}");
-    }
-
-    #[test]
-    fn one_steps_onto_a_flight_before_its_lowest_step_and_off_it_behind_its_highest() {
-        let mut stairwell = Stairwell::new();
-        stairwell.flight(1.0, 1.0, 0.0, 0.0, 15);
-        let elements: Vec<usize> = (0..stairwell.0.elements.len()).collect();
-        let site = stairwell.site();
-        let site = Site::open(site.bytes()).unwrap();
-        for (floor_z, x_m) in [(0, 1.0), (28_000, 1.0 + 15.0 * GOING_M)] {
-            let ends = ends_at(&site, &elements, floor_z);
-            assert_eq!(ends.len(), 1);
-            assert!((ends[0].x_m - x_m).abs() < 1e-3 && (ends[0].y_m - 0.5).abs() < 1e-3, "{ends:?}");
-        }
-        assert!(ends_at(&site, &elements, 50_000).is_empty());
     }
 
     #[test]

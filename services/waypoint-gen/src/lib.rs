@@ -8,6 +8,7 @@ mod ground;
 mod portals;
 mod reached;
 mod spaces;
+mod stair_ends;
 mod start;
 mod unknown;
 

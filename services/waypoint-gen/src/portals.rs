@@ -1,8 +1,8 @@
 //! Ways from storey to storey: stairs, ramps, lifts, and where to stand before them.
 
-use crate::climb::ends_at;
 use crate::ground::Ground;
 use crate::options::PlanOptions;
+use crate::stair_ends::{ends_at, is_flight, stair_treads};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::{unit_normal, upward_triangles};
 use messages::{EdgeKind, ElementState, NONE, Phase, RobotProfile, Site, element_flags};
@@ -139,14 +139,16 @@ fn entrances(site: &Site<'_>, elements: &[usize], kind: EdgeKind, storey: usize)
     let point = |x: i32, y: i32| Point2::new(metres(x), metres(y));
     let is_here = |z: i64| (z - floor).abs() <= LEVEL_TENTHS && is_nearest(site, storey, z);
     if kind != EdgeKind::Lift {
-        if is_one_of_levels(site, storey) && !elements.iter().any(|&e| stops_at(site, e, floor, is_here)) {
-            return Vec::new();
-        }
+        let levels = levels_beside(site, storey);
         if kind != EdgeKind::Ramp {
-            let ends = ends_at(site, elements, site.map_storeys[storey].floor_z_tenths);
-            if !ends.is_empty() {
+            let steps = stair_treads(site, elements);
+            let ends = ends_at(&steps, site.map_storeys[storey].floor_z_tenths, &levels);
+            if !ends.is_empty() || !levels.is_empty() && is_flight(&steps) {
                 return ends;
             }
+        }
+        if !levels.is_empty() && !elements.iter().any(|&e| stops_at(site, e, floor, is_here)) {
+            return Vec::new();
         }
         let vertices = elements.iter().flat_map(|&e| site.element_meshes(&site.elements[e])).flat_map(|m| m.vertices);
         return vertices.filter(|v| is_here(i64::from(v[2]))).map(|v| point(v[0], v[1])).collect();
@@ -164,7 +166,7 @@ fn entrances(site: &Site<'_>, elements: &[usize], kind: EdgeKind, storey: usize)
         let centres = doors.map(|d| d.passage.centre.map(|c| c / f64::from(TENTHS_PER_M)));
         let near: Vec<Point2<Map>> =
             centres.filter(|c| outside(*c) <= LANDING_DOOR_M).map(|c| Point2::new(c[0], c[1])).collect();
-        if near.is_empty() && !is_one_of_levels(site, storey) {
+        if near.is_empty() && levels_beside(site, storey).is_empty() {
             let [x, y] = [0, 1].map(|k| [lift.min_tenths[k], lift.max_tenths[k]]);
             let middle = |r: [i32; 2]| r[0].midpoint(r[1]);
             points.extend([
@@ -186,13 +188,11 @@ fn is_nearest(site: &Site<'_>, storey: usize, z: i64) -> bool {
     (0..site.map_storeys.len()).all(|k| far(storey) <= far(k))
 }
 
-/// True if another level of the storey is mapped.
-fn is_one_of_levels(site: &Site<'_>, storey: usize) -> bool {
-    let far = |k: usize| {
-        let [a, b] = [k, storey].map(|k| i64::from(site.map_storeys[k].floor_z_tenths));
-        (a - b).abs()
-    };
-    (0..site.map_storeys.len()).any(|k| k != storey && far(k) < LEAST_STOREY_TENTHS)
+/// Heights of the other levels of a storey that are mapped.
+fn levels_beside(site: &Site<'_>, storey: usize) -> Vec<i32> {
+    let floor_z = site.map_storeys[storey].floor_z_tenths;
+    let others = site.map_storeys.iter().enumerate().filter(|(k, _)| *k != storey).map(|(_, s)| s.floor_z_tenths);
+    others.filter(|z| (i64::from(*z) - i64::from(floor_z)).abs() < LEAST_STOREY_TENTHS).collect()
 }
 
 /// True if a stair, a ramp or a flight begins or ends at a floor, or has a landing there.
