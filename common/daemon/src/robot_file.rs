@@ -96,28 +96,22 @@ impl Robot {
 impl RobotToml {
     fn into_robot(self) -> Result<Robot, String> {
         let usual = RobotProfile::DEFAULT;
-        let within = |key: &str, value: Option<f64>, usual: f64, lo: f64, hi: f64| match value.unwrap_or(usual) {
-            v if (lo..=hi).contains(&v) => Ok(v),
-            v => Err(format!("{key} is {v}, it must be from {lo} to {hi}")),
-        };
         let profile = RobotProfile {
-            height_m: within("height_m", self.height_m, usual.height_m, 0.1, 3.0)?,
-            clearance_above_m: within("clearance_above_m", self.clearance_above_m, usual.clearance_above_m, 0.0, 1.0)?,
-            step_height_m: within("step_height_m", self.step_height_m, usual.step_height_m, 0.0, 0.5)?,
-            radius_m: within("radius_m", self.radius_m, usual.radius_m, 0.01, 5.0)?,
-            max_slope_rad: within("max_slope_rad", self.max_slope_rad, usual.max_slope_rad, 0.0, 1.0)?,
-            door_margin_m: within("door_margin_m", self.door_margin_m, usual.door_margin_m, 0.0, 1.0)?,
-            edge_margin_m: within("edge_margin_m", self.edge_margin_m, usual.edge_margin_m, 0.0, 10.0)?,
-            work_margin_m: within("work_margin_m", self.work_margin_m, usual.work_margin_m, 0.0, 50.0)?,
-            lidar_height_m: within("lidar_height_m", self.lidar_height_m, usual.lidar_height_m, 0.01, 3.0)?,
-            lidar_range_m: within("lidar_range_m", self.lidar_range_m, usual.lidar_range_m, 0.0, 1000.0)?,
-            sensor_height_m: within("sensor_height_m", self.sensor_height_m, usual.sensor_height_m, 0.0, 10.0)?,
+            height_m: self.height_m.unwrap_or(usual.height_m),
+            clearance_above_m: self.clearance_above_m.unwrap_or(usual.clearance_above_m),
+            step_height_m: self.step_height_m.unwrap_or(usual.step_height_m),
+            radius_m: self.radius_m.unwrap_or(usual.radius_m),
+            max_slope_rad: self.max_slope_rad.unwrap_or(usual.max_slope_rad),
+            door_margin_m: self.door_margin_m.unwrap_or(usual.door_margin_m),
+            edge_margin_m: self.edge_margin_m.unwrap_or(usual.edge_margin_m),
+            work_margin_m: self.work_margin_m.unwrap_or(usual.work_margin_m),
+            lidar_height_m: self.lidar_height_m.unwrap_or(usual.lidar_height_m),
+            lidar_range_m: self.lidar_range_m.unwrap_or(usual.lidar_range_m),
+            sensor_height_m: self.sensor_height_m.unwrap_or(usual.sensor_height_m),
             opens: self.opens.as_deref().map_or(Ok(usual.opens), opens_bits)?,
             climbs_stairs: u32::from(self.climbs_stairs.unwrap_or(usual.climbs_stairs == 1)),
         };
-        if profile.step_height_m >= profile.height_m {
-            return Err(format!("step_height_m {} is not below height_m {}", profile.step_height_m, profile.height_m));
-        }
+        profile.check().map_err(|limit| limit.to_string())?;
         let footprint_m = self.footprint_m.unwrap_or_default();
         check_footprint(&footprint_m, profile.radius_m)?;
         if self.name.trim().is_empty() {

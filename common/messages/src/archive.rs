@@ -1,5 +1,6 @@
 //! Preamble, section table, strings: what all archives share.
 
+use crate::robot::RobotLimitError;
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
@@ -117,7 +118,7 @@ pub struct Text {
 }
 
 /// Why bytes are not the archive that a reader wants.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ArchiveError {
     /// Shorter than it says, or than a preamble.
     #[error("the archive is cut off: {length} bytes of {expected}")]
@@ -162,6 +163,9 @@ pub enum ArchiveError {
         /// Which records.
         what: &'static str,
     },
+    /// The robot is none.
+    #[error("the robot of the archive: {0}")]
+    Robot(RobotLimitError),
 }
 
 /// The memory of an archive in the heap.

@@ -180,12 +180,14 @@ impl<'a> Grids<'a> {
     /// Validates and views an archive.
     ///
     /// # Errors
-    /// Bytes that are no whole grids archive.
+    /// Bytes that are no whole grids archive, or a robot with numbers that no robot has.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let archive = Archive::open(bytes, ArchiveKind::Grids)?;
+        let head: &GridsHead = archive.record(section::HEAD)?;
+        head.robot.check().map_err(ArchiveError::Robot)?;
         Ok(Self {
             archive,
-            head: archive.record(section::HEAD)?,
+            head,
             slots: archive.section(section::SLOTS)?,
             robot_name: archive.strings(section::ROBOT_NAME)?,
             doors: archive.section(section::DOORS)?,
@@ -271,5 +273,21 @@ mod tests {
         let buffer = GridsBuilder { head, slots: &[slot], robot_name: "default", doors: &[], regions: &[] }.finish();
         let grids = Grids::open(buffer.bytes()).unwrap();
         assert_eq!((grids.head, grids.slots, grids.robot_name), (&head, &[slot][..], "default"));
+    }
+
+    #[test]
+    fn an_index_of_a_robot_that_cannot_be_is_refused() {
+        let refused = |robot: RobotProfile| {
+            let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, robot };
+            let buffer = GridsBuilder { head, slots: &[], robot_name: "r", doors: &[], regions: &[] }.finish();
+            Grids::open(buffer.bytes()).unwrap_err().to_string()
+        };
+        let usual = RobotProfile::DEFAULT;
+        for radius_m in [f64::NAN, f64::INFINITY, -0.3, 1e30] {
+            let expected = format!("the robot of the archive: radius_m is {radius_m}, it must be from 0.01 to 5");
+            assert_eq!(refused(RobotProfile { radius_m, ..usual }), expected);
+        }
+        let climber = RobotProfile { height_m: 0.2, step_height_m: 0.3, ..usual };
+        assert_eq!(refused(climber), "the robot of the archive: step_height_m 0.3 is not below height_m 0.2");
     }
 }

@@ -58,7 +58,7 @@ pub use phase::{
 };
 pub use plan::{Plan, PlanBuilder};
 pub use plan_records::*;
-pub use robot::{Opens, RobotProfile};
+pub use robot::{Opens, RobotLimitError, RobotProfile};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_records::*;
 pub use site::{CheckedSite, Site};

@@ -35,6 +35,29 @@ pub struct RobotProfile {
 }
 const _: () = assert!(size_of::<RobotProfile>() == 96);
 
+/// A number that no robot has.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum RobotLimitError {
+    /// Too small, too large or not a number.
+    #[error("{key} is {value}, it must be from {} to {}", limits[0], limits[1])]
+    Outside {
+        /// Its key in a robot profile.
+        key: &'static str,
+        /// As given.
+        value: f64,
+        /// The smallest and the largest value.
+        limits: [f64; 2],
+    },
+    /// The robot would climb what it cannot look over.
+    #[error("step_height_m {step_height_m} is not below height_m {height_m}")]
+    Step {
+        /// As given.
+        step_height_m: f64,
+        /// As given.
+        height_m: f64,
+    },
+}
+
 /// Kinds of door operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
@@ -84,6 +107,34 @@ impl RobotProfile {
         opens: Opens::Swing as u32 | Opens::Sliding as u32,
         climbs_stairs: 0,
     };
+
+    /// Checks that each number is one that a robot has.
+    ///
+    /// # Errors
+    /// The first number out of its limits; a step that is as high as the robot.
+    pub fn check(&self) -> Result<(), RobotLimitError> {
+        let numbers = [
+            ("height_m", self.height_m, [0.1, 3.0]),
+            ("clearance_above_m", self.clearance_above_m, [0.0, 1.0]),
+            ("step_height_m", self.step_height_m, [0.0, 0.5]),
+            ("radius_m", self.radius_m, [0.01, 5.0]),
+            ("max_slope_rad", self.max_slope_rad, [0.0, 1.0]),
+            ("door_margin_m", self.door_margin_m, [0.0, 1.0]),
+            ("edge_margin_m", self.edge_margin_m, [0.0, 10.0]),
+            ("work_margin_m", self.work_margin_m, [0.0, 50.0]),
+            ("lidar_height_m", self.lidar_height_m, [0.01, 3.0]),
+            ("lidar_range_m", self.lidar_range_m, [0.0, 1000.0]),
+            ("sensor_height_m", self.sensor_height_m, [0.0, 10.0]),
+        ];
+        let outside = numbers.into_iter().find(|(_, value, [low, high])| !(low..=high).contains(&value));
+        if let Some((key, value, limits)) = outside {
+            return Err(RobotLimitError::Outside { key, value, limits });
+        }
+        if self.step_height_m >= self.height_m {
+            return Err(RobotLimitError::Step { step_height_m: self.step_height_m, height_m: self.height_m });
+        }
+        Ok(())
+    }
 
     /// True if it manages this kind of door.
     pub fn opens(&self, operation: Opens) -> bool {
