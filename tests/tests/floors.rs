@@ -107,3 +107,33 @@ fn of_two_levels_a_foot_apart_a_stair_joins_that_at_which_it_begins() {
     up.iter_mut().for_each(|ends| ends.sort_unstable());
     assert_eq!(up, [[30, 280]]);
 }
+
+#[test]
+fn a_sloped_slab_that_meets_floor_at_both_ends_is_a_ramp() {
+    let with = |slope: &[[f64; 2]], kind: &str| {
+        let mut house = House::new("IFC4");
+        house.add("IFCSLAB", "Floor", PLAIN, [[0.0, 0.0, -0.2], [6.0, 6.0, 0.0]]);
+        house.add_room("Hall", [[0.0, 0.0, 0.0], [6.0, 6.0, 2.5]]);
+        house.add("IFCSLAB", "Platform", PLAIN, [[11.0, 0.0, 0.2], [17.0, 6.0, 0.4]]);
+        let outline: Vec<[f64; 2]> =
+            slope.iter().copied().chain(slope.iter().rev().map(|[x, z]| [*x, z - 0.2])).collect();
+        house.add_prism("IFCSLAB", "Sloped slab", kind, &outline, [2.0, 4.0]);
+        converted(&house)
+    };
+    let ramp = [[6.0, 0.0], [11.0, 0.4]];
+    for kind in [PLAIN, "$,.FLOOR."] {
+        let maps = with(&ramp, kind);
+        assert_eq!(ways(&maps, "ramp"), [[0, 40]], "{}", maps.said);
+        let graph = maps.json("site-graph.json");
+        let edge = graph["edges"].as_array().unwrap().iter().find(|e| e["class"] == "ramp").unwrap().clone();
+        let [slope_rad, rise_m, length_m] = ["slope_rad", "rise_m", "length_m"].map(|key| edge[key].as_f64().unwrap());
+        assert!((slope_rad - (0.4_f64 / 5.0).atan()).abs() < 1e-3 && (rise_m - 0.4).abs() < 1e-9, "{edge}");
+        assert!(5.0 < length_m && length_m < 7.0 && edge["usable"] == true, "{edge}");
+    }
+    let n_levels = |maps: &Maps| maps.manifest["storeys"].as_array().unwrap().len();
+    // A roof beside the hall that ends nowhere, one that ends above the platform, and a slope that is too steep.
+    for slope in [[[6.0, 0.0], [10.0, 0.32]], [[6.0, 0.15], [11.0, 0.55]], [[7.0, 0.0], [11.0, 0.45]]] {
+        let maps = with(&slope, "$,.ROOF.");
+        assert_eq!((ways(&maps, "ramp").len(), n_levels(&maps)), (0, 1), "{slope:?}: {}", maps.said);
+    }
+}

@@ -20,6 +20,7 @@ mod polygon;
 mod section;
 mod sheets;
 mod slab;
+mod slopes;
 mod surfaces;
 mod treads;
 
@@ -34,5 +35,6 @@ pub use pieces::{PieceOptions, convex_pieces};
 pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, ring_area_doubled};
 pub use section::{Section, section};
 pub use slab::{Slab, clip_to_slab};
+pub use slopes::ramp_faces;
 pub use surfaces::{SurfacePoint, Surfaces, surface_points};
 pub use treads::{Tread, treads};

@@ -14,7 +14,7 @@ use crate::split_levels::{Access, Surroundings, add_levels};
 use crate::stairs::add_stairs;
 use crate::storeys::{Building, Candidate, Fate, MapStorey, SpaceFloor, map_storeys};
 use frames::{TENTHS_PER_M, metres, tenths};
-use geometry::{Bounds, MeshView, upward_triangles};
+use geometry::{Bounds, MeshView, ramp_faces, upward_triangles};
 use grid::Class;
 use ifc::{Diagnostic, GeometryStatus, Named, Property, PropertyValue, Severity};
 use messages::*;
@@ -269,6 +269,10 @@ fn find_levels(
         }
         Class::Stair | Class::Ramp => {
             Some(Access::Flight { vertices: meshes(e).flat_map(|m| m.vertices.iter().copied()).collect() })
+        }
+        Class::Slab if e.has(element_flags::FLOOR) => {
+            let faces = ramp_faces(meshes(e), RobotProfile::DEFAULT.max_slope_rad);
+            (!faces.is_empty()).then(|| Access::Slope { vertices: faces.concat() })
         }
         _ => None,
     };

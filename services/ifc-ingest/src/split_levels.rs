@@ -39,6 +39,8 @@ pub(crate) enum Access {
     Door { plan: Bounds, sill_z: i32 },
     /// A flight of a stair or a ramp: its vertices.
     Flight { vertices: Vec<[i32; 3]> },
+    /// A slab that is sloped: the corners of its sloped faces. It leads to a level from one that is walked.
+    Slope { vertices: Vec<[i32; 3]> },
 }
 
 /// What levels are found from, beside the storeys.
@@ -47,7 +49,7 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) level_faces: &'a FloorTriangles,
     /// Bodies between lowest and highest point that leave no room below them.
     pub(crate) bodies: &'a [([i32; 2], Vec<MeshView<'a>>)],
-    /// Doors, stairs and ramps.
+    /// Doors, stairs, ramps and sloped slabs.
     pub(crate) accesses: &'a [Access],
     /// Rooms.
     pub(crate) spaces: &'a [SpaceFloor],
@@ -267,7 +269,18 @@ fn walked(walkable: &Walkable, patches: &[Patch], mapped: &[MapStorey], around: 
             let n_least = (LEAST_STEP_M / walkable.spec.resolution_m()).ceil() as usize;
             patch.samples.iter().filter(leads).take(n_least).count() == n_least
         };
-        let Some(next) = (0..patches.len()).find(|&k| !walked[k] && step(&patches[k])) else { return walked };
+        let height_is_walked = |z: i32| {
+            let others = patches.iter().zip(&walked).filter(|(_, walked)| **walked).map(|(patch, _)| patch.z);
+            mapped.iter().map(|m| m.z).chain(others).any(|other| (other - z).abs() <= STEP)
+        };
+        let slope = |patch: &Patch| {
+            let beside = Beside::of(walkable, patch);
+            beside.is_some_and(|b| {
+                around.accesses.iter().any(|access| slope_leads(access, patch.z, &b, height_is_walked))
+            })
+        };
+        let is_next = |k: &usize| !walked[*k] && (step(&patches[*k]) || slope(&patches[*k]));
+        let Some(next) = (0..patches.len()).find(is_next) else { return walked };
         walked[next] = true;
     }
 }
@@ -280,17 +293,7 @@ fn has_access(
     mapped: &[MapStorey],
     around: &Surroundings<'_>,
 ) -> bool {
-    let size = i64::from(walkable.spec.cell_tenths);
-    let at = |sample: &usize| {
-        let place = i64::from(walkable.samples[*sample].0);
-        let cell = [place % i64::from(walkable.spec.width), place / i64::from(walkable.spec.width)];
-        [0, 1].map(|k| ((cell[k] + i64::from(walkable.spec.first_cell[k])) * size + size / 2) as i32)
-    };
-    let places: Vec<[i32; 2]> = patch.samples.iter().map(at).collect();
-    let Some(bounds) = Bounds::of(places.iter().copied()) else { return false };
-    let bounds = grown(bounds, BESIDE);
-    let lies_in = |p: &[i32; 2], b: &Bounds| (0..2).all(|k| b.min[k] <= p[k] && p[k] <= b.max[k]);
-    let is_beside = |around: Bounds| places.iter().any(|p| lies_in(p, &around));
+    let Some(beside) = Beside::of(walkable, patch) else { return false };
     // A flight that ends at another floor does not lead to one a riser away from it.
     let is_nearest = |z: i32| {
         let far = (z - patch.z).abs();
@@ -298,21 +301,69 @@ fn has_access(
         far <= RISER && others.into_iter().all(|other| far <= (other - z).abs())
     };
     around.accesses.iter().any(|access| match access {
-        Access::Door { plan, sill_z } => {
-            (sill_z - patch.z).abs() <= RISER && plan.meets(&bounds) && is_beside(grown(*plan, BESIDE))
-        }
+        Access::Door { plan, sill_z } => (sill_z - patch.z).abs() <= RISER && beside.is_near(*plan),
         Access::Flight { vertices } => {
             let z = || vertices.iter().map(|v| v[2]);
             let ends: Vec<i32> = [z().min(), z().max()].into_iter().flatten().filter(|z| is_nearest(*z)).collect();
             let leads =
                 |v: &&[i32; 3]| (v[2] - patch.z).abs() <= STEP || ends.iter().any(|end| (v[2] - end).abs() <= STEP);
-            let near = vertices.iter().filter(leads).map(|v| [v[0], v[1]]).filter(|p| lies_in(p, &bounds));
-            let mut near: Vec<[i32; 2]> = near.collect();
-            near.sort_unstable();
-            near.dedup();
-            near.into_iter().any(|p| is_beside(grown(Bounds { min: p, max: p }, BESIDE)))
+            beside.any_is_near(vertices.iter().filter(leads).map(|v| [v[0], v[1]]))
         }
+        // What leads up it decides, see [`slope_leads`].
+        Access::Slope { .. } => false,
     })
+}
+
+/// True if a sloped slab ends at a level of this height, and its other end is at a height that is walked.
+fn slope_leads(access: &Access, z: i32, beside: &Beside, is_walked: impl Fn(i32) -> bool) -> bool {
+    let Access::Slope { vertices } = access else { return false };
+    let heights = || vertices.iter().map(|v| v[2]);
+    let (Some(low), Some(high)) = (heights().min(), heights().max()) else { return false };
+    [(low, high), (high, low)].into_iter().any(|(end, other)| {
+        let at_end = vertices.iter().filter(|v| (v[2] - end).abs() <= STEP).map(|v| [v[0], v[1]]);
+        (end - z).abs() <= STEP && is_walked(other) && beside.any_is_near(at_end)
+    })
+}
+
+/// Where a patch is in plan.
+struct Beside {
+    places: Vec<[i32; 2]>,
+    bounds: Bounds,
+}
+
+impl Beside {
+    fn of(walkable: &Walkable, patch: &Patch) -> Option<Self> {
+        let size = i64::from(walkable.spec.cell_tenths);
+        let at = |sample: &usize| {
+            let place = i64::from(walkable.samples[*sample].0);
+            let cell = [place % i64::from(walkable.spec.width), place / i64::from(walkable.spec.width)];
+            [0, 1].map(|k| ((cell[k] + i64::from(walkable.spec.first_cell[k])) * size + size / 2) as i32)
+        };
+        let places: Vec<[i32; 2]> = patch.samples.iter().map(at).collect();
+        let bounds = grown(Bounds::of(places.iter().copied())?, BESIDE);
+        Some(Self { places, bounds })
+    }
+
+    /// True if the patch is no farther from a rectangle than from what is beside it.
+    fn is_near(&self, plan: Bounds) -> bool {
+        let around = grown(plan, BESIDE);
+        plan.meets(&self.bounds) && self.places.iter().any(|p| lies_in(p, &around))
+    }
+
+    /// The same for any of some points.
+    fn any_is_near(&self, points: impl Iterator<Item = [i32; 2]>) -> bool {
+        let mut near: Vec<[i32; 2]> = points.filter(|p| lies_in(p, &self.bounds)).collect();
+        near.sort_unstable();
+        near.dedup();
+        near.into_iter().any(|p| {
+            let around = grown(Bounds { min: p, max: p }, BESIDE);
+            self.places.iter().any(|place| lies_in(place, &around))
+        })
+    }
+}
+
+fn lies_in(p: &[i32; 2], bounds: &Bounds) -> bool {
+    (0..2).all(|k| bounds.min[k] <= p[k] && p[k] <= bounds.max[k])
 }
 
 /// The map storey that a patch is a level of: that of most of its rooms, else the nearest in height, of two the lower.

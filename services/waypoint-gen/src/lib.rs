@@ -7,6 +7,7 @@ mod climb;
 mod ground;
 mod portals;
 mod reached;
+mod sloped_slabs;
 mod spaces;
 mod stair_ends;
 mod start;

@@ -2,6 +2,7 @@
 
 use crate::ground::Ground;
 use crate::options::PlanOptions;
+use crate::sloped_slabs::sloped_slabs;
 use crate::stair_ends::{ends_at, is_flight, stair_treads};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::{unit_normal, upward_triangles};
@@ -97,6 +98,7 @@ pub(crate) fn portals(
             below = Some(here);
         }
     }
+    portals.extend(sloped_slabs(site, phase, robot, grounds));
     portals
 }
 
@@ -244,7 +246,7 @@ pub(crate) fn length_m(site: &Site<'_>, grounds: &[&Ground], ends: [Staging; 2])
 
 /// The steepest of a ramp's upward faces, those left out that are too small to matter; where it has none, the slope of the
 /// straight way.
-fn slope_rad(site: &Site<'_>, elements: &[usize], grounds: &[&Ground], ends: [Staging; 2]) -> f64 {
+pub(crate) fn slope_rad(site: &Site<'_>, elements: &[usize], grounds: &[&Ground], ends: [Staging; 2]) -> f64 {
     let meshes = elements.iter().flat_map(|&e| site.element_meshes(&site.elements[e]));
     let faces = meshes.flat_map(|mesh| upward_triangles(mesh, STEEPEST_RAD));
     let face = |t: [[i32; 3]; 3]| unit_normal(&t).map(|n| (libm::acos(n[2].min(1.0)), plan_area_m2(&t)));
