@@ -89,23 +89,24 @@ fn flight_outline(x_m: f64, foot_m: f64, n: usize) -> Vec<[f64; 2]> {
 
 #[test]
 fn of_two_levels_a_foot_apart_a_stair_joins_that_at_which_it_begins() {
-    let with_stair = |x_m: f64, foot_m: f64, n: usize| {
+    // Side by side: the floor from y = 6 m on, the platform up to there, and the upper floor over both.
+    let with_stair = |foot_m: f64, n: usize, y: [f64; 2]| {
         let mut house = House::new("IFC4");
-        house.add("IFCSLAB", "Floor", PLAIN, [[0.0, 0.0, -0.2], [6.2, 10.0, 0.0]]);
-        house.add("IFCSLAB", "Platform", PLAIN, [[6.2, 0.0, -0.2], [14.0, 10.0, 0.3]]);
-        house.add_room("Hall", [[0.0, 0.0, 0.0], [6.2, 10.0, 2.5]]);
-        house.add_room("Platform", [[6.2, 0.0, 0.3], [14.0, 10.0, 2.5]]);
-        house.add("IFCSLAB", "Upper floor", PLAIN, [[6.2, 5.0, 2.6], [14.0, 10.0, 2.8]]);
-        house.add_prism("IFCSTAIRFLIGHT", "Stair", "$,$,$,$,$,$", &flight_outline(x_m, foot_m, n), [7.0, 9.0]);
+        house.add("IFCSLAB", "Floor", PLAIN, [[0.0, 6.0, -0.2], [14.0, 12.0, 0.0]]);
+        house.add_room("Hall", [[0.0, 6.0, 0.0], [14.0, 12.0, 2.5]]);
+        house.add("IFCSLAB", "Platform", PLAIN, [[0.0, 0.0, -0.2], [14.0, 6.0, 0.3]]);
+        house.add_room("Platform", [[0.0, 0.0, 0.3], [14.0, 6.0, 2.5]]);
+        let top_m = 2.0 + 0.28 * n as f64;
+        house.add("IFCSLAB", "Upper floor", PLAIN, [[top_m, 2.0, 2.6], [14.0, 10.0, 2.8]]);
+        house.add_prism("IFCSTAIRFLIGHT", "Stair", "$,$,$,$,$,$", &flight_outline(2.0, foot_m, n), y);
         let maps = converted(&house);
         assert_eq!(maps.manifest["storeys"].as_array().unwrap().len(), 3, "{}", maps.said);
-        ways(&maps, "stair")
+        let mut ends = ways(&maps, "stair");
+        ends.iter_mut().for_each(|ends| ends.sort_unstable());
+        ends
     };
-    assert_eq!(with_stair(2.0, 0.0, 15), [[0, 280]]);
-    // Fourteen risers from the platform up, beside the upper floor.
-    let mut up = with_stair(7.0, 0.3, 14);
-    up.iter_mut().for_each(|ends| ends.sort_unstable());
-    assert_eq!(up, [[30, 280]]);
+    assert_eq!(with_stair(0.0, 15, [6.0, 8.0]), [[0, 280]]);
+    assert_eq!(with_stair(0.3, 13, [4.0, 6.0]), [[30, 280]]);
 }
 
 #[test]
