@@ -4,7 +4,7 @@
 mod support;
 
 use support::house::{House, PLAIN};
-use support::{FREE, Maps, UNKNOWN, convert};
+use support::{FREE, Maps, OCCUPIED, UNKNOWN, convert};
 
 fn converted(house: &House) -> Maps {
     let home = tempfile::tempdir().unwrap();
@@ -13,7 +13,7 @@ fn converted(house: &House) -> Maps {
 
 /// The lines about an assumed floor.
 fn warnings(maps: &Maps) -> Vec<&str> {
-    maps.said.lines().map(str::trim).filter(|line| line.starts_with("warning: the model has")).collect()
+    maps.said.lines().map(str::trim).filter(|line| line.contains("so it is assumed")).collect()
 }
 
 #[test]
@@ -40,6 +40,26 @@ fn an_assumed_floor_is_told_once_with_from_what_and_how_much() {
     house.add("IFCSLAB", "Slab", PLAIN, [[0.0, 0.0, -0.2], [6.0, 4.0, 0.0]]);
     let maps = converted(&house);
     assert_eq!((warnings(&maps).len(), &maps.manifest["storeys"][0]["floor"]), (0, &"built".into()));
+}
+
+#[test]
+fn a_model_of_beams_alone_says_that_nothing_is_free_because_it_holds_no_floor() {
+    let mut house = House::new("IFC4");
+    for y in [0.0, 3.0] {
+        house.add("IFCBEAM", "Beam", PLAIN, [[0.0, y, 0.5], [6.0, y + 0.2, 0.8]]);
+    }
+    let maps = converted(&house);
+    let expected = "warning: the model holds no floor (slab, covering, ramp), no space and no wall: its maps show obstacles, \
+                    no cell is free and there are no waypoints";
+    assert_eq!(warnings(&maps), Vec::<&str>::new(), "nothing is assumed");
+    assert_eq!(maps.said.matches(expected).count(), 1, "{}", maps.said);
+    let line = maps.said.lines().find(|line| line.starts_with("storey  0")).unwrap();
+    assert!(line.contains("0.0 m2 free, 2 obstacles, 0 waypoints, no floor in the model"), "{line}");
+    assert!(!maps.said.contains("yet"), "{}", maps.said);
+    assert_eq!(maps.manifest["storeys"][0]["status"], "no_floor");
+    let storey = maps.storey(0);
+    assert_eq!([storey.planning(3.0, 0.1), storey.planning(3.0, 1.5)], [OCCUPIED, UNKNOWN]);
+    assert_eq!(maps.json("waypoints.json")["waypoints"], serde_json::json!([]));
 }
 
 #[test]

@@ -190,7 +190,8 @@ struct Storey {
     floor_z_m: f64,
     /// `built` or `assumed`.
     floor: &'static str,
-    /// `ok`, or `no_floor_yet`: all of it is unknown and keep-out.
+    /// `ok`; `no_floor_yet`: nothing of it is free at this plan time; or `no_floor`: the model holds no floor, space or wall, and
+    /// nothing of it ever is.
     status: &'static str,
     /// Folder of its files.
     directory: String,
@@ -270,7 +271,11 @@ pub fn schedule_ignored(site: &Site<'_>, phase: &Phase<'_>) -> bool {
 
 /// Whether a storey can be stood on anywhere.
 pub fn status_of(grid: &messages::Grid<'_>) -> &'static str {
-    if grid.floor.iter().any(|&f| f != 0) { "ok" } else { "no_floor_yet" }
+    match FloorKind::from_id(grid.head.floor) {
+        _ if grid.floor.iter().any(|&f| f != 0) => "ok",
+        Some(FloorKind::Missing) => "no_floor",
+        _ => "no_floor_yet",
+    }
 }
 
 impl Robot {

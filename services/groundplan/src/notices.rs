@@ -4,10 +4,17 @@ use export::ExportInput;
 use frames::metres;
 use messages::{DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, Phase, Site};
 
+/// What is said of a model from which no floor can be made.
+const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp), no space and no wall: its maps show obstacles, \
+                        no cell is free and there are no waypoints";
+
 /// The notices, worst first.
 pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     let site = input.site;
     let mut kinds = Kinds::default();
+    if input.grids.iter().any(|grid| grid.head.floor == FloorKind::Missing as u32) {
+        kinds.add("floor_missing", NO_FLOOR.to_owned());
+    }
     if let Some(line) = assumed_floors(input) {
         kinds.add("floor_assumed", line);
     }
@@ -45,10 +52,9 @@ fn assumed_floors(input: &ExportInput<'_>) -> Option<String> {
         let floor_m2 = grid.floor.iter().filter(|f| **f != 0).count() as f64 * cell_m2;
         let name = input.site.text(input.site.map_storeys[grid.head.map_storey as usize].name);
         match FloorKind::from_id(grid.head.floor)? {
-            FloorKind::Built => None,
+            FloorKind::Built | FloorKind::Missing => None,
             FloorKind::AssumedFromSpaces => Some(format!("{name:?} {floor_m2:.1} m2 from its spaces")),
             FloorKind::AssumedFromEnclosure => Some(format!("{name:?} {floor_m2:.1} m2 from what its walls enclose")),
-            FloorKind::Missing => Some(format!("{name:?} none, as there are neither spaces nor walls")),
         }
     };
     let storeys: Vec<String> = input.grids.iter().filter_map(storey).collect();

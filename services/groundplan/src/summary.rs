@@ -60,7 +60,7 @@ struct StoreyLine {
     floor_z_m: f64,
     floor: &'static str,
     size_cells: [u32; 2],
-    /// `ok`, or `no_floor_yet`.
+    /// `ok`, `no_floor_yet` or `no_floor`.
     status: &'static str,
     free_m2: f64,
     /// How much of its floor the robot gets to.
@@ -200,7 +200,11 @@ impl StoreyLine {
         let Self { index, name, floor_z_m, floor, size_cells: [width, height], free_m2, obstacles, waypoints, .. } =
             self;
         let name = name.as_deref().unwrap_or_default();
-        let status = if self.status == "ok" { "" } else { ", no floor yet" };
+        let status = match self.status {
+            "no_floor_yet" => ", no floor yet",
+            "no_floor" => ", no floor in the model",
+            _ => "",
+        };
         let reached = self.reach.text().map_or(String::new(), |text| format!(", {text}"));
         let closed = match self.closed_doors {
             0 => String::new(),
