@@ -69,7 +69,10 @@ fn the_dock_is_a_level_of_its_own_that_a_ramp_joins() {
     let [rise_m, slope_rad] = ["rise_m", "slope_rad"].map(|key| ramps[0][key].as_f64().unwrap());
     assert!((rise_m.abs() - 0.25).abs() < 1e-6 && (slope_rad - 0.089).abs() < 0.001, "{:?}", ramps[0]);
     assert_eq!(ramps[0]["usable"], true);
-    assert_eq!(maps.json("report.json")["spaces_not_mapped"].as_array().unwrap().len(), 0);
+    let report = maps.json("report.json");
+    let unmapped = report["spaces_not_mapped"].as_array().unwrap().iter();
+    let unmapped: Vec<&str> = unmapped.map(|room| room["name"].as_str().unwrap()).collect();
+    assert!(unmapped.len() == 1 && unmapped[0].starts_with("U.11"), "the void over the foyer alone: {unmapped:?}");
 }
 
 #[test]

@@ -158,3 +158,27 @@ fn a_sloped_slab_that_meets_floor_at_both_ends_is_a_ramp() {
         assert_eq!((ways(&maps, "ramp").len(), n_levels(&maps)), (0, 1), "{slope:?}: {}", maps.said);
     }
 }
+
+#[test]
+fn rooms_without_floor_under_them_are_listed_with_area_and_reason() {
+    let mut house = House::new("IFC4");
+    house.add_walls([0.0, 0.0, 12.0, 4.0], [0.0, 3.0]);
+    house.add("IFCSLAB", "Floor", PLAIN, [[0.0, 0.0, -0.2], [8.0, 4.0, 0.0]]);
+    house.add_room("Hall", [[0.0, 0.0, 0.0], [8.0, 4.0, 2.5]]);
+    house.add_room("Void", [[8.0, 0.0, 0.0], [12.0, 4.0, 2.5]]);
+    house.add_room("Attic", [[0.0, 0.0, 1.8], [5.0, 1.0, 2.5]]);
+    let maps = converted(&house);
+    for line in [
+        "on no map: 1 room, 5.0 m2: Attic 5.0 m2\n",
+        "on no map, without floor under them: 1 room, 16.0 m2: Void 16.0 m2\n",
+    ] {
+        assert_eq!(maps.said.matches(line).count(), 1, "{line}: {}", maps.said);
+    }
+    let report = maps.json("report.json");
+    let rooms: Vec<_> = report["spaces_not_mapped"].as_array().unwrap().iter().collect();
+    let facts: Vec<_> = rooms.iter().map(|r| (r["name"].as_str().unwrap(), r["area_m2"].as_f64().unwrap())).collect();
+    assert_eq!(facts, [("Void", 16.0), ("Attic", 5.0)]);
+    let reasons =
+        ["there is no floor (slab, covering) under it at the level of its map storey", "its floor is on no map storey"];
+    assert_eq!([&rooms[0]["reason"], &rooms[1]["reason"]], reasons);
+}

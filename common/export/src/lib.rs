@@ -28,7 +28,7 @@ pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
 pub use door_report::{each_door, reason_text};
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
 pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
-pub use reach::{FloorReach, spaces_not_mapped};
+pub use reach::{FloorReach, NotMapped, RoomNotMapped, spaces_not_mapped};
 pub use report::Report;
 pub use route::SiteGraph;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};

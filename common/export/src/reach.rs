@@ -1,7 +1,8 @@
 //! How much of the floors the robot gets to, and the rooms that are on no map.
 
-use crate::rounded;
-use messages::{FloorPartRecord, NONE, Plan, Site, space_flags};
+use crate::manifest::status_of;
+use crate::{ExportInput, rounded};
+use messages::{FloorPartRecord, NONE, Plan, space_flags};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -66,18 +67,68 @@ impl FloorReach {
     }
 }
 
-/// Rooms with a body whose floor is on no map storey, from large to small: no gross areas, nothing outdoors.
-pub fn spaces_not_mapped(site: &Site<'_>) -> Vec<u32> {
-    let is_room = |k: &u32| {
-        let space = &site.spaces[*k as usize];
-        space.map_storey == NONE
-            && space.n_rings > 0
-            && !space.has(space_flags::METADATA_ONLY)
-            && !space.has(space_flags::EXTERNAL)
+/// A room that is on no map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RoomNotMapped {
+    /// The space.
+    pub space: u32,
+    /// Why not.
+    pub reason: NotMapped,
+}
+
+/// Why a room is on no map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NotMapped {
+    /// No map storey is at the height of its floor.
+    NoLevel,
+    /// There is a map storey, and no floor under the room.
+    NoFloor,
+}
+
+impl NotMapped {
+    /// The reason as a sentence about the room.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::NoLevel => "its floor is on no map storey",
+            Self::NoFloor => "there is no floor (slab, covering) under it at the level of its map storey",
+        }
+    }
+}
+
+/// A room has floor if as much of its cells are floor.
+const LEAST_FLOOR_SHARE: f64 = 0.02;
+
+/// Rooms with a body that are on no map, from large to small: no gross areas, nothing outdoors. Of storeys that are not written, or
+/// have no floor anywhere yet, nothing is said.
+pub fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<RoomNotMapped> {
+    let site = input.site;
+    let mut without_floor = vec![false; site.spaces.len()];
+    for grid in input.grids.iter().filter(|grid| status_of(grid) == "ok") {
+        // Cells, and those of them that are floor.
+        let mut cells = vec![[0u32; 2]; site.spaces.len()];
+        for (space, floor) in grid.space.iter().zip(grid.floor) {
+            if let Some(counts) = usize::from(*space).checked_sub(1).and_then(|k| cells.get_mut(k)) {
+                *counts = [counts[0] + 1, counts[1] + u32::from(*floor != 0)];
+            }
+        }
+        for (space, [all, floor]) in cells.into_iter().enumerate().filter(|(_, [all, _])| *all > 0) {
+            without_floor[space] = f64::from(floor) < f64::from(all) * LEAST_FLOOR_SHARE;
+        }
+    }
+    let room = |space: usize| {
+        let record = &site.spaces[space];
+        let is_room =
+            record.n_rings > 0 && !record.has(space_flags::METADATA_ONLY) && !record.has(space_flags::EXTERNAL);
+        let reason = match (record.map_storey == NONE, without_floor[space]) {
+            (true, _) => NotMapped::NoLevel,
+            (false, true) => NotMapped::NoFloor,
+            (false, false) => return None,
+        };
+        is_room.then_some(RoomNotMapped { space: space as u32, reason })
     };
-    let mut rooms: Vec<u32> = (0..site.spaces.len() as u32).filter(is_room).collect();
-    let area_m2 = |k: &u32| site.spaces[*k as usize].area_m2;
-    rooms.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.cmp(b)));
+    let mut rooms: Vec<RoomNotMapped> = (0..site.spaces.len()).filter_map(room).collect();
+    let area_m2 = |room: &RoomNotMapped| site.spaces[room.space as usize].area_m2;
+    rooms.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.space.cmp(&b.space)));
     rooms
 }
 

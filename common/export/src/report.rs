@@ -3,7 +3,7 @@
 use crate::door_report::{DoorReport, door_reports};
 use crate::geographic::GeographicReport;
 use crate::manifest::schedule_ignored;
-use crate::reach::{self, FloorReach};
+use crate::reach::{self, FloorReach, RoomNotMapped};
 use crate::schedule_report::ScheduleReport;
 use crate::waypoints::space_name;
 use crate::{ExportInput, rounded, text_or_null};
@@ -21,7 +21,7 @@ pub struct Report {
     elements: BTreeMap<&'static str, usize>,
     /// Elements in the slab of each map storey, by class.
     storeys: Vec<StoreyCounts>,
-    /// Rooms whose floor is on no map storey, from large to small.
+    /// Rooms that are on no map, from large to small.
     spaces_not_mapped: Vec<SpaceNotMapped>,
     /// Storeys of the files without a map of their own, and why.
     storeys_not_mapped: Vec<StoreyNotMapped>,
@@ -66,6 +66,8 @@ struct SpaceNotMapped {
     area_m2: f64,
     /// Height of its floor in `map`.
     floor_z_m: f64,
+    /// Why it is on no map.
+    reason: &'static str,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -166,16 +168,17 @@ fn storey_counts(input: &ExportInput<'_>) -> Vec<StoreyCounts> {
 }
 
 fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<SpaceNotMapped> {
-    let space = |index: u32| {
-        let record = &input.site.spaces[index as usize];
+    let space = |room: RoomNotMapped| {
+        let record = &input.site.spaces[room.space as usize];
         SpaceNotMapped {
             global_id: input.site.text(record.global_id).to_owned(),
-            name: space_name(input.site, index),
+            name: space_name(input.site, room.space),
             area_m2: rounded(record.area_m2),
             floor_z_m: metres(record.floor_z_tenths),
+            reason: room.reason.text(),
         }
     };
-    reach::spaces_not_mapped(input.site).into_iter().map(space).collect()
+    reach::spaces_not_mapped(input).into_iter().map(space).collect()
 }
 
 fn storeys_not_mapped(site: &Site<'_>) -> Vec<StoreyNotMapped> {

@@ -1,7 +1,7 @@
 //! What `convert` says at its end.
 
 use crate::notices::notices;
-use export::{ExportInput, FloorReach, SiteFrameFile, space_name, text_or_null};
+use export::{ExportInput, FloorReach, NotMapped, RoomNotMapped, SiteFrameFile, space_name, text_or_null};
 use frames::{counted, metres};
 use messages::{DoorPassage, DoorPassageRecord, FloorKind, Site};
 use serde::Serialize;
@@ -19,7 +19,7 @@ pub struct Summary {
     /// How the map lies to the model, and the epoch of its frame.
     #[serde(flatten)]
     frame: SiteFrameFile,
-    /// Rooms whose floor is on no map storey, from large to small.
+    /// Rooms that are on no map, from large to small; of many dates at the last.
     spaces_not_mapped: Vec<RoomLine>,
     /// Names of storeys without a map; the report says why.
     storeys_not_mapped: Vec<String>,
@@ -49,6 +49,8 @@ pub(crate) struct PhaseSummary {
     storeys: Vec<StoreyLine>,
     waypoints: usize,
     schedule_ignored: bool,
+    #[serde(skip)]
+    rooms: Vec<RoomLine>,
     #[serde(skip)]
     notices: Vec<String>,
 }
@@ -84,7 +86,7 @@ impl Summary {
             out: out.to_owned(),
             elapsed_s: (elapsed.as_secs_f64() * 1000.0).round() / 1000.0,
             frame: SiteFrameFile::of(site),
-            spaces_not_mapped: export::spaces_not_mapped(site).into_iter().map(|k| RoomLine::of(site, k)).collect(),
+            spaces_not_mapped: phases.last_mut().map(|p| std::mem::take(&mut p.rooms)).unwrap_or_default(),
             storeys_not_mapped: not_mapped.map(|s| site.text(s.name).to_owned()).collect(),
             elements: site.elements.len(),
             spaces: site.spaces.len(),
@@ -106,7 +108,7 @@ impl Summary {
         };
         let mut lines = vec![frame_line(&self.frame)];
         lines.extend(phases.iter().flat_map(PhaseSummary::lines));
-        lines.extend(rooms_line(&self.spaces_not_mapped));
+        lines.extend(rooms_lines(&self.spaces_not_mapped));
         // What many dates share is said once, with the last.
         let notices = phases.last().map(|p| p.notices.as_slice()).unwrap_or_default();
         lines.extend(notices.iter().take(MAX_NOTICES).map(|notice| format!("  {notice}")));
@@ -119,41 +121,53 @@ impl Summary {
     }
 }
 
-/// A room whose floor is on no map storey.
+/// A room that is on no map.
 #[derive(Debug, Serialize)]
 struct RoomLine {
     global_id: String,
     name: Option<String>,
     area_m2: f64,
+    #[serde(serialize_with = "reason_text")]
+    reason: NotMapped,
+}
+
+fn reason_text<S: serde::Serializer>(reason: &NotMapped, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(reason.text())
 }
 
 impl RoomLine {
-    fn of(site: &Site<'_>, space: u32) -> Self {
-        let record = &site.spaces[space as usize];
+    fn of(site: &Site<'_>, room: RoomNotMapped) -> Self {
+        let record = &site.spaces[room.space as usize];
         Self {
             global_id: site.text(record.global_id).to_owned(),
-            name: space_name(site, space),
+            name: space_name(site, room.space),
             area_m2: export::rounded(record.area_m2),
+            reason: room.reason,
         }
     }
 }
 
-/// How many rooms without a map are named.
+/// How many rooms without a map are named for each reason.
 const MAX_ROOMS: usize = 8;
 
-/// `on no map: 3 rooms, 41.5 m2: Cellar 20.0 m2, ..`, if there are any.
-fn rooms_line(rooms: &[RoomLine]) -> Option<String> {
-    let all_m2: f64 = rooms.iter().map(|r| r.area_m2).sum();
-    let named = rooms.iter().take(MAX_ROOMS).map(|r| {
-        let name = r.name.as_deref().unwrap_or(&r.global_id);
-        format!("{name} {:.1} m2", r.area_m2)
-    });
-    let mut named: Vec<String> = named.collect();
-    if rooms.len() > MAX_ROOMS {
-        named.push(format!("and {} more", rooms.len() - MAX_ROOMS));
-    }
-    let n = counted(rooms.len(), "room");
-    (!rooms.is_empty()).then(|| format!("on no map: {n}, {all_m2:.1} m2: {}", named.join(", ")))
+/// `on no map: 3 rooms, 41.5 m2: Cellar 20.0 m2, ..` for each reason that there is.
+fn rooms_lines(rooms: &[RoomLine]) -> Vec<String> {
+    let reasons = [(NotMapped::NoLevel, "on no map"), (NotMapped::NoFloor, "on no map, without floor under them")];
+    let line = |(reason, what): (NotMapped, &str)| {
+        let of_reason: Vec<&RoomLine> = rooms.iter().filter(|room| room.reason == reason).collect();
+        let all_m2: f64 = of_reason.iter().map(|r| r.area_m2).sum();
+        let named = of_reason.iter().take(MAX_ROOMS).map(|r| {
+            let name = r.name.as_deref().unwrap_or(&r.global_id);
+            format!("{name} {:.1} m2", r.area_m2)
+        });
+        let mut named: Vec<String> = named.collect();
+        if of_reason.len() > MAX_ROOMS {
+            named.push(format!("and {} more", of_reason.len() - MAX_ROOMS));
+        }
+        let n = counted(of_reason.len(), "room");
+        (!of_reason.is_empty()).then(|| format!("{what}: {n}, {all_m2:.1} m2: {}", named.join(", ")))
+    };
+    reasons.into_iter().filter_map(line).collect()
 }
 
 /// How the model is turned and shifted to be the map.
@@ -181,6 +195,7 @@ impl PhaseSummary {
             storeys: input.grids.iter().map(|grid| storey_line(input, grid)).collect(),
             waypoints: input.plan.waypoints.len(),
             schedule_ignored: export::schedule_ignored(input.site, input.phase),
+            rooms: export::spaces_not_mapped(input).into_iter().map(|room| RoomLine::of(input.site, room)).collect(),
             notices: notices(input),
         }
     }
@@ -265,15 +280,20 @@ mod tests {
 
     #[test]
     fn rooms_on_no_map_are_told_with_their_area() {
-        let room = |k: usize| RoomLine {
+        let room = |k: usize, reason| RoomLine {
             global_id: format!("room-{k}"),
             name: (k > 0).then(|| format!("Room {k}")),
             area_m2: 10.0 - k as f64,
+            reason,
         };
-        assert_eq!(rooms_line(&[]), None);
-        assert_eq!(rooms_line(&[room(0)]).unwrap(), "on no map: 1 room, 10.0 m2: room-0 10.0 m2");
-        let many: Vec<RoomLine> = (0..10).map(room).collect();
-        let line = rooms_line(&many).unwrap();
+        let (level, floor) = (NotMapped::NoLevel, NotMapped::NoFloor);
+        assert_eq!(rooms_lines(&[]), Vec::<String>::new());
+        assert_eq!(rooms_lines(&[room(0, level)]), ["on no map: 1 room, 10.0 m2: room-0 10.0 m2"]);
+        let lines = rooms_lines(&[room(0, floor), room(1, level), room(2, floor)]);
+        let expected = "on no map, without floor under them: 2 rooms, 18.0 m2: room-0 10.0 m2, Room 2 8.0 m2";
+        assert_eq!(lines, ["on no map: 1 room, 9.0 m2: Room 1 9.0 m2", expected]);
+        let many: Vec<RoomLine> = (0..10).map(|k| room(k, level)).collect();
+        let line = &rooms_lines(&many)[0];
         assert!(line.starts_with("on no map: 10 rooms, 55.0 m2: room-0 10.0 m2, Room 1 9.0 m2, "), "{line}");
         assert!(line.ends_with("Room 7 3.0 m2, and 2 more"), "{line}");
     }
