@@ -1,31 +1,19 @@
 //! The model into the records of the `site` archive.
 
 use crate::SourceFile;
-use crate::classify::{class_of, flags_of, is_a, is_footing, is_landing};
+use crate::classify::{class_of, flags_of};
 use crate::contacts::contacts;
-use crate::levels::Faces;
 use crate::merge::Merged;
 use crate::meshes::{Body, OutOfReach, add_body};
 use crate::passages::add_openings_and_doors;
 use crate::schedule::add_schedule;
 use crate::site_frame::SiteFrame;
+use crate::site_storeys::add_storeys;
 use crate::spaces::add_spaces;
-use crate::split_levels::{Access, Surroundings, add_levels};
 use crate::stairs::add_stairs;
-use crate::storeys::{Building, Candidate, Fate, MapStorey, SpaceFloor, map_storeys};
-use frames::{TENTHS_PER_M, metres, tenths};
-use geometry::{Bounds, MeshView, ramp_faces, upward_triangles};
-use grid::Class;
 use ifc::{Diagnostic, GeometryStatus, Named, Property, PropertyValue, Severity};
 use messages::*;
 use sha2::{Digest, Sha256};
-
-/// A storey's grid holds what has a body between these heights above its floor, whatever the robot's size.
-const BOUNDS_BELOW: i32 = -TENTHS_PER_M / 2;
-const BOUNDS_ABOVE: i32 = 3 * TENTHS_PER_M;
-
-/// Steeper floor is no level of its own.
-const LEVEL_SLOPE_RAD: f64 = 0.01;
 
 /// All records of the site.
 pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -> SiteBuilder {
@@ -35,14 +23,7 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
     add_elements(&mut builder, merged, frame);
     add_stairs(&mut builder, merged);
     let floors = add_spaces(&mut builder, merged, frame);
-    let (mut mapped, fates) = find_storeys(&builder, merged, &floors, frame);
-    let n_left_out = find_levels(&builder, merged, &floors, &mut mapped, &fates);
-    if n_left_out > 0 {
-        add_diagnostic(&mut builder, NONE, &levels_left_out(n_left_out));
-    }
-    add_storeys(&mut builder, merged, &mapped, &fates, frame);
-    place_spaces(&mut builder, &floors);
-    set_bounds(&mut builder);
+    add_storeys(&mut builder, merged, &floors, frame);
     add_openings_and_doors(&mut builder, merged, &floors, frame);
     builder.boundaries.extend(
         merged.model.boundaries.iter().map(|b| BoundaryRecord { space: b.space as u32, element: b.element as u32 }),
@@ -196,191 +177,4 @@ pub(crate) fn add_diagnostic(builder: &mut SiteBuilder, source: u32, diagnostic:
         reserved: 0,
     };
     builder.diagnostics.push(record);
-}
-
-fn find_storeys(
-    builder: &SiteBuilder,
-    merged: &Merged,
-    floors: &[Option<SpaceFloor>],
-    frame: SiteFrame,
-) -> (Vec<MapStorey>, Vec<Fate>) {
-    let faces = floor_faces_of(builder, merged);
-    let rise = frame.map_from_world.translation_m()[2];
-    let is_floor = |e: &(usize, &ElementRecord)| e.1.has(element_flags::FLOOR);
-    let bodies = || builder.elements.iter().enumerate().filter(|(_, e)| e.n_parts > 0);
-    let candidates: Vec<Candidate> = (0..merged.model.storeys.len())
-        .map(|k| {
-            let storey = &merged.model.storeys[k];
-            let height = storey.placement_z_m.or(storey.elevation_m);
-            let own = || bodies().filter(move |(_, e)| e.storey == k as u32);
-            let (footings, floors): (Vec<_>, Vec<_>) =
-                own().filter(is_floor).partition(|(element, _)| is_footing(&merged.model.elements, *element));
-            let tops = |elements: Vec<(usize, &ElementRecord)>| -> Vec<i32> {
-                let mut tops: Vec<i32> = elements.iter().map(|(_, e)| e.max_tenths[2]).collect();
-                tops.sort_unstable();
-                tops
-            };
-            Candidate {
-                placement_z: height.and_then(|z| tenths(z + rise)),
-                n_elements: own().count(),
-                bodies: own().map(|(_, e)| [e.min_tenths[2], e.max_tenths[2]]).collect(),
-                own_floors: tops(floors),
-                own_footings: tops(footings),
-            }
-        })
-        .collect();
-    let spaces: Vec<SpaceFloor> = floors.iter().flatten().cloned().collect();
-    let elements = &merged.model.elements;
-    let has_walls = elements.iter().zip(&builder.elements).any(|(element, record)| {
-        record.n_parts > 0 && record.class() == Class::Wall || is_a(element, "IfcCurtainWall")
-    });
-    let lowest_body = bodies().map(|(_, e)| e.min_tenths[2]).min();
-    map_storeys(&Building { candidates: &candidates, spaces: &spaces, faces: &faces, lowest_body, has_walls })
-}
-
-/// Adds the levels of the storeys at other heights; returns how many there are beyond the number of maps.
-fn find_levels(
-    builder: &SiteBuilder,
-    merged: &Merged,
-    floors: &[Option<SpaceFloor>],
-    mapped: &mut Vec<MapStorey>,
-    fates: &[Fate],
-) -> usize {
-    let elements = &merged.model.elements;
-    let records = || builder.elements.iter().enumerate().filter(|(_, e)| e.n_parts > 0);
-    let meshes = |e: &ElementRecord| builder.meshes(e.first_part, e.n_parts);
-    let is_level = |k: usize, e: &ElementRecord| {
-        e.has(element_flags::FLOOR)
-            && !e.has(element_flags::VERTICAL)
-            && !is_footing(elements, k)
-            && !is_landing(elements, k)
-    };
-    let level_faces = records().filter(|(k, e)| is_level(*k, e)).flat_map(|(_, e)| meshes(e));
-    let level_faces = level_faces.flat_map(|mesh| upward_triangles(mesh, LEVEL_SLOPE_RAD)).collect();
-    let hangs = |e: &ElementRecord| !matches!(e.class(), Class::Door | Class::Furniture | Class::Mep | Class::Railing);
-    let bodies: Vec<([i32; 2], Vec<MeshView<'_>>)> = records()
-        .filter(|(_, e)| hangs(e))
-        .map(|(_, e)| ([e.min_tenths[2], e.max_tenths[2]], meshes(e).collect()))
-        .collect();
-    let access = |e: &ElementRecord| match e.class() {
-        Class::Door => {
-            let [min, max] = [e.min_tenths, e.max_tenths].map(|c| [c[0], c[1]]);
-            Some(Access::Door { plan: Bounds { min, max }, sill_z: e.min_tenths[2] })
-        }
-        Class::Stair | Class::Ramp => {
-            Some(Access::Flight { vertices: meshes(e).flat_map(|m| m.vertices.iter().copied()).collect() })
-        }
-        Class::Slab if e.has(element_flags::FLOOR) => {
-            let faces = ramp_faces(meshes(e), RobotProfile::DEFAULT.max_slope_rad);
-            (!faces.is_empty()).then(|| Access::Slope { vertices: faces.concat() })
-        }
-        _ => None,
-    };
-    let map_storey_of = fates.iter().map(|fate| match fate {
-        Fate::Mapped(k) | Fate::Joined(k) => Some(*k),
-        Fate::NotMapped(_) => None,
-    });
-    let around = Surroundings {
-        level_faces: &level_faces,
-        bodies: &bodies,
-        accesses: &records().filter_map(|(_, e)| access(e)).collect::<Vec<_>>(),
-        spaces: &floors.iter().flatten().cloned().collect::<Vec<_>>(),
-        map_storey_of: &map_storey_of.collect::<Vec<_>>(),
-    };
-    add_levels(mapped, &around)
-}
-
-fn levels_left_out(n: usize) -> Diagnostic {
-    let message = format!("levels at other heights that have no map, because a site has at most 64 maps: {n}");
-    Diagnostic { severity: Severity::Warning, code: "levels_left_out", entity: None, message }
-}
-
-/// The upward faces of everything that is floor.
-fn floor_faces_of(builder: &SiteBuilder, merged: &Merged) -> Faces {
-    let mut faces = Faces::default();
-    for (index, element) in builder.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR)) {
-        let is_footing = is_footing(&merged.model.elements, index);
-        let list = if is_footing { &mut faces.footings } else { &mut faces.slabs };
-        for mesh in builder.meshes(element.first_part, element.n_parts) {
-            list.extend(upward_triangles(mesh, RobotProfile::DEFAULT.max_slope_rad));
-        }
-    }
-    faces
-}
-
-fn add_storeys(builder: &mut SiteBuilder, merged: &Merged, mapped: &[MapStorey], fates: &[Fate], frame: SiteFrame) {
-    let storeys = &merged.model.storeys;
-    for storey in mapped {
-        let id = storey.named_after.map_or(&merged.model.container, |k| &storeys[k].id);
-        let name = match storey.level_of {
-            Some(of) => format!("{} {:+.2} m", id.name, metres(storey.z - mapped[of].z)),
-            None => id.name.clone(),
-        };
-        let record = MapStoreyRecord {
-            global_id: builder.texts.add(&id.global_id),
-            name: builder.texts.add(&name),
-            floor_z_tenths: storey.z,
-            floor: storey.floor as u32,
-            bounds_tenths: [0; 4],
-        };
-        builder.map_storeys.push(record);
-    }
-    let rise = frame.map_from_world.translation_m()[2];
-    for ((storey, fate), &source) in storeys.iter().zip(fates).zip(&merged.storey_source) {
-        let (map_storey, why) = match fate {
-            Fate::Mapped(k) => (*k as u32, String::new()),
-            Fate::Joined(k) => (*k as u32, format!("its floor is that of {}", name_of(merged, mapped[*k].named_after))),
-            Fate::NotMapped(why) => (NONE, (*why).to_owned()),
-        };
-        let placement = storey.placement_z_m.and_then(|z| tenths(z + rise));
-        let record = StoreyRecord {
-            global_id: builder.texts.add(&storey.id.global_id),
-            name: builder.texts.add(&storey.id.name),
-            why: builder.texts.add(&why),
-            placement_z_tenths: placement.unwrap_or(0),
-            has_placement: u32::from(placement.is_some()),
-            map_storey,
-            source,
-        };
-        builder.storeys.push(record);
-    }
-}
-
-fn name_of(merged: &Merged, storey: Option<usize>) -> &str {
-    let Some(k) = storey else { return "the building" };
-    let id = &merged.model.storeys[k].id;
-    if id.name.is_empty() { &id.global_id } else { &id.name }
-}
-
-/// A space belongs to the nearest map storey within half a metre of its floor.
-fn place_spaces(builder: &mut SiteBuilder, floors: &[Option<SpaceFloor>]) {
-    for (record, floor) in builder.spaces.iter_mut().zip(floors) {
-        let Some(floor) = floor else { continue };
-        let far = |k: &usize| (builder.map_storeys[*k].floor_z_tenths - floor.z).abs();
-        let nearest = (0..builder.map_storeys.len()).min_by_key(far);
-        record.map_storey = nearest.filter(|k| far(k) <= TENTHS_PER_M / 2).map_or(NONE, |k| k as u32);
-    }
-}
-
-/// Plan bounds of each map storey: of bodies near its floor and of its spaces.
-fn set_bounds(builder: &mut SiteBuilder) {
-    let corner = |min: [i32; 3], max: [i32; 3]| Bounds { min: [min[0], min[1]], max: [max[0], max[1]] };
-    for k in 0..builder.map_storeys.len() {
-        let floor_z = builder.map_storeys[k].floor_z_tenths;
-        let near = |e: &&ElementRecord| {
-            e.n_parts > 0 && e.min_tenths[2] < floor_z + BOUNDS_ABOVE && floor_z + BOUNDS_BELOW < e.max_tenths[2]
-        };
-        let bodies = builder.elements.iter().filter(near).map(|e| corner(e.min_tenths, e.max_tenths));
-        let spaces = builder.spaces.iter().filter(|s| s.map_storey == k as u32).filter_map(|s| {
-            let rings = &builder.rings[s.first_ring as usize..][..s.n_rings as usize];
-            Bounds::of(
-                rings
-                    .iter()
-                    .flat_map(|r| builder.points[r.first_point as usize..][..r.n_points as usize].iter().copied()),
-            )
-        });
-        let bounds = bodies.chain(spaces).reduce(Bounds::joined);
-        let Bounds { min, max } = bounds.unwrap_or(Bounds { min: [0; 2], max: [0; 2] });
-        builder.map_storeys[k].bounds_tenths = [min[0], min[1], max[0], max[1]];
-    }
 }

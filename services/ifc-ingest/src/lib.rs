@@ -18,6 +18,7 @@ mod passages;
 mod schedule;
 pub mod service;
 mod site_frame;
+mod site_storeys;
 mod spaces;
 mod split_levels;
 mod stairs;
