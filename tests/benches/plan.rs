@@ -5,14 +5,14 @@
 
 #![expect(clippy::print_stdout, reason = "figures are what it is for")]
 
-use drawing::Rasterizer;
-use ifc_ingest::{IngestOptions, SourceFile};
+use ingest::{IngestOptions, SourceFile};
 use messages::{ArchiveBuffer, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site};
+use raster::Rasterizer;
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use waypoint_gen::{Instance, PlanInput, PlanOptions, Planner};
+use waypoints::{Instance, PlanInput, PlanOptions, Planner};
 
 struct Arguments {
     models: Vec<PathBuf>,
@@ -49,7 +49,7 @@ fn measure(arguments: &Arguments, model: &Path) {
         allow_boxes: true,
         progress: &|_| {},
     };
-    let Ok(site) = ifc_ingest::ingest(&files, &ingest) else { return };
+    let Ok(site) = ingest::ingest(&files, &ingest) else { return };
     let site = Site::open(site.bytes()).expect("a site");
     let phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish();
     let phase = Phase::open(phase.bytes()).expect("a phase");

@@ -10,36 +10,39 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 15] = [
+const ALLOWED: [(&str, &[&str]); 18] = [
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("ifc", &["frames", "geometry"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["frames", "geometry", "grid"]),
-    ("drawing", &["frames", "geometry", "grid", "messages"]),
     ("bus", &["messages"]),
     ("daemon", &["messages", "bus"]),
     ("export", &["frames", "geometry", "grid", "messages"]),
-    ("ifc-ingest", &["frames", "geometry", "grid", "messages", "ifc", "bus", "daemon"]),
-    ("rasterize", &["grid", "messages", "drawing", "bus", "daemon"]),
-    ("schedule-eval", &["frames", "messages", "bus", "daemon"]),
-    ("waypoint-gen", &["frames", "geometry", "grid", "messages", "bus", "daemon"]),
-    ("slam-align", &["frames", "geometry", "grid", "messages", "drawing", "bus", "daemon"]),
+    ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
+    ("schedule", &["frames", "messages"]),
+    ("raster", &["frames", "geometry", "grid", "messages"]),
+    ("waypoints", &["frames", "geometry", "grid", "messages"]),
+    ("ifc-ingest", &["bus", "daemon", "ingest", "messages"]),
+    ("schedule-eval", &["bus", "daemon", "frames", "messages", "schedule"]),
+    ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
+    ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
+    ("slam-align", &["frames", "geometry", "grid", "messages", "raster", "bus", "daemon"]),
     (
         "groundplan",
         &[
-            "frames",
-            "geometry",
-            "grid",
-            "messages",
-            "drawing",
             "bus",
             "daemon",
             "export",
-            "ifc-ingest",
-            "schedule-eval",
-            "waypoint-gen",
+            "frames",
+            "geometry",
+            "grid",
+            "ingest",
+            "messages",
+            "raster",
+            "schedule",
             "slam-align",
+            "waypoints",
         ],
     ),
 ];
@@ -58,9 +61,9 @@ const FENCED: [(&str, &str); 8] = [
 
 fn manifests() -> BTreeMap<String, toml::Table> {
     let mut found = BTreeMap::new();
-    for folder in ["common", "services"] {
-        for entry in std::fs::read_dir(root().join(folder)).unwrap() {
-            let path = entry.unwrap().path();
+    for folder in ["common", "common/stages", "services"] {
+        let entries = std::fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        for path in entries.filter(|path| !path.ends_with("common/stages")) {
             let text = std::fs::read_to_string(path.join("Cargo.toml")).unwrap();
             found.insert(path.file_name().unwrap().to_string_lossy().into_owned(), text.parse().unwrap());
         }

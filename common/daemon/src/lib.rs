@@ -6,6 +6,7 @@
 
 mod ask;
 mod config;
+mod config_file;
 mod life;
 mod log;
 mod request;
@@ -21,6 +22,7 @@ pub use config::{
     AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
     SiteConfig, WaypointConfig, WorldConfig,
 };
+pub use config_file::{ConfigFileError, read_parsed};
 pub use request::{ActualsSource, Answer, Request};
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, chain, in_background, run};

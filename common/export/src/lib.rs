@@ -35,7 +35,7 @@ pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
 pub use waypoints::{Waypoints, nav2_poses, space_name};
-pub use world::{DoorMode, Leafs, Lookup, Materials, Pieces, WorldFileError, WorldOptions, WorldOptionsError};
+pub use world::{DoorMode, Leafs, Lookup, Materials, Pieces, WorldOptions, WorldOptionsError};
 
 use geographic::Geographic;
 use geometry::Footprint;

@@ -7,13 +7,13 @@ use crate::plan_date;
 use crate::schedule_files::{ScheduleInput, with_timeline};
 use crate::states::task_name;
 use daemon::Robot;
-use drawing::Rasterizer;
 use messages::{DoorPassage, ElementState, NONE, Phase, Site, SpaceState};
-use schedule_eval::{Cause, Change, Period, Timeline};
+use raster::Rasterizer;
+use schedule::{Cause, Change, Period, Timeline};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use waypoint_gen::PlanOptions;
+use waypoints::PlanOptions;
 
 #[derive(Debug, Serialize)]
 struct Changes<'s> {

@@ -11,17 +11,17 @@ use crate::site_files;
 use crate::storey_choice;
 use crate::summary::{PhaseSummary, Summary};
 use daemon::{Robot, WorldConfig};
-use drawing::Rasterizer;
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile, WorldOptions};
-use ifc_ingest::SiteFrame;
+use ingest::SiteFrame;
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Grid, Phase, PhaseBuilder, Site};
-use schedule_eval::{Period, Timeline};
+use raster::Rasterizer;
+use schedule::{Period, Timeline};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 use tracing::debug;
-use waypoint_gen::PlanOptions;
+use waypoints::PlanOptions;
 
 /// Which maps are asked for.
 enum Wanted {
@@ -55,7 +55,7 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
         let site = Site::open(site.bytes()).map_err(Failure::work)?;
         let (elements, spaces, map_storeys) = (site.elements.len(), site.spaces.len(), site.map_storeys.len());
         debug!(elements, spaces, map_storeys, elapsed_us = micros(started), "models read");
-        waypoint_gen::check_names(&site, &options).map_err(Failure::usage)?;
+        waypoints::check_names(&site, &options).map_err(Failure::usage)?;
         options.storeys = storey_choice::chosen(&site, &arguments.storeys)?;
         let timeline = schedule.timeline(&site);
         debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
@@ -193,7 +193,7 @@ impl Job<'_> {
             let is_written = |grid: &&Grid<'_>| options.storeys.contains(&grid.head.map_storey);
             let written: Vec<Grid<'_>> = maps.grids.iter().filter(is_written).copied().collect();
             if !arguments.allow_empty && phase.head.plan_time().is_none() {
-                drawing::check_not_blank(site, &written).map_err(Failure::work)?;
+                raster::check_not_blank(site, &written).map_err(Failure::work)?;
             }
             progress.stage("writing");
             let input = ExportInput {

@@ -3,12 +3,12 @@
 use crate::cli::{RobotArgs, WorldArgs};
 use crate::failure::Failure;
 use daemon::{Robot, WorldConfig};
-use drawing::Rasterizer;
 use export::{DoorMode, Materials, WorldOptions};
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
+use raster::Rasterizer;
 use std::path::Path;
-use waypoint_gen::{PlanInput, PlanOptions, Planner, Start};
+use waypoints::{PlanInput, PlanOptions, Planner, Start};
 
 /// The robot that maps are for, once it is known that its resolution is one.
 ///
@@ -32,7 +32,8 @@ pub(crate) fn profile_of(file: Option<&Path>) -> Result<Robot, Failure> {
 /// # Errors
 /// A file that cannot be read, or says what nothing can be planned with.
 pub(crate) fn options_of(file: Option<&Path>) -> Result<PlanOptions, Failure> {
-    file.map_or_else(|| Ok(PlanOptions::default()), PlanOptions::read).map_err(Failure::usage)
+    let Some(path) = file else { return Ok(PlanOptions::default()) };
+    daemon::read_parsed("options of waypoints", path, PlanOptions::parse).map_err(Failure::usage)
 }
 
 /// What the world is like; `None` if neither the command line nor the configuration asks for one.
@@ -44,7 +45,8 @@ pub(crate) fn world_of(arguments: &WorldArgs, configured: &WorldConfig) -> Resul
         return Ok(None);
     }
     let file = arguments.world.as_ref().and_then(Option::as_deref).or(configured.options.as_deref());
-    let mut options = file.map_or_else(|| Ok(WorldOptions::default()), WorldOptions::read).map_err(Failure::usage)?;
+    let read = |path| daemon::read_parsed("options of worlds", path, WorldOptions::parse);
+    let mut options = file.map_or_else(|| Ok(WorldOptions::default()), read).map_err(Failure::usage)?;
     let doors = |name: &String| DoorMode::ALL.into_iter().find(|m| m.name() == name);
     let materials = |name: &String| Materials::ALL.into_iter().find(|m| m.name() == name);
     options.doors = arguments.doors.as_ref().and_then(doors).unwrap_or(options.doors);
@@ -78,7 +80,7 @@ impl Maps<'_> {
         start: Start,
     ) -> Result<bool, String> {
         let input = PlanInput { site, phase, index: self.index, grids: self.grids, options };
-        waypoint_gen::check_start(&input, start)
+        waypoints::check_start(&input, start)
     }
 }
 

@@ -5,8 +5,8 @@ use daemon::SiteConfig;
 use frames::{PlanTime, PlanTimeError, WrittenPlanTime};
 use jiff::tz::TimeZone;
 use messages::PhaseHead;
-use schedule_eval::Period;
-use schedule_eval::service::read_rules;
+use schedule::Period;
+use schedule::Rules;
 
 const DAY_S: i64 = 86_400;
 
@@ -26,7 +26,9 @@ pub(crate) fn instant_at_site_s(text: &str, config: &SiteConfig) -> Result<i64, 
     match PlanTime::parse(text, None) {
         // Rules that cannot be read do not matter to a date that is one without them.
         Err(PlanTimeError::NoSiteZone { .. }) => {
-            let rules = read_rules(config).map_err(Failure::usage)?;
+            let read = |path| daemon::read_parsed("rules", path, Rules::parse);
+            let rules = config.schedule.rules.as_deref().map_or_else(|| Ok(Rules::default()), read);
+            let rules = rules.map_err(Failure::usage)?;
             instant_s(text, rules.site_zone.as_ref())
         }
         parsed => Ok(parsed.map_err(Failure::usage)?.at.civil_seconds()),

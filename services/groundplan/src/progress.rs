@@ -1,7 +1,7 @@
 //! Progress on a terminal; silence elsewhere.
 
-use ifc_ingest::{Progress, Stage};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use ingest::{Progress, Stage};
 
 /// A line on standard error that says what is being done.
 pub(crate) struct ProgressLine {

@@ -6,7 +6,7 @@ use crate::progress::ProgressLine;
 use crate::site_files;
 use jiff::tz::TimeZone;
 use messages::Site;
-use schedule_eval::{Delay, Edits, Rules, Timeline, parse_actuals};
+use schedule::{Delay, Edits, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
 
 /// A file of the schedule that cannot be used.
@@ -54,7 +54,7 @@ impl ScheduleInput {
     /// # Errors
     /// Dates that can be read in two ways, additions that name nothing: the rules or arguments must say more.
     pub(crate) fn timeline(&self, site: &Site<'_>) -> Result<Timeline, Failure> {
-        schedule_eval::evaluate(site, &self.rules, &self.edits).map_err(Failure::usage)
+        schedule::evaluate(site, &self.rules, &self.edits).map_err(Failure::usage)
     }
 }
 

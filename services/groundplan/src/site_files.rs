@@ -3,7 +3,7 @@
 use crate::cli::ModelArgs;
 use crate::failure::Failure;
 use crate::progress::ProgressLine;
-use ifc_ingest::{IngestOptions, Place, SiteFrame, SourceFile};
+use ingest::{IngestOptions, Place, SiteFrame, SourceFile};
 use messages::{ArchiveBuffer, nearest_names_hint};
 use std::path::PathBuf;
 
@@ -34,7 +34,7 @@ pub(crate) fn site_of(
         allow_boxes: arguments.allow_boxes,
         progress: &|step| progress.reader(step),
     };
-    ifc_ingest::ingest(&read_models(arguments)?, &options).map_err(Failure::work)
+    ingest::ingest(&read_models(arguments)?, &options).map_err(Failure::work)
 }
 
 fn read_models(arguments: &ModelArgs) -> Result<Vec<SourceFile>, Failure> {

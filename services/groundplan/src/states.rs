@@ -7,7 +7,7 @@ use crate::schedule_files::{ScheduleInput, with_timeline};
 use export::{ScheduleFindings, ScheduleReport};
 use frames::counted;
 use messages::{Phase, PhaseHead, Site, SpaceState};
-use schedule_eval::{Period, Timeline};
+use schedule::{Period, Timeline};
 use serde::Serialize;
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write;
@@ -205,8 +205,8 @@ fn text_of(
 
 /// What is wrong with the schedule: the first findings.
 fn write_findings(out: &mut String, timeline: &Timeline) {
-    let findings: Vec<&schedule_eval::Finding> =
-        timeline.findings().iter().filter(|f| f.severity > schedule_eval::Severity::Info).collect();
+    let findings: Vec<&schedule::Finding> =
+        timeline.findings().iter().filter(|f| f.severity > schedule::Severity::Info).collect();
     for finding in findings.iter().take(MAX_FINDINGS) {
         let who = [finding.global_id.as_str(), finding.name.as_str()].join(" ");
         let _ = writeln!(out, "  {}: {}{}", finding.code, who.trim(), separated(who.trim(), &finding.message));

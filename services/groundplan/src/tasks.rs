@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::plan_date;
 use crate::schedule_files::{ScheduleInput, with_timeline};
 use messages::{NONE, Site, TaskRecord};
-use schedule_eval::{Finding, Severity, TaskDates, TaskTargets, Timeline, find_task};
+use schedule::{Finding, Severity, TaskDates, TaskTargets, Timeline, find_task};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
@@ -151,7 +151,7 @@ fn entry_of<'s>(
     let record = &site.tasks[task];
     let text = |t| Some(site.text(t)).filter(|text| !text.is_empty());
     let dates = timeline.task(task);
-    let element = |(&k, operation): (&u32, &schedule_eval::Operation)| {
+    let element = |(&k, operation): (&u32, &schedule::Operation)| {
         let element = &site.elements[k as usize];
         ElementEntry {
             global_id: site.text(element.global_id),

@@ -1,7 +1,9 @@
 //! IFC ingestion: files in, `site` out.
 
+mod service;
+
 use bus::Daemon;
-use ifc_ingest::service::IngestService;
+use service::IngestService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

@@ -1,8 +1,8 @@
 //! IFC ingestion as a daemon: publishes the site, from its cache at once, and again when its files change.
 
-use crate::{IngestOptions, SiteFrame, SourceFile, ingest};
 use bus::{Bus, Origin, Publisher, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably};
+use ingest::{IngestOptions, SiteFrame, SourceFile, ingest};
 use messages::{ArchiveBuffer, CheckedSite, InputHashes, Stage};
 use serde::{Deserialize, Serialize};
 use std::io::Read;
@@ -11,7 +11,7 @@ use std::time::UNIX_EPOCH;
 use tracing::{info, warn};
 
 /// Reads the files of a site.
-pub struct IngestService {
+pub(crate) struct IngestService {
     state: StateFile,
     cache: PathBuf,
     epochs: Epochs,
@@ -45,7 +45,7 @@ impl IngestService {
     ///
     /// # Errors
     /// State that cannot be used. A cache that cannot be used is made anew.
-    pub fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+    pub(crate) fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "loaded.json")?;
         let mut epochs = Epochs::at(&config.state, "ifc-ingest-epochs.json")?;
         let cache = config.state.join("site.gpar");
@@ -95,7 +95,7 @@ impl IngestService {
             prefer_last: false,
             allow_boxes: self.allow_boxes,
             progress: &|step| {
-                if step.stage == crate::Stage::Meshing {
+                if step.stage == ingest::Stage::Meshing {
                     stages.set(Stage::Meshing);
                 }
             },

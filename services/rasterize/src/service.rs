@@ -2,8 +2,8 @@
 
 use bus::{Bus, GridSlot, Origin, PublishError, Publisher, Sample, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Robot, Service, SiteConfig, Stages, StateFile};
-use drawing::Rasterizer;
 use messages::{CheckedSite, InputHashes, Phase, RobotProfile, Stage};
+use raster::Rasterizer;
 use rayon::prelude::*;
 use std::path::PathBuf;
 use tracing::info;

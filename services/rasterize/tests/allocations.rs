@@ -2,7 +2,7 @@
 //! makes one block of about a hundred bytes for each loan.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-#[path = "../../../common/drawing/tests/support/mod.rs"]
+#[path = "../../../common/stages/raster/tests/support/mod.rs"]
 mod support;
 
 use bus::{Bus, Daemon, Domain, Keeper, Origin, Publisher, Sample, Subscriber, Topic, Waiter};

@@ -1,7 +1,10 @@
 //! Schedule evaluation: `site` and the plan time in, `phase` out.
 
+mod plan_clock;
+mod service;
+
 use bus::Daemon;
-use schedule_eval::service::ScheduleService;
+use service::ScheduleService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

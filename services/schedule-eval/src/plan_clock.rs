@@ -12,7 +12,7 @@ const BELIEVED_BACK_MS: i64 = 1_000;
 /// The mode of the plan time; this is what survives a daemon.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum PlanClock {
+pub(crate) enum PlanClock {
     /// No plan time: everything is built.
     #[default]
     Everything,
@@ -41,20 +41,20 @@ pub enum PlanClock {
 
 /// As far as a moving plan time got, on disk before anybody saw it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Reached {
+pub(crate) struct Reached {
     /// The plan time, civil seconds since 1970; `None` if nothing was published yet.
-    pub plan_s: Option<i64>,
+    pub(crate) plan_s: Option<i64>,
     /// What the machine's clock said, milliseconds since 1970 in UTC.
-    pub wall_ms: i64,
+    pub(crate) wall_ms: i64,
 }
 
 /// What a clock says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Reading {
+pub(crate) struct Reading {
     /// The plan time, civil seconds since 1970; `None` if everything is built.
-    pub plan_s: Option<i64>,
+    pub(crate) plan_s: Option<i64>,
     /// False if the machine's clock went back, or is not synchronised: the plan time stands until it is right again.
-    pub trusted: bool,
+    pub(crate) trusted: bool,
 }
 
 impl PlanClock {
@@ -62,7 +62,7 @@ impl PlanClock {
     ///
     /// A clock that moves stands where it got while `wall_ms` is more than a second before what it was then, or while
     /// `synchronised` is false. In the hour that a civil clock shows twice it stands, too.
-    pub fn read(&self, wall_ms: i64, zone: &TimeZone, synchronised: bool) -> Reading {
+    pub(crate) fn read(&self, wall_ms: i64, zone: &TimeZone, synchronised: bool) -> Reading {
         let moving = |reached: Reached, now_s: i64| {
             let trusted = synchronised && reached.wall_ms - wall_ms <= BELIEVED_BACK_MS;
             let now_s = if trusted { Some(now_s) } else { None };
@@ -80,7 +80,7 @@ impl PlanClock {
     }
 
     /// How long until the plan time is `plan_s`, in milliseconds of the machine's clock; `None` if it does not move.
-    pub fn until_ms(&self, plan_s: i64, wall_ms: i64, zone: &TimeZone) -> Option<i64> {
+    pub(crate) fn until_ms(&self, plan_s: i64, wall_ms: i64, zone: &TimeZone) -> Option<i64> {
         match *self {
             Self::Everything | Self::Fixed { .. } => None,
             Self::Wall { .. } => Some(plan_s.saturating_mul(1_000).saturating_sub(civil_ms(wall_ms, zone))),
@@ -94,7 +94,7 @@ impl PlanClock {
     }
 
     /// The same clock, having got this far.
-    pub fn having_reached(self, now: Reached) -> Self {
+    pub(crate) fn having_reached(self, now: Reached) -> Self {
         match self {
             Self::Everything | Self::Fixed { .. } => self,
             Self::Wall { .. } => Self::Wall { reached: now },
@@ -103,12 +103,12 @@ impl PlanClock {
     }
 
     /// True if the plan time moves by itself.
-    pub fn is_moving(&self) -> bool {
+    pub(crate) fn is_moving(&self) -> bool {
         matches!(self, Self::Wall { .. } | Self::Simulated { .. })
     }
 
     /// Its word for people.
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         match self {
             Self::Everything => "everything built".to_owned(),
             Self::Fixed { .. } => "fixed".to_owned(),

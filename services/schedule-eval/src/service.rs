@@ -1,6 +1,6 @@
 //! Schedule evaluation as a daemon: holds the plan time, publishes the phase.
 
-use crate::{Edits, EvaluateError, PlanClock, Reached, Reading, Rules, Timeline, evaluate, parse_actuals};
+use crate::plan_clock::{PlanClock, Reached, Reading};
 use bus::{Bus, Origin, Publisher, Topic};
 use daemon::{
     ActualsSource, Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably,
@@ -9,6 +9,7 @@ use frames::PlanTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, CheckedSite, InputHashes, Phase, Site, Stage};
+use schedule::{Edits, EvaluateError, Rules, Timeline, evaluate, parse_actuals};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -18,7 +19,7 @@ use tracing::info;
 ///
 /// While the plan time moves, a phase is that of the instant at which it last changed: it is the same however often
 /// anybody looks, and says how long it holds.
-pub struct ScheduleService {
+pub(crate) struct ScheduleService {
     rules: Rules,
     synchronised_while: Option<PathBuf>,
     clock_file: StateFile,
@@ -58,7 +59,7 @@ impl ScheduleService {
     ///
     /// # Errors
     /// Rules, a plan time or state that cannot be used.
-    pub fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+    pub(crate) fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
         let rules = read_rules(config)?;
         let zone = rules.site_zone.as_ref();
         let first = config.schedule.plan_time.as_deref().map(|text| PlanTime::parse(text, zone)).transpose()?;
@@ -261,14 +262,9 @@ fn evaluated(site: &CheckedSite<bus::Sample>, rules: &Rules, edits: &Edits) -> R
     Ok(Evaluated { timeline, wakes_s, site_hash: site.content_hash(), frame_epoch })
 }
 
-/// The schedule rules that the configuration of a site names.
-///
-/// # Errors
-/// A file that cannot be read, or holds no rules.
-pub fn read_rules(config: &SiteConfig) -> Result<Rules, Failure> {
+fn read_rules(config: &SiteConfig) -> Result<Rules, Failure> {
     let Some(path) = &config.schedule.rules else { return Ok(Rules::default()) };
-    let text = std::fs::read_to_string(path).map_err(|e| format!("rules {}: {e}", path.display()))?;
-    Rules::parse(&text).map_err(|e| format!("rules {}: {}", path.display(), daemon::chain(&e)).into())
+    Ok(daemon::read_parsed("rules", path, Rules::parse)?)
 }
 
 /// Bytes of the largest table of reported progress.
@@ -283,7 +279,7 @@ fn read_table(path: &Path) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn read_actuals(path: &Path) -> Result<Vec<crate::Actual>, Failure> {
+fn read_actuals(path: &Path) -> Result<Vec<schedule::Actual>, Failure> {
     match read_table(path) {
         Ok(bytes) => Ok(parse_actuals(&bytes)?),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),

@@ -4,8 +4,8 @@ use crate::alignment::PreparedMap;
 use crate::map_file::OccupancyMap;
 use crate::raster::Cell;
 use crate::thresholds::CELL_M;
-use drawing::{RasterizeError, Rasterizer};
 use messages::{ArchiveError, Grid, Phase, RobotProfile, Site};
+use raster::{RasterizeError, Rasterizer};
 use std::sync::Arc;
 
 /// The maps of all storeys of a site for a robot, as planned at a phase.

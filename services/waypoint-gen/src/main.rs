@@ -1,8 +1,10 @@
 //! Planning of waypoints: `site`, `phase` and grids in, centres, scans, tours and the route graph out.
 
+mod service;
+
 use bus::Daemon;
+use service::WaypointService;
 use std::process::ExitCode;
-use waypoint_gen::service::WaypointService;
 
 fn main() -> ExitCode {
     // Maps do not wait for waypoints.

@@ -1,6 +1,5 @@
 //! Planning of waypoints as a daemon: plans again the storeys that new grids change.
 
-use crate::{PlanInput, PlanOptions, Planner, check_names};
 use bus::{Bus, GridSlot, Origin, Publisher, Sample, Subscriber, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile};
 use messages::{ArchiveBuffer, CheckedSite, Grid, Grids, InputHashes, Phase, Plan, Stage};
@@ -8,9 +7,10 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use tracing::info;
+use waypoints::{PlanInput, PlanOptions, Planner, check_names};
 
 /// Plans for what is published.
-pub struct WaypointService {
+pub(crate) struct WaypointService {
     /// Options of the configuration.
     configured: Option<PathBuf>,
     /// What a client asked for.
@@ -51,7 +51,7 @@ impl WaypointService {
     ///
     /// # Errors
     /// Options or state that cannot be used.
-    pub fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+    pub(crate) fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "waypoints.json")?;
         let asked: Asked = state.load()?.unwrap_or_default();
         Ok(Self {
@@ -96,7 +96,7 @@ impl WaypointService {
         let grids: Vec<Grid<'_>> = held.map(|g| Grid::open(g.bytes())).collect::<Result<_, _>>()?;
         grids.iter().try_for_each(|grid| grid.check_site(&view))?;
         let input = PlanInput { site: &view, phase: &phase, index: &index, grids: &grids, options };
-        crate::start::check_start(&input, start)?;
+        waypoints::check_start(&input, start)?;
         Ok(())
     }
 
@@ -173,7 +173,10 @@ impl WaypointService {
 
 fn options_of(configured: Option<&Path>, asked: &Asked) -> Result<PlanOptions, Failure> {
     let file = asked.options.as_deref().or(configured);
-    let mut options = file.map_or_else(|| Ok(PlanOptions::default()), PlanOptions::read)?;
+    let mut options = file.map_or_else(
+        || Ok(PlanOptions::default()),
+        |path| daemon::read_parsed("options of waypoints", path, PlanOptions::parse),
+    )?;
     if !asked.spaces.is_empty() {
         options.spaces.clone_from(&asked.spaces);
     }

@@ -17,7 +17,7 @@ mod urdf;
 mod visuals;
 
 pub use lookup::Lookup;
-pub use options::{DoorMode, Leafs, Materials, Pieces, WorldFileError, WorldOptions, WorldOptionsError};
+pub use options::{DoorMode, Leafs, Materials, Pieces, WorldOptions, WorldOptionsError};
 
 use crate::{ExportFile, ExportInput, json, rounded};
 use doors::{WorldDoor, hangs, is_door};

@@ -2,7 +2,6 @@
 
 use geometry::PieceOptions;
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
 
 /// What a world is like.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -148,22 +147,9 @@ impl Default for Leafs {
     }
 }
 
-/// A file that describes no world.
-#[derive(Debug, thiserror::Error)]
-#[error("options of worlds {}", path.display())]
-pub struct WorldFileError {
-    /// The file.
-    pub path: PathBuf,
-    /// Why.
-    pub source: WorldOptionsError,
-}
-
 /// Why options describe no world.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldOptionsError {
-    /// It cannot be read.
-    #[error("it cannot be read")]
-    Io(#[source] std::io::Error),
     /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
     #[error("it has other keys or values than options have")]
     Toml(#[from] Box<toml::de::Error>),
@@ -173,16 +159,6 @@ pub enum WorldOptionsError {
 }
 
 impl WorldOptions {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is no TOML of these keys, or has a value that no world can have.
-    pub fn read(path: &Path) -> Result<Self, WorldFileError> {
-        let failed = |source| WorldFileError { path: path.to_owned(), source };
-        let text = std::fs::read_to_string(path).map_err(|e| failed(WorldOptionsError::Io(e)))?;
-        Self::parse(&text).map_err(failed)
-    }
-
     /// The options that a text says.
     ///
     /// # Errors
@@ -242,8 +218,8 @@ mod tests {
 
     #[test]
     fn the_shipped_file_says_the_defaults() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/world.toml");
-        assert_eq!(WorldOptions::read(&path).unwrap(), WorldOptions::default());
+        let shipped = include_str!("../../../../config/world.toml");
+        assert_eq!(WorldOptions::parse(shipped).unwrap(), WorldOptions::default());
     }
 
     #[test]

@@ -7,9 +7,9 @@ use crate::maps::world_of;
 use crate::output;
 use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
-use drawing::Rasterizer;
 use export::{ExportFile, ExportInput, WorldOptions};
 use messages::{Grid, Grids, Phase, Plan, Site};
+use raster::Rasterizer;
 use std::time::{Duration, Instant};
 
 /// Samples that belong together are waited for.

@@ -2,14 +2,14 @@
 
 use super::site;
 use daemon::{Request, Robot, SiteConfig};
-use drawing::Rasterizer;
 use export::{SiteFrameFile, WorldOptions};
 use frames::PlanTime;
 use messages::{ArchiveBuffer, Site};
-use schedule_eval::{Delay, Edits, Rules, evaluate, parse_actuals};
+use raster::Rasterizer;
+use schedule::{Delay, Edits, Rules, evaluate, parse_actuals};
 use std::path::Path;
 use std::sync::LazyLock;
-use waypoint_gen::PlanOptions;
+use waypoints::PlanOptions;
 
 /// Coarse: what a robot's numbers do to a map shows at any resolution.
 const RESOLUTION_M: f64 = 0.25;

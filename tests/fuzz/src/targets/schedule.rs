@@ -2,7 +2,7 @@
 
 use super::site;
 use messages::{Phase, Site};
-use schedule_eval::{Delay, Edits, Period, Rules, Timeline, evaluate, parse_actuals};
+use schedule::{Delay, Edits, Period, Rules, Timeline, evaluate, parse_actuals};
 
 /// Instants at which a timeline is looked at.
 const INSTANTS_MAX: usize = 6;

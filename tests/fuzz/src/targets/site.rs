@@ -1,6 +1,6 @@
 //! Sites of IFC text, without progress reports.
 
-use ifc_ingest::{IngestError, IngestOptions, SourceFile};
+use ingest::{IngestError, IngestOptions, SourceFile};
 use messages::ArchiveBuffer;
 
 /// The site of one file.
@@ -14,7 +14,7 @@ pub(super) fn of_bytes(bytes: &[u8]) -> Result<ArchiveBuffer, IngestError> {
         allow_boxes: true,
         progress: &|_| {},
     };
-    ifc_ingest::ingest(&[file], &options)
+    ingest::ingest(&[file], &options)
 }
 
 /// Two rooms with a door between them, a stair, an upper floor, and tasks.

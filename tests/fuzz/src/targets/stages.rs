@@ -2,15 +2,15 @@
 
 use super::archives::{change, reseal};
 use super::site;
-use drawing::Rasterizer;
 use export::{DeviationExport, ExportInput, WorldOptions, deviation_files, files};
 use frames::PlanTime;
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Deviations, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site, SlamMap};
-use schedule_eval::{Edits, Rules, evaluate};
+use raster::Rasterizer;
+use schedule::{Edits, Rules, evaluate};
 use slam_align::{DeviationInput, MapFromSlam, OccupancyMap, PreparedMap, References, align_maps, deviations};
 use std::sync::LazyLock;
-use waypoint_gen::{PlanInput, PlanOptions, Planner};
+use waypoints::{PlanInput, PlanOptions, Planner};
 
 /// Coarse, so that a map has a few hundred cells.
 const RESOLUTION_M: f64 = 0.25;

@@ -1,0 +1,120 @@
+//! IFC files in, `site` archive out.
+//!
+//! [`ingest`] reads the files, fixes the map frame, finds which storeys can be walked, and computes once what several
+//! stages need: clear widths, passages, the spaces that a door joins. The model of `ifc` ends here.
+
+mod assemble;
+mod classify;
+mod contacts;
+mod doors;
+mod error;
+mod join;
+mod leaves;
+mod levels;
+mod merge;
+mod meshes;
+mod openings;
+mod passages;
+mod schedule;
+mod site_frame;
+mod site_storeys;
+mod spaces;
+mod split_levels;
+mod stairs;
+mod storeys;
+mod walkable;
+
+pub use error::IngestError;
+pub use ifc::{Progress, Stage};
+pub use join::Place;
+pub use site_frame::SiteFrame;
+
+use ifc::GeometryStatus;
+use merge::{FileModel, Merged};
+use messages::ArchiveBuffer;
+use std::path::PathBuf;
+
+/// A file of the site, read.
+#[derive(Debug)]
+pub struct SourceFile {
+    /// Where it was read from; only the base name is kept in products.
+    pub path: PathBuf,
+    /// Its bytes: STEP or a zip container.
+    pub bytes: Vec<u8>,
+}
+
+impl SourceFile {
+    /// The base name, for products and messages.
+    pub fn name(&self) -> String {
+        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
+    }
+}
+
+/// How files become a site.
+#[derive(Clone, Copy)]
+pub struct IngestOptions<'a> {
+    /// The site's frame from an earlier run; `None` fixes it anew.
+    pub frame: Option<SiteFrame>,
+    /// Epoch of a frame that is fixed anew, from 1.
+    pub frame_epoch: u32,
+    /// Where each file lies, by its index; files beyond the end have no place of their own.
+    pub places: &'a [Option<Place>],
+    /// Of elements with one GlobalId and different bodies, keep the last instead of refusing.
+    pub prefer_last: bool,
+    /// Accept a file of whose bodies more than half are bounding boxes.
+    pub allow_boxes: bool,
+    /// Called as work advances.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+/// Spaces that a site may have: the `space` layer holds a 16-bit index plus one.
+pub const MAX_SPACES: usize = u16::MAX as usize;
+
+/// Reads the files as one site and writes its archive.
+///
+/// # Errors
+/// A file that cannot be read or has no usable unit, files that do not belong together, GlobalIds with two bodies.
+pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<ArchiveBuffer, IngestError> {
+    let mut models = Vec::with_capacity(files.len());
+    for (index, file) in files.iter().enumerate() {
+        let (model, diagnostics) = ifc::read(
+            &file.bytes,
+            &ifc::ReadOptions { threads: rayon::current_num_threads(), progress: Some(options.progress) },
+        )
+        .map_err(|source| IngestError::Read { file: file.name(), source })?;
+        if !options.allow_boxes {
+            check_bodies(&file.name(), &model)?;
+        }
+        let place = options.places.get(index).copied().flatten();
+        models.push(FileModel { file, model, diagnostics, place });
+    }
+    let mut merged = Merged::of(models, options.prefer_last)?;
+    let n_spaces = merged.model.spaces.len();
+    if n_spaces > MAX_SPACES {
+        return Err(IngestError::TooManySpaces { n_spaces });
+    }
+    let own_frame = SiteFrame::of(&merged.model, options.frame_epoch);
+    let frame = options.frame.unwrap_or(own_frame);
+    merged.diagnostics.extend(frame.misfit(&own_frame).map(|d| (messages::NONE, d)));
+    Ok(assemble::site_of(files, &merged, frame).finish())
+}
+
+/// Refuses a model that the kernel could mesh little of: a map of boxes looks like one of a building.
+fn check_bodies(file: &str, model: &ifc::Model) -> Result<(), IngestError> {
+    let is_whole_box = |g: &ifc::Geometry| matches!(g.status, GeometryStatus::BoundingBox { .. }) && g.parts.len() == 1;
+    let is_lost = |g: &ifc::Geometry| is_whole_box(g) || matches!(g.status, GeometryStatus::Failed { .. });
+    let bodies = || model.elements.iter().filter(|e| e.geometry.status != GeometryStatus::None);
+    let (n_lost, n_bodies) = (bodies().filter(|e| is_lost(&e.geometry)).count(), bodies().count());
+    let Some(first) = bodies().find(|e| is_lost(&e.geometry)).filter(|_| 2 * n_lost > n_bodies) else { return Ok(()) };
+    let why = match &first.geometry.status {
+        GeometryStatus::BoundingBox { why } | GeometryStatus::Failed { why } => why.clone(),
+        GeometryStatus::None | GeometryStatus::Meshed => String::new(),
+    };
+    Err(IngestError::MostlyBoxes {
+        file: file.to_owned(),
+        n_lost,
+        n_bodies,
+        element: format!("{} #{} {}", first.ifc_type, first.id.step_id, first.id.global_id),
+        why,
+    })
+}

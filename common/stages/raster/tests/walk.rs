@@ -1,0 +1,183 @@
+//! Drawing one phase after the other gives what drawing each of them anew gives, to the last byte; and on every such map
+//! Nav2's keep-out filter makes no unknown cell free.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use grid::Class;
+use messages::*;
+use proptest::prelude::*;
+use raster::Rasterizer;
+use support::{House, assert_filter_frees_nothing, t};
+
+const SLAB: usize = 4;
+
+/// A box of a class, or one with an upper face at floor level.
+#[derive(Debug, Clone)]
+struct Piece {
+    class: Class,
+    min: [f64; 3],
+    size: [f64; 3],
+    is_floor: bool,
+}
+
+fn piece() -> impl Strategy<Value = Piece> {
+    let class = prop::sample::select(vec![Class::Wall, Class::Furniture, Class::Column, Class::Railing, Class::Mep]);
+    let place = (-1.0f64..4.5, -1.0f64..3.5);
+    let obstacle = (class, place.clone(), 0.05f64..2.0, 0.05f64..1.0, prop::sample::select(vec![0.0, 0.3, 2.2]));
+    let obstacle = obstacle.prop_map(|(class, (x, y), w, d, z)| Piece {
+        class,
+        min: [x, y, z],
+        size: [w, d, 0.5],
+        is_floor: false,
+    });
+    let top = prop::sample::select(vec![0.0, 0.02, -0.4]);
+    let floor = (place, 0.3f64..3.0, 0.3f64..3.0, top).prop_map(|((x, y), w, d, top)| Piece {
+        class: Class::Slab,
+        min: [x, y, top - 0.2],
+        size: [w, d, 0.2],
+        is_floor: true,
+    });
+    prop_oneof![3 => obstacle, 2 => floor]
+}
+
+/// The house with floor under its walls or not, more pieces, an opening in its first wall, a door of one or two leaves
+/// that hangs in the second, and two rooms.
+fn house(pieces: &[Piece], floor: FloorKind, is_floor_in_opening: bool, n_leaves: usize) -> ArchiveBuffer {
+    let mut house = House::new();
+    if !is_floor_in_opening {
+        house.builder.elements[SLAB].n_parts = 0;
+        house.slab([0.0, 0.0], [4.0, 3.0], 0.0);
+        house.slab([0.0, -1.5], [4.0, -0.2], 0.0);
+    }
+    for piece in pieces {
+        let max = [0, 1, 2].map(|k| piece.min[k] + piece.size[k]);
+        let element = house.add(piece.class, piece.min, max);
+        house.builder.elements[element].flags = if piece.is_floor { element_flags::FLOOR } else { 0 };
+    }
+    house.opening(0);
+    let door = match n_leaves {
+        1 => house.door(0.8, Opens::Swing),
+        _ => house.leaves([Opens::Swing, Opens::Sliding])[0],
+    };
+    let hung = OpeningRecord { host: 1, filling: door as u32, bottom_z_tenths: t(0.5), ..house.builder.openings[0] };
+    house.builder.openings.push(hung);
+    house.builder.doors.iter_mut().for_each(|door| door.opening = 1);
+    house.space([0.0, 0.0], [2.0, 3.0]);
+    house.space([1.5, 0.0], [4.0, 3.0]);
+    house.builder.spaces.iter_mut().for_each(|s| s.map_storey = 0);
+    let name = house.builder.texts.add("Ground");
+    house.builder.map_storeys.push(MapStoreyRecord {
+        global_id: Text::default(),
+        name,
+        floor_z_tenths: 0,
+        floor: floor as u32,
+        bounds_tenths: [t(-2.0), t(-2.0), t(7.0), t(7.0)],
+    });
+    house.builder.finish()
+}
+
+/// States of elements and spaces, drawn from few numbers; every fourth phase has no plan time.
+fn phase_of(site: &Site<'_>, states: &[u8], before: Option<&PhaseBuilder>) -> PhaseBuilder {
+    let n = site.elements.len();
+    let mut phase = PhaseBuilder::everything_built(site.content_hash(), n, site.spaces.len());
+    if let Some(before) = before {
+        phase.effective.clone_from(&before.effective);
+        phase.spaces.clone_from(&before.spaces);
+    }
+    for (k, pair) in states.chunks_exact(2).enumerate() {
+        let place = usize::from(pair[0]) % (n + site.spaces.len());
+        match phase.effective.get_mut(place) {
+            Some(state) => *state = pair[1] % 5,
+            None => phase.spaces[place - n].state = u32::from(pair[1] % 2),
+        }
+        phase.head.plan_time_s = if k % 4 == 3 && pair[1] > 200 { PhaseHead::NO_TIME } else { 7 };
+    }
+    phase
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+    #[test]
+    fn a_walk_through_phases_ends_where_a_fresh_start_begins(
+        pieces in prop::collection::vec(piece(), 0..8),
+        floor in prop::sample::select(vec![
+            FloorKind::Built,
+            FloorKind::Built,
+            FloorKind::AssumedFromSpaces,
+            FloorKind::AssumedFromEnclosure,
+        ]),
+        steps in prop::collection::vec(prop::collection::vec(any::<u8>(), 2..8), 1..8),
+        work_margin_m in prop::sample::select(vec![0.0, 0.4, 1.5]),
+        edge_margin_m in prop::sample::select(vec![0.0, 0.3, 0.77]),
+        is_floor_in_opening in any::<bool>(),
+        resolution_m in prop::sample::select(vec![0.1, 0.05]),
+        n_leaves in 1usize..3,
+    ) {
+        let site = house(&pieces, floor, is_floor_in_opening, n_leaves);
+        let site = Site::open(site.bytes()).unwrap();
+        let robot = RobotProfile { work_margin_m, edge_margin_m, ..RobotProfile::DEFAULT };
+        let mut walker = Rasterizer::new(&site, &robot, resolution_m).unwrap();
+        let mut before: Option<PhaseBuilder> = None;
+        for states in &steps {
+            let builder = phase_of(&site, states, before.as_ref());
+            let phase = builder.finish();
+            let phase = Phase::open(phase.bytes()).unwrap();
+            walker.draw(&site, &phase);
+            let mut fresh = Rasterizer::new(&site, &robot, resolution_m).unwrap();
+            fresh.draw(&site, &phase);
+            compare(&walker, &fresh)?;
+            walker.drawn().for_each(|drawn| assert_filter_frees_nothing(&Grid::open(drawn.archive).unwrap()));
+            prop_assert_eq!(walker.index(&site, &phase, "r"), fresh.index(&site, &phase, "r"));
+            before = Some(builder);
+        }
+    }
+}
+
+#[test]
+fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
+    let site = house(&[], FloorKind::Built, true, 1);
+    let site = Site::open(site.bytes()).unwrap();
+    let phase = |wall: ElementState, slab: ElementState| {
+        let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
+        phase.head.plan_time_s = 7;
+        (phase.effective[0], phase.effective[SLAB]) = (wall as u8, slab as u8);
+        phase.finish()
+    };
+    let mut walker = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
+    let mut last = Vec::new();
+    for (wall, slab) in [
+        (ElementState::InProgress, ElementState::Built),
+        (ElementState::InProgress, ElementState::NotStarted),
+        (ElementState::Built, ElementState::NotStarted),
+        (ElementState::Built, ElementState::Built),
+    ] {
+        let phase = phase(wall, slab);
+        walker.draw(&site, &Phase::open(phase.bytes()).unwrap());
+        last = walker.drawn().next().unwrap().archive.to_vec();
+    }
+    let mut fresh = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
+    let built = phase(ElementState::Built, ElementState::Built);
+    fresh.draw(&site, &Phase::open(built.bytes()).unwrap());
+    assert!(last == fresh.drawn().next().unwrap().archive);
+}
+
+/// Layer by layer, so that a failure names the first cell.
+fn compare(walker: &Rasterizer, fresh: &Rasterizer) -> Result<(), TestCaseError> {
+    for (walked, drawn) in walker.drawn().zip(fresh.drawn()) {
+        let [a, b] = [walked, drawn].map(|d| Grid::open(d.archive).unwrap());
+        let differs = |layer: &str, place: Option<usize>| {
+            let cell = place.map(|place| (layer.to_owned(), a.spec().cell_of(place)));
+            prop_assert_eq!(cell, None);
+            Ok(())
+        };
+        differs("class", (0..a.class.len()).find(|&i| a.class[i] != b.class[i]))?;
+        differs("floor", (0..a.floor.len()).find(|&i| a.floor[i] != b.floor[i]))?;
+        differs("planning", (0..a.planning.len()).find(|&i| a.planning[i] != b.planning[i]))?;
+        differs("keepout", (0..a.keepout.len()).find(|&i| a.keepout[i] != b.keepout[i]))?;
+        differs("localization", (0..a.localization.len()).find(|&i| a.localization[i] != b.localization[i]))?;
+        prop_assert_eq!((walked.content_hash, walked.input_hash), (drawn.content_hash, drawn.input_hash));
+        prop_assert!(walked.archive == drawn.archive);
+    }
+    Ok(())
+}

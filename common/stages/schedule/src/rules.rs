@@ -1,0 +1,395 @@
+//! The rules of a site: what its dates mean, and where they stand. A TOML file; `config/schedule.toml` explains every key.
+
+use crate::dates::{DateOrder, WrittenDate, parse_iso};
+use jiff::tz::TimeZone;
+use serde::Deserialize;
+
+/// How dates are understood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rules {
+    /// Order of text dates; `None` takes what the file's dates can only mean.
+    pub date_format: Option<DateOrder>,
+    /// What a day means in working time.
+    pub duration_day: DurationDay,
+    /// For dates that carry a zone.
+    pub site_zone: Option<TimeZone>,
+    /// What an element without any date is.
+    pub undated: Undated,
+    /// Whose rules count.
+    pub mode: Mode,
+    /// What an input of a constructing task becomes.
+    pub inputs: Inputs,
+    /// Properties that hold dates, in order of rank within their kind.
+    pub property_dates: Vec<PropertyDate>,
+    /// Properties that name phases.
+    pub phase_properties: PhaseProperties,
+    /// When phases are; they have no dates in the file.
+    pub phases: Vec<Phase>,
+    /// Spaces that are closed by configuration.
+    pub closed_spaces: Vec<ClosedSpace>,
+    /// A space is closing soon this long before it is blocked, in seconds.
+    pub closing_lead_s: i64,
+}
+
+/// What `P1D` means in working time.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+pub enum DurationDay {
+    /// The working hours of one day of the calendar.
+    #[default]
+    #[serde(rename = "working_day")]
+    WorkingDay,
+    /// 24 working hours.
+    #[serde(rename = "24h")]
+    Hours24,
+}
+
+/// What an element without any date is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Undated {
+    /// It stands at all times.
+    #[default]
+    Existing,
+    /// It never stands.
+    Absent,
+}
+
+/// Whose rules count.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// Ours.
+    #[default]
+    Standard,
+    /// Those of the published prototype: walls, doors and rooms by property dates; everything else is dropped.
+    Paper,
+}
+
+/// What an input (IfcRelAssignsToProcess) of a constructing task becomes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Inputs {
+    /// The same as an output.
+    #[default]
+    Same,
+    /// It is used up: removed.
+    Consume,
+}
+
+/// A property that holds a date.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PropertyDate {
+    /// Entity, subtypes included, e.g. `IfcWall`; `IfcSpace` for rooms.
+    pub applies_to: String,
+    /// Property set.
+    pub set: String,
+    /// Property.
+    pub property: String,
+    /// Whether it says what is planned or what happened.
+    #[serde(default)]
+    pub kind: DateKind,
+}
+
+/// Whether a date says what is planned or what happened.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DateKind {
+    /// It happened.
+    Actual,
+    /// It is planned.
+    #[default]
+    Planned,
+}
+
+/// Properties that name phases.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PhaseProperties {
+    /// Property set.
+    pub set: String,
+    /// Phase in which an element is built.
+    pub created: String,
+    /// Phase in which it is removed.
+    pub demolished: String,
+    /// Phase at whose end a space is released.
+    pub space: String,
+}
+
+/// A phase by its name; without start and finish it is before all time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Phase {
+    /// As the properties spell it.
+    pub name: String,
+    /// Civil seconds since 1970 of start and finish.
+    pub span_s: Option<[i64; 2]>,
+}
+
+/// Spaces that are closed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ClosedSpace {
+    /// GlobalId, or a pattern of Name, LongName or both: `*` for any text, `?` for one character.
+    pub pattern: String,
+    /// What is given as the reason.
+    pub reason: String,
+    /// From this time on, civil seconds since 1970.
+    pub from_s: i64,
+    /// Until then.
+    pub until_s: i64,
+}
+
+/// A rules file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum RulesError {
+    /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
+    #[error("the rules cannot be read")]
+    Toml(#[source] Box<toml::de::Error>),
+    /// A value that means nothing.
+    #[error("{0}")]
+    Value(String),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RulesToml {
+    date_format: Option<DateOrder>,
+    #[serde(default)]
+    duration_day: DurationDay,
+    site_zone: Option<String>,
+    #[serde(default)]
+    undated: Undated,
+    #[serde(default)]
+    mode: Mode,
+    #[serde(default)]
+    inputs: Inputs,
+    property_dates: Option<Vec<PropertyDate>>,
+    #[serde(default)]
+    phase_properties: PhaseProperties,
+    #[serde(default)]
+    phases: Vec<PhaseToml>,
+    #[serde(default)]
+    closed_spaces: Vec<ClosedSpaceToml>,
+    closing: Option<ClosingToml>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PhaseToml {
+    name: String,
+    start: Option<toml::Value>,
+    finish: Option<toml::Value>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClosedSpaceToml {
+    r#match: String,
+    #[serde(default = "private")]
+    reason: String,
+    from: Option<toml::Value>,
+    until: Option<toml::Value>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ClosingToml {
+    lead_minutes: u32,
+}
+
+const LEAD_MINUTES: u32 = 30;
+
+fn private() -> String {
+    "private".to_owned()
+}
+
+impl Default for PhaseProperties {
+    fn default() -> Self {
+        let [set, created, demolished, space] =
+            ["Phasing", "Phase Created", "Phase Demolished", "Phase"].map(str::to_owned);
+        Self { set, created, demolished, space }
+    }
+}
+
+impl Default for Rules {
+    fn default() -> Self {
+        Self {
+            date_format: None,
+            duration_day: DurationDay::default(),
+            site_zone: None,
+            undated: Undated::default(),
+            mode: Mode::default(),
+            inputs: Inputs::default(),
+            property_dates: published_dates(),
+            phase_properties: PhaseProperties::default(),
+            phases: Vec::new(),
+            closed_spaces: Vec::new(),
+            closing_lead_s: i64::from(LEAD_MINUTES) * 60,
+        }
+    }
+}
+
+/// The property sets of the published prototype.
+fn published_dates() -> Vec<PropertyDate> {
+    let rules = [
+        ("IfcWall", "Wall Schedule", "ConstructionDate"),
+        ("IfcDoor", "Door Schedule", "DoorDate"),
+        ("IfcSpace", "Room Schedule", "RoomDate"),
+    ];
+    let rule = |(applies_to, set, property): (&str, &str, &str)| PropertyDate {
+        applies_to: applies_to.to_owned(),
+        set: set.to_owned(),
+        property: property.to_owned(),
+        kind: DateKind::Planned,
+    };
+    rules.map(rule).to_vec()
+}
+
+impl Rules {
+    /// Reads the text of a rules file; keys that are not there have their defaults.
+    ///
+    /// # Errors
+    /// Not TOML, unknown keys, zones or dates that do not exist, phases that end before they start or are named twice.
+    pub fn parse(text: &str) -> Result<Self, RulesError> {
+        let file: RulesToml = toml::from_str(text).map_err(|e| RulesError::Toml(Box::new(e)))?;
+        let site_zone = file.site_zone.as_deref().map(zone).transpose()?;
+        let lead_minutes = file.closing.map_or(LEAD_MINUTES, |c| c.lead_minutes);
+        let phases: Vec<Phase> =
+            file.phases.iter().map(|p| phase(p, site_zone.as_ref())).collect::<Result<_, RulesError>>()?;
+        if let Some((k, twice)) = phases.iter().enumerate().find(|(k, p)| phases[..*k].iter().any(|q| q.name == p.name))
+        {
+            return Err(RulesError::Value(format!("phases[{k}]: {:?} has dates already", twice.name)));
+        }
+        let closed_spaces = file.closed_spaces.into_iter().map(|c| closed_space(c, site_zone.as_ref()));
+        Ok(Self {
+            closed_spaces: closed_spaces.collect::<Result<_, RulesError>>()?,
+            date_format: file.date_format,
+            duration_day: file.duration_day,
+            undated: file.undated,
+            mode: file.mode,
+            inputs: file.inputs,
+            property_dates: file.property_dates.unwrap_or_else(published_dates),
+            phase_properties: file.phase_properties,
+            phases,
+            closing_lead_s: i64::from(lead_minutes) * 60,
+            site_zone,
+        })
+    }
+}
+
+fn zone(name: &str) -> Result<TimeZone, RulesError> {
+    TimeZone::get(name).map_err(|_| {
+        RulesError::Value(format!("site_zone: there is no time zone {name:?}; write e.g. \"Europe/Amsterdam\""))
+    })
+}
+
+fn date(key: &str, value: &toml::Value, zone: Option<&TimeZone>) -> Result<WrittenDate, RulesError> {
+    let text = match value {
+        toml::Value::Datetime(date) => date.to_string(),
+        toml::Value::String(text) => text.clone(),
+        other => {
+            return Err(RulesError::Value(format!(
+                "{key}: {other} is no date; write 2024-03-04 or 2024-03-04T08:00:00"
+            )));
+        }
+    };
+    parse_iso(&text, zone).map_err(|e| RulesError::Value(format!("{key}: {e}")))
+}
+
+fn phase(file: &PhaseToml, zone: Option<&TimeZone>) -> Result<Phase, RulesError> {
+    let name = &file.name;
+    let span_s = match (&file.start, &file.finish) {
+        (None, None) => None,
+        (Some(start), Some(finish)) => {
+            let start_s = date(&format!("start of phase {name:?}"), start, zone)?.start_s();
+            let finish_s = date(&format!("finish of phase {name:?}"), finish, zone)?.finish_s();
+            if finish_s < start_s {
+                return Err(RulesError::Value(format!("phase {name:?} finishes before it starts")));
+            }
+            Some([start_s, finish_s])
+        }
+        _ => {
+            return Err(RulesError::Value(format!(
+                "phase {name:?} has one of start and finish; give both, or none if it exists"
+            )));
+        }
+    };
+    Ok(Phase { name: name.clone(), span_s })
+}
+
+fn closed_space(file: ClosedSpaceToml, zone: Option<&TimeZone>) -> Result<ClosedSpace, RulesError> {
+    let pattern = file.r#match;
+    let end = |word: &str, value: Option<&toml::Value>| {
+        value.map(|v| date(&format!("{word} of closed space {pattern:?}"), v, zone)).transpose()
+    };
+    let from_s = end("from", file.from.as_ref())?.map_or(i64::MIN, WrittenDate::start_s);
+    let until_s = end("until", file.until.as_ref())?.map_or(i64::MAX, WrittenDate::finish_s);
+    if until_s <= from_s {
+        return Err(RulesError::Value(format!("closed space {pattern:?} opens before it closes")));
+    }
+    let is_one_line = |text: &str| !text.is_empty() && !text.contains('\n');
+    if !is_one_line(&file.reason) || pattern.is_empty() {
+        return Err(RulesError::Value("closed_spaces: match and reason are one line each".to_owned()));
+    }
+    Ok(ClosedSpace { pattern, reason: file.reason, from_s, until_s })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> String {
+        let error = Rules::parse(text).unwrap_err();
+        let cause = std::error::Error::source(&error).map(|e| e.to_string()).unwrap_or_default();
+        format!("{error}: {cause}")
+    }
+
+    #[test]
+    fn the_shipped_file_holds_the_defaults() {
+        let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../config/schedule.toml");
+        assert_eq!(Rules::parse(&std::fs::read_to_string(shipped).unwrap()).unwrap(), Rules::default());
+        assert_eq!(Rules::parse("").unwrap(), Rules::default());
+    }
+
+    #[test]
+    fn unknown_keys_are_named_with_their_line() {
+        let error = error("undated = \"absent\"\ndate_fromat = \"dmy\"\n");
+        assert!(error.contains("date_fromat") && error.contains("line 2"), "{error}");
+    }
+
+    #[test]
+    fn values_that_mean_nothing_are_refused() {
+        for (text, word) in [
+            ("site_zone = \"Europe/Atlantis\"", "Atlantis"),
+            ("date_format = \"ymd\"", "ymd"),
+            ("[[phases]]\nname = \"1\"\nstart = 2024-03-04", "one of start and finish"),
+            ("[[phases]]\nname = \"1\"\nstart = 2024-03-04\nfinish = 2024-03-01", "before it starts"),
+            ("[[phases]]\nname = \"1\"\n[[phases]]\nname = \"1\"", "already"),
+            ("[[phases]]\nname = \"1\"\nstart = 5\nfinish = 6", "no date"),
+            ("[[closed_spaces]]\nmatch = \"Lab\"\nfrom = 2024-03-04\nuntil = 2024-03-01", "opens before"),
+        ] {
+            let error = error(text);
+            assert!(error.contains(word), "{error}");
+        }
+    }
+
+    #[test]
+    fn phases_and_closed_spaces_have_civil_times() {
+        let rules = Rules::parse(
+            "[[phases]]\nname = \"Phase 1\"\nstart = 2024-03-04T00:00:00\nfinish = 2024-04-08\n\
+             [[closed_spaces]]\nmatch = \"Lab 3*\"\nuntil = \"2024-03-04T12:00:00\"\n[closing]\nlead_minutes = 5",
+        )
+        .unwrap();
+        let at = |text: &str| text.parse::<frames::PlanTime>().unwrap().civil_seconds();
+        assert_eq!(
+            rules.phases[0].span_s,
+            Some([at("2024-03-04"), at("2024-04-09")]),
+            "a finish without a time is the end of its day"
+        );
+        let closed = &rules.closed_spaces[0];
+        assert_eq!(
+            (closed.reason.as_str(), closed.from_s, closed.until_s),
+            ("private", i64::MIN, at("2024-03-04T12:00"))
+        );
+        assert_eq!(rules.closing_lead_s, 300);
+    }
+}

@@ -1,0 +1,225 @@
+//! Sites with a schedule and no geometry.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+#![allow(dead_code, reason = "every test file uses a part of this")]
+
+use bytemuck::Zeroable;
+use frames::PlanTime;
+use messages::*;
+use schedule::{Edits, EvaluateError, Finding, Period, Rules, Timeline, evaluate};
+
+/// Civil seconds of a date.
+pub(crate) fn at(text: &str) -> i64 {
+    text.parse::<PlanTime>().unwrap().civil_seconds()
+}
+
+/// A date of civil seconds.
+pub(crate) fn text(seconds: i64) -> String {
+    plan_time(seconds).unwrap().to_string()
+}
+
+/// A site to be.
+pub(crate) struct Plan {
+    pub(crate) builder: SiteBuilder,
+}
+
+impl Plan {
+    /// A file without anything.
+    pub(crate) fn new() -> Self {
+        let mut builder = SiteBuilder::default();
+        let file = builder.texts.add("site.ifc");
+        builder.sources.push(SourceRecord { file, ..SourceRecord::zeroed() });
+        Self { builder }
+    }
+
+    /// A file with a work schedule that starts on Monday, 4 March 2024 at 08:00.
+    pub(crate) fn starting() -> Self {
+        let mut plan = Self::new();
+        let (global_id, start) = (plan.text("schedule"), plan.text("2024-03-04T08:00:00"));
+        plan.builder.work_controls.push(WorkControlRecord { global_id, start, ..WorkControlRecord::zeroed() });
+        plan
+    }
+
+    pub(crate) fn text(&mut self, text: &str) -> Text {
+        self.builder.texts.add(text)
+    }
+
+    /// A task named and identified by `name`, in the work schedule if there is one.
+    pub(crate) fn task(&mut self, name: &str) -> usize {
+        let name = self.text(name);
+        let control = if self.builder.work_controls.is_empty() { NONE } else { 0 };
+        self.builder.tasks.push(TaskRecord {
+            global_id: name,
+            name,
+            parent: NONE,
+            control,
+            calendar: NONE,
+            completion: -1.0,
+            ..TaskRecord::zeroed()
+        });
+        self.builder.tasks.len() - 1
+    }
+
+    /// A task with scheduled dates.
+    pub(crate) fn dated(&mut self, name: &str, start: &str, finish: &str) -> usize {
+        let (task, start, finish) = (self.task(name), self.text(start), self.text(finish));
+        (self.builder.tasks[task].schedule_start, self.builder.tasks[task].schedule_finish) = (start, finish);
+        task
+    }
+
+    /// A task that only lasts, in working time.
+    pub(crate) fn lasting(&mut self, name: &str, duration: &str) -> usize {
+        let (task, duration) = (self.task(name), self.text(duration));
+        self.builder.tasks[task].schedule_duration = duration;
+        self.builder.tasks[task].duration_kind = DurationKind::WorkTime as u32;
+        task
+    }
+
+    pub(crate) fn kind(&mut self, task: usize, kind: &str) {
+        self.builder.tasks[task].predefined_type = self.builder.texts.add(kind);
+    }
+
+    pub(crate) fn nest(&mut self, whole: usize, parts: &[usize]) {
+        parts.iter().for_each(|part| self.builder.tasks[*part].parent = whole as u32);
+    }
+
+    pub(crate) fn sequence(&mut self, predecessor: usize, successor: usize, kind: SequenceKind, lag: &str) -> usize {
+        let lag = self.text(lag);
+        self.builder.sequences.push(SequenceRecord {
+            lag,
+            predecessor: predecessor as u32,
+            successor: successor as u32,
+            kind: kind as u32,
+            lag_kind: DurationKind::WorkTime as u32,
+            ..SequenceRecord::zeroed()
+        });
+        self.builder.sequences.len() - 1
+    }
+
+    /// Monday to Friday, 8 to 12 and 13 to 17, for these tasks.
+    pub(crate) fn office_hours(&mut self, tasks: &[usize]) -> usize {
+        let b = &mut self.builder;
+        let first_period = b.periods_s.len() as u32;
+        b.periods_s.extend([[8 * 3600, 12 * 3600], [13 * 3600, 17 * 3600]]);
+        b.work_times.push(WorkTimeRecord {
+            first_day: i32::MIN,
+            last_day: i32::MAX,
+            kind: RecurrenceKind::Weekly as u32,
+            weekdays: 0b11_1110,
+            interval: 1,
+            first_period,
+            n_periods: 2,
+            ..WorkTimeRecord::zeroed()
+        });
+        let global_id = b.texts.add("calendar");
+        let first_work_time = b.work_times.len() as u32 - 1;
+        b.calendars.push(CalendarRecord { global_id, first_work_time, n_working: 1, ..CalendarRecord::zeroed() });
+        let calendar = b.calendars.len() as u32 - 1;
+        tasks.iter().for_each(|task| b.tasks[*task].calendar = calendar);
+        calendar as usize
+    }
+
+    /// An element of this entity.
+    pub(crate) fn element(&mut self, entity: &str) -> usize {
+        let k = self.builder.elements.len();
+        let (global_id, lineage) = (self.text(&format!("element-{k}")), self.text(&format!("{entity} IfcElement")));
+        self.builder.elements.push(ElementRecord {
+            global_id,
+            lineage,
+            whole: NONE,
+            storey: NONE,
+            space: NONE,
+            door: NONE,
+            stair: NONE,
+            ..ElementRecord::zeroed()
+        });
+        k
+    }
+
+    /// A space of this name.
+    pub(crate) fn space(&mut self, name: &str) -> usize {
+        let name = self.text(name);
+        self.builder.spaces.push(SpaceRecord {
+            global_id: name,
+            name,
+            map_storey: NONE,
+            storey: NONE,
+            ..SpaceRecord::zeroed()
+        });
+        self.builder.spaces.len() - 1
+    }
+
+    pub(crate) fn storey(&mut self) -> usize {
+        self.builder.storeys.push(StoreyRecord { map_storey: NONE, ..StoreyRecord::zeroed() });
+        self.builder.storeys.len() - 1
+    }
+
+    pub(crate) fn bounds(&mut self, space: usize, element: usize) {
+        self.builder.boundaries.push(BoundaryRecord { space: space as u32, element: element as u32 });
+    }
+
+    pub(crate) fn link(&mut self, task: usize, kind: LinkKind, target: usize, flags: u32) {
+        let record = TaskLinkRecord { task: task as u32, kind: kind as u32, target: target as u32, flags };
+        self.builder.task_links.push(record);
+    }
+
+    pub(crate) fn builds(&mut self, task: usize, element: usize) {
+        self.link(task, LinkKind::Element, element, 0);
+    }
+
+    /// A text property of an element; all of one element in one go.
+    pub(crate) fn properties(&mut self, element: usize, properties: &[(&str, &str, &str)]) {
+        let first = self.add_properties(properties);
+        let record = &mut self.builder.elements[element];
+        (record.first_attribute, record.n_attributes) = (first, properties.len() as u32);
+    }
+
+    pub(crate) fn space_properties(&mut self, space: usize, properties: &[(&str, &str, &str)]) {
+        let first = self.add_properties(properties);
+        let record = &mut self.builder.spaces[space];
+        (record.first_attribute, record.n_attributes) = (first, properties.len() as u32);
+    }
+
+    fn add_properties(&mut self, properties: &[(&str, &str, &str)]) -> u32 {
+        let first = self.builder.attributes.len() as u32;
+        for (set, name, value) in properties {
+            let [set, name, text] = [set, name, value].map(|t| self.builder.texts.add(t));
+            let kind = AttributeKind::Text as u32;
+            self.builder.attributes.push(AttributeRecord { set, name, text, kind, ..AttributeRecord::zeroed() });
+        }
+        first
+    }
+
+    pub(crate) fn evaluate(&self) -> Timeline {
+        self.evaluate_with(&Rules::default(), &Edits::default()).unwrap()
+    }
+
+    pub(crate) fn ruled(&self, rules: &str) -> Timeline {
+        self.evaluate_with(&Rules::parse(rules).unwrap(), &Edits::default()).unwrap()
+    }
+
+    pub(crate) fn evaluate_with(&self, rules: &Rules, edits: &Edits) -> Result<Timeline, EvaluateError> {
+        let site = self.builder.finish();
+        evaluate(&Site::open(site.bytes()).unwrap(), rules, edits)
+    }
+
+    /// The phase of a timeline, opened.
+    pub(crate) fn phase<T>(timeline: &Timeline, period: Period, look: impl FnOnce(&Phase<'_>) -> T) -> T {
+        let phase = timeline.phase(period).finish();
+        look(&Phase::open(phase.bytes()).unwrap())
+    }
+}
+
+/// Start and finish of a task.
+pub(crate) fn dates(timeline: &Timeline, task: usize) -> Option<(String, String)> {
+    timeline.task(task).map(|d| (text(d.start_s), text(d.finish_s)))
+}
+
+/// The first finding of a code.
+pub(crate) fn finding<'t>(timeline: &'t Timeline, code: &str) -> Option<&'t Finding> {
+    timeline.findings().iter().find(|f| f.code == code)
+}
+
+/// Names of the states of an element over time.
+pub(crate) fn states(timeline: &Timeline, element: usize, instants: &[&str]) -> Vec<&'static str> {
+    instants.iter().map(|t| timeline.element(element, at(t)).name()).collect()
+}

@@ -1,0 +1,318 @@
+//! What to plan: a TOML file; `config/waypoints.toml` explains every key.
+
+use frames::PlanTimeError;
+use grid::Class;
+use messages::{ScanSensor, Site};
+use serde::Deserialize;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use wildmatch::WildMatch;
+
+/// What to plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanOptions {
+    /// Plan the centres of spaces.
+    pub centres: bool,
+    /// Plan scans.
+    pub scans: bool,
+    /// Names, long names or GlobalIds of spaces, with `*` and `?`; all if empty.
+    pub spaces: Vec<String>,
+    /// Map storeys on which waypoints are planned; all if empty. The others are ways.
+    pub storeys: Vec<u32>,
+    /// Scan the elements that were built since this time only, civil seconds.
+    pub changed_since_s: Option<i64>,
+    /// Waypoints are at half the height of their space, for what flies.
+    pub flies: bool,
+    /// What scans are made with.
+    pub sensor: ScanSensor,
+    /// Share of the faces that can be seen that scans must see.
+    pub coverage: f64,
+    /// The same for those of each space.
+    pub space_coverage: f64,
+    /// Share of each scan's faces that earlier ones must have seen.
+    pub overlap: f64,
+    /// Exchanges that the search for fewer scans tries, for each scan.
+    pub search_steps: u32,
+    /// Times that a tour is disturbed and mended again.
+    pub tour_kicks: u32,
+    /// Ways around something that are looked for from each place; what is farther goes over other places.
+    pub tour_around: u32,
+    /// Distance between the places from which scans are tried.
+    pub spacing_m: f64,
+    /// Classes whose faces are targets: a bit for each number.
+    pub classes: u32,
+    /// Check the coverage on the meshes of the elements.
+    pub mesh_check: bool,
+    /// Where the robot is; else on the first part of each storey: of those with a stair, lift or outer door the largest.
+    pub start: Option<Start>,
+    /// Tours come back to where they begin.
+    pub closed_tours: bool,
+    /// Lifts that the robot can take: names or GlobalIds, with `*` and `?`.
+    pub lifts: Vec<String>,
+    /// How fast it drives, in metres per second.
+    pub speed_m_s: f64,
+    /// How long a scan takes.
+    pub scan_s: f64,
+}
+
+/// Where the robot is.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// Index of the map storey.
+    pub storey: u32,
+    /// In `map`.
+    pub x_m: f64,
+    /// In `map`.
+    pub y_m: f64,
+}
+
+/// Why nothing can be planned.
+#[derive(Debug, thiserror::Error)]
+pub enum OptionsError {
+    /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
+    #[error("it has other keys or values than options have")]
+    Toml(#[from] Box<toml::de::Error>),
+    /// A value out of range.
+    #[error("{0}")]
+    Value(String),
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct OptionsToml {
+    waypoints: Option<Vec<String>>,
+    spaces: Vec<String>,
+    flies: bool,
+    sensor: SensorToml,
+    scan: ScanToml,
+    tour: TourToml,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct SensorToml {
+    range_m: Option<f64>,
+    min_range_m: Option<f64>,
+    max_incidence_rad: Option<f64>,
+    field_of_view_rad: Option<f64>,
+    min_elevation_rad: Option<f64>,
+    max_elevation_rad: Option<f64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct ScanToml {
+    coverage: Option<f64>,
+    space_coverage: Option<f64>,
+    overlap: Option<f64>,
+    quality: Option<u32>,
+    spacing_m: Option<f64>,
+    classes: Option<Vec<String>>,
+    mesh_check: bool,
+    changed_since: Option<String>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct TourToml {
+    start: Option<Start>,
+    closed: bool,
+    lifts: Vec<String>,
+    speed_m_s: Option<f64>,
+    scan_s: Option<f64>,
+}
+
+impl Default for PlanOptions {
+    fn default() -> Self {
+        Self {
+            centres: true,
+            scans: true,
+            spaces: Vec::new(),
+            storeys: Vec::new(),
+            changed_since_s: None,
+            flies: false,
+            sensor: ScanSensor::DEFAULT,
+            coverage: 0.99,
+            space_coverage: 0.8,
+            overlap: 0.2,
+            search_steps: STEPS_PER_QUALITY,
+            tour_kicks: KICKS_PER_QUALITY,
+            tour_around: AROUND_PER_QUALITY,
+            spacing_m: 0.5,
+            classes: !0,
+            mesh_check: false,
+            start: None,
+            closed_tours: false,
+            lifts: Vec::new(),
+            speed_m_s: 0.5,
+            scan_s: 60.0,
+        }
+    }
+}
+
+/// Exchanges for each scan, and kicks, per unit of `quality`.
+const STEPS_PER_QUALITY: u32 = 200;
+const KICKS_PER_QUALITY: u32 = 200;
+const AROUND_PER_QUALITY: u32 = 12;
+
+impl PlanOptions {
+    /// Centres and nothing that takes long.
+    pub fn centres_only() -> Self {
+        Self { scans: false, ..Self::default() }
+    }
+
+    /// The options that a text says.
+    ///
+    /// # Errors
+    /// No TOML of these keys, or a value that nothing can be planned with.
+    pub fn parse(text: &str) -> Result<Self, OptionsError> {
+        let file: OptionsToml = toml::from_str(text).map_err(Box::new)?;
+        file.into_options().map_err(OptionsError::Value)
+    }
+
+    /// True if waypoints are planned on the map storey.
+    pub(crate) fn wants_storey(&self, map_storey: u32) -> bool {
+        self.storeys.is_empty() || self.storeys.contains(&map_storey)
+    }
+
+    /// What a space may be called: its GlobalId, its name, its long name, and the two as they are written in outputs.
+    pub(crate) fn space_names(site: &Site<'_>, space: usize) -> Vec<String> {
+        let record = &site.spaces[space];
+        let [id, name, long_name] = [record.global_id, record.name, record.long_name].map(|t| site.text(t).to_owned());
+        let both = if name.is_empty() || long_name.is_empty() { String::new() } else { format!("{name} {long_name}") };
+        [id, name, long_name, both].into_iter().filter(|text| !text.is_empty()).collect()
+    }
+
+    /// True if the space was asked for.
+    pub(crate) fn wants_space(&self, site: &Site<'_>, space: usize) -> bool {
+        if self.spaces.is_empty() {
+            return true;
+        }
+        let names = Self::space_names(site, space);
+        self.spaces.iter().any(|p| names.iter().any(|name| WildMatch::new(p).matches(name)))
+    }
+
+    /// True if the robot can take the lift.
+    pub(crate) fn takes_lift(&self, site: &Site<'_>, element: usize) -> bool {
+        let record = &site.elements[element];
+        let texts = [record.global_id, record.name].map(|t| site.text(t));
+        self.lifts.iter().any(|p| texts.iter().any(|t| WildMatch::new(p).matches(t)))
+    }
+}
+
+impl OptionsToml {
+    fn into_options(self) -> Result<PlanOptions, String> {
+        let usual = PlanOptions::default();
+        let within = |key: &str, value: Option<f64>, usual: f64, lo: f64, hi: f64| match value.unwrap_or(usual) {
+            v if (lo..=hi).contains(&v) => Ok(v),
+            v => Err(format!("{key} is {v}, it must be from {lo} to {hi}")),
+        };
+        let (s, d) = (&self.sensor, usual.sensor);
+        let sensor = ScanSensor {
+            range_m: within("range_m", s.range_m, d.range_m, 0.1, 200.0)?,
+            min_range_m: within("min_range_m", s.min_range_m, d.min_range_m, 0.0, 100.0)?,
+            max_incidence_rad: within("max_incidence_rad", s.max_incidence_rad, d.max_incidence_rad, 0.01, FRAC_PI_2)?,
+            field_of_view_rad: within("field_of_view_rad", s.field_of_view_rad, d.field_of_view_rad, 0.1, TAU)?,
+            min_elevation_rad: within("min_elevation_rad", s.min_elevation_rad, d.min_elevation_rad, -FRAC_PI_2, 0.0)?,
+            max_elevation_rad: within("max_elevation_rad", s.max_elevation_rad, d.max_elevation_rad, 0.0, FRAC_PI_2)?,
+        };
+        if sensor.min_range_m >= sensor.range_m {
+            return Err(format!("min_range_m {} is not below range_m {}", sensor.min_range_m, sensor.range_m));
+        }
+        let kinds = self.waypoints.unwrap_or_else(|| vec!["centre".to_owned(), "scan".to_owned()]);
+        if let Some(unknown) = kinds.iter().find(|k| !["centre", "scan"].contains(&k.as_str())) {
+            return Err(format!("waypoints has {unknown:?}, it may hold \"centre\" and \"scan\""));
+        }
+        let quality = self.scan.quality.unwrap_or(1);
+        if quality > 1000 {
+            return Err(format!("quality is {quality}, it must be from 0 to 1000"));
+        }
+        let changed_since = self
+            .scan
+            .changed_since
+            .as_deref()
+            .map(|text| text.parse::<frames::PlanTime>().map_err(|e| unusable_date(text, &e)));
+        let start = self.tour.start;
+        if start.is_some_and(|s| !s.x_m.is_finite() || !s.y_m.is_finite()) {
+            return Err("start is no place".to_owned());
+        }
+        Ok(PlanOptions {
+            centres: kinds.iter().any(|k| k == "centre"),
+            scans: kinds.iter().any(|k| k == "scan"),
+            spaces: self.spaces,
+            storeys: usual.storeys,
+            changed_since_s: changed_since.transpose()?.map(|t| t.civil_seconds()),
+            flies: self.flies,
+            sensor,
+            coverage: within("coverage", self.scan.coverage, usual.coverage, 0.0, 1.0)?,
+            space_coverage: within("space_coverage", self.scan.space_coverage, usual.space_coverage, 0.0, 1.0)?,
+            overlap: within("overlap", self.scan.overlap, usual.overlap, 0.0, 0.9)?,
+            search_steps: quality * STEPS_PER_QUALITY,
+            tour_kicks: quality * KICKS_PER_QUALITY,
+            tour_around: quality.max(1) * AROUND_PER_QUALITY,
+            spacing_m: within("spacing_m", self.scan.spacing_m, usual.spacing_m, 0.05, 10.0)?,
+            classes: self.scan.classes.as_deref().map_or(Ok(usual.classes), class_bits)?,
+            mesh_check: self.scan.mesh_check,
+            start,
+            closed_tours: self.tour.closed,
+            lifts: self.tour.lifts,
+            speed_m_s: within("speed_m_s", self.tour.speed_m_s, usual.speed_m_s, 0.01, 10.0)?,
+            scan_s: within("scan_s", self.tour.scan_s, usual.scan_s, 0.0, 86_400.0)?,
+        })
+    }
+}
+
+fn unusable_date(text: &str, error: &PlanTimeError) -> String {
+    match error {
+        // The zone of the site stands in the schedule rules, which are not read here.
+        PlanTimeError::NoSiteZone { .. } => {
+            format!("changed_since is {text:?}, which carries a time zone: write the time at the site without one")
+        }
+        PlanTimeError::Unreadable { .. } => format!("changed_since is {text:?}: {error}"),
+    }
+}
+
+fn class_bits(names: &[String]) -> Result<u32, String> {
+    let all = || (1..=u8::MAX).map_while(Class::from_id);
+    let bit = |name: &String| {
+        let known = all().find(|class| class.name() == name).map(|class| 1 << class.id());
+        let names = || all().map(Class::name).collect::<Vec<_>>().join(", ");
+        known.ok_or_else(|| format!("classes has {name:?}, it may hold {}", names()))
+    };
+    names.iter().try_fold(0, |bits, name| Ok(bits | bit(name)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_file_says_what_is_usual() {
+        let shipped = include_str!("../../../../config/waypoints.toml");
+        assert_eq!(PlanOptions::parse(shipped).unwrap(), PlanOptions::default());
+        assert_eq!(PlanOptions::parse("").unwrap(), PlanOptions::default());
+    }
+
+    #[test]
+    fn what_cannot_be_planned_is_refused_by_name() {
+        for (text, word) in [
+            ("[sensor]\nrange_m = 0.0", "range_m"),
+            ("[sensor]\nmin_range_m = 9.0", "min_range_m"),
+            ("[scan]\ncoverage = 1.5", "coverage"),
+            ("[scan]\nclasses = [\"walls\"]", "curtain_wall"),
+            ("[scan]\nchanged_since = \"soon\"", "changed_since"),
+            ("[scan]\nchanged_since = \"2024-04-15T08:00:00+02:00\"", "without one"),
+            ("waypoints = [\"center\"]", "center"),
+            ("[tour]\nstart = { storey = 0, x_m = nan, y_m = 0.0 }", "start"),
+            ("[tour]\nclose = true", "close"),
+        ] {
+            let error = PlanOptions::parse(text).unwrap_err();
+            let text =
+                format!("{error} {}", std::error::Error::source(&error).map_or(String::new(), |s| s.to_string()));
+            assert!(text.contains(word), "{text}");
+        }
+        let only = PlanOptions::parse("[scan]\nclasses = [\"wall\", \"column\"]").unwrap();
+        assert_eq!(only.classes, 0b110);
+    }
+}

@@ -1,0 +1,263 @@
+//! What scans see: coverage, field of view, ranges, subsets, what is new.
+
+mod support;
+
+use frames::{Map, Point2};
+use messages::{Grid, ScanSensor, WaypointKind};
+use std::f64::consts::{FRAC_PI_2, PI};
+use support::naive::{self, Side, sides};
+use support::{House, Planned, quick};
+use waypoints::PlanOptions;
+
+const FLAT: &str = "
+##############################
+#aaaaaaaaaaaaaa#bbbbbbbbbbbbb#
+#aaaaaaaaaaaaaa#bbbbbbbbbbbbb#
+#aaaaaaaaaaaaaa#bbbbbbbbbbbbb#
+#aaaaaFFaaaaaaaDbbbbbbbbbbbbb#
+#aaaaaFFaaaaaaaDbbbbbbbbbbbbb#
+#aaaaaaaaaaaaaaDbbbbbb1bbbbbb#
+#aaaaaaaaaaaaaaDbbbbbb1bbbbbb#
+#aaaaaaaaaaaaaaDbbbbbb1bbbbbb#
+#aaaaaaaaaaaaaa#bbbbbb1bbbbbb#
+#########DDDDD##bbbbbb1bbbbbb#
+#ccccccccccccc##bbbbbb1bbbbbb#
+#ccccccccccccc##bbbbbbbbbbbbb#
+#ccccccccccccc##bbbbbbbbbbbbb#
+#cccccFcccccccDDbbbbbbbbbbbbb#
+#ccccccccccccc##bbbbbbbbbbbbb#
+#ccccccccccccc################
+#ccccccccccccc#
+###############";
+
+fn flat() -> House {
+    House::drawn(&[FLAT])
+}
+
+/// Sides that some scan sees, step by step along the line.
+fn seen<'s>(planned: &Planned, grid: &Grid<'_>, sides: &'s [Side]) -> Vec<&'s Side> {
+    let plan = planned.plan();
+    let scans = planned.scans();
+    sides.iter().filter(|side| scans.iter().any(|w| naive::sees(grid, &plan.head.sensor, w, side))).collect()
+}
+
+/// The plan's numbers against those of the slow version, within a hundredth.
+fn assert_coverage(planned: &Planned) {
+    let grid = planned.archives.grid(0);
+    let sides = sides(&grid);
+    let storey = planned.plan().storeys[0];
+    assert_eq!(storey.n_targets as usize, sides.len());
+    let n_seen = seen(planned, &grid, &sides).len();
+    let off = (n_seen as f64 - f64::from(storey.n_seen)).abs();
+    assert!(off <= 0.01 * f64::from(storey.n_seen), "{n_seen} are seen, the plan says {}", storey.n_seen);
+    assert!(storey.n_seen <= storey.n_faces && storey.n_faces <= storey.n_targets, "{storey:?}");
+    for scan in planned.scans() {
+        let n = sides.iter().filter(|s| naive::sees(&grid, &planned.plan().head.sensor, &scan, s)).count();
+        let off = (n as f64 - f64::from(scan.n_faces)).abs();
+        assert!(off <= 0.02 * f64::from(scan.n_faces) + 2.0, "{n} are seen, the scan says {}", scan.n_faces);
+    }
+}
+
+#[test]
+fn coverage_is_what_rays_say_step_by_step() {
+    assert_coverage(&flat().planned(&quick()));
+    let narrow = ScanSensor { field_of_view_rad: 1.6, ..ScanSensor::DEFAULT };
+    assert_coverage(&flat().planned(&PlanOptions { sensor: narrow, ..quick() }));
+    let short = ScanSensor { range_m: 2.5, min_range_m: 0.6, max_incidence_rad: 0.9, ..ScanSensor::DEFAULT };
+    assert_coverage(&flat().planned(&PlanOptions { sensor: short, ..quick() }));
+}
+
+#[test]
+fn scans_reach_the_goal_for_the_storey_and_for_each_space() {
+    let planned = flat().planned(&PlanOptions { coverage: 0.95, space_coverage: 0.9, ..quick() });
+    let storey = planned.plan().storeys[0];
+    assert!(f64::from(storey.n_seen) >= 0.95 * f64::from(storey.n_faces), "{storey:?}");
+    for space in planned.plan().spaces {
+        assert!(f64::from(space.n_seen) >= 0.9 * f64::from(space.n_faces), "{space:?}");
+    }
+}
+
+#[test]
+fn what_can_be_seen_from_anywhere_is_nearly_what_the_tried_places_see() {
+    let planned = flat().planned(&quick());
+    let grid = planned.archives.grid(0);
+    let spec = grid.spec();
+    let standing = naive::standing(&grid, 0.3);
+    let reached = naive::largest_part(&standing, spec.width as usize);
+    let (sides, scans) = (sides(&grid), planned.scans());
+    let sensor = planned.plan().head.sensor;
+    // Every second cell in both directions: a place between them sees little else.
+    let cells =
+        (0..spec.n_cells()).filter(|&c| reached[c] && spec.cell_of(c).column % 2 + spec.cell_of(c).row % 2 == 0);
+    let places: Vec<_> = cells
+        .map(|c| {
+            let at = spec.centre_of(spec.cell_of(c));
+            messages::WaypointRecord { position_in_map_m: [at.x_m, at.y_m, 0.0], ..scans[0] }
+        })
+        .collect();
+    let n = sides.iter().filter(|s| places.iter().any(|p| naive::sees(&grid, &sensor, p, s))).count();
+    let n_faces = planned.plan().storeys[0].n_faces;
+    assert!(f64::from(n_faces) >= 0.99 * n as f64, "{n_faces} from tried places, {n} from all");
+}
+
+#[test]
+fn a_sensor_with_a_limited_field_of_view_looks_in_several_directions() {
+    let sensor = ScanSensor { field_of_view_rad: FRAC_PI_2, ..ScanSensor::DEFAULT };
+    let (around, narrow) = (flat().planned(&quick()), flat().planned(&PlanOptions { sensor, ..quick() }));
+    assert!(narrow.scans().len() > around.scans().len());
+    let mut yaws: Vec<i64> = narrow.scans().iter().map(|w| (w.yaw_rad * 1e6).round() as i64).collect();
+    assert!(narrow.scans().iter().all(|w| -PI <= w.yaw_rad && w.yaw_rad <= PI));
+    yaws.sort_unstable();
+    yaws.dedup();
+    assert!(yaws.len() >= 3, "{yaws:?}");
+    let storey = narrow.plan().storeys[0];
+    assert!(f64::from(storey.n_seen) >= 0.99 * f64::from(storey.n_faces), "{storey:?}");
+}
+
+#[test]
+fn what_is_nearer_than_the_sensor_measures_needs_another_place() {
+    // A closet: from its middle every wall is nearer than a metre and a half.
+    let closet = "
+############
+#aaaaaaaaaa#
+#aaaaaaaaaa#
+#aaaaaaaaaa#
+#aaaaaaaaaa#
+#aaaaaaaaaa#
+#aaaaaaaaaa#
+#aaaaaaaaaa#
+#aaaaaaaaaa#
+############";
+    let scans = |min_range_m: f64| {
+        let sensor = ScanSensor { min_range_m, ..ScanSensor::DEFAULT };
+        let planned = House::drawn(&[closet]).planned(&PlanOptions { sensor, ..quick() });
+        assert_coverage(&planned);
+        planned.scans().len()
+    };
+    assert_eq!(scans(0.1), 1);
+    assert!(scans(1.0) > 1);
+}
+
+#[test]
+fn only_faces_of_what_was_finished_since_are_targets() {
+    let mut house = flat();
+    house.finished.insert('1', 500_000);
+    let since = |s: i64| house.planned(&PlanOptions { changed_since_s: Some(s), ..quick() });
+    let (all, changed, nothing) = (house.planned(&quick()), since(499_999), since(500_000));
+    assert_eq!(
+        (nothing.plan().storeys[0].n_targets, nothing.scans().len()),
+        (0, 0),
+        "what was finished then is not new"
+    );
+    assert_eq!(nothing.plan().head.changed_since_s, 500_000);
+
+    let grid = all.archives.grid(0);
+    let site = all.archives.site();
+    let wall = site.elements.iter().find(|e| site.text(e.global_id) == "1-0").unwrap();
+    let spec = grid.spec();
+    let is_of_wall = |side: &&Side| {
+        let at = spec.centre_of(spec.cell_of(side.cell));
+        let inside =
+            |k: usize, m: f64| frames::metres(wall.min_tenths[k]) < m && m < frames::metres(wall.max_tenths[k]);
+        inside(0, at.x_m) && inside(1, at.y_m)
+    };
+    let n_of_wall = sides(&grid).iter().filter(is_of_wall).count();
+    assert_eq!(changed.plan().storeys[0].n_targets as usize, n_of_wall);
+    assert!(changed.plan().storeys[0].n_seen as usize * 100 >= 99 * n_of_wall, "both of its sides");
+    assert!(changed.scans().len() < all.scans().len());
+    assert_eq!(changed.of_kind(WaypointKind::Centre).len(), 3, "centres are planned as ever");
+
+    house.absent.insert('1');
+    let gone = house.planned(&PlanOptions { changed_since_s: Some(0), ..quick() });
+    assert_eq!(gone.plan().storeys[0].n_targets, 0, "what does not stand is nothing new");
+}
+
+#[test]
+fn spaces_that_somebody_asked_for_are_planned_alone() {
+    for wanted in ["c", "space-c", "?pace-[c]", "space-*c"] {
+        let planned = flat().planned(&PlanOptions { spaces: vec![wanted.to_owned()], ..quick() });
+        if wanted == "?pace-[c]" {
+            assert!(planned.plan().waypoints.is_empty(), "brackets are no pattern");
+            continue;
+        }
+        assert!(planned.plan().waypoints.iter().all(|w| planned.name_of(w) == Some('c')), "{wanted}");
+        assert!(planned.centre('c').is_some() && !planned.scans().is_empty());
+        // Faces that look into other rooms are no targets.
+        let grid = planned.archives.grid(0);
+        let c = planned.archives.names.iter().position(|n| *n == 'c').unwrap() as u16 + 1;
+        let n_of_c = sides(&grid).iter().filter(|s| grid.space[s.front] == c).count();
+        assert_eq!(planned.plan().storeys[0].n_targets as usize, n_of_c);
+    }
+}
+
+#[test]
+fn no_scan_is_made_in_a_space_outdoors_or_blocked() {
+    let (mut outdoors, mut blocked, mut closing) = (flat(), flat(), flat());
+    outdoors.spaces.insert('b', |s| s.flags = messages::space_flags::EXTERNAL);
+    blocked.blocked.insert('b', "task:screed");
+    closing.closing.insert('b', 2_000_000);
+    for house in [outdoors, blocked, closing] {
+        let planned = house.planned(&quick());
+        assert!(!planned.scans().is_empty());
+        let grid = planned.archives.grid(0);
+        let b = planned.archives.names.iter().position(|n| *n == 'b').unwrap() as u16 + 1;
+        for scan in planned.scans() {
+            let [x, y, _] = scan.position_in_map_m;
+            let cell = grid.spec().index(grid.spec().cell_at(Point2::<Map>::new(x, y)).unwrap());
+            assert_ne!(grid.space[cell], b);
+        }
+    }
+}
+
+#[test]
+fn only_the_classes_that_were_asked_for_are_targets() {
+    let furniture = 1 << grid::Class::Furniture.id();
+    let planned = flat().planned(&PlanOptions { classes: furniture, ..quick() });
+    let grid = planned.archives.grid(0);
+    let n = sides(&grid).iter().filter(|s| grid.class[s.cell] == grid::Class::Furniture.id()).count();
+    assert_eq!(planned.plan().storeys[0].n_targets as usize, n);
+}
+
+#[test]
+fn what_flies_is_at_half_the_height_of_its_space() {
+    let upper = FLAT.replace('a', "d").replace('b', "e").replace('c', "f");
+    let house = House::drawn(&[FLAT, &upper]);
+    let (flies, drives) = (house.planned(&PlanOptions { flies: true, ..quick() }), house.planned(&quick()));
+    for waypoint in flies.plan().waypoints.iter().filter(|w| w.space != messages::NONE) {
+        let floor_m = f64::from(waypoint.map_storey) * 3.0;
+        assert_eq!((waypoint.position_in_map_m[2], waypoint.sensor_z_m), (floor_m, floor_m + 1.25));
+    }
+    for waypoint in drives.plan().waypoints {
+        assert_eq!(waypoint.sensor_z_m, f64::from(waypoint.map_storey) * 3.0 + 1.2);
+    }
+}
+
+#[test]
+fn centres_and_scans_can_be_planned_alone() {
+    let centres = flat().planned(&PlanOptions { scans: false, ..quick() });
+    assert_eq!((centres.scans().len(), centres.of_kind(WaypointKind::Centre).len()), (0, 3));
+    let scans = flat().planned(&PlanOptions { centres: false, ..quick() });
+    assert_eq!(scans.of_kind(WaypointKind::Centre).len(), 0);
+    assert!(!scans.scans().is_empty() && scans.plan().spaces.iter().all(|s| s.centre == messages::NONE));
+}
+
+#[test]
+fn a_scan_that_follows_others_sees_some_of_what_they_saw() {
+    let planned = flat().planned(&PlanOptions { overlap: 0.2, ..quick() });
+    assert!(planned.codes().is_empty(), "{:?}", planned.codes());
+    let scans = planned.scans();
+    assert!(scans.len() > 1 && scans[1..].iter().all(|s| s.overlap >= 0.2), "{scans:?}");
+}
+
+#[test]
+fn scans_count_the_floor_that_none_before_them_saw() {
+    let planned = flat().planned(&quick());
+    let (grid, scans) = (planned.archives.grid(0), planned.scans());
+    let cell_m2 = grid.spec().resolution_m().powi(2);
+    let free_m2 = grid.planning.iter().filter(|p| **p == 0).count() as f64 * cell_m2;
+    let covered_m2: f64 = scans.iter().map(|s| s.covers_m2).sum();
+    // A line that ends on the side of a wall may count the wall's cell.
+    assert!(0.97 * free_m2 <= covered_m2 && covered_m2 <= 1.005 * free_m2, "{covered_m2} of {free_m2} m2");
+    assert!(scans.iter().all(|s| 0.0 <= s.overlap && s.overlap <= 1.0) && scans[0].overlap == 0.0);
+    assert!(planned.of_kind(WaypointKind::Centre).iter().all(|c| c.covers_m2 == 0.0 && c.n_faces == 0));
+}

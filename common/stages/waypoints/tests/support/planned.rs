@@ -1,0 +1,124 @@
+//! A plan, and what tests ask of it.
+
+use super::Archives;
+use export::ExportInput;
+use frames::{Map, Point2};
+use geometry::Footprint;
+use messages::*;
+use std::path::{Path, PathBuf};
+use waypoints::{PlanInput, PlanOptions, Planner};
+
+/// A building and its plan.
+pub(crate) struct Planned {
+    pub(crate) archives: Archives,
+    pub(crate) bytes: ArchiveBuffer,
+}
+
+impl Archives {
+    /// Calls `work` with what a planner reads.
+    pub(crate) fn with<T>(&self, options: &PlanOptions, work: impl FnOnce(&PlanInput<'_>) -> T) -> T {
+        let site = Site::open(self.site.bytes()).unwrap();
+        let phase = Phase::open(self.phase.bytes()).unwrap();
+        let index = Grids::open(self.index.bytes()).unwrap();
+        let grids: Vec<Grid<'_>> = self.grids.iter().map(|g| Grid::open(g.bytes()).unwrap()).collect();
+        work(&PlanInput { site: &site, phase: &phase, index: &index, grids: &grids, options })
+    }
+
+    pub(crate) fn grid(&self, storey: usize) -> Grid<'_> {
+        Grid::open(self.grids[storey].bytes()).unwrap()
+    }
+
+    pub(crate) fn site(&self) -> Site<'_> {
+        Site::open(self.site.bytes()).unwrap()
+    }
+}
+
+impl Planned {
+    pub(crate) fn new(archives: Archives, options: &PlanOptions) -> Self {
+        let bytes = archives.with(options, |input| Planner::default().plan(input));
+        Self { archives, bytes }
+    }
+
+    pub(crate) fn plan(&self) -> Plan<'_> {
+        Plan::open(self.bytes.bytes()).unwrap()
+    }
+
+    fn place(&self, space: char) -> usize {
+        self.archives.names.iter().position(|n| *n == space).unwrap()
+    }
+
+    /// What became of a space.
+    pub(crate) fn space(&self, space: char) -> SpacePlanRecord {
+        self.plan().spaces[self.place(space)]
+    }
+
+    /// Why a space has no centre, and the words for it.
+    pub(crate) fn why(&self, space: char) -> (NoWaypoint, String) {
+        let why = NoWaypoint::from_id(self.space(space).why).unwrap();
+        (why, self.plan().reason(self.place(space)).to_owned())
+    }
+
+    /// The centre of a space.
+    pub(crate) fn centre(&self, space: char) -> Option<WaypointRecord> {
+        let plan = self.plan();
+        plan.waypoints.get(self.space(space).centre as usize).copied()
+    }
+
+    pub(crate) fn of_kind(&self, kind: WaypointKind) -> Vec<WaypointRecord> {
+        self.plan().waypoints.iter().filter(|w| w.kind == kind as u32).copied().collect()
+    }
+
+    pub(crate) fn scans(&self) -> Vec<WaypointRecord> {
+        self.of_kind(WaypointKind::Scan)
+    }
+
+    /// The space in which a waypoint lies by its record.
+    pub(crate) fn name_of(&self, waypoint: &WaypointRecord) -> Option<char> {
+        self.archives.names.get(waypoint.space as usize).copied()
+    }
+
+    /// Codes of the diagnostics.
+    pub(crate) fn codes(&self) -> Vec<String> {
+        let plan = self.plan();
+        plan.diagnostics.iter().map(|d| plan.text(d.code).to_owned()).collect()
+    }
+
+    /// True if a point lies inside of a space.
+    pub(crate) fn is_in(&self, space: char, [x, y]: [f64; 2]) -> bool {
+        let site = self.archives.site();
+        let polygon = site.floor_polygon(&site.spaces[self.place(space)]);
+        polygon.contains([x, y].map(|c| c * f64::from(frames::TENTHS_PER_M)))
+    }
+
+    /// The planning layer at a point.
+    pub(crate) fn planning(&self, storey: usize, [x, y]: [f64; 2]) -> i8 {
+        let grid = self.archives.grid(storey);
+        let spec = grid.spec();
+        grid.planning[spec.index(spec.cell_at(Point2::<Map>::new(x, y)).unwrap())]
+    }
+
+    /// Writes the map, what scans see, the tour and its stops of the lowest storey for people to look at.
+    pub(crate) fn write_picture(&self, name: &str, options: &PlanOptions) -> PathBuf {
+        let plan = self.plan();
+        let nothing: Vec<&[(u32, Footprint)]> = vec![&[]; self.archives.grids.len()];
+        let files = self.archives.with(options, |input| {
+            let resolution_m = input.grids[0].spec().resolution_m();
+            export::files(&ExportInput {
+                site: input.site,
+                phase: input.phase,
+                index: input.index,
+                grids: input.grids,
+                plan: &plan,
+                footprints: &nothing,
+                resolution_m,
+                robot_footprint_m: &[],
+                with_geometry: false,
+                world: None,
+            })
+        });
+        let picture = files.iter().find(|f| f.path.ends_with("waypoints.png")).unwrap();
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));
+        std::fs::write(&path, &picture.bytes).unwrap();
+        path
+    }
+}
