@@ -10,7 +10,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 18] = [
+const ALLOWED: [(&str, &[&str]); 21] = [
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("ifc", &["frames", "geometry"]),
@@ -19,29 +19,34 @@ const ALLOWED: [(&str, &[&str]); 18] = [
     ("bus", &["messages"]),
     ("daemon", &["messages", "bus"]),
     ("export", &["frames", "geometry", "grid", "messages"]),
+    ("occupancy", &["grid", "messages"]),
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
     ("schedule", &["frames", "messages"]),
     ("raster", &["frames", "geometry", "grid", "messages"]),
     ("waypoints", &["frames", "geometry", "grid", "messages"]),
+    ("alignment", &["frames", "grid", "messages", "occupancy", "raster"]),
+    ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("ifc-ingest", &["bus", "daemon", "ingest", "messages"]),
     ("schedule-eval", &["bus", "daemon", "frames", "messages", "schedule"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
-    ("slam-align", &["frames", "geometry", "grid", "messages", "raster", "bus", "daemon"]),
+    ("slam-align", &["alignment", "bus", "daemon", "deviations", "messages", "occupancy"]),
     (
         "groundplan",
         &[
+            "alignment",
             "bus",
             "daemon",
+            "deviations",
             "export",
             "frames",
             "geometry",
             "grid",
             "ingest",
             "messages",
+            "occupancy",
             "raster",
             "schedule",
-            "slam-align",
             "waypoints",
         ],
     ),
@@ -55,7 +60,7 @@ const FENCED: [(&str, &str); 8] = [
     ("i_overlay", "geometry"),
     ("i_triangle", "geometry"),
     ("parry3d-f64", "geometry"),
-    ("rustfft", "slam-align"),
+    ("rustfft", "alignment"),
     ("iceoryx2", "bus"),
 ];
 

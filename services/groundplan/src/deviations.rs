@@ -1,6 +1,6 @@
 //! What differs between a site as planned and a robot's map: of files, or from the running daemon.
 
-use crate::align::told;
+use crate::align::{hint_of, told};
 use crate::cli::{DeviationsArgs, ModelArgs};
 use crate::failure::Failure;
 use crate::live;
@@ -8,13 +8,13 @@ use crate::maps::profile_of;
 use crate::output;
 use crate::plan_date;
 use crate::schedule_files::{ScheduleInput, with_timeline};
+use ::deviations::{DeviationInput, deviations as compare};
+use alignment::{MadeFrom, PreparedMap, References, align_maps};
 use export::{DeviationExport, DeviationsDocument, deviation_files, with_manifest};
 use frames::PlanTime;
 use messages::{Alignment, Deviations, Judgement, Observation, Phase, PhaseHead, Site, Verdict};
+use occupancy::OccupancyMap;
 use serde_json::json;
-use slam_align::{
-    DeviationInput, Hint, MadeFrom, OccupancyMap, PreparedMap, References, align_maps, deviations as compare,
-};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -48,7 +48,7 @@ fn of_files(arguments: &DeviationsArgs, slam: &Path) -> Result<String, Failure> 
         maps.retain(|(storey, _)| arguments.place.storey.is_none_or(|only| only as usize == *storey));
         let storeys: Vec<u32> = maps.iter().map(|(storey, _)| *storey as u32).collect();
         let maps: Vec<_> = maps.into_iter().map(|(_, map)| map).collect();
-        let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().map(Hint::from).as_ref());
+        let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().map(hint_of).as_ref());
         let made_from = MadeFrom { site_hash: 0, slam_map_hash: 0, plan_time_s: phase.head.plan_time_s };
         let archive = found.archive(&storeys, &found.counting(&storeys), made_from);
         let Some(pose) = found.poses.first().filter(|_| found.verdict == Verdict::Accepted) else {

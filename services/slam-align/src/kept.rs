@@ -1,8 +1,8 @@
 //! What survives the daemon.
 
-use crate::alignment::MapFromSlam;
-use crate::observed::Observed;
+use deviations::Observed;
 use messages::{Evidence, PoseRecord};
+use occupancy::MapFromSlam;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

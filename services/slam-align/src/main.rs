@@ -1,7 +1,13 @@
 //! Alignment: `site`, `phase` and the robot's map in, where that map lies and what differs out.
 
+mod kept;
+mod output;
+mod robot_map;
+mod service;
+mod worker;
+
 use bus::Daemon;
-use slam_align::service::AlignService;
+use service::AlignService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

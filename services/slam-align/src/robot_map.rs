@@ -1,8 +1,8 @@
 //! The robot's map, from the bus or from a file.
 
-use crate::alignment::PreparedMap;
-use crate::map_file::{MapFault, MapFileError, OccupancyMap};
+use alignment::PreparedMap;
 use messages::{ArchiveError, SlamMap};
+use occupancy::{MapFault, MapFileError, OccupancyMap};
 use std::path::Path;
 
 /// A robot's map, ready to be compared.

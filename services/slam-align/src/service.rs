@@ -1,22 +1,23 @@
 //! Alignment as a daemon: follows the robot's map, searches in the background, publishes poses that are accepted.
 
-use crate::alignment::{Alignment, Hint, MapFromSlam, PreparedMap};
-use crate::archives::{Counting, MadeFrom};
-use crate::follower::{Follower, MaxJump};
 use crate::kept::Kept;
-use crate::observed::Observed;
 use crate::output::Output;
 use crate::robot_map::RobotMap;
-use crate::track::track_map;
 use crate::worker::{Inputs, Job, Outcome, Task, Where, Worker};
+use alignment::track_map;
+use alignment::{Alignment, Hint, PreparedMap};
+use alignment::{Counting, MadeFrom};
+use alignment::{Follower, MaxJump};
 use bus::{Bus, Daemon, Origin, Sample, Topic};
 use daemon::{
-    ActualsSource, AlignConfig, Answer, Done, Epochs, Event, Failure, Patience, Request, Service, SiteConfig, Stages,
-    StateFile, write_durably,
+    ActualsSource, AlignConfig, Answer, Done, Epochs, Event, Failure, Patience, PoseHint, Request, Service, SiteConfig,
+    Stages, StateFile, write_durably,
 };
+use deviations::Observed;
 use messages::{
     ArchiveBuffer, CheckedSite, Deviations, Grids, InputHashes, Phase, PoseRecord, PoseState, Stage, Verdict,
 };
+use occupancy::MapFromSlam;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -30,7 +31,7 @@ const PATIENCE: Patience = Patience { starting: Duration::from_secs(30), answer:
 const ASK_AGAIN: Duration = Duration::from_millis(2);
 
 /// Follows a robot's map.
-pub struct AlignService {
+pub(crate) struct AlignService {
     config: AlignConfig,
     state: StateFile,
     /// What was observed, for schedule evaluation.
@@ -79,7 +80,7 @@ impl AlignService {
     ///
     /// # Errors
     /// State that cannot be used.
-    pub fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+    pub(crate) fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "alignment.json")?;
         let kept: Kept = state.load()?.unwrap_or_default();
         Ok(Self {
@@ -260,7 +261,7 @@ impl AlignService {
 
     /// What the configuration knows of the pose.
     fn place(&self) -> Where {
-        Where { hint: self.config.hint.map(Hint::from), storey: self.config.storey }
+        Where { hint: self.config.hint.map(hint_of), storey: self.config.storey }
     }
 
     /// Searches all poses now, because somebody asked; without a site it is done when there is one.
@@ -408,6 +409,10 @@ fn max_jump(config: &AlignConfig) -> MaxJump {
     MaxJump { m: config.max_jump_m, rad: config.max_jump_deg.to_radians() }
 }
 
+fn hint_of(hint: PoseHint) -> Hint {
+    Hint::in_degrees([hint.x_m, hint.y_m, hint.yaw_deg], hint.radius_m, hint.radius_deg)
+}
+
 impl Service for AlignService {
     fn inputs(&self) -> &'static [Topic] {
         // The index of the grids names the robot.
@@ -436,7 +441,7 @@ impl Service for AlignService {
             Event::Input(_, sample) => self.index = Some(sample),
             Event::Request(Request::ReadSlamMap { file }) => return self.read_map(file),
             Event::Request(Request::Align { hint, storey }) => {
-                return self.search_now(Where { hint: hint.map(Hint::from), storey });
+                return self.search_now(Where { hint: hint.map(hint_of), storey });
             }
             Event::Request(Request::Confirm { absent }) => return self.confirm(&absent),
             Event::Request(_) => return Err("slam-align follows the robot's map and nothing else".into()),

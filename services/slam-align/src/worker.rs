@@ -1,12 +1,13 @@
 //! The slow work on a thread of its own, behind all other processes: maps of the site as planned, searches of all poses.
 
-use crate::alignment::{Alignment, Hint, MapFromSlam, PreparedMap, align_maps};
-use crate::deviations::{DeviationInput, deviations};
-use crate::reference::References;
 use crate::robot_map::RobotMap;
+use alignment::References;
+use alignment::{Alignment, Hint, PreparedMap, align_maps};
 use bus::Sample;
 use daemon::Failure;
+use deviations::{DeviationInput, deviations};
 use messages::{ArchiveBuffer, CheckedSite, Grids, Phase, PoseRecord, RobotProfile, Site};
+use occupancy::MapFromSlam;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 

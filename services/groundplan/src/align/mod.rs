@@ -8,11 +8,13 @@ use crate::cli::AlignArgs;
 use crate::failure::Failure;
 use crate::live;
 use crate::output;
+use alignment::{Hint, MadeFrom, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
+use daemon::PoseHint;
 use messages::{Alignment, NONE, PhaseHead, PoseRecord, Verdict};
+use occupancy::OccupancyMap;
 use serde::Deserialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use slam_align::{Hint, MadeFrom, OccupancyMap, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -39,7 +41,7 @@ fn align_files(arguments: &AlignArgs, reference: &Path, slam: &Path) -> Result<(
         .map(|s| OccupancyMap::read(&s.path).map(|map| PreparedMap::of_model(&map)).map_err(Failure::usage))
         .collect::<Result<_, _>>()?;
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
-    let hint = arguments.place.hint().map(Hint::from);
+    let hint = arguments.place.hint().map(hint_of);
     let slam_map = PreparedMap::of_slam(&map);
     let found = match arguments.free_scale {
         false => align_maps(&maps, &slam_map, hint.as_ref()),
@@ -131,4 +133,9 @@ fn sha256(path: &Path) -> Result<String, Failure> {
         let _ = write!(hex, "{byte:02x}");
         hex
     }))
+}
+
+/// A guess of the command line.
+pub(crate) fn hint_of(hint: PoseHint) -> Hint {
+    Hint::in_degrees([hint.x_m, hint.y_m, hint.yaw_deg], hint.radius_m, hint.radius_deg)
 }

@@ -2,10 +2,11 @@
 
 use super::told::evidence;
 use crate::failure::Failure;
+use alignment::{AlignedPose, Alignment, PreparedMap, align_maps};
+use occupancy::OccupancyMap;
 use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
 use serde_json::{Value, json};
-use slam_align::{AlignedPose, Alignment, OccupancyMap, PreparedMap, align_maps};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

@@ -6,8 +6,8 @@ use frames::TENTHS_PER_M;
 use geometry::Bounds;
 use grid::{GridSpec, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled};
 use messages::PoseRecord;
+use occupancy::{MapFromSlam, OccupancyMap};
 use serde_json::{Value, json};
-use slam_align::{MapFromSlam, OccupancyMap};
 use std::path::Path;
 
 /// Files that `convert` wrote of a storey, moved into the robot's frame: maps, masks, route graph and waypoints.

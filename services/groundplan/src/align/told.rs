@@ -2,9 +2,9 @@
 
 use crate::plan_date::optional_text;
 use messages::{Alignment, Evidence, NONE, PoseRecord, Verdict};
+use occupancy::MapFromSlam;
 use serde::Serialize;
 use serde_json::{Value, json};
-use slam_align::MapFromSlam;
 use std::fmt::Write;
 
 /// A scale is worth telling if it differs from 1 by more than this, and by more than three standard deviations.

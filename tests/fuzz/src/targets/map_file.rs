@@ -1,7 +1,8 @@
 //! Maps of map servers: a YAML text, a zero byte, and the bytes of a PGM, PNG or BMP image.
 
+use alignment::PreparedMap;
 use messages::SlamMap;
-use slam_align::{OccupancyMap, PreparedMap};
+use occupancy::OccupancyMap;
 
 /// Largest area that is prepared for alignment: it takes time in proportion.
 const AREA_MAX_M2: f64 = 100.0;

@@ -2,13 +2,15 @@
 
 use super::archives::{change, reseal};
 use super::site;
+use alignment::{PreparedMap, References, align_maps};
+use deviations::{DeviationInput, deviations};
 use export::{DeviationExport, ExportInput, WorldOptions, deviation_files, files};
 use frames::PlanTime;
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Deviations, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site, SlamMap};
+use occupancy::{MapFromSlam, OccupancyMap};
 use raster::Rasterizer;
 use schedule::{Edits, Rules, evaluate};
-use slam_align::{DeviationInput, MapFromSlam, OccupancyMap, PreparedMap, References, align_maps, deviations};
 use std::sync::LazyLock;
 use waypoints::{PlanInput, PlanOptions, Planner};
 

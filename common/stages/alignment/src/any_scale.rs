@@ -1,0 +1,34 @@
+//! Alignment of a SLAM map whose lengths nobody vouches for.
+
+use crate::alignment::{Alignment, Hint, PreparedMap, align_maps};
+use crate::scale::Scale;
+use crate::thresholds::{LARGEST_SCALE, RIVAL_SHARE, SCALE_STEP};
+use messages::Verdict;
+use occupancy::OccupancyMap;
+
+/// Aligns a SLAM map after dividing its lengths by every scale from 1 / [`LARGEST_SCALE`] to [`LARGEST_SCALE`]. The poses are
+/// those of the divided map, `p_map = R(yaw) p_slam / scale + (x, y)`, and the scale is that of the best.
+pub fn align_maps_at_any_scale(
+    references: &[impl AsRef<PreparedMap>],
+    map: &OccupancyMap,
+    hint: Option<&Hint>,
+) -> Alignment {
+    let steps = libm::ceil(libm::log(LARGEST_SCALE) / libm::log(SCALE_STEP)) as i32;
+    let at = |scale: f64| align_maps(references, &PreparedMap::of_slam(&map.divided_by(scale)), hint);
+    let tried: Vec<(f64, Alignment)> =
+        (-steps..=steps).map(|k| libm::pow(SCALE_STEP, f64::from(k))).map(|scale| (scale, at(scale))).collect();
+    let score = |found: &Alignment| found.poses.first().map_or(0.0, |p| p.evidence.score);
+    let best = tried.iter().max_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
+    let Some((coarse, first)) = best else { return at(1.0) };
+    let exact = coarse * first.scale.map_or(1.0, |s| s.value);
+    let mut found = at(exact);
+    found.scale = found.scale.map(|s| Scale { value: exact * s.value, deviation: exact * s.deviation });
+    let is_other = |scale: f64| libm::fabs(libm::log(scale / exact)) > 2.0 * libm::log(SCALE_STEP);
+    let rivals = tried.iter().filter(|(scale, other)| is_other(*scale) && score(other) >= RIVAL_SHARE * score(&found));
+    let n_rivals = rivals.count();
+    if found.verdict == Verdict::Accepted && n_rivals > 0 {
+        found.verdict = Verdict::Ambiguous;
+        found.reason = format!("the map fits at {} other scales almost as well", n_rivals);
+    }
+    found
+}

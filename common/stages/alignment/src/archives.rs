@@ -1,0 +1,74 @@
+//! Alignments and robots' maps as archives.
+
+use crate::alignment::{AlignedPose, Alignment};
+use messages::{AlignmentBuilder, AlignmentHead, ArchiveBuffer, NONE, PoseRecord, PoseState, Text, Verdict};
+use occupancy::MapFromSlam;
+
+/// Whose alignment it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MadeFrom {
+    /// Content hash of the site; 0 for maps without one.
+    pub site_hash: u64,
+    /// Content hash of the SLAM map.
+    pub slam_map_hash: u64,
+    /// Plan time of the reference.
+    pub plan_time_s: i64,
+}
+
+/// The pose that counts, and one that waits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Counting {
+    /// The only pose to be used.
+    pub pose: Option<PoseRecord>,
+    /// What it rests on.
+    pub state: PoseState,
+    /// Waits for somebody to confirm it.
+    pub waiting: Option<PoseRecord>,
+}
+
+impl AlignedPose {
+    /// As a record; `storeys` are those of the references, [`NONE`] for a map without a site.
+    pub fn record(&self, storeys: &[u32]) -> PoseRecord {
+        let MapFromSlam { x_m, y_m, yaw_rad } = self.map_from_slam;
+        let mut covariance = [0.0; 9];
+        covariance.copy_from_slice(self.covariance.as_flattened());
+        PoseRecord {
+            map_from_slam: [x_m, y_m, yaw_rad],
+            covariance,
+            about_m: self.about_m,
+            evidence: self.evidence,
+            map_storey: storeys.get(self.reference).copied().unwrap_or(NONE),
+            reserved: 0,
+        }
+    }
+}
+
+impl Alignment {
+    /// Of maps that nobody follows: the pose counts if it is accepted.
+    pub fn counting(&self, storeys: &[u32]) -> Counting {
+        let pose = self.poses.first().filter(|_| self.verdict == Verdict::Accepted).map(|p| p.record(storeys));
+        let state = if pose.is_some() { PoseState::Found } else { PoseState::None };
+        Counting { pose, state, waiting: None }
+    }
+
+    /// The `alignment` archive.
+    pub fn archive(&self, storeys: &[u32], counting: &Counting, made_from: MadeFrom) -> ArchiveBuffer {
+        let candidates: Vec<PoseRecord> = self.poses.iter().map(|p| p.record(storeys)).collect();
+        let head = AlignmentHead {
+            site_hash: made_from.site_hash,
+            slam_map_hash: made_from.slam_map_hash,
+            plan_time_s: made_from.plan_time_s,
+            pose: counting.pose.unwrap_or(PoseRecord::NONE),
+            waiting: counting.waiting.unwrap_or(PoseRecord::NONE),
+            scale: self.scale.map_or(1.0, |s| s.value),
+            // Nothing is known of a scale that nothing holds.
+            scale_deviation: self.scale.map_or(1.0, |s| s.deviation.min(1.0)),
+            reason: Text::default(),
+            verdict: self.verdict as u32,
+            state: counting.state as u32,
+            is_waiting: u32::from(counting.waiting.is_some()),
+            reserved: 0,
+        };
+        AlignmentBuilder { head, reason: &self.reason, candidates: &candidates }.finish()
+    }
+}

@@ -1,0 +1,195 @@
+//! Poses from laying one map over the other in every place at once.
+
+use crate::features::Features;
+use crate::image::Image;
+use crate::thresholds::N_CORRELATED;
+use occupancy::{CELL_M, Cell, Pose};
+use rustfft::num_complex::Complex32;
+use rustfft::{Fft, FftPlanner};
+use std::sync::Arc;
+
+const BIN_M: f64 = 0.1;
+const WIDE_BIN_M: f64 = 0.15;
+/// References of more cells than this are laid in wider bins.
+const MANY_CELLS: usize = 600_000;
+const BLUR_M: f64 = 0.12;
+/// What is free in the SLAM map and occupied in the reference speaks against a pose.
+const CONTRADICTION: f32 = 0.12;
+const N_PEAKS: usize = 10;
+const CLEARED_M: f64 = 0.5;
+
+/// The poses in which the most faces lie on each other, for the given turns.
+pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -> Vec<Pose> {
+    let bin_m = if reference.raster.cells.len() > MANY_CELLS { WIDE_BIN_M } else { BIN_M };
+    let size_of = |f: &Features| [f.raster.width, f.raster.height].map(|n| (n as f64 * CELL_M / bin_m) as usize + 1);
+    let (reference_size, slam_size) = (size_of(reference), size_of(slam));
+    // Turned, the SLAM map is as wide as its diagonal at most.
+    let diagonal = libm::hypot(slam_size[0] as f64, slam_size[1] as f64).ceil() as usize + 2;
+    let size = reference_size.map(|n| smooth(n + diagonal));
+    let mut plane = Plane::new(size);
+    let (mut faces, mut occupied) = reference_planes(reference, size, bin_m);
+    plane.forward(&mut faces);
+    plane.forward(&mut occupied);
+    let mut poses: Vec<(f32, Pose)> = Vec::new();
+    for &turn in turns {
+        let turned = Pose::new([0.0; 2], turn);
+        let middle = [slam.raster.width, slam.raster.height].map(|n| n as f64 * CELL_M / 2.0);
+        let turned_middle = turned.turn(middle);
+        // The corner of the square that holds the turned map.
+        let corner = turned_middle.map(|c| c - diagonal as f64 * bin_m / 2.0);
+        let (mut own, mut free) = slam_planes(slam, &turned, corner, size, bin_m);
+        plane.forward(&mut own);
+        plane.forward(&mut free);
+        for k in 0..own.len() {
+            own[k] = faces[k] * own[k].conj() - occupied[k] * free[k].conj() * CONTRADICTION;
+        }
+        plane.backward(&mut own);
+        let mut scores: Vec<f32> = own.iter().map(|c| c.re).collect();
+        for (score, shift) in peaks(&mut scores, size, diagonal, bin_m) {
+            let t = [0, 1].map(|k| shift[k] as f64 * bin_m - corner[k]);
+            poses.push((score, Pose::new(t, turn)));
+        }
+    }
+    poses.sort_by(|a, b| b.0.total_cmp(&a.0));
+    poses.truncate(N_CORRELATED);
+    poses.into_iter().map(|p| p.1).collect()
+}
+
+/// Normals of faces as complex numbers, at most of length 1 in a bin, and blurred; occupied bins.
+fn reference_planes(reference: &Features, size: [usize; 2], bin_m: f64) -> (Vec<Complex32>, Vec<Complex32>) {
+    let normals = normal_plane(reference, &Pose::new([0.0; 2], 0.0), [0.0; 2], size, bin_m);
+    let part =
+        |of: fn(&Complex32) -> f32| Image::new(size[0], normals.iter().map(of).collect()).blurred(BLUR_M / bin_m);
+    let (x, y) = (part(|c| c.re), part(|c| c.im));
+    let faces = x.values.iter().zip(&y.values).map(|(re, im)| Complex32::new(*re, *im)).collect();
+    let mut occupied = vec![Complex32::default(); size[0] * size[1]];
+    for (index, _) in reference.raster.cells.iter().enumerate().filter(|(_, c)| **c == Cell::Occupied) {
+        let [x, y] = reference.raster.middle(index).map(|c| (c / bin_m) as usize);
+        occupied[y * size[0] + x].re = 1.0;
+    }
+    (faces, occupied)
+}
+
+/// The same of the SLAM map, turned, and where it is free.
+fn slam_planes(
+    slam: &Features,
+    turned: &Pose,
+    corner: [f64; 2],
+    size: [usize; 2],
+    bin_m: f64,
+) -> (Vec<Complex32>, Vec<Complex32>) {
+    let normals = normal_plane(slam, turned, corner, size, bin_m);
+    let mut free = vec![Complex32::default(); size[0] * size[1]];
+    let width = slam.raster.width;
+    let every_second = |index: usize| (index % width).is_multiple_of(2) && (index / width).is_multiple_of(2);
+    for (index, _) in slam.raster.cells.iter().enumerate().filter(|(k, c)| **c == Cell::Free && every_second(*k)) {
+        let p = turned.turn(slam.raster.middle(index));
+        let [x, y] = [0, 1].map(|k| ((p[k] - corner[k]) / bin_m) as usize);
+        free[y * size[0] + x].re = 1.0;
+    }
+    (normals, free)
+}
+
+fn normal_plane(map: &Features, turned: &Pose, corner: [f64; 2], size: [usize; 2], bin_m: f64) -> Vec<Complex32> {
+    let mut plane = vec![Complex32::default(); size[0] * size[1]];
+    for face in &map.faces {
+        let (p, n) = (turned.turn(face.at), turned.turn(face.normal));
+        let [x, y] = [0, 1].map(|k| (((p[k] - corner[k]) / bin_m) as usize).min(size[k] - 1));
+        plane[y * size[0] + x] += Complex32::new((n[0] * face.weight) as f32, (n[1] * face.weight) as f32);
+    }
+    for c in &mut plane {
+        let length = c.norm();
+        if length > 1.0 {
+            *c /= length;
+        }
+    }
+    plane
+}
+
+/// The best shifts, in bins: where the corner of the SLAM map's square comes to lie.
+fn peaks(scores: &mut [f32], size: [usize; 2], diagonal: usize, bin_m: f64) -> Vec<(f32, [i64; 2])> {
+    let cleared = (CLEARED_M / bin_m) as i64;
+    let mut found = Vec::new();
+    for _ in 0..N_PEAKS {
+        let best = (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b]).then(b.cmp(&a)));
+        let Some(best) = best.filter(|&b| scores[b] > 0.0) else { break };
+        let at = [(best % size[0]) as i64, (best / size[0]) as i64];
+        // Shifts beyond what the padding holds are those to the other side.
+        let shift =
+            [0, 1].map(|k| if at[k] >= size[k] as i64 - diagonal as i64 { at[k] - size[k] as i64 } else { at[k] });
+        found.push((scores[best], shift));
+        for dy in -cleared..=cleared {
+            for dx in -cleared..=cleared {
+                let [x, y] = [(at[0] + dx).rem_euclid(size[0] as i64), (at[1] + dy).rem_euclid(size[1] as i64)];
+                scores[y as usize * size[0] + x as usize] = 0.0;
+            }
+        }
+    }
+    found
+}
+
+/// The next number that has no prime factor above 5.
+fn smooth(n: usize) -> usize {
+    let is_smooth = |&n: &usize| {
+        let mut rest = n;
+        for factor in [2, 3, 5] {
+            while rest.is_multiple_of(factor) {
+                rest /= factor;
+            }
+        }
+        rest == 1
+    };
+    (n.max(1)..).find(is_smooth).unwrap_or(n)
+}
+
+/// Transforms of planes of one size.
+struct Plane {
+    size: [usize; 2],
+    forward: [Arc<dyn Fft<f32>>; 2],
+    backward: [Arc<dyn Fft<f32>>; 2],
+    turned: Vec<Complex32>,
+    scratch: Vec<Complex32>,
+}
+
+impl Plane {
+    fn new(size: [usize; 2]) -> Self {
+        let mut planner = FftPlanner::new();
+        let forward = size.map(|n| planner.plan_fft_forward(n));
+        let backward = size.map(|n| planner.plan_fft_inverse(n));
+        let longest = forward.iter().chain(&backward).map(|f| f.get_inplace_scratch_len()).max().unwrap_or(0);
+        let turned = vec![Complex32::default(); size[0] * size[1]];
+        Self { size, forward, backward, turned, scratch: vec![Complex32::default(); longest] }
+    }
+
+    fn forward(&mut self, plane: &mut [Complex32]) {
+        let ffts = self.forward.clone();
+        self.transform(plane, &ffts);
+    }
+
+    fn backward(&mut self, plane: &mut [Complex32]) {
+        let ffts = self.backward.clone();
+        self.transform(plane, &ffts);
+    }
+
+    fn transform(&mut self, plane: &mut [Complex32], ffts: &[Arc<dyn Fft<f32>>; 2]) {
+        let [w, h] = self.size;
+        ffts[0].process_with_scratch(plane, &mut self.scratch);
+        transpose(plane, &mut self.turned, w, h);
+        ffts[1].process_with_scratch(&mut self.turned, &mut self.scratch);
+        transpose(&self.turned, plane, h, w);
+    }
+}
+
+/// Rows become columns, a tile at a time.
+fn transpose(from: &[Complex32], to: &mut [Complex32], width: usize, height: usize) {
+    const TILE: usize = 32;
+    for row in (0..height).step_by(TILE) {
+        for column in (0..width).step_by(TILE) {
+            for y in row..(row + TILE).min(height) {
+                for x in column..(column + TILE).min(width) {
+                    to[x * height + y] = from[y * width + x];
+                }
+            }
+        }
+    }
+}

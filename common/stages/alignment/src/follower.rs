@@ -1,0 +1,199 @@
+//! Which pose counts while maps come: it follows the robot's map, and never jumps by itself.
+
+use crate::thresholds::{N_WINS, SAME_M, SAME_RAD};
+use messages::{PoseRecord, PoseState};
+use occupancy::{MapFromSlam, wrapped};
+
+/// By how much the pose that counts may change without anybody's word.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MaxJump {
+    /// At the middle of the SLAM map, in metres.
+    pub m: f64,
+    /// Of yaw.
+    pub rad: f64,
+}
+
+/// The pose that counts, what waits in its place, and what may come to.
+#[derive(Debug, Clone)]
+pub struct Follower {
+    max_jump: MaxJump,
+    pose: Option<PoseRecord>,
+    state: PoseState,
+    waiting: Option<PoseRecord>,
+    /// A pose elsewhere, and how many searches in a row it has won.
+    rival: Option<(PoseRecord, u32)>,
+}
+
+impl Follower {
+    /// From the pose that counted last, which the next map is to bear out.
+    pub fn new(max_jump: MaxJump, last: Option<PoseRecord>) -> Self {
+        let state = if last.is_some() { PoseState::Held } else { PoseState::None };
+        Self { max_jump, pose: last, state, waiting: None, rival: None }
+    }
+
+    /// The pose that counts.
+    pub fn pose(&self) -> Option<&PoseRecord> {
+        self.pose.as_ref()
+    }
+
+    /// What it rests on.
+    pub fn state(&self) -> PoseState {
+        self.state
+    }
+
+    /// A pose that waits to be confirmed.
+    pub fn waiting(&self) -> Option<&PoseRecord> {
+        self.waiting.as_ref()
+    }
+
+    /// Other bounds of what changes by itself.
+    pub fn set_max_jump(&mut self, max_jump: MaxJump) {
+        self.max_jump = max_jump;
+    }
+
+    /// The map frame is another: nothing is left of what was known.
+    pub fn forget(&mut self) {
+        *self = Self::new(self.max_jump, None);
+    }
+
+    /// The newest map was followed; `None` if it does not bear the pose out.
+    pub fn tracked(&mut self, found: Option<PoseRecord>) {
+        match found {
+            Some(found) => self.place(found, PoseState::Tracked),
+            None if self.pose.is_some() => self.state = PoseState::Held,
+            None => {}
+        }
+    }
+
+    /// All poses were searched with the newest map; `None` if none is accepted. Somebody who asked for the search need not ask
+    /// again.
+    pub fn searched(&mut self, found: Option<PoseRecord>, is_asked: bool) {
+        let Some(found) = found else {
+            self.rival = None;
+            return;
+        };
+        let Some(pose) = &self.pose else {
+            self.place(found, PoseState::Found);
+            return;
+        };
+        if is_within(pose, &found, SAME_M, SAME_RAD) {
+            self.rival = None;
+            self.place(found, PoseState::Found);
+            return;
+        }
+        let n_before = self.rival.filter(|(rival, _)| is_within(rival, &found, SAME_M, SAME_RAD)).map_or(0, |r| r.1);
+        self.rival = Some((found, n_before + 1));
+        if is_asked || n_before + 1 >= N_WINS {
+            self.waiting = Some(found);
+        }
+    }
+
+    /// Somebody says that the pose that waits is right; `None` if none waits.
+    pub fn confirm(&mut self) -> Option<PoseRecord> {
+        let waiting = self.waiting.take()?;
+        (self.pose, self.state, self.rival) = (Some(waiting), PoseState::Found, None);
+        self.pose
+    }
+
+    /// A pose at the place of that which counts: taken if it is near enough.
+    fn place(&mut self, found: PoseRecord, state: PoseState) {
+        let is_jump = self.pose.is_some_and(|pose| !is_within(&pose, &found, self.max_jump.m, self.max_jump.rad));
+        if is_jump {
+            (self.waiting, self.state) = (Some(found), PoseState::Held);
+            return;
+        }
+        // What waited near this place is settled; what waits elsewhere waits on.
+        self.waiting = self.waiting.filter(|waiting| !is_within(waiting, &found, SAME_M, SAME_RAD));
+        (self.pose, self.state) = (Some(found), state);
+    }
+}
+
+/// True if two poses of a storey move the middle of the newer SLAM map to about the same place, and turn as far.
+fn is_within(pose: &PoseRecord, newer: &PoseRecord, far_m: f64, far_rad: f64) -> bool {
+    let [a, b] = [pose, newer].map(|p| MapFromSlam::from(p).apply(newer.about_m));
+    let turn_rad = wrapped(pose.map_from_slam[2] - newer.map_from_slam[2]).abs();
+    pose.map_storey == newer.map_storey && libm::hypot(a[0] - b[0], a[1] - b[1]) <= far_m && turn_rad <= far_rad
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MAX_JUMP: MaxJump = MaxJump { m: 0.1, rad: 0.0175 };
+
+    fn at(x_m: f64) -> PoseRecord {
+        PoseRecord { map_from_slam: [x_m, 0.0, 0.0], map_storey: 0, ..PoseRecord::NONE }
+    }
+
+    fn at_zero() -> Follower {
+        let mut follower = Follower::new(MAX_JUMP, None);
+        follower.searched(Some(at(0.0)), false);
+        assert_eq!((follower.pose(), follower.state()), (Some(&at(0.0)), PoseState::Found));
+        follower
+    }
+
+    #[test]
+    fn small_steps_are_followed_and_a_large_one_waits() {
+        let mut follower = at_zero();
+        follower.tracked(Some(at(0.08)));
+        follower.tracked(Some(at(0.16)));
+        assert_eq!((follower.pose(), follower.state()), (Some(&at(0.16)), PoseState::Tracked));
+        follower.tracked(Some(at(0.30)));
+        assert_eq!((follower.pose(), follower.state()), (Some(&at(0.16)), PoseState::Held));
+        assert_eq!(follower.waiting(), Some(&at(0.30)));
+        assert_eq!(follower.confirm(), Some(at(0.30)));
+        assert_eq!((follower.pose(), follower.waiting()), (Some(&at(0.30)), None));
+        assert_eq!(follower.confirm(), None);
+    }
+
+    #[test]
+    fn a_step_that_goes_back_no_longer_waits() {
+        let mut follower = at_zero();
+        follower.tracked(Some(at(0.2)));
+        follower.tracked(Some(at(0.05)));
+        assert_eq!((follower.pose(), follower.waiting()), (Some(&at(0.05)), None));
+    }
+
+    #[test]
+    fn another_place_must_win_several_searches_in_a_row_and_then_waits() {
+        let mut follower = at_zero();
+        for _ in 1..N_WINS {
+            follower.searched(Some(at(7.0)), false);
+            assert_eq!(follower.waiting(), None);
+        }
+        follower.searched(None, false);
+        follower.searched(Some(at(7.0)), false);
+        assert_eq!(follower.waiting(), None, "not in a row");
+        (1..N_WINS).for_each(|_| follower.searched(Some(at(7.0)), false));
+        assert_eq!((follower.waiting(), follower.pose()), (Some(&at(7.0)), Some(&at(0.0))));
+        follower.tracked(Some(at(0.01)));
+        assert_eq!(follower.waiting(), Some(&at(7.0)), "what was followed does not settle it");
+    }
+
+    #[test]
+    fn a_search_that_somebody_asked_for_waits_at_once() {
+        let mut follower = at_zero();
+        follower.searched(Some(PoseRecord { map_storey: 1, ..at(0.0) }), true);
+        assert_eq!(follower.waiting().map(|w| w.map_storey), Some(1));
+        assert_eq!(follower.pose().map(|p| p.map_storey), Some(0));
+    }
+
+    #[test]
+    fn a_map_that_does_not_bear_the_pose_out_holds_it() {
+        let mut follower = at_zero();
+        follower.tracked(None);
+        follower.searched(None, false);
+        assert_eq!((follower.pose(), follower.state()), (Some(&at(0.0)), PoseState::Held));
+        let mut nothing = Follower::new(MAX_JUMP, None);
+        nothing.tracked(None);
+        assert_eq!((nothing.pose(), nothing.state()), (None, PoseState::None));
+    }
+
+    #[test]
+    fn what_counted_before_a_restart_counts_when_the_next_map_bears_it_out() {
+        let mut follower = Follower::new(MAX_JUMP, Some(at(1.0)));
+        assert_eq!((follower.pose(), follower.state()), (Some(&at(1.0)), PoseState::Held));
+        follower.tracked(Some(at(1.02)));
+        assert_eq!((follower.pose(), follower.state()), (Some(&at(1.02)), PoseState::Tracked));
+    }
+}

@@ -1,0 +1,178 @@
+//! Poses made exact: faces of the SLAM map are pulled onto those of the reference.
+
+use crate::faces::Face;
+use crate::features::Features;
+use occupancy::Pose;
+
+/// Scales of the residual from coarse to fine, in metres; each is taken three times.
+pub(crate) const COARSE: [f64; 3] = [0.6, 0.4, 0.3];
+pub(crate) const TIGHT: [f64; 8] = [0.6, 0.4, 0.3, 0.2, 0.15, 0.12, 0.1, 0.1];
+/// For maps that are bent: no fine scale.
+pub(crate) const SOFT: [f64; 5] = [0.6, 0.5, 0.4, 0.4, 0.35];
+
+const TIMES: usize = 3;
+const LEAST_MATCHES: usize = 20;
+/// Normals of a match agree at least so far.
+const LEAST_AGREEMENT: f64 = 0.7;
+const DAMPING: f64 = 0.001;
+const STILL_M: f64 = 0.0002;
+const STILL_RAD: f64 = 2e-5;
+/// Neighbouring cells are not independent; what a map is bent by is not in the residuals. With this factor 90 to 98 % of the errors
+/// of 245 right poses lie inside the 95 % bound; the prototype had 8 and 38 %.
+const COVARIANCE_FACTOR: f64 = 48.0;
+const LEAST_VARIANCE: f64 = 1e-4;
+
+/// A refined pose.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Refined {
+    pub(crate) pose: Pose,
+    /// Of x, y and yaw of the motion around `about`, a place in the reference.
+    pub(crate) covariance: [[f64; 3]; 3],
+    pub(crate) about: [f64; 2],
+}
+
+impl Refined {
+    /// The covariance of where a point of the SLAM map comes to lie, and of yaw.
+    pub(crate) fn covariance_at(&self, point: [f64; 2]) -> [[f64; 3]; 3] {
+        let place = self.pose.apply(point);
+        occupancy::transported(&self.covariance, [0, 1].map(|k| place[k] - self.about[k]))
+    }
+
+    /// Standard deviations of that place in the direction that is held worst, and of yaw.
+    pub(crate) fn loose(&self, point: [f64; 2]) -> [f64; 2] {
+        let c = self.covariance_at(point);
+        let largest = (c[0][0] + c[1][1] + libm::hypot(c[0][0] - c[1][1], 2.0 * c[0][1])) / 2.0;
+        [largest.max(0.0).sqrt(), c[2][2].max(0.0).sqrt()]
+    }
+}
+
+/// Robust point-to-line refinement with a shrinking scale; `None` if too little matches.
+pub(crate) fn refined(reference: &Features, faces: &[Face], start: Pose, scales: &[f64]) -> Option<Refined> {
+    let mut pose = start;
+    let mut last = None;
+    for &scale in scales {
+        for _ in 0..TIMES {
+            let (step, about) = step(reference, faces, &pose, scale)?;
+            let x = step.solved()?;
+            pose = pose.moved(x, about);
+            let is_still = libm::hypot(x[0], x[1]) < STILL_M && x[2].abs() < STILL_RAD;
+            last = Some((step, about));
+            if is_still {
+                break;
+            }
+        }
+    }
+    let (step, about) = last?;
+    Some(Refined { pose, covariance: step.covariance()?, about })
+}
+
+/// A step towards the reference, and the place that it turns around.
+fn step(reference: &Features, faces: &[Face], pose: &Pose, scale: f64) -> Option<(Normal<3>, [f64; 2])> {
+    let matches = matches(reference, faces, scale, |face| (pose.apply(face.at), pose.turn(face.normal)))?;
+    let n = matches.len() as f64;
+    let about = [0, 1].map(|k| matches.iter().map(|m| m.at[k]).sum::<f64>() / n);
+    let lever = |m: &Match| m.normal[1] * (m.at[0] - about[0]) - m.normal[0] * (m.at[1] - about[1]);
+    Some((Normal::of(&matches, |m| [m.normal[0], m.normal[1], lever(m)]), about))
+}
+
+/// A face of the SLAM map beside one of the reference.
+pub(crate) struct Match {
+    /// Where the SLAM map's face comes to lie in the reference.
+    pub(crate) at: [f64; 2],
+    /// The normal of the reference's.
+    pub(crate) normal: [f64; 2],
+    /// How far before it.
+    residual: f64,
+    weight: f64,
+}
+
+/// Faces as somebody places them, each with the nearest of the reference; `None` if there are few.
+pub(crate) fn matches(
+    reference: &Features,
+    faces: &[Face],
+    scale: f64,
+    placed: impl Fn(&Face) -> ([f64; 2], [f64; 2]),
+) -> Option<Vec<Match>> {
+    let mut matches = Vec::with_capacity(faces.len());
+    for face in faces {
+        let (at, n) = placed(face);
+        let Some((nearest, squared)) = reference.nearest(at) else { continue };
+        if squared > 9.0 * scale * scale {
+            continue;
+        }
+        let normal = nearest.normal;
+        let agreement = n[0] * normal[0] + n[1] * normal[1];
+        let residual = (at[0] - nearest.at[0]) * normal[0] + (at[1] - nearest.at[1]) * normal[1];
+        let robust = scale * scale / (scale * scale + residual * residual);
+        let weight = if agreement > LEAST_AGREEMENT { face.weight * robust * robust } else { 0.0 };
+        matches.push(Match { at, normal, residual, weight });
+    }
+    (matches.len() >= LEAST_MATCHES).then_some(matches)
+}
+
+/// Normal equations of `N` unknowns.
+pub(crate) struct Normal<const N: usize> {
+    a: [[f64; N]; N],
+    b: [f64; N],
+    residual: f64,
+    weight: f64,
+}
+
+impl<const N: usize> Normal<N> {
+    /// `slopes` are those of the residual by each unknown.
+    pub(crate) fn of(matches: &[Match], slopes: impl Fn(&Match) -> [f64; N]) -> Self {
+        let mut sums = Self { a: [[0.0; N]; N], b: [0.0; N], residual: 0.0, weight: 0.0 };
+        for m in matches {
+            let j = slopes(m);
+            for row in 0..N {
+                for column in 0..N {
+                    sums.a[row][column] += m.weight * j[row] * j[column];
+                }
+                sums.b[row] -= m.weight * j[row] * m.residual;
+            }
+            sums.residual += m.weight * m.residual * m.residual;
+            sums.weight += m.weight;
+        }
+        (0..N).for_each(|k| sums.a[k][k] += DAMPING);
+        sums
+    }
+
+    /// The unknowns; `None` if nothing holds them.
+    pub(crate) fn solved(&self) -> Option<[f64; N]> {
+        Some(inverse(&self.a)?.map(|row| (0..N).map(|k| row[k] * self.b[k]).sum()))
+    }
+
+    /// Their covariance.
+    pub(crate) fn covariance(&self) -> Option<[[f64; N]; N]> {
+        let variance = (self.residual / self.weight.max(1.0)).max(LEAST_VARIANCE) * COVARIANCE_FACTOR;
+        Some(inverse(&self.a)?.map(|row| row.map(|c| c * variance)))
+    }
+}
+
+/// The inverse of a matrix by elimination; `None` if it has none.
+pub(crate) fn inverse<const N: usize>(a: &[[f64; N]; N]) -> Option<[[f64; N]; N]> {
+    let mut left = *a;
+    let mut right = [[0.0; N]; N];
+    (0..N).for_each(|k| right[k][k] = 1.0);
+    for column in 0..N {
+        let pivot = (column..N).max_by(|&r, &s| left[r][column].abs().total_cmp(&left[s][column].abs()))?;
+        left.swap(column, pivot);
+        right.swap(column, pivot);
+        let divisor = left[column][column];
+        if divisor.abs() < f64::MIN_POSITIVE || !divisor.is_finite() {
+            return None;
+        }
+        let (of_left, of_right) = (left[column].map(|c| c / divisor), right[column].map(|c| c / divisor));
+        for row in 0..N {
+            let share = left[row][column];
+            if row != column && share != 0.0 {
+                for k in 0..N {
+                    left[row][k] -= share * of_left[k];
+                    right[row][k] -= share * of_right[k];
+                }
+            }
+        }
+        (left[column], right[column]) = (of_left, of_right);
+    }
+    Some(right)
+}

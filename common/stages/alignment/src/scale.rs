@@ -1,0 +1,45 @@
+//! Whether the robot measures the lengths that the model has.
+
+use crate::faces::Face;
+use crate::features::Features;
+use crate::refine::{Normal, matches};
+use occupancy::Pose;
+
+/// Lengths of a SLAM map as a share of the model's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// 1 if they are right, 1.02 if the map is 2 % too large.
+    pub value: f64,
+    /// Standard deviation.
+    pub deviation: f64,
+}
+
+/// Residuals count up to about so far, in metres.
+const WITHIN_M: f64 = 0.2;
+const TIMES: usize = 8;
+const STILL: f64 = 1e-6;
+
+/// The scale at which the faces of a SLAM map lie best on the reference, from a pose that fits; `None` if too little matches.
+pub(crate) fn scale(reference: &Features, slam: &Features, faces: &[Face], start: &Pose) -> Option<Scale> {
+    let (mut pose, mut factor, middle) = (*start, 1.0, slam.centre);
+    let mut deviation = f64::INFINITY;
+    for _ in 0..TIMES {
+        let grown = |at: [f64; 2]| [0, 1].map(|k| middle[k] + factor * (at[k] - middle[k]));
+        let placed = |face: &Face| (pose.apply(grown(face.at)), pose.turn(face.normal));
+        let found = matches(reference, faces, WITHIN_M, placed)?;
+        let about = pose.apply(middle);
+        let normal = Normal::of(&found, |m| {
+            let ([nx, ny], d) = (m.normal, [m.at[0] - about[0], m.at[1] - about[1]]);
+            [nx, ny, ny * d[0] - nx * d[1], (nx * d[0] + ny * d[1]) / factor]
+        });
+        let [dx, dy, turn_rad, more] = normal.solved()?;
+        pose = pose.moved([dx, dy, turn_rad], about);
+        factor += more;
+        deviation = normal.covariance()?[3][3].max(0.0).sqrt();
+        if more.abs() < STILL {
+            break;
+        }
+    }
+    // What has to grow was too small.
+    Some(Scale { value: 1.0 / factor, deviation: deviation / (factor * factor) })
+}

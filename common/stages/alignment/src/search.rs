@@ -1,0 +1,137 @@
+//! Where a SLAM map fits a reference.
+
+use crate::chance::Chance;
+use crate::correlation::correlated;
+use crate::faces::Face;
+use crate::features::Features;
+use crate::refine::{COARSE, Refined, SOFT, TIGHT, refined};
+use crate::rotations::turns;
+use crate::same_pose::is_same;
+use crate::score::{SCALES, Sides, evidence};
+use crate::thresholds::{LEAST_FACES, N_REFINED};
+use crate::votes::voted;
+use messages::Evidence;
+use occupancy::{Pose, wrapped};
+
+/// Faces that are drawn.
+const N_FACES: usize = 1500;
+const N_COARSE_FACES: usize = 500;
+const N_REFERENCE_FACES: usize = 3000;
+/// A bent map's refinement has to be better by this.
+const SOFT_ADVANTAGE: f64 = 0.02;
+const COARSE_SCALE: [f64; 1] = [0.3];
+
+/// A pose with its score.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Candidate {
+    pub(crate) refined: Refined,
+    pub(crate) evidence: Evidence,
+}
+
+/// Where the pose is, as somebody guesses: at most so far from there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Near {
+    pub(crate) pose: Pose,
+    pub(crate) radius_m: f64,
+    pub(crate) radius_rad: f64,
+}
+
+impl Near {
+    /// True if it moves a point of the SLAM map to about the same place, and turns about as far.
+    fn holds(&self, pose: &Pose, about: [f64; 2]) -> bool {
+        let (a, b) = (self.pose.apply(about), pose.apply(about));
+        libm::hypot(a[0] - b[0], a[1] - b[1]) <= self.radius_m
+            && wrapped(self.pose.yaw_rad - pose.yaw_rad).abs() <= self.radius_rad
+    }
+
+    /// The guess, and poses around it from which a refinement reaches all that is near.
+    fn poses(&self, about: [f64; 2]) -> Vec<Pose> {
+        let steps = |radius: f64, step: f64| ((radius / step).ceil() as i32).min(MAX_STEPS);
+        let (n, n_turns) = (steps(self.radius_m, STEP_M), steps(self.radius_rad, STEP_RAD));
+        let part = |k: i32, n: i32, radius: f64| if n == 0 { 0.0 } else { f64::from(k) / f64::from(n) * radius };
+        let middle = self.pose.apply(about);
+        let mut poses = Vec::new();
+        for turn in -n_turns..=n_turns {
+            for y in -n..=n {
+                for x in -n..=n {
+                    let step =
+                        [part(x, n, self.radius_m), part(y, n, self.radius_m), part(turn, n_turns, self.radius_rad)];
+                    poses.push(self.pose.moved(step, middle));
+                }
+            }
+        }
+        poses
+    }
+}
+
+/// Distance between the poses that are tried around a guess, and how many at most to each side.
+const STEP_M: f64 = 0.5;
+const STEP_RAD: f64 = 0.1;
+const MAX_STEPS: i32 = 4;
+
+/// The poses in which a SLAM map fits a reference best, best first: anywhere, or near a guess. None if the reference shows too
+/// little.
+pub(crate) fn search(reference: &Features, slam: &Features, near: Option<&Near>) -> Vec<Candidate> {
+    if reference.faces.len() < LEAST_FACES {
+        return Vec::new();
+    }
+    let turns = turns(slam.directions(), reference.directions());
+    let mut poses = voted(slam.corners(), reference.corners(), &turns);
+    poses.extend(correlated(slam, reference, &turns));
+    let about = slam.centre;
+    if let Some(near) = near {
+        poses.retain(|pose| near.holds(pose, about));
+        poses.extend(near.poses(about));
+    }
+    let mut candidates = candidates(reference, slam, &poses);
+    if let Some(near) = near {
+        candidates.retain(|c| near.holds(&c.refined.pose, about));
+    }
+    candidates
+}
+
+/// Refines all poses roughly and the best exactly; best first, no two the same.
+fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Candidate> {
+    let mut chance = Chance::new(1);
+    let pick = |numbers: Vec<u32>, faces: &[Face]| numbers.into_iter().map(|k| faces[k as usize]).collect::<Vec<_>>();
+    let slam_faces = drawn(slam, &mut chance);
+    let reference_faces = pick(chance.draw(reference.faces.iter().map(|_| 1.0), N_REFERENCE_FACES), &reference.faces);
+    let few = pick(chance.draw(slam_faces.iter().map(|_| 1.0), N_COARSE_FACES), &slam_faces);
+    // Drawn by weight: they are not weighted again.
+    let sides = Sides { slam, reference, slam_faces: &slam_faces, reference_faces: &reference_faces, scans: false };
+    let rough = Sides { slam_faces: &few, ..sides };
+    let about = slam.centre;
+    let scored = |sides: &Sides<'_>, refined: Refined, scales: &[f64]| Candidate {
+        refined,
+        evidence: evidence(sides, &refined.pose, scales),
+    };
+    let coarse = poses.iter().filter_map(|pose| refined(reference, &few, *pose, &COARSE));
+    let coarse = distinct(coarse.map(|r| scored(&rough, r, &COARSE_SCALE)).collect(), about);
+    let exact = coarse.into_iter().take(N_REFINED).filter_map(|c| {
+        let [tight, soft] = [&TIGHT[..], &SOFT[..]]
+            .map(|scales| refined(reference, &slam_faces, c.refined.pose, scales).map(|r| scored(&sides, r, &SCALES)));
+        match (tight, soft) {
+            (Some(tight), Some(soft)) if soft.evidence.score > tight.evidence.score + SOFT_ADVANTAGE => Some(soft),
+            (tight, soft) => tight.or(soft),
+        }
+    });
+    distinct(exact.collect(), about)
+}
+
+/// The faces of a SLAM map that are compared.
+pub(crate) fn drawn(slam: &Features, chance: &mut Chance) -> Vec<Face> {
+    let numbers = chance.draw(slam.faces.iter().map(|f| f.weight), N_FACES);
+    numbers.into_iter().map(|k| slam.faces[k as usize]).collect()
+}
+
+/// Best first, without those that are the same as a better one.
+fn distinct(mut candidates: Vec<Candidate>, about: [f64; 2]) -> Vec<Candidate> {
+    candidates.sort_by(|a, b| b.evidence.score.total_cmp(&a.evidence.score));
+    let mut kept: Vec<Candidate> = Vec::new();
+    for candidate in candidates {
+        if !kept.iter().any(|k| is_same(&k.refined.pose, &candidate.refined.pose, about)) {
+            kept.push(candidate);
+        }
+    }
+    kept
+}

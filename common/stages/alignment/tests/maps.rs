@@ -1,0 +1,192 @@
+//! Alignments of drawn buildings with what a robot would have seen of them.
+
+#[path = "../../../occupancy/tests/support/mod.rs"]
+mod support;
+
+use alignment::{Alignment, Hint, PreparedMap, align_maps};
+use messages::Verdict;
+use occupancy::{Cell, MapFromSlam, OccupancyMap};
+use proptest::prelude::*;
+use support::{PLACES, Walls, flat, inside, scanned};
+
+/// Two such rooms, the one a half turn of the other.
+fn twin() -> Walls {
+    let half: Walls = vec![
+        [0.0, 0.0, 5.0, 0.2],
+        [0.0, 5.8, 10.0, 6.0],
+        [0.0, 0.0, 0.2, 6.0],
+        [1.5, 3.0, 3.5, 3.15],
+        [2.4, 0.2, 2.55, 1.9],
+    ];
+    let turned = |[a, b, c, d]: &[f64; 4]| [10.0 - c, 6.0 - d, 10.0 - a, 6.0 - b];
+    half.iter().copied().chain(half.iter().map(turned)).collect()
+}
+
+fn bounds(walls: &Walls) -> [f64; 2] {
+    [2, 3].map(|k| walls.iter().map(|w| w[k]).fold(0.0, f64::max))
+}
+
+/// The map of the model: walls, floor between them, unknown outside.
+fn model(walls: &Walls) -> OccupancyMap {
+    let [wide, high] = bounds(walls);
+    let (width, height) = ((wide / 0.05) as usize + 40, (high / 0.05) as usize + 40);
+    let cell = |k: usize| {
+        let p = [k % width, k / width].map(|c| (c as f64 + 0.5) * 0.05 - 1.0);
+        match inside(walls, p) {
+            true => Cell::Occupied,
+            false if p[0] > 0.0 && p[1] > 0.0 && p[0] < wide && p[1] < high => Cell::Free,
+            false => Cell::Unknown,
+        }
+    };
+    OccupancyMap {
+        width,
+        cells: (0..width * height).map(cell).collect(),
+        resolution_m: 0.05,
+        origin: [-1.0, -1.0, 0.0],
+    }
+}
+
+fn align(reference: &OccupancyMap, slam: &OccupancyMap, hint: Option<&Hint>) -> Alignment {
+    align_maps(&[PreparedMap::of_model(reference)], &PreparedMap::of_slam(slam), hint)
+}
+
+fn is_at(found: MapFromSlam, truth: MapFromSlam, at: [f64; 2]) -> bool {
+    let back = truth.inverse();
+    let p = MapFromSlam { x_m: back[0], y_m: back[1], yaw_rad: back[2] }.apply(at);
+    let (a, b) = (found.apply(p), truth.apply(p));
+    let turn = (found.yaw_rad - truth.yaw_rad + 9.0 * std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
+        - std::f64::consts::PI;
+    (a[0] - b[0]).hypot(a[1] - b[1]) < 0.05 && turn.abs() < 0.01
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn a_flat_is_found_whatever_the_frame_and_the_resolution_of_the_robots_map(
+        x_m in -50.0..50.0f64,
+        y_m in -50.0..50.0f64,
+        yaw_rad in -3.1..3.1f64,
+        resolution_m in prop::sample::select(vec![0.02, 0.05, 0.08]),
+        origin_yaw_rad in prop::sample::select(vec![0.0, 0.7]),
+    ) {
+        let truth = MapFromSlam { x_m, y_m, yaw_rad };
+        let slam = scanned(&flat(), &PLACES, truth, resolution_m, origin_yaw_rad);
+        let found = align(&model(&flat()), &slam, None);
+        prop_assert_eq!(found.verdict, Verdict::Accepted, "{}", found.reason);
+        prop_assert!(is_at(found.poses[0].map_from_slam, truth, PLACES[0]), "{:?}", found.poses[0]);
+        // The place that the covariance is told for is where the map is.
+        let about = found.poses[0].map_from_slam.apply(found.poses[0].about_m);
+        prop_assert!(about[0] > 0.0 && about[0] < 12.0 && about[1] > 0.0 && about[1] < 9.0);
+    }
+}
+
+#[test]
+fn a_building_that_is_its_own_half_turn_is_ambiguous_until_somebody_gives_a_hint() {
+    let truth = MapFromSlam { x_m: 3.0, y_m: -7.0, yaw_rad: 0.4 };
+    let slam = scanned(&twin(), &[[1.0, 1.0], [9.0, 5.0], [5.0, 2.0], [5.0, 4.6]], truth, 0.05, 0.0);
+    let found = align(&model(&twin()), &slam, None);
+    assert_eq!(found.verdict, Verdict::Ambiguous);
+    assert!(found.poses.iter().any(|p| is_at(p.map_from_slam, truth, [5.0, 3.0])), "the true pose is among them");
+    let other = MapFromSlam { yaw_rad: truth.yaw_rad - std::f64::consts::PI, ..truth };
+    assert!(found.poses.iter().any(|p| (p.map_from_slam.yaw_rad - other.yaw_rad).abs() < 0.01));
+    let map_from_slam = MapFromSlam { x_m: 3.4, y_m: -6.8, yaw_rad: 0.3 };
+    let found = align(&model(&twin()), &slam, Some(&Hint { map_from_slam, radius_m: 2.0, radius_rad: 0.4 }));
+    assert_eq!(found.verdict, Verdict::Accepted, "{}", found.reason);
+    assert!(is_at(found.poses[0].map_from_slam, truth, [5.0, 3.0]));
+}
+
+#[test]
+fn maps_that_show_too_little_are_refused_with_the_reason() {
+    let all = |cell: Cell| OccupancyMap { width: 200, cells: vec![cell; 40_000], resolution_m: 0.05, origin: [0.0; 3] };
+    let mut one_wall = all(Cell::Free);
+    (20..180).for_each(|k| one_wall.cells[100 * 200 + k] = Cell::Occupied);
+    let reference = model(&flat());
+    for (what, slam) in [("free", all(Cell::Free)), ("unknown", all(Cell::Unknown)), ("occupied", all(Cell::Occupied))]
+    {
+        let found = align(&reference, &slam, None);
+        assert_eq!(found.verdict, Verdict::Refused, "{what}");
+        assert!(found.reason.contains("too little of walls"), "{what}: {}", found.reason);
+    }
+    let nothing = OccupancyMap { width: 0, cells: Vec::new(), resolution_m: 0.05, origin: [0.0; 3] };
+    assert_eq!(align(&reference, &nothing, None).verdict, Verdict::Refused);
+    let found = align(&reference, &one_wall, None);
+    assert_ne!(found.verdict, Verdict::Accepted, "{:?}", found.poses);
+    assert!(!found.reason.is_empty());
+}
+
+#[test]
+fn another_building_is_not_accepted() {
+    let truth = MapFromSlam { x_m: 0.0, y_m: 0.0, yaw_rad: 1.0 };
+    let slam = scanned(&twin(), &[[1.0, 1.0], [9.0, 5.0], [5.0, 2.0]], truth, 0.05, 0.0);
+    let found = align(&model(&flat()), &slam, None);
+    assert_ne!(found.verdict, Verdict::Accepted);
+    assert!(!found.reason.is_empty());
+}
+
+#[test]
+fn of_several_storeys_the_right_one_is_named_and_two_that_are_alike_are_ambiguous() {
+    let truth = MapFromSlam { x_m: 4.0, y_m: 5.0, yaw_rad: 1.3 };
+    let slam = PreparedMap::of_slam(&scanned(&flat(), &PLACES, truth, 0.05, 0.0));
+    let storeys = [twin(), flat()].map(|walls| PreparedMap::of_model(&model(&walls)));
+    let found = align_maps(&storeys, &slam, None);
+    assert_eq!((found.verdict, found.poses[0].reference), (Verdict::Accepted, 1), "{}", found.reason);
+    let storeys = [flat(), twin(), flat()].map(|walls| PreparedMap::of_model(&model(&walls)));
+    let found = align_maps(&storeys, &slam, None);
+    assert_eq!(found.verdict, Verdict::Ambiguous);
+    let mut alike = [found.poses[0].reference, found.poses[1].reference];
+    alike.sort_unstable();
+    assert_eq!(alike, [0, 2]);
+}
+
+#[test]
+fn the_same_maps_give_the_same_bits() {
+    let truth = MapFromSlam { x_m: 1.0, y_m: 2.0, yaw_rad: -2.0 };
+    let slam = scanned(&flat(), &PLACES, truth, 0.05, 0.0);
+    let first = align(&model(&flat()), &slam, None);
+    for _ in 0..3 {
+        assert_eq!(align(&model(&flat()), &slam, None), first);
+    }
+}
+
+#[test]
+fn a_map_file_says_the_same_in_every_way_that_map_servers_write_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    write("m.pgm", b"P5\n3 2\n255\n\x00\xcd\xfe\xfe\x00\xcd");
+    write("n.pgm", b"P5\n3 2\n255\n\xff\x32\x01\x01\xff\x32");
+    write("r.pgm", b"P5\n3 2\n255\n\x64\xff\x00\x00\x64\xff");
+    let read = |yaml: &str| {
+        write("m.yaml", yaml.as_bytes());
+        OccupancyMap::read(&folder.path().join("m.yaml"))
+    };
+    let thresholds = "occupied_thresh: 0.65\nfree_thresh: 0.196\n";
+    let plain =
+        read(&format!("image: m.pgm\nresolution: 0.05\norigin: [1.0, -2, 0.5]\nnegate: 0\n{thresholds}")).unwrap();
+    use Cell::{Free, Occupied, Unknown};
+    assert_eq!(plain.cells, [Free, Occupied, Unknown, Occupied, Unknown, Free], "from the lower left corner");
+    assert_eq!((plain.width, plain.resolution_m, plain.origin), (3, 0.05, [1.0, -2.0, 0.5]));
+    for other in [
+        "image: n.pgm\nresolution: 0.05\norigin: [1.0, -2, 0.5]\nnegate: 1\nfree_thresh: 0.196\noccupied_thresh: 0.65",
+        "image: n.pgm\nmode: trinary\nresolution: 5e-2\norigin: [1.0, -2.0, 0.5]\nnegate: true\nfree_thresh: 0.196",
+        "mode: raw\nimage: r.pgm\nresolution: 0.05\norigin:\n- 1.0\n- -2\n- 0.5\n",
+        "image: m.pgm\nresolution: 0.05\norigin: [1.0, -2, 0.5]\nnegate: 0\nfree_thresh: 0.25\noccupied_thresh: 0.65",
+        "mode: scale\nimage: m.pgm\nresolution: 0.05\norigin: [1.0, -2, 0.5]\nfree_thresh: 0.196 # a comment",
+    ] {
+        assert_eq!(read(other).unwrap(), plain, "{other}");
+    }
+    write("large.pgm", &[&b"P5\n60 60\n255\n"[..], &[254; 3600]].concat());
+    for (yaml, word) in [
+        ("image: m.pgm\nresolution: 0\norigin: [0, 0, 0]", "resolution"),
+        ("image: m.pgm\nresolution: 0.05\norigin: [0]", "origin"),
+        ("image: none.pgm\nresolution: 0.05\norigin: [0, 0, 0]", "none.pgm"),
+        ("image: m.yaml\nresolution: 0.05\norigin: [0, 0, 0]", "m.yaml"),
+        ("resolution: 0.05\norigin: [0, 0, 0]", "image"),
+        ("image: large.pgm\nresolution: 10\norigin: [0, 0, 0]", "600 x 600 m"),
+        ("image: m.pgm\nresolution: .nan\norigin: [0, 0, 0]", "resolution"),
+    ] {
+        let error = read(yaml).unwrap_err();
+        let source = std::error::Error::source(&error).unwrap();
+        assert!(source.to_string().contains(word), "{source} for {yaml}");
+    }
+}

@@ -1,0 +1,146 @@
+//! Whether an element stands beside its place: by how much most of its sides agree to be off.
+
+use crate::evidence::Look;
+use crate::thresholds::*;
+
+/// By how much an element is off.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Shift {
+    /// Displacement in `map`; 0 across directions in which nothing was met.
+    pub(crate) by_m: [f64; 2],
+    /// Along the normal that most samples have.
+    pub(crate) offset_m: f64,
+    pub(crate) is_displaced: bool,
+}
+
+impl Shift {
+    pub(crate) fn along(&self, n: [f64; 2]) -> f64 {
+        n[0] * self.by_m[0] + n[1] * self.by_m[1]
+    }
+}
+
+/// Normals this near to an axis are taken for it.
+const SAME_AXIS: f64 = 0.9;
+/// Of all samples: those in a direction that counts.
+const LEAST_OF_ALL: f64 = 0.25;
+const BIN_M: f64 = 0.02;
+
+/// The displacement that the surfaces around an element agree on; it counts from `least_m` on.
+pub(crate) fn shift(looks: &[Look], least_m: f64) -> Shift {
+    let axis = main_axis(looks);
+    let mut shift = Shift::default();
+    for (k, axis) in [axis, [-axis[1], axis[0]]].into_iter().enumerate() {
+        let votes = Votes::along(looks, axis);
+        if k == 1 && (votes.looks.len() as f64) < LEAST_OF_ALL * looks.len() as f64 {
+            continue;
+        }
+        let Some((by_m, counts)) = votes.agreed(least_m) else { continue };
+        shift.by_m = [0, 1].map(|c| shift.by_m[c] + axis[c] * by_m);
+        shift.is_displaced |= counts;
+        if k == 0 {
+            shift.offset_m = by_m * votes.main_sign();
+        }
+    }
+    shift
+}
+
+/// The direction of most normals, whatever their sign.
+fn main_axis(looks: &[Look]) -> [f64; 2] {
+    let doubled = looks.iter().fold([0.0; 2], |sum: [f64; 2], look| {
+        let [x, y] = look.normal;
+        [sum[0] + x * x - y * y, sum[1] + 2.0 * x * y]
+    });
+    if libm::hypot(doubled[0], doubled[1]) < 0.05 * looks.len() as f64 {
+        // As many one way as across, as on a column: any side will do.
+        return looks.first().map_or([1.0, 0.0], |look| look.normal);
+    }
+    let (sin, cos) = libm::sincos(libm::atan2(doubled[1], doubled[0]) / 2.0);
+    [cos, sin]
+}
+
+/// Samples that look along an axis, with the sign of their normal.
+struct Votes<'l> {
+    looks: Vec<(f64, &'l Look)>,
+}
+
+impl<'l> Votes<'l> {
+    fn along(looks: &'l [Look], axis: [f64; 2]) -> Self {
+        let with = looks.iter().filter_map(|look| {
+            let dot = look.normal[0] * axis[0] + look.normal[1] * axis[1];
+            (dot.abs() >= SAME_AXIS).then_some((dot.signum(), look))
+        });
+        Self { looks: with.collect() }
+    }
+
+    /// The sign of the normals of the side with the most surfaces.
+    fn main_sign(&self) -> f64 {
+        let sum: f64 = self.looks.iter().filter(|(_, l)| !l.offsets_m.is_empty()).map(|(sign, _)| sign).sum();
+        if sum < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// What most surfaces agree on along the axis, and whether it is a displacement of at least `least_m`.
+    fn agreed(&self, least_m: f64) -> Option<(f64, bool)> {
+        let peak_m = self.peak()?;
+        let support = self.support(peak_m);
+        let by_m = median(support.iter().map(|(sign, d)| sign * d).collect())?;
+        let (support, in_place) = (self.support(by_m), self.support(0.0));
+        // Samples that look through where it should be, and meet nothing of it, speak against it as those in place do.
+        let against = self.looks.iter().filter(|(sign, l)| l.through && !is_met(l, sign * by_m)).count();
+        let enough = support.len() >= LEAST_SUPPORT
+            && support.len() as f64 >= SUPPORT_RATIO * in_place.len() as f64
+            && support.len() as f64 >= SUPPORT_SHARE * (support.len() + against) as f64
+            && self.is_uncovered(&support, in_place.len());
+        if by_m.abs() >= least_m && enough {
+            return Some((by_m, true));
+        }
+        // In its place: how far off, within what counts as that.
+        let nearest = self.looks.iter().filter_map(|(sign, l)| l.nearest(0.0).map(|d| sign * d));
+        median(nearest.filter(|d| d.abs() <= least_m.max(SAME_SIDE_M)).collect()).map(|by_m| (by_m, false))
+    }
+
+    /// True if the place in the model was looked at, or the surface nearer to the robot covers the side as a wall does.
+    fn is_uncovered(&self, support: &[(f64, f64)], n_in_place: usize) -> bool {
+        let behind = support.iter().filter(|(_, d)| *d < 0.0).count();
+        if behind as f64 >= 0.3 * support.len() as f64 {
+            return true;
+        }
+        let sign = support.iter().map(|(sign, _)| sign).sum::<f64>().signum();
+        let of_side = self.looks.iter().filter(|(s, _)| *s == sign).count();
+        n_in_place < LEAST_SUPPORT
+            && support.len() >= LEAST_COVERING
+            && support.len() as f64 >= COVERING_SHARE * of_side as f64
+    }
+
+    /// Samples with a surface near to a displacement: sign and offset.
+    fn support(&self, by_m: f64) -> Vec<(f64, f64)> {
+        let near = self.looks.iter().filter(|(sign, l)| is_met(l, sign * by_m));
+        near.filter_map(|(sign, l)| Some((*sign, l.nearest(sign * by_m)?))).collect()
+    }
+
+    /// Where most surfaces are.
+    fn peak(&self) -> Option<f64> {
+        let n_bins = (2.0 * REACH_M / BIN_M).ceil() as usize + 1;
+        let mut bins = vec![0u32; n_bins];
+        for (sign, look) in &self.looks {
+            for d in &look.offsets_m {
+                let bin = ((sign * d + REACH_M) / BIN_M).round() as usize;
+                bins[bin.min(n_bins - 1)] += 1;
+            }
+        }
+        let around = |k: usize| bins[k.saturating_sub(2)..(k + 3).min(n_bins)].iter().sum::<u32>();
+        // Of places with as many surfaces the one nearest to the model's.
+        let far = |k: usize| (2 * k).abs_diff(n_bins - 1);
+        let best = (0..n_bins).max_by_key(|k| (around(*k), std::cmp::Reverse(far(*k))))?;
+        (around(best) > 0).then_some(best as f64 * BIN_M - REACH_M)
+    }
+}
+
+fn is_met(look: &Look, out_m: f64) -> bool {
+    look.nearest(out_m).is_some_and(|d| (d - out_m).abs() <= SUPPORT_M)
+}
+
+/// The middle value; `None` of nothing.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}

@@ -1,0 +1,109 @@
+//! What differs between a site at a plan time and a SLAM map that is aligned with it.
+//!
+//! Every element is looked at from samples on its sides, along their normals: a surface in its place, a surface beside it, or free
+//! cells through the solid. A lidar sees the first surface only: what hides a side makes it unseen, and an element is absent
+//! only where the robot saw through it. By how much the SLAM map is bent is told from the surfaces around, and taken off.
+
+mod bend;
+mod displaced;
+mod evidence;
+mod judgement;
+mod observed;
+mod obstacles;
+mod sections;
+mod sides;
+mod slam_view;
+mod thresholds;
+mod written;
+
+use bend::{Bends, Tie};
+use evidence::{Evidence, evidence};
+use messages::{ArchiveBuffer, Phase, RobotProfile, Site};
+pub use observed::Observed;
+use occupancy::{MapFromSlam, OccupancyMap, transported};
+
+use obstacles::{Explained, obstacles};
+use rayon::prelude::*;
+use sections::{Kind, Sections};
+use sides::{Sample, open_samples};
+use slam_view::{Probe, SlamView};
+use thresholds::{MOST_BENT_M, OUTSIDE_M, SAME_SIDE_M};
+
+/// What is compared.
+#[derive(Debug, Clone, Copy)]
+pub struct DeviationInput<'a> {
+    /// Geometry and facts.
+    pub site: &'a Site<'a>,
+    /// States at the plan time, of this site.
+    pub phase: &'a Phase<'a>,
+    /// The height of its lidar counts.
+    pub robot: &'a RobotProfile,
+    /// Map storey of the site.
+    pub map_storey: usize,
+    /// What the robot mapped.
+    pub slam: &'a OccupancyMap,
+    /// Hash of that map, for the record.
+    pub slam_map_hash: u64,
+    /// Where it lies.
+    pub pose: MapFromSlam,
+    /// A place in the SLAM map, and of where it lies in the model's map (x, y) and of yaw the covariance; metres and radians.
+    pub about_m: [f64; 2],
+    /// See there.
+    pub covariance: [[f64; 3]; 3],
+}
+
+/// The evidence for every element of a storey, and what stands there beside them, as a `deviations` archive. Judged by the planned
+/// states alone.
+///
+/// # Panics
+/// If the site has no such map storey, or the phase is of another site.
+pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
+    let slam = SlamView::new(input.slam, &input.pose);
+    let sections = Sections::of(input.site, input.phase, input.robot, input.map_storey);
+    let n_cuts = sections.cuts.len() as u32;
+    let samples: Vec<Vec<Sample>> = (0..n_cuts).into_par_iter().map(|cut| open_samples(&sections, cut)).collect();
+    let pose_m = pose_deviation_m(input);
+    let bends = Bends::new(ties(&sections, &samples, &slam).into_iter(), pose_m);
+    let all: Vec<Evidence> =
+        (0..n_cuts).into_par_iter().map(|k| evidence(&sections, k, &samples[k as usize], &slam, &bends)).collect();
+    let bounds = input.site.map_storeys[input.map_storey].bounds_tenths.map(frames::metres);
+    let explained = Explained {
+        sections: &sections,
+        evidence: &all,
+        bends: &bends,
+        deviation_m: pose_m,
+        bounds_m: [[bounds[0], bounds[1]].map(|c| c - OUTSIDE_M), [bounds[2], bounds[3]].map(|c| c + OUTSIDE_M)],
+    };
+    let (found, n_outside) = obstacles(input.site, &slam, &explained);
+    written::archive(input, &slam, &sections, &all, &bends, &found, n_outside)
+}
+
+/// Surfaces beside sides that are planned to stand and stay where they are.
+fn ties(sections: &Sections, samples: &[Vec<Sample>], slam: &SlamView) -> Vec<([f64; 2], Tie)> {
+    let of_cut = |cut: u32| -> Vec<([f64; 2], Tie)> {
+        let own = &sections.cuts[cut as usize];
+        if !own.stands || own.kind != Kind::Solid {
+            return Vec::new();
+        }
+        let tie = |s: &Sample| {
+            let Sample { at, normal, thick_m } = *s;
+            let met = slam.probe(&Probe { at, normal, thick_m, tolerance_m: SAME_SIDE_M });
+            let nearest = met.offsets_m.into_iter().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+            (nearest.abs() <= MOST_BENT_M).then_some((at, Tie { normal, offset_m: nearest, cut }))
+        };
+        samples[cut as usize].iter().filter_map(tie).collect()
+    };
+    (0..samples.len() as u32).into_par_iter().flat_map_iter(of_cut).collect()
+}
+
+/// What the pose is uncertain by at the corner of the storey that lies farthest from where it is told for.
+fn pose_deviation_m(input: &DeviationInput<'_>) -> f64 {
+    let about = input.pose.apply(input.about_m);
+    let bounds = input.site.map_storeys[input.map_storey].bounds_tenths.map(frames::metres);
+    let corners = [[0, 1], [0, 3], [2, 1], [2, 3]].map(|[x, y]| [bounds[x] - about[0], bounds[y] - about[1]]);
+    let worst = |d: [f64; 2]| {
+        let c = transported(&input.covariance, d);
+        ((c[0][0] + c[1][1] + libm::hypot(c[0][0] - c[1][1], 2.0 * c[0][1])) / 2.0).max(0.0).sqrt()
+    };
+    corners.map(worst).into_iter().fold(0.0, f64::max)
+}

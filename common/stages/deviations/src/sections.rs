@@ -1,0 +1,222 @@
+//! The elements of a storey where the lidar's plane cuts them, and what of them is near a place.
+
+use crate::thresholds::PLANE_M;
+use frames::TENTHS_PER_M;
+use geometry::{Footprint, MultiPolygon, Slab, footprint};
+use grid::Class;
+use messages::{ElementRecord, NONE, Phase, RobotProfile, Site, element_flags};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// An element of the storey.
+pub(crate) struct Cut {
+    pub(crate) element: u32,
+    /// The section in the lidar's plane.
+    pub(crate) section: Footprint,
+    /// All that is near that plane.
+    around: Footprint,
+    /// True if it is planned to be there.
+    pub(crate) stands: bool,
+    pub(crate) kind: Kind,
+}
+
+/// What a lidar can say of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// It shows where it stands.
+    Solid,
+    /// It shows where it stands, today.
+    Movable,
+    Door,
+    Glass,
+    /// A box instead of its shape.
+    StandIn,
+}
+
+/// A straight piece of a section's border; the solid lies on its left.
+pub(crate) struct Segment {
+    pub(crate) from: [f64; 2],
+    pub(crate) to: [f64; 2],
+    pub(crate) cut: u32,
+}
+
+/// All elements of a storey, with an index by place. Points are metres in `map`.
+pub(crate) struct Sections {
+    pub(crate) cuts: Vec<Cut>,
+    section: Index,
+    around: Index,
+}
+
+/// Which borders and which areas are near a place.
+struct Index {
+    segments: Vec<Segment>,
+    /// By tile.
+    borders: BTreeMap<[i32; 2], Vec<u32>>,
+    areas: BTreeMap<[i32; 2], Vec<u32>>,
+}
+
+const TILE_M: f64 = 0.5;
+const AREA_TILE_M: f64 = 2.0;
+
+impl Sections {
+    /// Cuts all elements that reach into the robot's slab or near to the lidar's plane.
+    pub(crate) fn of(site: &Site<'_>, phase: &Phase<'_>, robot: &RobotProfile, map_storey: usize) -> Self {
+        let floor_z = site.map_storeys[map_storey].floor_z_tenths;
+        let height = |m: f64| floor_z.saturating_add(tenths(m));
+        let lidar_z = height(robot.lidar_height_m);
+        let plane = Slab { lo: lidar_z, hi: lidar_z + 2 };
+        let near = Slab { lo: lidar_z - tenths(PLANE_M), hi: lidar_z + tenths(PLANE_M) };
+        let [lo, hi] = robot.slab_m().map(height);
+        let body = Slab { lo, hi: hi.max(lo + 1) };
+        let reaches = |e: &ElementRecord| {
+            let meets = |slab: Slab| slab.meets(e.min_tenths[2], e.max_tenths[2]);
+            e.n_parts > 0 && (meets(body) || meets(near))
+        };
+        let of_storey = site.elements.par_iter().enumerate().filter(|(_, e)| reaches(e));
+        let cuts: Vec<Cut> = of_storey
+            .map(|(k, e)| Cut {
+                element: k as u32,
+                section: footprint(site.element_meshes(e), plane),
+                around: footprint(site.element_meshes(e), near),
+                stands: phase.planned(k).is_obstacle(),
+                kind: kind(site, k),
+            })
+            .collect();
+        let section = Index::of(cuts.iter().map(|c| &c.section));
+        let around = Index::of(cuts.iter().map(|c| &c.around));
+        Self { cuts, section, around }
+    }
+
+    /// True if an opaque element that stands, other than this one, lies there.
+    pub(crate) fn covered(&self, at: [f64; 2], own: u32) -> bool {
+        self.section.areas_at(at).any(|cut| self.hides(cut, own) && contains(&self.cuts[cut as usize].section.area, at))
+    }
+
+    /// True if a border of such an element is at most this far away, or it lies there.
+    pub(crate) fn is_others(&self, at: [f64; 2], within_m: f64, own: u32) -> bool {
+        let near = |s: &&Segment| self.hides(s.cut, own) && distance(s, at) <= within_m;
+        self.section.segments_near(at, within_m).any(|s| near(&s)) || self.covered(at, own)
+    }
+
+    /// True if any element at all, whatever its state, is at most this far from a place near the lidar's plane.
+    pub(crate) fn explains(&self, at: [f64; 2], within_m: f64) -> bool {
+        self.around.segments_near(at, within_m).any(|s| distance(s, at) <= within_m)
+            || self.around.areas_at(at).any(|cut| contains(&self.cuts[cut as usize].around.area, at))
+    }
+
+    /// The same of one element.
+    pub(crate) fn explained_by(&self, cut: u32, at: [f64; 2], within_m: f64) -> bool {
+        let mut near = self.around.segments_near(at, within_m).filter(|s| s.cut == cut);
+        near.any(|s| distance(s, at) <= within_m) || contains(&self.cuts[cut as usize].around.area, at)
+    }
+
+    /// How thick an element is behind a point of its border, along a unit direction into it; at most `most_m`.
+    pub(crate) fn thickness(&self, at: [f64; 2], into: [f64; 2], own: u32, most_m: f64) -> f64 {
+        let end = [0, 1].map(|k| at[k] + into[k] * most_m);
+        let middle = [0, 1].map(|k| (at[k] + end[k]) / 2.0);
+        let own_segments = self.section.segments_near(middle, most_m / 2.0).filter(|s| s.cut == own);
+        let crossings = own_segments.filter_map(|s| crossing(s, at, into)).filter(|t| *t > 1e-4);
+        crossings.fold(most_m, f64::min)
+    }
+
+    fn hides(&self, cut: u32, own: u32) -> bool {
+        let other = &self.cuts[cut as usize];
+        cut != own && other.stands && !matches!(other.kind, Kind::Glass | Kind::Door)
+    }
+}
+
+impl Index {
+    fn of<'a>(sections: impl Iterator<Item = &'a Footprint>) -> Self {
+        let mut index = Self { segments: Vec::new(), borders: BTreeMap::new(), areas: BTreeMap::new() };
+        for (section, cut) in sections.zip(0..) {
+            for ring in section.area.rings() {
+                let next = ring.iter().cycle().skip(1);
+                ring.iter().zip(next).for_each(|(a, b)| index.add(cut, metres(*a), metres(*b)));
+            }
+            section.lines.iter().for_each(|[a, b]| index.add(cut, metres(*a), metres(*b)));
+            if let Some(bounds) = section.area.bounds() {
+                let (min, max) = (metres(bounds.min), metres(bounds.max));
+                for tile in tiles(min, max, AREA_TILE_M) {
+                    index.areas.entry(tile).or_default().push(cut);
+                }
+            }
+        }
+        index
+    }
+
+    fn add(&mut self, cut: u32, from: [f64; 2], to: [f64; 2]) {
+        let number = self.segments.len() as u32;
+        let (min, max) = ([0, 1].map(|k| from[k].min(to[k])), [0, 1].map(|k| from[k].max(to[k])));
+        let segment = Segment { from, to, cut };
+        for tile in tiles(min, max, TILE_M) {
+            let middle = tile.map(|t| (f64::from(t) + 0.5) * TILE_M);
+            // A long slanted piece is not in most tiles of its box.
+            if distance(&segment, middle) <= TILE_M {
+                self.borders.entry(tile).or_default().push(number);
+            }
+        }
+        self.segments.push(segment);
+    }
+
+    /// Pieces of borders in the tiles around a place; some more than once.
+    fn segments_near(&self, at: [f64; 2], within_m: f64) -> impl Iterator<Item = &Segment> {
+        let tiles = tiles(at.map(|c| c - within_m), at.map(|c| c + within_m), TILE_M);
+        tiles.filter_map(|tile| self.borders.get(&tile)).flatten().map(|s| &self.segments[*s as usize])
+    }
+
+    fn areas_at(&self, at: [f64; 2]) -> impl Iterator<Item = u32> {
+        let tile = at.map(|c| (c / AREA_TILE_M).floor() as i32);
+        self.areas.get(&tile).into_iter().flatten().copied()
+    }
+}
+
+/// What a lidar can say of an element of the site.
+fn kind(site: &Site<'_>, element: usize) -> Kind {
+    let record = &site.elements[element];
+    let is_door = |index: u32| index != NONE && site.elements[index as usize].class() == Class::Door;
+    match record.class() {
+        Class::Door => Kind::Door,
+        _ if is_door(record.whole) => Kind::Door,
+        Class::Window => Kind::Glass,
+        _ if record.has(element_flags::GLASS) => Kind::Glass,
+        _ if record.has(element_flags::BOUNDING_BOX) => Kind::StandIn,
+        Class::Furniture => Kind::Movable,
+        _ => Kind::Solid,
+    }
+}
+
+fn tenths(metres: f64) -> i32 {
+    frames::tenths(metres).unwrap_or(i32::MAX / 4)
+}
+
+pub(crate) fn metres(p: [i32; 2]) -> [f64; 2] {
+    p.map(frames::metres)
+}
+
+fn contains(area: &MultiPolygon, at: [f64; 2]) -> bool {
+    area.contains(at.map(|c| c * f64::from(TENTHS_PER_M)))
+}
+
+fn tiles(min: [f64; 2], max: [f64; 2], side_m: f64) -> impl Iterator<Item = [i32; 2]> {
+    let [lo, hi] = [min, max].map(|p| p.map(|c| (c / side_m).floor() as i32));
+    (lo[1]..=hi[1]).flat_map(move |y| (lo[0]..=hi[0]).map(move |x| [x, y]))
+}
+
+/// From a point to a straight piece.
+fn distance(s: &Segment, p: [f64; 2]) -> f64 {
+    let d = [s.to[0] - s.from[0], s.to[1] - s.from[1]];
+    let to = [p[0] - s.from[0], p[1] - s.from[1]];
+    let squared = d[0] * d[0] + d[1] * d[1];
+    let part = if squared > 0.0 { ((to[0] * d[0] + to[1] * d[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    libm::hypot(to[0] - part * d[0], to[1] - part * d[1])
+}
+
+/// How far along a unit direction a line from a point meets a straight piece.
+fn crossing(s: &Segment, from: [f64; 2], direction: [f64; 2]) -> Option<f64> {
+    let d = [s.to[0] - s.from[0], s.to[1] - s.from[1]];
+    let cross = direction[0] * d[1] - direction[1] * d[0];
+    let to = [s.from[0] - from[0], s.from[1] - from[1]];
+    let along = (to[0] * d[1] - to[1] * d[0]) / cross;
+    let part = (to[0] * direction[1] - to[1] * direction[0]) / cross;
+    (cross.abs() > 1e-12 && (0.0..=1.0).contains(&part)).then_some(along)
+}

@@ -1,0 +1,136 @@
+//! A SLAM map seen from the model: what lies at a place, and which surfaces a line meets.
+
+use crate::thresholds::{DEEP_M, FREE_SHARE, FRONT_M, LEAST_CELL_M, REACH_M};
+use occupancy::{Cell, MapFromSlam, OccupancyMap, Pose, Raster};
+
+/// A SLAM map with its pose in the model's map.
+pub(crate) struct SlamView {
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) width: usize,
+    pub(crate) cell_m: f64,
+    /// `map_from_corner`: from metres in the axes of the cells.
+    pub(crate) pose: Pose,
+}
+
+/// Where the lines of a probe begin and end, along the inward normal of a side.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Probe {
+    pub(crate) at: [f64; 2],
+    pub(crate) normal: [f64; 2],
+    pub(crate) thick_m: f64,
+    /// Surfaces nearer than this are the side itself.
+    pub(crate) tolerance_m: f64,
+}
+
+/// What a probe met.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Met {
+    /// Surfaces that face the same way as the side: how far out of it they lie.
+    pub(crate) offsets_m: Vec<f64>,
+    /// True if the robot saw through the solid.
+    pub(crate) through: bool,
+    /// How deep behind the side the first surface lies, if all before it is free.
+    pub(crate) free_m: Option<f64>,
+}
+
+impl SlamView {
+    pub(crate) fn new(map: &OccupancyMap, map_from_slam: &MapFromSlam) -> Self {
+        let [x, y, yaw] = map.origin;
+        let corner = map_from_slam.apply([x, y]);
+        let pose = Pose::new(corner, map_from_slam.yaw_rad + yaw);
+        if map.resolution_m < LEAST_CELL_M * 0.99 {
+            let raster = Raster::of(&map.cells, map.width, map.resolution_m);
+            return Self { cells: raster.cells, width: raster.width, cell_m: LEAST_CELL_M, pose };
+        }
+        Self { cells: map.cells.clone(), width: map.width, cell_m: map.resolution_m, pose }
+    }
+
+    pub(crate) fn height(&self) -> usize {
+        self.cells.len().checked_div(self.width).unwrap_or(0)
+    }
+
+    /// What is at a place in `map`; unknown outside.
+    pub(crate) fn at(&self, place: [f64; 2]) -> Cell {
+        let [x, y] = self.pose.undo(place).map(|c| (c / self.cell_m).floor());
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64;
+        let cell = if inside { self.cells.get(y as usize * self.width + x as usize) } else { None };
+        cell.copied().unwrap_or(Cell::Unknown)
+    }
+
+    /// The middle of a cell in `map`.
+    pub(crate) fn middle(&self, index: usize) -> [f64; 2] {
+        let [column, row] = [index % self.width, index / self.width];
+        self.pose.apply([column, row].map(|c| (c as f64 + 0.5) * self.cell_m))
+    }
+
+    /// Looks along the normal of a side, from outside to behind it, on three lines a cell apart: walls of few hits have gaps.
+    pub(crate) fn probe(&self, probe: &Probe) -> Met {
+        let lines = [0.0, -self.cell_m, self.cell_m].map(|aside_m| self.line(probe, aside_m));
+        let through = probe.thick_m >= self.cell_m
+            && self.is_free(&lines[0], probe)
+            && !lines[1..].iter().any(|line| self.span(line, probe).contains(&Cell::Occupied));
+        let offsets_m = lines.iter().map(|line| self.surfaces(line)).find(|s| !s.is_empty()).unwrap_or_default();
+        Met { offsets_m, through, free_m: self.free_m(&lines) }
+    }
+
+    /// How far behind the side the first of the lines meets a surface, if the middle one is free up to there.
+    fn free_m(&self, lines: &[Vec<Cell>; 3]) -> Option<f64> {
+        let from = (REACH_M / self.step_m()).round() as usize;
+        let meets = |line: &Vec<Cell>| line.iter().skip(from).position(|c| *c == Cell::Occupied);
+        let n = lines.iter().filter_map(meets).min()?;
+        let free = lines[0].iter().skip(from).take(n).filter(|c| **c == Cell::Free).count();
+        (n > 0 && free as f64 >= FREE_SHARE * n as f64).then(|| (n as f64 + 0.5) * self.step_m() - FRONT_M)
+    }
+
+    fn step_m(&self) -> f64 {
+        self.cell_m / 2.0
+    }
+
+    /// Cells from the farthest place outside inward.
+    fn line(&self, probe: &Probe, aside_m: f64) -> Vec<Cell> {
+        let Probe { at, normal, thick_m, tolerance_m } = *probe;
+        let length_m = REACH_M + FRONT_M + REACH_M.max(thick_m.min(DEEP_M) + 2.0 * tolerance_m);
+        let n = (length_m / self.step_m()).ceil() as usize;
+        let at = [at[0] - normal[1] * aside_m, at[1] + normal[0] * aside_m];
+        let place = |k: usize| {
+            let out_m = REACH_M + FRONT_M - k as f64 * self.step_m();
+            [at[0] + normal[0] * out_m, at[1] + normal[1] * out_m]
+        };
+        (0..n).map(|k| self.at(place(k))).collect()
+    }
+
+    /// The part of a line from before the side to behind the solid, or deep inside of it.
+    fn span<'l>(&self, line: &'l [Cell], probe: &Probe) -> &'l [Cell] {
+        let place = |out_m: f64| ((REACH_M + FRONT_M - out_m) / self.step_m()).round() as usize;
+        let behind_m = probe.thick_m.min(DEEP_M) + probe.tolerance_m;
+        let (from, to) = (place(FRONT_M), place(-behind_m));
+        &line[from.min(line.len())..to.min(line.len())]
+    }
+
+    fn is_free(&self, line: &[Cell], probe: &Probe) -> bool {
+        let span = self.span(line, probe);
+        let free = span.iter().filter(|c| **c == Cell::Free).count();
+        !span.contains(&Cell::Occupied) && free as f64 >= FREE_SHARE * span.len() as f64 && free > 0
+    }
+
+    /// Where a line comes from free cells into occupied ones. A surface lies in the middle of the cell that shows it; noise spreads
+    /// it over two at most.
+    fn surfaces(&self, line: &[Cell]) -> Vec<f64> {
+        let (step_m, front) = (self.step_m(), (FRONT_M / self.step_m()) as usize);
+        let mut found = Vec::new();
+        for k in 1..line.len() {
+            if line[k] != Cell::Occupied || line[k - 1] == Cell::Occupied {
+                continue;
+            }
+            let before = line[k.saturating_sub(front)..k].iter().rev();
+            let comes_from_free = before.take_while(|c| **c != Cell::Occupied).any(|c| *c == Cell::Free);
+            if comes_from_free {
+                let run = line[k..].iter().take_while(|c| **c == Cell::Occupied).count().min(4);
+                let enters_m = REACH_M + FRONT_M - (k as f64 - 0.5) * step_m;
+                found.push(enters_m - run as f64 * step_m / 2.0);
+            }
+        }
+        found.retain(|d| d.abs() <= REACH_M);
+        found
+    }
+}

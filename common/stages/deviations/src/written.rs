@@ -1,0 +1,150 @@
+//! Evidence and obstacles as an archive.
+
+use crate::DeviationInput;
+use crate::bend::Bends;
+use crate::evidence::{Evidence, is_judged};
+use crate::judgement::judgement;
+use crate::obstacles::Obstacle;
+use crate::sections::Sections;
+use crate::slam_view::SlamView;
+use crate::thresholds::SAMPLE_M;
+use frames::TENTHS_PER_M;
+use geometry::{Bounds, MultiPolygon};
+use grid::GridSpec;
+use messages::{
+    ArchiveBuffer, DeviationsBuilder, DeviationsHead, ElementDeviationRecord, NONE, Observation, ObstacleRecord,
+    ResidualRecord, RingRecord, Seen,
+};
+use occupancy::Cell;
+
+/// Cells of the SLAM map in the axes of `map`; twice as large as often as the storey has more than so many of them.
+const SEEN_CELL_M: f64 = 0.05;
+const MOST_SEEN_CELLS: usize = 1 << 24;
+
+pub(super) fn archive(
+    input: &DeviationInput<'_>,
+    slam: &SlamView,
+    sections: &Sections,
+    evidence: &[Evidence],
+    bends: &Bends,
+    obstacles: &[Obstacle],
+    n_outside: u32,
+) -> ArchiveBuffer {
+    let mut builder = DeviationsBuilder::new(head(input, slam, bends, n_outside));
+    let spec = builder.head.spec();
+    for (index, seen) in builder.seen.iter_mut().enumerate() {
+        let middle = spec.centre_of(spec.cell_of(index));
+        *seen = match slam.at([middle.x_m, middle.y_m]) {
+            Cell::Free => Seen::Free as u8,
+            Cell::Occupied => Seen::Occupied as u8,
+            Cell::Unknown => Seen::Unknown as u8,
+        };
+    }
+    let elements =
+        sections.cuts.iter().zip(evidence).map(|(cut, e)| record(input, cut.element, is_judged(cut.kind), e));
+    builder.elements.extend(elements);
+    obstacles.iter().for_each(|o| add_obstacle(input, &mut builder, o));
+    builder.residuals.extend(bends.all().map(|(at_m, bend)| ResidualRecord {
+        at_m,
+        residual_m: bend.by_m,
+        deviation_m: bend.worst_m(),
+        n_samples: bend.n as u32,
+        reserved: 0,
+    }));
+    builder.finish()
+}
+
+fn head(input: &DeviationInput<'_>, slam: &SlamView, bends: &Bends, n_outside: u32) -> DeviationsHead {
+    let storey = &input.site.map_storeys[input.map_storey];
+    let spec = spec_of(storey.bounds_tenths);
+    let c = &input.covariance;
+    DeviationsHead {
+        site_hash: input.site.content_hash(),
+        phase_hash: input.phase.content_hash(),
+        slam_map_hash: input.slam_map_hash,
+        plan_time_s: input.phase.head.plan_time_s,
+        map_from_slam: [input.pose.x_m, input.pose.y_m, input.pose.yaw_rad],
+        pose_deviation: [0, 1, 2].map(|k| c[k][k].max(0.0).sqrt()),
+        lidar_z_m: frames::metres(storey.floor_z_tenths) + input.robot.lidar_height_m,
+        slam_cell_m: slam.cell_m,
+        residual_rms_m: bends.rms_m,
+        map_storey: input.map_storey as u32,
+        n_outside,
+        cell_tenths: spec.cell_tenths,
+        first_cell: spec.first_cell,
+        width: spec.width,
+        height: spec.height,
+        reserved: 0,
+    }
+}
+
+/// The storey and a metre around it.
+fn spec_of([x0, y0, x1, y1]: [i32; 4]) -> GridSpec {
+    let bounds = Bounds { min: [x0, y0], max: [x1, y1] };
+    let mut cell_m = SEEN_CELL_M;
+    loop {
+        match GridSpec::around(bounds, TENTHS_PER_M, cell_m) {
+            Ok(spec) if spec.n_cells() <= MOST_SEEN_CELLS => return spec,
+            _ if cell_m > 0.5 => {
+                // A storey of kilometres: no picture, and the numbers are the same.
+                return GridSpec { cell_tenths: TENTHS_PER_M, first_cell: [0; 2], width: 0, height: 0 };
+            }
+            _ => cell_m *= 2.0,
+        }
+    }
+}
+
+fn record(input: &DeviationInput<'_>, element: u32, is_judged: bool, e: &Evidence) -> ElementDeviationRecord {
+    let planned = input.phase.planned(element as usize);
+    // What is not judged has no numbers: behind glass a robot sees other things.
+    let is_told = is_judged && e.n_visible > 0;
+    let told = |number: f64| if is_told { number } else { 0.0 };
+    let count = |n: u32| if is_judged { n } else { 0 };
+    let is_met = e.observation != Observation::Absent && e.n_confirmed + u32::from(e.shift.is_displaced) > 0;
+    ElementDeviationRecord {
+        offset_m: if is_met { told(e.shift.offset_m) } else { 0.0 },
+        displacement_m: if is_met { e.shift.by_m.map(told) } else { [0.0; 2] },
+        deviation_m: told(e.deviation_m),
+        residual_m: e.bend_m.map(told),
+        sample_m: SAMPLE_M,
+        element,
+        observation: e.observation as u32,
+        judgement: judgement(e.observation, planned) as u32,
+        planned: planned as u32,
+        reason: e.reason as u32,
+        n_samples: e.n_samples,
+        n_visible: count(e.n_visible),
+        n_confirmed: count(e.n_confirmed),
+        n_contradicted: count(e.n_contradicted),
+        reserved: 0,
+    }
+}
+
+fn add_obstacle(input: &DeviationInput<'_>, builder: &mut DeviationsBuilder, obstacle: &Obstacle) {
+    let Some(centroid) = obstacle.area.centroid() else { return };
+    let first_ring = builder.rings.len() as u32;
+    for ring in obstacle.area.rings() {
+        builder.rings.push(RingRecord { first_point: builder.points.len() as u32, n_points: ring.len() as u32 });
+        builder.points.extend(ring);
+    }
+    builder.obstacles.push(ObstacleRecord {
+        area_m2: obstacle.area.area_m2(),
+        length_m: obstacle.length_m,
+        centroid_m: centroid.map(|c| c / f64::from(TENTHS_PER_M)),
+        first_ring,
+        n_rings: builder.rings.len() as u32 - first_ring,
+        space: space_at(input, centroid),
+        reserved: 0,
+    });
+}
+
+/// The smallest space of the storey around a place; `NONE` outside of all.
+fn space_at(input: &DeviationInput<'_>, at_tenths: [f64; 2]) -> u32 {
+    let site = input.site;
+    let on_storey = site.spaces.iter().zip(0..).filter(|(s, _)| s.map_storey == input.map_storey as u32);
+    let around = on_storey.filter(|(s, _)| {
+        let floor: MultiPolygon = site.floor_polygon(s);
+        !s.has(messages::space_flags::METADATA_ONLY) && floor.contains(at_tenths)
+    });
+    around.min_by(|a, b| a.0.area_m2.total_cmp(&b.0.area_m2)).map_or(NONE, |(_, index)| index)
+}

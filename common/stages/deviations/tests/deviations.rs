@@ -1,0 +1,281 @@
+//! Differences between drawn buildings and what a robot saw of them as built.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+#[path = "../../../occupancy/tests/support/mod.rs"]
+mod support;
+
+use deviations::{DeviationInput, deviations};
+use grid::Class;
+use messages::*;
+use occupancy::{MapFromSlam, OccupancyMap};
+use proptest::prelude::*;
+use support::{PLACES, Storey, Walls, flat, scanned, scanned_bent};
+
+const POSE: MapFromSlam = MapFromSlam { x_m: 3.0, y_m: -7.0, yaw_rad: 0.4 };
+const VARIANCE: [[f64; 3]; 3] = [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-6]];
+
+/// What was found: per element, and obstacles as (area, length, centroid).
+struct Found {
+    elements: Vec<ElementDeviationRecord>,
+    obstacles: Vec<ObstacleRecord>,
+    residual_rms_m: f64,
+}
+
+impl Found {
+    fn observation(&self, element: usize) -> (Observation, Judgement) {
+        let record = self.of(element);
+        (Observation::from_id(record.observation).unwrap(), Judgement::from_id(record.judgement).unwrap())
+    }
+
+    fn of(&self, element: usize) -> &ElementDeviationRecord {
+        self.elements.iter().find(|e| e.element == element as u32).unwrap()
+    }
+
+    fn reason(&self, element: usize) -> &'static str {
+        UnseenReason::from_id(self.of(element).reason).unwrap().name()
+    }
+}
+
+fn compared(storey: Storey, slam: &OccupancyMap, pose: MapFromSlam, plan: impl Fn(&mut PhaseBuilder)) -> Found {
+    let site = storey.site();
+    let site = Site::open(site.bytes()).unwrap();
+    let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
+    plan(&mut phase);
+    let phase = phase.finish();
+    let archive = deviations(&DeviationInput {
+        site: &site,
+        phase: &Phase::open(phase.bytes()).unwrap(),
+        robot: &RobotProfile::DEFAULT,
+        map_storey: 0,
+        slam,
+        slam_map_hash: 7,
+        pose,
+        about_m: [0.0; 2],
+        covariance: VARIANCE,
+    });
+    let found = Deviations::open(archive.bytes()).unwrap();
+    found.check_site(&site).unwrap();
+    Found {
+        elements: found.elements.to_vec(),
+        obstacles: found.obstacles.to_vec(),
+        residual_rms_m: found.head.residual_rms_m,
+    }
+}
+
+/// The flat as the model has it beside what was built.
+fn as_built(built: &Walls) -> Found {
+    compared(Storey::of(&flat()), &scanned(built, &PLACES, POSE, 0.05, 0.0), POSE, |_| {})
+}
+
+const ON_PLAN: (Observation, Judgement) = (Observation::Observed, Judgement::OnPlan);
+
+fn assert_all_on_plan(found: &Found, but: &[usize]) {
+    for element in (0..flat().len()).filter(|e| !but.contains(e)) {
+        assert_eq!(found.observation(element), ON_PLAN, "{:?}", found.of(element));
+        assert!(found.of(element).offset_m.abs() < 0.05, "{:?}", found.of(element));
+    }
+}
+
+#[test]
+fn a_flat_that_was_built_as_planned_has_no_deviation() {
+    let found = as_built(&flat());
+    assert_all_on_plan(&found, &[]);
+    assert!(found.obstacles.is_empty(), "{:?}", found.obstacles);
+}
+
+#[test]
+fn a_wall_that_was_not_built_is_absent_and_late() {
+    for element in [4, 6, 9] {
+        let mut built = flat();
+        built.remove(element);
+        let found = as_built(&built);
+        assert_eq!(found.observation(element), (Observation::Absent, Judgement::Late), "{:?}", found.of(element));
+        assert!(found.of(element).n_contradicted > 10 && found.of(element).offset_m == 0.0);
+        assert_all_on_plan(&found, &[element]);
+        assert!(found.obstacles.is_empty());
+    }
+}
+
+#[test]
+fn a_wall_that_was_built_elsewhere_is_displaced_by_as_much_and_is_no_obstacle() {
+    for (element, by) in [(4, [0.3, 0.0]), (4, [-0.2, 0.0]), (6, [0.0, 0.2]), (6, [0.0, -0.3]), (9, [0.0, 0.0])] {
+        let by = if element == 9 { [0.25, 0.0] } else { by };
+        let mut built = flat();
+        built[element] = [0, 1, 2, 3].map(|k| built[element][k] + by[k % 2]);
+        let found = as_built(&built);
+        let record = found.of(element);
+        assert_eq!(found.observation(element), (Observation::Displaced, Judgement::Displaced), "{by:?}: {record:?}");
+        let off = [0, 1].map(|k| record.displacement_m[k] - by[k]);
+        assert!(off[0].hypot(off[1]) < 0.04, "{by:?}: {record:?}");
+        assert_all_on_plan(&found, &[element]);
+        assert!(found.obstacles.is_empty(), "{by:?}: {:?}", found.obstacles);
+    }
+}
+
+#[test]
+fn a_wall_that_nobody_planned_is_an_obstacle_with_its_place() {
+    let mut built = flat();
+    built.push([6.0, 6.4, 6.1, 7.9]);
+    let found = as_built(&built);
+    assert_all_on_plan(&found, &[]);
+    let [obstacle] = found.obstacles[..] else { panic!("{:?}", found.obstacles) };
+    let [x, y] = obstacle.centroid_m;
+    assert!((x - 6.05).abs() < 0.1 && (y - 7.15).abs() < 0.15, "{obstacle:?}");
+    assert!((1.4..1.9).contains(&obstacle.length_m) && (0.05..0.3).contains(&obstacle.area_m2), "{obstacle:?}");
+}
+
+#[test]
+fn what_nobody_looked_at_is_unseen_and_never_absent() {
+    let mut built = flat();
+    built.retain(|w| *w != flat()[9]);
+    // Only the left rooms are visited, and the wall that is missing lies right.
+    let slam = scanned(&built, &PLACES[..2], POSE, 0.05, 0.0);
+    let found = compared(Storey::of(&flat()), &slam, POSE, |_| {});
+    assert_eq!(found.observation(9), (Observation::Unseen, Judgement::Unknown));
+    assert_eq!((found.reason(9), found.of(9).n_visible), ("not_seen", 0));
+    assert_eq!(found.observation(10), ON_PLAN);
+}
+
+#[test]
+fn glass_and_what_the_lidar_passes_over_is_unseen_whether_it_is_there_or_not() {
+    let mut storey = Storey::of(&flat());
+    let glass = storey.add(Class::Wall, [5.0, 6.6, 7.0, 6.65], [0.0, 2.5]);
+    storey.builder.elements[glass].flags = element_flags::GLASS;
+    let shelf = storey.add(Class::Furniture, [5.0, 1.0, 6.0, 1.4], [0.8, 1.0]);
+    let slam = scanned(&flat(), &PLACES, POSE, 0.05, 0.0);
+    let found = compared(storey, &slam, POSE, |_| {});
+    assert_eq!((found.observation(glass).0, found.reason(glass)), (Observation::Unseen, "glass"));
+    assert_eq!((found.observation(shelf).0, found.reason(shelf)), (Observation::Unseen, "no_section"));
+    assert_all_on_plan(&found, &[]);
+}
+
+#[test]
+fn a_door_is_observed_while_it_is_closed_and_unseen_while_it_is_open() {
+    let door = [0.2 + 1.8, 6.4, 4.0, 6.55];
+    let door = [door[0], door[1], door[0] + 0.9, door[3]];
+    let storey = || {
+        let mut storey = Storey::of(&flat());
+        storey.door(door);
+        storey
+    };
+    let mut closed = flat();
+    closed.push(door);
+    let found = compared(storey(), &scanned(&closed, &PLACES, POSE, 0.05, 0.0), POSE, |_| {});
+    assert_eq!(found.observation(11), ON_PLAN, "{:?}", found.of(11));
+    // Its leaf stands out into the room.
+    let mut open = flat();
+    open.push([2.0, 5.5, 2.05, 6.4]);
+    let found = compared(storey(), &scanned(&open, &PLACES, POSE, 0.05, 0.0), POSE, |_| {});
+    assert_eq!((found.observation(11).0, found.reason(11)), (Observation::Unseen, "door"));
+    assert!(found.obstacles.is_empty(), "a leaf is no obstacle: {:?}", found.obstacles);
+}
+
+#[test]
+fn furniture_before_a_wall_hides_it_and_is_an_obstacle() {
+    let mut built = flat();
+    built.push([9.6, 8.3, 10.8, 8.8]);
+    built.push([11.4, 6.0, 11.8, 6.8]);
+    let found = as_built(&built);
+    assert_all_on_plan(&found, &[]);
+    assert_eq!(found.obstacles.len(), 2, "{:?}", found.obstacles);
+    // Furniture that hides all of it: the short wall is not seen, and nobody calls it absent.
+    let mut built = flat();
+    built[9] = [10.0, 5.2, 11.8, 5.35];
+    built.push([9.9, 5.6, 11.8, 6.0]);
+    let slam = scanned(&built, &[[9.5, 7.0], [10.5, 7.5]], POSE, 0.05, 0.0);
+    let found = compared(Storey::of(&flat()), &slam, POSE, |_| {});
+    assert_ne!(found.observation(9).0, Observation::Absent);
+    assert_ne!(found.observation(9).0, Observation::Observed);
+}
+
+#[test]
+fn the_plan_decides_what_an_observation_means() {
+    let mut built = flat();
+    built.remove(4);
+    let slam = scanned(&built, &PLACES, POSE, 0.05, 0.0);
+    let judged = |element: usize, state: ElementState| {
+        let plan = |phase: &mut PhaseBuilder| phase.set_element(element, state, ElementState::Built);
+        compared(Storey::of(&flat()), &slam, POSE, plan).observation(element)
+    };
+    assert_eq!(judged(6, ElementState::NotStarted), (Observation::Observed, Judgement::Early));
+    assert_eq!(judged(6, ElementState::Removed), (Observation::Observed, Judgement::Late));
+    assert_eq!(judged(6, ElementState::InProgress), ON_PLAN);
+    assert_eq!(judged(4, ElementState::NotStarted), (Observation::Absent, Judgement::OnPlan));
+    assert_eq!(judged(4, ElementState::Built), (Observation::Absent, Judgement::Late));
+}
+
+#[test]
+fn what_stands_in_the_place_of_something_that_is_not_there_yet_does_not_make_it_early() {
+    let mut storey = Storey::of(&flat());
+    // A lining in front of a wall that stands, and a wall that will replace another.
+    let lining = storey.add(Class::Wall, [4.15, 5.35, 9.0, 5.4], [0.0, 2.5]);
+    let next = storey.add(Class::Wall, [4.0, 0.2, 4.15, 3.6], [0.0, 2.5]);
+    let slam = scanned(&flat(), &PLACES, POSE, 0.05, 0.0);
+    let found = compared(storey, &slam, POSE, |phase| {
+        phase.set_element(lining, ElementState::NotStarted, ElementState::NotStarted);
+        phase.set_element(next, ElementState::NotStarted, ElementState::NotStarted);
+    });
+    assert_eq!(found.observation(lining).1, Judgement::Unknown, "{:?}", found.of(lining));
+    assert_eq!(found.observation(next).1, Judgement::Unknown, "{:?}", found.of(next));
+    assert_all_on_plan(&found, &[]);
+}
+
+#[test]
+fn a_layer_on_a_wall_is_neither_observed_nor_absent_whether_it_is_there_or_not() {
+    let mut storey = Storey::of(&flat());
+    let lining = storey.add(Class::Wall, [4.15, 5.35, 9.0, 5.4], [0.0, 2.5]);
+    let slam = scanned(&flat(), &PLACES, POSE, 0.05, 0.0);
+    let found = compared(storey, &slam, POSE, |_| {});
+    assert_eq!(found.observation(lining), (Observation::Unseen, Judgement::Unknown), "{:?}", found.of(lining));
+}
+
+#[test]
+fn a_bent_map_displaces_nothing_and_its_bend_is_told() {
+    // Up to 0.2 m off in the right half of the flat.
+    let believed = |[x, y]: [f64; 2]| [x + 0.2 * (x / 12.0).powi(2), y + 0.12 * (x / 9.0).sin()];
+    let slam = scanned_bent(&flat(), &PLACES, POSE, 0.05, 0.0, &believed);
+    let found = compared(Storey::of(&flat()), &slam, POSE, |_| {});
+    for element in 0..flat().len() {
+        assert_eq!(found.observation(element), ON_PLAN, "{:?}", found.of(element));
+    }
+    assert!(found.residual_rms_m > 0.03, "{}", found.residual_rms_m);
+    assert!(as_built(&flat()).residual_rms_m < 0.03);
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let slam = scanned(&flat(), &PLACES, POSE, 0.08, 0.7);
+    let first = compared(Storey::of(&flat()), &slam, POSE, |_| {});
+    let again = compared(Storey::of(&flat()), &slam, POSE, |_| {});
+    assert_eq!(first.elements, again.elements);
+    assert_eq!(first.obstacles, again.obstacles);
+    assert_all_on_plan(&first, &[]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(10))]
+
+    #[test]
+    fn an_element_near_which_nothing_is_known_is_unseen(
+        element in 0usize..11,
+        removed in 0usize..11,
+        yaw_rad in -3.1..3.1f64,
+        resolution_m in prop::sample::select(vec![0.03, 0.05, 0.1]),
+    ) {
+        let pose = MapFromSlam { yaw_rad, ..POSE };
+        let mut built = flat();
+        built.remove(removed);
+        let mut slam = scanned(&built, &PLACES, pose, resolution_m, 0.0);
+        let [x0, y0, x1, y1] = flat()[element];
+        for k in 0..slam.cells.len() {
+            let corner = [k % slam.width, k / slam.width].map(|c| (c as f64 + 0.5) * resolution_m);
+            let at = pose.apply([slam.origin[0] + corner[0], slam.origin[1] + corner[1]]);
+            if x0 - 1.0 < at[0] && at[0] < x1 + 1.0 && y0 - 1.0 < at[1] && at[1] < y1 + 1.0 {
+                slam.cells[k] = occupancy::Cell::Unknown;
+            }
+        }
+        let found = compared(Storey::of(&flat()), &slam, pose, |_| {});
+        prop_assert_eq!(found.observation(element), (Observation::Unseen, Judgement::Unknown));
+        prop_assert_eq!(found.of(element).n_visible, 0);
+    }
+}
