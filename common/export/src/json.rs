@@ -9,7 +9,7 @@ use std::io::{Result, Write};
 const LINE_DEPTH: usize = 2;
 
 /// JSON with a line feed at the end. Numbers are finite and shortest, keys in the order of fields or of the alphabet.
-pub(crate) fn text<T: Serialize>(value: &T) -> Vec<u8> {
+pub fn text<T: Serialize>(value: &T) -> Vec<u8> {
     let mut out = Vec::new();
     let written = value.serialize(&mut Serializer::with_formatter(&mut out, LinePerItem::default()));
     written.expect("our types serialise: keys are strings and numbers, memory does not fail");

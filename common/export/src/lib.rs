@@ -22,10 +22,10 @@ mod semantic;
 mod semantic_geometry;
 mod site_frame;
 mod waypoints;
-mod world;
 
 pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
 pub use door_report::{each_door, reason_text};
+pub use json::text as json_text;
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
 pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
 pub use reach::{FloorReach, NotMapped, RoomNotMapped, spaces_not_mapped};
@@ -35,7 +35,6 @@ pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
 pub use waypoints::{Waypoints, nav2_poses, space_name};
-pub use world::{DoorMode, Leafs, Lookup, Materials, Pieces, WorldOptions, WorldOptionsError};
 
 use geographic::Geographic;
 use geometry::Footprint;
@@ -64,8 +63,6 @@ pub struct ExportInput<'a> {
     pub robot_footprint_m: &'a [[f64; 2]],
     /// True to write vertices, faces and edges of every element into `semantic.json`.
     pub with_geometry: bool,
-    /// What the simulation world is like; `None` for none.
-    pub world: Option<&'a WorldOptions>,
 }
 
 impl ExportInput<'_> {
@@ -85,13 +82,14 @@ pub struct ExportFile {
 }
 
 impl ExportFile {
-    pub(crate) fn new(path: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
+    /// A file at a path.
+    pub fn new(path: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
         Self { path: path.into(), bytes: bytes.into() }
     }
 }
 
-/// All files of an output folder, the manifest last.
-pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
+/// All files of an output folder: these, `more` that others made of the same input, and the manifest, which lists them all.
+pub fn files(input: &ExportInput<'_>, more: Vec<ExportFile>) -> Vec<ExportFile> {
     let mut files = vec![
         ExportFile::new("site-frame.json", json::text(&SiteFrameFile::of(input.site))),
         ExportFile::new("report.json", json::text(&Report::of(input))),
@@ -117,9 +115,7 @@ pub fn files(input: &ExportInput<'_>) -> Vec<ExportFile> {
         files.push(ExportFile::new(format!("{folder}/route.geojson"), json::text(&route)));
         files.push(plan_picture::file(&folder, input, grid));
     }
-    if let Some(options) = input.world {
-        files.extend(world::files(input, options));
-    }
+    files.extend(more);
     let manifest = Manifest::of(input, sums("", &files));
     files.push(ExportFile::new("manifest.json", json::text(&manifest)));
     files

@@ -12,18 +12,20 @@ fn files(house: &House) -> Vec<ExportFile> {
     let site = Site::open(house.site.bytes()).unwrap();
     let phase = Phase::open(house.phase.bytes()).unwrap();
     let grid = Grid::open(house.grid.bytes()).unwrap();
-    export::files(&ExportInput {
+    let index = Grids::open(house.index.bytes()).unwrap();
+    let plan = Plan::open(house.plan.bytes()).unwrap();
+    let input = ExportInput {
         site: &site,
         phase: &phase,
-        index: &Grids::open(house.index.bytes()).unwrap(),
+        index: &index,
         grids: &[grid],
-        plan: &Plan::open(house.plan.bytes()).unwrap(),
+        plan: &plan,
         footprints: &[&house.footprints],
         resolution_m: 0.5,
         robot_footprint_m: &[],
         with_geometry: true,
-        world: None,
-    })
+    };
+    export::files(&input, Vec::new())
 }
 
 /// Texts as they are, maps a letter per pixel, pictures by their size.

@@ -3,36 +3,24 @@
 //! Coordinates are whole tenths of a millimetre (`frames::tenths`), so that faces on one plane stay on it and results
 //! do not depend on noise. This crate knows no IFC, no grid and no file.
 
-mod columns;
-mod components;
-mod convex_partition;
-mod facets;
-mod fewer;
 mod floor_faces;
 mod footprint;
-mod hulls;
 mod mesh;
 mod oriented_box;
 mod overlay;
-mod piece;
-mod pieces;
 mod polygon;
 mod section;
-mod sheets;
 mod slab;
 mod slopes;
 mod surfaces;
 mod treads;
 
-pub use convex_partition::convex_partition;
 pub use floor_faces::{floor_faces, upward_triangles};
 pub use footprint::{Footprint, footprint};
 pub use mesh::{MeshView, is_closed, unit_normal};
 pub use oriented_box::OrientedBox;
 pub use overlay::{FillRule, close_gaps, difference, intersection, offset, union, union_of};
-pub use piece::{ConvexBox, Hull, Made, Piece, Shape};
-pub use pieces::{PieceOptions, convex_pieces};
-pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, ring_area_doubled};
+pub use polygon::{Bounds, MultiPolygon, Point, Polygon, Ring, edges, ring_area_doubled};
 pub use section::{Section, section};
 pub use slab::{Slab, clip_to_slab};
 pub use slopes::ramp_faces;

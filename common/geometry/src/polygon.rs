@@ -59,7 +59,7 @@ pub fn ring_area_doubled(ring: &[Point]) -> i128 {
 }
 
 /// The directed edges of a ring.
-pub(crate) fn edges(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> {
+pub fn edges(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> {
     ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::cli::ConvertArgs;
 use crate::failure::Failure;
-use crate::maps::{Maps, options_of, robot_of, with_maps, world_of};
+use crate::maps::{Maps, options_of, robot_of, with_maps, world_files, world_of};
 use crate::output;
 use crate::plan_date;
 use crate::progress::ProgressLine;
@@ -11,7 +11,7 @@ use crate::site_files;
 use crate::storey_choice;
 use crate::summary::{PhaseSummary, Summary};
 use daemon::{Robot, WorldConfig};
-use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile, WorldOptions};
+use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, SiteFrameFile};
 use ingest::SiteFrame;
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Grid, Phase, PhaseBuilder, Site};
@@ -22,6 +22,7 @@ use std::path::Path;
 use std::time::Instant;
 use tracing::debug;
 use waypoints::PlanOptions;
+use world::WorldOptions;
 
 /// Which maps are asked for.
 enum Wanted {
@@ -206,10 +207,13 @@ impl Job<'_> {
                 resolution_m: arguments.robot.resolution,
                 robot_footprint_m: &robot.footprint_m,
                 with_geometry: arguments.with_geometry,
-                world,
             };
             let start = options.start.map_or(Ok(false), |start| maps.check_start(site, &phase, options, start));
-            Ok(Drawn { files: export::files(&input), summary: PhaseSummary::of(&input), start })
+            Ok(Drawn {
+                files: export::files(&input, world_files(&input, world)),
+                summary: PhaseSummary::of(&input),
+                start,
+            })
         })
     }
 }

@@ -3,12 +3,13 @@
 use crate::cli::{RobotArgs, WorldArgs};
 use crate::failure::Failure;
 use daemon::{Robot, WorldConfig};
-use export::{DoorMode, Materials, WorldOptions};
+use export::{ExportFile, ExportInput};
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
 use raster::Rasterizer;
 use std::path::Path;
 use waypoints::{PlanInput, PlanOptions, Planner, Start};
+use world::{DoorMode, Materials, WorldOptions};
 
 /// The robot that maps are for, once it is known that its resolution is one.
 ///
@@ -56,6 +57,11 @@ pub(crate) fn world_of(arguments: &WorldArgs, configured: &WorldConfig) -> Resul
     options.markers |= arguments.markers;
     options.check().map_err(Failure::usage)?;
     Ok(Some(options))
+}
+
+/// The files of the simulation world, if there is to be one.
+pub(crate) fn world_files(input: &ExportInput<'_>, options: Option<&WorldOptions>) -> Vec<ExportFile> {
+    options.map_or_else(Vec::new, |options| world::files(input, options))
 }
 
 /// Maps of all storeys at a phase.

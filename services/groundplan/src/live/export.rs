@@ -3,14 +3,15 @@
 use super::join;
 use crate::cli::ExportArgs;
 use crate::failure::Failure;
-use crate::maps::world_of;
+use crate::maps::{world_files, world_of};
 use crate::output;
 use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
-use export::{ExportFile, ExportInput, WorldOptions};
+use export::{ExportFile, ExportInput};
 use messages::{Grid, Grids, Phase, Plan, Site};
 use raster::Rasterizer;
 use std::time::{Duration, Instant};
+use world::WorldOptions;
 
 /// Samples that belong together are waited for.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -127,9 +128,8 @@ impl Sets {
             resolution_m: config.robot.resolution_m,
             robot_footprint_m: &outline,
             with_geometry: false,
-            world,
         };
-        Ok(export::files(&input))
+        Ok(export::files(&input, world_files(&input, world)))
     }
 }
 

@@ -9,12 +9,13 @@ use crate::maps::world_of;
 use crate::output;
 use bus::{Bus, Daemon, Waiter};
 use daemon::{SiteConfig, StopSignal};
-use export::{OutputError, OutputFolder, WorldOptions};
+use export::{OutputError, OutputFolder};
 use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
+use world::WorldOptions;
 
 const LOOK: Duration = Duration::from_millis(500);
 

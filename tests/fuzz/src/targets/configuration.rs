@@ -2,7 +2,7 @@
 
 use super::site;
 use daemon::{Request, Robot, SiteConfig};
-use export::{SiteFrameFile, WorldOptions};
+use export::SiteFrameFile;
 use frames::PlanTime;
 use messages::{ArchiveBuffer, Site};
 use raster::Rasterizer;
@@ -10,6 +10,7 @@ use schedule::{Delay, Edits, Rules, evaluate, parse_actuals};
 use std::path::Path;
 use std::sync::LazyLock;
 use waypoints::PlanOptions;
+use world::WorldOptions;
 
 /// Coarse: what a robot's numbers do to a map shows at any resolution.
 const RESOLUTION_M: f64 = 0.25;

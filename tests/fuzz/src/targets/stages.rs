@@ -4,7 +4,7 @@ use super::archives::{change, reseal};
 use super::site;
 use alignment::{PreparedMap, References, align_maps};
 use deviations::{DeviationInput, deviations};
-use export::{DeviationExport, ExportInput, WorldOptions, deviation_files, files};
+use export::{DeviationExport, ExportInput, deviation_files, files};
 use frames::PlanTime;
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Deviations, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site, SlamMap};
@@ -13,6 +13,7 @@ use raster::Rasterizer;
 use schedule::{Edits, Rules, evaluate};
 use std::sync::LazyLock;
 use waypoints::{PlanInput, PlanOptions, Planner};
+use world::WorldOptions;
 
 /// Coarse, so that a map has a few hundred cells.
 const RESOLUTION_M: f64 = 0.25;
@@ -207,7 +208,7 @@ fn exported(
     let index = Grids::open(index.bytes()).expect("it was opened before");
     let footprints: Vec<&[(u32, Footprint)]> = footprints.iter().map(Vec::as_slice).collect();
     let options = WorldOptions::default();
-    let made = files(&ExportInput {
+    let input = ExportInput {
         site,
         phase: &phase,
         index: &index,
@@ -217,8 +218,9 @@ fn exported(
         resolution_m: RESOLUTION_M,
         robot_footprint_m: &[],
         with_geometry: world,
-        world: world.then_some(&options),
-    });
+    };
+    let worlds = if world { world::files(&input, &options) } else { Vec::new() };
+    let made = files(&input, worlds);
     assert!(made.iter().any(|file| file.path == "manifest.json"));
 }
 

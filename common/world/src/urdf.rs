@@ -1,10 +1,10 @@
 //! `doors.urdf`: the doors as one tree of links, for programs that read URDF.
 
-use super::Scene;
-use super::doors::WorldDoor;
-use super::leaves::{Board, Kind, Link};
-use super::meshes::number;
-use super::sdf::{escaped, mass_of};
+use crate::Scene;
+use crate::doors::WorldDoor;
+use crate::leaves::{Board, Kind, Link};
+use crate::meshes::number;
+use crate::sdf::{escaped, mass_of};
 use std::fmt::Write;
 
 /// The file.

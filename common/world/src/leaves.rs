@@ -2,8 +2,8 @@
 //!
 //! The frame: x along the width from the left jamb, y to the front from the middle of the wall, z from the floor.
 
-use super::limits::Prism;
-use super::operations::{Leaf, Motion};
+use crate::limits::Prism;
+use crate::operations::{Leaf, Motion};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A leaf slides this far off the wall.
@@ -254,8 +254,8 @@ pub(crate) fn pose_at(links: &[Link], index: usize, values: &[f64]) -> ([f64; 3]
 
 #[cfg(test)]
 mod tests {
-    use super::super::operations::leaves;
     use super::*;
+    use crate::operations::leaves;
 
     const OPENING: Opening = Opening { width_m: 1.0, z_m: [0.01, 2.11], depth_m: 0.2, leaf_m: 0.04, side_m: 0.01 };
 

@@ -1,6 +1,6 @@
 //! The connected parts of a mesh.
 
-use crate::mesh::{MeshView, is_closed};
+use geometry::{MeshView, is_closed};
 use std::collections::BTreeMap;
 
 /// A mesh of its own.
@@ -159,7 +159,7 @@ fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::section::tests::cuboid;
+    use crate::testing::cuboid;
 
     #[test]
     fn two_boxes_apart_are_two_parts_and_corners_are_welded() {

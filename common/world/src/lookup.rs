@@ -1,10 +1,10 @@
 //! `world/lookup.json`: what the models and links of the world are, by GlobalId.
 
-use super::doors::WorldDoor;
-use super::leaves::{Kind, Link as Leaf};
-use super::{Link, Model, Scene};
-use crate::{rounded, text_or_null};
-use geometry::Made;
+use crate::doors::WorldDoor;
+use crate::leaves::{Kind, Link as Leaf};
+use crate::{Link, Model, Scene};
+use convex::Made;
+use export::{rounded, text_or_null};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -275,9 +275,9 @@ impl Counts {
         let site = scene.input.site;
         let leaves = || scene.doors.iter().flat_map(|d| &d.links);
         let leaf_triangles: usize = leaves().map(|l| 12 * l.boards.len()).sum();
-        let triangles = |part: &super::Part| match part {
-            super::Part::Box(_) => 12,
-            super::Part::Mesh(placed) => scene.store.meshes[placed.mesh].n_triangles(),
+        let triangles = |part: &crate::Part| match part {
+            crate::Part::Box(_) => 12,
+            crate::Part::Mesh(placed) => scene.store.meshes[placed.mesh].n_triangles(),
         };
         Self {
             models: scene.models.len() + scene.doors.len(),

@@ -1,7 +1,7 @@
 //! How far a leaf moves before it meets what stands.
 
-use super::statics::Static;
-use geometry::Hull;
+use crate::statics::Static;
+use convex::Hull;
 
 /// Leaves may touch what stands by this much: rounding, and gaskets.
 const TOUCH_M: f64 = 0.004;

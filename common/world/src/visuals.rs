@@ -1,8 +1,8 @@
 //! What elements look like: meshes and colours.
 
-use super::meshes::{Solid, UNITS_PER_M};
-use super::options::{Materials, WorldOptions};
-use crate::ExportInput;
+use crate::meshes::{Solid, UNITS_PER_M};
+use crate::options::{Materials, WorldOptions};
+use export::ExportInput;
 use frames::TENTHS_PER_M;
 use geometry::MeshView;
 use grid::Class;

@@ -2,10 +2,10 @@
 
 use crate::convex_partition::convex_partition;
 use crate::facets::{FLAT, Facet, dot, facets};
-use crate::mesh::MeshView;
-use crate::overlay::{FillRule, union};
 use crate::piece::{Hull, cross, length};
-use crate::polygon::{Ring, ring_area_doubled};
+use geometry::MeshView;
+use geometry::{FillRule, union};
+use geometry::{Ring, ring_area_doubled};
 
 /// Planes up to which a surface becomes plates exactly, and at all.
 const PLANES_MAX: [usize; 2] = [96, 256];

@@ -19,9 +19,9 @@ mod visuals;
 pub use lookup::Lookup;
 pub use options::{DoorMode, Leafs, Materials, Pieces, WorldOptions, WorldOptionsError};
 
-use crate::{ExportFile, ExportInput, json, rounded};
+use convex::{ConvexBox, Made, Piece, Shape};
 use doors::{WorldDoor, hangs, is_door};
-use geometry::{ConvexBox, Made, Piece, Shape};
+use export::{ExportFile, ExportInput, json_text, rounded};
 use grid::Class;
 use meshes::{MeshStore, Placed, Solid};
 use statics::Static;
@@ -90,7 +90,7 @@ struct Spawn {
 }
 
 /// The files of a world, in `world/`.
-pub(crate) fn files(input: &ExportInput<'_>, options: &WorldOptions) -> Vec<ExportFile> {
+pub fn files(input: &ExportInput<'_>, options: &WorldOptions) -> Vec<ExportFile> {
     let scene = Scene::of(input, options);
     let mut files = vec![
         ExportFile::new("world/world.sdf", sdf::world(&scene)),
@@ -110,7 +110,7 @@ pub(crate) fn files(input: &ExportInput<'_>, options: &WorldOptions) -> Vec<Expo
         files.iter().filter(|f| ends.iter().any(|e| f.path.ends_with(e))).map(|f| f.bytes.len()).sum()
     };
     let sizes = [bytes(&[".sdf", ".obj", ".mtl"]), bytes(&[".glb"])];
-    files.push(ExportFile::new("world/lookup.json", json::text(&Lookup::of(&scene, sizes))));
+    files.push(ExportFile::new("world/lookup.json", json_text(&Lookup::of(&scene, sizes))));
     files
 }
 

@@ -5,10 +5,10 @@ use crate::components::{Mesh, components, shells};
 use crate::facets::{FLAT, Facet, dot, facets};
 use crate::fewer::fewer;
 use crate::hulls::{Body, decomposed, hull_of, voxel_m};
-use crate::mesh::MeshView;
 use crate::piece::{Hull, Made, Piece, Shape, cross, length};
 use crate::sheets::plates;
 use frames::TENTHS_PER_M;
+use geometry::MeshView;
 
 /// How bodies become pieces.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -282,7 +282,7 @@ fn metres(v: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::section::tests::cuboid;
+    use crate::testing::cuboid;
 
     const OPTIONS: PieceOptions =
         PieceOptions { tolerance_m: 0.02, worst_m: 0.1, exact_max: 64, element_max: 64, joined_m: 0.05 };

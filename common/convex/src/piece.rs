@@ -1,7 +1,7 @@
 //! A convex piece of a solid: a box or a hull.
 
-use crate::polygon::Point;
 use frames::TENTHS_PER_M;
+use geometry::Point;
 
 /// Corners this near, in metres, are where a box has them: 0.3 mm.
 const SAME_M: f64 = 3e-4;

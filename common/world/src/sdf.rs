@@ -1,11 +1,11 @@
 //! The world as SDF.
 
-use super::leaves::{Board, Kind, Link, pose_at};
-use super::meshes::{Placed, number};
-use super::options::{DoorMode, Leafs};
-use super::visuals::{Rgba, class_colour};
-use super::{Model, Part, Scene, Spawn};
-use geometry::{ConvexBox, Shape};
+use crate::leaves::{Board, Kind, Link, pose_at};
+use crate::meshes::{Placed, number};
+use crate::options::{DoorMode, Leafs};
+use crate::visuals::{Rgba, class_colour};
+use crate::{Model, Part, Scene, Spawn};
+use convex::{ConvexBox, Shape};
 use grid::Class;
 use std::fmt::Write;
 
@@ -149,7 +149,7 @@ fn material(colour: Rgba) -> String {
 }
 
 /// A door, as a model of its own: static models with joints do not move.
-fn door(xml: &mut Xml, scene: &Scene<'_>, door: &super::doors::WorldDoor) {
+fn door(xml: &mut Xml, scene: &Scene<'_>, door: &crate::doors::WorldDoor) {
     let movable = scene.options.doors == DoorMode::Movable;
     let values = door.values(scene.options.doors);
     xml.open(&format!("<model name=\"{}\">", escaped(&door.name)));
@@ -229,7 +229,7 @@ fn inertial(centre_m: [f64; 3], mass_kg: f64, [ixx, iyy, izz]: [f64; 3]) -> Stri
     )
 }
 
-fn joint(xml: &mut Xml, door: &super::doors::WorldDoor, link: &Link, leafs: &Leafs) {
+fn joint(xml: &mut Xml, door: &crate::doors::WorldDoor, link: &Link, leafs: &Leafs) {
     let parent = link.parent.map_or("frame", |p| door.links[p].name.as_str());
     let (name, kind) = (format!("{}_joint", link.name), link.kind.name());
     let ends = format!("<parent>{parent}</parent><child>{}</child>", link.name);

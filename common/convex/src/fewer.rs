@@ -2,9 +2,9 @@
 
 use crate::components::Mesh;
 use crate::hulls::{Body, hull_of, longest_m, sides_m};
-use crate::mesh::unit_normal;
 use crate::piece::{FacePlane, Hull, Made, Piece, Shape, cross, length, sub};
 use crate::pieces::PieceOptions;
+use geometry::unit_normal;
 
 /// A hull may hold no place that is farther from the body than this, in metres: nobody stands inside.
 const HOLLOW_M: f64 = 0.3;
@@ -134,7 +134,7 @@ fn is_filled(hull: &Hull, body: &Body, most_m: f64) -> bool {
 mod tests {
     use super::*;
     use crate::pieces::convex_pieces;
-    use crate::section::tests::cuboid;
+    use crate::testing::cuboid;
 
     const OPTIONS: PieceOptions =
         PieceOptions { tolerance_m: 0.02, worst_m: 0.1, exact_max: 64, element_max: 16, joined_m: 0.05 };

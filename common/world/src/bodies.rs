@@ -1,7 +1,8 @@
 //! The pieces of bodies; those that differ by a shift only are cut once.
 
+use convex::{Piece, PieceOptions, convex_pieces};
 use frames::metres;
-use geometry::{MeshView, Piece, PieceOptions, convex_pieces};
+use geometry::MeshView;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::hash::{Hash, Hasher};
@@ -71,8 +72,8 @@ pub(super) fn pieces_of<'a>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::options::WorldOptions;
     use super::*;
+    use crate::options::WorldOptions;
 
     #[test]
     fn copies_have_the_pieces_of_the_first_where_they_stand_and_others_their_own() {

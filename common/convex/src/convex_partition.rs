@@ -1,9 +1,9 @@
 //! Polygons into few convex ones; the only module that names i_triangle.
 
-use crate::oriented_box::OrientedBox;
-use crate::polygon::{MultiPolygon, Point, Polygon, Ring, edges, ring_area_doubled};
-use i_overlay::i_float::int::point::IntPoint;
-use i_overlay::i_shape::int::shape::IntShape;
+use geometry::OrientedBox;
+use geometry::{MultiPolygon, Point, Polygon, Ring, edges, ring_area_doubled};
+use i_triangle::i_overlay::i_float::int::point::IntPoint;
+use i_triangle::i_overlay::i_shape::int::shape::IntShape;
 use i_triangle::int::triangulatable::IntTriangulatable;
 
 /// Corners this near a straight line are on it: 0.2 mm, what rounding to the lattice does to turned walls.
@@ -161,7 +161,7 @@ fn convex_polygons(rings: Vec<Ring>) -> Vec<Ring> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::overlay::{FillRule, difference as without, union, union_of};
+    use geometry::{FillRule, difference as without, union, union_of};
     use proptest::prelude::*;
 
     fn rectangle(x0: i32, y0: i32, x1: i32, y1: i32) -> Ring {

@@ -1,6 +1,6 @@
 //! Meshes of the world, each kept once: repeated elements differ by a shift and quarter turns only.
 
-use super::fans::fans;
+use crate::fans::fans;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 

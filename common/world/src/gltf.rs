@@ -1,10 +1,10 @@
 //! `site.glb`: the world for viewers, a node per element named by its GlobalId.
 
-use super::leaves::pose_at;
-use super::meshes::{Placed, Solid, UNITS_PER_M};
-use super::visuals::{Rgba, class_colour};
-use super::{Part, Scene};
-use geometry::ConvexBox;
+use crate::leaves::pose_at;
+use crate::meshes::{Placed, Solid, UNITS_PER_M};
+use crate::visuals::{Rgba, class_colour};
+use crate::{Part, Scene};
+use convex::ConvexBox;
 use grid::Class;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

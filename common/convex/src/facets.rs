@@ -1,6 +1,6 @@
 //! The plane faces of a mesh.
 
-use crate::mesh::{MeshView, unit_normal};
+use geometry::{MeshView, unit_normal};
 
 /// Corners this near a plane lie in it: 0.5 mm, which rounding to the lattice and single-precision meshes need.
 pub(crate) const FLAT: f64 = 5.0;
@@ -87,7 +87,7 @@ fn is_thin(triangle: &[[i32; 3]; 3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::section::tests::cuboid;
+    use crate::testing::cuboid;
 
     #[test]
     fn a_box_has_six_faces() {

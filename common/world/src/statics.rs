@@ -1,10 +1,11 @@
 //! What stands at the plan time and does not move, as convex pieces.
 
-use super::bodies::pieces_of;
-use super::options::WorldOptions;
-use crate::ExportInput;
+use crate::bodies::pieces_of;
+use crate::options::WorldOptions;
+use convex::{ConvexBox, Made, Piece, Shape};
+use export::ExportInput;
 use frames::metres;
-use geometry::{ConvexBox, Made, Piece, Ring, Shape};
+use geometry::Ring;
 use grid::Class;
 use messages::{ElementRecord, NONE};
 

@@ -1,11 +1,11 @@
 //! Doors of the world: where they hang, how they move, how far they get.
 
-use super::leaves::{Board, Kind, Link, Opening, boards_at, links_of};
-use super::limits::{Near, Obstacles, Prism};
-use super::operations::{Leaf, Motion, Source, operation_of, turned_over};
-use super::options::{DoorMode, WorldOptions};
-use super::statics::{Static, link_name, stands, storey_at, storey_of};
-use crate::ExportInput;
+use crate::leaves::{Board, Kind, Link, Opening, boards_at, links_of};
+use crate::limits::{Near, Obstacles, Prism};
+use crate::operations::{Leaf, Motion, Source, operation_of, turned_over};
+use crate::options::{DoorMode, WorldOptions};
+use crate::statics::{Static, link_name, stands, storey_at, storey_of};
+use export::ExportInput;
 use frames::{TENTHS_PER_M, metres};
 use messages::{DoorRecord, NONE};
 use std::f64::consts::FRAC_PI_4;

@@ -1,6 +1,6 @@
 //! What worlds are like: a TOML file; `config/world.toml` explains every key.
 
-use geometry::PieceOptions;
+use convex::PieceOptions;
 use serde::Deserialize;
 
 /// What a world is like.
@@ -192,7 +192,7 @@ impl WorldOptions {
                 return Err(format!("{key} = {value} is not between {least} and {most}"));
             }
         }
-        if door.unknown != "fixed" && super::operations::leaves(&door.unknown, 0.5).is_none() {
+        if door.unknown != "fixed" && crate::operations::leaves(&door.unknown, 0.5).is_none() {
             return Err(format!(
                 "door.unknown = {:?} is neither an operation type that moves nor \"fixed\"",
                 door.unknown
@@ -218,7 +218,7 @@ mod tests {
 
     #[test]
     fn the_shipped_file_says_the_defaults() {
-        let shipped = include_str!("../../../../config/world.toml");
+        let shipped = include_str!("../../../config/world.toml");
         assert_eq!(WorldOptions::parse(shipped).unwrap(), WorldOptions::default());
     }
 

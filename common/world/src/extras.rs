@@ -1,10 +1,11 @@
 //! What stands in for what the model lacks: floors that maps assume, and walls that close blocked spaces.
 
-use super::doors::{hangs, is_door};
-use super::statics::{Static, storey_at};
-use crate::ExportInput;
+use crate::doors::{hangs, is_door};
+use crate::statics::{Static, storey_at};
+use convex::convex_partition;
+use export::ExportInput;
 use frames::{TENTHS_PER_M, metres};
-use geometry::{MultiPolygon, OrientedBox, convex_partition, union_of};
+use geometry::{MultiPolygon, OrientedBox, union_of};
 use grid::Class;
 use messages::{BoxRecord, FloorKind, NONE};
 

@@ -1,8 +1,8 @@
 //! Convex hulls, approximate convex decompositions, and how far they are off. With `surfaces` the only module that names parry.
 
-use crate::mesh::MeshView;
 use crate::piece::{Hull, length, sub};
 use frames::TENTHS_PER_M;
+use geometry::MeshView;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::{ConvexPolyhedron, TriMesh, TriMeshFlags};
@@ -255,7 +255,7 @@ fn metres(v: [i32; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::section::tests::cuboid;
+    use crate::testing::cuboid;
     use proptest::prelude::*;
 
     #[test]

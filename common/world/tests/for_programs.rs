@@ -1,6 +1,7 @@
 //! What programs may count on in every JSON document: units in keys, null where there is nothing.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
+#[path = "../../export/tests/support/mod.rs"]
 mod support;
 
 use export::ExportInput;
@@ -15,18 +16,20 @@ fn documents() -> BTreeMap<String, Value> {
     let site = Site::open(house.site.bytes()).unwrap();
     let phase = Phase::open(house.phase.bytes()).unwrap();
     let grid = Grid::open(house.grid.bytes()).unwrap();
-    let files = export::files(&ExportInput {
+    let index = Grids::open(house.index.bytes()).unwrap();
+    let plan = Plan::open(house.plan.bytes()).unwrap();
+    let input = ExportInput {
         site: &site,
         phase: &phase,
-        index: &Grids::open(house.index.bytes()).unwrap(),
+        index: &index,
         grids: &[grid],
-        plan: &Plan::open(house.plan.bytes()).unwrap(),
+        plan: &plan,
         footprints: &[&house.footprints],
         resolution_m: 0.5,
         robot_footprint_m: &[],
         with_geometry: true,
-        world: Some(&export::WorldOptions::default()),
-    });
+    };
+    let files = export::files(&input, world::files(&input, &world::WorldOptions::default()));
     let json = files.iter().filter(|f| f.path.ends_with("json"));
     json.map(|f| (f.path.clone(), serde_json::from_slice(&f.bytes).unwrap())).collect()
 }

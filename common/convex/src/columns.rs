@@ -2,9 +2,9 @@
 
 use crate::convex_partition::convex_partition;
 use crate::facets::{FLAT, Facet, facets};
-use crate::mesh::MeshView;
-use crate::overlay::{FillRule, difference, intersection, union};
-use crate::polygon::{Bounds, MultiPolygon, Point, Ring, ring_area_doubled};
+use geometry::MeshView;
+use geometry::{Bounds, MultiPolygon, Point, Ring, ring_area_doubled};
+use geometry::{FillRule, difference, intersection, union};
 
 /// Faces up to which a solid is looked at as columns: what is curved has more.
 const FACES_MAX: usize = 160;
@@ -130,7 +130,7 @@ impl Column {
 mod tests {
     use super::*;
     use crate::components::Mesh;
-    use crate::section::tests::cuboid;
+    use crate::testing::cuboid;
     use proptest::prelude::*;
 
     /// A wall along x with openings [x0, x1] x [z0, z1] and a top that falls from `z` to `z_end`: its outline extruded.
@@ -159,7 +159,7 @@ mod tests {
             }
         }
         for ring in face.rings() {
-            for (a, b) in crate::polygon::edges(ring) {
+            for (a, b) in geometry::edges(ring) {
                 add([[a[0], 0, a[1]], [a[0], depth, a[1]], [b[0], 0, b[1]]]);
                 add([[b[0], 0, b[1]], [a[0], depth, a[1]], [b[0], depth, b[1]]]);
             }
