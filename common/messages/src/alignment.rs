@@ -1,7 +1,8 @@
 //! The `alignment` archive: where the robot's map lies in the model's, and how sure that is.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
-use crate::site_builder::TextPool;
+use crate::checked::ArchiveWriter;
+use crate::payload;
 use bytemuck::{Pod, Zeroable};
 
 mod section {
@@ -153,13 +154,7 @@ impl<'a> Alignment<'a> {
     /// # Errors
     /// Bytes that are no whole alignment, or numbers that are none.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let archive = Archive::open(bytes, ArchiveKind::Alignment)?;
-        let alignment = Self {
-            archive,
-            strings: archive.strings(section::STRINGS)?,
-            head: archive.record(section::HEAD)?,
-            candidates: archive.section(section::CANDIDATES)?,
-        };
+        let alignment = Self::of(Archive::open(bytes, ArchiveKind::Alignment)?)?;
         let head = alignment.head;
         let reason = (head.reason.offset as usize)..(head.reason.offset as usize) + head.reason.length as usize;
         let numbers = [head.scale, head.scale_deviation];
@@ -171,6 +166,16 @@ impl<'a> Alignment<'a> {
             && numbers.iter().all(|n| n.is_finite())
             && [&head.pose, &head.waiting].into_iter().chain(alignment.candidates).all(PoseRecord::is_finite);
         if whole { Ok(alignment) } else { Err(ArchiveError::Index { what: "a pose" }) }
+    }
+
+    /// The sections of an archive; what is in them is not looked at.
+    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        Ok(Self {
+            archive,
+            strings: archive.strings(section::STRINGS)?,
+            head: archive.record(section::HEAD)?,
+            candidates: archive.section(section::CANDIDATES)?,
+        })
     }
 
     /// Hash of the content.
@@ -239,15 +244,32 @@ pub struct AlignmentBuilder<'a> {
 impl AlignmentBuilder<'_> {
     /// Writes the archive into the heap.
     pub fn finish(&self) -> ArchiveBuffer {
-        let mut texts = TextPool::default();
-        let head = AlignmentHead { reason: texts.add(self.reason), ..self.head };
+        self.to_buffer()
+    }
+
+    /// The head with its reason, which is all text that there is.
+    fn head(&self) -> AlignmentHead {
+        AlignmentHead { reason: Text { offset: 0, length: self.reason.len() as u32 }, ..self.head }
+    }
+
+    fn sections<'a>(&'a self, head: &'a AlignmentHead) -> SectionList<'a> {
         let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(&head));
+        list.add(section::HEAD, std::slice::from_ref(head));
         list.add(section::CANDIDATES, &self.candidates[..self.candidates.len().min(Alignment::MAX_CANDIDATES)]);
-        list.add(section::STRINGS, texts.bytes());
-        let mut buffer = ArchiveBuffer::zeroed(list.len());
-        list.write(buffer.bytes_mut(), ArchiveKind::Alignment);
-        buffer
+        list.add(section::STRINGS, self.reason.as_bytes());
+        list
+    }
+}
+
+impl ArchiveWriter for AlignmentBuilder<'_> {
+    type Payload = payload::Alignment;
+
+    fn length(&self) -> usize {
+        self.sections(&self.head()).length()
+    }
+
+    fn write(&self, out: &mut [u8]) -> u64 {
+        self.sections(&self.head()).write(out, ArchiveKind::Alignment)
     }
 }
 

@@ -252,7 +252,7 @@ impl<'a> Archive<'a> {
 
     /// Hash of the content, as in the preamble.
     pub fn content_hash(&self) -> u64 {
-        bytemuck::from_bytes::<Preamble>(&self.bytes[..64]).content_hash
+        content_hash_of(self.bytes)
     }
 
     /// All bytes of the archive.
@@ -293,6 +293,11 @@ impl<'a> Archive<'a> {
     pub fn strings(&self, id: u32) -> Result<&'a str, ArchiveError> {
         std::str::from_utf8(self.section::<u8>(id)?).map_err(|_| ArchiveError::Section { id })
     }
+}
+
+/// The content hash that the preamble of an archive says.
+pub(crate) fn content_hash_of(archive: &[u8]) -> u64 {
+    bytemuck::from_bytes::<Preamble>(&archive[..64]).content_hash
 }
 
 /// A section to be: its id, the size of a record, their number.
@@ -387,19 +392,19 @@ impl<'a> SectionList<'a> {
         self.contents.push(bytemuck::cast_slice(records));
     }
 
-    pub(crate) fn len(&self) -> usize {
+    pub(crate) fn length(&self) -> usize {
         layout_of(&self.plans).1
     }
 
-    /// Writes the archive into memory of exactly [`Self::len`] bytes.
-    pub(crate) fn write(&self, out: &mut [u8], kind: ArchiveKind) {
+    /// Writes the archive into memory of exactly [`Self::length`] bytes; its content hash.
+    pub(crate) fn write(&self, out: &mut [u8], kind: ArchiveKind) -> u64 {
         let (ranges, length) = layout_of(&self.plans);
         assert_eq!(out.len(), length, "the memory has the archive's length");
         write_table(out, &self.plans, &ranges);
         for (range, content) in ranges.into_iter().zip(&self.contents) {
             out[range].copy_from_slice(content);
         }
-        seal(out, kind, self.plans.len());
+        seal(out, kind, self.plans.len())
     }
 }
 
@@ -413,7 +418,7 @@ mod tests {
         list.add(1, &[1u32, 2, 3]);
         list.add(2, "grüße".as_bytes());
         list.add::<u64>(3, &[]);
-        let mut buffer = ArchiveBuffer::zeroed(list.len());
+        let mut buffer = ArchiveBuffer::zeroed(list.length());
         list.write(buffer.bytes_mut(), ArchiveKind::Plan);
         buffer
     }

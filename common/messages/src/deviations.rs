@@ -1,7 +1,9 @@
 //! The `deviations` archive: what a robot saw of a storey's elements, and what it saw beside them.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
+use crate::checked::ArchiveWriter;
 use crate::deviation_records::*;
+use crate::payload;
 use crate::phase::ElementState;
 use crate::site::FARTHEST_TENTHS;
 use crate::site_records::RingRecord;
@@ -43,8 +45,16 @@ impl<'a> Deviations<'a> {
     /// # Errors
     /// Bytes that are no whole deviations archive, or records that point outside.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let archive = Archive::open(bytes, ArchiveKind::Deviations)?;
-        let deviations = Self {
+        let deviations = Self::of(Archive::open(bytes, ArchiveKind::Deviations)?)?;
+        deviations.check_head()?;
+        deviations.check_elements()?;
+        deviations.check_obstacles()?;
+        Ok(deviations)
+    }
+
+    /// The sections of an archive; what is in them is not looked at.
+    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        Ok(Self {
             archive,
             head: archive.record(section::HEAD)?,
             elements: archive.section(section::ELEMENTS)?,
@@ -53,11 +63,7 @@ impl<'a> Deviations<'a> {
             points: archive.section(section::POINTS)?,
             residuals: archive.section(section::RESIDUALS)?,
             seen: archive.section(section::SEEN)?,
-        };
-        deviations.check_head()?;
-        deviations.check_elements()?;
-        deviations.check_obstacles()?;
-        Ok(deviations)
+        })
     }
 
     /// Hash of the content.
@@ -160,6 +166,10 @@ impl DeviationsBuilder {
 
     /// Writes the archive into the heap.
     pub fn finish(&self) -> ArchiveBuffer {
+        self.to_buffer()
+    }
+
+    fn sections(&self) -> SectionList<'_> {
         let mut list = SectionList::default();
         list.add(section::HEAD, std::slice::from_ref(&self.head));
         list.add(section::ELEMENTS, &self.elements);
@@ -168,9 +178,19 @@ impl DeviationsBuilder {
         list.add(section::POINTS, &self.points);
         list.add(section::RESIDUALS, &self.residuals);
         list.add(section::SEEN, &self.seen);
-        let mut buffer = ArchiveBuffer::zeroed(list.len());
-        list.write(buffer.bytes_mut(), ArchiveKind::Deviations);
-        buffer
+        list
+    }
+}
+
+impl ArchiveWriter for DeviationsBuilder {
+    type Payload = payload::Deviations;
+
+    fn length(&self) -> usize {
+        self.sections().length()
+    }
+
+    fn write(&self, out: &mut [u8]) -> u64 {
+        self.sections().write(out, ArchiveKind::Deviations)
     }
 }
 

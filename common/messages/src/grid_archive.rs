@@ -90,17 +90,7 @@ impl<'a> Grid<'a> {
     /// # Errors
     /// Bytes that are no whole grid archive, or layers of another size than the spec.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let archive = Archive::open(bytes, ArchiveKind::Grid)?;
-        let grid = Self {
-            archive,
-            head: archive.record(section::HEAD)?,
-            class: archive.section(section::CLASS)?,
-            planning: archive.section(section::PLANNING)?,
-            localization: archive.section(section::LOCALIZATION)?,
-            keepout: archive.section(section::KEEPOUT)?,
-            floor: archive.section(section::FLOOR)?,
-            space: archive.section(section::SPACE)?,
-        };
+        let grid = Self::of(Archive::open(bytes, ArchiveKind::Grid)?)?;
         let n = u64::from(grid.head.width) * u64::from(grid.head.height);
         let lengths = [
             grid.class.len(),
@@ -114,6 +104,20 @@ impl<'a> Grid<'a> {
             return Err(ArchiveError::Index { what: "a layer" });
         }
         Ok(grid)
+    }
+
+    /// The sections of an archive; what is in them is not looked at.
+    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        Ok(Self {
+            archive,
+            head: archive.record(section::HEAD)?,
+            class: archive.section(section::CLASS)?,
+            planning: archive.section(section::PLANNING)?,
+            localization: archive.section(section::LOCALIZATION)?,
+            keepout: archive.section(section::KEEPOUT)?,
+            floor: archive.section(section::FLOOR)?,
+            space: archive.section(section::SPACE)?,
+        })
     }
 
     /// Where the grid lies.

@@ -1,6 +1,8 @@
 //! The `grids` archive: index of a set of grids that belong together.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionPlan, layout, seal, write_table};
+use crate::checked::ArchiveWriter;
+use crate::payload;
 use crate::robot::RobotProfile;
 use crate::site_records::BoxRecord;
 use bytemuck::{Pod, Zeroable};
@@ -182,12 +184,16 @@ impl<'a> Grids<'a> {
     /// # Errors
     /// Bytes that are no whole grids archive, or a robot with numbers that no robot has.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let archive = Archive::open(bytes, ArchiveKind::Grids)?;
-        let head: &GridsHead = archive.record(section::HEAD)?;
-        head.robot.check().map_err(ArchiveError::Robot)?;
+        let grids = Self::of(Archive::open(bytes, ArchiveKind::Grids)?)?;
+        grids.head.robot.check().map_err(ArchiveError::Robot)?;
+        Ok(grids)
+    }
+
+    /// The sections of an archive; what is in them is not looked at.
+    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             archive,
-            head,
+            head: archive.record(section::HEAD)?,
             slots: archive.section(section::SLOTS)?,
             robot_name: archive.strings(section::ROBOT_NAME)?,
             doors: archive.section(section::DOORS)?,
@@ -217,16 +223,30 @@ pub struct GridsBuilder<'a> {
 }
 
 impl GridsBuilder<'_> {
-    /// Bytes of the archive.
-    pub fn length(&self) -> usize {
+    /// Writes the archive into the heap.
+    pub fn finish(&self) -> ArchiveBuffer {
+        self.to_buffer()
+    }
+
+    fn plans(&self) -> [SectionPlan; 5] {
+        [
+            SectionPlan::of(section::HEAD, std::slice::from_ref(&self.head)),
+            SectionPlan::of(section::SLOTS, self.slots),
+            SectionPlan::of(section::ROBOT_NAME, self.robot_name.as_bytes()),
+            SectionPlan::of(section::DOORS, self.doors),
+            SectionPlan::of(section::REGIONS, self.regions),
+        ]
+    }
+}
+
+impl ArchiveWriter for GridsBuilder<'_> {
+    type Payload = payload::Grids;
+
+    fn length(&self) -> usize {
         layout(&self.plans()).1
     }
 
-    /// Writes the archive into memory of exactly [`Self::length`] bytes at a multiple of 64; returns its content hash.
-    ///
-    /// # Panics
-    /// If the memory has another length.
-    pub fn write(&self, out: &mut [u8]) -> u64 {
+    fn write(&self, out: &mut [u8]) -> u64 {
         let plans = self.plans();
         let (ranges, length) = layout(&plans);
         assert_eq!(out.len(), length, "the memory has the archive's length");
@@ -242,23 +262,6 @@ impl GridsBuilder<'_> {
             out[range.clone()].copy_from_slice(content);
         }
         seal(out, ArchiveKind::Grids, plans.len())
-    }
-
-    /// Writes the archive into the heap.
-    pub fn finish(&self) -> ArchiveBuffer {
-        let mut buffer = ArchiveBuffer::zeroed(self.length());
-        self.write(buffer.bytes_mut());
-        buffer
-    }
-
-    fn plans(&self) -> [SectionPlan; 5] {
-        [
-            SectionPlan::of(section::HEAD, std::slice::from_ref(&self.head)),
-            SectionPlan::of(section::SLOTS, self.slots),
-            SectionPlan::of(section::ROBOT_NAME, self.robot_name.as_bytes()),
-            SectionPlan::of(section::DOORS, self.doors),
-            SectionPlan::of(section::REGIONS, self.regions),
-        ]
     }
 }
 

@@ -24,12 +24,14 @@
 
 mod alignment;
 mod archive;
+mod checked;
 mod consistency;
 mod deviation_records;
 mod deviations;
 mod grid_archive;
 mod grids;
 mod nearest_names;
+pub mod payload;
 mod phase;
 mod plan;
 mod plan_records;
@@ -46,6 +48,7 @@ pub use alignment::{Alignment, AlignmentBuilder, AlignmentHead, Evidence, PoseRe
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, sections_len,
 };
+pub use checked::{ArchiveWriter, Checked, Payload};
 pub use consistency::OtherSite;
 pub use deviation_records::*;
 pub use deviations::{Deviations, DeviationsBuilder};
@@ -61,7 +64,7 @@ pub use plan_records::*;
 pub use robot::{Opens, RobotLimitError, RobotProfile};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_records::*;
-pub use site::{CheckedSite, Site};
+pub use site::Site;
 pub use site_builder::{SiteBuilder, TextPool};
 pub use site_records::*;
 pub use slam_map::{SlamMap, SlamMapHead};

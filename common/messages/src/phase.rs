@@ -1,6 +1,8 @@
 //! The `phase` archive: states of elements and spaces at a plan time.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
+use crate::checked::ArchiveWriter;
+use crate::payload;
 use crate::site_builder::TextPool;
 use crate::site_records::DiagnosticRecord;
 use bytemuck::{Pod, Zeroable};
@@ -270,17 +272,7 @@ impl<'a> Phase<'a> {
     /// # Errors
     /// Bytes that are no whole phase archive, or states that do not exist.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let archive = Archive::open(bytes, ArchiveKind::Phase)?;
-        let phase = Self {
-            archive,
-            strings: archive.strings(section::STRINGS)?,
-            head: archive.record(section::HEAD)?,
-            planned: archive.section(section::PLANNED)?,
-            effective: archive.section(section::EFFECTIVE)?,
-            spaces: archive.section(section::SPACES)?,
-            schedule: archive.section(section::SCHEDULE)?,
-            diagnostics: archive.section(section::DIAGNOSTICS)?,
-        };
+        let phase = Self::of(Archive::open(bytes, ArchiveKind::Phase)?)?;
         let states = phase.planned.iter().chain(phase.effective);
         let diagnostics = phase.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
         let texts = phase.spaces.iter().map(|s| s.why).chain(diagnostics);
@@ -297,6 +289,20 @@ impl<'a> Phase<'a> {
         } else {
             Err(ArchiveError::Index { what: "a state" })
         }
+    }
+
+    /// The sections of an archive; what is in them is not looked at.
+    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        Ok(Self {
+            archive,
+            strings: archive.strings(section::STRINGS)?,
+            head: archive.record(section::HEAD)?,
+            planned: archive.section(section::PLANNED)?,
+            effective: archive.section(section::EFFECTIVE)?,
+            spaces: archive.section(section::SPACES)?,
+            schedule: archive.section(section::SCHEDULE)?,
+            diagnostics: archive.section(section::DIAGNOSTICS)?,
+        })
     }
 
     /// Hash of the content.
@@ -400,6 +406,10 @@ impl PhaseBuilder {
 
     /// Writes the archive into the heap.
     pub fn finish(&self) -> ArchiveBuffer {
+        self.to_buffer()
+    }
+
+    fn sections(&self) -> SectionList<'_> {
         let mut list = SectionList::default();
         list.add(section::HEAD, std::slice::from_ref(&self.head));
         list.add(section::PLANNED, &self.planned);
@@ -408,9 +418,19 @@ impl PhaseBuilder {
         list.add(section::SCHEDULE, &self.schedule);
         list.add(section::DIAGNOSTICS, &self.diagnostics);
         list.add(section::STRINGS, self.texts.bytes());
-        let mut buffer = ArchiveBuffer::zeroed(list.len());
-        list.write(buffer.bytes_mut(), ArchiveKind::Phase);
-        buffer
+        list
+    }
+}
+
+impl ArchiveWriter for PhaseBuilder {
+    type Payload = payload::Phase;
+
+    fn length(&self) -> usize {
+        self.sections().length()
+    }
+
+    fn write(&self, out: &mut [u8]) -> u64 {
+        self.sections().write(out, ArchiveKind::Phase)
     }
 }
 

@@ -1,6 +1,8 @@
 //! The `plan` archive: waypoints, tours, the route graph.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList};
+use crate::checked::ArchiveWriter;
+use crate::payload;
 use crate::plan_records::*;
 use crate::site_builder::TextPool;
 use crate::site_records::DiagnosticRecord;
@@ -52,8 +54,15 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// Bytes that are no whole plan archive, or records that point outside.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let archive = Archive::open(bytes, ArchiveKind::Plan)?;
-        let plan = Self {
+        let plan = Self::of(Archive::open(bytes, ArchiveKind::Plan)?)?;
+        plan.check_waypoints()?;
+        plan.check_graph()?;
+        Ok(plan)
+    }
+
+    /// The sections of an archive; what is in them is not looked at.
+    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        Ok(Self {
             archive,
             strings: archive.strings(section::STRINGS)?,
             head: archive.record(section::HEAD)?,
@@ -66,10 +75,7 @@ impl<'a> Plan<'a> {
             points: archive.section(section::POINTS)?,
             diagnostics: archive.section(section::DIAGNOSTICS)?,
             floor_parts: archive.section(section::FLOOR_PARTS)?,
-        };
-        plan.check_waypoints()?;
-        plan.check_graph()?;
-        Ok(plan)
+        })
     }
 
     /// Hash of the content.
@@ -189,6 +195,10 @@ impl PlanBuilder {
 
     /// Writes the archive into the heap.
     pub fn finish(&self) -> ArchiveBuffer {
+        self.to_buffer()
+    }
+
+    fn sections(&self) -> SectionList<'_> {
         let mut list = SectionList::default();
         list.add(section::HEAD, std::slice::from_ref(&self.head));
         list.add(section::WAYPOINTS, &self.waypoints);
@@ -201,8 +211,18 @@ impl PlanBuilder {
         list.add(section::DIAGNOSTICS, &self.diagnostics);
         list.add(section::FLOOR_PARTS, &self.floor_parts);
         list.add(section::STRINGS, self.texts.bytes());
-        let mut buffer = ArchiveBuffer::zeroed(list.len());
-        list.write(buffer.bytes_mut(), ArchiveKind::Plan);
-        buffer
+        list
+    }
+}
+
+impl ArchiveWriter for PlanBuilder {
+    type Payload = payload::Plan;
+
+    fn length(&self) -> usize {
+        self.sections().length()
+    }
+
+    fn write(&self, out: &mut [u8]) -> u64 {
+        self.sections().write(out, ArchiveKind::Plan)
     }
 }

@@ -87,7 +87,7 @@ impl<'a> Site<'a> {
     }
 
     /// The sections of an archive; what is in them is not looked at.
-    fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             archive,
             strings: archive.strings(section::STRINGS)?,
@@ -375,37 +375,6 @@ impl<'a> Site<'a> {
 /// The farthest that a coordinate may be from the origin of the map, in tenths of a millimetre: 100 km, and differences of two
 /// do not overflow.
 pub(crate) const FARTHEST_TENTHS: u32 = 1_000_000_000;
-
-/// A site archive that was validated once, with the memory that it lies in; its views cost nothing.
-#[derive(Debug)]
-pub struct CheckedSite<B> {
-    bytes: B,
-}
-
-impl<B: AsRef<[u8]>> CheckedSite<B> {
-    /// Validates an archive. `bytes` must be the same ones each time it is asked.
-    ///
-    /// # Errors
-    /// As [`Site::open`].
-    pub fn new(bytes: B) -> Result<Self, ArchiveError> {
-        Site::open(bytes.as_ref())?;
-        Ok(Self { bytes })
-    }
-
-    /// The view.
-    ///
-    /// # Panics
-    /// If the memory does not hold what was validated.
-    pub fn view(&self) -> Site<'_> {
-        let archive = Archive::open_unhashed(self.bytes.as_ref(), ArchiveKind::Site);
-        archive.and_then(Site::of).expect("the archive was validated, and its memory stays as it is")
-    }
-
-    /// The memory.
-    pub fn bytes(&self) -> &B {
-        &self.bytes
-    }
-}
 
 impl BoxRecord {
     /// The rectangle.

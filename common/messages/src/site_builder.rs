@@ -1,6 +1,8 @@
 //! The writer of the `site` archive.
 
 use crate::archive::{ArchiveBuffer, ArchiveKind, SectionList, Text};
+use crate::checked::ArchiveWriter;
+use crate::payload;
 use crate::schedule_records::*;
 use crate::site_records::*;
 use geometry::MeshView;
@@ -78,26 +80,9 @@ impl SiteBuilder {
         })
     }
 
-    /// Bytes that the archive needs.
-    pub fn len(&self) -> usize {
-        self.sections().len()
-    }
-
-    /// True if nothing was added.
-    pub fn is_empty(&self) -> bool {
-        self.elements.is_empty() && self.spaces.is_empty()
-    }
-
-    /// Writes the archive into memory of exactly [`Self::len`] bytes at a multiple of 64.
-    pub fn write(&self, out: &mut [u8]) {
-        self.sections().write(out, ArchiveKind::Site);
-    }
-
     /// Writes the archive into the heap.
     pub fn finish(&self) -> ArchiveBuffer {
-        let mut buffer = ArchiveBuffer::zeroed(self.len());
-        self.write(buffer.bytes_mut());
-        buffer
+        self.to_buffer()
     }
 
     fn sections(&self) -> SectionList<'_> {
@@ -131,6 +116,18 @@ impl SiteBuilder {
         list.add(section::TASK_LINKS, &self.task_links);
         list.add(section::STRINGS, self.texts.bytes());
         list
+    }
+}
+
+impl ArchiveWriter for SiteBuilder {
+    type Payload = payload::Site;
+
+    fn length(&self) -> usize {
+        self.sections().length()
+    }
+
+    fn write(&self, out: &mut [u8]) -> u64 {
+        self.sections().write(out, ArchiveKind::Site)
     }
 }
 

@@ -56,15 +56,19 @@ impl<'a> SlamMap<'a> {
     /// # Errors
     /// Bytes that are no whole archive of a robot's map, a size that is not that of the cells, or a place that is none.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let archive = Archive::open(bytes, ArchiveKind::SlamMap)?;
-        let head: &SlamMapHead = archive.record(section::HEAD)?;
-        let occupancy: &[i8] = archive.section(section::OCCUPANCY)?;
-        let n_cells = u64::from(head.width) * u64::from(head.height);
-        if head.is_usable() && n_cells == occupancy.len() as u64 {
-            Ok(Self { archive, head, occupancy })
+        let map = Self::of(Archive::open(bytes, ArchiveKind::SlamMap)?)?;
+        let n_cells = u64::from(map.head.width) * u64::from(map.head.height);
+        if map.head.is_usable() && n_cells == map.occupancy.len() as u64 {
+            Ok(map)
         } else {
             Err(ArchiveError::Index { what: "the SLAM map" })
         }
+    }
+
+    /// The sections of an archive; what is in them is not looked at.
+    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        let (head, occupancy) = (archive.record(section::HEAD)?, archive.section(section::OCCUPANCY)?);
+        Ok(Self { archive, head, occupancy })
     }
 
     /// Hash of the content.
@@ -77,7 +81,7 @@ impl<'a> SlamMap<'a> {
         let mut list = SectionList::default();
         list.add(section::HEAD, std::slice::from_ref(head));
         list.add(section::OCCUPANCY, occupancy);
-        let mut buffer = ArchiveBuffer::zeroed(list.len());
+        let mut buffer = ArchiveBuffer::zeroed(list.length());
         list.write(buffer.bytes_mut(), ArchiveKind::SlamMap);
         buffer
     }

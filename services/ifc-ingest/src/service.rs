@@ -3,7 +3,7 @@
 use bus::{Bus, Origin, Publisher, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably};
 use ingest::{IngestOptions, SiteFrame, SourceFile, ingest};
-use messages::{ArchiveBuffer, CheckedSite, InputHashes, Stage};
+use messages::{ArchiveBuffer, Checked, InputHashes, Stage, payload};
 use serde::{Deserialize, Serialize};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ pub(crate) struct IngestService {
     allow_boxes: bool,
     /// What the files looked like when they were read, or tried, last.
     stamps: Vec<Option<FileStamp>>,
-    last: Option<(CheckedSite<ArchiveBuffer>, Origin)>,
+    last: Option<(Checked<payload::Site>, Origin)>,
     /// True from a change until it is published: what fails for want of room is tried again.
     is_pending: bool,
 }
@@ -106,7 +106,7 @@ impl IngestService {
             .map_err(|e| format!("{} cannot be written: {e}", self.cache.display()))?;
         self.state.save(&Loaded { models: models.clone(), stamps })?;
         self.models = models;
-        let site = CheckedSite::new(site)?;
+        let site = Checked::<payload::Site>::new(site)?;
         let frame_epoch = u64::from(site.view().head.frame_epoch);
         let origin = Origin { epoch: self.epochs.take()?, frame_epoch, inputs: InputHashes::default() };
         self.last = Some((site, origin));
@@ -142,15 +142,15 @@ impl IngestService {
 
 /// The site as it was when the daemon died; a cache that is damaged or of another version is not used, and everything is read
 /// anew.
-fn cached(path: &Path, stamps: &[Option<FileStamp>]) -> Option<CheckedSite<ArchiveBuffer>> {
+fn cached(path: &Path, stamps: &[Option<FileStamp>]) -> Option<Checked<payload::Site>> {
     if stamps.is_empty() {
         return None;
     }
-    let read = || -> Result<CheckedSite<ArchiveBuffer>, Failure> {
+    let read = || -> Result<Checked<payload::Site>, Failure> {
         let mut file = std::fs::File::open(path)?;
         let mut buffer = ArchiveBuffer::zeroed(usize::try_from(file.metadata()?.len())?);
         file.read_exact(buffer.bytes_mut())?;
-        Ok(CheckedSite::new(buffer)?)
+        Ok(Checked::new(buffer)?)
     };
     match read() {
         Ok(site) => Some(site),

@@ -2,7 +2,7 @@
 
 use bus::{Bus, GridSlot, Origin, PublishError, Publisher, Sample, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Robot, Service, SiteConfig, Stages, StateFile};
-use messages::{CheckedSite, InputHashes, Phase, RobotProfile, Stage};
+use messages::{Checked, InputHashes, Phase, RobotProfile, Stage, payload};
 use raster::Rasterizer;
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ pub struct RasterizeService {
     bus: Option<Bus>,
     index: Option<Publisher>,
     grids: Vec<Publisher>,
-    site: Option<(CheckedSite<Sample>, Rasterizer)>,
+    site: Option<(Checked<payload::Site, Sample>, Rasterizer)>,
     phase: Option<Sample>,
     /// Content hash of what was published of each storey; `None` for nothing.
     published: Vec<Option<u64>>,
@@ -58,7 +58,7 @@ impl RasterizeService {
 
     fn see_site(&mut self, sample: Sample) -> Result<Done, Failure> {
         self.stages.set(Stage::Reading);
-        let site = CheckedSite::new(sample)?;
+        let site = Checked::<payload::Site, _>::new(sample)?;
         let rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
         if rasterizer.n_storeys() > GridSlot::COUNT {
             let n = rasterizer.n_storeys();

@@ -8,7 +8,7 @@ use daemon::{
 use frames::PlanTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use messages::{ArchiveBuffer, CheckedSite, InputHashes, Phase, Site, Stage};
+use messages::{ArchiveBuffer, Checked, InputHashes, Phase, Site, Stage, payload};
 use schedule::{Edits, EvaluateError, Rules, Timeline, evaluate, parse_actuals};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ pub(crate) struct ScheduleService {
     stages: Stages,
     publisher: Option<Publisher>,
     /// What the schedule was evaluated from; kept to evaluate it again when rules or progress change.
-    site: Option<CheckedSite<bus::Sample>>,
+    site: Option<Checked<payload::Site, bus::Sample>>,
     evaluated: Option<Evaluated>,
     last: Option<Published>,
     /// True from a change until it is published: what fails for want of room is tried again.
@@ -177,11 +177,11 @@ impl ScheduleService {
     fn see_site(&mut self, sample: bus::Sample) -> Result<Done, Failure> {
         let hash = sample.header().content_hash;
         if self.evaluated.as_ref().is_some_and(|e| e.site_hash == hash) {
-            self.site = Some(CheckedSite::new(sample)?);
+            self.site = Some(Checked::new(sample)?);
             return self.tick();
         }
         self.stages.set(Stage::Reading);
-        let site = CheckedSite::new(sample)?;
+        let site = Checked::<payload::Site, _>::new(sample)?;
         let evaluated = evaluated(&site, &self.rules, &self.edits)?;
         let changes = evaluated.timeline.instants_s().len();
         info!(service = "schedule-eval", tasks = site.view().tasks.len(), changes, "schedule evaluated");
@@ -254,7 +254,11 @@ impl ScheduleService {
     }
 }
 
-fn evaluated(site: &CheckedSite<bus::Sample>, rules: &Rules, edits: &Edits) -> Result<Evaluated, EvaluateError> {
+fn evaluated(
+    site: &Checked<payload::Site, bus::Sample>,
+    rules: &Rules,
+    edits: &Edits,
+) -> Result<Evaluated, EvaluateError> {
     let frame_epoch = site.bytes().header().frame_epoch;
     let site: Site<'_> = site.view();
     let timeline = evaluate(&site, rules, edits)?;

@@ -15,7 +15,7 @@ use daemon::{
 };
 use deviations::Observed;
 use messages::{
-    ArchiveBuffer, CheckedSite, Deviations, Grids, InputHashes, Phase, PoseRecord, PoseState, Stage, Verdict,
+    ArchiveBuffer, Checked, Deviations, Grids, InputHashes, Phase, PoseRecord, PoseState, Stage, Verdict, payload,
 };
 use occupancy::MapFromSlam;
 use std::path::PathBuf;
@@ -42,7 +42,7 @@ pub(crate) struct AlignService {
     bus: Option<Bus>,
     alignment: Output,
     deviations: Output,
-    site: Option<CheckedSite<Sample>>,
+    site: Option<Checked<payload::Site, Sample>>,
     phase: Option<Sample>,
     index: Option<Sample>,
     map: Option<Arc<RobotMap>>,
@@ -113,7 +113,7 @@ impl AlignService {
             self.follower.forget();
             self.keep(|kept| kept.forget_pose())?;
         }
-        let site = CheckedSite::new(sample)?;
+        let site = Checked::<payload::Site, _>::new(sample)?;
         let n_storeys = site.view().map_storeys.len();
         if self.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
             self.follower.forget();

@@ -6,14 +6,14 @@ use alignment::{Alignment, Hint, PreparedMap, align_maps};
 use bus::Sample;
 use daemon::Failure;
 use deviations::{DeviationInput, deviations};
-use messages::{ArchiveBuffer, CheckedSite, Grids, Phase, PoseRecord, RobotProfile, Site};
+use messages::{ArchiveBuffer, Checked, Grids, Phase, PoseRecord, RobotProfile, Site, payload};
 use occupancy::MapFromSlam;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 /// Samples of one state of the site.
 pub(crate) struct Inputs {
-    pub(crate) site: CheckedSite<Sample>,
+    pub(crate) site: Checked<payload::Site, Sample>,
     pub(crate) phase: Sample,
     /// Of the grids: it names the robot.
     pub(crate) index: Sample,

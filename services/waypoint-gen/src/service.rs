@@ -2,7 +2,7 @@
 
 use bus::{Bus, GridSlot, Origin, Publisher, Sample, Subscriber, Topic};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile};
-use messages::{ArchiveBuffer, CheckedSite, Grid, Grids, InputHashes, Phase, Plan, Stage};
+use messages::{ArchiveBuffer, Checked, Grid, Grids, InputHashes, Phase, Plan, Stage, payload};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -21,7 +21,7 @@ pub(crate) struct WaypointService {
     stages: Stages,
     publisher: Option<Publisher>,
     slots: Vec<Subscriber>,
-    site: Option<CheckedSite<Sample>>,
+    site: Option<Checked<payload::Site, Sample>>,
     phase: Option<Sample>,
     index: Option<Sample>,
     grids: Vec<Option<Sample>>,
@@ -207,7 +207,7 @@ impl Service for WaypointService {
         match event {
             Event::Input(topic, sample) => {
                 match topic {
-                    Topic::Site => self.site = Some(CheckedSite::new(sample)?),
+                    Topic::Site => self.site = Some(Checked::new(sample)?),
                     Topic::Phase => self.phase = Some(sample),
                     _ => self.index = Some(sample),
                 }

@@ -24,7 +24,8 @@ use cut::StoreyCut;
 use geometry::Footprint;
 use grid::GridSpec;
 use messages::{
-    ArchiveBuffer, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord, RobotProfile, Site,
+    ArchiveBuffer, ArchiveWriter, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord,
+    RobotProfile, Site,
 };
 use rayon::prelude::*;
 

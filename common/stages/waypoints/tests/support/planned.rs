@@ -103,18 +103,20 @@ impl Planned {
         let nothing: Vec<&[(u32, Footprint)]> = vec![&[]; self.archives.grids.len()];
         let files = self.archives.with(options, |input| {
             let resolution_m = input.grids[0].spec().resolution_m();
-            export::files(&ExportInput {
-                site: input.site,
-                phase: input.phase,
-                index: input.index,
-                grids: input.grids,
-                plan: &plan,
-                footprints: &nothing,
-                resolution_m,
-                robot_footprint_m: &[],
-                with_geometry: false,
-                world: None,
-            })
+            export::files(
+                &ExportInput {
+                    site: input.site,
+                    phase: input.phase,
+                    index: input.index,
+                    grids: input.grids,
+                    plan: &plan,
+                    footprints: &nothing,
+                    resolution_m,
+                    robot_footprint_m: &[],
+                    with_geometry: false,
+                },
+                Vec::new(),
+            )
         });
         let picture = files.iter().find(|f| f.path.ends_with("waypoints.png")).unwrap();
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));

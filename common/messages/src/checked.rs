@@ -1,0 +1,145 @@
+//! Archives that were validated once, and archives to be, each with its kind as a type.
+
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind};
+use crate::payload;
+use crate::{Alignment, Deviations, Grid, Grids, Phase, Plan, Site, SlamMap};
+use std::fmt;
+use std::marker::PhantomData;
+
+/// A kind of archive.
+pub trait Payload: 'static {
+    /// Its number in the preamble.
+    const KIND: ArchiveKind;
+
+    /// How its bytes are read in place.
+    type View<'a>: Copy;
+
+    /// Validates and views an archive.
+    ///
+    /// # Errors
+    /// Bytes that are no whole archive of this kind.
+    fn open(bytes: &[u8]) -> Result<Self::View<'_>, ArchiveError>;
+
+    /// Views an archive whose hash and records were validated before; sections are looked up, nothing else is.
+    ///
+    /// # Errors
+    /// Bytes that are no archive of this kind.
+    fn view(bytes: &[u8]) -> Result<Self::View<'_>, ArchiveError>;
+}
+
+macro_rules! payloads {
+    ($($name:ident)*) => {$(
+        impl Payload for payload::$name {
+            const KIND: ArchiveKind = ArchiveKind::$name;
+            type View<'a> = $name<'a>;
+
+            fn open(bytes: &[u8]) -> Result<$name<'_>, ArchiveError> {
+                $name::open(bytes)
+            }
+
+            fn view(bytes: &[u8]) -> Result<$name<'_>, ArchiveError> {
+                $name::of(Archive::open_unhashed(bytes, ArchiveKind::$name)?)
+            }
+        }
+    )*};
+}
+payloads!(Site Phase Grid Grids Plan SlamMap Alignment Deviations);
+
+/// An archive that was validated once, with the memory that it lies in: viewed as often as needed, never hashed again.
+///
+/// `B` must return the same bytes each time it is asked.
+pub struct Checked<P, B = ArchiveBuffer> {
+    bytes: B,
+    payload: PhantomData<fn() -> P>,
+}
+
+impl<P: Payload, B: AsRef<[u8]>> Checked<P, B> {
+    /// Validates an archive.
+    ///
+    /// # Errors
+    /// Bytes that are no whole archive of this kind.
+    pub fn new(bytes: B) -> Result<Self, ArchiveError> {
+        P::open(bytes.as_ref())?;
+        Ok(Self { bytes, payload: PhantomData })
+    }
+
+    /// The view. It looks the sections up, which takes about a microsecond.
+    ///
+    /// # Panics
+    /// If the memory does not hold what was validated.
+    pub fn view(&self) -> P::View<'_> {
+        P::view(self.bytes.as_ref()).expect("the archive was validated, and its memory stays as it is")
+    }
+
+    /// The memory.
+    pub fn bytes(&self) -> &B {
+        &self.bytes
+    }
+
+    /// Hash of the content.
+    pub fn content_hash(&self) -> u64 {
+        crate::archive::content_hash_of(self.bytes.as_ref())
+    }
+
+    /// The memory, given up.
+    pub fn into_bytes(self) -> B {
+        self.bytes
+    }
+}
+
+impl<P: Payload, B> fmt::Debug for Checked<P, B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Checked").field("kind", &P::KIND).finish_non_exhaustive()
+    }
+}
+
+/// An archive to be, written where it will lie: in the heap, or in shared memory.
+pub trait ArchiveWriter {
+    /// The kind of archive that it writes.
+    type Payload: Payload;
+
+    /// Bytes of the archive.
+    fn length(&self) -> usize;
+
+    /// Writes every byte of the archive into memory of exactly [`Self::length`] bytes at a multiple of 64; its content hash.
+    ///
+    /// # Panics
+    /// If the memory has another length.
+    fn write(&self, out: &mut [u8]) -> u64;
+
+    /// Writes the archive into the heap.
+    fn to_buffer(&self) -> ArchiveBuffer {
+        let mut buffer = ArchiveBuffer::zeroed(self.length());
+        self.write(buffer.bytes_mut());
+        buffer
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PhaseBuilder;
+
+    #[test]
+    fn a_checked_archive_is_viewed_again_without_its_hash() {
+        let builder = PhaseBuilder::everything_built(7, 2, 1);
+        let checked = Checked::<payload::Phase>::new(builder.to_buffer()).unwrap();
+        let whole = Phase::open(checked.bytes().bytes()).unwrap();
+        assert_eq!((checked.view().n_elements(), checked.content_hash()), (2, whole.content_hash()));
+        let mut damaged = builder.to_buffer();
+        let last = damaged.bytes().len() - 1;
+        damaged.bytes_mut()[last] ^= 1;
+        assert!(Checked::<payload::Phase>::new(damaged).is_err());
+        assert!(Checked::<payload::Plan>::new(builder.to_buffer()).is_err(), "a phase is no plan");
+    }
+
+    #[test]
+    fn a_writer_writes_every_byte_and_returns_the_hash() {
+        let builder = PhaseBuilder::everything_built(7, 2, 1);
+        let mut memory = ArchiveBuffer::zeroed(builder.length());
+        memory.bytes_mut().fill(0xAA);
+        let hash = builder.write(memory.bytes_mut());
+        assert_eq!(memory.bytes(), builder.to_buffer().bytes());
+        assert_eq!(Phase::open(memory.bytes()).unwrap().content_hash(), hash);
+    }
+}

@@ -1,0 +1,26 @@
+//! The kinds of archives as types: what a topic carries, what a writer makes.
+
+/// `site`: geometry, spaces, doors, schedule.
+#[derive(Debug)]
+pub enum Site {}
+/// `phase`: states of elements and spaces at a plan time.
+#[derive(Debug)]
+pub enum Phase {}
+/// `grid`: layers of one map storey.
+#[derive(Debug)]
+pub enum Grid {}
+/// `grids`: the index of a set of grids.
+#[derive(Debug)]
+pub enum Grids {}
+/// `plan`: waypoints, tour, route graph.
+#[derive(Debug)]
+pub enum Plan {}
+/// `slam-map`: a robot's occupancy map.
+#[derive(Debug)]
+pub enum SlamMap {}
+/// `alignment`: the pose of a robot's map.
+#[derive(Debug)]
+pub enum Alignment {}
+/// `deviations`: what differs between model and robot's map.
+#[derive(Debug)]
+pub enum Deviations {}
