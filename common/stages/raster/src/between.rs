@@ -1,8 +1,8 @@
 //! What stands in the way through a door, measured on footprints: whatever the resolution of the map.
 
-use crate::cut::StoreyCut;
-use crate::floor::cells_beside;
-use crate::near::Look;
+use crate::model::cell_area::cells_beside;
+use crate::model::presence::Look;
+use crate::model::storey_slice::StoreyCut;
 use frames::TENTHS_PER_M;
 use geometry::{Footprint, OrientedBox};
 use grid::Class;

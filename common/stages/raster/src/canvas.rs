@@ -6,12 +6,14 @@
 //! After one pass through all phases nothing is allocated any more, except on storeys whose floor is what obstacles enclose.
 
 use crate::between::Standing;
-use crate::cut::{self, StoreyCut};
-use crate::doors::DoorLayers;
+use crate::doors::{DoorLayers, door_passage};
 use crate::facts::{self, BLOCKED, DOOR, FLOOR, GROUND, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
 use crate::floor::{FloorPlans, enclosed_floor, outline, put, sides_with_floor};
-use crate::gaps;
-use crate::near::Look;
+use crate::model::cell_area::slab_above_floor;
+use crate::model::door::DoorAt;
+use crate::model::gap;
+use crate::model::presence::Look;
+use crate::model::storey_slice::StoreyCut;
 use crate::window::{Keepout, Localization, Margins, SIDE};
 use grid::{CellRect, Class, GridSpec, Growth, join_rects};
 use messages::{
@@ -99,7 +101,7 @@ impl Canvas {
             height,
             map_storey: storey.map_storey,
             floor_z_tenths: record.floor_z_tenths,
-            slab_tenths: cut::slab_above_floor(robot),
+            slab_tenths: slab_above_floor(robot),
             floor: record.floor,
             frame_epoch: site.head.frame_epoch,
             reserved: 0,
@@ -116,7 +118,7 @@ impl Canvas {
         }
         let mut floor_plans = FloorPlans::default();
         let mut all = Vec::new();
-        storey.near.iter().filter_map(|n| n.floor_place).for_each(|place| put(&mut all, place, true));
+        storey.dependents.iter().filter_map(|n| n.floor_place).for_each(|place| put(&mut all, place, true));
         let complete = floor_plans.of(site, robot, storey, &all);
         let facts: Vec<u8> =
             outline(storey, complete).cells.iter().map(|&inside| if inside { OUTLINE } else { 0 }).collect();
@@ -204,37 +206,37 @@ impl Canvas {
     fn look(&mut self, scene: Scene<'_>, phase: &Phase<'_>) -> bool {
         let storey = scene.storey;
         let is_first = self.seen.looks.is_empty();
-        let (n_near, n_spaces) = (storey.near.len(), storey.spaces.len());
+        let (n_dependents, n_spaces) = (storey.dependents.len(), storey.spaces.len());
         // Nothing that is drawn looks like this.
         let Seen { looks, finished } = &mut self.seen;
-        looks.resize(n_near + n_spaces + 1, u8::MAX);
+        looks.resize(n_dependents + n_spaces + 1, u8::MAX);
         let difference = &mut self.difference;
         difference.clear();
         let mut differs = is_first;
-        for (near, seen) in storey.near.iter().zip(&mut *looks) {
-            let look = Look::of(phase.effective(near.element as usize));
+        for (dependent, seen) in storey.dependents.iter().zip(&mut *looks) {
+            let look = Look::of(phase.effective(dependent.element as usize));
             let before = std::mem::replace(seen, look as u8);
-            let overhead = near.overhead.filter(|_| look == Look::WorkedOn || before == Look::WorkedOn as u8);
+            let overhead = dependent.overhead.filter(|_| look == Look::WorkedOn || before == Look::WorkedOn as u8);
             let work = overhead.and_then(|place| storey.overhead_rect(scene.site, place));
             if look == Look::WorkedOn {
-                difference.worked_on.extend(near.overhead);
+                difference.worked_on.extend(dependent.overhead);
                 difference.working.extend(work);
             }
             if before == look as u8 {
                 continue;
             }
             differs = true;
-            difference.cells.extend(near.cells);
+            difference.cells.extend(dependent.cells);
             if (before == Look::WorkedOn as u8) != (look == Look::WorkedOn) {
                 difference.work.extend(work);
             }
-            if let Some(place) = near.floor_place {
+            if let Some(place) = dependent.floor_place {
                 put(finished, place, look == Look::Built);
-                difference.ground.extend(near.floor);
+                difference.ground.extend(dependent.floor);
                 difference.floor_differs = true;
             }
         }
-        for (space, seen) in storey.spaces.iter().zip(&mut looks[n_near..]) {
+        for (space, seen) in storey.spaces.iter().zip(&mut looks[n_dependents..]) {
             let blocked = u8::from(phase.is_blocked(space.space as usize));
             if std::mem::replace(seen, blocked) != blocked {
                 differs = true;
@@ -242,7 +244,7 @@ impl Canvas {
             }
         }
         let dated = u8::from(phase.head.plan_time().is_some());
-        if std::mem::replace(&mut looks[n_near + n_spaces], dated) != dated {
+        if std::mem::replace(&mut looks[n_dependents + n_spaces], dated) != dated {
             // Without a plan time a storey without floor is not all unknown.
             differs = true;
         }
@@ -323,7 +325,7 @@ impl Canvas {
             let cells = rect.clip(&passage.runs, width);
             cells.for_each(|cells| facts[cells].iter_mut().for_each(|f| *f |= FLOOR));
         }
-        let is_hung = |door: &Option<crate::doors::DoorAt>| door.as_ref().is_none_or(|d| d.is_hung(phase));
+        let is_hung = |door: &Option<DoorAt>| door.as_ref().is_none_or(|d| d.is_hung(phase));
         for obstacle in storey.obstacles.iter().filter(|o| meets(o.rect)) {
             let look = Look::of(phase.effective(obstacle.element as usize));
             // A door stands with the wall that it hangs in.
@@ -401,7 +403,7 @@ impl Canvas {
             work.iter().chain(&*working).any(|work| work.meets(&around))
         };
         each(margins.work_reach(), &is_near_work, &mut |window| keepout.work(growth, margins, window));
-        let gap_cells = gaps::most_cells(scene.storey.spec.cell_tenths);
+        let gap_cells = gap::most_cells(scene.storey.spec.cell_tenths);
         let mut localization = Localization { facts, layer: seen, whole, gap_cells };
         each(localization.reach(), &|_| true, &mut |window| localization.draw(growth, window));
     }
@@ -421,7 +423,7 @@ impl Canvas {
                 continue;
             }
             let look = Look::of(phase.effective(element as usize));
-            let record = door.passage(phase, robot, storey, look, layers, standing);
+            let record = door_passage(door, phase, robot, storey, look, layers, standing);
             match doors.get_mut(place) {
                 Some(door) => *door = record,
                 None => doors.push(record),

@@ -1,17 +1,20 @@
 //! Everything of a storey that does not depend on the date: runs of cells per element, space and passage.
 
-use crate::RasterizeError;
-use crate::doors::DoorAt;
+use crate::doors::door_at;
+use crate::error::RasterizeError;
 use crate::gaps;
-use crate::near::{Near, near};
+use crate::model::cell_area::{cells_around, cells_beside, slab_above_floor, to_tenths};
+use crate::model::storey_slice::{
+    ElementRuns, FloorPiece, LEAST_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreyCut, next_floor_z,
+};
+use crate::near::dependents;
 use frames::TENTHS_PER_M;
-use geometry::{Bounds, Footprint, MultiPolygon, OrientedBox, Ring, Slab, floor_faces, footprint};
+use geometry::{Bounds, Footprint, MultiPolygon, Ring, Slab, floor_faces, footprint};
 use grid::{CellRect, Class, GridSpec, Run, covered_cells, overlapped_cells};
 use messages::{
     ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
 };
 use rayon::prelude::*;
-use std::sync::OnceLock;
 
 /// Unknown cells around everything: a planner can see that the map ends.
 const MARGIN: i32 = TENTHS_PER_M;
@@ -19,183 +22,60 @@ const MARGIN: i32 = TENTHS_PER_M;
 /// How far above the floor the sill of a passage may lie: a door's threshold.
 const MAX_SILL: i32 = TENTHS_PER_M / 10;
 
-/// An element that stands in a storey's slab.
-#[derive(Debug)]
-pub(crate) struct ElementRuns {
-    pub(crate) element: u32,
-    pub(crate) class: Class,
-    pub(crate) runs: Vec<Run>,
-    /// Around the runs.
-    pub(crate) rect: Option<CellRect>,
-    pub(crate) door: Option<DoorAt>,
-}
-
-/// Upward faces of an element within a step of the floor.
-#[derive(Debug)]
-pub(crate) struct FloorPiece {
-    pub(crate) element: u32,
-    pub(crate) rings: Vec<Ring>,
-    /// Cells that they can reach.
-    pub(crate) rect: Option<CellRect>,
-}
-
-/// A space on the storey.
-#[derive(Debug)]
-pub(crate) struct SpaceRuns {
-    pub(crate) space: u32,
-    pub(crate) polygon: MultiPolygon,
-    pub(crate) runs: Vec<Run>,
-    /// Around the runs.
-    pub(crate) rect: Option<CellRect>,
-}
-
-/// An opening through a wall at the height of the floor.
-#[derive(Debug)]
-pub(crate) struct Passage {
-    pub(crate) host: u32,
-    pub(crate) plan: OrientedBox,
-    pub(crate) runs: Vec<Run>,
-    /// Around the runs.
-    pub(crate) rect: Option<CellRect>,
-    /// Cells in which floor is looked for.
-    pub(crate) around: Option<CellRect>,
-}
-
-/// A map storey, cut.
-#[derive(Debug)]
-pub(crate) struct StoreyCut {
-    pub(crate) map_storey: u32,
-    pub(crate) spec: GridSpec,
-    pub(crate) floor_z: i32,
-    pub(crate) floor_kind: FloorKind,
-    pub(crate) footprints: Vec<(u32, Footprint)>,
-    /// From the class that is drawn first to that which is drawn over all others.
-    pub(crate) obstacles: Vec<ElementRuns>,
-    /// Sections of lasting elements at the lidar's height.
-    pub(crate) lidar: Vec<ElementRuns>,
-    pub(crate) floor: Vec<FloorPiece>,
-    /// Upward faces in the slab: floor of another level, in the robot's way.
-    pub(crate) floor_above: Vec<FloorPiece>,
-    /// From the largest to the smallest: where spaces overlap the smaller wins.
-    pub(crate) spaces: Vec<SpaceRuns>,
-    pub(crate) passages: Vec<Passage>,
-    /// Cells of the floor that is assumed from spaces; none on a storey of another kind.
-    pub(crate) assumed_floor: Vec<Run>,
-    /// Elements between this floor and the next.
-    pub(crate) overhead: Vec<Overhead>,
-    /// Elements whose state can change the storey's grid, and where.
-    pub(crate) near: Vec<Near>,
-}
-
-/// An element between this floor and the next, in plan: where nobody must be while it is worked on.
-#[derive(Debug)]
-pub(crate) struct Overhead {
-    pub(crate) element: u32,
-    /// Its cells and the rectangle around them, made when it is worked on for the first time.
-    cells: OnceLock<(Vec<Run>, Option<CellRect>)>,
-}
-
 /// Floor in the robot's way that is steeper than this is part of a ramp or of a roof, and no other level.
 const LEVEL_SLOPE_RAD: f64 = 0.01;
 
-/// The next floor is at least this high above: what is nearer is another level of the same storey.
-const LEAST_STOREY_HEIGHT: i32 = 2 * TENTHS_PER_M;
-
-/// Bottom and top of the slab above the floor, in tenths of a millimetre.
-pub(crate) fn slab_above_floor(robot: &RobotProfile) -> [i32; 2] {
-    robot.slab_m().map(to_tenths)
-}
-
-/// A robot's measure in tenths of a millimetre.
-pub(crate) fn to_tenths(metres: f64) -> i32 {
-    frames::tenths(metres).unwrap_or(i32::MAX / 4)
-}
-
-impl StoreyCut {
-    pub(crate) fn new(
-        site: &Site<'_>,
-        robot: &RobotProfile,
-        resolution_m: f64,
-        map_storey: usize,
-    ) -> Result<Self, RasterizeError> {
-        let record = &site.map_storeys[map_storey];
-        let spec = spec_of(site, record, resolution_m)?;
-        let floor_z = record.floor_z_tenths;
-        let [lo, hi] = slab_above_floor(robot).map(|h| floor_z + h);
-        let step = to_tenths(robot.step_height_m);
-        let footprints = cut_elements(site, Slab { lo, hi }, |_| true);
-        let lidar_z = floor_z + to_tenths(robot.lidar_height_m);
-        let lidar = cut_elements(site, Slab { lo: lidar_z, hi: lidar_z + 2 }, is_lasting);
-        let runs_of = |cuts: &[(u32, Footprint)]| -> Vec<ElementRuns> {
-            cuts.par_iter().map(|c| element_runs(site, robot, &spec, map_storey, c)).collect()
-        };
-        let mut obstacles = runs_of(&footprints);
-        // Elements of one class do not differ in a cell; a stable order keeps doors by element.
-        obstacles.sort_by_key(|o| o.class.draw_priority());
-        let mut storey = Self {
-            map_storey: map_storey as u32,
-            spec,
-            floor_z,
-            floor_kind: FloorKind::from_id(record.floor).unwrap_or(FloorKind::Built),
-            obstacles,
-            lidar: runs_of(&lidar),
-            footprints,
-            floor: floor_pieces(site, &spec, [floor_z - step, floor_z + step], robot.max_slope_rad),
-            floor_above: floor_pieces(site, &spec, [lo + 1, hi], LEVEL_SLOPE_RAD),
-            spaces: spaces_of(site, &spec, map_storey),
-            passages: passages_of(site, &spec, floor_z, hi),
-            assumed_floor: Vec::new(),
-            overhead: overhead(site, floor_z),
-            near: Vec::new(),
-        };
-        if storey.floor_kind == FloorKind::AssumedFromSpaces {
-            storey.assumed_floor = assumed_floor(site, &storey);
-        }
-        let heights =
-            Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT) };
-        storey.near = near(site, &storey, heights);
-        Ok(storey)
+/// Cuts the elements of a map storey to its slab.
+pub(crate) fn slice_storey(
+    site: &Site<'_>,
+    robot: &RobotProfile,
+    resolution_m: f64,
+    map_storey: usize,
+) -> Result<StoreyCut, RasterizeError> {
+    let record = &site.map_storeys[map_storey];
+    let spec = spec_of(site, record, resolution_m)?;
+    let floor_z = record.floor_z_tenths;
+    let [lo, hi] = slab_above_floor(robot).map(|h| floor_z + h);
+    let step = to_tenths(robot.step_height_m);
+    let footprints = cut_elements(site, Slab { lo, hi }, |_| true);
+    let lidar_z = floor_z + to_tenths(robot.lidar_height_m);
+    let lidar = cut_elements(site, Slab { lo: lidar_z, hi: lidar_z + 2 }, is_lasting);
+    let runs_of = |cuts: &[(u32, Footprint)]| -> Vec<ElementRuns> {
+        cuts.par_iter().map(|c| element_runs(site, robot, &spec, map_storey, c)).collect()
+    };
+    let mut obstacles = runs_of(&footprints);
+    // Elements of one class do not differ in a cell; a stable order keeps doors by element.
+    obstacles.sort_by_key(|o| o.class.draw_priority());
+    let mut storey = StoreyCut {
+        map_storey: map_storey as u32,
+        spec,
+        floor_z,
+        floor_kind: FloorKind::from_id(record.floor).unwrap_or(FloorKind::Built),
+        obstacles,
+        lidar: runs_of(&lidar),
+        footprints,
+        floor: floor_pieces(site, &spec, [floor_z - step, floor_z + step], robot.max_slope_rad),
+        floor_above: floor_pieces(site, &spec, [lo + 1, hi], LEVEL_SLOPE_RAD),
+        spaces: spaces_of(site, &spec, map_storey),
+        passages: passages_of(site, &spec, floor_z, hi),
+        assumed_floor: Vec::new(),
+        overhead: overhead(site, floor_z),
+        dependents: Vec::new(),
+    };
+    if storey.floor_kind == FloorKind::AssumedFromSpaces {
+        storey.assumed_floor = assumed_floor(site, &storey);
     }
-
-    /// All cells.
-    pub(crate) fn whole(&self) -> CellRect {
-        CellRect::whole(self.spec.width, self.spec.height)
-    }
-
-    /// The plan of an element between this floor and the next, by its place in [`Self::overhead`].
-    pub(crate) fn overhead_runs(&self, site: &Site<'_>, place: u32) -> &[Run] {
-        &self.overhead_cells(site, place).0
-    }
-
-    /// The rectangle around it.
-    pub(crate) fn overhead_rect(&self, site: &Site<'_>, place: u32) -> Option<CellRect> {
-        self.overhead_cells(site, place).1
-    }
-
-    fn overhead_cells(&self, site: &Site<'_>, place: u32) -> &(Vec<Run>, Option<CellRect>) {
-        let overhead = &self.overhead[place as usize];
-        overhead.cells.get_or_init(|| {
-            let slab = Slab { lo: self.floor_z, hi: next_floor_z(site, self.floor_z) };
-            let plan = footprint(site.element_meshes(&site.elements[overhead.element as usize]), slab);
-            let runs = overlapped_cells(&plan.area, &plan.lines, &self.spec);
-            let rect = CellRect::around(&runs);
-            (runs, rect)
-        })
-    }
-}
-
-/// Height of the floor above, or of everything.
-fn next_floor_z(site: &Site<'_>, floor_z: i32) -> i32 {
-    let above = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z >= floor_z + LEAST_STOREY_HEIGHT);
-    let top = site.elements.iter().filter(|e| e.n_parts > 0).map(|e| e.max_tenths[2]).max();
-    above.min().or(top).unwrap_or(floor_z).max(floor_z + LEAST_STOREY_HEIGHT)
+    let heights =
+        Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT) };
+    storey.dependents = dependents(site, &storey, heights);
+    Ok(storey)
 }
 
 fn overhead(site: &Site<'_>, floor_z: i32) -> Vec<Overhead> {
     let slab = Slab { lo: floor_z, hi: next_floor_z(site, floor_z) };
     let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
     let elements = site.elements.iter().zip(0..).filter(|(e, _)| reaches(e));
-    elements.map(|(_, element)| Overhead { element, cells: OnceLock::new() }).collect()
+    elements.map(|(_, element)| Overhead::new(element)).collect()
 }
 
 fn spec_of(site: &Site<'_>, record: &MapStoreyRecord, resolution_m: f64) -> Result<GridSpec, RasterizeError> {
@@ -248,7 +128,7 @@ fn element_runs(
 ) -> ElementRuns {
     let record = &site.elements[*element as usize];
     let runs = overlapped_cells(&footprint.area, &footprint.lines, spec);
-    let door = DoorAt::new(site, robot, (spec, map_storey), record.door, &runs);
+    let door = door_at(site, robot, (spec, map_storey), record.door, &runs);
     ElementRuns { element: *element, class: record.class(), rect: CellRect::around(&runs), runs, door }
 }
 
@@ -264,22 +144,6 @@ fn floor_pieces(site: &Site<'_>, spec: &GridSpec, heights: [i32; 2], max_slope_r
         FloorPiece { element: k as u32, rings, rect }
     });
     pieces.filter(|p| !p.rings.is_empty()).collect()
-}
-
-/// The cells around points, in tenths of a millimetre, and everything within `reach` of them; `None` outside the grid.
-pub(crate) fn cells_around(points: impl Iterator<Item = [f64; 2]>, reach: f64, spec: &GridSpec) -> Option<CellRect> {
-    let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for point in points {
-        for k in 0..2 {
-            (min[k], max[k]) = (min[k].min(point[k] - reach), max[k].max(point[k] + reach));
-        }
-    }
-    // One cell more on all sides: faces on a border touch both.
-    let cell = |k: usize, c: f64| (c / f64::from(spec.cell_tenths)).floor() - f64::from(spec.first_cell[k]);
-    let size = [spec.width, spec.height].map(f64::from);
-    let low = [0, 1].map(|k| (cell(k, min[k]) - 1.0).clamp(0.0, size[k]) as u32);
-    let high = [0, 1].map(|k| (cell(k, max[k]) + 2.0).clamp(0.0, size[k]) as u32);
-    (low[0] < high[0] && low[1] < high[1]).then_some(CellRect { min: low, max: high })
 }
 
 fn spaces_of(site: &Site<'_>, spec: &GridSpec, map_storey: usize) -> Vec<SpaceRuns> {
@@ -307,7 +171,7 @@ fn passages_of(site: &Site<'_>, spec: &GridSpec, floor_z: i32, top: i32) -> Vec<
         let plan = o.plan.to_box();
         let area = geometry::union(&[plan.ring()], geometry::FillRule::NonZero);
         let runs = overlapped_cells(&area, &[], spec);
-        let around = crate::floor::cells_beside(&plan, spec);
+        let around = cells_beside(&plan, spec);
         Passage { host: o.host, plan, rect: CellRect::around(&runs), runs, around }
     };
     site.openings.iter().filter(is_passage).map(passage).collect()

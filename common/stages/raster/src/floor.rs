@@ -1,19 +1,17 @@
 //! Which cells have floor under them.
 
-use crate::cut::{FloorPiece, StoreyCut, cells_around, to_tenths};
-use crate::gaps::CRACK;
+use crate::model::cell_area::{BESIDE_PASSAGE_M, reach_beside};
+use crate::model::gap::CRACK;
+use crate::model::storey_slice::{FloorPiece, StoreyCut};
 use crate::regions::at_other_levels;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union};
-use grid::{CellRect, Class, GridSpec, Mask, Run, covered_cells, enclosed, fill_holes};
+use grid::{Class, GridSpec, Mask, Run, covered_cells, enclosed, fill_holes};
 use messages::{FloorKind, RegionRecord, RobotProfile, Site};
 use std::collections::HashMap;
 
 /// Obstacles with gaps up to this width enclose an interior.
 const ENCLOSING_GAP_M: f64 = 2.0;
-
-/// How far from a passage floor is looked for.
-const BESIDE_PASSAGE_M: f64 = 0.3;
 
 /// Bytes of runs that are kept of a storey before all are made anew.
 const MAX_KEPT_BYTES: usize = 32 << 20;
@@ -73,7 +71,7 @@ impl FloorPlans {
 }
 
 fn floor_plan(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut, finished: &[u64]) -> FloorPlan {
-    let places = storey.near.iter().filter_map(|n| Some((n.element, n.floor_place?)));
+    let places = storey.dependents.iter().filter_map(|n| Some((n.element, n.floor_place?)));
     let is_finished: Vec<u32> = places.filter(|(_, place)| is_in(finished, *place)).map(|(e, _)| e).collect();
     let built = plan_of(&storey.floor, |piece| is_finished.binary_search(&piece.element).is_ok());
     // Where another level lies in the way of the robot nobody stands on this one.
@@ -136,19 +134,4 @@ pub(crate) fn sides_with_floor(plan: &OrientedBox, spec: &GridSpec, floor: impl 
         2 * along.iter().filter(|u| beside(**u)).count() > along.len()
     };
     u32::from(side(-1.0)) + u32::from(side(1.0))
-}
-
-/// How far from a passage floor is looked for, in tenths of a millimetre.
-fn reach_beside(spec: &GridSpec) -> f64 {
-    f64::from(to_tenths(BESIDE_PASSAGE_M).max(2 * spec.cell_tenths))
-}
-
-/// The cells that [`sides_with_floor`] may look at, and those of the passage itself.
-pub(crate) fn cells_beside(plan: &OrientedBox, spec: &GridSpec) -> Option<CellRect> {
-    let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]];
-    cells_around(
-        corners.into_iter().map(|[u, v]| plan.at(u * plan.half[0], v * plan.half[1])),
-        reach_beside(spec),
-        spec,
-    )
 }

@@ -1,21 +1,8 @@
-//! Narrow gaps between floor and what stands beside it: how wide they are in cells, and what they add to a floor that is
-//! assumed from spaces.
+//! The floor that is assumed from spaces, with the narrow gaps between them and walls.
 
+use crate::model::gap::{CRACK, NARROW};
 use geometry::{FillRule, Footprint, MultiPolygon, Point, Ring, close_gaps, difference, intersection};
 use geometry::{offset, ring_area_doubled, union, union_of};
-
-/// Gaps narrower than this, in tenths of a millimetre, are modelling: an outline that ends before the wall, the joint of a
-/// slab. Wider ones are real.
-const NARROW: i32 = 2_000;
-
-/// Cracks between floor faces narrower than this, in tenths of a millimetre, are no drop-offs.
-pub(crate) const CRACK: i32 = 20;
-
-/// The most cells in a row that a narrow gap can show as, on a raster where floor counts only in cells that it covers whole.
-pub(crate) fn most_cells(cell_tenths: i32) -> u32 {
-    // The floor ends in the first of them, so that the gap is wider than all the others.
-    NARROW.unsigned_abs().div_ceil(cell_tenths.unsigned_abs())
-}
 
 /// The floor of a storey that is assumed from its spaces: the spaces and the narrow gaps between them, to walls, under doors
 /// and before passages, less what reaches the storey from below.
@@ -57,11 +44,6 @@ pub(crate) fn solid_plan(footprint: &Footprint) -> MultiPolygon {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    #[test]
-    fn a_narrow_gap_is_as_wide_in_metres_at_every_resolution() {
-        assert_eq!([100, 200, 300, 500, 1_000, 2_000, 2_500].map(most_cells), [20, 10, 7, 4, 2, 1, 1]);
-    }
 
     fn rectangle([x, y, width, depth]: [i32; 4]) -> Ring {
         vec![[x, y], [x + width, y], [x + width, y + depth], [x, y + depth]]

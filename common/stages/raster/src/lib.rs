@@ -12,7 +12,7 @@ mod error;
 mod facts;
 mod floor;
 mod gaps;
-mod leaves;
+mod model;
 mod near;
 mod regions;
 mod window;
@@ -20,13 +20,14 @@ mod window;
 pub use error::{RasterizeError, check_not_blank};
 
 use canvas::{Canvas, Scene};
-use cut::StoreyCut;
+use cut::slice_storey;
 use geometry::Footprint;
 use grid::GridSpec;
 use messages::{
     ArchiveBuffer, ArchiveWriter, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord,
     RobotProfile, Site,
 };
+use model::storey_slice::StoreyCut;
 use rayon::prelude::*;
 
 /// What a site looks like to a robot at a resolution: before any date is known, and as it was drawn last.
@@ -78,7 +79,7 @@ impl Rasterizer {
         }
         let storeys = (0..site.map_storeys.len())
             .into_par_iter()
-            .map(|k| StoreyCut::new(site, robot, resolution_m, k))
+            .map(|k| slice_storey(site, robot, resolution_m, k))
             .collect::<Result<_, _>>()?;
         Ok(Self { robot: *robot, storeys, canvases: Vec::new(), index: Index::default() })
     }

@@ -1,55 +1,15 @@
 //! Which elements a storey's grid depends on, and what of it each of them can change.
 
-use crate::cut::StoreyCut;
-use crate::regions;
+use crate::model::other_levels::candidates;
+use crate::model::storey_slice::{Dependent, StoreyCut};
 use geometry::Slab;
 use grid::CellRect;
-use messages::{ElementState, NONE, Site};
-
-/// What of an element's state can be seen on a map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub(crate) enum Look {
-    /// Not there yet, or no longer.
-    Absent,
-    /// Being built or removed: an obstacle, no floor, and nobody must be below it.
-    WorkedOn,
-    /// Finished.
-    Built,
-}
-
-impl Look {
-    pub(crate) fn of(state: ElementState) -> Self {
-        match state {
-            ElementState::NotStarted | ElementState::Removed => Self::Absent,
-            ElementState::InProgress | ElementState::BeingRemoved => Self::WorkedOn,
-            ElementState::Built => Self::Built,
-        }
-    }
-
-    pub(crate) fn is_obstacle(self) -> bool {
-        self != Self::Absent
-    }
-}
-
-/// An element whose state can change a storey's grid.
-#[derive(Debug, Clone)]
-pub(crate) struct Near {
-    pub(crate) element: u32,
-    /// Cells of the element itself, of the doors that hang in it or beside it, and of the passages through it.
-    pub(crate) cells: Option<CellRect>,
-    /// Its place among the elements that make floor, on this level or on another.
-    pub(crate) floor_place: Option<u32>,
-    /// Cells of its floor on this level, or on one in the robot's way.
-    pub(crate) floor: Option<CellRect>,
-    /// Its place in [`StoreyCut::overhead`].
-    pub(crate) overhead: Option<u32>,
-}
+use messages::{NONE, Site};
 
 /// Elements that reach between these heights, or are drawn on the storey all the same: rather too many than too few. By
 /// element.
-pub(crate) fn near(site: &Site<'_>, storey: &StoreyCut, heights: Slab) -> Vec<Near> {
-    let mut list = List { places: vec![NONE; site.elements.len()], near: Vec::new() };
+pub(crate) fn dependents(site: &Site<'_>, storey: &StoreyCut, heights: Slab) -> Vec<Dependent> {
+    let mut list = List { places: vec![NONE; site.elements.len()], dependents: Vec::new() };
     for (element, record) in (0..).zip(site.elements) {
         if record.n_parts > 0 && heights.meets(record.min_tenths[2], record.max_tenths[2]) {
             list.of(element);
@@ -76,30 +36,30 @@ pub(crate) fn near(site: &Site<'_>, storey: &StoreyCut, heights: Slab) -> Vec<Ne
         add(&mut list.of(piece.element).floor, piece.rect);
     }
     let mut floors: Vec<u32> = pieces().map(|piece| piece.element).collect();
-    floors.extend(regions::candidates(site, storey.floor_z));
+    floors.extend(candidates(site, storey.floor_z));
     floors.sort_unstable();
     floors.dedup();
     for (place, element) in (0..).zip(floors) {
         list.of(element).floor_place = Some(place);
     }
-    list.near.sort_by_key(|n| n.element);
-    list.near
+    list.dependents.sort_by_key(|n| n.element);
+    list.dependents
 }
 
 struct List {
-    /// Place of each element of the site in `near`.
+    /// Place of each element of the site in `dependents`.
     places: Vec<u32>,
-    near: Vec<Near>,
+    dependents: Vec<Dependent>,
 }
 
 impl List {
-    fn of(&mut self, element: u32) -> &mut Near {
+    fn of(&mut self, element: u32) -> &mut Dependent {
         let place = &mut self.places[element as usize];
         if *place == NONE {
-            *place = self.near.len() as u32;
-            self.near.push(Near { element, cells: None, floor_place: None, floor: None, overhead: None });
+            *place = self.dependents.len() as u32;
+            self.dependents.push(Dependent { element, cells: None, floor_place: None, floor: None, overhead: None });
         }
-        &mut self.near[*place as usize]
+        &mut self.dependents[*place as usize]
     }
 }
 

@@ -1,22 +1,14 @@
 //! Floor at another level than the storey's.
 
-use crate::cut::{StoreyCut, to_tenths};
+use crate::model::cell_area::to_tenths;
+use crate::model::other_levels::{REACH, candidates};
+use crate::model::storey_slice::StoreyCut;
 use frames::TENTHS_PER_M;
 use geometry::{FillRule, MultiPolygon, Ring, difference, union, upward_triangles};
-use messages::{ElementRecord, RegionRecord, RobotProfile, Site, element_flags};
-
-/// Faces within this height of the floor are a region of the storey.
-const REACH: i32 = TENTHS_PER_M;
+use messages::{RegionRecord, RobotProfile, Site};
 
 /// Smaller regions are rims and joints.
 const LEAST_AREA_M2: f64 = 0.1;
-
-/// Elements with floor that may lie at another level of a storey.
-pub(crate) fn candidates(site: &Site<'_>, floor_z: i32) -> impl Iterator<Item = u32> {
-    let is_near = move |e: &ElementRecord| e.min_tenths[2] <= floor_z + REACH && floor_z - REACH <= e.max_tenths[2];
-    let elements = (0..).zip(site.elements);
-    elements.filter(move |(_, e)| e.has(element_flags::FLOOR) && is_near(e)).map(|(element, _)| element)
-}
 
 /// The regions of finished floor that lie within a metre of the storey's floor, but not within a step. `finished` are the
 /// elements whose floor is finished, sorted; `floor` is what they make of this level.

@@ -1,7 +1,6 @@
-//! Leaves that count together: doors of one opening that a robot can have open at the same time.
+//! Leaves of one door opening that a robot can have open at the same time.
 
-use crate::doors::Way;
-use crate::near::Look;
+use super::presence::Look;
 use frames::TENTHS_PER_M;
 use geometry::OrientedBox;
 use messages::{ClearWidth, DoorRecord, NONE, Phase, RobotProfile, Site};
@@ -58,6 +57,15 @@ impl Leaf {
             Look::Absent => true,
         }
     }
+}
+
+/// The way through a door at a phase.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Way {
+    /// Passages of the leaves that count together.
+    pub(crate) plan: OrientedBox,
+    /// Their clear width.
+    pub(crate) clear_width_m: f64,
 }
 
 /// The leaves of the opening that a door hangs in, in the order in which they follow each other, and the door's place among

@@ -1,0 +1,143 @@
+//! The date-independent model of a storey: runs of cells per element, space and passage.
+
+use super::door::DoorAt;
+use frames::TENTHS_PER_M;
+use geometry::{Footprint, MultiPolygon, OrientedBox, Ring, Slab, footprint};
+use grid::{CellRect, Class, GridSpec, Run, overlapped_cells};
+use messages::{FloorKind, Site};
+use std::sync::OnceLock;
+
+/// An element that stands in a storey's slab.
+#[derive(Debug)]
+pub(crate) struct ElementRuns {
+    pub(crate) element: u32,
+    pub(crate) class: Class,
+    pub(crate) runs: Vec<Run>,
+    /// Around the runs.
+    pub(crate) rect: Option<CellRect>,
+    pub(crate) door: Option<DoorAt>,
+}
+
+/// Upward faces of an element within a step of the floor.
+#[derive(Debug)]
+pub(crate) struct FloorPiece {
+    pub(crate) element: u32,
+    pub(crate) rings: Vec<Ring>,
+    /// Cells that they can reach.
+    pub(crate) rect: Option<CellRect>,
+}
+
+/// A space on the storey.
+#[derive(Debug)]
+pub(crate) struct SpaceRuns {
+    pub(crate) space: u32,
+    pub(crate) polygon: MultiPolygon,
+    pub(crate) runs: Vec<Run>,
+    /// Around the runs.
+    pub(crate) rect: Option<CellRect>,
+}
+
+/// An opening through a wall at the height of the floor.
+#[derive(Debug)]
+pub(crate) struct Passage {
+    pub(crate) host: u32,
+    pub(crate) plan: OrientedBox,
+    pub(crate) runs: Vec<Run>,
+    /// Around the runs.
+    pub(crate) rect: Option<CellRect>,
+    /// Cells in which floor is looked for.
+    pub(crate) around: Option<CellRect>,
+}
+
+/// A map storey, cut.
+#[derive(Debug)]
+pub(crate) struct StoreyCut {
+    pub(crate) map_storey: u32,
+    pub(crate) spec: GridSpec,
+    pub(crate) floor_z: i32,
+    pub(crate) floor_kind: FloorKind,
+    pub(crate) footprints: Vec<(u32, Footprint)>,
+    /// From the class that is drawn first to that which is drawn over all others.
+    pub(crate) obstacles: Vec<ElementRuns>,
+    /// Sections of lasting elements at the lidar's height.
+    pub(crate) lidar: Vec<ElementRuns>,
+    pub(crate) floor: Vec<FloorPiece>,
+    /// Upward faces in the slab: floor of another level, in the robot's way.
+    pub(crate) floor_above: Vec<FloorPiece>,
+    /// From the largest to the smallest: where spaces overlap the smaller wins.
+    pub(crate) spaces: Vec<SpaceRuns>,
+    pub(crate) passages: Vec<Passage>,
+    /// Cells of the floor that is assumed from spaces; none on a storey of another kind.
+    pub(crate) assumed_floor: Vec<Run>,
+    /// Elements between this floor and the next.
+    pub(crate) overhead: Vec<Overhead>,
+    /// Elements whose state can change the storey's grid, and where.
+    pub(crate) dependents: Vec<Dependent>,
+}
+
+/// An element between this floor and the next, in plan: where nobody must be while it is worked on.
+#[derive(Debug)]
+pub(crate) struct Overhead {
+    pub(crate) element: u32,
+    /// Its cells and the rectangle around them, made when it is worked on for the first time.
+    cells: OnceLock<(Vec<Run>, Option<CellRect>)>,
+}
+
+impl Overhead {
+    /// An element whose cells are not known yet.
+    pub(crate) fn new(element: u32) -> Self {
+        Self { element, cells: OnceLock::new() }
+    }
+}
+
+/// An element whose state can change a storey's grid.
+#[derive(Debug, Clone)]
+pub(crate) struct Dependent {
+    pub(crate) element: u32,
+    /// Cells of the element itself, of the doors that hang in it or beside it, and of the passages through it.
+    pub(crate) cells: Option<CellRect>,
+    /// Its place among the elements that make floor, on this level or on another.
+    pub(crate) floor_place: Option<u32>,
+    /// Cells of its floor on this level, or on one in the robot's way.
+    pub(crate) floor: Option<CellRect>,
+    /// Its place in [`StoreyCut::overhead`].
+    pub(crate) overhead: Option<u32>,
+}
+
+/// The next floor is at least this high above: what is nearer is another level of the same storey.
+pub(crate) const LEAST_STOREY_HEIGHT: i32 = 2 * TENTHS_PER_M;
+
+impl StoreyCut {
+    /// All cells.
+    pub(crate) fn whole(&self) -> CellRect {
+        CellRect::whole(self.spec.width, self.spec.height)
+    }
+
+    /// The plan of an element between this floor and the next, by its place in [`Self::overhead`].
+    pub(crate) fn overhead_runs(&self, site: &Site<'_>, place: u32) -> &[Run] {
+        &self.overhead_cells(site, place).0
+    }
+
+    /// The rectangle around it.
+    pub(crate) fn overhead_rect(&self, site: &Site<'_>, place: u32) -> Option<CellRect> {
+        self.overhead_cells(site, place).1
+    }
+
+    fn overhead_cells(&self, site: &Site<'_>, place: u32) -> &(Vec<Run>, Option<CellRect>) {
+        let overhead = &self.overhead[place as usize];
+        overhead.cells.get_or_init(|| {
+            let slab = Slab { lo: self.floor_z, hi: next_floor_z(site, self.floor_z) };
+            let plan = footprint(site.element_meshes(&site.elements[overhead.element as usize]), slab);
+            let runs = overlapped_cells(&plan.area, &plan.lines, &self.spec);
+            let rect = CellRect::around(&runs);
+            (runs, rect)
+        })
+    }
+}
+
+/// Height of the floor above, or of everything.
+pub(crate) fn next_floor_z(site: &Site<'_>, floor_z: i32) -> i32 {
+    let above = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z >= floor_z + LEAST_STOREY_HEIGHT);
+    let top = site.elements.iter().filter(|e| e.n_parts > 0).map(|e| e.max_tenths[2]).max();
+    above.min().or(top).unwrap_or(floor_z).max(floor_z + LEAST_STOREY_HEIGHT)
+}
