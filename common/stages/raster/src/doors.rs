@@ -2,35 +2,18 @@
 
 use crate::between::{Between, Standing, between_obstacles};
 use crate::floor::sides_with_floor;
-use crate::model::cell_area::cells_beside;
 use crate::model::door::{DoorAt, is_wide_enough};
-use crate::model::door_leaves::{leaves_of, union_of_passages, way_through};
+use crate::model::door_leaves::way_through;
 use crate::model::presence::Look;
 use crate::model::storey_slice::StoreyCut;
 use frames::{Map, Point2, TENTHS_PER_M};
-use geometry::{FillRule, OrientedBox, union};
-use grid::{Class, GridSpec, Run, overlapped_cells};
-use messages::{BoxRecord, DoorPassage, DoorPassageRecord, NONE, Phase, RobotProfile, Site};
-
-/// A door without an opening whose box is deeper than this, in tenths of a millimetre, is drawn with an open leaf.
-const MAX_DEPTH: f64 = 0.5 * TENTHS_PER_M as f64;
+use geometry::OrientedBox;
+use grid::{Class, GridSpec};
+use messages::{BoxRecord, DoorPassage, DoorPassageRecord, NONE, Phase, RobotProfile};
 
 /// Cells that obstacles at both sides of a way may take beyond themselves, with the samples that its width is measured by:
 /// where the way runs along the raster, and at an angle to it.
 const CELLS_LOST: [f64; 2] = [2.2, 3.1];
-
-/// What two lists of sorted runs have in common, sorted.
-fn in_both(a: &[Run], b: &[Run]) -> Vec<Run> {
-    let (mut i, mut k, mut found) = (0, 0, Vec::new());
-    while let (Some(x), Some(y)) = (a.get(i), b.get(k)) {
-        let (start, end) = (x.start.max(y.start), x.end.min(y.end));
-        if x.row == y.row && start < end {
-            found.push(Run { row: x.row, start, end });
-        }
-        if (x.row, x.end) <= (y.row, y.end) { i += 1 } else { k += 1 }
-    }
-    found
-}
 
 /// Why the cells of a way that is wide enough are too narrow for the robot.
 fn add_reason_of_cells(record: &mut DoorPassageRecord, between: Between, robot: &RobotProfile) {
@@ -82,30 +65,6 @@ fn free_width_m(plan: &OrientedBox, spec: &GridSpec, class: &[u8]) -> f64 {
     };
     let n_lines = (plan.half[1] / cell).ceil().max(1.0) as i32;
     (-n_lines..=n_lines).map(|k| widest(plan.half[1] * f64::from(k) / f64::from(n_lines))).fold(f64::INFINITY, f64::min)
-}
-
-/// The door of the site with this number, whose body takes these cells of a map storey; `None` for [`NONE`].
-pub(crate) fn door_at(
-    site: &Site<'_>,
-    robot: &RobotProfile,
-    (spec, map_storey): (&GridSpec, usize),
-    door: u32,
-    body: &[Run],
-) -> Option<DoorAt> {
-    let record = site.doors.get(door as usize)?;
-    let (leaves, place) = leaves_of(site, robot, door)?;
-    let plan = record.passage.to_box();
-    let opening = site.openings.get(record.opening as usize);
-    let is_passage = opening.is_some_and(|o| o.plan.half[0] > 0.0) || 2.0 * plan.half[1] <= MAX_DEPTH;
-    let passage = if is_passage { union(&[plan.ring()], FillRule::NonZero) } else { Default::default() };
-    Some(DoorAt {
-        door,
-        around: cells_beside(&union_of_passages(&leaves), spec),
-        passage_runs: in_both(&overlapped_cells(&passage, &[], spec), body),
-        stands_here: record.map_storey == map_storey as u32,
-        leaves,
-        place,
-    })
 }
 
 /// What a robot finds there on a map of these layers, if the door's element looks like this.

@@ -5,22 +5,20 @@
 //! before is kept, and only what looks different is drawn again.
 
 mod between;
+mod build;
 mod canvas;
-mod cut;
 mod doors;
 mod error;
 mod facts;
 mod floor;
-mod gaps;
 mod model;
-mod near;
 mod regions;
 mod window;
 
 pub use error::{RasterizeError, check_not_blank};
 
+use build::slicing::slice_storey;
 use canvas::{Canvas, Scene};
-use cut::slice_storey;
 use geometry::Footprint;
 use grid::GridSpec;
 use messages::{

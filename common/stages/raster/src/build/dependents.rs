@@ -1,4 +1,4 @@
-//! Which elements a storey's grid depends on, and what of it each of them can change.
+//! Elements that a storey's grid depends on, and the cells that each can change.
 
 use crate::model::other_levels::candidates;
 use crate::model::storey_slice::{Dependent, StoreyCut};

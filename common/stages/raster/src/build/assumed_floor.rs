@@ -1,14 +1,48 @@
-//! The floor that is assumed from spaces, with the narrow gaps between them and walls.
+//! The floor of a storey that is assumed from its spaces, with the narrow gaps between them and walls.
 
 use crate::model::gap::{CRACK, NARROW};
-use geometry::{FillRule, Footprint, MultiPolygon, Point, Ring, close_gaps, difference, intersection};
+use crate::model::storey_slice::StoreyCut;
+use frames::TENTHS_PER_M;
+use geometry::{FillRule, Footprint, MultiPolygon, Point, Ring, Slab, close_gaps, difference, footprint, intersection};
 use geometry::{offset, ring_area_doubled, union, union_of};
+use grid::{Class, Run, covered_cells};
+use messages::{Site, element_flags, space_flags};
+
+/// The cells of a floor that is assumed from the storey's spaces. What stands or not does not change it.
+pub(crate) fn assumed_floor_cells(site: &Site<'_>, storey: &StoreyCut) -> Vec<Run> {
+    let bounds_rooms =
+        |class: Class| matches!(class, Class::Wall | Class::Column | Class::CurtainWall | Class::Window | Class::Door);
+    let elements = storey.footprints.iter().filter(|(e, _)| bounds_rooms(site.elements[*e as usize].class()));
+    let passages = storey.passages.iter().map(|p| union(&[p.plan.ring()], FillRule::NonZero));
+    let beside: Vec<MultiPolygon> = elements.map(|(_, f)| solid_plan(f)).chain(passages).collect();
+    let spaces = union_of(storey.spaces.iter().map(|s| &s.polygon));
+    let floor = assumed_floor(&spaces, &union_of(&beside), &from_below(site, storey.floor_z));
+    covered_cells(&floor, &storey.spec)
+}
+
+/// What is no floor although a space covers it: stairs, ramps, lifts and shafts from the storey below.
+fn from_below(site: &Site<'_>, floor_z: i32) -> MultiPolygon {
+    let half_metre = TENTHS_PER_M / 2;
+    let reaches = |bottom: i32, top: i32| bottom < floor_z - half_metre && floor_z - half_metre < top;
+    let stairs = site
+        .elements
+        .iter()
+        .filter(|e| e.has(element_flags::VERTICAL) && e.n_parts > 0 && reaches(e.min_tenths[2], e.max_tenths[2]))
+        .map(|e| footprint(site.element_meshes(e), Slab { lo: e.min_tenths[2], hi: e.max_tenths[2] }).area);
+    let shafts = site
+        .spaces
+        .iter()
+        .filter(|s| !s.has(space_flags::METADATA_ONLY) && reaches(s.floor_z_tenths, s.floor_z_tenths + s.height_tenths))
+        .filter(|s| s.floor_z_tenths + s.height_tenths > floor_z + half_metre)
+        .map(|s| site.floor_polygon(s));
+    union_of(&stairs.chain(shafts).collect::<Vec<_>>())
+}
 
 /// The floor of a storey that is assumed from its spaces: the spaces and the narrow gaps between them, to walls, under doors
 /// and before passages, less what reaches the storey from below.
 ///
 /// `beside` are walls and what stands in them; they are no floor themselves unless the spaces on both sides are so close.
-pub(crate) fn assumed_floor(spaces: &MultiPolygon, beside: &MultiPolygon, from_below: &MultiPolygon) -> MultiPolygon {
+fn assumed_floor(spaces: &MultiPolygon, beside: &MultiPolygon, from_below: &MultiPolygon) -> MultiPolygon {
     let spaces = difference(spaces, from_below);
     // Grown edges that only just touch would close a gap that is not narrower.
     let close = |region: &MultiPolygon| close_gaps(region, NARROW - 3);
@@ -25,7 +59,7 @@ pub(crate) fn assumed_floor(spaces: &MultiPolygon, beside: &MultiPolygon, from_b
 }
 
 /// The plan of something, its surfaces without thickness as thin as can be.
-pub(crate) fn solid_plan(footprint: &Footprint) -> MultiPolygon {
+fn solid_plan(footprint: &Footprint) -> MultiPolygon {
     let thin = |[a, b]: &[Point; 2]| -> Ring {
         let is_flat = (b[0] - a[0]).abs() >= (b[1] - a[1]).abs();
         let off = if is_flat { [0, 1] } else { [1, 0] };

@@ -1,16 +1,16 @@
-//! Everything of a storey that does not depend on the date: runs of cells per element, space and passage.
+//! Slices elements to the slab of a storey: the model of a storey from site, robot and resolution.
 
-use crate::doors::door_at;
+use super::assumed_floor::assumed_floor_cells;
+use super::dependents::dependents;
+use super::door::door_at;
 use crate::error::RasterizeError;
-use crate::gaps;
 use crate::model::cell_area::{cells_around, cells_beside, slab_above_floor, to_tenths};
 use crate::model::storey_slice::{
     ElementRuns, FloorPiece, LEAST_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreyCut, next_floor_z,
 };
-use crate::near::dependents;
 use frames::TENTHS_PER_M;
-use geometry::{Bounds, Footprint, MultiPolygon, Ring, Slab, floor_faces, footprint};
-use grid::{CellRect, Class, GridSpec, Run, covered_cells, overlapped_cells};
+use geometry::{Bounds, Footprint, Ring, Slab, floor_faces, footprint};
+use grid::{CellRect, Class, GridSpec, overlapped_cells};
 use messages::{
     ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
 };
@@ -63,7 +63,7 @@ pub(crate) fn slice_storey(
         dependents: Vec::new(),
     };
     if storey.floor_kind == FloorKind::AssumedFromSpaces {
-        storey.assumed_floor = assumed_floor(site, &storey);
+        storey.assumed_floor = assumed_floor_cells(site, &storey);
     }
     let heights =
         Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT) };
@@ -175,34 +175,4 @@ fn passages_of(site: &Site<'_>, spec: &GridSpec, floor_z: i32, top: i32) -> Vec<
         Passage { host: o.host, plan, rect: CellRect::around(&runs), runs, around }
     };
     site.openings.iter().filter(is_passage).map(passage).collect()
-}
-
-/// The cells of a floor that is assumed from the storey's spaces. What stands or not does not change it.
-fn assumed_floor(site: &Site<'_>, storey: &StoreyCut) -> Vec<Run> {
-    let bounds_rooms =
-        |class: Class| matches!(class, Class::Wall | Class::Column | Class::CurtainWall | Class::Window | Class::Door);
-    let elements = storey.footprints.iter().filter(|(e, _)| bounds_rooms(site.elements[*e as usize].class()));
-    let passages = storey.passages.iter().map(|p| geometry::union(&[p.plan.ring()], geometry::FillRule::NonZero));
-    let beside: Vec<MultiPolygon> = elements.map(|(_, f)| gaps::solid_plan(f)).chain(passages).collect();
-    let spaces = geometry::union_of(storey.spaces.iter().map(|s| &s.polygon));
-    let floor = gaps::assumed_floor(&spaces, &geometry::union_of(&beside), &from_below(site, storey.floor_z));
-    covered_cells(&floor, &storey.spec)
-}
-
-/// What is no floor although a space covers it: stairs, ramps, lifts and shafts from the storey below.
-fn from_below(site: &Site<'_>, floor_z: i32) -> MultiPolygon {
-    let half_metre = TENTHS_PER_M / 2;
-    let reaches = |bottom: i32, top: i32| bottom < floor_z - half_metre && floor_z - half_metre < top;
-    let stairs = site
-        .elements
-        .iter()
-        .filter(|e| e.has(element_flags::VERTICAL) && e.n_parts > 0 && reaches(e.min_tenths[2], e.max_tenths[2]))
-        .map(|e| footprint(site.element_meshes(e), Slab { lo: e.min_tenths[2], hi: e.max_tenths[2] }).area);
-    let shafts = site
-        .spaces
-        .iter()
-        .filter(|s| !s.has(space_flags::METADATA_ONLY) && reaches(s.floor_z_tenths, s.floor_z_tenths + s.height_tenths))
-        .filter(|s| s.floor_z_tenths + s.height_tenths > floor_z + half_metre)
-        .map(|s| site.floor_polygon(s));
-    geometry::union_of(&stairs.chain(shafts).collect::<Vec<_>>())
 }

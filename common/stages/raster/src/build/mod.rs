@@ -1,0 +1,6 @@
+//! Builds the model of a storey, once per site, robot and resolution.
+
+pub(crate) mod assumed_floor;
+pub(crate) mod dependents;
+pub(crate) mod door;
+pub(crate) mod slicing;
