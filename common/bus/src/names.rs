@@ -35,6 +35,10 @@ impl Daemon {
         Self::Groundplan,
     ];
 
+    /// Daemons that `groundplan up` starts and starts again, and without which there are no maps.
+    pub const SUPERVISED: [Self; 5] =
+        [Self::IfcIngest, Self::ScheduleEval, Self::Rasterize, Self::WaypointGen, Self::SlamAlign];
+
     /// Its name, as of its process.
     pub fn name(self) -> &'static str {
         match self {

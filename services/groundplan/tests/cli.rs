@@ -1,6 +1,9 @@
-//! The manual is a golden text; UPDATE_GOLDEN=1 rewrites it.
+//! What the program prints and returns. The help of each command is a golden file; UPDATE_GOLDEN=1 rewrites them.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
+use clap::CommandFactory;
+use groundplan::cli::Cli;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
@@ -8,51 +11,36 @@ fn groundplan(arguments: &[&str]) -> std::process::Output {
     Command::new(env!("CARGO_BIN_EXE_groundplan")).args(arguments).output().unwrap()
 }
 
-#[test]
-fn the_manuals_are_what_they_were() {
-    for command in ["convert", "states", "changes", "tasks"] {
-        let text = String::from_utf8(groundplan(&[command, "--help"]).stdout).unwrap();
-        let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/{command}-help.txt"));
-        if std::env::var_os("UPDATE_GOLDEN").is_some() {
-            std::fs::write(&golden, &text).unwrap();
-        }
-        assert_eq!(text, std::fs::read_to_string(&golden).unwrap(), "UPDATE_GOLDEN=1 rewrites {}", golden.display());
-    }
+/// The words that call each command, hidden ones too; none for the program itself.
+fn every_command(words: &[String], command: &clap::Command) -> Vec<Vec<String>> {
+    let nested = command.get_subcommands().flat_map(|command| {
+        let words: Vec<String> = words.iter().cloned().chain([command.get_name().to_owned()]).collect();
+        every_command(&words, command)
+    });
+    std::iter::once(words.to_vec()).chain(nested).collect()
 }
 
-/// Commands for running daemons, one after the other in one text.
 #[test]
-fn the_manuals_of_the_daemons_are_what_they_were() {
-    let commands = [
-        "up",
-        "down",
-        "status",
-        "load",
-        "date",
-        "actuals",
-        "robot",
-        "monitor",
-        "topic",
-        "topic list",
-        "topic echo",
-        "topic hz",
-        "export",
-        "doctor",
-        "completions",
-        "man",
-    ];
-    let help = |command: &str| {
-        let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
-        format!("== {command}\n{}\n", String::from_utf8(groundplan(&words).stdout).unwrap())
+fn the_help_of_every_command_is_its_golden_file_and_there_is_no_other() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/help");
+    let help = |words: Vec<String>| {
+        let name = if words.is_empty() { "groundplan".to_owned() } else { words.join("_") };
+        let arguments: Vec<&str> = words.iter().map(String::as_str).chain(["--help"]).collect();
+        (format!("{name}.txt"), String::from_utf8(groundplan(&arguments).stdout).unwrap())
     };
-    let text: String = std::iter::once(String::from_utf8(groundplan(&["--help"]).stdout).unwrap() + "\n")
-        .chain(commands.map(help))
-        .collect();
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/daemons-help.txt");
+    let printed: BTreeMap<String, String> = every_command(&[], &Cli::command()).into_iter().map(help).collect();
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        std::fs::write(&golden, &text).unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
+        std::fs::create_dir(&folder).unwrap();
+        printed.iter().for_each(|(name, text)| std::fs::write(folder.join(name), text).unwrap());
     }
-    assert_eq!(text, std::fs::read_to_string(&golden).unwrap_or_default(), "UPDATE_GOLDEN=1 rewrites it");
+    let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let golden: BTreeMap<String, String> =
+        files.map(|name| (name.clone(), std::fs::read_to_string(folder.join(name)).unwrap())).collect();
+    assert_eq!(golden.keys().collect::<Vec<_>>(), printed.keys().collect::<Vec<_>>(), "UPDATE_GOLDEN=1 rewrites them");
+    for (name, text) in &printed {
+        assert_eq!(text, &golden[name], "UPDATE_GOLDEN=1 rewrites {name}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What this machine lacks. Facts are gathered first; what they mean is a function of them.
 
-use super::up::{DAEMONS, executable, running, version_of};
+use super::up::{executable, running, version_of};
 use crate::cli::DoctorArgs;
 use crate::failure::Failure;
 use bus::{Bus, Daemon};
@@ -143,7 +143,7 @@ fn files(limit: Option<u64>) -> Check {
 fn executables() -> Check {
     const WHAT: &str = "executables";
     let own = env!("CARGO_PKG_VERSION");
-    for name in DAEMONS {
+    for name in Daemon::SUPERVISED.map(Daemon::name) {
         let version = executable(name).and_then(|path| version_of(&path));
         match version {
             Ok(version) if version == own => {}

@@ -13,10 +13,6 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-/// Daemons without which there is no map.
-const NEEDED: [Daemon; 5] =
-    [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen, Daemon::SlamAlign];
-
 #[derive(Debug, Serialize)]
 struct Status {
     /// True if every daemon lives without an error, and there are grids and a plan.
@@ -100,7 +96,7 @@ pub fn status(arguments: &StatusArgs) -> Result<(String, bool), Failure> {
     });
     let alignment = alignment.as_ref().and_then(|sample| Brief::of(sample.header().epoch, sample.bytes()));
     let daemons: BTreeMap<&'static str, DaemonStatus> =
-        NEEDED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
+        Daemon::SUPERVISED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
     let healthy = grids.is_some() && plan.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());
     let status = Status { healthy, daemons, grids, plan, alignment };
     let text =

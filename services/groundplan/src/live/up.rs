@@ -2,6 +2,7 @@
 
 use crate::cli::{SiteArgs, UpArgs};
 use crate::failure::Failure;
+use bus::Daemon;
 use daemon::StopSignal;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use std::path::{Path, PathBuf};
@@ -18,8 +19,6 @@ const LONGEST_BACK_OFF: Duration = Duration::from_secs(10);
 const RECOVERED: Duration = Duration::from_secs(10);
 /// Daemons that do not leave by themselves within this time are killed.
 const PATIENCE: Duration = Duration::from_secs(3);
-
-pub(super) const DAEMONS: [&str; 5] = ["ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen", "slam-align"];
 
 /// A process that is kept alive.
 struct Kept {
@@ -42,7 +41,7 @@ pub fn up(arguments: &UpArgs) -> Result<String, Failure> {
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
     let _running = Running::claim(&config.state)?;
     let mut keeper = Kept::new("groundplan");
-    let mut daemons = DAEMONS.map(Kept::new);
+    let mut daemons = Daemon::SUPERVISED.map(|daemon| Kept::new(daemon.name()));
     while !stop.is_raised_within(LOOK) {
         keeper.keep(&path)?;
         for daemon in &mut daemons {
@@ -142,7 +141,7 @@ pub(super) fn version_of(path: &Path) -> Result<String, Failure> {
 
 fn check_versions() -> Result<(), Failure> {
     let own = env!("CARGO_PKG_VERSION");
-    for name in DAEMONS {
+    for name in Daemon::SUPERVISED.map(Daemon::name) {
         let path = executable(name)?;
         let version = version_of(&path)?;
         if version != own {

@@ -12,9 +12,6 @@ use std::time::Duration;
 /// Rates count samples over this time.
 const RATE_OVER: Duration = Duration::from_secs(10);
 const MAX_ERRORS: usize = 8;
-/// Daemons without which there is no map.
-const NEEDED: [Daemon; 5] =
-    [Daemon::IfcIngest, Daemon::ScheduleEval, Daemon::Rasterize, Daemon::WaypointGen, Daemon::SlamAlign];
 
 /// What was seen of a site.
 pub(crate) struct State {
@@ -191,7 +188,7 @@ impl State {
     }
 
     fn daemon_lines(&self, now: Stamp) -> Vec<DaemonLine> {
-        let others = self.daemons.keys().copied().filter(|d| !NEEDED.contains(d));
+        let others = self.daemons.keys().copied().filter(|d| !Daemon::SUPERVISED.contains(d));
         let line = |daemon: Daemon| match self.daemons.get(&daemon) {
             Some(DaemonSeen { record, heard, restarts }) => {
                 let silent = now.since(*heard);
@@ -217,7 +214,7 @@ impl State {
                 error: None,
             },
         };
-        NEEDED.into_iter().chain(others).map(line).collect()
+        Daemon::SUPERVISED.into_iter().chain(others).map(line).collect()
     }
 
     fn add_error(&mut self, text: &str) {
