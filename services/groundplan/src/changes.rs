@@ -1,10 +1,10 @@
 //! `groundplan changes`: when anything changes, and what differs between two dates.
 
+use crate::args::{ScheduleInput, with_timeline};
 use crate::cli::ChangesArgs;
 use crate::failure::Failure;
-use crate::maps::{robot_of, with_maps};
+use crate::maps::with_maps;
 use crate::plan_date;
-use crate::schedule_files::{ScheduleInput, with_timeline};
 use crate::states::task_name;
 use daemon::Robot;
 use messages::{DoorPassage, ElementState, NONE, Phase, Site, SpaceState};
@@ -103,7 +103,7 @@ pub fn changes(arguments: &ChangesArgs) -> Result<String, Failure> {
     let schedule = ScheduleInput::read(&arguments.schedule)?;
     let instant_s = |text: &String| plan_date::instant_s(text, schedule.site_zone());
     let diff_s: Vec<i64> = arguments.diff.iter().map(instant_s).collect::<Result<_, _>>()?;
-    let robot = robot_of(&arguments.robot)?;
+    let robot = arguments.robot.robot()?;
     with_timeline(&arguments.model, &schedule, |site, timeline, progress| {
         let &[from_s, to_s] = diff_s.as_slice() else {
             let changes = timeline.changes();

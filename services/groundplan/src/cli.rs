@@ -1,7 +1,7 @@
 //! The command line; its help is the manual.
 
+use crate::args::{ModelArgs, OverwriteArgs, PlaceArgs, RobotArgs, ScheduleArgs, SiteArgs, WorldArgs};
 use clap::{Args, Parser, Subcommand};
-use daemon::PoseHint;
 use std::path::PathBuf;
 
 /// Building models (IFC) into everything a robot needs to move before it has ever seen the place.
@@ -71,27 +71,6 @@ pub enum Command {
     Keeper(KeeperArgs),
 }
 
-/// Which site.
-#[derive(Debug, Clone, Args)]
-pub struct SiteArgs {
-    /// Configuration of the site [default: /etc/groundplan/site.toml]
-    #[arg(long, value_name = "FILE")]
-    pub config: Option<PathBuf>,
-
-    /// The demo building, on a bus of its own in memory
-    #[arg(long, conflicts_with = "config")]
-    pub demo: bool,
-}
-
-/// What becomes of files of others in an output folder.
-#[derive(Debug, Clone, Copy, Args)]
-pub struct OverwriteArgs {
-    /// Replace earlier output although files in it were added or altered since: these are moved to a folder OUT.kept-1 (-2 ..)
-    /// beside it. A folder that has no manifest.json of groundplan and is not empty is never replaced
-    #[arg(long)]
-    pub force: bool,
-}
-
 /// Arguments of `align`.
 #[derive(Debug, Clone, Args)]
 pub struct AlignArgs {
@@ -143,31 +122,6 @@ pub struct AlignArgs {
     /// The site.
     #[command(flatten)]
     pub site: SiteArgs,
-}
-
-/// Where a robot's map may lie in the model's.
-#[derive(Debug, Clone, Args)]
-pub struct PlaceArgs {
-    /// Index of the storey [default: all are tried]
-    #[arg(long, value_name = "INDEX")]
-    pub storey: Option<u32>,
-
-    /// Guess of map_from_slam: metres, metres, degrees
-    #[arg(long, num_args = 3, value_names = ["X", "Y", "YAW"], allow_negative_numbers = true)]
-    pub hint: Option<Vec<f64>>,
-
-    /// How far off the guess may be: metres, degrees
-    #[arg(long, num_args = 2, value_names = ["M", "DEG"], default_values_t = [2.0, 20.0], requires = "hint")]
-    pub hint_radius: Vec<f64>,
-}
-
-impl PlaceArgs {
-    /// The guess.
-    pub(crate) fn hint(&self) -> Option<PoseHint> {
-        let &[x_m, y_m, yaw_deg] = self.hint.as_deref()?.first_chunk::<3>()?;
-        let &[radius_m, radius_deg] = self.hint_radius.first_chunk::<2>()?;
-        Some(PoseHint { x_m, y_m, yaw_deg, radius_m, radius_deg })
-    }
 }
 
 /// Arguments of `deviations`.
@@ -609,58 +563,6 @@ Examples:
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
 
-/// Which models make the site.
-#[derive(Debug, Clone, Args)]
-pub struct ModelArgs {
-    /// IFC files of one site: .ifc or .ifczip, IFC2X3, IFC4 or IFC4X3
-    #[arg(required = true, value_name = "MODEL.ifc")]
-    pub models: Vec<PathBuf>,
-
-    /// Where a file lies in the first file's world: metres and radians; may be repeated
-    #[arg(long, value_name = "FILE=X,Y,Z,YAW")]
-    pub place: Vec<String>,
-
-    /// Where two files give one GlobalId different bodies, take the last
-    #[arg(long)]
-    pub prefer_last: bool,
-
-    /// Take a file of whose bodies more than half cannot be meshed, with bounding boxes for them
-    #[arg(long)]
-    pub allow_boxes: bool,
-
-    /// Threads to work with, at most 256; the result does not depend on them [default: all cores]
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, value_parser = clap::value_parser!(u16).range(..=256))]
-    pub threads: u16,
-}
-
-/// How dates are understood, and what is added to the plan.
-#[derive(Debug, Clone, Args)]
-pub struct ScheduleArgs {
-    /// Rules of dates, phases and closed spaces [default: see config/schedule.toml]
-    #[arg(long, value_name = "FILE")]
-    pub schedule: Option<PathBuf>,
-
-    /// What if: delay a task and all that depends on it, by GlobalId, identification or name; may be repeated
-    #[arg(long, value_name = "TASK=5d")]
-    pub delay: Vec<String>,
-
-    /// Reported progress, which beats the plan: a CSV table with the columns id, start, finish
-    #[arg(long, value_name = "FILE.csv")]
-    pub actual: Option<PathBuf>,
-}
-
-/// For which robot, at which resolution.
-#[derive(Debug, Clone, Args)]
-pub struct RobotArgs {
-    /// Robot profile [default: 1.2 m high, 0.3 m radius, see config/robots/default.toml]
-    #[arg(long, value_name = "FILE")]
-    pub robot: Option<PathBuf>,
-
-    /// Metres per cell, a whole number of tenths of a millimetre from 0.001 to 1
-    #[arg(long, value_name = "METRES", default_value_t = 0.05)]
-    pub resolution: f64,
-}
-
 /// Arguments of `states`.
 #[derive(Debug, Clone, Args)]
 pub struct StatesArgs {
@@ -731,34 +633,6 @@ pub struct ChangesArgs {
     /// Print one JSON document on standard output and nothing else there
     #[arg(long)]
     pub json: bool,
-}
-
-/// The simulation world.
-#[derive(Debug, Clone, Args)]
-pub struct WorldArgs {
-    /// Write the simulation world too; with a file, as that says [default: see config/world.toml]
-    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
-    pub world: Option<Option<PathBuf>>,
-
-    /// What the world's doors are
-    #[arg(long, value_name = "HOW", requires = "world", value_parser = ["movable", "open", "closed", "passable"])]
-    pub doors: Option<String>,
-
-    /// Close the passages to blocked spaces by thin walls in the world
-    #[arg(long, requires = "world")]
-    pub barriers: bool,
-
-    /// Where the world's colours come from
-    #[arg(long, value_name = "WHERE", requires = "world", value_parser = ["semantic", "model"])]
-    pub materials: Option<String>,
-
-    /// How far corners of what the world shows may be moved to make it lighter, in metres
-    #[arg(long, value_name = "METRES", requires = "world")]
-    pub lod: Option<f64>,
-
-    /// Show the waypoints in the world
-    #[arg(long, requires = "world")]
-    pub markers: bool,
 }
 
 /// Arguments of `convert`.

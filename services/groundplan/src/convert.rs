@@ -1,13 +1,11 @@
 //! `groundplan convert`: the stages one after the other, archives in the heap.
 
+use crate::args::{ScheduleInput, report_set_aside};
 use crate::cli::ConvertArgs;
 use crate::failure::Failure;
-use crate::maps::{Maps, options_of, robot_of, with_maps, world_files, world_of};
-use crate::output;
+use crate::maps::{Maps, options_of, with_maps, world_files};
 use crate::plan_date;
 use crate::progress::ProgressLine;
-use crate::schedule_files::ScheduleInput;
-use crate::site_files;
 use crate::storey_choice;
 use crate::summary::{PhaseSummary, Summary};
 use daemon::{Robot, WorldConfig};
@@ -41,18 +39,18 @@ enum Wanted {
 /// folder that cannot be written.
 pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
     let started = Instant::now();
-    let robot = robot_of(&arguments.robot)?;
+    let robot = arguments.robot.robot()?;
     let mut options = options_of(arguments.waypoints.as_deref())?;
-    let world = world_of(&arguments.world, &WorldConfig::default())?;
+    let world = arguments.world.options(&WorldConfig::default())?;
     let schedule = ScheduleInput::read(&arguments.schedule)?;
     let wanted = wanted(arguments, schedule.site_zone())?;
-    let folder = output::folder_at(&arguments.out, arguments.overwrite)?;
+    let folder = arguments.overwrite.folder_at(&arguments.out)?;
     let frame = frame(arguments)?;
     let progress = ProgressLine::new();
-    site_files::pool(&arguments.model)?.install(|| {
+    arguments.model.pool()?.install(|| {
         let epoch = frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(arguments.new_frame)));
         let kept = frame.filter(|_| !arguments.new_frame);
-        let site = site_files::site_of(&arguments.model, kept, epoch, &progress)?;
+        let site = arguments.model.site(kept, epoch, &progress)?;
         let site = Site::open(site.bytes()).map_err(Failure::work)?;
         let (elements, spaces, map_storeys) = (site.elements.len(), site.spaces.len(), site.map_storeys.len());
         debug!(elements, spaces, map_storeys, elapsed_us = micros(started), "models read");
@@ -83,7 +81,7 @@ pub fn convert(arguments: &ConvertArgs) -> Result<Summary, Failure> {
 fn wanted(arguments: &ConvertArgs, site_zone: Option<&TimeZone>) -> Result<Wanted, Failure> {
     let until = arguments.until.as_deref();
     match arguments.date.as_deref() {
-        None if !arguments.schedule.delay.is_empty() || arguments.schedule.actual.is_some() => {
+        None if arguments.schedule.changes_dates() => {
             Err(Failure::usage("--delay and --actual change dates: say which with --date"))
         }
         None => Ok(Wanted::Everything),
@@ -142,7 +140,7 @@ impl Job<'_> {
     ) -> Result<PhaseSummary, Failure> {
         let Drawn { files, summary, start } = self.draw(phase, progress)?;
         start.map_err(Failure::usage)?;
-        output::tell(folder.replace(&files).map_err(Failure::work)?);
+        report_set_aside(folder.replace(&files).map_err(Failure::work)?);
         Ok(summary)
     }
 
@@ -180,7 +178,7 @@ impl Job<'_> {
             return Err(Failure::usage(why));
         }
         beside.write("", &export::dated_files(self.site, dated, sums)).map_err(Failure::work)?;
-        output::tell(beside.swap_in().map_err(Failure::work)?);
+        report_set_aside(beside.swap_in().map_err(Failure::work)?);
         Ok(summaries)
     }
 

@@ -1,13 +1,11 @@
 //! What differs between a site as planned and a robot's map: of files, or from the running daemon.
 
-use crate::align::{hint_of, told};
-use crate::cli::{DeviationsArgs, ModelArgs};
+use crate::align::told;
+use crate::args::{ModelArgs, ScheduleInput, report_set_aside, robot_of_profile, with_timeline};
+use crate::cli::DeviationsArgs;
 use crate::failure::Failure;
 use crate::live;
-use crate::maps::profile_of;
-use crate::output;
 use crate::plan_date;
-use crate::schedule_files::{ScheduleInput, with_timeline};
 use ::deviations::{DeviationInput, deviations as compare};
 use alignment::{MadeFrom, PreparedMap, References, align_maps};
 use export::{DeviationExport, DeviationsDocument, deviation_files, with_manifest};
@@ -31,14 +29,12 @@ pub fn deviations(arguments: &DeviationsArgs) -> Result<String, Failure> {
 }
 
 fn of_files(arguments: &DeviationsArgs, slam: &Path) -> Result<String, Failure> {
-    let robot = profile_of(arguments.robot.as_deref())?;
+    let robot = robot_of_profile(arguments.robot.as_deref())?;
     let schedule = ScheduleInput::read(&arguments.schedule)?;
     let instant_s = |text| plan_date::instant_s(text, schedule.site_zone());
     let at_s = arguments.date.as_deref().map(instant_s).transpose()?;
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
-    let models = arguments.models.clone();
-    let allow_boxes = arguments.allow_boxes;
-    let model = ModelArgs { models, place: Vec::new(), prefer_last: false, allow_boxes, threads: 0 };
+    let model = ModelArgs::new(arguments.models.clone(), arguments.allow_boxes);
     with_timeline(&model, &schedule, |site, timeline, progress| {
         let phase = timeline.phase_at(at_s).finish();
         let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
@@ -48,7 +44,7 @@ fn of_files(arguments: &DeviationsArgs, slam: &Path) -> Result<String, Failure> 
         maps.retain(|(storey, _)| arguments.place.storey.is_none_or(|only| only as usize == *storey));
         let storeys: Vec<u32> = maps.iter().map(|(storey, _)| *storey as u32).collect();
         let maps: Vec<_> = maps.into_iter().map(|(_, map)| map).collect();
-        let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().map(hint_of).as_ref());
+        let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().as_ref());
         let made_from = MadeFrom { site_hash: 0, slam_map_hash: 0, plan_time_s: phase.head.plan_time_s };
         let archive = found.archive(&storeys, &found.counting(&storeys), made_from);
         let Some(pose) = found.poses.first().filter(|_| found.verdict == Verdict::Accepted) else {
@@ -89,12 +85,12 @@ pub(crate) fn write(
     let created = created.ok_or_else(|| Failure::work("the machine's clock tells no date"))?;
     let input = DeviationExport { site, phase, deviations: found, created };
     if let Some(folder) = &arguments.out {
-        let folder = output::folder_at(folder, arguments.overwrite)?;
+        let folder = arguments.overwrite.folder_at(folder)?;
         let manifest = json!({
             "plan_time": plan_date::optional_text(found.head.plan_time_s),
             "slam_map_hash": format!("{:016x}", found.head.slam_map_hash),
         });
-        output::tell(folder.replace(&with_manifest(manifest, deviation_files(&input))).map_err(Failure::work)?);
+        report_set_aside(folder.replace(&with_manifest(manifest, deviation_files(&input))).map_err(Failure::work)?);
     }
     if arguments.json {
         return Ok(serde_json::to_string_pretty(&DeviationsDocument::of(&input)).map_err(Failure::work)? + "\n");

@@ -1,6 +1,7 @@
 //! The operator's client as a library: `main.rs` only wires.
 
 pub mod align;
+pub mod args;
 pub mod changes;
 pub mod cli;
 pub mod convert;
@@ -16,8 +17,5 @@ pub mod tasks;
 
 mod maps;
 mod notices;
-mod output;
 mod plan_date;
 mod progress;
-mod schedule_files;
-mod site_files;

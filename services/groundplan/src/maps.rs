@@ -1,32 +1,14 @@
 //! The maps of a phase: grids, their index, waypoints.
 
-use crate::cli::{RobotArgs, WorldArgs};
 use crate::failure::Failure;
-use daemon::{Robot, WorldConfig};
+use daemon::Robot;
 use export::{ExportFile, ExportInput};
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
 use raster::Rasterizer;
 use std::path::Path;
 use waypoints::{PlanInput, PlanOptions, Planner, Start};
-use world::{DoorMode, Materials, WorldOptions};
-
-/// The robot that maps are for, once it is known that its resolution is one.
-///
-/// # Errors
-/// A profile or a resolution that cannot be used.
-pub(crate) fn robot_of(arguments: &RobotArgs) -> Result<Robot, Failure> {
-    grid::GridSpec::cell_tenths_of(arguments.resolution).map_err(Failure::usage)?;
-    profile_of(arguments.robot.as_deref())
-}
-
-/// The robot of a profile, or the default.
-///
-/// # Errors
-/// A profile that cannot be used.
-pub(crate) fn profile_of(file: Option<&Path>) -> Result<Robot, Failure> {
-    file.map_or_else(|| Ok(Robot::default()), Robot::read).map_err(Failure::usage)
-}
+use world::WorldOptions;
 
 /// What waypoints are planned.
 ///
@@ -35,28 +17,6 @@ pub(crate) fn profile_of(file: Option<&Path>) -> Result<Robot, Failure> {
 pub(crate) fn options_of(file: Option<&Path>) -> Result<PlanOptions, Failure> {
     let Some(path) = file else { return Ok(PlanOptions::default()) };
     daemon::read_parsed("options of waypoints", path, PlanOptions::parse).map_err(Failure::usage)
-}
-
-/// What the world is like; `None` if neither the command line nor the configuration asks for one.
-///
-/// # Errors
-/// A file that cannot be read, or values that no world can have.
-pub(crate) fn world_of(arguments: &WorldArgs, configured: &WorldConfig) -> Result<Option<WorldOptions>, Failure> {
-    if arguments.world.is_none() && !configured.write {
-        return Ok(None);
-    }
-    let file = arguments.world.as_ref().and_then(Option::as_deref).or(configured.options.as_deref());
-    let read = |path| daemon::read_parsed("options of worlds", path, WorldOptions::parse);
-    let mut options = file.map_or_else(|| Ok(WorldOptions::default()), read).map_err(Failure::usage)?;
-    let doors = |name: &String| DoorMode::ALL.into_iter().find(|m| m.name() == name);
-    let materials = |name: &String| Materials::ALL.into_iter().find(|m| m.name() == name);
-    options.doors = arguments.doors.as_ref().and_then(doors).unwrap_or(options.doors);
-    options.materials = arguments.materials.as_ref().and_then(materials).unwrap_or(options.materials);
-    options.lod_m = arguments.lod.unwrap_or(options.lod_m);
-    options.barriers |= arguments.barriers;
-    options.markers |= arguments.markers;
-    options.check().map_err(Failure::usage)?;
-    Ok(Some(options))
 }
 
 /// The files of the simulation world, if there is to be one.

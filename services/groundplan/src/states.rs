@@ -1,9 +1,9 @@
 //! `groundplan states`: which elements stand and which spaces may be entered.
 
+use crate::args::{ScheduleInput, with_timeline};
 use crate::cli::StatesArgs;
 use crate::failure::Failure;
 use crate::plan_date;
-use crate::schedule_files::{ScheduleInput, with_timeline};
 use export::{ScheduleFindings, ScheduleReport};
 use frames::counted;
 use messages::{Phase, PhaseHead, Site, SpaceState};

@@ -1,9 +1,9 @@
 //! `groundplan tasks`: the tasks of a schedule with their dates, what they act on, and what is wrong with them.
 
+use crate::args::{ScheduleInput, with_timeline};
 use crate::cli::TasksArgs;
 use crate::failure::Failure;
 use crate::plan_date;
-use crate::schedule_files::{ScheduleInput, with_timeline};
 use messages::{NONE, Site, TaskRecord};
 use schedule::{Finding, Severity, TaskDates, TaskTargets, Timeline, find_task};
 use schemars::JsonSchema;

@@ -4,12 +4,11 @@ mod pairs;
 mod slam_frame;
 pub(crate) mod told;
 
+use crate::args::report_set_aside;
 use crate::cli::AlignArgs;
 use crate::failure::Failure;
 use crate::live;
-use crate::output;
-use alignment::{Hint, MadeFrom, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
-use daemon::PoseHint;
+use alignment::{MadeFrom, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
 use messages::{Alignment, NONE, PhaseHead, PoseRecord, Verdict};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
@@ -41,7 +40,7 @@ fn align_files(arguments: &AlignArgs, reference: &Path, slam: &Path) -> Result<(
         .map(|s| OccupancyMap::read(&s.path).map(|map| PreparedMap::of_model(&map)).map_err(Failure::usage))
         .collect::<Result<_, _>>()?;
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
-    let hint = arguments.place.hint().map(hint_of);
+    let hint = arguments.place.hint();
     let slam_map = PreparedMap::of_slam(&map);
     let found = match arguments.free_scale {
         false => align_maps(&maps, &slam_map, hint.as_ref()),
@@ -56,8 +55,8 @@ fn align_files(arguments: &AlignArgs, reference: &Path, slam: &Path) -> Result<(
         write_files(arguments, pose)?;
         if let (Some(folder), Some(map)) = (&arguments.resample, directory) {
             let files = slam_frame::files(reference, map, pose)?;
-            let folder = output::folder_at(folder, arguments.overwrite)?;
-            output::tell(folder.replace(&files).map_err(Failure::work)?);
+            let folder = arguments.overwrite.folder_at(folder)?;
+            report_set_aside(folder.replace(&files).map_err(Failure::work)?);
         }
     }
     if let (Some(path), Some(pose)) = (&arguments.overlay, found.poses.first()) {
@@ -133,9 +132,4 @@ fn sha256(path: &Path) -> Result<String, Failure> {
         let _ = write!(hex, "{byte:02x}");
         hex
     }))
-}
-
-/// A guess of the command line.
-pub(crate) fn hint_of(hint: PoseHint) -> Hint {
-    Hint::in_degrees([hint.x_m, hint.y_m, hint.yaw_deg], hint.radius_m, hint.radius_deg)
 }

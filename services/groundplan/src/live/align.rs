@@ -3,7 +3,8 @@
 use super::ask::ask;
 use super::join;
 use crate::align::{told, write_files};
-use crate::cli::{AlignArgs, ConfirmArgs, SiteArgs, SlamMapArgs};
+use crate::args::SiteArgs;
+use crate::cli::{AlignArgs, ConfirmArgs, SlamMapArgs};
 use crate::failure::Failure;
 use bus::{Daemon, Sample, Topic};
 use daemon::Request;
@@ -21,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(50);
 /// No daemons, no SLAM map, a file that cannot be written.
 pub fn align(arguments: &AlignArgs) -> Result<(String, bool), Failure> {
     let place = &arguments.place;
-    let sample = asked(&arguments.site, &Request::Align { hint: place.hint(), storey: place.storey })?;
+    let sample = asked(&arguments.site, &Request::Align { hint: place.pose_hint(), storey: place.storey })?;
     let alignment = Alignment::open(sample.bytes()).map_err(Failure::work)?;
     if let Some(pose) = alignment.pose() {
         write_files(arguments, pose)?;

@@ -1,10 +1,10 @@
 //! The files of `convert`, made from what the daemons publish.
 
 use super::join;
+use crate::args::report_set_aside;
 use crate::cli::ExportArgs;
 use crate::failure::Failure;
-use crate::maps::{world_files, world_of};
-use crate::output;
+use crate::maps::world_files;
 use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
 use export::{ExportFile, ExportInput};
@@ -26,8 +26,8 @@ pub fn export(arguments: &ExportArgs) -> Result<String, Failure> {
         return super::watch::watch(arguments);
     }
     let config = arguments.site.config()?;
-    let world = world_of(&arguments.world, &config.world)?;
-    let folder = output::folder_at(&arguments.out, arguments.overwrite)?;
+    let world = arguments.world.options(&config.world)?;
+    let folder = arguments.overwrite.folder_at(&arguments.out)?;
     let (bus, mut waiter) = join(&config)?;
     let mut sets = Sets::of(&bus)?;
     let begun = Instant::now();
@@ -38,7 +38,7 @@ pub fn export(arguments: &ExportArgs) -> Result<String, Failure> {
         waiter.wait(LOOK).map_err(Failure::work)?;
     }
     let files = sets.files(&config, world.as_ref())?;
-    output::tell(folder.replace(&files).map_err(Failure::work)?);
+    report_set_aside(folder.replace(&files).map_err(Failure::work)?);
     Ok(String::new())
 }
 

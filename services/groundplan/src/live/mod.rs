@@ -6,7 +6,6 @@ mod deviations;
 mod doctor;
 mod export;
 mod keeper;
-mod place;
 mod status;
 mod topic;
 mod up;

@@ -3,7 +3,8 @@
 use super::align::made_from;
 use super::join;
 use crate::align::told;
-use crate::cli::{SiteArgs, TopicArgs, TopicCommand};
+use crate::args::SiteArgs;
+use crate::cli::{TopicArgs, TopicCommand};
 use crate::failure::Failure;
 use crate::plan_date::optional_text;
 use bus::{Bus, GridSlot, Sample, Stamp, Topic, Waiter};

@@ -1,6 +1,7 @@
 //! Starting and supervising the daemons of a site, and stopping them.
 
-use crate::cli::{SiteArgs, UpArgs};
+use crate::args::SiteArgs;
+use crate::cli::UpArgs;
 use crate::failure::Failure;
 use bus::Daemon;
 use daemon::StopSignal;

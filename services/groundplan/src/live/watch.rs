@@ -3,10 +3,9 @@
 //! Nothing is deleted but epochs as they were written, and the link.
 
 use super::export::Sets;
-use crate::cli::{ExportArgs, OverwriteArgs};
+use crate::args::{OverwriteArgs, report_set_aside};
+use crate::cli::ExportArgs;
 use crate::failure::Failure;
-use crate::maps::world_of;
-use crate::output;
 use bus::{Bus, Daemon, Waiter};
 use daemon::{SiteConfig, StopSignal};
 use export::{OutputError, OutputFolder};
@@ -25,7 +24,7 @@ const LOOK: Duration = Duration::from_millis(500);
 /// A folder that cannot be written. A command that fails is reported and does not stop it.
 pub(super) fn watch(arguments: &ExportArgs) -> Result<String, Failure> {
     let config = arguments.site.config()?;
-    let world = world_of(&arguments.world, &config.world)?;
+    let world = arguments.world.options(&config.world)?;
     let domain = config.bus.domain().map_err(Failure::usage)?;
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
     let mut watched = Watched {
@@ -100,8 +99,8 @@ impl Watched {
         let files = sets.files(config, self.world.as_ref())?;
         // Epochs are counted anew where the state of a site was deleted: a folder of this number may hold other maps.
         if !OutputFolder::holds(&folder, &files) {
-            let place = output::folder_at(&folder, self.overwrite)?;
-            output::tell(place.replace(&files).map_err(Failure::work)?);
+            let place = self.overwrite.folder_at(&folder)?;
+            report_set_aside(place.replace(&files).map_err(Failure::work)?);
         }
         let target = Path::new("epochs").join(epoch.to_string());
         if std::fs::read_link(&self.current).is_ok_and(|current| current == target) {

@@ -1,13 +1,35 @@
-//! Rules, delays and reported progress from the command line.
+//! How dates are understood, and what is added to the plan: rules, delays, reported progress.
 
-use crate::cli::{ModelArgs, ScheduleArgs};
+use super::models::ModelArgs;
 use crate::failure::Failure;
 use crate::progress::ProgressLine;
-use crate::site_files;
 use jiff::tz::TimeZone;
 use messages::Site;
 use schedule::{Delay, Edits, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
+
+/// How dates are understood, and what is added to the plan.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ScheduleArgs {
+    /// Rules of dates, phases and closed spaces [default: see config/schedule.toml]
+    #[arg(long, value_name = "FILE")]
+    schedule: Option<PathBuf>,
+
+    /// What if: delay a task and all that depends on it, by GlobalId, identification or name; may be repeated
+    #[arg(long, value_name = "TASK=5d")]
+    delay: Vec<String>,
+
+    /// Reported progress, which beats the plan: a CSV table with the columns id, start, finish
+    #[arg(long, value_name = "FILE.csv")]
+    actual: Option<PathBuf>,
+}
+
+impl ScheduleArgs {
+    /// True if dates are not those of the models and rules alone.
+    pub(crate) fn changes_dates(&self) -> bool {
+        !self.delay.is_empty() || self.actual.is_some()
+    }
+}
 
 /// A file of the schedule that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -19,8 +41,8 @@ struct FileError {
 
 /// What the command line says about time.
 pub(crate) struct ScheduleInput {
-    pub(crate) rules: Rules,
-    pub(crate) edits: Edits,
+    rules: Rules,
+    edits: Edits,
 }
 
 impl ScheduleInput {
@@ -68,8 +90,8 @@ pub(crate) fn with_timeline<T: Send>(
     work: impl FnOnce(&Site<'_>, &Timeline, &ProgressLine) -> Result<T, Failure> + Send,
 ) -> Result<T, Failure> {
     let progress = ProgressLine::new();
-    site_files::pool(model)?.install(|| {
-        let site = site_files::site_of(model, None, 1, &progress)?;
+    model.pool()?.install(|| {
+        let site = model.site(None, 1, &progress)?;
         let site = Site::open(site.bytes()).map_err(Failure::work)?;
         work(&site, &schedule.timeline(&site)?, &progress)
     })

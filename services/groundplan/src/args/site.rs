@@ -1,12 +1,23 @@
-//! Which site: its configuration file, or the demo's.
+//! The site of a command: its configuration file, or that of the demo building.
 
-use crate::cli::SiteArgs;
 use crate::failure::Failure;
 use daemon::SiteConfig;
 use std::path::{Path, PathBuf};
 
 const DEFAULT: &str = "/etc/groundplan/site.toml";
 const DEMO_MODEL: &[u8] = include_bytes!("../../../../config/demo/demo.ifc");
+
+/// Which site.
+#[derive(Debug, Clone, clap::Args)]
+pub struct SiteArgs {
+    /// Configuration of the site [default: /etc/groundplan/site.toml]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// The demo building, on a bus of its own in memory
+    #[arg(long, conflicts_with = "config")]
+    demo: bool,
+}
 
 impl SiteArgs {
     /// Path of the configuration.

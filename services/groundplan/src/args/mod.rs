@@ -1,0 +1,21 @@
+//! Groups of arguments that several commands share, and what each of them means.
+
+mod models;
+mod overwrite;
+mod place;
+mod robot;
+mod schedule;
+mod site;
+mod world;
+
+pub use models::ModelArgs;
+pub use overwrite::OverwriteArgs;
+pub use place::PlaceArgs;
+pub use robot::RobotArgs;
+pub use schedule::ScheduleArgs;
+pub use site::SiteArgs;
+pub use world::WorldArgs;
+
+pub(crate) use overwrite::report_set_aside;
+pub(crate) use robot::robot_of_profile;
+pub(crate) use schedule::{ScheduleInput, with_timeline};
