@@ -1,7 +1,6 @@
 //! What wakes a participant: one bell per daemon, and one for the status stream.
 
 use crate::names::Daemon;
-use std::os::fd::BorrowedFd;
 
 /// Whose bell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,14 +48,4 @@ impl Rings {
     pub(crate) fn any(self, rings: &[Ring]) -> bool {
         rings.iter().any(|&r| self.0 & (1 << r as u8) != 0)
     }
-}
-
-/// A bell as one participant has it.
-pub(crate) trait Bell: Send + Sync {
-    /// Readable while there are rings that nobody has looked at.
-    fn descriptor(&self) -> BorrowedFd<'_>;
-    /// The rings since the last call.
-    fn look(&self) -> Rings;
-    /// Wakes everybody who listens. A bell that cannot be rung is no error: what it announces is in place.
-    fn ring(&self, ring: Ring);
 }

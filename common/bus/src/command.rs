@@ -1,28 +1,9 @@
 //! Commands to a daemon: one request, any number of progress replies, one final reply.
 
 use crate::error::CommandError;
-use crate::{ipc, local};
-
-/// Bytes of the largest command and of the largest reply.
-pub const MAX_COMMAND_BYTES: usize = 16 << 20;
-
-/// Commands that a client may have open at once.
-pub const MAX_OPEN: usize = 2;
-
-/// What kind of reply.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u32)]
-pub(crate) enum ReplyKind {
-    Progress = 1,
-    Done = 2,
-    Failed = 3,
-}
-
-impl ReplyKind {
-    pub(crate) fn from_id(id: u32) -> Option<Self> {
-        [Self::Progress, Self::Done, Self::Failed].into_iter().find(|&k| k as u32 == id)
-    }
-}
+use crate::ipc;
+use crate::limits::MAX_COMMAND_BYTES;
+use crate::reply_kind::ReplyKind;
 
 /// A reply to a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,16 +32,11 @@ fn check_length(bytes: &[u8]) -> Result<(), CommandError> {
 
 /// The answering end of a daemon's commands. The only one.
 pub struct CommandServer {
-    port: ServerPort,
-}
-
-pub(crate) enum ServerPort {
-    Ipc(ipc::Server),
-    Local(local::Server),
+    port: ipc::Server,
 }
 
 impl CommandServer {
-    pub(crate) fn new(port: ServerPort) -> Self {
+    pub(crate) fn new(port: ipc::Server) -> Self {
         Self { port }
     }
 
@@ -69,39 +45,24 @@ impl CommandServer {
     /// # Errors
     /// The bus library refuses.
     pub fn take(&self) -> Result<Option<Command>, CommandError> {
-        let served = match &self.port {
-            ServerPort::Ipc(port) => port.receive()?.map(Served::Ipc),
-            ServerPort::Local(port) => port.receive().map(Served::Local),
-        };
-        Ok(served.map(|served| Command { served }))
+        Ok(self.port.receive()?.map(|served| Command { served }))
     }
 }
 
 /// A command to be carried out. Dropped without a final reply, it is lost to the client.
 pub struct Command {
-    served: Served,
-}
-
-enum Served {
-    Ipc(ipc::Served),
-    Local(local::Served),
+    served: ipc::Served,
 }
 
 impl Command {
     /// What the client sent.
     pub fn bytes(&self) -> &[u8] {
-        match &self.served {
-            Served::Ipc(served) => served.bytes(),
-            Served::Local(served) => served.bytes(),
-        }
+        self.served.bytes()
     }
 
     /// True if the client no longer waits for the answer.
     pub fn is_cancelled(&self) -> bool {
-        match &self.served {
-            Served::Ipc(served) => served.is_cancelled(),
-            Served::Local(served) => served.is_cancelled(),
-        }
+        self.served.is_cancelled()
     }
 
     /// Tells the client how far it is. A client that is gone is no error.
@@ -130,53 +91,33 @@ impl Command {
 
     fn reply(&self, kind: ReplyKind, bytes: &[u8]) -> Result<(), CommandError> {
         check_length(bytes)?;
-        match &self.served {
-            Served::Ipc(served) => served.reply(kind, bytes),
-            Served::Local(served) => {
-                served.reply(kind, bytes);
-                Ok(())
-            }
-        }
+        self.served.reply(kind, bytes)
     }
 }
 
 /// The asking end of a daemon's commands.
 pub struct CommandClient {
-    port: ClientPort,
-}
-
-pub(crate) enum ClientPort {
-    Ipc(ipc::Client),
-    Local(local::Client),
+    port: ipc::Client,
 }
 
 impl CommandClient {
-    pub(crate) fn new(port: ClientPort) -> Self {
+    pub(crate) fn new(port: ipc::Client) -> Self {
         Self { port }
     }
 
     /// Sends a command. Its replies wake the bus's [`crate::Waiter`].
     ///
     /// # Errors
-    /// Nobody serves it, too many bytes, [`MAX_OPEN`] commands are open.
+    /// Nobody serves it, too many bytes, [`crate::MAX_OPEN`] commands are open.
     pub fn send(&self, bytes: &[u8]) -> Result<OpenCommand, CommandError> {
         check_length(bytes)?;
-        let exchange = match &self.port {
-            ClientPort::Ipc(port) => Exchange::Ipc(port.send(bytes)?),
-            ClientPort::Local(port) => Exchange::Local(port.send(bytes)?),
-        };
-        Ok(OpenCommand { exchange })
+        Ok(OpenCommand { exchange: self.port.send(bytes)? })
     }
 }
 
 /// A command that waits for its replies; dropping it cancels the command.
 pub struct OpenCommand {
-    exchange: Exchange,
-}
-
-enum Exchange {
-    Ipc(ipc::Exchange),
-    Local(local::Exchange),
+    exchange: ipc::Exchange,
 }
 
 impl OpenCommand {
@@ -185,10 +126,7 @@ impl OpenCommand {
     /// # Errors
     /// The daemon went away; seen when the keeper has cleaned up behind it.
     pub fn take(&self) -> Result<Option<Reply>, CommandError> {
-        let reply = match &self.exchange {
-            Exchange::Ipc(exchange) => exchange.receive()?,
-            Exchange::Local(exchange) => exchange.receive()?,
-        };
+        let reply = self.exchange.receive()?;
         Ok(reply.map(|(kind, bytes)| match kind {
             ReplyKind::Progress => Reply::Progress(bytes),
             ReplyKind::Done => Reply::Done(bytes),

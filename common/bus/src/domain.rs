@@ -1,22 +1,13 @@
-//! Which bus: a prefix and a folder of this machine, or a double inside this process.
+//! Which bus: a prefix and a folder of this machine.
 
 use crate::error::DomainError;
 use crate::generation::Place;
-use crate::local;
-use std::fmt;
 use std::path::Path;
-use std::sync::Arc;
 
 /// A bus. Domains with another prefix and another folder know nothing of each other.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct Domain {
-    pub(crate) backend: Backend,
-}
-
-#[derive(Clone)]
-pub(crate) enum Backend {
-    Shared(Place),
-    InProcess(Arc<local::Hub>),
+    pub(crate) place: Place,
 }
 
 impl Domain {
@@ -33,21 +24,6 @@ impl Domain {
     /// # Errors
     /// A prefix or folder that does not fit.
     pub fn shared(prefix: &str, root: impl AsRef<Path>) -> Result<Self, DomainError> {
-        Ok(Self { backend: Backend::Shared(Place::new(prefix, root.as_ref())?) })
-    }
-
-    /// A double inside this process, for tests and for machines without shared memory. Its clones are the same bus. Loans
-    /// and samples take at most `memory_bytes_max` bytes together.
-    pub fn in_process(memory_bytes_max: u64) -> Self {
-        Self { backend: Backend::InProcess(local::Hub::new(memory_bytes_max)) }
-    }
-}
-
-impl fmt::Debug for Domain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.backend {
-            Backend::Shared(place) => place.fmt(f),
-            Backend::InProcess(_) => f.write_str("InProcess"),
-        }
+        Ok(Self { place: Place::new(prefix, root.as_ref())? })
     }
 }

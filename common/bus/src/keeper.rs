@@ -1,10 +1,10 @@
 //! The process that creates and holds all services, and does nothing else.
 
-use crate::domain::{Backend, Domain};
+use crate::domain::Domain;
 use crate::error::DomainError;
 use crate::generation::{Lock, Place};
+use crate::ipc;
 use crate::signal::Signal;
-use crate::{ipc, local};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -19,15 +19,6 @@ const EMPTY_FOR: Duration = Duration::from_secs(1);
 /// generation, which participants follow ([`crate::Wake::superseded`]). Dropped, it takes the bus down; what living
 /// participants still hold is removed by the next keeper.
 pub struct Keeper {
-    held: Held,
-}
-
-enum Held {
-    Shared(Shared),
-    InProcess(local::Services),
-}
-
-struct Shared {
     /// First: services go before their generation is removed.
     services: Option<ipc::Services>,
     place: Place,
@@ -37,24 +28,9 @@ struct Shared {
 }
 
 impl Keeper {
-    /// Creates the services of a bus.
-    ///
-    /// # Errors
-    /// Another keeper, no room in shared memory, files that cannot be written.
-    pub fn start(domain: &Domain) -> Result<Self, DomainError> {
-        let held = match &domain.backend {
-            Backend::Shared(place) => Held::Shared(Shared::start(place)?),
-            Backend::InProcess(hub) => Held::InProcess(local::Services::create(hub)?),
-        };
-        Ok(Self { held })
-    }
-
     /// Number of the generation: above every earlier one of which something is left.
     pub fn generation(&self) -> u64 {
-        match &self.held {
-            Held::Shared(shared) => shared.generation,
-            Held::InProcess(services) => services.generation(),
-        }
+        self.generation
     }
 
     /// Cleans up behind participants that died, and removes generations in which nobody lives. About once a second: a
@@ -63,18 +39,16 @@ impl Keeper {
     /// # Errors
     /// Files that cannot be removed.
     pub fn tick(&self) -> Result<u64, DomainError> {
-        match &self.held {
-            Held::Shared(shared) => {
-                shared.remove_others()?;
-                Ok(shared.services.as_ref().map_or(0, ipc::Services::remove_dead))
-            }
-            Held::InProcess(_) => Ok(0),
-        }
+        self.remove_others()?;
+        Ok(self.services.as_ref().map_or(0, ipc::Services::remove_dead))
     }
-}
 
-impl Shared {
-    fn start(place: &Place) -> Result<Self, DomainError> {
+    /// Creates the services of a bus.
+    ///
+    /// # Errors
+    /// Another keeper, no room in shared memory, files that cannot be written.
+    pub fn start(domain: &Domain) -> Result<Self, DomainError> {
+        let place = &domain.place;
         place.make_root()?;
         let lock = place.lock_as_keeper()?;
         let lock = lock.ok_or_else(|| DomainError::KeeperRuns { root: place.root().display().to_string() })?;
@@ -97,10 +71,10 @@ impl Shared {
             }
         };
         place.announce(generation)?;
-        let shared =
+        let keeper =
             Self { services: Some(services), place: place.clone(), generation, _sweeper: sweeper, _lock: lock };
-        shared.remove_others()?;
-        Ok(shared)
+        keeper.remove_others()?;
+        Ok(keeper)
     }
 
     fn remove_others(&self) -> Result<(), DomainError> {
@@ -113,7 +87,7 @@ impl Shared {
     }
 }
 
-impl Drop for Shared {
+impl Drop for Keeper {
     fn drop(&mut self) {
         // Nobody to tell: what cannot be removed now is removed by the next keeper.
         let _ = self.place.withdraw();

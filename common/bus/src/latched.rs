@@ -1,19 +1,14 @@
 //! Latched topics: publish an archive that is written in place, read it in place.
 
 use crate::error::{PublishError, ReceiveError};
+use crate::ipc;
+use crate::limits::{MAX_HELD, MAX_SAMPLE_BYTES};
 use crate::names::Topic;
 use crate::stamp::Stamp;
-use crate::{ipc, local};
 use messages::{InputHashes, Preamble, SampleHeader};
 use std::fmt;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// Bytes of the largest sample.
-pub const MAX_SAMPLE_BYTES: usize = 8 << 30;
-
-/// Samples of one subscriber that its owner may hold at once: one in use, one complete, one that has just come.
-pub const MAX_HELD: usize = 3;
 
 /// What the publisher says about a sample; the rest of the header comes from the archive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,17 +27,12 @@ pub struct Origin {
 /// [`crate::Waiter`], which serves them.
 pub struct Publisher {
     topic: Topic,
-    port: WriterPort,
+    port: Arc<ipc::TopicWriter>,
     last_epoch: AtomicU64,
 }
 
-pub(crate) enum WriterPort {
-    Ipc(Arc<ipc::TopicWriter>),
-    Local(Arc<local::TopicWriter>),
-}
-
 impl Publisher {
-    pub(crate) fn new(topic: Topic, port: WriterPort) -> Self {
+    pub(crate) fn new(topic: Topic, port: Arc<ipc::TopicWriter>) -> Self {
         Self { topic, port, last_epoch: AtomicU64::new(0) }
     }
 
@@ -62,10 +52,7 @@ impl Publisher {
         if length > MAX_SAMPLE_BYTES {
             return Err(PublishError::TooLarge { length, max: MAX_SAMPLE_BYTES });
         }
-        let memory = match &self.port {
-            WriterPort::Ipc(port) => LoanMemory::Ipc(port, port.loan(length)?),
-            WriterPort::Local(port) => LoanMemory::Local(port, port.loan(length)?),
-        };
+        let memory = self.port.loan(length)?;
         Ok(Loan { publisher: self, length, memory })
     }
 
@@ -84,29 +71,17 @@ impl Publisher {
 pub struct Loan<'a> {
     publisher: &'a Publisher,
     length: usize,
-    memory: LoanMemory<'a>,
-}
-
-enum LoanMemory<'a> {
-    Ipc(&'a ipc::TopicWriter, ipc::Memory),
-    Local(&'a local::TopicWriter, local::Memory),
+    memory: ipc::Memory,
 }
 
 impl Loan<'_> {
     /// The memory.
     pub fn bytes_mut(&mut self) -> &mut [u8] {
-        let length = self.length;
-        match &mut self.memory {
-            LoanMemory::Ipc(_, memory) => &mut memory.bytes_mut()[..length],
-            LoanMemory::Local(_, memory) => &mut memory.bytes_mut()[..length],
-        }
+        &mut self.memory.bytes_mut()[..self.length]
     }
 
     fn bytes(&self) -> &[u8] {
-        match &self.memory {
-            LoanMemory::Ipc(_, memory) => &memory.bytes()[..self.length],
-            LoanMemory::Local(_, memory) => &memory.bytes()[..self.length],
-        }
+        &self.memory.bytes()[..self.length]
     }
 
     /// Publishes the archive that was written; the number of subscribers that it went to.
@@ -114,7 +89,7 @@ impl Loan<'_> {
     /// # Errors
     /// Bytes that do not begin as an archive of the topic, an epoch below the last one. The last sample stays.
     pub fn publish(self, origin: Origin) -> Result<usize, PublishError> {
-        let Publisher { topic, last_epoch, .. } = self.publisher;
+        let Publisher { topic, last_epoch, port } = self.publisher;
         let (topic, kind) = (*topic, topic.kind());
         let preamble = Preamble::of(self.bytes(), kind).map_err(|source| PublishError::Archive { topic, source })?;
         let header = SampleHeader {
@@ -130,10 +105,7 @@ impl Loan<'_> {
         if origin.epoch < last {
             return Err(PublishError::EpochFell { topic, epoch: origin.epoch, last });
         }
-        let sent = match self.memory {
-            LoanMemory::Ipc(port, memory) => port.send(memory, header)?,
-            LoanMemory::Local(port, memory) => port.send(memory, header),
-        };
+        let sent = port.send(self.memory, header)?;
         last_epoch.store(origin.epoch, Ordering::Release);
         Ok(sent)
     }
@@ -142,27 +114,13 @@ impl Loan<'_> {
 /// The receiving end of a topic.
 pub struct Subscriber {
     topic: Topic,
-    port: ReaderPort,
+    port: ipc::TopicReader,
     last_epoch: Mutex<u64>,
     held: Arc<AtomicUsize>,
 }
 
-pub(crate) enum ReaderPort {
-    Ipc(ipc::TopicReader),
-    Local(local::TopicReader),
-}
-
-impl ReaderPort {
-    fn receive(&self) -> Result<Option<SampleMemory>, ReceiveError> {
-        match self {
-            Self::Ipc(port) => Ok(port.receive()?.map(SampleMemory::Ipc)),
-            Self::Local(port) => Ok(port.receive().map(SampleMemory::Local)),
-        }
-    }
-}
-
 impl Subscriber {
-    pub(crate) fn new(topic: Topic, port: ReaderPort) -> Self {
+    pub(crate) fn new(topic: Topic, port: ipc::TopicReader) -> Self {
         Self { topic, port, last_epoch: Mutex::new(0), held: Arc::default() }
     }
 
@@ -184,7 +142,7 @@ impl Subscriber {
             return Err(ReceiveError::TooManyHeld { topic: self.topic, held });
         }
         let mut last_epoch = self.last_epoch.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut newest: Option<SampleMemory> = None;
+        let mut newest: Option<ipc::TopicSample> = None;
         // One more may come from each publisher that died since the last look; few ever do.
         while let Some(memory) = self.port.receive()? {
             if newest.as_ref().is_none_or(|n| n.header().epoch <= memory.header().epoch) {
@@ -207,29 +165,8 @@ impl Subscriber {
 
 /// A sample, read in place: its memory stays as it is while this is held, whatever happens to its publisher.
 pub struct Sample {
-    memory: SampleMemory,
+    memory: ipc::TopicSample,
     held: Arc<AtomicUsize>,
-}
-
-enum SampleMemory {
-    Ipc(ipc::TopicSample),
-    Local(local::TopicSample),
-}
-
-impl SampleMemory {
-    fn header(&self) -> &SampleHeader {
-        match self {
-            Self::Ipc(sample) => sample.header(),
-            Self::Local(sample) => sample.header(),
-        }
-    }
-
-    fn bytes(&self) -> &[u8] {
-        match self {
-            Self::Ipc(sample) => sample.bytes(),
-            Self::Local(sample) => sample.bytes(),
-        }
-    }
 }
 
 impl Sample {

@@ -4,22 +4,27 @@
 //! A [`Keeper`] creates a [`Domain`]'s services; everybody else joins as a [`Bus`], opens ends, and sleeps in its
 //! [`Waiter`]. A [`Publisher`] lends memory in which an archive is written in place; a [`Subscriber`] reads it in place,
 //! and gets the last one however late it comes. [`ConsistentSet`] tells a consumer which grids and which plan belong
-//! together. [`Domain::in_process`] is a double with the same behaviour, without shared memory.
+//! together.
 //!
 //! ```
 //! use bus::{Bus, Daemon, Domain, Keeper, Origin, Topic};
 //! use messages::{InputHashes, Phase, PhaseBuilder};
+//! use std::time::Duration;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let domain = Domain::in_process(1 << 20);
+//! # let root = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm")?;
+//! # let (prefix, root) = (format!("gd{:x}_", std::process::id()), root.path());
+//! let domain = Domain::shared(&prefix, root)?;
 //! let _keeper = Keeper::start(&domain)?;
 //!
-//! let (producer, _waiter) = Bus::join(&domain, Daemon::ScheduleEval)?;
+//! let (producer, mut waiter) = Bus::join(&domain, Daemon::ScheduleEval)?;
 //! let phases = producer.publisher(Topic::Phase, 4096)?;
 //! let archive = PhaseBuilder::everything_built(7, 3, 1).finish();
 //! phases.publish_copy(archive.bytes(), Origin { epoch: 1, frame_epoch: 0, inputs: InputHashes::default() })?;
 //!
 //! let (consumer, _waiter) = Bus::join(&domain, Daemon::Rasterize)?;
 //! let late = consumer.subscriber(Topic::Phase)?;
+//! // The producer's waiter gives newcomers the last sample.
+//! waiter.wait(Duration::from_secs(1))?;
 //! let sample = late.take()?.expect("the last sample is there");
 //! assert_eq!(Phase::open(sample.bytes())?.n_elements(), 3);
 //! # Ok(())
@@ -36,20 +41,22 @@ mod generation;
 mod ipc;
 mod keeper;
 mod latched;
-mod local;
+mod limits;
 mod names;
+mod reply_kind;
 mod signal;
 mod stamp;
 mod status;
 mod waiter;
 
 pub use bus::Bus;
-pub use command::{Command, CommandClient, CommandServer, MAX_COMMAND_BYTES, MAX_OPEN, OpenCommand, Reply};
+pub use command::{Command, CommandClient, CommandServer, OpenCommand, Reply};
 pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, NoMap, Verdict};
 pub use domain::Domain;
 pub use error::{CommandError, DomainError, PortError, PublishError, ReceiveError, WaitError};
 pub use keeper::Keeper;
-pub use latched::{Loan, MAX_HELD, MAX_SAMPLE_BYTES, Origin, Publisher, Sample, Subscriber};
+pub use latched::{Loan, Origin, Publisher, Sample, Subscriber};
+pub use limits::{MAX_COMMAND_BYTES, MAX_HELD, MAX_OPEN, MAX_SAMPLE_BYTES};
 pub use names::{Daemon, GridSlot, Topic};
 pub use stamp::Stamp;
 pub use status::{StatusReader, StatusWriter};

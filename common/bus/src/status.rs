@@ -1,26 +1,21 @@
 //! The status stream: heartbeats of all daemons.
 
 use crate::error::ReceiveError;
+use crate::ipc;
 use crate::names::Daemon;
 use crate::stamp::Stamp;
-use crate::{ipc, local};
 use messages::StatusRecord;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The sending end.
 pub struct StatusWriter {
     daemon: Daemon,
-    port: StatusTarget,
+    port: ipc::StatusTarget,
     sequence: AtomicU64,
 }
 
-pub(crate) enum StatusTarget {
-    Ipc(ipc::StatusTarget),
-    Local(local::StatusTarget),
-}
-
 impl StatusWriter {
-    pub(crate) fn new(daemon: Daemon, port: StatusTarget) -> Self {
+    pub(crate) fn new(daemon: Daemon, port: ipc::StatusTarget) -> Self {
         Self { daemon, port, sequence: AtomicU64::new(0) }
     }
 
@@ -33,28 +28,17 @@ impl StatusWriter {
             stamp_ns: Stamp::now().0,
             ..record
         };
-        match &self.port {
-            StatusTarget::Ipc(port) => port.send(record),
-            StatusTarget::Local(port) => {
-                port.send(record);
-                true
-            }
-        }
+        self.port.send(record)
     }
 }
 
 /// The receiving end; a late one gets what is sent from now on. Who falls behind loses the oldest.
 pub struct StatusReader {
-    port: StatusSource,
-}
-
-pub(crate) enum StatusSource {
-    Ipc(ipc::StatusSource),
-    Local(local::StatusSource),
+    port: ipc::StatusSource,
 }
 
 impl StatusReader {
-    pub(crate) fn new(port: StatusSource) -> Self {
+    pub(crate) fn new(port: ipc::StatusSource) -> Self {
         Self { port }
     }
 
@@ -63,9 +47,6 @@ impl StatusReader {
     /// # Errors
     /// The bus library refuses.
     pub fn take(&self) -> Result<Option<StatusRecord>, ReceiveError> {
-        match &self.port {
-            StatusSource::Ipc(port) => port.receive(),
-            StatusSource::Local(port) => Ok(port.receive()),
-        }
+        self.port.receive()
     }
 }

@@ -1,8 +1,8 @@
 //! Sleeping until something happens: samples, commands, replies, heartbeats, a stop, a new generation, a deadline.
 
 use crate::bell::{BellName, Ring};
-use crate::bus::Member;
 use crate::error::WaitError;
+use crate::ipc;
 use crate::names::Daemon;
 use crate::signal::Signal;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -61,14 +61,14 @@ impl Stopper {
 /// here leaves late subscribers without.
 pub struct Waiter {
     daemon: Daemon,
-    member: Member,
+    member: Arc<ipc::Membership>,
     nudge: Arc<Signal>,
     stop: Arc<Signal>,
     stop_on: Vec<OwnedFd>,
 }
 
 impl Waiter {
-    pub(crate) fn new(daemon: Daemon, member: Member) -> io::Result<Self> {
+    pub(crate) fn new(daemon: Daemon, member: Arc<ipc::Membership>) -> io::Result<Self> {
         let (nudge, stop) = (Arc::new(Signal::new()?), Arc::new(Signal::new()?));
         Ok(Self { daemon, member, nudge, stop, stop_on: Vec::new() })
     }

@@ -1,4 +1,4 @@
-//! What daemons rely on, run on the bus in shared memory and on its double.
+//! What daemons rely on, each on a bus of its own in shared memory.
 
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
@@ -12,51 +12,14 @@ use common::{Attended, DEADLINE, Fixture, grid, origin, phase, publish, sample_o
 use messages::{ArchiveBuffer, GridsBuilder, GridsHead, Phase, PhaseBuilder, RobotProfile, Stage, StatusRecord};
 use std::time::Duration;
 
-/// Runs every test on both.
-macro_rules! on_both {
-    ($($name:ident),* $(,)?) => {
-        mod in_shared_memory {
-            $(#[test] fn $name() { super::$name(&super::Fixture::shared()) })*
-        }
-        mod in_process {
-            $(#[test] fn $name() { super::$name(&super::Fixture::in_process()) })*
-        }
-    };
-}
-
-on_both!(
-    a_late_joiner_gets_the_last_sample,
-    many_late_joiners_of_many_topics_get_their_samples,
-    samples_in_between_are_left_out,
-    a_held_sample_stays_as_it_is,
-    a_larger_loan_than_before_is_possible_and_latched,
-    the_header_says_where_a_sample_comes_from,
-    a_topic_has_one_producer_and_one_publisher,
-    what_is_no_archive_of_the_topic_is_not_published,
-    epochs_never_fall,
-    there_is_one_loan_at_a_time,
-    a_subscriber_may_hold_a_few_samples,
-    a_publisher_that_comes_again_goes_on,
-    heartbeats_arrive_in_order_and_the_oldest_give_way,
-    a_command_has_progress_and_an_end,
-    a_command_may_be_large_or_empty,
-    a_command_that_nobody_serves_fails_at_once,
-    a_command_that_is_dropped_is_lost,
-    a_command_whose_client_leaves_is_cancelled,
-    a_client_has_few_open_commands,
-    waiting_ends_for_a_stop_a_nudge_and_the_time,
-    there_is_one_keeper_and_nobody_joins_without,
-    participants_hear_that_the_keeper_went_down,
-    a_worker_publishes_while_the_loop_waits,
-    a_consumer_uses_what_belongs_together,
-);
-
 fn up(fixture: &Fixture) -> (Keeper, &Domain) {
     (Keeper::start(&fixture.domain).unwrap(), &fixture.domain)
 }
 
-fn a_late_joiner_gets_the_last_sample(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_late_joiner_gets_the_last_sample() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
     publish(&publisher, 1, 10);
@@ -70,8 +33,10 @@ fn a_late_joiner_gets_the_last_sample(fixture: &Fixture) {
     assert!(late.take().unwrap().is_none(), "a sample is taken once");
 }
 
-fn many_late_joiners_of_many_topics_get_their_samples(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn many_late_joiners_of_many_topics_get_their_samples() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::SlamAlign);
     for daemon in [Daemon::IfcIngest, Daemon::Robot, Daemon::Groundplan] {
         let (bus, mut waiter) = Bus::join(domain, daemon).unwrap();
@@ -89,8 +54,10 @@ fn many_late_joiners_of_many_topics_get_their_samples(fixture: &Fixture) {
     }
 }
 
-fn samples_in_between_are_left_out(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn samples_in_between_are_left_out() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
@@ -102,8 +69,10 @@ fn samples_in_between_are_left_out(fixture: &Fixture) {
     assert_eq!(sample.header().epoch, 50);
 }
 
-fn a_held_sample_stays_as_it_is(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_held_sample_stays_as_it_is() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(Topic::Phase, 4096).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
@@ -119,8 +88,10 @@ fn a_held_sample_stays_as_it_is(fixture: &Fixture) {
     assert_eq!(newer.bytes(), phase(1020).bytes());
 }
 
-fn a_larger_loan_than_before_is_possible_and_latched(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_larger_loan_than_before_is_possible_and_latched() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
@@ -138,8 +109,10 @@ fn a_larger_loan_than_before_is_possible_and_latched(fixture: &Fixture) {
     assert!(sample.bytes() == phase(5_000_000).bytes(), "what was latched has grown too");
 }
 
-fn the_header_says_where_a_sample_comes_from(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn the_header_says_where_a_sample_comes_from() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
     let archive = phase(33);
@@ -156,8 +129,10 @@ fn the_header_says_where_a_sample_comes_from(fixture: &Fixture) {
     assert!(header.stamp_ns > 0);
 }
 
-fn a_topic_has_one_producer_and_one_publisher(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_topic_has_one_producer_and_one_publisher() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (bus, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     assert!(matches!(bus.publisher(Topic::Phase, 64), Err(PortError::NotTheProducer { .. })));
     let first = bus.publisher(grid(63), 64).unwrap();
@@ -170,8 +145,10 @@ fn a_topic_has_one_producer_and_one_publisher(fixture: &Fixture) {
     assert!(matches!(other.command_server(), Err(PortError::Taken { .. })));
 }
 
-fn what_is_no_archive_of_the_topic_is_not_published(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn what_is_no_archive_of_the_topic_is_not_published() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::Rasterize);
     let publisher = producer.bus.publisher(Topic::Grids, 64).unwrap();
     for bytes in [phase(10), ArchiveBuffer::zeroed(640), ArchiveBuffer::zeroed(0)] {
@@ -182,8 +159,10 @@ fn what_is_no_archive_of_the_topic_is_not_published(fixture: &Fixture) {
     assert!(matches!(too_large, Err(PublishError::TooLarge { .. })));
 }
 
-fn epochs_never_fall(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn epochs_never_fall() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     let subscriber = bus.subscriber(Topic::Phase).unwrap();
     let producer = Attended::join(domain, Daemon::ScheduleEval);
@@ -202,8 +181,10 @@ fn epochs_never_fall(fixture: &Fixture) {
     sample_of(&mut waiter, &subscriber, 8);
 }
 
-fn there_is_one_loan_at_a_time(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn there_is_one_loan_at_a_time() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
     publish(&publisher, 1, 10);
@@ -219,8 +200,10 @@ fn there_is_one_loan_at_a_time(fixture: &Fixture) {
     publish(&publisher, 2, 10);
 }
 
-fn a_subscriber_may_hold_a_few_samples(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_subscriber_may_hold_a_few_samples() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
@@ -237,8 +220,10 @@ fn a_subscriber_may_hold_a_few_samples(fixture: &Fixture) {
     assert_eq!(held[0].bytes(), phase(2).bytes());
 }
 
-fn a_publisher_that_comes_again_goes_on(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_publisher_that_comes_again_goes_on() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     let subscriber = bus.subscriber(Topic::Phase).unwrap();
     let mut held = None;
@@ -253,8 +238,10 @@ fn a_publisher_that_comes_again_goes_on(fixture: &Fixture) {
     assert_eq!(held.unwrap().bytes(), phase(5).bytes());
 }
 
-fn heartbeats_arrive_in_order_and_the_oldest_give_way(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn heartbeats_arrive_in_order_and_the_oldest_give_way() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Groundplan).unwrap();
     let reader = bus.status_reader().unwrap();
     let record = StatusRecord { stage: Stage::Writing as u32, memory_bytes: 5, ..bytemuck::Zeroable::zeroed() };
@@ -277,8 +264,10 @@ fn heartbeats_arrive_in_order_and_the_oldest_give_way(fixture: &Fixture) {
     assert!(sequences.is_sorted() && sequences.len() < 1000);
 }
 
-fn a_command_has_progress_and_an_end(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_command_has_progress_and_an_end() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (daemon, mut at_daemon) = Bus::join(domain, Daemon::IfcIngest).unwrap();
     let server = daemon.command_server().unwrap();
     let (client, mut at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
@@ -308,8 +297,10 @@ fn a_command_has_progress_and_an_end(fixture: &Fixture) {
     assert_eq!(end, Reply::Done(b"yes".to_vec()));
 }
 
-fn a_command_may_be_large_or_empty(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_command_may_be_large_or_empty() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (daemon, mut at_daemon) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
     let server = daemon.command_server().unwrap();
     let (client, mut at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
@@ -327,8 +318,10 @@ fn a_command_may_be_large_or_empty(fixture: &Fixture) {
     assert!(matches!(refused, Err(CommandError::TooLarge { .. })));
 }
 
-fn a_command_that_nobody_serves_fails_at_once(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_command_that_nobody_serves_fails_at_once() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (client, _waiter) = Bus::join(domain, Daemon::Groundplan).unwrap();
     let to_daemon = client.command_client(Daemon::ScheduleEval).unwrap();
     let refused = to_daemon.send(b"date").map(|_| ());
@@ -339,8 +332,10 @@ fn a_command_that_nobody_serves_fails_at_once(fixture: &Fixture) {
     to_daemon.send(b"date").unwrap();
 }
 
-fn a_command_that_is_dropped_is_lost(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_command_that_is_dropped_is_lost() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (daemon, mut at_daemon) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
     let server = daemon.command_server().unwrap();
     let (client, mut at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
@@ -354,8 +349,10 @@ fn a_command_that_is_dropped_is_lost(fixture: &Fixture) {
     assert!(matches!(lost, CommandError::Lost { daemon: Daemon::ScheduleEval }), "{lost:?}");
 }
 
-fn a_command_whose_client_leaves_is_cancelled(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_command_whose_client_leaves_is_cancelled() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (daemon, mut at_daemon) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
     let server = daemon.command_server().unwrap();
     let (client, _at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
@@ -368,8 +365,10 @@ fn a_command_whose_client_leaves_is_cancelled(fixture: &Fixture) {
     command.done(b"into the void").unwrap();
 }
 
-fn a_client_has_few_open_commands(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_client_has_few_open_commands() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (daemon, _at_daemon) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
     let server = daemon.command_server().unwrap();
     let (client, _at_client) = Bus::join(domain, Daemon::Groundplan).unwrap();
@@ -383,8 +382,10 @@ fn a_client_has_few_open_commands(fixture: &Fixture) {
     to_daemon.send(b"date").unwrap();
 }
 
-fn waiting_ends_for_a_stop_a_nudge_and_the_time(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn waiting_ends_for_a_stop_a_nudge_and_the_time() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     let _subscriber = bus.subscriber(Topic::Site).unwrap();
     while !waiter.wait(Duration::from_millis(1)).unwrap().timed_out() {}
@@ -403,10 +404,12 @@ fn waiting_ends_for_a_stop_a_nudge_and_the_time(fixture: &Fixture) {
     assert!(waiter.wait(DEADLINE).unwrap().stopped && waiter.wait(DEADLINE).unwrap().stopped);
 }
 
-fn there_is_one_keeper_and_nobody_joins_without(fixture: &Fixture) {
+#[test]
+fn there_is_one_keeper_and_nobody_joins_without() {
+    let fixture = Fixture::shared();
     let join = || Bus::join(&fixture.domain, Daemon::Robot).map(|_| ());
     assert!(matches!(join(), Err(DomainError::NoKeeper { .. })));
-    let (keeper, domain) = up(fixture);
+    let (keeper, domain) = up(&fixture);
     assert!(matches!(Keeper::start(domain), Err(DomainError::KeeperRuns { .. })));
     join().unwrap();
     assert_eq!(keeper.tick().unwrap(), 0);
@@ -416,8 +419,10 @@ fn there_is_one_keeper_and_nobody_joins_without(fixture: &Fixture) {
     join().unwrap();
 }
 
-fn participants_hear_that_the_keeper_went_down(fixture: &Fixture) {
-    let (keeper, domain) = up(fixture);
+#[test]
+fn participants_hear_that_the_keeper_went_down() {
+    let fixture = Fixture::shared();
+    let (keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Robot).unwrap();
     assert_eq!(bus.generation(), keeper.generation());
     let thread = std::thread::spawn(move || drop(keeper));
@@ -432,8 +437,10 @@ fn participants_hear_that_the_keeper_went_down(fixture: &Fixture) {
     assert_eq!(again.generation(), keeper.generation());
 }
 
-fn a_worker_publishes_while_the_loop_waits(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_worker_publishes_while_the_loop_waits() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
     let worker = std::thread::spawn(move || {
@@ -451,8 +458,10 @@ fn a_worker_publishes_while_the_loop_waits(fixture: &Fixture) {
     worker.join().unwrap();
 }
 
-fn a_consumer_uses_what_belongs_together(fixture: &Fixture) {
-    let (_keeper, domain) = up(fixture);
+#[test]
+fn a_consumer_uses_what_belongs_together() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
     let eval = Attended::join(domain, Daemon::ScheduleEval);
     let phases = eval.bus.publisher(Topic::Phase, 64).unwrap();
     let rasterize = Attended::join(domain, Daemon::Rasterize);

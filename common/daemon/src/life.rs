@@ -408,7 +408,7 @@ mod tests {
         }
     }
 
-    /// A daemon of this service on a bus in this process, until it ends by itself or the result is read no more.
+    /// A daemon of this service on a bus of its own, until it ends by itself or the result is read no more.
     fn live(wake_in: Option<Duration>, panics_at_tick: bool) -> (Receiver<(Instant, &'static str)>, Receiver<String>) {
         // One log for all tests of this process.
         static LOG: Mutex<Option<Log>> = Mutex::new(None);
@@ -419,7 +419,9 @@ mod tests {
         let (asked, diary) = channel();
         let (ended, end) = channel();
         std::thread::spawn(move || {
-            let domain = Domain::in_process(1 << 20);
+            let root = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm").unwrap();
+            let prefix = format!("gl{:x}x{}_", std::process::id(), u8::from(panics_at_tick));
+            let domain = Domain::shared(&prefix, root.path()).unwrap();
             let _keeper = Keeper::start(&domain).unwrap();
             let home = tempfile::tempdir().unwrap();
             let path = home.path().join("site.toml");

@@ -1,11 +1,14 @@
 //! Commands and streamed replies in shared memory.
 
+use super::bell::Bell;
+use super::membership::Membership;
+use super::node::check_memory;
 use super::wire::WireCommand;
-use super::{IpcBell, Membership, check_memory, memory, services};
-use crate::bell::{Bell, BellName, Ring};
-use crate::command::ReplyKind;
+use super::{memory, services};
+use crate::bell::{BellName, Ring};
 use crate::error::{CommandError, PortError};
 use crate::names::Daemon;
+use crate::reply_kind::ReplyKind;
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::LoanError;
@@ -57,7 +60,7 @@ fn used(payload: &[u8], length: u64) -> &[u8] {
 /// The answering end of a daemon's commands.
 pub(crate) struct Server {
     port: ServerPort<Service, [u8], WireCommand, [u8], WireCommand>,
-    bell: Arc<IpcBell>,
+    bell: Arc<Bell>,
     daemon: Daemon,
     membership: Arc<Membership>,
 }
@@ -99,7 +102,7 @@ pub(crate) struct Served {
 }
 
 /// Wakes clients when it goes away.
-struct RingAtEnd(Arc<IpcBell>);
+struct RingAtEnd(Arc<Bell>);
 
 impl Drop for RingAtEnd {
     fn drop(&mut self) {
@@ -136,7 +139,7 @@ impl Served {
 pub(crate) struct Client {
     port: ClientPort<Service, [u8], WireCommand, [u8], WireCommand>,
     service: services::CommandService,
-    bell: Arc<IpcBell>,
+    bell: Arc<Bell>,
     daemon: Daemon,
     membership: Arc<Membership>,
 }

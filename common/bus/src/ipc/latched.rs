@@ -1,9 +1,12 @@
 //! Latched topics in shared memory.
 
+use super::bell::Bell;
+use super::membership::{Latches, Membership};
 use super::memory;
+use super::node::check_memory;
+use super::services;
 use super::wire::{WireBlock, WireHeader};
-use super::{IpcBell, Membership, check_memory, services};
-use crate::bell::{Bell, BellName, Ring};
+use crate::bell::{BellName, Ring};
 use crate::error::{PortError, PublishError, ReceiveError};
 use crate::names::Topic;
 use iceoryx2::port::LoanError;
@@ -17,7 +20,7 @@ use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::ipc_threadsafe::Service;
 use messages::SampleHeader;
 use std::mem::MaybeUninit;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 const BLOCK_BYTES: usize = size_of::<WireBlock>();
 
@@ -32,7 +35,7 @@ fn open(membership: &Membership, topic: Topic) -> Result<services::TopicService,
 /// The publishing end of a topic.
 pub(crate) struct TopicWriter {
     port: Publisher<Service, [WireBlock], WireHeader>,
-    bell: Arc<IpcBell>,
+    bell: Arc<Bell>,
     topic: Topic,
     made: Mutex<MadePages>,
     _membership: Arc<Membership>,
@@ -85,12 +88,9 @@ impl TopicWriter {
         let made = Mutex::default();
         let writer = Arc::new(Self { port, bell, topic, made, _membership: Arc::clone(membership) });
         let mut writers = membership.writers.lock().unwrap_or_else(PoisonError::into_inner);
-        writers.push(Arc::downgrade(&writer));
+        let latches: Weak<dyn Latches> = Arc::<Self>::downgrade(&writer);
+        writers.push(latches);
         Ok(writer)
-    }
-
-    pub(crate) fn bell(&self) -> Arc<IpcBell> {
-        Arc::clone(&self.bell)
     }
 
     /// Memory for a sample, with whatever earlier samples left in it.
@@ -123,11 +123,16 @@ impl TopicWriter {
         self.bell.ring(Ring::Data);
         Ok(sent)
     }
+}
 
-    /// Puts the last sample into the queues of subscribers that have come since.
-    pub(crate) fn serve_newcomers(&self) {
+impl Latches for TopicWriter {
+    fn serve_newcomers(&self) {
         // A newcomer that cannot be connected to is gone again.
         let _ = self.port.update_connections();
+    }
+
+    fn bell(&self) -> Arc<Bell> {
+        Arc::clone(&self.bell)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Every service of a domain: its name and its quality of service, the same for who creates and who opens.
 
 use super::wire::{WireBlock, WireCommand, WireHeader, WireStatus};
+use crate::limits::{MAX_BORROWED, MAX_CLIENTS, MAX_NODES, MAX_OPEN, MAX_SUBSCRIBERS, REPLY_BUFFER, STATUS_BUFFER};
 use crate::names::{Daemon, Topic};
 use iceoryx2::node::Node;
 use iceoryx2::port::event_id::EventId;
@@ -8,24 +9,6 @@ use iceoryx2::service::builder::{event, publish_subscribe, request_response};
 use iceoryx2::service::ipc_threadsafe::Service;
 use iceoryx2::service::port_factory;
 use iceoryx2::service::service_name::ServiceName;
-
-/// Processes that may take part in one service: the keeper, the daemons, clients.
-const MAX_NODES: usize = 32;
-
-/// Readers of one topic or of the status stream.
-const MAX_SUBSCRIBERS: usize = 16;
-
-/// Samples of a topic that a subscriber has in hand: what its owner holds, the next one, and a look beyond.
-const MAX_BORROWED: usize = crate::latched::MAX_HELD + 2;
-
-/// Heartbeats that a reader may be behind.
-pub(crate) const STATUS_BUFFER: usize = 64;
-
-/// Clients of one daemon's commands.
-const MAX_CLIENTS: usize = 16;
-
-/// Replies that a client may be behind; the oldest give way, so that the last one always arrives.
-pub(crate) const REPLY_BUFFER: usize = 16;
 
 /// Largest number of an event.
 const MAX_EVENT: usize = 7;
@@ -79,7 +62,7 @@ pub(crate) fn command(node: &Node<Service>, daemon: Daemon) -> CommandBuilder {
         .max_servers(1)
         .max_clients(MAX_CLIENTS)
         .max_nodes(MAX_NODES)
-        .max_active_requests_per_client(crate::command::MAX_OPEN)
+        .max_active_requests_per_client(MAX_OPEN)
         .max_response_buffer_size(REPLY_BUFFER)
         .enable_safe_overflow_for_requests(false)
         .enable_safe_overflow_for_responses(true)

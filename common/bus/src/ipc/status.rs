@@ -1,8 +1,11 @@
 //! The status stream in shared memory.
 
+use super::bell::Bell;
+use super::membership::Membership;
+use super::node::check_memory;
 use super::wire::WireStatus;
-use super::{IpcBell, Membership, check_memory, memory, services};
-use crate::bell::{Bell, BellName, Ring};
+use super::{memory, services};
+use crate::bell::{BellName, Ring};
 use crate::error::{PortError, ReceiveError};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -24,7 +27,7 @@ fn open(membership: &Membership) -> Result<services::StatusService, PortError> {
 /// The sending end.
 pub(crate) struct StatusTarget {
     port: Publisher<Service, WireStatus, ()>,
-    bell: Arc<IpcBell>,
+    bell: Arc<Bell>,
     _membership: Arc<Membership>,
 }
 
@@ -55,7 +58,7 @@ impl StatusTarget {
 /// The receiving end.
 pub(crate) struct StatusSource {
     port: Subscriber<Service, WireStatus, ()>,
-    _bell: Arc<IpcBell>,
+    _bell: Arc<Bell>,
     _membership: Arc<Membership>,
 }
 

@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 /// The one deadline of every wait: far beyond what any machine needs.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
 
-/// A domain of its own, in shared memory or in this process.
+/// A domain of its own in shared memory.
 pub(crate) struct Fixture {
     pub(crate) domain: Domain,
     prefix: String,
-    folder: Option<tempfile::TempDir>,
+    folder: tempfile::TempDir,
 }
 
 impl Fixture {
@@ -26,19 +26,11 @@ impl Fixture {
         // In memory, as `/run` is: the bus library syncs each of its files, and a keeper creates hundreds.
         let folder = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm").unwrap();
         let domain = Domain::shared(&prefix, folder.path()).unwrap();
-        Self { domain, prefix, folder: Some(folder) }
-    }
-
-    pub(crate) fn in_process() -> Self {
-        Self { domain: Domain::in_process(1 << 30), prefix: String::new(), folder: None }
-    }
-
-    pub(crate) fn is_shared(&self) -> bool {
-        self.folder.is_some()
+        Self { domain, prefix, folder }
     }
 
     pub(crate) fn root(&self) -> &Path {
-        self.folder.as_ref().unwrap().path()
+        self.folder.path()
     }
 
     pub(crate) fn prefix(&self) -> &str {
@@ -54,10 +46,8 @@ impl Fixture {
 
 impl Drop for Fixture {
     fn drop(&mut self) {
-        if self.is_shared() {
-            for segment in self.segments() {
-                let _ = std::fs::remove_file(segment);
-            }
+        for segment in self.segments() {
+            let _ = std::fs::remove_file(segment);
         }
     }
 }

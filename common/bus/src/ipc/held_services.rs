@@ -1,0 +1,46 @@
+//! The services of a generation, as the keeper holds them.
+
+use super::node::{node, refused, require_memory};
+use super::services;
+use crate::bell::BellName;
+use crate::error::DomainError;
+use crate::generation::{Lock, Place};
+use crate::names::{Daemon, Topic};
+use iceoryx2::node::Node;
+use iceoryx2::service::ipc_threadsafe::Service;
+
+/// All services of a generation, held by the keeper.
+pub(crate) struct Services {
+    _topics: Vec<services::TopicService>,
+    _status: services::StatusService,
+    _commands: Vec<services::CommandService>,
+    _bells: Vec<services::BellService>,
+    node: Node<Service>,
+    _life: Lock,
+}
+
+impl Services {
+    /// Creates the services of a generation, or opens those that participants kept.
+    pub(crate) fn create(place: &Place, generation: u64) -> Result<Self, DomainError> {
+        require_memory()?;
+        let life = place.live_in(generation)?;
+        let node = node(place, generation, "keeper")?;
+        let topics = Topic::all()
+            .map(|t| services::topic(&node, t).open_or_create().map_err(|e| refused(format!("topic `{t}`"), e)));
+        let topics = topics.collect::<Result<_, _>>()?;
+        let status = services::status(&node).open_or_create().map_err(|e| refused("status stream", e))?;
+        let commands = Daemon::ALL
+            .map(|d| services::command(&node, d).open_or_create().map_err(|e| refused(format!("command/{d}"), e)));
+        let commands = commands.into_iter().collect::<Result<_, _>>()?;
+        let names = Daemon::ALL.map(BellName::Of).into_iter().chain([BellName::Status]);
+        let bells = names
+            .map(|n| services::bell(&node, n.text()).open_or_create().map_err(|e| refused(format!("bell/{n:?}"), e)));
+        let bells = bells.collect::<Result<_, _>>()?;
+        Ok(Self { _topics: topics, _status: status, _commands: commands, _bells: bells, node, _life: life })
+    }
+
+    /// Returns what dead participants left; the number of them.
+    pub(crate) fn remove_dead(&self) -> u64 {
+        self.node.try_cleanup_dead_nodes().cleanups
+    }
+}

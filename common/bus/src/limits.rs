@@ -1,0 +1,31 @@
+//! Every bound of the bus, in one place.
+
+/// Bytes of the largest sample.
+pub const MAX_SAMPLE_BYTES: usize = 8 << 30;
+
+/// Samples of one subscriber that its owner may hold at once: one in use, one complete, one that has just come.
+pub const MAX_HELD: usize = 3;
+
+/// Bytes of the largest command and of the largest reply.
+pub const MAX_COMMAND_BYTES: usize = 16 << 20;
+
+/// Commands that a client may have open at once.
+pub const MAX_OPEN: usize = 2;
+
+/// Processes that may take part in one service: the keeper, the daemons, clients.
+pub(crate) const MAX_NODES: usize = 32;
+
+/// Readers of one topic or of the status stream.
+pub(crate) const MAX_SUBSCRIBERS: usize = 16;
+
+/// Samples of a topic that a subscriber has in hand: what its owner holds, the next one, and a look beyond.
+pub(crate) const MAX_BORROWED: usize = MAX_HELD + 2;
+
+/// Heartbeats that a reader may be behind.
+pub(crate) const STATUS_BUFFER: usize = 64;
+
+/// Clients of one daemon's commands.
+pub(crate) const MAX_CLIENTS: usize = 16;
+
+/// Replies that a client may be behind; the oldest give way, so that the last one always arrives.
+pub(crate) const REPLY_BUFFER: usize = 16;
