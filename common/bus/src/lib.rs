@@ -6,6 +6,15 @@
 //! and gets the last one however late it comes. [`ConsistentSet`] tells a consumer which grids and which plan belong
 //! together.
 //!
+//! Other programs attach as subscribers: the example `read_grid` in Rust, `scripts/python_subscriber.py` with the iceoryx2 wheel
+//! and numpy; both read grids in place. For people:
+//!
+//! ```text
+//! groundplan topic list                # topics that have a sample, with producer, epoch and age
+//! groundplan topic echo grids          # the index of the grids with its hashes
+//! groundplan topic hz grid/00          # how often samples come, and how long they take
+//! ```
+//!
 //! ```
 //! use bus::{Bus, Daemon, Domain, Keeper, Origin, Topic};
 //! use messages::{InputHashes, Phase, PhaseBuilder};

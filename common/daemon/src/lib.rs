@@ -1,8 +1,29 @@
-//! What all daemons share: the site's configuration, state that survives them, requests, and the loop that they live in.
+//! Shared parts of all daemons: site configuration, persistent state, requests, the event loop.
 //!
-//! A daemon is a [`Service`]: it opens its ends of the bus, and answers to inputs, requests and its own alarm, one after the
+//! A daemon is a [`Service`]: it opens its ends of the bus, and handles inputs, requests and its own alarm, one after the
 //! other, on a thread of its own. [`run`] owns the rest: it joins the bus and every later generation of it, keeps only the
-//! newest of each input while the service works, serves newcomers, beats its heart, and leaves within a second.
+//! newest of each input while the service works, serves late joiners, sends heartbeats, and leaves within a second.
+//!
+//! # A site
+//!
+//! A site has a file like `config/site.toml`: `groundplan up --config site.toml` starts and supervises its daemons, which
+//! lie in the folder of the client. Plan time, reported progress, robot and loaded files are on disk before a command is
+//! answered, and numbers of samples never fall. A model that changes on disk is read again; one that is broken leaves the
+//! last good site where it is, and `groundplan status` says why. SIGHUP reads the configuration again.
+//!
+//! The plan time stands, follows the clock of the machine in the zone of the site, or runs at a rate; it never goes back by
+//! itself:
+//!
+//! ```text
+//! groundplan date 2024-04-15T08:00:00
+//! groundplan date --wall                          # needs site_zone in the schedule rules
+//! groundplan date 2024-03-04 --simulate 86400     # a day a second
+//! groundplan date                                 # prints it
+//! groundplan actuals progress.csv                 # reported progress, columns id, start, finish; --clear takes it back
+//! ```
+//!
+//! On the PC of a robot `sudo scripts/install` puts programs, manual pages, completions and the units of `config/systemd`
+//! in place, then `systemctl enable --now groundplan.target`. `groundplan doctor` tells what a machine lacks.
 
 mod ask;
 mod config;

@@ -1,6 +1,46 @@
-//! Files for other programs, made from archives: maps, pictures, JSON, GeoJSON, CSV.
+//! Export of archives to files: maps, images, JSON, GeoJSON, CSV, BCF.
 //!
 //! [`files`] is a pure function to paths and bytes; [`OutputFolder`] writes them whole or not at all.
+//!
+//! - `manifest.json`: sources, robot, frames, storeys, sha256 of every file.
+//! - `report.json`: what was counted, assumed, replaced by a box or left out; of each storey how much floor is reached,
+//!   part by part; rooms on no map; closed doors, each once, on the storey on which it stands, with every reason in words
+//!   and as a code; floor at other levels; where dates come from and what is wrong with them.
+//! - `semantic.json`: every element and space by GlobalId, in the frame and epoch that it names: class, footprints, when it
+//!   is built and by whose word, doors, stairs, property sets.
+//! - `waypoints.{json,csv,geojson}`: centres of open spaces that can be reached; scans with what they see; the order of the
+//!   tour; the other spaces with the reason and the GlobalId of the closed door.
+//! - `waypoints.wgs84.geojson`: the waypoints by longitude and latitude, if the projected system of the model (EPSG code)
+//!   can be computed without grid files; `report.json` says otherwise why not. As exact as the published shift of its
+//!   datum: metres for old national systems.
+//! - `site-graph.json`: ways of all storeys: spaces with their names, doors, junctions along the middle of the floor,
+//!   staging poses before stairs, lifts and steps between levels; length, clearance, rise, slope of ramps, door and class
+//!   of each; stairs as a line over their treads and landings, with walked length, clear width and number of risers.
+//! - `site-frame.json`: the map frame; the next run into the same folder keeps it.
+//! - `storeys/*/planning.{pgm,yaml}`: 0 where an obstacle stands, 254 where there is floor and none, 205 elsewhere.
+//! - `storeys/*/localization.{pgm,yaml}`: finished structure at the height of the lidar, without glass and furniture.
+//! - `storeys/*/keepout.{pgm,yaml}`: Nav2 keep-out mask: 0 for drop-offs, work and closed rooms, with margins; 205
+//!   elsewhere, so that the filter never makes an unknown cell free.
+//! - `storeys/*/route.geojson`: this storey's ways for Nav2's route server; stairs that lead away from it as collections of
+//!   one line, which Nav2 skips.
+//! - `storeys/*/waypoints.yaml`: for Nav2's waypoint panel.
+//! - `storeys/*/semantic.png`, `waypoints.png`, `classes.png`: for people; class ids for programs.
+//!
+//! In all JSON documents keys of measures end with their unit, and what there is not is null, never an empty text. Their
+//! schemas are in `config/schemas`.
+//!
+//! # Nav2
+//!
+//! The planning map, the keep-out mask and the waypoints of a storey have one frame and one origin;
+//! `config/nav2/params.yaml` has the parameters that they need. `groundplan export maps --watch --on-change
+//! config/nav2/on-change` rewrites a folder for every change, and calls a script that stops the robot's goal before it
+//! loads the maps.
+//!
+//! # Output folder
+//!
+//! Earlier output is replaced as a whole. A folder without a `manifest.json` of groundplan is never replaced, and one in
+//! which files were added or altered since is refused with their names; with `--force` these files are moved to
+//! `OUT.kept-1` beside it, and never deleted.
 
 mod csv;
 mod deviations;

@@ -1,4 +1,31 @@
-//! The building at the plan time as a simulation world: what stands as convex pieces, doors on joints, one frame with the maps.
+//! The building at the plan time as a simulation world: what stands as convex pieces, doors on joints, one frame with the
+//! maps.
+//!
+//! ```text
+//! groundplan convert house.ifc -o maps --world                                # doors on joints
+//! groundplan convert house.ifc -o maps --world --doors open                   # movable, open, closed or passable
+//! groundplan convert house.ifc -o maps --world --date 2024-04-15 --barriers   # thin walls close blocked rooms
+//! groundplan convert house.ifc -o maps --world=world.toml                     # all else, see config/world.toml
+//! gz sim maps/world/world.sdf
+//! ```
+//!
+//! | file | content |
+//! |---|---|
+//! | `world/world.sdf` | SDF 1.9: static models per storey and class, a model for each door, the sun, the frame `robot_spawn` |
+//! | `world/meshes/*.obj`, `materials.mtl` | meshes, each once however often it stands somewhere |
+//! | `world/lookup.json` | models, elements, doors, counts, by GlobalId |
+//! | `world/doors.urdf` | the doors as one tree of links and joints |
+//! | `world/site.glb` | the same for viewers, a node per element |
+//!
+//! What collides are convex pieces, because physics engines fill the hull of everything else: a wall with a door is two
+//! piers and a lintel, so that every doorway is open; boxes where a piece is a box. An element of more than 64 pieces, such
+//! as a tree or a cabinet of boards, has fewer: neighbours become their common hull where that lies within 5 cm of them
+//! (foliage 40 cm), see [`Pieces`].
+//!
+//! World coordinates are map coordinates: a waypoint is where the robot stands in the world, and `robot_spawn` is the
+//! first. Every link is named by class and GlobalId, models carry the class as label for segmentation cameras, and
+//! `lookup.json` says what each is, how exactly its pieces fit, and how each door moves. `scripts/check_world.py OUT`
+//! compares the rays of the world with the maps.
 
 mod bodies;
 mod doors;

@@ -1,7 +1,27 @@
-//! A map of the model and the robot's own in, the motion between them out: features, poses, how sure they are.
+//! Alignment: a map of the model and a SLAM map in, the rigid motion between them out, with covariance and verdict.
 //!
-//! The method is that of wall faces with signed normals and corners that vote, beside correlation; every pose is refined and
-//! scored by walls and free space, and one is accepted only if no other comes near it.
+//! Candidates come from wall points with signed normals, corners that vote, and correlation; every pose is refined and
+//! scored by walls and free space, and one is accepted only if no other comes near it. A symmetric building is ambiguous,
+//! with every pose, until a hint decides.
+//!
+//! ```text
+//! groundplan align --reference maps --slam robot.yaml                       # on any storey
+//! groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json
+//! groundplan align --reference maps --slam robot.yaml --overlay overlay.png --transform site_map.yaml
+//! groundplan align --reference maps --slam robot.yaml --resample moved      # maps, routes and waypoints in the robot's frame
+//! groundplan align --reference maps --slam robot.yaml --free-scale          # the scale of the SLAM map is estimated, too
+//! ```
+//!
+//! A daemon follows the map that the robot publishes on `slam-map` or saves to a file, from one map to the next
+//! ([`Follower`]), and searches all poses behind that:
+//!
+//! ```text
+//! groundplan slam-map robot.yaml         # aligned with the planned site; the verdict is the exit code
+//! groundplan align                       # searches now; --hint, --storey, --transform as for files
+//! groundplan confirm                     # accepts a pending pose: one that would change by more than max_jump
+//! ```
+//!
+//! The published pose follows the robot's map; it never jumps by itself, and survives every daemon.
 
 mod chance;
 mod image;

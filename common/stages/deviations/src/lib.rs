@@ -1,8 +1,20 @@
-//! What differs between a site at a plan time and a SLAM map that is aligned with it.
+//! Deviations: site, schedule state and an aligned SLAM map in, what differs out.
 //!
-//! Every element is looked at from samples on its sides, along their normals: a surface in its place, a surface beside it, or free
-//! cells through the solid. A lidar sees the first surface only: what hides a side makes it unseen, and an element is absent
-//! only where the robot saw through it. By how much the SLAM map is bent is told from the surfaces around, and taken off.
+//! Every element is probed from samples on its sides, along their normals: a surface in its place, a surface beside it, or
+//! free cells through the solid. A lidar sees the first surface only: what hides a side makes it unseen, and an element is
+//! absent only where the robot saw through it. The distortion of the SLAM map is estimated from the surfaces around, and
+//! taken off.
+//!
+//! ```text
+//! groundplan deviations house.ifc --slam robot.yaml --date 2024-04-15
+//! groundplan deviations house.ifc --slam robot.yaml --date 2024-04-15 -o deviations    # JSON, BCF 2.1, CSV, a picture
+//! groundplan deviations                                                # of the running daemons, at the plan time
+//! groundplan confirm 2O2Fr$t4X7Zf8NOew3FLOH                            # an element that the robot saw through
+//! ```
+//!
+//! With `apply = true` in `[align]` of the site's configuration, an element that the robot sees before its time is on the
+//! maps from then on. What seems absent stays on them until an operator confirms it; a confirmed element is off the maps
+//! until it is seen.
 
 mod bend;
 mod displaced;

@@ -1,7 +1,20 @@
-//! IFC files in, `site` archive out.
+//! Ingestion: IFC files in, `site` archive out.
 //!
 //! [`ingest`] reads the files, fixes the map frame, finds which storeys can be walked, and computes once what several
 //! stages need: clear widths, passages, the spaces that a door joins. The model of `ifc` ends here.
+//!
+//! Several files are one site. Each lies where its map conversion puts it, with units and scales applied, or where
+//! [`IngestOptions::places`] puts it by hand; they lie within 100 m of another, in whatever order they are named. Elements
+//! with one GlobalId and different bodies are refused, or the last file counts ([`IngestOptions::prefer_last`]).
+//!
+//! The map frame makes the dominant wall direction parallel to the axes. It is fixed once, whatever the date, and kept by
+//! later runs ([`IngestOptions::frame`]).
+//!
+//! A part of a storey that lies more than 5 cm higher or lower, has 5 m2 of floor with 1.3 m of headroom, and a room on it
+//! or a way to it, is a map storey of its own ("Ground floor -0.25 m"), behind those of the files' storeys.
+//!
+//! What cannot be meshed is replaced by its bounding box and reported. A file of which that is more than half is refused
+//! without [`IngestOptions::allow_boxes`].
 
 mod assemble;
 mod classify;

@@ -1,8 +1,22 @@
-//! Site, phase and robot in, one grid per map storey out.
+//! Rasterisation: site, schedule state and robot in, one grid per map storey out.
 //!
-//! [`Rasterizer::new`] cuts every element to the slab of every storey once, into runs of cells per element, and keeps
-//! them; they change only with site, robot or resolution. [`Rasterizer::draw`] brings the grids to a phase: what it drew
-//! before is kept, and only what looks different is drawn again.
+//! [`Rasterizer::new`] slices every element to the slab of every storey once, into runs of cells per element; slices change
+//! only with site, robot or resolution. [`Rasterizer::draw`] brings the grids to a schedule state: what it drew before is
+//! kept, and only cells whose appearance changed are drawn again.
+//!
+//! # Layers
+//!
+//! - `planning`: 0 free where built floor covers the cell whole and nothing stands, 100 where an obstacle overlaps it by a
+//!   tenth of a millimetre, -1 elsewhere. An atrium, a stair hole, a shaft and a missing slab are unknown; the outline of a
+//!   room is no floor.
+//! - `localization`: a shell of two cells of finished structure at the height of the lidar, where it faces floor, also
+//!   across a gap narrower than 0.20 m; without glass and furniture.
+//! - `keepout`: drop-offs, work from this floor to the next, and closed rooms, with margins that never leak through a wall.
+//! - `class`, `floor`, `space`: what stands in a cell, whether it has floor, and in which space it lies.
+//!
+//! A map whose every storey would be blank is an error that says what each storey lacks ([`check_not_blank`]).
+//!
+//! `cargo run --example planning_map -- config/demo/demo.ifc planning.pgm` makes a planning map with the stages alone.
 
 mod between;
 mod build;

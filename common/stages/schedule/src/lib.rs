@@ -1,10 +1,44 @@
-//! Site and rules in, states of all elements and spaces at any plan time out.
+//! Schedule evaluation: site and rules in, states of elements and spaces at any plan time out.
 //!
-//! [`evaluate`] works the schedule out once: dates of tasks from what is written, sequences, durations and calendars;
-//! what happens to each element and who says so; when each space is closed and why. The [`Timeline`] that it returns
-//! answers for any instant or period by looking up sorted changes. Nothing here knows the clock or the outside.
+//! [`evaluate`] resolves task dates (written, rolled up, computed from sequences, durations and calendars), the timeline of
+//! each element and the closures of spaces once. The [`Timeline`] answers for any instant or period by looking up sorted
+//! changes. No clock, no I/O.
 //!
 //! Instants are civil seconds since 1970-01-01T00:00 at the site, without a zone.
+//!
+//! # Sources of dates
+//!
+//! In order of rank, for each element: reported progress, tasks (actual, scheduled, early or computed dates), property
+//! sets, construction phases, status. Tasks, times, sequences with lags and calendars are those of IFC2X3, IFC4 and IFC4X3;
+//! dates that are missing are computed by a forward pass, with floats.
+//!
+//! Rules of property dates, construction phases (models name them, but do not date them), closed rooms, time zone and date
+//! order are [`Rules`], a file like `config/schedule.toml`. A date that can be read in two ways is an error that shows both
+//! readings, unless other dates of the file or the rules decide. A date with an offset or `Z` is converted to `site_zone`
+//! of the rules, and is an error without one. What is wrong with a task or a date is a finding with its GlobalId, and does
+//! not stop the rest.
+//!
+//! # Instants and periods
+//!
+//! `states`, `changes` and the daemons deal in instants: a date without a time is its midnight. A map serves a working
+//! period, by default a whole day, and shows the union over it: a space is blocked if it is at any instant, an element is
+//! an obstacle if it is there at any instant, and a cell has floor only if it has throughout. `groundplan states` lists
+//! what differs between the two.
+//!
+//! ```text
+//! groundplan convert house.ifc -o maps --date 2024-04-15                          # the union over the day
+//! groundplan convert house.ifc -o maps --date 2024-04-15T08:30:00                 # an instant
+//! groundplan convert house.ifc -o maps --date 2024-04-15 --until 2024-04-19       # the union over the days
+//! groundplan convert house.ifc -o maps --date all                                 # a folder per change
+//! groundplan states house.ifc --date 2024-04-15                                   # the midnight, and what differs in the day
+//! groundplan states house.ifc --date 2024-04-15 --until 2024-04-15                # the whole day, as convert draws it
+//! groundplan states house.ifc --date 2024-04-15 --delay 'Partition walls=5d'      # what if
+//! groundplan states house.ifc --date 2024-04-15 --actual progress.csv             # columns id, start, finish
+//! groundplan tasks house.ifc                                                      # dates, targets, problems
+//! groundplan changes house.ifc                                                    # change instants and their tasks
+//! ```
+//!
+//! Without a date every element stands and every space is open, with a warning if the model has a schedule.
 
 mod clock;
 mod closures;
