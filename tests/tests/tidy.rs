@@ -142,3 +142,27 @@ fn the_top_level_holds_what_the_architecture_names() {
         assert!(name.starts_with('.') || folders.contains(&name.as_str()) || files.contains(&name.as_str()), "{name}");
     }
 }
+
+/// Paths that a document names: links, and words in backticks that begin with a folder of the top level.
+fn named_paths(text: &str) -> Vec<&str> {
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let links = links.filter(|link| !link.contains(':') && !link.starts_with('#'));
+    let words =
+        text.lines().flat_map(|line| line.split('`').skip(1).step_by(2)).filter_map(|word| word.split(' ').next());
+    let is_path = |word: &&str| {
+        let begins = ["common/", "services/", "scripts/", "config/", "tests/tests/", "tests/benches/", "tests/fuzz/"];
+        begins.iter().any(|folder| word.starts_with(folder)) && !word.contains(['*', '<']) && !word.contains("NAME")
+    };
+    links.chain(words.filter(is_path)).collect()
+}
+
+#[test]
+fn documents_name_files_that_exist() {
+    for document in ["README.md", "ARCHITECTURE.md", "BENCHMARKS.md", "CHANGELOG.md", "CONTRIBUTING.md", "GLOSSARY.md"]
+    {
+        let text = std::fs::read_to_string(root().join(document)).unwrap();
+        for path in named_paths(&text) {
+            assert!(root().join(path).exists(), "{document} names {path}");
+        }
+    }
+}
