@@ -5,16 +5,18 @@
 //! cells around are computed again as far as the difference can reach. The result is that of drawing everything anew.
 //! After one pass through all phases nothing is allocated any more, except on storeys whose floor is what obstacles enclose.
 
-use crate::between::Standing;
-use crate::doors::{DoorLayers, door_passage};
-use crate::facts::{self, BLOCKED, DOOR, FLOOR, GROUND, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
-use crate::floor::{FloorPlans, enclosed_floor, outline, put, sides_with_floor};
+use crate::layers::cell_flags::{self, BLOCKED, DOOR, FLOOR, GROUND, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
+use crate::layers::clear_width::Standing;
+use crate::layers::door_passage::{DoorLayers, door_passage};
+use crate::layers::floor::{FloorPlans, enclosed_floor, outline, put, sides_with_floor};
+use crate::layers::keepout::{Keepout, Margins};
+use crate::layers::localization::Localization;
+use crate::layers::tiles::SIDE;
 use crate::model::cell_area::slab_above_floor;
 use crate::model::door::DoorAt;
 use crate::model::gap;
 use crate::model::presence::Look;
 use crate::model::storey_slice::StoreyCut;
-use crate::window::{Keepout, Localization, Margins, SIDE};
 use grid::{CellRect, Class, GridSpec, Growth, join_rects};
 use messages::{
     ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Phase, RegionRecord, RobotProfile,
@@ -27,7 +29,7 @@ use xxhash_rust::xxh3::xxh3_64;
 pub(crate) struct Canvas {
     archive: ArchiveBuffer,
     content_hash: u64,
-    /// A byte of [`facts`] per cell.
+    /// A byte of [`cell_flags`] per cell.
     facts: Vec<u8>,
     /// A byte of margins per cell.
     margins: Vec<u8>,
@@ -190,7 +192,7 @@ impl Canvas {
             self.paint(scene, phase, &rect);
         }
         if is_blank {
-            facts::fill_without_floor(&mut self.writer().layers());
+            cell_flags::fill_without_floor(&mut self.writer().layers());
         } else {
             self.derive(scene);
         }

@@ -18,16 +18,11 @@
 //!
 //! `cargo run --example planning_map -- config/demo/demo.ifc planning.pgm` makes a planning map with the stages alone.
 
-mod between;
 mod build;
 mod canvas;
-mod doors;
 mod error;
-mod facts;
-mod floor;
+mod layers;
 mod model;
-mod regions;
-mod window;
 
 pub use error::{RasterizeError, check_not_blank};
 

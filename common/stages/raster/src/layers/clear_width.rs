@@ -1,4 +1,4 @@
-//! What stands in the way through a door, measured on footprints: whatever the resolution of the map.
+//! Clear width of a doorway between obstacles, measured on footprints and so independent of the map's resolution.
 
 use crate::model::cell_area::cells_beside;
 use crate::model::presence::Look;

@@ -1,7 +1,7 @@
-//! Whether a robot can pass a door.
+//! Decides whether a robot can pass a door, with every reason against it.
 
-use crate::between::{Between, Standing, between_obstacles};
-use crate::floor::sides_with_floor;
+use super::clear_width::{Between, Standing, between_obstacles};
+use super::floor::sides_with_floor;
 use crate::model::door::{DoorAt, is_wide_enough};
 use crate::model::door_leaves::way_through;
 use crate::model::presence::Look;
@@ -15,56 +15,11 @@ use messages::{BoxRecord, DoorPassage, DoorPassageRecord, NONE, Phase, RobotProf
 /// where the way runs along the raster, and at an angle to it.
 const CELLS_LOST: [f64; 2] = [2.2, 3.1];
 
-/// Why the cells of a way that is wide enough are too narrow for the robot.
-fn add_reason_of_cells(record: &mut DoorPassageRecord, between: Between, robot: &RobotProfile) {
-    let spare_m = between.width_m - 2.0 * robot.radius_m;
-    record.width_between_obstacles_m = between.width_m;
-    let reason = if spare_m >= 0.0 {
-        record.needed_resolution_m = needed_resolution_m(&record.way.to_box(), spare_m);
-        DoorPassage::ClosedByResolution
-    } else {
-        record.obstacle = between.obstacle;
-        if between.is_walled_up { DoorPassage::NoOpening } else { DoorPassage::Obstructed }
-    };
-    record.reasons |= reason.bit();
-}
-
-/// A resolution in whole millimetres at which a way that is wider than the robot by `spare_m` stays passable.
-fn needed_resolution_m(way: &OrientedBox, spare_m: f64) -> f64 {
-    let is_aligned = way.axis.iter().any(|a| a.abs() < 1e-3);
-    let cells = CELLS_LOST[usize::from(!is_aligned)];
-    ((spare_m / cells * 1000.0).floor() / 1000.0).max(0.001)
-}
-
 /// The layers that tell whether a robot can pass a door.
 #[derive(Clone, Copy)]
 pub(crate) struct DoorLayers<'a> {
     pub(crate) class: &'a [u8],
     pub(crate) floor: &'a [u8],
-}
-
-/// Width of the narrowest line across a passage, in cells without an obstacle, in metres. That a space beside it is blocked
-/// does not make a door narrower.
-fn free_width_m(plan: &OrientedBox, spec: &GridSpec, class: &[u8]) -> f64 {
-    let cell = f64::from(spec.cell_tenths);
-    let is_open = |at: [f64; 2]| {
-        let [x, y] = at.map(|c| c / f64::from(TENTHS_PER_M));
-        spec.cell_at(Point2::<Map>::new(x, y))
-            .is_some_and(|c| [Class::None.id(), Class::Door.id()].contains(&class[spec.index(c)]))
-    };
-    // Ten samples per cell along the line: the width is right to a tenth of a cell.
-    let step = cell / 10.0;
-    let n_steps = (plan.half[0] / step).ceil() as i32;
-    let widest = |v: f64| {
-        let (mut best, mut now) = (0, 0);
-        for k in -n_steps..=n_steps {
-            now = if is_open(plan.at(f64::from(k) * step, v)) { now + 1 } else { 0 };
-            best = best.max(now);
-        }
-        f64::from(best) * step / f64::from(TENTHS_PER_M)
-    };
-    let n_lines = (plan.half[1] / cell).ceil().max(1.0) as i32;
-    (-n_lines..=n_lines).map(|k| widest(plan.half[1] * f64::from(k) / f64::from(n_lines))).fold(f64::INFINITY, f64::min)
 }
 
 /// What a robot finds there on a map of these layers, if the door's element looks like this.
@@ -109,4 +64,49 @@ pub(crate) fn door_passage(
     }
     record.passage = record.closed_by().next().unwrap_or(DoorPassage::Passable) as u32;
     record
+}
+
+/// Why the cells of a way that is wide enough are too narrow for the robot.
+fn add_reason_of_cells(record: &mut DoorPassageRecord, between: Between, robot: &RobotProfile) {
+    let spare_m = between.width_m - 2.0 * robot.radius_m;
+    record.width_between_obstacles_m = between.width_m;
+    let reason = if spare_m >= 0.0 {
+        record.needed_resolution_m = needed_resolution_m(&record.way.to_box(), spare_m);
+        DoorPassage::ClosedByResolution
+    } else {
+        record.obstacle = between.obstacle;
+        if between.is_walled_up { DoorPassage::NoOpening } else { DoorPassage::Obstructed }
+    };
+    record.reasons |= reason.bit();
+}
+
+/// A resolution in whole millimetres at which a way that is wider than the robot by `spare_m` stays passable.
+fn needed_resolution_m(way: &OrientedBox, spare_m: f64) -> f64 {
+    let is_aligned = way.axis.iter().any(|a| a.abs() < 1e-3);
+    let cells = CELLS_LOST[usize::from(!is_aligned)];
+    ((spare_m / cells * 1000.0).floor() / 1000.0).max(0.001)
+}
+
+/// Width of the narrowest line across a passage, in cells without an obstacle, in metres. That a space beside it is blocked
+/// does not make a door narrower.
+fn free_width_m(plan: &OrientedBox, spec: &GridSpec, class: &[u8]) -> f64 {
+    let cell = f64::from(spec.cell_tenths);
+    let is_open = |at: [f64; 2]| {
+        let [x, y] = at.map(|c| c / f64::from(TENTHS_PER_M));
+        spec.cell_at(Point2::<Map>::new(x, y))
+            .is_some_and(|c| [Class::None.id(), Class::Door.id()].contains(&class[spec.index(c)]))
+    };
+    // Ten samples per cell along the line: the width is right to a tenth of a cell.
+    let step = cell / 10.0;
+    let n_steps = (plan.half[0] / step).ceil() as i32;
+    let widest = |v: f64| {
+        let (mut best, mut now) = (0, 0);
+        for k in -n_steps..=n_steps {
+            now = if is_open(plan.at(f64::from(k) * step, v)) { now + 1 } else { 0 };
+            best = best.max(now);
+        }
+        f64::from(best) * step / f64::from(TENTHS_PER_M)
+    };
+    let n_lines = (plan.half[1] / cell).ceil().max(1.0) as i32;
+    (-n_lines..=n_lines).map(|k| widest(plan.half[1] * f64::from(k) / f64::from(n_lines))).fold(f64::INFINITY, f64::min)
 }

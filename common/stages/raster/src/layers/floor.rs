@@ -1,9 +1,9 @@
-//! Which cells have floor under them.
+//! Floor cells of a storey at a schedule state, from finished floor elements or assumed floor.
 
+use super::other_levels::at_other_levels;
 use crate::model::cell_area::{BESIDE_PASSAGE_M, reach_beside};
 use crate::model::gap::CRACK;
 use crate::model::storey_slice::{FloorPiece, StoreyCut};
-use crate::regions::at_other_levels;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union};
 use grid::{Class, GridSpec, Mask, Run, covered_cells, enclosed, fill_holes};

@@ -1,4 +1,4 @@
-//! Floor at another level than the storey's.
+//! Finished floor at other levels than the storey's own.
 
 use crate::model::cell_area::to_tenths;
 use crate::model::other_levels::{REACH, candidates};

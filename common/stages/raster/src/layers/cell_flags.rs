@@ -1,4 +1,4 @@
-//! What is known of a cell at a phase, in a byte: everything that planning, keep-out and localization are made from.
+//! Per-cell flags (obstacle, door, floor, blocked, structure, work, outline) from which all layers are computed.
 
 use messages::GridLayers;
 
