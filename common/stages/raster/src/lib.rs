@@ -14,22 +14,28 @@
 //! - `keepout`: drop-offs, work from this floor to the next, and closed rooms, with margins that never leak through a wall.
 //! - `class`, `floor`, `space`: what stands in a cell, whether it has floor, and in which space it lies.
 //!
+//! # Modules
+//!
+//! `build` makes the `model` of each storey, `layers` computes from model and schedule state, `incremental` redraws with them
+//! only what looks different. Each names only those before it.
+//!
 //! A map whose every storey would be blank is an error that says what each storey lacks ([`check_not_blank`]).
 //!
 //! `cargo run --example planning_map -- config/demo/demo.ifc planning.pgm` makes a planning map with the stages alone.
 
 mod build;
-mod canvas;
 mod error;
+mod incremental;
 mod layers;
 mod model;
 
 pub use error::{RasterizeError, check_not_blank};
 
 use build::slicing::slice_storey;
-use canvas::{Canvas, Scene};
 use geometry::Footprint;
 use grid::GridSpec;
+use incremental::scene::Scene;
+use incremental::storey_grid::Canvas;
 use messages::{
     ArchiveBuffer, ArchiveWriter, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord,
     RobotProfile, Site,

@@ -1,27 +1,25 @@
-//! The grid of one storey as it was drawn last, and what a phase changes of it.
+//! The grid of a storey, redrawn incrementally for each schedule state.
 //!
-//! A storey is drawn once as a whole. After that a phase is compared with what is drawn: where an element or a space looks
-//! different, its rectangle is painted again from the runs of everything that meets it, and the layers that depend on
-//! cells around are computed again as far as the difference can reach. The result is that of drawing everything anew.
-//! After one pass through all phases nothing is allocated any more, except on storeys whose floor is what obstacles enclose.
+//! The first draw covers the whole storey. Later draws compare the schedule state with the one drawn, repaint the rectangles
+//! of elements and spaces that differ, and recompute keep-out and localization around them. The result equals a full redraw.
+//! After one pass through all states it allocates nothing, except on storeys whose floor is what obstacles enclose.
 
+use super::difference::{Difference, Seen};
+use super::ground::Ground;
+use super::scene::Scene;
 use crate::layers::cell_flags::{self, BLOCKED, DOOR, FLOOR, GROUND, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
 use crate::layers::clear_width::Standing;
 use crate::layers::door_passage::{DoorLayers, door_passage};
-use crate::layers::floor::{FloorPlans, enclosed_floor, outline, put, sides_with_floor};
-use crate::layers::keepout::{Keepout, Margins};
+use crate::layers::floor::{FloorPlans, outline, put};
+use crate::layers::keepout::Keepout;
 use crate::layers::localization::Localization;
 use crate::layers::tiles::SIDE;
 use crate::model::cell_area::slab_above_floor;
 use crate::model::door::DoorAt;
 use crate::model::gap;
 use crate::model::presence::Look;
-use crate::model::storey_slice::StoreyCut;
 use grid::{CellRect, Class, GridSpec, Growth, join_rects};
-use messages::{
-    ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Phase, RegionRecord, RobotProfile,
-    Site,
-};
+use messages::{ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Phase, RegionRecord};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// A storey as it was drawn last.
@@ -34,60 +32,15 @@ pub(crate) struct Canvas {
     /// A byte of margins per cell.
     margins: Vec<u8>,
     seen: Seen,
-    has_ground: bool,
+    ground: Ground,
     /// True if it shows what a storey shows before its first slab.
     is_blank: bool,
-    open_passages: Vec<bool>,
     /// What a robot finds at the doors.
     doors: Vec<DoorPassageRecord>,
     /// What stands in the way through a door, while it is looked at.
     standing: Standing,
-    regions: Vec<RegionRecord>,
-    floor_plans: FloorPlans,
     difference: Difference,
     growth: Growth,
-}
-
-/// Everything of a phase that a grid depends on.
-#[derive(Debug, Default)]
-struct Seen {
-    /// [`Look`] of every near element, then whether each space is blocked, then whether there is a plan time.
-    looks: Vec<u8>,
-    /// Which floor elements are finished.
-    finished: Vec<u64>,
-}
-
-/// Where a phase differs from what is drawn.
-#[derive(Debug, Default)]
-struct Difference {
-    /// Cells whose facts may differ.
-    cells: Vec<CellRect>,
-    /// Cells of which the ground may differ.
-    ground: Vec<CellRect>,
-    /// Cells below which work began or ended.
-    work: Vec<CellRect>,
-    /// Cells of all work that goes on.
-    working: Vec<CellRect>,
-    /// Places in [`StoreyCut::overhead`] of the elements that are worked on.
-    worked_on: Vec<u32>,
-    /// True if a floor element was finished, or is no longer.
-    floor_differs: bool,
-    windows: Vec<CellRect>,
-}
-
-/// What does not change from phase to phase.
-#[derive(Clone, Copy)]
-pub(crate) struct Scene<'a> {
-    pub(crate) site: &'a Site<'a>,
-    pub(crate) robot: &'a RobotProfile,
-    pub(crate) storey: &'a StoreyCut,
-}
-
-impl Scene<'_> {
-    fn margins(&self) -> Margins {
-        let cells = |metres_m: f64| metres_m / frames::metres(self.storey.spec.cell_tenths);
-        Margins { edge_cells: cells(self.robot.edge_margin_m), work_cells: cells(self.robot.work_margin_m) }
-    }
 }
 
 impl Canvas {
@@ -130,13 +83,10 @@ impl Canvas {
             margins: vec![0; facts.len()],
             facts,
             seen: Seen::default(),
-            has_ground: false,
+            ground: Ground::new(floor_plans),
             is_blank: false,
-            open_passages: Vec::new(),
             doors: Vec::new(),
             standing: Standing::new(),
-            regions: Vec::new(),
-            floor_plans,
             difference: Difference::default(),
             growth: Growth::default(),
         }
@@ -164,18 +114,19 @@ impl Canvas {
 
     /// Finished floor at other levels.
     pub(crate) fn regions(&self) -> &[RegionRecord] {
-        &self.regions
+        &self.ground.regions
     }
 
     /// Draws the grid of a phase.
     pub(crate) fn draw(&mut self, scene: Scene<'_>, phase: &Phase<'_>) {
         let is_first = self.seen.looks.is_empty();
-        if !self.look(scene, phase) {
+        let Self { facts, seen, ground, difference, .. } = self;
+        if !difference.find(seen, scene, phase) {
             return;
         }
-        self.lay_ground(scene, phase, is_first);
-        self.open_passages(scene, phase, is_first);
-        let is_blank = phase.head.plan_time().is_some() && !self.has_ground;
+        ground.lay(facts, difference, &seen.finished, (scene, phase), is_first);
+        ground.open(facts, difference, (scene, phase), is_first);
+        let is_blank = phase.head.plan_time().is_some() && !self.ground.is_any;
         if is_first || is_blank != self.is_blank {
             self.is_blank = is_blank;
             self.difference.cells.clear();
@@ -204,118 +155,11 @@ impl Canvas {
         GridWriter::resume(self.archive.bytes_mut(), self.facts.len())
     }
 
-    /// Compares a phase with what is drawn; false if nothing looks different.
-    fn look(&mut self, scene: Scene<'_>, phase: &Phase<'_>) -> bool {
-        let storey = scene.storey;
-        let is_first = self.seen.looks.is_empty();
-        let (n_dependents, n_spaces) = (storey.dependents.len(), storey.spaces.len());
-        // Nothing that is drawn looks like this.
-        let Seen { looks, finished } = &mut self.seen;
-        looks.resize(n_dependents + n_spaces + 1, u8::MAX);
-        let difference = &mut self.difference;
-        difference.clear();
-        let mut differs = is_first;
-        for (dependent, seen) in storey.dependents.iter().zip(&mut *looks) {
-            let look = Look::of(phase.effective(dependent.element as usize));
-            let before = std::mem::replace(seen, look as u8);
-            let overhead = dependent.overhead.filter(|_| look == Look::WorkedOn || before == Look::WorkedOn as u8);
-            let work = overhead.and_then(|place| storey.overhead_rect(scene.site, place));
-            if look == Look::WorkedOn {
-                difference.worked_on.extend(dependent.overhead);
-                difference.working.extend(work);
-            }
-            if before == look as u8 {
-                continue;
-            }
-            differs = true;
-            difference.cells.extend(dependent.cells);
-            if (before == Look::WorkedOn as u8) != (look == Look::WorkedOn) {
-                difference.work.extend(work);
-            }
-            if let Some(place) = dependent.floor_place {
-                put(finished, place, look == Look::Built);
-                difference.ground.extend(dependent.floor);
-                difference.floor_differs = true;
-            }
-        }
-        for (space, seen) in storey.spaces.iter().zip(&mut looks[n_dependents..]) {
-            let blocked = u8::from(phase.is_blocked(space.space as usize));
-            if std::mem::replace(seen, blocked) != blocked {
-                differs = true;
-                difference.cells.extend(space.rect);
-            }
-        }
-        let dated = u8::from(phase.head.plan_time().is_some());
-        if std::mem::replace(&mut looks[n_dependents + n_spaces], dated) != dated {
-            // Without a plan time a storey without floor is not all unknown.
-            differs = true;
-        }
-        let Difference { cells, work, .. } = difference;
-        cells.extend_from_slice(work);
-        differs
-    }
-
-    /// Brings the ground to the finished floor elements.
-    fn lay_ground(&mut self, scene: Scene<'_>, phase: &Phase<'_>, is_first: bool) {
-        let Scene { site, robot, storey } = scene;
-        let whole = storey.whole();
-        if is_first {
-            self.difference.ground.clear();
-            self.difference.ground.push(whole);
-        }
-        if is_first || self.difference.floor_differs {
-            let Self { facts, floor_plans, regions, difference, .. } = self;
-            let plan = floor_plans.of(site, robot, storey, &self.seen.finished);
-            regions.clone_from(&plan.regions);
-            join_rects(&mut difference.ground);
-            for rect in &difference.ground {
-                rect.rows(whole.width()).for_each(|row| facts[row].iter_mut().for_each(|f| *f &= !GROUND));
-                let covered = rect.clip(&plan.runs, whole.width());
-                covered.for_each(|cells| facts[cells].iter_mut().for_each(|f| *f |= GROUND));
-            }
-        }
-        if storey.floor_kind == FloorKind::AssumedFromEnclosure {
-            self.enclose_ground(scene, phase);
-        }
-        if is_first || !self.difference.ground.is_empty() {
-            self.has_ground = self.facts.iter().any(|f| f & GROUND != 0);
-        }
-        let Difference { cells, ground, .. } = &mut self.difference;
-        cells.extend_from_slice(ground);
-    }
-
-    /// The ground of a storey without floor faces and spaces: what its obstacles enclose.
-    fn enclose_ground(&mut self, scene: Scene<'_>, phase: &Phase<'_>) {
-        let enclosed = enclosed_floor(scene.storey, |element| phase.effective(element as usize).is_obstacle());
-        for (facts, inside) in self.facts.iter_mut().zip(enclosed.cells) {
-            *facts = *facts & !GROUND | if inside { GROUND } else { 0 };
-        }
-        self.difference.ground.clear();
-        self.difference.ground.push(scene.storey.whole());
-    }
-
-    /// Passages of walls that stand, with ground on both sides, are floor too.
-    fn open_passages(&mut self, scene: Scene<'_>, phase: &Phase<'_>, is_first: bool) {
-        let Self { facts, open_passages, difference, .. } = self;
-        open_passages.resize(scene.storey.passages.len(), false);
-        for (passage, open) in scene.storey.passages.iter().zip(open_passages) {
-            let Some(around) = passage.around else { continue };
-            if !is_first && !difference.cells.iter().any(|rect| rect.meets(&around)) {
-                continue;
-            }
-            let is_open = phase.effective(passage.host as usize).is_obstacle()
-                && sides_with_floor(&passage.plan, &scene.storey.spec, |i| facts[i] & GROUND != 0) == 2;
-            if std::mem::replace(open, is_open) != is_open {
-                difference.cells.extend(passage.rect);
-            }
-        }
-    }
-
     /// Writes facts, class, floor and planning of a rectangle from the runs of everything that meets it.
     fn paint(&mut self, scene: Scene<'_>, phase: &Phase<'_>, rect: &CellRect) {
         let Scene { site, robot, storey } = scene;
         let width = storey.spec.width as usize;
-        let Self { archive, facts, open_passages, difference, .. } = self;
+        let Self { archive, facts, ground, difference, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), facts.len());
         let GridLayers { class, floor, planning, .. } = writer.layers();
         for row in rect.rows(width) {
@@ -323,7 +167,9 @@ impl Canvas {
             facts[row].iter_mut().for_each(|f| *f = *f & (GROUND | OUTLINE) | (*f & GROUND) << 1);
         }
         let meets = |other: Option<CellRect>| other.is_some_and(|other| other.meets(rect));
-        for (passage, _) in storey.passages.iter().zip(open_passages).filter(|(p, open)| **open && meets(p.rect)) {
+        for (passage, _) in
+            storey.passages.iter().zip(&ground.open_passages).filter(|(p, open)| **open && meets(p.rect))
+        {
             let cells = rect.clip(&passage.runs, width);
             cells.for_each(|cells| facts[cells].iter_mut().for_each(|f| *f |= FLOOR));
         }
@@ -431,14 +277,5 @@ impl Canvas {
                 None => doors.push(record),
             }
         }
-    }
-}
-
-impl Difference {
-    fn clear(&mut self) {
-        let lists = [&mut self.cells, &mut self.ground, &mut self.work, &mut self.working];
-        lists.into_iter().for_each(Vec::clear);
-        self.worked_on.clear();
-        self.floor_differs = false;
     }
 }
