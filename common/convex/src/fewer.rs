@@ -2,8 +2,8 @@
 
 use crate::components::Mesh;
 use crate::hulls::{Body, hull_of, longest_m, sides_m};
+use crate::options::PieceOptions;
 use crate::piece::{FacePlane, Hull, Made, Piece, Shape, cross, length, sub};
-use crate::pieces::PieceOptions;
 use geometry::unit_normal;
 
 /// A hull may hold no place that is farther from the body than this, in metres: nobody stands inside.

@@ -10,6 +10,7 @@ mod convex_partition;
 mod facets;
 mod fewer;
 mod hulls;
+mod options;
 mod piece;
 mod pieces;
 mod sheets;
@@ -17,5 +18,6 @@ mod sheets;
 mod testing;
 
 pub use convex_partition::convex_partition;
+pub use options::PieceOptions;
 pub use piece::{ConvexBox, Hull, Made, Piece, Shape};
-pub use pieces::{PieceOptions, convex_pieces};
+pub use pieces::convex_pieces;

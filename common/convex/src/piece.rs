@@ -193,6 +193,11 @@ impl Piece {
 }
 
 impl Shape {
+    /// True if it is a box.
+    pub fn is_box(&self) -> bool {
+        matches!(self, Self::Box(_))
+    }
+
     /// The simplest shape of a hull.
     pub(crate) fn of(hull: Hull) -> Self {
         hull.as_box().map_or(Self::Hull(hull), Self::Box)

@@ -5,25 +5,11 @@ use crate::components::{Mesh, components, shells};
 use crate::facets::{FLAT, Facet, dot, facets};
 use crate::fewer::fewer;
 use crate::hulls::{Body, decomposed, hull_of, voxel_m};
+use crate::options::PieceOptions;
 use crate::piece::{Hull, Made, Piece, Shape, cross, length};
 use crate::sheets::plates;
 use frames::TENTHS_PER_M;
 use geometry::MeshView;
-
-/// How bodies become pieces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PieceOptions {
-    /// A part that is not convex may become its hull if that lies no farther from it than this.
-    pub tolerance_m: f64,
-    /// A decomposition that lies farther off than this becomes thin plates along the surface.
-    pub worst_m: f64,
-    /// Exact pieces that a connected part may have before an approximation with fewer is looked for.
-    pub exact_max: usize,
-    /// Pieces that a body may have before neighbours become their common hull.
-    pub element_max: usize,
-    /// How far off such a hull may lie; that of thin surfaces, such as foliage, eight times as far.
-    pub joined_m: f64,
-}
 
 /// Exact pieces few enough that no other direction is tried.
 const FEW: usize = 4;
