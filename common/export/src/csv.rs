@@ -1,7 +1,8 @@
 //! Waypoints as CSV.
 
+use crate::input::ExportInput;
+use crate::text::rounded;
 use crate::waypoints::{kind, space_id, space_name};
-use crate::{ExportInput, rounded};
 use std::fmt::Write;
 
 /// One line per waypoint: pose with quaternion (x, y, z, w), space, clearance.

@@ -1,7 +1,8 @@
 //! What a robot finds at each door: one finding per door, on the storey on which it stands, with the reasons in words.
 
+use crate::input::ExportInput;
 use crate::semantic::clear_width_word;
-use crate::{ExportInput, rounded, text_or_null};
+use crate::text::{rounded, text_or_null};
 use messages::{DoorPassage, DoorPassageRecord, NONE, RobotProfile, Site};
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,7 +1,8 @@
 //! Waypoints in latitude and longitude, where the site's projected system can be computed without tables of other programs.
 
+use crate::input::ExportInput;
+use crate::text::rounded;
 use crate::waypoints::{kind, space_id, space_name};
-use crate::{ExportInput, rounded};
 use messages::{Site, WaypointRecord};
 use proj4rs::Proj;
 use proj4rs::transform::transform;

@@ -1,7 +1,7 @@
 //! A cross and the name at a space's centre, where they can be read.
 
+use crate::canvas::{Canvas, Rgb};
 use crate::letters::latin;
-use crate::pictures::{Canvas, Rgb};
 use embedded_graphics::Drawable;
 use embedded_graphics::geometry::{OriginDimensions, Point, Size};
 use embedded_graphics::mono_font::iso_8859_1::{FONT_4X6, FONT_5X8, FONT_6X10};

@@ -42,10 +42,14 @@
 //! which files were added or altered since is refused with their names; with `--force` these files are moved to
 //! `OUT.kept-1` beside it, and never deleted.
 
+mod canvas;
 mod csv;
 mod deviations;
+mod diagnostics;
 mod door_report;
+mod folders;
 mod geographic;
+mod input;
 mod json;
 mod labels;
 mod letters;
@@ -61,10 +65,13 @@ mod schedule_report;
 mod semantic;
 mod semantic_geometry;
 mod site_frame;
+mod text;
 mod waypoints;
 
 pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
 pub use door_report::{each_door, reason_text};
+pub use folders::sums;
+pub use input::{ExportFile, ExportInput};
 pub use json::text as json_text;
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
 pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
@@ -74,59 +81,13 @@ pub use route::SiteGraph;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
+pub use text::{rounded, text_or_null};
 pub use waypoints::{Waypoints, nav2_poses, space_name};
 
+use folders::storey_folder;
 use geographic::Geographic;
-use geometry::Footprint;
-use messages::{Grid, Grids, MapStoreyRecord, Phase, Plan, Site};
-use sha2::{Digest, Sha256};
+use messages::Site;
 use std::collections::BTreeMap;
-
-/// Everything that files are made from.
-#[derive(Clone, Copy)]
-pub struct ExportInput<'a> {
-    /// Geometry and facts.
-    pub site: &'a Site<'a>,
-    /// States at the plan time.
-    pub phase: &'a Phase<'a>,
-    /// Index of the grids, with doors and regions.
-    pub index: &'a Grids<'a>,
-    /// Grids of the map storeys that are written, in their order.
-    pub grids: &'a [Grid<'a>],
-    /// Waypoints.
-    pub plan: &'a Plan<'a>,
-    /// Footprints of the elements in the slab of each map storey of the site, by element.
-    pub footprints: &'a [&'a [(u32, Footprint)]],
-    /// Metres per cell.
-    pub resolution_m: f64,
-    /// Outline of the robot in its own frame, in metres; may be empty.
-    pub robot_footprint_m: &'a [[f64; 2]],
-    /// True to write vertices, faces and edges of every element into `semantic.json`.
-    pub with_geometry: bool,
-}
-
-impl ExportInput<'_> {
-    /// True if there are maps of a map storey.
-    pub fn writes(&self, map_storey: u32) -> bool {
-        self.grids.iter().any(|grid| grid.head.map_storey == map_storey)
-    }
-}
-
-/// A file to be: path with `/` inside the output folder, and content.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ExportFile {
-    /// Path inside the output folder.
-    pub path: String,
-    /// Content.
-    pub bytes: Vec<u8>,
-}
-
-impl ExportFile {
-    /// A file at a path.
-    pub fn new(path: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
-        Self { path: path.into(), bytes: bytes.into() }
-    }
-}
 
 /// All files of an output folder: these, `more` that others made of the same input, and the manifest, which lists them all.
 pub fn files(input: &ExportInput<'_>, more: Vec<ExportFile>) -> Vec<ExportFile> {
@@ -169,57 +130,4 @@ pub fn dated_files(site: &Site<'_>, dates: Vec<DatedFolder>, mut files: BTreeMap
     files.extend(sums("", std::slice::from_ref(&frame)));
     let manifest = DatesManifest::of(site, dates, files);
     vec![frame, ExportFile::new("manifest.json", json::text(&manifest))]
-}
-
-/// sha256 of files by their path in the output, as manifests list them; they lie in this folder of it, `""` for the output.
-pub fn sums(folder: &str, files: &[ExportFile]) -> BTreeMap<String, String> {
-    let path = |file: &ExportFile| match folder {
-        "" => file.path.clone(),
-        folder => format!("{folder}/{}", file.path),
-    };
-    files.iter().map(|file| (path(file), sha256_hex(&file.bytes))).collect()
-}
-
-/// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.
-pub(crate) fn storey_folder(site: &Site<'_>, index: u32, storey: &MapStoreyRecord) -> String {
-    format!("storeys/{index:02}-{}", letters::slug(site.text(storey.name)))
-}
-
-/// Hexadecimal sha256.
-pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
-}
-
-/// A text for JSON; `None`, which is written as null, if it is empty.
-pub fn text_or_null(text: &str) -> Option<String> {
-    (!text.is_empty()).then(|| text.to_owned())
-}
-
-/// Metres rounded to tenths of a millimetre: no more is known.
-pub fn rounded(metres: f64) -> f64 {
-    // Absurd numbers of absurd files stay finite, because JSON has no infinity.
-    let rounded = ((metres * 1e4).round() / 1e4).clamp(f64::MIN, f64::MAX);
-    // No negative zero in files.
-    if rounded == 0.0 { 0.0 } else { rounded }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rounding_leaves_no_negative_zero() {
-        assert_eq!(rounded(-0.000_01).to_bits(), 0.0f64.to_bits());
-        assert_eq!(rounded(1.234_56), 1.2346);
-        assert_eq!(rounded(-1e308), f64::MIN);
-    }
-
-    #[test]
-    fn an_empty_text_is_null() {
-        assert_eq!((text_or_null(""), text_or_null("a")), (None, Some("a".to_owned())));
-    }
 }

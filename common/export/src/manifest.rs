@@ -1,7 +1,9 @@
 //! `manifest.json`: what an output folder holds and what it was made from.
 
+use crate::folders::storey_folder;
+use crate::input::{ExportFile, ExportInput};
 use crate::site_frame::{MapFromWorld, SiteFrameFile};
-use crate::{ExportFile, ExportInput, hex, storey_folder, text_or_null};
+use crate::text::{hex, text_or_null};
 use frames::metres;
 use messages::{FloorKind, Opens, Phase, RobotProfile, Site};
 use schemars::JsonSchema;
@@ -46,7 +48,7 @@ pub fn with_manifest(head: serde_json::Value, mut files: Vec<ExportFile>) -> Vec
     for (key, value) in head.as_object().into_iter().flatten() {
         manifest[key] = value.clone();
     }
-    manifest["files"] = serde_json::json!(crate::sums("", &files));
+    manifest["files"] = serde_json::json!(crate::folders::sums("", &files));
     files.push(ExportFile::new("manifest.json", format!("{manifest:#}\n")));
     files
 }
@@ -215,8 +217,8 @@ impl Manifest {
             valid_until: plan_time.as_ref().and_then(|_| time(input.phase.head.valid_until_s)),
             schedule_ignored: schedule_ignored(site, input.phase),
             plan_time,
-            resolution_m: crate::rounded(input.resolution_m),
-            slab_m: input.index.head.robot.slab_m().map(crate::rounded),
+            resolution_m: crate::text::rounded(input.resolution_m),
+            slab_m: input.index.head.robot.slab_m().map(crate::text::rounded),
             robot: Robot::of(input),
             frames: Frames {
                 map_from_world: SiteFrameFile::of(site).map_from_world,

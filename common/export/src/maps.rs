@@ -1,6 +1,6 @@
 //! Nav2 map files of a storey.
 
-use crate::ExportFile;
+use crate::input::ExportFile;
 use grid::{MapYaml, encode_pgm, pixel_of};
 use messages::Grid;
 

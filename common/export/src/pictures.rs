@@ -1,23 +1,30 @@
 //! `semantic.png` for people and `classes.png` for programs: a pixel per cell, row 0 at the top.
 
+use crate::canvas::{Canvas, Rgb, picture, png_bytes, rows_from_top};
+use crate::input::{ExportFile, ExportInput};
 use crate::labels::mark;
-use crate::{ExportFile, ExportInput};
-use embedded_graphics::geometry::{Point, Size};
+use embedded_graphics::geometry::Point;
 use frames::{TENTHS_PER_M, tenths};
 use geometry::{FillRule, Ring, floor_faces, union};
 use grid::{Cell, Class, Mask, overlapped_cells};
 use messages::{DoorPassage, DoorPassageRecord, ElementState, Grid, NONE, element_flags};
 
-pub(crate) type Rgb = [u8; 3];
-
 const SOLID: Rgb = [100, 100, 100];
+
 const DOOR: Rgb = [0, 255, 0];
+
 const CLOSED_DOOR: Rgb = [255, 0, 0];
+
 const STAIR: Rgb = [255, 255, 0];
+
 const OPEN_SPACE: Rgb = [190, 215, 255];
+
 const BLOCKED_SPACE: Rgb = [255, 190, 190];
+
 const OTHER_LEVEL: Rgb = [215, 180, 235];
+
 const FREE: Rgb = [255, 255, 255];
+
 const UNKNOWN: Rgb = [220, 220, 220];
 
 /// The two pictures of a storey.
@@ -28,27 +35,6 @@ pub(crate) fn files(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> [
         ExportFile::new(format!("{folder}/semantic.png"), picture(&semantic(input, grid))),
         ExportFile::new(format!("{folder}/classes.png"), png_bytes(width, height, png::ColorType::Grayscale, &classes)),
     ]
-}
-
-/// The canvas as a PNG file.
-pub(crate) fn picture(canvas: &Canvas) -> Vec<u8> {
-    let colours: Vec<u8> = rows_from_top(&canvas.pixels, canvas.width).flatten().flatten().copied().collect();
-    png_bytes(canvas.width as u32, canvas.height() as u32, png::ColorType::Rgb, &colours)
-}
-
-fn rows_from_top<T>(layer: &[T], width: usize) -> impl Iterator<Item = &[T]> {
-    layer.chunks_exact(width).rev()
-}
-
-fn png_bytes(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(color);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Fast);
-    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels));
-    written.expect("the pixels match the size, and memory does not fail");
-    bytes
 }
 
 /// Colours of all cells, with a cross and the name at each space's centre.
@@ -140,55 +126,4 @@ fn other_levels(input: &ExportInput<'_>, grid: &Grid<'_>) -> Mask {
         }
     }
     mask
-}
-
-/// Pixels stored from the bottom row, as grids are; addressed from the top, as pictures are.
-pub(crate) struct Canvas {
-    width: usize,
-    pixels: Vec<Rgb>,
-}
-
-impl Canvas {
-    pub(crate) fn new(width: usize, pixels: Vec<Rgb>) -> Self {
-        Self { width, pixels }
-    }
-
-    pub(crate) fn size(&self) -> Size {
-        Size::new(self.width as u32, self.height() as u32)
-    }
-
-    /// The colour of a pixel; `None` outside.
-    pub(crate) fn get(&self, p: Point) -> Option<Rgb> {
-        self.index(p).map(|index| self.pixels[index])
-    }
-
-    /// Colours a pixel; outside nothing happens.
-    pub(crate) fn set(&mut self, p: Point, colour: Rgb) {
-        if let Some(index) = self.index(p) {
-            self.pixels[index] = colour;
-        }
-    }
-
-    fn height(&self) -> usize {
-        self.pixels.len().checked_div(self.width).unwrap_or(0)
-    }
-
-    fn index(&self, p: Point) -> Option<usize> {
-        let (x, y) = (usize::try_from(p.x).ok()?, usize::try_from(p.y).ok()?);
-        (x < self.width && y < self.height()).then(|| (self.height() - 1 - y) * self.width + x)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_top_of_the_picture_is_the_last_row_of_the_grid() {
-        let mut canvas = Canvas::new(2, vec![FREE; 4]);
-        canvas.set(Point::new(1, 0), DOOR);
-        canvas.set(Point::new(9, 9), DOOR);
-        assert_eq!(canvas.pixels, [FREE, FREE, FREE, DOOR]);
-        assert_eq!(canvas.get(Point::new(-1, 0)), None);
-    }
 }

@@ -1,7 +1,7 @@
 //! `waypoints.png` for people: the map, what scans see, the tour and its stops. A pixel per cell, row 0 at the top.
 
-use crate::pictures::{Canvas, Rgb, picture};
-use crate::{ExportFile, ExportInput};
+use crate::canvas::{Canvas, Rgb, picture};
+use crate::input::{ExportFile, ExportInput};
 use embedded_graphics::Drawable;
 use embedded_graphics::geometry::{OriginDimensions, Point, Size};
 use embedded_graphics::mono_font::MonoTextStyle;

@@ -1,7 +1,8 @@
 //! How much of the floors the robot gets to, and the rooms that are on no map.
 
+use crate::input::ExportInput;
 use crate::manifest::status_of;
-use crate::{ExportInput, rounded};
+use crate::text::rounded;
 use messages::{FloorPartRecord, NONE, Plan, space_flags};
 use schemars::JsonSchema;
 use serde::Serialize;

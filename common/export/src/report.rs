@@ -1,15 +1,17 @@
 //! `report.json`: what was counted, assumed, replaced and left out.
 
+use crate::diagnostics::{Diagnostic, phase_diagnostics, site_diagnostics};
 use crate::door_report::{DoorReport, door_reports};
 use crate::geographic::GeographicReport;
+use crate::input::ExportInput;
 use crate::manifest::schedule_ignored;
 use crate::reach::{self, FloorReach, RoomNotMapped};
 use crate::schedule_report::ScheduleReport;
+use crate::text::{rounded, text_or_null};
 use crate::waypoints::space_name;
-use crate::{ExportInput, rounded, text_or_null};
 use frames::metres;
 use grid::Class;
-use messages::{DiagnosticRecord, NONE, Phase, Site, Text, element_flags};
+use messages::{Phase, Site, element_flags};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -104,24 +106,6 @@ struct SpaceReport {
     global_id: String,
     name: Option<String>,
     reason: String,
-}
-
-#[derive(Debug, Serialize, JsonSchema)]
-pub(crate) struct Diagnostic {
-    /// `info`, `warning` or `error`.
-    severity: &'static str,
-    /// Stable word for programs.
-    code: String,
-    /// The file, if one is meant.
-    file: Option<String>,
-    /// STEP id of the entity meant, e.g. `#123`.
-    entity: Option<String>,
-    /// GlobalId of the entity meant.
-    global_id: Option<String>,
-    /// Name of the entity meant.
-    name: Option<String>,
-    /// One sentence for people.
-    message: String,
 }
 
 impl Report {
@@ -224,31 +208,4 @@ fn spaces_without_waypoint(input: &ExportInput<'_>) -> Vec<SpaceReport> {
         reason: input.plan.reason(k).to_owned(),
     };
     without.map(report).collect()
-}
-
-fn site_diagnostics<'s>(site: &'s Site<'_>) -> impl Iterator<Item = Diagnostic> + use<'s> {
-    site.diagnostics.iter().map(move |d| Diagnostic::of(site, d, |t| site.text(t)))
-}
-
-/// What is wrong with the schedule.
-pub(crate) fn phase_diagnostics<'s>(
-    site: &'s Site<'_>,
-    phase: &'s Phase<'_>,
-) -> impl Iterator<Item = Diagnostic> + use<'s> {
-    phase.diagnostics.iter().map(move |d| Diagnostic::of(site, d, |t| phase.text(t)))
-}
-
-impl Diagnostic {
-    fn of<'a>(site: &Site<'_>, d: &DiagnosticRecord, text: impl Fn(Text) -> &'a str) -> Self {
-        let file = site.sources.get(d.source as usize).filter(|_| d.source != NONE);
-        Self {
-            severity: ["info", "warning", "error"].get(d.severity as usize).copied().unwrap_or("error"),
-            code: text(d.code).to_owned(),
-            file: file.and_then(|s| text_or_null(site.text(s.file))),
-            entity: (d.step_id != 0).then(|| format!("#{}", d.step_id)),
-            global_id: text_or_null(text(d.global_id)),
-            name: text_or_null(text(d.name)),
-            message: text(d.message).to_owned(),
-        }
-    }
 }

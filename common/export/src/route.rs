@@ -1,7 +1,8 @@
 //! The route graph: per storey for Nav2's route server, and all storeys with the ways between them.
 
+use crate::input::ExportInput;
+use crate::text::{rounded, text_or_null};
 use crate::waypoints::{space_id, space_name};
-use crate::{ExportInput, rounded, text_or_null};
 use messages::{EdgeKind, NONE, NodeKind, RouteEdgeRecord, RouteNodeRecord};
 use schemars::JsonSchema;
 use serde::Serialize;

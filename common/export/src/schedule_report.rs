@@ -1,6 +1,6 @@
 //! Where dates come from, and what is wrong with them: for `report.json` and for people who ask for states.
 
-use crate::report::{Diagnostic, phase_diagnostics};
+use crate::diagnostics::{Diagnostic, phase_diagnostics};
 use messages::{DateSource, Phase, Site};
 use schemars::JsonSchema;
 use serde::Serialize;

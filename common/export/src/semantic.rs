@@ -1,7 +1,8 @@
 //! `semantic.json`: what everything is, by GlobalId.
 
+use crate::input::ExportInput;
 use crate::semantic_geometry::Geometry;
-use crate::{ExportInput, rounded, text_or_null};
+use crate::text::{rounded, text_or_null};
 use frames::metres;
 use geometry::MultiPolygon;
 use messages::{

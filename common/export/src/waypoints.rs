@@ -1,6 +1,7 @@
 //! Waypoints as JSON, GeoJSON and the YAML of Nav2's panel.
 
-use crate::{ExportInput, rounded, text_or_null};
+use crate::input::ExportInput;
+use crate::text::{rounded, text_or_null};
 use messages::{NoWaypoint, ScanSensor, Site, StoreyPlanRecord, WaypointKind, WaypointRecord};
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! `actuals.csv`: what the robot saw standing before its time, as reported progress for the schedule.
 
-use super::DeviationExport;
+use super::input::DeviationExport;
 use crate::csv::quoted;
 use messages::{Judgement, plan_time};
 use std::fmt::Write;

@@ -3,9 +3,9 @@
 //! # Source
 //! buildingSMART, BIM Collaboration Format 2.1: `version.xsd`, `markup.xsd`, `visinfo.xsd`.
 
-use super::DeviationExport;
+use super::input::DeviationExport;
 use super::topics::{Component, Topic, topics};
-use crate::rounded;
+use crate::text::rounded;
 use frames::{Map, World};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};

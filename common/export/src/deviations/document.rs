@@ -1,7 +1,7 @@
 //! `deviations.json`: the evidence for every element, by GlobalId, and what stands beside them.
 
-use super::DeviationExport;
-use crate::{rounded, text_or_null};
+use super::input::DeviationExport;
+use crate::text::{rounded, text_or_null};
 use messages::{
     ElementDeviationRecord, ElementState, Judgement, Observation, ObstacleRecord, ResidualRecord, UnseenReason,
 };

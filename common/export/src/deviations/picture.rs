@@ -1,7 +1,7 @@
 //! `deviations.png`: the robot's map, the elements coloured by what was seen of them, and what is not in the model.
 
-use super::DeviationExport;
-use crate::pictures::{Canvas, Rgb, picture as png};
+use super::input::DeviationExport;
+use crate::canvas::{Canvas, Rgb, picture as png};
 use embedded_graphics::geometry::Point;
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::Primitive;

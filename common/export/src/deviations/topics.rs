@@ -1,7 +1,7 @@
 //! What a coordinator should look at: one topic for each element that is not as planned, and for each obstacle.
 
-use super::DeviationExport;
 use super::document::planned;
+use super::input::DeviationExport;
 use geometry::Bounds;
 use messages::{ElementDeviationRecord, Judgement, ObstacleRecord};
 use sha2::{Digest, Sha256};
@@ -114,6 +114,6 @@ fn uuid(words: &[&str]) -> String {
     let mut bytes: [u8; 16] = std::array::from_fn(|k| digest[k]);
     bytes[6] = bytes[6] & 0x0f | 0x80;
     bytes[8] = bytes[8] & 0x3f | 0x80;
-    let hex = crate::hex(&bytes);
+    let hex = crate::text::hex(&bytes);
     format!("{}-{}-{}-{}-{}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
 }

@@ -163,7 +163,7 @@ fn sha256_of(path: &Path) -> io::Result<String> {
     let (mut sum, mut buffer) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
         match file.read(&mut buffer)? {
-            0 => return Ok(crate::hex(&sum.finalize())),
+            0 => return Ok(crate::text::hex(&sum.finalize())),
             n => sum.update(&buffer[..n]),
         }
     }

@@ -8,7 +8,7 @@ mod inspection;
 
 pub use inspection::ForeignFiles;
 
-use crate::ExportFile;
+use crate::input::ExportFile;
 use inspection::{MANIFEST, inspect, listed_files};
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 use rustix::io::Errno;

@@ -1,0 +1,83 @@
+//! A picture in memory, and PNG files.
+
+use embedded_graphics::geometry::{Point, Size};
+
+/// Red, green, blue.
+pub(crate) type Rgb = [u8; 3];
+
+/// Pixels stored from the bottom row, as grids are; addressed from the top, as pictures are.
+pub(crate) struct Canvas {
+    width: usize,
+    pixels: Vec<Rgb>,
+}
+
+impl Canvas {
+    pub(crate) fn new(width: usize, pixels: Vec<Rgb>) -> Self {
+        Self { width, pixels }
+    }
+
+    pub(crate) fn size(&self) -> Size {
+        Size::new(self.width as u32, self.height() as u32)
+    }
+
+    /// The colour of a pixel; `None` outside.
+    pub(crate) fn get(&self, p: Point) -> Option<Rgb> {
+        self.index(p).map(|index| self.pixels[index])
+    }
+
+    /// Colours a pixel; outside nothing happens.
+    pub(crate) fn set(&mut self, p: Point, colour: Rgb) {
+        if let Some(index) = self.index(p) {
+            self.pixels[index] = colour;
+        }
+    }
+
+    fn height(&self) -> usize {
+        self.pixels.len().checked_div(self.width).unwrap_or(0)
+    }
+
+    fn index(&self, p: Point) -> Option<usize> {
+        let (x, y) = (usize::try_from(p.x).ok()?, usize::try_from(p.y).ok()?);
+        (x < self.width && y < self.height()).then(|| (self.height() - 1 - y) * self.width + x)
+    }
+}
+
+/// The canvas as a PNG file.
+pub(crate) fn picture(canvas: &Canvas) -> Vec<u8> {
+    let colours: Vec<u8> = rows_from_top(&canvas.pixels, canvas.width).flatten().flatten().copied().collect();
+    png_bytes(canvas.width as u32, canvas.height() as u32, png::ColorType::Rgb, &colours)
+}
+
+/// Rows of a layer, the last first.
+pub(crate) fn rows_from_top<T>(layer: &[T], width: usize) -> impl Iterator<Item = &[T]> {
+    layer.chunks_exact(width).rev()
+}
+
+/// A PNG file of these pixels.
+pub(crate) fn png_bytes(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels));
+    written.expect("the pixels match the size, and memory does not fail");
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WHITE: Rgb = [255; 3];
+    const GREEN: Rgb = [0, 255, 0];
+
+    #[test]
+    fn the_top_of_the_picture_is_the_last_row_of_the_grid() {
+        let mut canvas = Canvas::new(2, vec![WHITE; 4]);
+        canvas.set(Point::new(1, 0), GREEN);
+        canvas.set(Point::new(9, 9), GREEN);
+        assert_eq!(canvas.pixels, [WHITE, WHITE, WHITE, GREEN]);
+        assert_eq!(canvas.get(Point::new(-1, 0)), None);
+    }
+}

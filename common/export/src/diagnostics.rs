@@ -1,0 +1,52 @@
+//! Diagnostics of a site and its schedule, as files have them.
+
+use crate::text::text_or_null;
+use messages::{DiagnosticRecord, NONE, Phase, Site, Text};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct Diagnostic {
+    /// `info`, `warning` or `error`.
+    severity: &'static str,
+    /// Stable word for programs.
+    code: String,
+    /// The file, if one is meant.
+    file: Option<String>,
+    /// STEP id of the entity meant, e.g. `#123`.
+    entity: Option<String>,
+    /// GlobalId of the entity meant.
+    global_id: Option<String>,
+    /// Name of the entity meant.
+    name: Option<String>,
+    /// One sentence for people.
+    message: String,
+}
+
+/// What is wrong with the model.
+pub(crate) fn site_diagnostics<'s>(site: &'s Site<'_>) -> impl Iterator<Item = Diagnostic> + use<'s> {
+    site.diagnostics.iter().map(move |d| Diagnostic::of(site, d, |t| site.text(t)))
+}
+
+/// What is wrong with the schedule.
+pub(crate) fn phase_diagnostics<'s>(
+    site: &'s Site<'_>,
+    phase: &'s Phase<'_>,
+) -> impl Iterator<Item = Diagnostic> + use<'s> {
+    phase.diagnostics.iter().map(move |d| Diagnostic::of(site, d, |t| phase.text(t)))
+}
+
+impl Diagnostic {
+    fn of<'a>(site: &Site<'_>, d: &DiagnosticRecord, text: impl Fn(Text) -> &'a str) -> Self {
+        let file = site.sources.get(d.source as usize).filter(|_| d.source != NONE);
+        Self {
+            severity: ["info", "warning", "error"].get(d.severity as usize).copied().unwrap_or("error"),
+            code: text(d.code).to_owned(),
+            file: file.and_then(|s| text_or_null(site.text(s.file))),
+            entity: (d.step_id != 0).then(|| format!("#{}", d.step_id)),
+            global_id: text_or_null(text(d.global_id)),
+            name: text_or_null(text(d.name)),
+            message: text(d.message).to_owned(),
+        }
+    }
+}

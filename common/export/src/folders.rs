@@ -1,0 +1,21 @@
+//! Folders of an output folder, and the sums of the files in them.
+
+use crate::input::ExportFile;
+use crate::letters;
+use crate::text::sha256_hex;
+use messages::{MapStoreyRecord, Site};
+use std::collections::BTreeMap;
+
+/// sha256 of files by their path in the output, as manifests list them; they lie in this folder of it, `""` for the output.
+pub fn sums(folder: &str, files: &[ExportFile]) -> BTreeMap<String, String> {
+    let path = |file: &ExportFile| match folder {
+        "" => file.path.clone(),
+        folder => format!("{folder}/{}", file.path),
+    };
+    files.iter().map(|file| (path(file), sha256_hex(&file.bytes))).collect()
+}
+
+/// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.
+pub(crate) fn storey_folder(site: &Site<'_>, index: u32, storey: &MapStoreyRecord) -> String {
+    format!("storeys/{index:02}-{}", letters::slug(site.text(storey.name)))
+}

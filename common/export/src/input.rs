@@ -1,0 +1,50 @@
+//! What files are made from, and a file to be.
+
+use geometry::Footprint;
+use messages::{Grid, Grids, Phase, Plan, Site};
+
+/// Everything that files are made from.
+#[derive(Clone, Copy)]
+pub struct ExportInput<'a> {
+    /// Geometry and facts.
+    pub site: &'a Site<'a>,
+    /// States at the plan time.
+    pub phase: &'a Phase<'a>,
+    /// Index of the grids, with doors and regions.
+    pub index: &'a Grids<'a>,
+    /// Grids of the map storeys that are written, in their order.
+    pub grids: &'a [Grid<'a>],
+    /// Waypoints.
+    pub plan: &'a Plan<'a>,
+    /// Footprints of the elements in the slab of each map storey of the site, by element.
+    pub footprints: &'a [&'a [(u32, Footprint)]],
+    /// Metres per cell.
+    pub resolution_m: f64,
+    /// Outline of the robot in its own frame, in metres; may be empty.
+    pub robot_footprint_m: &'a [[f64; 2]],
+    /// True to write vertices, faces and edges of every element into `semantic.json`.
+    pub with_geometry: bool,
+}
+
+impl ExportInput<'_> {
+    /// True if there are maps of a map storey.
+    pub fn writes(&self, map_storey: u32) -> bool {
+        self.grids.iter().any(|grid| grid.head.map_storey == map_storey)
+    }
+}
+
+/// A file to be: path with `/` inside the output folder, and content.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExportFile {
+    /// Path inside the output folder.
+    pub path: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+impl ExportFile {
+    /// A file at a path.
+    pub fn new(path: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
+        Self { path: path.into(), bytes: bytes.into() }
+    }
+}

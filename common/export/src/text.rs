@@ -1,0 +1,43 @@
+//! Values as files have them: rounded numbers, texts or null, sums.
+
+use sha2::{Digest, Sha256};
+
+/// Hexadecimal sha256.
+pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+/// Hexadecimal digits of bytes.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// A text for JSON; `None`, which is written as null, if it is empty.
+pub fn text_or_null(text: &str) -> Option<String> {
+    (!text.is_empty()).then(|| text.to_owned())
+}
+
+/// Metres rounded to tenths of a millimetre: no more is known.
+pub fn rounded(metres: f64) -> f64 {
+    // Absurd numbers of absurd files stay finite, because JSON has no infinity.
+    let rounded = ((metres * 1e4).round() / 1e4).clamp(f64::MIN, f64::MAX);
+    // No negative zero in files.
+    if rounded == 0.0 { 0.0 } else { rounded }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_leaves_no_negative_zero() {
+        assert_eq!(rounded(-0.000_01).to_bits(), 0.0f64.to_bits());
+        assert_eq!(rounded(1.234_56), 1.2346);
+        assert_eq!(rounded(-1e308), f64::MIN);
+    }
+
+    #[test]
+    fn an_empty_text_is_null() {
+        assert_eq!((text_or_null(""), text_or_null("a")), (None, Some("a".to_owned())));
+    }
+}
