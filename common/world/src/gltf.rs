@@ -2,8 +2,8 @@
 
 use crate::leaves::pose_at;
 use crate::meshes::{Placed, Solid, UNITS_PER_M};
+use crate::scene::{Part, Scene};
 use crate::visuals::{Rgba, class_colour};
-use crate::{Part, Scene};
 use convex::ConvexBox;
 use grid::Class;
 use serde_json::{Value, json};

@@ -2,7 +2,7 @@
 
 use crate::doors::WorldDoor;
 use crate::leaves::{Kind, Link as Leaf};
-use crate::{Link, Model, Scene};
+use crate::scene::{Link, Model, Part, Scene};
 use convex::Made;
 use export::{rounded, text_or_null};
 use schemars::JsonSchema;
@@ -275,9 +275,9 @@ impl Counts {
         let site = scene.input.site;
         let leaves = || scene.doors.iter().flat_map(|d| &d.links);
         let leaf_triangles: usize = leaves().map(|l| 12 * l.boards.len()).sum();
-        let triangles = |part: &crate::Part| match part {
-            crate::Part::Box(_) => 12,
-            crate::Part::Mesh(placed) => scene.store.meshes[placed.mesh].n_triangles(),
+        let triangles = |part: &Part| match part {
+            Part::Box(_) => 12,
+            Part::Mesh(placed) => scene.store.meshes[placed.mesh].n_triangles(),
         };
         Self {
             models: scene.models.len() + scene.doors.len(),

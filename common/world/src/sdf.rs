@@ -3,9 +3,9 @@
 use crate::leaves::{Board, Kind, Link, pose_at};
 use crate::meshes::{Placed, number};
 use crate::options::{DoorMode, Leafs};
+use crate::scene::{Model, Part, Scene, Spawn};
 use crate::visuals::{Rgba, class_colour};
-use crate::{Model, Part, Scene, Spawn};
-use convex::{ConvexBox, Shape};
+use convex::ConvexBox;
 use grid::Class;
 use std::fmt::Write;
 
@@ -273,11 +273,6 @@ pub(crate) fn model_config() -> String {
     "<?xml version=\"1.0\"?>\n<model>\n <name>groundplan world</name>\n <version>1.0</version>\n \
      <sdf version=\"1.9\">world.sdf</sdf>\n <description>The building at the plan time, in map coordinates</description>\n</model>\n"
         .to_owned()
-}
-
-/// True if a shape is written as a box.
-pub(crate) fn is_box(shape: &Shape) -> bool {
-    matches!(shape, Shape::Box(_))
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! `doors.urdf`: the doors as one tree of links, for programs that read URDF.
 
-use crate::Scene;
 use crate::doors::WorldDoor;
 use crate::leaves::{Board, Kind, Link};
 use crate::meshes::number;
+use crate::scene::Scene;
 use crate::sdf::{escaped, mass_of};
 use std::fmt::Write;
 

@@ -1,0 +1,194 @@
+//! Everything that the files of a world are made from: models by class and storey, doors, meshes, where a robot begins.
+
+use crate::doors::{self, WorldDoor, hangs, is_door};
+use crate::extras;
+use crate::meshes::{MeshStore, Placed, Solid};
+use crate::options::{DoorMode, WorldOptions};
+use crate::statics::{self, Static};
+use crate::visuals::{self, Rgba, class_colour};
+use convex::{ConvexBox, Made, Piece, Shape};
+use export::{ExportInput, rounded};
+use grid::Class;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Exact boxes up to which an element is also shown as boxes.
+const BOXES_SHOWN_MAX: usize = 8;
+
+/// Everything that the files of a world are made from.
+pub(crate) struct Scene<'a> {
+    pub(crate) input: &'a ExportInput<'a>,
+    pub(crate) options: &'a WorldOptions,
+    pub(crate) store: MeshStore,
+    /// Meshes of the elements for viewers.
+    pub(crate) shown: MeshStore,
+    /// Material of each mesh of the store; `None` for those that only collide.
+    pub(crate) materials: Vec<Option<Rgba>>,
+    pub(crate) models: Vec<Model>,
+    pub(crate) doors: Vec<WorldDoor>,
+    /// Doors that hang and are not in the world, and why.
+    pub(crate) left_out: Vec<(u32, &'static str)>,
+    pub(crate) spawn: Option<Spawn>,
+    pub(crate) markers_m: Vec<[f64; 3]>,
+}
+
+/// A static model: a class on a storey.
+pub(crate) struct Model {
+    pub(crate) name: String,
+    pub(crate) class: Class,
+    pub(crate) storey: u32,
+    pub(crate) links: Vec<Link>,
+}
+
+/// An element, or what stands in for one.
+pub(crate) struct Link {
+    pub(crate) element: Option<u32>,
+    pub(crate) name: String,
+    pub(crate) visuals: Vec<(Part, Rgba)>,
+    /// The element's own meshes, for viewers.
+    pub(crate) shown: Vec<(Placed, Rgba)>,
+    pub(crate) collisions: Vec<Part>,
+    pub(crate) pieces: Vec<Facts>,
+}
+
+/// What is told of a piece.
+#[derive(Clone, Copy)]
+pub(crate) struct Facts {
+    pub(crate) made: Made,
+    pub(crate) is_box: bool,
+    pub(crate) deviation_m: f64,
+}
+
+/// A shape in `map`.
+pub(crate) enum Part {
+    Box(ConvexBox),
+    Mesh(Placed),
+}
+
+/// Where a robot begins: the first waypoint.
+pub(crate) struct Spawn {
+    pub(crate) at_m: [f64; 3],
+    pub(crate) yaw_rad: f64,
+    pub(crate) waypoint: u32,
+    pub(crate) storey: u32,
+}
+
+impl<'a> Scene<'a> {
+    /// The scene of these archives.
+    pub(crate) fn of(input: &'a ExportInput<'a>, options: &'a WorldOptions) -> Self {
+        let mut barriers = if options.barriers { extras::barriers(input) } else { Vec::new() };
+        let is_movable = |element: u32| is_door(input, element);
+        let mut statics = statics::statics(input, options, is_movable);
+        statics.extend(extras::assumed_floors(input));
+        let barred: BTreeSet<u32> = barriers.iter().filter_map(|(door, _)| *door).collect();
+        statics.extend(barriers.drain(..).map(|(_, wall)| wall));
+        let (doors, left_out) = hung_doors(input, options, &statics, &barred);
+        let mut scene = Self {
+            input,
+            options,
+            store: MeshStore::default(),
+            shown: MeshStore::default(),
+            materials: Vec::new(),
+            models: Vec::new(),
+            doors,
+            left_out,
+            spawn: spawn(input),
+            markers_m: Vec::new(),
+        };
+        if options.markers {
+            scene.markers_m = input.plan.waypoints.iter().map(|w| w.position_in_map_m.map(rounded)).collect();
+        }
+        scene.add_models(statics);
+        scene
+    }
+
+    /// A model for each class on each storey.
+    fn add_models(&mut self, statics: Vec<Static>) {
+        let mut groups: BTreeMap<(u32, Class), Vec<Link>> = BTreeMap::new();
+        for part in statics {
+            let group = (part.storey, part.class);
+            let link = self.link(part);
+            if !link.collisions.is_empty() {
+                groups.entry(group).or_default().push(link);
+            }
+        }
+        let model = |((storey, class), links): ((u32, Class), Vec<Link>)| Model {
+            name: format!("{storey:02}_{}", class.name()),
+            class,
+            storey,
+            links,
+        };
+        self.models = groups.into_iter().map(model).collect();
+    }
+
+    fn link(&mut self, part: Static) -> Link {
+        let Static { element, link, class, pieces, .. } = part;
+        let fact = |p: &Piece| Facts { made: p.made, is_box: p.shape.is_box(), deviation_m: p.deviation_m };
+        let facts: Vec<Facts> = pieces.iter().map(fact).collect();
+        let are_boxes = facts.iter().all(|f| f.is_box && f.made == Made::Exact) && facts.len() <= BOXES_SHOWN_MAX;
+        let looks = match element {
+            Some(k) => visuals::looks(self.input, self.options, &self.input.site.elements[k as usize]),
+            None => Vec::new(),
+        };
+        let shown = looks.iter().map(|l| (self.shown.place(l.solid.clone()), l.colour)).collect();
+        let visuals = match looks.as_slice() {
+            // Boxes look like the mesh that they are, and are less to load.
+            [look] if are_boxes => boxes(&pieces).map(|b| (b, look.colour)).collect(),
+            [] => {
+                let colour = class_colour(class);
+                pieces.iter().map(|p| (self.part(p), colour)).collect()
+            }
+            _ => looks.into_iter().map(|l| (Part::Mesh(self.place(l.solid, Some(l.colour))), l.colour)).collect(),
+        };
+        let collisions = pieces.iter().map(|p| self.part(p)).collect();
+        Link { element, name: link, visuals, shown, collisions, pieces: facts }
+    }
+
+    fn part(&mut self, piece: &Piece) -> Part {
+        match &piece.shape {
+            Shape::Box(b) => Part::Box(*b),
+            Shape::Hull(hull) => Part::Mesh(self.place(Solid::of_metres(&hull.vertices_m, hull.faces.clone()), None)),
+        }
+    }
+
+    fn place(&mut self, solid: Solid, colour: Option<Rgba>) -> Placed {
+        let placed = self.store.place(solid);
+        if placed.mesh == self.materials.len() {
+            self.materials.push(colour);
+        }
+        placed
+    }
+}
+
+fn boxes(pieces: &[Piece]) -> impl Iterator<Item = Part> {
+    pieces.iter().filter_map(|p| match &p.shape {
+        Shape::Box(b) => Some(Part::Box(*b)),
+        Shape::Hull(_) => None,
+    })
+}
+
+/// The doors of the world, and those that hang and are not in it.
+fn hung_doors(
+    input: &ExportInput<'_>,
+    options: &WorldOptions,
+    statics: &[Static],
+    barred: &BTreeSet<u32>,
+) -> (Vec<WorldDoor>, Vec<(u32, &'static str)>) {
+    if options.doors == DoorMode::Passable {
+        let hung = (0..).zip(input.site.doors).filter(|(_, d)| is_door(input, d.element) && hangs(input, d));
+        return (Vec::new(), hung.map(|(k, _)| (k, "passable")).collect());
+    }
+    let doors = doors::doors(input, options, statics);
+    let (out, doors): (Vec<_>, Vec<_>) = doors.into_iter().partition(|d| barred.contains(&d.door));
+    (doors, out.into_iter().map(|d| (d.door, "barred")).collect())
+}
+
+/// The waypoint that comes first.
+fn spawn(input: &ExportInput<'_>) -> Option<Spawn> {
+    let first = input.plan.waypoints.iter().min_by_key(|w| w.order)?;
+    Some(Spawn {
+        at_m: first.position_in_map_m.map(rounded),
+        yaw_rad: first.yaw_rad,
+        waypoint: first.id,
+        storey: first.map_storey,
+    })
+}
