@@ -1,6 +1,12 @@
 //! The command line; its help is the manual.
 
-use crate::args::{ModelArgs, OverwriteArgs, PlaceArgs, RobotArgs, ScheduleArgs, SiteArgs, WorldArgs};
+use crate::align::align;
+use crate::args::{OverwriteArgs, PlaceArgs, ScheduleArgs, SiteArgs, WorldArgs};
+use crate::commands::{changes, convert, states, tasks};
+use crate::deviations::deviations;
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use crate::{live, manual, monitor};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -17,17 +23,13 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Turn building models into maps per storey, semantic JSON and waypoints
-    #[command(after_help = AFTER_CONVERT)]
-    Convert(ConvertArgs),
+    Convert(convert::Args),
     /// Tell which elements stand and which spaces may be entered at a date
-    #[command(after_help = AFTER_STATES)]
-    States(StatesArgs),
+    States(states::Args),
     /// List when anything changes, or what differs between two dates
-    #[command(after_help = AFTER_CHANGES)]
-    Changes(ChangesArgs),
+    Changes(changes::Args),
     /// List the tasks of the schedule: when they are, what they act on, what is wrong with them
-    #[command(after_help = AFTER_TASKS)]
-    Tasks(TasksArgs),
+    Tasks(tasks::Args),
     /// Find the pose of a robot's SLAM map in the model's: of files, or of the map that the running daemon follows
     #[command(after_help = AFTER_ALIGN)]
     Align(AlignArgs),
@@ -69,6 +71,41 @@ pub enum Command {
     /// Create and hold the bus, and do nothing else; `up` starts it
     #[command(hide = true)]
     Keeper(KeeperArgs),
+}
+
+impl Command {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Bad usage or configuration, or work that failed.
+    pub fn run(&self) -> Result<Outcome, Failure> {
+        let judged = |(text, is_well)| Outcome { text, is_well };
+        match self {
+            Self::Convert(command) => command.run(),
+            Self::States(command) => command.run(),
+            Self::Changes(command) => command.run(),
+            Self::Tasks(command) => command.run(),
+            Self::Align(arguments) => align(arguments).map(judged),
+            Self::SlamMap(arguments) => live::slam_map(arguments).map(judged),
+            Self::Deviations(arguments) => deviations(arguments).map(Outcome::from),
+            Self::Confirm(arguments) => live::confirm(arguments).map(Outcome::from),
+            Self::Up(arguments) => live::up(arguments).map(Outcome::from),
+            Self::Down(arguments) => live::down(arguments).map(Outcome::from),
+            Self::Status(arguments) => live::status(arguments).map(judged),
+            Self::Load(arguments) => live::load(arguments).map(Outcome::from),
+            Self::Date(arguments) => live::date(arguments).map(Outcome::from),
+            Self::Actuals(arguments) => live::actuals(arguments).map(Outcome::from),
+            Self::Robot(arguments) => live::robot(arguments).map(Outcome::from),
+            Self::Waypoints(arguments) => live::waypoints(arguments).map(Outcome::from),
+            Self::Monitor(arguments) => monitor::monitor(arguments).map(Outcome::from),
+            Self::Topic(arguments) => live::topic(arguments).map(Outcome::from),
+            Self::Export(arguments) => live::export(arguments).map(Outcome::from),
+            Self::Doctor(arguments) => live::doctor(arguments).map(judged),
+            Self::Completions(arguments) => manual::completions(arguments).map(Outcome::from),
+            Self::Man(arguments) => manual::man(arguments).map(Outcome::from),
+            Self::Keeper(arguments) => live::keeper(arguments).map(Outcome::from),
+        }
+    }
 }
 
 /// Arguments of `align`.
@@ -455,44 +492,6 @@ pub enum TopicCommand {
     },
 }
 
-const AFTER_CONVERT: &str = "\
-Files in OUT (written whole or not at all, the same bytes for the same input):
-  manifest.json                 storeys, frames, robot, sources, sha256 of every file
-  report.json                   what was counted, assumed, replaced by a box, left out; doors, regions
-  semantic.json                 every element and space by GlobalId, with its footprints
-  waypoints.{json,csv,geojson}  centres of spaces and scans that cover them, as a tour; why a space has none
-  waypoints.wgs84.geojson       the same by longitude and latitude, where the model's projected system can be computed
-  site-graph.json               spaces, doors and junctions of all storeys, with stairs and lifts between them
-  site-frame.json               the map frame; a later run into the same OUT keeps it
-  world/                        with --world: world.sdf for Gazebo and other simulators, with meshes; lookup.json: what its
-                                models are, by GlobalId; doors.urdf; site.glb for viewers
-  storeys/<index>-<name>/
-    planning.{pgm,yaml}         for global planning: 0 occupied, 254 free, 205 unknown or no floor
-    localization.{pgm,yaml}     what a lidar sees of finished structure
-    keepout.{pgm,yaml}          Nav2 keep-out mask: 0 drop-offs, work and margins, 205 elsewhere
-    waypoints.yaml              this storey's waypoints for Nav2
-    route.geojson               this storey's graph for Nav2's route server, with ways to others
-    semantic.png  classes.png   for people; class ids for programs
-    waypoints.png               what scans see, the tour and its stops
-With --date all these are in OUT/<date>/, and OUT/manifest.json lists the dates.
-
-A line per storey ends with `31 of 156 m2 reached, 5 parts` where waypoints cannot be everywhere:
-of the floor on which the middle of the robot can be, indoors and outdoors, 31 m2 hang together
-with where it begins; the rest is in other parts, which report.json lists. It begins at [tour]
-start of --waypoints, else on each storey in the part with the most room area, of those with a
-stair, ramp, lift or outer door.
-
-Examples:
-  groundplan convert house.ifc -o maps
-  groundplan convert architecture.ifc structure.ifczip -o maps --robot config/robots/legged.toml
-  groundplan convert house.ifc -o maps --resolution 0.1 --json | jq .storeys
-  groundplan convert house.ifc -o maps --storeys 0 --storeys 'Level 2*'
-  groundplan convert house.ifc -o maps --date 2024-04-15
-  groundplan convert house.ifc -o maps --date all --schedule config/schedule.toml
-  groundplan convert house.ifc -o maps --world --date 2024-04-15 --barriers
-
-Exit codes: 0 done, 1 failed, 2 bad usage or configuration. RUST_LOG=debug shows the steps.";
-
 const AFTER_ALIGN: &str = "\
 The model's maps are those of all storeys in a folder that `convert` wrote, or one of them; the robot's is a
 Nav2 map file of any resolution and origin. The answer is the motion `map_from_slam`:
@@ -519,186 +518,3 @@ Examples:
   groundplan deviations -o deviations
 
 Exit codes: 0 done, 1 failed (the map's pose is not accepted), 2 bad usage or configuration.";
-
-const AFTER_STATES: &str = "\
-Dates are local to the site, or carry an offset, which is converted to the site's zone.
-States are those of an instant: 2024-04-15 is its midnight, or 2024-04-15T08:30:00.
-A map serves a whole day: `convert --date 2024-04-15` draws the union of all instants of the day,
-which is `--date 2024-04-15 --until 2024-04-15` here. For a date without a time, what differs during
-the day is told, too (\"whole_day\" in JSON). In a union a space is blocked if it is at any instant,
-and an element that does not stand throughout is in_progress.
-States of elements: not_started, in_progress, built, being_removed, removed.
-Reasons of blocked spaces: task:GlobalId, before_room_date, or what the rules say (private).
-
-Examples:
-  groundplan states house.ifc --date 2024-04-15
-  groundplan states house.ifc --date 2024-04-15T08:00:00 --date 2024-05-02 --json | jq '.[].spaces'
-  groundplan states house.ifc --date 2024-04-15 --until 2024-04-19
-  groundplan states house.ifc --date 2024-04-15 --delay 'Partition walls=5d'
-
-Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
-
-const AFTER_CHANGES: &str = "\
-With --diff the maps of both dates are drawn for the robot and compared: which elements come and go, which doors can
-be passed and which no longer, which spaces can be reached and which not.
-
-Examples:
-  groundplan changes house.ifc
-  groundplan changes house.ifc --json | jq -r '.change_instants[]'
-  groundplan changes house.ifc --diff 2024-04-15 2024-05-02
-
-Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
-
-const AFTER_TASKS: &str = "\
-Dates are local to the site: written, rolled up from nested tasks, or computed from sequence,
-durations and calendars. A task acts on elements that it constructs or removes, and on spaces that
-are closed while it is at work. The file may link elements on which it has no effect, because it has
-no dates, is of another kind, or another source goes before it.
-The JSON document has a schema: config/schemas/tasks.schema.json.
-
-Examples:
-  groundplan tasks house.ifc
-  groundplan tasks house.ifc --task 'Partition walls' --date 2024-04-15T08:00:00
-  groundplan tasks house.ifc --json | jq -r '.tasks[] | [.start, .name] | @tsv'
-
-Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
-
-/// Arguments of `states`.
-#[derive(Debug, Clone, Args)]
-pub struct StatesArgs {
-    /// The date, an instant: 2024-04-15 is its midnight; may be repeated
-    #[arg(long, value_name = "DATE", required = true)]
-    pub date: Vec<String>,
-
-    /// Tell the union from the date until this one, as `convert` draws it; a day counts whole
-    #[arg(long, value_name = "DATE")]
-    pub until: Option<String>,
-
-    /// Rules and additions.
-    #[command(flatten)]
-    pub schedule: ScheduleArgs,
-
-    /// The site.
-    #[command(flatten)]
-    pub model: ModelArgs,
-
-    /// Print one JSON document on standard output and nothing else there; an array if there are several dates
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `tasks`.
-#[derive(Debug, Clone, Args)]
-pub struct TasksArgs {
-    /// Only this task, by GlobalId, identification or name; may be repeated
-    #[arg(long, value_name = "TASK")]
-    pub task: Vec<String>,
-
-    /// Tell the status at this date: 2024-04-15 (its midnight) or 2024-04-15T08:30:00
-    #[arg(long, value_name = "DATE")]
-    pub date: Option<String>,
-
-    /// Rules and additions.
-    #[command(flatten)]
-    pub schedule: ScheduleArgs,
-
-    /// The site.
-    #[command(flatten)]
-    pub model: ModelArgs,
-
-    /// Print one JSON document on standard output and nothing else there
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `changes`.
-#[derive(Debug, Clone, Args)]
-pub struct ChangesArgs {
-    /// What differs between two dates
-    #[arg(long, num_args = 2, value_names = ["A", "B"])]
-    pub diff: Vec<String>,
-
-    /// Rules and additions.
-    #[command(flatten)]
-    pub schedule: ScheduleArgs,
-
-    /// The robot, for --diff.
-    #[command(flatten)]
-    pub robot: RobotArgs,
-
-    /// The site.
-    #[command(flatten)]
-    pub model: ModelArgs,
-
-    /// Print one JSON document on standard output and nothing else there
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `convert`.
-#[derive(Debug, Clone, Args)]
-pub struct ConvertArgs {
-    /// Output folder; earlier output in it is replaced as a whole, unless files in it were added or altered since
-    #[arg(short, long, value_name = "OUT")]
-    pub out: PathBuf,
-
-    /// What becomes of files of others in it.
-    #[command(flatten)]
-    pub overwrite: OverwriteArgs,
-
-    /// Date of the maps: a day (2024-04-15, the union over it), an instant (2024-04-15T00:00:00 is its midnight, as in
-    /// `states`), or `all`: a folder per change in OUT [default: everything is built]
-    #[arg(long, value_name = "DATE")]
-    pub date: Option<String>,
-
-    /// End of the period that the maps serve; a day counts whole
-    #[arg(long, value_name = "DATE", requires = "date")]
-    pub until: Option<String>,
-
-    /// Rules and additions.
-    #[command(flatten)]
-    pub schedule: ScheduleArgs,
-
-    /// The robot.
-    #[command(flatten)]
-    pub robot: RobotArgs,
-
-    /// Which waypoints are planned, with which sensor [default: centres and scans, see config/waypoints.toml]
-    #[arg(long, value_name = "FILE")]
-    pub waypoints: Option<PathBuf>,
-
-    /// Write the maps, waypoints and routes of these storeys only: index, GlobalId or name, with * and ?; may be repeated,
-    /// or separated by commas. Indices stay those of the whole building; ways over storeys that are left out still count for
-    /// what can be reached, and are not in the site graph. semantic.json, report.json and world/ are of the whole building
-    /// [default: all]
-    #[arg(long, value_name = "WHICH")]
-    pub storeys: Vec<String>,
-
-    /// Write vertices, faces and edges of every element into semantic.json
-    #[arg(long)]
-    pub with_geometry: bool,
-
-    /// The world.
-    #[command(flatten)]
-    pub world: WorldArgs,
-
-    /// Use the map frame of this site-frame.json [default: that of OUT, if there is one]
-    #[arg(long, value_name = "FILE", conflicts_with = "new_frame")]
-    pub frame: Option<PathBuf>,
-
-    /// Fix the map frame anew and raise its epoch: maps and waypoints of earlier runs no longer fit
-    #[arg(long)]
-    pub new_frame: bool,
-
-    /// Write maps that are blank, or storeys with spaces and no obstacle
-    #[arg(long)]
-    pub allow_empty: bool,
-
-    /// The site.
-    #[command(flatten)]
-    pub model: ModelArgs,
-
-    /// Print one JSON summary on standard output and nothing else there
-    #[arg(long)]
-    pub json: bool,
-}

@@ -6,18 +6,8 @@ use export::{ExportFile, ExportInput};
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
 use raster::Rasterizer;
-use std::path::Path;
 use waypoints::{PlanInput, PlanOptions, Planner, Start};
 use world::WorldOptions;
-
-/// What waypoints are planned.
-///
-/// # Errors
-/// A file that cannot be read, or says what nothing can be planned with.
-pub(crate) fn options_of(file: Option<&Path>) -> Result<PlanOptions, Failure> {
-    let Some(path) = file else { return Ok(PlanOptions::default()) };
-    daemon::read_parsed("options of waypoints", path, PlanOptions::parse).map_err(Failure::usage)
-}
 
 /// The files of the simulation world, if there is to be one.
 pub(crate) fn world_files(input: &ExportInput<'_>, options: Option<&WorldOptions>) -> Vec<ExportFile> {

@@ -1,6 +1,6 @@
 //! What `convert` says at its end.
 
-use crate::notices::notices;
+use super::notices::notices;
 use export::{ExportInput, FloorReach, NotMapped, RoomNotMapped, SiteFrameFile, space_name, text_or_null};
 use frames::{counted, metres};
 use messages::{DoorPassage, DoorPassageRecord, FloorKind, Site};
@@ -13,7 +13,7 @@ const MAX_NOTICES: usize = 8;
 
 /// What was made.
 #[derive(Debug, Serialize)]
-pub struct Summary {
+pub(super) struct Summary {
     out: PathBuf,
     elapsed_s: f64,
     /// How the map lies to the model, and the epoch of its frame.
@@ -43,7 +43,7 @@ enum MapsMade {
 
 /// The maps of one plan time.
 #[derive(Debug, Serialize)]
-pub(crate) struct PhaseSummary {
+pub(super) struct PhaseSummary {
     plan_time: Option<String>,
     plan_until: Option<String>,
     storeys: Vec<StoreyLine>,
@@ -73,7 +73,7 @@ struct StoreyLine {
 }
 
 impl Summary {
-    pub(crate) fn of(
+    pub(super) fn of(
         site: &Site<'_>,
         out: &Path,
         mut phases: Vec<PhaseSummary>,
@@ -98,7 +98,7 @@ impl Summary {
     }
 
     /// What is said on standard output: one JSON document, or text for people.
-    pub fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         if self.json {
             return serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
         }
@@ -187,7 +187,7 @@ fn frame_line(frame: &SiteFrameFile) -> String {
 }
 
 impl PhaseSummary {
-    pub(crate) fn of(input: &ExportInput<'_>) -> Self {
+    pub(super) fn of(input: &ExportInput<'_>) -> Self {
         let head = input.phase.head;
         Self {
             plan_time: head.plan_time().map(|t| t.to_string()),

@@ -1,56 +1,20 @@
-//! `groundplan changes`: when anything changes, and what differs between two dates.
+//! What differs between two dates: elements, doors, and spaces that can be reached.
 
-use crate::args::{ScheduleInput, with_timeline};
-use crate::cli::ChangesArgs;
+use super::list::{CauseJson, Causes};
 use crate::failure::Failure;
 use crate::maps::with_maps;
 use crate::plan_date;
-use crate::states::task_name;
 use daemon::Robot;
-use messages::{DoorPassage, ElementState, NONE, Phase, Site, SpaceState};
+use messages::{DoorPassage, NONE, Phase, Site};
 use raster::Rasterizer;
-use schedule::{Cause, Change, Period, Timeline};
+use schedule::{Period, Timeline};
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::fmt::Write;
 use waypoints::PlanOptions;
 
-#[derive(Debug, Serialize)]
-struct Changes<'s> {
-    change_instants: Vec<String>,
-    changes: Vec<ChangeJson<'s>>,
-    /// The tasks that make each change, in the same order; none where properties, rules or reports do.
-    causes: Vec<Causes<'s>>,
-}
-
-#[derive(Debug, Serialize)]
-struct Causes<'s> {
-    at: String,
-    tasks: Vec<CauseJson<'s>>,
-}
-
-/// A task that starts or finishes, and what changes with it.
-#[derive(Debug, Serialize)]
-struct CauseJson<'s> {
-    global_id: &'s str,
-    identification: &'s str,
-    name: &'s str,
-    /// `starts` or `finishes`.
-    event: &'static str,
-    elements: Vec<&'s str>,
-    spaces: Vec<&'s str>,
-}
-
-#[derive(Debug, Serialize)]
-struct ChangeJson<'s> {
-    at: String,
-    elements: BTreeMap<&'s str, [&'static str; 2]>,
-    spaces: BTreeMap<&'s str, [&'static str; 2]>,
-}
-
 /// What differs between two dates.
 #[derive(Debug, Serialize)]
-struct Difference<'s> {
+pub(super) struct Difference<'s> {
     from: String,
     to: String,
     /// Elements that stand or are worked on at the second date only.
@@ -95,117 +59,8 @@ struct Unreachable<'s> {
     reason: String,
 }
 
-/// Lists the changes.
-///
-/// # Errors
-/// Bad arguments, models that cannot be read, dates that can be read in two ways, maps that cannot be drawn.
-pub fn changes(arguments: &ChangesArgs) -> Result<String, Failure> {
-    let schedule = ScheduleInput::read(&arguments.schedule)?;
-    let instant_s = |text: &String| plan_date::instant_s(text, schedule.site_zone());
-    let diff_s: Vec<i64> = arguments.diff.iter().map(instant_s).collect::<Result<_, _>>()?;
-    let robot = arguments.robot.robot()?;
-    with_timeline(&arguments.model, &schedule, |site, timeline, progress| {
-        let &[from_s, to_s] = diff_s.as_slice() else {
-            let changes = timeline.changes();
-            return if arguments.json {
-                json(&list(site, timeline, &changes))
-            } else {
-                Ok(text_of(site, timeline, &changes))
-            };
-        };
-        progress.stage("drawing");
-        let mut rasterizer =
-            Rasterizer::new(site, &robot.profile, arguments.robot.resolution).map_err(Failure::work)?;
-        let sides = [from_s, to_s].map(|at_s| Side::at(site, timeline, &mut rasterizer, &robot, at_s));
-        let [before, after] = sides;
-        let between = from_s.min(to_s) + 1..=from_s.max(to_s);
-        let changes = timeline.changes().into_iter().filter(|c| between.contains(&c.at_s));
-        let causes = changes.map(|change| causes_of(site, timeline, &change)).filter(|c| !c.tasks.is_empty());
-        let difference = Difference { causes: causes.collect(), ..difference(site, &before?, &after?) };
-        if arguments.json { json(&difference) } else { Ok(difference.text()) }
-    })
-}
-
-fn json(value: &impl Serialize) -> Result<String, Failure> {
-    Ok(serde_json::to_string(value).map_err(Failure::work)? + "\n")
-}
-
-fn causes_of<'s>(site: &'s Site<'_>, timeline: &Timeline, change: &Change) -> Causes<'s> {
-    let cause = |cause: Cause| {
-        let task = &site.tasks[cause.task as usize];
-        CauseJson {
-            global_id: site.text(task.global_id),
-            identification: site.text(task.identification),
-            name: site.text(task.name),
-            event: if cause.starts { "starts" } else { "finishes" },
-            elements: cause.elements.iter().map(|k| site.text(site.elements[*k as usize].global_id)).collect(),
-            spaces: cause.spaces.iter().map(|k| site.text(site.spaces[*k as usize].global_id)).collect(),
-        }
-    };
-    Causes { at: plan_date::text(change.at_s), tasks: timeline.causes(change).into_iter().map(cause).collect() }
-}
-
-fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, changes: &[Change]) -> Changes<'s> {
-    let blocked = |b: bool| if b { SpaceState::Blocked } else { SpaceState::Open }.name();
-    let change = |c: &Change| ChangeJson {
-        at: plan_date::text(c.at_s),
-        elements: c
-            .elements
-            .iter()
-            .map(|(k, before, after)| (site.text(site.elements[*k as usize].global_id), [before.name(), after.name()]))
-            .collect(),
-        spaces: c
-            .spaces
-            .iter()
-            .map(|(k, before, after)| {
-                (site.text(site.spaces[*k as usize].global_id), [blocked(*before), blocked(*after)])
-            })
-            .collect(),
-    };
-    Changes {
-        change_instants: changes.iter().map(|c| plan_date::text(c.at_s)).collect(),
-        changes: changes.iter().map(change).collect(),
-        causes: changes.iter().map(|change| causes_of(site, timeline, change)).collect(),
-    }
-}
-
-/// For people: a line per instant.
-fn text_of(site: &Site<'_>, timeline: &Timeline, changes: &[Change]) -> String {
-    let mut out = String::new();
-    for change in changes {
-        let mut kinds: BTreeMap<&'static str, usize> = BTreeMap::new();
-        for (_, _, after) in &change.elements {
-            let word = match after {
-                ElementState::NotStarted => "not started",
-                ElementState::InProgress => "begun",
-                ElementState::Built => "built",
-                ElementState::BeingRemoved => "being removed",
-                ElementState::Removed => "removed",
-            };
-            *kinds.entry(word).or_default() += 1;
-        }
-        let mut parts: Vec<String> = kinds.into_iter().map(|(word, n)| format!("{n} {word}")).collect();
-        for (word, wanted) in [("blocked", true), ("opened", false)] {
-            let spaces = change.spaces.iter().filter(|(_, _, after)| *after == wanted);
-            let names: Vec<&str> = spaces.map(|(k, _, _)| site.text(site.spaces[*k as usize].name)).collect();
-            if !names.is_empty() {
-                parts.push(format!("{word}: {}", names.join(", ")));
-            }
-        }
-        let _ = writeln!(out, "{}  {}", plan_date::text(change.at_s), parts.join("; "));
-        for cause in timeline.causes(change) {
-            let event = if cause.starts { "start of" } else { "finish of" };
-            let _ = writeln!(out, "    {event} {}", task_name(site, cause.task as usize));
-        }
-    }
-    if changes.is_empty() {
-        out.push_str("nothing of the model has a date, so nothing ever changes\n");
-    }
-    out
-}
-
 /// One of the two dates.
-struct Side {
+pub(super) struct Side {
     at_s: i64,
     stands: Vec<bool>,
     blocked: Vec<bool>,
@@ -217,7 +72,7 @@ struct Side {
 }
 
 impl Side {
-    fn at(
+    pub(super) fn at(
         site: &Site<'_>,
         timeline: &Timeline,
         rasterizer: &mut Rasterizer,
@@ -243,7 +98,12 @@ impl Side {
     }
 }
 
-fn difference<'s>(site: &'s Site<'_>, before: &Side, after: &Side) -> Difference<'s> {
+pub(super) fn difference<'s>(
+    site: &'s Site<'_>,
+    before: &Side,
+    after: &Side,
+    causes: Vec<Causes<'s>>,
+) -> Difference<'s> {
     let named = |global_id, name| Named {
         global_id: site.text(global_id),
         name: Some(site.text(name)).filter(|name| !name.is_empty()),
@@ -275,13 +135,13 @@ fn difference<'s>(site: &'s Site<'_>, before: &Side, after: &Side) -> Difference
             .collect(),
         spaces_blocked: only(&after.blocked, &before.blocked).into_iter().map(space).collect(),
         spaces_unblocked: only(&before.blocked, &after.blocked).into_iter().map(space).collect(),
-        causes: Vec::new(),
+        causes,
     }
 }
 
 impl Difference<'_> {
     /// For people.
-    fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let mut out = format!("{} -> {}\n", self.from, self.to);
         let mut list = |what: &str, lines: Vec<String>| {
             let _ = writeln!(out, "{what}: {}", lines.len());

@@ -1,121 +1,95 @@
-//! `groundplan tasks`: the tasks of a schedule with their dates, what they act on, and what is wrong with them.
+//! The tasks of a schedule with their dates, what they act on, and what is wrong with them.
 
-use crate::args::{ScheduleInput, with_timeline};
-use crate::cli::TasksArgs;
-use crate::failure::Failure;
 use crate::plan_date;
 use messages::{NONE, Site, TaskRecord};
-use schedule::{Finding, Severity, TaskDates, TaskTargets, Timeline, find_task};
+use schedule::{Finding, Severity, TaskDates, TaskTargets, Timeline};
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::fmt::Write;
-
-/// Names of elements or spaces in a line for people; all are in the JSON document.
-const MAX_NAMED: usize = 3;
 
 /// What `groundplan tasks --json` prints.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct TaskList<'s> {
+pub(super) struct TaskList<'s> {
     /// Plan time of the status; null if none was asked for.
-    at: Option<String>,
+    pub(super) at: Option<String>,
     /// The tasks: each before those that are nested in it, else in the order of the files.
-    tasks: Vec<TaskEntry<'s>>,
+    pub(super) tasks: Vec<TaskEntry<'s>>,
 }
 
 /// A task.
 #[derive(Debug, Serialize, JsonSchema)]
-struct TaskEntry<'s> {
+pub(super) struct TaskEntry<'s> {
     /// GlobalId.
-    global_id: &'s str,
+    pub(super) global_id: &'s str,
     /// Identification, e.g. a number of the work breakdown structure; null if absent.
-    identification: Option<&'s str>,
+    pub(super) identification: Option<&'s str>,
     /// Name; null if absent.
-    name: Option<&'s str>,
+    pub(super) name: Option<&'s str>,
     /// GlobalId of the task that it is nested in; null at the top.
-    parent: Option<&'s str>,
+    pub(super) parent: Option<&'s str>,
     /// Number of tasks above it.
-    depth: usize,
+    pub(super) depth: usize,
     /// True if tasks are nested in it.
-    is_summary: bool,
+    pub(super) is_summary: bool,
     /// PredefinedType, or ObjectType where that says USERDEFINED; null if absent.
-    predefined_type: Option<&'s str>,
+    pub(super) predefined_type: Option<&'s str>,
     /// Start at the site; null if the task has no dates that can be used.
-    start: Option<String>,
+    pub(super) start: Option<String>,
     /// Finish at the site, exclusive.
-    finish: Option<String>,
+    pub(super) finish: Option<String>,
     /// Where the dates come from: `task_actual`, `task_schedule`, `task_early`, `task_computed`; null without dates.
-    dates_from: Option<&'static str>,
+    pub(super) dates_from: Option<&'static str>,
     /// Total float in hours; null for a task that has others nested in it, or has no dates.
-    total_float_h: Option<f64>,
+    pub(super) total_float_h: Option<f64>,
     /// Completion as the file has it, from 0 to 1; null if absent.
-    completion: Option<f64>,
+    pub(super) completion: Option<f64>,
     /// `not_started`, `in_progress` or `finished` at the plan time; null without one, or without dates.
-    status: Option<&'static str>,
+    pub(super) status: Option<&'static str>,
     /// Elements that it acts on.
-    elements: Vec<ElementEntry<'s>>,
+    pub(super) elements: Vec<ElementEntry<'s>>,
     /// Spaces that are closed while it is at work.
-    spaces: Vec<SpaceEntry<'s>>,
+    pub(super) spaces: Vec<SpaceEntry<'s>>,
     /// What is wrong with it.
-    warnings: Vec<WarningEntry>,
+    pub(super) warnings: Vec<WarningEntry>,
 }
 
 /// An element that a task acts on.
 #[derive(Debug, Serialize, JsonSchema)]
-struct ElementEntry<'s> {
+pub(super) struct ElementEntry<'s> {
     /// GlobalId.
-    global_id: &'s str,
+    pub(super) global_id: &'s str,
     /// Name; null if absent.
-    name: Option<&'s str>,
+    pub(super) name: Option<&'s str>,
     /// Entity, e.g. `IfcWall`.
     #[serde(rename = "type")]
-    ifc_type: &'s str,
+    pub(super) ifc_type: &'s str,
     /// `constructs`, `removes`, or `no_effect`: the task has no dates, is of another kind, or another source goes before it.
-    operation: &'static str,
+    pub(super) operation: &'static str,
 }
 
 /// A space that a task acts on.
 #[derive(Debug, Serialize, JsonSchema)]
-struct SpaceEntry<'s> {
+pub(super) struct SpaceEntry<'s> {
     /// GlobalId.
-    global_id: &'s str,
+    pub(super) global_id: &'s str,
     /// Name; null if absent.
-    name: Option<&'s str>,
+    pub(super) name: Option<&'s str>,
     /// Long name; null if absent.
-    long_name: Option<&'s str>,
+    pub(super) long_name: Option<&'s str>,
 }
 
 /// What is wrong with a task.
 #[derive(Debug, Serialize, JsonSchema)]
-struct WarningEntry {
+pub(super) struct WarningEntry {
     /// Stable word for programs.
-    code: &'static str,
+    pub(super) code: &'static str,
     /// `warning` or `error`.
-    severity: &'static str,
+    pub(super) severity: &'static str,
     /// For people.
-    message: String,
-}
-
-/// Lists the tasks.
-///
-/// # Errors
-/// Bad arguments, models that cannot be read, dates that can be read in two ways, a task that does not exist.
-pub fn tasks(arguments: &TasksArgs) -> Result<String, Failure> {
-    let schedule = ScheduleInput::read(&arguments.schedule)?;
-    let instant_s = |text| plan_date::instant_s(text, schedule.site_zone());
-    let at_s = arguments.date.as_deref().map(instant_s).transpose()?;
-    with_timeline(&arguments.model, &schedule, |site, timeline, _| {
-        let wanted = arguments.task.iter().map(|name| find_task(site, name));
-        let wanted: Vec<usize> = wanted.collect::<Result<_, _>>().map_err(Failure::usage)?;
-        let list = list(site, timeline, at_s, &wanted);
-        if arguments.json {
-            return Ok(serde_json::to_string_pretty(&list).map_err(Failure::work)? + "\n");
-        }
-        Ok(list.text(timeline, site.tasks.is_empty()))
-    })
+    pub(super) message: String,
 }
 
 /// The tasks that are wanted, or all.
-fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64>, wanted: &[usize]) -> TaskList<'s> {
+pub(super) fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64>, wanted: &[usize]) -> TaskList<'s> {
     let targets = timeline.task_targets(site);
     let order = nested_order(site.tasks).into_iter().filter(|(k, _)| wanted.is_empty() || wanted.contains(k));
     let entry = |(k, depth): (usize, usize)| TaskEntry { depth, ..entry_of(site, timeline, at_s, k, &targets[k]) };
@@ -200,70 +174,6 @@ impl WarningEntry {
     fn of(finding: &Finding) -> Self {
         let severity = if finding.severity == Severity::Error { "error" } else { "warning" };
         Self { code: finding.code, severity, message: finding.message.clone() }
-    }
-}
-
-impl TaskList<'_> {
-    /// For people: a line per task, and what it acts on.
-    fn text(&self, timeline: &Timeline, is_without_tasks: bool) -> String {
-        if is_without_tasks {
-            let why =
-                if timeline.instants_s().is_empty() { "nothing has a date" } else { "dates are those of properties" };
-            return format!("the model has no task: {why}\n");
-        }
-        let name = |t: &TaskEntry<'_>| {
-            let words = [t.identification, t.name].into_iter().flatten().collect::<Vec<_>>().join(" ");
-            let words = if words.is_empty() { t.global_id.to_owned() } else { words };
-            format!("{}{words}", "  ".repeat(t.depth))
-        };
-        let width = self.tasks.iter().map(|t| name(t).chars().count()).max().unwrap_or(0).clamp(4, 60);
-        let mut out = format!("{:width$}  {:19}  {:19}  acts on\n", "task", "start", "finish");
-        for task in &self.tasks {
-            let date = |date: &Option<String>| date.clone().unwrap_or_else(|| "no date".to_owned());
-            let targets = if task.is_summary { "what its nested tasks act on".to_owned() } else { task.targets() };
-            let status = task.status.map_or(String::new(), |s| format!("{}; ", s.replace('_', " ")));
-            // Writing to a string does not fail.
-            let _ = writeln!(
-                out,
-                "{:width$}  {:19}  {:19}  {status}{}",
-                name(task),
-                date(&task.start),
-                date(&task.finish),
-                targets
-            );
-            for warning in &task.warnings {
-                let _ = writeln!(out, "  {}: {}: {}", warning.severity, warning.code, warning.message);
-            }
-        }
-        out
-    }
-}
-
-impl TaskEntry<'_> {
-    /// Elements by what is done to them, and spaces; the first names of each.
-    fn targets(&self) -> String {
-        let mut parts: Vec<String> = Vec::new();
-        for (word, operation) in [("builds", "constructs"), ("removes", "removes"), ("works on", "no_effect")] {
-            let of_kind = self.elements.iter().filter(|e| e.operation == operation);
-            let names: Vec<&str> = of_kind.map(|e| e.name.unwrap_or(e.global_id)).collect();
-            if !names.is_empty() {
-                parts.push(format!("{word} {}", bounded(&names)));
-            }
-        }
-        let spaces: Vec<&str> = self.spaces.iter().map(|s| s.name.or(s.long_name).unwrap_or(s.global_id)).collect();
-        if !spaces.is_empty() {
-            parts.push(format!("in {}", bounded(&spaces)));
-        }
-        if parts.is_empty() { "nothing".to_owned() } else { parts.join("; ") }
-    }
-}
-
-/// The first names, and the number of the others.
-fn bounded(names: &[&str]) -> String {
-    let first = names.iter().take(MAX_NAMED).copied().collect::<Vec<_>>().join(", ");
-    match names.len().saturating_sub(MAX_NAMED) {
-        0 => first,
-        n => format!("{first} and {n} more"),
     }
 }
 

@@ -11,7 +11,7 @@ use wildmatch::WildMatch;
 ///
 /// # Errors
 /// A text that matches no map storey, or one as an index and another as a name.
-pub(crate) fn chosen(site: &Site<'_>, asked: &[String]) -> Result<Vec<u32>, Failure> {
+pub(super) fn chosen(site: &Site<'_>, asked: &[String]) -> Result<Vec<u32>, Failure> {
     if asked.is_empty() {
         return Ok((0..site.map_storeys.len() as u32).collect());
     }

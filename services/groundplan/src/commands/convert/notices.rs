@@ -9,7 +9,7 @@ const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp)
                         no cell is free and there are no waypoints";
 
 /// The notices, worst first.
-pub(crate) fn notices(input: &ExportInput<'_>) -> Vec<String> {
+pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     let site = input.site;
     let mut kinds = Kinds::default();
     if input.grids.iter().any(|grid| grid.head.floor == FloorKind::Missing as u32) {

@@ -1,0 +1,116 @@
+//! When anything changes, and the tasks that change it.
+
+use crate::plan_date;
+use crate::task_name::task_name;
+use messages::{ElementState, Site, SpaceState};
+use schedule::{Cause, Change, Timeline};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+#[derive(Debug, Serialize)]
+pub(super) struct Changes<'s> {
+    change_instants: Vec<String>,
+    changes: Vec<ChangeJson<'s>>,
+    /// The tasks that make each change, in the same order; none where properties, rules or reports do.
+    causes: Vec<Causes<'s>>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct Causes<'s> {
+    pub(super) at: String,
+    pub(super) tasks: Vec<CauseJson<'s>>,
+}
+
+/// A task that starts or finishes, and what changes with it.
+#[derive(Debug, Serialize)]
+pub(super) struct CauseJson<'s> {
+    pub(super) global_id: &'s str,
+    pub(super) identification: &'s str,
+    pub(super) name: &'s str,
+    /// `starts` or `finishes`.
+    pub(super) event: &'static str,
+    pub(super) elements: Vec<&'s str>,
+    pub(super) spaces: Vec<&'s str>,
+}
+
+#[derive(Debug, Serialize)]
+struct ChangeJson<'s> {
+    at: String,
+    elements: BTreeMap<&'s str, [&'static str; 2]>,
+    spaces: BTreeMap<&'s str, [&'static str; 2]>,
+}
+
+pub(super) fn causes_of<'s>(site: &'s Site<'_>, timeline: &Timeline, change: &Change) -> Causes<'s> {
+    let cause = |cause: Cause| {
+        let task = &site.tasks[cause.task as usize];
+        CauseJson {
+            global_id: site.text(task.global_id),
+            identification: site.text(task.identification),
+            name: site.text(task.name),
+            event: if cause.starts { "starts" } else { "finishes" },
+            elements: cause.elements.iter().map(|k| site.text(site.elements[*k as usize].global_id)).collect(),
+            spaces: cause.spaces.iter().map(|k| site.text(site.spaces[*k as usize].global_id)).collect(),
+        }
+    };
+    Causes { at: plan_date::text(change.at_s), tasks: timeline.causes(change).into_iter().map(cause).collect() }
+}
+
+pub(super) fn document<'s>(site: &'s Site<'_>, timeline: &Timeline, changes: &[Change]) -> Changes<'s> {
+    let blocked = |b: bool| if b { SpaceState::Blocked } else { SpaceState::Open }.name();
+    let change = |c: &Change| ChangeJson {
+        at: plan_date::text(c.at_s),
+        elements: c
+            .elements
+            .iter()
+            .map(|(k, before, after)| (site.text(site.elements[*k as usize].global_id), [before.name(), after.name()]))
+            .collect(),
+        spaces: c
+            .spaces
+            .iter()
+            .map(|(k, before, after)| {
+                (site.text(site.spaces[*k as usize].global_id), [blocked(*before), blocked(*after)])
+            })
+            .collect(),
+    };
+    Changes {
+        change_instants: changes.iter().map(|c| plan_date::text(c.at_s)).collect(),
+        changes: changes.iter().map(change).collect(),
+        causes: changes.iter().map(|change| causes_of(site, timeline, change)).collect(),
+    }
+}
+
+/// For people: a line per instant.
+pub(super) fn text(site: &Site<'_>, timeline: &Timeline, changes: &[Change]) -> String {
+    let mut out = String::new();
+    for change in changes {
+        let mut kinds: BTreeMap<&'static str, usize> = BTreeMap::new();
+        for (_, _, after) in &change.elements {
+            let word = match after {
+                ElementState::NotStarted => "not started",
+                ElementState::InProgress => "begun",
+                ElementState::Built => "built",
+                ElementState::BeingRemoved => "being removed",
+                ElementState::Removed => "removed",
+            };
+            *kinds.entry(word).or_default() += 1;
+        }
+        let mut parts: Vec<String> = kinds.into_iter().map(|(word, n)| format!("{n} {word}")).collect();
+        for (word, wanted) in [("blocked", true), ("opened", false)] {
+            let spaces = change.spaces.iter().filter(|(_, _, after)| *after == wanted);
+            let names: Vec<&str> = spaces.map(|(k, _, _)| site.text(site.spaces[*k as usize].name)).collect();
+            if !names.is_empty() {
+                parts.push(format!("{word}: {}", names.join(", ")));
+            }
+        }
+        let _ = writeln!(out, "{}  {}", plan_date::text(change.at_s), parts.join("; "));
+        for cause in timeline.causes(change) {
+            let event = if cause.starts { "start of" } else { "finish of" };
+            let _ = writeln!(out, "    {event} {}", task_name(site, cause.task as usize));
+        }
+    }
+    if changes.is_empty() {
+        out.push_str("nothing of the model has a date, so nothing ever changes\n");
+    }
+    out
+}

@@ -1,0 +1,84 @@
+//! `groundplan changes`: when anything changes, and what differs between two dates.
+
+mod difference;
+mod list;
+
+use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, ScheduleInput, with_timeline};
+use crate::failure::Failure;
+use crate::plan_date;
+use crate::run::{Outcome, Run};
+use difference::{Side, difference};
+use raster::Rasterizer;
+use serde::Serialize;
+
+/// Arguments of `changes`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Args {
+    /// What differs between two dates
+    #[arg(long, num_args = 2, value_names = ["A", "B"])]
+    diff: Vec<String>,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    schedule: ScheduleArgs,
+
+    /// The robot, for --diff.
+    #[command(flatten)]
+    robot: RobotArgs,
+
+    /// The site.
+    #[command(flatten)]
+    model: ModelArgs,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    json: bool,
+}
+
+const AFTER_HELP: &str = "\
+With --diff the maps of both dates are drawn for the robot and compared: which elements come and go, which doors can
+be passed and which no longer, which spaces can be reached and which not.
+
+Examples:
+  groundplan changes house.ifc
+  groundplan changes house.ifc --json | jq -r '.change_instants[]'
+  groundplan changes house.ifc --diff 2024-04-15 2024-05-02
+
+Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
+
+impl Run for Args {
+    /// Lists the changes.
+    ///
+    /// # Errors
+    /// Bad arguments, models that cannot be read, dates that can be read in two ways, maps that cannot be drawn.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let schedule = ScheduleInput::read(&self.schedule)?;
+        let instant_s = |text: &String| plan_date::instant_s(text, schedule.site_zone());
+        let diff_s: Vec<i64> = self.diff.iter().map(instant_s).collect::<Result<_, _>>()?;
+        let robot = self.robot.robot()?;
+        with_timeline(&self.model, &schedule, |site, timeline, progress| {
+            let &[from_s, to_s] = diff_s.as_slice() else {
+                let changes = timeline.changes();
+                return if self.json {
+                    json(&list::document(site, timeline, &changes))
+                } else {
+                    Ok(list::text(site, timeline, &changes).into())
+                };
+            };
+            progress.stage("drawing");
+            let mut rasterizer = Rasterizer::new(site, &robot.profile, self.robot.resolution).map_err(Failure::work)?;
+            let sides = [from_s, to_s].map(|at_s| Side::at(site, timeline, &mut rasterizer, &robot, at_s));
+            let [before, after] = sides;
+            let between = from_s.min(to_s) + 1..=from_s.max(to_s);
+            let changes = timeline.changes().into_iter().filter(|c| between.contains(&c.at_s));
+            let causes = changes.map(|change| list::causes_of(site, timeline, &change)).filter(|c| !c.tasks.is_empty());
+            let difference = difference(site, &before?, &after?, causes.collect());
+            if self.json { json(&difference) } else { Ok(difference.text().into()) }
+        })
+    }
+}
+
+fn json(value: &impl Serialize) -> Result<Outcome, Failure> {
+    Ok((serde_json::to_string(value).map_err(Failure::work)? + "\n").into())
+}

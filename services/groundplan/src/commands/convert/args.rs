@@ -1,0 +1,111 @@
+//! Arguments and help of `convert`.
+
+use crate::args::{ModelArgs, OverwriteArgs, RobotArgs, ScheduleArgs, WorldArgs};
+use std::path::PathBuf;
+
+/// Arguments of `convert`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Args {
+    /// Output folder; earlier output in it is replaced as a whole, unless files in it were added or altered since
+    #[arg(short, long, value_name = "OUT")]
+    pub(super) out: PathBuf,
+
+    /// What becomes of files of others in it.
+    #[command(flatten)]
+    pub(super) overwrite: OverwriteArgs,
+
+    /// Date of the maps: a day (2024-04-15, the union over it), an instant (2024-04-15T00:00:00 is its midnight, as in
+    /// `states`), or `all`: a folder per change in OUT [default: everything is built]
+    #[arg(long, value_name = "DATE")]
+    pub(super) date: Option<String>,
+
+    /// End of the period that the maps serve; a day counts whole
+    #[arg(long, value_name = "DATE", requires = "date")]
+    pub(super) until: Option<String>,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    pub(super) schedule: ScheduleArgs,
+
+    /// The robot.
+    #[command(flatten)]
+    pub(super) robot: RobotArgs,
+
+    /// Which waypoints are planned, with which sensor [default: centres and scans, see config/waypoints.toml]
+    #[arg(long, value_name = "FILE")]
+    pub(super) waypoints: Option<PathBuf>,
+
+    /// Write the maps, waypoints and routes of these storeys only: index, GlobalId or name, with * and ?; may be repeated,
+    /// or separated by commas. Indices stay those of the whole building; ways over storeys that are left out still count for
+    /// what can be reached, and are not in the site graph. semantic.json, report.json and world/ are of the whole building
+    /// [default: all]
+    #[arg(long, value_name = "WHICH")]
+    pub(super) storeys: Vec<String>,
+
+    /// Write vertices, faces and edges of every element into semantic.json
+    #[arg(long)]
+    pub(super) with_geometry: bool,
+
+    /// The world.
+    #[command(flatten)]
+    pub(super) world: WorldArgs,
+
+    /// Use the map frame of this site-frame.json [default: that of OUT, if there is one]
+    #[arg(long, value_name = "FILE", conflicts_with = "new_frame")]
+    pub(super) frame: Option<PathBuf>,
+
+    /// Fix the map frame anew and raise its epoch: maps and waypoints of earlier runs no longer fit
+    #[arg(long)]
+    pub(super) new_frame: bool,
+
+    /// Write maps that are blank, or storeys with spaces and no obstacle
+    #[arg(long)]
+    pub(super) allow_empty: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+
+    /// Print one JSON summary on standard output and nothing else there
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+const AFTER_HELP: &str = "\
+Files in OUT (written whole or not at all, the same bytes for the same input):
+  manifest.json                 storeys, frames, robot, sources, sha256 of every file
+  report.json                   what was counted, assumed, replaced by a box, left out; doors, regions
+  semantic.json                 every element and space by GlobalId, with its footprints
+  waypoints.{json,csv,geojson}  centres of spaces and scans that cover them, as a tour; why a space has none
+  waypoints.wgs84.geojson       the same by longitude and latitude, where the model's projected system can be computed
+  site-graph.json               spaces, doors and junctions of all storeys, with stairs and lifts between them
+  site-frame.json               the map frame; a later run into the same OUT keeps it
+  world/                        with --world: world.sdf for Gazebo and other simulators, with meshes; lookup.json: what its
+                                models are, by GlobalId; doors.urdf; site.glb for viewers
+  storeys/<index>-<name>/
+    planning.{pgm,yaml}         for global planning: 0 occupied, 254 free, 205 unknown or no floor
+    localization.{pgm,yaml}     what a lidar sees of finished structure
+    keepout.{pgm,yaml}          Nav2 keep-out mask: 0 drop-offs, work and margins, 205 elsewhere
+    waypoints.yaml              this storey's waypoints for Nav2
+    route.geojson               this storey's graph for Nav2's route server, with ways to others
+    semantic.png  classes.png   for people; class ids for programs
+    waypoints.png               what scans see, the tour and its stops
+With --date all these are in OUT/<date>/, and OUT/manifest.json lists the dates.
+
+A line per storey ends with `31 of 156 m2 reached, 5 parts` where waypoints cannot be everywhere:
+of the floor on which the middle of the robot can be, indoors and outdoors, 31 m2 hang together
+with where it begins; the rest is in other parts, which report.json lists. It begins at [tour]
+start of --waypoints, else on each storey in the part with the most room area, of those with a
+stair, ramp, lift or outer door.
+
+Examples:
+  groundplan convert house.ifc -o maps
+  groundplan convert architecture.ifc structure.ifczip -o maps --robot config/robots/legged.toml
+  groundplan convert house.ifc -o maps --resolution 0.1 --json | jq .storeys
+  groundplan convert house.ifc -o maps --storeys 0 --storeys 'Level 2*'
+  groundplan convert house.ifc -o maps --date 2024-04-15
+  groundplan convert house.ifc -o maps --date all --schedule config/schedule.toml
+  groundplan convert house.ifc -o maps --world --date 2024-04-15 --barriers
+
+Exit codes: 0 done, 1 failed, 2 bad usage or configuration. RUST_LOG=debug shows the steps.";

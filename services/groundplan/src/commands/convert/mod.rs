@@ -1,0 +1,152 @@
+//! `groundplan convert`: the stages one after the other, archives in the heap.
+
+mod args;
+mod drawing;
+mod notices;
+mod storey_choice;
+mod summary;
+
+use crate::args::ScheduleInput;
+use crate::failure::Failure;
+use crate::plan_date;
+use crate::progress::ProgressLine;
+use crate::run::{Outcome, Run};
+pub use args::Args;
+use daemon::WorldConfig;
+use drawing::Job;
+use export::SiteFrameFile;
+use ingest::SiteFrame;
+use jiff::tz::TimeZone;
+use messages::{ArchiveBuffer, PhaseBuilder, Site};
+use raster::Rasterizer;
+use schedule::{Period, Timeline};
+use std::path::Path;
+use std::time::Instant;
+use summary::Summary;
+use tracing::debug;
+use waypoints::PlanOptions;
+
+/// Which maps are asked for.
+enum Wanted {
+    /// Everything is built, whatever the schedule says.
+    Everything,
+    /// At a date.
+    At(Period),
+    /// At every change.
+    EveryChange,
+}
+
+impl Run for Args {
+    /// Converts the models and writes the output folder.
+    ///
+    /// # Errors
+    /// Bad arguments, models that cannot be read or do not belong together, dates that can be read in two ways, blank maps, a
+    /// folder that cannot be written.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let started = Instant::now();
+        let robot = self.robot.robot()?;
+        let mut options = self.waypoint_options()?;
+        let world = self.world.options(&WorldConfig::default())?;
+        let schedule = ScheduleInput::read(&self.schedule)?;
+        let wanted = self.wanted(schedule.site_zone())?;
+        let folder = self.overwrite.folder_at(&self.out)?;
+        let frame = self.frame()?;
+        let progress = ProgressLine::new();
+        self.model.pool()?.install(|| {
+            let epoch = frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(self.new_frame)));
+            let kept = frame.filter(|_| !self.new_frame);
+            let site = self.model.site(kept, epoch, &progress)?;
+            let site = Site::open(site.bytes()).map_err(Failure::work)?;
+            let (elements, spaces, map_storeys) = (site.elements.len(), site.spaces.len(), site.map_storeys.len());
+            debug!(elements, spaces, map_storeys, elapsed_us = micros(started), "models read");
+            waypoints::check_names(&site, &options).map_err(Failure::usage)?;
+            options.storeys = storey_choice::chosen(&site, &self.storeys)?;
+            let timeline = schedule.timeline(&site);
+            debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
+            progress.stage("drawing");
+            let rasterizer = Rasterizer::new(&site, &robot.profile, self.robot.resolution).map_err(Failure::work)?;
+            let mut job = Job {
+                arguments: self,
+                robot: &robot,
+                options: &options,
+                world: world.as_ref(),
+                site: &site,
+                rasterizer,
+            };
+            let phases = match wanted {
+                Wanted::Everything => {
+                    let phase = everything_built(&site, timeline);
+                    vec![job.replace(&folder, &progress, &phase)?]
+                }
+                Wanted::At(period) => {
+                    let phase = timeline?.phase(period).finish();
+                    vec![job.replace(&folder, &progress, &phase)?]
+                }
+                Wanted::EveryChange => job.replace_by_all(&folder, &progress, &timeline?)?,
+            };
+            debug!(elapsed_us = micros(started), "output swapped in");
+            let summary = Summary::of(&site, &self.out, phases, started.elapsed(), self.json);
+            Ok(summary.text().into())
+        })
+    }
+}
+
+impl Args {
+    fn wanted(&self, site_zone: Option<&TimeZone>) -> Result<Wanted, Failure> {
+        let until = self.until.as_deref();
+        match self.date.as_deref() {
+            None if self.schedule.changes_dates() => {
+                Err(Failure::usage("--delay and --actual change dates: say which with --date"))
+            }
+            None => Ok(Wanted::Everything),
+            Some("all") if until.is_some() => Err(Failure::usage("--until ends a period, and --date all has none")),
+            Some("all") => Ok(Wanted::EveryChange),
+            Some(date) => Ok(Wanted::At(plan_date::period(date, until, site_zone)?)),
+        }
+    }
+
+    /// What waypoints are planned.
+    fn waypoint_options(&self) -> Result<PlanOptions, Failure> {
+        let Some(path) = self.waypoints.as_deref() else { return Ok(PlanOptions::default()) };
+        daemon::read_parsed("options of waypoints", path, PlanOptions::parse).map_err(Failure::usage)
+    }
+
+    /// The site's frame: of `--frame`, else of an earlier run into the same folder.
+    fn frame(&self) -> Result<Option<SiteFrame>, Failure> {
+        let earlier = self.out.join("site-frame.json");
+        let path: &Path = match &self.frame {
+            Some(path) => path,
+            None if earlier.is_file() => &earlier,
+            None => return Ok(None),
+        };
+        let unusable = |e: &dyn std::fmt::Display| Failure::usage(format!("frame file {}: {e}", path.display()));
+        let bytes = std::fs::read(path).map_err(|e| unusable(&e))?;
+        let file = SiteFrameFile::parse(&bytes).map_err(|e| unusable(&format!("{:#}", Failure::usage(e))))?;
+        Ok(Some(SiteFrame { map_from_world: file.motion(), frame_epoch: file.frame_epoch }))
+    }
+}
+
+/// The phase in which everything stands, with what is known of the schedule; dates that cannot be used do not matter here.
+fn everything_built(site: &Site<'_>, timeline: Result<Timeline, Failure>) -> ArchiveBuffer {
+    let failure = match timeline {
+        Ok(timeline) => return timeline.everything_built().finish(),
+        Err(failure) => failure,
+    };
+    let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
+    let record = messages::DiagnosticRecord {
+        code: phase.texts.add("schedule_unusable"),
+        global_id: messages::Text::default(),
+        name: messages::Text::default(),
+        message: phase.texts.add(&format!("the schedule cannot be used: {failure:#}")),
+        severity: 1,
+        step_id: 0,
+        source: messages::NONE,
+        reserved: 0,
+    };
+    phase.diagnostics.push(record);
+    phase.finish()
+}
+
+fn micros(since: Instant) -> u64 {
+    u64::try_from(since.elapsed().as_micros()).unwrap_or(u64::MAX)
+}

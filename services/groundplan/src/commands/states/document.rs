@@ -1,0 +1,107 @@
+//! States at a date as JSON.
+
+use crate::failure::Failure;
+use crate::plan_date;
+use export::{ScheduleFindings, ScheduleReport};
+use messages::{Phase, PhaseHead, Site, SpaceState};
+use schedule::Period;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// States at a date.
+#[derive(Debug, Serialize)]
+struct States<'s> {
+    at: String,
+    /// End of the period whose union these states are, exclusive; null for an instant.
+    until: Option<String>,
+    elements: BTreeMap<&'s str, &'static str>,
+    spaces: BTreeMap<&'s str, Space>,
+    /// Where the date has no time: what differs in the union over its day.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    whole_day: Option<WholeDay<'s>>,
+    report: Report<'s>,
+}
+
+/// What `convert` draws differently for a date without a time, which is a whole day there and midnight here.
+#[derive(Debug, Serialize)]
+pub(super) struct WholeDay<'s> {
+    pub(super) until: String,
+    pub(super) elements: BTreeMap<&'s str, &'static str>,
+    pub(super) spaces: BTreeMap<&'s str, Space>,
+}
+
+#[derive(Debug, PartialEq, Serialize)]
+pub(super) struct Space {
+    state: &'static str,
+    why: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Report<'s> {
+    /// Last change at or before the date.
+    valid_from: Option<String>,
+    /// Next change after it.
+    valid_until: Option<String>,
+    /// Open spaces that will be blocked soon, and when.
+    closing: BTreeMap<&'s str, String>,
+    /// Number of elements by state.
+    counts: BTreeMap<&'static str, usize>,
+    #[serde(flatten)]
+    schedule: ScheduleReport,
+    findings: ScheduleFindings,
+}
+
+/// What differs in the union over a day from its midnight.
+pub(super) fn whole_day<'s>(site: &'s Site<'_>, midnight: &Phase<'_>, day: Period, of_day: &Phase<'_>) -> WholeDay<'s> {
+    let elements = (0..site.elements.len()).filter(|k| of_day.effective(*k) != midnight.effective(*k));
+    let spaces = (0..site.spaces.len()).map(|k| (k, space_of(of_day, k)));
+    let spaces = spaces.filter(|(k, space)| *space != space_of(midnight, *k));
+    WholeDay {
+        until: day.until_s.map(plan_date::text).unwrap_or_default(),
+        elements: elements.map(|k| (site.text(site.elements[k].global_id), of_day.effective(k).name())).collect(),
+        spaces: spaces.map(|(k, space)| (site.text(site.spaces[k].global_id), space)).collect(),
+    }
+}
+
+pub(super) fn json_of<'s>(
+    site: &'s Site<'_>,
+    phase: &Phase<'_>,
+    period: Period,
+    whole_day: Option<WholeDay<'s>>,
+) -> Result<String, Failure> {
+    let elements = site.elements.iter().enumerate();
+    let spaces = site.spaces.iter().enumerate();
+    let closing = spaces.clone().filter(|(k, _)| phase.spaces[*k].closes_at_s != PhaseHead::NO_TIME);
+    let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
+    let states = States {
+        at: plan_date::text(period.from_s),
+        until: period.until_s.map(plan_date::text),
+        whole_day,
+        elements: elements.map(|(k, e)| (site.text(e.global_id), phase.effective(k).name())).collect(),
+        spaces: spaces.map(|(k, s)| (site.text(s.global_id), space_of(phase, k))).collect(),
+        report: Report {
+            valid_from: time(phase.head.valid_from_s),
+            valid_until: time(phase.head.valid_until_s),
+            closing: closing
+                .map(|(k, s)| (site.text(s.global_id), plan_date::text(phase.spaces[k].closes_at_s)))
+                .collect(),
+            counts: counts(phase),
+            schedule: ScheduleReport::of(site, phase),
+            findings: ScheduleFindings::of(site, phase),
+        },
+    };
+    Ok(serde_json::to_string(&states).map_err(Failure::work)? + "\n")
+}
+
+fn space_of(phase: &Phase<'_>, space: usize) -> Space {
+    let state = if phase.is_blocked(space) { SpaceState::Blocked } else { SpaceState::Open };
+    Space { state: state.name(), why: phase.why(space).map(str::to_owned).collect() }
+}
+
+pub(super) fn counts(phase: &Phase<'_>) -> BTreeMap<&'static str, usize> {
+    let mut counts = BTreeMap::new();
+    for k in 0..phase.n_elements() {
+        *counts.entry(phase.effective(k).name()).or_default() += 1;
+    }
+    counts
+}

@@ -1,0 +1,96 @@
+//! `groundplan states`: which elements stand and which spaces may be entered.
+
+mod document;
+mod text;
+
+use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
+use crate::failure::Failure;
+use crate::plan_date;
+use crate::run::{Outcome, Run};
+use document::{json_of, whole_day};
+use messages::{Phase, Site};
+use schedule::{Period, Timeline};
+use text::text_of;
+
+/// Arguments of `states`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Args {
+    /// The date, an instant: 2024-04-15 is its midnight; may be repeated
+    #[arg(long, value_name = "DATE", required = true)]
+    date: Vec<String>,
+
+    /// Tell the union from the date until this one, as `convert` draws it; a day counts whole
+    #[arg(long, value_name = "DATE")]
+    until: Option<String>,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    schedule: ScheduleArgs,
+
+    /// The site.
+    #[command(flatten)]
+    model: ModelArgs,
+
+    /// Print one JSON document on standard output and nothing else there; an array if there are several dates
+    #[arg(long)]
+    json: bool,
+}
+
+const AFTER_HELP: &str = "\
+Dates are local to the site, or carry an offset, which is converted to the site's zone.
+States are those of an instant: 2024-04-15 is its midnight, or 2024-04-15T08:30:00.
+A map serves a whole day: `convert --date 2024-04-15` draws the union of all instants of the day,
+which is `--date 2024-04-15 --until 2024-04-15` here. For a date without a time, what differs during
+the day is told, too (\"whole_day\" in JSON). In a union a space is blocked if it is at any instant,
+and an element that does not stand throughout is in_progress.
+States of elements: not_started, in_progress, built, being_removed, removed.
+Reasons of blocked spaces: task:GlobalId, before_room_date, or what the rules say (private).
+
+Examples:
+  groundplan states house.ifc --date 2024-04-15
+  groundplan states house.ifc --date 2024-04-15T08:00:00 --date 2024-05-02 --json | jq '.[].spaces'
+  groundplan states house.ifc --date 2024-04-15 --until 2024-04-19
+  groundplan states house.ifc --date 2024-04-15 --delay 'Partition walls=5d'
+
+Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
+
+impl Run for Args {
+    /// Tells the states at every date that is asked for.
+    ///
+    /// # Errors
+    /// Bad arguments, models that cannot be read, dates that can be read in two ways.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let schedule = ScheduleInput::read(&self.schedule)?;
+        let until = self.until.as_deref();
+        if until.is_some() && self.date.len() > 1 {
+            return Err(Failure::usage("--until ends one period: give one --date"));
+        }
+        let period = |text: &String| plan_date::instant_or_period(text, until, schedule.site_zone());
+        let periods: Vec<(Period, Option<Period>)> = self.date.iter().map(period).collect::<Result<_, _>>()?;
+        with_timeline(&self.model, &schedule, |site, timeline, _| {
+            let all: Vec<String> =
+                periods.iter().map(|asked| at(site, timeline, *asked, self.json)).collect::<Result<_, _>>()?;
+            let text = match all.as_slice() {
+                [one] => one.clone(),
+                several if self.json => format!("[{}]\n", several.join(",").replace('\n', "")),
+                several => several.join("\n"),
+            };
+            Ok(text.into())
+        })
+    }
+}
+
+fn at(
+    site: &Site<'_>,
+    timeline: &Timeline,
+    (period, day): (Period, Option<Period>),
+    json: bool,
+) -> Result<String, Failure> {
+    let phase = timeline.phase(period).finish();
+    let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
+    let of_day = day.map(|day| timeline.phase(day).finish());
+    let of_day = of_day.as_ref().map(|phase| Phase::open(phase.bytes())).transpose().map_err(Failure::work)?;
+    let whole_day = day.zip(of_day.as_ref()).map(|(day, of_day)| whole_day(site, &phase, day, of_day));
+    if json { json_of(site, &phase, period, whole_day) } else { Ok(text_of(site, timeline, &phase, period, whole_day)) }
+}

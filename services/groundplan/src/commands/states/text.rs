@@ -1,0 +1,106 @@
+//! States at a date for people.
+
+use super::document::{WholeDay, counts};
+use crate::plan_date;
+use crate::task_name::task_name;
+use frames::counted;
+use messages::{Phase, PhaseHead, Site};
+use schedule::{Period, Timeline};
+use std::collections::HashSet;
+use std::fmt::Write;
+
+/// How many findings people see; all are in the JSON document.
+const MAX_FINDINGS: usize = 8;
+
+/// For people: counts, work in progress, blocked spaces with the names of the tasks, what is wrong.
+pub(super) fn text_of(
+    site: &Site<'_>,
+    timeline: &Timeline,
+    phase: &Phase<'_>,
+    period: Period,
+    whole_day: Option<WholeDay<'_>>,
+) -> String {
+    let mut out = String::new();
+    let time = |seconds: i64| messages::plan_time(seconds).map_or("-".to_owned(), |t| t.to_string());
+    let until = period.until_s.map_or(String::new(), |s| format!(" until {}", plan_date::text(s)));
+    let _ = writeln!(
+        out,
+        "{}{until}  (last change {}, next {})",
+        plan_date::text(period.from_s),
+        time(phase.head.valid_from_s),
+        time(phase.head.valid_until_s)
+    );
+    if let Some(whole_day) = whole_day {
+        out.push_str(&whole_day.text());
+    }
+    let counts: Vec<String> =
+        counts(phase).into_iter().map(|(state, n)| format!("{n} {}", state.replace('_', " "))).collect();
+    let _ = writeln!(out, "elements: {}", counts.join(", "));
+    let summaries: HashSet<usize> = site.tasks.iter().map(|t| t.parent as usize).collect();
+    let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
+    let running = (0..site.tasks.len()).filter(|k| {
+        !summaries.contains(k) && timeline.task(*k).is_some_and(|d| d.start_s < end_s && period.from_s < d.finish_s)
+    });
+    for k in running {
+        let dates = timeline.task(k).expect("running tasks have dates");
+        let float = timeline.float(k).map_or(String::new(), |f| format!(", float {}", hours(f.total_s)));
+        let _ = writeln!(out, "  at work: {} until {}{float}", task_name(site, k), time(dates.finish_s));
+    }
+    let n_blocked = (0..site.spaces.len()).filter(|k| phase.is_blocked(*k)).count();
+    let _ = writeln!(out, "spaces: {} open, {n_blocked} blocked", site.spaces.len() - n_blocked);
+    for (k, space) in site.spaces.iter().enumerate() {
+        let name = format!("{} {}", site.text(space.name), site.text(space.long_name));
+        if phase.is_blocked(k) {
+            let why: Vec<String> = phase.why(k).map(|w| reason(site, w)).collect();
+            let _ = writeln!(out, "  blocked: {:<24} {}", name.trim(), why.join("; "));
+        } else if phase.spaces[k].closes_at_s != PhaseHead::NO_TIME {
+            let _ = writeln!(out, "  closing: {:<24} at {}", name.trim(), time(phase.spaces[k].closes_at_s));
+        }
+    }
+    write_findings(&mut out, timeline);
+    let n_existing = (0..phase.n_elements()).filter(|k| phase.schedule_of(*k).source == 0).count();
+    if n_existing > 0 {
+        let _ = writeln!(out, "  {} without any date", counted(n_existing, "element"));
+    }
+    out
+}
+
+/// What is wrong with the schedule: the first findings.
+fn write_findings(out: &mut String, timeline: &Timeline) {
+    let findings: Vec<&schedule::Finding> =
+        timeline.findings().iter().filter(|f| f.severity > schedule::Severity::Info).collect();
+    for finding in findings.iter().take(MAX_FINDINGS) {
+        let who = [finding.global_id.as_str(), finding.name.as_str()].join(" ");
+        let _ = writeln!(out, "  {}: {}{}", finding.code, who.trim(), separated(who.trim(), &finding.message));
+    }
+    if findings.len() > MAX_FINDINGS {
+        let _ = writeln!(out, "  and {}: see --json", counted(findings.len() - MAX_FINDINGS, "more finding"));
+    }
+}
+
+impl WholeDay<'_> {
+    /// For people: a line.
+    fn text(&self) -> String {
+        let differences = match (self.elements.len(), self.spaces.len()) {
+            (0, 0) => "nothing is different".to_owned(),
+            (n_elements, n_spaces) => {
+                format!("{} and {} are different", counted(n_elements, "element"), counted(n_spaces, "space"))
+            }
+        };
+        format!("  this is midnight; in the whole day until {}, which convert draws, {differences}\n", self.until)
+    }
+}
+
+fn separated(who: &str, message: &str) -> String {
+    if who.is_empty() { message.to_owned() } else { format!(": {message}") }
+}
+
+/// A reason with the name of the task.
+fn reason(site: &Site<'_>, why: &str) -> String {
+    let task = why.strip_prefix("task:").and_then(|id| site.tasks.iter().position(|t| site.text(t.global_id) == id));
+    task.map_or_else(|| why.replace('_', " "), |k| task_name(site, k))
+}
+
+fn hours(seconds: i64) -> String {
+    format!("{:.1} h", seconds as f64 / 3600.0)
+}

@@ -1,0 +1,10 @@
+//! What a task is called in texts for people.
+
+use messages::Site;
+
+/// Identification and name of a task.
+pub(crate) fn task_name(site: &Site<'_>, task: usize) -> String {
+    let record = &site.tasks[task];
+    let name = format!("{} {}", site.text(record.identification), site.text(record.name));
+    if name.trim().is_empty() { site.text(record.global_id).to_owned() } else { name.trim().to_owned() }
+}
