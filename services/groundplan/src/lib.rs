@@ -1,10 +1,10 @@
 //! The operator's client as a library: `main.rs` only wires.
 
-pub mod align;
+mod alignment_report;
+mod alignment_request;
 pub mod args;
 pub mod cli;
 pub mod commands;
-pub mod deviations;
 pub mod failure;
 pub mod live;
 pub mod manual;
@@ -15,3 +15,4 @@ mod plan_date;
 mod progress;
 pub mod run;
 mod task_name;
+mod wait;

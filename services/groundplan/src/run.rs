@@ -11,6 +11,13 @@ pub struct Outcome {
     pub is_well: bool,
 }
 
+impl Outcome {
+    /// All is well, and there is nothing to say.
+    pub(crate) fn silent() -> Self {
+        Self::from(String::new())
+    }
+}
+
 impl From<String> for Outcome {
     fn from(text: String) -> Self {
         Self { text, is_well: true }

@@ -1,10 +1,10 @@
 //! The files of `convert`, made from what the daemons publish.
 
-use super::join;
 use crate::args::report_set_aside;
 use crate::cli::ExportArgs;
 use crate::failure::Failure;
 use crate::maps::world_files;
+use crate::wait::join;
 use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
 use export::{ExportFile, ExportInput};

@@ -1,10 +1,10 @@
 //! Who lives, what they do, what is wrong.
 
-use super::join;
-use crate::align::told::Brief;
+use crate::alignment_report::Brief;
 use crate::cli::StatusArgs;
 use crate::failure::Failure;
 use crate::plan_date;
+use crate::wait::join;
 use bus::{Daemon, HEARTBEAT_PERIOD, Topic};
 use frames::counted;
 use messages::{Grids, Plan, Stage, StatusRecord};

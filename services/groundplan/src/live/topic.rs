@@ -1,12 +1,11 @@
 //! What is on the bus.
 
-use super::align::made_from;
-use super::join;
-use crate::align::told;
+use crate::alignment_report;
 use crate::args::SiteArgs;
 use crate::cli::{TopicArgs, TopicCommand};
 use crate::failure::Failure;
 use crate::plan_date::optional_text;
+use crate::wait::join;
 use bus::{Bus, GridSlot, Sample, Stamp, Topic, Waiter};
 use daemon::StopSignal;
 use frames::counted;
@@ -253,9 +252,11 @@ fn describe(topic: Topic, sample: &Sample) -> Result<Value, messages::ArchiveErr
         Topic::SlamMap => {
             let head = SlamMap::open(sample.bytes())?.head;
             let size = [head.width, head.height];
-            json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": told::Pose::of(head.origin)})
+            json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": alignment_report::Pose::of(head.origin)})
         }
-        Topic::Alignment => told::document(&Alignment::open(sample.bytes())?, made_from(sample)),
+        Topic::Alignment => {
+            alignment_report::document(&Alignment::open(sample.bytes())?, alignment_report::inputs_of(sample))
+        }
         Topic::Deviations => Value::Null,
     };
     Ok(json!({

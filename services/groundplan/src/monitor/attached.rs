@@ -2,7 +2,7 @@
 
 use super::map_pane::MapOf;
 use super::state::State;
-use crate::align::told::Brief;
+use crate::alignment_report::Brief;
 use bus::{Bus, GridSlot, PortError, ReceiveError, Sample, Stamp, StatusReader, Subscriber, Topic};
 use messages::{Grid, Grids, Phase, Site};
 

@@ -150,7 +150,7 @@ fn draw_map(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option
 mod tests {
     use super::super::snapshot::{DaemonLine, PlanLine, StoreyLine, TopicLine};
     use super::*;
-    use crate::align::told::{Brief, Pose};
+    use crate::alignment_report::{Brief, Pose};
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 

@@ -1,6 +1,6 @@
 //! Everything that the monitor shows, as it is printed with `--json`.
 
-use crate::align::told::Brief;
+use crate::alignment_report::Brief;
 use serde::Serialize;
 
 /// The running site at a moment.

@@ -1,7 +1,7 @@
 //! What was seen, and what follows from it.
 
 use super::snapshot::{DaemonLine, PlanLine, Snapshot, StoreyLine, TopicLine};
-use crate::align::told::Brief;
+use crate::alignment_report::Brief;
 use crate::plan_date;
 use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, Topic, Verdict};
 use export::text_or_null;

@@ -1,6 +1,7 @@
-//! What is told of an alignment, from its archive: the same for files and for the running daemon.
+//! An alignment as JSON, as text and as a line, from its archive: the same for files and for the running daemon.
 
 use crate::plan_date::optional_text;
+use bus::Sample;
 use messages::{Alignment, Evidence, NONE, PoseRecord, Verdict};
 use occupancy::MapFromSlam;
 use serde::Serialize;
@@ -44,6 +45,13 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
         "candidates": candidates,
         "inputs": inputs,
     })
+}
+
+/// What a sample was made from, as `document` takes it.
+pub(crate) fn inputs_of(sample: &Sample) -> Value {
+    let inputs = sample.header().inputs;
+    let hash = |hash: u64| format!("{hash:016x}");
+    json!({"site_hash": hash(inputs.site), "phase_hash": hash(inputs.phase), "slam_map_hash": hash(inputs.slam_map)})
 }
 
 /// What people read.
@@ -134,18 +142,6 @@ impl Brief {
             _ => format!("SLAM map {verdict}, no pose, epoch {epoch}{waits}"),
         }
     }
-}
-
-/// A static transform as ROS writes one: where the model's frame lies in the robot's.
-pub(crate) fn transform(pose: &PoseRecord) -> String {
-    let [x_m, y_m, yaw_rad] = MapFromSlam::from(pose).inverse();
-    let (sin, cos) = libm::sincos(yaw_rad / 2.0);
-    format!(
-        "# ros2 run tf2_ros static_transform_publisher --x {x_m} --y {y_m} --yaw {yaw_rad} --frame-id map \\\n\
-         #   --child-frame-id site_map\n\
-         header:\n  frame_id: map\nchild_frame_id: site_map\n\
-         transform:\n  translation: {{x: {x_m}, y: {y_m}, z: 0.0}}\n  rotation: {{x: 0.0, y: 0.0, z: {sin}, w: {cos}}}\n"
-    )
 }
 
 fn storey(pose: &PoseRecord) -> Option<u32> {

@@ -1,9 +1,9 @@
-//! What the running daemon found to differ.
+//! Deviations that the running daemon found.
 
-use super::join;
-use crate::cli::DeviationsArgs;
-use crate::deviations::write;
+use super::args::Args;
+use super::report::write;
 use crate::failure::Failure;
+use crate::wait::join;
 use bus::{Sample, Topic};
 use messages::{Deviations, Phase, Site};
 use std::time::{Duration, Instant};
@@ -16,7 +16,7 @@ const LOOK: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// No daemons, no pose that was accepted, a folder that cannot be written.
-pub fn deviations(arguments: &DeviationsArgs) -> Result<String, Failure> {
+pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
     let subscriber = |topic| bus.subscriber(topic).map_err(Failure::work);
     let subscribers = [subscriber(Topic::Site)?, subscriber(Topic::Phase)?, subscriber(Topic::Deviations)?];
@@ -31,7 +31,7 @@ pub fn deviations(arguments: &DeviationsArgs) -> Result<String, Failure> {
         if let [Some(site), Some(phase), Some(found)] = &newest {
             let inputs = found.header().inputs;
             if [inputs.site, inputs.phase] == [site, phase].map(|sample| sample.header().content_hash) {
-                return told(arguments, site, phase, found);
+                return write_samples(arguments, site, phase, found);
             }
         }
         if begun.elapsed() > PATIENCE {
@@ -41,7 +41,7 @@ pub fn deviations(arguments: &DeviationsArgs) -> Result<String, Failure> {
     }
 }
 
-fn told(arguments: &DeviationsArgs, site: &Sample, phase: &Sample, found: &Sample) -> Result<String, Failure> {
+fn write_samples(arguments: &Args, site: &Sample, phase: &Sample, found: &Sample) -> Result<String, Failure> {
     let site = Site::open(site.bytes()).map_err(Failure::work)?;
     let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
     let found = Deviations::open(found.bytes()).map_err(Failure::work)?;

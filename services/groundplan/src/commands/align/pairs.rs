@@ -1,6 +1,6 @@
 //! Many pairs of maps, for benchmarks.
 
-use super::told::evidence;
+use crate::alignment_report::evidence;
 use crate::failure::Failure;
 use alignment::{AlignedPose, Alignment, PreparedMap, align_maps};
 use occupancy::OccupancyMap;
@@ -22,7 +22,7 @@ struct Pair {
 ///
 /// # Errors
 /// A list or a map that cannot be used.
-pub(crate) fn pairs(folder: &Path) -> Result<String, Failure> {
+pub(super) fn pairs(folder: &Path) -> Result<String, Failure> {
     let list = folder.join("pairs.jsonl");
     let text = std::fs::read_to_string(&list)
         .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", list.display())))?;

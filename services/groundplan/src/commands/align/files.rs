@@ -1,15 +1,13 @@
-//! The pose of a robot's SLAM map in a map of the model.
+//! Aligning maps in files.
 
-mod pairs;
-mod slam_frame;
-pub(crate) mod told;
-
+use super::args::{Args, write};
+use super::slam_frame;
+use crate::alignment_report;
 use crate::args::report_set_aside;
-use crate::cli::AlignArgs;
 use crate::failure::Failure;
-use crate::live;
+use crate::run::Outcome;
 use alignment::{MadeFrom, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
-use messages::{Alignment, NONE, PhaseHead, PoseRecord, Verdict};
+use messages::{Alignment, NONE, PhaseHead, Verdict};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
 use serde_json::json;
@@ -17,23 +15,11 @@ use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Aligns two maps, all pairs of a folder, or the map that the running daemon follows; the text, and whether the alignment is
-/// accepted.
+/// Aligns a map of the robot with those of a folder, or with one.
 ///
 /// # Errors
-/// A map that cannot be used; no daemon.
-pub fn align(arguments: &AlignArgs) -> Result<(String, bool), Failure> {
-    if let Some(folder) = &arguments.pairs {
-        return pairs::pairs(folder).map(|text| (text, true));
-    }
-    match (&arguments.reference, &arguments.slam) {
-        (Some(reference), Some(slam)) => align_files(arguments, reference, slam),
-        (None, None) => live::align(arguments),
-        _ => Err(Failure::usage("--reference and --slam belong together; without both the running daemon aligns")),
-    }
-}
-
-fn align_files(arguments: &AlignArgs, reference: &Path, slam: &Path) -> Result<(String, bool), Failure> {
+/// A map that cannot be used, a file that cannot be written.
+pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<Outcome, Failure> {
     let (storeys, plan_time_s) = storeys(reference, arguments.place.storey)?;
     let maps: Vec<PreparedMap> = storeys
         .iter()
@@ -52,7 +38,7 @@ fn align_files(arguments: &AlignArgs, reference: &Path, slam: &Path) -> Result<(
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
     if let Some(pose) = alignment.pose() {
         let directory = storeys.iter().find(|s| s.index == pose.map_storey && s.index != NONE).map(|s| &s.path);
-        write_files(arguments, pose)?;
+        arguments.write_transform(pose)?;
         if let (Some(folder), Some(map)) = (&arguments.resample, directory) {
             let files = slam_frame::files(reference, map, pose)?;
             let folder = arguments.overwrite.folder_at(folder)?;
@@ -66,16 +52,11 @@ fn align_files(arguments: &AlignArgs, reference: &Path, slam: &Path) -> Result<(
     }
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
-        format!("{:#}\n", told::document(&alignment, inputs))
+        format!("{:#}\n", alignment_report::document(&alignment, inputs))
     } else {
-        told::text(&alignment)
+        alignment_report::text(&alignment)
     };
-    Ok((text, alignment.verdict() == Verdict::Accepted))
-}
-
-/// Files that an accepted pose is written to.
-pub(crate) fn write_files(arguments: &AlignArgs, pose: &PoseRecord) -> Result<(), Failure> {
-    arguments.transform.as_deref().map_or(Ok(()), |path| write(path, told::transform(pose).as_bytes()))
+    Ok(Outcome { text, is_well: alignment.verdict() == Verdict::Accepted })
 }
 
 /// A map of the model.
@@ -118,10 +99,6 @@ struct Manifest {
 struct ManifestStorey {
     index: u32,
     directory: PathBuf,
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    std::fs::write(path, bytes).map_err(|error| Failure::work(format!("{}: {error}", path.display())))
 }
 
 fn sha256(path: &Path) -> Result<String, Failure> {

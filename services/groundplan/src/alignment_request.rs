@@ -1,0 +1,49 @@
+//! Requests to the daemon that aligns, and the alignment that it publishes after them.
+
+use crate::alignment_report;
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::run::Outcome;
+use crate::wait::{ask, join};
+use bus::{Daemon, Sample, Topic};
+use daemon::Request;
+use messages::{Alignment, Verdict};
+use std::time::{Duration, Instant};
+
+/// The alignment is there when the answer is, but for the way to this process.
+const PATIENCE: Duration = Duration::from_secs(30);
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The alignment after a request.
+///
+/// # Errors
+/// No daemons, no maps of the site yet, a request that is refused.
+pub(crate) fn alignment_after(site: &SiteArgs, request: &Request) -> Result<Sample, Failure> {
+    let (bus, mut waiter) = join(&site.config()?)?;
+    let answer = ask(&bus, &mut waiter, Daemon::SlamAlign, request)?;
+    if answer.epoch == 0 {
+        return Err(Failure::work("there are no maps of the site yet: it is aligned when they are there"));
+    }
+    let alignments = bus.subscriber(Topic::Alignment).map_err(Failure::work)?;
+    let begun = Instant::now();
+    loop {
+        if let Some(sample) = alignments.take().map_err(Failure::work)?
+            && answer.epoch <= sample.header().epoch
+        {
+            return Ok(sample);
+        }
+        if begun.elapsed() > PATIENCE {
+            return Err(Failure::work("no alignment has come: see groundplan status"));
+        }
+        waiter.wait(LOOK).map_err(Failure::work)?;
+    }
+}
+
+/// The alignment as it is printed; all is well if the pose is accepted.
+pub(crate) fn outcome_of(sample: &Sample, alignment: &Alignment<'_>, json: bool) -> Outcome {
+    let text = match json {
+        true => format!("{:#}\n", alignment_report::document(alignment, alignment_report::inputs_of(sample))),
+        false => alignment_report::text(alignment),
+    };
+    Outcome { text, is_well: alignment.verdict() == Verdict::Accepted }
+}

@@ -1,0 +1,106 @@
+//! Arguments and help of `align`, and the transform that it writes.
+
+use crate::args::{OverwriteArgs, PlaceArgs, SiteArgs};
+use crate::failure::Failure;
+use messages::PoseRecord;
+use occupancy::MapFromSlam;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `align`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Args {
+    /// Output folder of `convert`, or one map of the model: localization.yaml of a storey [default: the running daemon aligns
+    /// the map that it follows with the site as planned]
+    #[arg(long, value_name = "OUT", requires = "slam")]
+    pub(super) reference: Option<PathBuf>,
+
+    /// Map that the robot made, as its map server saves it
+    #[arg(long, value_name = "MAP.yaml", requires = "reference")]
+    pub(super) slam: Option<PathBuf>,
+
+    /// Where it may lie.
+    #[command(flatten)]
+    pub(super) place: PlaceArgs,
+
+    /// Write the static transform from `map`, the robot's frame, to `site_map`, the model's; only if accepted
+    #[arg(long, value_name = "FILE.yaml")]
+    transform: Option<PathBuf>,
+
+    /// Draw both maps in the best pose: walls of both green, what only the robot saw red, what it saw through orange
+    #[arg(long, value_name = "FILE.png", requires = "reference")]
+    pub(super) overlay: Option<PathBuf>,
+
+    /// Write maps, route graph and waypoints of the storey moved into the robot's frame; only if accepted
+    #[arg(long, value_name = "FOLDER", requires = "reference", conflicts_with = "free_scale")]
+    pub(super) resample: Option<PathBuf>,
+
+    /// What becomes of files of others in that folder.
+    #[command(flatten)]
+    pub(super) overwrite: OverwriteArgs,
+
+    /// Nobody vouches for the lengths of the SLAM map: try scales from 0.8 to 1.25
+    #[arg(long, requires = "reference")]
+    pub(super) free_scale: bool,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    pub(super) json: bool,
+
+    /// Align all pairs that FOLDER/pairs.jsonl names, for benchmarks
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["reference", "slam", "json"], requires = "json_lines")]
+    pub(super) pairs: Option<PathBuf>,
+
+    /// Print a JSON document a line, one for each pair
+    #[arg(long, requires = "pairs")]
+    pub(super) json_lines: bool,
+
+    /// The site.
+    #[command(flatten)]
+    pub(super) site: SiteArgs,
+}
+
+const AFTER_HELP: &str = "\
+The model's maps are those of all storeys in a folder that `convert` wrote, or one of them; the robot's is a
+Nav2 map file of any resolution and origin. The answer is the motion `map_from_slam`:
+p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as well, or why there is none.
+
+  accepted    one pose fits, and no other comes near
+  ambiguous   several fit alike: a symmetric building, repeated rooms; all are told
+  refused     another building or storey, too little overlap, too little structure
+
+Exit codes: 0 accepted, 1 ambiguous, refused or failed, 2 bad usage.
+
+Examples:
+  groundplan align --reference maps --slam robot.yaml
+  groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json";
+
+impl Args {
+    /// Writes the static transform of an accepted pose, if it is asked for.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(super) fn write_transform(&self, pose: &PoseRecord) -> Result<(), Failure> {
+        self.transform.as_deref().map_or(Ok(()), |path| write(path, transform(pose).as_bytes()))
+    }
+}
+
+/// A static transform as ROS writes one: where the model's frame lies in the robot's.
+fn transform(pose: &PoseRecord) -> String {
+    let [x_m, y_m, yaw_rad] = MapFromSlam::from(pose).inverse();
+    let (sin, cos) = libm::sincos(yaw_rad / 2.0);
+    format!(
+        "# ros2 run tf2_ros static_transform_publisher --x {x_m} --y {y_m} --yaw {yaw_rad} --frame-id map \\\n\
+         #   --child-frame-id site_map\n\
+         header:\n  frame_id: map\nchild_frame_id: site_map\n\
+         transform:\n  translation: {{x: {x_m}, y: {y_m}, z: 0.0}}\n  rotation: {{x: 0.0, y: 0.0, z: {sin}, w: {cos}}}\n"
+    )
+}
+
+/// Writes a file that the command line names.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    std::fs::write(path, bytes).map_err(|error| Failure::work(format!("{}: {error}", path.display())))
+}

@@ -1,0 +1,44 @@
+//! `groundplan align`: the pose of a robot's SLAM map in a map of the model.
+
+mod args;
+mod files;
+mod pairs;
+mod slam_frame;
+
+use crate::alignment_request::{alignment_after, outcome_of};
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+pub use args::Args;
+use daemon::Request;
+use messages::Alignment;
+
+impl Run for Args {
+    /// Aligns two maps, all pairs of a folder, or the map that the running daemon follows; all is well if the pose
+    /// is accepted.
+    ///
+    /// # Errors
+    /// A map that cannot be used; no daemon.
+    fn run(&self) -> Result<Outcome, Failure> {
+        if let Some(folder) = &self.pairs {
+            return pairs::pairs(folder).map(Outcome::from);
+        }
+        match (&self.reference, &self.slam) {
+            (Some(reference), Some(slam)) => files::align(self, reference, slam),
+            (None, None) => self.align_live(),
+            _ => Err(Failure::usage("--reference and --slam belong together; without both the running daemon aligns")),
+        }
+    }
+}
+
+impl Args {
+    /// Asks the daemon to search the pose of the map that it follows.
+    fn align_live(&self) -> Result<Outcome, Failure> {
+        let place = &self.place;
+        let sample = alignment_after(&self.site, &Request::Align { hint: place.pose_hint(), storey: place.storey })?;
+        let alignment = Alignment::open(sample.bytes()).map_err(Failure::work)?;
+        if let Some(pose) = alignment.pose() {
+            self.write_transform(pose)?;
+        }
+        Ok(outcome_of(&sample, &alignment, self.json))
+    }
+}

@@ -1,0 +1,37 @@
+//! `groundplan confirm`: a pose that waits is right, or elements are not there.
+
+use crate::alignment_request::{alignment_after, outcome_of};
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use daemon::Request;
+use messages::Alignment;
+
+/// Arguments of `confirm`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// These elements are not there although they are planned to be: the maps leave them out until they are seen [default: the
+    /// pose that waits is right]
+    #[arg(value_name = "GLOBALID")]
+    absent: Vec<String>,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    json: bool,
+
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+}
+
+impl Run for Args {
+    /// Says that the pose that waits is right, or that elements are not there.
+    ///
+    /// # Errors
+    /// No daemons, no pose that waits, elements that the robot has not seen through.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let sample = alignment_after(&self.site, &Request::Confirm { absent: self.absent.clone() })?;
+        let alignment = Alignment::open(sample.bytes()).map_err(Failure::work)?;
+        Ok(Outcome { is_well: true, ..outcome_of(&sample, &alignment, self.json) })
+    }
+}

@@ -1,0 +1,71 @@
+//! `groundplan date`: the plan time of the running daemons.
+
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::plan_date;
+use crate::run::{Outcome, Run};
+use crate::wait::{ask, join, wait_for_phase};
+use bus::Daemon;
+use daemon::Request;
+
+/// Arguments of `date`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Plan time: 2024-04-15 (its midnight), 2024-04-15T08:30:00, or with an offset, see site_zone in the schedule rules
+    #[arg(value_name = "DATE")]
+    date: Option<String>,
+
+    /// The next instant at which anything changes
+    #[arg(long, conflicts_with = "date")]
+    next: bool,
+
+    /// Follow the clock of this machine, in the site_zone of the schedule rules
+    #[arg(long, conflicts_with_all = ["date", "next"])]
+    wall: bool,
+
+    /// Run at a rate: 3600 is an hour a second; from DATE, or from where the plan time is
+    #[arg(long, value_name = "RATE", conflicts_with_all = ["next", "wall"])]
+    simulate: Option<f64>,
+
+    /// Return when the plan time is on disk; grids follow
+    #[arg(long)]
+    no_wait: bool,
+
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+}
+
+impl Run for Args {
+    /// Sets the plan time, goes on to the next change, lets it move, or tells it.
+    ///
+    /// # Errors
+    /// No daemons, a date that is none, nothing that changes any more.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let config = self.site.config()?;
+        let instant_s = |text| plan_date::instant_at_site_s(text, &config);
+        let date_s = self.date.as_deref().map(instant_s).transpose()?;
+        let request = match (date_s, self.simulate) {
+            (from_s, Some(rate)) => Request::Simulate { rate, from_s },
+            (Some(at_s), None) => Request::SetPlanTime { at_s },
+            (None, None) if self.next => Request::NextChange,
+            (None, None) if self.wall => Request::FollowWallClock,
+            (None, None) => Request::TellPlanTime,
+        };
+        let (bus, mut waiter) = join(&config)?;
+        let answer = ask(&bus, &mut waiter, Daemon::ScheduleEval, &request)?;
+        // Without a site there is nothing to wait for: the plan time is kept for when there is one.
+        if !self.no_wait && answer.epoch > 0 && request != Request::TellPlanTime {
+            wait_for_phase(&bus, &mut waiter, &answer)?;
+        }
+        let time = answer.plan_time_s.map(plan_date::text);
+        let text = match (&request, time) {
+            (Request::SetPlanTime { .. } | Request::NextChange, Some(time)) => time + "\n",
+            (_, time) => {
+                let words = [time, answer.clock].into_iter().flatten().collect::<Vec<_>>();
+                words.join("  ") + "\n"
+            }
+        };
+        Ok(text.into())
+    }
+}

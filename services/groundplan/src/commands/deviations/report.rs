@@ -1,0 +1,89 @@
+//! Deviations as files, JSON and text.
+
+use super::args::Args;
+use crate::args::report_set_aside;
+use crate::failure::Failure;
+use crate::plan_date;
+use export::{DeviationExport, DeviationsDocument, deviation_files, with_manifest};
+use frames::PlanTime;
+use messages::{Deviations, Judgement, Observation, Phase, PhaseHead, Site};
+use serde_json::json;
+use std::fmt::Write;
+
+/// Writes the files that are asked for; what is to be printed.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub(super) fn write(
+    arguments: &Args,
+    site: &Site<'_>,
+    phase: &Phase<'_>,
+    found: &Deviations<'_>,
+) -> Result<String, Failure> {
+    // Topics want to know when they were made; a comparison without a date has only that of the machine.
+    let now = || PlanTime::from_civil_seconds(jiff::Timestamp::now().as_second());
+    let created = messages::plan_time(phase.head.plan_time_s).or_else(now);
+    let created = created.ok_or_else(|| Failure::work("the machine's clock tells no date"))?;
+    let input = DeviationExport { site, phase, deviations: found, created };
+    if let Some(folder) = &arguments.out {
+        let folder = arguments.overwrite.folder_at(folder)?;
+        let manifest = json!({
+            "plan_time": plan_date::optional_text(found.head.plan_time_s),
+            "slam_map_hash": format!("{:016x}", found.head.slam_map_hash),
+        });
+        report_set_aside(folder.replace(&with_manifest(manifest, deviation_files(&input))).map_err(Failure::work)?);
+    }
+    if arguments.json {
+        return Ok(serde_json::to_string_pretty(&DeviationsDocument::of(&input)).map_err(Failure::work)? + "\n");
+    }
+    Ok(text(site, found))
+}
+
+/// For people: counts, everything that is not as planned, what stands beside it.
+fn text(site: &Site<'_>, found: &Deviations<'_>) -> String {
+    let head = found.head;
+    let storey = site.text(site.map_storeys[head.map_storey as usize].name);
+    let date = match head.plan_time_s {
+        PhaseHead::NO_TIME => "everything built".to_owned(),
+        at_s => plan_date::text(at_s),
+    };
+    let mut out = format!("storey {} {storey} at {date}\n", head.map_storey);
+    let count = |observation: Observation| {
+        let n = found.elements.iter().filter(|e| e.observation == observation as u32).count();
+        format!("{n} {}", observation.name())
+    };
+    // Writing to a string does not fail.
+    let _ = writeln!(out, "elements: {}", Observation::ALL.map(count).join(", "));
+    for record in found.elements {
+        let (Some(judgement), Some(observation)) =
+            (Judgement::from_id(record.judgement), Observation::from_id(record.observation))
+        else {
+            continue;
+        };
+        if matches!(judgement, Judgement::OnPlan | Judgement::Unknown) {
+            continue;
+        }
+        let element = &site.elements[record.element as usize];
+        let (id, kind) = (site.text(element.global_id), site.text(element.ifc_type));
+        let by = match observation {
+            Observation::Displaced => format!(" by {:.2} m", record.offset_m.abs()),
+            _ => String::new(),
+        };
+        let _ = writeln!(
+            out,
+            "  {:<9} {id}  {kind} {:?}: {}{by}",
+            judgement.name(),
+            site.text(element.name),
+            observation.name()
+        );
+    }
+    for obstacle in found.obstacles {
+        let [x, y] = obstacle.centroid_m;
+        let _ = writeln!(
+            out,
+            "  not in the model: {:.2} m2, {:.1} m long, at {x:.2}, {y:.2}",
+            obstacle.area_m2, obstacle.length_m
+        );
+    }
+    out
+}

@@ -1,0 +1,43 @@
+//! `groundplan load`: other models for the running daemons.
+
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use crate::wait::{ask, join, wait_for_grids};
+use bus::Daemon;
+use daemon::Request;
+use std::path::PathBuf;
+
+/// Arguments of `load`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// IFC files of one site
+    #[arg(value_name = "MODEL.ifc")]
+    models: Vec<PathBuf>,
+
+    /// Return when the site is out; grids follow
+    #[arg(long)]
+    no_wait: bool,
+
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+}
+
+impl Run for Args {
+    /// Loads these files, or those again that are loaded.
+    ///
+    /// # Errors
+    /// No daemons, files that cannot be read; the site stays as it was.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let absolute =
+            |path: &PathBuf| std::path::absolute(path).map_err(|e| Failure::usage(format!("{}: {e}", path.display())));
+        let models = self.models.iter().map(absolute).collect::<Result<_, _>>()?;
+        let (bus, mut waiter) = join(&self.site.config()?)?;
+        let answer = ask(&bus, &mut waiter, Daemon::IfcIngest, &Request::Load { models })?;
+        if !self.no_wait {
+            wait_for_grids(&bus, &mut waiter, |inputs| inputs.site == answer.content_hash)?;
+        }
+        Ok(Outcome::silent())
+    }
+}

@@ -1,0 +1,38 @@
+//! `groundplan slam-map`: a map of the robot for the running daemons.
+
+use crate::alignment_request::{alignment_after, outcome_of};
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use daemon::Request;
+use messages::Alignment;
+use std::path::PathBuf;
+
+/// Arguments of `slam-map`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Map that the robot made, as its map server saves it
+    #[arg(value_name = "MAP.yaml")]
+    map: PathBuf,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    json: bool,
+
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+}
+
+impl Run for Args {
+    /// Gives the daemon a map of the robot; all is well if its pose is accepted.
+    ///
+    /// # Errors
+    /// No daemons, a map that cannot be used; the map before it stays.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let file = std::path::absolute(&self.map).map_err(Failure::usage)?;
+        let sample = alignment_after(&self.site, &Request::ReadSlamMap { file })?;
+        let alignment = Alignment::open(sample.bytes()).map_err(Failure::work)?;
+        Ok(outcome_of(&sample, &alignment, self.json))
+    }
+}

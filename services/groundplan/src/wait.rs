@@ -1,0 +1,73 @@
+//! Joining the bus, asking a daemon, and waiting until the effect is out.
+
+use crate::failure::Failure;
+use bus::{Bus, Daemon, Topic, Waiter};
+use daemon::{Answer, Patience, Request, SiteConfig};
+use messages::InputHashes;
+use std::time::{Duration, Instant};
+
+/// A daemon that does not answer within this time is not asked further.
+const PATIENCE: Duration = Duration::from_secs(600);
+/// A daemon that is just starting is waited for.
+const STARTING: Duration = Duration::from_secs(10);
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Joins the bus of a site as a client.
+///
+/// # Errors
+/// No bus.
+pub(crate) fn join(config: &SiteConfig) -> Result<(Bus, Waiter), Failure> {
+    let domain = config.bus.domain().map_err(Failure::usage)?;
+    Bus::join(&domain, Daemon::Groundplan).map_err(Failure::work)
+}
+
+/// Sends a request and waits for its answer.
+///
+/// # Errors
+/// No daemon, a request that is refused.
+pub(crate) fn ask(bus: &Bus, waiter: &mut Waiter, daemon: Daemon, request: &Request) -> Result<Answer, Failure> {
+    let patience = Patience { starting: STARTING, answer: PATIENCE };
+    let pause = || waiter.wait(LOOK).map(drop).map_err(Into::into);
+    daemon::ask(bus, daemon, request, patience, pause).map_err(Failure::work)
+}
+
+/// Waits until grids of a phase are out; while the plan time moves a later phase is as good.
+///
+/// # Errors
+/// No new grids.
+pub(crate) fn wait_for_phase(bus: &Bus, waiter: &mut Waiter, answer: &Answer) -> Result<(), Failure> {
+    let phases = bus.subscriber(Topic::Phase).map_err(Failure::work)?;
+    let mut hashes = vec![answer.content_hash];
+    wait_for_grids(bus, waiter, |inputs| {
+        while let Ok(Some(phase)) = phases.take() {
+            if phase.header().epoch > answer.epoch {
+                hashes.push(phase.header().content_hash);
+            }
+        }
+        hashes.contains(&inputs.phase)
+    })
+}
+
+/// Waits until an index of grids is out that was made from this.
+///
+/// # Errors
+/// No new grids.
+pub(crate) fn wait_for_grids(
+    bus: &Bus,
+    waiter: &mut Waiter,
+    mut is_it: impl FnMut(&InputHashes) -> bool,
+) -> Result<(), Failure> {
+    let grids = bus.subscriber(Topic::Grids).map_err(Failure::work)?;
+    let begun = Instant::now();
+    loop {
+        if let Some(sample) = grids.take().map_err(Failure::work)?
+            && is_it(&sample.header().inputs)
+        {
+            return Ok(());
+        }
+        if begun.elapsed() > PATIENCE {
+            return Err(Failure::work("no new grids have come: see groundplan status"));
+        }
+        waiter.wait(LOOK).map_err(Failure::work)?;
+    }
+}
