@@ -1,14 +1,12 @@
-//! The command line; its help is the manual.
+//! The command line: all commands. Arguments, help and work of each are in its own file.
 
-use crate::args::{OverwriteArgs, SiteArgs, WorldArgs};
 use crate::commands::{
-    actuals, align, changes, confirm, convert, date, deviations, load, robot, slam_map, states, tasks, waypoints,
+    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, load, man,
+    monitor, robot, slam_map, states, status, tasks, topic, up, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::{live, manual, monitor};
-use clap::{Args, Parser, Subcommand};
-use std::path::PathBuf;
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// Building models (IFC) into everything a robot needs to move before it has ever seen the place.
 #[derive(Debug, Parser)]
@@ -33,11 +31,11 @@ pub enum Command {
     /// Find the pose of a robot's SLAM map in the model's: of files, or of the map that the running daemon follows
     Align(align::Args),
     /// Start the daemons of a site and look after them until SIGTERM
-    Up(UpArgs),
+    Up(up::Args),
     /// Stop the daemons of a site
-    Down(SiteArgs),
+    Down(down::Args),
     /// Tell who lives and what is wrong; exit code 0 if all is well
-    Status(StatusArgs),
+    Status(status::Args),
     /// Load models into the running daemons; without any, read those again that are loaded
     Load(load::Args),
     /// Set the plan time of the running daemons, or let it move; returns when the new grids are out. Without arguments, tell it
@@ -55,20 +53,20 @@ pub enum Command {
     /// Say that the pose that waits is right, or that elements that the robot saw through are not there
     Confirm(confirm::Args),
     /// Watch the running daemons in the terminal: who lives, what is published, the maps themselves
-    Monitor(MonitorArgs),
+    Monitor(monitor::Args),
     /// Look at what is on the bus
-    Topic(TopicArgs),
+    Topic(topic::Args),
     /// Write the files of `convert` from the running daemons, at the plan time that they hold
-    Export(ExportArgs),
+    Export(export::Args),
     /// Tell what this machine lacks to run the daemons; exit code 0 if nothing
-    Doctor(DoctorArgs),
+    Doctor(doctor::Args),
     /// Print the completion script of a shell
-    Completions(CompletionsArgs),
+    Completions(completions::Args),
     /// Write manual pages into a folder
-    Man(ManArgs),
+    Man(man::Args),
     /// Create and hold the bus, and do nothing else; `up` starts it
     #[command(hide = true)]
-    Keeper(KeeperArgs),
+    Keeper(keeper::Args),
 }
 
 impl Command {
@@ -77,189 +75,32 @@ impl Command {
     /// # Errors
     /// Bad usage or configuration, or work that failed.
     pub fn run(&self) -> Result<Outcome, Failure> {
-        let judged = |(text, is_well)| Outcome { text, is_well };
-        match self {
-            Self::Convert(command) => command.run(),
-            Self::States(command) => command.run(),
-            Self::Changes(command) => command.run(),
-            Self::Tasks(command) => command.run(),
-            Self::Align(command) => command.run(),
-            Self::SlamMap(command) => command.run(),
-            Self::Deviations(command) => command.run(),
-            Self::Confirm(command) => command.run(),
-            Self::Up(arguments) => live::up(arguments).map(Outcome::from),
-            Self::Down(arguments) => live::down(arguments).map(Outcome::from),
-            Self::Status(arguments) => live::status(arguments).map(judged),
-            Self::Load(command) => command.run(),
-            Self::Date(command) => command.run(),
-            Self::Actuals(command) => command.run(),
-            Self::Robot(command) => command.run(),
-            Self::Waypoints(command) => command.run(),
-            Self::Monitor(arguments) => monitor::monitor(arguments).map(Outcome::from),
-            Self::Topic(arguments) => live::topic(arguments).map(Outcome::from),
-            Self::Export(arguments) => live::export(arguments).map(Outcome::from),
-            Self::Doctor(arguments) => live::doctor(arguments).map(judged),
-            Self::Completions(arguments) => manual::completions(arguments).map(Outcome::from),
-            Self::Man(arguments) => manual::man(arguments).map(Outcome::from),
-            Self::Keeper(arguments) => live::keeper(arguments).map(Outcome::from),
-        }
+        let command: &dyn Run = match self {
+            // These two write about the command line as a whole.
+            Self::Completions(arguments) => return arguments.script(Cli::command()),
+            Self::Man(arguments) => return arguments.write(Cli::command()),
+            Self::Convert(arguments) => arguments,
+            Self::States(arguments) => arguments,
+            Self::Changes(arguments) => arguments,
+            Self::Tasks(arguments) => arguments,
+            Self::Align(arguments) => arguments,
+            Self::Up(arguments) => arguments,
+            Self::Down(arguments) => arguments,
+            Self::Status(arguments) => arguments,
+            Self::Load(arguments) => arguments,
+            Self::Date(arguments) => arguments,
+            Self::Actuals(arguments) => arguments,
+            Self::Robot(arguments) => arguments,
+            Self::Waypoints(arguments) => arguments,
+            Self::SlamMap(arguments) => arguments,
+            Self::Deviations(arguments) => arguments,
+            Self::Confirm(arguments) => arguments,
+            Self::Monitor(arguments) => arguments,
+            Self::Topic(arguments) => arguments,
+            Self::Export(arguments) => arguments,
+            Self::Doctor(arguments) => arguments,
+            Self::Keeper(arguments) => arguments,
+        };
+        command.run()
     }
-}
-
-/// Arguments of `up`.
-#[derive(Debug, Clone, Args)]
-pub struct UpArgs {
-    /// The site.
-    #[command(flatten)]
-    pub site: SiteArgs,
-}
-
-/// Arguments of `keeper`.
-#[derive(Debug, Clone, Args)]
-pub struct KeeperArgs {
-    /// The site.
-    #[command(flatten)]
-    pub site: SiteArgs,
-
-    /// Stop when standard input ends
-    #[arg(long)]
-    pub with_stdin: bool,
-}
-
-/// Arguments of `status`.
-#[derive(Debug, Clone, Args)]
-pub struct StatusArgs {
-    /// The site.
-    #[command(flatten)]
-    pub site: SiteArgs,
-
-    /// Print one JSON document on standard output and nothing else there
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `export`.
-#[derive(Debug, Clone, Args)]
-pub struct ExportArgs {
-    /// Output folder; earlier output in it is replaced as a whole, unless files in it were added or altered since
-    #[arg(value_name = "OUT")]
-    pub out: PathBuf,
-
-    /// What becomes of files of others in it.
-    #[command(flatten)]
-    pub overwrite: OverwriteArgs,
-
-    /// Go on until SIGTERM: write OUT/epochs/EPOCH for every new set of maps, and let the link OUT/current name the newest
-    #[arg(long)]
-    pub watch: bool,
-
-    /// Run this program after each swap of the link, with the new folder as its argument
-    #[arg(long, value_name = "PROGRAM", requires = "watch")]
-    pub on_change: Option<PathBuf>,
-
-    /// Keep this many epochs
-    #[arg(long, value_name = "N", default_value_t = 5, requires = "watch")]
-    pub keep: usize,
-
-    /// The world.
-    #[command(flatten)]
-    pub world: WorldArgs,
-
-    /// The site.
-    #[command(flatten)]
-    pub site: SiteArgs,
-}
-
-/// Arguments of `monitor`.
-#[derive(Debug, Clone, Args)]
-pub struct MonitorArgs {
-    /// The site.
-    #[command(flatten)]
-    pub site: SiteArgs,
-
-    /// Print everything that is shown as one JSON document a line, on every change
-    #[arg(long)]
-    pub json: bool,
-
-    /// Stop after this time
-    #[arg(long = "for", value_name = "SECONDS")]
-    pub seconds: Option<f64>,
-}
-
-/// Arguments of `doctor`.
-#[derive(Debug, Clone, Args)]
-pub struct DoctorArgs {
-    /// The site.
-    #[command(flatten)]
-    pub site: SiteArgs,
-
-    /// Print one JSON document on standard output and nothing else there
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `completions`.
-#[derive(Debug, Clone, Args)]
-pub struct CompletionsArgs {
-    /// Which shell
-    #[arg(value_name = "SHELL")]
-    pub shell: clap_complete::Shell,
-}
-
-/// Arguments of `man`.
-#[derive(Debug, Clone, Args)]
-pub struct ManArgs {
-    /// Where to
-    #[arg(value_name = "FOLDER")]
-    pub folder: PathBuf,
-}
-
-/// Arguments of `topic`.
-#[derive(Debug, Clone, Args)]
-pub struct TopicArgs {
-    /// What to look at.
-    #[command(subcommand)]
-    pub command: TopicCommand,
-}
-
-/// What to look at.
-#[derive(Debug, Clone, Subcommand)]
-pub enum TopicCommand {
-    /// List the topics that have a sample
-    List {
-        /// Print one JSON document on standard output and nothing else there
-        #[arg(long)]
-        json: bool,
-        /// The site.
-        #[command(flatten)]
-        site: SiteArgs,
-    },
-    /// Print the last sample of a topic as JSON: what it is, what it was made from
-    Echo {
-        /// site, phase, grids, grid/00 ..
-        topic: String,
-        /// Go on with every sample that comes, one a line, until SIGTERM
-        #[arg(long)]
-        follow: bool,
-        /// On one line
-        #[arg(long)]
-        json: bool,
-        /// The site.
-        #[command(flatten)]
-        site: SiteArgs,
-    },
-    /// Measure how often samples of a topic come, how large they are, and how long they take
-    Hz {
-        /// site, phase, grids, grid/00 ..
-        topic: String,
-        /// Measure for this time [default: until SIGTERM]
-        #[arg(long = "for", value_name = "SECONDS")]
-        seconds: Option<f64>,
-        /// Print one JSON document on standard output and nothing else there
-        #[arg(long)]
-        json: bool,
-        /// The site.
-        #[command(flatten)]
-        site: SiteArgs,
-    },
 }

@@ -9,7 +9,6 @@ mod screen;
 mod snapshot;
 mod state;
 
-use crate::cli::MonitorArgs;
 use crate::failure::Failure;
 use attached::Attached;
 use bus::{Bus, Daemon, Nudger, Waiter};
@@ -27,18 +26,16 @@ const LEAST_PAUSE: Duration = Duration::from_millis(100);
 /// Ages on the screen are never older than this.
 const LONGEST_PAUSE: Duration = Duration::from_millis(500);
 
-/// Shows the running site until somebody quits; with `--json` prints a line for each change.
+/// Shows a site until somebody quits or the time is over; as JSON a line for each change.
 ///
 /// # Errors
 /// No terminal, a bus that refuses.
-pub fn monitor(arguments: &MonitorArgs) -> Result<String, Failure> {
-    let config = arguments.site.config()?;
+pub(crate) fn show_until(config: &SiteConfig, ends: Option<Instant>, json: bool) -> Result<(), Failure> {
     let stop = StopSignal::listen(false).map_err(Failure::work)?;
-    let ends = arguments.seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds.clamp(0.0, 1e9)));
-    let mut output = if arguments.json { Output::Lines } else { Output::screen()? };
-    let shown = show(&config, stop, ends, &mut output);
+    let mut output = if json { Output::Lines } else { Output::screen()? };
+    let shown = show(config, stop, ends, &mut output);
     output.close();
-    shown.map(|()| String::new())
+    shown
 }
 
 enum Output {

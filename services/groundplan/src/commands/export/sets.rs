@@ -1,46 +1,13 @@
-//! The files of `convert`, made from what the daemons publish.
+//! The newest samples of a site that belong together, and the files of them.
 
-use crate::args::report_set_aside;
-use crate::cli::ExportArgs;
 use crate::failure::Failure;
 use crate::maps::world_files;
-use crate::wait::join;
 use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
 use daemon::{Robot, SiteConfig};
 use export::{ExportFile, ExportInput};
 use messages::{Grid, Grids, Phase, Plan, Site};
 use raster::Rasterizer;
-use std::time::{Duration, Instant};
 use world::WorldOptions;
-
-/// Samples that belong together are waited for.
-const PATIENCE: Duration = Duration::from_secs(30);
-const LOOK: Duration = Duration::from_millis(50);
-
-/// Writes the output folder at the plan time that the daemons hold: the same bytes as `convert --date` at that instant.
-///
-/// # Errors
-/// No daemons, samples that do not come together, a folder that cannot be written.
-pub fn export(arguments: &ExportArgs) -> Result<String, Failure> {
-    if arguments.watch {
-        return super::watch::watch(arguments);
-    }
-    let config = arguments.site.config()?;
-    let world = arguments.world.options(&config.world)?;
-    let folder = arguments.overwrite.folder_at(&arguments.out)?;
-    let (bus, mut waiter) = join(&config)?;
-    let mut sets = Sets::of(&bus)?;
-    let begun = Instant::now();
-    while !sets.take()? {
-        if begun.elapsed() > PATIENCE {
-            return Err(Failure::work("site, phase and grids do not come together: see groundplan status"));
-        }
-        waiter.wait(LOOK).map_err(Failure::work)?;
-    }
-    let files = sets.files(&config, world.as_ref())?;
-    report_set_aside(folder.replace(&files).map_err(Failure::work)?);
-    Ok(String::new())
-}
 
 /// The newest samples, and whether they are of one state of the site.
 pub(super) struct Sets {

@@ -2,10 +2,11 @@
 //!
 //! Nothing is deleted but epochs as they were written, and the link.
 
-use super::export::Sets;
+use super::args::Args;
+use super::sets::Sets;
 use crate::args::{OverwriteArgs, report_set_aside};
-use crate::cli::ExportArgs;
 use crate::failure::Failure;
+use crate::run::Outcome;
 use bus::{Bus, Daemon, Waiter};
 use daemon::{SiteConfig, StopSignal};
 use export::{OutputError, OutputFolder};
@@ -22,7 +23,7 @@ const LOOK: Duration = Duration::from_millis(500);
 ///
 /// # Errors
 /// A folder that cannot be written. A command that fails is reported and does not stop it.
-pub(super) fn watch(arguments: &ExportArgs) -> Result<String, Failure> {
+pub(super) fn follow(arguments: &Args) -> Result<Outcome, Failure> {
     let config = arguments.site.config()?;
     let world = arguments.world.options(&config.world)?;
     let domain = config.bus.domain().map_err(Failure::usage)?;
@@ -42,12 +43,12 @@ pub(super) fn watch(arguments: &ExportArgs) -> Result<String, Failure> {
         // Without a bus it waits for one, and it follows every new generation.
         if let Ok((bus, mut waiter)) = Bus::join(&domain, Daemon::Groundplan) {
             waiter.stop_on(stop.descriptor().map_err(Failure::work)?);
-            if follow(&bus, &mut waiter, &config, &mut watched)? {
-                return Ok(String::new());
+            if follow_generation(&bus, &mut waiter, &config, &mut watched)? {
+                return Ok(Outcome::silent());
             }
         }
         if stop.is_raised_within(LOOK) {
-            return Ok(String::new());
+            return Ok(Outcome::silent());
         }
     }
 }
@@ -64,7 +65,12 @@ struct Watched {
 }
 
 /// Follows a generation of the bus; true if it is to stop.
-fn follow(bus: &Bus, waiter: &mut Waiter, config: &SiteConfig, watched: &mut Watched) -> Result<bool, Failure> {
+fn follow_generation(
+    bus: &Bus,
+    waiter: &mut Waiter,
+    config: &SiteConfig,
+    watched: &mut Watched,
+) -> Result<bool, Failure> {
     let mut sets = Sets::of(bus)?;
     let mut last = None;
     loop {

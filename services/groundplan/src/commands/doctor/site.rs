@@ -1,0 +1,124 @@
+//! What the configuration of a site needs.
+
+use super::check::{Check, failure, ok, warning};
+use super::machine::{SHARED, TMPFS_MAGIC, remove_ipc};
+use crate::supervise::running;
+use bus::{Bus, Daemon};
+use daemon::{Robot, SiteConfig};
+use frames::counted;
+use rustix::fs::statfs;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+pub(super) fn of_site(config: &SiteConfig) -> Vec<Check> {
+    let running = running(&config.state).is_some();
+    vec![
+        ok("configuration", if running { "daemons of this site run" } else { "no daemons of this site run" }),
+        models(&config.models),
+        robot(config),
+        state(&config.state),
+        bus_folder(&config.bus.root),
+        leftovers(&config.bus.prefix, is_alive(config)),
+        owner(&config.bus.prefix),
+        clock(config.clock.synchronised_while.as_deref()),
+        remove_ipc(),
+    ]
+}
+
+fn is_alive(config: &SiteConfig) -> bool {
+    config.bus.domain().is_ok_and(|domain| Bus::join(&domain, Daemon::Groundplan).is_ok())
+}
+
+fn models(models: &[PathBuf]) -> Check {
+    match models.iter().find(|path| std::fs::File::open(path).is_err()) {
+        Some(missing) => failure("models", format!("{} cannot be read", missing.display())),
+        None if models.is_empty() => warning("models", "none: nothing is drawn until groundplan load"),
+        None => ok("models", counted(models.len(), "file")),
+    }
+}
+
+fn robot(config: &SiteConfig) -> Check {
+    match config.robot.profile.as_deref().map(Robot::read) {
+        Some(Err(why)) => failure("robot", daemon::chain(&why)),
+        Some(Ok(robot)) => ok("robot", robot.name),
+        None => ok("robot", "the default one"),
+    }
+}
+
+fn state(folder: &Path) -> Check {
+    let probe = folder.join("doctor.new");
+    let tried = std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&probe, b""))
+        .and_then(|()| std::fs::remove_file(&probe));
+    match tried {
+        Ok(()) => ok("state folder", folder.display().to_string()),
+        Err(why) => failure("state folder", format!("{} cannot be written: {why}", folder.display())),
+    }
+}
+
+fn bus_folder(root: &Path) -> Check {
+    const WHAT: &str = "bus folder";
+    let there = root.ancestors().find(|folder| folder.is_dir()).unwrap_or(Path::new("/"));
+    let shown = root.display();
+    if there != root && rustix::fs::access(there, rustix::fs::Access::WRITE_OK).is_err() {
+        return failure(WHAT, format!("{shown} is not there and cannot be made in {}", there.display()));
+    }
+    match statfs(there).map(|fs| fs.f_type) {
+        Ok(TMPFS_MAGIC) => ok(WHAT, shown.to_string()),
+        Ok(_) => {
+            warning(WHAT, format!("{shown} is on a disk: starting takes seconds; use a folder in /run or {SHARED}"))
+        }
+        Err(why) => failure(WHAT, format!("{shown}: {why}")),
+    }
+}
+
+fn segments(prefix: &str) -> Vec<std::fs::DirEntry> {
+    let entries = std::fs::read_dir(SHARED).into_iter().flatten().flatten();
+    entries.filter(|e| e.file_name().to_string_lossy().starts_with(prefix)).collect()
+}
+
+fn leftovers(prefix: &str, is_alive: bool) -> Check {
+    let n = segments(prefix).len();
+    match (n, is_alive) {
+        (0, false) => ok("leftovers", "none"),
+        (_, true) => ok("leftovers", format!("a bus runs, with {n} segments")),
+        _ => warning(
+            "leftovers",
+            format!("{n} segments {SHARED}/{prefix}* of a bus that died; the next start removes them"),
+        ),
+    }
+}
+
+fn owner(prefix: &str) -> Check {
+    let own = rustix::process::getuid().as_raw();
+    let other = segments(prefix).iter().find_map(|e| e.metadata().ok().map(|m| m.uid()).filter(|uid| *uid != own));
+    match other {
+        Some(uid) => failure(
+            "owner",
+            format!("the bus belongs to user {uid}, this is user {own}: run as one user, or set another prefix"),
+        ),
+        None => ok("owner", format!("user {own}")),
+    }
+}
+
+fn clock(synchronised_while: Option<&Path>) -> Check {
+    match synchronised_while {
+        Some(path) if path.exists() => ok("clock", "synchronised"),
+        Some(path) => {
+            warning("clock", format!("{} is not there: a plan time that follows the clock stands", path.display()))
+        }
+        None => ok("clock", "taken for synchronised; [clock] synchronised_while tells otherwise"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::check::Verdict;
+    use super::*;
+
+    #[test]
+    fn what_a_dead_bus_left_is_named_and_what_lives_is_not() {
+        assert_eq!(leftovers("nobody_has_this_prefix_", false).verdict, Verdict::Ok);
+        assert_eq!(leftovers("", true).verdict, Verdict::Ok);
+    }
+}

@@ -1,0 +1,49 @@
+//! `groundplan keeper`: creates the bus, cleans up behind the dead, does nothing else.
+
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use bus::Keeper;
+use daemon::StopSignal;
+use std::time::Duration;
+use tracing::{info, warn};
+
+/// How often the dead are looked for.
+const TICK: Duration = Duration::from_secs(1);
+
+/// Arguments of `keeper`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+
+    /// Stop when standard input ends
+    #[arg(long)]
+    with_stdin: bool,
+}
+
+impl Run for Args {
+    /// Holds the bus until it is told to stop.
+    ///
+    /// # Errors
+    /// A bus that cannot be created.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let config = self.site.config()?;
+        let domain = config.bus.domain().map_err(Failure::usage)?;
+        let mut stop = StopSignal::listen(self.with_stdin).map_err(Failure::work)?;
+        let keeper = Keeper::start(&domain).map_err(Failure::work)?;
+        info!(service = "keeper", generation = keeper.generation(), "bus created");
+        daemon::ready("holds the bus");
+        while !stop.is_raised_within(TICK) {
+            daemon::alive("holds the bus");
+            match keeper.tick() {
+                Ok(0) => {}
+                Ok(dead) => info!(service = "keeper", dead, "cleaned up behind dead participants"),
+                Err(why) => warn!(service = "keeper", error = daemon::chain(&why), "cannot clean up"),
+            }
+        }
+        daemon::stopping();
+        Ok(Outcome::silent())
+    }
+}

@@ -1,0 +1,169 @@
+//! `groundplan status`: who lives, what they do, what is wrong.
+
+use crate::alignment_report::Brief;
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::plan_date;
+use crate::run::{Outcome, Run};
+use crate::wait::join;
+use bus::{Daemon, HEARTBEAT_PERIOD, Topic};
+use frames::counted;
+use messages::{Grids, Plan, Stage, StatusRecord};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+/// Arguments of `status`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Status {
+    /// True if every daemon lives without an error, and there are grids and a plan.
+    healthy: bool,
+    daemons: BTreeMap<&'static str, DaemonStatus>,
+    grids: Option<GridsStatus>,
+    plan: Option<PlanStatus>,
+    /// Where the robot's map lies; `None` while there is no such map.
+    alignment: Option<Brief>,
+}
+
+#[derive(Debug, Serialize)]
+struct DaemonStatus {
+    alive: bool,
+    process_id: u32,
+    stage: &'static str,
+    memory_bytes: u64,
+    error: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct GridsStatus {
+    epoch: u64,
+    plan_time: Option<String>,
+    robot: String,
+    storeys: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct PlanStatus {
+    epoch: u64,
+    waypoints: usize,
+    scans: u32,
+    /// True if it is made from the grids; false while the next one is made.
+    is_current: bool,
+}
+
+impl Run for Args {
+    /// Listens for a little longer than a heartbeat.
+    ///
+    /// # Errors
+    /// No bus.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let (bus, mut waiter) = join(&self.site.config()?)?;
+        let reader = bus.status_reader().map_err(Failure::work)?;
+        let subscriber = |topic| bus.subscriber(topic).map_err(Failure::work);
+        let [grids, plans, alignments] = [Topic::Grids, Topic::Plan, Topic::Alignment].map(subscriber);
+        let (grids, plans, alignments) = (grids?, plans?, alignments?);
+        let mut seen: BTreeMap<u32, StatusRecord> = BTreeMap::new();
+        let (mut index, mut plan, mut alignment) = (None, None, None);
+        let deadline = Instant::now() + HEARTBEAT_PERIOD + HEARTBEAT_PERIOD / 2;
+        loop {
+            while let Some(record) = reader.take().map_err(Failure::work)? {
+                seen.insert(record.daemon, record);
+            }
+            index = grids.take().map_err(Failure::work)?.or(index);
+            plan = plans.take().map_err(Failure::work)?.or(plan);
+            alignment = alignments.take().map_err(Failure::work)?.or(alignment);
+            let rest = deadline.saturating_duration_since(Instant::now());
+            if rest == Duration::ZERO {
+                break;
+            }
+            waiter.wait(rest).map_err(Failure::work)?;
+        }
+        let grids = index.as_ref().and_then(|sample| {
+            let index = Grids::open(sample.bytes()).ok()?;
+            Some(GridsStatus {
+                epoch: sample.header().epoch,
+                plan_time: plan_date::optional_text(index.head.plan_time_s),
+                robot: index.robot_name.to_owned(),
+                storeys: index.slots.len(),
+            })
+        });
+        let plan = plan.as_ref().and_then(|sample| {
+            let plan = Plan::open(sample.bytes()).ok()?;
+            Some(PlanStatus {
+                epoch: sample.header().epoch,
+                waypoints: plan.waypoints.len(),
+                scans: plan.storeys.iter().map(|s| s.n_scans).sum(),
+                is_current: index.as_ref().is_some_and(|i| i.header().content_hash == sample.header().inputs.grids),
+            })
+        });
+        let alignment = alignment.as_ref().and_then(|sample| Brief::of(sample.header().epoch, sample.bytes()));
+        let daemons: BTreeMap<&'static str, DaemonStatus> =
+            Daemon::SUPERVISED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
+        let healthy = grids.is_some() && plan.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());
+        let status = Status { healthy, daemons, grids, plan, alignment };
+        let text =
+            if self.json { serde_json::to_string(&status).map_err(Failure::work)? + "\n" } else { status.text() };
+        Ok(Outcome { text, is_well: healthy })
+    }
+}
+
+impl DaemonStatus {
+    fn of(record: Option<&StatusRecord>) -> Self {
+        let Some(record) = record else {
+            return Self { alive: false, process_id: 0, stage: "silent", memory_bytes: 0, error: None };
+        };
+        let error = Some(record.error().to_owned()).filter(|e| !e.is_empty());
+        let stage = Stage::from_id(record.stage).unwrap_or(Stage::Idle).name();
+        Self { alive: true, process_id: record.process_id, stage, memory_bytes: record.memory_bytes, error }
+    }
+}
+
+impl Status {
+    fn text(&self) -> String {
+        let mut out = String::new();
+        for (name, daemon) in &self.daemons {
+            let megabytes = daemon.memory_bytes / 1_000_000;
+            let _ = writeln!(out, "{name:<14} {:<10} process {:<8} {megabytes} MB", daemon.stage, daemon.process_id);
+            if let Some(error) = &daemon.error {
+                let _ = writeln!(out, "  {error}");
+            }
+        }
+        let _ = match &self.grids {
+            Some(grids) => {
+                let date = grids.plan_time.as_deref().unwrap_or("everything built");
+                writeln!(
+                    out,
+                    "{} at {date} for {}, epoch {}",
+                    counted(grids.storeys, "storey"),
+                    grids.robot,
+                    grids.epoch
+                )
+            }
+            None => writeln!(out, "no grids"),
+        };
+        let _ = match &self.plan {
+            Some(plan) => {
+                let late = if plan.is_current { "" } else { ", of earlier grids" };
+                let waypoints = counted(plan.waypoints, "waypoint");
+                writeln!(out, "{waypoints}, {} of them scans, epoch {}{late}", plan.scans, plan.epoch)
+            }
+            None => writeln!(out, "no plan"),
+        };
+        if let Some(alignment) = &self.alignment {
+            let _ = writeln!(out, "{}", alignment.text());
+        }
+        out
+    }
+}

@@ -1,0 +1,89 @@
+//! What a sample holds, as JSON.
+
+use crate::alignment_report;
+use crate::plan_date::optional_text;
+use bus::{Sample, Topic};
+use messages::{Alignment, ArchiveError, Grid, Grids, Phase, Plan, Site, SlamMap};
+use serde_json::{Value, json};
+
+/// A hash as text.
+pub(super) fn hash_text(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
+/// A sample: its header, and the head of what it holds.
+///
+/// # Errors
+/// A sample that is damaged.
+pub(super) fn describe(topic: Topic, sample: &Sample) -> Result<Value, ArchiveError> {
+    let header = sample.header();
+    let content = match topic {
+        Topic::Site => {
+            let site = Site::open(sample.bytes())?;
+            let (elements, spaces, tasks) = (site.elements.len(), site.spaces.len(), site.tasks.len());
+            json!({"elements": elements, "spaces": spaces, "map_storeys": site.map_storeys.len(), "tasks": tasks})
+        }
+        Topic::Phase => {
+            let head = Phase::open(sample.bytes())?.head;
+            json!({
+                "plan_time": optional_text(head.plan_time_s),
+                "valid_from": optional_text(head.valid_from_s),
+                "valid_until": optional_text(head.valid_until_s),
+                "changes": head.n_changes,
+            })
+        }
+        Topic::Grid(_) => {
+            let grid = Grid::open(sample.bytes())?;
+            let spec = grid.spec();
+            json!({
+                "map_storey": grid.head.map_storey,
+                "size_cells": [grid.head.width, grid.head.height],
+                "resolution_m": spec.resolution_m(),
+                "origin_m": spec.origin_m(),
+                "free_cells": grid.planning.iter().filter(|&&p| p == 0).count(),
+            })
+        }
+        Topic::Grids => {
+            let index = Grids::open(sample.bytes())?;
+            let grids: Vec<String> = index.slots.iter().map(|s| hash_text(s.content_hash)).collect();
+            json!({"plan_time": optional_text(index.head.plan_time_s), "robot": index.robot_name, "grids": grids})
+        }
+        Topic::Plan => {
+            let plan = Plan::open(sample.bytes())?;
+            let share = |n: u32, of: u32| (of > 0).then(|| f64::from(n) / f64::from(of));
+            let storeys: Vec<Value> = plan
+                .storeys
+                .iter()
+                .map(|s| {
+                    json!({
+                        "map_storey": s.map_storey,
+                        "scans": s.n_scans,
+                        "coverage": share(s.n_seen, s.n_faces),
+                        "tour_m": s.tour_m,
+                        "reached_m2": s.reached_m2,
+                    })
+                })
+                .collect();
+            let covered = plan.spaces.iter().map(|s| share(s.n_seen, s.n_faces)).collect::<Vec<_>>();
+            json!({"waypoints": plan.waypoints.len(), "storeys": storeys, "space_coverage": covered})
+        }
+        Topic::SlamMap => {
+            let head = SlamMap::open(sample.bytes())?.head;
+            let size = [head.width, head.height];
+            json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": alignment_report::Pose::of(head.origin)})
+        }
+        Topic::Alignment => {
+            alignment_report::document(&Alignment::open(sample.bytes())?, alignment_report::inputs_of(sample))
+        }
+        Topic::Deviations => Value::Null,
+    };
+    Ok(json!({
+        "topic": topic.to_string(),
+        "epoch": header.epoch,
+        "bytes": header.payload_length,
+        "content_hash": hash_text(header.content_hash),
+        "site_hash": hash_text(header.inputs.site),
+        "phase_hash": hash_text(header.inputs.phase),
+        "content": content,
+    }))
+}

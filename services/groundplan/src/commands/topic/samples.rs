@@ -1,0 +1,37 @@
+//! Samples of topics for a client.
+
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::wait::join;
+use bus::{Bus, Sample, Topic, Waiter};
+use daemon::StopSignal;
+use std::time::{Duration, Instant};
+
+/// How often it is looked for samples.
+pub(super) const LOOK: Duration = Duration::from_millis(200);
+
+/// A client that SIGTERM and SIGINT stop.
+pub(super) fn stoppable(site: &SiteArgs) -> Result<(Bus, Waiter), Failure> {
+    let stop = StopSignal::listen(false).map_err(Failure::work)?;
+    let (bus, mut waiter) = join(&site.config()?)?;
+    waiter.stop_on(stop.descriptor().map_err(Failure::work)?);
+    Ok((bus, waiter))
+}
+
+/// The last samples of those topics that have one.
+pub(super) fn samples(site: &SiteArgs, topics: &[Topic], patience: Duration) -> Result<Vec<(Topic, Sample)>, Failure> {
+    let (bus, mut waiter) = join(&site.config()?)?;
+    let subscribers: Vec<_> =
+        topics.iter().map(|t| bus.subscriber(*t)).collect::<Result<_, _>>().map_err(Failure::work)?;
+    let mut found: Vec<Option<Sample>> = topics.iter().map(|_| None).collect();
+    let deadline = Instant::now() + patience;
+    while found.iter().any(Option::is_none) && Instant::now() < deadline {
+        for (subscriber, found) in subscribers.iter().zip(&mut found) {
+            if let Some(sample) = subscriber.take().map_err(Failure::work)? {
+                *found = Some(sample);
+            }
+        }
+        waiter.wait(deadline.saturating_duration_since(Instant::now()).min(LOOK / 4)).map_err(Failure::work)?;
+    }
+    Ok(topics.iter().zip(found).filter_map(|(topic, sample)| Some((*topic, sample?))).collect())
+}

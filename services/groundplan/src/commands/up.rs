@@ -1,0 +1,49 @@
+//! `groundplan up`: starts the daemons of a site and looks after them.
+
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use crate::supervise::{KeptProcess, Running, check_versions};
+use bus::Daemon;
+use daemon::StopSignal;
+use std::time::Duration;
+
+/// How often the daemons are looked after.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Arguments of `up`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+}
+
+impl Run for Args {
+    /// Starts the keeper and the daemons, and starts again whoever dies, until it is told to stop.
+    ///
+    /// # Errors
+    /// Executables that are missing or of another version, a configuration that cannot be used, a site that is up already.
+    fn run(&self) -> Result<Outcome, Failure> {
+        self.site.prepare()?;
+        let config = self.site.config()?;
+        let path = self.site.path();
+        check_versions()?;
+        let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
+        let _running = Running::claim(&config.state)?;
+        let mut keeper = KeptProcess::new("groundplan");
+        let mut daemons = Daemon::SUPERVISED.map(|daemon| KeptProcess::new(daemon.name()));
+        while !stop.is_raised_within(LOOK) {
+            keeper.keep(&path)?;
+            for daemon in &mut daemons {
+                daemon.keep(&path)?;
+            }
+        }
+        // The bus goes when nobody is on it any more.
+        daemons.iter_mut().for_each(KeptProcess::close);
+        daemons.iter_mut().for_each(KeptProcess::stop);
+        keeper.close();
+        keeper.stop();
+        Ok(Outcome::silent())
+    }
+}

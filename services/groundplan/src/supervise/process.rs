@@ -1,0 +1,94 @@
+//! A process that is started, and started again when it dies.
+
+use super::executables::executable;
+use crate::failure::Failure;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use tracing::{info, warn};
+
+/// A daemon that died is started again after this time; each further death doubles it.
+const FIRST_BACK_OFF: Duration = Duration::from_millis(200);
+const LONGEST_BACK_OFF: Duration = Duration::from_secs(10);
+/// A daemon that lived this long has recovered.
+const RECOVERED: Duration = Duration::from_secs(10);
+/// Daemons that do not leave by themselves within this time are killed.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
+
+/// A process that is kept alive.
+pub(crate) struct KeptProcess {
+    name: &'static str,
+    child: Option<Child>,
+    started: Instant,
+    back_off: Duration,
+    restarts: u32,
+}
+
+impl KeptProcess {
+    /// One that has not been started.
+    pub(crate) fn new(name: &'static str) -> Self {
+        Self { name, child: None, started: Instant::now(), back_off: Duration::ZERO, restarts: 0 }
+    }
+
+    /// Starts it if it does not run, not too often.
+    ///
+    /// # Errors
+    /// A process that cannot be started, or says that it cannot use the configuration.
+    pub(crate) fn keep(&mut self, config: &Path) -> Result<(), Failure> {
+        if let Some(child) = &mut self.child {
+            match child.try_wait().map_err(Failure::work)? {
+                None => {
+                    if self.started.elapsed() >= RECOVERED {
+                        self.back_off = Duration::ZERO;
+                    }
+                    return Ok(());
+                }
+                // A configuration that cannot be used does not get better by trying again.
+                Some(status) if status.code() == Some(2) => {
+                    return Err(Failure::usage(format!("{} cannot use {}", self.name, config.display())));
+                }
+                Some(status) => {
+                    self.back_off = (self.back_off * 2).clamp(FIRST_BACK_OFF, LONGEST_BACK_OFF);
+                    self.restarts += 1;
+                    warn!(service = self.name, %status, restarts = self.restarts, "died; it is started again");
+                    (self.child, self.started) = (None, Instant::now());
+                }
+            }
+        }
+        if self.restarts > 0 && self.started.elapsed() < self.back_off {
+            return Ok(());
+        }
+        let mut command = Command::new(executable(self.name)?);
+        if self.name == "groundplan" {
+            command.arg("keeper");
+        }
+        command.arg("--config").arg(config).arg("--with-stdin").stdin(Stdio::piped());
+        let child = command.spawn().map_err(|e| Failure::work(format!("{} cannot be started: {e}", self.name)))?;
+        info!(service = self.name, process_id = child.id(), "started");
+        (self.child, self.started) = (Some(child), Instant::now());
+        Ok(())
+    }
+
+    /// Its standard input ends: it leaves.
+    pub(crate) fn close(&mut self) {
+        if let Some(child) = &mut self.child {
+            drop(child.stdin.take());
+        }
+    }
+
+    /// Waits until it has left, and kills it if it does not.
+    pub(crate) fn stop(&mut self) {
+        let Some(child) = &mut self.child else { return };
+        let deadline = Instant::now() + PATIENCE;
+        while child.try_wait().is_ok_and(|status| status.is_none()) {
+            if Instant::now() >= deadline {
+                warn!(service = self.name, "does not leave; it is killed");
+                // It may be gone at this moment, and that is as good.
+                let _ = child.kill();
+                let _ = child.wait();
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
