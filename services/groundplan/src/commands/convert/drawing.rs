@@ -1,7 +1,7 @@
 //! From phases to the files of an output folder.
 
 use super::args::Args;
-use super::summary::PhaseSummary;
+use super::phase_summary::PhaseSummary;
 use crate::args::report_set_aside;
 use crate::failure::Failure;
 use crate::maps::{Maps, with_maps, world_files};

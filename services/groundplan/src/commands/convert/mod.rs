@@ -3,6 +3,8 @@
 mod args;
 mod drawing;
 mod notices;
+mod phase_summary;
+mod rooms;
 mod storey_choice;
 mod summary;
 
