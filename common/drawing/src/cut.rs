@@ -149,7 +149,7 @@ impl StoreyCut {
             near: Vec::new(),
         };
         if storey.floor_kind == FloorKind::AssumedFromSpaces {
-            storey.assumed_floor = assumed_floor(site, &storey);
+            storey.assumed_floor = assumed_floor(site, robot, &storey);
         }
         let heights =
             Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT) };
@@ -314,15 +314,32 @@ fn passages_of(site: &Site<'_>, spec: &GridSpec, floor_z: i32, top: i32) -> Vec<
 }
 
 /// The cells of a floor that is assumed from the storey's spaces. What stands or not does not change it.
-fn assumed_floor(site: &Site<'_>, storey: &StoreyCut) -> Vec<Run> {
+fn assumed_floor(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut) -> Vec<Run> {
     let bounds_rooms =
         |class: Class| matches!(class, Class::Wall | Class::Column | Class::CurtainWall | Class::Window | Class::Door);
     let elements = storey.footprints.iter().filter(|(e, _)| bounds_rooms(site.elements[*e as usize].class()));
     let passages = storey.passages.iter().map(|p| geometry::union(&[p.plan.ring()], geometry::FillRule::NonZero));
     let beside: Vec<MultiPolygon> = elements.map(|(_, f)| gaps::solid_plan(f)).chain(passages).collect();
     let spaces = geometry::union_of(storey.spaces.iter().map(|s| &s.polygon));
-    let floor = gaps::assumed_floor(&spaces, &geometry::union_of(&beside), &from_below(site, storey.floor_z));
+    let elsewhere = [from_below(site, storey.floor_z), built_levels(site, robot, storey)];
+    let floor = gaps::assumed_floor(&spaces, &geometry::union_of(&beside), &geometry::union_of(&elsewhere));
     covered_cells(&floor, &storey.spec)
+}
+
+/// What is no floor although a space covers it: the built floor of other map storeys up to a metre lower, and in the robot's
+/// way. There people stand on that floor.
+fn built_levels(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut) -> MultiPolygon {
+    let step = to_tenths(robot.step_height_m);
+    let window = [storey.floor_z - TENTHS_PER_M, storey.floor_z + slab_above_floor(robot)[1]];
+    let is_beside = |s: &&MapStoreyRecord| {
+        let z = s.floor_z_tenths;
+        let is_other = (z - storey.floor_z).abs() > 2 * step;
+        s.floor == FloorKind::Built as u32 && is_other && window[0] <= z && z <= window[1]
+    };
+    let heights = site.map_storeys.iter().filter(is_beside).map(|s| s.floor_z_tenths);
+    let pieces = heights.flat_map(|z| floor_pieces(site, &storey.spec, [z - step, z + step], LEVEL_SLOPE_RAD));
+    let rings: Vec<Ring> = pieces.flat_map(|piece| piece.rings).collect();
+    geometry::union(&rings, geometry::FillRule::NonZero)
 }
 
 /// What is no floor although a space covers it: stairs, ramps, lifts and shafts from the storey below.
