@@ -34,7 +34,7 @@ fn an_assumed_floor_is_told_once_with_from_what_and_how_much() {
     let (what, area) = warnings(&maps)[0].rsplit_once(": ").unwrap();
     assert_eq!((warnings(&maps).len(), what), (1, expected.rsplit_once(": ").unwrap().0));
     let area_m2: f64 = area.strip_prefix("\"Ground\" ").unwrap().split_once(' ').unwrap().0.parse().unwrap();
-    assert!(24.0 <= area_m2 && area_m2 <= 6.5 * 4.5, "what the walls enclose, and the walls: {area}");
+    assert!((24.0..=6.5 * 4.5).contains(&area_m2), "what the walls enclose, and the walls: {area}");
     assert!(area.ends_with(" m2 from what its walls enclose"), "{area}");
 
     house.add("IFCSLAB", "Slab", PLAIN, [[0.0, 0.0, -0.2], [6.0, 4.0, 0.0]]);
