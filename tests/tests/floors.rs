@@ -182,3 +182,31 @@ fn rooms_without_floor_under_them_are_listed_with_area_and_reason() {
         ["there is no floor (slab, covering) under it at the level of its map storey", "its floor is on no map storey"];
     assert_eq!([&rooms[0]["reason"], &rooms[1]["reason"]], reasons);
 }
+
+#[test]
+fn an_assumed_floor_ends_where_the_floor_of_another_level_is_built() {
+    let with = |[bottom_m, top_m]: [f64; 2]| {
+        let mut house = House::new("IFC4");
+        house.add_walls([0.0, 0.0, 10.0, 10.0], [-0.7, 3.0]);
+        house.add_room("Hall", [[0.0, 0.0, 0.0], [10.0, 10.0, 2.5]]);
+        house.add("IFCSLAB", "Level", PLAIN, [[6.0, 6.0, bottom_m], [9.0, 9.0, top_m]]);
+        house.add_room("Level", [[6.0, 6.0, top_m], [9.0, 9.0, 2.5]]);
+        let maps = converted(&house);
+        let floors: Vec<&str> =
+            maps.manifest["storeys"].as_array().unwrap().iter().map(|s| s["floor"].as_str().unwrap()).collect();
+        assert_eq!(floors, ["assumed", "built"], "{}", maps.said);
+        (maps.storey(0), maps.storey(1))
+    };
+    // A pit is a drop-off of the hall, and a platform is in its way.
+    for heights in [[-0.65, -0.45], [0.25, 0.45]] {
+        let (hall, level) = with(heights);
+        hall.assert_forbidden([6.1, 6.1, 8.9, 8.9]);
+        assert_eq!((hall.planning(3.0, 3.0), level.planning(7.5, 7.5)), (FREE, FREE), "{heights:?}");
+    }
+    // Under a gallery with headroom for the robot the hall's floor goes on.
+    let mut house = House::new("IFC4");
+    house.add_walls([0.0, 0.0, 10.0, 10.0], [0.0, 3.0]);
+    house.add_room("Hall", [[0.0, 0.0, 0.0], [10.0, 10.0, 2.5]]);
+    house.add("IFCSLAB", "Gallery", PLAIN, [[6.0, 6.0, 1.3], [9.0, 9.0, 1.45]]);
+    assert_eq!(converted(&house).storey(0).planning(7.5, 7.5), FREE);
+}

@@ -111,6 +111,11 @@ impl Projection {
         if !has_known_datum(definition.proj4) {
             return Err(format!("how the datum of EPSG:{code} lies to WGS 84 is not in the table"));
         }
+        if UNCERTAIN.binary_search(&code).is_ok() {
+            return Err(format!(
+                "how EPSG:{code} lies to WGS 84 is not certain: the table and the register of EPSG differ by more than 20 m"
+            ));
+        }
         let projected = Proj::from_proj_string(definition.proj4)
             .map_err(|error| format!("EPSG:{code} cannot be computed without further tables ({error})"))?;
         if projected.is_latlong() || projected.is_geocent() {
@@ -147,6 +152,20 @@ fn epsg_code(name: &str) -> Option<u16> {
 /// that there is no shift; any other datum needs one, which some definitions lack.
 const KNOWN_DATUMS: [&str; 6] =
     ["+datum=WGS84", "+datum=NAD83", "+ellps=GRS80", "+ellps=WGS84", "+towgs84=", "+nadgrids=@null"];
+
+/// Codes whose place in the table and in the register of EPSG differ by more than 20 m: of some the register knows no shift of the
+/// datum, of others the table has an old one, or a meridian that is not the register's. Sorted.
+///
+/// # Source
+/// PROJ 9.5 (pyproj 3.7.2) at the middle of the area of use of every projected code of the table.
+const UNCERTAIN: [u16; 97] = [
+    2042, 2045, 2082, 2401, 2406, 2407, 2408, 2410, 2411, 2418, 2419, 2420, 2421, 2422, 2427, 2428, 2429, 2431, 2432,
+    2439, 2440, 2441, 2442, 2492, 2493, 2550, 2979, 2983, 2984, 3146, 3147, 3833, 3837, 3838, 3844, 3986, 3989, 5631,
+    5670, 5671, 6200, 6991, 6996, 6997, 20248, 20348, 20357, 20358, 21416, 21422, 21423, 21456, 21462, 21463, 21476,
+    21482, 21483, 23946, 24047, 24048, 24305, 24306, 24375, 24880, 24881, 24882, 25395, 26195, 26432, 26591, 26592,
+    27037, 27038, 28402, 28403, 28462, 28463, 29100, 29122, 29168, 29170, 29181, 29182, 29183, 29184, 29185, 29220,
+    31281, 31282, 31283, 31288, 31289, 31290, 31291, 31292, 31293, 31700,
+];
 
 fn has_known_datum(proj4: &str) -> bool {
     KNOWN_DATUMS.iter().any(|word| proj4.contains(word))
@@ -206,6 +225,31 @@ mod tests {
         assert!(why("Gauss-Krueger").contains("names no system"));
         // The old datum of the United States is known by grids alone, which are files of PROJ.
         assert!(why("EPSG:26715").contains("datum"), "{}", why("EPSG:26715"));
+    }
+
+    #[test]
+    fn a_system_whose_shift_is_uncertain_says_so_and_is_not_used() {
+        assert!(UNCERTAIN.is_sorted());
+        // Withdrawn, another meridian, an old shift of its datum, and none where there is one.
+        for code in [31_700, 31_283, 24_047, 6_991] {
+            let why = Projection::of(&format!("EPSG:{code}")).err().unwrap();
+            assert!(why.contains(&format!("EPSG:{code}")) && why.contains("not certain"), "{why}");
+        }
+    }
+
+    #[test]
+    fn no_definition_without_a_shift_of_its_datum_is_used() {
+        let definition = |code: u16| crs_definitions::from_code(code).map(|d| d.proj4).unwrap_or_default();
+        let used: Vec<u16> = (1..u16::MAX).filter(|code| Projection::of(&format!("EPSG:{code}")).is_ok()).collect();
+        assert!(used.len() > 3_000, "{}", used.len());
+        for code in used {
+            let text = definition(code);
+            let is_satellite = ["WGS84", "NAD83", "GRS80"].iter().any(|datum| text.contains(datum));
+            assert!(
+                is_satellite || text.contains("+towgs84=") || text.contains("+nadgrids=@null"),
+                "EPSG:{code}: {text}"
+            );
+        }
     }
 
     #[test]

@@ -1,23 +1,42 @@
 //! The floor of a storey that is assumed from its spaces, with the narrow gaps between them and walls.
 
+use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
+use crate::model::cell_area::{slab_above_floor, to_tenths};
 use crate::model::gap::{CRACK, NARROW};
 use crate::model::storey_slice::StoreyCut;
 use frames::TENTHS_PER_M;
 use geometry::{FillRule, Footprint, MultiPolygon, Point, Ring, Slab, close_gaps, difference, footprint, intersection};
 use geometry::{offset, ring_area_doubled, union, union_of};
 use grid::{Class, Run, covered_cells};
-use messages::{Site, element_flags, space_flags};
+use messages::{FloorKind, MapStoreyRecord, RobotProfile, Site, element_flags, space_flags};
 
 /// The cells of a floor that is assumed from the storey's spaces. What stands or not does not change it.
-pub(crate) fn assumed_floor_cells(site: &Site<'_>, storey: &StoreyCut) -> Vec<Run> {
+pub(crate) fn assumed_floor_cells(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut) -> Vec<Run> {
     let bounds_rooms =
         |class: Class| matches!(class, Class::Wall | Class::Column | Class::CurtainWall | Class::Window | Class::Door);
     let elements = storey.footprints.iter().filter(|(e, _)| bounds_rooms(site.elements[*e as usize].class()));
     let passages = storey.passages.iter().map(|p| union(&[p.plan.ring()], FillRule::NonZero));
     let beside: Vec<MultiPolygon> = elements.map(|(_, f)| solid_plan(f)).chain(passages).collect();
     let spaces = union_of(storey.spaces.iter().map(|s| &s.polygon));
-    let floor = assumed_floor(&spaces, &union_of(&beside), &from_below(site, storey.floor_z));
+    let elsewhere = [from_below(site, storey.floor_z), built_levels(site, robot, storey)];
+    let floor = assumed_floor(&spaces, &union_of(&beside), &union_of(&elsewhere));
     covered_cells(&floor, &storey.spec)
+}
+
+/// What is no floor although a space covers it: the built floor of other map storeys up to a metre lower, and in the robot's
+/// way. There people stand on that floor.
+fn built_levels(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut) -> MultiPolygon {
+    let step = to_tenths(robot.step_height_m);
+    let window = [storey.floor_z - TENTHS_PER_M, storey.floor_z + slab_above_floor(robot)[1]];
+    let is_beside = |s: &&MapStoreyRecord| {
+        let z = s.floor_z_tenths;
+        let is_other = (z - storey.floor_z).abs() > 2 * step;
+        s.floor == FloorKind::Built as u32 && is_other && window[0] <= z && z <= window[1]
+    };
+    let heights = site.map_storeys.iter().filter(is_beside).map(|s| s.floor_z_tenths);
+    let pieces = heights.flat_map(|z| floor_pieces(site, &storey.spec, [z - step, z + step], LEVEL_SLOPE_RAD));
+    let rings: Vec<Ring> = pieces.flat_map(|piece| piece.rings).collect();
+    union(&rings, FillRule::NonZero)
 }
 
 /// What is no floor although a space covers it: stairs, ramps, lifts and shafts from the storey below.

@@ -3,4 +3,5 @@
 pub(crate) mod assumed_floor;
 pub(crate) mod dependents;
 pub(crate) mod door;
+pub(crate) mod floor_faces;
 pub(crate) mod slicing;

@@ -3,13 +3,14 @@
 use super::assumed_floor::assumed_floor_cells;
 use super::dependents::dependents;
 use super::door::door_at;
+use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
 use crate::error::RasterizeError;
-use crate::model::cell_area::{cells_around, cells_beside, slab_above_floor, to_tenths};
+use crate::model::cell_area::{cells_beside, slab_above_floor, to_tenths};
 use crate::model::storey_slice::{
-    ElementRuns, FloorPiece, LEAST_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreyCut, next_floor_z,
+    ElementRuns, LEAST_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreyCut, next_floor_z,
 };
 use frames::TENTHS_PER_M;
-use geometry::{Bounds, Footprint, Ring, Slab, floor_faces, footprint};
+use geometry::{Bounds, Footprint, Slab, footprint};
 use grid::{CellRect, Class, GridSpec, overlapped_cells};
 use messages::{
     ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
@@ -21,9 +22,6 @@ const MARGIN: i32 = TENTHS_PER_M;
 
 /// How far above the floor the sill of a passage may lie: a door's threshold.
 const MAX_SILL: i32 = TENTHS_PER_M / 10;
-
-/// Floor in the robot's way that is steeper than this is part of a ramp or of a roof, and no other level.
-const LEVEL_SLOPE_RAD: f64 = 0.01;
 
 /// Cuts the elements of a map storey to its slab.
 pub(crate) fn slice_storey(
@@ -63,7 +61,7 @@ pub(crate) fn slice_storey(
         dependents: Vec::new(),
     };
     if storey.floor_kind == FloorKind::AssumedFromSpaces {
-        storey.assumed_floor = assumed_floor_cells(site, &storey);
+        storey.assumed_floor = assumed_floor_cells(site, robot, &storey);
     }
     let heights =
         Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT) };
@@ -130,20 +128,6 @@ fn element_runs(
     let runs = overlapped_cells(&footprint.area, &footprint.lines, spec);
     let door = door_at(site, robot, (spec, map_storey), record.door, &runs);
     ElementRuns { element: *element, class: record.class(), rect: CellRect::around(&runs), runs, door }
-}
-
-/// Upward faces between two heights.
-fn floor_pieces(site: &Site<'_>, spec: &GridSpec, heights: [i32; 2], max_slope_rad: f64) -> Vec<FloorPiece> {
-    let [lowest, highest] = heights;
-    let is_near = |e: &ElementRecord| e.min_tenths[2] <= highest && lowest <= e.max_tenths[2];
-    let elements = site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR) && is_near(e));
-    let pieces = elements.map(|(k, e)| {
-        let faces = |mesh| floor_faces(mesh, lowest, highest, max_slope_rad);
-        let rings: Vec<Ring> = site.element_meshes(e).flat_map(faces).collect();
-        let rect = cells_around(rings.iter().flatten().map(|p| p.map(f64::from)), 0.0, spec);
-        FloorPiece { element: k as u32, rings, rect }
-    });
-    pieces.filter(|p| !p.rings.is_empty()).collect()
 }
 
 fn spaces_of(site: &Site<'_>, spec: &GridSpec, map_storey: usize) -> Vec<SpaceRuns> {
