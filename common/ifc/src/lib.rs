@@ -18,9 +18,11 @@ mod error;
 mod geometry;
 mod georeference;
 mod header;
+mod ids;
 mod kernel;
 mod materials;
 mod model;
+mod options;
 mod placement;
 mod products;
 mod psets;
@@ -37,43 +39,16 @@ mod units;
 
 pub use container::unpack;
 pub use error::ReadError;
+pub use ids::Named;
 pub use model::{
     Diagnostic, Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model,
-    Named, Opening, Placement, Property, PropertyValue, Severity, Source, Space, SpaceBoundary, Stair, Storey,
+    Opening, Placement, Property, PropertyValue, Severity, Source, Space, SpaceBoundary, Stair, Storey,
 };
+pub use options::{Progress, ReadOptions, Stage};
 pub use schedule::{
     DurationType, Lag, LagValue, LinkTarget, Recurrence, RecurrenceType, Schedule, Sequence, SequenceType, Task,
     TaskLink, TaskTime, WorkCalendar, WorkControl, WorkTime,
 };
-
-/// How to read. Nothing here changes the result.
-#[derive(Clone, Copy, Default)]
-pub struct ReadOptions<'a> {
-    /// Threads for meshing, with the deep stacks that it needs; 0: as many as rayon thinks right.
-    pub threads: usize,
-    /// Called as work advances, from any thread.
-    pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
-}
-
-/// How far reading has come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
-    /// What is being done.
-    pub stage: Stage,
-    /// Steps done in this stage.
-    pub done: usize,
-    /// Steps of this stage.
-    pub total: usize,
-}
-
-/// What is being done.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// Records and relations; one step.
-    Reading,
-    /// Meshes; one step per product.
-    Meshing,
-}
 
 /// Reads one file: plain STEP or a zip container, as [`unpack`] takes it.
 ///
@@ -88,12 +63,4 @@ pub fn read(bytes: &[u8], options: &ReadOptions<'_>) -> Result<(Model, Vec<Diagn
     let file = kernel::File::scan(&bytes, header.schema, &mut report)?;
     let model = assemble::model(&file, header.label, options, &mut report)?;
     Ok((model, report.finish()))
-}
-
-impl ReadOptions<'_> {
-    fn report(&self, stage: Stage, done: usize, total: usize) {
-        if let Some(progress) = self.progress {
-            progress(Progress { stage, done, total });
-        }
-    }
 }

@@ -1,6 +1,7 @@
 //! What a file says about a building, in our own types: SI units, IFC world coordinates, names as the schema spells them.
 
-use crate::Schedule;
+use crate::ids::Named;
+use crate::schedule::Schedule;
 
 /// One file, read.
 #[derive(Debug)]
@@ -58,17 +59,6 @@ pub struct MapConversion {
     pub x_axis: [f64; 2],
     /// Metres on the map per metre of the world, along the world's three axes.
     pub scale: [f64; 3],
-}
-
-/// An IfcRoot by its identity.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Named {
-    /// STEP id in its file.
-    pub step_id: u32,
-    /// GlobalId, 22 characters.
-    pub global_id: String,
-    /// Name; empty if absent.
-    pub name: String,
 }
 
 /// One IfcBuildingStorey.

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
+use super::context::{Context, tell};
 use super::model::{Recurrence, RecurrenceType, WorkCalendar, WorkTime};
-use super::{Context, tell};
 use crate::Severity;
 use crate::kernel::{File, Record, Value};
 use crate::products::named;

@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::context::{Context, tell};
 use super::model::{LinkTarget, TaskLink};
-use super::{Context, tell};
 use crate::kernel::File;
 use crate::products::Products;
 use crate::relations::Relations;

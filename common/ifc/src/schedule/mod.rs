@@ -1,6 +1,7 @@
 //! The schedule in a file: work schedules, tasks, times, sequences, calendars, and what the tasks work on.
 
 mod calendars;
+mod context;
 mod links;
 mod model;
 mod sequences;
@@ -12,23 +13,14 @@ pub use model::{
     TaskLink, TaskTime, WorkCalendar, WorkControl, WorkTime,
 };
 
+use context::Context;
 use std::collections::HashMap;
 
 use crate::kernel::File;
 use crate::products::{Products, named};
 use crate::relations::Relations;
 use crate::report::Report;
-use crate::{Named, Severity, Storey, units};
-
-/// What every part of the reader needs.
-pub(crate) struct Context<'c, 'a> {
-    file: &'c File<'a>,
-    /// Seconds per time unit of the project, for files that count in it.
-    time_unit_s: Result<f64, String>,
-    task_idx: HashMap<u32, usize>,
-    /// Identities of the tasks, in file order.
-    task_ids: Vec<Named>,
-}
+use crate::{Storey, units};
 
 /// Reads the schedule; nothing where there is none.
 pub(crate) fn read(
@@ -75,9 +67,4 @@ fn controls(context: &Context<'_, '_>, report: &mut Report) -> (Vec<WorkControl>
         controls.push(WorkControl { id, is_plan, predefined_type, start, finish });
     }
     (controls, control_idx)
-}
-
-/// A diagnostic that names an entity.
-fn tell(report: &mut Report, severity: Severity, code: &'static str, id: &Named, message: String) {
-    report.add(severity, code, Some(id.clone()), message);
 }

@@ -1,6 +1,6 @@
 //! What a file says about time, as it says it: dates and durations stay texts, because what they mean is configuration.
 
-use crate::Named;
+use crate::ids::Named;
 
 /// The schedule of a file. Tasks, calendars and sequences are in file order.
 #[derive(Debug, Default, PartialEq)]

@@ -1,7 +1,8 @@
 //! Which task waits for which?
 
+use super::context::{Context, tell};
 use super::model::{DurationType, Lag, LagValue, Sequence, SequenceType};
-use super::{Context, tell, times};
+use super::times;
 use crate::Severity;
 use crate::kernel::Record;
 use crate::products::named;

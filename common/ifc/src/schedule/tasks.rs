@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::context::{Context, tell};
 use super::model::{Task, TaskTime, WorkControl};
-use super::{Context, tell, times};
+use super::times;
 use crate::Severity;
 use crate::kernel::Record;
 use crate::products::named;

@@ -1,10 +1,11 @@
 //! When is a task? Dates and durations as ISO 8601 texts.
 
+use super::context::{Context, tell};
 use super::model::{DurationType, TaskTime};
-use super::{Context, tell};
+use crate::Severity;
+use crate::ids::Named;
 use crate::kernel::{File, Record, Value};
 use crate::report::Report;
-use crate::{Named, Severity};
 
 /// An IfcTaskTime: dates and durations are texts already.
 pub(super) fn task_time(file: &File<'_>, time: &Record<'_>, owner: &Named, report: &mut Report) -> TaskTime {

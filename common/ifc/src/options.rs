@@ -1,0 +1,39 @@
+//! How a file is read, and how far reading has come.
+
+/// How to read. Nothing here changes the result.
+#[derive(Clone, Copy, Default)]
+pub struct ReadOptions<'a> {
+    /// Threads for meshing, with the deep stacks that it needs; 0: as many as rayon thinks right.
+    pub threads: usize,
+    /// Called as work advances, from any thread.
+    pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
+}
+
+impl ReadOptions<'_> {
+    /// Calls the progress function, if there is one.
+    pub(crate) fn report(&self, stage: Stage, done: usize, total: usize) {
+        if let Some(progress) = self.progress {
+            progress(Progress { stage, done, total });
+        }
+    }
+}
+
+/// How far reading has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: Stage,
+    /// Steps done in this stage.
+    pub done: usize,
+    /// Steps of this stage.
+    pub total: usize,
+}
+
+/// What is being done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Records and relations; one step.
+    Reading,
+    /// Meshes; one step per product.
+    Meshing,
+}

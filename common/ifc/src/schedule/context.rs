@@ -1,0 +1,22 @@
+//! What every part of the schedule's reader needs.
+
+use crate::ids::Named;
+use crate::kernel::File;
+use crate::model::Severity;
+use crate::report::Report;
+use std::collections::HashMap;
+
+/// What every part of the reader needs.
+pub(super) struct Context<'c, 'a> {
+    pub(super) file: &'c File<'a>,
+    /// Seconds per time unit of the project, for files that count in it.
+    pub(super) time_unit_s: Result<f64, String>,
+    pub(super) task_idx: HashMap<u32, usize>,
+    /// Identities of the tasks, in file order.
+    pub(super) task_ids: Vec<Named>,
+}
+
+/// A diagnostic that names an entity.
+pub(super) fn tell(report: &mut Report, severity: Severity, code: &'static str, id: &Named, message: String) {
+    report.add(severity, code, Some(id.clone()), message);
+}
