@@ -3,7 +3,7 @@
 use crate::corners::{Corner, corners};
 use crate::faces::{Face, Faces, NONE};
 use crate::rotations::{N_BINS, directions};
-use crate::score::FARTHEST_M;
+use crate::thresholds::FARTHEST_M;
 use grid::nearest_marked;
 use occupancy::{CELL_M, Cell, Raster};
 use std::sync::OnceLock;

@@ -2,12 +2,12 @@
 
 use crate::faces::Face;
 use crate::features::Features;
+use crate::thresholds::FARTHEST_M;
 use messages::Evidence;
 use occupancy::{Cell, Pose};
 
 /// Scales over which a score is averaged, in metres: a bent map still scores on the coarse ones.
 pub(crate) const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
-pub(crate) const FARTHEST_M: f64 = 0.6;
 /// What the robot has seen of a face of the reference is judged so far in front of it.
 const IN_FRONT_M: f64 = 0.15;
 const LEAST_SEEN: usize = 20;

@@ -3,6 +3,9 @@
 //! Lengths in metres, angles in radians. The method is that of `align`; values without another reason are those of the
 //! prototype that it was measured with.
 
+/// Faces farther from each other than this are no match, in metres.
+pub(crate) const FARTHEST_M: f64 = 0.6;
+
 /// Hypotheses that are looked at more closely.
 pub(crate) const N_VOTED: usize = 64;
 pub(crate) const N_CORRELATED: usize = 48;

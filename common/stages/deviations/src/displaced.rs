@@ -1,6 +1,6 @@
 //! Whether an element stands beside its place: by how much most of its sides agree to be off.
 
-use crate::evidence::Look;
+use crate::probed_sample::Look;
 use crate::thresholds::*;
 
 /// By how much an element is off.

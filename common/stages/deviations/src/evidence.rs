@@ -2,21 +2,13 @@
 
 use crate::bend::{Bend, Bends, square};
 use crate::displaced::{Shift, shift};
+use crate::probed_sample::Look;
 use crate::sections::{Kind, Sections};
 use crate::sides::Sample;
 use crate::slam_view::{Probe, SlamView};
 use crate::thresholds::*;
 use messages::{Observation, UnseenReason};
 use std::collections::BTreeMap;
-
-/// A sample with what was met there.
-pub(crate) struct Look {
-    pub(crate) normal: [f64; 2],
-    /// How far out of the side surfaces lie, the bend of the map taken off; none of another element.
-    pub(crate) offsets_m: Vec<f64>,
-    /// True if the robot saw through the solid.
-    pub(crate) through: bool,
-}
 
 /// The evidence for an element.
 #[derive(Debug, Clone, Copy)]
@@ -98,13 +90,6 @@ fn look(sections: &Sections, cut: u32, sample: &Sample, slam: &SlamView, bend: &
     };
     let through = met.through || thick_m > slam.cell_m && met.free_m.is_some_and(reaches_other);
     Look { normal, offsets_m: met.offsets_m.into_iter().filter(is_own).collect(), through }
-}
-
-impl Look {
-    /// The offset of the surface that is nearest to a place out of the side.
-    pub(crate) fn nearest(&self, out_m: f64) -> Option<f64> {
-        self.offsets_m.iter().copied().min_by(|a, b| (a - out_m).abs().total_cmp(&(b - out_m).abs()))
-    }
 }
 
 impl Evidence {

@@ -19,50 +19,30 @@
 mod bend;
 mod displaced;
 mod evidence;
+mod input;
 mod judgement;
 mod observed;
 mod obstacles;
+mod probed_sample;
 mod sections;
 mod sides;
 mod slam_view;
 mod thresholds;
 mod written;
 
+pub use input::DeviationInput;
+pub use observed::Observed;
+
 use bend::{Bends, Tie};
 use evidence::{Evidence, evidence};
-use messages::{ArchiveBuffer, Phase, RobotProfile, Site};
-pub use observed::Observed;
-use occupancy::{MapFromSlam, OccupancyMap, transported};
-
+use messages::ArchiveBuffer;
 use obstacles::{Explained, obstacles};
+use occupancy::transported;
 use rayon::prelude::*;
 use sections::{Kind, Sections};
 use sides::{Sample, open_samples};
 use slam_view::{Probe, SlamView};
 use thresholds::{MOST_BENT_M, OUTSIDE_M, SAME_SIDE_M};
-
-/// What is compared.
-#[derive(Debug, Clone, Copy)]
-pub struct DeviationInput<'a> {
-    /// Geometry and facts.
-    pub site: &'a Site<'a>,
-    /// States at the plan time, of this site.
-    pub phase: &'a Phase<'a>,
-    /// The height of its lidar counts.
-    pub robot: &'a RobotProfile,
-    /// Map storey of the site.
-    pub map_storey: usize,
-    /// What the robot mapped.
-    pub slam: &'a OccupancyMap,
-    /// Hash of that map, for the record.
-    pub slam_map_hash: u64,
-    /// Where it lies.
-    pub pose: MapFromSlam,
-    /// A place in the SLAM map, and of where it lies in the model's map (x, y) and of yaw the covariance; metres and radians.
-    pub about_m: [f64; 2],
-    /// See there.
-    pub covariance: [[f64; 3]; 3],
-}
 
 /// The evidence for every element of a storey, and what stands there beside them, as a `deviations` archive. Judged by the planned
 /// states alone.

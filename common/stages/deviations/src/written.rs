@@ -1,8 +1,8 @@
 //! Evidence and obstacles as an archive.
 
-use crate::DeviationInput;
 use crate::bend::Bends;
 use crate::evidence::{Evidence, is_judged};
+use crate::input::DeviationInput;
 use crate::judgement::judgement;
 use crate::obstacles::Obstacle;
 use crate::sections::Sections;

@@ -1,0 +1,27 @@
+//! What is compared: site, schedule state and an aligned SLAM map.
+
+use messages::{Phase, RobotProfile, Site};
+use occupancy::{MapFromSlam, OccupancyMap};
+
+/// What is compared.
+#[derive(Debug, Clone, Copy)]
+pub struct DeviationInput<'a> {
+    /// Geometry and facts.
+    pub site: &'a Site<'a>,
+    /// States at the plan time, of this site.
+    pub phase: &'a Phase<'a>,
+    /// The height of its lidar counts.
+    pub robot: &'a RobotProfile,
+    /// Map storey of the site.
+    pub map_storey: usize,
+    /// What the robot mapped.
+    pub slam: &'a OccupancyMap,
+    /// Hash of that map, for the record.
+    pub slam_map_hash: u64,
+    /// Where it lies.
+    pub pose: MapFromSlam,
+    /// A place in the SLAM map, and of where it lies in the model's map (x, y) and of yaw the covariance; metres and radians.
+    pub about_m: [f64; 2],
+    /// See there.
+    pub covariance: [[f64; 3]; 3],
+}
