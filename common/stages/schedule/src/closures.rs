@@ -1,7 +1,7 @@
 //! When spaces must not be entered, and why.
 
+use crate::construction_phases::Phases;
 use crate::findings::{Entity, Findings, Severity};
-use crate::lives::Phases;
 use crate::rules::{Mode, Rules};
 use crate::said::AllSaid;
 use crate::works::Works;

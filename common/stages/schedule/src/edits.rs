@@ -1,8 +1,8 @@
 //! What somebody adds to the plan: delays to try out, and progress that was reported.
 
-use crate::EvaluateError;
 use crate::dates::{self, WrittenDate};
 use crate::durations::{WrittenDuration, parse_shift};
+use crate::error::EvaluateError;
 use crate::rules::Rules;
 use messages::{Site, nearest_names_hint};
 use serde::Deserialize;

@@ -42,9 +42,11 @@
 
 mod clock;
 mod closures;
+mod construction_phases;
 mod dates;
 mod durations;
 mod edits;
+mod error;
 mod evaluate;
 mod findings;
 mod lives;
@@ -58,7 +60,8 @@ mod works;
 
 pub use dates::DateOrder;
 pub use edits::{ABSENT, Actual, Delay, EditError, Edits, find_task, parse_actuals};
-pub use evaluate::{AmbiguousDates, EvaluateError, evaluate};
+pub use error::{AmbiguousDates, EvaluateError};
+pub use evaluate::evaluate;
 pub use findings::{Finding, Severity};
 pub use rules::{
     ClosedSpace, DateKind, DurationDay, Inputs, Mode, Phase, PhaseProperties, PropertyDate, Rules, RulesError, Undated,

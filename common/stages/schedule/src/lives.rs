@@ -1,5 +1,6 @@
 //! The life of an element: when it is built, when it is removed, and who says so.
 
+use crate::construction_phases::Phases;
 use crate::findings::{Entity, Findings, Severity};
 use crate::rules::{Rules, Undated};
 use crate::said::{AllSaid, Said};
@@ -47,7 +48,7 @@ pub(crate) fn lives(
         };
         of_kind(DateSource::PropertyActual, |s| s.actual)
             .or_else(|| of_kind(DateSource::PropertyPlanned, |s| s.planned))
-            .or_else(|| wholes(site, k).find_map(|w| phases.life(site, &said.elements[w])))
+            .or_else(|| wholes(site, k).find_map(|w| phase_life(&phases, site, &said.elements[w])))
             .or_else(|| {
                 let status = wholes(site, k).find_map(|w| said.elements[w].status)?;
                 let says_something = !matches!(site.text(status), "NOTKNOWN" | "UNSET" | "OTHER");
@@ -60,37 +61,20 @@ pub(crate) fn lives(
     lives
 }
 
-/// Phases by name.
-pub(crate) struct Phases<'r> {
-    spans: BTreeMap<&'r str, Option<[i64; 2]>>,
-}
-
-impl<'r> Phases<'r> {
-    pub(crate) fn of(rules: &'r Rules) -> Self {
-        Self { spans: rules.phases.iter().map(|p| (p.name.as_str(), p.span_s)).collect() }
+/// What the phases of an element say; `None` if they say nothing.
+fn phase_life(phases: &Phases<'_>, site: &Site<'_>, said: &Said) -> Option<Life> {
+    let span = |phase: Option<messages::Text>| phase.and_then(|t| phases.spans.get(site.text(t)).copied());
+    let (created, demolished) = (span(said.created), span(said.demolished));
+    if created.is_none() && demolished.is_none() {
+        return None;
     }
-
-    /// When a phase ends; `None` if it is unknown or before all time.
-    pub(crate) fn finish_s(&self, name: &str) -> Option<i64> {
-        self.spans.get(name).copied().flatten().map(|[_, finish_s]| finish_s)
-    }
-
-    /// What the phases of an element say; `None` if they say nothing.
-    fn life(&self, site: &Site<'_>, said: &Said) -> Option<Life> {
-        let span = |phase: Option<messages::Text>| phase.and_then(|t| self.spans.get(site.text(t)).copied());
-        let (created, demolished) = (span(said.created), span(said.demolished));
-        if created.is_none() && demolished.is_none() {
-            return None;
-        }
-        let effect = |span: Option<Option<[i64; 2]>>, removes: bool| {
-            let [start_s, finish_s] = span??;
-            Some(Effect { start_s, finish_s, removes, task: NONE, source: DateSource::Phase })
-        };
-        let mut effects: Vec<Effect> =
-            [effect(created, false), effect(demolished, true)].into_iter().flatten().collect();
-        effects.sort_unstable();
-        Some(Life { effects, source: Some(DateSource::Phase) })
-    }
+    let effect = |span: Option<Option<[i64; 2]>>, removes: bool| {
+        let [start_s, finish_s] = span??;
+        Some(Effect { start_s, finish_s, removes, task: NONE, source: DateSource::Phase })
+    };
+    let mut effects: Vec<Effect> = [effect(created, false), effect(demolished, true)].into_iter().flatten().collect();
+    effects.sort_unstable();
+    Some(Life { effects, source: Some(DateSource::Phase) })
 }
 
 impl Life {

@@ -1,9 +1,9 @@
 //! What properties say about dates: dates by rules, phases by name, a status.
 
 use crate::dates::{self, DateError, DateOrder, WrittenDate};
+use crate::error::{AmbiguousDates, EvaluateError};
 use crate::findings::{Entity, Findings, Severity};
 use crate::rules::{DateKind, Mode, Rules};
-use crate::{AmbiguousDates, EvaluateError};
 use jiff::tz::TimeZone;
 use messages::{AttributeKind, AttributeRecord, Site, Text};
 use std::collections::BTreeMap;
