@@ -1,6 +1,6 @@
 //! Why files do not become a site.
 
-use crate::MAX_SPACES;
+use crate::input::MAX_SPACES;
 use ifc::ReadError;
 
 /// Why files do not become a site.

@@ -1,6 +1,6 @@
 //! At which height people walk: sampling the floor faces near a storey.
 
-use crate::walkable::each_sample;
+use crate::floor_samples::{FloorTriangles, STEP, each_sample};
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, MultiPolygon};
 use grid::{GridSpec, Mask, overlapped_cells};
@@ -8,17 +8,11 @@ use grid::{GridSpec, Mask, overlapped_cells};
 /// Floor faces this near to a storey's placement are its floor.
 pub(crate) const REACH: i32 = TENTHS_PER_M / 2;
 
-/// Heights this near are one floor: the default robot's step.
-pub(crate) const STEP: i32 = TENTHS_PER_M / 20;
-
 /// Most samples of a storey; large ones are sampled more coarsely.
 const MAX_SAMPLES: i64 = 250_000;
 
 /// No face at this sample.
 const NO_FLOOR: i32 = i32::MIN;
-
-/// Upward triangles in `map`.
-pub(crate) type FloorTriangles = Vec<[[i32; 3]; 3]>;
 
 /// The upward faces of everything that is floor.
 #[derive(Debug, Default)]

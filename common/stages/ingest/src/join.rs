@@ -1,6 +1,7 @@
 //! Several files as one site: where each lies in the world of the first, and whether they lie near each other.
 
 use crate::error::IngestError;
+use crate::input::Place;
 use frames::{UprightRigid3, World};
 use ifc::{Diagnostic, Geometry, Georeference, MapConversion, Model, Severity};
 
@@ -9,21 +10,6 @@ const MAX_GAP_M: f64 = 100.0;
 
 /// Map scales that differ by less are the same: a millimetre in a kilometre.
 const SAME_SCALE: f64 = 1e-6;
-
-/// Where a file's world lies in the site's world, as the user says.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    /// Translation in metres.
-    pub translation_m: [f64; 3],
-    /// Turn about Z in radians.
-    pub yaw_rad: f64,
-}
-
-impl Place {
-    fn motion(self) -> UprightRigid3<World, World> {
-        UprightRigid3::new(self.translation_m, self.yaw_rad)
-    }
-}
 
 /// Lower and upper corner of a box.
 type Corners = [[f64; 3]; 2];

@@ -16,19 +16,25 @@
 //! What cannot be meshed is replaced by its bounding box and reported. A file of which that is more than half is refused
 //! without [`IngestOptions::allow_boxes`].
 
-mod assemble;
+mod attributes;
+mod by_global_id;
 mod classify;
 mod contacts;
+mod diagnostics;
 mod doors;
 mod error;
+mod floor_levels;
+mod floor_samples;
+mod input;
 mod join;
 mod leaves;
-mod levels;
 mod merge;
 mod meshes;
 mod openings;
 mod passages;
-mod schedule;
+mod schedule_merge;
+mod schedule_records;
+mod site_archive;
 mod site_frame;
 mod site_storeys;
 mod spaces;
@@ -39,49 +45,12 @@ mod walkable;
 
 pub use error::IngestError;
 pub use ifc::{Progress, Stage};
-pub use join::Place;
+pub use input::{IngestOptions, MAX_SPACES, Place, SourceFile};
 pub use site_frame::SiteFrame;
 
 use ifc::GeometryStatus;
 use merge::{FileModel, Merged};
 use messages::ArchiveBuffer;
-use std::path::PathBuf;
-
-/// A file of the site, read.
-#[derive(Debug)]
-pub struct SourceFile {
-    /// Where it was read from; only the base name is kept in products.
-    pub path: PathBuf,
-    /// Its bytes: STEP or a zip container.
-    pub bytes: Vec<u8>,
-}
-
-impl SourceFile {
-    /// The base name, for products and messages.
-    pub fn name(&self) -> String {
-        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
-    }
-}
-
-/// How files become a site.
-#[derive(Clone, Copy)]
-pub struct IngestOptions<'a> {
-    /// The site's frame from an earlier run; `None` fixes it anew.
-    pub frame: Option<SiteFrame>,
-    /// Epoch of a frame that is fixed anew, from 1.
-    pub frame_epoch: u32,
-    /// Where each file lies, by its index; files beyond the end have no place of their own.
-    pub places: &'a [Option<Place>],
-    /// Of elements with one GlobalId and different bodies, keep the last instead of refusing.
-    pub prefer_last: bool,
-    /// Accept a file of whose bodies more than half are bounding boxes.
-    pub allow_boxes: bool,
-    /// Called as work advances.
-    pub progress: &'a (dyn Fn(Progress) + Sync),
-}
-
-/// Spaces that a site may have: the `space` layer holds a 16-bit index plus one.
-pub const MAX_SPACES: usize = u16::MAX as usize;
 
 /// Reads the files as one site and writes its archive.
 ///
@@ -109,7 +78,7 @@ pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<Archi
     let own_frame = SiteFrame::of(&merged.model, options.frame_epoch);
     let frame = options.frame.unwrap_or(own_frame);
     merged.diagnostics.extend(frame.misfit(&own_frame).map(|d| (messages::NONE, d)));
-    Ok(assemble::site_of(files, &merged, frame).finish())
+    Ok(site_archive::site_of(files, &merged, frame).finish())
 }
 
 /// Refuses a model that the kernel could mesh little of: a map of boxes looks like one of a building.

@@ -1,12 +1,12 @@
 //! Several models into one, indices and coordinates carried over.
 
-use crate::SourceFile;
+use crate::by_global_id::placed;
 use crate::error::IngestError;
-use crate::join::{Joined, Part, Place, join, same_body};
-use crate::schedule::{self, ScheduleSources};
+use crate::input::{Place, SourceFile};
+use crate::join::{Joined, Part, join, same_body};
+use crate::schedule_merge::{self, ScheduleSources};
 use frames::{UprightRigid3, World};
 use ifc::{Diagnostic, Element, Geometry, LinkTarget, Model};
-use std::collections::HashMap;
 
 /// All files as one model in the first file's world, and which file each thing comes from.
 #[derive(Debug)]
@@ -124,7 +124,7 @@ impl Merged {
         self.model.boundaries.extend(moved);
         self.model.boundaries.sort_unstable();
         self.model.boundaries.dedup();
-        schedule::append(&mut self.model.schedule, schedule, |target| match target {
+        schedule_merge::append(&mut self.model.schedule, schedule, |target| match target {
             LinkTarget::Element(k) => LinkTarget::Element(element_at[k]),
             LinkTarget::Space(k) => LinkTarget::Space(space_at[k]),
             LinkTarget::Storey(k) => LinkTarget::Storey(storey_at[k]),
@@ -156,20 +156,6 @@ impl Merged {
         self.element_source[at] = source;
         Ok(())
     }
-}
-
-/// Where each of `new` comes to lie: at its namesake in `old`, else behind the last.
-pub(crate) fn placed<T>(old: &[T], new: &[T], global_id: impl Fn(&T) -> &String) -> Vec<usize> {
-    let known: HashMap<&String, usize> = old.iter().enumerate().map(|(k, t)| (global_id(t), k)).collect();
-    let mut next = old.len();
-    new.iter()
-        .map(|t| {
-            known.get(global_id(t)).copied().unwrap_or_else(|| {
-                next += 1;
-                next - 1
-            })
-        })
-        .collect()
 }
 
 fn move_model(model: &mut Model, motion: &UprightRigid3<World, World>) {

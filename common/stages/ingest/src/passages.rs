@@ -1,7 +1,7 @@
 //! Openings and doors as records.
 
-use crate::assemble::add_diagnostic;
 use crate::classify::is_a;
+use crate::diagnostics::add_diagnostic;
 use crate::doors::{clear_width_m, joined_spaces, map_storey_of, opens, operation_is_known};
 use crate::leaves::join_leaves;
 use crate::merge::Merged;

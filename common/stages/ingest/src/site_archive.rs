@@ -1,17 +1,19 @@
-//! The model into the records of the `site` archive.
+//! The model as the records of the `site` archive.
 
-use crate::SourceFile;
+use crate::attributes::add_attributes;
 use crate::classify::{class_of, flags_of};
 use crate::contacts::contacts;
+use crate::diagnostics::add_diagnostic;
+use crate::input::SourceFile;
 use crate::merge::Merged;
 use crate::meshes::{Body, OutOfReach, add_body};
 use crate::passages::add_openings_and_doors;
-use crate::schedule::add_schedule;
+use crate::schedule_records::add_schedule;
 use crate::site_frame::SiteFrame;
 use crate::site_storeys::add_storeys;
 use crate::spaces::add_spaces;
 use crate::stairs::add_stairs;
-use ifc::{Diagnostic, GeometryStatus, Named, Property, PropertyValue, Severity};
+use ifc::{Diagnostic, GeometryStatus, Named, Severity};
 use messages::*;
 use sha2::{Digest, Sha256};
 
@@ -135,46 +137,4 @@ fn out_of_reach(id: &Named, ifc_type: &str) -> Diagnostic {
         entity: Some(id.clone()),
         message: format!("{ifc_type} lies farther than 107 km from the rest of the building and is left out"),
     }
-}
-
-/// Writes properties: (first record, number of records).
-pub(crate) fn add_attributes(builder: &mut SiteBuilder, properties: &[Property]) -> (u32, u32) {
-    let first = builder.attributes.len() as u32;
-    for property in properties {
-        let (kind, number, text) = match &property.value {
-            PropertyValue::Text(text) => (AttributeKind::Text, 0.0, text.as_str()),
-            PropertyValue::Number(number) => (AttributeKind::Number, *number, ""),
-            PropertyValue::Boolean(yes) => (AttributeKind::Boolean, f64::from(u8::from(*yes)), ""),
-        };
-        let record = AttributeRecord {
-            set: builder.texts.add(&property.set),
-            name: builder.texts.add(&property.name),
-            text: builder.texts.add(text),
-            number,
-            kind: kind as u32,
-            reserved: 0,
-        };
-        builder.attributes.push(record);
-    }
-    (first, properties.len() as u32)
-}
-
-pub(crate) fn add_diagnostic(builder: &mut SiteBuilder, source: u32, diagnostic: &Diagnostic) {
-    let nobody = Named::default();
-    let entity = diagnostic.entity.as_ref().unwrap_or(&nobody);
-    let record = DiagnosticRecord {
-        code: builder.texts.add(diagnostic.code),
-        global_id: builder.texts.add(&entity.global_id),
-        name: builder.texts.add(&entity.name),
-        message: builder.texts.add(&diagnostic.message),
-        severity: match diagnostic.severity {
-            Severity::Info => 0,
-            Severity::Warning => 1,
-            Severity::Error => 2,
-        },
-        step_id: entity.step_id,
-        source,
-        reserved: 0,
-    };
-    builder.diagnostics.push(record);
 }

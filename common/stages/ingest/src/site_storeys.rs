@@ -1,8 +1,8 @@
 //! Storeys of the site: what they are found from in its elements and rooms, and their records.
 
-use crate::assemble::add_diagnostic;
 use crate::classify::{is_a, is_footing, is_landing};
-use crate::levels::Faces;
+use crate::diagnostics::add_diagnostic;
+use crate::floor_levels::Faces;
 use crate::merge::Merged;
 use crate::site_frame::SiteFrame;
 use crate::split_levels::{Access, Surroundings, add_levels};

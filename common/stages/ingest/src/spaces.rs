@@ -1,6 +1,7 @@
 //! Spaces and their floors.
 
-use crate::assemble::{add_attributes, add_diagnostic};
+use crate::attributes::add_attributes;
+use crate::diagnostics::add_diagnostic;
 use crate::merge::Merged;
 use crate::meshes::add_body;
 use crate::site_frame::SiteFrame;

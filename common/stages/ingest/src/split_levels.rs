@@ -1,6 +1,7 @@
 //! Levels of a storey at other heights: which of them people walk on, and what they are called after.
 
-use crate::levels::{FloorTriangles, STEP, dominant_height};
+use crate::floor_levels::dominant_height;
+use crate::floor_samples::{FloorTriangles, STEP};
 use crate::storeys::{MapStorey, SpaceFloor};
 use crate::walkable::{HEADROOM, Walkable};
 use frames::TENTHS_PER_M;

@@ -1,7 +1,7 @@
 //! Measures of stairs: those of the file where they agree with the body, else those of the body.
 
-use crate::assemble::add_diagnostic;
 use crate::classify::is_a;
+use crate::diagnostics::add_diagnostic;
 use crate::merge::Merged;
 use frames::{TENTHS_PER_M, metres};
 use geometry::{MeshView, Tread, treads};

@@ -1,6 +1,7 @@
 //! Which storeys can be walked, and at what height.
 
-use crate::levels::{Faces, FloorTriangles, REACH, STEP, Sampling, dominant_height};
+use crate::floor_levels::{Faces, REACH, Sampling, dominant_height};
+use crate::floor_samples::{FloorTriangles, STEP};
 use geometry::{MultiPolygon, union_of};
 use messages::FloorKind;
 
