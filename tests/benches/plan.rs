@@ -80,7 +80,7 @@ fn measure(arguments: &Arguments, model: &Path) {
             continue;
         }
         let instance = of.instance;
-        let chosen = instance.cover(options.search_steps);
+        let chosen = waypoints::cover(&instance, options.search_steps);
         if let Some(folder) = &arguments.instances {
             std::fs::create_dir_all(folder).expect("a folder");
             let document = json!({

@@ -28,29 +28,33 @@
 //! `scripts/check_waypoints.py OUT` proves the exported waypoints, their coverage and the route graph anew from the files
 //! alone; it shares no code with this crate.
 
+mod input;
 mod options;
 
 mod changed;
 mod climb;
+mod floor_parts;
 mod ground;
+mod portal;
 mod portals;
-mod reached;
+mod reachability;
 mod sloped_slabs;
 mod spaces;
 mod stair_ends;
-mod start;
+mod start_pose;
 mod unknown;
 
 mod centre;
-mod cover;
 mod face;
-mod mesh_check;
+mod instance;
+mod mesh_visibility;
 mod scans;
-mod search;
+mod set_cover;
+mod tabu_search;
 mod visible;
 
 mod chance;
-mod joining;
+mod scan_overlap;
 mod tour;
 mod trip;
 mod walk;
@@ -58,13 +62,16 @@ mod walk;
 mod graph;
 mod skeleton;
 
-mod assemble;
-mod plan;
+mod mission_plan;
+mod plan_archive;
 mod steps;
-mod storey;
+mod stops;
+mod storey_plan;
 
-pub use cover::Instance;
+pub use input::PlanInput;
+pub use instance::Instance;
+pub use mission_plan::{Planner, StoreyInstance};
 pub use options::{OptionsError, PlanOptions, Start};
-pub use plan::{PlanInput, Planner, StoreyInstance};
-pub use start::check_start;
+pub use set_cover::cover;
+pub use start_pose::check_start;
 pub use unknown::{UnknownName, check_names};

@@ -3,7 +3,7 @@
 
 use crate::centre::{Storey, sensor_height_m};
 use crate::scans::Scans;
-use crate::storey::{Stop, Wanted};
+use crate::stops::{Stop, Wanted};
 use frames::{Map, Point2, metres};
 use geometry::{SurfacePoint, Surfaces, surface_points};
 use grid::Class;

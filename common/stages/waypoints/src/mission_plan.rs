@@ -1,35 +1,22 @@
 //! All storeys together: the `plan` archive, and what of the last one still holds.
 
-use crate::assemble::assemble;
 use crate::centre::Storey;
 use crate::changed::{cells_of, changed_elements};
-use crate::cover::Instance;
+use crate::floor_parts::{PartFacts, first_part, floor_parts, part_facts};
 use crate::ground::Ground;
-use crate::options::PlanOptions;
-use crate::portals::{Portal, portals};
-use crate::reached::Reached;
+use crate::input::PlanInput;
+use crate::instance::Instance;
+use crate::plan_archive::assemble;
+use crate::portal::Portal;
+use crate::portals::portals;
+use crate::reachability::Reached;
 use crate::spaces::{Refusal, refused};
-use crate::start::{PartFacts, first_part, floor_parts, part_facts};
 use crate::steps::steps;
-use crate::storey::{StoreyPlan, Wanted, instance_of, plan_storey};
-use messages::{ArchiveBuffer, DoorPassageRecord, Grid, Grids, NoWaypoint, Phase, RobotProfile, Site, space_flags};
+use crate::stops::Wanted;
+use crate::storey_plan::{StoreyPlan, instance_of, plan_storey};
+use messages::{ArchiveBuffer, DoorPassageRecord, Grid, NoWaypoint, RobotProfile, space_flags};
 use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
-
-/// What a plan is made from; the grids are those that the index names, in its order, and all are of the site.
-#[derive(Clone, Copy)]
-pub struct PlanInput<'a> {
-    /// Geometry and facts.
-    pub site: &'a Site<'a>,
-    /// States at the plan time.
-    pub phase: &'a Phase<'a>,
-    /// Index of the grids: robot and doors.
-    pub index: &'a Grids<'a>,
-    /// One grid per map storey, in their order.
-    pub grids: &'a [Grid<'a>],
-    /// What to plan.
-    pub options: &'a PlanOptions,
-}
 
 /// Plans, and keeps what only a part of the next input can change.
 ///

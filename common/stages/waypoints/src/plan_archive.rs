@@ -3,12 +3,12 @@
 use crate::centre::sensor_height_m;
 use crate::climb::climb;
 use crate::ground::Ground;
-use crate::plan::PlanInput;
-use crate::portals::Portal;
-use crate::reached::Reached;
+use crate::input::PlanInput;
+use crate::portal::Portal;
+use crate::reachability::Reached;
 use crate::spaces::Refusal;
-use crate::start::why_blocked;
-use crate::storey::StoreyPlan;
+use crate::start_pose::why_blocked;
+use crate::storey_plan::StoreyPlan;
 use frames::metres;
 use messages::{
     DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, NONE, NoWaypoint, NodeKind, PhaseHead,

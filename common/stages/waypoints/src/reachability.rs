@@ -2,8 +2,8 @@
 
 use crate::ground::Ground;
 use crate::options::Start;
-use crate::portals::{Portal, Staging};
-use crate::start::start_cell;
+use crate::portal::{Portal, Staging};
+use crate::start_pose::start_cell;
 use frames::{Map, Point2};
 
 /// Whether the robot can get to each part of each storey, and where it comes onto it.

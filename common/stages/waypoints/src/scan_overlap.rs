@@ -3,7 +3,7 @@
 use crate::centre::Storey;
 use crate::options::PlanOptions;
 use crate::scans::Scans;
-use crate::storey::{Goal, goal_of};
+use crate::stops::{Goal, goal_of};
 use frames::{Map, Point2};
 
 /// What the scans of a tour are judged by. Goals come with their numbers among the ways, in the order of the tour.

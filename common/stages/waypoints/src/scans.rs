@@ -1,9 +1,10 @@
 //! Where to scan from.
 
 use crate::centre::{Centre, Storey};
-use crate::cover::Instance;
 use crate::face::Faces;
+use crate::instance::Instance;
 use crate::options::PlanOptions;
+use crate::set_cover::cover;
 use crate::visible::{Pose, Reach};
 use frames::{Map, Point2};
 use rayon::prelude::*;
@@ -68,7 +69,7 @@ impl Scans {
         }
         let groups = faces.all.iter().map(|f| u32::from(f.space)).collect();
         let instance = Instance::new(sets, groups, options.coverage, options.space_coverage);
-        let chosen = instance.cover(options.search_steps).into_iter().map(|set| set as usize).collect();
+        let chosen = cover(&instance, options.search_steps).into_iter().map(|set| set as usize).collect();
         Self { faces, places, poses, instance, chosen }
     }
 

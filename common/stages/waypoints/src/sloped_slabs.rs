@@ -1,7 +1,7 @@
 //! Ramps that are modelled as slabs: sloped floor that leads from one level to another.
 
 use crate::ground::Ground;
-use crate::portals::{Portal, Staging, length_m, slope_rad, staging};
+use crate::portal::{Portal, Staging, length_m, slope_rad, staging};
 use frames::{Map, Point2, metres};
 use geometry::ramp_faces;
 use grid::Class;

@@ -1,7 +1,7 @@
 //! Steps between levels that lie beside each other.
 
 use crate::ground::Ground;
-use crate::portals::{Portal, Staging, length_m, staging};
+use crate::portal::{Portal, Staging, length_m, staging};
 use frames::{Map, Point2, metres};
 use grid::Cell;
 use messages::{EdgeKind, ElementState, Grid, NONE, Phase, RobotProfile, Site, element_flags};

@@ -1,52 +1,19 @@
 //! The plan of one storey: a function of its map, of what the robot can get to, and of what is asked for.
 
 use crate::centre::{Centre, Storey, centre_of};
-use crate::cover::Instance;
 use crate::graph::{Anchor, Graph, graph};
-use crate::joining::Joining;
-use crate::mesh_check::{MeshSeen, mesh_check};
+use crate::instance::Instance;
+use crate::mesh_visibility::{MeshSeen, mesh_check};
 use crate::options::PlanOptions;
+use crate::scan_overlap::Joining;
 use crate::scans::Scans;
 use crate::spaces::Refusal;
+use crate::stops::{Goal, Stop, Wanted, goal_of};
 use crate::trip::{Ways, legs};
 use crate::walk::{Walk, length_m};
 use frames::{Map, Point2};
 use grid::Class;
 use messages::{NodeKind, WaypointKind};
-
-/// What is asked of a storey beside the map.
-pub(crate) struct Wanted<'a> {
-    pub(crate) options: &'a PlanOptions,
-    /// Spaces of this storey in which the robot has business.
-    pub(crate) spaces: &'a [usize],
-    /// Whether a cell may be scanned from, by its space plus 1; 0 is outside of spaces.
-    pub(crate) may_scan: &'a [bool],
-    /// Elements that are targets, ascending, if not all are.
-    pub(crate) changed: Option<&'a [usize]>,
-    /// The cells of those.
-    pub(crate) targets: Option<&'a [bool]>,
-    /// Where the robot comes onto the parts of the storey.
-    pub(crate) entries: &'a [Point2<Map>],
-    /// Places before portals: nodes of the graph, with their elements.
-    pub(crate) stagings: &'a [(usize, u32)],
-}
-
-/// A place to go to, in the order of the tour.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Stop {
-    pub(crate) at: Point2<Map>,
-    pub(crate) kind: WaypointKind,
-    /// Space that it lies in.
-    pub(crate) space: Option<usize>,
-    pub(crate) yaw_rad: f64,
-    pub(crate) clearance_m: f64,
-    pub(crate) n_faces: u32,
-    pub(crate) covers_m2: f64,
-    pub(crate) overlap: f64,
-    pub(crate) leg_m: f64,
-    /// True for a scan that is there to join others.
-    pub(crate) connects: bool,
-}
 
 /// Faces of a space that can be seen, and those that are.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -163,18 +130,6 @@ struct SoFar {
     faces: Vec<bool>,
 }
 
-/// A place to go to, before it has an order.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Goal {
-    pub(crate) at: Point2<Map>,
-    pub(crate) part: u32,
-    pub(crate) space: Option<usize>,
-    /// Which pose of the scans; a centre has none.
-    pub(crate) pose: Option<usize>,
-    /// True for a scan that is there to join others.
-    pub(crate) connects: bool,
-}
-
 /// Tours through all parts, one after the other: those with an entry first, then the larger ones.
 fn tours(work: &Work<'_>, centres: &[(usize, Centre)], plan: &mut StoreyPlan) {
     let Work { storey, wanted, scans, .. } = *work;
@@ -282,11 +237,6 @@ fn goals(storey: &Storey<'_>, wanted: &Wanted<'_>, centres: &[(usize, Centre)], 
         }
     }
     goals
-}
-
-pub(crate) fn goal_of(storey: &Storey<'_>, scans: &Scans, pose: usize, connects: bool) -> Goal {
-    let place = scans.place(pose);
-    Goal { at: place.at, part: place.part, space: storey.space_at(place.at), pose: Some(pose), connects }
 }
 
 /// The part at a place, or that of a cell beside it.

@@ -9,7 +9,7 @@
 //! local search for the unicost set covering problem", Applied Soft Computing 34, 2015.
 
 use crate::chance::Chance;
-use crate::cover::{Covered, Instance};
+use crate::instance::{Covered, Instance};
 
 /// The best choice found within `steps` exchanges for each set; `chosen` reaches the goal.
 pub(crate) fn fewer(instance: &Instance, chosen: Vec<u32>, steps: u32) -> Vec<u32> {
