@@ -1,6 +1,6 @@
 //! The running site at a glance: an ordinary subscriber that watches everything and disturbs nobody.
 //!
-//! [`state`] turns what is seen into a [`snapshot::Snapshot`]; [`screen`] draws it; [`map_pane`] draws the map itself. This file
+//! `state` turns what is seen into a `snapshot::Snapshot`; `screen` draws it; `map_pane` draws the map itself. This file
 //! holds the bus, the terminal and the keys together.
 
 mod attached;
