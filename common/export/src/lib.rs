@@ -11,8 +11,8 @@
 //! - `waypoints.{json,csv,geojson}`: centres of open spaces that can be reached; scans with what they see; the order of the
 //!   tour; the other spaces with the reason and the GlobalId of the closed door.
 //! - `waypoints.wgs84.geojson`: the waypoints by longitude and latitude, if the projected system of the model (EPSG code)
-//!   can be computed without grid files; `report.json` says otherwise why not. As exact as the published shift of its
-//!   datum: metres for old national systems.
+//!   can be computed without grid files and the shift of its datum is certain; `report.json` says otherwise why not. As
+//!   exact as the published shift of its datum: metres for old national systems.
 //! - `site-graph.json`: ways of all storeys: spaces with their names, doors, junctions along the middle of the floor,
 //!   staging poses before stairs, lifts and steps between levels; length, clearance, rise, slope of ramps, door and class
 //!   of each; stairs as a line over their treads and landings, with walked length, clear width and number of risers.
