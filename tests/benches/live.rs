@@ -6,7 +6,9 @@
 #![expect(clippy::unwrap_used, reason = "a benchmark stops where it fails")]
 #![expect(clippy::print_stdout, reason = "the table")]
 
-use bus::{Bus, Daemon, Domain, GridSlot, Keeper, Origin, Reply, Sample, Stamp, Subscriber, Topic, Waiter};
+use bus::{
+    Bus, Daemon, Domain, GridSlot, Keeper, Origin, Reply, Sample, Stamp, Subscriber, Topic, TopicName, Waiter, topics,
+};
 use daemon::{Answer, Request};
 use messages::{ArchiveBuffer, Grids, InputHashes, Phase, Site};
 use std::collections::BTreeMap;
@@ -95,25 +97,26 @@ impl Live {
         Self { up, prefix, _root: root, domain, bus, waiter }
     }
 
-    fn next(&mut self, subscriber: &Subscriber) -> Sample {
+    fn next<T: Topic>(&mut self, subscriber: &Subscriber<T>) -> Sample<T> {
         let deadline = Instant::now() + DEADLINE;
         loop {
             if let Some(sample) = subscriber.take().unwrap() {
                 return sample;
             }
-            assert!(Instant::now() < deadline, "nothing comes on {}", subscriber.topic());
+            assert!(Instant::now() < deadline, "nothing comes on {}", subscriber.topic().name());
             self.waiter.wait(Duration::from_secs(1)).unwrap();
         }
     }
 
     fn describe(&mut self) {
-        let [sites, indices] = [Topic::Site, Topic::Grids].map(|t| self.bus.subscriber(t).unwrap());
+        let sites = self.bus.subscriber(topics::Site).unwrap();
+        let indices = self.bus.subscriber(topics::Grids).unwrap();
         let site = self.next(&sites);
         let index = self.next(&indices);
         let view = Site::open(site.bytes()).unwrap();
         let mut cells = 0;
         for k in 0..Grids::open(index.bytes()).unwrap().slots.len() {
-            let slot = self.bus.subscriber(Topic::Grid(GridSlot::new(k).unwrap())).unwrap();
+            let slot = self.bus.subscriber(topics::Grid(GridSlot::new(k).unwrap())).unwrap();
             cells += self.next(&slot).header().payload_length as usize / 7;
         }
         let (elements, storeys) = (view.elements.len(), view.map_storeys.len());
@@ -137,8 +140,8 @@ impl Live {
         let join = |_| {
             let begun = Instant::now();
             let (bus, mut waiter) = Bus::join(&self.domain, Daemon::Groundplan).unwrap();
-            for topic in [Topic::Site, Topic::Grids, Topic::Grid(GridSlot::new(0).unwrap())] {
-                let subscriber = bus.subscriber(topic).unwrap();
+            for topic in [TopicName::Site, TopicName::Grids, TopicName::Grid(GridSlot::new(0).unwrap())] {
+                let subscriber = bus.raw_subscriber(topic).unwrap();
                 while subscriber.take().unwrap().is_none() {
                     waiter.wait(Duration::from_secs(1)).unwrap();
                 }
@@ -150,7 +153,7 @@ impl Live {
     }
 
     fn restart(&mut self) {
-        let sites = self.bus.subscriber(Topic::Site).unwrap();
+        let sites = self.bus.subscriber(topics::Site).unwrap();
         let length = self.next(&sites).bytes().len();
         let process = self.processes()["ifc-ingest"];
         let begun = Instant::now();
@@ -187,7 +190,8 @@ impl Live {
 
     /// Until the waypoints are those of the newest grids.
     fn wait_for_plan(&mut self) {
-        let [plans, indices] = [Topic::Plan, Topic::Grids].map(|t| self.bus.subscriber(t).unwrap());
+        let plans = self.bus.subscriber(topics::Plan).unwrap();
+        let indices = self.bus.subscriber(topics::Grids).unwrap();
         let index = self.next(&indices).header().content_hash;
         while self.next(&plans).header().inputs.grids != index {}
     }
@@ -239,9 +243,10 @@ struct Step {
 
 /// Walks through all changes twice; the second time counts.
 fn dates(live: &mut Live) {
-    let [indices, phases] = [Topic::Grids, Topic::Phase].map(|t| live.bus.subscriber(t).unwrap());
-    let slots: Vec<Subscriber> =
-        GridSlot::all().take(10).map(|slot| live.bus.subscriber(Topic::Grid(slot)).unwrap()).collect();
+    let indices = live.bus.subscriber(topics::Grids).unwrap();
+    let phases = live.bus.subscriber(topics::Phase).unwrap();
+    let slots: Vec<Subscriber<topics::Grid>> =
+        GridSlot::all().take(10).map(|slot| live.bus.subscriber(topics::Grid(slot)).unwrap()).collect();
     let client = live.bus.command_client(Daemon::ScheduleEval).unwrap();
     let mut copies: Vec<Vec<u8>> = vec![Vec::new(); slots.len()];
     let mut states: Vec<u8> = Vec::new();
@@ -268,12 +273,12 @@ fn dates(live: &mut Live) {
                 break phase;
             }
         };
-        let [phase_at, index_at] = [&phase, &index].map(|sample| Stamp(sample.header().stamp_ns));
+        let [phase_at, index_at] = [phase.header(), index.header()].map(|header| Stamp(header.stamp_ns));
         let now = Phase::open(phase.bytes()).unwrap();
         let new: Vec<u8> = (0..now.n_elements()).map(|k| now.effective(k) as u8).collect();
         let toggled = new.iter().zip(&states).filter(|(a, b)| a != b).count() as f64 / new.len() as f64;
         states = new;
-        let changed: Vec<(usize, Sample)> =
+        let changed: Vec<(usize, Sample<topics::Grid>)> =
             slots.iter().enumerate().filter_map(|(k, slot)| Some((k, slot.take().unwrap()?))).collect();
         // Into memory that was written before: what a copy costs when nothing else does.
         let is_cold = changed.iter().any(|(k, grid)| copies[*k].len() != grid.bytes().len());
@@ -340,11 +345,11 @@ fn payloads() {
     let mut epoch = 0;
     for length in [1 << 10, 1 << 20, 16 << 20, 128 << 20, 512 << 20] {
         let (bus, mut own_waiter) = Bus::join(&domain, Daemon::ScheduleEval).unwrap();
-        let publisher = bus.publisher(Topic::Phase, length).unwrap();
+        let publisher = bus.publisher(topics::Phase, length).unwrap();
         let (other, mut waiter) = Bus::join(&domain, Daemon::Groundplan).unwrap();
         let (said, heard) = std::sync::mpsc::channel();
         let receiver = std::thread::spawn(move || {
-            let subscriber = other.subscriber(Topic::Phase).unwrap();
+            let subscriber = other.subscriber(topics::Phase).unwrap();
             said.send(0.0).unwrap();
             loop {
                 waiter.wait(Duration::from_secs(10)).unwrap();

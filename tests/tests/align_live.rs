@@ -3,7 +3,7 @@
 
 mod support;
 
-use bus::{Bus, Daemon, Origin, Publisher, Topic, Waiter};
+use bus::{Bus, Daemon, Origin, Publisher, Waiter, topics};
 use daemon::SiteConfig;
 use messages::{InputHashes, SlamMap, SlamMapHead};
 use serde_json::Value;
@@ -49,7 +49,7 @@ fn a_map_from_a_file_is_aligned_and_its_pose_survives_the_daemon() {
 
 /// A robot that publishes a map of the ground floor as its own.
 struct Robot {
-    publisher: Publisher,
+    publisher: Publisher<topics::SlamMap>,
     _bus: (Bus, Waiter),
     cells: Vec<i8>,
     size: [u32; 2],
@@ -68,7 +68,7 @@ impl Robot {
             grid::OCCUPIED => 100,
             _ => -1,
         });
-        let publisher = bus.publisher(Topic::SlamMap, 1 << 20).unwrap();
+        let publisher = bus.publisher(topics::SlamMap, 1 << 20).unwrap();
         let size = [width as u32, height as u32];
         Self { publisher, _bus: (bus, waiter), cells: cells.collect(), size, epoch: 0 }
     }

@@ -5,7 +5,7 @@
 
 mod support;
 
-use bus::{Bus, ConsistentSet, Daemon, Domain, GridSlot, Sample, Stamp, Subscriber, Topic, Waiter};
+use bus::{Bus, ConsistentSet, Daemon, Domain, GridSlot, RawSample, RawSubscriber, Stamp, TopicName, Waiter, topics};
 use messages::{Grid, Grids, Phase};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -23,9 +23,9 @@ const DAEMONS: [&str; 5] = ["ifc-ingest", "schedule-eval", "rasterize", "waypoin
 struct Witness {
     bus: Bus,
     waiter: Waiter,
-    subscribers: Vec<Subscriber>,
-    set: ConsistentSet<Sample>,
-    last_epochs: BTreeMap<Topic, u64>,
+    subscribers: Vec<RawSubscriber>,
+    set: ConsistentSet<RawSample>,
+    last_epochs: BTreeMap<TopicName, u64>,
     sets_seen: usize,
     last_index: u64,
 }
@@ -40,9 +40,9 @@ impl Witness {
                 Err(why) => assert!(begun.elapsed() < DEADLINE, "{why}"),
             }
         };
-        let slots = GridSlot::all().map(Topic::Grid);
-        let topics = [Topic::Phase, Topic::Grids].into_iter().chain(slots);
-        let subscribers = topics.map(|topic| bus.subscriber(topic).unwrap()).collect();
+        let slots = GridSlot::all().map(TopicName::Grid);
+        let names = [TopicName::Phase, TopicName::Grids].into_iter().chain(slots);
+        let subscribers = names.map(|topic| bus.raw_subscriber(topic).unwrap()).collect();
         let set = ConsistentSet::new(Stamp::now());
         Self { bus, waiter, subscribers, set, last_epochs: BTreeMap::new(), sets_seen: 0, last_index: 0 }
     }
@@ -51,17 +51,17 @@ impl Witness {
     fn look(&mut self) {
         for subscriber in &self.subscribers {
             let Some(sample) = subscriber.take().unwrap() else { continue };
-            let topic = subscriber.topic();
+            let topic = sample.topic();
             let epoch = sample.header().epoch;
             let last = self.last_epochs.insert(topic, epoch).unwrap_or(0);
             assert!(last <= epoch, "epochs of {topic} fall from {last} to {epoch}");
             // Opening computes the hash of the content again.
             match topic {
-                Topic::Phase => drop(Phase::open(sample.bytes()).unwrap()),
-                Topic::Grids => drop(Grids::open(sample.bytes()).unwrap()),
+                TopicName::Phase => drop(Phase::open(sample.bytes()).unwrap()),
+                TopicName::Grids => drop(Grids::open(sample.bytes()).unwrap()),
                 _ => drop(Grid::open(sample.bytes()).unwrap()),
             }
-            self.set.see(Stamp::now(), topic, sample).unwrap();
+            self.set.see(Stamp::now(), sample).unwrap();
         }
         let (Some(phase), Some(index)) = (self.set.phase(), self.set.index()) else { return };
         if index.header().content_hash == self.last_index {
@@ -298,7 +298,7 @@ fn full_shared_memory_is_told_and_the_last_map_stays() {
     let domain = Domain::shared(&live.prefix, live.root.path()).unwrap();
     let (bus, mut waiter) = Bus::join(&domain, Daemon::Groundplan).unwrap();
     let heartbeats = bus.status_reader().unwrap();
-    let indices = bus.subscriber(Topic::Grids).unwrap();
+    let indices = bus.subscriber(topics::Grids).unwrap();
     let begun = Instant::now();
     while indices.take().unwrap().is_none() {
         assert!(begun.elapsed() < DEADLINE);

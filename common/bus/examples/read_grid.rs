@@ -6,8 +6,7 @@
 //! cargo run --example read_grid -- 0 ROOT PREFIX  # another one, as [bus] of its site.toml has it
 //! ```
 
-use bus::{Bus, Daemon, Domain, GridSlot, Topic};
-use messages::Grid;
+use bus::{Bus, Daemon, Domain, GridSlot, topics};
 use std::error::Error;
 use std::io::Write;
 use std::time::Duration;
@@ -23,11 +22,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Programs beside the daemons join as clients, of which there may be several.
     let (bus, mut waiter) = Bus::join(&Domain::shared(prefix, root)?, Daemon::Groundplan)?;
-    let grids = bus.subscriber(Topic::Grid(slot))?;
+    let grids = bus.subscriber(topics::Grid(slot))?;
     loop {
-        // The memory stays as it is while the sample is held; opening the view validates it.
+        // The memory stays as it is while the sample is held; its content is validated once.
         if let Some(sample) = grids.take()? {
-            let (epoch, grid) = (sample.header().epoch, Grid::open(sample.bytes())?);
+            let epoch = sample.header().epoch;
+            let sample = sample.check()?;
+            let grid = sample.view();
             let n_free = grid.planning.iter().filter(|&&occupancy| occupancy == 0).count();
             let free_m2 = n_free as f64 * grid.spec().resolution_m().powi(2);
             let n_keepout = grid.keepout.iter().filter(|&&value| value == 100).count();

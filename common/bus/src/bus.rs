@@ -4,9 +4,10 @@ use crate::command::{CommandClient, CommandServer};
 use crate::domain::Domain;
 use crate::error::{DomainError, PortError};
 use crate::ipc;
-use crate::latched::{Publisher, Subscriber};
-use crate::names::{Daemon, Topic};
+use crate::latched::{Publisher, RawSubscriber, Subscriber};
+use crate::names::{Daemon, TopicName};
 use crate::status::{StatusReader, StatusWriter};
+use crate::topics::Topic;
 use crate::waiter::Waiter;
 use std::sync::Arc;
 
@@ -43,11 +44,12 @@ impl Bus {
     ///
     /// # Errors
     /// The topic is another daemon's, or its publisher lives already.
-    pub fn publisher(&self, topic: Topic, length: usize) -> Result<Publisher, PortError> {
-        if topic.producer() != self.daemon {
-            return Err(PortError::NotTheProducer { daemon: self.daemon, topic });
+    pub fn publisher<T: Topic>(&self, topic: T, length: usize) -> Result<Publisher<T>, PortError> {
+        let name = topic.name();
+        if name.producer() != self.daemon {
+            return Err(PortError::NotTheProducer { daemon: self.daemon, topic: name });
         }
-        let port = ipc::TopicWriter::open(&self.member, topic, length)?;
+        let port = ipc::TopicWriter::open(&self.member, name, length)?;
         Ok(Publisher::new(topic, port))
     }
 
@@ -55,9 +57,16 @@ impl Bus {
     ///
     /// # Errors
     /// Too many subscribers, no room in shared memory.
-    pub fn subscriber(&self, topic: Topic) -> Result<Subscriber, PortError> {
-        let port = ipc::TopicReader::open(&self.member, topic)?;
-        Ok(Subscriber::new(topic, port))
+    pub fn subscriber<T: Topic>(&self, topic: T) -> Result<Subscriber<T>, PortError> {
+        Ok(Subscriber::new(topic, self.raw_subscriber(topic.name())?))
+    }
+
+    /// The receiving end of a topic that is known by name only.
+    ///
+    /// # Errors
+    /// As [`Bus::subscriber`].
+    pub fn raw_subscriber(&self, topic: TopicName) -> Result<RawSubscriber, PortError> {
+        Ok(RawSubscriber::new(topic, ipc::TopicReader::open(&self.member, topic)?))
     }
 
     /// The sending end of the status stream.

@@ -2,8 +2,8 @@
 //!
 //! Samples of different topics arrive in any order. Logic over what was seen: no bus, no clock of its own.
 
-use crate::latched::Sample;
-use crate::names::{Daemon, GridSlot, Topic};
+use crate::latched::RawSample;
+use crate::names::{Daemon, GridSlot, TopicName};
 use crate::stamp::Stamp;
 use messages::{ArchiveError, GridSlotRecord, Grids, GridsHead, Phase, PhaseHead, Plan, PlanHead};
 use std::time::Duration;
@@ -117,7 +117,7 @@ impl<F, T> Held<F, T> {
 
 /// Holds the last set of phase, index and grids that match, while newer samples arrive one by one.
 ///
-/// `T` is what stands for a sample: [`crate::Sample`] for a consumer, anything in a test. At most two samples of a topic
+/// `T` is what stands for a sample: [`RawSample`] for a consumer, anything in a test. At most two samples of a topic
 /// are held. A set that is complete stays until the next one is.
 #[derive(Debug)]
 pub struct ConsistentSet<T> {
@@ -266,29 +266,29 @@ fn is_of<T>(plan: &PlanSeen, phase: &Option<Seen<PhaseSeen, T>>, index: &Option<
     (plan.site, plan.phase, plan.grids) == (phase.facts.site, phase.facts.hash, index.facts.hash)
 }
 
-impl ConsistentSet<Sample> {
+impl ConsistentSet<RawSample> {
     /// A sample of a topic has come; one of a topic that has no part in the set is dropped.
     ///
     /// # Errors
     /// A damaged archive: the set stays as it is. Grids are not looked into, their views do that.
-    pub fn see(&mut self, now: Stamp, topic: Topic, sample: Sample) -> Result<(), ArchiveError> {
+    pub fn see(&mut self, now: Stamp, sample: RawSample) -> Result<(), ArchiveError> {
         let header = *sample.header();
-        match topic {
-            Topic::Phase => {
+        match sample.topic() {
+            TopicName::Phase => {
                 let head = *Phase::open(sample.bytes())?.head;
                 self.see_phase(now, header.content_hash, &head, sample);
             }
-            Topic::Grids => {
+            TopicName::Grids => {
                 let grids = Grids::open(sample.bytes())?;
                 let (head, slots) = (*grids.head, grids.slots.to_vec());
                 self.see_grids(header.content_hash, &head, &slots, sample);
             }
-            Topic::Grid(slot) => self.see_grid(slot, header.content_hash, sample),
-            Topic::Plan => {
+            TopicName::Grid(slot) => self.see_grid(slot, header.content_hash, sample),
+            TopicName::Plan => {
                 let head = *Plan::open(sample.bytes())?.head;
                 self.see_plan(header.inputs.grids, &head, sample);
             }
-            Topic::Site | Topic::SlamMap | Topic::Alignment | Topic::Deviations => {}
+            TopicName::Site | TopicName::SlamMap | TopicName::Alignment | TopicName::Deviations => {}
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! What can go wrong on the bus, one enum per operation.
 
-use crate::names::{Daemon, Topic};
+use crate::names::{Daemon, TopicName};
 use messages::{ArchiveError, LAYOUT_VERSION, SampleError};
 use std::path::PathBuf;
 
@@ -90,7 +90,7 @@ pub enum PortError {
         /// Who asked.
         daemon: Daemon,
         /// For what.
-        topic: Topic,
+        topic: TopicName,
     },
     /// Another process has this end.
     #[error("`{what}` is taken by another process")]
@@ -143,13 +143,13 @@ pub enum PublishError {
     #[error("the publisher of `{topic}` has given out its only loan")]
     LoanedOut {
         /// Of which topic.
-        topic: Topic,
+        topic: TopicName,
     },
     /// What was written is not an archive of the topic.
     #[error("what was written for `{topic}` cannot be published")]
     Archive {
         /// Of which topic.
-        topic: Topic,
+        topic: TopicName,
         /// Why.
         source: ArchiveError,
     },
@@ -157,7 +157,7 @@ pub enum PublishError {
     #[error("epoch {epoch} of `{topic}` comes after epoch {last}")]
     EpochFell {
         /// Of which topic.
-        topic: Topic,
+        topic: TopicName,
         /// As given.
         epoch: u64,
         /// As published before.
@@ -167,7 +167,7 @@ pub enum PublishError {
     #[error("a sample of `{topic}` cannot be sent: {reason}")]
     Refused {
         /// Of which topic.
-        topic: Topic,
+        topic: TopicName,
         /// Its word for it.
         reason: String,
     },
@@ -180,7 +180,7 @@ pub enum ReceiveError {
     #[error("a sample of `{topic}` cannot be read")]
     Sample {
         /// Of which topic.
-        topic: Topic,
+        topic: TopicName,
         /// Why.
         source: SampleError,
     },
@@ -188,7 +188,7 @@ pub enum ReceiveError {
     #[error("epoch {epoch} of `{topic}` came after epoch {last}")]
     EpochFell {
         /// Of which topic.
-        topic: Topic,
+        topic: TopicName,
         /// As received.
         epoch: u64,
         /// As received before.
@@ -198,7 +198,7 @@ pub enum ReceiveError {
     #[error("{held} samples of `{topic}` are held, one must be dropped first")]
     TooManyHeld {
         /// Of which topic.
-        topic: Topic,
+        topic: TopicName,
         /// How many.
         held: usize,
     },

@@ -3,10 +3,12 @@
 use crate::error::{PublishError, ReceiveError};
 use crate::ipc;
 use crate::limits::{MAX_HELD, MAX_SAMPLE_BYTES};
-use crate::names::Topic;
+use crate::names::TopicName;
 use crate::stamp::Stamp;
-use messages::{InputHashes, Preamble, SampleHeader};
+use crate::topics::Topic;
+use messages::{ArchiveError, ArchiveWriter, Checked, InputHashes, Payload, Preamble, SampleHeader};
 use std::fmt;
+use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -25,19 +27,19 @@ pub struct Origin {
 ///
 /// The last sample stays available to newcomers until the publisher is dropped, while its process waits on the bus's
 /// [`crate::Waiter`], which serves them.
-pub struct Publisher {
-    topic: Topic,
+pub struct Publisher<T> {
+    topic: T,
     port: Arc<ipc::TopicWriter>,
     last_epoch: AtomicU64,
 }
 
-impl Publisher {
-    pub(crate) fn new(topic: Topic, port: Arc<ipc::TopicWriter>) -> Self {
+impl<T: Topic> Publisher<T> {
+    pub(crate) fn new(topic: T, port: Arc<ipc::TopicWriter>) -> Self {
         Self { topic, port, last_epoch: AtomicU64::new(0) }
     }
 
     /// The topic.
-    pub fn topic(&self) -> Topic {
+    pub fn topic(&self) -> T {
         self.topic
     }
 
@@ -48,7 +50,7 @@ impl Publisher {
     ///
     /// # Errors
     /// No room in shared memory, a loan that is still out, more than [`MAX_SAMPLE_BYTES`]. The last sample stays.
-    pub fn loan(&self, length: usize) -> Result<Loan<'_>, PublishError> {
+    pub fn loan(&self, length: usize) -> Result<Loan<'_, T>, PublishError> {
         if length > MAX_SAMPLE_BYTES {
             return Err(PublishError::TooLarge { length, max: MAX_SAMPLE_BYTES });
         }
@@ -56,25 +58,48 @@ impl Publisher {
         Ok(Loan { publisher: self, length, memory })
     }
 
+    /// Publishes an archive that is written into the loan.
+    ///
+    /// # Errors
+    /// As [`Publisher::loan`] and [`Loan::publish`].
+    pub fn publish(
+        &self,
+        archive: &impl ArchiveWriter<Payload = T::Payload>,
+        origin: Origin,
+    ) -> Result<Sent, PublishError> {
+        let mut loan = self.loan(archive.length())?;
+        archive.write(loan.bytes_mut());
+        loan.publish(origin)
+    }
+
     /// Publishes a copy of an archive that is in the heap or in a file.
     ///
     /// # Errors
     /// As [`Publisher::loan`] and [`Loan::publish`].
-    pub fn publish_copy(&self, archive: &[u8], origin: Origin) -> Result<usize, PublishError> {
+    pub fn publish_copy(&self, archive: &[u8], origin: Origin) -> Result<Sent, PublishError> {
         let mut loan = self.loan(archive.len())?;
         loan.bytes_mut().copy_from_slice(archive);
         loan.publish(origin)
     }
 }
 
+/// What was published.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sent {
+    /// Hash of the archive's content.
+    pub content_hash: u64,
+    /// Subscribers that it went to.
+    pub n_subscribers: usize,
+}
+
 /// Memory of a sample to be; dropping it gives it back.
-pub struct Loan<'a> {
-    publisher: &'a Publisher,
+pub struct Loan<'a, T> {
+    publisher: &'a Publisher<T>,
     length: usize,
     memory: ipc::Memory,
 }
 
-impl Loan<'_> {
+impl<T: Topic> Loan<'_, T> {
     /// The memory.
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut self.memory.bytes_mut()[..self.length]
@@ -84,14 +109,15 @@ impl Loan<'_> {
         &self.memory.bytes()[..self.length]
     }
 
-    /// Publishes the archive that was written; the number of subscribers that it went to.
+    /// Publishes the archive that was written.
     ///
     /// # Errors
     /// Bytes that do not begin as an archive of the topic, an epoch below the last one. The last sample stays.
-    pub fn publish(self, origin: Origin) -> Result<usize, PublishError> {
+    pub fn publish(self, origin: Origin) -> Result<Sent, PublishError> {
         let Publisher { topic, last_epoch, port } = self.publisher;
-        let (topic, kind) = (*topic, topic.kind());
-        let preamble = Preamble::of(self.bytes(), kind).map_err(|source| PublishError::Archive { topic, source })?;
+        let (topic, kind) = (topic.name(), T::Payload::KIND);
+        let preamble = Preamble::of(self.bytes(), kind);
+        let preamble = *preamble.map_err(|source| PublishError::Archive { topic, source })?;
         let header = SampleHeader {
             epoch: origin.epoch,
             stamp_ns: Stamp::now().0,
@@ -105,27 +131,27 @@ impl Loan<'_> {
         if origin.epoch < last {
             return Err(PublishError::EpochFell { topic, epoch: origin.epoch, last });
         }
-        let sent = port.send(self.memory, header)?;
+        let n_subscribers = port.send(self.memory, header)?;
         last_epoch.store(origin.epoch, Ordering::Release);
-        Ok(sent)
+        Ok(Sent { content_hash: preamble.content_hash, n_subscribers })
     }
 }
 
-/// The receiving end of a topic.
-pub struct Subscriber {
-    topic: Topic,
+/// The receiving end of a topic that is known by name only: for tools.
+pub struct RawSubscriber {
+    topic: TopicName,
     port: ipc::TopicReader,
     last_epoch: Mutex<u64>,
     held: Arc<AtomicUsize>,
 }
 
-impl Subscriber {
-    pub(crate) fn new(topic: Topic, port: ipc::TopicReader) -> Self {
+impl RawSubscriber {
+    pub(crate) fn new(topic: TopicName, port: ipc::TopicReader) -> Self {
         Self { topic, port, last_epoch: Mutex::new(0), held: Arc::default() }
     }
 
     /// The topic.
-    pub fn topic(&self) -> Topic {
+    pub fn topic(&self) -> TopicName {
         self.topic
     }
 
@@ -136,7 +162,7 @@ impl Subscriber {
     /// # Errors
     /// A sample of another layout or topic, an epoch below the last one, [`MAX_HELD`] samples in hand. The sample is
     /// left out; what was taken before stays valid.
-    pub fn take(&self) -> Result<Option<Sample>, ReceiveError> {
+    pub fn take(&self) -> Result<Option<RawSample>, ReceiveError> {
         let held = self.held.load(Ordering::Acquire);
         if held >= MAX_HELD {
             return Err(ReceiveError::TooManyHeld { topic: self.topic, held });
@@ -159,43 +185,120 @@ impl Subscriber {
         }
         *last_epoch = header.epoch;
         self.held.fetch_add(1, Ordering::AcqRel);
-        Ok(Some(Sample { memory, held: Arc::clone(&self.held) }))
+        Ok(Some(RawSample { topic: self.topic, memory, held: Arc::clone(&self.held) }))
     }
 }
 
 /// A sample, read in place: its memory stays as it is while this is held, whatever happens to its publisher.
-pub struct Sample {
+pub struct RawSample {
+    topic: TopicName,
     memory: ipc::TopicSample,
     held: Arc<AtomicUsize>,
 }
 
-impl Sample {
+impl RawSample {
+    /// Its topic.
+    pub fn topic(&self) -> TopicName {
+        self.topic
+    }
+
+    /// The sample as one of this topic; `None` if it is of another.
+    pub fn of<T: Topic>(self, topic: T) -> Option<Sample<T>> {
+        (self.topic == topic.name()).then_some(Sample { raw: self, topic: PhantomData })
+    }
+
     /// Its header.
     pub fn header(&self) -> &SampleHeader {
         self.memory.header()
     }
 
-    /// The archive, at a multiple of 64. Its view validates it: `Site::open(sample.bytes())`.
+    /// The archive, at a multiple of 64. Not validated yet.
     pub fn bytes(&self) -> &[u8] {
         // The length was checked when the sample was taken.
         &self.memory.bytes()[..self.header().payload_length as usize]
     }
 }
 
-impl AsRef<[u8]> for Sample {
+impl AsRef<[u8]> for RawSample {
     fn as_ref(&self) -> &[u8] {
         self.bytes()
     }
 }
 
-impl Drop for Sample {
+impl Drop for RawSample {
     fn drop(&mut self) {
         self.held.fetch_sub(1, Ordering::AcqRel);
     }
 }
 
-impl fmt::Debug for Sample {
+impl fmt::Debug for RawSample {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Sample").field("header", self.header()).finish_non_exhaustive()
+        f.debug_struct("RawSample").field("header", self.header()).finish_non_exhaustive()
+    }
+}
+
+/// The receiving end of a topic.
+pub struct Subscriber<T> {
+    raw: RawSubscriber,
+    topic: T,
+}
+
+impl<T: Topic> Subscriber<T> {
+    pub(crate) fn new(topic: T, raw: RawSubscriber) -> Self {
+        Self { raw, topic }
+    }
+
+    /// The topic.
+    pub fn topic(&self) -> T {
+        self.topic
+    }
+
+    /// The newest sample that was not taken yet, see [`RawSubscriber::take`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn take(&self) -> Result<Option<Sample<T>>, ReceiveError> {
+        Ok(self.raw.take()?.and_then(|raw| raw.of(self.topic)))
+    }
+}
+
+/// A sample of a topic, read in place. It was received, and not validated yet.
+pub struct Sample<T> {
+    raw: RawSample,
+    topic: PhantomData<fn() -> T>,
+}
+
+/// A sample whose archive was validated once.
+pub type CheckedSample<T> = Checked<<T as Topic>::Payload, Sample<T>>;
+
+impl<T: Topic> Sample<T> {
+    /// Validates the archive, which hashes it: on a worker's thread, and once.
+    ///
+    /// # Errors
+    /// Bytes that are no whole archive of the topic.
+    pub fn check(self) -> Result<CheckedSample<T>, ArchiveError> {
+        Checked::new(self)
+    }
+
+    /// Its header.
+    pub fn header(&self) -> &SampleHeader {
+        self.raw.header()
+    }
+
+    /// The archive, at a multiple of 64.
+    pub fn bytes(&self) -> &[u8] {
+        self.raw.bytes()
+    }
+}
+
+impl<T: Topic> AsRef<[u8]> for Sample<T> {
+    fn as_ref(&self) -> &[u8] {
+        self.bytes()
+    }
+}
+
+impl<T> fmt::Debug for Sample<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.raw.fmt(f)
     }
 }

@@ -16,8 +16,8 @@
 //! ```
 //!
 //! ```
-//! use bus::{Bus, Daemon, Domain, Keeper, Origin, Topic};
-//! use messages::{InputHashes, Phase, PhaseBuilder};
+//! use bus::{Bus, Daemon, Domain, Keeper, Origin, topics};
+//! use messages::{InputHashes, PhaseBuilder};
 //! use std::time::Duration;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let root = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm")?;
@@ -26,16 +26,15 @@
 //! let _keeper = Keeper::start(&domain)?;
 //!
 //! let (producer, mut waiter) = Bus::join(&domain, Daemon::ScheduleEval)?;
-//! let phases = producer.publisher(Topic::Phase, 4096)?;
-//! let archive = PhaseBuilder::everything_built(7, 3, 1).finish();
-//! phases.publish_copy(archive.bytes(), Origin { epoch: 1, frame_epoch: 0, inputs: InputHashes::default() })?;
+//! let phases = producer.publisher(topics::Phase, 4096)?;
+//! phases.publish(&PhaseBuilder::everything_built(7, 3, 1), Origin { epoch: 1, frame_epoch: 0, inputs: InputHashes::default() })?;
 //!
 //! let (consumer, _waiter) = Bus::join(&domain, Daemon::Rasterize)?;
-//! let late = consumer.subscriber(Topic::Phase)?;
+//! let late = consumer.subscriber(topics::Phase)?;
 //! // The producer's waiter gives newcomers the last sample.
 //! waiter.wait(Duration::from_secs(1))?;
 //! let sample = late.take()?.expect("the last sample is there");
-//! assert_eq!(Phase::open(sample.bytes())?.n_elements(), 3);
+//! assert_eq!(sample.check()?.view().n_elements(), 3);
 //! # Ok(())
 //! # }
 //! ```
@@ -56,6 +55,7 @@ mod reply_kind;
 mod signal;
 mod stamp;
 mod status;
+pub mod topics;
 mod waiter;
 
 pub use bus::Bus;
@@ -64,9 +64,10 @@ pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEA
 pub use domain::Domain;
 pub use error::{CommandError, DomainError, PortError, PublishError, ReceiveError, WaitError};
 pub use keeper::Keeper;
-pub use latched::{Loan, Origin, Publisher, Sample, Subscriber};
+pub use latched::{CheckedSample, Loan, Origin, Publisher, RawSample, RawSubscriber, Sample, Sent, Subscriber};
 pub use limits::{MAX_COMMAND_BYTES, MAX_HELD, MAX_OPEN, MAX_SAMPLE_BYTES};
-pub use names::{Daemon, GridSlot, Topic};
+pub use names::{Daemon, GridSlot, TopicName};
 pub use stamp::Stamp;
 pub use status::{StatusReader, StatusWriter};
+pub use topics::Topic;
 pub use waiter::{Nudger, Stopper, Waiter, Wake};

@@ -88,9 +88,9 @@ impl GridSlot {
     }
 }
 
-/// A latched topic: who comes late gets the last sample.
+/// The name of a latched topic: for tools, logs and the keeper; [`crate::Topic`] is its type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Topic {
+pub enum TopicName {
     /// Geometry and facts of the site.
     Site,
     /// States at a plan time.
@@ -109,7 +109,7 @@ pub enum Topic {
     Deviations,
 }
 
-impl Topic {
+impl TopicName {
     /// All topics, the slots of the grids included.
     pub fn all() -> impl Iterator<Item = Self> {
         [Self::Site, Self::Phase, Self::Grids, Self::Plan, Self::SlamMap, Self::Alignment, Self::Deviations]
@@ -144,7 +144,7 @@ impl Topic {
     }
 }
 
-impl fmt::Display for Topic {
+impl fmt::Display for TopicName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Site => f.write_str("site"),
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn every_topic_has_a_name_of_its_own() {
-        let names: BTreeSet<String> = Topic::all().map(|t| t.to_string()).collect();
+        let names: BTreeSet<String> = TopicName::all().map(|t| t.to_string()).collect();
         assert_eq!(names.len(), 7 + GridSlot::COUNT);
         assert!(names.contains("grid/00") && names.contains("grid/63") && !names.contains("grid/64"));
     }

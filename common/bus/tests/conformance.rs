@@ -6,7 +6,7 @@ mod common;
 
 use bus::{
     Bus, CommandError, ConsistentSet, Daemon, Domain, DomainError, Keeper, MAX_HELD, MAX_OPEN, PortError, PublishError,
-    ReceiveError, Reply, Stamp, Topic, Verdict,
+    ReceiveError, Reply, Stamp, TopicName, Verdict, topics,
 };
 use common::{Attended, DEADLINE, Fixture, grid, origin, phase, publish, sample_of, until};
 use messages::{ArchiveBuffer, GridsBuilder, GridsHead, Phase, PhaseBuilder, RobotProfile, Stage, StatusRecord};
@@ -21,11 +21,11 @@ fn a_late_joiner_gets_the_last_sample() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
     publish(&publisher, 1, 10);
     publish(&publisher, 2, 20);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let late = bus.subscriber(Topic::Phase).unwrap();
+    let late = bus.subscriber(topics::Phase).unwrap();
     let sample = sample_of(&mut waiter, &late, 2);
     assert_eq!(sample.bytes(), phase(20).bytes());
     assert_eq!(sample.bytes().as_ptr() as usize % 64, 0);
@@ -40,15 +40,15 @@ fn many_late_joiners_of_many_topics_get_their_samples() {
     let producer = Attended::join(domain, Daemon::SlamAlign);
     for daemon in [Daemon::IfcIngest, Daemon::Robot, Daemon::Groundplan] {
         let (bus, mut waiter) = Bus::join(domain, daemon).unwrap();
-        let (early, other) = (bus.subscriber(Topic::Phase).unwrap(), bus.subscriber(Topic::Phase).unwrap());
+        let (early, other) = (bus.subscriber(topics::Phase).unwrap(), bus.subscriber(topics::Phase).unwrap());
         let eval = Attended::join(domain, Daemon::ScheduleEval);
-        let publisher = eval.bus.publisher(Topic::Phase, 64).unwrap();
+        let publisher = eval.bus.publisher(topics::Phase, 64).unwrap();
         publish(&publisher, 1, 10);
-        let late = producer.bus.subscriber(Topic::Phase).unwrap();
+        let late = producer.bus.subscriber(topics::Phase).unwrap();
         for subscriber in [&early, &other] {
             sample_of(&mut waiter, subscriber, 1);
         }
-        let last = bus.subscriber(Topic::Phase).unwrap();
+        let last = bus.subscriber(topics::Phase).unwrap();
         sample_of(&mut waiter, &last, 1);
         drop((late, publisher));
     }
@@ -59,9 +59,9 @@ fn samples_in_between_are_left_out() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::Phase).unwrap();
     for epoch in 1..=50 {
         publish(&publisher, epoch, 10);
     }
@@ -74,9 +74,9 @@ fn a_held_sample_stays_as_it_is() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(Topic::Phase, 4096).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 4096).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::Phase).unwrap();
     publish(&publisher, 1, 1000);
     let held = sample_of(&mut waiter, &subscriber, 1);
     for epoch in 2..=20 {
@@ -93,9 +93,9 @@ fn a_larger_loan_than_before_is_possible_and_latched() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::Phase).unwrap();
     let mut held = None;
     for (epoch, n) in [(1, 100), (2, 10_000), (3, 1_000_000), (4, 5_000_000)] {
         publish(&publisher, epoch, n);
@@ -104,7 +104,7 @@ fn a_larger_loan_than_before_is_possible_and_latched() {
         held.get_or_insert(sample);
     }
     assert_eq!(held.unwrap().bytes(), phase(100).bytes());
-    let late = bus.subscriber(Topic::Phase).unwrap();
+    let late = bus.subscriber(topics::Phase).unwrap();
     let sample = sample_of(&mut waiter, &late, 4);
     assert!(sample.bytes() == phase(5_000_000).bytes(), "what was latched has grown too");
 }
@@ -114,14 +114,14 @@ fn the_header_says_where_a_sample_comes_from() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
     let archive = phase(33);
     // More is lent than is used: the sample has the archive's length.
     let mut loan = publisher.loan(archive.bytes().len() + 100).unwrap();
     loan.bytes_mut()[..archive.bytes().len()].copy_from_slice(archive.bytes());
     loan.publish(origin(9)).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let sample = sample_of(&mut waiter, &bus.subscriber(Topic::Phase).unwrap(), 9);
+    let sample = sample_of(&mut waiter, &bus.subscriber(topics::Phase).unwrap(), 9);
     let header = sample.header();
     assert_eq!(header.content_hash, Phase::open(archive.bytes()).unwrap().content_hash());
     assert_eq!((header.payload_length, sample.bytes().len()), (archive.bytes().len() as u64, archive.bytes().len()));
@@ -134,7 +134,7 @@ fn a_topic_has_one_producer_and_one_publisher() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let (bus, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    assert!(matches!(bus.publisher(Topic::Phase, 64), Err(PortError::NotTheProducer { .. })));
+    assert!(matches!(bus.publisher(topics::Phase, 64), Err(PortError::NotTheProducer { .. })));
     let first = bus.publisher(grid(63), 64).unwrap();
     let (other, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     assert!(matches!(other.publisher(grid(63), 64), Err(PortError::Taken { .. })));
@@ -150,7 +150,7 @@ fn what_is_no_archive_of_the_topic_is_not_published() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::Rasterize);
-    let publisher = producer.bus.publisher(Topic::Grids, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Grids, 64).unwrap();
     for bytes in [phase(10), ArchiveBuffer::zeroed(640), ArchiveBuffer::zeroed(0)] {
         let refused = publisher.publish_copy(bytes.bytes(), origin(1));
         assert!(matches!(refused, Err(PublishError::Archive { .. })), "{refused:?}");
@@ -164,16 +164,16 @@ fn epochs_never_fall() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::Phase).unwrap();
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
     publish(&publisher, 7, 10);
     let refused = publisher.publish_copy(phase(10).bytes(), origin(6));
     assert!(matches!(refused, Err(PublishError::EpochFell { epoch: 6, last: 7, .. })), "{refused:?}");
     sample_of(&mut waiter, &subscriber, 7);
     // A producer that lost its count is refused by who has seen more.
     drop(publisher);
-    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
     publish(&publisher, 3, 10);
     let error = until(&mut waiter, "the refusal", || subscriber.take().err());
     assert!(matches!(error, ReceiveError::EpochFell { epoch: 3, last: 7, .. }), "{error:?}");
@@ -186,7 +186,7 @@ fn there_is_one_loan_at_a_time() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
     publish(&publisher, 1, 10);
     let loan = publisher.loan(100).unwrap();
     assert!(matches!(publisher.loan(100).map(|_| ()), Err(PublishError::LoanedOut { .. })));
@@ -196,7 +196,7 @@ fn there_is_one_loan_at_a_time() {
     assert!(loan.publish(origin(2)).is_err());
     // What was not published changed nothing.
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    sample_of(&mut waiter, &bus.subscriber(Topic::Phase).unwrap(), 1);
+    sample_of(&mut waiter, &bus.subscriber(topics::Phase).unwrap(), 1);
     publish(&publisher, 2, 10);
 }
 
@@ -205,9 +205,9 @@ fn a_subscriber_may_hold_a_few_samples() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::Phase).unwrap();
     let mut held = Vec::new();
     for epoch in 1..=MAX_HELD as u64 {
         publish(&publisher, epoch, epoch as usize);
@@ -225,15 +225,15 @@ fn a_publisher_that_comes_again_goes_on() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(Topic::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::Phase).unwrap();
     let mut held = None;
     for epoch in [4, 4, 5] {
         let producer = Attended::join(domain, Daemon::ScheduleEval);
-        let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+        let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
         publish(&publisher, epoch, epoch as usize);
         held = Some(sample_of(&mut waiter, &subscriber, epoch));
     }
-    let late = bus.subscriber(Topic::Phase).unwrap();
+    let late = bus.subscriber(topics::Phase).unwrap();
     assert!(late.take().unwrap().is_none(), "the last sample goes with its publisher");
     assert_eq!(held.unwrap().bytes(), phase(5).bytes());
 }
@@ -387,7 +387,7 @@ fn waiting_ends_for_a_stop_a_nudge_and_the_time() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let _subscriber = bus.subscriber(Topic::Site).unwrap();
+    let _subscriber = bus.subscriber(topics::Site).unwrap();
     while !waiter.wait(Duration::from_millis(1)).unwrap().timed_out() {}
     let nudger = waiter.nudger();
     let thread = std::thread::spawn(move || nudger.nudge());
@@ -442,7 +442,7 @@ fn a_worker_publishes_while_the_loop_waits() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(Topic::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
     let worker = std::thread::spawn(move || {
         for epoch in 1..=200 {
             publish(&publisher, epoch, 50);
@@ -451,7 +451,7 @@ fn a_worker_publishes_while_the_loop_waits() {
     });
     // Newcomers are served by the loop at the same time.
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscribers: Vec<_> = (0..8).map(|_| bus.subscriber(Topic::Phase).unwrap()).collect();
+    let subscribers: Vec<_> = (0..8).map(|_| bus.subscriber(topics::Phase).unwrap()).collect();
     for subscriber in &subscribers {
         sample_of(&mut waiter, subscriber, 200);
     }
@@ -463,9 +463,9 @@ fn a_consumer_uses_what_belongs_together() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let eval = Attended::join(domain, Daemon::ScheduleEval);
-    let phases = eval.bus.publisher(Topic::Phase, 64).unwrap();
+    let phases = eval.bus.publisher(topics::Phase, 64).unwrap();
     let rasterize = Attended::join(domain, Daemon::Rasterize);
-    let grids = rasterize.bus.publisher(Topic::Grids, 64).unwrap();
+    let grids = rasterize.bus.publisher(topics::Grids, 64).unwrap();
     let index_of = |phase: u64| {
         let head = GridsHead { site_hash: 3, phase_hash: phase, plan_time_s: 0, robot: RobotProfile::DEFAULT };
         GridsBuilder { head, slots: &[], robot_name: "default", doors: &[], regions: &[] }.finish()
@@ -476,14 +476,14 @@ fn a_consumer_uses_what_belongs_together() {
     grids.publish_copy(index_of(hash(0)).bytes(), origin(1)).unwrap();
 
     let (bus, mut waiter) = Bus::join(domain, Daemon::Robot).unwrap();
-    let topics = [Topic::Phase, Topic::Grids].map(|t| bus.subscriber(t).unwrap());
+    let topics = [TopicName::Phase, TopicName::Grids].map(|t| bus.raw_subscriber(t).unwrap());
     let heartbeats = bus.status_reader().unwrap();
     let mut set = ConsistentSet::new(Stamp(0));
     let mut wait_for = |verdict, plan_time_s| {
         until(&mut waiter, "the verdict", || {
             for topic in &topics {
                 while let Some(sample) = topic.take().unwrap() {
-                    set.see(Stamp(1), topic.topic(), sample).unwrap();
+                    set.see(Stamp(1), sample).unwrap();
                 }
             }
             while let Some(daemon) = heartbeats.take().unwrap().and_then(|h| Daemon::from_id(h.daemon)) {
@@ -505,7 +505,20 @@ fn a_consumer_uses_what_belongs_together() {
 fn ends_and_samples_go_to_other_threads() {
     fn is_send<T: Send>() {}
     fn is_shared<T: Send + Sync>() {}
-    is_shared::<(Bus, bus::Publisher, bus::Subscriber, bus::StatusWriter, bus::Nudger, bus::Stopper)>();
-    is_send::<(Keeper, bus::Sample, bus::Waiter, bus::Loan<'static>, ConsistentSet<bus::Sample>)>();
+    is_shared::<(
+        Bus,
+        bus::Publisher<topics::Phase>,
+        bus::Subscriber<topics::Phase>,
+        bus::StatusWriter,
+        bus::Nudger,
+        bus::Stopper,
+    )>();
+    is_send::<(
+        Keeper,
+        bus::Sample<topics::Phase>,
+        bus::Waiter,
+        bus::Loan<'static, topics::Phase>,
+        ConsistentSet<bus::RawSample>,
+    )>();
     is_send::<(bus::CommandServer, bus::Command, bus::CommandClient, bus::OpenCommand, bus::StatusReader)>();
 }

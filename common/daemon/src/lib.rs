@@ -28,6 +28,8 @@
 mod ask;
 mod config;
 mod config_file;
+mod input;
+mod latched_output;
 mod life;
 mod log;
 mod request;
@@ -44,6 +46,8 @@ pub use config::{
     SiteConfig, WaypointConfig, WorldConfig,
 };
 pub use config_file::{ConfigFileError, read_parsed};
+pub use input::{Input, NoInput, not_an_input};
+pub use latched_output::LatchedOutput;
 pub use request::{ActualsSource, Answer, Request};
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, chain, in_background, run};

@@ -2,14 +2,15 @@
 //! wakes the service when it asked for it, and joins every new generation of the bus.
 
 use crate::config::SiteConfig;
+use crate::input::Input;
 use crate::log::Log;
 use crate::request::Request;
 use crate::run::chain;
 use crate::service::{Done, Event, Failure, Service, Stages};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::{
-    Bus, Command, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, Nudger, Sample, StatusWriter, Subscriber, Topic,
-    Waiter,
+    Bus, Command, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, Nudger, RawSample, RawSubscriber, StatusWriter,
+    TopicName, Waiter,
 };
 use messages::{ArchiveKind, Stage, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};
@@ -24,14 +25,17 @@ const RETRY: Duration = Duration::from_millis(200);
 /// Requests that wait while the service works; more are refused.
 const MAX_WAITING: usize = 16;
 
-/// What the service is told.
+/// What the service is told. Samples are validated on its thread, because that takes time.
 enum ToService {
     Attach(Bus, Nudger),
-    Event(Event),
+    Sample(RawSample),
+    Request(Request),
+    Configuration(Box<SiteConfig>),
+    Tick,
 }
 
 /// The service's own thread.
-fn work(mut service: impl Service, events: &Receiver<ToService>, results: Sender<Result<Done, Failure>>) {
+fn work<S: Service>(mut service: S, events: &Receiver<ToService>, results: Sender<Result<Done, Failure>>) {
     let mut outbox = Outbox { results: Some(results), nudger: None };
     for event in events {
         let result = match event {
@@ -39,7 +43,10 @@ fn work(mut service: impl Service, events: &Receiver<ToService>, results: Sender
                 outbox.nudger = Some(nudger);
                 service.attach(&bus).and_then(|()| service.handle(Event::Attached))
             }
-            ToService::Event(event) => service.handle(event),
+            ToService::Sample(sample) => S::Input::check(sample).and_then(|input| service.handle(Event::Input(input))),
+            ToService::Request(request) => service.handle(Event::Request(request)),
+            ToService::Configuration(config) => service.handle(Event::Configuration(config)),
+            ToService::Tick => service.handle(Event::Tick),
         };
         if outbox.results.as_ref().is_some_and(|results| results.send(result).is_err()) {
             return;
@@ -64,13 +71,13 @@ impl Drop for Outbox {
 /// A daemon's side of the loop.
 pub(crate) struct Life {
     daemon: Daemon,
-    inputs: &'static [Topic],
+    inputs: &'static [TopicName],
     stages: Stages,
     to_service: Sender<ToService>,
     from_service: Receiver<Result<Done, Failure>>,
     is_busy: bool,
     /// Samples that the service has not seen.
-    newest: BTreeMap<Topic, Sample>,
+    newest: BTreeMap<TopicName, RawSample>,
     waiting: VecDeque<(Command, Request)>,
     /// Whose request the service works on.
     asked: Option<Command>,
@@ -124,7 +131,6 @@ impl Life {
         stages: Stages,
         reload: Reload,
     ) -> Result<Self, Failure> {
-        let inputs = service.inputs();
         let (to_service, events) = channel();
         let (results, from_service) = channel();
         // The service lives on a thread of the pool that its parallel work runs on: handing work to a pool from outside
@@ -134,7 +140,7 @@ impl Life {
         worker.spawn(move || pool.install(move || work(service, &events, results)))?;
         Ok(Self {
             daemon,
-            inputs,
+            inputs: S::Input::TOPICS,
             stages,
             to_service,
             from_service,
@@ -184,8 +190,8 @@ impl Life {
     fn generation(&mut self, bus: &Bus, waiter: &mut Waiter) -> Result<End, Failure> {
         let server = bus.command_server()?;
         let status = bus.status_writer()?;
-        let subscribers: Vec<Subscriber> =
-            self.inputs.iter().map(|topic| bus.subscriber(*topic)).collect::<Result<_, _>>()?;
+        let subscribers: Vec<RawSubscriber> =
+            self.inputs.iter().map(|topic| bus.raw_subscriber(*topic)).collect::<Result<_, _>>()?;
         // The service may still be at work for the generation before.
         while self.is_busy {
             let result = self.from_service.recv()?;
@@ -228,7 +234,7 @@ impl Life {
         }
     }
 
-    fn take_samples(&mut self, subscribers: &[Subscriber]) {
+    fn take_samples(&mut self, subscribers: &[RawSubscriber]) {
         for subscriber in subscribers {
             match subscriber.take() {
                 Ok(Some(sample)) => drop(self.newest.insert(subscriber.topic(), sample)),
@@ -266,17 +272,17 @@ impl Life {
             return Ok(());
         }
         if let Some(config) = self.configuration.take() {
-            return self.send(ToService::Event(Event::Configuration(config)));
+            return self.send(ToService::Configuration(config));
         }
         if let Some((topic, sample)) = self.newest.pop_first() {
             self.epochs[topic.kind() as usize] = sample.header().epoch;
-            return self.send(ToService::Event(Event::Input(topic, sample)));
+            return self.send(ToService::Sample(sample));
         }
         if let Some((command, request)) = self.waiting.pop_front() {
             self.asked = Some(command);
-            return self.send(ToService::Event(Event::Request(request)));
+            return self.send(ToService::Request(request));
         }
-        if is_tick { self.send(ToService::Event(Event::Tick)) } else { Ok(()) }
+        if is_tick { self.send(ToService::Tick) } else { Ok(()) }
     }
 
     fn look_for_configuration(&mut self) {
@@ -376,6 +382,7 @@ fn resident_bytes() -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::NoInput;
     use bus::Keeper;
     use std::sync::Mutex;
 
@@ -387,15 +394,13 @@ mod tests {
     }
 
     impl Service for Diary {
-        fn inputs(&self) -> &'static [Topic] {
-            &[]
-        }
+        type Input = NoInput;
 
         fn attach(&mut self, _bus: &Bus) -> Result<(), Failure> {
             Ok(())
         }
 
-        fn handle(&mut self, event: Event) -> Result<Done, Failure> {
+        fn handle(&mut self, event: Event<NoInput>) -> Result<Done, Failure> {
             let what = match event {
                 Event::Attached => "attached",
                 Event::Tick => "tick",

@@ -1,7 +1,7 @@
 //! What a daemon does.
 
-use crate::{Answer, Request, SiteConfig};
-use bus::{Bus, Sample, Topic};
+use crate::{Answer, Input, Request, SiteConfig};
+use bus::Bus;
 use messages::Stage;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -13,7 +13,7 @@ pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 /// A daemon's work. All calls come from one thread, one after the other.
 pub trait Service: Send {
     /// Topics whose newest samples it gets.
-    fn inputs(&self) -> &'static [Topic];
+    type Input: Input;
 
     /// Opens its ends of the bus, on the start and on every new generation of the bus, and publishes its last output
     /// again.
@@ -26,16 +26,16 @@ pub trait Service: Send {
     ///
     /// # Errors
     /// What it was asked cannot be done. The error goes to the client and into the heartbeat, and the daemon goes on.
-    fn handle(&mut self, event: Event) -> Result<Done, Failure>;
+    fn handle(&mut self, event: Event<Self::Input>) -> Result<Done, Failure>;
 }
 
 /// Something that happened.
 #[derive(Debug)]
-pub enum Event {
+pub enum Event<I> {
     /// It is attached to the bus: time to begin what needs no input.
     Attached,
     /// A sample of one of its inputs; older ones were left out.
-    Input(Topic, Sample),
+    Input(I),
     /// A client asks.
     Request(Request),
     /// A heartbeat has passed in which nothing else happened, or the service asked to be woken.

@@ -1,8 +1,7 @@
 //! An alignment as JSON, as text and as a line, from its archive: the same for files and for the running daemon.
 
 use crate::plan_date::optional_text;
-use bus::Sample;
-use messages::{Alignment, Evidence, NONE, PoseRecord, Verdict};
+use messages::{Alignment, Evidence, NONE, PoseRecord, SampleHeader, Verdict};
 use occupancy::MapFromSlam;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -48,8 +47,8 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
 }
 
 /// What a sample was made from, as `document` takes it.
-pub(crate) fn inputs_of(sample: &Sample) -> Value {
-    let inputs = sample.header().inputs;
+pub(crate) fn inputs_of(header: &SampleHeader) -> Value {
+    let inputs = header.inputs;
     let hash = |hash: u64| format!("{hash:016x}");
     json!({"site_hash": hash(inputs.site), "phase_hash": hash(inputs.phase), "slam_map_hash": hash(inputs.slam_map)})
 }
@@ -117,18 +116,17 @@ pub(crate) struct Brief {
 }
 
 impl Brief {
-    /// Of an archive; `None` if it is none.
-    pub(crate) fn of(epoch: u64, bytes: &[u8]) -> Option<Self> {
-        let alignment = Alignment::open(bytes).ok()?;
+    /// Of an alignment and the epoch of its sample.
+    pub(crate) fn of(epoch: u64, alignment: &Alignment<'_>) -> Self {
         let pose = alignment.pose();
-        Some(Self {
+        Self {
             epoch,
             verdict: alignment.verdict().name(),
             state: alignment.state().name(),
             storey: pose.and_then(storey),
             map_from_slam: pose.map(|pose| Pose::of(pose.map_from_slam)),
             is_waiting: alignment.waiting().is_some(),
-        })
+        }
     }
 
     pub(crate) fn text(&self) -> String {

@@ -5,9 +5,9 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::Outcome;
 use crate::wait::{ask, join};
-use bus::{Daemon, Sample, Topic};
+use bus::{CheckedSample, Daemon, topics};
 use daemon::Request;
-use messages::{Alignment, Verdict};
+use messages::Verdict;
 use std::time::{Duration, Instant};
 
 /// The alignment is there when the answer is, but for the way to this process.
@@ -18,19 +18,19 @@ const LOOK: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// No daemons, no maps of the site yet, a request that is refused.
-pub(crate) fn alignment_after(site: &SiteArgs, request: &Request) -> Result<Sample, Failure> {
+pub(crate) fn alignment_after(site: &SiteArgs, request: &Request) -> Result<CheckedSample<topics::Alignment>, Failure> {
     let (bus, mut waiter) = join(&site.config()?)?;
     let answer = ask(&bus, &mut waiter, Daemon::SlamAlign, request)?;
     if answer.epoch == 0 {
         return Err(Failure::work("there are no maps of the site yet: it is aligned when they are there"));
     }
-    let alignments = bus.subscriber(Topic::Alignment).map_err(Failure::work)?;
+    let alignments = bus.subscriber(topics::Alignment).map_err(Failure::work)?;
     let begun = Instant::now();
     loop {
         if let Some(sample) = alignments.take().map_err(Failure::work)?
             && answer.epoch <= sample.header().epoch
         {
-            return Ok(sample);
+            return sample.check().map_err(Failure::work);
         }
         if begun.elapsed() > PATIENCE {
             return Err(Failure::work("no alignment has come: see groundplan status"));
@@ -40,10 +40,14 @@ pub(crate) fn alignment_after(site: &SiteArgs, request: &Request) -> Result<Samp
 }
 
 /// The alignment as it is printed; all is well if the pose is accepted.
-pub(crate) fn outcome_of(sample: &Sample, alignment: &Alignment<'_>, json: bool) -> Outcome {
+pub(crate) fn outcome_of(sample: &CheckedSample<topics::Alignment>, json: bool) -> Outcome {
+    let alignment = sample.view();
     let text = match json {
-        true => format!("{:#}\n", alignment_report::document(alignment, alignment_report::inputs_of(sample))),
-        false => alignment_report::text(alignment),
+        true => format!(
+            "{:#}\n",
+            alignment_report::document(&alignment, alignment_report::inputs_of(sample.bytes().header()))
+        ),
+        false => alignment_report::text(&alignment),
     };
     Outcome { text, is_well: alignment.verdict() == Verdict::Accepted }
 }

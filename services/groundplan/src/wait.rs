@@ -1,7 +1,7 @@
 //! Joining the bus, asking a daemon, and waiting until the effect is out.
 
 use crate::failure::Failure;
-use bus::{Bus, Daemon, Topic, Waiter};
+use bus::{Bus, Daemon, Waiter, topics};
 use daemon::{Answer, Patience, Request, SiteConfig};
 use messages::InputHashes;
 use std::time::{Duration, Instant};
@@ -36,7 +36,7 @@ pub(crate) fn ask(bus: &Bus, waiter: &mut Waiter, daemon: Daemon, request: &Requ
 /// # Errors
 /// No new grids.
 pub(crate) fn wait_for_phase(bus: &Bus, waiter: &mut Waiter, answer: &Answer) -> Result<(), Failure> {
-    let phases = bus.subscriber(Topic::Phase).map_err(Failure::work)?;
+    let phases = bus.subscriber(topics::Phase).map_err(Failure::work)?;
     let mut hashes = vec![answer.content_hash];
     wait_for_grids(bus, waiter, |inputs| {
         while let Ok(Some(phase)) = phases.take() {
@@ -57,7 +57,7 @@ pub(crate) fn wait_for_grids(
     waiter: &mut Waiter,
     mut is_it: impl FnMut(&InputHashes) -> bool,
 ) -> Result<(), Failure> {
-    let grids = bus.subscriber(Topic::Grids).map_err(Failure::work)?;
+    let grids = bus.subscriber(topics::Grids).map_err(Failure::work)?;
     let begun = Instant::now();
     loop {
         if let Some(sample) = grids.take().map_err(Failure::work)?

@@ -1,7 +1,10 @@
 //! IFC ingestion as a daemon: publishes the site, from its cache at once, and again when its files change.
 
-use bus::{Bus, Origin, Publisher, Topic};
-use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably};
+use bus::{Bus, topics};
+use daemon::{
+    Answer, Done, Epochs, Event, Failure, LatchedOutput, NoInput, Request, Service, SiteConfig, Stages, StateFile,
+    write_durably,
+};
 use ingest::{IngestOptions, SiteFrame, SourceFile, ingest};
 use messages::{ArchiveBuffer, Checked, InputHashes, Stage, payload};
 use serde::{Deserialize, Serialize};
@@ -16,14 +19,11 @@ pub(crate) struct IngestService {
     cache: PathBuf,
     epochs: Epochs,
     stages: Stages,
-    publisher: Option<Publisher>,
+    output: LatchedOutput<topics::Site>,
     models: Vec<PathBuf>,
     allow_boxes: bool,
     /// What the files looked like when they were read, or tried, last.
     stamps: Vec<Option<FileStamp>>,
-    last: Option<(Checked<payload::Site>, Origin)>,
-    /// True from a change until it is published: what fails for want of room is tried again.
-    is_pending: bool,
 }
 
 /// What the cache was made from.
@@ -51,27 +51,16 @@ impl IngestService {
         let cache = config.state.join("site.gpar");
         let loaded: Option<Loaded> = state.load()?;
         let (models, stamps) = loaded.map_or((config.models.clone(), Vec::new()), |l| (l.models, l.stamps));
-        let last = match cached(&cache, &stamps) {
-            Some(site) => {
-                let frame_epoch = u64::from(site.view().head.frame_epoch);
-                Some((site, Origin { epoch: epochs.take()?, frame_epoch, inputs: InputHashes::default() }))
-            }
-            None => None,
-        };
+        let mut output = LatchedOutput::new(topics::Site);
         // Without a cache everything is read anew.
-        let stamps = if last.is_some() { stamps } else { Vec::new() };
-        Ok(Self {
-            state,
-            cache,
-            epochs,
-            stages,
-            publisher: None,
-            models,
-            allow_boxes: config.allow_boxes,
-            stamps,
-            last,
-            is_pending: false,
-        })
+        let stamps = match cached(&cache, &stamps) {
+            Some(site) => {
+                publish(&mut output, &mut epochs, site)?;
+                stamps
+            }
+            None => Vec::new(),
+        };
+        Ok(Self { state, cache, epochs, stages, output, models, allow_boxes: config.allow_boxes, stamps })
     }
 
     /// Reads these files and publishes their site. A file that is broken leaves the last good site where it is.
@@ -107,37 +96,44 @@ impl IngestService {
         self.state.save(&Loaded { models: models.clone(), stamps })?;
         self.models = models;
         let site = Checked::<payload::Site>::new(site)?;
-        let frame_epoch = u64::from(site.view().head.frame_epoch);
-        let origin = Origin { epoch: self.epochs.take()?, frame_epoch, inputs: InputHashes::default() };
-        self.last = Some((site, origin));
-        self.publish()
+        let n_bytes = site.bytes().bytes().len();
+        publish(&mut self.output, &mut self.epochs, site)?;
+        info!(service = "ifc-ingest", epoch = self.output.epoch(), bytes = n_bytes, "site published");
+        Ok(self.done())
     }
 
     fn frame(&self) -> Option<SiteFrame> {
-        let site = self.last.as_ref()?.0.view();
+        let site = self.output.last()?.view();
         Some(SiteFrame { map_from_world: site.map_from_world(), frame_epoch: site.head.frame_epoch })
     }
 
-    fn publish(&mut self) -> Result<Done, Failure> {
-        self.is_pending = true;
-        let (Some((site, origin)), Some(publisher)) = (&self.last, &self.publisher) else { return Ok(Done::default()) };
-        let bytes = site.bytes().bytes();
-        publisher.publish_copy(bytes, *origin)?;
-        info!(service = "ifc-ingest", epoch = origin.epoch, bytes = bytes.len(), "site published");
-        self.is_pending = false;
+    fn done(&self) -> Done {
         self.stages.set(Stage::Published);
-        let content_hash = site.view().content_hash();
-        Ok(Done { answer: Answer { content_hash, epoch: origin.epoch, ..Answer::default() }, ..Done::default() })
+        let (content_hash, epoch) = (self.output.content_hash(), self.output.epoch());
+        Done { answer: Answer { content_hash, epoch, ..Answer::default() }, ..Done::default() }
     }
 
     /// Reads the files again if they look different from when they were read, or tried, last.
     fn look(&mut self) -> Result<Done, Failure> {
         let now: Vec<Option<FileStamp>> = self.models.iter().map(|path| stamp(path)).collect();
         if self.models.is_empty() || now == self.stamps {
-            return if self.is_pending { self.publish() } else { Ok(Done::default()) };
+            if !self.output.is_pending() {
+                return Ok(Done::default());
+            }
+            self.output.retry()?;
+            return Ok(self.done());
         }
         self.load(self.models.clone())
     }
+}
+
+fn publish(
+    output: &mut LatchedOutput<topics::Site>,
+    epochs: &mut Epochs,
+    site: Checked<payload::Site>,
+) -> Result<(), Failure> {
+    let frame_epoch = u64::from(site.view().head.frame_epoch);
+    output.publish(epochs, site, frame_epoch, InputHashes::default())
 }
 
 /// The site as it was when the daemon died; a cache that is damaged or of another version is not used, and everything is read
@@ -170,24 +166,23 @@ fn stamp(path: &Path) -> Option<FileStamp> {
 }
 
 impl Service for IngestService {
-    fn inputs(&self) -> &'static [Topic] {
-        &[]
-    }
+    type Input = NoInput;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
-        self.publisher = None;
-        let length = self.last.as_ref().map_or(1 << 20, |(site, _)| site.bytes().bytes().len());
-        self.publisher = Some(bus.publisher(Topic::Site, length)?);
-        self.publish().map(drop)
+        self.output.attach(bus)?;
+        if self.output.last().is_some() {
+            self.stages.set(Stage::Published);
+        }
+        Ok(())
     }
 
-    fn handle(&mut self, event: Event) -> Result<Done, Failure> {
+    fn handle(&mut self, event: Event<NoInput>) -> Result<Done, Failure> {
         match event {
             Event::Attached | Event::Tick | Event::Configuration(_) => self.look(),
             Event::Request(Request::Load { models }) if models.is_empty() => self.load(self.models.clone()),
             Event::Request(Request::Load { models }) => self.load(models),
             Event::Request(_) => Err("ifc-ingest loads models and nothing else".into()),
-            Event::Input(..) => Ok(Done::default()),
+            Event::Input(never) => match never {},
         }
     }
 }

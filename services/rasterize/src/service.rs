@@ -1,12 +1,17 @@
 //! Rasterisation as a daemon: re-slices the storeys that a new phase changes.
 
-use bus::{Bus, GridSlot, Origin, PublishError, Publisher, Sample, Topic};
+use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Robot, Service, SiteConfig, Stages, StateFile};
-use messages::{Checked, InputHashes, Phase, RobotProfile, Stage, payload};
+use messages::{InputHashes, RobotProfile, Stage};
 use raster::Rasterizer;
 use rayon::prelude::*;
 use std::path::PathBuf;
 use tracing::info;
+
+daemon::inputs! {
+    /// What grids are made from.
+    pub enum RasterizeInput { Site, Phase }
+}
 
 /// Makes grids for one robot at one resolution.
 pub struct RasterizeService {
@@ -16,10 +21,10 @@ pub struct RasterizeService {
     epochs: Epochs,
     stages: Stages,
     bus: Option<Bus>,
-    index: Option<Publisher>,
-    grids: Vec<Publisher>,
-    site: Option<(Checked<payload::Site, Sample>, Rasterizer)>,
-    phase: Option<Sample>,
+    index: Option<Publisher<topics::Grids>>,
+    grids: Vec<Publisher<topics::Grid>>,
+    site: Option<(CheckedSample<topics::Site>, Rasterizer)>,
+    phase: Option<CheckedSample<topics::Phase>>,
     /// Content hash of what was published of each storey; `None` for nothing.
     published: Vec<Option<u64>>,
     /// Epoch of what is to be published of each storey; `None` where nothing changed.
@@ -56,9 +61,8 @@ impl RasterizeService {
         })
     }
 
-    fn see_site(&mut self, sample: Sample) -> Result<Done, Failure> {
+    fn see_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
         self.stages.set(Stage::Reading);
-        let site = Checked::<payload::Site, _>::new(sample)?;
         let rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
         if rasterizer.n_storeys() > GridSlot::COUNT {
             let n = rasterizer.n_storeys();
@@ -103,7 +107,7 @@ impl RasterizeService {
             return Ok(self.done());
         };
         let frame_epoch = site.bytes().header().frame_epoch;
-        let (site, phase) = (site.view(), Phase::open(phase.bytes())?);
+        let (site, phase) = (site.view(), phase.view());
         if phase.head.site_hash != site.content_hash() {
             // One of them is older; the other will come.
             return Ok(Done::default());
@@ -122,7 +126,7 @@ impl RasterizeService {
         for (storey, grid) in rasterizer.drawn().enumerate() {
             if self.grids.len() == storey {
                 let slot = GridSlot::new(storey).ok_or("there are more storeys than slots")?;
-                self.grids.push(bus.publisher(Topic::Grid(slot), grid.archive.len())?);
+                self.grids.push(bus.publisher(topics::Grid(slot), grid.archive.len())?);
             }
             let is_new = self.published[storey] != Some(grid.content_hash);
             self.next_epochs.push(if is_new { Some(self.epochs.take()?) } else { None });
@@ -155,25 +159,23 @@ impl RasterizeService {
 }
 
 impl Service for RasterizeService {
-    fn inputs(&self) -> &'static [Topic] {
-        &[Topic::Site, Topic::Phase]
-    }
+    type Input = RasterizeInput;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Ends and samples of an earlier generation are of no use; the inputs come again.
         (self.index, self.site, self.phase) = (None, None, None);
         self.grids.clear();
         self.published.clear();
-        self.index = Some(bus.publisher(Topic::Grids, 1 << 16)?);
+        self.index = Some(bus.publisher(topics::Grids, 1 << 16)?);
         self.bus = Some(bus.clone());
         Ok(())
     }
 
-    fn handle(&mut self, event: Event) -> Result<Done, Failure> {
+    fn handle(&mut self, event: Event<RasterizeInput>) -> Result<Done, Failure> {
         match event {
-            Event::Input(Topic::Site, sample) => self.see_site(sample),
-            Event::Input(_, sample) => {
-                self.phase = Some(sample);
+            Event::Input(RasterizeInput::Site(site)) => self.see_site(site),
+            Event::Input(RasterizeInput::Phase(phase)) => {
+                self.phase = Some(phase);
                 self.draw()
             }
             Event::Request(Request::SetRobot { profile }) => self.set_robot(profile),

@@ -5,14 +5,14 @@
 #[path = "../../../common/stages/raster/tests/support/mod.rs"]
 mod support;
 
-use bus::{Bus, Daemon, Domain, Keeper, Origin, Publisher, Sample, Subscriber, Topic, Waiter};
+use bus::{Bus, CheckedSample, Daemon, Domain, Keeper, Origin, Publisher, Subscriber, Topic, Waiter, topics};
 use daemon::{
     AlignConfig, BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages,
     WaypointConfig, WorldConfig,
 };
 use grid::Class;
 use messages::*;
-use rasterize::service::RasterizeService;
+use rasterize::service::{RasterizeInput, RasterizeService};
 use support::House;
 
 #[global_allocator]
@@ -49,28 +49,29 @@ fn phases(site: &Site<'_>) -> Vec<ArchiveBuffer> {
 }
 
 /// A producer that is looked after whenever something is to come from it.
-struct Producer {
-    publisher: Publisher,
+struct Producer<T> {
+    publisher: Publisher<T>,
     waiter: Waiter,
     epoch: u64,
 }
 
-impl Producer {
-    fn of(domain: &Domain, daemon: Daemon, topic: Topic) -> Self {
+impl<T: Topic> Producer<T> {
+    fn of(domain: &Domain, daemon: Daemon, topic: T) -> Self {
         let (bus, waiter) = Bus::join(domain, daemon).unwrap();
         Self { publisher: bus.publisher(topic, 1 << 16).unwrap(), waiter, epoch: 0 }
     }
 
-    fn publish(&mut self, archive: &ArchiveBuffer, subscriber: &Subscriber) {
+    fn publish(&mut self, archive: &ArchiveBuffer) {
         self.waiter.wait(std::time::Duration::ZERO).unwrap();
         self.epoch += 1;
         let origin = Origin { epoch: self.epoch, frame_epoch: 1, inputs: InputHashes::default() };
-        assert_eq!(self.publisher.publish_copy(archive.bytes(), origin).unwrap(), 1, "{}", subscriber.topic());
+        let sent = self.publisher.publish_copy(archive.bytes(), origin).unwrap();
+        assert_eq!(sent.n_subscribers, 1, "{:?}", self.publisher.topic());
     }
 }
 
-fn take(subscriber: &Subscriber) -> Sample {
-    subscriber.take().unwrap().expect("it was just published")
+fn take<T: Topic>(subscriber: &Subscriber<T>) -> CheckedSample<T> {
+    subscriber.take().unwrap().expect("it was just published").check().unwrap()
 }
 
 #[test]
@@ -99,23 +100,23 @@ fn walk_twice() {
         log: LogConfig::default(),
     };
     let site = house();
-    let mut sites = Producer::of(&domain, Daemon::IfcIngest, Topic::Site);
-    let mut phases_out = Producer::of(&domain, Daemon::ScheduleEval, Topic::Phase);
+    let mut sites = Producer::of(&domain, Daemon::IfcIngest, topics::Site);
+    let mut phases_out = Producer::of(&domain, Daemon::ScheduleEval, topics::Phase);
     let (bus, _waiter) = Bus::join(&domain, Daemon::Rasterize).unwrap();
-    let subscribers = [Topic::Site, Topic::Phase].map(|topic| bus.subscriber(topic).unwrap());
+    let (sites_in, phases_in) = (bus.subscriber(topics::Site).unwrap(), bus.subscriber(topics::Phase).unwrap());
     let mut service = RasterizeService::new(&config, Stages::default()).unwrap();
     service.attach(&bus).unwrap();
-    sites.publish(&site, &subscribers[0]);
-    service.handle(Event::Input(Topic::Site, take(&subscribers[0]))).unwrap();
+    sites.publish(&site);
+    service.handle(Event::Input(RasterizeInput::Site(take(&sites_in)))).unwrap();
 
     let phases = phases(&Site::open(site.bytes()).unwrap());
     let mut epoch = 0;
     // Allocations and samples of each phase.
     let mut walk = || -> Vec<[u64; 2]> {
         let blocks = |archive: &ArchiveBuffer| {
-            phases_out.publish(archive, &subscribers[1]);
+            phases_out.publish(archive);
             let before = dhat::HeapStats::get().total_blocks;
-            let done = service.handle(Event::Input(Topic::Phase, take(&subscribers[1]))).unwrap();
+            let done = service.handle(Event::Input(RasterizeInput::Phase(take(&phases_in)))).unwrap();
             let allocations = dhat::HeapStats::get().total_blocks - before;
             let samples = done.answer.epoch - std::mem::replace(&mut epoch, done.answer.epoch);
             [allocations, samples]
@@ -127,7 +128,7 @@ fn walk_twice() {
     assert!(first.iter().map(|[allocations, _]| allocations).sum::<u64>() > 200, "it makes what is kept: {first:?}");
     let second = walk();
     assert!(second.iter().all(|[allocations, samples]| allocations == samples && *samples == 2), "{second:?}");
-    drop((service, bus, sites, phases_out, subscribers, keeper));
+    drop((service, bus, sites, phases_out, sites_in, phases_in, keeper));
     // The bus library leaves a few bytes behind.
     for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
         if entry.file_name().to_string_lossy().starts_with(&config.bus.prefix) {

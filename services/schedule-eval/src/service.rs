@@ -1,19 +1,25 @@
 //! Schedule evaluation as a daemon: holds the plan time, publishes the phase.
 
 use crate::plan_clock::{PlanClock, Reached, Reading};
-use bus::{Bus, Origin, Publisher, Topic};
+use bus::{Bus, CheckedSample, topics};
 use daemon::{
-    ActualsSource, Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile, write_durably,
+    ActualsSource, Answer, Done, Epochs, Event, Failure, LatchedOutput, Request, Service, SiteConfig, Stages,
+    StateFile, write_durably,
 };
 use frames::PlanTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use messages::{ArchiveBuffer, Checked, InputHashes, Phase, Site, Stage, payload};
+use messages::{Checked, InputHashes, Site, Stage};
 use schedule::{Edits, EvaluateError, Rules, Timeline, evaluate, parse_actuals};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tracing::info;
+
+daemon::inputs! {
+    /// What the schedule is read from.
+    pub(crate) enum ScheduleInput { Site }
+}
 
 /// Holds the plan time; its file in the state folder is what counts after a restart.
 ///
@@ -29,13 +35,12 @@ pub(crate) struct ScheduleService {
     edits: Edits,
     epochs: Epochs,
     stages: Stages,
-    publisher: Option<Publisher>,
+    output: LatchedOutput<topics::Phase>,
     /// What the schedule was evaluated from; kept to evaluate it again when rules or progress change.
-    site: Option<Checked<payload::Site, bus::Sample>>,
+    site: Option<CheckedSample<topics::Site>>,
     evaluated: Option<Evaluated>,
-    last: Option<Published>,
-    /// True from a change until it is published: what fails for want of room is tried again.
-    is_pending: bool,
+    /// Plan time of what was published last; `None` before that.
+    published_at_s: Option<Option<i64>>,
 }
 
 /// The schedule of the site at hand.
@@ -44,14 +49,6 @@ struct Evaluated {
     wakes_s: Vec<i64>,
     site_hash: u64,
     frame_epoch: u64,
-}
-
-struct Published {
-    phase: ArchiveBuffer,
-    content_hash: u64,
-    origin: Origin,
-    /// Plan time of the phase.
-    at_s: Option<i64>,
 }
 
 impl ScheduleService {
@@ -77,11 +74,10 @@ impl ScheduleService {
             tables,
             epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
             stages,
-            publisher: None,
+            output: LatchedOutput::new(topics::Phase),
             site: None,
             evaluated: None,
-            last: None,
-            is_pending: false,
+            published_at_s: None,
         })
     }
 
@@ -174,14 +170,12 @@ impl ScheduleService {
         }
     }
 
-    fn see_site(&mut self, sample: bus::Sample) -> Result<Done, Failure> {
-        let hash = sample.header().content_hash;
-        if self.evaluated.as_ref().is_some_and(|e| e.site_hash == hash) {
-            self.site = Some(Checked::new(sample)?);
+    fn see_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
+        if self.evaluated.as_ref().is_some_and(|e| e.site_hash == site.content_hash()) {
+            self.site = Some(site);
             return self.tick();
         }
         self.stages.set(Stage::Reading);
-        let site = Checked::<payload::Site, _>::new(sample)?;
         let evaluated = evaluated(&site, &self.rules, &self.edits)?;
         let changes = evaluated.timeline.instants_s().len();
         info!(service = "schedule-eval", tasks = site.view().tasks.len(), changes, "schedule evaluated");
@@ -193,22 +187,19 @@ impl ScheduleService {
     fn publish(&mut self) -> Result<Done, Failure> {
         let (reading, wall_ms) = self.read_clock();
         let at_s = self.shown_s(reading);
-        let (Some(evaluated), Some(publisher)) = (&self.evaluated, &self.publisher) else { return Ok(self.done()) };
+        let Some(evaluated) = &self.evaluated else { return Ok(self.done()) };
         self.stages.set(Stage::Writing);
-        self.is_pending = true;
         if self.clock.is_moving() && reading.trusted {
             let clock = self.clock.having_reached(Reached { plan_s: reading.plan_s, wall_ms });
             self.clock_file.save(&clock)?;
             self.clock = clock;
         }
-        let phase = evaluated.timeline.phase_at(at_s).finish();
-        let content_hash = Phase::open(phase.bytes())?.content_hash();
+        let phase = Checked::new(evaluated.timeline.phase_at(at_s).finish())?;
+        let (n_bytes, frame_epoch) = (phase.bytes().bytes().len(), evaluated.frame_epoch);
         let inputs = InputHashes { site: evaluated.site_hash, ..InputHashes::default() };
-        let origin = Origin { epoch: self.epochs.take()?, frame_epoch: evaluated.frame_epoch, inputs };
-        publisher.publish_copy(phase.bytes(), origin)?;
-        info!(service = "schedule-eval", epoch = origin.epoch, bytes = phase.bytes().len(), "phase published");
-        self.last = Some(Published { phase, content_hash, origin, at_s });
-        self.is_pending = false;
+        self.published_at_s = Some(at_s);
+        self.output.publish(&mut self.epochs, phase, frame_epoch, inputs)?;
+        info!(service = "schedule-eval", epoch = self.output.epoch(), bytes = n_bytes, "phase published");
         self.stages.set(Stage::Published);
         Ok(self.done())
     }
@@ -227,10 +218,11 @@ impl ScheduleService {
     /// Publishes if the plan time has come to something new.
     fn tick(&mut self) -> Result<Done, Failure> {
         let at_s = self.shown_s(self.read_clock().0);
-        match &self.last {
-            Some(last) if last.at_s == at_s && !self.is_pending => {
-                Ok(Done { answer: Answer::default(), ..self.done() })
-            }
+        if self.output.is_pending() {
+            self.output.retry()?;
+        }
+        match self.published_at_s {
+            Some(published_s) if published_s == at_s => Ok(Done { answer: Answer::default(), ..self.done() }),
             None if self.evaluated.is_none() => Ok(Done::default()),
             _ => self.publish(),
         }
@@ -239,7 +231,7 @@ impl ScheduleService {
     /// What counts now, and when to look again.
     fn done(&self) -> Done {
         let (reading, wall_ms) = self.read_clock();
-        let (content_hash, epoch) = self.last.as_ref().map_or((0, 0), |last| (last.content_hash, last.origin.epoch));
+        let (content_hash, epoch) = (self.output.content_hash(), self.output.epoch());
         let wakes_s = self.evaluated.as_ref().map_or(&[][..], |e| &e.wakes_s);
         let next_s = reading.plan_s.and_then(|now_s| wakes_s.get(wakes_s.partition_point(|s| *s <= now_s)));
         let wait_ms = next_s.and_then(|next_s| self.clock.until_ms(*next_s, wall_ms, &self.zone()));
@@ -254,11 +246,7 @@ impl ScheduleService {
     }
 }
 
-fn evaluated(
-    site: &Checked<payload::Site, bus::Sample>,
-    rules: &Rules,
-    edits: &Edits,
-) -> Result<Evaluated, EvaluateError> {
+fn evaluated(site: &CheckedSample<topics::Site>, rules: &Rules, edits: &Edits) -> Result<Evaluated, EvaluateError> {
     let frame_epoch = site.bytes().header().frame_epoch;
     let site: Site<'_> = site.view();
     let timeline = evaluate(&site, rules, edits)?;
@@ -292,24 +280,17 @@ fn read_actuals(path: &Path) -> Result<Vec<schedule::Actual>, Failure> {
 }
 
 impl Service for ScheduleService {
-    fn inputs(&self) -> &'static [Topic] {
-        &[Topic::Site]
-    }
+    type Input = ScheduleInput;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // The sample belongs to a generation of the bus that is gone; it comes again.
-        (self.publisher, self.site) = (None, None);
-        let publisher = bus.publisher(Topic::Phase, self.last.as_ref().map_or(1 << 16, |p| p.phase.bytes().len()))?;
-        if let Some(last) = &self.last {
-            publisher.publish_copy(last.phase.bytes(), last.origin)?;
-        }
-        self.publisher = Some(publisher);
-        Ok(())
+        self.site = None;
+        self.output.attach(bus)
     }
 
-    fn handle(&mut self, event: Event) -> Result<Done, Failure> {
+    fn handle(&mut self, event: Event<ScheduleInput>) -> Result<Done, Failure> {
         match event {
-            Event::Input(_, sample) => self.see_site(sample),
+            Event::Input(ScheduleInput::Site(site)) => self.see_site(site),
             Event::Request(Request::SetPlanTime { at_s }) => self.set_clock(PlanClock::Fixed { at_s }),
             Event::Request(Request::NextChange) => self.next_change(),
             Event::Request(Request::FollowWallClock) => self.follow_wall_clock(),

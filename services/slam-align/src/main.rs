@@ -1,7 +1,6 @@
 //! Alignment: `site`, `phase` and the robot's map in, where that map lies and what differs out.
 
 mod kept;
-mod output;
 mod robot_map;
 mod service;
 mod worker;

@@ -25,9 +25,8 @@ pub(crate) enum RobotMapError {
 
 impl RobotMap {
     /// From a `slam-map` archive.
-    pub(crate) fn of_archive(bytes: &[u8]) -> Result<Self, RobotMapError> {
-        let archive = SlamMap::open(bytes)?;
-        let map = OccupancyMap::of_archive(&archive);
+    pub(crate) fn of_archive(archive: &SlamMap<'_>) -> Result<Self, RobotMapError> {
+        let map = OccupancyMap::of_archive(archive);
         map.check_extent()?;
         Ok(Self::of(map, archive.content_hash()))
     }

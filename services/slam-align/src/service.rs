@@ -1,22 +1,19 @@
 //! Alignment as a daemon: follows the robot's map, searches in the background, publishes poses that are accepted.
 
 use crate::kept::Kept;
-use crate::output::Output;
 use crate::robot_map::RobotMap;
 use crate::worker::{Inputs, Job, Outcome, Task, Where, Worker};
 use alignment::track_map;
 use alignment::{Alignment, Hint, PreparedMap};
 use alignment::{Counting, MadeFrom};
 use alignment::{Follower, MaxJump};
-use bus::{Bus, Daemon, Origin, Sample, Topic};
+use bus::{Bus, CheckedSample, Daemon, topics};
 use daemon::{
-    ActualsSource, AlignConfig, Answer, Done, Epochs, Event, Failure, Patience, PoseHint, Request, Service, SiteConfig,
-    Stages, StateFile, write_durably,
+    ActualsSource, AlignConfig, Answer, Done, Epochs, Event, Failure, LatchedOutput, Patience, PoseHint, Request,
+    Service, SiteConfig, Stages, StateFile, write_durably,
 };
 use deviations::Observed;
-use messages::{
-    ArchiveBuffer, Checked, Deviations, Grids, InputHashes, Phase, PoseRecord, PoseState, Stage, Verdict, payload,
-};
+use messages::{ArchiveBuffer, Checked, InputHashes, PoseRecord, PoseState, Stage, Verdict, payload};
 use occupancy::MapFromSlam;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,6 +27,11 @@ const LOOK: Duration = Duration::from_millis(20);
 const PATIENCE: Patience = Patience { starting: Duration::from_secs(30), answer: Duration::from_secs(30) };
 const ASK_AGAIN: Duration = Duration::from_millis(2);
 
+daemon::inputs! {
+    /// What poses and deviations are made from. The index of the grids names the robot.
+    pub(crate) enum AlignInput { Site, Phase, Grids, SlamMap }
+}
+
 /// Follows a robot's map.
 pub(crate) struct AlignService {
     config: AlignConfig,
@@ -40,11 +42,11 @@ pub(crate) struct AlignService {
     epochs: Epochs,
     stages: Stages,
     bus: Option<Bus>,
-    alignment: Output,
-    deviations: Output,
-    site: Option<Checked<payload::Site, Sample>>,
-    phase: Option<Sample>,
-    index: Option<Sample>,
+    alignment: LatchedOutput<topics::Alignment>,
+    deviations: LatchedOutput<topics::Deviations>,
+    site: Option<CheckedSample<topics::Site>>,
+    phase: Option<CheckedSample<topics::Phase>>,
+    index: Option<CheckedSample<topics::Grids>>,
     map: Option<Arc<RobotMap>>,
     worker: Worker,
     /// Of the site as planned, by map storey.
@@ -92,8 +94,8 @@ impl AlignService {
             epochs: Epochs::at(&config.state, "slam-align-epochs.json")?,
             stages,
             bus: None,
-            alignment: Output::new(Topic::Alignment),
-            deviations: Output::new(Topic::Deviations),
+            alignment: LatchedOutput::new(topics::Alignment),
+            deviations: LatchedOutput::new(topics::Deviations),
             site: None,
             phase: None,
             index: None,
@@ -106,14 +108,13 @@ impl AlignService {
         })
     }
 
-    fn see_site(&mut self, sample: Sample) -> Result<(), Failure> {
-        let frame_epoch = sample.header().frame_epoch;
+    fn see_site(&mut self, site: CheckedSample<topics::Site>) -> Result<(), Failure> {
+        let frame_epoch = site.bytes().header().frame_epoch;
         if self.kept.is_of_another_frame(frame_epoch) {
             warn!(service = "slam-align", frame_epoch, "the map frame is another: the pose is forgotten");
             self.follower.forget();
             self.keep(|kept| kept.forget_pose())?;
         }
-        let site = Checked::<payload::Site, _>::new(sample)?;
         let n_storeys = site.view().map_storeys.len();
         if self.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
             self.follower.forget();
@@ -169,9 +170,8 @@ impl AlignService {
     /// Starts a job, if the samples belong together; if not, those that are missing are on their way.
     fn begin(&mut self, task: Task) -> Result<(), Failure> {
         let (Some(site), Some(phase), Some(index)) = (&self.site, &self.phase, &self.index) else { return Ok(()) };
-        let site_hash = site.bytes().header().content_hash;
-        let belong = Phase::open(phase.bytes())?.head.site_hash == site_hash
-            && Grids::open(index.bytes())?.head.site_hash == site_hash;
+        let site_hash = site.content_hash();
+        let belong = phase.view().head.site_hash == site_hash && index.view().head.site_hash == site_hash;
         if !belong {
             return Ok(());
         }
@@ -191,7 +191,7 @@ impl AlignService {
     /// Takes what the worker has done; somebody may have asked for it.
     fn finish(&mut self, outcome: Outcome, is_asked: bool) -> Result<(), Failure> {
         let Outcome { inputs, found } = outcome;
-        let basis = Basis::of(&inputs)?;
+        let basis = Basis::of(&inputs);
         // Newer samples have come meanwhile, or these are still the newest.
         self.site.get_or_insert(inputs.site);
         self.phase.get_or_insert(inputs.phase);
@@ -217,7 +217,9 @@ impl AlignService {
 
     /// Publishes what differs, and lets count of it what is to count.
     fn tell(&mut self, deviations: ArchiveBuffer) -> Result<(), Failure> {
-        let view = Deviations::open(deviations.bytes())?;
+        let is_news = !self.deviations.is_last(&deviations);
+        let deviations = Checked::<payload::Deviations>::new(deviations)?;
+        let view = deviations.view();
         let (elements, obstacles) = (view.elements.len(), view.obstacles.len());
         let observed = match &self.site {
             Some(site) if view.check_site(&site.view()).is_ok() => {
@@ -226,8 +228,9 @@ impl AlignService {
             // A newer site has come meanwhile, and is compared next.
             _ => return Ok(()),
         };
-        let origin = self.origin();
-        if self.deviations.publish(deviations, &mut self.epochs, origin)? {
+        if is_news {
+            let (frame_epoch, inputs) = self.origin();
+            self.deviations.publish(&mut self.epochs, deviations, frame_epoch, inputs)?;
             info!(service = "slam-align", elements, obstacles, "deviations published");
         }
         self.count(observed)
@@ -303,10 +306,10 @@ impl AlignService {
             return self.proceed();
         }
         self.settle()?;
-        let (Some(site), Some((deviations, _))) = (&self.site, &self.deviations.last) else {
+        let (Some(site), Some(deviations)) = (&self.site, self.deviations.last()) else {
             return Err("nothing was compared yet".into());
         };
-        let deviations = Deviations::open(deviations.bytes())?;
+        let deviations = deviations.view();
         deviations.check_site(&site.view())?;
         let observed = self.kept.observed.with_absent(absent, &site.view(), &deviations)?;
         self.count(observed)?;
@@ -338,8 +341,9 @@ impl AlignService {
         let pose = self.follower.pose().copied();
         let counting = Counting { pose, state: self.follower.state(), waiting: self.follower.waiting().copied() };
         let alignment = self.searched.archive(&self.storeys(), &counting, made_from);
-        let origin = self.origin();
-        if self.alignment.publish(alignment, &mut self.epochs, origin)? {
+        if !self.alignment.is_last(&alignment) {
+            let (frame_epoch, inputs) = self.origin();
+            self.alignment.publish(&mut self.epochs, Checked::new(alignment)?, frame_epoch, inputs)?;
             self.to_do.compare = true;
             self.stages.set(Stage::Published);
         }
@@ -350,16 +354,15 @@ impl AlignService {
         Ok(())
     }
 
-    /// Of what is published next; its number comes with it.
-    fn origin(&self) -> Origin {
+    /// Frame epoch and inputs of what is published next.
+    fn origin(&self) -> (u64, InputHashes) {
         let slam_map = self.map.as_ref().map_or(0, |map| map.content_hash);
         let Basis { inputs, frame_epoch, .. } = self.basis;
-        Origin { epoch: 0, frame_epoch, inputs: InputHashes { slam_map, ..inputs } }
+        (frame_epoch, InputHashes { slam_map, ..inputs })
     }
 
     fn done(&self) -> Done {
-        let epoch = self.alignment.last.as_ref().map_or(0, |(_, origin)| origin.epoch);
-        Done { answer: Answer { epoch, ..Answer::default() }, ..Done::default() }
+        Done { answer: Answer { epoch: self.alignment.epoch(), ..Answer::default() }, ..Done::default() }
     }
 
     fn warning(&self) -> Option<String> {
@@ -394,14 +397,15 @@ impl AlignService {
 }
 
 impl Basis {
-    fn of(inputs: &Inputs) -> Result<Self, Failure> {
-        let site = inputs.site.bytes().header();
-        let (phase, robot) = (inputs.phase.header().content_hash, inputs.index.header().inputs.robot);
-        Ok(Self {
-            inputs: InputHashes { site: site.content_hash, phase, robot, ..InputHashes::default() },
-            plan_time_s: Phase::open(inputs.phase.bytes())?.head.plan_time_s,
-            frame_epoch: site.frame_epoch,
-        })
+    fn of(inputs: &Inputs) -> Self {
+        let frame_epoch = inputs.site.bytes().header().frame_epoch;
+        let robot = inputs.index.bytes().header().inputs.robot;
+        let (site, phase) = (inputs.site.content_hash(), inputs.phase.content_hash());
+        Self {
+            inputs: InputHashes { site, phase, robot, ..InputHashes::default() },
+            plan_time_s: inputs.phase.view().head.plan_time_s,
+            frame_epoch,
+        }
     }
 }
 
@@ -414,10 +418,7 @@ fn hint_of(hint: PoseHint) -> Hint {
 }
 
 impl Service for AlignService {
-    fn inputs(&self) -> &'static [Topic] {
-        // The index of the grids names the robot.
-        &[Topic::Site, Topic::Phase, Topic::Grids, Topic::SlamMap]
-    }
+    type Input = AlignInput;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         if self.worker.is_busy() {
@@ -430,15 +431,15 @@ impl Service for AlignService {
         self.deviations.attach(bus)
     }
 
-    fn handle(&mut self, event: Event) -> Result<Done, Failure> {
+    fn handle(&mut self, event: Event<AlignInput>) -> Result<Done, Failure> {
         match event {
-            Event::Input(Topic::Site, sample) => self.see_site(sample)?,
-            Event::Input(Topic::Phase, sample) => {
-                self.phase = Some(sample);
+            Event::Input(AlignInput::Site(site)) => self.see_site(site)?,
+            Event::Input(AlignInput::Phase(phase)) => {
+                self.phase = Some(phase);
                 self.to_do.refresh = true;
             }
-            Event::Input(Topic::SlamMap, sample) => self.see_map(RobotMap::of_archive(sample.bytes())?)?,
-            Event::Input(_, sample) => self.index = Some(sample),
+            Event::Input(AlignInput::SlamMap(map)) => self.see_map(RobotMap::of_archive(&map.view())?)?,
+            Event::Input(AlignInput::Grids(index)) => self.index = Some(index),
             Event::Request(Request::ReadSlamMap { file }) => return self.read_map(file),
             Event::Request(Request::Align { hint, storey }) => {
                 return self.search_now(Where { hint: hint.map(hint_of), storey });
@@ -447,7 +448,11 @@ impl Service for AlignService {
             Event::Request(_) => return Err("slam-align follows the robot's map and nothing else".into()),
             Event::Configuration(config) => return self.configure(&config),
             Event::Attached if self.map.is_none() => self.read_first_map()?,
-            Event::Attached | Event::Tick => {}
+            Event::Attached => {}
+            Event::Tick => {
+                self.alignment.retry()?;
+                self.deviations.retry()?;
+            }
         }
         self.proceed()
     }

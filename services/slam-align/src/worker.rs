@@ -3,20 +3,20 @@
 use crate::robot_map::RobotMap;
 use alignment::References;
 use alignment::{Alignment, Hint, PreparedMap, align_maps};
-use bus::Sample;
+use bus::{CheckedSample, topics};
 use daemon::Failure;
 use deviations::{DeviationInput, deviations};
-use messages::{ArchiveBuffer, Checked, Grids, Phase, PoseRecord, RobotProfile, Site, payload};
+use messages::{ArchiveBuffer, Phase, PoseRecord, RobotProfile, Site};
 use occupancy::MapFromSlam;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 /// Samples of one state of the site.
 pub(crate) struct Inputs {
-    pub(crate) site: Checked<payload::Site, Sample>,
-    pub(crate) phase: Sample,
+    pub(crate) site: CheckedSample<topics::Site>,
+    pub(crate) phase: CheckedSample<topics::Phase>,
     /// Of the grids: it names the robot.
-    pub(crate) index: Sample,
+    pub(crate) index: CheckedSample<topics::Grids>,
 }
 
 /// Where a pose is looked for.
@@ -120,9 +120,9 @@ impl Worker {
 }
 
 fn work(references: &mut Option<References>, inputs: &Inputs, task: &Task) -> Result<Found, Failure> {
-    let (site, phase) = (inputs.site.view(), Phase::open(inputs.phase.bytes())?);
+    let (site, phase) = (inputs.site.view(), inputs.phase.view());
     phase.check_site(&site)?;
-    let robot = Grids::open(inputs.index.bytes())?.head.robot;
+    let robot = inputs.index.view().head.robot;
     if references.as_ref().is_none_or(|r| !r.is_of(&site, &robot)) {
         *references = Some(References::new(&site, &robot)?);
     }

@@ -1,13 +1,18 @@
 //! Planning of waypoints as a daemon: plans again the storeys that new grids change.
 
-use bus::{Bus, GridSlot, Origin, Publisher, Sample, Subscriber, Topic};
-use daemon::{Answer, Done, Epochs, Event, Failure, Request, Service, SiteConfig, Stages, StateFile};
-use messages::{ArchiveBuffer, Checked, Grid, Grids, InputHashes, Phase, Plan, Stage, payload};
+use bus::{Bus, CheckedSample, GridSlot, Subscriber, topics};
+use daemon::{Answer, Done, Epochs, Event, Failure, LatchedOutput, Request, Service, SiteConfig, Stages, StateFile};
+use messages::{Checked, Grid, InputHashes, Stage};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use tracing::info;
 use waypoints::{PlanInput, PlanOptions, Planner, check_names};
+
+daemon::inputs! {
+    /// What waypoints are planned on. The index is published after its grids: they are taken when it comes.
+    pub(crate) enum WaypointInput { Site, Phase, Grids }
+}
 
 /// Plans for what is published.
 pub(crate) struct WaypointService {
@@ -19,16 +24,13 @@ pub(crate) struct WaypointService {
     state: StateFile,
     epochs: Epochs,
     stages: Stages,
-    publisher: Option<Publisher>,
-    slots: Vec<Subscriber>,
-    site: Option<Checked<payload::Site, Sample>>,
-    phase: Option<Sample>,
-    index: Option<Sample>,
-    grids: Vec<Option<Sample>>,
+    output: LatchedOutput<topics::Plan>,
+    slots: Vec<Subscriber<topics::Grid>>,
+    site: Option<CheckedSample<topics::Site>>,
+    phase: Option<CheckedSample<topics::Phase>>,
+    index: Option<CheckedSample<topics::Grids>>,
+    grids: Vec<Option<CheckedSample<topics::Grid>>>,
     planner: Planner,
-    last: Option<Published>,
-    /// True from a change until it is published: what fails for want of room is tried again.
-    is_pending: bool,
 }
 
 /// What a client asked for goes before the configuration, and survives the daemon.
@@ -38,12 +40,6 @@ struct Asked {
     options: Option<PathBuf>,
     spaces: Vec<String>,
     changed_since_s: Option<i64>,
-}
-
-struct Published {
-    plan: ArchiveBuffer,
-    content_hash: u64,
-    origin: Origin,
 }
 
 impl WaypointService {
@@ -61,15 +57,13 @@ impl WaypointService {
             state,
             epochs: Epochs::at(&config.state, "waypoint-gen-epochs.json")?,
             stages,
-            publisher: None,
+            output: LatchedOutput::new(topics::Plan),
             slots: Vec::new(),
             site: None,
             phase: None,
             index: None,
             grids: Vec::new(),
             planner: Planner::default(),
-            last: None,
-            is_pending: false,
         })
     }
 
@@ -91,9 +85,9 @@ impl WaypointService {
         else {
             return Ok(());
         };
-        let (view, phase, index) = (site.view(), Phase::open(phase.bytes())?, Grids::open(index.bytes())?);
+        let (view, phase, index) = (site.view(), phase.view(), index.view());
         let held = self.grids.iter().take(index.slots.len()).flatten();
-        let grids: Vec<Grid<'_>> = held.map(|g| Grid::open(g.bytes())).collect::<Result<_, _>>()?;
+        let grids: Vec<Grid<'_>> = held.map(Checked::view).collect();
         grids.iter().try_for_each(|grid| grid.check_site(&view))?;
         let input = PlanInput { site: &view, phase: &phase, index: &index, grids: &grids, options };
         waypoints::check_start(&input, start)?;
@@ -114,25 +108,17 @@ impl WaypointService {
     fn plan(&mut self) -> Result<Done, Failure> {
         for (held, subscriber) in self.grids.iter_mut().zip(&self.slots) {
             if let Some(newer) = subscriber.take()? {
-                *held = Some(newer);
+                *held = Some(newer.check()?);
             }
         }
         let (Some(site), Some(phase), Some(index)) = (&self.site, &self.phase, &self.index) else {
             return Ok(self.done());
         };
-        let hash = |sample: &Sample| sample.header().content_hash;
-        let origin = |grids: &Grids<'_>| InputHashes {
-            site: grids.head.site_hash,
-            phase: grids.head.phase_hash,
-            grids: hash(index),
-            robot: index.header().inputs.robot,
-            ..InputHashes::default()
-        };
-        let grids = Grids::open(index.bytes())?;
+        let grids = index.view();
         let slots = || grids.slots.iter().zip(&self.grids);
-        let is_here = slots().all(|(slot, held)| held.as_ref().is_some_and(|g| hash(g) == slot.content_hash));
-        let is_one_set = grids.head.site_hash == hash(site.bytes())
-            && grids.head.phase_hash == hash(phase)
+        let is_here = slots().all(|(slot, held)| held.as_ref().is_some_and(|g| g.content_hash() == slot.content_hash));
+        let is_one_set = grids.head.site_hash == site.content_hash()
+            && grids.head.phase_hash == phase.content_hash()
             && grids.slots.len() <= self.grids.len()
             && is_here;
         if !is_one_set {
@@ -140,33 +126,33 @@ impl WaypointService {
         }
         check_names(&site.view(), &self.options)?;
         self.stages.set(Stage::Writing);
-        self.is_pending = true;
         let begun = Instant::now();
-        let (view, phase) = (site.view(), Phase::open(phase.bytes())?);
+        let (view, phase) = (site.view(), phase.view());
         phase.check_site(&view)?;
         grids.check_site(&view)?;
-        let maps: Vec<Grid<'_>> =
-            slots().filter_map(|(_, held)| held.as_ref()).map(|g| Grid::open(g.bytes())).collect::<Result<_, _>>()?;
+        let maps: Vec<Grid<'_>> = slots().filter_map(|(_, held)| held.as_ref()).map(Checked::view).collect();
         maps.iter().try_for_each(|map| map.check_site(&view))?;
         let input = PlanInput { site: &view, phase: &phase, index: &grids, grids: &maps, options: &self.options };
-        let plan = self.planner.plan(&input);
-        let opened = Plan::open(plan.bytes())?;
-        let (content_hash, waypoints, scans) =
-            (opened.content_hash(), opened.waypoints.len(), opened.storeys.iter().map(|s| s.n_scans).sum::<u32>());
-        let frame_epoch = site.bytes().header().frame_epoch;
-        let origin = Origin { epoch: self.epochs.take()?, frame_epoch, inputs: origin(&grids) };
-        let publisher = self.publisher.as_ref().ok_or("it is not attached to a bus")?;
-        publisher.publish_copy(plan.bytes(), origin)?;
+        let plan = Checked::new(self.planner.plan(&input))?;
+        let inputs = InputHashes {
+            site: grids.head.site_hash,
+            phase: grids.head.phase_hash,
+            grids: index.content_hash(),
+            robot: index.bytes().header().inputs.robot,
+            ..InputHashes::default()
+        };
+        self.output.publish(&mut self.epochs, plan, site.bytes().header().frame_epoch, inputs)?;
+        let plan = self.output.last().map(Checked::view);
+        let waypoints = plan.map_or(0, |plan| plan.waypoints.len());
+        let scans = plan.map_or(0, |plan| plan.storeys.iter().map(|s| s.n_scans).sum::<u32>());
         let elapsed_us = u64::try_from(begun.elapsed().as_micros()).unwrap_or(u64::MAX);
-        info!(service = "waypoint-gen", epoch = origin.epoch, waypoints, scans, elapsed_us, "plan published");
-        self.last = Some(Published { plan, content_hash, origin });
-        self.is_pending = false;
+        info!(service = "waypoint-gen", epoch = self.output.epoch(), waypoints, scans, elapsed_us, "plan published");
         self.stages.set(Stage::Published);
         Ok(self.done())
     }
 
     fn done(&self) -> Done {
-        let (content_hash, epoch) = self.last.as_ref().map_or((0, 0), |last| (last.content_hash, last.origin.epoch));
+        let (content_hash, epoch) = (self.output.content_hash(), self.output.epoch());
         Done { answer: Answer { content_hash, epoch, ..Answer::default() }, ..Done::default() }
     }
 }
@@ -185,31 +171,23 @@ fn options_of(configured: Option<&Path>, asked: &Asked) -> Result<PlanOptions, F
 }
 
 impl Service for WaypointService {
-    fn inputs(&self) -> &'static [Topic] {
-        // The index is published after its grids: they are taken when it comes.
-        &[Topic::Site, Topic::Phase, Topic::Grids]
-    }
+    type Input = WaypointInput;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Samples belong to a generation of the bus that is gone; they come again.
-        (self.publisher, self.site, self.phase, self.index) = (None, None, None, None);
-        self.slots = GridSlot::all().map(|slot| bus.subscriber(Topic::Grid(slot))).collect::<Result<_, _>>()?;
+        (self.site, self.phase, self.index) = (None, None, None);
+        self.slots = GridSlot::all().map(|slot| bus.subscriber(topics::Grid(slot))).collect::<Result<_, _>>()?;
         self.grids = self.slots.iter().map(|_| None).collect();
-        let publisher = bus.publisher(Topic::Plan, self.last.as_ref().map_or(1 << 16, |p| p.plan.bytes().len()))?;
-        if let Some(last) = &self.last {
-            publisher.publish_copy(last.plan.bytes(), last.origin)?;
-        }
-        self.publisher = Some(publisher);
-        Ok(())
+        self.output.attach(bus)
     }
 
-    fn handle(&mut self, event: Event) -> Result<Done, Failure> {
+    fn handle(&mut self, event: Event<WaypointInput>) -> Result<Done, Failure> {
         match event {
-            Event::Input(topic, sample) => {
-                match topic {
-                    Topic::Site => self.site = Some(Checked::new(sample)?),
-                    Topic::Phase => self.phase = Some(sample),
-                    _ => self.index = Some(sample),
+            Event::Input(input) => {
+                match input {
+                    WaypointInput::Site(site) => self.site = Some(site),
+                    WaypointInput::Phase(phase) => self.phase = Some(phase),
+                    WaypointInput::Grids(index) => self.index = Some(index),
                 }
                 self.plan()
             }
@@ -218,7 +196,10 @@ impl Service for WaypointService {
             }
             Event::Request(_) => Err("waypoint-gen plans waypoints and nothing else".into()),
             Event::Configuration(config) => self.configure(&config),
-            Event::Tick if self.is_pending => self.plan(),
+            Event::Tick if self.output.is_pending() => {
+                self.output.retry()?;
+                Ok(self.done())
+            }
             Event::Attached | Event::Tick => Ok(Done::default()),
         }
     }

@@ -5,7 +5,7 @@ use super::services;
 use crate::bell::BellName;
 use crate::error::DomainError;
 use crate::generation::{Lock, Place};
-use crate::names::{Daemon, Topic};
+use crate::names::{Daemon, TopicName};
 use iceoryx2::node::Node;
 use iceoryx2::service::ipc_threadsafe::Service;
 
@@ -25,7 +25,7 @@ impl Services {
         require_memory()?;
         let life = place.live_in(generation)?;
         let node = node(place, generation, "keeper")?;
-        let topics = Topic::all()
+        let topics = TopicName::all()
             .map(|t| services::topic(&node, t).open_or_create().map_err(|e| refused(format!("topic `{t}`"), e)));
         let topics = topics.collect::<Result<_, _>>()?;
         let status = services::status(&node).open_or_create().map_err(|e| refused("status stream", e))?;

@@ -8,7 +8,7 @@ use super::services;
 use super::wire::{WireBlock, WireHeader};
 use crate::bell::{BellName, Ring};
 use crate::error::{PortError, PublishError, ReceiveError};
-use crate::names::Topic;
+use crate::names::TopicName;
 use iceoryx2::port::LoanError;
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
@@ -24,7 +24,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 const BLOCK_BYTES: usize = size_of::<WireBlock>();
 
-fn open(membership: &Membership, topic: Topic) -> Result<services::TopicService, PortError> {
+fn open(membership: &Membership, topic: TopicName) -> Result<services::TopicService, PortError> {
     check_memory()?;
     services::topic(&membership.node, topic).open().map_err(|e| match e {
         PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => PortError::Full { what: topic.to_string() },
@@ -36,7 +36,7 @@ fn open(membership: &Membership, topic: Topic) -> Result<services::TopicService,
 pub(crate) struct TopicWriter {
     port: Publisher<Service, [WireBlock], WireHeader>,
     bell: Arc<Bell>,
-    topic: Topic,
+    topic: TopicName,
     made: Mutex<MadePages>,
     _membership: Arc<Membership>,
 }
@@ -71,7 +71,7 @@ impl MadePages {
 }
 
 impl TopicWriter {
-    pub(crate) fn open(membership: &Arc<Membership>, topic: Topic, length: usize) -> Result<Arc<Self>, PortError> {
+    pub(crate) fn open(membership: &Arc<Membership>, topic: TopicName, length: usize) -> Result<Arc<Self>, PortError> {
         // The bell first: a newcomer that rings now is heard.
         let bell = membership.bell(BellName::Of(topic.producer()))?;
         let port = open(membership, topic)?
@@ -154,12 +154,12 @@ impl Memory {
 /// The receiving end of a topic.
 pub(crate) struct TopicReader {
     port: Subscriber<Service, [WireBlock], WireHeader>,
-    topic: Topic,
+    topic: TopicName,
     membership: Arc<Membership>,
 }
 
 impl TopicReader {
-    pub(crate) fn open(membership: &Arc<Membership>, topic: Topic) -> Result<Self, PortError> {
+    pub(crate) fn open(membership: &Arc<Membership>, topic: TopicName) -> Result<Self, PortError> {
         let what = || topic.to_string();
         let bell = membership.bell(BellName::Of(topic.producer()))?;
         let port = open(membership, topic)?.subscriber_builder().create().map_err(|e| match e {

@@ -2,7 +2,7 @@
 
 use super::wire::{WireBlock, WireCommand, WireHeader, WireStatus};
 use crate::limits::{MAX_BORROWED, MAX_CLIENTS, MAX_NODES, MAX_OPEN, MAX_SUBSCRIBERS, REPLY_BUFFER, STATUS_BUFFER};
-use crate::names::{Daemon, Topic};
+use crate::names::{Daemon, TopicName};
 use iceoryx2::node::Node;
 use iceoryx2::port::event_id::EventId;
 use iceoryx2::service::builder::{event, publish_subscribe, request_response};
@@ -27,7 +27,7 @@ fn name_of(text: &str) -> ServiceName {
 }
 
 /// A latched topic.
-pub(crate) fn topic(node: &Node<Service>, topic: Topic) -> TopicBuilder {
+pub(crate) fn topic(node: &Node<Service>, topic: TopicName) -> TopicBuilder {
     node.service_builder(&name_of(&topic.to_string()))
         .publish_subscribe::<[WireBlock]>()
         .user_header::<WireHeader>()

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test file takes what it needs")]
 
-use bus::{Bus, Daemon, Domain, GridSlot, Origin, Publisher, Sample, Stopper, Subscriber, Topic, Waiter};
+use bus::{Bus, Daemon, Domain, GridSlot, Origin, Publisher, Sample, Stopper, Subscriber, Topic, Waiter, topics};
 use messages::{ArchiveBuffer, InputHashes, PhaseBuilder};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -103,8 +103,8 @@ pub(crate) fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> 
 }
 
 /// The next sample with this epoch.
-pub(crate) fn sample_of(waiter: &mut Waiter, subscriber: &Subscriber, epoch: u64) -> Sample {
-    until(waiter, &format!("epoch {epoch} of {}", subscriber.topic()), || {
+pub(crate) fn sample_of<T: Topic>(waiter: &mut Waiter, subscriber: &Subscriber<T>, epoch: u64) -> Sample<T> {
+    until(waiter, &format!("epoch {epoch} of {}", subscriber.topic().name()), || {
         subscriber.take().unwrap().filter(|s| s.header().epoch == epoch)
     })
 }
@@ -118,10 +118,10 @@ pub(crate) fn origin(epoch: u64) -> Origin {
     Origin { epoch, frame_epoch: 1, inputs: InputHashes { site: 5, ..InputHashes::default() } }
 }
 
-pub(crate) fn publish(publisher: &Publisher, epoch: u64, n: usize) {
+pub(crate) fn publish(publisher: &Publisher<topics::Phase>, epoch: u64, n: usize) {
     publisher.publish_copy(phase(n).bytes(), origin(epoch)).unwrap();
 }
 
-pub(crate) fn grid(index: usize) -> Topic {
-    Topic::Grid(GridSlot::new(index).unwrap())
+pub(crate) fn grid(index: usize) -> topics::Grid {
+    topics::Grid(GridSlot::new(index).unwrap())
 }

@@ -5,7 +5,6 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use daemon::Request;
-use messages::Alignment;
 
 /// Arguments of `confirm`.
 #[derive(Debug, Clone, clap::Args)]
@@ -31,7 +30,6 @@ impl Run for Args {
     /// No daemons, no pose that waits, elements that the robot has not seen through.
     fn run(&self) -> Result<Outcome, Failure> {
         let sample = alignment_after(&self.site, &Request::Confirm { absent: self.absent.clone() })?;
-        let alignment = Alignment::open(sample.bytes()).map_err(Failure::work)?;
-        Ok(Outcome { is_well: true, ..outcome_of(&sample, &alignment, self.json) })
+        Ok(Outcome { is_well: true, ..outcome_of(&sample, self.json) })
     }
 }

@@ -5,7 +5,6 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use daemon::Request;
-use messages::Alignment;
 use std::path::PathBuf;
 
 /// Arguments of `slam-map`.
@@ -32,7 +31,6 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let file = std::path::absolute(&self.map).map_err(Failure::usage)?;
         let sample = alignment_after(&self.site, &Request::ReadSlamMap { file })?;
-        let alignment = Alignment::open(sample.bytes()).map_err(Failure::work)?;
-        Ok(outcome_of(&sample, &alignment, self.json))
+        Ok(outcome_of(&sample, self.json))
     }
 }

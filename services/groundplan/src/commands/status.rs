@@ -6,9 +6,9 @@ use crate::failure::Failure;
 use crate::plan_date;
 use crate::run::{Outcome, Run};
 use crate::wait::join;
-use bus::{Daemon, HEARTBEAT_PERIOD, Topic};
+use bus::{Daemon, HEARTBEAT_PERIOD, topics};
 use frames::counted;
-use messages::{Grids, Plan, Stage, StatusRecord};
+use messages::{Stage, StatusRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -71,9 +71,9 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let (bus, mut waiter) = join(&self.site.config()?)?;
         let reader = bus.status_reader().map_err(Failure::work)?;
-        let subscriber = |topic| bus.subscriber(topic).map_err(Failure::work);
-        let [grids, plans, alignments] = [Topic::Grids, Topic::Plan, Topic::Alignment].map(subscriber);
-        let (grids, plans, alignments) = (grids?, plans?, alignments?);
+        let grids = bus.subscriber(topics::Grids).map_err(Failure::work)?;
+        let plans = bus.subscriber(topics::Plan).map_err(Failure::work)?;
+        let alignments = bus.subscriber(topics::Alignment).map_err(Failure::work)?;
         let mut seen: BTreeMap<u32, StatusRecord> = BTreeMap::new();
         let (mut index, mut plan, mut alignment) = (None, None, None);
         let deadline = Instant::now() + HEARTBEAT_PERIOD + HEARTBEAT_PERIOD / 2;
@@ -90,25 +90,28 @@ impl Run for Args {
             }
             waiter.wait(rest).map_err(Failure::work)?;
         }
-        let grids = index.as_ref().and_then(|sample| {
-            let index = Grids::open(sample.bytes()).ok()?;
-            Some(GridsStatus {
-                epoch: sample.header().epoch,
+        // What is damaged is not shown; its reader says so.
+        let index = index.and_then(|sample| sample.check().ok());
+        let grids = index.as_ref().map(|sample| {
+            let index = sample.view();
+            GridsStatus {
+                epoch: sample.bytes().header().epoch,
                 plan_time: plan_date::optional_text(index.head.plan_time_s),
                 robot: index.robot_name.to_owned(),
                 storeys: index.slots.len(),
-            })
+            }
         });
-        let plan = plan.as_ref().and_then(|sample| {
-            let plan = Plan::open(sample.bytes()).ok()?;
-            Some(PlanStatus {
-                epoch: sample.header().epoch,
+        let plan = plan.and_then(|sample| sample.check().ok()).map(|sample| {
+            let (header, plan) = (sample.bytes().header(), sample.view());
+            PlanStatus {
+                epoch: header.epoch,
                 waypoints: plan.waypoints.len(),
                 scans: plan.storeys.iter().map(|s| s.n_scans).sum(),
-                is_current: index.as_ref().is_some_and(|i| i.header().content_hash == sample.header().inputs.grids),
-            })
+                is_current: index.as_ref().is_some_and(|i| i.content_hash() == header.inputs.grids),
+            }
         });
-        let alignment = alignment.as_ref().and_then(|sample| Brief::of(sample.header().epoch, sample.bytes()));
+        let alignment = alignment.and_then(|sample| sample.check().ok());
+        let alignment = alignment.map(|sample| Brief::of(sample.bytes().header().epoch, &sample.view()));
         let daemons: BTreeMap<&'static str, DaemonStatus> =
             Daemon::SUPERVISED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
         let healthy = grids.is_some() && plan.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());

@@ -3,15 +3,29 @@
 use super::map_pane::MapOf;
 use super::state::State;
 use crate::alignment_report::Brief;
-use bus::{Bus, GridSlot, PortError, ReceiveError, Sample, Stamp, StatusReader, Subscriber, Topic};
-use messages::{Grid, Grids, Phase, Site};
+use bus::{
+    Bus, CheckedSample, GridSlot, PortError, RawSubscriber, ReceiveError, Stamp, StatusReader, Subscriber, Topic,
+    TopicName, topics,
+};
+use messages::Checked;
 
 /// Subscriptions to everything that is published; of each grid the newest sample is held.
 pub(crate) struct Attached {
     joined: Stamp,
     status: StatusReader,
-    others: Vec<Subscriber>,
-    slots: Vec<(Subscriber, Option<Sample>)>,
+    sites: Subscriber<topics::Site>,
+    phases: Subscriber<topics::Phase>,
+    indices: Subscriber<topics::Grids>,
+    alignments: Subscriber<topics::Alignment>,
+    /// Topics of which only the header is shown.
+    others: Vec<RawSubscriber>,
+    slots: Vec<GridView>,
+}
+
+/// A storey's grid: the newest that came, validated once.
+struct GridView {
+    subscriber: Subscriber<topics::Grid>,
+    held: Option<CheckedSample<topics::Grid>>,
 }
 
 /// The bus refuses.
@@ -27,9 +41,17 @@ pub(crate) enum AttachError {
 
 impl Attached {
     pub(crate) fn to(bus: &Bus) -> Result<Self, PortError> {
-        let topics = Topic::all().filter(|topic| !matches!(topic, Topic::Grid(_)));
-        let others = topics.map(|topic| bus.subscriber(topic)).collect::<Result<_, _>>()?;
-        Ok(Self { joined: Stamp::now(), status: bus.status_reader()?, others, slots: Vec::new() })
+        let others = [TopicName::Plan, TopicName::SlamMap, TopicName::Deviations];
+        Ok(Self {
+            joined: Stamp::now(),
+            status: bus.status_reader()?,
+            sites: bus.subscriber(topics::Site)?,
+            phases: bus.subscriber(topics::Phase)?,
+            indices: bus.subscriber(topics::Grids)?,
+            alignments: bus.subscriber(topics::Alignment)?,
+            others: others.into_iter().map(|topic| bus.raw_subscriber(topic)).collect::<Result<_, _>>()?,
+            slots: Vec::new(),
+        })
     }
 
     /// Number of storeys that are watched.
@@ -39,9 +61,8 @@ impl Attached {
 
     /// The map of a storey, if its grid is there.
     pub(crate) fn map(&self, storey: usize) -> Option<MapOf<'_>> {
-        let sample = self.slots.get(storey)?.1.as_ref()?;
-        // It was validated when it came.
-        Grid::open(sample.bytes()).ok().map(|grid| MapOf { grid })
+        let grid = self.slots.get(storey)?.held.as_ref()?.view();
+        Some(MapOf { grid })
     }
 
     /// Takes what has come; true if anything has.
@@ -51,49 +72,51 @@ impl Attached {
             state.see_status(Stamp::now(), record);
             is_new = true;
         }
+        // What is damaged is not shown; its reader says so.
+        if let Some(site) = seen(&self.sites, self.joined, state, &mut is_new)? {
+            let site = site.view();
+            state.see_names(site.map_storeys.iter().map(|s| site.text(s.name).to_owned()).collect());
+        }
+        if let Some(phase) = seen(&self.phases, self.joined, state, &mut is_new)? {
+            state.see_phase(Stamp::now(), &phase.view());
+        }
+        if let Some(index) = seen(&self.indices, self.joined, state, &mut is_new)? {
+            let n_storeys = index.view().slots.len();
+            self.slots.truncate(n_storeys);
+            for slot in GridSlot::all().take(n_storeys).skip(self.slots.len()) {
+                self.slots.push(GridView { subscriber: bus.subscriber(topics::Grid(slot))?, held: None });
+            }
+            state.see_index(&index.view());
+        }
+        if let Some(alignment) = seen(&self.alignments, self.joined, state, &mut is_new)? {
+            state.see_alignment(Brief::of(alignment.bytes().header().epoch, &alignment.view()));
+        }
         for subscriber in &self.others {
-            let Some(sample) = subscriber.take()? else { continue };
-            is_new = true;
-            let now = Stamp::now();
-            state.see_sample(now, self.joined, subscriber.topic(), *sample.header());
-            // What is damaged is not shown; its reader says so.
-            match subscriber.topic() {
-                Topic::Site => {
-                    if let Ok(site) = Site::open(sample.bytes()) {
-                        state.see_names(site.map_storeys.iter().map(|s| site.text(s.name).to_owned()).collect());
-                    }
-                }
-                Topic::Phase => {
-                    if let Ok(phase) = Phase::open(sample.bytes()) {
-                        state.see_phase(now, &phase);
-                    }
-                }
-                Topic::Alignment => {
-                    if let Some(alignment) = Brief::of(sample.header().epoch, sample.bytes()) {
-                        state.see_alignment(alignment);
-                    }
-                }
-                _ => {
-                    if let Ok(index) = Grids::open(sample.bytes()) {
-                        self.slots.truncate(index.slots.len());
-                        for slot in GridSlot::all().take(index.slots.len()).skip(self.slots.len()) {
-                            self.slots.push((bus.subscriber(Topic::Grid(slot))?, None));
-                        }
-                        state.see_index(&index);
-                    }
-                }
+            if let Some(sample) = subscriber.take()? {
+                is_new = true;
+                state.see_sample(Stamp::now(), self.joined, sample.topic(), *sample.header());
             }
         }
-        for (slot, (subscriber, held)) in GridSlot::all().zip(&mut self.slots) {
-            let Some(sample) = subscriber.take()? else { continue };
-            is_new = true;
-            state.see_sample(Stamp::now(), self.joined, subscriber.topic(), *sample.header());
-            if let Ok(grid) = Grid::open(sample.bytes()) {
-                let before = held.as_ref().and_then(|before| Grid::open(before.bytes()).ok());
-                state.see_grid(slot, sample.header().epoch, &grid, before.as_ref());
-                *held = Some(sample);
+        for (slot, GridView { subscriber, held }) in GridSlot::all().zip(&mut self.slots) {
+            if let Some(grid) = seen(subscriber, self.joined, state, &mut is_new)? {
+                let before = held.as_ref().map(Checked::view);
+                state.see_grid(slot, grid.bytes().header().epoch, &grid.view(), before.as_ref());
+                *held = Some(grid);
             }
         }
         Ok(is_new)
     }
+}
+
+/// The newest sample of a topic, if one has come that is whole; its header is shown in any case.
+fn seen<T: Topic>(
+    subscriber: &Subscriber<T>,
+    joined: Stamp,
+    state: &mut State,
+    is_new: &mut bool,
+) -> Result<Option<CheckedSample<T>>, ReceiveError> {
+    let Some(sample) = subscriber.take()? else { return Ok(None) };
+    *is_new = true;
+    state.see_sample(Stamp::now(), joined, subscriber.topic().name(), *sample.header());
+    Ok(sample.check().ok())
 }

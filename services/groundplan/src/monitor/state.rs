@@ -3,7 +3,7 @@
 use super::snapshot::{DaemonLine, PlanLine, Snapshot, StoreyLine, TopicLine};
 use crate::alignment_report::Brief;
 use crate::plan_date;
-use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, Topic, Verdict};
+use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, TopicName, Verdict};
 use export::text_or_null;
 use messages::{Grid, Grids, Phase, SampleHeader, Stage, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};
@@ -17,7 +17,7 @@ const MAX_ERRORS: usize = 8;
 pub(crate) struct State {
     generation: Option<u64>,
     daemons: BTreeMap<Daemon, DaemonSeen>,
-    topics: BTreeMap<Topic, TopicSeen>,
+    topics: BTreeMap<TopicName, TopicSeen>,
     plan: Option<PlanLine>,
     plan_time_s: Option<i64>,
     robot: Option<String>,
@@ -92,7 +92,7 @@ impl State {
     }
 
     /// A sample has come. One that was published before this program looked has no latency.
-    pub(crate) fn see_sample(&mut self, now: Stamp, joined: Stamp, topic: Topic, header: SampleHeader) {
+    pub(crate) fn see_sample(&mut self, now: Stamp, joined: Stamp, topic: TopicName, header: SampleHeader) {
         let published = Stamp(header.stamp_ns);
         let latency = (joined < published).then(|| now.since(published));
         let seen = self.topics.entry(topic).or_insert_with(|| TopicSeen {
@@ -227,7 +227,7 @@ impl State {
 }
 
 impl TopicSeen {
-    fn line(&self, topic: Topic, now: Stamp) -> TopicLine {
+    fn line(&self, topic: TopicName, now: Stamp) -> TopicLine {
         let recent = self.recent.iter().filter(|at| now.since(**at) < RATE_OVER).count();
         TopicLine {
             topic: topic.to_string(),
@@ -329,10 +329,10 @@ mod tests {
         let mut state = State::new();
         let joined = Stamp(5_000_000_000);
         let header = |stamp_ns| SampleHeader { stamp_ns, ..SampleHeader::of(ArchiveKind::Phase) };
-        state.see_sample(joined, joined, Topic::Phase, header(1_000_000_000));
+        state.see_sample(joined, joined, TopicName::Phase, header(1_000_000_000));
         let line = state.snapshot_at(joined).topics.remove(0);
         assert_eq!((line.latency_ms, line.rate_hz, line.age_s), (None, 0.0, 4.0));
-        state.see_sample(Stamp(6_002_000_000), joined, Topic::Phase, header(6_000_000_000));
+        state.see_sample(Stamp(6_002_000_000), joined, TopicName::Phase, header(6_000_000_000));
         let line = state.snapshot_at(Stamp(6_500_000_000)).topics.remove(0);
         assert_eq!((line.latency_ms, line.rate_hz, line.samples), (Some(2.0), 0.1, 2));
     }

@@ -10,7 +10,6 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 pub use args::Args;
 use daemon::Request;
-use messages::Alignment;
 
 impl Run for Args {
     /// Aligns two maps, all pairs of a folder, or the map that the running daemon follows; all is well if the pose
@@ -35,10 +34,9 @@ impl Args {
     fn align_live(&self) -> Result<Outcome, Failure> {
         let place = &self.place;
         let sample = alignment_after(&self.site, &Request::Align { hint: place.pose_hint(), storey: place.storey })?;
-        let alignment = Alignment::open(sample.bytes()).map_err(Failure::work)?;
-        if let Some(pose) = alignment.pose() {
+        if let Some(pose) = sample.view().pose() {
             self.write_transform(pose)?;
         }
-        Ok(outcome_of(&sample, &alignment, self.json))
+        Ok(outcome_of(&sample, self.json))
     }
 }

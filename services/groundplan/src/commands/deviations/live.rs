@@ -4,8 +4,7 @@ use super::args::Args;
 use super::report::write;
 use crate::failure::Failure;
 use crate::wait::join;
-use bus::{Sample, Topic};
-use messages::{Deviations, Phase, Site};
+use bus::{CheckedSample, topics};
 use std::time::{Duration, Instant};
 
 /// A comparison follows an alignment after seconds.
@@ -18,21 +17,28 @@ const LOOK: Duration = Duration::from_millis(50);
 /// No daemons, no pose that was accepted, a folder that cannot be written.
 pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
-    let subscriber = |topic| bus.subscriber(topic).map_err(Failure::work);
-    let subscribers = [subscriber(Topic::Site)?, subscriber(Topic::Phase)?, subscriber(Topic::Deviations)?];
-    let mut newest: [Option<Sample>; 3] = [None, None, None];
+    let sites = bus.subscriber(topics::Site).map_err(Failure::work)?;
+    let phases = bus.subscriber(topics::Phase).map_err(Failure::work)?;
+    let founds = bus.subscriber(topics::Deviations).map_err(Failure::work)?;
+    let (mut site, mut phase, mut found) = (None, None, None);
     let begun = Instant::now();
     loop {
-        for (sample, subscriber) in newest.iter_mut().zip(&subscribers) {
-            if let Some(newer) = subscriber.take().map_err(Failure::work)? {
-                *sample = Some(newer);
+        site = sites.take().map_err(Failure::work)?.or(site);
+        phase = phases.take().map_err(Failure::work)?.or(phase);
+        found = founds.take().map_err(Failure::work)?.or(found);
+        let belong = match (&site, &phase, &found) {
+            (Some(site), Some(phase), Some(found)) => {
+                let inputs = found.header().inputs;
+                inputs.site == site.header().content_hash && inputs.phase == phase.header().content_hash
             }
-        }
-        if let [Some(site), Some(phase), Some(found)] = &newest {
-            let inputs = found.header().inputs;
-            if [inputs.site, inputs.phase] == [site, phase].map(|sample| sample.header().content_hash) {
-                return write_samples(arguments, site, phase, found);
-            }
+            _ => false,
+        };
+        if let (Some(site), Some(phase), Some(found)) =
+            (site.take_if(|_| belong), phase.take_if(|_| belong), found.take_if(|_| belong))
+        {
+            let site = site.check().map_err(Failure::work)?;
+            let phase = phase.check().map_err(Failure::work)?;
+            return write_samples(arguments, &site, &phase, &found.check().map_err(Failure::work)?);
         }
         if begun.elapsed() > PATIENCE {
             return Err(Failure::work("nothing was compared: see groundplan align and groundplan status"));
@@ -41,10 +47,13 @@ pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
     }
 }
 
-fn write_samples(arguments: &Args, site: &Sample, phase: &Sample, found: &Sample) -> Result<String, Failure> {
-    let site = Site::open(site.bytes()).map_err(Failure::work)?;
-    let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
-    let found = Deviations::open(found.bytes()).map_err(Failure::work)?;
+fn write_samples(
+    arguments: &Args,
+    site: &CheckedSample<topics::Site>,
+    phase: &CheckedSample<topics::Phase>,
+    found: &CheckedSample<topics::Deviations>,
+) -> Result<String, Failure> {
+    let (site, phase, found) = (site.view(), phase.view(), found.view());
     phase.check_site(&site).map_err(Failure::work)?;
     found.check_site(&site).map_err(Failure::work)?;
     write(arguments, &site, &phase, &found)

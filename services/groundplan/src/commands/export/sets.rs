@@ -2,54 +2,83 @@
 
 use crate::failure::Failure;
 use crate::maps::world_files;
-use bus::{Bus, GridSlot, Sample, Subscriber, Topic};
+use bus::{Bus, CheckedSample, GridSlot, Subscriber, Topic, topics};
 use daemon::{Robot, SiteConfig};
 use export::{ExportFile, ExportInput};
-use messages::{Grid, Grids, Phase, Plan, Site};
+use messages::{Checked, Grid};
 use raster::Rasterizer;
 use world::WorldOptions;
 
 /// The newest samples, and whether they are of one state of the site.
 pub(super) struct Sets {
-    subscribers: [Subscriber; 4],
-    slots: Vec<Subscriber>,
-    site: Option<Sample>,
-    phase: Option<Sample>,
-    index: Option<Sample>,
-    plan: Option<Sample>,
-    grids: Vec<Option<Sample>>,
+    sites: Newest<topics::Site>,
+    phases: Newest<topics::Phase>,
+    indices: Newest<topics::Grids>,
+    plans: Newest<topics::Plan>,
+    grids: Vec<Newest<topics::Grid>>,
     /// Footprints are not on the bus: cutting gives the same again. With the hashes of what it was made from.
     cut: Option<([u64; 2], Rasterizer)>,
 }
 
+/// A topic with its newest sample.
+struct Newest<T: Topic> {
+    subscriber: Subscriber<T>,
+    sample: Option<CheckedSample<T>>,
+}
+
+impl<T: Topic> Newest<T> {
+    fn of(bus: &Bus, topic: T) -> Result<Self, Failure> {
+        Ok(Self { subscriber: bus.subscriber(topic).map_err(Failure::work)?, sample: None })
+    }
+
+    fn take(&mut self) -> Result<(), Failure> {
+        if let Some(newer) = self.subscriber.take().map_err(Failure::work)? {
+            self.sample = Some(newer.check().map_err(Failure::work)?);
+        }
+        Ok(())
+    }
+}
+
 impl Sets {
     pub(super) fn of(bus: &Bus) -> Result<Self, Failure> {
-        let subscriber = |topic| bus.subscriber(topic).map_err(Failure::work);
-        let [site, phase, grids, plan] = [Topic::Site, Topic::Phase, Topic::Grids, Topic::Plan].map(subscriber);
-        let subscribers = [site?, phase?, grids?, plan?];
-        let slots = GridSlot::all().map(|slot| subscriber(Topic::Grid(slot))).collect::<Result<Vec<_>, _>>()?;
-        let grids = slots.iter().map(|_| None).collect();
-        Ok(Self { subscribers, slots, site: None, phase: None, index: None, plan: None, grids, cut: None })
+        Ok(Self {
+            sites: Newest::of(bus, topics::Site)?,
+            phases: Newest::of(bus, topics::Phase)?,
+            indices: Newest::of(bus, topics::Grids)?,
+            plans: Newest::of(bus, topics::Plan)?,
+            grids: GridSlot::all().map(|slot| Newest::of(bus, topics::Grid(slot))).collect::<Result<_, _>>()?,
+            cut: None,
+        })
     }
 
     /// Takes what has come; true if the newest samples belong together.
     pub(super) fn take(&mut self) -> Result<bool, Failure> {
-        let newest =
-            [&mut self.site, &mut self.phase, &mut self.index, &mut self.plan].into_iter().zip(&self.subscribers);
-        for (sample, subscriber) in newest.chain(self.grids.iter_mut().zip(&self.slots)) {
-            if let Some(newer) = subscriber.take().map_err(Failure::work)? {
-                *sample = Some(newer);
-            }
-        }
-        let index = self.index.as_ref();
-        let is_of_index = |plan: &Sample| index.is_some_and(|i| plan.header().inputs.grids == i.header().content_hash);
-        Ok(self.plan.as_ref().is_some_and(is_of_index)
-            && is_one_set(self.site.as_ref(), self.phase.as_ref(), index, &self.grids))
+        self.sites.take()?;
+        self.phases.take()?;
+        self.indices.take()?;
+        self.plans.take()?;
+        self.grids.iter_mut().try_for_each(Newest::take)?;
+        Ok(self.is_one_set())
+    }
+
+    /// True if the index names the site, the phase and every grid, and the plan is made from it.
+    fn is_one_set(&self) -> bool {
+        let (Some(site), Some(phase), Some(index), Some(plan)) =
+            (&self.sites.sample, &self.phases.sample, &self.indices.sample, &self.plans.sample)
+        else {
+            return false;
+        };
+        let named = index.view();
+        let mut slots = named.slots.iter().zip(&self.grids);
+        plan.bytes().header().inputs.grids == index.content_hash()
+            && named.head.site_hash == site.content_hash()
+            && named.head.phase_hash == phase.content_hash()
+            && slots.all(|(slot, grid)| grid.sample.as_ref().is_some_and(|g| g.content_hash() == slot.content_hash))
     }
 
     /// Epoch of the plan, which is the last of a set.
     pub(super) fn epoch(&self) -> Option<u64> {
-        self.plan.as_ref().map(|plan| plan.header().epoch)
+        self.plans.sample.as_ref().map(|plan| plan.bytes().header().epoch)
     }
 
     /// The files of the samples, which belong together.
@@ -58,16 +87,15 @@ impl Sets {
         config: &SiteConfig,
         world: Option<&WorldOptions>,
     ) -> Result<Vec<ExportFile>, Failure> {
-        let (Some(site), Some(phase), Some(index), Some(plan)) = (&self.site, &self.phase, &self.index, &self.plan)
+        let (Some(site), Some(phase), Some(index), Some(plan)) =
+            (&self.sites.sample, &self.phases.sample, &self.indices.sample, &self.plans.sample)
         else {
             return Err(Failure::work("there are no maps yet"));
         };
-        let site = Site::open(site.bytes()).map_err(Failure::work)?;
-        let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
-        let inputs = index.header().inputs;
-        let index = Grids::open(index.bytes()).map_err(Failure::work)?;
-        let grids = self.grids.iter().flatten().take(index.slots.len()).map(|g| Grid::open(g.bytes()));
-        let grids: Vec<Grid<'_>> = grids.collect::<Result<_, _>>().map_err(Failure::work)?;
+        let inputs = index.bytes().header().inputs;
+        let (site, phase, index, plan) = (site.view(), phase.view(), index.view(), plan.view());
+        let held = self.grids.iter().filter_map(|grid| grid.sample.as_ref());
+        let grids: Vec<Grid<'_>> = held.take(index.slots.len()).map(Checked::view).collect();
         phase.check_site(&site).map_err(Failure::work)?;
         index.check_site(&site).map_err(Failure::work)?;
         grids.iter().try_for_each(|grid| grid.check_site(&site)).map_err(Failure::work)?;
@@ -79,7 +107,6 @@ impl Sets {
         }
         let footprints: Vec<_> =
             self.cut.iter().flat_map(|(_, cut)| (0..grids.len()).map(|k| cut.footprints(k))).collect();
-        let plan = Plan::open(plan.bytes()).map_err(Failure::work)?;
         plan.check_site(&site).map_err(Failure::work)?;
         // Of the robot in use only the outline is not in the index.
         let configured = config.robot.profile.as_deref().map(Robot::read).transpose().map_err(Failure::usage)?;
@@ -98,15 +125,4 @@ impl Sets {
         };
         Ok(export::files(&input, world_files(&input, world)))
     }
-}
-
-/// True if the index names the site, the phase and every grid.
-fn is_one_set(site: Option<&Sample>, phase: Option<&Sample>, index: Option<&Sample>, grids: &[Option<Sample>]) -> bool {
-    let (Some(site), Some(phase), Some(index)) = (site, phase, index) else { return false };
-    let Ok(named) = Grids::open(index.bytes()) else { return false };
-    let hash = |sample: &Sample| sample.header().content_hash;
-    let mut slots = named.slots.iter().zip(grids);
-    named.head.site_hash == hash(site)
-        && named.head.phase_hash == hash(phase)
-        && slots.all(|(slot, grid)| grid.as_ref().is_some_and(|g| hash(g) == slot.content_hash))
 }

@@ -2,7 +2,7 @@
 
 use crate::alignment_report;
 use crate::plan_date::optional_text;
-use bus::{Sample, Topic};
+use bus::{RawSample, TopicName};
 use messages::{Alignment, ArchiveError, Grid, Grids, Phase, Plan, Site, SlamMap};
 use serde_json::{Value, json};
 
@@ -15,15 +15,15 @@ pub(super) fn hash_text(hash: u64) -> String {
 ///
 /// # Errors
 /// A sample that is damaged.
-pub(super) fn describe(topic: Topic, sample: &Sample) -> Result<Value, ArchiveError> {
+pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
     let header = sample.header();
-    let content = match topic {
-        Topic::Site => {
+    let content = match sample.topic() {
+        TopicName::Site => {
             let site = Site::open(sample.bytes())?;
             let (elements, spaces, tasks) = (site.elements.len(), site.spaces.len(), site.tasks.len());
             json!({"elements": elements, "spaces": spaces, "map_storeys": site.map_storeys.len(), "tasks": tasks})
         }
-        Topic::Phase => {
+        TopicName::Phase => {
             let head = Phase::open(sample.bytes())?.head;
             json!({
                 "plan_time": optional_text(head.plan_time_s),
@@ -32,7 +32,7 @@ pub(super) fn describe(topic: Topic, sample: &Sample) -> Result<Value, ArchiveEr
                 "changes": head.n_changes,
             })
         }
-        Topic::Grid(_) => {
+        TopicName::Grid(_) => {
             let grid = Grid::open(sample.bytes())?;
             let spec = grid.spec();
             json!({
@@ -43,12 +43,12 @@ pub(super) fn describe(topic: Topic, sample: &Sample) -> Result<Value, ArchiveEr
                 "free_cells": grid.planning.iter().filter(|&&p| p == 0).count(),
             })
         }
-        Topic::Grids => {
+        TopicName::Grids => {
             let index = Grids::open(sample.bytes())?;
             let grids: Vec<String> = index.slots.iter().map(|s| hash_text(s.content_hash)).collect();
             json!({"plan_time": optional_text(index.head.plan_time_s), "robot": index.robot_name, "grids": grids})
         }
-        Topic::Plan => {
+        TopicName::Plan => {
             let plan = Plan::open(sample.bytes())?;
             let share = |n: u32, of: u32| (of > 0).then(|| f64::from(n) / f64::from(of));
             let storeys: Vec<Value> = plan
@@ -67,18 +67,18 @@ pub(super) fn describe(topic: Topic, sample: &Sample) -> Result<Value, ArchiveEr
             let covered = plan.spaces.iter().map(|s| share(s.n_seen, s.n_faces)).collect::<Vec<_>>();
             json!({"waypoints": plan.waypoints.len(), "storeys": storeys, "space_coverage": covered})
         }
-        Topic::SlamMap => {
+        TopicName::SlamMap => {
             let head = SlamMap::open(sample.bytes())?.head;
             let size = [head.width, head.height];
             json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": alignment_report::Pose::of(head.origin)})
         }
-        Topic::Alignment => {
-            alignment_report::document(&Alignment::open(sample.bytes())?, alignment_report::inputs_of(sample))
+        TopicName::Alignment => {
+            alignment_report::document(&Alignment::open(sample.bytes())?, alignment_report::inputs_of(sample.header()))
         }
-        Topic::Deviations => Value::Null,
+        TopicName::Deviations => Value::Null,
     };
     Ok(json!({
-        "topic": topic.to_string(),
+        "topic": sample.topic().to_string(),
         "epoch": header.epoch,
         "bytes": header.payload_length,
         "content_hash": hash_text(header.content_hash),

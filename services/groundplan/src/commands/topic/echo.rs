@@ -4,7 +4,7 @@ use super::description::describe;
 use super::samples::{LOOK, samples, stoppable};
 use crate::args::SiteArgs;
 use crate::failure::Failure;
-use bus::Topic;
+use bus::TopicName;
 use std::io::Write;
 use std::time::Duration;
 
@@ -13,22 +13,21 @@ use std::time::Duration;
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Prints the last sample.
-pub(super) fn echo(site: &SiteArgs, topic: Topic, json: bool) -> Result<String, Failure> {
+pub(super) fn echo(site: &SiteArgs, topic: TopicName, json: bool) -> Result<String, Failure> {
     let found = samples(site, &[topic], PATIENCE)?.pop();
     let (_, sample) = found.ok_or_else(|| Failure::work(format!("{topic} has no sample")))?;
-    let described = describe(topic, &sample).map_err(Failure::work)?;
+    let described = describe(&sample).map_err(Failure::work)?;
     let text = if json { serde_json::to_string(&described) } else { serde_json::to_string_pretty(&described) };
     Ok(text.map_err(Failure::work)? + "\n")
 }
 
 /// Prints every sample that comes, the last one first, until it is told to stop.
-pub(super) fn follow(site: &SiteArgs, topic: Topic) -> Result<String, Failure> {
+pub(super) fn follow(site: &SiteArgs, topic: TopicName) -> Result<String, Failure> {
     let (bus, mut waiter) = stoppable(site)?;
-    let subscriber = bus.subscriber(topic).map_err(Failure::work)?;
+    let subscriber = bus.raw_subscriber(topic).map_err(Failure::work)?;
     loop {
         if let Some(sample) = subscriber.take().map_err(Failure::work)? {
-            let line =
-                serde_json::to_string(&describe(topic, &sample).map_err(Failure::work)?).map_err(Failure::work)?;
+            let line = serde_json::to_string(&describe(&sample).map_err(Failure::work)?).map_err(Failure::work)?;
             // A reader that wants no more, such as `head`, ends it.
             if writeln!(std::io::stdout(), "{line}").is_err() {
                 return Ok(String::new());

@@ -3,7 +3,7 @@
 use super::samples::{LOOK, stoppable};
 use crate::args::SiteArgs;
 use crate::failure::Failure;
-use bus::{Stamp, Topic};
+use bus::{Stamp, TopicName};
 use frames::counted;
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -21,9 +21,9 @@ struct Rate {
 }
 
 /// Counts samples that are published while it looks.
-pub(super) fn hz(site: &SiteArgs, topic: Topic, seconds: Option<f64>, json: bool) -> Result<String, Failure> {
+pub(super) fn hz(site: &SiteArgs, topic: TopicName, seconds: Option<f64>, json: bool) -> Result<String, Failure> {
     let (bus, mut waiter) = stoppable(site)?;
-    let subscriber = bus.subscriber(topic).map_err(Failure::work)?;
+    let subscriber = bus.raw_subscriber(topic).map_err(Failure::work)?;
     let (begun, start) = (Instant::now(), Stamp::now());
     let ends = seconds.map(|s| begun + Duration::from_secs_f64(s.clamp(0.0, 1e9)));
     let (mut bytes, mut latencies_ms) = (Vec::new(), Vec::new());

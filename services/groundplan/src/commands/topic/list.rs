@@ -4,7 +4,7 @@ use super::description::hash_text;
 use super::samples::samples;
 use crate::args::SiteArgs;
 use crate::failure::Failure;
-use bus::{GridSlot, Stamp, Topic};
+use bus::{GridSlot, Stamp, TopicName};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -23,10 +23,17 @@ struct Listed {
 }
 
 pub(super) fn list(site: &SiteArgs, json: bool) -> Result<String, Failure> {
-    let slots = GridSlot::all().map(Topic::Grid);
-    let others =
-        [Topic::Site, Topic::Phase, Topic::Grids, Topic::Plan, Topic::SlamMap, Topic::Alignment, Topic::Deviations];
-    let topics: Vec<Topic> = others.into_iter().chain(slots).collect();
+    let slots = GridSlot::all().map(TopicName::Grid);
+    let others = [
+        TopicName::Site,
+        TopicName::Phase,
+        TopicName::Grids,
+        TopicName::Plan,
+        TopicName::SlamMap,
+        TopicName::Alignment,
+        TopicName::Deviations,
+    ];
+    let topics: Vec<TopicName> = others.into_iter().chain(slots).collect();
     let listed = samples(site, &topics, PATIENCE)?.into_iter().map(|(topic, sample)| {
         let header = sample.header();
         Listed {

@@ -9,7 +9,7 @@ mod samples;
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use bus::Topic;
+use bus::TopicName;
 use messages::nearest_names_hint;
 
 /// Arguments of `topic`.
@@ -80,10 +80,10 @@ impl Run for Args {
     }
 }
 
-fn topic_of(name: &str) -> Result<Topic, Failure> {
-    let topic = Topic::all().find(|t| t.to_string() == name);
+fn topic_of(name: &str) -> Result<TopicName, Failure> {
+    let topic = TopicName::all().find(|t| t.to_string() == name);
     topic.ok_or_else(|| {
-        let names: Vec<String> = Topic::all().map(|t| t.to_string()).collect();
+        let names: Vec<String> = TopicName::all().map(|t| t.to_string()).collect();
         let nearest = nearest_names_hint(name, names.iter().map(String::as_str));
         Failure::usage(format!("there is no topic {name:?}: see topic list{nearest}"))
     })

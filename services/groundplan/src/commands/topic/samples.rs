@@ -3,7 +3,7 @@
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::wait::join;
-use bus::{Bus, Sample, Topic, Waiter};
+use bus::{Bus, RawSample, TopicName, Waiter};
 use daemon::StopSignal;
 use std::time::{Duration, Instant};
 
@@ -19,11 +19,15 @@ pub(super) fn stoppable(site: &SiteArgs) -> Result<(Bus, Waiter), Failure> {
 }
 
 /// The last samples of those topics that have one.
-pub(super) fn samples(site: &SiteArgs, topics: &[Topic], patience: Duration) -> Result<Vec<(Topic, Sample)>, Failure> {
+pub(super) fn samples(
+    site: &SiteArgs,
+    topics: &[TopicName],
+    patience: Duration,
+) -> Result<Vec<(TopicName, RawSample)>, Failure> {
     let (bus, mut waiter) = join(&site.config()?)?;
     let subscribers: Vec<_> =
-        topics.iter().map(|t| bus.subscriber(*t)).collect::<Result<_, _>>().map_err(Failure::work)?;
-    let mut found: Vec<Option<Sample>> = topics.iter().map(|_| None).collect();
+        topics.iter().map(|t| bus.raw_subscriber(*t)).collect::<Result<_, _>>().map_err(Failure::work)?;
+    let mut found: Vec<Option<RawSample>> = topics.iter().map(|_| None).collect();
     let deadline = Instant::now() + patience;
     while found.iter().any(Option::is_none) && Instant::now() < deadline {
         for (subscriber, found) in subscribers.iter().zip(&mut found) {
