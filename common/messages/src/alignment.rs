@@ -1,7 +1,7 @@
 //! The `alignment` archive: where the robot's map lies in the model's, and how sure that is.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
-use crate::checked::ArchiveWriter;
+use crate::archive_writer::ArchiveWriter;
 use crate::payload;
 use bytemuck::{Pod, Zeroable};
 

@@ -1,31 +1,10 @@
-//! Archives that were validated once, and archives to be, each with its kind as a type.
+//! Archives that were validated once, each with its kind as a type.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind};
-use crate::payload;
+use crate::payload::{self, Payload};
 use crate::{Alignment, Deviations, Grid, Grids, Phase, Plan, Site, SlamMap};
 use std::fmt;
 use std::marker::PhantomData;
-
-/// A kind of archive.
-pub trait Payload: 'static {
-    /// Its number in the preamble.
-    const KIND: ArchiveKind;
-
-    /// How its bytes are read in place.
-    type View<'a>: Copy;
-
-    /// Validates and views an archive.
-    ///
-    /// # Errors
-    /// Bytes that are no whole archive of this kind.
-    fn open(bytes: &[u8]) -> Result<Self::View<'_>, ArchiveError>;
-
-    /// Views an archive whose hash and records were validated before; sections are looked up, nothing else is.
-    ///
-    /// # Errors
-    /// Bytes that are no archive of this kind.
-    fn view(bytes: &[u8]) -> Result<Self::View<'_>, ArchiveError>;
-}
 
 macro_rules! payloads {
     ($($name:ident)*) => {$(
@@ -93,32 +72,10 @@ impl<P: Payload, B> fmt::Debug for Checked<P, B> {
     }
 }
 
-/// An archive to be, written where it will lie: in the heap, or in shared memory.
-pub trait ArchiveWriter {
-    /// The kind of archive that it writes.
-    type Payload: Payload;
-
-    /// Bytes of the archive.
-    fn length(&self) -> usize;
-
-    /// Writes every byte of the archive into memory of exactly [`Self::length`] bytes at a multiple of 64; its content hash.
-    ///
-    /// # Panics
-    /// If the memory has another length.
-    fn write(&self, out: &mut [u8]) -> u64;
-
-    /// Writes the archive into the heap.
-    fn to_buffer(&self) -> ArchiveBuffer {
-        let mut buffer = ArchiveBuffer::zeroed(self.length());
-        self.write(buffer.bytes_mut());
-        buffer
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PhaseBuilder;
+    use crate::{ArchiveWriter, PhaseBuilder};
 
     #[test]
     fn a_checked_archive_is_viewed_again_without_its_hash() {

@@ -1,7 +1,7 @@
 //! The `deviations` archive: what a robot saw of a storey's elements, and what it saw beside them.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
-use crate::checked::ArchiveWriter;
+use crate::archive_writer::ArchiveWriter;
 use crate::deviation_records::*;
 use crate::payload;
 use crate::phase::ElementState;

@@ -1,7 +1,7 @@
 //! The `grids` archive: index of a set of grids that belong together.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionPlan, layout, seal, write_table};
-use crate::checked::ArchiveWriter;
+use crate::archive_writer::ArchiveWriter;
 use crate::payload;
 use crate::robot::RobotProfile;
 use crate::site_records::BoxRecord;

@@ -24,6 +24,7 @@
 
 mod alignment;
 mod archive;
+mod archive_writer;
 mod checked;
 mod consistency;
 mod deviation_records;
@@ -48,13 +49,15 @@ pub use alignment::{Alignment, AlignmentBuilder, AlignmentHead, Evidence, PoseRe
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, sections_len,
 };
-pub use checked::{ArchiveWriter, Checked, Payload};
+pub use archive_writer::ArchiveWriter;
+pub use checked::Checked;
 pub use consistency::OtherSite;
 pub use deviation_records::*;
 pub use deviations::{Deviations, DeviationsBuilder};
 pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
 pub use nearest_names::{nearest_names, nearest_names_hint};
+pub use payload::Payload;
 pub use phase::{
     DateSource, ElementScheduleRecord, ElementState, Phase, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord,
     plan_time,

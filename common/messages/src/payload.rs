@@ -1,5 +1,28 @@
 //! The kinds of archives as types: what a topic carries, what a writer makes.
 
+use crate::archive::{ArchiveError, ArchiveKind};
+
+/// A kind of archive.
+pub trait Payload: 'static {
+    /// Its number in the preamble.
+    const KIND: ArchiveKind;
+
+    /// How its bytes are read in place.
+    type View<'a>: Copy;
+
+    /// Validates and views an archive.
+    ///
+    /// # Errors
+    /// Bytes that are no whole archive of this kind.
+    fn open(bytes: &[u8]) -> Result<Self::View<'_>, ArchiveError>;
+
+    /// Views an archive whose hash and records were validated before; sections are looked up, nothing else is.
+    ///
+    /// # Errors
+    /// Bytes that are no archive of this kind.
+    fn view(bytes: &[u8]) -> Result<Self::View<'_>, ArchiveError>;
+}
+
 /// `site`: geometry, spaces, doors, schedule.
 #[derive(Debug)]
 pub enum Site {}

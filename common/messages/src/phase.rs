@@ -1,7 +1,7 @@
 //! The `phase` archive: states of elements and spaces at a plan time.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
-use crate::checked::ArchiveWriter;
+use crate::archive_writer::ArchiveWriter;
 use crate::payload;
 use crate::site_builder::TextPool;
 use crate::site_records::DiagnosticRecord;

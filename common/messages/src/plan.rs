@@ -1,7 +1,7 @@
 //! The `plan` archive: waypoints, tours, the route graph.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList};
-use crate::checked::ArchiveWriter;
+use crate::archive_writer::ArchiveWriter;
 use crate::payload;
 use crate::plan_records::*;
 use crate::site_builder::TextPool;

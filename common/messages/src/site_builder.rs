@@ -1,7 +1,7 @@
 //! The writer of the `site` archive.
 
 use crate::archive::{ArchiveBuffer, ArchiveKind, SectionList, Text};
-use crate::checked::ArchiveWriter;
+use crate::archive_writer::ArchiveWriter;
 use crate::payload;
 use crate::schedule_records::*;
 use crate::site_records::*;
