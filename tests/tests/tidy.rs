@@ -2,6 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
+#[path = "support/imports.rs"]
+mod imports;
+
+use imports::{circles, imports, modules, named_paths as paths_of_code};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -68,16 +72,38 @@ const FENCED: [(&str, &[&str]); 9] = [
     ("iceoryx2", &["bus"]),
 ];
 
+/// Crates whose modules import each other in a circle, and why each of them may.
+const CIRCLES: &[(&str, &str)] = &[("daemon", "its event loop is being taken apart")];
+
+/// Packages that a stage must not depend on: it knows neither bus nor command line, log or operating system.
+const NOT_FOR_STAGES: [&str; 5] = ["bus", "daemon", "clap", "tracing", "rustix"];
+
+/// Modules of the standard library that a stage must not name: it knows no files, processes and clocks.
+const OUTSIDE: [&str; 4] = ["fs", "net", "env", "process"];
+
+/// The folders of all crates but the tests.
+fn crates() -> Vec<PathBuf> {
+    let folders = ["common", "common/stages", "services"];
+    let entries = folders.iter().flat_map(|folder| std::fs::read_dir(root().join(folder)).unwrap());
+    entries.map(|entry| entry.unwrap().path()).filter(|path| !path.ends_with("common/stages")).collect()
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+fn manifest(folder: &Path) -> toml::Table {
+    std::fs::read_to_string(folder.join("Cargo.toml")).unwrap().parse().unwrap()
+}
+
 fn manifests() -> BTreeMap<String, toml::Table> {
-    let mut found = BTreeMap::new();
-    for folder in ["common", "common/stages", "services"] {
-        let entries = std::fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
-        for path in entries.filter(|path| !path.ends_with("common/stages")) {
-            let text = std::fs::read_to_string(path.join("Cargo.toml")).unwrap();
-            found.insert(path.file_name().unwrap().to_string_lossy().into_owned(), text.parse().unwrap());
-        }
-    }
-    found
+    crates().iter().map(|path| (name_of(path), manifest(path))).collect()
+}
+
+/// Names in the tables of dependencies of a manifest, those of tests and build scripts included.
+fn all_dependencies(manifest: &toml::Table) -> Vec<&String> {
+    let tables = ["dependencies", "dev-dependencies", "build-dependencies"];
+    tables.iter().filter_map(|name| manifest.get(*name)?.as_table()).flat_map(toml::Table::keys).collect()
 }
 
 fn dependencies(manifest: &toml::Table) -> Vec<&String> {
@@ -105,6 +131,75 @@ fn foreign_kernels_are_fenced() {
             assert!(!names_it || may, "{name} must not name {foreign}: that is for {}", owners.join(" and "));
         }
     }
+}
+
+#[test]
+fn nobody_depends_on_a_service() {
+    let is_service = |name: &&String| root().join("services").join(name).exists();
+    let folders = [root().join("tests"), root().join("tests/fuzz")];
+    for folder in crates().into_iter().chain(folders) {
+        let manifest = manifest(&folder);
+        let service = all_dependencies(&manifest).into_iter().find(is_service);
+        assert_eq!(service, None, "{} depends on a service", folder.display());
+    }
+}
+
+#[test]
+fn stages_know_neither_bus_nor_files_nor_clocks() {
+    for folder in crates().into_iter().filter(|path| path.parent().unwrap().ends_with("stages")) {
+        let (name, manifest) = (name_of(&folder), manifest(&folder));
+        for dependency in all_dependencies(&manifest) {
+            assert!(!NOT_FOR_STAGES.contains(&dependency.as_str()), "{name} must not depend on {dependency}");
+        }
+        for (module, text) in modules(&folder.join("src")) {
+            for path in paths_of_code(&text) {
+                let words: Vec<&str> = path.iter().map(String::as_str).collect();
+                let is_outside = matches!(words[..], ["std", module, ..] if OUTSIDE.contains(&module));
+                let is_clock = words.iter().any(|word| ["Instant", "SystemTime"].contains(word));
+                assert!(!is_outside && !is_clock, "{name}::{} names {}", module.join("::"), words.join("::"));
+            }
+        }
+    }
+}
+
+#[test]
+fn modules_import_one_way() {
+    let justified = BTreeMap::from_iter(CIRCLES.iter().copied());
+    for folder in crates().into_iter().chain([root().join("tests/fuzz")]) {
+        let (name, circles) = (name_of(&folder), circles(&imports(&modules(&folder.join("src")))));
+        match justified.get(name.as_str()) {
+            Some(why) => assert!(!circles.is_empty(), "{name} has no circle any more, take it off the list ({why})"),
+            None => assert!(circles.is_empty(), "modules of {name} import each other:\n{}", circles.join("\n")),
+        }
+    }
+}
+
+/// The circles of a crate of these modules; `lib` is the crate itself.
+fn circles_of(texts: &[(&str, &str)]) -> Vec<String> {
+    let path = |name: &str| name.split("::").filter(|part| *part != "lib").map(str::to_owned).collect();
+    circles(&imports(&texts.iter().map(|(name, text)| (path(name), (*text).to_owned())).collect()))
+}
+
+#[test]
+fn a_circle_is_found_through_children_re_exports_and_imported_modules() {
+    let lib = ("lib", "mod a; mod b; pub use b::Thing;");
+    let b = ("b", "use crate::a;\npub struct Thing; fn f() { a::g() }");
+    let found = circles_of(&[lib, ("a", "use crate::{other, Thing as T}; fn g() -> T { T }"), b]);
+    assert_eq!(found, ["a names Thing of b", "b names (module), g of a"]);
+    let found =
+        circles_of(&[("lib", "mod a;"), ("a", "mod c; fn f() { c::g() } pub struct S;"), ("a::c", "use super::S;")]);
+    assert_eq!(found, ["a names g of a::c", "a::c names S of a"]);
+}
+
+#[test]
+fn tests_comments_texts_and_re_exports_of_children_are_no_imports() {
+    let lib = ("lib", "mod a; mod b; pub use a::S; use b::f;");
+    let tests = "#[cfg(test)]\nmod tests { use super::*; use crate::b::g; fn t() { [1; 2]; } }";
+    let a = format!(
+        "pub struct S; // crate::b::h\nconst T: [&str; 2] = [r#\"\" crate::b::k\"#, \"\\\" crate::b::l\"]; {tests}"
+    );
+    let b = "use crate::a::S; fn f(c: char) -> bool { c == '\"' || c == '\\'' } fn g<'a>(s: &'a S) -> impl Sized + use<'a> {}";
+    assert_eq!(circles_of(&[lib, ("a", &a), ("b", b)]), Vec::<String>::new());
 }
 
 #[test]
