@@ -1,4 +1,4 @@
-//! The running daemons, measured: one command, one table, in one run.
+//! Latency and memory of the running daemons, one table per run.
 //!
 //! `scripts/bench-live` builds everything for release and runs this. The site is the demo building 60 times, on 10 storeys, each
 //! copy a day later than the one before; another model may be given as an argument. Times are of this machine and this

@@ -1,5 +1,5 @@
-//! Measures planning of waypoints: time, scans, coverage, tours, against one scan per centroid of a space. One JSON document a
-//! storey on standard output; with `--instances DIR` what the scans were chosen from, for an exact solver.
+//! Quality and time of waypoint planning against one scan per space centroid: a JSON document per storey on standard output; with
+//! `--instances DIR` the set-cover instances, for an exact solver.
 //!
 //! usage: cargo bench -p end-to-end --bench plan -- [--instances DIR] [--quality N] [--tour-kicks N] MODEL.ifc...
 

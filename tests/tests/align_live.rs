@@ -1,4 +1,4 @@
-//! The robot's map and the running daemons.
+//! The `slam-map` topic and the running daemons.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

@@ -1,4 +1,4 @@
-//! Real files: every one converts, or says clearly why not.
+//! Corpus files: each converts or fails with a clear reason.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

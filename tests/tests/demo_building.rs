@@ -1,4 +1,4 @@
-//! The demo building from file to maps: what its generator says must be where it says.
+//! The demo building from file to maps, checked against its generator.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

@@ -1,4 +1,5 @@
-//! Whatever dies, hangs, fills up or is damaged: no half map is ever seen, the set recovers by itself, nothing is left.
+//! Fault injection: killed, hung, full and damaged processes; no partial map is visible, the set recovers, nothing is left
+//! behind.
 //!
 //! One fault of each kind runs with all tests; `scripts/test --long` runs the whole matrix.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]

@@ -1,4 +1,4 @@
-//! What an installation puts where.
+//! Installed files and their places.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

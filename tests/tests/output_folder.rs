@@ -1,4 +1,4 @@
-//! Output folders: what a person put into one is never lost, and every manifest lists its files.
+//! Output folders: foreign files are never lost, and every manifest lists its files.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

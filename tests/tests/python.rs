@@ -1,4 +1,4 @@
-//! A program in another language attaches to the running daemons and reads their memory in place.
+//! A Python subscriber reads the running daemons' memory in place.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

@@ -1,4 +1,4 @@
-//! The schedule from file to states, changes and maps: of the demo building, and of real and generated files against the truth.
+//! Schedules from file to states, changes and maps, on the demo building and against ground truth.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

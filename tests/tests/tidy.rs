@@ -1,4 +1,4 @@
-//! The tree is the architecture: dependencies point one way, folders are where a newcomer looks for them.
+//! Enforces the crate layering and the folder layout.
 
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 

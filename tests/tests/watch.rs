@@ -1,4 +1,4 @@
-//! A folder that follows the running daemons, and the script that brings Nav2 to it.
+//! `export --watch` and the Nav2 hook script.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

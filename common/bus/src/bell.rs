@@ -1,4 +1,4 @@
-//! What wakes a participant: one bell per daemon, and one for the status stream.
+//! Wake-up events: one event service per daemon and one for the status stream.
 
 use crate::names::Daemon;
 

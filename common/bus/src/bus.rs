@@ -1,4 +1,4 @@
-//! A participant: opens the ends of topics, of the status stream and of commands.
+//! A participant of the bus: opens publishers, subscribers, the status stream and command ports.
 
 use crate::command::{CommandClient, CommandServer};
 use crate::domain::Domain;

@@ -1,4 +1,5 @@
-//! Which grids and which plan belong together, and whether a robot may use them now.
+//! The newest site, schedule state, grids and mission plan that belong together, and whether a robot may use them. Samples of
+//! topics arrive in any order; no bus and no clock inside: times are arguments.
 //!
 //! Samples of different topics arrive in any order. Logic over what was seen: no bus, no clock of its own.
 

@@ -1,4 +1,4 @@
-//! What can go wrong on the bus, one enum per operation.
+//! Error types of the bus, one per operation.
 
 use crate::names::{Daemon, TopicName};
 use messages::{ArchiveError, LAYOUT_VERSION, SampleError};

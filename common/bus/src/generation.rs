@@ -1,4 +1,4 @@
-//! Generations of a domain in the file system: which one is current, who lives in it, removal of dead ones.
+//! Generations of a domain in the file system: the current one, its members, and removal of dead ones.
 //!
 //! A process killed at the wrong moment of a creation leaves a service, or a whole domain of the bus library, that can
 //! neither be opened nor removed. Nothing is repaired in place: the keeper makes the next generation under another

@@ -1,4 +1,4 @@
-//! The process that creates and holds all services, and does nothing else.
+//! The keeper: the process that creates and holds all services of a domain.
 
 use crate::domain::Domain;
 use crate::error::DomainError;

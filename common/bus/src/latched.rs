@@ -1,4 +1,5 @@
-//! Latched topics: publish an archive that is written in place, read it in place.
+//! Latched topics: archives written in place by the publisher and read in place by subscribers, last sample included for late
+//! joiners.
 
 use crate::error::{PublishError, ReceiveError};
 use crate::ipc;

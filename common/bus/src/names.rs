@@ -1,4 +1,4 @@
-//! Who talks about what: daemons, topics, and which daemon produces which topic.
+//! Daemons and topics: names, archive kinds, and the producer of each topic.
 
 use messages::ArchiveKind;
 use std::fmt;

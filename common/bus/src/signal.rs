@@ -1,4 +1,4 @@
-//! A flag that wakes whoever polls it.
+//! A flag with a file descriptor that becomes readable when it is raised.
 
 use rustix::event::{EventfdFlags, eventfd};
 use std::io;

@@ -1,4 +1,4 @@
-//! Monotonic time that all processes of a machine share.
+//! Monotonic time since boot in nanoseconds, comparable between processes of one machine.
 
 use rustix::time::{ClockId, clock_gettime};
 use std::time::Duration;

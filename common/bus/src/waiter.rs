@@ -1,4 +1,4 @@
-//! Sleeping until something happens: samples, commands, replies, heartbeats, a stop, a new generation, a deadline.
+//! Waiting for events: samples, commands, replies, heartbeats, stop, new generation, deadline.
 
 use crate::bell::{BellName, Ring};
 use crate::error::WaitError;

@@ -1,5 +1,5 @@
-//! What happens when processes die, hang or find no memory. Each test has a domain of its own and starts this
-//! executable again for the processes that it kills.
+//! Recovery after killed or hung processes and after full memory. Each test has its own domain and re-executes this binary as the
+//! process that it kills.
 
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 

@@ -1,4 +1,4 @@
-//! A solid as convex columns: each stands on a face that looks down and ends at the face above it.
+//! Exact decomposition of a solid into convex prisms: from each face that looks down to the faces above it.
 
 use crate::convex_partition::convex_partition;
 use crate::facets::{FLAT, Facet, facets};

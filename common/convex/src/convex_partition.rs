@@ -1,4 +1,4 @@
-//! Polygons into few convex ones; the only module that names i_triangle.
+//! Partition of polygons into few convex polygons; the only module that names i_triangle.
 
 use geometry::OrientedBox;
 use geometry::{MultiPolygon, Point, Polygon, Ring, edges, ring_area_doubled};

@@ -1,4 +1,4 @@
-//! Fewer convex pieces where a body has very many: neighbours become their common hull.
+//! Reduces the number of convex pieces of a body by joining neighbours into their convex hulls.
 
 use crate::components::Mesh;
 use crate::hulls::{Body, hull_of, longest_m, sides_m};

@@ -1,4 +1,4 @@
-//! Convex hulls, approximate convex decompositions, and how far they are off. With `surfaces` the only module that names parry.
+//! Convex hulls, approximate convex decomposition and its error. With `surfaces` the only module that names parry.
 
 use crate::piece::{Hull, length, sub};
 use frames::TENTHS_PER_M;

@@ -1,4 +1,4 @@
-//! A convex piece of a solid: a box or a hull.
+//! A convex piece of a solid: an oriented box or a convex polyhedron.
 
 use frames::TENTHS_PER_M;
 use geometry::Point;

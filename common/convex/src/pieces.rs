@@ -1,4 +1,4 @@
-//! A body as convex pieces, for programs that collide with convex shapes only.
+//! Convex decomposition of a body, for physics engines.
 
 use crate::columns::{Columns, columns};
 use crate::components::{Mesh, components, shells};

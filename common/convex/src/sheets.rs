@@ -1,4 +1,4 @@
-//! Surfaces without thickness, as thin plates.
+//! Thin plates for surfaces without thickness.
 
 use crate::convex_partition::convex_partition;
 use crate::facets::{FLAT, Facet, dot, facets};

@@ -1,4 +1,4 @@
-//! Asking a daemon: a client does, and one daemon another.
+//! Client side of requests: sends one to a daemon and waits for its response, with timeouts.
 
 use crate::request::{Answer, Request};
 use crate::service::Failure;

@@ -1,5 +1,4 @@
-//! The loop of a daemon: it keeps the newest of each input while the service works, serves newcomers and commands, beats,
-//! wakes the service when it asked for it, and joins every new generation of the bus.
+//! The event loop of a daemon: latest sample of each input, commands, heartbeats, timers, re-attachment to new bus generations.
 
 use crate::config::SiteConfig;
 use crate::input::Input;

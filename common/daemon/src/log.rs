@@ -1,4 +1,4 @@
-//! What a daemon says: where to, and how much of it.
+//! Logging of a daemon: destination, format and level.
 
 use crate::config::{LogConfig, LogFormat};
 use std::io::IsTerminal;

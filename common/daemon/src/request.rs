@@ -1,4 +1,4 @@
-//! What a client may ask a daemon, and what it answers: JSON on the bus.
+//! Requests to daemons and their responses, as JSON on the bus.
 
 use crate::config::PoseHint;
 use serde::{Deserialize, Serialize};

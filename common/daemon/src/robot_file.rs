@@ -1,4 +1,4 @@
-//! Robot profiles: TOML files.
+//! Reads robot profiles from TOML.
 
 use messages::{Opens, RobotProfile};
 use serde::Deserialize;

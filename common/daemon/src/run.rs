@@ -1,4 +1,4 @@
-//! A daemon as a process: its command line, its configuration, its log.
+//! Entry point of a daemon process: command line, configuration, log.
 
 use crate::config::SiteConfig;
 use crate::life::{Life, Reload};

@@ -1,4 +1,4 @@
-//! What a daemon does.
+//! The `Service` trait: inputs, attachment to the bus, handling of events.
 
 use crate::{Answer, Input, Request, SiteConfig};
 use bus::Bus;

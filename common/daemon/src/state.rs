@@ -1,4 +1,4 @@
-//! What survives a daemon.
+//! Persistent state of a daemon: JSON files and sample epochs, written durably.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -1,4 +1,4 @@
-//! When to stop: SIGTERM, SIGINT, or the end of standard input. When to read the configuration again: SIGHUP.
+//! Stop and reload signals: SIGTERM, SIGINT or end of standard input; SIGHUP.
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::io::{self, Read, Write};

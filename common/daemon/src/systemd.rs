@@ -1,4 +1,4 @@
-//! What systemd is told, if it started this process: that it is ready, alive, stopping. Otherwise nothing happens.
+//! Notifications to systemd (ready, watchdog, stopping); no effect without it.
 
 use sd_notify::NotifyState;
 

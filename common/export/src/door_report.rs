@@ -1,4 +1,4 @@
-//! What a robot finds at each door: one finding per door, on the storey on which it stands, with the reasons in words.
+//! Door passages for reports: one entry per door on its storey, with reasons in words.
 
 use crate::input::ExportInput;
 use crate::semantic::clear_width_word;

@@ -1,4 +1,4 @@
-//! Waypoints in latitude and longitude, where the site's projected system can be computed without tables of other programs.
+//! Waypoints in WGS 84, where the site's projected CRS can be computed without grid-shift files.
 
 use crate::input::ExportInput;
 use crate::text::rounded;

@@ -1,4 +1,4 @@
-//! JSON for people who compare versions: one item per line, an item on one line.
+//! JSON writer with one item per line, for diffs between versions.
 
 use serde::Serialize;
 use serde_json::Serializer;

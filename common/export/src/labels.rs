@@ -1,4 +1,4 @@
-//! A cross and the name at a space's centre, where they can be read.
+//! Draws the centre cross and the name of a space where they are legible.
 
 use crate::canvas::{Canvas, Rgb};
 use crate::letters::latin;

@@ -1,4 +1,4 @@
-//! Names of storeys and spaces in fewer letters: ASCII for folders, ISO 8859-1 for pictures.
+//! Transliteration of names: ASCII for folders, ISO 8859-1 for images.
 
 /// Folder names longer than this are cut.
 const SLUG_BYTES_MAX: usize = 60;

@@ -1,4 +1,4 @@
-//! `manifest.json`: what an output folder holds and what it was made from.
+//! `manifest.json`: contents of an output folder and the inputs that it was made from.
 
 use crate::folders::storey_folder;
 use crate::input::{ExportFile, ExportInput};

@@ -1,4 +1,4 @@
-//! `semantic.png` for people and `classes.png` for programs: a pixel per cell, row 0 at the top.
+//! `semantic.png` and `classes.png`: one pixel per cell, row 0 at the top.
 
 use crate::canvas::{Canvas, Rgb, picture, png_bytes, rows_from_top};
 use crate::input::{ExportFile, ExportInput};

@@ -1,4 +1,4 @@
-//! `waypoints.png` for people: the map, what scans see, the tour and its stops. A pixel per cell, row 0 at the top.
+//! `waypoints.png`: the map, cells that scans see, the tour and its stops; one pixel per cell, row 0 at the top.
 
 use crate::canvas::{Canvas, Rgb, picture};
 use crate::input::{ExportFile, ExportInput};

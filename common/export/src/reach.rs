@@ -1,4 +1,4 @@
-//! How much of the floors the robot gets to, and the rooms that are on no map.
+//! Reachable floor per storey, and spaces that are on no map storey.
 
 use crate::input::ExportInput;
 use crate::manifest::status_of;

@@ -1,4 +1,4 @@
-//! `report.json`: what was counted, assumed, replaced and left out.
+//! `report.json`: counts, assumptions, substitutions, omissions and diagnostics of a conversion.
 
 use crate::diagnostics::{Diagnostic, phase_diagnostics, site_diagnostics};
 use crate::door_report::{DoorReport, door_reports};

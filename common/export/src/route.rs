@@ -1,4 +1,4 @@
-//! The route graph: per storey for Nav2's route server, and all storeys with the ways between them.
+//! The route graph: GeoJSON per storey for Nav2's route server, and `site-graph.json` for all storeys.
 
 use crate::input::ExportInput;
 use crate::text::{rounded, text_or_null};

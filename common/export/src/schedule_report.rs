@@ -1,4 +1,4 @@
-//! Where dates come from, and what is wrong with them: for `report.json` and for people who ask for states.
+//! Schedule section of `report.json` and `states`: sources of dates and schedule diagnostics.
 
 use crate::diagnostics::{Diagnostic, phase_diagnostics};
 use messages::{DateSource, Phase, Site};

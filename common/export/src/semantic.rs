@@ -1,4 +1,4 @@
-//! `semantic.json`: what everything is, by GlobalId.
+//! `semantic.json`: elements and spaces by GlobalId.
 
 use crate::input::ExportInput;
 use crate::semantic_geometry::Geometry;

@@ -1,4 +1,4 @@
-//! Bodies in `semantic.json`: vertices, faces and the edges that people see.
+//! Element bodies for `semantic.json`: vertices, faces and feature edges.
 
 use frames::metres;
 use geometry::{MeshView, unit_normal};

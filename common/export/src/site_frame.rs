@@ -1,4 +1,4 @@
-//! `site-frame.json`: the map frame of a site, kept for later runs.
+//! `site-frame.json`: the map frame of a site, reused by later runs.
 
 use frames::{Map, UprightRigid3, World};
 use messages::Site;

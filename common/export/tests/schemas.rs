@@ -1,4 +1,4 @@
-//! The JSON Schemas in `config/schemas` are those of what we write; UPDATE_GOLDEN=1 rewrites them.
+//! `config/schemas` equals the schemas of the written documents; UPDATE_GOLDEN=1 rewrites them.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! Counts with their noun, for messages.
+//! Counts with their noun in the right number, for messages.
 
 /// A count and its noun: `1 door`, `2 doors`, `0 entities`. The noun is given as of one; its last word is the noun itself.
 #[must_use]

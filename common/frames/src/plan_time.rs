@@ -1,4 +1,4 @@
-//! The time of the construction schedule.
+//! Plan time: civil date and time at the site, without a zone.
 
 use jiff::civil::{DateTime, datetime};
 use jiff::fmt::temporal::Pieces;

@@ -1,4 +1,4 @@
-//! Points that know their frame.
+//! Points with their frame in the type, in metres.
 
 use std::marker::PhantomData;
 

@@ -1,4 +1,4 @@
-//! What an element costs: a wall, a wall with openings, a round column, a chair-like heap of boxes, a finely meshed ball.
+//! Cost of a footprint: wall, wall with openings, round column, heap of boxes, finely meshed sphere.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use geometry::{MeshView, Slab, footprint, is_closed};

@@ -1,4 +1,4 @@
-//! Where a robot could stand: the upward faces of a mesh near a height.
+//! Upward faces of a mesh near a height, on which a robot could stand.
 
 use crate::mesh::{MeshView, unit_normal};
 use crate::polygon::{Ring, ring_area_doubled};

@@ -1,4 +1,4 @@
-//! What a solid covers in plan between two heights.
+//! Footprint of a solid: the union of its horizontal sections between two heights.
 
 use crate::mesh::MeshView;
 use crate::overlay::{FillRule, union};

@@ -1,4 +1,4 @@
-//! Rectangles that stand at an angle.
+//! Oriented rectangles in plan.
 
 use crate::polygon::{Point, Ring};
 

@@ -1,4 +1,4 @@
-//! Polygons with holes on the lattice of tenths of a millimetre.
+//! Polygons with holes, coordinates in whole tenths of a millimetre.
 
 /// A point in the plane, in tenths of a millimetre.
 pub type Point = [i32; 2];

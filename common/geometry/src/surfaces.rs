@@ -1,4 +1,4 @@
-//! Triangles that straight lines meet, and points spread over them. The only module that names parry.
+//! Ray casting on triangles, and sample points on surfaces. With `hulls` the only module that names parry.
 
 use crate::mesh::{MeshView, unit_normal};
 use frames::TENTHS_PER_M;

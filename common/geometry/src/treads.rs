@@ -1,4 +1,4 @@
-//! The level faces of a stair, from low to high: treads and landings.
+//! Level faces of a stair (treads and landings), from low to high.
 
 use crate::floor_faces::upward_triangles;
 use crate::mesh::MeshView;

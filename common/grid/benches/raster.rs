@@ -1,4 +1,4 @@
-//! Cells of polygons: linear in the cells of the boundary, whatever the area.
+//! Cost of rasterising polygons: linear in boundary cells, independent of area.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use geometry::{Bounds, FillRule, MultiPolygon, union};

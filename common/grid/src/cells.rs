@@ -1,4 +1,4 @@
-//! Regions of cells: filling, enclosing, labelling.
+//! Cell masks: hole filling, enclosure, connected components.
 
 use crate::Run;
 use std::collections::VecDeque;

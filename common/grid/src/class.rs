@@ -1,4 +1,4 @@
-//! What stands in a cell.
+//! Element classes of cells and their drawing priority.
 
 /// Class of an element: ids of `classes.png` and of the `class` layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

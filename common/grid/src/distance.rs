@@ -1,4 +1,4 @@
-//! Distance to the nearest marked cell.
+//! Distance transform: squared distance to the nearest marked cell.
 
 /// Squared distance to the nearest marked cell, for every cell, in cells².
 ///

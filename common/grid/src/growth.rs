@@ -1,4 +1,4 @@
-//! Growing regions of cells through others, without leaking through walls.
+//! Region growing through other regions, without leaking through walls.
 
 /// Set by [`Growth::grow`]; the other seven bits of a cell are the caller's regions.
 pub const REACHED: u8 = 128;

@@ -1,4 +1,4 @@
-//! Maps in another frame.
+//! Resampling of a map into a rotated frame.
 
 /// Places that are looked at in a cell, in both directions: corners of cells that were turned are then not overlooked.
 const LOOKS: usize = 3;

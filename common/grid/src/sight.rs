@@ -1,4 +1,4 @@
-//! What can be seen on a grid.
+//! Line of sight on a grid.
 
 use crate::squared_distances;
 

@@ -1,4 +1,4 @@
-//! Where a grid lies and how fine it is.
+//! Grid specification: resolution, origin and size.
 
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::Bounds;

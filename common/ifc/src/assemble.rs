@@ -1,4 +1,4 @@
-//! The model from its parts.
+//! Builds the `Model` of a file from its parts.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 

@@ -1,4 +1,4 @@
-//! How far does a representation item reach at most? For items that cannot be meshed.
+//! Bounding boxes of representation items that cannot be meshed.
 
 use crate::MeshPart;
 use std::f64::consts::TAU;

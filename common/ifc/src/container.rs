@@ -1,4 +1,4 @@
-//! Plain STEP or a zip container of it.
+//! Unpacks plain STEP and zipped STEP (.ifczip).
 
 use std::borrow::Cow;
 use std::io::{Cursor, Read};

@@ -1,4 +1,4 @@
-//! How does a door open?
+//! Door attributes: operation type, panels, lining, overall size.
 
 use crate::affine::Affine;
 use crate::kernel::{File, Record};

@@ -1,4 +1,4 @@
-//! Why nothing could be made of a file.
+//! Errors of reading a file.
 
 /// Nothing could be made of the file. The text says what is wrong and what to do.
 #[derive(Debug, thiserror::Error)]

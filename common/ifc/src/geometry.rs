@@ -1,4 +1,4 @@
-//! Bodies of products: meshed by the kernel, or a box where that fails, and never without a word.
+//! Bodies of products: kernel meshes, bounding boxes where meshing fails, and a diagnostic for every failure.
 
 use std::collections::{BTreeMap, HashMap};
 

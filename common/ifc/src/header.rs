@@ -1,4 +1,4 @@
-//! The first and last lines: is this STEP, of which schema, and is it all there?
+//! STEP header and end mark: format, schema, completeness.
 
 use crate::kernel::{Record, Schema};
 use crate::report::Report;

@@ -1,4 +1,4 @@
-//! What is it made of?
+//! Material names of elements.
 
 use std::collections::HashMap;
 

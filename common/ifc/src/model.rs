@@ -1,4 +1,4 @@
-//! What a file says about a building, in our own types: SI units, IFC world coordinates, names as the schema spells them.
+//! The model of one file: elements, spaces, storeys, doors, stairs, properties; SI units, IFC world coordinates.
 
 use crate::ids::Named;
 use crate::schedule::Schedule;

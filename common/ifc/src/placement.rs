@@ -1,4 +1,4 @@
-//! Where is a product? Chains of IfcLocalPlacement in f64; every other kind through the kernel.
+//! Product placements: chains of IfcLocalPlacement in f64; other kinds through the kernel.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Which products of a file are elements, spaces and openings?
+//! Selects the elements, spaces and openings of a file.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Property sets: what a file says about an object beyond its attributes.
+//! Property sets of occurrences and types.
 
 use std::collections::{HashMap, HashSet};
 

@@ -1,4 +1,4 @@
-//! Who belongs to whom: the objectified relationships, as maps from step id to step id.
+//! Objectified relationships (IfcRel..) as maps between step ids.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 

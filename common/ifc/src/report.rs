@@ -1,4 +1,4 @@
-//! Diagnostics as they are collected.
+//! Collector of diagnostics, with a limit per code.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Storeys, and which one holds what.
+//! Building storeys and spatial containment.
 
 use std::collections::HashMap;
 

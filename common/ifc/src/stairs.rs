@@ -1,4 +1,4 @@
-//! The figures of a stair flight.
+//! Stair flight attributes: risers, treads, riser height, tread length.
 
 use crate::Stair;
 use crate::kernel::{File, Record};

@@ -1,4 +1,4 @@
-//! Metres per length unit of the file. Never guessed.
+//! Length, angle and time units of a file, as factors to SI; never guessed.
 
 use crate::kernel::{File, Patch, Record};
 

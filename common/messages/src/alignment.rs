@@ -1,4 +1,4 @@
-//! The `alignment` archive: where the robot's map lies in the model's, and how sure that is.
+//! The `alignment` archive: pose of the SLAM map in the model's map, covariance and verdict.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
 use crate::archive_writer::ArchiveWriter;

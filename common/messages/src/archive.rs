@@ -1,4 +1,4 @@
-//! Preamble, section table, strings: what all archives share.
+//! Archive container: preamble, section table, string section.
 
 use crate::robot::RobotLimitError;
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};

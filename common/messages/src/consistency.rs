@@ -1,4 +1,4 @@
-//! Archives that are each whole, and do not belong together.
+//! Checks that archives belong to the same site.
 
 use crate::{Deviations, EdgeKind, Grid, Grids, NONE, NodeKind, Phase, Plan, RouteEdgeRecord, RouteNodeRecord, Site};
 

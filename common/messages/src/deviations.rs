@@ -1,4 +1,4 @@
-//! The `deviations` archive: what a robot saw of a storey's elements, and what it saw beside them.
+//! The `deviations` archive: observations of a storey's elements, obstacles, map residuals.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
 use crate::archive_writer::ArchiveWriter;

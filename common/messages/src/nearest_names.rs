@@ -1,4 +1,4 @@
-//! Names of a site that come nearest to one that was mistyped, for error messages.
+//! Suggestions of similar names for error messages.
 
 use std::cmp::Reverse;
 

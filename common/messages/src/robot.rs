@@ -1,4 +1,4 @@
-//! The robot that maps are made for.
+//! The robot profile record: measures in metres, capabilities.
 
 use bytemuck::{Pod, Zeroable};
 

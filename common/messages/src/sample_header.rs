@@ -1,4 +1,4 @@
-//! What travels beside an archive on the bus: what belongs to the moment, not to the content.
+//! User header of a sample: epoch, stamp, hashes of content and inputs.
 
 use crate::archive::{ArchiveKind, LAYOUT_VERSION};
 use bytemuck::{Pod, Zeroable};

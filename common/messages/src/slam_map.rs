@@ -1,4 +1,4 @@
-//! The `slam-map` archive: an occupancy map that a robot made, in its own frame.
+//! The `slam-map` archive: an occupancy grid in the robot's SLAM frame.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList};
 use bytemuck::{Pod, Zeroable};

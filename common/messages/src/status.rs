@@ -1,4 +1,4 @@
-//! What a daemon says about itself, about once a second.
+//! Heartbeat record of a daemon, about once a second.
 
 use bytemuck::{Pod, Zeroable};
 

@@ -1,4 +1,4 @@
-//! Bytes that somebody made to do harm, with the right hash: refused in words, or read without a panic.
+//! Malicious archives with valid hashes: rejected with an error or read without a panic.
 
 mod support;
 

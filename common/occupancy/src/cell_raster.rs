@@ -1,4 +1,4 @@
-//! Maps of any resolution as cells of one size.
+//! Resampling of occupancy maps to the common cell size.
 
 /// Maps are compared in cells of this size.
 pub const CELL_M: f64 = 0.05;

@@ -1,4 +1,4 @@
-//! The pieces of bodies; those that differ by a shift only are cut once.
+//! Convex pieces of element bodies; bodies that differ by a translation share one decomposition.
 
 use convex::{Piece, PieceOptions, convex_pieces};
 use frames::metres;

@@ -1,4 +1,4 @@
-//! Doors of the world: where they hang, how they move, how far they get.
+//! Doors of the world: placement, joints and limits.
 
 use crate::leaves::{Board, Kind, Link, Opening, boards_at, links_of};
 use crate::limits::{Near, Obstacles, Prism};

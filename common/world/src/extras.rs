@@ -1,4 +1,4 @@
-//! What stands in for what the model lacks: floors that maps assume, and walls that close blocked spaces.
+//! Stand-ins in the world: plates for assumed floor, walls that close blocked spaces.
 
 use crate::doors::{hangs, is_door};
 use crate::statics::{Static, storey_at};

@@ -1,4 +1,4 @@
-//! Faces as readers of OBJ files take them: fans of triangles from the first corner.
+//! Splits convex faces into triangle fans without degenerate triangles, for OBJ readers.
 
 /// A triangle that is nowhere wider has no area: two hundredths of a millimetre, in the units of the meshes.
 const FLAT: f64 = 2.0;

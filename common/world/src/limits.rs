@@ -1,4 +1,4 @@
-//! How far a leaf moves before it meets what stands.
+//! Joint limits of door leaves: motion until the first collision with static elements.
 
 use crate::statics::Static;
 use convex::Hull;

@@ -1,4 +1,4 @@
-//! `world/lookup.json`: what the models and links of the world are, by GlobalId.
+//! `world/lookup.json`: models and links of the world by GlobalId.
 
 use crate::doors::WorldDoor;
 use crate::leaves::{Kind, Link as Leaf};

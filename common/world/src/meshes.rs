@@ -1,4 +1,4 @@
-//! Meshes of the world, each kept once: repeated elements differ by a shift and quarter turns only.
+//! Mesh store of the world: repeated meshes that differ by translation and quarter turns are stored once.
 
 use crate::fans::fans;
 use std::collections::BTreeMap;

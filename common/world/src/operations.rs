@@ -1,4 +1,4 @@
-//! How doors move, by operation type: the leaves and what each of them does.
+//! Door operation types (IfcDoorTypeOperationEnum) as leaves and their motions.
 
 use messages::{DoorPanelRecord, Site};
 

@@ -1,4 +1,4 @@
-//! What worlds are like: a TOML file; `config/world.toml` explains every key.
+//! Options of simulation worlds from TOML; `config/world.toml` documents every key.
 
 use convex::PieceOptions;
 use serde::Deserialize;

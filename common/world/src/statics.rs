@@ -1,4 +1,4 @@
-//! What stands at the plan time and does not move, as convex pieces.
+//! Static elements of the world at a plan time, as convex pieces.
 
 use crate::bodies::pieces_of;
 use crate::options::WorldOptions;

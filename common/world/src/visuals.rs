@@ -1,4 +1,4 @@
-//! What elements look like: meshes and colours.
+//! Visual meshes and colours of elements.
 
 use crate::meshes::{Solid, UNITS_PER_M};
 use crate::options::{Materials, WorldOptions};

@@ -1,4 +1,4 @@
-//! What programs may count on in every JSON document: units in keys, null where there is nothing.
+//! Conventions of all JSON documents: units in keys, null for absent values.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 #[path = "../../export/tests/support/mod.rs"]

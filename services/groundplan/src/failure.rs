@@ -1,4 +1,4 @@
-//! What went wrong, and what the shell is told.
+//! Errors of commands and their exit codes.
 
 use std::error::Error;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! The operator's client: see `groundplan --help`.
+//! Entry point of the operator's client, see `groundplan --help`.
 
 use clap::Parser;
 use groundplan::cli::{Cli, Command};

@@ -1,4 +1,4 @@
-//! The maps of a phase: grids, their index, waypoints.
+//! Draws the grids of a schedule state, their index and the mission plan, for commands without daemons.
 
 use crate::failure::Failure;
 use daemon::Robot;

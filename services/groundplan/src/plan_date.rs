@@ -1,4 +1,4 @@
-//! Dates on the command line.
+//! Date arguments: instants, days and periods.
 
 use crate::failure::Failure;
 use daemon::SiteConfig;

@@ -1,4 +1,4 @@
-//! IFC ingestion: files in, `site` out.
+//! The ifc-ingest daemon: IFC files in, `site` out.
 
 mod service;
 

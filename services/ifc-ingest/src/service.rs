@@ -1,4 +1,4 @@
-//! IFC ingestion as a daemon: publishes the site, from its cache at once, and again when its files change.
+//! The ifc-ingest service: publishes the site from its cache at start, and again when its files change.
 
 use bus::{Bus, topics};
 use daemon::{

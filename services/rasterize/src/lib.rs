@@ -1,3 +1,3 @@
-//! Rasterisation as a process: what is drawn is in `drawing`, when and for whom is here.
+//! The rasterize service around the `raster` stage.
 
 pub mod service;

@@ -1,4 +1,4 @@
-//! Rasterisation as a daemon: re-slices the storeys that a new phase changes.
+//! The rasterize service: redraws and publishes the grids that a schedule state changes.
 
 use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
 use daemon::{Answer, Done, Epochs, Event, Failure, Request, Robot, Service, SiteConfig, Stages, StateFile};

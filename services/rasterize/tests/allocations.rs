@@ -1,5 +1,5 @@
-//! The steady loop, from a phase to the index of its grids, allocates nothing once every phase was seen; the bus library
-//! makes one block of about a hundred bytes for each loan.
+//! The steady loop from schedule state to grids index allocates nothing after one pass through all states; iceoryx2 allocates one
+//! block of about 100 bytes per loan.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 #[path = "../../../common/stages/raster/tests/support/mod.rs"]

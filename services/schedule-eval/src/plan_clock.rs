@@ -1,4 +1,5 @@
-//! How the plan time moves: not at all, with the clock of this machine, or with a simulated one.
+//! Modes of the plan time: all built, fixed, wall clock, simulated. Pure functions of clock readings; the plan time never goes
+//! back by itself.
 //!
 //! Everything is a function of readings: a plan time never goes back by itself, whatever the readings do.
 

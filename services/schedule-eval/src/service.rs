@@ -1,4 +1,4 @@
-//! Schedule evaluation as a daemon: holds the plan time, publishes the phase.
+//! The schedule-eval service: holds the plan time and publishes the schedule state.
 
 use crate::plan_clock::{PlanClock, Reached, Reading};
 use bus::{Bus, CheckedSample, topics};

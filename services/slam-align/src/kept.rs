@@ -1,4 +1,4 @@
-//! What survives the daemon.
+//! Persistent state of slam-align.
 
 use deviations::Observed;
 use messages::{Evidence, PoseRecord};

@@ -1,4 +1,4 @@
-//! The robot's map, from the bus or from a file.
+//! The robot's SLAM map, from the bus or from a file.
 
 use alignment::PreparedMap;
 use messages::{ArchiveError, SlamMap};

@@ -1,4 +1,4 @@
-//! Alignment as a daemon: follows the robot's map, searches in the background, publishes poses that are accepted.
+//! The slam-align service: tracks the pose, searches in the background, publishes accepted poses.
 
 use crate::kept::Kept;
 use crate::robot_map::RobotMap;

@@ -1,4 +1,4 @@
-//! The slow work on a thread of its own, behind all other processes: maps of the site as planned, searches of all poses.
+//! Background worker at low priority: reference maps, pose search, deviations.
 
 use crate::robot_map::RobotMap;
 use alignment::References;

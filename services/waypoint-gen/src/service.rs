@@ -1,4 +1,4 @@
-//! Planning of waypoints as a daemon: plans again the storeys that new grids change.
+//! The waypoint-gen service: replans the storeys that new grids change.
 
 use bus::{Bus, CheckedSample, GridSlot, Subscriber, topics};
 use daemon::{Answer, Done, Epochs, Event, Failure, LatchedOutput, Request, Service, SiteConfig, Stages, StateFile};

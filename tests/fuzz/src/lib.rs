@@ -1,4 +1,4 @@
-//! What the fuzz targets share: what each does with its bytes, mutations of STEP text, and the set-up of the process.
+//! Shared parts of the fuzz targets: functions per target, mutations of STEP text, process set-up.
 
 pub mod step_text;
 pub mod targets;

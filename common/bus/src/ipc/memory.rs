@@ -1,4 +1,4 @@
-//! Shared memory that may run full: pages are made before they are written, so that it is an error and no SIGBUS.
+//! Shared-memory pages: allocated before they are written, so that a full memory is an error and not a SIGBUS.
 
 use crate::generation::SHARED_MEMORY;
 use rustix::fs::statvfs;

@@ -1,4 +1,4 @@
-//! Every service of a domain: its name and its quality of service, the same for who creates and who opens.
+//! iceoryx2 services of a domain: names and quality of service, shared by creator and openers.
 
 use super::wire::{WireBlock, WireCommand, WireHeader, WireStatus};
 use crate::limits::{MAX_BORROWED, MAX_CLIENTS, MAX_NODES, MAX_OPEN, MAX_SUBSCRIBERS, REPLY_BUFFER, STATUS_BUFFER};

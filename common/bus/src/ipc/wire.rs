@@ -1,4 +1,4 @@
-//! The types that cross process borders, as the bus library wants them: transparent over plain records of `messages`.
+//! Types that cross process borders: transparent wrappers of `messages` records with iceoryx2's traits.
 
 use bytemuck::{Pod, TransparentWrapper, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;

@@ -1,4 +1,4 @@
-//! `actuals.csv`: what the robot saw standing before its time, as reported progress for the schedule.
+//! `actuals.csv`: elements observed before their planned finish, as reported progress for the schedule.
 
 use super::input::DeviationExport;
 use crate::csv::quoted;

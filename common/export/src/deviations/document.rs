@@ -1,4 +1,4 @@
-//! `deviations.json`: the evidence for every element, by GlobalId, and what stands beside them.
+//! `deviations.json`: evidence for every element by GlobalId, obstacles and map residuals.
 
 use super::input::DeviationExport;
 use crate::text::{rounded, text_or_null};

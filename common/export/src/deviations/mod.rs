@@ -1,4 +1,4 @@
-//! What differs between model and robot's map, as files: JSON, reported progress, BCF topics, a picture.
+//! Deviation files: JSON, reported progress, BCF topics, image.
 
 mod actuals;
 mod bcf;

@@ -1,4 +1,4 @@
-//! `deviations.png`: the robot's map, the elements coloured by what was seen of them, and what is not in the model.
+//! `deviations.png`: the SLAM map, elements coloured by observation, obstacles that are not in the model.
 
 use super::input::DeviationExport;
 use crate::canvas::{Canvas, Rgb, picture as png};

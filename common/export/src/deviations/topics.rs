@@ -1,4 +1,4 @@
-//! What a coordinator should look at: one topic for each element that is not as planned, and for each obstacle.
+//! BCF topics from deviations: one per element that is not as planned and one per obstacle.
 
 use super::document::planned;
 use super::input::DeviationExport;

@@ -1,4 +1,4 @@
-//! Compares a folder with its manifest: the files that groundplan wrote there, and the files of others, which it never deletes.
+//! Compares a folder with its manifest: files written by groundplan and foreign files, which are never deleted.
 
 use serde::Deserialize;
 use sha2::{Digest, Sha256};

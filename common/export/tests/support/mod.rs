@@ -1,4 +1,4 @@
-//! The smallest building with everything that files tell about: a room, a wall, a door, a stair, a warning.
+//! A minimal building that exercises every output: a space, a wall, a door, a stair, a warning.
 
 use bytemuck::Zeroable;
 use geometry::{Footprint, MultiPolygon, Polygon};

@@ -1,4 +1,4 @@
-//! The index of a file: where each record is, and which records belong to a class that somebody asks for.
+//! Index of a STEP file: position of each record, and records by entity class.
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Placements that we do not resolve ourselves: on grids and along alignments.
+//! Placements resolved by the kernel: IfcGridPlacement, IfcLinearPlacement.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What the schema of the file says about entities: spelling, supertypes, places of attributes.
+//! Schema lookup: entity spelling, supertypes, attribute positions.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;

@@ -1,4 +1,4 @@
-//! When does work go on?
+//! Work calendars: IfcWorkCalendar, IfcWorkTime, IfcRecurrencePattern.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! What do tasks work on?
+//! Links between tasks and products: IfcRelAssignsToProduct, IfcRelAssignsToProcess.
 
 use std::collections::{HashMap, HashSet};
 

@@ -1,4 +1,4 @@
-//! The schedule in a file: work schedules, tasks, times, sequences, calendars, and what the tasks work on.
+//! Reads the schedule of a file: work schedules, tasks, times, sequences, calendars, product links.
 
 mod calendars;
 mod context;

@@ -1,4 +1,4 @@
-//! What a file says about time, as it says it: dates and durations stay texts, because what they mean is configuration.
+//! Schedule types; dates and durations stay texts, because their interpretation is configuration.
 
 use crate::ids::Named;
 

@@ -1,4 +1,4 @@
-//! Which task waits for which?
+//! Task sequences and lags: IfcRelSequence, IfcLagTime.
 
 use super::context::{Context, tell};
 use super::model::{DurationType, Lag, LagValue, Sequence, SequenceType};

@@ -1,4 +1,4 @@
-//! Tasks: what they are, what they are nested in, which schedule and calendar they belong to.
+//! Tasks: attributes, nesting, assignment to schedules and calendars.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! When is a task? Dates and durations as ISO 8601 texts.
+//! Task times as ISO 8601 texts: IfcTaskTime, IfcScheduleTimeControl.
 
 use super::context::{Context, tell};
 use super::model::{DurationType, TaskTime};

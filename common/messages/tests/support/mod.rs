@@ -1,4 +1,4 @@
-//! Archives with a little of everything, and walks through everything that a view gives.
+//! Small archives that use every section, and functions that read every field of a view.
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
 use bytemuck::Zeroable;

@@ -1,4 +1,4 @@
-//! Drawn buildings, as a model and as a robot sees them.
+//! Drawn buildings, as model maps and as simulated SLAM maps.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 #![allow(dead_code, reason = "every test file uses a part of this")]
 

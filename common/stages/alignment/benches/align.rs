@@ -1,4 +1,4 @@
-//! What following a robot's map and searching its pose cost, as storeys grow. One thread; the robot's map is made ready in both.
+//! Cost of tracking and of pose search as storeys grow, on one thread.
 
 use alignment::{PreparedMap, align_maps, track_map};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};

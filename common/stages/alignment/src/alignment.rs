@@ -1,4 +1,4 @@
-//! Maps in, an alignment out: the part that others call.
+//! Alignment of a SLAM map with maps of the model: the public entry points.
 
 use crate::chance::Chance;
 use crate::features::Features;

@@ -1,4 +1,4 @@
-//! Alignment of a SLAM map whose lengths nobody vouches for.
+//! Alignment of a SLAM map of unknown scale.
 
 use crate::alignment::{Alignment, Hint, PreparedMap, align_maps};
 use crate::scale::Scale;

@@ -1,4 +1,4 @@
-//! Alignments and robots' maps as archives.
+//! Conversion of alignments and occupancy maps to archives.
 
 use crate::alignment::{AlignedPose, Alignment};
 use messages::{AlignmentBuilder, AlignmentHead, ArchiveBuffer, NONE, PoseRecord, PoseState, Text, Verdict};

@@ -1,4 +1,4 @@
-//! Draws that are the same in every run.
+//! Deterministic pseudo-random numbers (SplitMix64).
 
 /// A generator of numbers with a fixed seed: SplitMix64, Steele, Lea, Flood, OOPSLA 2014.
 pub(crate) struct Chance(u64);

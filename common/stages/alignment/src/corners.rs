@@ -1,4 +1,4 @@
-//! Corners of the free space, and what each looks like all around.
+//! Corners of free space, with a ray signature each.
 
 use crate::image::{Image, openness};
 use occupancy::{CELL_M, Cell, Raster};

@@ -1,4 +1,4 @@
-//! Poses from laying one map over the other in every place at once.
+//! Candidate poses by FFT cross-correlation of wall maps.
 
 use crate::features::Features;
 use crate::image::Image;

@@ -1,4 +1,4 @@
-//! Where walls show a side: points with normals into the free space.
+//! Wall points: boundary points of occupied cells with normals into free space.
 
 use crate::image::openness;
 use occupancy::{CELL_M, Cell, Raster};

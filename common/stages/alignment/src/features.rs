@@ -1,4 +1,4 @@
-//! What is looked at in a map: made once for each, whatever it is compared with.
+//! Features of a map for alignment, computed once per map.
 
 use crate::corners::{Corner, corners};
 use crate::faces::{Face, Faces, NONE};

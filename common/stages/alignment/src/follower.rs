@@ -1,4 +1,4 @@
-//! Which pose counts while maps come: it follows the robot's map, and never jumps by itself.
+//! Pose tracking: decides which pose is published while maps arrive; it never jumps without an operator.
 
 use crate::thresholds::{N_WINS, SAME_M, SAME_RAD};
 use messages::{PoseRecord, PoseState};

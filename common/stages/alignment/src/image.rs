@@ -1,4 +1,4 @@
-//! Images of numbers: blur and slope.
+//! Scalar images: Gaussian blur and gradient.
 
 use occupancy::{Cell, Raster};
 

@@ -1,4 +1,4 @@
-//! A picture of two maps laid over each other.
+//! Overlay image of two aligned maps.
 
 use crate::alignment::{AlignedPose, PreparedMap, between_corners};
 use image::{ImageError, ImageFormat, Rgb, RgbImage};

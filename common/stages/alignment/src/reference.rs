@@ -1,4 +1,4 @@
-//! What the robot's map is compared with: the site as planned, cut at the height of its lidar.
+//! Reference maps for alignment: the planned site, sliced at lidar height.
 
 use crate::alignment::PreparedMap;
 use messages::{ArchiveError, Grid, Phase, RobotProfile, Site};

@@ -1,4 +1,4 @@
-//! Poses made exact: faces of the SLAM map are pulled onto those of the reference.
+//! Pose refinement: robust point-to-line registration of wall points.
 
 use crate::faces::Face;
 use crate::features::Features;

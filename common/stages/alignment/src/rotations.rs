@@ -1,4 +1,4 @@
-//! By how much a map may be turned: from the directions that its faces look in.
+//! Candidate rotations from histograms of wall normals.
 
 use crate::faces::Face;
 use occupancy::wrapped;

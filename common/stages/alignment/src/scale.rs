@@ -1,4 +1,4 @@
-//! Whether the robot measures the lengths that the model has.
+//! Estimates the scale of a SLAM map relative to the model.
 
 use crate::faces::Face;
 use crate::features::Features;

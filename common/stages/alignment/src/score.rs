@@ -1,4 +1,4 @@
-//! How well a pose explains what the SLAM map shows, and what the reference would have shown.
+//! Scores a pose by precision, recall and free space.
 
 use crate::faces::Face;
 use crate::features::Features;

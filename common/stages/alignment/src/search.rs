@@ -1,4 +1,4 @@
-//! Where a SLAM map fits a reference.
+//! Global pose search: candidates, refinement, distinct results.
 
 use crate::chance::Chance;
 use crate::correlation::correlated;

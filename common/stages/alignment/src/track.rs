@@ -1,4 +1,4 @@
-//! A pose followed from one SLAM map to the next: a refinement from where it was, in a fraction of the time of a search.
+//! Local refinement of the last pose with a newer SLAM map.
 
 use crate::alignment::{AlignedPose, PreparedMap, between_corners};
 use crate::chance::Chance;

@@ -1,4 +1,4 @@
-//! Whether a pose is to be believed.
+//! Acceptance of poses: accepted, ambiguous or refused, with the reason.
 
 use crate::features::Features;
 use crate::search::Candidate;

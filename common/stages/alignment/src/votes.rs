@@ -1,4 +1,4 @@
-//! Poses from pairs of corners that look alike.
+//! Candidate poses by voting of similar corner pairs.
 
 use crate::corners::Corner;
 use crate::thresholds::N_VOTED;

@@ -1,4 +1,4 @@
-//! Alignments of drawn buildings with what a robot would have seen of them.
+//! Alignment of drawn buildings with simulated SLAM maps of them.
 
 #[path = "../../../occupancy/tests/support/mod.rs"]
 mod support;

@@ -1,4 +1,4 @@
-//! How a SLAM map is bent: by how much the surfaces around a place are off, where most of them stand as the model has them.
+//! Local distortion of a SLAM map, estimated from surfaces of surrounding elements.
 
 use crate::thresholds::{ALIKE, BEND_CELL_M, BEND_SIGMA_M, BENT_M, BUILT_M, LEAST_BENT_M, MOST_BENT_M, NOISE_M};
 use std::collections::BTreeMap;

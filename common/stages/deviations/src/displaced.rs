@@ -1,4 +1,4 @@
-//! Whether an element stands beside its place: by how much most of its sides agree to be off.
+//! Displacement of an element, by agreement of the surfaces on its sides.
 
 use crate::probed_sample::Look;
 use crate::thresholds::*;

@@ -1,4 +1,4 @@
-//! What the samples of an element say of it: seen in its place, beside it, or seen through.
+//! Evidence for an element from samples on its sides: in place, displaced, or seen through.
 
 use crate::bend::{Bend, Bends, square};
 use crate::displaced::{Shift, shift};

@@ -1,4 +1,4 @@
-//! What an observation means beside the plan.
+//! Verdict on an observation, given the planned state.
 
 use messages::{ElementState, Judgement, Observation};
 

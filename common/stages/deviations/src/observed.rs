@@ -1,4 +1,4 @@
-//! What counts of what was seen: additions by themselves, if they are to; that something is not there only by somebody's word.
+//! Selects the observations that may change the maps: additions if configured, absences only after confirmation by an operator.
 
 use messages::{Deviations, Judgement, Observation, PhaseHead, Site, nearest_names_hint, plan_time};
 use serde::{Deserialize, Serialize};

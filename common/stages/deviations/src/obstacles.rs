@@ -1,4 +1,4 @@
-//! What a robot met that is no element of the model, whatever its state.
+//! Obstacles in the SLAM map that no element of the model explains.
 
 use crate::bend::Bends;
 use crate::evidence::Evidence;

@@ -1,4 +1,4 @@
-//! The elements of a storey where the lidar's plane cuts them, and what of them is near a place.
+//! Elements of a storey sectioned at lidar height, with a spatial index.
 
 use crate::thresholds::PLANE_M;
 use frames::TENTHS_PER_M;

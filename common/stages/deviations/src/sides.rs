@@ -1,4 +1,4 @@
-//! Samples on the sides of elements that other elements leave open.
+//! Sample points on exposed sides of elements.
 
 use crate::sections::{Kind, Sections, metres};
 use crate::thresholds::{BESIDE_M, DEEP_M, GAP_M, LAYER_M, REACH_M, SAME_SIDE_M, SAMPLE_M};

@@ -1,4 +1,4 @@
-//! A SLAM map seen from the model: what lies at a place, and which surfaces a line meets.
+//! A SLAM map in `map` coordinates: cell lookup and probing along a line.
 
 use crate::thresholds::{DEEP_M, FREE_SHARE, FRONT_M, LEAST_CELL_M, REACH_M};
 use occupancy::{Cell, MapFromSlam, OccupancyMap, Pose, Raster};

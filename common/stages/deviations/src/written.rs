@@ -1,4 +1,4 @@
-//! Evidence and obstacles as an archive.
+//! Writes the `deviations` archive.
 
 use crate::bend::Bends;
 use crate::evidence::{Evidence, is_judged};

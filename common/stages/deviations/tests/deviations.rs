@@ -1,4 +1,4 @@
-//! Differences between drawn buildings and what a robot saw of them as built.
+//! Deviations between drawn buildings and simulated SLAM maps of them.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 #[path = "../../../occupancy/tests/support/mod.rs"]

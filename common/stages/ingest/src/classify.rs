@@ -1,4 +1,4 @@
-//! What an element is to a robot.
+//! Class and flags of elements from IFC type, predefined type and material.
 
 use grid::Class;
 use ifc::Element;

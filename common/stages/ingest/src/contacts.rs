@@ -1,4 +1,4 @@
-//! Which elements touch a space that has no boundaries.
+//! Contacts between elements and spaces that have no IfcRelSpaceBoundary.
 
 use crate::classify::is_a;
 use crate::merge::Merged;

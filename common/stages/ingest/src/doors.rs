@@ -1,4 +1,4 @@
-//! What a door lets through: how it opens, how wide, between which spaces.
+//! Doors: operation, clear width in metres, joined spaces, map storey.
 
 use frames::TENTHS_PER_M;
 use geometry::{MultiPolygon, OrientedBox};

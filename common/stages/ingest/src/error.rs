@@ -1,4 +1,4 @@
-//! Why files do not become a site.
+//! Errors of ingestion.
 
 use crate::input::MAX_SPACES;
 use ifc::ReadError;

@@ -1,4 +1,4 @@
-//! At which height people walk: sampling the floor faces near a storey.
+//! Floor height of a storey, from upward faces sampled in plan.
 
 use crate::floor_samples::{FloorTriangles, STEP, each_sample};
 use frames::TENTHS_PER_M;

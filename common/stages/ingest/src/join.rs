@@ -1,4 +1,4 @@
-//! Several files as one site: where each lies in the world of the first, and whether they lie near each other.
+//! Federation of several files: position of each in the world of the first, and the distance check.
 
 use crate::error::IngestError;
 use crate::input::Place;

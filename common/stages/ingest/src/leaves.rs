@@ -1,4 +1,4 @@
-//! Which doors are leaves of one opening: next to each other in one plane, with nothing between them.
+//! Pairs adjacent doors that are leaves of one opening.
 
 use frames::TENTHS_PER_M;
 use geometry::{FillRule, Footprint, MultiPolygon, OrientedBox, Point, Slab, footprint, intersection, union};

@@ -1,4 +1,4 @@
-//! Several models into one, indices and coordinates carried over.
+//! Merges the models of all files into one, with indices and coordinates remapped.
 
 use crate::by_global_id::placed;
 use crate::error::IngestError;

@@ -1,4 +1,4 @@
-//! Bodies from the IFC world into the archive: turned into the map and rounded once.
+//! Transforms bodies from the IFC world to `map` and rounds them to tenths of a millimetre.
 
 use frames::{Map, UprightRigid3, World, tenths};
 use geometry::is_closed;

@@ -1,4 +1,4 @@
-//! Where walls are open, in plan.
+//! Plan rectangles of wall openings.
 
 use frames::TENTHS_PER_M;
 use geometry::{OrientedBox, Point};

@@ -1,4 +1,4 @@
-//! Openings and doors as records.
+//! Records of openings and doors.
 
 use crate::classify::is_a;
 use crate::diagnostics::add_diagnostic;

@@ -1,4 +1,4 @@
-//! The map frame of a site, fixed once from all its elements.
+//! The map frame: rotation to the dominant wall direction and shift near the origin, fixed once per site.
 
 use crate::classify::is_a;
 use frames::{Map, UprightRigid3, World};

@@ -1,4 +1,4 @@
-//! Spaces and their floors.
+//! Records of spaces and their floor polygons.
 
 use crate::attributes::add_attributes;
 use crate::diagnostics::add_diagnostic;

@@ -1,4 +1,4 @@
-//! Levels of a storey at other heights: which of them people walk on, and what they are called after.
+//! Levels at other heights within a storey: selection and names.
 
 use crate::floor_levels::dominant_height;
 use crate::floor_samples::{FloorTriangles, STEP};

@@ -1,4 +1,4 @@
-//! Measures of stairs: those of the file where they agree with the body, else those of the body.
+//! Stair measures: the file's where they agree with the body, else measured on the body.
 
 use crate::classify::is_a;
 use crate::diagnostics::add_diagnostic;

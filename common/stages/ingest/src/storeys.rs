@@ -1,4 +1,4 @@
-//! Which storeys can be walked, and at what height.
+//! Selects the storeys that get a map, and their floor heights.
 
 use crate::floor_levels::{Faces, REACH, Sampling, dominant_height};
 use crate::floor_samples::{FloorTriangles, STEP};

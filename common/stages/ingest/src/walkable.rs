@@ -1,4 +1,4 @@
-//! Where people could walk: level faces of floor, sampled in plan, with room to stand above them.
+//! Walkable floor: level faces with headroom, sampled in plan.
 
 use crate::floor_samples::{FloorTriangles, STEP, each_sample};
 use frames::TENTHS_PER_M;

@@ -1,4 +1,4 @@
-//! Several files as one site, read from small IFC texts.
+//! Federation of several small IFC texts.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use ingest::{IngestError, IngestOptions, Place, SourceFile, ingest};

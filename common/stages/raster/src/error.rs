@@ -1,4 +1,4 @@
-//! Why there is no map.
+//! Errors of rasterisation, and the check for blank maps.
 
 use frames::{counted, metres};
 use grid::{Class, GridSpecError};

@@ -1,4 +1,4 @@
-//! What a robot finds at the doors of a small house: a door of 0.9 m in the south wall, see `layers.rs`.
+//! Door passages of a small house: a door of 0.9 m in the south wall, see `layers.rs`.
 
 mod support;
 

@@ -1,5 +1,4 @@
-//! Drawing one phase after the other gives what drawing each of them anew gives, to the last byte; and on every such map
-//! Nav2's keep-out filter makes no unknown cell free.
+//! Incremental redraw equals a full redraw byte for byte, and Nav2's keep-out filter frees no unknown cell.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

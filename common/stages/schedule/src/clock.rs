@@ -1,4 +1,4 @@
-//! How time passes for a task: on the clock, or in the working hours of a calendar.
+//! Time of a task: continuous, or the working hours of its calendar.
 
 use crate::dates::DAY_S;
 use crate::durations::DayLength;

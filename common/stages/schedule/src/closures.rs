@@ -1,4 +1,4 @@
-//! When spaces must not be entered, and why.
+//! Closures of spaces, with reasons.
 
 use crate::construction_phases::Phases;
 use crate::findings::{Entity, Findings, Severity};

@@ -1,4 +1,4 @@
-//! A date as somebody wrote it.
+//! Parses dates: ISO 8601, or day, month and year in a configured order.
 
 use frames::{PlanTime, PlanTimeError};
 use jiff::Timestamp;

@@ -1,4 +1,4 @@
-//! A duration as somebody wrote it: ISO 8601 text in files, `5d` on command lines.
+//! Parses durations: ISO 8601 in files, `5d` on command lines.
 
 use crate::dates::DAY_S;
 

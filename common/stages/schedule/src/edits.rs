@@ -1,4 +1,4 @@
-//! What somebody adds to the plan: delays to try out, and progress that was reported.
+//! Schedule overrides: what-if delays and reported or observed progress.
 
 use crate::dates::{self, WrittenDate};
 use crate::durations::{WrittenDuration, parse_shift};

@@ -1,4 +1,4 @@
-//! From site and rules to the timeline.
+//! Evaluates site and rules into a timeline.
 
 use crate::clock::Calendars;
 use crate::closures::{self, closures};

@@ -1,4 +1,4 @@
-//! The life of an element: when it is built, when it is removed, and who says so.
+//! Element timelines: merges reported progress, task effects, property dates and construction phases by priority.
 
 use crate::construction_phases::Phases;
 use crate::findings::{Entity, Findings, Severity};

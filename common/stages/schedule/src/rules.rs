@@ -1,4 +1,4 @@
-//! The rules of a site: what its dates mean, and where they stand. A TOML file; `config/schedule.toml` explains every key.
+//! Schedule rules of a site from TOML; `config/schedule.toml` documents every key.
 
 use crate::dates::{DateOrder, WrittenDate, parse_iso};
 use jiff::tz::TimeZone;

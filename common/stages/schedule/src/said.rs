@@ -1,4 +1,4 @@
-//! What properties say about dates: dates by rules, phases by name, a status.
+//! Reads construction dates, construction phases and status from property sets by configured rules.
 
 use crate::dates::{self, DateError, DateOrder, WrittenDate};
 use crate::error::{AmbiguousDates, EvaluateError};

@@ -1,4 +1,4 @@
-//! What each task acts on, and which tasks cause a change: elements that it builds or removes, spaces that it closes.
+//! Targets of tasks (elements built or removed, spaces closed), and the tasks behind each change.
 
 use crate::closures::Why;
 use crate::timeline::{Change, Timeline};

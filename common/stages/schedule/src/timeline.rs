@@ -1,4 +1,4 @@
-//! States at any instant, by looking them up.
+//! States at any instant or period, by lookup in sorted changes.
 
 use crate::closures::{Closure, Why};
 use crate::findings::Finding;

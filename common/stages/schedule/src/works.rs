@@ -1,4 +1,4 @@
-//! What tasks work on: the effects on elements, and the spaces that are occupied meanwhile.
+//! Task effects on elements, and occupation of spaces by tasks.
 
 use crate::rules::Inputs;
 use crate::tasks::{TaskDates, TaskKind, kind_of};

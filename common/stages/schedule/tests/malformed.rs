@@ -1,4 +1,4 @@
-//! Schedules that are wrong: the message names who is, and the rest goes on.
+//! Malformed schedules: diagnostics name the task and evaluation continues.
 
 mod support;
 

@@ -1,4 +1,4 @@
-//! What holds for every schedule.
+//! Properties of every schedule.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

@@ -1,4 +1,4 @@
-//! What dates, sequences, links and properties come to.
+//! Meaning of dates, sequences, links and properties.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

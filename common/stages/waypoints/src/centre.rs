@@ -1,4 +1,4 @@
-//! Where in a space a robot can stand.
+//! Centre waypoint of a space: the standable place nearest to the centroid.
 
 use crate::ground::Ground;
 use crate::options::PlanOptions;

@@ -1,4 +1,4 @@
-//! Choices that are the same in every run.
+//! Deterministic pseudo-random numbers (SplitMix64).
 
 /// Numbers that look random and never differ: splitmix64.
 ///

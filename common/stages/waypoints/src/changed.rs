@@ -1,4 +1,4 @@
-//! Which cells belong to elements that were built since a time.
+//! Elements finished since a time, and their cells.
 
 use geometry::{Slab, footprint};
 use grid::overlapped_cells;

@@ -1,4 +1,4 @@
-//! The way up a stair: over its treads and landings, from a place on the lower floor to one on the upper.
+//! Path up a stair over its treads and landings, with length, clear width and risers.
 
 use frames::{TENTHS_PER_M, metres};
 use geometry::{Bounds, Footprint, MultiPolygon, Point, Slab, Tread, footprint, treads};

@@ -1,4 +1,4 @@
-//! The faces that scans are to see.
+//! Target faces: sides of occupied cells that scans are to see.
 
 use grid::Class;
 use messages::Grid;

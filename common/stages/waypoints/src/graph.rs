@@ -1,4 +1,4 @@
-//! The route graph of a storey: spaces, doors, meeting points on the middle lines, places before stairs and lifts.
+//! The route graph of a storey: spaces, doors, junctions, staging poses at stairs and lifts.
 
 use crate::centre::Storey;
 use crate::skeleton::{Chain, skeleton, trace};

@@ -1,4 +1,4 @@
-//! Where a robot can stand on a storey, and which places belong together.
+//! Free space of a storey for a robot's radius, and its connected parts.
 
 use frames::{Map, Point2, TENTHS_PER_M};
 use grid::{Cell, GridSpec, Sight, squared_distances};

@@ -1,4 +1,4 @@
-//! What scans see of the meshes of elements, at all heights: walls above sills, the undersides of beams, what stands behind
+//! Visibility of element meshes from scan poses at all heights: walls above sills, undersides of beams, surfaces behind
 //! furniture.
 
 use crate::centre::{Storey, sensor_height_m};

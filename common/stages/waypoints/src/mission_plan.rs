@@ -1,4 +1,4 @@
-//! All storeys together: the `plan` archive, and what of the last one still holds.
+//! Plans all storeys and reuses results of unchanged ones.
 
 use crate::centre::Storey;
 use crate::changed::{cells_of, changed_elements};

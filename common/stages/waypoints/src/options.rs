@@ -1,4 +1,4 @@
-//! What to plan: a TOML file; `config/waypoints.toml` explains every key.
+//! Waypoint options from TOML; `config/waypoints.toml` documents every key.
 
 use frames::PlanTimeError;
 use grid::Class;

@@ -1,4 +1,4 @@
-//! Ways from storey to storey: stairs, ramps, lifts, and where to stand before them.
+//! Portals between storeys (stairs, ramps, lifts) and their staging poses.
 
 use crate::ground::Ground;
 use crate::options::PlanOptions;

@@ -1,4 +1,4 @@
-//! What a robot can get to, storey by storey.
+//! Reachability of the parts of each storey, through portals too.
 
 use crate::ground::Ground;
 use crate::options::Start;

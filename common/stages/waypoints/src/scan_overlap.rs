@@ -1,4 +1,4 @@
-//! Scans between others, so that each sees enough of what earlier ones saw to be registered with them.
+//! Connecting scans, so that each scan overlaps enough with earlier ones to be registered.
 
 use crate::centre::Storey;
 use crate::options::PlanOptions;

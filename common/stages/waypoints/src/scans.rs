@@ -1,4 +1,4 @@
-//! Where to scan from.
+//! Candidate scan poses, their visible faces, and the selection.
 
 use crate::centre::{Centre, Storey};
 use crate::face::Faces;

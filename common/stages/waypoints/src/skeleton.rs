@@ -1,4 +1,4 @@
-//! The middle lines of the floor: where ways run, and where they meet.
+//! Skeleton of the free space by thinning: centre lines and junctions.
 
 use crate::walk::Walk;
 

@@ -1,4 +1,4 @@
-//! Which spaces a robot has business in, and why not in the others.
+//! Spaces without waypoints and the reasons.
 
 use crate::options::PlanOptions;
 use messages::{

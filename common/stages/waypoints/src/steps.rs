@@ -1,4 +1,4 @@
-//! Steps between levels that lie beside each other.
+//! Steps between adjacent levels, as portals.
 
 use crate::ground::Ground;
 use crate::portal::{Portal, Staging, length_m, staging};

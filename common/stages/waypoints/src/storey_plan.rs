@@ -1,4 +1,4 @@
-//! The plan of one storey: a function of its map, of what the robot can get to, and of what is asked for.
+//! The plan of one storey: a pure function of map, reachability and options.
 
 use crate::centre::{Centre, Storey, centre_of};
 use crate::graph::{Anchor, Graph, graph};

@@ -1,4 +1,4 @@
-//! The order in which to visit places: a short tour, and a length that none can be below.
+//! Travelling-salesman tour: order of places and a lower bound of its length, in millimetres.
 
 use crate::chance::Chance;
 

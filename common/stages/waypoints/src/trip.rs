@@ -1,4 +1,4 @@
-//! A tour through places of one part of a storey, over the floor.
+//! Tour over one connected part of a storey, with path lengths over its floor.
 
 use crate::tour::Tour;
 use crate::walk::{NO_WAY, Scratch, Targets, Walk, length_m};

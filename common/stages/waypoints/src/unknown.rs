@@ -1,4 +1,4 @@
-//! Names in options that the site does not have.
+//! Checks the names in options against the site.
 
 use crate::options::PlanOptions;
 use messages::{Site, nearest_names_hint};

@@ -1,4 +1,4 @@
-//! Which faces a scan sees.
+//! Faces visible from a scan pose: range, incidence, field of view, line of sight.
 
 use crate::face::{Face, Faces};
 use grid::Sight;

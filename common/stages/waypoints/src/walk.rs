@@ -1,4 +1,4 @@
-//! Ways over the floor that a robot can get to.
+//! Shortest paths over reachable cells, with string pulling.
 
 use crate::ground::Ground;
 use frames::{Map, Point2};

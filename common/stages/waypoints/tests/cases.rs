@@ -1,4 +1,4 @@
-//! Rooms in which a centroid is no place to stand, or no way leads: each is drawn as a picture, too.
+//! Spaces whose centroid is not standable or not reachable; each case is also drawn as an image.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

@@ -1,4 +1,4 @@
-//! What holds on every map: waypoints are where a robot can be, and a planner forgets what no longer holds.
+//! Properties on every map: waypoints are reachable, and a planner with history equals a fresh one.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

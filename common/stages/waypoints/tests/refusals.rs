@@ -1,4 +1,4 @@
-//! Every space without a centre has its reason.
+//! Every space without a centre has a reason.
 
 mod support;
 

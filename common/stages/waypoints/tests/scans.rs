@@ -1,4 +1,4 @@
-//! What scans see: coverage, field of view, ranges, subsets, what is new.
+//! Scans: coverage, field of view, ranges, subsets, changed elements.
 
 mod support;
 

@@ -1,4 +1,4 @@
-//! Where a robot begins that is put nowhere: parts with a stair, lift or outer door; and what is told of the parts.
+//! Default start part (stair, lift or outer door) and the reported parts.
 
 mod support;
 

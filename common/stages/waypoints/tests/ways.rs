@@ -1,4 +1,4 @@
-//! Where the robot gets to: starts, tours, stairs and lifts, the route graph.
+//! Reachability: starts, tours, stairs and lifts, route graph.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

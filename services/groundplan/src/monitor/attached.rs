@@ -1,4 +1,4 @@
-//! The monitor's ends of the bus.
+//! Subscriptions of the monitor to all topics.
 
 use super::map_pane::MapOf;
 use super::state::State;

@@ -1,4 +1,4 @@
-//! A map in a terminal: two pixels a character, each showing the most important of the cells that it covers.
+//! Map pane: two pixels per character, each showing the cell of highest priority below it.
 
 use grid::Class;
 use messages::Grid;

@@ -1,4 +1,4 @@
-//! The dashboard.
+//! Layout of the dashboard.
 
 use super::map_pane::MapOf;
 use super::snapshot::Snapshot;

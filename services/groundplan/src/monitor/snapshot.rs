@@ -1,4 +1,4 @@
-//! Everything that the monitor shows, as it is printed with `--json`.
+//! Contents of the dashboard, printed by `--json`.
 
 use crate::alignment_report::Brief;
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! What was seen, and what follows from it.
+//! State of the monitor: received samples and derived values.
 
 use super::snapshot::{DaemonLine, PlanLine, Snapshot, StoreyLine, TopicLine};
 use crate::alignment_report::Brief;

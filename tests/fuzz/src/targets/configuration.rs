@@ -1,4 +1,4 @@
-//! Texts that people write: a line that says which kind of file it is, then the file.
+//! Configuration texts: a line with the kind of file, then the file.
 
 use super::site;
 use daemon::{Request, Robot, SiteConfig};

@@ -1,5 +1,4 @@
-//! What each fuzz target does with its bytes: a function that must neither panic nor take long. The tests of the workspace run the
-//! committed corpora through the same functions.
+//! Fuzz targets as functions that must neither panic nor run long; the workspace tests run the committed corpora through them.
 
 pub mod archives;
 pub mod configuration;

@@ -1,4 +1,4 @@
-//! What stages and exports do with archives that are whole, of one site, and changed: nothing that a view accepts may stop them.
+//! Stages and exports on mutated archives of one site: nothing that a view accepts may panic.
 
 use super::archives::{change, reseal};
 use super::site;

@@ -1,4 +1,4 @@
-//! What if a task is delayed?
+//! What-if delays: moves tasks and their successors after float is used up.
 
 use super::resolve::{dependencies, roll_up};
 use super::{TaskDates, Tasks, with_ancestors};

@@ -1,4 +1,4 @@
-//! What a file, or a report of progress, says about one task.
+//! Inputs of the schedule computation per task, from the file and from reported progress.
 
 use super::with_ancestors;
 use crate::clock::Calendars;

@@ -1,4 +1,4 @@
-//! The order in which tasks depend on each other, and where they depend on themselves.
+//! Topological order of tasks, and dependency cycles.
 
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};

@@ -1,4 +1,4 @@
-//! When tasks begin and end: written dates, the forward pass over sequences, delays, and the float that remains.
+//! Task dates: written dates, forward pass over sequences, delays, float.
 
 mod delays;
 mod facts;

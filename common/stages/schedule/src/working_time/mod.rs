@@ -1,4 +1,4 @@
-//! When work goes on, by the rules of a calendar.
+//! Working periods of a calendar.
 
 mod recurrence;
 

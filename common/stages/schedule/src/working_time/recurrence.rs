@@ -1,4 +1,4 @@
-//! Which days a recurrence pattern hits.
+//! Days of an IfcRecurrencePattern.
 
 use crate::dates::DAY_S;
 use jiff::civil::Date;

@@ -1,4 +1,4 @@
-//! Buildings drawn as text, and what is planned in them.
+//! Buildings drawn as text, and plans for them.
 //!
 //! A character is a square of 0.2 m; the first line is the north. The lower left corner of a drawing is the origin of `map`.
 //!

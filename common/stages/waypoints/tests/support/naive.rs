@@ -1,4 +1,4 @@
-//! The slow and obvious versions of what plans are made with.
+//! Brute-force reference implementations of planning steps.
 
 use frames::{Map, Point2};
 use grid::Cell;

@@ -1,4 +1,4 @@
-//! A plan, and what tests ask of it.
+//! Accessors of a mission plan for assertions.
 
 use super::Archives;
 use export::ExportInput;

@@ -1,4 +1,4 @@
-//! Many pairs of maps, for benchmarks.
+//! `groundplan align --pairs`: alignment of many map pairs, for benchmarks.
 
 use crate::alignment_report::evidence;
 use crate::failure::Failure;

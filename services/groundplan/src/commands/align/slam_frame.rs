@@ -1,4 +1,4 @@
-//! Maps, routes and waypoints of a storey in the robot's own frame.
+//! Resamples a storey's maps, route graph and waypoints into the SLAM frame.
 
 use crate::failure::Failure;
 use export::{ExportFile, nav2_poses, rounded, with_manifest};

@@ -1,4 +1,4 @@
-//! What people should know about a conversion: one line per kind of finding. All findings are in `report.json`.
+//! Notices on standard output after a conversion, one per kind of finding; `report.json` has all.
 
 use export::ExportInput;
 use frames::metres;

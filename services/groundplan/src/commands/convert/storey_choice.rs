@@ -1,4 +1,4 @@
-//! `--storeys`: which map storeys are written.
+//! `--storeys`: selection of the map storeys that are written.
 
 use crate::failure::Failure;
 use messages::{NONE, Site, nearest_names_hint};

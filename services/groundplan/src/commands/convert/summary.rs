@@ -1,4 +1,4 @@
-//! What `convert` says at its end.
+//! Summary of a conversion, as text and JSON.
 
 use super::phase_summary::PhaseSummary;
 use super::rooms::{RoomLine, rooms_lines};

@@ -1,4 +1,5 @@
-//! A folder that follows the running daemons: one folder per epoch, a link to the newest, a command for each.
+//! `groundplan export --watch`: a folder per epoch, a link to the newest, a hook for each. Deletes only unmodified epochs and the
+//! link.
 //!
 //! Nothing is deleted but epochs as they were written, and the link.
 
