@@ -1,7 +1,7 @@
 //! Client side of requests: sends one to a daemon and waits for its response, with timeouts.
 
+use crate::failure::Failure;
 use crate::request::{Answer, Request};
-use crate::service::Failure;
 use bus::{Bus, CommandError, Daemon, OpenCommand, Reply};
 use std::time::{Duration, Instant};
 

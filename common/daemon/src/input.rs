@@ -1,6 +1,6 @@
 //! Inputs of a service: newest samples of its topics, each validated once.
 
-use crate::service::Failure;
+use crate::failure::Failure;
 use bus::{RawSample, TopicName};
 
 /// The topics that a service follows, one variant for each; [`crate::inputs`] declares them.

@@ -1,7 +1,7 @@
 //! The output of a service on a latched topic: what was published last comes again in every generation of the bus, and after a
 //! full memory.
 
-use crate::service::Failure;
+use crate::failure::Failure;
 use crate::state::Epochs;
 use bus::{Bus, Origin, Publisher, Topic};
 use messages::{ArchiveBuffer, Checked, InputHashes};

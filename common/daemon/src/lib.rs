@@ -28,6 +28,7 @@
 mod ask;
 mod config;
 mod config_file;
+mod failure;
 mod input;
 mod latched_output;
 mod life;
@@ -46,12 +47,13 @@ pub use config::{
     SiteConfig, WaypointConfig, WorldConfig,
 };
 pub use config_file::{ConfigFileError, read_parsed};
+pub use failure::{Failure, chain};
 pub use input::{Input, NoInput, not_an_input};
 pub use latched_output::LatchedOutput;
 pub use request::{ActualsSource, Answer, Request};
 pub use robot_file::{Robot, RobotFileError};
-pub use run::{Arguments, chain, in_background, run};
-pub use service::{Done, Event, Failure, Service, Stages};
+pub use run::{Arguments, in_background, run};
+pub use service::{Done, Event, Service, Stages};
 pub use state::{Epochs, StateError, StateFile, write_durably};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};

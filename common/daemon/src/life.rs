@@ -1,11 +1,11 @@
 //! The event loop of a daemon: latest sample of each input, commands, heartbeats, timers, re-attachment to new bus generations.
 
 use crate::config::SiteConfig;
+use crate::failure::{Failure, chain};
 use crate::input::Input;
 use crate::log::Log;
 use crate::request::Request;
-use crate::run::chain;
-use crate::service::{Done, Event, Failure, Service, Stages};
+use crate::service::{Done, Event, Service, Stages};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::{
     Bus, Command, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, Nudger, RawSample, RawSubscriber, StatusWriter,

@@ -1,9 +1,10 @@
 //! Entry point of a daemon process: command line, configuration, log.
 
 use crate::config::SiteConfig;
+use crate::failure::{Failure, chain};
 use crate::life::{Life, Reload};
 use crate::log::Log;
-use crate::service::{Failure, Service, Stages};
+use crate::service::{Service, Stages};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::Daemon;
 use clap::{CommandFactory, FromArgMatches, Parser};
@@ -81,15 +82,4 @@ fn live<S: Service + 'static>(
     let mut life = Life::of(daemon, service, stages, reload)?;
     // A service at work is not waited for: what it writes it writes whole.
     life.all_generations(&domain, stop)
-}
-
-/// An error with its causes.
-pub fn chain(error: &(dyn std::error::Error + 'static)) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
 }

@@ -1,14 +1,14 @@
 //! The `Service` trait: inputs, attachment to the bus, handling of events.
 
-use crate::{Answer, Input, Request, SiteConfig};
+use crate::config::SiteConfig;
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::request::{Answer, Request};
 use bus::Bus;
 use messages::Stage;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
-
-/// Why a service could not do what it was asked; its earlier output stands.
-pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// A daemon's work. All calls come from one thread, one after the other.
 pub trait Service: Send {
