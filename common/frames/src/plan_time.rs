@@ -50,6 +50,9 @@ pub struct WrittenPlanTime {
 }
 
 impl PlanTime {
+    /// The last second of the calendar: 9999-12-31T23:59:59.
+    pub const LAST: Self = Self(datetime(9999, 12, 31, 23, 59, 59, 0));
+
     /// Reads a date or date-time of ISO 8601; one with an offset, `Z` or a time zone is converted to the zone of the site.
     ///
     /// # Errors

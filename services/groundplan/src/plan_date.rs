@@ -75,9 +75,10 @@ pub(crate) fn period(date: &str, until: Option<&str>, site_zone: Option<&TimeZon
     Ok(Period { from_s, until_s })
 }
 
-/// As a finish: one without a time is the end of its day.
+/// As a finish: one without a time is the end of its day, on the last day of the calendar its last second.
 fn end_s(written: WrittenPlanTime) -> i64 {
-    written.at.civil_seconds() + if written.is_day { DAY_S } else { 0 }
+    let at_s = written.at.civil_seconds();
+    if written.is_day { (at_s + DAY_S).min(PlanTime::LAST.civil_seconds()) } else { at_s }
 }
 
 /// A plan time for people and JSON.
@@ -107,6 +108,7 @@ mod tests {
         assert_eq!(check("2024-04-15T08:00:00", None), None);
         assert_eq!(check("2024-04-15T08:00:00", Some("2024-04-15T17:00:00")), Some(at("2024-04-15T17:00:00")));
         assert_eq!(check("2024-04-15", Some("2024-04-19")), Some(at("2024-04-20")));
+        assert_eq!(check("2024-04-15", Some("9999-12-31")), Some(at("9999-12-31T23:59:59")));
         assert!(period("2024-04-15", Some("2024-04-14"), None).is_err());
         assert!(period("15/04/2024", None, None).is_err());
     }

@@ -52,7 +52,7 @@ impl WrittenDate {
 
     /// The end of its day at any time of day.
     pub(crate) fn end_of_day_s(self) -> i64 {
-        ((self.at_s.div_euclid(DAY_S) + 1) * DAY_S).min(seconds(DateTime::MAX))
+        ((self.at_s.div_euclid(DAY_S) + 1) * DAY_S).min(PlanTime::LAST.civil_seconds())
     }
 }
 
