@@ -229,7 +229,7 @@ impl<'a> Site<'a> {
         Ok(())
     }
 
-    /// Coordinates whose differences do not overflow, boxes that are finite.
+    /// Coordinates whose differences do not overflow, bounds that are rectangles, boxes that are finite.
     fn check_numbers(&self) -> Result<(), ArchiveError> {
         let is_near = |c: &i32| c.unsigned_abs() <= FARTHEST_TENTHS;
         let is_box = |b: &BoxRecord| {
@@ -243,7 +243,10 @@ impl<'a> Site<'a> {
         let mut records = elements.chain(storeys).chain(spaces).chain(openings);
         let axes = |d: &DoorRecord| d.hanging.along.iter().chain(&d.hanging.towards).all(|a| a.abs() <= 1.001);
         let boxes = self.openings.iter().map(|o| &o.plan).chain(self.doors.iter().map(|d| &d.passage));
-        let whole = self.vertices.as_flattened().iter().all(is_near)
+        // Grids are laid around them.
+        let is_rectangle = |[x0, y0, x1, y1]: [i32; 4]| x0 <= x1 && y0 <= y1;
+        let whole = self.map_storeys.iter().all(|s| is_rectangle(s.bounds_tenths))
+            && self.vertices.as_flattened().iter().all(is_near)
             && self.points.as_flattened().iter().all(is_near)
             && records.all(is_near)
             && boxes.into_iter().all(is_box)

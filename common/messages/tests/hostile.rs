@@ -2,7 +2,7 @@
 
 mod support;
 
-use messages::{ArchiveBuffer, ArchiveError, PartRecord, Site, SiteBuilder};
+use messages::{ArchiveBuffer, ArchiveError, MapStoreyRecord, PartRecord, Site, SiteBuilder};
 use proptest::prelude::*;
 use support::{alignment, deviations, grid, grids, phase, plan, reseal, site, slam_map, walk};
 
@@ -45,6 +45,20 @@ fn a_task_that_is_nested_in_itself_is_refused() {
         buffer.bytes_mut()[parents[task]..][..4].copy_from_slice(&parent.to_le_bytes());
         reseal(buffer.bytes_mut());
         assert_eq!(Site::open(buffer.bytes()).unwrap_err(), ArchiveError::Index { what: "the schedule" });
+    }
+}
+
+#[test]
+fn a_map_storey_whose_bounds_are_turned_over_is_refused_because_grids_are_laid_around_them() {
+    let opened = |bounds_tenths: [i32; 4]| {
+        let mut builder = SiteBuilder::default();
+        let (global_id, name) = (builder.texts.add("storey"), builder.texts.add("Storey"));
+        builder.map_storeys.push(MapStoreyRecord { global_id, name, floor_z_tenths: 0, floor: 1, bounds_tenths });
+        Site::open(builder.finish().bytes()).map(|_| ())
+    };
+    assert_eq!(opened([0, 0, 10, 10]), Ok(()));
+    for turned in [[11, 0, 10, 10], [0, 11, 10, 10]] {
+        assert_eq!(opened(turned), Err(ArchiveError::Index { what: "a coordinate" }));
     }
 }
 

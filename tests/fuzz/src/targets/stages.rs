@@ -48,8 +48,8 @@ static WHOLE: LazyLock<Archives> = LazyLock::new(|| {
 /// A search of all poses takes as long as a hundred other executions: it is made for this value of the second byte alone.
 const ALIGN: u8 = 255;
 
-/// A comparison with the robot's map takes as long as twenty other executions: it is made for second bytes below this one.
-const COMPARED_BELOW: u8 = 16;
+/// A comparison with the robot's map takes as long as twenty other executions: it is made for second bytes from this one on.
+const COMPARED_FROM: u8 = 0xf0;
 
 /// The first byte chooses the archive that is changed, the second what is made of it; the rest are changes.
 pub fn run(bytes: &[u8]) {
@@ -87,7 +87,7 @@ pub fn run(bytes: &[u8]) {
                 if *what == ALIGN {
                     align(&site, &whole.phase, &map);
                 }
-                if *what < COMPARED_BELOW {
+                if COMPARED_FROM <= *what {
                     told(&site, &whole.phase, &compared(&site, &whole.phase, &map, 0));
                 }
             }
@@ -99,7 +99,7 @@ pub fn run(bytes: &[u8]) {
 fn of_site(site: &ArchiveBuffer, what: u8) {
     let Ok(site) = Site::open(site.bytes()) else { return };
     let phase = if what & 4 == 0 { everything_built(&site) } else { phase_of(&site) };
-    let is_compared = what & 2 != 0 && what < COMPARED_BELOW;
+    let is_compared = COMPARED_FROM <= what;
     if !is_compared && what != ALIGN {
         return all(&site, &phase, what & 1 == 1);
     }
