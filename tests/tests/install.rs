@@ -31,6 +31,12 @@ fn everything_is_put_in_place_and_a_changed_configuration_stays() {
     assert!(unit.contains("ExecStart=/usr/local/bin/rasterize --config /etc/groundplan/site.toml"), "{unit}");
 
     let config = folder.join("etc/groundplan/site.toml");
+    let site: toml::Table = std::fs::read_to_string(&config).unwrap().parse().unwrap();
+    let named = [("schedule", "rules"), ("robot", "profile"), ("waypoints", "options"), ("world", "options")];
+    for (table, key) in named {
+        let file = folder.join("etc/groundplan").join(site[table][key].as_str().unwrap());
+        assert!(file.is_file(), "{} is named by site.toml", file.display());
+    }
     std::fs::write(&config, "state = \"elsewhere\"\n").unwrap();
     assert!(install(&folder, &built).status.success());
     assert_eq!(std::fs::read_to_string(&config).unwrap(), "state = \"elsewhere\"\n");
