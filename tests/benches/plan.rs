@@ -6,7 +6,7 @@
 #![expect(clippy::print_stdout, reason = "figures are what it is for")]
 
 use ingest::{IngestOptions, SourceFile};
-use messages::{ArchiveBuffer, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site};
+use messages::{Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site};
 use raster::Rasterizer;
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
@@ -55,7 +55,7 @@ fn measure(arguments: &Arguments, model: &Path) {
     let phase = Phase::open(phase.bytes()).expect("a phase");
     let mut rasterizer = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.05).expect("a resolution that fits");
     rasterizer.draw(&site, &phase);
-    let index = ArchiveBuffer::copy_of(rasterizer.index(&site, &phase, "default").0);
+    let index = rasterizer.index(&site, &phase, "default").finish();
     let index = Grids::open(index.bytes()).expect("an index");
     let grids: Vec<Grid<'_>> = rasterizer.drawn().map(|g| Grid::open(g.archive).expect("a grid")).collect();
     let mut options = PlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");

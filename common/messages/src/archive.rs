@@ -188,12 +188,6 @@ impl ArchiveBuffer {
         buffer
     }
 
-    /// Makes it `length` bytes long, keeping what it holds and the memory that it has; what is new is zero.
-    pub fn resize(&mut self, length: usize) {
-        self.blocks.resize(length.div_ceil(64), Block([0; 64]));
-        self.length = length;
-    }
-
     /// The bytes.
     pub fn bytes(&self) -> &[u8] {
         &bytemuck::cast_slice(&self.blocks)[..self.length]

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use daemon::Robot;
 use export::{ExportFile, ExportInput};
 use geometry::Footprint;
-use messages::{ArchiveBuffer, Grid, Grids, Phase, Plan, Site};
+use messages::{Grid, Grids, Phase, Plan, Site};
 use raster::Rasterizer;
 use waypoints::{PlanInput, PlanOptions, Planner, Start};
 use world::WorldOptions;
@@ -53,8 +53,7 @@ pub(crate) fn with_maps<T>(
     work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     rasterizer.draw(site, phase);
-    // The index is small; a copy leaves the grids to be read.
-    let index = ArchiveBuffer::copy_of(rasterizer.index(site, phase, &robot.name).0);
+    let index = rasterizer.index(site, phase, &robot.name).finish();
     let index = Grids::open(index.bytes()).map_err(Failure::work)?;
     let grids: Vec<Grid<'_>> =
         rasterizer.drawn().map(|grid| Grid::open(grid.archive)).collect::<Result<_, _>>().map_err(Failure::work)?;

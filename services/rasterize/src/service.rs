@@ -141,15 +141,15 @@ impl RasterizeService {
         })?;
         let n_published = self.next_epochs.iter().flatten().count();
         let storeys = rasterizer.n_storeys();
-        let (index, content_hash) = rasterizer.index(&site, &phase, &self.robot.name);
+        let index = rasterizer.index(&site, &phase, &self.robot.name);
         let epoch = self.epochs.take()?;
         let publisher = self.index.as_ref().ok_or("it is not attached to a bus")?;
-        publisher.publish_copy(index, Origin { epoch, frame_epoch, inputs })?;
+        let sent = publisher.publish(&index, Origin { epoch, frame_epoch, inputs })?;
         info!(service = "rasterize", epoch, storeys, published = n_published, "grids published");
         self.stages.set(Stage::Published);
         let plan_time_s = Some(phase.head.plan_time_s).filter(|_| phase.head.plan_time().is_some());
         self.is_pending = false;
-        self.last = Answer { content_hash, epoch, plan_time_s, clock: None };
+        self.last = Answer { content_hash: sent.content_hash, epoch, plan_time_s, clock: None };
         Ok(self.done())
     }
 

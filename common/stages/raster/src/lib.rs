@@ -36,10 +36,7 @@ use geometry::Footprint;
 use grid::GridSpec;
 use incremental::scene::Scene;
 use incremental::storey_grid::Canvas;
-use messages::{
-    ArchiveBuffer, ArchiveWriter, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord,
-    RobotProfile, Site,
-};
+use messages::{DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord, RobotProfile, Site};
 use model::storey_slice::StoreyCut;
 use rayon::prelude::*;
 
@@ -53,13 +50,12 @@ pub struct Rasterizer {
     index: Index,
 }
 
-/// Records of the index and its archive, in memory that is used again.
+/// Records of the index, in memory that is used again.
 #[derive(Debug, Default)]
 struct Index {
     slots: Vec<GridSlotRecord>,
     doors: Vec<DoorPassageRecord>,
     regions: Vec<RegionRecord>,
-    archive: ArchiveBuffer,
 }
 
 /// The grid of a map storey, as drawn last.
@@ -140,10 +136,10 @@ impl Rasterizer {
         self.canvases.par_iter().map(Drawn::of)
     }
 
-    /// The `grids` archive of the grids as drawn last, and its content hash: what they were made from, what a robot finds at
-    /// doors, regions at other levels.
-    pub fn index(&mut self, site: &Site<'_>, phase: &Phase<'_>, robot_name: &str) -> (&[u8], u64) {
-        let Index { slots, doors, regions, archive } = &mut self.index;
+    /// The `grids` archive of the grids as drawn last, to be written: what they were made from, what a robot finds at doors,
+    /// regions at other levels.
+    pub fn index<'a>(&'a mut self, site: &Site<'_>, phase: &Phase<'_>, robot_name: &'a str) -> GridsBuilder<'a> {
+        let Index { slots, doors, regions } = &mut self.index;
         slots.clear();
         doors.clear();
         regions.clear();
@@ -159,9 +155,6 @@ impl Rasterizer {
             plan_time_s: phase.head.plan_time_s,
             robot: self.robot,
         };
-        let builder = GridsBuilder { head, slots, robot_name, doors, regions };
-        archive.resize(builder.length());
-        let content_hash = builder.write(archive.bytes_mut());
-        (archive.bytes(), content_hash)
+        GridsBuilder { head, slots, robot_name, doors, regions }
     }
 }

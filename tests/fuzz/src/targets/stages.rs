@@ -173,7 +173,7 @@ fn drawn(site: &Site<'_>, phase: &ArchiveBuffer) -> Option<Drawn> {
     rasterizer.draw(site, &phase);
     let grids: Vec<_> = rasterizer.drawn().map(|grid| ArchiveBuffer::copy_of(grid.archive)).collect();
     let footprints = (0..rasterizer.n_storeys()).map(|k| rasterizer.footprints(k).to_vec()).collect();
-    let index = ArchiveBuffer::copy_of(rasterizer.index(site, &phase, "default").0);
+    let index = rasterizer.index(site, &phase, "default").finish();
     Some(Drawn { grids, index, footprints })
 }
 

@@ -154,7 +154,7 @@ impl House {
         let mut rasterizer = Rasterizer::new(&site, robot, resolution_m).unwrap();
         rasterizer.draw(&site, &phase);
         let grid = ArchiveBuffer::copy_of(rasterizer.drawn().next().unwrap().archive);
-        let index = ArchiveBuffer::copy_of(rasterizer.index(&site, &phase, "test").0);
+        let index = rasterizer.index(&site, &phase, "test").finish();
         Drawn { grid, index }
     }
 }
