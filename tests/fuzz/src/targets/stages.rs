@@ -103,7 +103,7 @@ fn of_site(site: &ArchiveBuffer, what: u8) {
     if !is_compared && what != ALIGN {
         return all(&site, &phase, what & 1 == 1);
     }
-    if is_small(&site, COMPARED_CELL_M) {
+    if is_small(&site, COMPARED_CELL_M) && is_compact(&site) {
         if what == ALIGN {
             return align(&site, &phase, &robots_map());
         }
@@ -155,6 +155,12 @@ fn is_small(site: &Site<'_>, cell_m: f64) -> bool {
         side(x0, x1) * side(y0, y1)
     };
     site.map_storeys.iter().map(|storey| cells(storey.bounds_tenths)).sum::<f64>() <= CELLS_MAX
+}
+
+/// True if no body is farther than some hundred metres: a comparison samples every side of every body at the map's resolution.
+fn is_compact(site: &Site<'_>) -> bool {
+    const FARTHEST_TENTHS: u32 = 2_000_000;
+    site.vertices.as_flattened().iter().all(|c| c.unsigned_abs() <= FARTHEST_TENTHS)
 }
 
 struct Drawn {
