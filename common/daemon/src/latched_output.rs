@@ -15,8 +15,16 @@ const FIRST_BYTES: usize = 1 << 16;
 pub struct LatchedOutput<T: Topic> {
     topic: T,
     publisher: Option<Publisher<T>>,
-    last: Option<(Checked<T::Payload>, Origin)>,
+    last: Option<Last<T>>,
     is_pending: bool,
+}
+
+/// What came last. Its epoch is taken when it is first to be published; a disk that is full refuses it.
+struct Last<T: Topic> {
+    archive: Checked<T::Payload>,
+    epoch: Option<u64>,
+    frame_epoch: u64,
+    inputs: InputHashes,
 }
 
 impl<T: Topic> LatchedOutput<T> {
@@ -28,20 +36,20 @@ impl<T: Topic> LatchedOutput<T> {
     /// Joins a generation of the bus, and brings it what was published last.
     ///
     /// # Errors
-    /// The bus refuses. What could not be published is pending.
-    pub fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
+    /// As [`Self::retry`], and a topic that cannot be opened. What could not be published is pending.
+    pub fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
         // The end of the earlier generation first: there is one publisher.
         self.publisher = None;
-        let length = self.last.as_ref().map_or(FIRST_BYTES, |(archive, _)| archive.bytes().bytes().len());
+        let length = self.last.as_ref().map_or(FIRST_BYTES, |last| last.archive.bytes().bytes().len());
         self.publisher = Some(bus.publisher(self.topic, length)?);
         self.is_pending = self.last.is_some();
-        self.retry()
+        self.retry(epochs)
     }
 
-    /// Publishes an archive under the next epoch; before the bus is there it waits for it. Of its origin the epoch is filled in.
+    /// Publishes an archive under the next epoch; before the bus is there it waits for it.
     ///
     /// # Errors
-    /// The epoch cannot be kept, the bus refuses. The archive is pending.
+    /// As [`Self::retry`]. The archive is pending.
     pub fn publish(
         &mut self,
         epochs: &mut Epochs,
@@ -49,19 +57,24 @@ impl<T: Topic> LatchedOutput<T> {
         frame_epoch: u64,
         inputs: InputHashes,
     ) -> Result<(), Failure> {
-        let origin = Origin { epoch: epochs.take()?, frame_epoch, inputs };
-        self.last = Some((archive, origin));
+        self.last = Some(Last { archive, epoch: None, frame_epoch, inputs });
         self.is_pending = true;
-        self.retry()
+        self.retry(epochs)
     }
 
     /// Publishes what is pending, if there is a bus.
     ///
     /// # Errors
-    /// The bus refuses, for instance because shared memory is full; it stays pending.
-    pub fn retry(&mut self) -> Result<(), Failure> {
-        if let (true, Some((archive, origin)), Some(publisher)) = (self.is_pending, &self.last, &self.publisher) {
-            publisher.publish_copy(archive.bytes().bytes(), *origin)?;
+    /// The epoch cannot be kept, or the bus refuses, for instance because shared memory is full; it stays pending.
+    pub fn retry(&mut self, epochs: &mut Epochs) -> Result<(), Failure> {
+        let Some(last) = self.last.as_mut().filter(|_| self.is_pending) else { return Ok(()) };
+        let epoch = match last.epoch {
+            Some(epoch) => epoch,
+            None => *last.epoch.insert(epochs.take()?),
+        };
+        if let Some(publisher) = &self.publisher {
+            let origin = Origin { epoch, frame_epoch: last.frame_epoch, inputs: last.inputs };
+            publisher.publish_copy(last.archive.bytes().bytes(), origin)?;
             self.is_pending = false;
         }
         Ok(())
@@ -74,7 +87,7 @@ impl<T: Topic> LatchedOutput<T> {
 
     /// What came last.
     pub fn last(&self) -> Option<&Checked<T::Payload>> {
-        self.last.as_ref().map(|(archive, _)| archive)
+        self.last.as_ref().map(|last| &last.archive)
     }
 
     /// True if an archive is the same as what came last.
@@ -84,11 +97,47 @@ impl<T: Topic> LatchedOutput<T> {
 
     /// Epoch of what came last; 0 for nothing.
     pub fn epoch(&self) -> u64 {
-        self.last.as_ref().map_or(0, |(_, origin)| origin.epoch)
+        self.last.as_ref().and_then(|last| last.epoch).unwrap_or(0)
     }
 
     /// Content hash of what came last; 0 for nothing.
     pub fn content_hash(&self) -> u64 {
         self.last().map_or(0, Checked::content_hash)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bus::{Daemon, Domain, Keeper, topics};
+    use messages::PhaseBuilder;
+    use std::time::Duration;
+
+    #[test]
+    fn an_archive_that_got_no_epoch_is_published_when_the_disk_has_room_again() {
+        let root = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm").unwrap();
+        let domain = Domain::shared(&format!("go{:x}_", std::process::id()), root.path()).unwrap();
+        let _keeper = Keeper::start(&domain).unwrap();
+        let (producer, mut waiter) = Bus::join(&domain, Daemon::ScheduleEval).unwrap();
+        let (consumer, _waiter) = Bus::join(&domain, Daemon::Groundplan).unwrap();
+        let states = consumer.subscriber(topics::Phase).unwrap();
+
+        let home = tempfile::tempdir().unwrap();
+        let state = home.path().join("state");
+        std::fs::create_dir(&state).unwrap();
+        let mut epochs = Epochs::at(&state, "epochs.json").unwrap();
+        std::fs::remove_dir_all(&state).unwrap();
+        let mut output = LatchedOutput::new(topics::Phase);
+        output.attach(&producer, &mut epochs).unwrap();
+        let archive = Checked::new(PhaseBuilder::everything_built(7, 3, 1).finish()).unwrap();
+        assert!(output.publish(&mut epochs, archive, 1, InputHashes::default()).is_err());
+        assert!(output.is_pending() && output.epoch() == 0 && states.take().unwrap().is_none());
+
+        std::fs::create_dir(&state).unwrap();
+        output.retry(&mut epochs).unwrap();
+        waiter.wait(Duration::ZERO).unwrap();
+        let sample = states.take().unwrap().unwrap();
+        assert!(!output.is_pending() && sample.header().epoch == output.epoch() && output.epoch() > 0);
+        assert_eq!(sample.check().unwrap().content_hash(), output.content_hash());
     }
 }

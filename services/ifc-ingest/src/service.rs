@@ -120,7 +120,7 @@ impl IngestService {
             if !self.output.is_pending() {
                 return Ok(Done::default());
             }
-            self.output.retry()?;
+            self.output.retry(&mut self.epochs)?;
             return Ok(self.done());
         }
         self.load(self.models.clone())
@@ -169,7 +169,7 @@ impl Service for IngestService {
     type Input = NoInput;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
-        self.output.attach(bus)?;
+        self.output.attach(bus, &mut self.epochs)?;
         if self.output.last().is_some() {
             self.stages.set(Stage::Published);
         }

@@ -218,10 +218,12 @@ impl ScheduleService {
     /// Publishes if the plan time has come to something new.
     fn tick(&mut self) -> Result<Done, Failure> {
         let at_s = self.shown_s(self.read_clock().0);
-        if self.output.is_pending() {
-            self.output.retry()?;
-        }
         match self.published_at_s {
+            Some(published_s) if published_s == at_s && self.output.is_pending() => {
+                self.output.retry(&mut self.epochs)?;
+                self.stages.set(Stage::Published);
+                Ok(self.done())
+            }
             Some(published_s) if published_s == at_s => Ok(Done { answer: Answer::default(), ..self.done() }),
             None if self.evaluated.is_none() => Ok(Done::default()),
             _ => self.publish(),
@@ -285,7 +287,7 @@ impl Service for ScheduleService {
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // The sample belongs to a generation of the bus that is gone; it comes again.
         self.site = None;
-        self.output.attach(bus)
+        self.output.attach(bus, &mut self.epochs)
     }
 
     fn handle(&mut self, event: Event<ScheduleInput>) -> Result<Done, Failure> {

@@ -342,9 +342,9 @@ impl AlignService {
         let counting = Counting { pose, state: self.follower.state(), waiting: self.follower.waiting().copied() };
         let alignment = self.searched.archive(&self.storeys(), &counting, made_from);
         if !self.alignment.is_last(&alignment) {
+            self.to_do.compare = true;
             let (frame_epoch, inputs) = self.origin();
             self.alignment.publish(&mut self.epochs, Checked::new(alignment)?, frame_epoch, inputs)?;
-            self.to_do.compare = true;
             self.stages.set(Stage::Published);
         }
         // What others localise by survives this daemon; a movement that nobody can see is not worth a write.
@@ -427,8 +427,8 @@ impl Service for AlignService {
         }
         (self.site, self.phase, self.index) = (None, None, None);
         self.bus = Some(bus.clone());
-        self.alignment.attach(bus)?;
-        self.deviations.attach(bus)
+        self.alignment.attach(bus, &mut self.epochs)?;
+        self.deviations.attach(bus, &mut self.epochs)
     }
 
     fn handle(&mut self, event: Event<AlignInput>) -> Result<Done, Failure> {
@@ -450,8 +450,8 @@ impl Service for AlignService {
             Event::Attached if self.map.is_none() => self.read_first_map()?,
             Event::Attached => {}
             Event::Tick => {
-                self.alignment.retry()?;
-                self.deviations.retry()?;
+                self.alignment.retry(&mut self.epochs)?;
+                self.deviations.retry(&mut self.epochs)?;
             }
         }
         self.proceed()

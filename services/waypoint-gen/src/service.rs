@@ -178,7 +178,7 @@ impl Service for WaypointService {
         (self.site, self.phase, self.index) = (None, None, None);
         self.slots = GridSlot::all().map(|slot| bus.subscriber(topics::Grid(slot))).collect::<Result<_, _>>()?;
         self.grids = self.slots.iter().map(|_| None).collect();
-        self.output.attach(bus)
+        self.output.attach(bus, &mut self.epochs)
     }
 
     fn handle(&mut self, event: Event<WaypointInput>) -> Result<Done, Failure> {
@@ -197,7 +197,8 @@ impl Service for WaypointService {
             Event::Request(_) => Err("waypoint-gen plans waypoints and nothing else".into()),
             Event::Configuration(config) => self.configure(&config),
             Event::Tick if self.output.is_pending() => {
-                self.output.retry()?;
+                self.output.retry(&mut self.epochs)?;
+                self.stages.set(Stage::Published);
                 Ok(self.done())
             }
             Event::Attached | Event::Tick => Ok(Done::default()),
