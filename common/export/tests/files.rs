@@ -3,29 +3,12 @@
 
 mod support;
 
-use export::{ExportFile, ExportInput};
-use messages::{Grid, Grids, Phase, Plan, Site};
+use export::ExportFile;
 use std::path::Path;
 use support::House;
 
 fn files(house: &House) -> Vec<ExportFile> {
-    let site = Site::open(house.site.bytes()).unwrap();
-    let phase = Phase::open(house.phase.bytes()).unwrap();
-    let grid = Grid::open(house.grid.bytes()).unwrap();
-    let index = Grids::open(house.index.bytes()).unwrap();
-    let plan = Plan::open(house.plan.bytes()).unwrap();
-    let input = ExportInput {
-        site: &site,
-        phase: &phase,
-        index: &index,
-        grids: &[grid],
-        plan: &plan,
-        footprints: &[&house.footprints],
-        resolution_m: 0.5,
-        robot_footprint_m: &[],
-        with_geometry: true,
-    };
-    export::files(&input, Vec::new())
+    house.with_input(|input| export::files(input, Vec::new()))
 }
 
 /// Texts as they are, maps a letter per pixel, pictures by their size.

@@ -5,31 +5,15 @@
 mod support;
 
 use export::ExportInput;
-use messages::{Grid, Grids, Phase, Plan, Site};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
+use world::WorldOptions;
 
 /// The JSON documents of the smallest building, by path.
 fn documents() -> BTreeMap<String, Value> {
-    let house = support::house();
-    let site = Site::open(house.site.bytes()).unwrap();
-    let phase = Phase::open(house.phase.bytes()).unwrap();
-    let grid = Grid::open(house.grid.bytes()).unwrap();
-    let index = Grids::open(house.index.bytes()).unwrap();
-    let plan = Plan::open(house.plan.bytes()).unwrap();
-    let input = ExportInput {
-        site: &site,
-        phase: &phase,
-        index: &index,
-        grids: &[grid],
-        plan: &plan,
-        footprints: &[&house.footprints],
-        resolution_m: 0.5,
-        robot_footprint_m: &[],
-        with_geometry: true,
-    };
-    let files = export::files(&input, world::files(&input, &world::WorldOptions::default()));
+    let made = |input: &ExportInput<'_>| export::files(input, world::files(input, &WorldOptions::default()));
+    let files = support::house().with_input(made);
     let json = files.iter().filter(|f| f.path.ends_with("json"));
     json.map(|f| (f.path.clone(), serde_json::from_slice(&f.bytes).unwrap())).collect()
 }

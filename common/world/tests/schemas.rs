@@ -1,22 +1,10 @@
 //! The JSON Schema of the world's index in `config/schemas` is that of what we write; UPDATE_GOLDEN=1 rewrites it.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-use schemars::JsonSchema;
-use schemars::generate::SchemaSettings;
-use std::path::Path;
+#[path = "../../export/tests/support/schema.rs"]
+mod schema;
 
-fn check<T: JsonSchema>(name: &str) {
-    // What is written: keys that are left out when empty are not required.
-    let schema = SchemaSettings::draft2020_12().for_serialize().into_generator().into_root_schema_for::<T>();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/schemas").join(format!("{name}.schema.json"));
-    let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";
-    if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, &text).unwrap();
-    }
-    let golden = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(text == golden, "{} is not current: UPDATE_GOLDEN=1 rewrites it", path.display());
-}
+use schema::check;
 
 #[test]
 fn the_schema_of_the_lookup_is_current() {

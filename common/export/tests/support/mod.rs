@@ -1,6 +1,7 @@
 //! A minimal building that exercises every output: a space, a wall, a door, a stair, a warning.
 
 use bytemuck::Zeroable;
+use export::ExportInput;
 use geometry::{Footprint, MultiPolygon, Polygon};
 use messages::*;
 
@@ -12,6 +13,27 @@ pub(crate) struct House {
     pub(crate) index: ArchiveBuffer,
     pub(crate) plan: ArchiveBuffer,
     pub(crate) footprints: Vec<(u32, Footprint)>,
+}
+
+impl House {
+    /// Works on the house as an export takes it.
+    pub(crate) fn with_input<T>(&self, work: impl FnOnce(&ExportInput<'_>) -> T) -> T {
+        let site = Site::open(self.site.bytes()).unwrap();
+        let phase = Phase::open(self.phase.bytes()).unwrap();
+        let index = Grids::open(self.index.bytes()).unwrap();
+        let plan = Plan::open(self.plan.bytes()).unwrap();
+        work(&ExportInput {
+            site: &site,
+            phase: &phase,
+            index: &index,
+            grids: &[Grid::open(self.grid.bytes()).unwrap()],
+            plan: &plan,
+            footprints: &[&self.footprints],
+            resolution_m: 0.5,
+            robot_footprint_m: &[],
+            with_geometry: true,
+        })
+    }
 }
 
 /// A room of 3 x 2 m behind a wall of 0.5 m, on a grid of 0.5 m; the door is too narrow.
