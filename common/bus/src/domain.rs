@@ -1,4 +1,4 @@
-//! Which bus: a prefix and a folder of this machine.
+//! Identity of a bus: name prefix and folder on this machine.
 
 use crate::error::DomainError;
 use crate::generation::Place;

@@ -1,4 +1,4 @@
-//! What daemons rely on, each on a bus of its own in shared memory.
+//! Conformance suite of the bus; each test has a bus of its own in shared memory.
 
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 

@@ -1,4 +1,4 @@
-//! What files are made from, and a file to be.
+//! Inputs of an export, and its output files.
 
 use geometry::Footprint;
 use messages::{Grid, Grids, Phase, Plan, Site};

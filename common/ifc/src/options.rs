@@ -1,4 +1,4 @@
-//! How a file is read, and how far reading has come.
+//! Options and progress of reading a file.
 
 /// How to read. Nothing here changes the result.
 #[derive(Clone, Copy, Default)]

@@ -1,4 +1,4 @@
-//! What files of deviations are made from.
+//! Inputs of the deviation files.
 
 use frames::PlanTime;
 use messages::{Deviations, ElementDeviationRecord, Phase, Site};

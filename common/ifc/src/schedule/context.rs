@@ -1,4 +1,4 @@
-//! What every part of the schedule's reader needs.
+//! Context shared by the parts of the schedule reader.
 
 use crate::ids::Named;
 use crate::kernel::File;

@@ -1,4 +1,4 @@
-//! What is compared: site, schedule state and an aligned SLAM map.
+//! Inputs of the comparison: site, schedule state and an aligned SLAM map.
 
 use messages::{Phase, RobotProfile, Site};
 use occupancy::{MapFromSlam, OccupancyMap};

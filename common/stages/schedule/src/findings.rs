@@ -1,4 +1,4 @@
-//! What is wrong with a schedule, as it is found.
+//! Collector of schedule diagnostics.
 
 use messages::{DiagnosticRecord, NONE, Site, TaskRecord, Text, TextPool};
 

@@ -1,4 +1,4 @@
-//! What a plan is made from.
+//! Inputs of the waypoint planner.
 
 use crate::options::PlanOptions;
 use messages::{Grid, Grids, Phase, Site};

@@ -1,4 +1,4 @@
-//! Where one steps onto a stair from a floor, and off it.
+//! Ends of a stair: the places at which it joins floors.
 
 use crate::climb::{LANDING, MAX_RISE, ONE_LEVEL, highest_rise, touch, usual_rise};
 use frames::{Map, Point2, TENTHS_PER_M};

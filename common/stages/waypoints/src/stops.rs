@@ -1,4 +1,4 @@
-//! What is asked of a storey, the goals that follow from it, and the stops of its tour.
+//! Requests for a storey, the goals that follow from them, and the stops of its tour.
 
 use crate::centre::Storey;
 use crate::options::PlanOptions;

@@ -1,4 +1,4 @@
-//! Where a robot's map may lie in the model's.
+//! `--storey`, `--hint`, `--hint-radius`: a guess of the pose of a robot's map.
 
 use alignment::Hint;
 use daemon::PoseHint;

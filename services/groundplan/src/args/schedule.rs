@@ -1,4 +1,4 @@
-//! How dates are understood, and what is added to the plan: rules, delays, reported progress.
+//! Schedule arguments: rules of dates, delays, reported progress.
 
 use super::models::ModelArgs;
 use crate::failure::Failure;

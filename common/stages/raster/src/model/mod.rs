@@ -1,4 +1,4 @@
-//! What a storey is made of, whatever the date: cells of elements, spaces, passages and doors.
+//! Date-independent model of a storey: cells of elements, spaces, passages and doors.
 
 pub(crate) mod cell_area;
 pub(crate) mod door;

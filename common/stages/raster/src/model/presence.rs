@@ -1,4 +1,4 @@
-//! What a map shows of an element's state: absent, worked on, built.
+//! Presence of an element on a map: absent, worked on, built.
 
 use messages::ElementState;
 
