@@ -4,10 +4,10 @@ use frames::{counted, metres};
 use grid::{Class, GridSpecError};
 use messages::{Grid, MapStoreyRecord, Site, element_flags};
 
-/// Why there is no map.
+/// Errors of rasterisation.
 #[derive(Debug, thiserror::Error)]
 pub enum RasterizeError {
-    /// The grid of a storey cannot be; the outermost elements are named, because they are usually misplaced.
+    /// The grid of a storey is impossible; the outermost elements are listed, because they are usually misplaced.
     #[error("storey {storey:?} has no grid{}", outermost_text(outermost))]
     Spec {
         /// Name of the storey.
@@ -17,23 +17,23 @@ pub enum RasterizeError {
         /// Why.
         source: GridSpecError,
     },
-    /// A margin of more cells than the distance that margins are counted in.
+    /// A margin of more than [`grid::MAX_REACH_CELLS`] cells.
     #[error("a margin of {margin_m} m is more than {max_cells} cells of {resolution_m} m: take a coarser resolution")]
     Margin {
-        /// As the robot's profile has it.
+        /// Margin of the robot profile.
         margin_m: f64,
-        /// The most that is possible.
+        /// Maximum number of cells.
         max_cells: f64,
-        /// As asked for.
+        /// Requested resolution.
         resolution_m: f64,
     },
-    /// Nothing at all would be drawn.
+    /// All storeys would be blank.
     #[error("the map would be blank: {}; --allow-empty writes it all the same", reasons.join("; "))]
     Blank {
-        /// Of the model, then of each storey: phrases for people.
+        /// Reasons of the model, then of each storey, as phrases.
         reasons: Vec<String>,
     },
-    /// Rooms without walls.
+    /// A storey with spaces but without obstacles.
     #[error("storey {storey:?} has {} and no obstacle; --allow-empty writes it all the same", counted(*n_spaces, "space"))]
     NoObstacle {
         /// Name of the storey.
@@ -43,7 +43,7 @@ pub enum RasterizeError {
     },
 }
 
-/// Refuses the map of a complete model that nobody should trust.
+/// Checks that the map of a complete model is not blank.
 ///
 /// # Errors
 /// All storeys blank or none at all, or a storey with spaces and without any obstacle.
@@ -62,10 +62,10 @@ pub fn check_not_blank(site: &Site<'_>, grids: &[Grid<'_>]) -> Result<(), Raster
     Ok(())
 }
 
-/// Storeys whose reasons are told.
+/// Maximum number of storeys whose reasons are listed.
 const MAX_REASONS: usize = 12;
 
-/// Why nothing is drawn: what the model lacks, then what each storey lacks.
+/// Reasons for a blank map: what the model lacks, then what each storey lacks.
 fn blank_reasons(site: &Site<'_>) -> Vec<String> {
     let mut reasons = vec![elements_reason(site)];
     if site.storeys.is_empty() {
@@ -88,7 +88,7 @@ fn storey_reason(name: &str, why: &str) -> String {
     if name.is_empty() { format!("a storey without a name: {why}") } else { format!("storey {name:?}: {why}") }
 }
 
-/// What became of the model's elements.
+/// Reason from the number of elements with bodies.
 fn elements_reason(site: &Site<'_>) -> String {
     let n = site.elements.len();
     let has = |flag: u32| site.elements.iter().filter(|e| e.has(flag)).count();
@@ -106,7 +106,7 @@ fn elements_reason(site: &Site<'_>) -> String {
     }
 }
 
-/// Why the map of a storey is empty.
+/// Reason why the map of a storey is empty.
 fn empty_reason(site: &Site<'_>, storey: &MapStoreyRecord) -> String {
     let floor_z = storey.floor_z_tenths;
     let bodies = || site.elements.iter().filter(|e| e.n_parts > 0);

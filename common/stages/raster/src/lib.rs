@@ -2,7 +2,7 @@
 //!
 //! [`Rasterizer::new`] slices every element to the slab of every storey once, into runs of cells per element; slices change
 //! only with site, robot or resolution. [`Rasterizer::draw`] brings the grids to a schedule state: what it drew before is
-//! kept, and only cells whose appearance changed are drawn again.
+//! kept, and only cells that can differ are redrawn.
 //!
 //! # Layers
 //!
@@ -16,10 +16,10 @@
 //!
 //! # Modules
 //!
-//! `build` makes the `model` of each storey, `layers` computes from model and schedule state, `incremental` redraws with them
-//! only what looks different. Each names only those before it.
+//! `build` makes the `model` of each storey, `layers` computes from model and schedule state, `incremental` keeps the grids
+//! and redraws with `layers` only the cells that differ. Each module imports only those before it.
 //!
-//! A map whose every storey would be blank is an error that says what each storey lacks ([`check_not_blank`]).
+//! If every storey would be blank, [`check_not_blank`] gives an error with what each storey lacks.
 //!
 //! `cargo run --example planning_map -- config/demo/demo.ifc planning.pgm` makes a planning map with the stages alone.
 
@@ -34,23 +34,23 @@ pub use error::{RasterizeError, check_not_blank};
 use build::slicing::slice_storey;
 use geometry::Footprint;
 use grid::GridSpec;
-use incremental::scene::Scene;
-use incremental::storey_grid::Canvas;
+use incremental::storey_grid::StoreyGrid;
+use incremental::storey_inputs::StoreyInputs;
 use messages::{DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord, RobotProfile, Site};
-use model::storey_slice::StoreyCut;
+use model::storey_slice::StoreySlice;
 use rayon::prelude::*;
 
-/// What a site looks like to a robot at a resolution: before any date is known, and as it was drawn last.
+/// The slices of a site for one robot and resolution, and the grids of its map storeys as drawn last.
 #[derive(Debug)]
 pub struct Rasterizer {
     robot: RobotProfile,
-    storeys: Vec<StoreyCut>,
-    /// One per storey, once something was drawn.
-    canvases: Vec<Canvas>,
+    storeys: Vec<StoreySlice>,
+    /// One per map storey after the first draw, empty before.
+    storey_grids: Vec<StoreyGrid>,
     index: Index,
 }
 
-/// Records of the index, in memory that is used again.
+/// Buffers of the index records, reused by each draw.
 #[derive(Debug, Default)]
 struct Index {
     slots: Vec<GridSlotRecord>,
@@ -60,23 +60,24 @@ struct Index {
 
 /// The grid of a map storey, as drawn last.
 #[derive(Debug, Clone, Copy)]
-pub struct Drawn<'a> {
+pub struct DrawnGrid<'a> {
     /// The `grid` archive.
     pub archive: &'a [u8],
     /// Its content hash.
     pub content_hash: u64,
-    /// Hash of everything of the phase that it depends on: the looks of the elements near the storey and of its spaces.
+    /// Hash of all inputs from the schedule state: the presence of the storey's dependents, which of its spaces are blocked,
+    /// and whether there is a plan time.
     pub input_hash: u64,
 }
 
-impl<'a> Drawn<'a> {
-    fn of(canvas: &'a Canvas) -> Self {
-        Self { archive: canvas.archive(), content_hash: canvas.content_hash(), input_hash: canvas.input_hash() }
+impl<'a> DrawnGrid<'a> {
+    fn of(grid: &'a StoreyGrid) -> Self {
+        Self { archive: grid.archive(), content_hash: grid.content_hash(), input_hash: grid.input_hash() }
     }
 }
 
 impl Rasterizer {
-    /// Cuts all elements for all map storeys, on all threads of the current pool.
+    /// Slices all elements for all map storeys, on all threads of the current pool.
     ///
     /// # Errors
     /// A resolution that is no whole number of tenths of a millimetre, a margin of too many cells, or a storey too large for
@@ -90,10 +91,10 @@ impl Rasterizer {
             .into_par_iter()
             .map(|k| slice_storey(site, robot, resolution_m, k))
             .collect::<Result<_, _>>()?;
-        Ok(Self { robot: *robot, storeys, canvases: Vec::new(), index: Index::default() })
+        Ok(Self { robot: *robot, storeys, storey_grids: Vec::new(), index: Index::default() })
     }
 
-    /// Where the grid of a map storey lies: a function of site and resolution alone.
+    /// The specification of the grid of a map storey; it depends on site and resolution alone.
     pub fn spec(&self, map_storey: usize) -> GridSpec {
         self.storeys[map_storey].spec
     }
@@ -108,46 +109,47 @@ impl Rasterizer {
         self.storeys.len()
     }
 
-    /// Draws the grids of a phase on all threads of the current pool: the first time as a whole, later only what differs. What
-    /// was drawn before does not change the result. `site` is the one that it was made from, `phase` one of that site.
+    /// Draws the grids of a phase on all threads of the current pool: the first time completely, later incrementally. The
+    /// result does not depend on what was drawn before. `site` must be the site of [`Rasterizer::new`], and `phase` of that
+    /// site.
     pub fn draw(&mut self, site: &Site<'_>, phase: &Phase<'_>) {
-        let Self { robot, storeys, canvases, .. } = self;
-        let scene = |storey| Scene { site, robot, storey };
-        if canvases.is_empty() {
+        let Self { robot, storeys, storey_grids, .. } = self;
+        let inputs = |storey| StoreyInputs { site, robot, storey };
+        if storey_grids.is_empty() {
             let draw = |storey| {
-                let mut canvas = Canvas::new(scene(storey));
-                canvas.draw(scene(storey), phase);
-                canvas
+                let mut grid = StoreyGrid::new(inputs(storey));
+                grid.draw(inputs(storey), phase);
+                grid
             };
-            storeys.par_iter().map(draw).collect_into_vec(canvases);
+            storeys.par_iter().map(draw).collect_into_vec(storey_grids);
         } else {
-            let both = storeys.par_iter().zip(canvases);
-            both.for_each(|(storey, canvas)| canvas.draw(scene(storey), phase));
+            let both = storeys.par_iter().zip(storey_grids);
+            both.for_each(|(storey, grid)| grid.draw(inputs(storey), phase));
         }
     }
 
-    /// The grids, as drawn last, by map storey; none before the first time.
-    pub fn drawn(&self) -> impl ExactSizeIterator<Item = Drawn<'_>> {
-        self.canvases.iter().map(Drawn::of)
+    /// The grids as drawn last, by map storey; none before the first draw.
+    pub fn drawn(&self) -> impl ExactSizeIterator<Item = DrawnGrid<'_>> {
+        self.storey_grids.iter().map(DrawnGrid::of)
     }
 
-    /// The same, for all threads of the current pool.
-    pub fn par_drawn(&self) -> impl IndexedParallelIterator<Item = Drawn<'_>> {
-        self.canvases.par_iter().map(Drawn::of)
+    /// The same grids as a parallel iterator.
+    pub fn par_drawn(&self) -> impl IndexedParallelIterator<Item = DrawnGrid<'_>> {
+        self.storey_grids.par_iter().map(DrawnGrid::of)
     }
 
-    /// The `grids` archive of the grids as drawn last, to be written: what they were made from, what a robot finds at doors,
-    /// regions at other levels.
+    /// Builder of the `grids` archive of the grids as drawn last: their inputs, the passages of doors, and regions at other
+    /// levels.
     pub fn index<'a>(&'a mut self, site: &Site<'_>, phase: &Phase<'_>, robot_name: &'a str) -> GridsBuilder<'a> {
         let Index { slots, doors, regions } = &mut self.index;
         slots.clear();
         doors.clear();
         regions.clear();
-        for (canvas, storey) in self.canvases.iter().zip(&self.storeys) {
+        for (grid, storey) in self.storey_grids.iter().zip(&self.storeys) {
             let (map_storey, cell_tenths) = (storey.map_storey, storey.spec.cell_tenths);
-            slots.push(GridSlotRecord { map_storey, cell_tenths, content_hash: canvas.content_hash() });
-            doors.extend_from_slice(canvas.doors());
-            regions.extend_from_slice(canvas.regions());
+            slots.push(GridSlotRecord { map_storey, cell_tenths, content_hash: grid.content_hash() });
+            doors.extend_from_slice(grid.doors());
+            regions.extend_from_slice(grid.regions());
         }
         let head = GridsHead {
             site_hash: site.content_hash(),

@@ -1,17 +1,17 @@
-//! The floor of a storey that is assumed from its spaces, with the narrow gaps between them and walls.
+//! The floor of a storey assumed from its spaces, with the narrow gaps between them and walls.
 
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
 use crate::model::cell_area::{slab_above_floor, to_tenths};
-use crate::model::gap::{CRACK, NARROW};
-use crate::model::storey_slice::StoreyCut;
+use crate::model::gap::{FLOOR_CRACK, NARROW_GAP};
+use crate::model::storey_slice::StoreySlice;
 use frames::TENTHS_PER_M;
 use geometry::{FillRule, Footprint, MultiPolygon, Point, Ring, Slab, close_gaps, difference, footprint, intersection};
 use geometry::{offset, ring_area_doubled, union, union_of};
 use grid::{Class, Run, covered_cells};
 use messages::{FloorKind, MapStoreyRecord, RobotProfile, Site, element_flags, space_flags};
 
-/// The cells of a floor that is assumed from the storey's spaces. What stands or not does not change it.
-pub(crate) fn assumed_floor_cells(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut) -> Vec<Run> {
+/// The cells of the floor assumed from the storey's spaces; independent of the schedule state.
+pub(crate) fn assumed_floor_cells(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice) -> Vec<Run> {
     let bounds_rooms =
         |class: Class| matches!(class, Class::Wall | Class::Column | Class::CurtainWall | Class::Window | Class::Door);
     let elements = storey.footprints.iter().filter(|(e, _)| bounds_rooms(site.elements[*e as usize].class()));
@@ -23,15 +23,15 @@ pub(crate) fn assumed_floor_cells(site: &Site<'_>, robot: &RobotProfile, storey:
     covered_cells(&floor, &storey.spec)
 }
 
-/// What is no floor although a space covers it: the built floor of other map storeys up to a metre lower, and in the robot's
-/// way. There people stand on that floor.
-fn built_levels(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut) -> MultiPolygon {
+/// Areas where a space covers the built floor of another map storey, up to a metre lower or within the robot's slab. They
+/// are floor of that storey.
+fn built_levels(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice) -> MultiPolygon {
     let step = to_tenths(robot.step_height_m);
-    let window = [storey.floor_z - TENTHS_PER_M, storey.floor_z + slab_above_floor(robot)[1]];
+    let tile = [storey.floor_z - TENTHS_PER_M, storey.floor_z + slab_above_floor(robot)[1]];
     let is_beside = |s: &&MapStoreyRecord| {
         let z = s.floor_z_tenths;
         let is_other = (z - storey.floor_z).abs() > 2 * step;
-        s.floor == FloorKind::Built as u32 && is_other && window[0] <= z && z <= window[1]
+        s.floor == FloorKind::Built as u32 && is_other && tile[0] <= z && z <= tile[1]
     };
     let heights = site.map_storeys.iter().filter(is_beside).map(|s| s.floor_z_tenths);
     let pieces = heights.flat_map(|z| floor_pieces(site, &storey.spec, [z - step, z + step], LEVEL_SLOPE_RAD));
@@ -39,7 +39,7 @@ fn built_levels(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut) -> Mu
     union(&rings, FillRule::NonZero)
 }
 
-/// What is no floor although a space covers it: stairs, ramps, lifts and shafts from the storey below.
+/// Areas where a space covers stairs, ramps, lifts and shafts from the storey below. They are no floor.
 fn from_below(site: &Site<'_>, floor_z: i32) -> MultiPolygon {
     let half_metre = TENTHS_PER_M / 2;
     let reaches = |bottom: i32, top: i32| bottom < floor_z - half_metre && floor_z - half_metre < top;
@@ -57,27 +57,28 @@ fn from_below(site: &Site<'_>, floor_z: i32) -> MultiPolygon {
     union_of(&stairs.chain(shafts).collect::<Vec<_>>())
 }
 
-/// The floor of a storey that is assumed from its spaces: the spaces and the narrow gaps between them, to walls, under doors
-/// and before passages, less what reaches the storey from below.
+/// The assumed floor: the spaces and the narrow gaps between them, to walls, under doors and before passages, without what
+/// reaches the storey from below.
 ///
-/// `beside` are walls and what stands in them; they are no floor themselves unless the spaces on both sides are so close.
+/// `beside` are walls with their doors and windows. They are no floor themselves, unless the gap between spaces on both
+/// sides is narrow.
 fn assumed_floor(spaces: &MultiPolygon, beside: &MultiPolygon, from_below: &MultiPolygon) -> MultiPolygon {
     let spaces = difference(spaces, from_below);
     // Grown edges that only just touch would close a gap that is not narrower.
-    let close = |region: &MultiPolygon| close_gaps(region, NARROW - 3);
+    let close = |region: &MultiPolygon| close_gaps(region, NARROW_GAP - 3);
     let between_spaces = close(&spaces);
     let beside_them = difference(&close(&union_of([&spaces, beside])), beside);
-    // A gap between walls that goes on from there is none of the spaces.
-    let near_spaces = offset(&spaces, NARROW).unwrap_or_default();
+    // The continuation of such a gap between walls alone is no gap of the spaces.
+    let near_spaces = offset(&spaces, NARROW_GAP).unwrap_or_default();
     let beside_them = intersection(&beside_them, &near_spaces);
     let floor = difference(&union_of([&between_spaces, &beside_them]), from_below);
-    let mut floor = close_gaps(&floor, CRACK);
+    let mut floor = close_gaps(&floor, FLOOR_CRACK);
     // Gaps between walls alone, like a cavity, have no floor.
     floor.0.retain(|part| !intersection(&MultiPolygon(vec![part.clone()]), &spaces).is_empty());
     floor
 }
 
-/// The plan of something, its surfaces without thickness as thin as can be.
+/// The area of a footprint, with surfaces without thickness as thin polygons.
 fn solid_plan(footprint: &Footprint) -> MultiPolygon {
     let thin = |[a, b]: &[Point; 2]| -> Ring {
         let is_flat = (b[0] - a[0]).abs() >= (b[1] - a[1]).abs();
@@ -112,7 +113,7 @@ mod tests {
             let spaces = region(&[[0, 0, 30_000, 30_000], [30_000 + gap, 0, 30_000, 30_000]]);
             assumed_floor(&spaces, &MultiPolygon::default(), &MultiPolygon::default()).area_m2()
         };
-        assert!((floor(NARROW) - 18.0).abs() < 1e-3 && (floor(NARROW - 10) - 18.597).abs() < 1e-3);
+        assert!((floor(NARROW_GAP) - 18.0).abs() < 1e-3 && (floor(NARROW_GAP - 10) - 18.597).abs() < 1e-3);
     }
 
     #[test]
@@ -146,7 +147,7 @@ mod tests {
             for p in steps().flat_map(|y| steps().map(move |x| [x, y])) {
                 let is_floor = floor.contains(p.map(f64::from));
                 prop_assert!(!is_floor || !is_in(&below, p, 0), "{p:?} is over a stair");
-                prop_assert!(!is_floor || is_in(&spaces, p, NARROW), "{p:?} is far from spaces");
+                prop_assert!(!is_floor || is_in(&spaces, p, NARROW_GAP), "{p:?} is far from spaces");
                 prop_assert!(is_floor || !is_in(&spaces, p, 0) || is_in(&below, p, 0), "{p:?} lost its floor");
             }
         }

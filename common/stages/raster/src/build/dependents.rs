@@ -1,15 +1,15 @@
-//! Elements that a storey's grid depends on, and the cells that each can change.
+//! Finds the elements on whose state the grid of a storey depends, and the cells that each can change.
 
 use crate::model::other_levels::candidates;
-use crate::model::storey_slice::{Dependent, StoreyCut};
+use crate::model::storey_slice::{Dependent, StoreySlice};
 use geometry::Slab;
 use grid::CellRect;
 use messages::{NONE, Site};
 
-/// Elements that reach between these heights, or are drawn on the storey all the same: rather too many than too few. By
-/// element.
-pub(crate) fn dependents(site: &Site<'_>, storey: &StoreyCut, heights: Slab) -> Vec<Dependent> {
-    let mut list = List { places: vec![NONE; site.elements.len()], dependents: Vec::new() };
+/// Elements that reach between these heights or are drawn on the storey, sorted by element. May include elements without
+/// effect.
+pub(crate) fn dependents(site: &Site<'_>, storey: &StoreySlice, heights: Slab) -> Vec<Dependent> {
+    let mut list = DependentList { indices: vec![NONE; site.elements.len()], dependents: Vec::new() };
     for (element, record) in (0..).zip(site.elements) {
         if record.n_parts > 0 && heights.meets(record.min_tenths[2], record.max_tenths[2]) {
             list.of(element);
@@ -18,7 +18,7 @@ pub(crate) fn dependents(site: &Site<'_>, storey: &StoreyCut, heights: Slab) -> 
     for drawn in storey.obstacles.iter().chain(&storey.lidar) {
         add(&mut list.of(drawn.element).cells, drawn.rect);
         if let Some(door) = &drawn.door {
-            // What the leaves beside it look like decides, too.
+            // The passage also depends on the presence of the adjoining leaves.
             for element in door.leaves.iter().flat_map(|leaf| [leaf.element, leaf.host]).filter(|e| *e != NONE) {
                 add(&mut list.of(element).cells, drawn.rect);
                 add(&mut list.of(element).cells, door.around);
@@ -28,8 +28,8 @@ pub(crate) fn dependents(site: &Site<'_>, storey: &StoreyCut, heights: Slab) -> 
     for passage in &storey.passages {
         add(&mut list.of(passage.host).cells, passage.rect);
     }
-    for (place, overhead) in (0..).zip(&storey.overhead) {
-        list.of(overhead.element).overhead = Some(place);
+    for (index, overhead) in (0..).zip(&storey.overhead) {
+        list.of(overhead.element).overhead = Some(index);
     }
     let pieces = || storey.floor.iter().chain(&storey.floor_above);
     for piece in pieces() {
@@ -39,27 +39,27 @@ pub(crate) fn dependents(site: &Site<'_>, storey: &StoreyCut, heights: Slab) -> 
     floors.extend(candidates(site, storey.floor_z));
     floors.sort_unstable();
     floors.dedup();
-    for (place, element) in (0..).zip(floors) {
-        list.of(element).floor_place = Some(place);
+    for (index, element) in (0..).zip(floors) {
+        list.of(element).floor_index = Some(index);
     }
     list.dependents.sort_by_key(|n| n.element);
     list.dependents
 }
 
-struct List {
-    /// Place of each element of the site in `dependents`.
-    places: Vec<u32>,
+struct DependentList {
+    /// Index of each element of the site in `dependents`.
+    indices: Vec<u32>,
     dependents: Vec<Dependent>,
 }
 
-impl List {
+impl DependentList {
     fn of(&mut self, element: u32) -> &mut Dependent {
-        let place = &mut self.places[element as usize];
-        if *place == NONE {
-            *place = self.dependents.len() as u32;
-            self.dependents.push(Dependent { element, cells: None, floor_place: None, floor: None, overhead: None });
+        let index = &mut self.indices[element as usize];
+        if *index == NONE {
+            *index = self.dependents.len() as u32;
+            self.dependents.push(Dependent { element, cells: None, floor_index: None, floor: None, overhead: None });
         }
-        &mut self.dependents[*place as usize]
+        &mut self.dependents[*index as usize]
     }
 }
 

@@ -1,4 +1,4 @@
-//! Upward faces of elements that can be walked, between two heights.
+//! Upward faces of floor elements between two heights, as polygons in plan.
 
 use crate::model::cell_area::cells_around;
 use crate::model::storey_slice::FloorPiece;
@@ -6,7 +6,7 @@ use geometry::{Ring, floor_faces};
 use grid::GridSpec;
 use messages::{ElementRecord, Site, element_flags};
 
-/// Floor in the robot's way that is steeper than this is part of a ramp or of a roof, and no other level.
+/// Faces in the robot's slab steeper than this belong to a ramp or a roof, not to the floor of another level.
 pub(crate) const LEVEL_SLOPE_RAD: f64 = 0.01;
 
 /// Upward faces between two heights.

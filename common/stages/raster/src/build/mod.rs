@@ -1,4 +1,4 @@
-//! Builds the model of a storey, once per site, robot and resolution.
+//! Builds the slice of each storey, once per site, robot and resolution.
 
 pub(crate) mod assumed_floor;
 pub(crate) mod dependents;

@@ -1,13 +1,13 @@
-//! Slices elements to the slab of a storey: the model of a storey from site, robot and resolution.
+//! Slices the elements to the slab of a storey.
 
 use super::assumed_floor::assumed_floor_cells;
 use super::dependents::dependents;
-use super::door::door_at;
+use super::door::storey_door;
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
 use crate::error::RasterizeError;
 use crate::model::cell_area::{cells_beside, slab_above_floor, to_tenths};
 use crate::model::storey_slice::{
-    ElementRuns, LEAST_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreyCut, next_floor_z,
+    ElementRuns, MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z,
 };
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, Footprint, Slab, footprint};
@@ -17,10 +17,10 @@ use messages::{
 };
 use rayon::prelude::*;
 
-/// Unknown cells around everything: a planner can see that the map ends.
+/// Width of unknown cells around the contents of a grid, so that planners see the end of the map.
 const MARGIN: i32 = TENTHS_PER_M;
 
-/// How far above the floor the sill of a passage may lie: a door's threshold.
+/// Maximum height of the sill of a passage over the floor, such as a door's threshold.
 const MAX_SILL: i32 = TENTHS_PER_M / 10;
 
 /// Cuts the elements of a map storey to its slab.
@@ -29,7 +29,7 @@ pub(crate) fn slice_storey(
     robot: &RobotProfile,
     resolution_m: f64,
     map_storey: usize,
-) -> Result<StoreyCut, RasterizeError> {
+) -> Result<StoreySlice, RasterizeError> {
     let record = &site.map_storeys[map_storey];
     let spec = spec_of(site, record, resolution_m)?;
     let floor_z = record.floor_z_tenths;
@@ -44,7 +44,7 @@ pub(crate) fn slice_storey(
     let mut obstacles = runs_of(&footprints);
     // Elements of one class do not differ in a cell; a stable order keeps doors by element.
     obstacles.sort_by_key(|o| o.class.draw_priority());
-    let mut storey = StoreyCut {
+    let mut storey = StoreySlice {
         map_storey: map_storey as u32,
         spec,
         floor_z,
@@ -63,8 +63,7 @@ pub(crate) fn slice_storey(
     if storey.floor_kind == FloorKind::AssumedFromSpaces {
         storey.assumed_floor = assumed_floor_cells(site, robot, &storey);
     }
-    let heights =
-        Slab { lo: floor_z - LEAST_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + LEAST_STOREY_HEIGHT) };
+    let heights = Slab { lo: floor_z - MIN_STOREY_HEIGHT, hi: hi.max(next_floor_z(site, floor_z) + MIN_STOREY_HEIGHT) };
     storey.dependents = dependents(site, &storey, heights);
     Ok(storey)
 }
@@ -96,7 +95,7 @@ fn spec_of(site: &Site<'_>, record: &MapStoreyRecord, resolution_m: f64) -> Resu
     })
 }
 
-/// Footprints in a slab of the elements that reach into it, by element.
+/// Footprints of the elements that reach into a slab, by element.
 fn cut_elements(site: &Site<'_>, slab: Slab, wanted: impl Fn(&ElementRecord) -> bool + Sync) -> Vec<(u32, Footprint)> {
     let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
     site.elements
@@ -108,7 +107,7 @@ fn cut_elements(site: &Site<'_>, slab: Slab, wanted: impl Fn(&ElementRecord) -> 
         .collect()
 }
 
-/// Finished structure that a lidar sees.
+/// True for structure that a lidar sees: not glass, furniture or doors.
 fn is_lasting(element: &ElementRecord) -> bool {
     let class = matches!(
         element.class(),
@@ -126,7 +125,7 @@ fn element_runs(
 ) -> ElementRuns {
     let record = &site.elements[*element as usize];
     let runs = overlapped_cells(&footprint.area, &footprint.lines, spec);
-    let door = door_at(site, robot, (spec, map_storey), record.door, &runs);
+    let door = storey_door(site, robot, (spec, map_storey), record.door, &runs);
     ElementRuns { element: *element, class: record.class(), rect: CellRect::around(&runs), runs, door }
 }
 

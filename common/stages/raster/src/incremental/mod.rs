@@ -1,6 +1,6 @@
-//! Grids that are kept and brought to each schedule state: only what looks different is drawn again.
+//! Incremental redraw: grids are kept, and only cells that differ are drawn again.
 
-mod difference;
-mod ground;
-pub(crate) mod scene;
+mod state_difference;
+mod storey_floor;
 pub(crate) mod storey_grid;
+pub(crate) mod storey_inputs;

@@ -1,40 +1,40 @@
-//! Decides whether a robot can pass a door, with every reason against it.
+//! Decides whether a robot can pass a door on a map, with every reason against it.
 
-use super::clear_width::{Between, Standing, between_obstacles};
+use super::doorway_clearance::{CoveredSamples, DoorwayClearance, doorway_clearance};
 use super::floor::sides_with_floor;
-use crate::model::door::{DoorAt, is_wide_enough};
-use crate::model::door_leaves::way_through;
-use crate::model::presence::Look;
-use crate::model::storey_slice::StoreyCut;
+use crate::model::door::{StoreyDoor, is_wide_enough};
+use crate::model::door_leaves::doorway;
+use crate::model::presence::Presence;
+use crate::model::storey_slice::StoreySlice;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
 use grid::{Class, GridSpec};
 use messages::{BoxRecord, DoorPassage, DoorPassageRecord, NONE, Phase, RobotProfile};
 
-/// Cells that obstacles at both sides of a way may take beyond themselves, with the samples that its width is measured by:
-/// where the way runs along the raster, and at an angle to it.
+/// Cells of width lost to rasterised obstacles on both sides of a doorway, including the sampling error: for doorways along
+/// the raster, and at an angle to it.
 const CELLS_LOST: [f64; 2] = [2.2, 3.1];
 
-/// The layers that tell whether a robot can pass a door.
+/// The layers on which the passage of a door depends.
 #[derive(Clone, Copy)]
 pub(crate) struct DoorLayers<'a> {
     pub(crate) class: &'a [u8],
     pub(crate) floor: &'a [u8],
 }
 
-/// What a robot finds there on a map of these layers, if the door's element looks like this.
+/// The passage of a door on a map with these layers, where its element has this presence.
 pub(crate) fn door_passage(
-    at: &DoorAt,
+    door: &StoreyDoor,
     phase: &Phase<'_>,
     robot: &RobotProfile,
-    storey: &StoreyCut,
-    look: Look,
+    storey: &StoreySlice,
+    presence: Presence,
     layers: DoorLayers<'_>,
-    standing: &mut Standing,
+    nearby: &mut CoveredSamples,
 ) -> DoorPassageRecord {
-    let way = way_through(&at.leaves, at.place, phase);
+    let way = doorway(&door.leaves, door.leaf_index, phase);
     let mut record = DoorPassageRecord {
-        door: at.door,
+        door: door.door,
         map_storey: storey.map_storey,
         passage: DoorPassage::Passable as u32,
         sides_with_floor: sides_with_floor(&way.plan, &storey.spec, |i| layers.floor[i] != 0),
@@ -46,49 +46,49 @@ pub(crate) fn door_passage(
         reasons: 0,
         obstacle: NONE,
     };
-    if !look.is_obstacle() || !at.is_hung(phase) {
+    if !presence.is_obstacle() || !door.is_hung(phase) {
         record.passage = DoorPassage::Absent as u32;
         return record;
     }
     let is_narrow = !is_wide_enough(robot, way.clear_width_m);
     for (is_one, reason) in [
-        (look == Look::WorkedOn, DoorPassage::InProgress),
-        (record.sides_with_floor == 0 || !at.stands_here, DoorPassage::NoFloor),
-        (!at.leaf().opens, DoorPassage::CannotOpen),
+        (presence == Presence::WorkedOn, DoorPassage::InProgress),
+        (record.sides_with_floor == 0 || !door.stands_here, DoorPassage::NoFloor),
+        (!door.leaf().opens, DoorPassage::CannotOpen),
         (is_narrow, DoorPassage::TooNarrow),
     ] {
         record.reasons |= if is_one { reason.bit() } else { 0 };
     }
     if !is_narrow && record.width_in_map_m < 2.0 * robot.radius_m {
-        add_reason_of_cells(&mut record, between_obstacles(&way.plan, storey, phase, standing), robot);
+        add_reason_of_cells(&mut record, doorway_clearance(&way.plan, storey, phase, nearby), robot);
     }
     record.passage = record.closed_by().next().unwrap_or(DoorPassage::Passable) as u32;
     record
 }
 
-/// Why the cells of a way that is wide enough are too narrow for the robot.
-fn add_reason_of_cells(record: &mut DoorPassageRecord, between: Between, robot: &RobotProfile) {
-    let spare_m = between.width_m - 2.0 * robot.radius_m;
-    record.width_between_obstacles_m = between.width_m;
+/// Adds the reason why a doorway of sufficient clear width is too narrow on the map.
+fn add_reason_of_cells(record: &mut DoorPassageRecord, clearance: DoorwayClearance, robot: &RobotProfile) {
+    let spare_m = clearance.width_m - 2.0 * robot.radius_m;
+    record.width_between_obstacles_m = clearance.width_m;
     let reason = if spare_m >= 0.0 {
         record.needed_resolution_m = needed_resolution_m(&record.way.to_box(), spare_m);
         DoorPassage::ClosedByResolution
     } else {
-        record.obstacle = between.obstacle;
-        if between.is_walled_up { DoorPassage::NoOpening } else { DoorPassage::Obstructed }
+        record.obstacle = clearance.obstacle;
+        if clearance.is_walled_up { DoorPassage::NoOpening } else { DoorPassage::Obstructed }
     };
     record.reasons |= reason.bit();
 }
 
-/// A resolution in whole millimetres at which a way that is wider than the robot by `spare_m` stays passable.
+/// A resolution in whole millimetres at which a doorway that is wider than the robot by `spare_m` stays passable.
 fn needed_resolution_m(way: &OrientedBox, spare_m: f64) -> f64 {
     let is_aligned = way.axis.iter().any(|a| a.abs() < 1e-3);
     let cells = CELLS_LOST[usize::from(!is_aligned)];
     ((spare_m / cells * 1000.0).floor() / 1000.0).max(0.001)
 }
 
-/// Width of the narrowest line across a passage, in cells without an obstacle, in metres. That a space beside it is blocked
-/// does not make a door narrower.
+/// Width of the narrowest line across a passage over cells without an obstacle, in metres. Blocked spaces beside a door do
+/// not make it narrower.
 fn free_width_m(plan: &OrientedBox, spec: &GridSpec, class: &[u8]) -> f64 {
     let cell = f64::from(spec.cell_tenths);
     let is_open = |at: [f64; 2]| {

@@ -2,8 +2,8 @@
 
 use super::other_levels::at_other_levels;
 use crate::model::cell_area::{BESIDE_PASSAGE_M, reach_beside};
-use crate::model::gap::CRACK;
-use crate::model::storey_slice::{FloorPiece, StoreyCut};
+use crate::model::gap::FLOOR_CRACK;
+use crate::model::storey_slice::{FloorPiece, StoreySlice};
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::{FillRule, MultiPolygon, OrientedBox, Ring, close_gaps, difference, union};
 use grid::{Class, GridSpec, Mask, Run, covered_cells, enclosed, fill_holes};
@@ -13,109 +13,109 @@ use std::collections::HashMap;
 /// Obstacles with gaps up to this width enclose an interior.
 const ENCLOSING_GAP_M: f64 = 2.0;
 
-/// Bytes of runs that are kept of a storey before all are made anew.
-const MAX_KEPT_BYTES: usize = 32 << 20;
+/// Limit of the cached runs of a storey; beyond it the cache is cleared.
+const MAX_CACHED_BYTES: usize = 32 << 20;
 
-/// What the finished floor of a storey makes of it.
+/// The finished floor of a storey, in cells.
 #[derive(Debug, Default)]
-pub(crate) struct FloorPlan {
-    /// Cells that floor covers whole, passages through walls not counted; none on a storey whose floor is what its obstacles
-    /// enclose, or that has none.
+pub(crate) struct BuiltFloor {
+    /// Cells that floor covers whole, without passages through walls. Empty where the floor is assumed from what obstacles
+    /// enclose, or missing.
     pub(crate) runs: Vec<Run>,
     /// Floor at other levels.
     pub(crate) regions: Vec<RegionRecord>,
 }
 
-/// Floor plans by which elements are finished: made once, looked up when a date comes again.
+/// Cache of [`BuiltFloor`] by the set of finished floor elements.
 #[derive(Debug, Default)]
-pub(crate) struct FloorPlans {
-    plans: HashMap<Box<[u64]>, FloorPlan>,
+pub(crate) struct BuiltFloorCache {
+    by_finished: HashMap<Box<[u64]>, BuiltFloor>,
     bytes: usize,
 }
 
-/// A set of places, as bits.
-pub(crate) fn is_in(set: &[u64], place: u32) -> bool {
-    set.get(place as usize / 64).is_some_and(|word| word >> (place % 64) & 1 == 1)
+/// True if the bit of an index is set.
+pub(crate) fn bit_is_set(set: &[u64], index: u32) -> bool {
+    set.get(index as usize / 64).is_some_and(|word| word >> (index % 64) & 1 == 1)
 }
 
-/// Puts a place into a set or out of it.
-pub(crate) fn put(set: &mut Vec<u64>, place: u32, is_in: bool) {
-    let (word, bit) = (place as usize / 64, 1u64 << (place % 64));
+/// Sets or clears the bit of an index.
+pub(crate) fn set_bit(set: &mut Vec<u64>, index: u32, value: bool) {
+    let (word, bit) = (index as usize / 64, 1u64 << (index % 64));
     if set.len() <= word {
         set.resize(word + 1, 0);
     }
-    if is_in { set[word] |= bit } else { set[word] &= !bit }
+    if value { set[word] |= bit } else { set[word] &= !bit }
 }
 
-impl FloorPlans {
-    /// The plan when these of the storey's floor elements are finished.
+impl BuiltFloorCache {
+    /// The floor when these floor elements of the storey are finished.
     pub(crate) fn of(
         &mut self,
         site: &Site<'_>,
         robot: &RobotProfile,
-        storey: &StoreyCut,
+        storey: &StoreySlice,
         finished: &[u64],
-    ) -> &FloorPlan {
-        if !self.plans.contains_key(finished) {
-            let plan = floor_plan(site, robot, storey, finished);
-            let bytes = size_of_val(plan.runs.as_slice()) + size_of_val(plan.regions.as_slice());
-            if self.bytes + bytes > MAX_KEPT_BYTES {
-                self.plans.clear();
+    ) -> &BuiltFloor {
+        if !self.by_finished.contains_key(finished) {
+            let floor = built_floor(site, robot, storey, finished);
+            let bytes = size_of_val(floor.runs.as_slice()) + size_of_val(floor.regions.as_slice());
+            if self.bytes + bytes > MAX_CACHED_BYTES {
+                self.by_finished.clear();
                 self.bytes = 0;
             }
             self.bytes += bytes;
-            self.plans.insert(finished.into(), plan);
+            self.by_finished.insert(finished.into(), floor);
         }
-        &self.plans[finished]
+        &self.by_finished[finished]
     }
 }
 
-fn floor_plan(site: &Site<'_>, robot: &RobotProfile, storey: &StoreyCut, finished: &[u64]) -> FloorPlan {
-    let places = storey.dependents.iter().filter_map(|n| Some((n.element, n.floor_place?)));
-    let is_finished: Vec<u32> = places.filter(|(_, place)| is_in(finished, *place)).map(|(e, _)| e).collect();
-    let built = plan_of(&storey.floor, |piece| is_finished.binary_search(&piece.element).is_ok());
-    // Where another level lies in the way of the robot nobody stands on this one.
-    let above = plan_of(&storey.floor_above, |piece| is_finished.binary_search(&piece.element).is_ok());
+fn built_floor(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice, finished: &[u64]) -> BuiltFloor {
+    let floors = storey.dependents.iter().filter_map(|n| Some((n.element, n.floor_index?)));
+    let is_finished: Vec<u32> = floors.filter(|(_, index)| bit_is_set(finished, *index)).map(|(e, _)| e).collect();
+    let built = floor_area(&storey.floor, |piece| is_finished.binary_search(&piece.element).is_ok());
+    // Where another level lies within the slab this level is no floor.
+    let above = floor_area(&storey.floor_above, |piece| is_finished.binary_search(&piece.element).is_ok());
     let runs = match storey.floor_kind {
         FloorKind::AssumedFromSpaces => storey.assumed_floor.clone(),
         FloorKind::AssumedFromEnclosure | FloorKind::Missing => Vec::new(),
         FloorKind::Built if above.is_empty() => covered_cells(&built, &storey.spec),
         FloorKind::Built => covered_cells(&difference(&built, &above), &storey.spec),
     };
-    FloorPlan { runs, regions: at_other_levels(site, robot, storey, &is_finished, &built) }
+    BuiltFloor { runs, regions: at_other_levels(site, robot, storey, &is_finished, &built) }
 }
 
-/// The plan of some pieces of floor, cracks between them closed.
-fn plan_of(pieces: &[FloorPiece], wanted: impl Fn(&FloorPiece) -> bool) -> MultiPolygon {
+/// The union of floor pieces, with cracks between them closed.
+fn floor_area(pieces: &[FloorPiece], wanted: impl Fn(&FloorPiece) -> bool) -> MultiPolygon {
     let rings: Vec<Ring> = pieces.iter().filter(|p| wanted(p)).flat_map(|p| p.rings.iter().cloned()).collect();
-    close_gaps(&union(&rings, FillRule::NonZero), CRACK)
+    close_gaps(&union(&rings, FillRule::NonZero), FLOOR_CRACK)
 }
 
-/// What those obstacles enclose that stand, doors not counted: the floor of a storey without floor faces and spaces.
-pub(crate) fn enclosed_floor(storey: &StoreyCut, stands: impl Fn(u32) -> bool) -> Mask {
+/// The cells enclosed by standing obstacles without doors: the floor of a storey that has neither floor faces nor spaces.
+pub(crate) fn enclosed_floor(storey: &StoreySlice, stands: impl Fn(u32) -> bool) -> Mask {
     let mut obstacles = Mask::new(storey.spec.width as usize, storey.spec.height as usize);
-    let standing = storey.obstacles.iter().filter(|o| o.class != Class::Door && stands(o.element));
-    standing.for_each(|o| obstacles.set_runs(&o.runs));
+    let nearby = storey.obstacles.iter().filter(|o| o.class != Class::Door && stands(o.element));
+    nearby.for_each(|o| obstacles.set_runs(&o.runs));
     enclosed(&obstacles, (ENCLOSING_GAP_M / storey.spec.resolution_m()).round() as usize)
 }
 
-/// Everything inside the storey when it is complete: what is not built yet is a drop-off inside it, not outside.
-/// `complete` is the floor when everything is finished.
-pub(crate) fn outline(storey: &StoreyCut, complete: &FloorPlan) -> Mask {
-    let mut ground = match storey.floor_kind {
+/// The outline of the complete storey; floor that is not built yet is a drop-off inside it. `complete` is the floor when
+/// everything is finished.
+pub(crate) fn outline(storey: &StoreySlice, complete: &BuiltFloor) -> Mask {
+    let mut outline = match storey.floor_kind {
         FloorKind::AssumedFromEnclosure => enclosed_floor(storey, |_| true),
         FloorKind::Built | FloorKind::AssumedFromSpaces | FloorKind::Missing => {
             Mask::new(storey.spec.width as usize, storey.spec.height as usize)
         }
     };
-    storey.obstacles.iter().for_each(|o| ground.set_runs(&o.runs));
-    ground.set_runs(&complete.runs);
-    storey.spaces.iter().for_each(|s| ground.set_runs(&s.runs));
-    storey.passages.iter().for_each(|p| ground.set_runs(&p.runs));
-    fill_holes(&ground)
+    storey.obstacles.iter().for_each(|o| outline.set_runs(&o.runs));
+    outline.set_runs(&complete.runs);
+    storey.spaces.iter().for_each(|s| outline.set_runs(&s.runs));
+    storey.passages.iter().for_each(|p| outline.set_runs(&p.runs));
+    fill_holes(&outline)
 }
 
-/// On how many sides of a passage there is floor.
+/// Number of sides of a passage with floor: 0 to 2.
 pub(crate) fn sides_with_floor(plan: &OrientedBox, spec: &GridSpec, floor: impl Fn(usize) -> bool) -> u32 {
     let is_floor = |at: [f64; 2]| {
         let [x, y] = at.map(|c| c / f64::from(TENTHS_PER_M));

@@ -2,7 +2,7 @@
 //! cells.
 
 use super::cell_flags::{BLOCKED, NAV_OCCUPIED, NAV_UNKNOWN, OUTLINE, WORK, is_edge, is_free, is_void};
-use super::tiles::{inner_rows, rows};
+use super::tile::{inner_rows, rows};
 use grid::{CellRect, Growth, REACHED};
 
 /// A margin around drop-offs.
@@ -27,7 +27,7 @@ pub(crate) struct Margins {
 }
 
 impl Margins {
-    /// Beyond the rim of a slab at least one cell is marked.
+    /// Width of the margin beyond the rim of a slab: at least one cell.
     fn beyond_edge_cells(self) -> f64 {
         self.edge_cells.max(1.0)
     }
@@ -43,14 +43,14 @@ impl Margins {
     }
 }
 
-/// A cell more than the margin: a fraction may be missing to a whole number.
+/// One cell more than the margin, because of rounding.
 fn reach(cells: f64) -> u32 {
     cells.floor() as u32 + 1
 }
 
-/// The keep-out mask of a storey, and what it is made from.
+/// The keep-out mask of a storey and its inputs.
 pub(crate) struct Keepout<'a> {
-    pub(crate) facts: &'a [u8],
+    pub(crate) flags: &'a [u8],
     /// Margins of each cell.
     pub(crate) margins: &'a mut [u8],
     pub(crate) layer: &'a mut [i8],
@@ -58,42 +58,42 @@ pub(crate) struct Keepout<'a> {
 }
 
 impl Keepout<'_> {
-    /// Computes a window after edges, obstacles or blocked spaces changed.
+    /// Recomputes a tile after drop-offs, obstacles or blocked spaces changed.
     ///
-    /// Margins grow through free cells only, so that they never leak through a wall. Outside the outline only what lies at
-    /// the edge of free cells is marked: beyond a door, or beyond the rim of a slab.
-    pub(crate) fn edges(&mut self, growth: &mut Growth, margins: Margins, window: &CellRect) {
-        let around = window.grown(margins.edge_reach(), &self.whole);
-        growth.load(around.width(), rows(self.facts, &around, &self.whole), |facts| {
-            u8::from(is_edge(facts)) * region::EDGE + u8::from(is_free(facts)) * region::FREE
+    /// Margins grow through free cells only, so that they never leak through a wall. Outside the outline only cells next to
+    /// free cells are marked: beyond a door, or beyond the rim of a slab.
+    pub(crate) fn edges(&mut self, growth: &mut Growth, margins: Margins, tile: &CellRect) {
+        let around = tile.grown(margins.edge_reach(), &self.whole);
+        growth.load(around.width(), rows(self.flags, &around, &self.whole), |flags| {
+            u8::from(is_edge(flags)) * region::EDGE + u8::from(is_free(flags)) * region::FREE
         });
         growth.grow(region::EDGE, region::FREE, margins.edge_cells);
         growth.grow(region::FREE, region::EDGE, margins.beyond_edge_cells());
-        self.write(growth, EDGE_MARGIN, window, &around);
+        self.write(growth, EDGE_MARGIN, tile, &around);
     }
 
-    /// Computes a window after work or what surrounds it changed.
-    pub(crate) fn work(&mut self, growth: &mut Growth, margins: Margins, window: &CellRect) {
-        let around = window.grown(margins.work_reach(), &self.whole);
-        growth.load(around.width(), rows(self.facts, &around, &self.whole), |facts| {
-            u8::from(facts & WORK != 0) * region::WORK + u8::from(is_free(facts)) * region::FREE
+    /// Recomputes a tile after work or its surroundings changed.
+    pub(crate) fn work(&mut self, growth: &mut Growth, margins: Margins, tile: &CellRect) {
+        let around = tile.grown(margins.work_reach(), &self.whole);
+        growth.load(around.width(), rows(self.flags, &around, &self.whole), |flags| {
+            u8::from(flags & WORK != 0) * region::WORK + u8::from(is_free(flags)) * region::FREE
         });
         growth.grow(region::WORK, region::FREE, margins.work_cells);
-        self.write(growth, WORK_MARGIN, window, &around);
+        self.write(growth, WORK_MARGIN, tile, &around);
     }
 
-    /// Takes one margin from what was grown, and writes the mask: blocked spaces, work, cells without floor inside the
-    /// outline, and margins are occupied, all else is unknown. The mask is never free: Nav2's filter would write that over
+    /// Stores one margin from the grown cells and writes the mask: occupied for blocked spaces, work, cells without floor
+    /// inside the outline, and margins; unknown for all else. The mask is never free: Nav2's filter would write that over
     /// unknown cells of the costmap.
-    fn write(&mut self, growth: &Growth, margin: u8, window: &CellRect, around: &CellRect) {
-        for (row, grown) in window.rows(self.whole.width()).zip(inner_rows(growth, window, around)) {
+    fn write(&mut self, growth: &Growth, margin: u8, tile: &CellRect, around: &CellRect) {
+        for (row, grown) in tile.rows(self.whole.width()).zip(inner_rows(growth, tile, around)) {
             let layer = self.layer[row.clone()].iter_mut();
-            let cells = layer.zip(&mut self.margins[row.clone()]).zip(&self.facts[row]).zip(grown);
-            for (((out, margins), &facts), &grown) in cells {
+            let cells = layer.zip(&mut self.margins[row.clone()]).zip(&self.flags[row]).zip(grown);
+            for (((out, margins), &flags), &grown) in cells {
                 *margins = (*margins & !margin) | if grown & REACHED != 0 { margin } else { 0 };
-                let is_forbidden =
-                    (facts & (WORK | BLOCKED) != 0) | (*margins != 0) | ((facts & OUTLINE != 0) & is_void(facts));
-                *out = if is_forbidden { NAV_OCCUPIED } else { NAV_UNKNOWN };
+                let is_keep_out =
+                    (flags & (WORK | BLOCKED) != 0) | (*margins != 0) | ((flags & OUTLINE != 0) & is_void(flags));
+                *out = if is_keep_out { NAV_OCCUPIED } else { NAV_UNKNOWN };
             }
         }
     }

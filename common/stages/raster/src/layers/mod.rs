@@ -1,10 +1,10 @@
 //! The layers of a grid from the model of its storey and a schedule state.
 
 pub(crate) mod cell_flags;
-pub(crate) mod clear_width;
 pub(crate) mod door_passage;
+pub(crate) mod doorway_clearance;
 pub(crate) mod floor;
 pub(crate) mod keepout;
 pub(crate) mod localization;
 pub(crate) mod other_levels;
-pub(crate) mod tiles;
+pub(crate) mod tile;

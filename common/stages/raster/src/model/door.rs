@@ -1,47 +1,48 @@
-//! A door of a storey, with what does not depend on the date, and whether a robot can open it and fits through it.
+//! A door of a storey with its date-independent data, and the test whether a robot can open it and fits through.
 
-use super::door_leaves::{Leaf, way_through};
+use super::door_leaves::{Leaf, doorway};
 use grid::{CellRect, Run};
 use messages::{Phase, RobotProfile};
 
 /// Widths that differ by less are equal: a door of exactly the robot's width and margin is passable.
 const WIDTH_TOLERANCE_M: f64 = 1e-6;
 
-/// A door of a storey, with what does not depend on the date.
+/// A door of a storey, with its date-independent data.
 #[derive(Debug, Clone)]
-pub(crate) struct DoorAt {
+pub(crate) struct StoreyDoor {
     /// Door of the site.
     pub(crate) door: u32,
-    /// Cells that decide what a robot finds there.
+    /// Cells on which the passage of the door depends.
     pub(crate) around: Option<CellRect>,
-    /// Cells of its body in its passage: they stay free without floor. Leaves and thresholds beside it carry no robot.
+    /// Cells of its body within its passage: free even without floor. Leaves and thresholds beside the passage carry no
+    /// robot.
     pub(crate) passage_runs: Vec<Run>,
-    /// True if it stands on this map storey: one of another level is no way on this one.
+    /// True if the door belongs to this map storey; a door of another level is not passable here.
     pub(crate) stands_here: bool,
-    /// The leaves that count together when all of them open, in their order.
+    /// The leaves of its opening, in the order in which they adjoin.
     pub(crate) leaves: Vec<Leaf>,
-    /// Place of the door among them.
-    pub(crate) place: usize,
+    /// Index of this door in `leaves`.
+    pub(crate) leaf_index: usize,
 }
 
-impl DoorAt {
+impl StoreyDoor {
     /// The leaf of the door itself.
     pub(crate) fn leaf(&self) -> &Leaf {
-        &self.leaves[self.place]
+        &self.leaves[self.leaf_index]
     }
 
-    /// What the robot can do with it when it hangs, whatever the map's resolution.
+    /// True if the robot can open the hung door and fits through, independent of the resolution of the map.
     pub(crate) fn can_pass(&self, phase: &Phase<'_>, robot: &RobotProfile) -> bool {
-        self.leaf().opens && is_wide_enough(robot, way_through(&self.leaves, self.place, phase).clear_width_m)
+        self.leaf().opens && is_wide_enough(robot, doorway(&self.leaves, self.leaf_index, phase).clear_width_m)
     }
 
-    /// True if the wall that it hangs in stands, or it hangs in none.
+    /// True if the host wall stands, or there is none.
     pub(crate) fn is_hung(&self, phase: &Phase<'_>) -> bool {
         self.leaf().host_stands(phase)
     }
 }
 
-/// True if a way of this clear width is wide enough for the robot and its margin.
+/// True if this clear width is at least the diameter of the robot and its door margin.
 pub(crate) fn is_wide_enough(robot: &RobotProfile, clear_width_m: f64) -> bool {
     clear_width_m + WIDTH_TOLERANCE_M >= 2.0 * robot.radius_m + robot.door_margin_m
 }

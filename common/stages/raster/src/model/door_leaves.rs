@@ -1,15 +1,15 @@
-//! Leaves of one door opening that a robot can have open at the same time.
+//! Leaves of one door opening that can be open at the same time, and their combined clear width.
 
-use super::presence::Look;
+use super::presence::Presence;
 use frames::TENTHS_PER_M;
 use geometry::OrientedBox;
 use messages::{ClearWidth, DoorRecord, NONE, Phase, RobotProfile, Site};
 
-/// Leaves of one opening; more are doors in a row.
+/// Limit of leaves of one opening; a longer row consists of separate doors.
 const MAX_LEAVES: usize = 32;
 
-/// Frame and leaves take this much of the width of leaves whose frame the model does not tell.
-const ASSUMED_LOSS_M: f64 = 0.10;
+/// Width taken by frame and leaves where the model does not give the lining.
+const ASSUMED_FRAME_WIDTH_M: f64 = 0.10;
 
 /// A leaf of an opening.
 #[derive(Debug, Clone)]
@@ -18,13 +18,13 @@ pub(crate) struct Leaf {
     pub(crate) element: u32,
     /// Element in which it hangs, or [`NONE`].
     pub(crate) host: u32,
-    /// True if the robot opens doors of this operation.
+    /// True if the robot can open doors of this operation type.
     pub(crate) opens: bool,
-    /// Its width, no more than that of its passage.
+    /// Overall width, at most that of its passage.
     width_m: f64,
     clear_width_m: f64,
     /// True if the clear width follows from its lining and its leaf.
-    clear_width_is_told: bool,
+    clear_width_is_modelled: bool,
     passage: OrientedBox,
 }
 
@@ -39,37 +39,37 @@ impl Leaf {
             opens: record.opens & robot.opens != 0,
             width_m: record.overall_width_m.min(passage_m),
             clear_width_m: record.clear_width_m,
-            clear_width_is_told: record.clear_width_from == ClearWidth::LiningAndPanel as u32,
+            clear_width_is_modelled: record.clear_width_from == ClearWidth::LiningAndPanel as u32,
             passage,
         }
     }
 
-    /// True if the wall that it hangs in stands, or it hangs in none.
+    /// True if the host wall stands, or there is none.
     pub(crate) fn host_stands(&self, phase: &Phase<'_>) -> bool {
         self.host == NONE || phase.effective(self.host as usize).is_obstacle()
     }
 
-    /// True if a robot can have it open: it hangs and opens, or it is not there yet.
+    /// True if the robot can pass it: it is built and opens, or it is absent.
     fn is_open(&self, phase: &Phase<'_>) -> bool {
-        match Look::of(phase.effective(self.element as usize)) {
-            Look::Built => self.opens,
-            Look::WorkedOn => false,
-            Look::Absent => true,
+        match Presence::of(phase.effective(self.element as usize)) {
+            Presence::Built => self.opens,
+            Presence::WorkedOn => false,
+            Presence::Absent => true,
         }
     }
 }
 
-/// The way through a door at a phase.
+/// The passable opening at a door in a phase: one leaf, or several adjoining leaves.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Way {
-    /// Passages of the leaves that count together.
+pub(crate) struct Doorway {
+    /// Box around the passages of these leaves.
     pub(crate) plan: OrientedBox,
     /// Their clear width.
     pub(crate) clear_width_m: f64,
 }
 
-/// The leaves of the opening that a door hangs in, in the order in which they follow each other, and the door's place among
-/// them; `None` for a door that the site does not have.
+/// The leaves of the opening of a door in the order in which they adjoin, and the index of the door among them; `None` for a
+/// door that is not in the site.
 pub(crate) fn leaves_of(site: &Site<'_>, robot: &RobotProfile, door: u32) -> Option<(Vec<Leaf>, usize)> {
     let record = site.doors.get(door as usize)?;
     let mut row = vec![door];
@@ -80,7 +80,7 @@ pub(crate) fn leaves_of(site: &Site<'_>, robot: &RobotProfile, door: u32) -> Opt
             && !row.contains(&next)
         {
             let before = if side == 0 { row[0] } else { row[row.len() - 1] };
-            // A broken archive may hold neighbours that do not know each other.
+            // In a broken archive neighbours may not refer to each other.
             if !beside.beside.contains(&before) {
                 break;
             }
@@ -89,16 +89,16 @@ pub(crate) fn leaves_of(site: &Site<'_>, robot: &RobotProfile, door: u32) -> Opt
             next = beside.beside[usize::from(beside.beside[0] == before)];
         }
     }
-    let place = row.iter().position(|&d| d == door)?;
-    Some((row.iter().map(|&d| Leaf::new(site, robot, &site.doors[d as usize])).collect(), place))
+    let index = row.iter().position(|&d| d == door)?;
+    Some((row.iter().map(|&d| Leaf::new(site, robot, &site.doors[d as usize])).collect(), index))
 }
 
-/// The way through the leaf at this place: together with those beside it that are open, as far as the first that is not.
-pub(crate) fn way_through(leaves: &[Leaf], place: usize, phase: &Phase<'_>) -> Way {
+/// The doorway through the leaf at this index: with its neighbours on both sides as far as the first leaf that is not open.
+pub(crate) fn doorway(leaves: &[Leaf], index: usize, phase: &Phase<'_>) -> Doorway {
     let is_open = |k: usize| leaves[k].is_open(phase);
-    let (mut first, mut last) = (place, place);
-    // What is worked on or does not open is a way of its own, which is closed.
-    if is_open(place) {
+    let (mut first, mut last) = (index, index);
+    // A leaf that is worked on or cannot be opened is a doorway of its own, which is closed.
+    if is_open(index) {
         while first > 0 && is_open(first - 1) {
             first -= 1;
         }
@@ -108,19 +108,19 @@ pub(crate) fn way_through(leaves: &[Leaf], place: usize, phase: &Phase<'_>) -> W
     }
     let together = &leaves[first..=last];
     let plan = union_of_passages(together);
-    Way { plan, clear_width_m: clear_width_m(together, &plan) }
+    Doorway { plan, clear_width_m: clear_width_m(together, &plan) }
 }
 
-/// Clear width of leaves that follow each other: what their frames leave, where the model tells them; else their widths less
-/// what one frame takes.
+/// Clear width of adjoining leaves: the sum of modelled clear widths and, for the other leaves, of their widths less one
+/// assumed frame.
 fn clear_width_m(leaves: &[Leaf], plan: &OrientedBox) -> f64 {
     if let [leaf] = leaves {
         return leaf.clear_width_m;
     }
-    let told = leaves.iter().filter(|l| l.clear_width_is_told).map(|l| l.clear_width_m).sum::<f64>();
-    let assumed = leaves.iter().filter(|l| !l.clear_width_is_told).map(|l| l.width_m).sum::<f64>();
+    let modelled = leaves.iter().filter(|l| l.clear_width_is_modelled).map(|l| l.clear_width_m).sum::<f64>();
+    let assumed = leaves.iter().filter(|l| !l.clear_width_is_modelled).map(|l| l.width_m).sum::<f64>();
     let whole_m = 2.0 * plan.half[0] / f64::from(TENTHS_PER_M);
-    (told + (assumed - ASSUMED_LOSS_M).max(0.0)).min(whole_m)
+    (modelled + (assumed - ASSUMED_FRAME_WIDTH_M).max(0.0)).min(whole_m)
 }
 
 /// The box around the passages of leaves, along the axis of the first.

@@ -2,19 +2,19 @@
 
 use messages::ElementState;
 
-/// What of an element's state can be seen on a map.
+/// How an element appears on maps, from its effective state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub(crate) enum Look {
-    /// Not there yet, or no longer.
+pub(crate) enum Presence {
+    /// Not built yet, or removed.
     Absent,
-    /// Being built or removed: an obstacle, no floor, and nobody must be below it.
+    /// Being built or removed: an obstacle, no floor, and the cells below it are keep-out.
     WorkedOn,
     /// Finished.
     Built,
 }
 
-impl Look {
+impl Presence {
     pub(crate) fn of(state: ElementState) -> Self {
         match state {
             ElementState::NotStarted | ElementState::Removed => Self::Absent,

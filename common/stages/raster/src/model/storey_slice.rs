@@ -1,13 +1,13 @@
-//! The date-independent model of a storey: runs of cells per element, space and passage.
+//! The date-independent slice of a storey: runs of cells per element, space and passage.
 
-use super::door::DoorAt;
+use super::door::StoreyDoor;
 use frames::TENTHS_PER_M;
 use geometry::{Footprint, MultiPolygon, OrientedBox, Ring, Slab, footprint};
 use grid::{CellRect, Class, GridSpec, Run, overlapped_cells};
 use messages::{FloorKind, Site};
 use std::sync::OnceLock;
 
-/// An element that stands in a storey's slab.
+/// An element that reaches into the slab of a storey.
 #[derive(Debug)]
 pub(crate) struct ElementRuns {
     pub(crate) element: u32,
@@ -15,7 +15,7 @@ pub(crate) struct ElementRuns {
     pub(crate) runs: Vec<Run>,
     /// Around the runs.
     pub(crate) rect: Option<CellRect>,
-    pub(crate) door: Option<DoorAt>,
+    pub(crate) door: Option<StoreyDoor>,
 }
 
 /// Upward faces of an element within a step of the floor.
@@ -23,7 +23,7 @@ pub(crate) struct ElementRuns {
 pub(crate) struct FloorPiece {
     pub(crate) element: u32,
     pub(crate) rings: Vec<Ring>,
-    /// Cells that they can reach.
+    /// Cells that the faces touch.
     pub(crate) rect: Option<CellRect>,
 }
 
@@ -45,19 +45,19 @@ pub(crate) struct Passage {
     pub(crate) runs: Vec<Run>,
     /// Around the runs.
     pub(crate) rect: Option<CellRect>,
-    /// Cells in which floor is looked for.
+    /// Cells in which floor is searched.
     pub(crate) around: Option<CellRect>,
 }
 
-/// A map storey, cut.
+/// A map storey, cut to its slab.
 #[derive(Debug)]
-pub(crate) struct StoreyCut {
+pub(crate) struct StoreySlice {
     pub(crate) map_storey: u32,
     pub(crate) spec: GridSpec,
     pub(crate) floor_z: i32,
     pub(crate) floor_kind: FloorKind,
     pub(crate) footprints: Vec<(u32, Footprint)>,
-    /// From the class that is drawn first to that which is drawn over all others.
+    /// In drawing order of the classes; later ones are drawn over earlier ones.
     pub(crate) obstacles: Vec<ElementRuns>,
     /// Sections of lasting elements at the lidar's height.
     pub(crate) lidar: Vec<ElementRuns>,
@@ -75,16 +75,16 @@ pub(crate) struct StoreyCut {
     pub(crate) dependents: Vec<Dependent>,
 }
 
-/// An element between this floor and the next, in plan: where nobody must be while it is worked on.
+/// An element between this floor and the next. The cells below it are keep-out while it is worked on.
 #[derive(Debug)]
 pub(crate) struct Overhead {
     pub(crate) element: u32,
-    /// Its cells and the rectangle around them, made when it is worked on for the first time.
+    /// Its cells and the rectangle around them, computed on first use.
     cells: OnceLock<(Vec<Run>, Option<CellRect>)>,
 }
 
 impl Overhead {
-    /// An element whose cells are not known yet.
+    /// An element whose cells are not computed yet.
     pub(crate) fn new(element: u32) -> Self {
         Self { element, cells: OnceLock::new() }
     }
@@ -96,35 +96,35 @@ pub(crate) struct Dependent {
     pub(crate) element: u32,
     /// Cells of the element itself, of the doors that hang in it or beside it, and of the passages through it.
     pub(crate) cells: Option<CellRect>,
-    /// Its place among the elements that make floor, on this level or on another.
-    pub(crate) floor_place: Option<u32>,
+    /// Its index among the elements that make floor, on this level or on another.
+    pub(crate) floor_index: Option<u32>,
     /// Cells of its floor on this level, or on one in the robot's way.
     pub(crate) floor: Option<CellRect>,
-    /// Its place in [`StoreyCut::overhead`].
+    /// Its index in [`StoreySlice::overhead`].
     pub(crate) overhead: Option<u32>,
 }
 
-/// The next floor is at least this high above: what is nearer is another level of the same storey.
-pub(crate) const LEAST_STOREY_HEIGHT: i32 = 2 * TENTHS_PER_M;
+/// Minimum height difference of two storeys, in tenths of a millimetre; a nearer floor is another level of the same storey.
+pub(crate) const MIN_STOREY_HEIGHT: i32 = 2 * TENTHS_PER_M;
 
-impl StoreyCut {
+impl StoreySlice {
     /// All cells.
     pub(crate) fn whole(&self) -> CellRect {
         CellRect::whole(self.spec.width, self.spec.height)
     }
 
-    /// The plan of an element between this floor and the next, by its place in [`Self::overhead`].
-    pub(crate) fn overhead_runs(&self, site: &Site<'_>, place: u32) -> &[Run] {
-        &self.overhead_cells(site, place).0
+    /// The cells of the footprint of an overhead element, by its index in [`Self::overhead`].
+    pub(crate) fn overhead_runs(&self, site: &Site<'_>, index: u32) -> &[Run] {
+        &self.overhead_cells(site, index).0
     }
 
-    /// The rectangle around it.
-    pub(crate) fn overhead_rect(&self, site: &Site<'_>, place: u32) -> Option<CellRect> {
-        self.overhead_cells(site, place).1
+    /// The rectangle around these cells.
+    pub(crate) fn overhead_rect(&self, site: &Site<'_>, index: u32) -> Option<CellRect> {
+        self.overhead_cells(site, index).1
     }
 
-    fn overhead_cells(&self, site: &Site<'_>, place: u32) -> &(Vec<Run>, Option<CellRect>) {
-        let overhead = &self.overhead[place as usize];
+    fn overhead_cells(&self, site: &Site<'_>, index: u32) -> &(Vec<Run>, Option<CellRect>) {
+        let overhead = &self.overhead[index as usize];
         overhead.cells.get_or_init(|| {
             let slab = Slab { lo: self.floor_z, hi: next_floor_z(site, self.floor_z) };
             let plan = footprint(site.element_meshes(&site.elements[overhead.element as usize]), slab);
@@ -135,9 +135,9 @@ impl StoreyCut {
     }
 }
 
-/// Height of the floor above, or of everything.
+/// Height of the next floor above, or of the top of the highest element.
 pub(crate) fn next_floor_z(site: &Site<'_>, floor_z: i32) -> i32 {
-    let above = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z >= floor_z + LEAST_STOREY_HEIGHT);
+    let above = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z >= floor_z + MIN_STOREY_HEIGHT);
     let top = site.elements.iter().filter(|e| e.n_parts > 0).map(|e| e.max_tenths[2]).max();
-    above.min().or(top).unwrap_or(floor_z).max(floor_z + LEAST_STOREY_HEIGHT)
+    above.min().or(top).unwrap_or(floor_z).max(floor_z + MIN_STOREY_HEIGHT)
 }

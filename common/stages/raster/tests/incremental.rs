@@ -13,25 +13,25 @@ const SLAB: usize = 4;
 
 /// A box of a class, or one with an upper face at floor level.
 #[derive(Debug, Clone)]
-struct Piece {
+struct BoxElement {
     class: Class,
     min: [f64; 3],
     size: [f64; 3],
     is_floor: bool,
 }
 
-fn piece() -> impl Strategy<Value = Piece> {
+fn box_element() -> impl Strategy<Value = BoxElement> {
     let class = prop::sample::select(vec![Class::Wall, Class::Furniture, Class::Column, Class::Railing, Class::Mep]);
     let place = (-1.0f64..4.5, -1.0f64..3.5);
     let obstacle = (class, place.clone(), 0.05f64..2.0, 0.05f64..1.0, prop::sample::select(vec![0.0, 0.3, 2.2]));
-    let obstacle = obstacle.prop_map(|(class, (x, y), w, d, z)| Piece {
+    let obstacle = obstacle.prop_map(|(class, (x, y), w, d, z)| BoxElement {
         class,
         min: [x, y, z],
         size: [w, d, 0.5],
         is_floor: false,
     });
     let top = prop::sample::select(vec![0.0, 0.02, -0.4]);
-    let floor = (place, 0.3f64..3.0, 0.3f64..3.0, top).prop_map(|((x, y), w, d, top)| Piece {
+    let floor = (place, 0.3f64..3.0, 0.3f64..3.0, top).prop_map(|((x, y), w, d, top)| BoxElement {
         class: Class::Slab,
         min: [x, y, top - 0.2],
         size: [w, d, 0.2],
@@ -42,17 +42,17 @@ fn piece() -> impl Strategy<Value = Piece> {
 
 /// The house with floor under its walls or not, more pieces, an opening in its first wall, a door of one or two leaves
 /// that hangs in the second, and two rooms.
-fn house(pieces: &[Piece], floor: FloorKind, is_floor_in_opening: bool, n_leaves: usize) -> ArchiveBuffer {
+fn house(boxes: &[BoxElement], floor: FloorKind, is_floor_in_opening: bool, n_leaves: usize) -> ArchiveBuffer {
     let mut house = House::new();
     if !is_floor_in_opening {
         house.builder.elements[SLAB].n_parts = 0;
         house.slab([0.0, 0.0], [4.0, 3.0], 0.0);
         house.slab([0.0, -1.5], [4.0, -0.2], 0.0);
     }
-    for piece in pieces {
-        let max = [0, 1, 2].map(|k| piece.min[k] + piece.size[k]);
-        let element = house.add(piece.class, piece.min, max);
-        house.builder.elements[element].flags = if piece.is_floor { element_flags::FLOOR } else { 0 };
+    for box_element in boxes {
+        let max = [0, 1, 2].map(|k| box_element.min[k] + box_element.size[k]);
+        let element = house.add(box_element.class, box_element.min, max);
+        house.builder.elements[element].flags = if box_element.is_floor { element_flags::FLOOR } else { 0 };
     }
     house.opening(0);
     let door = match n_leaves {
@@ -98,8 +98,8 @@ fn phase_of(site: &Site<'_>, states: &[u8], before: Option<&PhaseBuilder>) -> Ph
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
     #[test]
-    fn a_walk_through_phases_ends_where_a_fresh_start_begins(
-        pieces in prop::collection::vec(piece(), 0..8),
+    fn incremental_draws_of_a_sequence_of_phases_equal_full_draws(
+        boxes in prop::collection::vec(box_element(), 0..8),
         floor in prop::sample::select(vec![
             FloorKind::Built,
             FloorKind::Built,
@@ -113,22 +113,22 @@ proptest! {
         resolution_m in prop::sample::select(vec![0.1, 0.05]),
         n_leaves in 1usize..3,
     ) {
-        let site = house(&pieces, floor, is_floor_in_opening, n_leaves);
+        let site = house(&boxes, floor, is_floor_in_opening, n_leaves);
         let site = Site::open(site.bytes()).unwrap();
         let robot = RobotProfile { work_margin_m, edge_margin_m, ..RobotProfile::DEFAULT };
-        let mut walker = Rasterizer::new(&site, &robot, resolution_m).unwrap();
+        let mut incremental = Rasterizer::new(&site, &robot, resolution_m).unwrap();
         let mut before: Option<PhaseBuilder> = None;
         for states in &steps {
             let builder = phase_of(&site, states, before.as_ref());
             let phase = builder.finish();
             let phase = Phase::open(phase.bytes()).unwrap();
-            walker.draw(&site, &phase);
-            let mut fresh = Rasterizer::new(&site, &robot, resolution_m).unwrap();
-            fresh.draw(&site, &phase);
-            compare(&walker, &fresh)?;
-            walker.drawn().for_each(|drawn| assert_filter_frees_nothing(&Grid::open(drawn.archive).unwrap()));
-            let [walked, anew] = [&mut walker, &mut fresh].map(|r| r.index(&site, &phase, "r").finish());
-            prop_assert_eq!(walked.bytes(), anew.bytes());
+            incremental.draw(&site, &phase);
+            let mut full = Rasterizer::new(&site, &robot, resolution_m).unwrap();
+            full.draw(&site, &phase);
+            compare(&incremental, &full)?;
+            incremental.drawn().for_each(|drawn| assert_filter_frees_nothing(&Grid::open(drawn.archive).unwrap()));
+            let [redrawn, anew] = [&mut incremental, &mut full].map(|r| r.index(&site, &phase, "r").finish());
+            prop_assert_eq!(redrawn.bytes(), anew.bytes());
             before = Some(builder);
         }
     }
@@ -144,7 +144,7 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
         (phase.effective[0], phase.effective[SLAB]) = (wall as u8, slab as u8);
         phase.finish()
     };
-    let mut walker = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
+    let mut incremental = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
     let mut last = Vec::new();
     for (wall, slab) in [
         (ElementState::InProgress, ElementState::Built),
@@ -153,19 +153,19 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
         (ElementState::Built, ElementState::Built),
     ] {
         let phase = phase(wall, slab);
-        walker.draw(&site, &Phase::open(phase.bytes()).unwrap());
-        last = walker.drawn().next().unwrap().archive.to_vec();
+        incremental.draw(&site, &Phase::open(phase.bytes()).unwrap());
+        last = incremental.drawn().next().unwrap().archive.to_vec();
     }
-    let mut fresh = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
+    let mut full = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
     let built = phase(ElementState::Built, ElementState::Built);
-    fresh.draw(&site, &Phase::open(built.bytes()).unwrap());
-    assert!(last == fresh.drawn().next().unwrap().archive);
+    full.draw(&site, &Phase::open(built.bytes()).unwrap());
+    assert!(last == full.drawn().next().unwrap().archive);
 }
 
 /// Layer by layer, so that a failure names the first cell.
-fn compare(walker: &Rasterizer, fresh: &Rasterizer) -> Result<(), TestCaseError> {
-    for (walked, drawn) in walker.drawn().zip(fresh.drawn()) {
-        let [a, b] = [walked, drawn].map(|d| Grid::open(d.archive).unwrap());
+fn compare(incremental: &Rasterizer, full: &Rasterizer) -> Result<(), TestCaseError> {
+    for (redrawn, drawn) in incremental.drawn().zip(full.drawn()) {
+        let [a, b] = [redrawn, drawn].map(|d| Grid::open(d.archive).unwrap());
         let differs = |layer: &str, place: Option<usize>| {
             let cell = place.map(|place| (layer.to_owned(), a.spec().cell_of(place)));
             prop_assert_eq!(cell, None);
@@ -176,8 +176,8 @@ fn compare(walker: &Rasterizer, fresh: &Rasterizer) -> Result<(), TestCaseError>
         differs("planning", (0..a.planning.len()).find(|&i| a.planning[i] != b.planning[i]))?;
         differs("keepout", (0..a.keepout.len()).find(|&i| a.keepout[i] != b.keepout[i]))?;
         differs("localization", (0..a.localization.len()).find(|&i| a.localization[i] != b.localization[i]))?;
-        prop_assert_eq!((walked.content_hash, walked.input_hash), (drawn.content_hash, drawn.input_hash));
-        prop_assert!(walked.archive == drawn.archive);
+        prop_assert_eq!((redrawn.content_hash, redrawn.input_hash), (drawn.content_hash, drawn.input_hash));
+        prop_assert!(redrawn.archive == drawn.archive);
     }
     Ok(())
 }

@@ -1,0 +1,94 @@
+//! Updates the floor of a storey for a schedule state: finished floor, enclosed floor, open passages.
+
+use super::state_difference::StateDifference;
+use super::storey_inputs::StoreyInputs;
+use crate::layers::cell_flags::BASE_FLOOR;
+use crate::layers::floor::{BuiltFloorCache, enclosed_floor, sides_with_floor};
+use grid::join_rects;
+use messages::{FloorKind, Phase, RegionRecord};
+
+/// The floor of a storey as drawn last.
+#[derive(Debug)]
+pub(crate) struct StoreyFloor {
+    floor_cache: BuiltFloorCache,
+    /// True if any cell has [`BASE_FLOOR`].
+    pub(crate) has_floor: bool,
+    /// By passage of the storey: true if it is open, and therefore floor.
+    pub(crate) open_passages: Vec<bool>,
+    /// Finished floor at other levels.
+    pub(crate) regions: Vec<RegionRecord>,
+}
+
+impl StoreyFloor {
+    /// A storey without floor.
+    pub(crate) fn new(floor_cache: BuiltFloorCache) -> Self {
+        Self { floor_cache, has_floor: false, open_passages: Vec::new(), regions: Vec::new() }
+    }
+
+    /// Updates [`BASE_FLOOR`] for the finished floor elements.
+    pub(crate) fn update_floor(
+        &mut self,
+        flags: &mut [u8],
+        difference: &mut StateDifference,
+        finished_floors: &[u64],
+        (inputs, phase): (StoreyInputs<'_>, &Phase<'_>),
+        is_first: bool,
+    ) {
+        let StoreyInputs { site, robot, storey } = inputs;
+        let whole = storey.whole();
+        if is_first {
+            difference.floor_cells.clear();
+            difference.floor_cells.push(whole);
+        }
+        if is_first || difference.floor_differs {
+            let plan = self.floor_cache.of(site, robot, storey, finished_floors);
+            self.regions.clone_from(&plan.regions);
+            join_rects(&mut difference.floor_cells);
+            for rect in &difference.floor_cells {
+                rect.rows(whole.width()).for_each(|row| flags[row].iter_mut().for_each(|f| *f &= !BASE_FLOOR));
+                let covered = rect.clip(&plan.runs, whole.width());
+                covered.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= BASE_FLOOR));
+            }
+        }
+        if storey.floor_kind == FloorKind::AssumedFromEnclosure {
+            enclose(flags, difference, inputs, phase);
+        }
+        if is_first || !difference.floor_cells.is_empty() {
+            self.has_floor = flags.iter().any(|f| f & BASE_FLOOR != 0);
+        }
+        let StateDifference { cells, floor_cells, .. } = difference;
+        cells.extend_from_slice(floor_cells);
+    }
+
+    /// Opens the passages of standing walls with floor on both sides, and closes the others.
+    pub(crate) fn update_passages(
+        &mut self,
+        flags: &[u8],
+        difference: &mut StateDifference,
+        (inputs, phase): (StoreyInputs<'_>, &Phase<'_>),
+        is_first: bool,
+    ) {
+        self.open_passages.resize(inputs.storey.passages.len(), false);
+        for (passage, open) in inputs.storey.passages.iter().zip(&mut self.open_passages) {
+            let Some(around) = passage.around else { continue };
+            if !is_first && !difference.cells.iter().any(|rect| rect.meets(&around)) {
+                continue;
+            }
+            let is_open = phase.effective(passage.host as usize).is_obstacle()
+                && sides_with_floor(&passage.plan, &inputs.storey.spec, |i| flags[i] & BASE_FLOOR != 0) == 2;
+            if std::mem::replace(open, is_open) != is_open {
+                difference.cells.extend(passage.rect);
+            }
+        }
+    }
+}
+
+/// Sets [`BASE_FLOOR`] to the cells that obstacles enclose, on a storey without floor faces and spaces.
+fn enclose(flags: &mut [u8], difference: &mut StateDifference, inputs: StoreyInputs<'_>, phase: &Phase<'_>) {
+    let enclosed = enclosed_floor(inputs.storey, |element| phase.effective(element as usize).is_obstacle());
+    for (flags, inside) in flags.iter_mut().zip(enclosed.cells) {
+        *flags = *flags & !BASE_FLOOR | if inside { BASE_FLOOR } else { 0 };
+    }
+    difference.floor_cells.clear();
+    difference.floor_cells.push(inputs.storey.whole());
+}
