@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 use support::live::{DEADLINE, Live};
-use support::{contents, groundplan};
+use support::{announce, contents, groundplan};
 
 /// Dates between which the maps of the demo building differ.
 const DATES: [&str; 4] = ["2024-04-06T12:00:00", "2024-04-27T12:00:00", "2024-05-20T12:00:00", "2024-06-03T12:00:00"];
@@ -281,12 +281,12 @@ fn full_shared_memory_is_told_and_the_last_map_stays() {
         let mut command = Command::new("unshare");
         command.args(["-m", "sh", "-c", script]).arg(own).env("GROUNDPLAN_TEST_INSIDE", "1");
         let Ok(output) = command.output() else {
-            eprintln!("** SKIPPED: there is no unshare");
+            announce("SKIPPED: there is no unshare");
             return;
         };
         let said = String::from_utf8_lossy(&output.stderr);
         if said.contains("Operation not permitted") || said.contains("permission denied") {
-            eprintln!("** SKIPPED: a private /dev/shm cannot be mounted: {said}");
+            announce(&format!("SKIPPED: a private /dev/shm cannot be mounted: {said}"));
             return;
         }
         assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stdout));

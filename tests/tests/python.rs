@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::path::PathBuf;
 use std::process::Command;
 use support::live::Live;
-use support::root;
+use support::{announce, root};
 
 /// Python with what the example needs; `None`, and a loud word, where it cannot be had.
 fn python() -> Option<PathBuf> {
@@ -15,7 +15,7 @@ fn python() -> Option<PathBuf> {
     if made.status.success() {
         return Some(root().join("target/venv/bin/python"));
     }
-    eprintln!("** SKIPPED: iceoryx2 for Python cannot be installed: {}", String::from_utf8_lossy(&made.stderr));
+    announce(&format!("SKIPPED: iceoryx2 for Python cannot be installed: {}", String::from_utf8_lossy(&made.stderr)));
     None
 }
 

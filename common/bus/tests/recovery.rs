@@ -7,7 +7,7 @@ mod common;
 
 use bus::{Bus, CommandError, Daemon, Domain, DomainError, Keeper, PublishError, Wake, topics};
 use common::{Attended, DEADLINE, Fixture, eventually, origin, phase, publish, sample_of, until};
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -60,6 +60,11 @@ impl Drop for Actor {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Prints why a test did not run; the test harness does not capture it.
+fn skipped(why: &str) {
+    std::io::stderr().write_all(format!("\n** SKIPPED: {why}\n").as_bytes()).unwrap();
 }
 
 fn say(word: &str) {
@@ -411,10 +416,10 @@ fn a_full_memory_is_an_error_and_the_last_sample_stays() {
         .args(["--exact", "a_process_that_plays_a_role", "--nocapture"])
         .env("BUS_TEST_ROLE", format!("full memory|{}|{}", fixture.prefix(), fixture.root().display()))
         .output();
-    let Ok(ran) = ran.inspect_err(|e| eprintln!("SKIPPED: no `unshare` on this machine: {e}")) else { return };
+    let Ok(ran) = ran.inspect_err(|e| skipped(&format!("no `unshare` on this machine: {e}"))) else { return };
     let words = String::from_utf8_lossy(&ran.stderr);
     if ran.status.code() == Some(77) || words.contains("unshare: unshare failed") {
-        eprintln!("SKIPPED: this machine allows no private mount: {words}");
+        skipped(&format!("this machine allows no private mount: {words}"));
         return;
     }
     assert!(ran.status.success(), "{:?}\n{}\n{words}", ran.status, String::from_utf8_lossy(&ran.stdout));
