@@ -12,7 +12,7 @@ use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use waypoints::{Instance, PlanInput, PlanOptions, Planner};
+use waypoints::{PlanInput, PlanOptions, Planner, SetCoverInstance};
 
 struct Arguments {
     models: Vec<PathBuf>,
@@ -61,7 +61,7 @@ fn measure(arguments: &Arguments, model: &Path) {
     let mut options = PlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");
     if let Some(kicks) = arguments.tour_kicks {
         // The longer search knows all ways.
-        (options.tour_kicks, options.tour_around) = (kicks, u32::MAX);
+        (options.tour_kicks, options.tour_neighbours) = (kicks, u32::MAX);
     }
     let input = PlanInput { site: &site, phase: &phase, index: &index, grids: &grids, options: &options };
 
@@ -104,7 +104,7 @@ fn measure(arguments: &Arguments, model: &Path) {
     }
 }
 
-fn seen_by(instance: &Instance, sets: &[u32]) -> usize {
+fn seen_by(instance: &SetCoverInstance, sets: &[u32]) -> usize {
     let mut seen = vec![false; instance.groups.len()];
     sets.iter().flat_map(|&set| &instance.sets[set as usize]).for_each(|&f| seen[f as usize] = true);
     seen.iter().filter(|s| **s).count()

@@ -3,14 +3,14 @@
 use crate::options::PlanOptions;
 use messages::{Grid, Grids, Phase, Site};
 
-/// What a plan is made from; the grids are those that the index names, in its order, and all are of the site.
+/// The archives and options of a plan. The grids are those of the index, in its order, and all belong to the site.
 #[derive(Clone, Copy)]
 pub struct PlanInput<'a> {
-    /// Geometry and facts.
+    /// Geometry and attributes.
     pub site: &'a Site<'a>,
     /// States at the plan time.
     pub phase: &'a Phase<'a>,
-    /// Index of the grids: robot and doors.
+    /// Index of the grids, with robot and door passages.
     pub index: &'a Grids<'a>,
     /// One grid per map storey, in their order.
     pub grids: &'a [Grid<'a>],

@@ -1,7 +1,7 @@
 //! Waypoint planning: site, schedule state and grids in, mission plan out: space centres, scans, tours, route graph.
 //!
-//! What is planned, and with which sensor, are [`PlanOptions`], a file like `config/waypoints.toml`: kinds of waypoints,
-//! spaces, coverage, overlap, lifts, only what was built since a date.
+//! [`PlanOptions`] (a file like `config/waypoints.toml`) select what is planned and describe the sensor: kinds of waypoints,
+//! spaces, coverage, overlap, lifts, only elements built since a date.
 //!
 //! ```text
 //! groundplan convert house.ifc -o maps --waypoints scanner.toml
@@ -9,19 +9,19 @@
 //! groundplan waypoints --space 'Office*' --changed-since 2024-05-13    # only these rooms, only what is new in them
 //! ```
 //!
-//! # Reachable floor
+//! # Reachability
 //!
-//! The robot begins where `[tour] start` says, else on each storey in the part with the most room area, of those with a
-//! stair, ramp, lift or outer door. `31 of 156 m2 reached, 5 parts` says that of the floor on which the middle of the robot
-//! can be, indoors and outdoors, 31 m2 hang together with that; `report.json` lists all parts.
+//! The robot starts at `[tour] start`; without it, on each storey in the part of the free space with the largest room area,
+//! among those with a stair, ramp, lift or outer door. `31 of 156 m2 reached, 5 parts`: of the free space, indoors and
+//! outdoors, 31 m2 can be reached from there; `report.json` lists all parts.
 //!
 //! # Waypoints
 //!
-//! - A centre of every space that is open and can be reached, moved to the nearest clear place where it is blocked; the
-//!   other spaces have the reason, with the GlobalId of the closed door.
-//! - Scans that together see 99 % of what can be seen from anywhere the robot gets to. A face is seen if it is in range, is
-//!   met at no more than 70 degrees, and a straight line leads there over free cells; `mesh_check` adds what is seen of
-//!   meshes at all heights.
+//! - The centre of every open and reachable space, moved to the nearest clear place where it is blocked. The other spaces
+//!   get a reason, with the GlobalId of the closed door.
+//! - Scans that together see 99 % of the target faces visible from the reachable free space. A face is visible if it is in
+//!   range, the angle of incidence is at most 70 degrees, and the line of sight crosses free cells only; `mesh_check` adds
+//!   the visibility of meshes at all heights.
 //! - A tour over them, and a route graph: spaces, doors and junctions along the middle of the floor, staging poses before
 //!   stairs, lifts and steps between levels; stairs as a line over their treads and landings.
 //!
@@ -31,47 +31,47 @@
 mod input;
 mod options;
 
-mod changed;
-mod climb;
+mod changed_elements;
 mod floor_parts;
-mod ground;
+mod free_space;
+mod name_check;
 mod portal;
 mod portals;
 mod reachability;
 mod sloped_slabs;
 mod spaces;
 mod stair_ends;
+mod stair_traversal;
 mod start_pose;
-mod unknown;
 
-mod centre;
-mod face;
-mod instance;
 mod mesh_visibility;
 mod scans;
 mod set_cover;
+mod set_cover_instance;
+mod space_centre;
 mod tabu_search;
-mod visible;
+mod target_face;
+mod visible_faces;
 
-mod chance;
+mod path_search;
+mod random_generator;
 mod scan_overlap;
 mod tour;
-mod trip;
-mod walk;
+mod tour_distances;
 
-mod graph;
+mod route_graph;
 mod skeleton;
 
 mod mission_plan;
 mod plan_archive;
 mod steps;
-mod stops;
 mod storey_plan;
+mod tour_stops;
 
 pub use input::PlanInput;
-pub use instance::Instance;
 pub use mission_plan::{Planner, StoreyInstance};
+pub use name_check::{UnknownName, check_names};
 pub use options::{OptionsError, PlanOptions, Start};
 pub use set_cover::cover;
+pub use set_cover_instance::SetCoverInstance;
 pub use start_pose::check_start;
-pub use unknown::{UnknownName, check_names};

@@ -1,9 +1,9 @@
-//! Visibility of element meshes from scan poses at all heights: walls above sills, undersides of beams, surfaces behind
-//! furniture.
+//! Visibility of element meshes from scan poses at all heights, such as walls above sills, undersides of beams, surfaces
+//! behind furniture.
 
-use crate::centre::{Storey, sensor_height_m};
-use crate::scans::Scans;
-use crate::stops::{Stop, Wanted};
+use crate::scans::ScanSelection;
+use crate::space_centre::{StoreyInputs, sensor_height_m};
+use crate::tour_stops::{StoreyRequest, TourStop};
 use frames::{Map, Point2, metres};
 use geometry::{SurfacePoint, Surfaces, surface_points};
 use grid::Class;
@@ -11,50 +11,59 @@ use messages::{DoorPassage, ElementState, WaypointKind};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
-/// What the check found on a storey.
+/// Mesh coverage of a storey.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct MeshSeen {
-    /// Points that can be seen from some place.
+pub(crate) struct MeshCoverage {
+    /// Number of points visible from any candidate pose.
     pub(crate) n_points: u32,
-    /// Those of them that the scans see.
+    /// Number of these points that the scans see.
     pub(crate) n_seen: u32,
-    /// Elements of which some point can be seen and the scans see none, ascending.
+    /// Elements with visible points of which the scans see none, ascending.
     pub(crate) unseen: Vec<u32>,
 }
 
-/// Distance between the points on the meshes; more where there are too many.
+/// Spacing of the points on the meshes; larger where there would be too many.
 const SPACING_M: f64 = 0.2;
 const MAX_POINTS: usize = 20_000;
 
-/// A line ends this far before the point that it is to meet.
-const SHORT_OF_M: f64 = 0.005;
+/// Distance before the target point at which a ray ends.
+const END_CLEARANCE_M: f64 = 0.005;
 
-/// Where a scan is made, and whether it is one that was chosen.
+/// A candidate or chosen scan pose.
 #[derive(Clone, Copy)]
-struct Eye {
+struct Viewpoint {
     at_m: [f64; 3],
     yaw_rad: f64,
     is_chosen: bool,
 }
 
-/// Casts lines from the scans, and from all places where one could be made, at the meshes of the elements that are targets.
-pub(crate) fn mesh_check(storey: &Storey<'_>, wanted: &Wanted<'_>, scans: &Scans, stops: &[Stop]) -> MeshSeen {
+/// Casts rays from chosen and candidate poses to points on the meshes of target elements.
+pub(crate) fn mesh_check(
+    storey: &StoreyInputs<'_>,
+    request: &StoreyRequest<'_>,
+    scans: &ScanSelection,
+    stops: &[TourStop],
+) -> MeshCoverage {
     let surfaces = Surfaces::of(
         (0..storey.site.elements.len())
             .filter(|&element| stands(storey, element))
             .flat_map(|element| storey.site.element_meshes(&storey.site.elements[element])),
     );
-    let points = target_points(storey, wanted);
-    let eyes = eyes(storey, wanted, scans, stops);
-    // By point: whether any eye sees it, and whether a chosen one does.
+    let points = target_points(storey, request);
+    let viewpoints = viewpoints(storey, request, scans, stops);
+    // By point: whether any viewpoint sees it, and whether a chosen one does.
     let seen = |(_, point): &(u32, SurfacePoint)| {
-        let mut near: Vec<(f64, &Eye)> =
-            eyes.iter().filter_map(|eye| faces(wanted, eye, point).map(|far| (far, eye))).collect();
+        let mut near: Vec<(f64, &Viewpoint)> = viewpoints
+            .iter()
+            .filter_map(|viewpoint| distance_in_view(request, viewpoint, point).map(|far| (far, viewpoint)))
+            .collect();
         near.sort_by(|a, b| b.1.is_chosen.cmp(&a.1.is_chosen).then(a.0.total_cmp(&b.0)));
-        near.into_iter().find(|(far, eye)| is_clear(&surfaces, eye, point, *far)).map(|(_, eye)| eye.is_chosen)
+        near.into_iter()
+            .find(|(far, viewpoint)| is_clear(&surfaces, viewpoint, point, *far))
+            .map(|(_, viewpoint)| viewpoint.is_chosen)
     };
     let seen: Vec<Option<bool>> = points.par_iter().map(seen).collect();
-    let mut found = MeshSeen::default();
+    let mut found = MeshCoverage::default();
     let all = || points.iter().map(|p| p.0).zip(&seen);
     for (_, seen) in all() {
         found.n_points += u32::from(seen.is_some());
@@ -68,8 +77,8 @@ pub(crate) fn mesh_check(storey: &Storey<'_>, wanted: &Wanted<'_>, scans: &Scans
     found
 }
 
-/// True if the element is in the way of light at the plan time; a door that the robot can pass may stand open.
-fn stands(storey: &Storey<'_>, element: usize) -> bool {
+/// True if the element blocks the line of sight at the plan time; a door that the robot can pass may be open.
+fn stands(storey: &StoreyInputs<'_>, element: usize) -> bool {
     let door = storey.site.elements[element].door;
     let is_open = |p: &messages::DoorPassageRecord| {
         p.door == door && !DoorPassage::from_id(p.passage).is_some_and(DoorPassage::is_closed)
@@ -77,8 +86,8 @@ fn stands(storey: &Storey<'_>, element: usize) -> bool {
     storey.phase.effective(element).is_obstacle() && !storey.passages.iter().any(is_open)
 }
 
-/// Points on what is to be scanned, between the floor of the storey and that of the next.
-fn target_points(storey: &Storey<'_>, wanted: &Wanted<'_>) -> Vec<(u32, SurfacePoint)> {
+/// Points on target elements between the floor of the storey and that of the next.
+fn target_points(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> Vec<(u32, SurfacePoint)> {
     let site = storey.site;
     let floor = storey.grid.head.floor_z_tenths;
     let next = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z > floor).min();
@@ -87,9 +96,9 @@ fn target_points(storey: &Storey<'_>, wanted: &Wanted<'_>) -> Vec<(u32, SurfaceP
         let class = site.elements[element].class;
         storey.phase.effective(element) == ElementState::Built
             && class != u32::from(Class::None.id())
-            && wanted.options.classes & (1 << class) != 0
+            && request.options.classes & (1 << class) != 0
             && stands(storey, element)
-            && wanted.changed.is_none_or(|c| c.binary_search(&element).is_ok())
+            && request.changed.is_none_or(|c| c.binary_search(&element).is_ok())
     };
     let targets: Vec<usize> = (0..site.elements.len()).filter(|&e| is_target(e)).collect();
     let mut spacing_m = SPACING_M;
@@ -98,7 +107,7 @@ fn target_points(storey: &Storey<'_>, wanted: &Wanted<'_>) -> Vec<(u32, SurfaceP
         for &element in &targets {
             for mesh in site.element_meshes(&site.elements[element]) {
                 surface_points(mesh, spacing_m, heights_m, |point| {
-                    if is_asked_for(storey, wanted, &point) {
+                    if is_requested(storey, request, &point) {
                         points.push((element as u32, point));
                     }
                 });
@@ -111,22 +120,27 @@ fn target_points(storey: &Storey<'_>, wanted: &Wanted<'_>) -> Vec<(u32, SurfaceP
     }
 }
 
-/// True if the point lies over the storey's map, and before or behind it a space that was asked for, if some were.
-fn is_asked_for(storey: &Storey<'_>, wanted: &Wanted<'_>, point: &SurfacePoint) -> bool {
-    let spec = &storey.ground.spec;
+/// True if the point lies over the storey's map, and beside a selected space where spaces are selected.
+fn is_requested(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>, point: &SurfacePoint) -> bool {
+    let spec = &storey.free_space.spec;
     let [x, y, _] = point.at_m;
-    // Out of the wall's own cells.
+    // Beyond the cells of the wall itself.
     let off = 2.0 * spec.resolution_m();
     [1.0, -1.0].iter().any(|side| {
         let at = Point2::<Map>::new(x + side * off * point.normal[0], y + side * off * point.normal[1]);
         let space = spec.cell_at(at).map(|cell| storey.grid.space[spec.index(cell)]);
-        space.is_some_and(|space| wanted.options.spaces.is_empty() || wanted.may_scan[usize::from(space)])
+        space.is_some_and(|space| request.options.spaces.is_empty() || request.may_scan[usize::from(space)])
     })
 }
 
-/// The chosen scans, and all places where one could be made, with all headings.
-fn eyes(storey: &Storey<'_>, wanted: &Wanted<'_>, scans: &Scans, stops: &[Stop]) -> Vec<Eye> {
-    let Storey { site, robot, .. } = *storey;
+/// The viewpoints of chosen scans and of all candidate poses.
+fn viewpoints(
+    storey: &StoreyInputs<'_>,
+    request: &StoreyRequest<'_>,
+    scans: &ScanSelection,
+    stops: &[TourStop],
+) -> Vec<Viewpoint> {
+    let StoreyInputs { site, robot, .. } = *storey;
     let floor_m = metres(storey.grid.head.floor_z_tenths);
     let chosen = stops.iter().filter(|s| s.kind == WaypointKind::Scan);
     let chosen = chosen.map(|s| (s.at, s.space, s.yaw_rad, true));
@@ -135,31 +149,31 @@ fn eyes(storey: &Storey<'_>, wanted: &Wanted<'_>, scans: &Scans, stops: &[Stop])
         .chain(others)
         .map(|(at, space, yaw_rad, is_chosen)| {
             let space = space.or_else(|| storey.space_at(at));
-            let z_m = floor_m + sensor_height_m(site, robot, wanted.options, space);
-            Eye { at_m: [at.x_m, at.y_m, z_m], yaw_rad, is_chosen }
+            let z_m = floor_m + sensor_height_m(site, robot, request.options, space);
+            Viewpoint { at_m: [at.x_m, at.y_m, z_m], yaw_rad, is_chosen }
         })
         .collect()
 }
 
-/// The distance of a point that an eye could see if nothing were between.
-fn faces(wanted: &Wanted<'_>, eye: &Eye, point: &SurfacePoint) -> Option<f64> {
-    let sensor = &wanted.options.sensor;
-    let d = [0, 1, 2].map(|k| point.at_m[k] - eye.at_m[k]);
+/// Distance of a point within the sensor's limits from a viewpoint; `None` outside of them. Occlusion is not checked.
+fn distance_in_view(request: &StoreyRequest<'_>, viewpoint: &Viewpoint, point: &SurfacePoint) -> Option<f64> {
+    let sensor = &request.options.sensor;
+    let d = [0, 1, 2].map(|k| point.at_m[k] - viewpoint.at_m[k]);
     let flat = libm::hypot(d[0], d[1]);
     let far = libm::hypot(flat, d[2]);
-    if far > sensor.range_m || far < sensor.min_range_m.max(2.0 * SHORT_OF_M) {
+    if far > sensor.range_m || far < sensor.min_range_m.max(2.0 * END_CLEARANCE_M) {
         return None;
     }
     let along = (d[0] * point.normal[0] + d[1] * point.normal[1] + d[2] * point.normal[2]).abs();
     let elevation_rad = libm::atan2(d[2], flat);
-    let turn_rad = crate::visible::turn_between(libm::atan2(d[1], d[0]), eye.yaw_rad);
+    let turn_rad = crate::visible_faces::turn_between(libm::atan2(d[1], d[0]), viewpoint.yaw_rad);
     let sees = along >= far * libm::cos(sensor.max_incidence_rad.clamp(0.0, FRAC_PI_2))
         && (sensor.min_elevation_rad..=sensor.max_elevation_rad).contains(&elevation_rad)
         && (sensor.sees_around() || turn_rad <= sensor.field_of_view_rad / 2.0);
     sees.then_some(far)
 }
 
-fn is_clear(surfaces: &Surfaces, eye: &Eye, point: &SurfacePoint, far: f64) -> bool {
-    let direction = [0, 1, 2].map(|k| (point.at_m[k] - eye.at_m[k]) / far);
-    surfaces.first_m(eye.at_m, direction, far - SHORT_OF_M).is_none()
+fn is_clear(surfaces: &Surfaces, viewpoint: &Viewpoint, point: &SurfacePoint, far: f64) -> bool {
+    let direction = [0, 1, 2].map(|k| (point.at_m[k] - viewpoint.at_m[k]) / far);
+    surfaces.first_m(viewpoint.at_m, direction, far - END_CLEARANCE_M).is_none()
 }

@@ -1,81 +1,82 @@
-//! Plans all storeys and reuses results of unchanged ones.
+//! Plans all storeys, and reuses the results of storeys whose inputs did not change.
 
-use crate::centre::Storey;
-use crate::changed::{cells_of, changed_elements};
-use crate::floor_parts::{PartFacts, first_part, floor_parts, part_facts};
-use crate::ground::Ground;
+use crate::changed_elements::{cells_of, changed_elements};
+use crate::floor_parts::{PartProperties, first_part, floor_parts, part_properties};
+use crate::free_space::FreeSpace;
 use crate::input::PlanInput;
-use crate::instance::Instance;
 use crate::plan_archive::assemble;
 use crate::portal::Portal;
 use crate::portals::portals;
-use crate::reachability::Reached;
+use crate::reachability::Reachability;
+use crate::set_cover_instance::SetCoverInstance;
+use crate::space_centre::StoreyInputs;
 use crate::spaces::{Refusal, refused};
 use crate::steps::steps;
-use crate::stops::Wanted;
 use crate::storey_plan::{StoreyPlan, instance_of, plan_storey};
+use crate::tour_stops::StoreyRequest;
 use messages::{ArchiveBuffer, DoorPassageRecord, Grid, NoWaypoint, RobotProfile, space_flags};
 use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Plans, and keeps what only a part of the next input can change.
+/// A planner that caches free space and plan of each storey by the hash of their inputs.
 ///
-/// A plan is a function of its input: what is kept is used only where it was made from the same.
+/// A plan is a function of its input: the cache has no influence on the result.
 #[derive(Default)]
 pub struct Planner {
-    /// With the hash of what each was made from.
-    grounds: Vec<(u64, Ground)>,
+    /// Each with the hash of its inputs.
+    free_spaces: Vec<(u64, FreeSpace)>,
     storeys: Vec<(u64, StoreyPlan)>,
 }
 
-/// Where scans of a storey could be made, for whoever compares choices.
+/// The set-cover instance of a storey, for comparing solvers.
 #[derive(Debug)]
 pub struct StoreyInstance {
     /// Map storey of the site.
     pub map_storey: u32,
-    /// The faces that a scan from each place sees, and how many are to be seen.
-    pub instance: Instance,
-    /// Places at the centroids of spaces that the robot can stand at.
+    /// Visible faces of each candidate pose, and the coverage goals.
+    pub instance: SetCoverInstance,
+    /// Sets whose places are centres of spaces.
     pub centroids: Vec<u32>,
-    /// Floor that the middle of the robot can get to.
+    /// Area of the reachable free space.
     pub reached_m2: f64,
 }
 
 impl Planner {
-    /// What the scans of each storey are chosen from.
+    /// The set-cover instance of each storey.
     pub fn instances(&mut self, input: &PlanInput<'_>) -> Vec<StoreyInstance> {
         self.plan(input);
         let PlanInput { site, phase, options, .. } = *input;
-        let grounds: Vec<&Ground> = self.grounds.iter().map(|g| &g.1).collect();
-        let portals = ways_between(input, &grounds);
-        let (reached, _) = reached(input, &grounds, &portals);
+        let free_spaces: Vec<&FreeSpace> = self.free_spaces.iter().map(|g| &g.1).collect();
+        let portals = find_portals(input, &free_spaces);
+        let (reached, _) = reached(input, &free_spaces, &portals);
         let refusals: Vec<Option<Refusal>> = (0..site.spaces.len()).map(|k| refused(site, phase, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, phase, since_s));
         let jobs = input.grids.iter().enumerate();
-        let jobs = jobs.map(|(at, grid)| Job::new(input, at, grid, &refusals, &reached, &portals, changed.as_deref()));
+        let jobs =
+            jobs.map(|(at, grid)| StoreyJob::new(input, at, grid, &refusals, &reached, &portals, changed.as_deref()));
         jobs.zip(&self.storeys)
             .map(|(job, (_, plan))| {
-                let (instance, centroids) = job.with(input, grounds[job.at], instance_of);
+                let (instance, centroids) = job.with(input, free_spaces[job.at], instance_of);
                 let map_storey = job.grid.head.map_storey;
                 StoreyInstance { map_storey, instance, centroids, reached_m2: plan.reached_m2 }
             })
             .collect()
     }
 
-    /// Makes the plan. What is planned anew is whole storeys: those whose map, spaces or ways in changed.
+    /// Makes the plan. Storeys whose map, spaces or entries changed are planned again, the others are taken from the cache.
     pub fn plan(&mut self, input: &PlanInput<'_>) -> ArchiveBuffer {
         let PlanInput { site, phase, index, grids, options } = *input;
         let robot = &index.head.robot;
-        self.see_grounds(grids, robot);
-        let grounds: Vec<&Ground> = self.grounds.iter().map(|g| &g.1).collect();
-        let portals = ways_between(input, &grounds);
-        let (reached, facts) = reached(input, &grounds, &portals);
+        self.update_free_spaces(grids, robot);
+        let free_spaces: Vec<&FreeSpace> = self.free_spaces.iter().map(|g| &g.1).collect();
+        let portals = find_portals(input, &free_spaces);
+        let (reached, properties) = reached(input, &free_spaces, &portals);
         let refusals: Vec<Option<Refusal>> = (0..site.spaces.len()).map(|k| refused(site, phase, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, phase, since_s));
-        let jobs: Vec<Job<'_>> = grids
+        let jobs: Vec<StoreyJob<'_>> = grids
             .iter()
             .enumerate()
-            .map(|(at, grid)| Job::new(input, at, grid, &refusals, &reached, &portals, changed.as_deref()))
+            .map(|(at, grid)| StoreyJob::new(input, at, grid, &refusals, &reached, &portals, changed.as_deref()))
             .collect();
         let kept = &mut self.storeys;
         kept.resize_with(jobs.len(), || (0, StoreyPlan::default()));
@@ -83,50 +84,61 @@ impl Planner {
         *kept = jobs
             .par_iter()
             .zip(old)
-            .map(|(job, (made_from, plan))| {
-                let now = job.made_from(input);
-                (now, if now == made_from { plan } else { job.plan(input, grounds[job.at]) })
+            .map(|(job, (input_hash, plan))| {
+                let now = job.input_hash(input);
+                (now, if now == input_hash { plan } else { job.plan(input, free_spaces[job.at]) })
             })
             .collect();
         let plans: Vec<&StoreyPlan> = kept.iter().map(|k| &k.1).collect();
-        let parts = floor_parts(input, &grounds, &reached, &facts);
-        assemble(input, &grounds, &plans, refusals, &reached, &portals, parts).finish()
+        let parts = floor_parts(input, &free_spaces, &reached, &properties);
+        assemble(input, &free_spaces, &plans, refusals, &reached, &portals, parts).finish()
     }
 
-    fn see_grounds(&mut self, grids: &[Grid<'_>], robot: &RobotProfile) {
-        let old = std::mem::take(&mut self.grounds);
-        let mut old: Vec<Option<(u64, Ground)>> = old.into_iter().map(Some).collect();
+    fn update_free_spaces(&mut self, grids: &[Grid<'_>], robot: &RobotProfile) {
+        let old = std::mem::take(&mut self.free_spaces);
+        let mut old: Vec<Option<(u64, FreeSpace)>> = old.into_iter().map(Some).collect();
         old.resize_with(grids.len(), || None);
-        self.grounds = grids
+        self.free_spaces = grids
             .par_iter()
             .zip(old)
             .map(|(grid, old)| {
-                let made_from = grid.content_hash() ^ robot.radius_m.to_bits().rotate_left(17);
-                old.filter(|o| o.0 == made_from).unwrap_or_else(|| (made_from, Ground::of(grid, robot.radius_m)))
+                let input_hash = grid.content_hash() ^ robot.radius_m.to_bits().rotate_left(17);
+                old.filter(|o| o.0 == input_hash).unwrap_or_else(|| (input_hash, FreeSpace::of(grid, robot.radius_m)))
             })
             .collect();
     }
 }
 
-/// Stairs, ramps, lifts and steps from storey to storey.
-fn ways_between(input: &PlanInput<'_>, grounds: &[&Ground]) -> Vec<Portal> {
+/// Portals between storeys: stairs, ramps, lifts and steps.
+fn find_portals(input: &PlanInput<'_>, free_spaces: &[&FreeSpace]) -> Vec<Portal> {
     let PlanInput { site, phase, index, grids, options } = *input;
     let robot = &index.head.robot;
-    let mut ways = portals(site, phase, robot, options, grounds);
-    ways.extend(steps(site, phase, robot, grids, grounds));
-    ways
+    let mut tour_distances = portals(site, phase, robot, options, free_spaces);
+    tour_distances.extend(steps(site, phase, robot, grids, free_spaces));
+    tour_distances
 }
 
-/// What the robot gets to, and the facts of each storey's parts.
-fn reached(input: &PlanInput<'_>, grounds: &[&Ground], portals: &[Portal]) -> (Reached, Vec<Vec<PartFacts>>) {
-    let facts: Vec<Vec<PartFacts>> =
-        grounds.iter().enumerate().map(|(storey, ground)| part_facts(input, storey, ground, portals)).collect();
-    let first: Vec<u32> = grounds.iter().zip(&facts).map(|(ground, facts)| first_part(ground, facts)).collect();
-    (Reached::of(grounds, portals, &first, input.options.start), facts)
+/// Reachability, and the properties of each storey's parts.
+fn reached(
+    input: &PlanInput<'_>,
+    free_spaces: &[&FreeSpace],
+    portals: &[Portal],
+) -> (Reachability, Vec<Vec<PartProperties>>) {
+    let properties: Vec<Vec<PartProperties>> = free_spaces
+        .iter()
+        .enumerate()
+        .map(|(storey, free_space)| part_properties(input, storey, free_space, portals))
+        .collect();
+    let first: Vec<u32> = free_spaces
+        .iter()
+        .zip(&properties)
+        .map(|(free_space, properties)| first_part(free_space, properties))
+        .collect();
+    (Reachability::of(free_spaces, portals, &first, input.options.start), properties)
 }
 
-/// What is to be done on a storey.
-struct Job<'a> {
+/// The inputs of planning one storey.
+struct StoreyJob<'a> {
     at: usize,
     grid: &'a Grid<'a>,
     spaces: Vec<usize>,
@@ -138,19 +150,19 @@ struct Job<'a> {
     changed: Option<&'a [usize]>,
 }
 
-impl<'a> Job<'a> {
+impl<'a> StoreyJob<'a> {
     fn new(
         input: &PlanInput<'a>,
         at: usize,
         grid: &'a Grid<'a>,
         refusals: &[Option<Refusal>],
-        reached: &'a Reached,
+        reached: &'a Reachability,
         portals: &[Portal],
         changed: Option<&'a [usize]>,
     ) -> Self {
         let site = input.site;
         let is_here = |space: usize| site.spaces[space].map_storey == grid.head.map_storey;
-        // Outside of spaces it may scan, unless somebody asked for some spaces.
+        // Scans outside of spaces are allowed unless spaces are selected.
         let mut may_scan = vec![input.options.spaces.is_empty(); site.spaces.len() + 1];
         for (space, refusal) in refusals.iter().enumerate() {
             let is_open = |r: &Refusal| r.why == NoWaypoint::MetadataOnly && input.options.spaces.is_empty();
@@ -175,8 +187,8 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Hash of everything that the storey's plan is a function of.
-    fn made_from(&self, input: &PlanInput<'_>) -> u64 {
+    /// Hash of all inputs of the storey's plan.
+    fn input_hash(&self, input: &PlanInput<'_>) -> u64 {
         let mut hash = Xxh3::new();
         let numbers = |list: &mut dyn Iterator<Item = u64>, hash: &mut Xxh3| {
             let mut n = 0u64;
@@ -201,29 +213,34 @@ impl<'a> Job<'a> {
         numbers(&mut self.stagings.iter().flat_map(|&(cell, element)| [cell as u64, u64::from(element)]), &mut hash);
         numbers(&mut self.changed.unwrap_or_default().iter().map(|&k| k as u64), &mut hash);
         if input.options.mesh_check {
-            // It sees more than the map shows.
+            // The mesh check depends on more than the map.
             let states = (0..input.site.elements.len()).map(|element| input.phase.effective(element) as u64);
             numbers(&mut states.into_iter(), &mut hash);
         }
         hash.digest()
     }
 
-    fn plan(&self, input: &PlanInput<'_>, ground: &Ground) -> StoreyPlan {
-        self.with(input, ground, plan_storey)
+    fn plan(&self, input: &PlanInput<'_>, free_space: &FreeSpace) -> StoreyPlan {
+        self.with(input, free_space, plan_storey)
     }
 
-    fn with<T>(&self, input: &PlanInput<'_>, ground: &Ground, work: fn(&Storey<'_>, &Wanted<'_>) -> T) -> T {
+    fn with<T>(
+        &self,
+        input: &PlanInput<'_>,
+        free_space: &FreeSpace,
+        inputs: fn(&StoreyInputs<'_>, &StoreyRequest<'_>) -> T,
+    ) -> T {
         let targets = self.changed.map(|elements| cells_of(input.site, self.grid, elements));
-        let storey = Storey {
+        let storey = StoreyInputs {
             site: input.site,
             phase: input.phase,
             grid: self.grid,
-            ground,
+            free_space,
             robot: &input.index.head.robot,
             passages: &self.passages,
             reached: self.reached,
         };
-        let wanted = Wanted {
+        let request = StoreyRequest {
             options: input.options,
             spaces: &self.spaces,
             may_scan: &self.may_scan,
@@ -232,6 +249,6 @@ impl<'a> Job<'a> {
             entries: self.entries,
             stagings: &self.stagings,
         };
-        work(&storey, &wanted)
+        inputs(&storey, &request)
     }
 }

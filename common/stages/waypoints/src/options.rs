@@ -17,45 +17,46 @@ pub struct PlanOptions {
     pub scans: bool,
     /// Names, long names or GlobalIds of spaces, with `*` and `?`; all if empty.
     pub spaces: Vec<String>,
-    /// Map storeys on which waypoints are planned; all if empty. The others are ways.
+    /// Map storeys on which waypoints are planned; all if empty. The others are only passed through.
     pub storeys: Vec<u32>,
-    /// Scan the elements that were built since this time only, civil seconds.
+    /// Scan only elements built since this time, in civil seconds.
     pub changed_since_s: Option<i64>,
-    /// Waypoints are at half the height of their space, for what flies.
+    /// Place waypoints at half the height of their space, for flying robots.
     pub flies: bool,
-    /// What scans are made with.
+    /// Sensor of the scans.
     pub sensor: ScanSensor,
-    /// Share of the faces that can be seen that scans must see.
+    /// Share of the visible target faces that the scans must see.
     pub coverage: f64,
-    /// The same for those of each space.
+    /// The same share for each space.
     pub space_coverage: f64,
-    /// Share of each scan's faces that earlier ones must have seen.
+    /// Share of the faces of each scan that earlier scans must also see.
     pub overlap: f64,
-    /// Exchanges that the search for fewer scans tries, for each scan.
+    /// Exchanges of the tabu search, per scan.
     pub search_steps: u32,
-    /// Times that a tour is disturbed and mended again.
+    /// Random kicks of the tour search.
     pub tour_kicks: u32,
-    /// Ways around something that are looked for from each place; what is farther goes over other places.
-    pub tour_around: u32,
-    /// Distance between the places from which scans are tried.
+    /// Number of nearest places without a straight line to which paths are searched from each place; distances to farther
+    /// ones are composed of these.
+    pub tour_neighbours: u32,
+    /// Spacing of the candidate places for scans.
     pub spacing_m: f64,
-    /// Classes whose faces are targets: a bit for each number.
+    /// Classes whose faces are targets: a bit per class.
     pub classes: u32,
     /// Check the coverage on the meshes of the elements.
     pub mesh_check: bool,
-    /// Where the robot is; else on the first part of each storey: of those with a stair, lift or outer door the largest.
+    /// Start of the robot; by default the largest part of each storey with a stair, lift or outer door.
     pub start: Option<Start>,
-    /// Tours come back to where they begin.
+    /// Tours return to their start.
     pub closed_tours: bool,
     /// Lifts that the robot can take: names or GlobalIds, with `*` and `?`.
     pub lifts: Vec<String>,
-    /// How fast it drives, in metres per second.
+    /// Driving speed in metres per second.
     pub speed_m_s: f64,
-    /// How long a scan takes.
+    /// Duration of a scan.
     pub scan_s: f64,
 }
 
-/// Where the robot is.
+/// Start of a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
@@ -67,7 +68,7 @@ pub struct Start {
     pub y_m: f64,
 }
 
-/// Why nothing can be planned.
+/// Errors of waypoint options.
 #[derive(Debug, thiserror::Error)]
 pub enum OptionsError {
     /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
@@ -138,7 +139,7 @@ impl Default for PlanOptions {
             overlap: 0.2,
             search_steps: STEPS_PER_QUALITY,
             tour_kicks: KICKS_PER_QUALITY,
-            tour_around: AROUND_PER_QUALITY,
+            tour_neighbours: NEIGHBOURS_PER_QUALITY,
             spacing_m: 0.5,
             classes: !0,
             mesh_check: false,
@@ -151,21 +152,21 @@ impl Default for PlanOptions {
     }
 }
 
-/// Exchanges for each scan, and kicks, per unit of `quality`.
+/// Exchanges per scan, and kicks, per unit of `quality`.
 const STEPS_PER_QUALITY: u32 = 200;
 const KICKS_PER_QUALITY: u32 = 200;
-const AROUND_PER_QUALITY: u32 = 12;
+const NEIGHBOURS_PER_QUALITY: u32 = 12;
 
 impl PlanOptions {
-    /// Centres and nothing that takes long.
+    /// Options for centres only, which are planned fast.
     pub fn centres_only() -> Self {
         Self { scans: false, ..Self::default() }
     }
 
-    /// The options that a text says.
+    /// Parses options from TOML.
     ///
     /// # Errors
-    /// No TOML of these keys, or a value that nothing can be planned with.
+    /// A text that is no TOML with these keys, or a value out of range.
     pub fn parse(text: &str) -> Result<Self, OptionsError> {
         let file: OptionsToml = toml::from_str(text).map_err(Box::new)?;
         file.into_options().map_err(OptionsError::Value)
@@ -176,7 +177,7 @@ impl PlanOptions {
         self.storeys.is_empty() || self.storeys.contains(&map_storey)
     }
 
-    /// What a space may be called: its GlobalId, its name, its long name, and the two as they are written in outputs.
+    /// Names by which a space can be selected: GlobalId, name, long name, and both names as outputs write them.
     pub(crate) fn space_names(site: &Site<'_>, space: usize) -> Vec<String> {
         let record = &site.spaces[space];
         let [id, name, long_name] = [record.global_id, record.name, record.long_name].map(|t| site.text(t).to_owned());
@@ -184,7 +185,7 @@ impl PlanOptions {
         [id, name, long_name, both].into_iter().filter(|text| !text.is_empty()).collect()
     }
 
-    /// True if the space was asked for.
+    /// True if the space is selected.
     pub(crate) fn wants_space(&self, site: &Site<'_>, space: usize) -> bool {
         if self.spaces.is_empty() {
             return true;
@@ -203,12 +204,12 @@ impl PlanOptions {
 
 impl OptionsToml {
     fn into_options(self) -> Result<PlanOptions, String> {
-        let usual = PlanOptions::default();
-        let within = |key: &str, value: Option<f64>, usual: f64, lo: f64, hi: f64| match value.unwrap_or(usual) {
+        let defaults = PlanOptions::default();
+        let within = |key: &str, value: Option<f64>, defaults: f64, lo: f64, hi: f64| match value.unwrap_or(defaults) {
             v if (lo..=hi).contains(&v) => Ok(v),
             v => Err(format!("{key} is {v}, it must be from {lo} to {hi}")),
         };
-        let (s, d) = (&self.sensor, usual.sensor);
+        let (s, d) = (&self.sensor, defaults.sensor);
         let sensor = ScanSensor {
             range_m: within("range_m", s.range_m, d.range_m, 0.1, 200.0)?,
             min_range_m: within("min_range_m", s.min_range_m, d.min_range_m, 0.0, 100.0)?,
@@ -241,31 +242,31 @@ impl OptionsToml {
             centres: kinds.iter().any(|k| k == "centre"),
             scans: kinds.iter().any(|k| k == "scan"),
             spaces: self.spaces,
-            storeys: usual.storeys,
+            storeys: defaults.storeys,
             changed_since_s: changed_since.transpose()?.map(|t| t.civil_seconds()),
             flies: self.flies,
             sensor,
-            coverage: within("coverage", self.scan.coverage, usual.coverage, 0.0, 1.0)?,
-            space_coverage: within("space_coverage", self.scan.space_coverage, usual.space_coverage, 0.0, 1.0)?,
-            overlap: within("overlap", self.scan.overlap, usual.overlap, 0.0, 0.9)?,
+            coverage: within("coverage", self.scan.coverage, defaults.coverage, 0.0, 1.0)?,
+            space_coverage: within("space_coverage", self.scan.space_coverage, defaults.space_coverage, 0.0, 1.0)?,
+            overlap: within("overlap", self.scan.overlap, defaults.overlap, 0.0, 0.9)?,
             search_steps: quality * STEPS_PER_QUALITY,
             tour_kicks: quality * KICKS_PER_QUALITY,
-            tour_around: quality.max(1) * AROUND_PER_QUALITY,
-            spacing_m: within("spacing_m", self.scan.spacing_m, usual.spacing_m, 0.05, 10.0)?,
-            classes: self.scan.classes.as_deref().map_or(Ok(usual.classes), class_bits)?,
+            tour_neighbours: quality.max(1) * NEIGHBOURS_PER_QUALITY,
+            spacing_m: within("spacing_m", self.scan.spacing_m, defaults.spacing_m, 0.05, 10.0)?,
+            classes: self.scan.classes.as_deref().map_or(Ok(defaults.classes), class_bits)?,
             mesh_check: self.scan.mesh_check,
             start,
             closed_tours: self.tour.closed,
             lifts: self.tour.lifts,
-            speed_m_s: within("speed_m_s", self.tour.speed_m_s, usual.speed_m_s, 0.01, 10.0)?,
-            scan_s: within("scan_s", self.tour.scan_s, usual.scan_s, 0.0, 86_400.0)?,
+            speed_m_s: within("speed_m_s", self.tour.speed_m_s, defaults.speed_m_s, 0.01, 10.0)?,
+            scan_s: within("scan_s", self.tour.scan_s, defaults.scan_s, 0.0, 86_400.0)?,
         })
     }
 }
 
 fn unusable_date(text: &str, error: &PlanTimeError) -> String {
     match error {
-        // The zone of the site stands in the schedule rules, which are not read here.
+        // The time zone of the site is in the schedule rules, which are not read here.
         PlanTimeError::NoSiteZone { .. } => {
             format!("changed_since is {text:?}, which carries a time zone: write the time at the site without one")
         }

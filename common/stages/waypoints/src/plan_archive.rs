@@ -1,12 +1,12 @@
-//! The archive of a plan.
+//! Assembles the `mission-plan` archive.
 
-use crate::centre::sensor_height_m;
-use crate::climb::climb;
-use crate::ground::Ground;
+use crate::free_space::FreeSpace;
 use crate::input::PlanInput;
 use crate::portal::Portal;
-use crate::reachability::Reached;
+use crate::reachability::Reachability;
+use crate::space_centre::sensor_height_m;
 use crate::spaces::Refusal;
+use crate::stair_traversal::stair_traversal;
 use crate::start_pose::why_blocked;
 use crate::storey_plan::StoreyPlan;
 use frames::metres;
@@ -16,13 +16,13 @@ use messages::{
     WaypointKind, WaypointRecord,
 };
 
-/// The archive of a plan: storeys in the order in which they are come to, what was refused, the graph over all storeys.
+/// Assembles the archive: storeys in the order in which they are reached, refusals, and the graph over all storeys.
 pub(crate) fn assemble(
     input: &PlanInput<'_>,
-    grounds: &[&Ground],
+    free_spaces: &[&FreeSpace],
     plans: &[&StoreyPlan],
     refusals: Vec<Option<Refusal>>,
-    reached: &Reached,
+    reached: &Reachability,
     portals: &[Portal],
     parts: Vec<FloorPartRecord>,
 ) -> PlanBuilder {
@@ -35,7 +35,7 @@ pub(crate) fn assemble(
             builder.spaces[space].why = NoWaypoint::Has as u32;
         }
     }
-    // Storeys in the order in which they are come to; the others have no waypoints.
+    // Storeys in the order in which they are reached; the others have no waypoints.
     for &at in &reached.order {
         add_stops(&mut builder, input, &input.grids[at], plans[at]);
     }
@@ -43,22 +43,23 @@ pub(crate) fn assemble(
         for (space, refusal) in &plan.refused {
             refuse(&mut builder, *space, refusal);
         }
-        for (record, seen) in builder.spaces.iter_mut().zip(&plan.seen[1..]) {
+        for (record, seen) in builder.spaces.iter_mut().zip(&plan.space_coverage[1..]) {
             record.n_faces += seen.n_faces;
             record.n_seen += seen.n_seen;
         }
         builder.storeys.push(storey_record(&mut builder.tour_points, input.grids[at].head.map_storey, plan));
     }
-    add_graph(&mut builder, input, grounds, plans, portals);
+    add_graph(&mut builder, input, free_spaces, plans, portals);
     if let Some(start) = input.options.start.filter(|_| reached.start_is_blocked) {
-        let ground = grounds.get(start.storey as usize);
-        let why = ground.map_or("[tour] start: there is no such storey".to_owned(), |g| why_blocked(input, g, start));
+        let free_space = free_spaces.get(start.storey as usize);
+        let why =
+            free_space.map_or("[tour] start: there is no such storey".to_owned(), |g| why_blocked(input, g, start));
         warn(&mut builder, "start_blocked", &why, 2);
     }
-    let (goal, n_alone) = (input.options.overlap, plans.iter().map(|p| p.n_alone).sum::<usize>());
-    if n_alone > 0 {
+    let (goal, n_unconnected) = (input.options.overlap, plans.iter().map(|p| p.n_unconnected).sum::<usize>());
+    if n_unconnected > 0 {
         let message = format!(
-            "scans that see less than {goal} of what scans before them saw, and that nothing can join: {n_alone}"
+            "scans that see less than {goal} of what scans before them saw, and that nothing can join: {n_unconnected}"
         );
         warn(&mut builder, "scan_not_joined", &message, 1);
     }
@@ -161,8 +162,8 @@ fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, plan: &Storey
         unreached_m2: plan.unreached_m2,
         map_storey,
         n_targets: plan.n_targets,
-        n_faces: plan.seen.iter().map(|s| s.n_faces).sum(),
-        n_seen: plan.seen.iter().map(|s| s.n_seen).sum(),
+        n_faces: plan.space_coverage.iter().map(|s| s.n_faces).sum(),
+        n_seen: plan.space_coverage.iter().map(|s| s.n_seen).sum(),
         n_places: plan.n_places,
         n_scans: scans().count() as u32,
         n_connecting: scans().filter(|s| s.connects).count() as u32,
@@ -177,14 +178,14 @@ fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, plan: &Storey
 fn add_graph(
     builder: &mut PlanBuilder,
     input: &PlanInput<'_>,
-    grounds: &[&Ground],
+    free_spaces: &[&FreeSpace],
     plans: &[&StoreyPlan],
     portals: &[Portal],
 ) {
     for (at, plan) in plans.iter().enumerate() {
         let first = builder.nodes.len();
         for node in &plan.graph.nodes {
-            builder.nodes.push(node_record(input, grounds, at, node.at, node.kind, node.of, node.clearance_m));
+            builder.nodes.push(node_record(input, free_spaces, at, node.at, node.kind, node.of, node.clearance_m));
         }
         for edge in &plan.graph.edges {
             let first_point = builder.points.len() as u32;
@@ -207,45 +208,45 @@ fn add_graph(
     }
     let is_wanted =
         |p: &&Portal| p.ends.iter().all(|end| input.options.wants_storey(input.grids[end.storey].head.map_storey));
-    // What leads to a storey that was not asked for is no edge; where to stand before it is a node all the same.
+    // A portal to a storey that is not selected has staging nodes but no edge.
     for portal in portals.iter().filter(is_wanted) {
         let nodes = portal.ends.map(|end| {
-            let at = grounds[end.storey].middle(end.cell);
+            let at = free_spaces[end.storey].middle(end.cell);
             let map_storey = input.grids[end.storey].head.map_storey;
             let is_it = |n: &RouteNodeRecord| {
                 (n.kind, n.of, n.map_storey) == (NodeKind::Staging as u32, portal.element as u32, map_storey)
                     && n.position_in_map_m[..2] == [at.x_m, at.y_m]
             };
             builder.nodes.iter().position(is_it).unwrap_or_else(|| {
-                // The robot does not get there; somebody else may.
-                let clearance_m = grounds[end.storey].clearance_of(end.cell);
+                // Not reachable for this robot.
+                let clearance_m = free_spaces[end.storey].clearance_of(end.cell);
                 let of = portal.element as u32;
-                builder.nodes.push(node_record(input, grounds, end.storey, at, NodeKind::Staging, of, clearance_m));
+                builder.nodes.push(node_record(input, free_spaces, end.storey, at, NodeKind::Staging, of, clearance_m));
                 builder.nodes.len() - 1
             }) as u32
         });
         let first_point = builder.points.len() as u32;
         let ends = portal.ends.map(|end| {
-            let at = grounds[end.storey].middle(end.cell);
+            let at = free_spaces[end.storey].middle(end.cell);
             [at.x_m, at.y_m, metres(input.grids[end.storey].head.floor_z_tenths)]
         });
         let is_stepped = matches!(portal.kind, EdgeKind::Stair | EdgeKind::Escalator);
-        let climb = is_stepped.then(|| climb(input.site, input.phase, portal.element, ends)).flatten();
-        let line = climb.as_ref().map_or(ends.as_slice(), |climb| &climb.line);
+        let traversal = is_stepped.then(|| stair_traversal(input.site, input.phase, portal.element, ends)).flatten();
+        let line = traversal.as_ref().map_or(ends.as_slice(), |traversal| &traversal.line);
         builder.points.extend_from_slice(line);
         let n_points = line.len() as u32;
         builder.edges.push(RouteEdgeRecord {
-            length_m: climb.as_ref().map_or(portal.length_m, |climb| climb.walked_m),
+            length_m: traversal.as_ref().map_or(portal.length_m, |traversal| traversal.length_m),
             clearance_m: 0.0,
             slope_rad: portal.slope_rad,
-            clear_width_m: climb.as_ref().map_or(0.0, |climb| climb.clear_width_m),
+            clear_width_m: traversal.as_ref().map_or(0.0, |traversal| traversal.clear_width_m),
             nodes,
             kind: portal.kind as u32,
             of: portal.element as u32,
             first_point,
             n_points,
             usable: u32::from(portal.usable),
-            n_risers: climb.filter(|_| portal.kind == EdgeKind::Stair).map_or(NONE, |climb| climb.n_risers),
+            n_risers: traversal.filter(|_| portal.kind == EdgeKind::Stair).map_or(NONE, |traversal| traversal.n_risers),
         });
     }
     debug_assert!(builder.edges.iter().all(|e| EdgeKind::from_id(e.kind).is_some()));
@@ -253,14 +254,14 @@ fn add_graph(
 
 fn node_record(
     input: &PlanInput<'_>,
-    grounds: &[&Ground],
+    free_spaces: &[&FreeSpace],
     storey: usize,
     at: frames::Point2<frames::Map>,
     kind: NodeKind,
     of: u32,
     clearance_m: f64,
 ) -> RouteNodeRecord {
-    let (grid, spec) = (&input.grids[storey], &grounds[storey].spec);
+    let (grid, spec) = (&input.grids[storey], &free_spaces[storey].spec);
     let space = spec.cell_at(at).map_or(0, |cell| grid.space[spec.index(cell)]);
     RouteNodeRecord {
         position_in_map_m: [at.x_m, at.y_m, metres(grid.head.floor_z_tenths)],

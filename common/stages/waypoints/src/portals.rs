@@ -1,6 +1,6 @@
 //! Portals between storeys (stairs, ramps, lifts) and their staging poses.
 
-use crate::ground::Ground;
+use crate::free_space::FreeSpace;
 use crate::options::PlanOptions;
 use crate::portal::{Portal, Staging, length_m, plan_area_m2, slope_rad, staging};
 use crate::sloped_slabs::sloped_slabs;
@@ -10,30 +10,31 @@ use geometry::upward_triangles;
 use messages::{EdgeKind, ElementState, NONE, Phase, RobotProfile, Site, element_flags};
 use std::collections::BTreeMap;
 
-/// Steps and landings belong to a storey whose floor is this near, in tenths of a millimetre.
+/// Maximum distance in height of treads and landings from the floor of their storey, in tenths of a millimetre.
 const LEVEL_TENTHS: i64 = 4_500;
 
-/// Storeys whose floors are nearer than this are levels of one storey: what reaches a level need not lead to it.
-const LEAST_STOREY_TENTHS: i64 = 20_000;
+/// Minimum height difference of storeys; nearer floors are levels of one storey, and an element that reaches such a level
+/// need not lead to it.
+const MIN_STOREY_HEIGHT_TENTHS: i64 = 20_000;
 
-/// A landing of a stair at a level: so near to it, and so large.
+/// Maximum distance in height and minimum area of a stair's landing at a level.
 const LANDING_TENTHS: i64 = 500;
 
-const LEAST_LANDING_M2: f64 = 0.5;
+const MIN_LANDING_M2: f64 = 0.5;
 
-/// Vertices are rounded to tenths of a millimetre: a ramp may be that much steeper than it is meant.
+/// Tolerance of slopes, because vertices are rounded to tenths of a millimetre.
 const SLOPE_TOLERANCE_RAD: f64 = 1e-3;
 
-/// A door this near to a lift is its door, in metres.
+/// Maximum distance of a landing door from its lift, in metres.
 const LANDING_DOOR_M: f64 = 1.0;
 
-/// The portals between neighbouring storeys, by element. An element that is not built is none.
+/// The portals between neighbouring storeys, by element; only of built elements.
 pub(crate) fn portals(
     site: &Site<'_>,
     phase: &Phase<'_>,
     robot: &RobotProfile,
     options: &PlanOptions,
-    grounds: &[&Ground],
+    free_spaces: &[&FreeSpace],
 ) -> Vec<Portal> {
     let mut wholes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, element) in site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::VERTICAL)) {
@@ -41,7 +42,7 @@ pub(crate) fn portals(
             wholes.entry(whole_of(site, index)).or_default().push(index);
         }
     }
-    let mut from_below: Vec<usize> = (0..grounds.len()).collect();
+    let mut from_below: Vec<usize> = (0..free_spaces.len()).collect();
     from_below.sort_by_key(|&storey| site.map_storeys[storey].floor_z_tenths);
     let mut portals = Vec::new();
     for (whole, elements) in wholes {
@@ -50,28 +51,29 @@ pub(crate) fn portals(
         };
         let mut below: Option<Staging> = None;
         for &storey in &from_below {
-            let ground = grounds[storey];
+            let free_space = free_spaces[storey];
             let entrances = entrances(site, &elements, kind, storey);
-            let Some((cell, part)) = staging(ground, robot, &entrances) else { continue };
+            let Some((cell, part)) = staging(free_space, robot, &entrances) else { continue };
             let here = Staging { storey, cell, part };
             if let Some(below) = below {
                 let ends = [below, here];
-                let length_m = length_m(site, grounds, ends);
-                let slope_rad = if kind == EdgeKind::Ramp { slope_rad(site, &elements, grounds, ends) } else { 0.0 };
+                let length_m = length_m(site, free_spaces, ends);
+                let slope_rad =
+                    if kind == EdgeKind::Ramp { slope_rad(site, &elements, free_spaces, ends) } else { 0.0 };
                 let usable = usable(site, robot, options, whole, kind, slope_rad);
                 portals.push(Portal { element: whole, kind, ends, length_m, slope_rad, usable });
             }
             below = Some(here);
         }
     }
-    portals.extend(sloped_slabs(site, phase, robot, grounds));
+    portals.extend(sloped_slabs(site, phase, robot, free_spaces));
     portals
 }
 
-/// The outermost way up that an element is a part of.
+/// The outermost stair, ramp or lift of which an element is a part.
 fn whole_of(site: &Site<'_>, element: usize) -> usize {
     let mut at = element;
-    // The bound ends cycles, which a broken file may hold.
+    // The bound ends cycles in broken files.
     for _ in 0..16 {
         match site.elements[at].whole {
             NONE => break,
@@ -101,7 +103,7 @@ fn kind_of(site: &Site<'_>, element: usize) -> Option<EdgeKind> {
     }
 }
 
-/// Points at which one enters on a storey: what of the way lies at its level; for a lift its doors, else its outline.
+/// Entrances of a portal on a storey: its points at that level; for a lift its doors, else its outline.
 fn entrances(site: &Site<'_>, elements: &[usize], kind: EdgeKind, storey: usize) -> Vec<Point2<Map>> {
     let floor = i64::from(site.map_storeys[storey].floor_z_tenths);
     let point = |x: i32, y: i32| Point2::new(metres(x), metres(y));
@@ -156,14 +158,14 @@ fn is_nearest(site: &Site<'_>, storey: usize, z: i64) -> bool {
     (0..site.map_storeys.len()).all(|k| far(storey) <= far(k))
 }
 
-/// Heights of the other levels of a storey that are mapped.
+/// Heights of the other mapped levels of a storey.
 fn levels_beside(site: &Site<'_>, storey: usize) -> Vec<i32> {
     let floor_z = site.map_storeys[storey].floor_z_tenths;
     let others = site.map_storeys.iter().enumerate().filter(|(k, _)| *k != storey).map(|(_, s)| s.floor_z_tenths);
-    others.filter(|z| (i64::from(*z) - i64::from(floor_z)).abs() < LEAST_STOREY_TENTHS).collect()
+    others.filter(|z| (i64::from(*z) - i64::from(floor_z)).abs() < MIN_STOREY_HEIGHT_TENTHS).collect()
 }
 
-/// True if a stair, a ramp or a flight begins or ends at a floor, or has a landing there.
+/// True if a stair, ramp or flight begins or ends at a floor, or has a landing there.
 fn stops_at(site: &Site<'_>, element: usize, floor: i64, is_here: impl Fn(i64) -> bool) -> bool {
     let record = &site.elements[element];
     if is_here(i64::from(record.min_tenths[2])) || is_here(i64::from(record.max_tenths[2])) {
@@ -171,7 +173,7 @@ fn stops_at(site: &Site<'_>, element: usize, floor: i64, is_here: impl Fn(i64) -
     }
     let faces = site.element_meshes(record).flat_map(|mesh| upward_triangles(mesh, 0.01));
     let level = faces.filter(|t| t.iter().all(|v| (i64::from(v[2]) - floor).abs() <= LANDING_TENTHS));
-    level.map(|t| plan_area_m2(&t)).sum::<f64>() >= LEAST_LANDING_M2
+    level.map(|t| plan_area_m2(&t)).sum::<f64>() >= MIN_LANDING_M2
 }
 
 fn usable(
@@ -193,7 +195,7 @@ fn usable(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::tests::drawn;
+    use crate::free_space::tests::drawn;
     use bytemuck::Zeroable;
     use messages::*;
 
@@ -261,12 +263,12 @@ mod tests {
             let phase = phase.finish();
             let phase = Phase::open(phase.bytes()).unwrap();
             let buffer = drawn(&hall());
-            let grounds: Vec<Ground> =
-                (0..site.map_storeys.len()).map(|_| Ground::of(&Grid::open(buffer.bytes()).unwrap(), 0.3)).collect();
+            let free_spaces: Vec<FreeSpace> =
+                (0..site.map_storeys.len()).map(|_| FreeSpace::of(&Grid::open(buffer.bytes()).unwrap(), 0.3)).collect();
             let robot = RobotProfile { climbs_stairs: u32::from(climbs), ..RobotProfile::DEFAULT };
             let options =
                 PlanOptions { lifts: lifts.iter().map(|l| (*l).to_owned()).collect(), ..PlanOptions::default() };
-            portals(&site, &phase, &robot, &options, &grounds.iter().collect::<Vec<_>>())
+            portals(&site, &phase, &robot, &options, &free_spaces.iter().collect::<Vec<_>>())
         }
     }
 
@@ -334,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stair_that_nobody_can_stand_before_leads_nowhere() {
+    fn a_stair_without_a_staging_pose_leads_nowhere() {
         let mut building = Building::default();
         let away = flight(3.0, 0.0).map(|b| b.map(|[x, y, z]| [x + 20.0, y, z]));
         building.add("IfcStair", "", &away);
@@ -348,10 +350,10 @@ mod tests {
             let [low, high] = flight(3.0, 0.0);
             building.add("IfcRamp", "", &[low, high]);
             // The upper floor is this high: the run is two metres and a bit.
-            let ground = Ground::of(&Grid::open(drawn(&hall()).bytes()).unwrap(), 0.3);
+            let free_space = FreeSpace::of(&Grid::open(drawn(&hall()).bytes()).unwrap(), 0.3);
             let end = |storey: usize, x_m: f64| {
-                let cell = ground.spec.index(ground.spec.cell_at(Point2::new(x_m, 1.05)).unwrap());
-                Staging { storey, cell, part: ground.part(cell) }
+                let cell = free_space.spec.index(free_space.spec.cell_at(Point2::new(x_m, 1.05)).unwrap());
+                Staging { storey, cell, part: free_space.part(cell) }
             };
             for z_m in [0.0, rise_m] {
                 let floor_z_tenths = (z_m * f64::from(TENTHS_PER_M)) as i32;
@@ -361,7 +363,7 @@ mod tests {
             let site = Site::open(site.bytes()).unwrap();
             let (robot, options) = (RobotProfile::DEFAULT, PlanOptions::default());
             let ends = [end(0, 1.05), end(1, 3.05)];
-            let slope_rad = slope_rad(&site, &[0], &[&ground, &ground], ends);
+            let slope_rad = slope_rad(&site, &[0], &[&free_space, &free_space], ends);
             usable(&site, &robot, &options, 0, EdgeKind::Ramp, slope_rad)
         };
         // The default robot drives up a slope of 0.1 rad: 0.2 m in two metres.
@@ -397,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn lifts_are_taken_if_somebody_said_so_and_escalators_never() {
+    fn lifts_are_taken_if_options_name_them_and_escalators_never() {
         let found = |predefined: &str, lifts: &[&str]| {
             let mut building = Building::default();
             building.add("IfcTransportElement", predefined, &[[[1.0, 0.5, 0.0], [2.0, 1.5, 3.2]]]);
@@ -405,7 +407,7 @@ mod tests {
         };
         assert_eq!(found("ELEVATOR", &[]), [(EdgeKind::Lift, false)]);
         assert_eq!(found("ELEVATOR", &["IfcTransportElement-0"]), [(EdgeKind::Lift, true)]);
-        assert_eq!(found("", &["Ifc*"]), [(EdgeKind::Lift, true)], "whatever else carries people");
+        assert_eq!(found("", &["Ifc*"]), [(EdgeKind::Lift, true)], "only lifts are lifts");
         assert_eq!(found("ESCALATOR", &["*"]), [(EdgeKind::Escalator, false)]);
         assert!(found("CRANEWAY", &["*"]).is_empty());
     }
@@ -428,11 +430,11 @@ mod tests {
                 ..Zeroable::zeroed()
             });
         }
-        let ground = Ground::of(&Grid::open(drawn(&hall()).bytes()).unwrap(), 0.3);
+        let free_space = FreeSpace::of(&Grid::open(drawn(&hall()).bytes()).unwrap(), 0.3);
         let found = building.portals(2, false, &[]);
         assert_eq!(found.len(), 1);
         for end in found[0].ends {
-            let at = ground.middle(end.cell);
+            let at = free_space.middle(end.cell);
             assert!((at.x_m - 2.1).abs() < 0.11 && (at.y_m - 1.0).abs() < 0.11, "{at:?}");
         }
     }

@@ -1,48 +1,53 @@
 //! Reachability of the parts of each storey, through portals too.
 
-use crate::ground::Ground;
+use crate::free_space::FreeSpace;
 use crate::options::Start;
 use crate::portal::{Portal, Staging};
 use crate::start_pose::start_cell;
 use frames::{Map, Point2};
 
-/// Whether the robot can get to each part of each storey, and where it comes onto it.
+/// Reachability of each part of each storey, and the points of entry.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Reached {
+pub(crate) struct Reachability {
     /// By storey, by part; part 0 is never reached.
     pub(crate) parts: Vec<Vec<bool>>,
-    /// By storey: where the robot starts, or comes out of a portal.
+    /// By storey: start of the robot and ends of portals used.
     pub(crate) entries: Vec<Vec<Point2<Map>>>,
-    /// Storeys in the order in which they are first come to.
+    /// Storeys in the order in which they are first reached.
     pub(crate) order: Vec<usize>,
-    /// True if a start was given at which the robot cannot stand.
+    /// True if the robot cannot stand at the given start.
     pub(crate) start_is_blocked: bool,
 }
 
-impl Reached {
-    /// From the part at the start, or from the first part of every storey that no portal has led to yet, through every portal
-    /// that the robot can take. `first_parts` has one for each storey, 0 for none.
-    pub(crate) fn of(grounds: &[&Ground], portals: &[Portal], first_parts: &[u32], start: Option<Start>) -> Self {
+impl Reachability {
+    /// Starts in the part at the start, or in the first part of every storey not reached yet, and follows all usable
+    /// portals. `first_parts` has the first part of each storey, 0 for none.
+    pub(crate) fn of(
+        free_spaces: &[&FreeSpace],
+        portals: &[Portal],
+        first_parts: &[u32],
+        start: Option<Start>,
+    ) -> Self {
         let mut reached = Self {
-            parts: grounds.iter().map(|g| vec![false; g.n_parts() as usize + 1]).collect(),
-            entries: vec![Vec::new(); grounds.len()],
+            parts: free_spaces.iter().map(|g| vec![false; g.n_parts() as usize + 1]).collect(),
+            entries: vec![Vec::new(); free_spaces.len()],
             order: Vec::new(),
             start_is_blocked: false,
         };
         match start {
-            Some(start) => match start_cell(grounds, start) {
+            Some(start) => match start_cell(free_spaces, start) {
                 Some((storey, cell)) => {
-                    reached.enter(grounds, storey, grounds[storey].part(cell), Some(cell));
-                    reached.follow(grounds, portals);
+                    reached.enter(free_spaces, storey, free_spaces[storey].part(cell), Some(cell));
+                    reached.follow(free_spaces, portals);
                 }
                 None => reached.start_is_blocked = true,
             },
             None => {
                 for (storey, &first) in first_parts.iter().enumerate() {
-                    // Who came here through a portal is not put here again.
+                    // A storey reached through a portal has no start of its own.
                     if first != 0 && reached.entries[storey].is_empty() {
-                        reached.enter(grounds, storey, first, None);
-                        reached.follow(grounds, portals);
+                        reached.enter(free_spaces, storey, first, None);
+                        reached.follow(free_spaces, portals);
                     }
                 }
             }
@@ -54,22 +59,22 @@ impl Reached {
         self.parts[staging.storey][staging.part as usize]
     }
 
-    fn enter(&mut self, grounds: &[&Ground], storey: usize, part: u32, cell: Option<usize>) {
+    fn enter(&mut self, free_spaces: &[&FreeSpace], storey: usize, part: u32, cell: Option<usize>) {
         self.parts[storey][part as usize] = true;
-        self.entries[storey].extend(cell.map(|cell| grounds[storey].middle(cell)));
+        self.entries[storey].extend(cell.map(|cell| free_spaces[storey].middle(cell)));
         if !self.order.contains(&storey) {
             self.order.push(storey);
         }
     }
 
-    /// Goes on through portals until nothing new is come to.
-    fn follow(&mut self, grounds: &[&Ground], portals: &[Portal]) {
+    /// Follows portals until no new part is reached.
+    fn follow(&mut self, free_spaces: &[&FreeSpace], portals: &[Portal]) {
         loop {
-            let ways =
+            let tour_distances =
                 portals.iter().filter(|p| p.usable).flat_map(|p| [(p.ends[0], p.ends[1]), (p.ends[1], p.ends[0])]);
-            let next = ways.into_iter().find(|(from, to)| self.is_reached(*from) && !self.is_reached(*to));
+            let next = tour_distances.into_iter().find(|(from, to)| self.is_reached(*from) && !self.is_reached(*to));
             let Some((_, to)) = next else { return };
-            self.enter(grounds, to.storey, to.part, Some(to.cell));
+            self.enter(free_spaces, to.storey, to.part, Some(to.cell));
         }
     }
 }
@@ -77,7 +82,7 @@ impl Reached {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::tests::drawn;
+    use crate::free_space::tests::drawn;
     use messages::{EdgeKind, Grid};
 
     /// Two rooms, the left one larger: parts are numbered from the lowest row, so the left one is 1.
@@ -85,24 +90,24 @@ mod tests {
     const LEFT: u32 = 1;
     const RIGHT: u32 = 2;
 
-    fn grounds(n: usize) -> Vec<Ground> {
+    fn free_spaces(n: usize) -> Vec<FreeSpace> {
         let buffer = drawn(TWO_ROOMS);
-        (0..n).map(|_| Ground::of(&Grid::open(buffer.bytes()).unwrap(), 0.1)).collect()
+        (0..n).map(|_| FreeSpace::of(&Grid::open(buffer.bytes()).unwrap(), 0.1)).collect()
     }
 
     /// A place in a room.
-    fn in_room(ground: &Ground, storey: usize, part: u32) -> Staging {
-        let cell = (0..ground.spec.n_cells()).find(|&c| ground.part(c) == part).unwrap();
+    fn in_room(free_space: &FreeSpace, storey: usize, part: u32) -> Staging {
+        let cell = (0..free_space.spec.n_cells()).find(|&c| free_space.part(c) == part).unwrap();
         Staging { storey, cell, part }
     }
 
     /// From a room of a storey to another, usable or not.
     type Way = ((usize, u32), (usize, u32), bool);
 
-    fn reached(n_storeys: usize, ways: &[Way], start: Option<Start>) -> Reached {
-        let grounds = grounds(n_storeys);
-        let end = |(storey, part): (usize, u32)| in_room(&grounds[storey], storey, part);
-        let portals: Vec<Portal> = ways
+    fn reached(n_storeys: usize, tour_distances: &[Way], start: Option<Start>) -> Reachability {
+        let free_spaces = free_spaces(n_storeys);
+        let end = |(storey, part): (usize, u32)| in_room(&free_spaces[storey], storey, part);
+        let portals: Vec<Portal> = tour_distances
             .iter()
             .map(|&(a, b, usable)| Portal {
                 element: 0,
@@ -113,15 +118,15 @@ mod tests {
                 usable,
             })
             .collect();
-        Reached::of(&grounds.iter().collect::<Vec<_>>(), &portals, &vec![LEFT; n_storeys], start)
+        Reachability::of(&free_spaces.iter().collect::<Vec<_>>(), &portals, &vec![LEFT; n_storeys], start)
     }
 
     /// Storeys with the rooms that are reached.
-    fn rooms(reached: &Reached) -> Vec<(usize, u32)> {
+    fn rooms(reached: &Reachability) -> Vec<(usize, u32)> {
         let of = |(storey, parts): (usize, &Vec<bool>)| {
             (1..parts.len() as u32).filter(|&p| parts[p as usize]).map(|p| (storey, p)).collect::<Vec<_>>()
         };
-        assert!(reached.parts.iter().all(|p| !p[0]), "nobody gets to part 0");
+        assert!(reached.parts.iter().all(|p| !p[0]), "part 0 is never reached");
         reached.parts.iter().enumerate().flat_map(of).collect()
     }
 
@@ -146,18 +151,19 @@ mod tests {
 
     #[test]
     fn portals_are_followed_in_both_directions_and_on_from_where_they_lead() {
-        let ways = [((0, RIGHT), (1, LEFT), true), ((1, RIGHT), (2, RIGHT), true), ((1, LEFT), (2, LEFT), true)];
-        let from_above = reached(3, &ways, at(2, 0.35));
+        let tour_distances =
+            [((0, RIGHT), (1, LEFT), true), ((1, RIGHT), (2, RIGHT), true), ((1, LEFT), (2, LEFT), true)];
+        let from_above = reached(3, &tour_distances, at(2, 0.35));
         assert_eq!(rooms(&from_above), [(0, RIGHT), (1, LEFT), (2, LEFT)]);
-        assert_eq!(from_above.order, [2, 1, 0], "as they are come to");
-        let from_right = reached(3, &ways, at(2, 0.85));
+        assert_eq!(from_above.order, [2, 1, 0], "in the order in which they are reached");
+        let from_right = reached(3, &tour_distances, at(2, 0.85));
         assert_eq!((rooms(&from_right), &from_right.order), (vec![(1, RIGHT), (2, RIGHT)], &vec![2, 1]));
     }
 
     #[test]
     fn a_way_up_and_down_again_leads_to_the_other_room() {
-        let ways = [((0, LEFT), (1, LEFT), true), ((1, LEFT), (0, RIGHT), true)];
-        let all = reached(2, &ways, at(0, 0.35));
+        let tour_distances = [((0, LEFT), (1, LEFT), true), ((1, LEFT), (0, RIGHT), true)];
+        let all = reached(2, &tour_distances, at(0, 0.35));
         assert_eq!((rooms(&all), &all.order), (vec![(0, LEFT), (0, RIGHT), (1, LEFT)], &vec![0, 1]));
         assert_eq!(all.entries[0].len(), 2, "where it starts, and where it comes back");
     }

@@ -1,31 +1,32 @@
-//! Connecting scans, so that each scan overlaps enough with earlier ones to be registered.
+//! Connecting scans: added so that each scan overlaps enough with earlier ones to be registered.
 
-use crate::centre::Storey;
 use crate::options::PlanOptions;
-use crate::scans::Scans;
-use crate::stops::{Goal, goal_of};
+use crate::scans::ScanSelection;
+use crate::space_centre::StoreyInputs;
+use crate::tour_stops::{TourGoal, goal_of};
 use frames::{Map, Point2};
 
-/// What the scans of a tour are judged by. Goals come with their numbers among the ways, in the order of the tour.
-pub(crate) struct Joining<'a> {
-    pub(crate) storey: &'a Storey<'a>,
+/// Measures the overlap of the scans of a tour. Goals are given in the order of the tour, with their index among the places
+/// of the distances.
+pub(crate) struct ScanConnector<'a> {
+    pub(crate) storey: &'a StoreyInputs<'a>,
     pub(crate) options: &'a PlanOptions,
-    pub(crate) scans: &'a Scans,
-    /// Faces that were seen before the tour.
+    pub(crate) scans: &'a ScanSelection,
+    /// Faces seen before the tour.
     pub(crate) seen_before: &'a [bool],
 }
 
-impl Joining<'_> {
-    /// Takes out scans that join others without which as many scans are joined. Returns true if there were any.
-    pub(crate) fn drop_needless(&self, goals: &mut Vec<(usize, Goal)>) -> bool {
+impl ScanConnector<'_> {
+    /// Removes connecting scans without which as many scans are connected. Returns true if there were any.
+    pub(crate) fn remove_redundant(&self, goals: &mut Vec<(usize, TourGoal)>) -> bool {
         let n_before = goals.len();
-        let mut n_alone = self.n_alone(goals);
+        let mut n_unconnected = self.n_unconnected(goals);
         for at in (0..goals.len()).rev() {
             if goals[at].1.connects {
                 let goal = goals.remove(at);
-                let now = self.n_alone(goals);
-                if now <= n_alone {
-                    n_alone = now;
+                let now = self.n_unconnected(goals);
+                if now <= n_unconnected {
+                    n_unconnected = now;
                 } else {
                     goals.insert(at, goal);
                 }
@@ -34,10 +35,10 @@ impl Joining<'_> {
         goals.len() < n_before
     }
 
-    /// Scans that join others where one sees too little, each with the place in the tour before which it comes.
-    pub(crate) fn missing(&self, goals: &[(usize, Goal)]) -> Vec<(usize, Goal)> {
+    /// Connecting scans that are missing, each with the index in the tour before which it belongs.
+    pub(crate) fn missing_connections(&self, goals: &[(usize, TourGoal)]) -> Vec<(usize, TourGoal)> {
         let mut seen = self.seen_before.to_vec();
-        let mut missing = Vec::new();
+        let mut missing_connections = Vec::new();
         let mut is_first = true;
         for (k, (_, goal)) in goals.iter().enumerate() {
             let Some(pose) = goal.pose else { continue };
@@ -45,39 +46,45 @@ impl Joining<'_> {
                 && self.overlap(&seen, pose) < self.options.overlap
                 && let Some(between) = self.connecting(&seen, goals[k - 1].1.at, goal)
             {
-                self.look(&mut seen, between);
-                missing.push((k, goal_of(self.storey, self.scans, between, true)));
+                self.mark_seen(&mut seen, between);
+                missing_connections.push((k, goal_of(self.storey, self.scans, between, true)));
             }
-            self.look(&mut seen, pose);
+            self.mark_seen(&mut seen, pose);
             is_first = false;
         }
-        missing
+        missing_connections
     }
 
-    /// Scans but the first that see too little of what earlier ones saw.
-    pub(crate) fn n_alone(&self, goals: &[(usize, Goal)]) -> usize {
+    /// Number of scans, except for the first, that overlap too little with earlier ones.
+    pub(crate) fn n_unconnected(&self, goals: &[(usize, TourGoal)]) -> usize {
         let mut seen = self.seen_before.to_vec();
-        let mut is_alone = |pose: usize| {
-            let alone = self.overlap(&seen, pose) < self.options.overlap;
-            self.look(&mut seen, pose);
-            alone
+        let mut is_unconnected = |pose: usize| {
+            let unconnected = self.overlap(&seen, pose) < self.options.overlap;
+            self.mark_seen(&mut seen, pose);
+            unconnected
         };
-        goals.iter().filter_map(|g| g.1.pose).map(&mut is_alone).skip(1).filter(|alone| *alone).count()
+        goals
+            .iter()
+            .filter_map(|g| g.1.pose)
+            .map(&mut is_unconnected)
+            .skip(1)
+            .filter(|unconnected| *unconnected)
+            .count()
     }
 
-    /// Share of what a pose sees that was seen already.
+    /// Share of the faces of a pose that were seen before.
     fn overlap(&self, seen: &[bool], pose: usize) -> f64 {
         let faces = self.scans.seen(pose);
         faces.iter().filter(|&&f| seen[f as usize]).count() as f64 / faces.len().max(1) as f64
     }
 
-    fn look(&self, seen: &mut [bool], pose: usize) {
+    fn mark_seen(&self, seen: &mut [bool], pose: usize) {
         self.scans.seen(pose).iter().for_each(|&f| seen[f as usize] = true);
     }
 
-    /// A pose on the way to a scan that sees enough of what was seen so far, and after which the scan does, too: the one with
-    /// the least detour.
-    fn connecting(&self, seen: &[bool], before: Point2<Map>, goal: &Goal) -> Option<usize> {
+    /// The connecting pose with the shortest detour before a scan: it overlaps enough with the faces seen so far, and the
+    /// scan does after it.
+    fn connecting(&self, seen: &[bool], before: Point2<Map>, goal: &TourGoal) -> Option<usize> {
         let (options, scans) = (self.options, self.scans);
         let faces_of_goal = scans.seen(goal.pose?);
         let mut is_goal = vec![false; scans.faces.all.len()];
@@ -93,7 +100,7 @@ impl Joining<'_> {
         };
         let near = |pose: &usize| {
             let place = scans.place(*pose);
-            // Beyond this the two see nothing in common.
+            // Beyond this distance two poses have no faces in common.
             place.part == goal.part && far(place.at, goal.at) <= 2.0 * options.sensor.range_m
         };
         let detour = |pose: usize| far(before, scans.place(pose).at) + far(scans.place(pose).at, goal.at);

@@ -1,56 +1,56 @@
 //! Candidate scan poses, their visible faces, and the selection.
 
-use crate::centre::{Centre, Storey};
-use crate::face::Faces;
-use crate::instance::Instance;
 use crate::options::PlanOptions;
 use crate::set_cover::cover;
-use crate::visible::{Pose, Reach};
+use crate::set_cover_instance::SetCoverInstance;
+use crate::space_centre::{SpaceCentre, StoreyInputs};
+use crate::target_face::TargetFaces;
+use crate::visible_faces::{ScanPose, SensorLimits};
 use frames::{Map, Point2};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// A place from which scans are tried.
+/// A candidate place for scans.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct ScanPlace {
     pub(crate) at: Point2<Map>,
-    /// Part of the ground that it lies in.
+    /// Part of the free space in which it lies.
     pub(crate) part: u32,
 }
 
-/// Everything about scans of a storey: what could be seen from where, and what was chosen.
-pub(crate) struct Scans {
-    pub(crate) faces: Faces,
-    pub(crate) places: Vec<Place>,
-    /// Places and headings from which scans are possible.
+/// Candidate scan poses of a storey, their visible faces, and the chosen poses.
+pub(crate) struct ScanSelection {
+    pub(crate) faces: TargetFaces,
+    pub(crate) places: Vec<ScanPlace>,
+    /// Candidate poses: index of the place, and yaw.
     pub(crate) poses: Vec<(usize, f64)>,
-    /// The faces that each pose sees, and what is to be covered.
-    pub(crate) instance: Instance,
-    /// Poses that are chosen.
+    /// Visible faces of each pose, with coverage goals.
+    pub(crate) instance: SetCoverInstance,
+    /// Chosen poses.
     pub(crate) chosen: Vec<usize>,
 }
 
-/// Places are thinned out until there are at most this many.
+/// Maximum number of places; the spacing is increased to stay below.
 const MAX_PLACES: usize = 20_000;
 
-impl Scans {
-    /// Looks from everywhere, and chooses few poses that see enough. `may_scan` says of a cell whether the robot has business
-    /// there, `is_target` of an occupied and a free cell whether the face between them is to be seen.
+impl ScanSelection {
+    /// Computes the visible faces of all candidate poses and chooses few that see enough. `may_scan` tells whether scans may
+    /// be made in a cell, `is_target` whether the face between an occupied and a free cell is a target.
     pub(crate) fn plan(
-        storey: &Storey<'_>,
+        storey: &StoreyInputs<'_>,
         options: &PlanOptions,
-        centres: &[Centre],
+        centres: &[SpaceCentre],
         may_scan: impl Fn(usize) -> bool + Sync,
         is_target: impl Fn(usize, usize) -> bool,
     ) -> Self {
-        let ground = storey.ground;
-        let faces = Faces::of(storey.grid, is_target);
+        let free_space = storey.free_space;
+        let faces = TargetFaces::of(storey.grid, is_target);
         let mut places = places(storey, options.spacing_m, centres, &may_scan);
-        let reach = Reach::of(&options.sensor, ground.spec.resolution_m());
-        let look = |p: &Place| reach.seen_around(&ground.sight, &faces, ground.in_cells(p.at));
-        let mut seen: Vec<Vec<u32>> = places.par_iter().map(look).collect();
-        let more = places_for_the_rest(storey, options.spacing_m, &reach, &faces, &seen, &may_scan);
-        seen.par_extend(more.par_iter().map(look));
+        let reach = SensorLimits::of(&options.sensor, free_space.spec.resolution_m());
+        let visible_from = |p: &ScanPlace| reach.visible_around(&free_space.sight, &faces, free_space.in_cells(p.at));
+        let mut seen: Vec<Vec<u32>> = places.par_iter().map(visible_from).collect();
+        let more = places_between(storey, options.spacing_m, &reach, &faces, &seen, &may_scan);
+        seen.par_extend(more.par_iter().map(visible_from));
         places.extend(more);
         let headings = headings(options);
         let mut poses = Vec::with_capacity(places.len() * headings.len());
@@ -62,13 +62,13 @@ impl Scans {
                 continue;
             }
             for &yaw_rad in &headings {
-                let at = ground.in_cells(places[place].at);
+                let at = free_space.in_cells(places[place].at);
                 poses.push((place, yaw_rad));
-                sets.push(reach.in_view(&faces, &seen, Pose { at, yaw_rad }));
+                sets.push(reach.in_field_of_view(&faces, &seen, ScanPose { at, yaw_rad }));
             }
         }
         let groups = faces.all.iter().map(|f| u32::from(f.space)).collect();
-        let instance = Instance::new(sets, groups, options.coverage, options.space_coverage);
+        let instance = SetCoverInstance::new(sets, groups, options.coverage, options.space_coverage);
         let chosen = cover(&instance, options.search_steps).into_iter().map(|set| set as usize).collect();
         Self { faces, places, poses, instance, chosen }
     }
@@ -78,23 +78,28 @@ impl Scans {
         &self.instance.sets[pose]
     }
 
-    /// Where a pose is.
-    pub(crate) fn place(&self, pose: usize) -> Place {
+    /// The place of a pose.
+    pub(crate) fn place(&self, pose: usize) -> ScanPlace {
         self.places[self.poses[pose].0]
     }
 }
 
-/// Headings of a sensor that does not see all around: they overlap by half.
+/// Headings of a sensor with a limited field of view; neighbouring views overlap by half.
 fn headings(options: &PlanOptions) -> Vec<f64> {
     let n = (2.0 * TAU / options.sensor.field_of_view_rad).ceil() as u32;
     (0..n).map(|k| TAU * f64::from(k) / f64::from(n)).map(|a| if a > TAU / 2.0 { a - TAU } else { a }).collect()
 }
 
-/// One place in each square of the spacing that the robot gets to: the cell in its middle, else the nearest to that; and the
-/// centres of the spaces. Squares are those of the map frame, so that places do not move with the size of the grid.
-fn places(storey: &Storey<'_>, spacing_m: f64, centres: &[Centre], may_scan: &impl Fn(usize) -> bool) -> Vec<Place> {
-    let ground = storey.ground;
-    let spec = &ground.spec;
+/// One reachable place per square of the spacing, the cell nearest to its middle, and the centres of the spaces. The squares
+/// are aligned to the map frame, so that places do not depend on the size of the grid.
+fn places(
+    storey: &StoreyInputs<'_>,
+    spacing_m: f64,
+    centres: &[SpaceCentre],
+    may_scan: &impl Fn(usize) -> bool,
+) -> Vec<ScanPlace> {
+    let free_space = storey.free_space;
+    let spec = &free_space.spec;
     let fits = |cell: usize| storey.is_reached(cell) && may_scan(cell);
     let mut side = (spacing_m / spec.resolution_m()).round().max(1.0) as i32;
     let cells = loop {
@@ -104,40 +109,42 @@ fn places(storey: &Storey<'_>, spacing_m: f64, centres: &[Centre], may_scan: &im
         }
         side *= 2;
     };
-    let place = |cell: usize| Place { at: ground.middle(cell), part: ground.part(cell) };
-    let mut places: Vec<Place> = cells.into_iter().map(place).collect();
+    let place = |cell: usize| ScanPlace { at: free_space.middle(cell), part: free_space.part(cell) };
+    let mut places: Vec<ScanPlace> = cells.into_iter().map(place).collect();
     for centre in centres {
         let cell = spec.cell_at(centre.at).map(|c| spec.index(c)).filter(|&c| fits(c));
-        places.extend(cell.map(|c| Place { at: centre.at, part: ground.part(c) }));
+        places.extend(cell.map(|c| ScanPlace { at: centre.at, part: free_space.part(c) }));
     }
     places
 }
 
-/// Places between the others that see faces which none of those sees: what shows through a door or past a column from a few
-/// cells only. Tried at a half and at a quarter of the spacing.
-fn places_for_the_rest(
-    storey: &Storey<'_>,
+/// Additional places that see faces not visible from the others, such as those seen through a door or past a column from few
+/// cells only. They are searched at half and a quarter of the spacing.
+fn places_between(
+    storey: &StoreyInputs<'_>,
     spacing_m: f64,
-    reach: &Reach,
-    faces: &Faces,
+    reach: &SensorLimits,
+    faces: &TargetFaces,
     seen: &[Vec<u32>],
     may_scan: &(impl Fn(usize) -> bool + Sync),
-) -> Vec<Place> {
-    let ground = storey.ground;
+) -> Vec<ScanPlace> {
+    let free_space = storey.free_space;
     let fits = |cell: usize| storey.is_reached(cell) && may_scan(cell);
     let mut is_seen = vec![false; faces.all.len()];
     seen.iter().flatten().for_each(|&face| is_seen[face as usize] = true);
     let mut places = Vec::new();
     for part in [2.0, 4.0] {
-        let side = (spacing_m / part / ground.spec.resolution_m()).round().max(1.0) as i32;
+        let side = (spacing_m / part / free_space.spec.resolution_m()).round().max(1.0) as i32;
         let rest = faces.without(&is_seen);
-        let cells = one_per_square(&ground.spec, side, &fits);
+        let cells = one_per_square(&free_space.spec, side, &fits);
         if rest.all.is_empty() || cells.len() > 4 * MAX_PLACES {
             break;
         }
-        let look = |&cell: &usize| reach.seen_around(&ground.sight, &rest, ground.in_cells(ground.middle(cell)));
-        let found: Vec<Vec<u32>> = cells.par_iter().map(look).collect();
-        // The place that shows most of the rest first, as long as one shows any.
+        let visible_from = |&cell: &usize| {
+            reach.visible_around(&free_space.sight, &rest, free_space.in_cells(free_space.middle(cell)))
+        };
+        let found: Vec<Vec<u32>> = cells.par_iter().map(visible_from).collect();
+        // Greedily the place that sees most of the remaining faces.
         let mut order: Vec<usize> = (0..cells.len()).filter(|&k| !found[k].is_empty()).collect();
         order.sort_by_key(|&k| (std::cmp::Reverse(found[k].len()), cells[k]));
         for k in order {
@@ -145,7 +152,7 @@ fn places_for_the_rest(
             let new: Vec<usize> = numbers.filter(|&face| !is_seen[face]).collect();
             if !new.is_empty() {
                 new.into_iter().for_each(|face| is_seen[face] = true);
-                places.push(Place { at: ground.middle(cells[k]), part: ground.part(cells[k]) });
+                places.push(ScanPlace { at: free_space.middle(cells[k]), part: free_space.part(cells[k]) });
             }
         }
     }

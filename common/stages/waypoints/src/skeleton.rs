@@ -1,55 +1,54 @@
-//! Skeleton of the free space by thinning: centre lines and junctions.
+//! Skeleton of the reachable free space by thinning, traced to nodes and chains.
 
-use crate::walk::Walk;
+use crate::path_search::PathGrid;
 
-/// The cells that remain when cells are taken away from the border of the floor on, nearest to the border first, as long as
-/// what hangs together still does and every hole is still gone around. `anchors` stay. Cells hang together along sides, and
-/// across corners where the robot does not squeeze between two cells that it cannot get to.
+/// The skeleton cells after removing cells from the border inwards, while connectivity and holes are preserved. `anchors`
+/// stay. Cells are connected along sides, and across corners that are not between two unreachable cells.
 ///
-/// So there are lines from anchor to anchor along the middle, loops around what stands in the way, and nothing else.
+/// The result has lines between anchors along the middle of the free space and loops around obstacles, and nothing else.
 ///
 /// # Source
 /// Distance-ordered homotopic thinning: Pudney, "Distance-Ordered Homotopic Thinning", Computer Vision and Image
 /// Understanding 72(3), 1998, with anchors in the place of end points.
-pub(crate) fn skeleton(walk: &Walk, anchors: &[usize]) -> Vec<bool> {
-    let mut stays = vec![false; walk.open.len()];
+pub(crate) fn skeleton(path_grid: &PathGrid, anchors: &[usize]) -> Vec<bool> {
+    let mut stays = vec![false; path_grid.open.len()];
     anchors.iter().for_each(|&cell| stays[cell] = true);
-    let mut line = walk.open.clone();
+    let mut line = path_grid.open.clone();
     let mut order: Vec<u32> = (0..line.len() as u32).filter(|&c| line[c as usize]).collect();
-    order.sort_by_key(|&c| (walk.squared[c as usize], c));
-    let rank = |cell: usize| (walk.squared[cell], cell);
+    order.sort_by_key(|&c| (path_grid.squared[c as usize], c));
+    let rank = |cell: usize| (path_grid.squared[cell], cell);
     let mut again = Vec::new();
     for cell in order {
         again.push(cell as usize);
         let now = rank(cell as usize);
         while let Some(cell) = again.pop() {
-            if !line[cell] || stays[cell] || !is_simple(walk, &line, cell) {
+            if !line[cell] || stays[cell] || !is_simple(path_grid, &line, cell) {
                 continue;
             }
             line[cell] = false;
-            // What was needed before may be needless now.
-            again.extend(neighbours(walk, &line, cell).filter(|&c| rank(c) < now));
+            // A cell that was needed before may have become removable.
+            again.extend(neighbours(path_grid, &line, cell).filter(|&c| rank(c) < now));
         }
     }
     line
 }
 
-/// A way along the middle lines.
+/// A chain of skeleton cells between two nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Chain {
-    /// Numbers of the nodes at its ends.
+    /// Indices of the nodes at its ends.
     pub(crate) nodes: [usize; 2],
-    /// Its cells, from that of one node to that of the other.
+    /// Its cells, from one node to the other.
     pub(crate) cells: Vec<usize>,
     /// True if the nodes touch.
     pub(crate) is_direct: bool,
 }
 
-/// Nodes and the ways between them: first the anchors, in their order, then the cells where lines meet. A loop that comes
-/// back to its node is cut into three.
-pub(crate) fn trace(walk: &Walk, line: &[bool], anchors: &[usize]) -> (Vec<usize>, Vec<Chain>) {
+/// Nodes and chains of a skeleton. The nodes are the anchors, in their order, then the junctions. A loop at one node is cut
+/// into three chains.
+pub(crate) fn trace(path_grid: &PathGrid, line: &[bool], anchors: &[usize]) -> (Vec<usize>, Vec<Chain>) {
     let mut tracer =
-        Tracer { walk, line, node: vec![usize::MAX; line.len()], nodes: anchors.to_vec(), chains: Vec::new() };
+        LineTracer { path_grid, line, node: vec![usize::MAX; line.len()], nodes: anchors.to_vec(), chains: Vec::new() };
     anchors.iter().enumerate().for_each(|(number, &cell)| tracer.node[cell] = number);
     tracer.find_junctions();
     let mut walked = vec![false; line.len()];
@@ -59,20 +58,20 @@ pub(crate) fn trace(walk: &Walk, line: &[bool], anchors: &[usize]) -> (Vec<usize
             tracer.trace_from(cell, &mut walked);
         }
     }
-    // Rings without any node.
+    // Closed loops without a node.
     for cell in on_line() {
         if tracer.node[cell] == usize::MAX && !walked[cell] {
             tracer.add_node(cell);
             tracer.trace_from(cell, &mut walked);
         }
     }
-    tracer.lead_to_nodes();
+    tracer.extend_to_nodes();
     tracer.cut_loops();
     (tracer.nodes, tracer.chains)
 }
 
-struct Tracer<'a> {
-    walk: &'a Walk,
+struct LineTracer<'a> {
+    path_grid: &'a PathGrid,
     line: &'a [bool],
     /// Node of each cell.
     node: Vec<usize>,
@@ -80,9 +79,9 @@ struct Tracer<'a> {
     chains: Vec<Chain>,
 }
 
-impl Tracer<'_> {
+impl LineTracer<'_> {
     fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> {
-        neighbours(self.walk, self.line, cell)
+        neighbours(self.path_grid, self.line, cell)
     }
 
     fn add_node(&mut self, cell: usize) {
@@ -90,7 +89,7 @@ impl Tracer<'_> {
         self.nodes.push(cell);
     }
 
-    /// Cells with other than two neighbours; those that touch each other, or an anchor, are one node.
+    /// Makes nodes of cells with other than two neighbours; those that touch each other or an anchor are one node.
     fn find_junctions(&mut self) {
         for cell in 0..self.line.len() {
             let is_junction =
@@ -105,7 +104,7 @@ impl Tracer<'_> {
                 cluster.extend(others.into_iter().filter(|n| !cluster.contains(n)).collect::<Vec<_>>());
                 k += 1;
             }
-            // Of several anchors the last one.
+            // Of several anchors the last one counts.
             let beside = cluster.iter().flat_map(|&c| self.neighbours(c)).map(|n| self.node[n]);
             let anchor = beside.filter(|node| *node != usize::MAX).max();
             let number = anchor.unwrap_or(self.nodes.len());
@@ -124,7 +123,7 @@ impl Tracer<'_> {
             while self.node[at] == usize::MAX && !walked[at] {
                 walked[at] = true;
                 cells.push(at);
-                // A cell beside two of the start's node does not go back to it at once.
+                // Does not return at once to another cell of the start node.
                 let onward = |&c: &usize| c != before && (cells.len() > 2 || self.node[c] != first);
                 let Some(on) = self.neighbours(at).find(onward).or_else(|| self.neighbours(at).find(|c| *c != before))
                 else {
@@ -133,7 +132,7 @@ impl Tracer<'_> {
                 (before, at) = (at, on);
             }
             let last = self.node[at];
-            // A line that was walked from its other end, or two cells of one node.
+            // A chain already traced from its other end, or two cells of one node.
             if last == usize::MAX || (cells.len() == 1 && last <= first) {
                 continue;
             }
@@ -146,8 +145,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// Chains end in any of the cells that are one node: on to the cell that the node is named by.
-    fn lead_to_nodes(&mut self) {
+    /// Extends chains, which end in any cell of a node, to the main cell of the node.
+    fn extend_to_nodes(&mut self) {
         for mut chain in std::mem::take(&mut self.chains) {
             for end in [1, 0] {
                 if let Some(&last) = chain.cells.last() {
@@ -159,9 +158,9 @@ impl Tracer<'_> {
         }
     }
 
-    /// The cells after `from` on the way to another cell of its node.
+    /// The cells after `from` on the path to another cell of its node.
     fn way_inside(&self, from: usize, to: usize) -> Vec<usize> {
-        // From the end on: every cell then knows the next.
+        // Searched from the end, so that every cell has its successor.
         let mut next = vec![(to, to)];
         let mut at = 0;
         while at < next.len() && next.iter().all(|n| n.0 != from) {
@@ -203,22 +202,23 @@ fn around(cell: usize, width: usize) -> [usize; 8] {
     [cell + 1, up + 1, up, up - 1, cell - 1, down - 1, down, down + 1]
 }
 
-/// The neighbours on a line.
-fn neighbours(walk: &Walk, line: &[bool], cell: usize) -> impl Iterator<Item = usize> {
-    let bits = bits_around(walk, line, cell);
-    around(cell, walk.width).into_iter().enumerate().filter(move |(k, _)| bits & (1 << k) != 0).map(|(_, c)| c)
+/// The neighbours on the skeleton.
+fn neighbours(path_grid: &PathGrid, line: &[bool], cell: usize) -> impl Iterator<Item = usize> {
+    let bits = bits_around(path_grid, line, cell);
+    around(cell, path_grid.width).into_iter().enumerate().filter(move |(k, _)| bits & (1 << k) != 0).map(|(_, c)| c)
 }
 
-/// Which neighbours are on a line, without those across a corner between two cells that the robot cannot get to.
-fn bits_around(walk: &Walk, line: &[bool], cell: usize) -> u8 {
-    let around = around(cell, walk.width);
-    let is_near = |k: usize| k.is_multiple_of(2) || walk.open[around[k - 1]] || walk.open[around[(k + 1) % 8]];
+/// Neighbours on the skeleton as bits, without those across a corner between two unreachable cells.
+fn bits_around(path_grid: &PathGrid, line: &[bool], cell: usize) -> u8 {
+    let around = around(cell, path_grid.width);
+    let is_near =
+        |k: usize| k.is_multiple_of(2) || path_grid.open[around[k - 1]] || path_grid.open[around[(k + 1) % 8]];
     (0..8).fold(0, |bits, k| bits | u8::from(line[around[k]] && is_near(k)) << k)
 }
 
-/// True if what hangs together around the cell still does without it, and no hole appears.
-fn is_simple(walk: &Walk, line: &[bool], cell: usize) -> bool {
-    SIMPLE[bits_around(walk, line, cell) as usize]
+/// True for a simple point: removing it changes neither connectivity nor holes.
+fn is_simple(path_grid: &PathGrid, line: &[bool], cell: usize) -> bool {
+    SIMPLE[bits_around(path_grid, line, cell) as usize]
 }
 
 static SIMPLE: [bool; 256] = simple_table();
@@ -227,7 +227,7 @@ const fn simple_table() -> [bool; 256] {
     let mut table = [false; 256];
     let mut bits = 0;
     while bits < 256 {
-        // Number of ways out along sides that are separate: Yokoi, Toriwaki, Fukumura, 1975.
+        // Connectivity number of Yokoi, Toriwaki, Fukumura, 1975.
         let (mut n, mut k) = (0, 0);
         while k < 8 {
             let here = bits & (1 << k) == 0;
@@ -247,42 +247,42 @@ const fn simple_table() -> [bool; 256] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::Ground;
-    use crate::ground::tests::{drawn, floors};
+    use crate::free_space::FreeSpace;
+    use crate::free_space::tests::{drawn, floors};
     use messages::Grid;
     use proptest::prelude::*;
 
     /// The floor of a drawing, and the cells that show an anchor: capital letters, in their order.
-    fn walk(text: &str) -> (Walk, Vec<usize>) {
+    fn path_grid(text: &str) -> (PathGrid, Vec<usize>) {
         let buffer = drawn(text);
-        let ground = Ground::of(&Grid::open(buffer.bytes()).unwrap(), 0.1);
-        let walk = Walk::of(&ground, |_| true).unwrap();
+        let free_space = FreeSpace::of(&Grid::open(buffer.bytes()).unwrap(), 0.1);
+        let path_grid = PathGrid::of(&free_space, |_| true).unwrap();
         let rows: Vec<&[u8]> = text.lines().filter(|l| !l.is_empty()).map(str::as_bytes).rev().collect();
         let mut anchors: Vec<(u8, usize)> = Vec::new();
-        for cell in (0..ground.spec.n_cells()).filter(|&c| ground.part(c) != 0) {
+        for cell in (0..free_space.spec.n_cells()).filter(|&c| free_space.part(c) != 0) {
             let character = rows[cell / rows[0].len()][cell % rows[0].len()];
             if character.is_ascii_uppercase() {
-                anchors.push((character, walk.cell_at(ground.middle(cell)).unwrap()));
+                anchors.push((character, path_grid.cell_at(free_space.middle(cell)).unwrap()));
             }
         }
         anchors.sort_unstable();
-        (walk, anchors.into_iter().map(|a| a.1).collect())
+        (path_grid, anchors.into_iter().map(|a| a.1).collect())
     }
 
-    fn lines_of(text: &str) -> (Walk, Vec<bool>, Vec<usize>, Vec<Chain>) {
-        let (walk, anchors) = walk(text);
-        let line = skeleton(&walk, &anchors);
-        let (nodes, chains) = trace(&walk, &line, &anchors);
+    fn lines_of(text: &str) -> (PathGrid, Vec<bool>, Vec<usize>, Vec<Chain>) {
+        let (path_grid, anchors) = path_grid(text);
+        let line = skeleton(&path_grid, &anchors);
+        let (nodes, chains) = trace(&path_grid, &line, &anchors);
         assert_eq!(nodes[..anchors.len()], anchors);
-        chains.iter().for_each(|chain| assert_whole(&walk, &line, &nodes, chain));
-        (walk, line, nodes, chains)
+        chains.iter().for_each(|chain| assert_whole(&path_grid, &line, &nodes, chain));
+        (path_grid, line, nodes, chains)
     }
 
     /// A chain leads from the cell of its one node to that of the other, from neighbour to neighbour.
-    fn assert_whole(walk: &Walk, line: &[bool], nodes: &[usize], chain: &Chain) {
+    fn assert_whole(path_grid: &PathGrid, line: &[bool], nodes: &[usize], chain: &Chain) {
         assert_eq!(chain.nodes.map(|n| nodes[n]), [chain.cells[0], *chain.cells.last().unwrap()]);
         for pair in chain.cells.windows(2) {
-            assert!(line[pair[0]] && neighbours(walk, line, pair[0]).any(|c| c == pair[1]), "{pair:?}");
+            assert!(line[pair[0]] && neighbours(path_grid, line, pair[0]).any(|c| c == pair[1]), "{pair:?}");
         }
     }
 
@@ -303,10 +303,10 @@ mod tests {
 
     #[test]
     fn a_ring_stays_a_ring() {
-        let (walk, line, nodes, chains) = lines_of(RING);
+        let (path_grid, line, nodes, chains) = lines_of(RING);
         let on = (0..line.len()).filter(|&c| line[c]);
-        assert!(on.clone().all(|c| neighbours(&walk, &line, c).count() == 2), "a line without ends");
-        assert!(n_on(&line) >= 20 && on.clone().all(|c| walk.squared[c] >= 1));
+        assert!(on.clone().all(|c| neighbours(&path_grid, &line, c).count() == 2), "a line without ends");
+        assert!(n_on(&line) >= 20 && on.clone().all(|c| path_grid.squared[c] >= 1));
         // Cut into three, so that no two edges join the same nodes and none joins a node with itself.
         assert_eq!((nodes.len(), chains.len()), (3, 3));
         let n_cells: usize = chains.iter().map(|c| c.cells.len() - 1).sum();
@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     fn a_line_leads_from_anchor_to_anchor_along_the_middle() {
-        let (walk, line, nodes, chains) = lines_of(
+        let (path_grid, line, nodes, chains) = lines_of(
             "
 #################
 #...............#
@@ -338,7 +338,10 @@ mod tests {
         assert_eq!((n_on(&line), nodes.len(), chains.len()), (13, 2, 1));
         assert_eq!(chains[0].nodes, [0, 1]);
         assert!(chains[0].cells.windows(2).all(|c| c[1] == c[0] + 1), "straight");
-        assert!(chains[0].cells.iter().all(|&c| walk.squared[c] >= 4), "in the middle, anchors nearer to walls aside");
+        assert!(
+            chains[0].cells.iter().all(|&c| path_grid.squared[c] >= 4),
+            "in the middle, anchors nearer to walls aside"
+        );
     }
 
     #[test]
@@ -403,7 +406,7 @@ mod tests {
         assert_eq!(chains[0].cells.len(), n_on(&line));
     }
 
-    /// Numbers of pieces that hang together along sides, and along corners if asked for.
+    /// Number of pieces connected along sides, and along corners if requested.
     fn n_pieces(of: &[bool], width: usize, corners: bool) -> usize {
         let mut left = of.to_vec();
         let mut n = 0;
@@ -427,7 +430,7 @@ mod tests {
         n
     }
 
-    /// Number of nodes that hang together over chains, each piece counted once.
+    /// Number of connected components of the nodes over chains.
     fn n_graphs(n_nodes: usize, chains: &[Chain]) -> usize {
         let mut piece: Vec<usize> = (0..n_nodes).collect();
         for chain in chains {
@@ -457,9 +460,9 @@ mod tests {
             }
             let text = rows.iter().map(|r| String::from_utf8_lossy(r)).collect::<Vec<_>>().join("\n");
             prop_assume!(text.contains('.'));
-            let (walk, _, nodes, chains) = lines_of(&text);
-            let closed: Vec<bool> = walk.open.iter().map(|o| !o).collect();
-            let (n_parts, n_holes) = (n_pieces(&walk.open, walk.width, false), n_pieces(&closed, walk.width, true) - 1);
+            let (path_grid, _, nodes, chains) = lines_of(&text);
+            let closed: Vec<bool> = path_grid.open.iter().map(|o| !o).collect();
+            let (n_parts, n_holes) = (n_pieces(&path_grid.open, path_grid.width, false), n_pieces(&closed, path_grid.width, true) - 1);
             prop_assert_eq!(n_graphs(nodes.len(), &chains), n_parts, "pieces of\n{}", text);
             // Of a graph, loops are edges beyond those of a tree.
             prop_assert_eq!(chains.len() + n_parts - nodes.len(), n_holes, "loops of\n{}", text);

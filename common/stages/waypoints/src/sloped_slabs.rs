@@ -1,21 +1,21 @@
 //! Ramps that are modelled as slabs: sloped floor that leads from one level to another.
 
-use crate::ground::Ground;
+use crate::free_space::FreeSpace;
 use crate::portal::{Portal, Staging, length_m, slope_rad, staging};
 use frames::{Map, Point2, metres};
 use geometry::ramp_faces;
 use grid::Class;
 use messages::{EdgeKind, ElementState, Phase, RobotProfile, Site, element_flags};
 
-/// A slope ends at a floor that is this near in height, in tenths of a millimetre: what a robot drives over.
+/// Maximum height difference between the end of a ramp and a floor, in tenths of a millimetre.
 const LEVEL_TENTHS: i64 = 500;
 
-/// The ramps among the built slabs that the robot can drive up: those that meet the floor of a level at either end.
+/// Portals for built slabs that are ramps: both ends meet the floor of a level.
 pub(crate) fn sloped_slabs(
     site: &Site<'_>,
     phase: &Phase<'_>,
     robot: &RobotProfile,
-    grounds: &[&Ground],
+    free_spaces: &[&FreeSpace],
 ) -> Vec<Portal> {
     let is_slab = |k: &usize| {
         let e = &site.elements[*k];
@@ -23,21 +23,21 @@ pub(crate) fn sloped_slabs(
         is_floor && e.class() == Class::Slab && e.n_parts > 0 && phase.effective(*k) == ElementState::Built
     };
     let slabs = (0..site.elements.len()).filter(is_slab);
-    slabs.filter_map(|element| portal(site, robot, grounds, element)).collect()
+    slabs.filter_map(|element| portal(site, robot, free_spaces, element)).collect()
 }
 
-fn portal(site: &Site<'_>, robot: &RobotProfile, grounds: &[&Ground], element: usize) -> Option<Portal> {
+fn portal(site: &Site<'_>, robot: &RobotProfile, free_spaces: &[&FreeSpace], element: usize) -> Option<Portal> {
     let faces = ramp_faces(site.element_meshes(&site.elements[element]), robot.max_slope_rad);
     let z = || faces.iter().flatten().map(|v| v[2]);
     let [low, high] = [z().min()?, z().max()?];
     let stages = [low, high].map(|end_z| {
         let storey = level_at(site, end_z)?;
-        let (cell, part) = staging(grounds[storey], robot, &end_points(&faces, end_z))?;
+        let (cell, part) = staging(free_spaces[storey], robot, &end_points(&faces, end_z))?;
         Some(Staging { storey, cell, part })
     });
     let ends = [stages[0]?, stages[1]?];
-    let length_m = length_m(site, grounds, ends);
-    let slope_rad = slope_rad(site, &[element], grounds, ends);
+    let length_m = length_m(site, free_spaces, ends);
+    let slope_rad = slope_rad(site, &[element], free_spaces, ends);
     let kind = EdgeKind::Ramp;
     (ends[0].storey != ends[1].storey).then_some(Portal { element, kind, ends, length_m, slope_rad, usable: true })
 }

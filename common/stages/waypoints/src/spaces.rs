@@ -1,4 +1,4 @@
-//! Spaces without waypoints and the reasons.
+//! Reasons for spaces without waypoints.
 
 use crate::options::PlanOptions;
 use messages::{
@@ -9,7 +9,7 @@ use messages::{
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Refusal {
     pub(crate) why: NoWaypoint,
-    /// In words.
+    /// The reason as text.
     pub(crate) reason: String,
     /// The closed door, or [`NONE`].
     pub(crate) door: u32,
@@ -21,7 +21,7 @@ impl Refusal {
     }
 }
 
-/// Why a robot has no business in a space, whatever the map looks like.
+/// Reason why a space gets no waypoint, independent of the map.
 pub(crate) fn refused(site: &Site<'_>, phase: &Phase<'_>, options: &PlanOptions, index: usize) -> Option<Refusal> {
     let space = &site.spaces[index];
     let closes_at_s = phase.spaces[index].closes_at_s;
@@ -49,7 +49,7 @@ pub(crate) fn refused(site: &Site<'_>, phase: &Phase<'_>, options: &PlanOptions,
     }
 }
 
-/// The door that keeps a robot out of a space: of those that it cannot pass the one with the lowest number.
+/// The closed door of a space: of those that the robot cannot pass the one with the lowest index.
 pub(crate) fn closed_door(
     site: &Site<'_>,
     robot: &RobotProfile,
@@ -59,7 +59,7 @@ pub(crate) fn closed_door(
     let leads_there = |p: &&DoorPassageRecord| site.doors[p.door as usize].spaces.contains(&(space as u32));
     let passage = |p: &DoorPassageRecord| DoorPassage::from_id(p.passage);
     let is_closed = |p: &&DoorPassageRecord| passage(p).is_some_and(DoorPassage::is_closed);
-    // A door of another level may lead there, too, and have no floor on this one.
+    // A door of another level may also lead there without floor on this level.
     let is_elsewhere = |p: &&DoorPassageRecord| passage(p) == Some(DoorPassage::NoFloor);
     let closed = passages.iter().filter(leads_there).filter(is_closed).min_by_key(is_elsewhere)?;
     let door = &site.doors[closed.door as usize];

@@ -1,13 +1,13 @@
-//! Ends of a stair: the places at which it joins floors.
+//! Ends of a stair: the points at which it adjoins floors.
 
-use crate::climb::{LANDING, MAX_RISE, ONE_LEVEL, highest_rise, touch, usual_rise};
+use crate::stair_traversal::{LANDING_SIZE_FACTOR, MAX_RISE, ONE_LEVEL, max_rise, touch, typical_rise};
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::{Tread, treads};
 use grid::Class;
 use messages::Site;
 
-/// A landing at a floor is at least so large.
-const LEAST_LANDING_M2: f64 = 0.5;
+/// Minimum area of a landing at a floor.
+const MIN_LANDING_M2: f64 = 0.5;
 
 /// The level faces of a stair, from low to high.
 pub(crate) fn stair_treads(site: &Site<'_>, elements: &[usize]) -> Vec<Tread> {
@@ -15,11 +15,11 @@ pub(crate) fn stair_treads(site: &Site<'_>, elements: &[usize]) -> Vec<Tread> {
     treads(parts.flat_map(|e| site.element_meshes(e)))
 }
 
-/// Where one steps onto a stair from a floor of this height, or off it: before its lowest tread above the floor and behind its
-/// highest below, or all around a landing at the floor's height. None where it has no level faces there.
+/// Points of access to a stair from a floor at this height: before its lowest tread above the floor, behind its highest
+/// tread below it, or around a landing at its height. Empty where the stair has no level faces there.
 ///
-/// `levels` are the heights of other floors that are so near that the stair may lead to them instead: where there are any,
-/// one gets onto the stair only where it begins, ends or has a landing, and only from the floor that is nearest to that end.
+/// `levels` are heights of other floors nearby to which the stair may lead instead. With such levels there is access only
+/// where the stair begins, ends or has a landing, and only from the nearest floor.
 pub(crate) fn ends_at(steps: &[Tread], floor_z: i32, levels: &[i32]) -> Vec<Point2<Map>> {
     let up = |t: &Tread| t.z - floor_z;
     let leads_here = |t: &&Tread, is_up: bool| levels.is_empty() || is_end(steps, t, is_up, floor_z, levels);
@@ -36,7 +36,7 @@ pub(crate) fn ends_at(steps: &[Tread], floor_z: i32, levels: &[i32]) -> Vec<Poin
     for (z, is_up) in [(above.map(|t| t.z).min(), true), (below.map(|t| t.z).max(), false)] {
         for end in steps.iter().filter(|t| Some(t.z) == z && leads_here(t, is_up)) {
             let follows = |t: &&Tread| follows(end, t, is_up, MAX_RISE);
-            // Half a tread beyond its middle, away from the next.
+            // Half a tread beyond its middle, away from the next tread.
             ends.extend(
                 steps
                     .iter()
@@ -48,9 +48,9 @@ pub(crate) fn ends_at(steps: &[Tread], floor_z: i32, levels: &[i32]) -> Vec<Poin
     ends
 }
 
-/// True if one steps from any of these treads to another: a stair whose ends are known.
+/// True if any of these treads follows another, so that the ends are known.
 pub(crate) fn is_flight(steps: &[Tread]) -> bool {
-    let highest = highest_rise(steps);
+    let highest = max_rise(steps);
     steps.iter().any(|tread| steps.iter().any(|next| follows(tread, next, true, highest)))
 }
 
@@ -58,34 +58,34 @@ fn point([x, y]: [f64; 2]) -> Point2<Map> {
     Point2::new(x / f64::from(TENTHS_PER_M), y / f64::from(TENTHS_PER_M))
 }
 
-/// True if `next` is the tread that one steps onto from `tread`, upward or downward.
+/// True if `next` follows `tread`, upward or downward.
 fn follows(tread: &Tread, next: &Tread, is_up: bool, highest: i32) -> bool {
     let rise = if is_up { next.z - tread.z } else { tread.z - next.z };
     (1..=highest).contains(&rise) && touch(&tread.plan, &next.plan)
 }
 
-/// True if the stair begins with this tread (`is_up`) or ends with it, and the floor there is this one rather than another
-/// level: the floor may be flush with the tread, or a rise beyond it.
+/// True if the stair begins (`is_up`) or ends with this tread at this floor rather than at another level. The floor may be
+/// flush with the tread or one rise beyond.
 fn is_end(steps: &[Tread], tread: &Tread, is_up: bool, floor_z: i32, levels: &[i32]) -> bool {
-    let highest = highest_rise(steps);
-    let beyond = tread.z + if is_up { -usual_rise(steps) } else { usual_rise(steps) };
+    let highest = max_rise(steps);
+    let beyond = tread.z + if is_up { -typical_rise(steps) } else { typical_rise(steps) };
     let far = |z: i32| (z - tread.z).abs().min((z - beyond).abs());
     let goes_on = |is_up: bool| steps.iter().any(|next| follows(tread, next, is_up, highest));
     goes_on(is_up) && !goes_on(!is_up) && levels.iter().all(|level| far(floor_z) <= far(*level))
 }
 
-/// Tells landings from treads.
+/// Classifies treads as landings by their area.
 fn landings(steps: &[Tread]) -> impl Fn(&Tread) -> bool {
     let mut areas: Vec<f64> = steps.iter().map(|t| t.plan.area_m2()).collect();
     areas.sort_by(f64::total_cmp);
-    let least_m2 = areas.get(areas.len() / 2).map_or(0.0, |usual| LANDING * usual).max(LEAST_LANDING_M2);
-    move |t| t.plan.area_m2() >= least_m2
+    let min_m2 = areas.get(areas.len() / 2).map_or(0.0, |defaults| LANDING_SIZE_FACTOR * defaults).max(MIN_LANDING_M2);
+    move |t| t.plan.area_m2() >= min_m2
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::climb::tests::{GOING_M, Stairwell};
+    use crate::stair_traversal::tests::{GOING_M, Stairwell};
     use messages::NONE;
 
     fn steps_of(stairwell: &Stairwell) -> Vec<Tread> {

@@ -1,75 +1,75 @@
-//! The start of a robot: the cell of a start pose that is given, and why it cannot stand there.
+//! The start of a robot: the cell of a given start pose, or the reason why the robot cannot stand there.
 
-use crate::ground::Ground;
+use crate::free_space::FreeSpace;
 use crate::input::PlanInput;
 use crate::options::Start;
 use frames::{Map, Point2};
 use grid::Cell;
 use messages::Site;
 
-/// A start is moved to the nearest place where the robot can stand, at most this far: no pose is known better.
+/// Maximum distance by which a start is moved to free space; poses are not known more precisely.
 const START_TOLERANCE_M: f64 = 0.3;
 
-/// Cells on which the robot can stand within a distance of a place, each with its distance in metres.
-pub(crate) fn cells_around(ground: &Ground, p: Point2<Map>, far_m: f64) -> impl Iterator<Item = (f64, usize)> {
-    let spec = &ground.spec;
-    let [x, y] = ground.in_cells(p);
+/// Cells of the free space within a distance of a point, each with its distance in metres.
+pub(crate) fn cells_around(free_space: &FreeSpace, p: Point2<Map>, far_m: f64) -> impl Iterator<Item = (f64, usize)> {
+    let spec = &free_space.spec;
+    let [x, y] = free_space.in_cells(p);
     let reach = far_m / spec.resolution_m() + 1.0;
-    // A cast of a float keeps to the range of the target.
+    // Casts of floats saturate.
     let range = move |at: f64, n: u32| ((at - reach).max(0.0) as u32)..((at + reach).max(0.0).ceil() as u32).min(n);
     let (rows, columns) = (range(y, spec.height), range(x, spec.width));
     rows.flat_map(move |row| columns.clone().map(move |column| spec.index(Cell { column, row })))
-        .filter(|&cell| ground.part(cell) != 0)
+        .filter(|&cell| free_space.part(cell) != 0)
         .map(move |cell| {
-            let middle = ground.middle(cell);
+            let middle = free_space.middle(cell);
             (libm::hypot(middle.x_m - p.x_m, middle.y_m - p.y_m), cell)
         })
         .filter(move |(far, _)| *far <= far_m)
 }
 
-/// The storey and the cell at which a robot begins that is put at a start; `None` if it cannot stand there.
-pub(crate) fn start_cell(grounds: &[&Ground], start: Start) -> Option<(usize, usize)> {
-    let ground = grounds.get(start.storey as usize)?;
-    cell_at_start(ground, start).map(|cell| (start.storey as usize, cell))
+/// Storey and cell of a start; `None` if the robot cannot stand there.
+pub(crate) fn start_cell(free_spaces: &[&FreeSpace], start: Start) -> Option<(usize, usize)> {
+    let free_space = free_spaces.get(start.storey as usize)?;
+    cell_at_start(free_space, start).map(|cell| (start.storey as usize, cell))
 }
 
-fn cell_at_start(ground: &Ground, start: Start) -> Option<usize> {
+fn cell_at_start(free_space: &FreeSpace, start: Start) -> Option<usize> {
     let p = Point2::<Map>::new(start.x_m, start.y_m);
-    ground.spec.cell_at(p)?;
-    let near = cells_around(ground, p, START_TOLERANCE_M + ground.spec.resolution_m());
+    free_space.spec.cell_at(p)?;
+    let near = cells_around(free_space, p, START_TOLERANCE_M + free_space.spec.resolution_m());
     near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, cell)| cell)
 }
 
-/// True if the robot can stand at a start; false on a storey that has no floor yet, or no map.
+/// True if the robot can stand at a start; false on a storey without floor or map.
 ///
 /// # Errors
-/// Why it cannot, and where it can, in words.
+/// A text with the reason and the nearest possible start.
 pub fn check_start(input: &PlanInput<'_>, start: Start) -> Result<bool, String> {
     let Some(grid) = input.grids.get(start.storey as usize) else { return Ok(false) };
     if grid.floor.iter().all(|&floor| floor == 0) {
         return Ok(false);
     }
-    let ground = Ground::of(grid, input.index.head.robot.radius_m);
-    match cell_at_start(&ground, start) {
+    let free_space = FreeSpace::of(grid, input.index.head.robot.radius_m);
+    match cell_at_start(&free_space, start) {
         Some(_) => Ok(true),
-        None => Err(why_blocked(input, &ground, start)),
+        None => Err(why_blocked(input, &free_space, start)),
     }
 }
 
-/// Why a robot cannot stand at a start on an existing storey, and where it can, in words.
-pub(crate) fn why_blocked(input: &PlanInput<'_>, ground: &Ground, start: Start) -> String {
+/// Text with the reason why the robot cannot stand at a start on an existing storey, and the nearest possible start.
+pub(crate) fn why_blocked(input: &PlanInput<'_>, free_space: &FreeSpace, start: Start) -> String {
     let (site, grid) = (input.site, &input.grids[start.storey as usize]);
     let p = Point2::<Map>::new(start.x_m, start.y_m);
-    let why = match ground.spec.cell_at(p).map(|cell| ground.spec.index(cell)) {
+    let why = match free_space.spec.cell_at(p).map(|cell| free_space.spec.index(cell)) {
         None => "it lies outside of the map",
         Some(cell) if grid.floor[cell] == 0 => "there is no floor",
         Some(cell) if grid.planning[cell] != 0 => "an obstacle stands there, or the space is blocked",
         Some(cell) if grid.is_keepout(cell) => "it is keep-out",
         Some(_) => "an obstacle, an edge or keep-out is nearer than the robot's radius",
     };
-    let nearest = cells_around(ground, p, f64::MAX).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let nearest = cells_around(free_space, p, f64::MAX).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let instead = nearest.map_or("nowhere on this storey can it stand".to_owned(), |(far_m, cell)| {
-        let at = ground.middle(cell);
+        let at = free_space.middle(cell);
         let space = usize::from(grid.space[cell]).checked_sub(1).map(|k| space_label(site, k));
         let space = space.map_or(String::new(), |name| format!(" in {name}"));
         format!("the nearest place where it can is x {:.2} m, y {:.2} m{space}, {far_m:.2} m away", at.x_m, at.y_m)

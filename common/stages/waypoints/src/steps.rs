@@ -1,53 +1,53 @@
 //! Steps between adjacent levels, as portals.
 
-use crate::ground::Ground;
+use crate::free_space::FreeSpace;
 use crate::portal::{Portal, Staging, length_m, staging};
 use frames::{Map, Point2, metres};
 use grid::Cell;
 use messages::{EdgeKind, ElementState, Grid, NONE, Phase, RobotProfile, Site, element_flags};
 
-/// A higher edge between two levels is no step.
-const HIGHEST_STEP_TENTHS: i32 = 6_000;
+/// Maximum height of a step between two levels, in tenths of a millimetre.
+const MAX_STEP_TENTHS: i32 = 6_000;
 
-/// The highest step that a robot takes which climbs stairs: a riser.
+/// Maximum step height for a robot that climbs stairs: a riser.
 const RISER_M: f64 = 0.25;
 
-/// Cells that the edge of the upper level may take of either level.
+/// Maximum number of cells taken by the edge between the levels.
 const EDGE_CELLS: i64 = 3;
 
-/// Floor of an element is that of a level this near, in tenths of a millimetre.
+/// Maximum distance in height between the floor of an element and its level, in tenths of a millimetre.
 const LEVEL_TENTHS: i32 = 500;
 
 /// The four neighbours of a cell.
 const DIRECTIONS: [[i64; 2]; 4] = [[1, 0], [-1, 0], [0, 1], [0, -1]];
 
-/// The steps between map storeys whose floors lie at most 0.6 m apart, side by side with nothing between them: one for every
-/// stretch that is as wide as the robot.
+/// The steps between adjacent map storeys whose floors are at most 0.6 m apart in height: one for every stretch of the edge
+/// that is at min_cells as wide as the robot.
 pub(crate) fn steps(
     site: &Site<'_>,
     phase: &Phase<'_>,
     robot: &RobotProfile,
     grids: &[Grid<'_>],
-    grounds: &[&Ground],
+    free_spaces: &[&FreeSpace],
 ) -> Vec<Portal> {
     let mut found = Vec::new();
-    let mut from_below: Vec<usize> = (0..grounds.len()).collect();
+    let mut from_below: Vec<usize> = (0..free_spaces.len()).collect();
     let z = |storey: usize| site.map_storeys[storey].floor_z_tenths;
     from_below.sort_by_key(|&storey| z(storey));
     for (at, &low) in from_below.iter().enumerate() {
         for &high in &from_below[at + 1..] {
             let rise_tenths = z(high) - z(low);
-            if rise_tenths == 0 || rise_tenths > HIGHEST_STEP_TENTHS {
+            if rise_tenths == 0 || rise_tenths > MAX_STEP_TENTHS {
                 continue;
             }
             let rise_m = metres(rise_tenths);
             let usable = rise_m <= robot.step_height_m || robot.climbs_stairs == 1 && rise_m <= RISER_M;
-            let pair = Pair { grids, grounds, low, high };
+            let pair = LevelPair { grids, free_spaces, low, high };
             let shared = if rise_m <= robot.step_height_m { pair.shared() } else { Vec::new() };
             let ends = if shared.is_empty() { pair.beside(robot) } else { shared };
             for ends in ends {
-                let element = floor_at(site, phase, grounds[high].middle(ends[1].cell), z(high));
-                let length_m = length_m(site, grounds, ends);
+                let element = floor_at(site, phase, free_spaces[high].middle(ends[1].cell), z(high));
+                let length_m = length_m(site, free_spaces, ends);
                 found.push(Portal { element, kind: EdgeKind::Step, ends, length_m, slope_rad: 0.0, usable });
             }
         }
@@ -55,7 +55,7 @@ pub(crate) fn steps(
     found
 }
 
-/// A finished element whose floor lies at a place, or [`NONE`].
+/// A built element with floor at a point and height, or [`NONE`].
 fn floor_at(site: &Site<'_>, phase: &Phase<'_>, at: Point2<Map>, z: i32) -> usize {
     let is_there = |k: usize| {
         let element = &site.elements[k];
@@ -72,18 +72,18 @@ fn floor_at(site: &Site<'_>, phase: &Phase<'_>, at: Point2<Map>, z: i32) -> usiz
     (0..site.elements.len()).find(|&k| is_there(k)).unwrap_or(NONE as usize)
 }
 
-/// Two levels.
-struct Pair<'a> {
+/// Two adjacent levels.
+struct LevelPair<'a> {
     grids: &'a [Grid<'a>],
-    grounds: &'a [&'a Ground],
+    free_spaces: &'a [&'a FreeSpace],
     low: usize,
     high: usize,
 }
 
-impl Pair<'_> {
+impl LevelPair<'_> {
     /// The cell of a level at a column and row counted from the frame's origin.
     fn cell(&self, storey: usize, [x, y]: [i64; 2]) -> Option<usize> {
-        let spec = &self.grounds[storey].spec;
+        let spec = &self.free_spaces[storey].spec;
         let [column, row] = [x - i64::from(spec.first_cell[0]), y - i64::from(spec.first_cell[1])];
         let is_inside = 0 <= column && column < i64::from(spec.width) && 0 <= row && row < i64::from(spec.height);
         is_inside.then(|| spec.index(Cell { column: column as u32, row: row as u32 }))
@@ -91,7 +91,7 @@ impl Pair<'_> {
 
     /// Column and row of a cell of a level counted from the frame's origin.
     fn place(&self, storey: usize, cell: usize) -> [i64; 2] {
-        let spec = &self.grounds[storey].spec;
+        let spec = &self.free_spaces[storey].spec;
         let at = spec.cell_of(cell);
         [i64::from(at.column) + i64::from(spec.first_cell[0]), i64::from(at.row) + i64::from(spec.first_cell[1])]
     }
@@ -100,17 +100,17 @@ impl Pair<'_> {
         self.cell(storey, place).filter(|&cell| self.grids[storey].planning[cell] == 0)
     }
 
-    /// Places at which the robot stands on both levels, because a step is nothing to it: one for every two parts that they
-    /// join.
+    /// Places in the free space of both levels, where the height difference is within the robot's step height: one for every
+    /// pair of parts.
     fn shared(&self) -> Vec<[Staging; 2]> {
         let mut found: Vec<[Staging; 2]> = Vec::new();
         let [low, high] = [self.low, self.high];
-        for cell in (0..self.grounds[high].spec.n_cells()).filter(|&cell| self.grounds[high].part(cell) != 0) {
+        for cell in (0..self.free_spaces[high].spec.n_cells()).filter(|&cell| self.free_spaces[high].part(cell) != 0) {
             let Some(below) = self.cell(low, self.place(high, cell)) else { continue };
             let ends = [(low, below), (high, cell)].map(|(storey, cell)| Staging {
                 storey,
                 cell,
-                part: self.grounds[storey].part(cell),
+                part: self.free_spaces[storey].part(cell),
             });
             let is_known = |known: &[Staging; 2]| (0..2).all(|k| known[k].part == ends[k].part);
             if ends[0].part != 0 && !found.iter().any(is_known) {
@@ -120,20 +120,20 @@ impl Pair<'_> {
         found
     }
 
-    /// Where to stand on both sides of every stretch on which free floor of one level ends beside that of the other.
+    /// Staging poses on both sides of every stretch where free floor of one level adjoins that of the other.
     fn beside(&self, robot: &RobotProfile) -> Vec<[Staging; 2]> {
         let mut contacts: Vec<([i64; 2], usize)> = Vec::new();
-        let high = self.grounds[self.high];
+        let high = self.free_spaces[self.high];
         for cell in (0..high.spec.n_cells()).filter(|&cell| self.grids[self.high].planning[cell] == 0) {
             let place = self.place(self.high, cell);
             contacts.extend(DIRECTIONS.iter().find_map(|d| self.across(place, *d)).map(|below| (place, below)));
         }
-        let least = (2.0 * robot.radius_m / high.spec.resolution_m()).ceil() as usize;
-        let stretches = stretches(&contacts).into_iter().filter(|stretch| stretch.len() >= least);
+        let min_cells = (2.0 * robot.radius_m / high.spec.resolution_m()).ceil() as usize;
+        let stretches = stretches(&contacts).into_iter().filter(|stretch| stretch.len() >= min_cells);
         stretches.filter_map(|stretch| self.stagings(robot, contacts[stretch[stretch.len() / 2]])).collect()
     }
 
-    /// The free cell of the lower level that begins within the edge's cells in a direction, if nothing stands between.
+    /// The first free cell of the lower level across the edge in a direction, if there is no obstacle between.
     fn across(&self, place: [i64; 2], direction: [i64; 2]) -> Option<usize> {
         let ahead = |n: i64| [place[0] + n * direction[0], place[1] + n * direction[1]];
         if self.is_free(self.high, ahead(1)).is_some() {
@@ -153,18 +153,18 @@ impl Pair<'_> {
     fn stagings(&self, robot: &RobotProfile, (place, below): ([i64; 2], usize)) -> Option<[Staging; 2]> {
         let cell = self.cell(self.high, place)?;
         let staging = |storey: usize, cell: usize| {
-            let ground = self.grounds[storey];
-            let (cell, part) = staging(ground, robot, &[ground.middle(cell)])?;
+            let free_space = self.free_spaces[storey];
+            let (cell, part) = staging(free_space, robot, &[free_space.middle(cell)])?;
             Some(Staging { storey, cell, part })
         };
         Some([staging(self.low, below)?, staging(self.high, cell)?])
     }
 }
 
-/// Numbers of the contacts of every stretch, each in the order in which it is walked from its first.
+/// Indices of the contacts of every connected stretch, in the order in which they are found from its first.
 fn stretches(contacts: &[([i64; 2], usize)]) -> Vec<Vec<usize>> {
     let mut taken = vec![false; contacts.len()];
-    // By row, then column, so that neighbours are found by searching.
+    // Sorted by row, then column, so that neighbours are found by binary search.
     let mut order: Vec<usize> = (0..contacts.len()).collect();
     let key = |k: usize| [contacts[k].0[1], contacts[k].0[0]];
     order.sort_by_key(|&k| key(k));
@@ -196,7 +196,7 @@ fn stretches(contacts: &[([i64; 2], usize)]) -> Vec<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::tests::drawn;
+    use crate::free_space::tests::drawn;
     use bytemuck::Zeroable;
     use messages::{MapStoreyRecord, PhaseBuilder, SiteBuilder};
 
@@ -212,8 +212,8 @@ mod tests {
         let phase = Phase::open(phase.bytes()).unwrap();
         let buffers = [drawn(high), drawn(low)];
         let grids = buffers.each_ref().map(|b| Grid::open(b.bytes()).unwrap());
-        let grounds = grids.each_ref().map(|g| Ground::of(g, robot.radius_m));
-        let steps = steps(&site, &phase, &robot, &grids, &grounds.each_ref());
+        let free_spaces = grids.each_ref().map(|g| FreeSpace::of(g, robot.radius_m));
+        let steps = steps(&site, &phase, &robot, &grids, &free_spaces.each_ref());
         steps.iter().map(|s| (s.kind, s.usable, s.ends.map(|e| e.storey as u32))).collect()
     }
 

@@ -1,23 +1,23 @@
-//! Fewer sets than a greedy choice finds: tabu search.
+//! Tabu search for a cover with fewer sets than the greedy one.
 //!
-//! With one set less than the best choice, the set that alone covers the least goes and the one that adds the most comes, again
-//! and again, until the goal is reached; what has just come may not go, and what has just gone may not come back. Faces of
-//! groups that lack some grow heavier.
+//! Starting with one set less than the best cover, each step removes the set that alone covers the least weight and adds the
+//! set that covers the most, until the goal is reached. Sets just added must not be removed, and sets just removed must not
+//! be added again. Weights of uncovered faces in groups below their goal increase.
 //!
 //! # Source
 //! Glover, "Tabu search, part I", ORSA Journal on Computing 1, 1989; the weights after Gao, Weise, Li, "RWLS: row weighting
 //! local search for the unicost set covering problem", Applied Soft Computing 34, 2015.
 
-use crate::chance::Chance;
-use crate::instance::{Covered, Instance};
+use crate::random_generator::RandomGenerator;
+use crate::set_cover_instance::{CoverCounts, SetCoverInstance};
 
-/// The best choice found within `steps` exchanges for each set; `chosen` reaches the goal.
-pub(crate) fn fewer(instance: &Instance, chosen: Vec<u32>, steps: u32) -> Vec<u32> {
-    let mut search = Search::new(instance, &chosen);
+/// The smallest cover found within `steps` exchanges per set; `chosen` must reach the goal.
+pub(crate) fn tabu_search(instance: &SetCoverInstance, chosen: Vec<u32>, steps: u32) -> Vec<u32> {
+    let mut search = TabuSearch::new(instance, &chosen);
     let steps = steps.saturating_mul(chosen.len() as u32);
     let mut best = chosen;
     for step in 1..=steps {
-        while search.covered.is_enough() {
+        while search.covered.reaches_goals() {
             best.clone_from(&search.chosen);
             if best.len() < 2 {
                 return best;
@@ -28,36 +28,36 @@ pub(crate) fn fewer(instance: &Instance, chosen: Vec<u32>, steps: u32) -> Vec<u3
         search.add_best(step);
         search.raise_weights();
     }
-    instance.drop_needless(&mut best);
+    instance.remove_redundant(&mut best);
     best.sort_unstable();
     best
 }
 
-/// One exchange in this many takes out any set.
-const ODDS: usize = 20;
+/// Every this many exchanges on average a random set is removed.
+const RANDOM_REMOVAL_INTERVAL: usize = 20;
 
-struct Search<'a> {
-    instance: &'a Instance,
-    /// Sets that hold each face: `owners[first[f]..first[f + 1]]`.
+struct TabuSearch<'a> {
+    instance: &'a SetCoverInstance,
+    /// Sets that contain each face: `owners[first[f]..first[f + 1]]`.
     owners: Vec<u32>,
     first: Vec<u32>,
-    covered: Covered<'a>,
-    /// Exclusive or of the numbers of the chosen sets that hold the face: of one set, its number.
+    covered: CoverCounts<'a>,
+    /// Exclusive or of the indices of the chosen sets that contain the face; for a single set, its index.
     sole: Vec<u32>,
     weight: Vec<i32>,
-    /// Weight that a chosen set alone covers; weight that another one would add.
+    /// For a chosen set the weight that it alone covers; for another the weight that it would add.
     score: Vec<i32>,
     chosen: Vec<u32>,
     is_chosen: Vec<bool>,
-    /// Step at which it was last added or removed.
+    /// Step at which each set was last added or removed.
     changed: Vec<u32>,
-    /// Step up to which it stays as it is.
+    /// Step until which each set must stay as it is.
     tabu: Vec<u32>,
-    chance: Chance,
+    random: RandomGenerator,
 }
 
-impl<'a> Search<'a> {
-    fn new(instance: &'a Instance, chosen: &[u32]) -> Self {
+impl<'a> TabuSearch<'a> {
+    fn new(instance: &'a SetCoverInstance, chosen: &[u32]) -> Self {
         let (n_sets, n_faces) = (instance.sets.len(), instance.groups.len());
         let mut first = vec![0u32; n_faces + 1];
         instance.sets.iter().flatten().for_each(|&f| first[f as usize + 1] += 1);
@@ -76,7 +76,7 @@ impl<'a> Search<'a> {
             instance,
             owners,
             first,
-            covered: Covered::new(instance),
+            covered: CoverCounts::new(instance),
             sole: vec![0; n_faces],
             weight: vec![1; n_faces],
             score: instance.sets.iter().map(|faces| faces.len() as i32).collect(),
@@ -84,7 +84,7 @@ impl<'a> Search<'a> {
             is_chosen: vec![false; n_sets],
             changed: vec![0; n_sets],
             tabu: vec![0; n_sets],
-            chance: Chance::default(),
+            random: RandomGenerator::default(),
         };
         chosen.iter().for_each(|&set| search.add(set, 0));
         search
@@ -104,7 +104,7 @@ impl<'a> Search<'a> {
                         let other = self.owners[k as usize] as usize;
                         self.score[other] -= weight;
                     }
-                    // Its own was taken away with those of the others.
+                    // Its own weight was subtracted with those of the others.
                     self.score[set as usize] += 2 * weight;
                 }
                 2 => self.score[self.sole[f] as usize] -= weight,
@@ -136,15 +136,15 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Takes out the set that alone covers the least weight.
+    /// Removes the chosen set that alone covers the least weight.
     fn remove_cheapest(&mut self, step: u32) {
-        let any = (self.chance.below(ODDS) == 0).then(|| self.chance.below(self.chosen.len()));
+        let any = (self.random.below(RANDOM_REMOVAL_INTERVAL) == 0).then(|| self.random.below(self.chosen.len()));
         let is_free = |set: u32| self.tabu[set as usize] < step;
         let key = |&&set: &&u32| (!is_free(set), self.score[set as usize], self.changed[set as usize], set);
         let set = any.map(|k| self.chosen[k]).or_else(|| self.chosen.iter().min_by_key(key).copied());
         if let Some(set) = set {
             self.remove(set, step);
-            self.tabu[set as usize] = step + 2 + self.chance.below(self.chosen.len() / 2 + 3) as u32;
+            self.tabu[set as usize] = step + 2 + self.random.below(self.chosen.len() / 2 + 3) as u32;
         }
     }
 
@@ -163,21 +163,21 @@ impl<'a> Search<'a> {
                 best = Some(set);
             }
         }
-        // All tabu: the first that may come again.
+        // If all are tabu, the one whose tabu ends first.
         let next = || (0..self.score.len()).filter(|&s| !self.is_chosen[s]).min_by_key(|&s| (self.tabu[s], s));
         if let Some(set) = best.or_else(next) {
             self.add(set as u32, step);
-            self.tabu[set] = step + 1 + self.chance.below(self.chosen.len() / 4 + 2) as u32;
+            self.tabu[set] = step + 1 + self.random.below(self.chosen.len() / 4 + 2) as u32;
         }
     }
 
-    /// What stays open in a group that lacks some grows heavier.
+    /// Raises the weights of uncovered faces in groups below their goal.
     fn raise_weights(&mut self) {
-        if self.covered.n_lacking == 0 {
+        if self.covered.n_short_groups == 0 {
             return;
         }
         for face in 0..self.weight.len() {
-            if self.covered.count[face] == 0 && self.covered.is_lacking(face as u32) {
+            if self.covered.count[face] == 0 && self.covered.is_group_short(face as u32) {
                 self.weight[face] += 1;
                 for k in self.first[face]..self.first[face + 1] {
                     self.score[self.owners[k as usize] as usize] += 1;

@@ -1,43 +1,43 @@
-//! Travelling-salesman tour: order of places and a lower bound of its length, in millimetres.
+//! Travelling salesman problem: a short order of places by 2-opt, Or-opt and random kicks, and a lower bound of its length.
 
-use crate::chance::Chance;
+use crate::random_generator::RandomGenerator;
 
-/// What a tour is made of. Distances are whole millimetres, so that sums do not drift and searches end.
-pub(crate) struct Tour<'a> {
+/// A travelling salesman problem. Distances are whole millimetres, so that sums are exact and searches end.
+pub(crate) struct TourProblem<'a> {
     /// Distances between all places, row-major, symmetric.
     pub(crate) distance_mm: &'a [u32],
-    /// Distances below which those cannot be; the same where they are exact.
-    pub(crate) least_mm: &'a [u32],
+    /// Lower bounds of the distances; equal to them where they are exact.
+    pub(crate) lower_bound_mm: &'a [u32],
     /// Number of places.
     pub(crate) n: usize,
-    /// The place where it begins; anywhere if there is none.
+    /// Place of the start, if fixed.
     pub(crate) start: Option<usize>,
-    /// True to come back to where it begins.
+    /// True if the tour returns to its start.
     pub(crate) is_closed: bool,
 }
 
-/// Places in order, with the length.
+/// An order of places, with its length.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Order {
+pub(crate) struct TourOrder {
     pub(crate) places: Vec<usize>,
     pub(crate) length_mm: i64,
-    /// No order is shorter.
+    /// Lower bound of the length of any order.
     pub(crate) bound_mm: i64,
 }
 
-/// Stands for "must be side by side" between the start and the place that closes an open tour.
-const TIED: i64 = -(1 << 40);
+/// Cost of the edge between the start and the extra node that closes an open tour, so that it is always used.
+const FORCED_EDGE: i64 = -(1 << 40);
 
-impl Tour<'_> {
-    /// A short order. `kicks` is how often it is disturbed and mended again.
-    pub(crate) fn order(&self, kicks: u32) -> Order {
+impl TourProblem<'_> {
+    /// A short order, improved after each of `kicks` random kicks.
+    pub(crate) fn order(&self, kicks: u32) -> TourOrder {
         if self.n == 0 {
-            return Order { places: Vec::new(), length_mm: 0, bound_mm: 0 };
+            return TourOrder { places: Vec::new(), length_mm: 0, bound_mm: 0 };
         }
         let cycle = self.shortest_cycle(kicks);
         let places = self.cut(cycle);
         let length_mm = self.length_mm(&places);
-        Order { bound_mm: self.bound_mm(length_mm).min(length_mm), places, length_mm }
+        TourOrder { bound_mm: self.bound_mm(length_mm).min(length_mm), places, length_mm }
     }
 
     /// Length of an order.
@@ -53,7 +53,7 @@ impl Tour<'_> {
         i64::from(self.distance_mm[a * self.n + b])
     }
 
-    /// Nodes of the cycle that is searched: an open tour has one more, at no distance from any place.
+    /// Number of nodes of the cycle; an open tour has an extra node at distance 0 from all places.
     fn n_nodes(&self) -> usize {
         self.n + usize::from(!self.is_closed)
     }
@@ -62,7 +62,7 @@ impl Tour<'_> {
         if a < self.n && b < self.n {
             self.real(a, b)
         } else if self.start == Some(a.min(b)) {
-            TIED
+            FORCED_EDGE
         } else {
             0
         }
@@ -78,10 +78,10 @@ impl Tour<'_> {
             cycle
         });
         let Some(mut best) = tries.min_by_key(Cycle::length) else { return Vec::new() };
-        let (mut length, mut chance) = (best.length(), Chance::default());
+        let (mut length, mut random) = (best.length(), RandomGenerator::default());
         for _ in 0..if n < 5 { 0 } else { kicks } {
             let kept = best.nodes.clone();
-            best.kick(&mut chance);
+            best.kick(&mut random);
             best.improve();
             let now = best.length();
             if now > length {
@@ -93,7 +93,7 @@ impl Tour<'_> {
         best.nodes
     }
 
-    /// The nearest nodes of each, nearest first.
+    /// The nearest nodes of each node, nearest first.
     fn neighbours(&self) -> Vec<Vec<u32>> {
         const N_NEAR: usize = 12;
         let n = self.n_nodes();
@@ -124,7 +124,7 @@ impl Tour<'_> {
         cycle.rotate_left(at);
         if !self.is_closed {
             cycle.remove(0);
-            // An open tour from nowhere in particular: the lower number first.
+            // An open tour without a start begins at the end with the lower index.
             let backwards = match self.start {
                 Some(start) => cycle.first() != Some(&start),
                 None => cycle.first() > cycle.last(),
@@ -136,7 +136,8 @@ impl Tour<'_> {
         cycle
     }
 
-    /// A bound by trees with prices on the nodes: a tree over all nodes but one, and the two shortest edges of that one.
+    /// Held-Karp lower bound from 1-trees with node prices: a spanning tree over all nodes but one, and the two cheapest
+    /// edges of that one.
     ///
     /// # Source
     /// Held and Karp, "The traveling-salesman problem and minimum spanning trees", Operations Research 18, 1970.
@@ -145,13 +146,13 @@ impl Tour<'_> {
         if n < 3 {
             return length_mm;
         }
-        let tied = if self.is_closed { None } else { self.start };
+        let forced = if self.is_closed { None } else { self.start };
         let mut prices = vec![0i64; n];
         let mut best = 0;
         let n_rounds = (20_000_000 / (n * n)).clamp(1, 120);
         let mut step = (length_mm / (2 * n as i64)).max(1);
         for _ in 0..n_rounds {
-            let (weight, degree) = self.one_tree(&prices, tied);
+            let (weight, degree) = self.one_tree(&prices, forced);
             best = best.max(weight - 2 * prices.iter().sum::<i64>());
             if degree.iter().all(|d| *d == 2) {
                 break;
@@ -164,12 +165,15 @@ impl Tour<'_> {
         best
     }
 
-    /// Weight and degrees of the least tree over all nodes but the last, and the last's two best edges, with prices.
-    fn one_tree(&self, prices: &[i64], tied: Option<usize>) -> (i64, Vec<i32>) {
+    /// Weight and node degrees of the minimum 1-tree with prices, whose special node is the last.
+    fn one_tree(&self, prices: &[i64], forced: Option<usize>) -> (i64, Vec<i32>) {
         let n = self.n_nodes();
         let cost = |a: usize, b: usize| {
-            let length =
-                if a < self.n && b < self.n { i64::from(self.least_mm[a * self.n + b]) } else { self.between(a, b) };
+            let length = if a < self.n && b < self.n {
+                i64::from(self.lower_bound_mm[a * self.n + b])
+            } else {
+                self.between(a, b)
+            };
             length + prices[a] + prices[b]
         };
         let (mut weight, mut degree) = (0, vec![0; n]);
@@ -185,10 +189,10 @@ impl Tour<'_> {
                 nearest[other] = nearest[other].min((cost(node, other), node));
             }
         }
-        // The edge to the start is in every tour, at no cost.
-        let real = |k: usize| if tied == Some(k) { prices[k] + prices[n - 1] } else { cost(k, n - 1) };
+        // The edge to the start is in every tour at no cost.
+        let real = |k: usize| if forced == Some(k) { prices[k] + prices[n - 1] } else { cost(k, n - 1) };
         let mut ends: Vec<usize> = (0..n - 1).collect();
-        ends.sort_by_key(|&k| (tied != Some(k), real(k), k));
+        ends.sort_by_key(|&k| (forced != Some(k), real(k), k));
         for &k in ends.iter().take(2) {
             weight += real(k);
             degree[k] += 1;
@@ -198,25 +202,25 @@ impl Tour<'_> {
     }
 }
 
-/// A cycle of nodes, and the place of each in it.
+/// A cycle of nodes, with the position of each node.
 struct Cycle<'a> {
-    tour: &'a Tour<'a>,
+    tour: &'a TourProblem<'a>,
     near: &'a [Vec<u32>],
     nodes: Vec<usize>,
-    place: Vec<usize>,
-    /// Nodes around which something may be better.
+    position: Vec<usize>,
+    /// Nodes around which an improvement is possible.
     waiting: Vec<usize>,
     is_waiting: Vec<bool>,
 }
 
 impl<'a> Cycle<'a> {
-    fn new(tour: &'a Tour<'a>, near: &'a [Vec<u32>], nodes: Vec<usize>) -> Self {
+    fn new(tour: &'a TourProblem<'a>, near: &'a [Vec<u32>], nodes: Vec<usize>) -> Self {
         let n = nodes.len();
         let mut cycle = Self {
             tour,
             near,
             nodes: Vec::new(),
-            place: vec![0; n],
+            position: vec![0; n],
             waiting: (0..n).rev().collect(),
             is_waiting: vec![true; n],
         };
@@ -225,7 +229,7 @@ impl<'a> Cycle<'a> {
     }
 
     fn set(&mut self, nodes: Vec<usize>) {
-        nodes.iter().zip(0..).for_each(|(&node, at)| self.place[node] = at);
+        nodes.iter().zip(0..).for_each(|(&node, at)| self.position[node] = at);
         self.nodes = nodes;
     }
 
@@ -234,11 +238,11 @@ impl<'a> Cycle<'a> {
         (0..n).map(|k| self.tour.between(self.nodes[k], self.nodes[(k + 1) % n])).sum()
     }
 
-    fn at(&self, place: usize) -> usize {
-        self.nodes[place % self.nodes.len()]
+    fn at(&self, position: usize) -> usize {
+        self.nodes[position % self.nodes.len()]
     }
 
-    /// 2-opt and Or-opt until neither finds anything shorter.
+    /// Applies 2-opt and Or-opt until neither finds an improvement.
     fn improve(&mut self) {
         while let Some(node) = self.waiting.pop() {
             self.is_waiting[node] = false;
@@ -252,14 +256,14 @@ impl<'a> Cycle<'a> {
         }
     }
 
-    /// Two edges, one at the node, exchanged for two others.
+    /// 2-opt: exchanges two edges, one of them at the node, for two others.
     fn two_opt(&mut self, a: usize) -> bool {
         let (n, d) = (self.nodes.len(), |a, b| self.tour.between(a, b));
         if n < 4 {
             return false;
         }
         for forward in [true, false] {
-            let beside = |cycle: &Self, node: usize| cycle.at(cycle.place[node] + if forward { 1 } else { n - 1 });
+            let beside = |cycle: &Self, node: usize| cycle.at(cycle.position[node] + if forward { 1 } else { n - 1 });
             let b = beside(self, a);
             for k in 0..self.near[a].len() {
                 let c = self.near[a][k] as usize;
@@ -270,8 +274,9 @@ impl<'a> Cycle<'a> {
                 if c == b || e == a || d(a, c) + d(b, e) >= d(a, b) + d(c, e) {
                     continue;
                 }
-                // Forward a-b .. c-e becomes a-c .. b-e; backward the same seen from the other side.
-                let (from, to) = if forward { (self.place[b], self.place[c]) } else { (self.place[a], self.place[e]) };
+                // Forward a-b .. c-e becomes a-c .. b-e; backward is symmetric.
+                let (from, to) =
+                    if forward { (self.position[b], self.position[c]) } else { (self.position[a], self.position[e]) };
                 self.reverse(from, to);
                 [a, b, c, e].into_iter().for_each(|node| self.wake(node));
                 return true;
@@ -280,7 +285,7 @@ impl<'a> Cycle<'a> {
         false
     }
 
-    /// Turns around the nodes from one place to another, or those outside of it: the cycle is the same.
+    /// Reverses the nodes between two positions, or all others, which gives the same cycle.
     fn reverse(&mut self, from: usize, to: usize) {
         let n = self.nodes.len();
         let inner = (to + n - from) % n + 1;
@@ -288,12 +293,12 @@ impl<'a> Cycle<'a> {
             if inner * 2 <= n { (from, to, inner) } else { ((to + 1) % n, (from + n - 1) % n, n - inner) };
         for _ in 0..length / 2 {
             self.nodes.swap(i, j);
-            (self.place[self.nodes[i]], self.place[self.nodes[j]]) = (i, j);
+            (self.position[self.nodes[i]], self.position[self.nodes[j]]) = (i, j);
             (i, j) = ((i + 1) % n, (j + n - 1) % n);
         }
     }
 
-    /// One to three nodes from this one on, moved between two others, either way around.
+    /// Or-opt: moves one to three nodes from this one on between two others, in either direction.
     fn or_opt(&mut self, first: usize) -> bool {
         let (n, d) = (self.nodes.len(), |a, b| self.tour.between(a, b));
         for length in 1..=3 {
@@ -302,7 +307,7 @@ impl<'a> Cycle<'a> {
             }
             for forward in [true, false] {
                 let step = |cycle: &Self, node: usize, by: usize| {
-                    cycle.at(cycle.place[node] + if forward { by } else { n - by })
+                    cycle.at(cycle.position[node] + if forward { by } else { n - by })
                 };
                 let segment: Vec<usize> = (0..length).map(|by| step(self, first, by)).collect();
                 let last = segment[length - 1];
@@ -334,8 +339,8 @@ impl<'a> Cycle<'a> {
     /// The segment between c and e, its first node beside c.
     fn move_between(&mut self, segment: &[usize], c: usize, e: usize) {
         let n = self.nodes.len();
-        let e_follows = self.at(self.place[c] + 1) == e;
-        let start = self.place[if e_follows { c } else { e }];
+        let e_follows = self.at(self.position[c] + 1) == e;
+        let start = self.position[if e_follows { c } else { e }];
         let rest: Vec<usize> = (1..n).map(|k| self.at(start + k)).filter(|node| !segment.contains(node)).collect();
         let head = self.nodes[start];
         let mut nodes = vec![head];
@@ -348,12 +353,12 @@ impl<'a> Cycle<'a> {
         self.set(nodes);
     }
 
-    /// Exchanges two short neighbouring stretches somewhere: what 2-opt does not undo at once.
-    fn kick(&mut self, chance: &mut Chance) {
+    /// Exchanges two short adjacent segments at a random position (double bridge), which 2-opt does not undo at once.
+    fn kick(&mut self, random: &mut RandomGenerator) {
         let n = self.nodes.len();
         let longest = (n / 3).min(30);
-        let lengths = [1 + chance.below(longest), 1 + chance.below(longest)];
-        let start = chance.below(n);
+        let lengths = [1 + random.below(longest), 1 + random.below(longest)];
+        let start = random.below(n);
         let nodes: Vec<usize> = (0..n).map(|k| self.at(start + k)).collect();
         let (a, b) = (1 + lengths[0], 1 + lengths[0] + lengths[1]);
         let kicked = [&nodes[..1], &nodes[a..b], &nodes[1..a], &nodes[b..]].concat();
@@ -387,11 +392,23 @@ mod tests {
     fn a_line_of_places_is_visited_from_end_to_end() {
         let points: Vec<(u32, u32)> = (0..30).map(|k| (k * 7 % 30 * 1000, 0)).collect();
         let distance_mm = distances(&points);
-        let order =
-            Tour { distance_mm: &distance_mm, least_mm: &distance_mm, n: 30, start: None, is_closed: false }.order(50);
+        let order = TourProblem {
+            distance_mm: &distance_mm,
+            lower_bound_mm: &distance_mm,
+            n: 30,
+            start: None,
+            is_closed: false,
+        }
+        .order(50);
         assert_eq!((order.length_mm, order.bound_mm), (29_000, 29_000));
-        let closed = Tour { distance_mm: &distance_mm, least_mm: &distance_mm, n: 30, start: Some(4), is_closed: true }
-            .order(50);
+        let closed = TourProblem {
+            distance_mm: &distance_mm,
+            lower_bound_mm: &distance_mm,
+            n: 30,
+            start: Some(4),
+            is_closed: true,
+        }
+        .order(50);
         assert_eq!((closed.length_mm, closed.places[0]), (58_000, 4));
     }
 
@@ -402,8 +419,14 @@ mod tests {
             .map(|k| ((10_000.0 + 9_000.0 * at(k).cos()) as u32, (10_000.0 + 9_000.0 * at(k).sin()) as u32))
             .collect();
         let distance_mm = distances(&points);
-        let order =
-            Tour { distance_mm: &distance_mm, least_mm: &distance_mm, n: 40, start: None, is_closed: true }.order(0);
+        let order = TourProblem {
+            distance_mm: &distance_mm,
+            lower_bound_mm: &distance_mm,
+            n: 40,
+            start: None,
+            is_closed: true,
+        }
+        .order(0);
         assert!(order.length_mm < 56_600, "the circle's length is 56.5 m: {}", order.length_mm);
         assert!(order.bound_mm * 100 > order.length_mm * 99, "{} of {}", order.bound_mm, order.length_mm);
     }
@@ -414,7 +437,8 @@ mod tests {
         let open = [(2688, 3644), (1414, 1734), (2994, 2965), (2575, 2842), (709, 1205), (3427, 1009)];
         for (points, is_closed) in [(closed, true), (open, false)] {
             let distance_mm = distances(&points);
-            let tour = Tour { distance_mm: &distance_mm, least_mm: &distance_mm, n: 6, start: None, is_closed };
+            let tour =
+                TourProblem { distance_mm: &distance_mm, lower_bound_mm: &distance_mm, n: 6, start: None, is_closed };
             let shortest = permutations(6).iter().map(|p| tour.length_mm(p)).min().unwrap();
             assert_eq!(tour.order(40).length_mm, shortest);
         }
@@ -430,7 +454,7 @@ mod tests {
             let n = points.len();
             let start = start.filter(|s| *s < n);
             let distance_mm = distances(&points);
-            let tour = Tour { distance_mm: &distance_mm, least_mm: &distance_mm, n, start, is_closed };
+            let tour = TourProblem { distance_mm: &distance_mm, lower_bound_mm: &distance_mm, n, start, is_closed };
             let order = tour.order(40);
             let fits = |p: &Vec<usize>| start.is_none() || p.first() == start.as_ref();
             let shortest = permutations(n).iter().filter(|p| fits(p)).map(|p| tour.length_mm(p)).min().unwrap();

@@ -5,7 +5,7 @@ mod support;
 
 use messages::{NodeKind, WaypointKind};
 use proptest::prelude::*;
-use support::{Archives, House, Planned, naive};
+use support::{Archives, House, Planned, brute_force};
 use waypoints::{PlanOptions, Planner, Start};
 
 const WIDTH: usize = 30;
@@ -13,20 +13,20 @@ const HEIGHT: usize = 18;
 
 /// A thing on the floor of the drawing.
 #[derive(Debug, Clone)]
-struct Piece {
+struct Thing {
     character: char,
     at: [usize; 2],
     size: [usize; 2],
 }
 
-fn pieces(characters: Vec<char>, most: usize) -> impl Strategy<Value = Vec<Piece>> {
+fn pieces(characters: Vec<char>, most: usize) -> impl Strategy<Value = Vec<Thing>> {
     let piece = (prop::sample::select(characters), 1..WIDTH - 1, 1..HEIGHT - 1, 1usize..8, 1usize..8);
-    let piece = piece.prop_map(|(character, x, y, w, h)| Piece { character, at: [x, y], size: [w, h] });
+    let piece = piece.prop_map(|(character, x, y, w, h)| Thing { character, at: [x, y], size: [w, h] });
     prop::collection::vec(piece, 0..most)
 }
 
 /// Rooms a and b beside a wall with a door, c below both behind another door; pieces on their floor.
-fn drawing(split: [usize; 2], doors: [usize; 2], widths: [usize; 2], pieces: &[Piece]) -> String {
+fn drawing(split: [usize; 2], doors: [usize; 2], widths: [usize; 2], pieces: &[Thing]) -> String {
     let mut squares = vec![vec!['#'; WIDTH]; HEIGHT];
     for (y, row) in squares.iter_mut().enumerate().take(HEIGHT - 1).skip(1) {
         for (x, square) in row.iter_mut().enumerate().take(WIDTH - 1).skip(1) {
@@ -124,29 +124,29 @@ fn options(changed_since_s: Option<i64>, start: Option<Start>) -> PlanOptions {
     PlanOptions { search_steps: 3, tour_kicks: 3, changed_since_s, start, ..PlanOptions::default() }
 }
 
-/// Every waypoint is clear by the radius, can be got to, and lies in its space.
+/// Every waypoint is clear by the radius, reachable, and inside its space.
 fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Result<(), TestCaseError> {
     let grid = planned.archives.grid(0);
     let (spec, radius_m) = (grid.spec(), house.robot.radius_m);
     let width = spec.width as usize;
-    let standing = naive::standing(&grid, radius_m);
+    let standing = brute_force::standing(&grid, radius_m);
     let plan = planned.plan();
     let reached = match start {
-        None => naive::largest_part(&standing, width),
+        None => brute_force::largest_part(&standing, width),
         Some(_) => {
             // The part with the tour's first place.
             let Some(first) = plan.tour_points.first() else { return Ok(()) };
             let cell = spec.index(spec.cell_at(frames::Point2::new(first[0], first[1])).unwrap());
             prop_assert!(standing[cell], "it begins where the robot can stand");
-            naive::flood(&standing, width, cell)
+            brute_force::flood(&standing, width, cell)
         }
     };
     for waypoint in plan.waypoints {
         let at = [waypoint.position_in_map_m[0], waypoint.position_in_map_m[1]];
-        let clearance_m = naive::clearance_m(&grid, at);
-        prop_assert!(clearance_m >= radius_m - naive::TOLERANCE_M, "{clearance_m} m at {at:?}");
+        let clearance_m = brute_force::clearance_m(&grid, at);
+        prop_assert!(clearance_m >= radius_m - brute_force::TOLERANCE_M, "{clearance_m} m at {at:?}");
         prop_assert!((clearance_m - waypoint.clearance_m).abs() < 1e-9, "{clearance_m} m at {at:?}");
-        prop_assert!(naive::is_at_or_beside(&grid, &reached, at), "nobody gets to {at:?}");
+        prop_assert!(brute_force::is_at_or_beside(&grid, &reached, at), "{at:?} is unreachable");
         let cell = spec.index(spec.cell_at(frames::Point2::new(at[0], at[1])).unwrap());
         prop_assert!(!grid.is_keepout(cell));
         if let Some(name) = planned.name_of(waypoint) {
@@ -155,7 +155,7 @@ fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Re
             prop_assert_eq!(waypoint.kind, WaypointKind::Scan as u32, "a centre has a space");
         }
     }
-    // A space without a centre has none that is clear and can be got to; one with a centre has it inside.
+    // A space without a centre has none that is clear and reachable; one with a centre has it inside.
     for (place, space) in plan.spaces.iter().enumerate() {
         let own = (0..spec.n_cells()).filter(|&c| usize::from(grid.space[c]) == place + 1);
         let n_standing = own.filter(|&c| reached[c]).count();
@@ -166,7 +166,7 @@ fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Re
     check_lines(planned, &reached)
 }
 
-/// Nodes lie where the robot gets to; those of one part hang together; lines of the graph and the tour run over free floor.
+/// Nodes are reachable, those of one part are connected, and lines of the graph and the tour run over free floor.
 fn check_lines(planned: &Planned, reached: &[bool]) -> Result<(), TestCaseError> {
     let (plan, grid) = (planned.plan(), planned.archives.grid(0));
     let mut found = vec![false; plan.nodes.len()];
@@ -177,10 +177,10 @@ fn check_lines(planned: &Planned, reached: &[bool]) -> Result<(), TestCaseError>
             (found[a], found[b]) = (either, either);
         }
     }
-    prop_assert!(found.iter().all(|f| *f), "of {} nodes hang together {:?}", found.len(), found);
+    prop_assert!(found.iter().all(|f| *f), "of {} nodes are connected {:?}", found.len(), found);
     for node in plan.nodes {
         let at = [node.position_in_map_m[0], node.position_in_map_m[1]];
-        prop_assert!(naive::is_at_or_beside(&grid, reached, at), "nobody gets to the node at {at:?}");
+        prop_assert!(brute_force::is_at_or_beside(&grid, reached, at), "the node at {at:?} is unreachable");
         prop_assert!(NodeKind::from_id(node.kind).is_some());
     }
     let in_plan = |edge| plan.points_of(edge).iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>();

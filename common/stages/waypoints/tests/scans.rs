@@ -5,7 +5,7 @@ mod support;
 use frames::{Map, Point2};
 use messages::{Grid, ScanSensor, WaypointKind};
 use std::f64::consts::{FRAC_PI_2, PI};
-use support::naive::{self, Side, sides};
+use support::brute_force::{self, Side, sides};
 use support::{House, Planned, quick};
 use waypoints::PlanOptions;
 
@@ -38,7 +38,7 @@ fn flat() -> House {
 fn seen<'s>(planned: &Planned, grid: &Grid<'_>, sides: &'s [Side]) -> Vec<&'s Side> {
     let plan = planned.plan();
     let scans = planned.scans();
-    sides.iter().filter(|side| scans.iter().any(|w| naive::sees(grid, &plan.head.sensor, w, side))).collect()
+    sides.iter().filter(|side| scans.iter().any(|w| brute_force::sees(grid, &plan.head.sensor, w, side))).collect()
 }
 
 /// The plan's numbers against those of the slow version, within a hundredth.
@@ -52,7 +52,7 @@ fn assert_coverage(planned: &Planned) {
     assert!(off <= 0.01 * f64::from(storey.n_seen), "{n_seen} are seen, the plan says {}", storey.n_seen);
     assert!(storey.n_seen <= storey.n_faces && storey.n_faces <= storey.n_targets, "{storey:?}");
     for scan in planned.scans() {
-        let n = sides.iter().filter(|s| naive::sees(&grid, &planned.plan().head.sensor, &scan, s)).count();
+        let n = sides.iter().filter(|s| brute_force::sees(&grid, &planned.plan().head.sensor, &scan, s)).count();
         let off = (n as f64 - f64::from(scan.n_faces)).abs();
         assert!(off <= 0.02 * f64::from(scan.n_faces) + 2.0, "{n} are seen, the scan says {}", scan.n_faces);
     }
@@ -82,8 +82,8 @@ fn what_can_be_seen_from_anywhere_is_nearly_what_the_tried_places_see() {
     let planned = flat().planned(&quick());
     let grid = planned.archives.grid(0);
     let spec = grid.spec();
-    let standing = naive::standing(&grid, 0.3);
-    let reached = naive::largest_part(&standing, spec.width as usize);
+    let standing = brute_force::standing(&grid, 0.3);
+    let reached = brute_force::largest_part(&standing, spec.width as usize);
     let (sides, scans) = (sides(&grid), planned.scans());
     let sensor = planned.plan().head.sensor;
     // Every second cell in both directions: a place between them sees little else.
@@ -95,7 +95,7 @@ fn what_can_be_seen_from_anywhere_is_nearly_what_the_tried_places_see() {
             messages::WaypointRecord { position_in_map_m: [at.x_m, at.y_m, 0.0], ..scans[0] }
         })
         .collect();
-    let n = sides.iter().filter(|s| places.iter().any(|p| naive::sees(&grid, &sensor, p, s))).count();
+    let n = sides.iter().filter(|s| places.iter().any(|p| brute_force::sees(&grid, &sensor, p, s))).count();
     let n_faces = planned.plan().storeys[0].n_faces;
     assert!(f64::from(n_faces) >= 0.99 * n as f64, "{n_faces} from tried places, {n} from all");
 }
@@ -173,7 +173,7 @@ fn only_faces_of_what_was_finished_since_are_targets() {
 }
 
 #[test]
-fn spaces_that_somebody_asked_for_are_planned_alone() {
+fn only_selected_spaces_are_planned() {
     for wanted in ["c", "space-c", "?pace-[c]", "space-*c"] {
         let planned = flat().planned(&PlanOptions { spaces: vec![wanted.to_owned()], ..quick() });
         if wanted == "?pace-[c]" {

@@ -53,14 +53,17 @@ fn a_part_with_an_outer_door_is_preferred() {
     let planned = house.planned(&centres());
     assert_eq!(planned.why('b').0, NoWaypoint::Has);
     assert_eq!(planned.why('a').0, NoWaypoint::Unreachable);
-    let told = parts(&house, 0);
-    assert!(told.contains(&(2.8, false, false)) && told.iter().filter(|p| p.1).all(|p| p.2), "{told:?}");
+    let parts_found = parts(&house, 0);
+    assert!(
+        parts_found.contains(&(2.8, false, false)) && parts_found.iter().filter(|p| p.1).all(|p| p.2),
+        "{parts_found:?}"
+    );
 }
 
 #[test]
 fn a_door_between_rooms_is_no_outer_door() {
-    let told = parts(&House::drawn(&[&with('D', 13)]), 0);
-    assert!(told.iter().all(|p| !p.2), "{told:?}");
+    let parts_found = parts(&House::drawn(&[&with('D', 13)]), 0);
+    assert!(parts_found.iter().all(|p| !p.2), "{parts_found:?}");
 }
 
 #[test]
@@ -68,8 +71,12 @@ fn a_part_with_a_stair_is_preferred() {
     let stairs = with('S', 23);
     let house = House::drawn(&[&stairs, &stairs]);
     for storey in [0, 1] {
-        let told = parts(&house, storey);
-        assert_eq!(told.iter().map(|p| (p.1, p.2)).collect::<Vec<_>>(), [(false, false), (true, true)], "{told:?}");
+        let parts_found = parts(&house, storey);
+        assert_eq!(
+            parts_found.iter().map(|p| (p.1, p.2)).collect::<Vec<_>>(),
+            [(false, false), (true, true)],
+            "{parts_found:?}"
+        );
     }
 }
 
@@ -86,8 +93,8 @@ fn a_landing_is_not_preferred_to_a_storey() {
 #aaaaaaaaaaaaaaaaaaaaaaaaaa#SSSS#
 #aaaaaaaaaaaaaaaaaaaaaaaaaa#SSSS#
 #################################";
-    let told = parts(&House::drawn(&[landing, landing]), 0);
-    assert_eq!((told[0].1, told[0].2), (true, false), "{told:?}");
+    let parts_found = parts(&House::drawn(&[landing, landing]), 0);
+    assert_eq!((parts_found[0].1, parts_found[0].2), (true, false), "{parts_found:?}");
 }
 
 #[test]
@@ -95,8 +102,8 @@ fn a_terrace_with_an_outer_door_is_no_first_part() {
     // The door is closed to the robot: terrace and room are two parts, and both have it.
     let mut house = House::drawn(&[&with('D', 13).replace('D', "X")]);
     house.spaces.insert('a', |space: &mut SpaceRecord| space.flags = space_flags::EXTERNAL);
-    let told = parts(&house, 0);
-    assert_eq!(told, [(0.0, false, true), (2.24, true, true)], "the terrace is larger, and no room");
+    let parts_found = parts(&house, 0);
+    assert_eq!(parts_found, [(0.0, false, true), (2.24, true, true)], "the terrace is larger, and no room");
 }
 
 #[test]

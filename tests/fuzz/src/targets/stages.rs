@@ -189,7 +189,7 @@ fn opened_grids(grids: &[ArchiveBuffer]) -> Vec<Grid<'_>> {
 
 /// The plan of the grids, with a short search.
 fn planned(site: &Site<'_>, phase: &ArchiveBuffer, grids: &[ArchiveBuffer], index: &ArchiveBuffer) -> ArchiveBuffer {
-    let options = PlanOptions { search_steps: 2, tour_kicks: 2, tour_around: 2, ..PlanOptions::default() };
+    let options = PlanOptions { search_steps: 2, tour_kicks: 2, tour_neighbours: 2, ..PlanOptions::default() };
     let phase = Phase::open(phase.bytes()).expect("it was opened before");
     let index = Grids::open(index.bytes()).expect("what was written can be read");
     let grids = opened_grids(grids);

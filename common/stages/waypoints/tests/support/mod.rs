@@ -20,7 +20,7 @@
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
 mod archives;
-pub(crate) mod naive;
+pub(crate) mod brute_force;
 mod planned;
 
 pub(crate) use archives::Archives;
@@ -154,7 +154,7 @@ impl Drawing {
         spaces
     }
 
-    /// Squares of a character that hang together along sides, group by group.
+    /// Connected squares (along sides) of a character, group by group.
     pub(crate) fn groups(&self, wanted: char) -> Vec<Vec<[usize; 2]>> {
         let mut left: BTreeSet<[usize; 2]> = self.squares(|c| c == wanted).into_iter().collect();
         let mut groups = Vec::new();

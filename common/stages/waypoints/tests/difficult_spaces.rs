@@ -4,7 +4,7 @@
 mod support;
 
 use messages::{NoWaypoint, WaypointRecord};
-use support::{House, Planned, naive, quick};
+use support::{House, Planned, brute_force, quick};
 use waypoints::{PlanOptions, Start};
 
 /// Plans with fine cells, and draws the picture.
@@ -34,8 +34,8 @@ fn assert_moved_to_the_nearest(planned: &Planned, space: char) {
     let centroid = centre.centroid_in_map_m;
     let far = |p: [f64; 2]| (p[0] - centroid[0]).hypot(p[1] - centroid[1]);
     assert!(planned.is_in(space, at(&centre)));
-    assert!(naive::clearance_m(&grid, at(&centre)) >= 0.3 - naive::TOLERANCE_M);
-    let standing = naive::standing(&grid, 0.3);
+    assert!(brute_force::clearance_m(&grid, at(&centre)) >= 0.3 - brute_force::TOLERANCE_M);
+    let standing = brute_force::standing(&grid, 0.3);
     let middles = (0..spec.n_cells()).filter(|&c| standing[c]).map(|c| spec.centre_of(spec.cell_of(c)));
     let inside = middles.map(|m| [m.x_m, m.y_m]).filter(|m| planned.is_in(space, *m));
     let nearest_m = inside.map(far).fold(f64::INFINITY, f64::min);
@@ -103,7 +103,7 @@ fn a_centroid_under_furniture_is_moved_beside_it() {
     assert_eq!(planned.planning(0, [centroid[0], centroid[1]]), 100);
     assert_moved_to_the_nearest(&planned, 'a');
     assert!(coverage(&planned) >= 0.99, "behind the furniture, too: {}", coverage(&planned));
-    assert!(planned.scans().len() > 1, "nobody sees around furniture");
+    assert!(planned.scans().len() > 1, "furniture hides faces");
 }
 
 const CLOSED_DOOR: &str = "

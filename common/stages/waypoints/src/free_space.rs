@@ -4,28 +4,28 @@ use frames::{Map, Point2, TENTHS_PER_M};
 use grid::{Cell, GridSpec, Sight, squared_distances};
 use messages::Grid;
 
-/// A storey as a robot of one radius finds it.
+/// The free space of a storey for a robot of one radius.
 ///
-/// It stands where the map is free, no keep-out cell is under its centre, and the middle of no cell that is not free is
-/// nearer than its radius, as costmaps measure it. Cells that it can stand on and that meet along a side are one part.
-pub(crate) struct Ground {
+/// A cell is in the free space if it is free, not keep-out, and farther than the radius from the middle of every cell that
+/// is not free, as costmaps measure it. Connected cells (along sides) are one part.
+pub(crate) struct FreeSpace {
     pub(crate) spec: GridSpec,
-    /// Lines through free cells.
+    /// Lines of sight over free cells.
     pub(crate) sight: Sight,
     /// Squared distance of each cell to the nearest one that is not free, in cells.
     squared: Vec<u32>,
-    /// Part of each cell, from 1; 0 where it cannot stand.
+    /// Part of each cell, from 1; 0 outside of the free space.
     part: Vec<u32>,
-    /// Number of cells of each part; of part 0 nothing is counted.
+    /// Number of cells of each part; 0 for part 0.
     sizes: Vec<u32>,
 }
 
-impl Ground {
+impl FreeSpace {
     pub(crate) fn of(grid: &Grid<'_>, radius_m: f64) -> Self {
         let spec = grid.spec();
         let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0).collect();
         let squared = squared_distances(&not_free, spec.width as usize);
-        // Squared cells from which on it is clear; a tenth of a millimetre is no obstacle.
+        // Minimum squared distance in cells, with a tolerance of a tenth of a millimetre.
         let needed = (radius_m * f64::from(TENTHS_PER_M) - 1.0) / f64::from(spec.cell_tenths);
         let needed = (needed.max(0.0) * needed.max(0.0)).ceil() as u32;
         let stands = squared.iter().zip(0..).map(|(&d2, cell)| !grid.is_keepout(cell) && d2 >= needed.max(1));
@@ -34,12 +34,12 @@ impl Ground {
         Self { spec, sight: Sight::from_distances(&squared, spec.width as usize), squared, part, sizes }
     }
 
-    /// The part that a cell belongs to, from 1; 0 where a robot cannot stand.
+    /// Part of a cell, from 1; 0 outside of the free space.
     pub(crate) fn part(&self, cell: usize) -> u32 {
         self.part[cell]
     }
 
-    /// Number of parts; the last one has this number.
+    /// Number of parts, and number of the last part.
     pub(crate) fn n_parts(&self) -> u32 {
         self.sizes.len() as u32 - 1
     }
@@ -57,11 +57,12 @@ impl Ground {
         if self.squared[cell] == 0 || self.middle(cell) == p {
             return self.clearance_of(cell);
         }
-        // Nothing is nearer to the cell's middle than this, and the point's nearest is at most a diagonal farther.
-        let [least, most] = [f64::from(self.squared[cell]), (f64::from(self.squared[cell]).sqrt() + 1.5).powi(2)];
+        // The nearest such cell of the point is between these distances from the middle of its cell.
+        let [min_squared, max_squared] =
+            [f64::from(self.squared[cell]), (f64::from(self.squared[cell]).sqrt() + 1.5).powi(2)];
         let (column, row) = (i64::from(at.column), i64::from(at.row));
         let mut nearest = f64::INFINITY;
-        let mut look = |x: i64, y: i64| {
+        let mut check = |x: i64, y: i64| {
             let inside = 0 <= x && x < i64::from(self.spec.width) && 0 <= y && y < i64::from(self.spec.height);
             if inside {
                 let other = Cell { column: x as u32, row: y as u32 };
@@ -71,20 +72,20 @@ impl Ground {
                 }
             }
         };
-        let reach = (most.sqrt() as i64).min(i64::from(self.spec.height));
+        let reach = (max_squared.sqrt() as i64).min(i64::from(self.spec.height));
         for dy in -reach..=reach {
             let far = (dy * dy) as f64;
-            let from = (least - far).max(0.0).sqrt() as i64;
-            let to = ((most - far).max(0.0).sqrt() as i64).min(i64::from(self.spec.width));
+            let from = (min_squared - far).max(0.0).sqrt() as i64;
+            let to = ((max_squared - far).max(0.0).sqrt() as i64).min(i64::from(self.spec.width));
             for dx in from..=to {
-                look(column + dx, row + dy);
-                look(column - dx, row + dy);
+                check(column + dx, row + dy);
+                check(column - dx, row + dy);
             }
         }
         nearest
     }
 
-    /// The same for the middle of a cell.
+    /// Distance in metres from the middle of a cell to that of the nearest cell that is not free.
     pub(crate) fn clearance_of(&self, cell: usize) -> f64 {
         f64::from(self.squared[cell]).sqrt() * self.spec.resolution_m()
     }
@@ -94,7 +95,7 @@ impl Ground {
         self.spec.centre_of(self.spec.cell_of(cell))
     }
 
-    /// A place in cells from the lower left corner of the grid.
+    /// A point in cells from the lower left corner of the grid.
     pub(crate) fn in_cells(&self, p: Point2<Map>) -> [f64; 2] {
         let origin = self.spec.origin_m();
         [(p.x_m - origin[0]) / self.spec.resolution_m(), (p.y_m - origin[1]) / self.spec.resolution_m()]
@@ -103,7 +104,7 @@ impl Ground {
 
 const UNLABELLED: u32 = u32::MAX;
 
-/// Numbers the parts of all cells that are [`UNLABELLED`], from 1; returns their sizes, that of number 0 first.
+/// Labels the connected components of the [`UNLABELLED`] cells, from 1; returns their sizes, beginning with number 0.
 fn label(part: &mut [u32], width: usize) -> Vec<u32> {
     let mut sizes = vec![0];
     let mut waiting = Vec::new();
@@ -175,16 +176,17 @@ pub(crate) mod tests {
         buffer
     }
 
-    fn ground(text: &str, radius_m: f64) -> Ground {
-        Ground::of(&Grid::open(drawn(text).bytes()).unwrap(), radius_m)
+    fn free_space(text: &str, radius_m: f64) -> FreeSpace {
+        FreeSpace::of(&Grid::open(drawn(text).bytes()).unwrap(), radius_m)
     }
 
     /// Where it can stand, as text: the numbers of the parts.
     fn parts(text: &str, radius_m: f64) -> String {
-        let ground = ground(text, radius_m);
-        let number = |cell: usize| char::from_digit(ground.part(cell), 10).filter(|c| *c != '0').unwrap_or('.');
-        let cells: Vec<char> = (0..ground.spec.n_cells()).map(number).collect();
-        let rows: Vec<String> = cells.chunks(ground.spec.width as usize).rev().map(|r| r.iter().collect()).collect();
+        let free_space = free_space(text, radius_m);
+        let number = |cell: usize| char::from_digit(free_space.part(cell), 10).filter(|c| *c != '0').unwrap_or('.');
+        let cells: Vec<char> = (0..free_space.spec.n_cells()).map(number).collect();
+        let rows: Vec<String> =
+            cells.chunks(free_space.spec.width as usize).rev().map(|r| r.iter().collect()).collect();
         rows.join("\n")
     }
 
@@ -198,7 +200,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn nobody_stands_on_keep_out_and_a_robot_may_reach_over_it() {
+    fn keep_out_is_not_free_and_a_robot_may_reach_over_it() {
         assert_eq!(parts("#######\n#..~..#\n#..~..#\n#######", 0.1), ".......\n.11.22.\n.11.22.\n.......");
         assert_eq!(parts("#######\n#.~~..#\n#.....#\n#######", 0.1), ".......\n.1..11.\n.11111.\n.......");
     }
@@ -212,25 +214,26 @@ pub(crate) mod tests {
     fn parts_hang_together_along_sides_and_are_numbered_from_below() {
         let text = "######\n#..#.#\n#.#..#\n##...#\n######";
         assert_eq!(parts(text, 0.1), "......\n.22.1.\n.2.11.\n..111.\n......");
-        let ground = ground(text, 0.1);
-        assert_eq!((ground.n_parts(), ground.size(1), ground.size(2)), (2, 6, 3));
+        let free_space = free_space(text, 0.1);
+        assert_eq!((free_space.n_parts(), free_space.size(1), free_space.size(2)), (2, 6, 3));
     }
 
     #[test]
     fn clearance_is_the_distance_to_the_middle_of_the_nearest_cell_that_is_not_free() {
         let text = "##########\n#........#\n#..##....#\n#........#\n#.......##\n#........#\n#......  #\n##########";
-        let ground = ground(text, 0.1);
-        let cells = 0..ground.spec.n_cells();
-        let stops: Vec<Point2<Map>> = cells.filter(|&c| ground.squared[c] == 0).map(|c| ground.middle(c)).collect();
+        let free_space = free_space(text, 0.1);
+        let cells = 0..free_space.spec.n_cells();
+        let stops: Vec<Point2<Map>> =
+            cells.filter(|&c| free_space.squared[c] == 0).map(|c| free_space.middle(c)).collect();
         for k in 0..2_000 {
             // Places all over the map, none of them twice.
             let p = Point2::<Map>::new(f64::from(k * 617 % 2_000) / 2_000.0, f64::from(k) / 2_500.0);
-            let cell = ground.spec.index(ground.spec.cell_at(p).unwrap());
+            let cell = free_space.spec.index(free_space.spec.cell_at(p).unwrap());
             let nearest = stops.iter().map(|s| libm::hypot(s.x_m - p.x_m, s.y_m - p.y_m)).fold(f64::INFINITY, f64::min);
-            let expected = if ground.squared[cell] == 0 { 0.0 } else { nearest };
-            assert!((ground.clearance_m(p) - expected).abs() < 1e-12, "{p:?}: {expected}");
+            let expected = if free_space.squared[cell] == 0 { 0.0 } else { nearest };
+            assert!((free_space.clearance_m(p) - expected).abs() < 1e-12, "{p:?}: {expected}");
         }
-        assert_eq!(ground.clearance_m(Point2::new(-0.1, 0.3)), 0.0, "outside of the grid");
-        assert!((ground.clearance_of(ground.spec.width as usize * 3 + 1) - 0.1).abs() < 1e-12);
+        assert_eq!(free_space.clearance_m(Point2::new(-0.1, 0.3)), 0.0, "outside of the grid");
+        assert!((free_space.clearance_of(free_space.spec.width as usize * 3 + 1) - 0.1).abs() < 1e-12);
     }
 }

@@ -1,20 +1,20 @@
 //! Deterministic pseudo-random numbers (SplitMix64).
 
-/// Numbers that look random and never differ: splitmix64.
+/// SplitMix64 generator with a fixed seed.
 ///
 /// # Source
 /// Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
 #[derive(Debug, Clone)]
-pub(crate) struct Chance(u64);
+pub(crate) struct RandomGenerator(u64);
 
-impl Default for Chance {
+impl Default for RandomGenerator {
     fn default() -> Self {
         Self(0x9E37_79B9_7F4A_7C15)
     }
 }
 
-impl Chance {
-    /// A number below `n`; 0 if `n` is 0.
+impl RandomGenerator {
+    /// A pseudo-random number below `n`; 0 if `n` is 0.
     pub(crate) fn below(&mut self, n: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

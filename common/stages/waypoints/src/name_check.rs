@@ -4,39 +4,39 @@ use crate::options::PlanOptions;
 use messages::{Site, nearest_names_hint};
 use wildmatch::WildMatch;
 
-/// Options that name what the site does not have.
+/// Names in options that match nothing in the site.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum UnknownName {
     /// No space matches.
     #[error("spaces: {asked:?} matches no space of the model{hint}")]
     Space {
-        /// As the options have it.
+        /// The pattern in the options.
         asked: String,
-        /// Names like it, or some of those that there are.
+        /// Similar names, or examples of existing ones.
         hint: String,
     },
     /// No lift matches.
     #[error("[tour] lifts: {asked:?} matches no lift of the model{hint}")]
     Lift {
-        /// As the options have it.
+        /// The pattern in the options.
         asked: String,
-        /// Names like it, or some of those that there are.
+        /// Similar names, or examples of existing ones.
         hint: String,
     },
-    /// There is no such map storey.
+    /// No map storey has this index.
     #[error("[tour] start: there is no storey {asked}; {known}")]
-    Storey {
-        /// Index that the options have.
+    StoreyInputs {
+        /// Index in the options.
         asked: u32,
         /// Indices and names of the map storeys.
         known: String,
     },
 }
 
-/// Names of which some are told where none is near.
+/// Maximum number of example names.
 const MAX_EXAMPLES: usize = 5;
 
-/// The end of a message: names near one that does not exist, else some of those that do.
+/// The end of a message: similar names, else examples of existing ones.
 fn hint(asked: &str, names: &[String]) -> String {
     let near = nearest_names_hint(&asked.replace(['*', '?'], ""), names.iter().map(String::as_str));
     let some: Vec<String> = names.iter().take(MAX_EXAMPLES).map(|name| format!("{name:?}")).collect();
@@ -49,10 +49,10 @@ fn hint(asked: &str, names: &[String]) -> String {
 
 /// Refuses options that name spaces, lifts or a storey that the site does not have.
 ///
-/// Patterns of wildcards alone, such as `*` for all lifts, may match nothing, but that of spaces.
+/// A pattern of wildcards alone, such as `*` for all lifts, may match nothing, except for spaces.
 ///
 /// # Errors
-/// The first name that matches nothing, with the names that are most like it.
+/// The first name that matches nothing, with the most similar names.
 pub fn check_names(site: &Site<'_>, options: &PlanOptions) -> Result<(), UnknownName> {
     for asked in &options.spaces {
         let pattern = WildMatch::new(asked);
@@ -74,7 +74,7 @@ pub fn check_names(site: &Site<'_>, options: &PlanOptions) -> Result<(), Unknown
             let storeys = site.map_storeys.iter().enumerate();
             let known: Vec<String> = storeys.map(|(k, s)| format!("{k} is {:?}", site.text(s.name))).collect();
             let known = if known.is_empty() { "the model has none".to_owned() } else { known.join(", ") };
-            Err(UnknownName::Storey { asked: start.storey, known })
+            Err(UnknownName::StoreyInputs { asked: start.storey, known })
         }
         _ => Ok(()),
     }

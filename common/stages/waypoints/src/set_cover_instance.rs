@@ -1,11 +1,11 @@
-//! The set-cover problem of a storey: places as sets of the faces that they see, and how many faces are to be seen.
+//! The set-cover instance of a storey: a set of visible faces for each scan pose, and the number of faces to cover.
 //!
-//! The goal is a number of faces, and a number in each group of faces (a space), so that the share that may be left out is
-//! never a whole room.
+//! There is a goal for all faces and one for each group of faces (a space), so that the uncovered share is never a whole
+//! room.
 
-/// What is to be covered with what.
+/// A partial set-cover problem with goals per group.
 #[derive(Debug, Default)]
-pub struct Instance {
+pub struct SetCoverInstance {
     /// Faces of each set, ascending.
     pub sets: Vec<Vec<u32>>,
     /// Group of each face.
@@ -16,9 +16,9 @@ pub struct Instance {
     pub group_goals: Vec<usize>,
 }
 
-impl Instance {
-    /// From sets of faces and the group of each face: `share` of the faces that any set holds, and `group_share` of those of
-    /// each group.
+impl SetCoverInstance {
+    /// Builds an instance from sets of faces and the group of each face. The goals are `share` of the faces in any set, and
+    /// `group_share` of those of each group.
     pub(crate) fn new(sets: Vec<Vec<u32>>, groups: Vec<u32>, share: f64, group_share: f64) -> Self {
         let n_groups = groups.iter().max().map_or(0, |g| *g as usize + 1);
         let mut held = vec![false; groups.len()];
@@ -35,62 +35,62 @@ impl Instance {
 
     /// True if the sets reach the goals.
     pub fn is_covered_by(&self, sets: &[u32]) -> bool {
-        let mut covered = Covered::new(self);
+        let mut covered = CoverCounts::new(self);
         sets.iter().for_each(|&set| covered.add(set));
-        covered.is_enough()
+        covered.reaches_goals()
     }
 
-    /// Takes out sets without which the goal is still reached, those with the fewest faces of their own first.
-    pub(crate) fn drop_needless(&self, chosen: &mut Vec<u32>) {
-        let mut covered = Covered::new(self);
+    /// Removes redundant sets, those with the fewest faces of their own first.
+    pub(crate) fn remove_redundant(&self, chosen: &mut Vec<u32>) {
+        let mut covered = CoverCounts::new(self);
         chosen.iter().for_each(|&set| covered.add(set));
         loop {
             let own = |set: u32| self.sets[set as usize].iter().filter(|&&f| covered.count[f as usize] == 1).count();
             let mut order: Vec<(usize, usize)> = chosen.iter().enumerate().map(|(at, &set)| (own(set), at)).collect();
             order.sort_unstable();
-            let needless = order.iter().map(|o| o.1).find(|&at| {
+            let redundant = order.iter().map(|o| o.1).find(|&at| {
                 covered.remove(chosen[at]);
-                let still = covered.is_enough();
+                let still = covered.reaches_goals();
                 if !still {
                     covered.add(chosen[at]);
                 }
                 still
             });
-            let Some(at) = needless else { return };
+            let Some(at) = redundant else { return };
             chosen.remove(at);
         }
     }
 }
 
-/// How often each face is covered, and what is missing.
-pub(crate) struct Covered<'a> {
-    instance: &'a Instance,
+/// Cover counts of the faces, and the goals not reached yet.
+pub(crate) struct CoverCounts<'a> {
+    instance: &'a SetCoverInstance,
     pub(crate) count: Vec<u16>,
-    /// Faces that are covered.
+    /// Number of covered faces.
     pub(crate) n: usize,
     of_group: Vec<usize>,
-    /// Groups that have not reached their goal.
-    pub(crate) n_lacking: usize,
+    /// Number of groups below their goal.
+    pub(crate) n_short_groups: usize,
 }
 
-impl<'a> Covered<'a> {
-    pub(crate) fn new(instance: &'a Instance) -> Self {
+impl<'a> CoverCounts<'a> {
+    pub(crate) fn new(instance: &'a SetCoverInstance) -> Self {
         Self {
             instance,
             count: vec![0; instance.groups.len()],
             n: 0,
             of_group: vec![0; instance.group_goals.len()],
-            n_lacking: instance.group_goals.iter().filter(|g| **g > 0).count(),
+            n_short_groups: instance.group_goals.iter().filter(|g| **g > 0).count(),
         }
     }
 
     /// True if all goals are reached.
-    pub(crate) fn is_enough(&self) -> bool {
-        self.n >= self.instance.goal && self.n_lacking == 0
+    pub(crate) fn reaches_goals(&self) -> bool {
+        self.n >= self.instance.goal && self.n_short_groups == 0
     }
 
-    /// True if the face's group has not reached its goal.
-    pub(crate) fn is_lacking(&self, face: u32) -> bool {
+    /// True if the group of the face is below its goal.
+    pub(crate) fn is_group_short(&self, face: u32) -> bool {
         let group = self.instance.groups[face as usize] as usize;
         self.of_group[group] < self.instance.group_goals[group]
     }
@@ -107,7 +107,7 @@ impl<'a> Covered<'a> {
         }
     }
 
-    /// Returns how often the face is covered now.
+    /// Returns the new cover count of the face.
     pub(crate) fn add_face(&mut self, face: u32) -> u16 {
         let count = &mut self.count[face as usize];
         *count += 1;
@@ -115,19 +115,19 @@ impl<'a> Covered<'a> {
             let group = self.instance.groups[face as usize] as usize;
             self.n += 1;
             self.of_group[group] += 1;
-            self.n_lacking -= usize::from(self.of_group[group] == self.instance.group_goals[group]);
+            self.n_short_groups -= usize::from(self.of_group[group] == self.instance.group_goals[group]);
         }
         *count
     }
 
-    /// Returns how often the face is covered now.
+    /// Returns the new cover count of the face.
     pub(crate) fn remove_face(&mut self, face: u32) -> u16 {
         let count = &mut self.count[face as usize];
         *count -= 1;
         if *count == 0 {
             let group = self.instance.groups[face as usize] as usize;
             self.n -= 1;
-            self.n_lacking += usize::from(self.of_group[group] == self.instance.group_goals[group]);
+            self.n_short_groups += usize::from(self.of_group[group] == self.instance.group_goals[group]);
             self.of_group[group] -= 1;
         }
         *count

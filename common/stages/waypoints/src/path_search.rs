@@ -1,19 +1,19 @@
 //! Shortest paths over reachable cells, with string pulling.
 
-use crate::ground::Ground;
+use crate::free_space::FreeSpace;
 use frames::{Map, Point2};
 use grid::{GridSpec, Sight, squared_distances};
 
-/// The cells that a robot can get to, cut out of the grid with a border of cells that it cannot. Places are numbers of cells
-/// of the cut-out.
-pub(crate) struct Walk {
+/// The reachable cells of a storey: a section of the grid with a border of unreachable cells. Cells are indices in the
+/// section.
+pub(crate) struct PathGrid {
     spec: GridSpec,
     pub(crate) width: usize,
-    /// True where the robot can get to.
+    /// True for reachable cells.
     pub(crate) open: Vec<bool>,
-    /// Squared distance to the nearest cell where it cannot, in cells.
+    /// Squared distance to the nearest unreachable cell, in cells.
     pub(crate) squared: Vec<u32>,
-    /// Straight ways that stay where it can.
+    /// Lines of sight over reachable cells.
     sight: Sight,
 }
 
@@ -21,25 +21,25 @@ pub(crate) struct Walk {
 const SIDE: u32 = 5;
 const CORNER: u32 = 7;
 
-/// Length of a way that does not exist.
-pub(crate) const NO_WAY: u32 = u32::MAX;
+/// Length of a path that does not exist.
+pub(crate) const NO_PATH: u32 = u32::MAX;
 
-/// Memory of a search, to be used again.
+/// Buffers of a search, reused by the next.
 #[derive(Default)]
-pub(crate) struct Scratch {
+pub(crate) struct SearchBuffers {
     cost: Vec<u32>,
     from: Vec<u32>,
     touched: Vec<u32>,
     buckets: Vec<Vec<u32>>,
 }
 
-impl Walk {
-    /// The parts of a storey for which `is_reached` says so; `None` if there are none.
-    pub(crate) fn of(ground: &Ground, is_reached: impl Fn(u32) -> bool) -> Option<Self> {
-        let width = ground.spec.width as usize;
-        let reached = |cell: usize| ground.part(cell) != 0 && is_reached(ground.part(cell));
+impl PathGrid {
+    /// The parts of a storey for which `is_reached` is true; `None` if there are none.
+    pub(crate) fn of(free_space: &FreeSpace, is_reached: impl Fn(u32) -> bool) -> Option<Self> {
+        let width = free_space.spec.width as usize;
+        let reached = |cell: usize| free_space.part(cell) != 0 && is_reached(free_space.part(cell));
         let (mut lo, mut hi) = ([usize::MAX; 2], [0; 2]);
-        for cell in (0..ground.spec.n_cells()).filter(|&c| reached(c)) {
+        for cell in (0..free_space.spec.n_cells()).filter(|&c| reached(c)) {
             let at = [cell % width, cell / width];
             for k in 0..2 {
                 (lo[k], hi[k]) = (lo[k].min(at[k]), hi[k].max(at[k]));
@@ -55,21 +55,21 @@ impl Walk {
                 open[(row - lo[1] + 1) * size[0] + column - lo[0] + 1] = reached(row * width + column);
             }
         }
-        let first = [0, 1].map(|k| ground.spec.first_cell[k] + lo[k] as i32 - 1);
-        let spec = GridSpec { first_cell: first, width: size[0] as u32, height: size[1] as u32, ..ground.spec };
+        let first = [0, 1].map(|k| free_space.spec.first_cell[k] + lo[k] as i32 - 1);
+        let spec = GridSpec { first_cell: first, width: size[0] as u32, height: size[1] as u32, ..free_space.spec };
         let closed: Vec<bool> = open.iter().map(|o| !o).collect();
         let squared = squared_distances(&closed, size[0]);
         let sight = Sight::from_distances(&squared, size[0]);
         Some(Self { spec, width: size[0], open, squared, sight })
     }
 
-    /// The cell of the cut-out at a point, if the robot can get there.
+    /// The cell at a point, if it is reachable.
     pub(crate) fn cell_at(&self, p: Point2<Map>) -> Option<usize> {
         self.spec.cell_at(p).map(|c| self.spec.index(c)).filter(|&c| self.open[c])
     }
 
-    /// The cell at a point, or the nearest of those around it that the robot can get to: a place between the middles of cells may
-    /// be clear although that of its own cell is not.
+    /// The cell at a point, or the nearest reachable neighbour: a point between the middles of cells may be clear although
+    /// the middle of its own cell is not.
     pub(crate) fn cell_near(&self, p: Point2<Map>) -> Option<usize> {
         self.cell_at(p).or_else(|| {
             let cell = self.spec.index(self.spec.cell_at(p)?);
@@ -88,65 +88,65 @@ impl Walk {
         self.spec.centre_of(self.spec.cell_of(cell))
     }
 
-    /// Shortest ways from a cell to those of `targets` (cells) that are wanted, nearest first, until `enough` are found. `found`
-    /// gets the place in `targets` and the cells of the way, from the target back to the cell. Returns the length up to which all ways are
-    /// known, in metres; infinite if all were found.
-    pub(crate) fn ways(
+    /// Shortest paths from a cell to the wanted cells of `targets`, nearest first, until `enough` are found. `found` gets
+    /// the index in `targets` and the cells of the path, from the target back to the start. Returns the length in metres up
+    /// to which all paths are known; infinite if all targets were found.
+    pub(crate) fn shortest_paths(
         &self,
         start: usize,
         targets: &Targets,
         is_wanted: impl Fn(usize) -> bool,
         enough: usize,
-        scratch: &mut Scratch,
+        buffers: &mut SearchBuffers,
         mut found: impl FnMut(usize, &[usize]),
     ) -> f64 {
-        scratch.begin(self.open.len());
-        scratch.reach(start, start, 0);
+        buffers.begin(self.open.len());
+        buffers.reach(start, start, 0);
         let (mut n_found, mut now, mut waiting) = (0, 0, 1usize);
-        let mut way = Vec::new();
+        let mut path = Vec::new();
         while waiting > 0 {
             let bucket = now as usize % N_BUCKETS;
-            while let Some(cell) = scratch.buckets[bucket].pop() {
+            while let Some(cell) = buffers.buckets[bucket].pop() {
                 waiting -= 1;
                 let cell = cell as usize;
-                if scratch.cost[cell] != now {
+                if buffers.cost[cell] != now {
                     continue;
                 }
                 for target in targets.at(cell).filter(|target| is_wanted(*target)) {
-                    scratch.way_back(cell, start, &mut way);
-                    found(target, &way);
+                    buffers.path_back(cell, start, &mut path);
+                    found(target, &path);
                     n_found += 1;
                 }
                 if n_found >= enough {
                     return f64::from(now) / f64::from(SIDE) * self.spec.resolution_m();
                 }
-                waiting += self.step(cell, now, scratch);
+                waiting += self.step(cell, now, buffers);
             }
             now += 1;
         }
         f64::INFINITY
     }
 
-    fn step(&self, cell: usize, now: u32, scratch: &mut Scratch) -> usize {
+    fn step(&self, cell: usize, now: u32, buffers: &mut SearchBuffers) -> usize {
         let w = self.width;
         let [left, right, down, up] = [cell - 1, cell + 1, cell - w, cell + w];
         let [l, r, d, u] = [left, right, down, up].map(|c| self.open[c]);
         let sides = [(left, l), (right, r), (down, d), (up, u)];
-        // No way squeezes between two cells that meet at a corner.
+        // No path passes between two blocked cells that meet at a corner.
         let corners = [(down - 1, d && l), (down + 1, d && r), (up - 1, u && l), (up + 1, u && r)];
         let mut n = 0;
         for (next, _) in sides.into_iter().filter(|s| s.1) {
-            n += usize::from(scratch.reach(next, cell, now + SIDE));
+            n += usize::from(buffers.reach(next, cell, now + SIDE));
         }
         for (next, _) in corners.into_iter().filter(|c| c.1 && self.open[c.0]) {
-            n += usize::from(scratch.reach(next, cell, now + CORNER));
+            n += usize::from(buffers.reach(next, cell, now + CORNER));
         }
         n
     }
 
-    /// The corners of the shortest line along a way: cells are left out while the straight line stays where the robot can be.
-    /// The ends are `from` and `to`, which may lie beside the middles of the way's ends.
-    pub(crate) fn pulled(&self, cells: &[usize], from: Point2<Map>, to: Point2<Map>) -> Vec<Point2<Map>> {
+    /// String pulling: the corners of the shortest line along a path. Cells are left out while the straight line stays over
+    /// reachable cells. The line starts at `from` and ends at `to`, which may lie beside the middles of the end cells.
+    pub(crate) fn pull_string(&self, cells: &[usize], from: Point2<Map>, to: Point2<Map>) -> Vec<Point2<Map>> {
         let mut points = vec![from];
         points.extend(cells.iter().map(|&cell| self.middle(cell)).chain([to]));
         points.dedup();
@@ -154,7 +154,7 @@ impl Walk {
         let mut line = vec![from];
         let mut at = 0;
         while at < last {
-            // Doubling, then halving: the farthest place in a straight line, found in a few looks.
+            // Doubling, then bisection finds the farthest cell in a straight line.
             let clear = |to: usize| self.is_clear(points[at], points[to]);
             let (mut good, mut step) = (at + 1, 1);
             while good < last && clear((good + step).min(last)) {
@@ -175,18 +175,18 @@ impl Walk {
         line
     }
 
-    /// True if the straight way between two places stays where the robot can be.
+    /// True if the straight line between two points stays over reachable cells.
     pub(crate) fn is_clear(&self, a: Point2<Map>, b: Point2<Map>) -> bool {
         let inside = |p: Point2<Map>| self.cell_at(p).is_some();
-        inside(a) && inside(b) && self.sight.is_clear(self.place(a), self.place(b))
+        inside(a) && inside(b) && self.sight.is_clear(self.point_in_cells(a), self.point_in_cells(b))
     }
 
-    /// The same between the middles of two cells.
+    /// True if the straight line between the middles of two cells stays over reachable cells.
     pub(crate) fn is_straight(&self, a: usize, b: usize) -> bool {
         self.sight.is_clear(self.in_cells(a), self.in_cells(b))
     }
 
-    fn place(&self, p: Point2<Map>) -> [f64; 2] {
+    fn point_in_cells(&self, p: Point2<Map>) -> [f64; 2] {
         let resolution_m = self.spec.resolution_m();
         [
             p.x_m / resolution_m - f64::from(self.spec.first_cell[0]),
@@ -204,18 +204,18 @@ pub(crate) fn length_m(line: &[Point2<Map>]) -> f64 {
     line.windows(2).map(|p| libm::hypot(p[1].x_m - p[0].x_m, p[1].y_m - p[0].y_m)).sum()
 }
 
-/// Cells to be found, several perhaps in one place.
+/// Target cells of a search; several targets may share a cell.
 pub(crate) struct Targets {
-    /// (cell, place in the list), sorted.
+    /// (cell, index of the target), sorted.
     sorted: Vec<(usize, usize)>,
     is_target: Vec<bool>,
 }
 
 impl Targets {
-    pub(crate) fn new(walk: &Walk, cells: impl Iterator<Item = usize>) -> Self {
+    pub(crate) fn new(path_grid: &PathGrid, cells: impl Iterator<Item = usize>) -> Self {
         let mut sorted: Vec<(usize, usize)> = cells.zip(0..).collect();
         sorted.sort_unstable();
-        let mut is_target = vec![false; walk.open.len()];
+        let mut is_target = vec![false; path_grid.open.len()];
         sorted.iter().for_each(|(cell, _)| is_target[*cell] = true);
         Self { sorted, is_target }
     }
@@ -226,16 +226,16 @@ impl Targets {
     }
 }
 
-/// More than the dearest step.
+/// More than the cost of any step.
 const N_BUCKETS: usize = 8;
 
-impl Scratch {
+impl SearchBuffers {
     fn begin(&mut self, n_cells: usize) {
         if self.cost.len() == n_cells {
-            self.touched.drain(..).for_each(|cell| self.cost[cell as usize] = NO_WAY);
+            self.touched.drain(..).for_each(|cell| self.cost[cell as usize] = NO_PATH);
         } else {
             self.touched.clear();
-            self.cost = vec![NO_WAY; n_cells];
+            self.cost = vec![NO_PATH; n_cells];
             self.from = vec![0; n_cells];
         }
         self.buckets.resize_with(N_BUCKETS, Vec::new);
@@ -247,7 +247,7 @@ impl Scratch {
         if cost >= *known {
             return false;
         }
-        if *known == NO_WAY {
+        if *known == NO_PATH {
             self.touched.push(cell as u32);
         }
         *known = cost;
@@ -256,13 +256,13 @@ impl Scratch {
         true
     }
 
-    fn way_back(&self, cell: usize, start: usize, way: &mut Vec<usize>) {
-        way.clear();
-        way.push(cell);
+    fn path_back(&self, cell: usize, start: usize, path: &mut Vec<usize>) {
+        path.clear();
+        path.push(cell);
         let mut at = cell;
         while at != start {
             at = self.from[at] as usize;
-            way.push(at);
+            path.push(at);
         }
     }
 }

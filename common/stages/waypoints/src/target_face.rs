@@ -1,16 +1,16 @@
-//! Target faces: sides of occupied cells that scans are to see.
+//! Target faces: the sides of occupied cells that scans are to see, found in the class and planning layers of a grid.
 
 use grid::Class;
 use messages::Grid;
 
-/// A side of an occupied cell that looks at a free one. Places and lengths are in cells.
+/// A side of an occupied cell towards a free cell. Positions and lengths are in cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Face {
-    /// The middle of the side, a thousandth of a cell in front of it.
+pub(crate) struct TargetFace {
+    /// Middle of the side, a thousandth of a cell in front of it.
     pub(crate) middle: [f64; 2],
-    /// Unit normal of the surface that the cell is a part of, over a window of 5 x 5 cells.
+    /// Unit normal of the surface of the cell, estimated in a window of 5 x 5 cells.
     pub(crate) normal: [f64; 2],
-    /// Which way the side looks.
+    /// Direction of the side.
     pub(crate) side: [i8; 2],
     /// The free cell in front.
     pub(crate) front: u32,
@@ -20,9 +20,9 @@ pub(crate) struct Face {
 
 /// All target faces of a storey, in tiles.
 #[derive(Debug)]
-pub(crate) struct Faces {
-    pub(crate) all: Vec<Face>,
-    /// Their numbers, where these are some of others.
+pub(crate) struct TargetFaces {
+    pub(crate) all: Vec<TargetFace>,
+    /// Indices in the complete list, for a subset.
     pub(crate) numbers: Vec<u32>,
     /// First face of each tile, row-major, and the number of faces.
     first: Vec<u32>,
@@ -32,19 +32,19 @@ pub(crate) struct Faces {
 /// Side of a tile in cells.
 const TILE: usize = 16;
 
-/// In front of a side by this much of a cell.
+/// Offset of the middle of a face in front of the side, in cells.
 const IN_FRONT: f64 = 1e-3;
 
 const SIDES: [[i8; 2]; 4] = [[1, 0], [-1, 0], [0, 1], [0, -1]];
 
-impl Faces {
-    /// The faces of a grid: of cells that an element occupies, in front of which a cell is free. `wanted` says of the occupied
-    /// and the free cell whether the face is a target.
+impl TargetFaces {
+    /// The target faces of a grid, between cells occupied by elements and free cells. `wanted` tells for an occupied and a
+    /// free cell whether the face between them is a target.
     pub(crate) fn of(grid: &Grid<'_>, wanted: impl Fn(usize, usize) -> bool) -> Self {
         let (width, height) = (grid.head.width as usize, grid.head.height as usize);
         let tiles_wide = width.div_ceil(TILE);
         let n_tiles = tiles_wide * height.div_ceil(TILE);
-        let mut found: Vec<(u32, Face)> = Vec::new();
+        let mut found: Vec<(u32, TargetFace)> = Vec::new();
         for row in 1..height.saturating_sub(1) {
             let line = row * width;
             for cell in line + 1..(line + width).saturating_sub(1) {
@@ -60,14 +60,14 @@ impl Faces {
                 }
             }
         }
-        // Stable: inside of a tile they stay in the order of cells.
+        // A stable sort keeps the order of cells within a tile.
         found.sort_by_key(|(tile, _)| *tile);
         let numbers = (0..found.len() as u32).collect();
-        let (tiles, all): (Vec<u32>, Vec<Face>) = found.into_iter().unzip();
+        let (tiles, all): (Vec<u32>, Vec<TargetFace>) = found.into_iter().unzip();
         Self { all, numbers, first: firsts(tiles, n_tiles), tiles_wide }
     }
 
-    /// The faces that are not marked; `numbers` tells which they are.
+    /// The faces that are not marked, with their indices in `numbers`.
     pub(crate) fn without(&self, marked: &[bool]) -> Self {
         let tiles = self.first.windows(2).zip(0u32..).flat_map(|(ends, tile)| (ends[0]..ends[1]).map(move |_| tile));
         let rest: Vec<(u32, u32)> = tiles.zip(0..).filter(|(_, face)| !marked[*face as usize]).collect();
@@ -76,7 +76,7 @@ impl Faces {
         Self { all, numbers, first: firsts(tiles, self.first.len() - 1), tiles_wide: self.tiles_wide }
     }
 
-    /// Indices of the faces whose tiles come within `range` cells of a place, ascending.
+    /// Indices of the faces in tiles within `range` cells of a point, ascending.
     pub(crate) fn near(&self, at: [f64; 2], range: f64) -> impl Iterator<Item = u32> {
         let n_rows = self.first.len().saturating_sub(1).checked_div(self.tiles_wide).unwrap_or(0);
         let tiles = move |at: f64, n: usize| {
@@ -91,7 +91,7 @@ impl Faces {
     }
 }
 
-/// Where each tile begins, from the sorted tiles of all faces.
+/// Index of the first face of each tile, from the sorted tiles of all faces.
 fn firsts(tiles: Vec<u32>, n_tiles: usize) -> Vec<u32> {
     let mut first = vec![0u32; n_tiles + 1];
     tiles.into_iter().for_each(|tile| first[tile as usize + 1] += 1);
@@ -105,20 +105,20 @@ fn beside(cell: usize, side: [i8; 2], width: usize) -> usize {
     cell.wrapping_add_signed(isize::from(side[0]) + isize::from(side[1]) * width as isize)
 }
 
-fn face(grid: &Grid<'_>, cell: usize, front: usize, side: [i8; 2]) -> Face {
+fn face(grid: &Grid<'_>, cell: usize, front: usize, side: [i8; 2]) -> TargetFace {
     let width = grid.head.width as usize;
     let [dx, dy] = side.map(f64::from);
     let out = 0.5 + IN_FRONT;
     let middle = [(cell % width) as f64 + 0.5 + out * dx, (cell / width) as f64 + 0.5 + out * dy];
-    Face { middle, normal: normal(grid, front, side), side, front: front as u32, space: grid.space[front] }
+    TargetFace { middle, normal: normal(grid, front, side), side, front: front as u32, space: grid.space[front] }
 }
 
-/// Cells around the free cell are bits of a word, five a row, the free cell in the middle.
+/// Side and middle index of the 5 x 5 window around the free cell, stored as bits of a word.
 const N: i32 = 5;
 const MIDDLE: i32 = 12;
 
-/// Away from the occupied cells of the 5 x 5 window around the free cell that belong to the face's surface: those that hang
-/// together, corners included, with the face's cell. What is on the other side of a thin wall has no part in it.
+/// Unit vector away from the occupied cells of the face's surface in the 5 x 5 window around the free cell: those
+/// 8-connected with the cell of the face. Cells on the other side of a thin wall are not connected in the window.
 fn normal(grid: &Grid<'_>, front: usize, side: [i8; 2]) -> [f64; 2] {
     let (width, height) = (grid.head.width as i32, grid.head.height as i32);
     let (column, row) = (front as i32 % width, front as i32 / width);
@@ -145,7 +145,7 @@ fn normal(grid: &Grid<'_>, front: usize, side: [i8; 2]) -> [f64; 2] {
     if length == 0.0 { side.map(f64::from) } else { [f64::from(x) / length, f64::from(y) / length] }
 }
 
-/// The cells of a window and all their neighbours.
+/// Dilates a window by one cell, corners included.
 fn spread(cells: u32) -> u32 {
     const ALL: u32 = (1 << 25) - 1;
     const NOT_FIRST: u32 = 0b11110_11110_11110_11110_11110;
@@ -157,16 +157,16 @@ fn spread(cells: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::tests::drawn;
+    use crate::free_space::tests::drawn;
 
-    fn faces(text: &str) -> Faces {
-        Faces::of(&Grid::open(drawn(text).bytes()).unwrap(), |_, _| true)
+    fn faces(text: &str) -> TargetFaces {
+        TargetFaces::of(&Grid::open(drawn(text).bytes()).unwrap(), |_, _| true)
     }
 
     /// Degrees between the normals of the faces and a direction, the largest.
-    fn off_degrees(faces: &[&Face], direction: [f64; 2]) -> f64 {
+    fn off_degrees(faces: &[&TargetFace], direction: [f64; 2]) -> f64 {
         let length = libm::hypot(direction[0], direction[1]);
-        let cos = |f: &&Face| (f.normal[0] * direction[0] + f.normal[1] * direction[1]) / length;
+        let cos = |f: &&TargetFace| (f.normal[0] * direction[0] + f.normal[1] * direction[1]) / length;
         faces.iter().map(|f| libm::acos(cos(f).clamp(-1.0, 1.0)).to_degrees()).fold(0.0, f64::max)
     }
 
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(faces(&text).all.len(), 6, "none before the unknown cell");
         let buffer = drawn(&text);
         let grid = Grid::open(buffer.bytes()).unwrap();
-        let of_space = Faces::of(&grid, |_, front| grid.space[front] == 1);
+        let of_space = TargetFaces::of(&grid, |_, front| grid.space[front] == 1);
         assert_eq!(of_space.all.iter().map(|f| f.space).collect::<Vec<_>>(), [1, 1]);
     }
 
@@ -204,7 +204,7 @@ mod tests {
     fn normals_of_a_straight_wall_look_straight_away_from_it() {
         let faces = faces(&room(&["..........", "..........", "..........", "..........", "..........", ".........."]));
         // Far from the corners, where two walls are in the window.
-        let low: Vec<&Face> =
+        let low: Vec<&TargetFace> =
             faces.all.iter().filter(|f| f.side == [0, 1] && (5.0..9.0).contains(&f.middle[0])).collect();
         assert_eq!(low.len(), 4);
         assert_eq!(off_degrees(&low, [0.0, 1.0]), 0.0);
@@ -216,11 +216,11 @@ mod tests {
         let rows: Vec<String> = (0..20).map(row).collect();
         let faces = faces(&room(&rows.iter().map(String::as_str).collect::<Vec<_>>()));
         // Floor lies above the stairs of cells, to the right.
-        let is_slope = |f: &&Face| {
+        let is_slope = |f: &&TargetFace| {
             let off = f.middle[0] + f.middle[1] - 22.0;
             (4.0..17.0).contains(&f.middle[0]) && (5.0..18.0).contains(&f.middle[1]) && off.abs() < 2.0
         };
-        let slope: Vec<&Face> = faces.all.iter().filter(is_slope).collect();
+        let slope: Vec<&TargetFace> = faces.all.iter().filter(is_slope).collect();
         assert!(slope.len() > 20, "{}", slope.len());
         let off = off_degrees(&slope, [1.0, 1.0]);
         assert!(off <= 20.0, "{off} degrees");
@@ -230,8 +230,8 @@ mod tests {
     fn a_thin_wall_has_two_sides() {
         let faces = faces(&room(&["..........", "..........", "..........", "##########", "..........", ".........."]));
         for (side, middle_y) in [([0i8, 1i8], 5.001), ([0, -1], 3.999)] {
-            let own = |f: &&Face| f.side == side && (f.middle[1] - middle_y).abs() < 1e-9;
-            let inner: Vec<&Face> =
+            let own = |f: &&TargetFace| f.side == side && (f.middle[1] - middle_y).abs() < 1e-9;
+            let inner: Vec<&TargetFace> =
                 faces.all.iter().filter(own).filter(|f| (5.0..9.0).contains(&f.middle[0])).collect();
             assert_eq!((inner.len(), off_degrees(&inner, [0.0, f64::from(side[1])])), (4, 0.0));
         }
@@ -240,7 +240,8 @@ mod tests {
     #[test]
     fn a_pillar_of_one_cell_has_four_faces_that_look_outward() {
         let faces = faces(&room(&[".......", ".......", ".......", "...#...", ".......", ".......", "......."]));
-        let pillar: Vec<&Face> = faces.all.iter().filter(|f| f.middle.iter().all(|c| (4.5..6.5).contains(c))).collect();
+        let pillar: Vec<&TargetFace> =
+            faces.all.iter().filter(|f| f.middle.iter().all(|c| (4.5..6.5).contains(c))).collect();
         assert_eq!(pillar.len(), 4);
         pillar.iter().for_each(|f| assert_eq!(f.normal, f.side.map(f64::from)));
     }

@@ -1,13 +1,13 @@
-//! Faces visible from a scan pose: range, incidence, field of view, line of sight.
+//! Target faces visible from a scan pose by range, incidence, field of view and line of sight.
 
-use crate::face::{Face, Faces};
+use crate::target_face::{TargetFace, TargetFaces};
 use grid::Sight;
 use messages::ScanSensor;
 use std::f64::consts::{PI, TAU};
 
-/// What a sensor manages, in cells.
+/// Limits of a sensor, lengths in cells.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Reach {
+pub(crate) struct SensorLimits {
     range: f64,
     min_range_squared: f64,
     /// Squared cosine of the largest angle of incidence.
@@ -15,14 +15,14 @@ pub(crate) struct Reach {
     half_view_rad: f64,
 }
 
-/// A place in cells, and a heading where that matters.
+/// A position in cells and a heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Pose {
+pub(crate) struct ScanPose {
     pub(crate) at: [f64; 2],
     pub(crate) yaw_rad: f64,
 }
 
-impl Reach {
+impl SensorLimits {
     pub(crate) fn of(sensor: &ScanSensor, resolution_m: f64) -> Self {
         let cells = |m: f64| m / resolution_m;
         let cos = libm::cos(sensor.max_incidence_rad.clamp(0.0, PI / 2.0)).max(0.0);
@@ -34,15 +34,15 @@ impl Reach {
         }
     }
 
-    /// Faces that are seen from a place if the sensor looks everywhere, ascending: those whose middle is in range, at which
-    /// the ray and the normal are not too far apart, and to which a straight line leads through free cells.
-    pub(crate) fn seen_around(&self, sight: &Sight, faces: &Faces, at: [f64; 2]) -> Vec<u32> {
+    /// Faces visible all around from a position, ascending: in range, within the angle of incidence, with a line of sight
+    /// over free cells.
+    pub(crate) fn visible_around(&self, sight: &Sight, faces: &TargetFaces, at: [f64; 2]) -> Vec<u32> {
         let candidates = faces.near(at, self.range);
         candidates.filter(|&k| self.is_seen(sight, &faces.all[k as usize], at)).collect()
     }
 
-    /// Those of the faces, seen from the pose's place, that lie in the field of view.
-    pub(crate) fn in_view(&self, faces: &Faces, seen: &[u32], pose: Pose) -> Vec<u32> {
+    /// Of the faces visible from the position of a pose, those in its field of view.
+    pub(crate) fn in_field_of_view(&self, faces: &TargetFaces, seen: &[u32], pose: ScanPose) -> Vec<u32> {
         let is_in_view = |&&k: &&u32| {
             let middle = faces.all[k as usize].middle;
             let bearing = libm::atan2(middle[1] - pose.at[1], middle[0] - pose.at[0]);
@@ -51,7 +51,7 @@ impl Reach {
         seen.iter().filter(is_in_view).copied().collect()
     }
 
-    fn is_seen(&self, sight: &Sight, face: &Face, at: [f64; 2]) -> bool {
+    fn is_seen(&self, sight: &Sight, face: &TargetFace, at: [f64; 2]) -> bool {
         let d = [at[0] - face.middle[0], at[1] - face.middle[1]];
         let squared = d[0] * d[0] + d[1] * d[1];
         let along = d[0] * face.normal[0] + d[1] * face.normal[1];
@@ -65,7 +65,7 @@ impl Reach {
     }
 }
 
-/// Size of the turn from one heading to another, 0 to pi.
+/// Angle between two headings, 0 to pi.
 pub(crate) fn turn_between(a_rad: f64, b_rad: f64) -> f64 {
     let turn = libm::fabs(libm::fmod(a_rad - b_rad, TAU));
     turn.min(TAU - turn)
@@ -74,8 +74,8 @@ pub(crate) fn turn_between(a_rad: f64, b_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::Ground;
-    use crate::ground::tests::drawn;
+    use crate::free_space::FreeSpace;
+    use crate::free_space::tests::drawn;
     use messages::Grid;
 
     /// A corridor of 20 x 5 cells between walls, in a frame of nothing: cells from (2, 2) to (21, 6).
@@ -89,14 +89,14 @@ mod tests {
     const FREE: &str = "#....................#";
 
     /// Middles of the faces that a sensor sees from a place, in tenths of a cell.
-    fn seen(text: &str, sensor: &ScanSensor, pose: Pose) -> Vec<[i64; 2]> {
+    fn seen(text: &str, sensor: &ScanSensor, pose: ScanPose) -> Vec<[i64; 2]> {
         let buffer = drawn(text);
         let grid = Grid::open(buffer.bytes()).unwrap();
-        let (faces, ground) = (Faces::of(&grid, |_, _| true), Ground::of(&grid, 0.1));
-        let reach = Reach::of(sensor, 0.1);
-        let around = reach.seen_around(&ground.sight, &faces, pose.at);
+        let (faces, free_space) = (TargetFaces::of(&grid, |_, _| true), FreeSpace::of(&grid, 0.1));
+        let reach = SensorLimits::of(sensor, 0.1);
+        let around = reach.visible_around(&free_space.sight, &faces, pose.at);
         assert!(around.is_sorted());
-        let seen = if sensor.sees_around() { around } else { reach.in_view(&faces, &around, pose) };
+        let seen = if sensor.sees_around() { around } else { reach.in_field_of_view(&faces, &around, pose) };
         seen.into_iter().map(|k| faces.all[k as usize].middle.map(|c| (c * 10.0).round() as i64)).collect()
     }
 
@@ -105,7 +105,7 @@ mod tests {
         ScanSensor { range_m: range * 0.1, min_range_m: 0.0, max_incidence_rad: 1.57, ..ScanSensor::DEFAULT }
     }
 
-    const MIDDLE: Pose = Pose { at: [12.0, 4.5], yaw_rad: 0.0 };
+    const MIDDLE: ScanPose = ScanPose { at: [12.0, 4.5], yaw_rad: 0.0 };
 
     #[test]
     fn faces_in_range_are_seen_and_no_others() {
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(blocked.len(), 15 + 15 + 5 + 5);
         assert!(blocked.iter().any(|m| m[0] == 170), "its own face is seen");
         // Its other side looks away.
-        let beyond = Pose { at: [19.0, 4.5], ..MIDDLE };
+        let beyond = ScanPose { at: [19.0, 4.5], ..MIDDLE };
         assert!(seen(&corridor("#...............#....#"), &sensor(100.0), beyond).iter().all(|m| m[0] >= 180));
     }
 
@@ -146,7 +146,7 @@ mod tests {
         let all = seen(&corridor(FREE), &sensor(100.0), MIDDLE);
         let mut n = 0;
         for yaw_rad in [0.0, PI / 2.0, PI, -PI / 2.0] {
-            let view = seen(&corridor(FREE), &quarter, Pose { yaw_rad, ..MIDDLE });
+            let view = seen(&corridor(FREE), &quarter, ScanPose { yaw_rad, ..MIDDLE });
             for m in &view {
                 let bearing = libm::atan2(m[1] as f64 - 45.0, m[0] as f64 - 120.0);
                 assert!(turn_between(bearing, yaw_rad) <= PI / 4.0 + 0.01, "{m:?} at {yaw_rad}");

@@ -1,56 +1,62 @@
-//! Path up a stair over its treads and landings, with length, clear width and risers.
+//! Traversal of a stair over its treads and landings, with length, clear width and number of risers.
 
 use frames::{TENTHS_PER_M, metres};
 use geometry::{Bounds, Footprint, MultiPolygon, Point, Slab, Tread, footprint, treads};
 use grid::Class;
 use messages::{ElementState, NONE, Phase, Site};
 
-/// A way up.
+/// The traversal of a stair.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Climb {
-    /// From the lower to the upper end, in `map`, in metres.
+pub(crate) struct StairTraversal {
+    /// Line from the lower to the upper end, in `map`, in metres.
     pub(crate) line: Vec<[f64; 3]>,
-    /// Its length, up the slope.
-    pub(crate) walked_m: f64,
-    /// Clear width of the flights where they are narrowest; 0 if unknown.
+    /// Length of the line, along the slope.
+    pub(crate) length_m: f64,
+    /// Minimum clear width of the flights; 0 if unknown.
     pub(crate) clear_width_m: f64,
-    /// Number of risers that it climbs.
+    /// Number of risers.
     pub(crate) n_risers: u32,
 }
 
-/// More level faces than a stair has.
+/// Limit of level faces of a stair.
 const MAX_TREADS: usize = 1_000;
 
-/// One steps from a tread to the next over a gap up to this.
+/// Maximum horizontal gap between a tread and the next.
 const REACH: f64 = 0.10 * TENTHS_PER_M as f64;
 
-/// Faces that differ by less are one level.
+/// Faces whose heights differ by less are one level.
 pub(crate) const ONE_LEVEL: i32 = 6 * TENTHS_PER_M / 100;
 
-/// Steps are no higher; what is higher is no step of a stair. A floor may be laid higher than the model's first step expects.
+/// Maximum rise of a step. The first and last may be higher than others, where the floor is not at the height for which the
+/// stair was modelled.
 pub(crate) const MAX_RISE: i32 = 45 * TENTHS_PER_M / 100;
 
-/// Rise of a step where a stair has too few to tell.
-const USUAL_RISE: i32 = 19 * TENTHS_PER_M / 100;
+/// Rise of a step for stairs with too few treads to measure it.
+const DEFAULT_RISE: i32 = 19 * TENTHS_PER_M / 100;
 
-/// What stands between these heights above a tread makes it narrower: rails, walls, stringers. Lower is the next tread.
+/// Heights above a tread between which rails, walls and stringers reduce its clear width. Below is the next tread.
 const BESIDE: [i32; 2] = [30 * TENTHS_PER_M / 100, 120 * TENTHS_PER_M / 100];
 
-/// Widths are looked at in steps of a centimetre, no farther than this many to either side.
+/// Maximum number of centimetre steps to either side in the measurement of widths.
 const MAX_STEPS_ASIDE: i32 = 500;
 
-/// Number of treads of a way at which its width is measured.
+/// Number of treads at which the width is measured.
 const N_WIDTHS: usize = 5;
 
-/// A tread this many times as large as the middle one is a landing.
-pub(crate) const LANDING: f64 = 1.8;
+/// A tread this many times as large as the median one is a landing.
+pub(crate) const LANDING_SIZE_FACTOR: f64 = 1.8;
 
-/// Points this near to a straight line are left out, in metres.
+/// Tolerance of line simplification, in metres.
 const TOLERANCE_M: f64 = 0.01;
 
-/// The way up the stair `whole`, from one end to the other; `None` where its level faces do not lead there, as those of a
-/// ramp or of a body that is not made of steps.
-pub(crate) fn climb(site: &Site<'_>, phase: &Phase<'_>, whole: usize, ends: [[f64; 3]; 2]) -> Option<Climb> {
+/// The traversal of the stair `whole` between two ends; `None` where its level faces do not connect them, as for a ramp or a
+/// body without steps.
+pub(crate) fn stair_traversal(
+    site: &Site<'_>,
+    phase: &Phase<'_>,
+    whole: usize,
+    ends: [[f64; 3]; 2],
+) -> Option<StairTraversal> {
     let is_built = |index: usize| phase.effective(index) == ElementState::Built;
     let parts = (0..site.elements.len()).filter(|&e| is_part_of(site, e, whole) && is_built(e));
     let carries = |e: &usize| site.elements[*e].class() != Class::Railing;
@@ -64,7 +70,7 @@ pub(crate) fn climb(site: &Site<'_>, phase: &Phase<'_>, whole: usize, ends: [[f6
     if steps.len() > MAX_TREADS {
         return None;
     }
-    let way = way_over(&steps, ends, [low, high])?;
+    let way = path_over_treads(&steps, ends, [low, high])?;
     let mut line = vec![ends[0]];
     line.extend(way.iter().map(|&at| point_m(&steps[at])));
     line.push(ends[1]);
@@ -72,14 +78,14 @@ pub(crate) fn climb(site: &Site<'_>, phase: &Phase<'_>, whole: usize, ends: [[f6
     let n_risers = line.windows(2).filter(is_up).count() as u32;
     let clear_width_m = clear_width_m(site, &is_built, &steps, &way);
     let line = straightened(&line);
-    let walked_m = line.windows(2).map(|ends| distance_m(ends[0], ends[1])).sum();
-    Some(Climb { line, walked_m, clear_width_m, n_risers })
+    let length_m = line.windows(2).map(|ends| distance_m(ends[0], ends[1])).sum();
+    Some(StairTraversal { line, length_m, clear_width_m, n_risers })
 }
 
-/// True if the element is the whole or, over any number of steps, a part of it.
+/// True if the element is the whole or directly or indirectly a part of it.
 fn is_part_of(site: &Site<'_>, element: usize, whole: usize) -> bool {
     let mut at = element;
-    // The bound ends cycles, which a broken file may hold.
+    // The bound ends cycles in broken files.
     for _ in 0..16 {
         if at == whole {
             return true;
@@ -101,11 +107,11 @@ fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
     libm::hypot(libm::hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2])
 }
 
-/// The shortest way over treads that follow each other, by their places.
-fn way_over(steps: &[Tread], ends: [[f64; 3]; 2], [low, high]: [i32; 2]) -> Option<Vec<usize>> {
-    let rise = highest_rise(steps);
+/// Shortest path over adjacent treads, as indices of treads.
+fn path_over_treads(steps: &[Tread], ends: [[f64; 3]; 2], [low, high]: [i32; 2]) -> Option<Vec<usize>> {
+    let rise = max_rise(steps);
     let n = steps.len();
-    // The first and the last step may be higher, where a floor is laid otherwise than the stair expects.
+    // The first and last rise may be higher, where the floor is not at the height for which the stair was modelled.
     let within = |far: &dyn Fn(&Tread) -> i32| -> Vec<bool> {
         let is_at = |limit: i32| steps.iter().map(|t| (-ONE_LEVEL..=limit).contains(&far(t))).collect::<Vec<bool>>();
         Some(is_at(rise)).filter(|at| at.contains(&true)).unwrap_or_else(|| is_at(MAX_RISE))
@@ -137,20 +143,20 @@ fn way_over(steps: &[Tread], ends: [[f64; 3]; 2], [low, high]: [i32; 2]) -> Opti
     Some(way)
 }
 
-/// The highest step that is still one between treads of these.
-pub(crate) fn highest_rise(steps: &[Tread]) -> i32 {
-    usual_rise(steps) * 8 / 5
+/// Maximum rise between adjacent treads of this stair.
+pub(crate) fn max_rise(steps: &[Tread]) -> i32 {
+    typical_rise(steps) * 8 / 5
 }
 
-/// The rise that most neighbouring levels have, in tenths of a millimetre.
-pub(crate) fn usual_rise(steps: &[Tread]) -> i32 {
+/// Median rise between neighbouring levels, in tenths of a millimetre.
+pub(crate) fn typical_rise(steps: &[Tread]) -> i32 {
     let mut rises: Vec<i32> =
         steps.windows(2).map(|t| t[1].z - t[0].z).filter(|r| (1..=MAX_RISE).contains(r)).collect();
     rises.sort_unstable();
-    rises.get(rises.len() / 2).copied().unwrap_or(USUAL_RISE).max(ONE_LEVEL)
+    rises.get(rises.len() / 2).copied().unwrap_or(DEFAULT_RISE).max(ONE_LEVEL)
 }
 
-/// True if two plans are no farther apart than a foot reaches.
+/// True if two treads are adjacent in plan.
 pub(crate) fn touch(a: &MultiPolygon, b: &MultiPolygon) -> bool {
     let (Some(p), Some(q)) = (a.bounds(), b.bounds()) else { return false };
     let reach = REACH as i32;
@@ -174,7 +180,7 @@ fn sides(ring: &[Point]) -> impl Iterator<Item = [[f64; 2]; 2]> {
     ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| [a.map(f64::from), b.map(f64::from)])
 }
 
-/// Distance of a point from a line between two others.
+/// Distance of a point from a line segment.
 fn off(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let d = [b[0] - a[0], b[1] - a[1]];
     let e = [p[0] - a[0], p[1] - a[1]];
@@ -183,16 +189,16 @@ fn off(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     libm::hypot(e[0] - t * d[0], e[1] - t * d[1])
 }
 
-/// The least clear width of the treads of a way, across it; 0 where none can be measured. Landings do not count.
+/// Minimum clear width of the treads across the path, without landings; 0 where none can be measured.
 fn clear_width_m(site: &Site<'_>, is_built: &dyn Fn(usize) -> bool, steps: &[Tread], way: &[usize]) -> f64 {
     let mut areas: Vec<f64> = way.iter().map(|&at| steps[at].plan.area_m2()).collect();
     areas.sort_by(f64::total_cmp);
-    let usual = areas.get(areas.len() / 2).copied().unwrap_or_default();
-    let is_of_flight = |at: &usize| steps[way[*at]].plan.area_m2() <= LANDING * usual;
+    let defaults = areas.get(areas.len() / 2).copied().unwrap_or_default();
+    let is_of_flight = |at: &usize| steps[way[*at]].plan.area_m2() <= LANDING_SIZE_FACTOR * defaults;
     let of_flights: Vec<usize> = (0..way.len()).filter(is_of_flight).collect();
     let stride = of_flights.len().div_ceil(N_WIDTHS).max(1);
     let widths = of_flights.iter().step_by(stride).filter_map(|&at| {
-        // Where one comes from before the first step and goes to after the last one does not tell how the flight runs.
+        // The floor before the first and after the last step does not define the direction of the flight.
         let [a, b] = [at.saturating_sub(1), (at + 1).min(way.len() - 1)].map(|at| steps[way[at]].centre);
         let d = [b[0] - a[0], b[1] - a[1]];
         let length = libm::hypot(d[0], d[1]);
@@ -201,7 +207,7 @@ fn clear_width_m(site: &Site<'_>, is_built: &dyn Fn(usize) -> bool, steps: &[Tre
     widths.reduce(f64::min).unwrap_or(0.0)
 }
 
-/// Clear width of a tread through its middle in a direction.
+/// Clear width of a tread, measured through its middle in a direction.
 fn width_m(site: &Site<'_>, is_built: &dyn Fn(usize) -> bool, tread: &Tread, across: [f64; 2]) -> f64 {
     let slab = Slab { lo: tread.z + BESIDE[0], hi: tread.z + BESIDE[1] };
     let Some(bounds) = tread.plan.bounds() else { return 0.0 };
@@ -228,7 +234,7 @@ fn width_m(site: &Site<'_>, is_built: &dyn Fn(usize) -> bool, tread: &Tread, acr
     (left + right) as f64 / 100.0
 }
 
-/// A line without the points that lie on the way between others.
+/// A line without points that lie on the straight line between others.
 fn straightened(line: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let mut kept = vec![line[0]];
     let mut from = 0;
@@ -243,7 +249,7 @@ fn straightened(line: &[[f64; 3]]) -> Vec<[f64; 3]> {
     kept
 }
 
-/// Distance of a point from a straight line between two others, in space.
+/// Distance of a point from a line segment in 3D.
 fn off_line_m(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
     let d = [0, 1, 2].map(|k| b[k] - a[k]);
     let e = [0, 1, 2].map(|k| p[k] - a[k]);
@@ -321,13 +327,13 @@ pub(crate) mod tests {
             self.0.finish()
         }
 
-        fn climb(&self, ends: [[f64; 3]; 2], absent: &[usize]) -> Option<Climb> {
+        fn stair_traversal(&self, ends: [[f64; 3]; 2], absent: &[usize]) -> Option<StairTraversal> {
             let site = self.site();
             let site = Site::open(site.bytes()).unwrap();
             let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), 0);
             absent.iter().for_each(|&e| phase.set_element(e, ElementState::NotStarted, ElementState::NotStarted));
             let phase = phase.finish();
-            climb(&site, &Phase::open(phase.bytes()).unwrap(), 0, ends)
+            stair_traversal(&site, &Phase::open(phase.bytes()).unwrap(), 0, ends)
         }
     }
 
@@ -337,12 +343,12 @@ pub(crate) mod tests {
         stairwell.flight(1.0, 1.0, 0.0, 0.0, 15);
         // The sixteenth riser leads onto the upper floor.
         let ends = [[0.5, 0.5, 0.0], [5.7, 0.5, 16.0 * RISE_M]];
-        let found = stairwell.climb(ends, &[]).unwrap();
+        let found = stairwell.stair_traversal(ends, &[]).unwrap();
         assert_eq!((found.n_risers, found.clear_width_m), (16, 1.0));
         assert_eq!([found.line[0], *found.line.last().unwrap()], ends);
         let slope_m = libm::hypot(14.0 * GOING_M, 14.0 * RISE_M);
         let ways_m = libm::hypot(0.64, RISE_M) + libm::hypot(5.7 - 1.0 - 14.5 * GOING_M, RISE_M);
-        assert!((found.walked_m - slope_m - ways_m).abs() < 0.01, "{found:?}");
+        assert!((found.length_m - slope_m - ways_m).abs() < 0.01, "{found:?}");
     }
 
     #[test]
@@ -354,11 +360,11 @@ pub(crate) mod tests {
         stairwell.add(Class::Slab, 0, Some([[far, 0.0, landing_m - 0.2], [far + 1.2, 2.2, landing_m]]));
         stairwell.flight(far, -1.0, 1.2, landing_m, 7);
         let ends = [[0.5, 0.5, 0.0], [0.5, 1.7, 16.0 * RISE_M]];
-        let found = stairwell.climb(ends, &[]).unwrap();
+        let found = stairwell.stair_traversal(ends, &[]).unwrap();
         assert_eq!(found.n_risers, 16);
         assert!(found.line.contains(&[far + 0.6, 1.1, landing_m]), "{found:?}");
         // Without the landing nothing leads from one flight to the other.
-        assert_eq!(stairwell.climb(ends, &[8]), None);
+        assert_eq!(stairwell.stair_traversal(ends, &[8]), None);
     }
 
     #[test]
@@ -367,7 +373,7 @@ pub(crate) mod tests {
         stairwell.flight(1.0, 1.0, 0.0, 0.0, 15);
         stairwell.add(Class::Railing, 0, Some([[1.0, 0.0, 0.0], [5.2, 0.05, 3.6]]));
         stairwell.add(Class::Wall, NONE, Some([[1.0, 0.9, 0.0], [5.2, 1.2, 3.6]]));
-        let found = stairwell.climb([[0.5, 0.5, 0.0], [5.7, 0.5, 16.0 * RISE_M]], &[]).unwrap();
+        let found = stairwell.stair_traversal([[0.5, 0.5, 0.0], [5.7, 0.5, 16.0 * RISE_M]], &[]).unwrap();
         assert!((found.clear_width_m - 0.85).abs() < 0.021, "{found:?}");
     }
 
@@ -375,6 +381,6 @@ pub(crate) mod tests {
     fn a_body_without_steps_is_no_way() {
         let mut stairwell = Stairwell::new();
         stairwell.add(Class::Stair, 0, Some([[1.0, 0.0, 0.0], [5.2, 1.0, 1.4]]));
-        assert_eq!(stairwell.climb([[0.5, 0.5, 0.0], [5.7, 0.5, 2.8]], &[]), None);
+        assert_eq!(stairwell.stair_traversal([[0.5, 0.5, 0.0], [5.7, 0.5, 2.8]], &[]), None);
     }
 }

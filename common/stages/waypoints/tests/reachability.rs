@@ -6,10 +6,10 @@ mod support;
 use frames::{Map, Point2};
 use messages::{EdgeKind, Grid, NoWaypoint, NodeKind, Plan, RobotProfile, RouteEdgeRecord, WaypointKind};
 use std::collections::BTreeSet;
-use support::{Archives, House, Planned, naive, quick};
+use support::{Archives, House, Planned, brute_force, quick};
 use waypoints::{PlanOptions, Planner, Start};
 
-/// A flight of stairs and a lift lead from the ground to two rooms above that do not hang together.
+/// A flight of stairs and a lift lead from the ground to two rooms above that are not connected.
 const GROUND: &str = "
 #############################
 #aaaaaaaaaaaaa#bbbbbbbbbbbbb#
@@ -65,7 +65,7 @@ fn rooms_above_are_reached_by_who_climbs_and_by_who_may_take_the_lift() {
 fn without_a_start_the_robot_is_put_onto_every_storey_that_no_way_leads_to() {
     let planned = two_storeys(false, &[], None);
     assert_eq!(centres(&planned), "abc", "the larger room above");
-    // With a lift it comes to the smaller one: nobody puts it into the larger one then.
+    // With a lift it comes to the smaller one: and does not start in the larger one then.
     assert_eq!(centres(&two_storeys(false, &["*"], None)), "abd");
 }
 
@@ -199,13 +199,13 @@ fn assert_free(grid: &Grid<'_>, line: &[[f64; 2]], radius_m: f64) {
         let n = (length_m(ends) / 0.05).ceil().max(1.0);
         for k in 0..=n as usize {
             let at = [0, 1].map(|c| ends[0][c] + (ends[1][c] - ends[0][c]) * k as f64 / n);
-            let clearance_m = naive::clearance_m(grid, at);
+            let clearance_m = brute_force::clearance_m(grid, at);
             assert!(clearance_m >= radius_m - slack_m, "{clearance_m} m at {at:?}");
         }
     }
 }
 
-/// Nodes that hang together with a node over edges that the robot can take.
+/// Nodes connected with a node over edges that the robot can use.
 fn connected(plan: &Plan<'_>, first: u32) -> BTreeSet<u32> {
     let mut found = BTreeSet::from([first]);
     loop {
@@ -231,7 +231,7 @@ fn assert_edge_is_whole(planned: &Planned, edge: &RouteEdgeRecord) {
     assert!((length_m(points) - edge.length_m).abs() < 1e-9);
     let storey = plan.nodes[edge.nodes[0] as usize].map_storey;
     assert_free(&planned.archives.grid(storey as usize), points, 0.3);
-    assert!(edge.clearance_m >= 0.3 - naive::TOLERANCE_M, "{edge:?}");
+    assert!(edge.clearance_m >= 0.3 - brute_force::TOLERANCE_M, "{edge:?}");
 }
 
 #[test]
@@ -246,7 +246,7 @@ fn the_graph_joins_all_that_can_be_reached_over_free_floor() {
         let grid = planned.archives.grid(node.map_storey as usize);
         let [x, y, z] = node.position_in_map_m;
         assert_eq!(z, f64::from(node.map_storey) * 3.0);
-        assert!((node.clearance_m - naive::clearance_m(&grid, [x, y])).abs() < 1e-9, "{node:?}");
+        assert!((node.clearance_m - brute_force::clearance_m(&grid, [x, y])).abs() < 1e-9, "{node:?}");
         let cell = grid.spec().index(grid.spec().cell_at(Point2::<Map>::new(x, y)).unwrap());
         assert_eq!(u32::from(grid.space[cell]), node.space.wrapping_add(1));
     }

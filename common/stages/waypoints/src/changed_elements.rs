@@ -1,10 +1,10 @@
-//! Elements finished since a time, and their cells.
+//! Elements built since a time, and their cells.
 
 use geometry::{Slab, footprint};
 use grid::overlapped_cells;
 use messages::{ElementState, Grid, Phase, PhaseHead, Site};
 
-/// Elements that stand now and were finished after the time, ascending.
+/// Elements that are built now and were finished after a time, ascending.
 pub(crate) fn changed_elements(site: &Site<'_>, phase: &Phase<'_>, since_s: i64) -> Vec<usize> {
     let is_new = |&element: &usize| {
         let finish_s = phase.schedule_of(element).finish_s;
@@ -13,7 +13,7 @@ pub(crate) fn changed_elements(site: &Site<'_>, phase: &Phase<'_>, since_s: i64)
     (0..site.elements.len()).filter(is_new).collect()
 }
 
-/// The cells that these elements overlap in the slab of a map storey.
+/// Cells that the elements overlap in the slab of a map storey.
 pub(crate) fn cells_of(site: &Site<'_>, grid: &Grid<'_>, elements: &[usize]) -> Vec<bool> {
     let spec = grid.spec();
     let [lo, hi] = grid.head.slab_tenths;

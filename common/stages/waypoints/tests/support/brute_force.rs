@@ -32,7 +32,7 @@ pub(crate) fn standing(grid: &Grid<'_>, radius_m: f64) -> Vec<bool> {
     (0..spec.n_cells()).map(|c| grid.planning[c] == 0 && grid.keepout[c] == -1 && is_clear(c)).collect()
 }
 
-/// The cells that hang together along sides with a cell.
+/// The cells connected along sides with a cell.
 pub(crate) fn flood(open: &[bool], width: usize, start: usize) -> Vec<bool> {
     let mut reached = vec![false; open.len()];
     reached[start] = true;
@@ -102,7 +102,7 @@ pub(crate) fn sides(grid: &Grid<'_>) -> Vec<Side> {
     sides
 }
 
-/// Away from those cells of the 5 x 5 around the free one that hang together with the occupied one.
+/// Away from the cells of the 5 x 5 around the free one that are connected with the occupied one.
 fn normal(grid: &Grid<'_>, cell: usize, front: usize) -> [f64; 2] {
     let width = i64::from(grid.head.width);
     let (x0, y0) = (front as i64 % width, front as i64 / width);

@@ -1,14 +1,14 @@
 //! The route graph of a storey: spaces, doors, junctions, staging poses at stairs and lifts.
 
-use crate::centre::Storey;
+use crate::path_search::{PathGrid, length_m};
 use crate::skeleton::{Chain, skeleton, trace};
-use crate::walk::{Walk, length_m};
+use crate::space_centre::StoreyInputs;
 use frames::{Map, Point2, TENTHS_PER_M};
 use messages::{DoorPassage, DoorPassageRecord, EdgeKind, NONE, NodeKind};
 
-/// A place of the graph.
+/// A node of the route graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Node {
+pub(crate) struct RouteNode {
     pub(crate) at: Point2<Map>,
     pub(crate) kind: NodeKind,
     /// Space, door or element of the site.
@@ -16,9 +16,9 @@ pub(crate) struct Node {
     pub(crate) clearance_m: f64,
 }
 
-/// A way between two nodes.
+/// An edge between two nodes.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Edge {
+pub(crate) struct RouteEdge {
     pub(crate) nodes: [usize; 2],
     pub(crate) kind: EdgeKind,
     /// Door of the site.
@@ -28,60 +28,64 @@ pub(crate) struct Edge {
     pub(crate) clearance_m: f64,
 }
 
-/// Places and the ways between them.
+/// Nodes and edges of a storey.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Graph {
-    pub(crate) nodes: Vec<Node>,
-    pub(crate) edges: Vec<Edge>,
+pub(crate) struct RouteGraph {
+    pub(crate) nodes: Vec<RouteNode>,
+    pub(crate) edges: Vec<RouteEdge>,
 }
 
-/// What is to be a node, whatever the floor looks like.
+/// A place that must become a node.
 pub(crate) struct Anchor {
     pub(crate) at: Point2<Map>,
     pub(crate) kind: NodeKind,
     pub(crate) of: u32,
 }
 
-/// A line may be this far from the cells that it stands for, in cells.
+/// Tolerance of line simplification, in cells.
 const TOLERANCE: f64 = 1.5;
 
-/// The graph of what the robot can get to, with a node for every anchor that it can get to and for every door that it can
-/// pass.
-pub(crate) fn graph(storey: &Storey<'_>, walk: &Walk, anchors: Vec<Anchor>) -> Graph {
-    let anchors = anchors.into_iter().filter_map(|a| walk.cell_near(a.at).map(|cell| (cell, a)));
+/// The route graph of the reachable free space, with a node for every reachable anchor and every passable door.
+pub(crate) fn graph(storey: &StoreyInputs<'_>, path_grid: &PathGrid, anchors: Vec<Anchor>) -> RouteGraph {
+    let anchors = anchors.into_iter().filter_map(|a| path_grid.cell_near(a.at).map(|cell| (cell, a)));
     let doors = storey.passages.iter().enumerate().filter_map(|(at, passage)| {
-        // Leaves that count together are one way.
-        let is_known = storey.passages[..at].iter().any(|before| is_same_way(before, passage));
-        door_anchor(storey, walk, passage).filter(|_| !is_known)
+        // Leaves that count together are one doorway.
+        let is_known = storey.passages[..at].iter().any(|before| is_same_doorway(before, passage));
+        door_anchor(storey, path_grid, passage).filter(|_| !is_known)
     });
-    let mut nodes: Vec<Node> = Vec::new();
+    let mut nodes: Vec<RouteNode> = Vec::new();
     let mut cells: Vec<usize> = Vec::new();
     for (cell, anchor) in anchors.chain(doors) {
-        // Two nodes do not share a cell: the later one goes beside it.
-        let w = walk.width;
+        // Two nodes must not share a cell; the later one moves to a cell beside it.
+        let w = path_grid.width;
         let beside =
             [cell, cell + 1, cell - 1, cell + w, cell - w, cell + w + 1, cell + w - 1, cell - w + 1, cell - w - 1];
-        let Some(cell) = beside.into_iter().find(|c| walk.open[*c] && !cells.contains(c)) else { continue };
+        let Some(cell) = beside.into_iter().find(|c| path_grid.open[*c] && !cells.contains(c)) else { continue };
         cells.push(cell);
-        let clearance_m = storey.ground.clearance_m(anchor.at);
-        nodes.push(Node { at: anchor.at, kind: anchor.kind, of: anchor.of, clearance_m });
+        let clearance_m = storey.free_space.clearance_m(anchor.at);
+        nodes.push(RouteNode { at: anchor.at, kind: anchor.kind, of: anchor.of, clearance_m });
     }
-    let line = skeleton(walk, &cells);
-    let (cells, chains) = trace(walk, &line, &cells);
+    let line = skeleton(path_grid, &cells);
+    let (cells, chains) = trace(path_grid, &line, &cells);
     for &cell in &cells[nodes.len()..] {
-        let at = walk.middle(cell);
-        nodes.push(Node { at, kind: NodeKind::Junction, of: NONE, clearance_m: storey.ground.clearance_m(at) });
+        let at = path_grid.middle(cell);
+        nodes.push(RouteNode {
+            at,
+            kind: NodeKind::Junction,
+            of: NONE,
+            clearance_m: storey.free_space.clearance_m(at),
+        });
     }
-    let mut graph = Graph { nodes, edges: Vec::new() };
+    let mut graph = RouteGraph { nodes, edges: Vec::new() };
     for chain in chains {
-        add_way(storey, walk, &mut graph, chain);
+        add_way(storey, path_grid, &mut graph, chain);
     }
     graph
 }
 
-/// True if a robot goes through both at once: leaves of one opening that count together.
-fn is_same_way(a: &DoorPassageRecord, b: &DoorPassageRecord) -> bool {
-    // The axis of one may run the other way, so that sums differ in their last digits.
+/// True for leaves of one opening that count together as one doorway.
+fn is_same_doorway(a: &DoorPassageRecord, b: &DoorPassageRecord) -> bool {
+    // The axes may have opposite directions, so that sums differ in their last digits.
     let near = |a: [f64; 2], b: [f64; 2]| (0..2).all(|k| (a[k] - b[k]).abs() < 1.0);
     is_open(a) && is_open(b) && near(a.way.centre, b.way.centre) && near(a.way.half, b.way.half)
 }
@@ -90,14 +94,18 @@ fn is_open(passage: &DoorPassageRecord) -> bool {
     DoorPassage::from_id(passage.passage).is_some_and(|p| !p.is_closed())
 }
 
-/// The node in a passage: the place nearest to its middle that the robot can get to inside of it.
-fn door_anchor(storey: &Storey<'_>, walk: &Walk, passage: &DoorPassageRecord) -> Option<(usize, Anchor)> {
+/// The node of a passage: the reachable place in it nearest to its middle.
+fn door_anchor(
+    storey: &StoreyInputs<'_>,
+    path_grid: &PathGrid,
+    passage: &DoorPassageRecord,
+) -> Option<(usize, Anchor)> {
     if !is_open(passage) {
         return None;
     }
     let (door, plan) = (passage.door, passage.way.to_box());
     let tenths = f64::from(TENTHS_PER_M);
-    let cell_tenths = f64::from(storey.ground.spec.cell_tenths);
+    let cell_tenths = f64::from(storey.free_space.spec.cell_tenths);
     let steps = |half: f64| (half / cell_tenths).ceil() as i32 * 2;
     let mut best: Option<(f64, usize)> = None;
     for u in -steps(plan.half[0])..=steps(plan.half[0]) {
@@ -108,18 +116,18 @@ fn door_anchor(storey: &Storey<'_>, walk: &Walk, passage: &DoorPassageRecord) ->
             }
             let p = plan.at(u, v).map(|c| c / tenths);
             let far = u * u + v * v;
-            if let Some(cell) = walk.cell_at(Point2::new(p[0], p[1]))
+            if let Some(cell) = path_grid.cell_at(Point2::new(p[0], p[1]))
                 && best.is_none_or(|b| (far, cell) < b)
             {
                 best = Some((far, cell));
             }
         }
     }
-    best.map(|(_, cell)| (cell, Anchor { at: walk.middle(cell), kind: NodeKind::Door, of: door }))
+    best.map(|(_, cell)| (cell, Anchor { at: path_grid.middle(cell), kind: NodeKind::Door, of: door }))
 }
 
-/// A chain as edges: what is next to a door is the way through it, from a place on its side.
-fn add_way(storey: &Storey<'_>, walk: &Walk, graph: &mut Graph, chain: Chain) {
+/// Adds a chain as edges. The piece next to a door is the edge through it, from a node at its side.
+fn add_way(storey: &StoreyInputs<'_>, path_grid: &PathGrid, graph: &mut RouteGraph, chain: Chain) {
     let Chain { mut nodes, mut cells, .. } = chain;
     for end in [0, 1] {
         let node = graph.nodes[nodes[end]];
@@ -132,39 +140,47 @@ fn add_way(storey: &Storey<'_>, walk: &Walk, graph: &mut Graph, chain: Chain) {
         let plan = storey.site.doors[node.of as usize].passage.to_box();
         let beside_m = plan.half[1] / f64::from(TENTHS_PER_M) + storey.robot.radius_m;
         let far = |cell: &usize| {
-            let p = walk.middle(*cell);
+            let p = path_grid.middle(*cell);
             libm::hypot(p.x_m - node.at.x_m, p.y_m - node.at.y_m) > beside_m
         };
         let at = cells.iter().position(far).filter(|at| at + 2 < cells.len());
         if let Some(at) = at {
-            let side = walk.middle(cells[at]);
+            let side = path_grid.middle(cells[at]);
             let element = storey.site.doors[node.of as usize].element;
-            let clearance_m = storey.ground.clearance_m(side);
-            graph.nodes.push(Node { at: side, kind: NodeKind::Staging, of: element, clearance_m });
+            let clearance_m = storey.free_space.clearance_m(side);
+            graph.nodes.push(RouteNode { at: side, kind: NodeKind::Staging, of: element, clearance_m });
             let side = graph.nodes.len() - 1;
-            add_edge(storey, walk, graph, [nodes[end], side], &cells[..=at], node.of);
+            add_edge(storey, path_grid, graph, [nodes[end], side], &cells[..=at], node.of);
             cells.drain(..at);
             nodes[end] = side;
         } else {
-            // Nothing but the way through the door.
-            add_edge(storey, walk, graph, [nodes[end], nodes[1 - end]], &cells, node.of);
+            // The chain is only the edge through the door.
+            add_edge(storey, path_grid, graph, [nodes[end], nodes[1 - end]], &cells, node.of);
             return;
         }
         if end == 1 {
             cells.reverse();
         }
     }
-    add_edge(storey, walk, graph, nodes, &cells, NONE);
+    add_edge(storey, path_grid, graph, nodes, &cells, NONE);
 }
 
-fn add_edge(storey: &Storey<'_>, walk: &Walk, graph: &mut Graph, nodes: [usize; 2], cells: &[usize], door: u32) {
-    let mut line = vec![walk.middle(cells[0])];
-    simplify(walk, cells, &mut line);
-    // A node need not lie in the middle of its cell: over that, if what is straight from there is not from the node.
+fn add_edge(
+    storey: &StoreyInputs<'_>,
+    path_grid: &PathGrid,
+    graph: &mut RouteGraph,
+    nodes: [usize; 2],
+    cells: &[usize],
+    door: u32,
+) {
+    let mut line = vec![path_grid.middle(cells[0])];
+    simplify(path_grid, cells, &mut line);
+    // A node need not lie in the middle of its cell; the line passes the middle if the straight line from the node is not
+    // free.
     for node in [nodes[1], nodes[0]] {
         let at = graph.nodes[node].at;
         match line[..] {
-            [.., next, last] if at == last || is_open_between(storey, walk, at, next) => line.pop(),
+            [.., next, last] if at == last || is_open_between(storey, path_grid, at, next) => line.pop(),
             _ => None,
         };
         line.push(at);
@@ -172,20 +188,20 @@ fn add_edge(storey: &Storey<'_>, walk: &Walk, graph: &mut Graph, nodes: [usize; 
     }
     let kind = if door == NONE { EdgeKind::Floor } else { EdgeKind::Door };
     let (length_m, clearance_m) = (length_m(&line), clearance_m(storey, &line));
-    graph.edges.push(Edge { nodes, kind, door, line, length_m, clearance_m });
+    graph.edges.push(RouteEdge { nodes, kind, door, line, length_m, clearance_m });
 }
 
-/// The least clearance along a line, looked at twice in each cell.
-fn clearance_m(storey: &Storey<'_>, line: &[Point2<Map>]) -> f64 {
-    let Storey { ground, .. } = *storey;
-    let step_m = ground.spec.resolution_m() / 2.0;
-    let mut least_m = f64::INFINITY;
-    let mut look = |p: Point2<Map>| {
-        let Some(cell) = ground.spec.cell_at(p).map(|c| ground.spec.index(c)) else { return };
-        let middle = ground.middle(cell);
-        // Not less than that of the cell's middle by more than the way there.
-        if ground.clearance_of(cell) - libm::hypot(p.x_m - middle.x_m, p.y_m - middle.y_m) < least_m {
-            least_m = least_m.min(ground.clearance_m(p));
+/// Minimum clearance along a line, sampled twice per cell.
+fn clearance_m(storey: &StoreyInputs<'_>, line: &[Point2<Map>]) -> f64 {
+    let StoreyInputs { free_space, .. } = *storey;
+    let step_m = free_space.spec.resolution_m() / 2.0;
+    let mut min_m = f64::INFINITY;
+    let mut sample = |p: Point2<Map>| {
+        let Some(cell) = free_space.spec.cell_at(p).map(|c| free_space.spec.index(c)) else { return };
+        let middle = free_space.middle(cell);
+        // The clearance differs from that of the cell's middle by at most the distance to it.
+        if free_space.clearance_of(cell) - libm::hypot(p.x_m - middle.x_m, p.y_m - middle.y_m) < min_m {
+            min_m = min_m.min(free_space.clearance_m(p));
         }
     };
     for ends in line.windows(2) {
@@ -193,32 +209,33 @@ fn clearance_m(storey: &Storey<'_>, line: &[Point2<Map>]) -> f64 {
         let n = (libm::hypot(d[0], d[1]) / step_m).ceil().max(1.0);
         for k in 0..=n as u32 {
             let share = f64::from(k) / n;
-            look(Point2::new(ends[0].x_m + share * d[0], ends[0].y_m + share * d[1]));
+            sample(Point2::new(ends[0].x_m + share * d[0], ends[0].y_m + share * d[1]));
         }
     }
-    least_m
+    min_m
 }
 
-/// True if the way between two places is straight over free floor, and the robot can get to all of it but corners of cells.
-fn is_open_between(storey: &Storey<'_>, walk: &Walk, a: Point2<Map>, b: Point2<Map>) -> bool {
-    let ground = storey.ground;
-    let n = (length_m(&[a, b]) / ground.spec.resolution_m() * 4.0).ceil().max(1.0) as u32;
+/// True if the straight line between two points is free and reachable, except at corners of cells.
+fn is_open_between(storey: &StoreyInputs<'_>, path_grid: &PathGrid, a: Point2<Map>, b: Point2<Map>) -> bool {
+    let free_space = storey.free_space;
+    let n = (length_m(&[a, b]) / free_space.spec.resolution_m() * 4.0).ceil().max(1.0) as u32;
     let is_open = |k: u32| {
         let t = f64::from(k) / f64::from(n);
-        walk.cell_at(Point2::new(a.x_m + (b.x_m - a.x_m) * t, a.y_m + (b.y_m - a.y_m) * t)).is_some()
+        path_grid.cell_at(Point2::new(a.x_m + (b.x_m - a.x_m) * t, a.y_m + (b.y_m - a.y_m) * t)).is_some()
     };
-    (0..=n).all(is_open) && ground.sight.is_clear(ground.in_cells(a), ground.in_cells(b))
+    (0..=n).all(is_open) && free_space.sight.is_clear(free_space.in_cells(a), free_space.in_cells(b))
 }
 
-/// The corners of a line that stays near the cells, and where the robot can be; without the first.
+/// Simplifies a chain of cells to the corners of a line within the tolerance that stays in the free space; without the first
+/// corner.
 ///
 /// # Source
 /// Douglas and Peucker, "Algorithms for the reduction of the number of points required to represent a digitized line",
 /// Cartographica 10, 1973.
-fn simplify(walk: &Walk, cells: &[usize], line: &mut Vec<Point2<Map>>) {
+fn simplify(path_grid: &PathGrid, cells: &[usize], line: &mut Vec<Point2<Map>>) {
     let mut waiting = vec![(0, cells.len() - 1)];
     while let Some((a, b)) = waiting.pop() {
-        let at = |k: usize| [(cells[k] % walk.width) as f64, (cells[k] / walk.width) as f64];
+        let at = |k: usize| [(cells[k] % path_grid.width) as f64, (cells[k] / path_grid.width) as f64];
         let (p, q) = (at(a), at(b));
         let d = [q[0] - p[0], q[1] - p[1]];
         let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
@@ -229,11 +246,11 @@ fn simplify(walk: &Walk, cells: &[usize], line: &mut Vec<Point2<Map>>) {
         };
         let farthest = (a + 1..b).max_by(|&i, &j| off(i).total_cmp(&off(j)).then(j.cmp(&i)));
         match farthest {
-            Some(k) if off(k) > TOLERANCE || !walk.is_straight(cells[a], cells[b]) => {
+            Some(k) if off(k) > TOLERANCE || !path_grid.is_straight(cells[a], cells[b]) => {
                 waiting.push((k, b));
                 waiting.push((a, k));
             }
-            _ => line.push(walk.middle(cells[b])),
+            _ => line.push(path_grid.middle(cells[b])),
         }
     }
 }
@@ -241,8 +258,8 @@ fn simplify(walk: &Walk, cells: &[usize], line: &mut Vec<Point2<Map>>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::Ground;
-    use crate::ground::tests::{drawn, floors};
+    use crate::free_space::FreeSpace;
+    use crate::free_space::tests::{drawn, floors};
     use bytemuck::Zeroable;
     use messages::*;
     use proptest::prelude::*;
@@ -257,7 +274,7 @@ mod tests {
     }
 
     /// The graph of the two rooms, with a door of this passage and an anchor in either room.
-    fn graph_of(passage: DoorPassage, anchors: [[f64; 2]; 2]) -> (Graph, ArchiveBuffer) {
+    fn graph_of(passage: DoorPassage, anchors: [[f64; 2]; 2]) -> (RouteGraph, ArchiveBuffer) {
         let mut builder = SiteBuilder::default();
         let none = ElementRecord { whole: NONE, storey: NONE, space: NONE, stair: NONE, ..Zeroable::zeroed() };
         builder.elements.extend([ElementRecord { door: NONE, ..none }, ElementRecord { door: 0, ..none }]);
@@ -283,19 +300,27 @@ mod tests {
         radius_m: f64,
         passages: &[DoorPassageRecord],
         anchors: &[[f64; 2]],
-    ) -> Graph {
+    ) -> RouteGraph {
         let robot = RobotProfile { radius_m, ..RobotProfile::DEFAULT };
-        let ground = Ground::of(grid, radius_m);
-        let reached = vec![true; ground.n_parts() as usize + 1];
+        let free_space = FreeSpace::of(grid, radius_m);
+        let reached = vec![true; free_space.n_parts() as usize + 1];
         let phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), 0).finish();
         let phase = Phase::open(phase.bytes()).unwrap();
-        let storey = Storey { site, phase: &phase, grid, ground: &ground, robot: &robot, passages, reached: &reached };
-        let Some(walk) = Walk::of(&ground, |_| true) else { return Graph::default() };
+        let storey = StoreyInputs {
+            site,
+            phase: &phase,
+            grid,
+            free_space: &free_space,
+            robot: &robot,
+            passages,
+            reached: &reached,
+        };
+        let Some(path_grid) = PathGrid::of(&free_space, |_| true) else { return RouteGraph::default() };
         let anchor = |(at, of): (&[f64; 2], u32)| Anchor { at: Point2::new(at[0], at[1]), kind: NodeKind::Space, of };
-        graph(&storey, &walk, anchors.iter().zip(0..).map(anchor).collect())
+        graph(&storey, &path_grid, anchors.iter().zip(0..).map(anchor).collect())
     }
 
-    fn of_kind(graph: &Graph, kind: NodeKind) -> Vec<usize> {
+    fn of_kind(graph: &RouteGraph, kind: NodeKind) -> Vec<usize> {
         (0..graph.nodes.len()).filter(|&n| graph.nodes[n].kind == kind).collect()
     }
 
@@ -342,9 +367,9 @@ mod tests {
     #[test]
     fn clearances_are_those_of_the_narrowest_cell() {
         let (graph, buffer) = graph_of(DoorPassage::Passable, ANCHORS);
-        let ground = Ground::of(&Grid::open(buffer.bytes()).unwrap(), 0.2);
+        let free_space = FreeSpace::of(&Grid::open(buffer.bytes()).unwrap(), 0.2);
         for node in &graph.nodes {
-            assert_eq!(node.clearance_m, ground.clearance_m(node.at));
+            assert_eq!(node.clearance_m, free_space.clearance_m(node.at));
         }
         let of_kind = |kind: EdgeKind| graph.edges.iter().filter(move |e| e.kind == kind).map(|e| e.clearance_m);
         // The opening is eight cells wide: its fourth or fifth is four from the jamb's nearest cell.

@@ -1,0 +1,59 @@
+//! The request for a storey, the tour goals that follow from it, and the stops of its tour.
+
+use crate::options::PlanOptions;
+use crate::scans::ScanSelection;
+use crate::space_centre::StoreyInputs;
+use frames::{Map, Point2};
+use messages::WaypointKind;
+
+/// What is to be planned on a storey.
+pub(crate) struct StoreyRequest<'a> {
+    pub(crate) options: &'a PlanOptions,
+    /// Selected open spaces of this storey.
+    pub(crate) spaces: &'a [usize],
+    /// Whether scans may be made in a cell, by its space plus 1; 0 is outside of spaces.
+    pub(crate) may_scan: &'a [bool],
+    /// Elements that are targets, ascending; `None` for all.
+    pub(crate) changed: Option<&'a [usize]>,
+    /// Cells of these elements.
+    pub(crate) targets: Option<&'a [bool]>,
+    /// Points at which the robot enters the parts of the storey.
+    pub(crate) entries: &'a [Point2<Map>],
+    /// Cells of staging poses, with the elements of their portals.
+    pub(crate) stagings: &'a [(usize, u32)],
+}
+
+/// A stop of a tour.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TourStop {
+    pub(crate) at: Point2<Map>,
+    pub(crate) kind: WaypointKind,
+    /// Space in which it lies.
+    pub(crate) space: Option<usize>,
+    pub(crate) yaw_rad: f64,
+    pub(crate) clearance_m: f64,
+    pub(crate) n_faces: u32,
+    pub(crate) covers_m2: f64,
+    pub(crate) overlap: f64,
+    pub(crate) leg_m: f64,
+    /// True for a scan that only connects others.
+    pub(crate) connects: bool,
+}
+
+/// A place to visit, before the tour is ordered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct TourGoal {
+    pub(crate) at: Point2<Map>,
+    pub(crate) part: u32,
+    pub(crate) space: Option<usize>,
+    /// Index of the scan pose; `None` for a centre.
+    pub(crate) pose: Option<usize>,
+    /// True for a scan that only connects others.
+    pub(crate) connects: bool,
+}
+
+/// The tour goal of a scan pose.
+pub(crate) fn goal_of(storey: &StoreyInputs<'_>, scans: &ScanSelection, pose: usize, connects: bool) -> TourGoal {
+    let place = scans.place(pose);
+    TourGoal { at: place.at, part: place.part, space: storey.space_at(place.at), pose: Some(pose), connects }
+}
