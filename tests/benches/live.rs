@@ -6,10 +6,8 @@
 #![expect(clippy::unwrap_used, reason = "a benchmark stops where it fails")]
 #![expect(clippy::print_stdout, reason = "the table")]
 
-use bus::{
-    Bus, Daemon, Domain, GridSlot, Keeper, Origin, Reply, Sample, Stamp, Subscriber, Topic, TopicName, Waiter, topics,
-};
-use daemon::{Answer, Request};
+use bus::{Bus, Daemon, Domain, GridSlot, Keeper, Origin, Sample, Stamp, Subscriber, Topic, TopicName, Waiter, topics};
+use daemon::{Answer, Client, ScheduleRequest};
 use messages::{ArchiveBuffer, Grids, InputHashes, Phase, Site};
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
@@ -247,17 +245,17 @@ fn dates(live: &mut Live) {
     let phases = live.bus.subscriber(topics::Phase).unwrap();
     let slots: Vec<Subscriber<topics::Grid>> =
         GridSlot::all().take(10).map(|slot| live.bus.subscriber(topics::Grid(slot)).unwrap()).collect();
-    let client = live.bus.command_client(Daemon::ScheduleEval).unwrap();
+    let client = Client::<ScheduleRequest>::of(&live.bus).unwrap();
     let mut copies: Vec<Vec<u8>> = vec![Vec::new(); slots.len()];
     let mut states: Vec<u8> = Vec::new();
-    let mut step = |live: &mut Live, request: &Request| -> Option<Step> {
+    let mut step = |live: &mut Live, request: &ScheduleRequest| -> Option<Step> {
         let begun = Stamp::now();
-        let open = client.send(&serde_json::to_vec(request).unwrap()).unwrap();
+        let open = client.send(request).unwrap();
         let answer = loop {
-            match open.take().unwrap() {
-                Some(Reply::Done(bytes)) => break serde_json::from_slice::<Answer>(&bytes).unwrap(),
-                Some(Reply::Failed(_)) => return None,
-                _ => drop(live.waiter.wait(Duration::from_secs(1)).unwrap()),
+            match open.take() {
+                Ok(Some(Answer::Done(answer))) => break answer.state,
+                Err(_) => return None,
+                Ok(_) => drop(live.waiter.wait(Duration::from_secs(1)).unwrap()),
             }
         };
         let index = loop {
@@ -293,10 +291,10 @@ fn dates(live: &mut Live) {
         Some(Step { total_ms: ms(seen.since(begun)), parts_ms, memcpy_ms, grids: changed.len(), toggled })
     };
     let mut walk = |live: &mut Live| -> Vec<Step> {
-        step(live, &Request::SetPlanTime { at_s: 0 });
+        step(live, &ScheduleRequest::SetPlanTime { at_s: 0 });
         let mut steps = Vec::new();
         for _ in 0..400 {
-            steps.extend(step(live, &Request::NextChange));
+            steps.extend(step(live, &ScheduleRequest::NextChange));
         }
         steps
     };

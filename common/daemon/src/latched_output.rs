@@ -2,6 +2,7 @@
 //! full memory.
 
 use crate::failure::Failure;
+use crate::request::Published;
 use crate::state::Epochs;
 use bus::{Bus, Origin, Publisher, Topic};
 use messages::{ArchiveBuffer, Checked, InputHashes};
@@ -100,9 +101,9 @@ impl<T: Topic> LatchedOutput<T> {
         self.last.as_ref().and_then(|last| last.epoch).unwrap_or(0)
     }
 
-    /// Content hash of what came last; 0 for nothing.
-    pub fn content_hash(&self) -> u64 {
-        self.last().map_or(0, Checked::content_hash)
+    /// Hash and epoch of what came last.
+    pub fn published(&self) -> Published {
+        Published { content_hash: self.last().map_or(0, Checked::content_hash), epoch: self.epoch() }
     }
 }
 
@@ -138,6 +139,6 @@ mod tests {
         waiter.wait(Duration::ZERO).unwrap();
         let sample = states.take().unwrap().unwrap();
         assert!(!output.is_pending() && sample.header().epoch == output.epoch() && output.epoch() > 0);
-        assert_eq!(sample.check().unwrap().content_hash(), output.content_hash());
+        assert_eq!(sample.check().unwrap().content_hash(), output.published().content_hash);
     }
 }

@@ -4,6 +4,12 @@
 //! other, on a thread of its own. [`run`] owns the rest: it joins the bus and every later generation of it, keeps only the
 //! newest of each input while the service works, serves late joiners, sends heartbeats, and leaves within a second.
 //!
+//! # Requests
+//!
+//! Each daemon has a type of [`Request`]s with a type of answer. A [`Client`] of one daemon takes its requests alone; bytes
+//! that are no request of a daemon get an error that names it. While a service works on a request it reports what it does
+//! and the share that is done ([`Reporter`]); the loop sends that to the client, and a client that has left changes nothing.
+//!
 //! # A site
 //!
 //! A site has a file like `config/site.toml`: `groundplan up --config site.toml` starts and supervises its daemons, which
@@ -25,7 +31,7 @@
 //! On the PC of a robot `sudo scripts/install` puts programs, manual pages, completions and the units of `config/systemd`
 //! in place, then `systemctl enable --now groundplan.target`. `groundplan doctor` tells what a machine lacks.
 
-mod ask;
+mod client;
 mod config;
 mod config_file;
 mod failure;
@@ -33,15 +39,21 @@ mod input;
 mod latched_output;
 mod life;
 mod log;
+mod progress;
 mod request;
+mod request_queue;
+mod requests;
 mod robot_file;
 mod run;
 mod service;
+mod service_thread;
 mod state;
 mod stop;
 mod systemd;
+#[cfg(test)]
+mod testing;
 
-pub use ask::{Patience, ask};
+pub use client::{Answer, AskError, Client, OpenRequest, Patience, ask};
 pub use config::{
     AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
     SiteConfig, WaypointConfig, WorldConfig,
@@ -50,10 +62,14 @@ pub use config_file::{ConfigFileError, read_parsed};
 pub use failure::{Failure, chain};
 pub use input::{Input, NoInput, not_an_input};
 pub use latched_output::LatchedOutput;
-pub use request::{ActualsSource, Answer, Request};
+pub use progress::{Progress, Reporter};
+pub use request::{Published, Request, RequestError, parse_request};
+pub use requests::{
+    ActualsSource, AlignRequest, IngestRequest, RasterizeRequest, ScheduleAnswer, ScheduleRequest, WaypointRequest,
+};
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, in_background, run};
-pub use service::{Done, Event, Service, Stages};
+pub use service::{AnswerOf, Done, Event, Service, Stages};
 pub use state::{Epochs, StateError, StateFile, write_durably};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};

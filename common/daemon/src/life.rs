@@ -1,85 +1,39 @@
-//! The event loop of a daemon: latest sample of each input, commands, heartbeats, timers, re-attachment to new bus generations.
+//! The event loop of a daemon: latest sample of each input, requests, heartbeats, timers, re-attachment to new bus generations.
 
 use crate::config::SiteConfig;
 use crate::failure::{Failure, chain};
 use crate::input::Input;
 use crate::log::Log;
 use crate::request::Request;
-use crate::service::{Done, Event, Service, Stages};
+use crate::request_queue::RequestQueue;
+use crate::service::{Service, Stages};
+use crate::service_thread::{self, Job, Outcome, ServiceThread};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::{
-    Bus, Command, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, Nudger, RawSample, RawSubscriber, StatusWriter,
-    TopicName, Waiter,
+    Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, Nudger, RawSample, RawSubscriber, StatusWriter, TopicName,
+    Waiter,
 };
 use messages::{ArchiveKind, Stage, StatusRecord};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 use tracing::{debug, info, warn};
 
 /// How often a bus that is not there is looked for.
 const RETRY: Duration = Duration::from_millis(200);
 
-/// Requests that wait while the service works; more are refused.
-const MAX_WAITING: usize = 16;
-
-/// What the service is told. Samples are validated on its thread, because that takes time.
-enum ToService {
-    Attach(Bus, Nudger),
-    Sample(RawSample),
-    Request(Request),
-    Configuration(Box<SiteConfig>),
-    Tick,
-}
-
-/// The service's own thread.
-fn work<S: Service>(mut service: S, events: &Receiver<ToService>, results: Sender<Result<Done, Failure>>) {
-    let mut outbox = Outbox { results: Some(results), nudger: None };
-    for event in events {
-        let result = match event {
-            ToService::Attach(bus, nudger) => {
-                outbox.nudger = Some(nudger);
-                service.attach(&bus).and_then(|()| service.handle(Event::Attached))
-            }
-            ToService::Sample(sample) => S::Input::check(sample).and_then(|input| service.handle(Event::Input(input))),
-            ToService::Request(request) => service.handle(Event::Request(request)),
-            ToService::Configuration(config) => service.handle(Event::Configuration(config)),
-            ToService::Tick => service.handle(Event::Tick),
-        };
-        if outbox.results.as_ref().is_some_and(|results| results.send(result).is_err()) {
-            return;
-        }
-        outbox.nudger.iter().for_each(Nudger::nudge);
-    }
-}
-
-/// Where results go. A service that panics closes it, and the loop hears of that at once.
-struct Outbox {
-    results: Option<Sender<Result<Done, Failure>>>,
-    nudger: Option<Nudger>,
-}
-
-impl Drop for Outbox {
-    fn drop(&mut self) {
-        drop(self.results.take());
-        self.nudger.iter().for_each(Nudger::nudge);
-    }
-}
-
 /// A daemon's side of the loop.
-pub(crate) struct Life {
+pub(crate) struct Life<R> {
     daemon: Daemon,
     inputs: &'static [TopicName],
     stages: Stages,
-    to_service: Sender<ToService>,
-    from_service: Receiver<Result<Done, Failure>>,
+    to_service: Sender<Job<R>>,
+    from_service: Receiver<Outcome>,
     is_busy: bool,
     /// Samples that the service has not seen.
     newest: BTreeMap<TopicName, RawSample>,
-    waiting: VecDeque<(Command, Request)>,
-    /// Whose request the service works on.
-    asked: Option<Command>,
+    requests: RequestQueue<R>,
     /// What went wrong last, and what the service warns of.
     error: String,
     warning: Option<String>,
@@ -122,31 +76,23 @@ enum End {
     Superseded,
 }
 
-impl Life {
+impl<R: Request> Life<R> {
     /// Starts the service's thread.
-    pub(crate) fn of<S: Service + 'static>(
-        daemon: Daemon,
+    pub(crate) fn of<S: Service<Request = R> + 'static>(
         service: S,
         stages: Stages,
         reload: Reload,
     ) -> Result<Self, Failure> {
-        let (to_service, events) = channel();
-        let (results, from_service) = channel();
-        // The service lives on a thread of the pool that its parallel work runs on: handing work to a pool from outside
-        // costs an allocation now and then, and a thread.
-        let pool = rayon::ThreadPoolBuilder::new().build()?;
-        let worker = std::thread::Builder::new().name(daemon.name().to_owned());
-        worker.spawn(move || pool.install(move || work(service, &events, results)))?;
+        let ServiceThread { jobs, outcomes } = service_thread::start(R::DAEMON.name(), service)?;
         Ok(Self {
-            daemon,
+            daemon: R::DAEMON,
             inputs: S::Input::TOPICS,
             stages,
-            to_service,
-            from_service,
+            to_service: jobs,
+            from_service: outcomes,
             is_busy: false,
             newest: BTreeMap::new(),
-            waiting: VecDeque::new(),
-            asked: None,
+            requests: RequestQueue::new(),
             error: String::new(),
             warning: None,
             alarm: None,
@@ -173,8 +119,7 @@ impl Life {
             let end = self.generation(&bus, &mut waiter);
             // Ends of a generation that is gone are of no use.
             self.newest.clear();
-            self.waiting.clear();
-            self.asked = None;
+            self.requests.clear();
             match end? {
                 End::Stopped => {
                     crate::stopping();
@@ -193,12 +138,13 @@ impl Life {
             self.inputs.iter().map(|topic| bus.raw_subscriber(*topic)).collect::<Result<_, _>>()?;
         // The service may still be at work for the generation before.
         while self.is_busy {
-            let result = self.from_service.recv()?;
-            self.finish(result);
+            let outcome = self.from_service.recv()?;
+            self.finish(outcome);
         }
         info!(service = self.daemon.name(), generation = bus.generation(), "joined the bus");
         crate::ready("joined the bus");
-        self.send(ToService::Attach(bus.clone(), waiter.nudger()))?;
+        let nudger = waiter.nudger();
+        self.send(Job::Attach(bus.clone(), nudger.clone()))?;
         let mut next_beat = Instant::now();
         loop {
             let now = Instant::now();
@@ -208,7 +154,7 @@ impl Life {
                 next_beat = now + HEARTBEAT_PERIOD;
             }
             self.look_for_configuration();
-            self.give_work(is_beat || self.alarm.is_some_and(|alarm| alarm <= now))?;
+            self.give_work(is_beat || self.alarm.is_some_and(|alarm| alarm <= now), &nudger)?;
             // An alarm that rings while the service works waits until it is done.
             let alarm = self.alarm.filter(|_| !self.is_busy);
             let next = alarm.map_or(next_beat, |alarm| alarm.min(next_beat));
@@ -221,15 +167,16 @@ impl Life {
             }
             loop {
                 match self.from_service.try_recv() {
-                    Ok(result) => self.finish(result),
+                    Ok(outcome) => self.finish(outcome),
                     Err(TryRecvError::Empty) => break,
                     Err(TryRecvError::Disconnected) => return Err("the service has panicked".into()),
                 }
                 // What has changed is told at once.
                 self.beat(&status);
             }
+            self.requests.send_progress();
             self.take_samples(&subscribers);
-            self.take_commands(&server);
+            self.take_requests(&server);
         }
     }
 
@@ -243,45 +190,32 @@ impl Life {
         }
     }
 
-    fn take_commands(&mut self, server: &CommandServer) {
+    fn take_requests(&mut self, server: &CommandServer) {
         loop {
-            let command = match server.take() {
-                Ok(Some(command)) => command,
-                Ok(None) => return,
+            match self.requests.take(server) {
+                Ok(true) => {}
+                Ok(false) => return,
                 Err(why) => return self.fail(&why),
-            };
-            let request = serde_json::from_slice::<Request>(command.bytes()).map_err(|e| e.to_string());
-            let refused = match request {
-                Ok(request) if self.waiting.len() < MAX_WAITING => {
-                    self.waiting.push_back((command, request));
-                    continue;
-                }
-                Ok(_) => command.failed(b"too many requests wait already"),
-                Err(why) => command.failed(why.as_bytes()),
-            };
-            if let Err(why) = refused {
-                self.fail(&why);
             }
         }
     }
 
     /// Gives the idle service what is most urgent: an input, so that requests meet the newest; a request; a tick.
-    fn give_work(&mut self, is_tick: bool) -> Result<(), Failure> {
+    fn give_work(&mut self, is_tick: bool, nudger: &Nudger) -> Result<(), Failure> {
         if self.is_busy {
             return Ok(());
         }
         if let Some(config) = self.configuration.take() {
-            return self.send(ToService::Configuration(config));
+            return self.send(Job::Configuration(config));
         }
         if let Some((topic, sample)) = self.newest.pop_first() {
             self.epochs[topic.kind() as usize] = sample.header().epoch;
-            return self.send(ToService::Sample(sample));
+            return self.send(Job::Sample(sample));
         }
-        if let Some((command, request)) = self.waiting.pop_front() {
-            self.asked = Some(command);
-            return self.send(ToService::Request(request));
+        if let Some((request, reporter)) = self.requests.next(nudger) {
+            return self.send(Job::Request(request, reporter));
         }
-        if is_tick { self.send(ToService::Tick) } else { Ok(()) }
+        if is_tick { self.send(Job::Tick) } else { Ok(()) }
     }
 
     fn look_for_configuration(&mut self) {
@@ -300,15 +234,14 @@ impl Life {
         }
     }
 
-    fn send(&mut self, event: ToService) -> Result<(), Failure> {
+    fn send(&mut self, job: Job<R>) -> Result<(), Failure> {
         self.is_busy = true;
-        self.to_service.send(event).map_err(|_| "the service has panicked".into())
+        self.to_service.send(job).map_err(|_| "the service has panicked".into())
     }
 
-    fn finish(&mut self, result: Result<Done, Failure>) {
+    fn finish(&mut self, outcome: Outcome) {
         self.is_busy = false;
-        let command = self.asked.take();
-        let replied = match result {
+        let replied = match outcome {
             Ok(done) => {
                 self.alarm = done.wake_in.map(|time| Instant::now() + time);
                 if done.warning != self.warning {
@@ -317,15 +250,16 @@ impl Life {
                     }
                     self.warning.clone_from(&done.warning);
                 }
-                if done.answer.epoch > 0 {
-                    self.epochs[output(self.daemon) as usize] = done.answer.epoch;
+                let epoch = done.published.epoch;
+                if epoch > 0 {
+                    self.epochs[output(self.daemon) as usize] = epoch;
                 }
+                let replied = self.requests.finish(Ok(&done.answer));
                 // An error stays until the service has done something with success; ticks do nothing.
-                if command.is_some() || done.answer.epoch > 0 {
+                if epoch > 0 || !matches!(replied, Ok(false)) {
                     self.error.clear();
                 }
-                let answer = serde_json::to_vec(&done.answer).unwrap_or_default();
-                command.map(|command| command.done(&answer))
+                replied
             }
             Err(failure) => {
                 let text = chain(failure.as_ref());
@@ -334,11 +268,12 @@ impl Life {
                     warn!(service = self.daemon.name(), error = text, "what it was asked cannot be done");
                 }
                 self.stages.set(Stage::Idle);
-                self.error.clone_from(&text);
-                command.map(|command| command.failed(text.as_bytes()))
+                let replied = self.requests.finish(Err(&text));
+                self.error = text;
+                replied
             }
         };
-        if let Some(Err(why)) = replied {
+        if let Err(why) = replied {
             self.fail(&why);
         }
     }
@@ -360,7 +295,7 @@ impl Life {
     }
 }
 
-/// What a daemon's answers speak of.
+/// The archives whose epoch a daemon's heartbeat tells.
 fn output(daemon: Daemon) -> ArchiveKind {
     match daemon {
         Daemon::IfcIngest => ArchiveKind::Site,
@@ -380,72 +315,17 @@ fn resident_bytes() -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::input::NoInput;
-    use bus::Keeper;
-    use std::sync::Mutex;
-
-    /// Writes down when it was asked what.
-    struct Diary {
-        asked: Sender<(Instant, &'static str)>,
-        wake_in: Option<Duration>,
-        panics_at_tick: bool,
-    }
-
-    impl Service for Diary {
-        type Input = NoInput;
-
-        fn attach(&mut self, _bus: &Bus) -> Result<(), Failure> {
-            Ok(())
-        }
-
-        fn handle(&mut self, event: Event<NoInput>) -> Result<Done, Failure> {
-            let what = match event {
-                Event::Attached => "attached",
-                Event::Tick => "tick",
-                _ => "other",
-            };
-            self.asked.send((Instant::now(), what))?;
-            assert!(!(self.panics_at_tick && what == "tick"), "as the test wants it");
-            let wake_in = if what == "attached" { self.wake_in } else { None };
-            Ok(Done { wake_in, ..Done::default() })
-        }
-    }
-
-    /// A daemon of this service on a bus of its own, until it ends by itself or the result is read no more.
-    fn live(wake_in: Option<Duration>, panics_at_tick: bool) -> (Receiver<(Instant, &'static str)>, Receiver<String>) {
-        // One log for all tests of this process.
-        static LOG: Mutex<Option<Log>> = Mutex::new(None);
-        let log = {
-            let mut log = LOG.lock().unwrap();
-            log.get_or_insert_with(|| Log::start(&Default::default()).unwrap()).clone()
-        };
-        let (asked, diary) = channel();
-        let (ended, end) = channel();
-        std::thread::spawn(move || {
-            let root = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm").unwrap();
-            let prefix = format!("gl{:x}x{}_", std::process::id(), u8::from(panics_at_tick));
-            let domain = Domain::shared(&prefix, root.path()).unwrap();
-            let _keeper = Keeper::start(&domain).unwrap();
-            let home = tempfile::tempdir().unwrap();
-            let path = home.path().join("site.toml");
-            std::fs::write(&path, "state = \"state\"\n").unwrap();
-            let config = SiteConfig::read(&path).unwrap();
-            let reload = Reload { signal: ReloadSignal::listen().unwrap(), path, config, log };
-            let service = Diary { asked, wake_in, panics_at_tick };
-            let mut life = Life::of(Daemon::ScheduleEval, service, Stages::default(), reload).unwrap();
-            let result = life.all_generations(&domain, StopSignal::listen(false).unwrap());
-            let _ = ended.send(result.map_or_else(|why| why.to_string(), |()| "stopped".to_owned()));
-        });
-        (diary, end)
-    }
-
-    const DEADLINE: Duration = Duration::from_secs(60);
+    use crate::client::{Answer, AskError, Client};
+    use crate::progress::Progress;
+    use crate::testing::{Asked, DEADLINE, Diary, Live, live, wait_for};
+    use bus::{Daemon, Reply};
+    use std::sync::mpsc::channel;
+    use std::time::Duration;
 
     #[test]
     fn a_service_is_woken_when_it_asked_for_it_and_not_before() {
         let wake_in = Duration::from_millis(150);
-        let (diary, _end) = live(Some(wake_in), false);
+        let Live { diary, .. } = live(Diary { wake_in: Some(wake_in), ..Diary::default() });
         let (attached, first) = diary.recv_timeout(DEADLINE).unwrap();
         let (woken, second) = diary.recv_timeout(DEADLINE).unwrap();
         assert_eq!((first, second), ("attached", "tick"));
@@ -454,7 +334,63 @@ mod tests {
 
     #[test]
     fn a_service_that_panics_ends_its_daemon() {
-        let (_diary, end) = live(None, true);
+        let Live { end, .. } = live(Diary { panics_at_tick: true, ..Diary::default() });
         assert_eq!(end.recv_timeout(DEADLINE).unwrap(), "the service has panicked");
+    }
+
+    #[test]
+    fn progress_comes_before_the_answer_and_its_end_is_not_left_out() {
+        let live = live(Diary::default());
+        let (bus, mut waiter) = live.client();
+        let client = Client::<Asked>::of(&bus).unwrap();
+        let open = wait_for(&mut waiter, || client.send(&Asked::Count { steps: 500 }).ok());
+        let mut percents = Vec::new();
+        let answer = loop {
+            match wait_for(&mut waiter, || open.take().unwrap()) {
+                Answer::Progress(Progress { doing, percent }) => percents.push((percent, doing)),
+                Answer::Done(answer) => break answer,
+            }
+        };
+        assert_eq!(answer, 500);
+        assert!(percents.is_sorted() && percents.last().is_some_and(|(percent, _)| *percent == 100), "{percents:?}");
+    }
+
+    #[test]
+    fn a_client_that_leaves_neither_stops_nor_fails_the_work() {
+        let (go, gate) = channel();
+        let live = live(Diary { gate: Some(gate), ..Diary::default() });
+        let (bus, mut waiter) = live.client();
+        let client = Client::<Asked>::of(&bus).unwrap();
+        let open = wait_for(&mut waiter, || client.send(&Asked::Count { steps: 50 }).ok());
+        let news = wait_for(&mut waiter, || open.take().unwrap());
+        assert_eq!(news, Answer::Progress(Progress { doing: "counting".to_owned(), percent: 2 }));
+        drop(open);
+        go.send(()).unwrap();
+        go.send(()).unwrap();
+        let open = wait_for(&mut waiter, || client.send(&Asked::Count { steps: 3 }).ok());
+        let answer = wait_for(&mut waiter, || match open.take().unwrap() {
+            Some(Answer::Done(answer)) => Some(answer),
+            _ => None,
+        });
+        assert_eq!(answer, 3);
+        let counted = live.diary.try_iter().filter(|(_, what)| *what == "counted").count();
+        assert_eq!(counted, 2, "the request of the client that left was carried out");
+    }
+
+    #[test]
+    fn bytes_that_are_no_request_get_an_error_and_the_daemon_goes_on() {
+        let live = live(Diary::default());
+        let (bus, mut waiter) = live.client();
+        let port = bus.command_client(Daemon::ScheduleEval).unwrap();
+        for bytes in [&b"\"next_change\""[..], b"\xff\x00", b"", b"{\"count\":{\"steps\":-1}}"] {
+            let open = wait_for(&mut waiter, || port.send(bytes).ok());
+            let Reply::Failed(text) = wait_for(&mut waiter, || open.take().unwrap()) else { panic!("it was taken") };
+            let text = String::from_utf8(text).unwrap();
+            assert!(text.starts_with("this is no request of schedule-eval: "), "{text}");
+        }
+        let client = Client::<Asked>::of(&bus).unwrap();
+        let open = wait_for(&mut waiter, || client.send(&Asked::Refuse).ok());
+        let refused = wait_for(&mut waiter, || open.take().err());
+        assert!(matches!(&refused, AskError::Refused { why, .. } if why == "no"), "{refused}");
     }
 }

@@ -4,6 +4,7 @@ use crate::config::SiteConfig;
 use crate::failure::{Failure, chain};
 use crate::life::{Life, Reload};
 use crate::log::Log;
+use crate::request::Request;
 use crate::service::{Service, Stages};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::Daemon;
@@ -33,11 +34,10 @@ pub fn in_background() {
     let _ = rustix::process::nice(NICENESS);
 }
 
-/// Runs a daemon until it is told to stop: exit code 0; 1 if it cannot go on, 2 for a configuration that cannot be used.
-pub fn run<S: Service + 'static>(
-    daemon: Daemon,
-    make: impl FnOnce(&SiteConfig, Stages) -> Result<S, Failure>,
-) -> ExitCode {
+/// Runs the daemon whose requests the service takes, until it is told to stop: exit code 0; 1 if it cannot go on, 2 for a
+/// configuration that cannot be used.
+pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, Stages) -> Result<S, Failure>) -> ExitCode {
+    let daemon = S::Request::DAEMON;
     let arguments = arguments(daemon);
     let unusable = |why: &(dyn std::error::Error + 'static)| {
         // There is no log yet.
@@ -52,7 +52,7 @@ pub fn run<S: Service + 'static>(
         Ok(log) => log,
         Err(why) => return unusable(&why),
     };
-    match live(daemon, &arguments, config, log, make) {
+    match live(&arguments, config, log, make) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             error!(service = daemon.name(), error = chain(failure.as_ref()), "cannot go on");
@@ -68,7 +68,6 @@ fn arguments(daemon: Daemon) -> Arguments {
 }
 
 fn live<S: Service + 'static>(
-    daemon: Daemon,
     arguments: &Arguments,
     config: SiteConfig,
     log: Log,
@@ -79,7 +78,7 @@ fn live<S: Service + 'static>(
     let reload = Reload { signal: ReloadSignal::listen()?, path: arguments.config.clone(), config, log };
     let stages = Stages::default();
     let service = make(&reload.config, stages.clone())?;
-    let mut life = Life::of(daemon, service, stages, reload)?;
+    let mut life = Life::of(service, stages, reload)?;
     // A service at work is not waited for: what it writes it writes whole.
     life.all_generations(&domain, stop)
 }

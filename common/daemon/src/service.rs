@@ -1,9 +1,10 @@
-//! The `Service` trait: inputs, attachment to the bus, handling of events.
+//! The `Service` trait: inputs and requests, attachment to the bus, handling of events.
 
 use crate::config::SiteConfig;
 use crate::failure::Failure;
 use crate::input::Input;
-use crate::request::{Answer, Request};
+use crate::progress::Reporter;
+use crate::request::{Published, Request};
 use bus::Bus;
 use messages::Stage;
 use std::sync::Arc;
@@ -15,6 +16,9 @@ pub trait Service: Send {
     /// Topics whose newest samples it gets.
     type Input: Input;
 
+    /// The requests that it takes; they name the daemon.
+    type Request: Request;
+
     /// Opens its ends of the bus, on the start and on every new generation of the bus, and publishes its last output
     /// again.
     ///
@@ -22,12 +26,21 @@ pub trait Service: Send {
     /// The bus refuses.
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure>;
 
-    /// Answers to something that happened.
+    /// Handles an event.
+    ///
+    /// # Errors
+    /// What is to be done cannot be done. The error goes into the heartbeat, and the daemon goes on.
+    fn handle(&mut self, event: Event<Self::Input>) -> Result<Done, Failure>;
+
+    /// Does what a client asks for; its effect is on disk when this returns. The reporter takes the share that is done.
     ///
     /// # Errors
     /// What it was asked cannot be done. The error goes to the client and into the heartbeat, and the daemon goes on.
-    fn handle(&mut self, event: Event<Self::Input>) -> Result<Done, Failure>;
+    fn answer(&mut self, request: Self::Request, reporter: &Reporter) -> Result<Done<AnswerOf<Self>>, Failure>;
 }
+
+/// What a service answers.
+pub type AnswerOf<S> = <<S as Service>::Request as Request>::Answer;
 
 /// Something that happened.
 #[derive(Debug)]
@@ -36,23 +49,39 @@ pub enum Event<I> {
     Attached,
     /// A sample of one of its inputs; older ones were left out.
     Input(I),
-    /// A client asks.
-    Request(Request),
     /// A heartbeat has passed in which nothing else happened, or the service asked to be woken.
     Tick,
     /// The configuration was read again: what can change while the daemon runs is to be as it says.
     Configuration(Box<SiteConfig>),
 }
 
-/// What came of it: the answer for the client that asked, and what is to happen next.
-#[derive(Debug, Default)]
-pub struct Done {
-    /// What counts now.
-    pub answer: Answer,
+/// What came of an event or of a request, and what is to happen next.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Done<A = ()> {
+    /// The answer for the client that asked.
+    pub answer: A,
+    /// What was published last; nothing where nothing was done.
+    pub published: Published,
     /// Tick no later than after this time; a heartbeat comes without asking.
     pub wake_in: Option<Duration>,
     /// Something that somebody should know although nothing failed, such as a clock that is not trusted.
     pub warning: Option<String>,
+}
+
+impl<A> Done<A> {
+    /// The same with this answer.
+    pub fn answered<B>(self, answer: B) -> Done<B> {
+        let Self { published, wake_in, warning, .. } = self;
+        Done { answer, published, wake_in, warning }
+    }
+}
+
+impl Done {
+    /// The same with what was published last as the answer.
+    pub fn answered_by_published(self) -> Done<Published> {
+        let published = self.published;
+        self.answered(published)
+    }
 }
 
 /// Where a service says what it is doing.

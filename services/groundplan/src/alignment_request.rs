@@ -5,8 +5,8 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::Outcome;
 use crate::wait::{ask, join};
-use bus::{CheckedSample, Daemon, topics};
-use daemon::Request;
+use bus::{CheckedSample, topics};
+use daemon::AlignRequest;
 use messages::Verdict;
 use std::time::{Duration, Instant};
 
@@ -18,9 +18,12 @@ const LOOK: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// No daemons, no maps of the site yet, a request that is refused.
-pub(crate) fn alignment_after(site: &SiteArgs, request: &Request) -> Result<CheckedSample<topics::Alignment>, Failure> {
+pub(crate) fn alignment_after(
+    site: &SiteArgs,
+    request: &AlignRequest,
+) -> Result<CheckedSample<topics::Alignment>, Failure> {
     let (bus, mut waiter) = join(&site.config()?)?;
-    let answer = ask(&bus, &mut waiter, Daemon::SlamAlign, request)?;
+    let answer = ask(&bus, &mut waiter, request)?;
     if answer.epoch == 0 {
         return Err(Failure::work("there are no maps of the site yet: it is aligned when they are there"));
     }

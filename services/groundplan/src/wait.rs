@@ -1,8 +1,8 @@
-//! Joining the bus, asking a daemon, and waiting until the effect is out.
+//! Joins the bus, asks a daemon, and waits until the effect is published.
 
 use crate::failure::Failure;
 use bus::{Bus, Daemon, Waiter, topics};
-use daemon::{Answer, Patience, Request, SiteConfig};
+use daemon::{Patience, Progress, Published, Request, SiteConfig};
 use messages::InputHashes;
 use std::time::{Duration, Instant};
 
@@ -25,22 +25,35 @@ pub(crate) fn join(config: &SiteConfig) -> Result<(Bus, Waiter), Failure> {
 ///
 /// # Errors
 /// No daemon, a request that is refused.
-pub(crate) fn ask(bus: &Bus, waiter: &mut Waiter, daemon: Daemon, request: &Request) -> Result<Answer, Failure> {
+pub(crate) fn ask<R: Request>(bus: &Bus, waiter: &mut Waiter, request: &R) -> Result<R::Answer, Failure> {
+    ask_with_progress(bus, waiter, request, |_| {})
+}
+
+/// The same; `progress` is told how far the daemon is.
+///
+/// # Errors
+/// As [`ask`].
+pub(crate) fn ask_with_progress<R: Request>(
+    bus: &Bus,
+    waiter: &mut Waiter,
+    request: &R,
+    progress: impl FnMut(&Progress),
+) -> Result<R::Answer, Failure> {
     let patience = Patience { starting: STARTING, answer: PATIENCE };
     let pause = || waiter.wait(LOOK).map(drop).map_err(Into::into);
-    daemon::ask(bus, daemon, request, patience, pause).map_err(Failure::work)
+    daemon::ask(bus, request, patience, progress, pause).map_err(Failure::work)
 }
 
 /// Waits until grids of a phase are out; while the plan time moves a later phase is as good.
 ///
 /// # Errors
 /// No new grids.
-pub(crate) fn wait_for_phase(bus: &Bus, waiter: &mut Waiter, answer: &Answer) -> Result<(), Failure> {
+pub(crate) fn wait_for_phase(bus: &Bus, waiter: &mut Waiter, state: &Published) -> Result<(), Failure> {
     let phases = bus.subscriber(topics::Phase).map_err(Failure::work)?;
-    let mut hashes = vec![answer.content_hash];
+    let mut hashes = vec![state.content_hash];
     wait_for_grids(bus, waiter, |inputs| {
         while let Ok(Some(phase)) = phases.take() {
-            if phase.header().epoch > answer.epoch {
+            if phase.header().epoch > state.epoch {
                 hashes.push(phase.header().content_hash);
             }
         }

@@ -2,10 +2,9 @@
 
 mod service;
 
-use bus::Daemon;
 use service::IngestService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(Daemon::IfcIngest, IngestService::new)
+    daemon::run(IngestService::new)
 }

@@ -2,8 +2,8 @@
 
 use bus::{Bus, topics};
 use daemon::{
-    Answer, Done, Epochs, Event, Failure, LatchedOutput, NoInput, Request, Service, SiteConfig, Stages, StateFile,
-    write_durably,
+    Done, Epochs, Event, Failure, IngestRequest, LatchedOutput, NoInput, Published, Reporter, Service, SiteConfig,
+    Stages, StateFile, write_durably,
 };
 use ingest::{IngestOptions, SiteFrame, SourceFile, ingest};
 use messages::{ArchiveBuffer, Checked, InputHashes, Stage, payload};
@@ -12,6 +12,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 use tracing::{info, warn};
+
+/// Shares of a load that are done when the files are in memory, and when the site is made.
+const FILES_READ: f64 = 0.02;
+const SITE_MADE: f64 = 0.97;
 
 /// Reads the files of a site.
 pub(crate) struct IngestService {
@@ -64,8 +68,9 @@ impl IngestService {
     }
 
     /// Reads these files and publishes their site. A file that is broken leaves the last good site where it is.
-    fn load(&mut self, models: Vec<PathBuf>) -> Result<Done, Failure> {
+    fn load(&mut self, models: Vec<PathBuf>, reporter: &Reporter) -> Result<Done, Failure> {
         self.stages.set(Stage::Reading);
+        reporter.report("reading files", 0.0);
         let stamps: Vec<Option<FileStamp>> = models.iter().map(|path| stamp(path)).collect();
         let is_revision = models == self.models;
         self.stamps.clone_from(&stamps);
@@ -83,14 +88,16 @@ impl IngestService {
             places: &[],
             prefer_last: false,
             allow_boxes: self.allow_boxes,
-            progress: &|step| {
-                if step.stage == ingest::Stage::Meshing {
-                    stages.set(Stage::Meshing);
-                }
+            progress: &|progress| {
+                let stage = if progress.stage == ingest::Stage::Meshing { Stage::Meshing } else { Stage::Reading };
+                stages.set(stage);
+                reporter.report(&progress.doing(), FILES_READ + (SITE_MADE - FILES_READ) * progress.share);
             },
         };
+        reporter.report("reading files", FILES_READ);
         let site = ingest(&files, &options)?;
         self.stages.set(Stage::Writing);
+        reporter.report("writing the site", SITE_MADE);
         write_durably(&self.cache, site.bytes())
             .map_err(|e| format!("{} cannot be written: {e}", self.cache.display()))?;
         self.state.save(&Loaded { models: models.clone(), stamps })?;
@@ -98,6 +105,7 @@ impl IngestService {
         let site = Checked::<payload::Site>::new(site)?;
         let n_bytes = site.bytes().bytes().len();
         publish(&mut self.output, &mut self.epochs, site)?;
+        reporter.report("site published", 1.0);
         info!(service = "ifc-ingest", epoch = self.output.epoch(), bytes = n_bytes, "site published");
         Ok(self.done())
     }
@@ -109,8 +117,7 @@ impl IngestService {
 
     fn done(&self) -> Done {
         self.stages.set(Stage::Published);
-        let (content_hash, epoch) = (self.output.content_hash(), self.output.epoch());
-        Done { answer: Answer { content_hash, epoch, ..Answer::default() }, ..Done::default() }
+        Done { published: self.output.published(), ..Done::default() }
     }
 
     /// Reads the files again if they look different from when they were read, or tried, last.
@@ -123,7 +130,7 @@ impl IngestService {
             self.output.retry(&mut self.epochs)?;
             return Ok(self.done());
         }
-        self.load(self.models.clone())
+        self.load(self.models.clone(), &Reporter::default())
     }
 }
 
@@ -167,6 +174,7 @@ fn stamp(path: &Path) -> Option<FileStamp> {
 
 impl Service for IngestService {
     type Input = NoInput;
+    type Request = IngestRequest;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         self.output.attach(bus, &mut self.epochs)?;
@@ -179,10 +187,13 @@ impl Service for IngestService {
     fn handle(&mut self, event: Event<NoInput>) -> Result<Done, Failure> {
         match event {
             Event::Attached | Event::Tick | Event::Configuration(_) => self.look(),
-            Event::Request(Request::Load { models }) if models.is_empty() => self.load(self.models.clone()),
-            Event::Request(Request::Load { models }) => self.load(models),
-            Event::Request(_) => Err("ifc-ingest loads models and nothing else".into()),
             Event::Input(never) => match never {},
         }
+    }
+
+    fn answer(&mut self, request: IngestRequest, reporter: &Reporter) -> Result<Done<Published>, Failure> {
+        let IngestRequest::Load { models } = request;
+        let models = if models.is_empty() { self.models.clone() } else { models };
+        Ok(self.load(models, reporter)?.answered_by_published())
     }
 }

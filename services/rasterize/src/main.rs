@@ -1,9 +1,8 @@
 //! Rasterisation: `site`, `phase` and the robot in, one grid per map storey and their index out.
 
-use bus::Daemon;
 use rasterize::service::RasterizeService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(Daemon::Rasterize, RasterizeService::new)
+    daemon::run(RasterizeService::new)
 }

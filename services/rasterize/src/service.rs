@@ -1,7 +1,9 @@
 //! The rasterize service: redraws and publishes the grids that a schedule state changes.
 
 use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
-use daemon::{Answer, Done, Epochs, Event, Failure, Request, Robot, Service, SiteConfig, Stages, StateFile};
+use daemon::{
+    Done, Epochs, Event, Failure, Published, RasterizeRequest, Reporter, Robot, Service, SiteConfig, Stages, StateFile,
+};
 use messages::{InputHashes, RobotProfile, Stage};
 use raster::Rasterizer;
 use rayon::prelude::*;
@@ -31,7 +33,7 @@ pub struct RasterizeService {
     next_epochs: Vec<Option<u64>>,
     /// True from a change until it is published: what fails for want of room is tried again.
     is_pending: bool,
-    last: Answer,
+    last: Published,
 }
 
 impl RasterizeService {
@@ -57,7 +59,7 @@ impl RasterizeService {
             published: Vec::new(),
             next_epochs: Vec::new(),
             is_pending: false,
-            last: Answer::default(),
+            last: Published::default(),
         })
     }
 
@@ -147,19 +149,19 @@ impl RasterizeService {
         let sent = publisher.publish(&index, Origin { epoch, frame_epoch, inputs })?;
         info!(service = "rasterize", epoch, storeys, published = n_published, "grids published");
         self.stages.set(Stage::Published);
-        let plan_time_s = Some(phase.head.plan_time_s).filter(|_| phase.head.plan_time().is_some());
         self.is_pending = false;
-        self.last = Answer { content_hash: sent.content_hash, epoch, plan_time_s, clock: None };
+        self.last = Published { content_hash: sent.content_hash, epoch };
         Ok(self.done())
     }
 
     fn done(&self) -> Done {
-        Done { answer: self.last.clone(), ..Done::default() }
+        Done { published: self.last, ..Done::default() }
     }
 }
 
 impl Service for RasterizeService {
     type Input = RasterizeInput;
+    type Request = RasterizeRequest;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Ends and samples of an earlier generation are of no use; the inputs come again.
@@ -178,11 +180,14 @@ impl Service for RasterizeService {
                 self.phase = Some(phase);
                 self.draw()
             }
-            Event::Request(Request::SetRobot { profile }) => self.set_robot(profile),
-            Event::Request(_) => Err("rasterize makes grids for a robot and nothing else".into()),
             Event::Configuration(config) => self.configure(&config),
             Event::Tick if self.is_pending => self.draw(),
             Event::Attached | Event::Tick => Ok(Done::default()),
         }
+    }
+
+    fn answer(&mut self, request: RasterizeRequest, _reporter: &Reporter) -> Result<Done<Published>, Failure> {
+        let RasterizeRequest::SetRobot { profile } = request;
+        Ok(self.set_robot(profile)?.answered_by_published())
     }
 }

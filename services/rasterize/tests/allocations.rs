@@ -118,7 +118,7 @@ fn walk_twice() {
             let before = dhat::HeapStats::get().total_blocks;
             let done = service.handle(Event::Input(RasterizeInput::Phase(take(&phases_in)))).unwrap();
             let allocations = dhat::HeapStats::get().total_blocks - before;
-            let samples = done.answer.epoch - std::mem::replace(&mut epoch, done.answer.epoch);
+            let samples = done.published.epoch - std::mem::replace(&mut epoch, done.published.epoch);
             [allocations, samples]
         };
         phases.iter().map(blocks).collect()

@@ -3,10 +3,9 @@
 mod plan_clock;
 mod service;
 
-use bus::Daemon;
 use service::ScheduleService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(Daemon::ScheduleEval, ScheduleService::new)
+    daemon::run(ScheduleService::new)
 }

@@ -3,8 +3,8 @@
 use crate::plan_clock::{PlanClock, Reached, Reading};
 use bus::{Bus, CheckedSample, topics};
 use daemon::{
-    ActualsSource, Answer, Done, Epochs, Event, Failure, LatchedOutput, Request, Service, SiteConfig, Stages,
-    StateFile, write_durably,
+    ActualsSource, Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, ScheduleAnswer, ScheduleRequest,
+    Service, SiteConfig, Stages, StateFile, write_durably,
 };
 use frames::PlanTime;
 use jiff::Timestamp;
@@ -224,7 +224,7 @@ impl ScheduleService {
                 self.stages.set(Stage::Published);
                 Ok(self.done())
             }
-            Some(published_s) if published_s == at_s => Ok(Done { answer: Answer::default(), ..self.done() }),
+            Some(published_s) if published_s == at_s => Ok(Done { published: Published::default(), ..self.done() }),
             None if self.evaluated.is_none() => Ok(Done::default()),
             _ => self.publish(),
         }
@@ -233,7 +233,6 @@ impl ScheduleService {
     /// What counts now, and when to look again.
     fn done(&self) -> Done {
         let (reading, wall_ms) = self.read_clock();
-        let (content_hash, epoch) = (self.output.content_hash(), self.output.epoch());
         let wakes_s = self.evaluated.as_ref().map_or(&[][..], |e| &e.wakes_s);
         let next_s = reading.plan_s.and_then(|now_s| wakes_s.get(wakes_s.partition_point(|s| *s <= now_s)));
         let wait_ms = next_s.and_then(|next_s| self.clock.until_ms(*next_s, wall_ms, &self.zone()));
@@ -241,7 +240,8 @@ impl ScheduleService {
             "clock_untrusted: the machine's clock went back, or is not synchronised; the plan time stands".to_owned()
         });
         Done {
-            answer: Answer { content_hash, epoch, plan_time_s: reading.plan_s, clock: Some(self.clock.name()) },
+            answer: (),
+            published: self.output.published(),
             wake_in: wait_ms.and_then(|ms| u64::try_from(ms).ok()).map(Duration::from_millis),
             warning,
         }
@@ -283,6 +283,7 @@ fn read_actuals(path: &Path) -> Result<Vec<schedule::Actual>, Failure> {
 
 impl Service for ScheduleService {
     type Input = ScheduleInput;
+    type Request = ScheduleRequest;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // The sample belongs to a generation of the bus that is gone; it comes again.
@@ -293,15 +294,22 @@ impl Service for ScheduleService {
     fn handle(&mut self, event: Event<ScheduleInput>) -> Result<Done, Failure> {
         match event {
             Event::Input(ScheduleInput::Site(site)) => self.see_site(site),
-            Event::Request(Request::SetPlanTime { at_s }) => self.set_clock(PlanClock::Fixed { at_s }),
-            Event::Request(Request::NextChange) => self.next_change(),
-            Event::Request(Request::FollowWallClock) => self.follow_wall_clock(),
-            Event::Request(Request::Simulate { rate, from_s }) => self.simulate(rate, from_s),
-            Event::Request(Request::TellPlanTime) => Ok(self.done()),
-            Event::Request(Request::SetActuals { file, source }) => self.set_actuals(file.as_deref(), source),
-            Event::Request(_) => Err("schedule-eval holds the plan time and reported progress, nothing else".into()),
             Event::Configuration(config) => self.configure(&config),
             Event::Attached | Event::Tick => self.tick(),
         }
+    }
+
+    fn answer(&mut self, request: ScheduleRequest, _reporter: &Reporter) -> Result<Done<ScheduleAnswer>, Failure> {
+        let done = match request {
+            ScheduleRequest::SetPlanTime { at_s } => self.set_clock(PlanClock::Fixed { at_s })?,
+            ScheduleRequest::NextChange => self.next_change()?,
+            ScheduleRequest::FollowWallClock => self.follow_wall_clock()?,
+            ScheduleRequest::Simulate { rate, from_s } => self.simulate(rate, from_s)?,
+            ScheduleRequest::TellPlanTime => self.done(),
+            ScheduleRequest::SetActuals { file, source } => self.set_actuals(file.as_deref(), source)?,
+        };
+        let plan_time_s = self.read_clock().0.plan_s;
+        let answer = ScheduleAnswer { state: done.published, plan_time_s, clock: self.clock.name() };
+        Ok(done.answered(answer))
     }
 }

@@ -5,10 +5,9 @@ mod robot_map;
 mod service;
 mod worker;
 
-use bus::Daemon;
 use service::AlignService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(Daemon::SlamAlign, AlignService::new)
+    daemon::run(AlignService::new)
 }

@@ -7,10 +7,10 @@ use alignment::track_map;
 use alignment::{Alignment, Hint, PreparedMap};
 use alignment::{Counting, MadeFrom};
 use alignment::{Follower, MaxJump};
-use bus::{Bus, CheckedSample, Daemon, topics};
+use bus::{Bus, CheckedSample, topics};
 use daemon::{
-    ActualsSource, AlignConfig, Answer, Done, Epochs, Event, Failure, LatchedOutput, Patience, PoseHint, Request,
-    Service, SiteConfig, Stages, StateFile, write_durably,
+    ActualsSource, AlignConfig, AlignRequest, Done, Epochs, Event, Failure, LatchedOutput, Patience, PoseHint,
+    Published, Reporter, ScheduleRequest, Service, SiteConfig, Stages, StateFile, write_durably,
 };
 use deviations::Observed;
 use messages::{ArchiveBuffer, Checked, InputHashes, PoseRecord, PoseState, Stage, Verdict, payload};
@@ -253,11 +253,12 @@ impl AlignService {
     fn apply(&self, observed: &Observed) -> Result<(), Failure> {
         write_durably(&self.table, observed.table(self.config.apply).as_bytes())?;
         let bus = self.bus.as_ref().ok_or("it is not attached to a bus")?;
-        let request = Request::SetActuals { file: Some(self.table.clone()), source: ActualsSource::Observed };
-        daemon::ask(bus, Daemon::ScheduleEval, &request, PATIENCE, || {
+        let request = ScheduleRequest::SetActuals { file: Some(self.table.clone()), source: ActualsSource::Observed };
+        let pause = || {
             std::thread::sleep(ASK_AGAIN);
             Ok(())
-        })?;
+        };
+        daemon::ask(bus, &request, PATIENCE, |_| {}, pause)?;
         info!(service = "slam-align", "what was observed counts");
         Ok(())
     }
@@ -362,7 +363,7 @@ impl AlignService {
     }
 
     fn done(&self) -> Done {
-        Done { answer: Answer { epoch: self.alignment.epoch(), ..Answer::default() }, ..Done::default() }
+        Done { published: self.alignment.published(), ..Done::default() }
     }
 
     fn warning(&self) -> Option<String> {
@@ -419,6 +420,7 @@ fn hint_of(hint: PoseHint) -> Hint {
 
 impl Service for AlignService {
     type Input = AlignInput;
+    type Request = AlignRequest;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         if self.worker.is_busy() {
@@ -440,12 +442,6 @@ impl Service for AlignService {
             }
             Event::Input(AlignInput::SlamMap(map)) => self.see_map(RobotMap::of_archive(&map.view())?)?,
             Event::Input(AlignInput::Grids(index)) => self.index = Some(index),
-            Event::Request(Request::ReadSlamMap { file }) => return self.read_map(file),
-            Event::Request(Request::Align { hint, storey }) => {
-                return self.search_now(Where { hint: hint.map(hint_of), storey });
-            }
-            Event::Request(Request::Confirm { absent }) => return self.confirm(&absent),
-            Event::Request(_) => return Err("slam-align follows the robot's map and nothing else".into()),
             Event::Configuration(config) => return self.configure(&config),
             Event::Attached if self.map.is_none() => self.read_first_map()?,
             Event::Attached => {}
@@ -455,5 +451,14 @@ impl Service for AlignService {
             }
         }
         self.proceed()
+    }
+
+    fn answer(&mut self, request: AlignRequest, _reporter: &Reporter) -> Result<Done<Published>, Failure> {
+        let done = match request {
+            AlignRequest::ReadSlamMap { file } => self.read_map(file)?,
+            AlignRequest::Align { hint, storey } => self.search_now(Where { hint: hint.map(hint_of), storey })?,
+            AlignRequest::Confirm { absent } => self.confirm(&absent)?,
+        };
+        Ok(done.answered_by_published())
     }
 }

@@ -2,12 +2,11 @@
 
 mod service;
 
-use bus::Daemon;
 use service::WaypointService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     // Maps do not wait for waypoints.
     daemon::in_background();
-    daemon::run(Daemon::WaypointGen, WaypointService::new)
+    daemon::run(WaypointService::new)
 }

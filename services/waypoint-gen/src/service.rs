@@ -1,7 +1,10 @@
 //! The waypoint-gen service: replans the storeys that new grids change.
 
 use bus::{Bus, CheckedSample, GridSlot, Subscriber, topics};
-use daemon::{Answer, Done, Epochs, Event, Failure, LatchedOutput, Request, Service, SiteConfig, Stages, StateFile};
+use daemon::{
+    Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, Service, SiteConfig, Stages, StateFile,
+    WaypointRequest,
+};
 use messages::{Checked, Grid, InputHashes, Stage};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -152,8 +155,7 @@ impl WaypointService {
     }
 
     fn done(&self) -> Done {
-        let (content_hash, epoch) = (self.output.content_hash(), self.output.epoch());
-        Done { answer: Answer { content_hash, epoch, ..Answer::default() }, ..Done::default() }
+        Done { published: self.output.published(), ..Done::default() }
     }
 }
 
@@ -172,6 +174,7 @@ fn options_of(configured: Option<&Path>, asked: &Asked) -> Result<PlanOptions, F
 
 impl Service for WaypointService {
     type Input = WaypointInput;
+    type Request = WaypointRequest;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Samples belong to a generation of the bus that is gone; they come again.
@@ -191,10 +194,6 @@ impl Service for WaypointService {
                 }
                 self.plan()
             }
-            Event::Request(Request::SetWaypoints { options, spaces, changed_since_s }) => {
-                self.ask(Asked { options, spaces, changed_since_s })
-            }
-            Event::Request(_) => Err("waypoint-gen plans waypoints and nothing else".into()),
             Event::Configuration(config) => self.configure(&config),
             Event::Tick if self.output.is_pending() => {
                 self.output.retry(&mut self.epochs)?;
@@ -203,5 +202,10 @@ impl Service for WaypointService {
             }
             Event::Attached | Event::Tick => Ok(Done::default()),
         }
+    }
+
+    fn answer(&mut self, request: WaypointRequest, _reporter: &Reporter) -> Result<Done<Published>, Failure> {
+        let WaypointRequest::SetWaypoints { options, spaces, changed_since_s } = request;
+        Ok(self.ask(Asked { options, spaces, changed_since_s })?.answered_by_published())
     }
 }

@@ -1,8 +1,8 @@
 //! Files of a site and how they become one.
 
+use crate::progress::Progress;
 use crate::site_frame::SiteFrame;
 use frames::{UprightRigid3, World};
-use ifc::Progress;
 use std::path::PathBuf;
 
 /// A file of the site, read.
@@ -35,7 +35,7 @@ pub struct IngestOptions<'a> {
     /// Accept a file of whose bodies more than half are bounding boxes.
     pub allow_boxes: bool,
     /// Called as work advances.
-    pub progress: &'a (dyn Fn(Progress) + Sync),
+    pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
 }
 
 /// Where a file's world lies in the site's world, as the user says.

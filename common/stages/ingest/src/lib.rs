@@ -32,6 +32,7 @@ mod merge;
 mod meshes;
 mod openings;
 mod passages;
+mod progress;
 mod schedule_merge;
 mod schedule_records;
 mod site_archive;
@@ -44,8 +45,8 @@ mod storeys;
 mod walkable;
 
 pub use error::IngestError;
-pub use ifc::{Progress, Stage};
 pub use input::{IngestOptions, MAX_SPACES, Place, SourceFile};
+pub use progress::{Progress, Stage};
 pub use site_frame::SiteFrame;
 
 use ifc::GeometryStatus;
@@ -58,18 +59,21 @@ use messages::ArchiveBuffer;
 /// A file that cannot be read or has no usable unit, files that do not belong together, GlobalIds with two bodies.
 pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<ArchiveBuffer, IngestError> {
     let mut models = Vec::with_capacity(files.len());
-    for (index, file) in files.iter().enumerate() {
-        let (model, diagnostics) = ifc::read(
-            &file.bytes,
-            &ifc::ReadOptions { threads: rayon::current_num_threads(), progress: Some(options.progress) },
-        )
-        .map_err(|source| IngestError::Read { file: file.name(), source })?;
+    let lengths: Vec<usize> = files.iter().map(|file| file.bytes.len()).collect();
+    for (index, (file, span)) in files.iter().zip(progress::spans(&lengths)).enumerate() {
+        let name = file.name();
+        let report = |step: ifc::Progress| (options.progress)(progress::of_file(&name, span, step));
+        report(ifc::Progress { stage: ifc::Stage::Reading, done: 0, total: 1 });
+        let read_options = ifc::ReadOptions { threads: rayon::current_num_threads(), progress: Some(&report) };
+        let (model, diagnostics) =
+            ifc::read(&file.bytes, &read_options).map_err(|source| IngestError::Read { file: name.clone(), source })?;
         if !options.allow_boxes {
-            check_bodies(&file.name(), &model)?;
+            check_bodies(&name, &model)?;
         }
         let place = options.places.get(index).copied().flatten();
         models.push(FileModel { file, model, diagnostics, place });
     }
+    (options.progress)(progress::JOINING);
     let mut merged = Merged::of(models, options.prefer_last)?;
     let n_spaces = merged.model.spaces.len();
     if n_spaces > MAX_SPACES {

@@ -4,8 +4,7 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join, wait_for_phase};
-use bus::Daemon;
-use daemon::{ActualsSource, Request};
+use daemon::{ActualsSource, ScheduleRequest};
 use std::path::PathBuf;
 
 /// Arguments of `actuals`.
@@ -32,14 +31,10 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let file = self.file.as_ref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
         let (bus, mut waiter) = join(&self.site.config()?)?;
-        let answer = ask(
-            &bus,
-            &mut waiter,
-            Daemon::ScheduleEval,
-            &Request::SetActuals { file, source: ActualsSource::Reported },
-        )?;
-        if answer.epoch > 0 {
-            wait_for_phase(&bus, &mut waiter, &answer)?;
+        let request = ScheduleRequest::SetActuals { file, source: ActualsSource::Reported };
+        let answer = ask(&bus, &mut waiter, &request)?;
+        if answer.state.epoch > 0 {
+            wait_for_phase(&bus, &mut waiter, &answer.state)?;
         }
         Ok(Outcome::silent())
     }

@@ -4,7 +4,7 @@ use crate::alignment_request::{alignment_after, outcome_of};
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use daemon::Request;
+use daemon::AlignRequest;
 
 /// Arguments of `confirm`.
 #[derive(Debug, Clone, clap::Args)]
@@ -29,7 +29,7 @@ impl Run for Args {
     /// # Errors
     /// No daemons, no pose that waits, elements that the robot has not seen through.
     fn run(&self) -> Result<Outcome, Failure> {
-        let sample = alignment_after(&self.site, &Request::Confirm { absent: self.absent.clone() })?;
+        let sample = alignment_after(&self.site, &AlignRequest::Confirm { absent: self.absent.clone() })?;
         Ok(Outcome { is_well: true, ..outcome_of(&sample, self.json) })
     }
 }

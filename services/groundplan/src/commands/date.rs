@@ -5,8 +5,7 @@ use crate::failure::Failure;
 use crate::plan_date;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join, wait_for_phase};
-use bus::Daemon;
-use daemon::Request;
+use daemon::ScheduleRequest;
 
 /// Arguments of `date`.
 #[derive(Debug, Clone, clap::Args)]
@@ -46,23 +45,23 @@ impl Run for Args {
         let instant_s = |text| plan_date::instant_at_site_s(text, &config);
         let date_s = self.date.as_deref().map(instant_s).transpose()?;
         let request = match (date_s, self.simulate) {
-            (from_s, Some(rate)) => Request::Simulate { rate, from_s },
-            (Some(at_s), None) => Request::SetPlanTime { at_s },
-            (None, None) if self.next => Request::NextChange,
-            (None, None) if self.wall => Request::FollowWallClock,
-            (None, None) => Request::TellPlanTime,
+            (from_s, Some(rate)) => ScheduleRequest::Simulate { rate, from_s },
+            (Some(at_s), None) => ScheduleRequest::SetPlanTime { at_s },
+            (None, None) if self.next => ScheduleRequest::NextChange,
+            (None, None) if self.wall => ScheduleRequest::FollowWallClock,
+            (None, None) => ScheduleRequest::TellPlanTime,
         };
         let (bus, mut waiter) = join(&config)?;
-        let answer = ask(&bus, &mut waiter, Daemon::ScheduleEval, &request)?;
+        let answer = ask(&bus, &mut waiter, &request)?;
         // Without a site there is nothing to wait for: the plan time is kept for when there is one.
-        if !self.no_wait && answer.epoch > 0 && request != Request::TellPlanTime {
-            wait_for_phase(&bus, &mut waiter, &answer)?;
+        if !self.no_wait && answer.state.epoch > 0 && request != ScheduleRequest::TellPlanTime {
+            wait_for_phase(&bus, &mut waiter, &answer.state)?;
         }
         let time = answer.plan_time_s.map(plan_date::text);
         let text = match (&request, time) {
-            (Request::SetPlanTime { .. } | Request::NextChange, Some(time)) => time + "\n",
+            (ScheduleRequest::SetPlanTime { .. } | ScheduleRequest::NextChange, Some(time)) => time + "\n",
             (_, time) => {
-                let words = [time, answer.clock].into_iter().flatten().collect::<Vec<_>>();
+                let words = [time, Some(answer.clock)].into_iter().flatten().collect::<Vec<_>>();
                 words.join("  ") + "\n"
             }
         };

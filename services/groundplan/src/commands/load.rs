@@ -2,10 +2,10 @@
 
 use crate::args::SiteArgs;
 use crate::failure::Failure;
+use crate::progress::LoadProgress;
 use crate::run::{Outcome, Run};
-use crate::wait::{ask, join, wait_for_grids};
-use bus::Daemon;
-use daemon::Request;
+use crate::wait::{ask_with_progress, join, wait_for_grids};
+use daemon::IngestRequest;
 use std::path::PathBuf;
 
 /// Arguments of `load`.
@@ -34,8 +34,11 @@ impl Run for Args {
             |path: &PathBuf| std::path::absolute(path).map_err(|e| Failure::usage(format!("{}: {e}", path.display())));
         let models = self.models.iter().map(absolute).collect::<Result<_, _>>()?;
         let (bus, mut waiter) = join(&self.site.config()?)?;
-        let answer = ask(&bus, &mut waiter, Daemon::IfcIngest, &Request::Load { models })?;
+        let progress = LoadProgress::new();
+        let request = IngestRequest::Load { models };
+        let answer = ask_with_progress(&bus, &mut waiter, &request, |news| progress.show(news))?;
         if !self.no_wait {
+            progress.waits_for("drawing maps");
             wait_for_grids(&bus, &mut waiter, |inputs| inputs.site == answer.content_hash)?;
         }
         Ok(Outcome::silent())

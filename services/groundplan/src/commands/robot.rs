@@ -4,8 +4,7 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join};
-use bus::Daemon;
-use daemon::Request;
+use daemon::RasterizeRequest;
 use std::path::PathBuf;
 
 /// Arguments of `robot`.
@@ -28,7 +27,7 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let profile = std::path::absolute(&self.profile).map_err(Failure::usage)?;
         let (bus, mut waiter) = join(&self.site.config()?)?;
-        ask(&bus, &mut waiter, Daemon::Rasterize, &Request::SetRobot { profile })?;
+        ask(&bus, &mut waiter, &RasterizeRequest::SetRobot { profile })?;
         Ok(Outcome::silent())
     }
 }

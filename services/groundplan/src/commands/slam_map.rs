@@ -4,7 +4,7 @@ use crate::alignment_request::{alignment_after, outcome_of};
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use daemon::Request;
+use daemon::AlignRequest;
 use std::path::PathBuf;
 
 /// Arguments of `slam-map`.
@@ -30,7 +30,7 @@ impl Run for Args {
     /// No daemons, a map that cannot be used; the map before it stays.
     fn run(&self) -> Result<Outcome, Failure> {
         let file = std::path::absolute(&self.map).map_err(Failure::usage)?;
-        let sample = alignment_after(&self.site, &Request::ReadSlamMap { file })?;
+        let sample = alignment_after(&self.site, &AlignRequest::ReadSlamMap { file })?;
         Ok(outcome_of(&sample, self.json))
     }
 }

@@ -5,8 +5,7 @@ use crate::failure::Failure;
 use crate::plan_date;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join};
-use bus::Daemon;
-use daemon::Request;
+use daemon::WaypointRequest;
 use std::path::PathBuf;
 
 /// Arguments of `waypoints`.
@@ -40,8 +39,8 @@ impl Run for Args {
         let instant_s = |text| plan_date::instant_at_site_s(text, &config);
         let changed_since_s = self.changed_since.as_deref().map(instant_s).transpose()?;
         let (bus, mut waiter) = join(&config)?;
-        let request = Request::SetWaypoints { options, spaces: self.space.clone(), changed_since_s };
-        ask(&bus, &mut waiter, Daemon::WaypointGen, &request)?;
+        let request = WaypointRequest::SetWaypoints { options, spaces: self.space.clone(), changed_since_s };
+        ask(&bus, &mut waiter, &request)?;
         Ok(Outcome::silent())
     }
 }

@@ -1,7 +1,9 @@
 //! Configuration texts: a line with the kind of file, then the file.
 
 use super::site;
-use daemon::{Request, Robot, SiteConfig};
+use daemon::{
+    AlignRequest, IngestRequest, RasterizeRequest, Robot, ScheduleRequest, SiteConfig, WaypointRequest, parse_request,
+};
 use export::SiteFrameFile;
 use frames::PlanTime;
 use messages::{ArchiveBuffer, Site};
@@ -28,7 +30,7 @@ pub fn run(bytes: &[u8]) {
         return drop(SiteFrameFile::parse(content));
     }
     if kind == b"request" {
-        return drop(serde_json::from_slice::<Request>(content));
+        return request(content);
     }
     let Ok(text) = std::str::from_utf8(content) else { return };
     match kind {
@@ -41,6 +43,15 @@ pub fn run(bytes: &[u8]) {
         b"date" => drop(text.parse::<PlanTime>()),
         _ => {}
     }
+}
+
+/// What comes to one daemon may be the request of another.
+fn request(content: &[u8]) {
+    drop(parse_request::<IngestRequest>(content));
+    drop(parse_request::<ScheduleRequest>(content));
+    drop(parse_request::<RasterizeRequest>(content));
+    drop(parse_request::<WaypointRequest>(content));
+    drop(parse_request::<AlignRequest>(content));
 }
 
 fn house() -> Site<'static> {

@@ -9,7 +9,7 @@ use crate::alignment_request::{alignment_after, outcome_of};
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 pub use args::Args;
-use daemon::Request;
+use daemon::AlignRequest;
 
 impl Run for Args {
     /// Aligns two maps, all pairs of a folder, or the map that the running daemon follows; all is well if the pose
@@ -33,7 +33,8 @@ impl Args {
     /// Asks the daemon to search the pose of the map that it follows.
     fn align_live(&self) -> Result<Outcome, Failure> {
         let place = &self.place;
-        let sample = alignment_after(&self.site, &Request::Align { hint: place.pose_hint(), storey: place.storey })?;
+        let sample =
+            alignment_after(&self.site, &AlignRequest::Align { hint: place.pose_hint(), storey: place.storey })?;
         if let Some(pose) = sample.view().pose() {
             self.write_transform(pose)?;
         }

@@ -1,0 +1,167 @@
+//! Client side of requests: a client of one daemon, which cannot be sent another's requests.
+
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::request::Request;
+use bus::{Bus, CommandClient, CommandError, Daemon, OpenCommand, PortError, Reply};
+use std::marker::PhantomData;
+use std::time::{Duration, Instant};
+
+/// A client of the daemon that takes requests `R`.
+///
+/// ```no_run
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let bus: bus::Bus = todo!();
+/// use daemon::{Client, RasterizeRequest};
+/// let rasterize = Client::<RasterizeRequest>::of(&bus)?;
+/// let open = rasterize.send(&RasterizeRequest::SetRobot { profile: "/robot.toml".into() })?;
+/// # Ok(())
+/// # }
+/// ```
+///
+/// A daemon cannot be sent the request of another:
+///
+/// ```compile_fail
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let bus: bus::Bus = todo!();
+/// use daemon::{Client, IngestRequest, RasterizeRequest};
+/// let rasterize = Client::<RasterizeRequest>::of(&bus)?;
+/// let open = rasterize.send(&IngestRequest::Load { models: Vec::new() })?;
+/// # Ok(())
+/// # }
+/// ```
+pub struct Client<R> {
+    port: CommandClient,
+    requests: PhantomData<fn(R)>,
+}
+
+impl<R: Request> Client<R> {
+    /// A client of the daemon.
+    ///
+    /// # Errors
+    /// The bus refuses.
+    pub fn of(bus: &Bus) -> Result<Self, PortError> {
+        Ok(Self { port: bus.command_client(R::DAEMON)?, requests: PhantomData })
+    }
+
+    /// Sends a request.
+    ///
+    /// # Errors
+    /// The daemon does not run, or the bus refuses.
+    pub fn send(&self, request: &R) -> Result<OpenRequest<R>, AskError> {
+        let bytes = serde_json::to_vec(request).map_err(|source| AskError::Words { daemon: R::DAEMON, source })?;
+        Ok(OpenRequest { command: self.port.send(&bytes)?, requests: PhantomData })
+    }
+}
+
+/// A request that waits for its answer; dropping it tells the daemon that no client waits.
+pub struct OpenRequest<R> {
+    command: OpenCommand,
+    requests: PhantomData<fn(R)>,
+}
+
+/// A reply of a daemon.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Answer<A> {
+    /// It is on the way.
+    Progress(Progress),
+    /// The effect is on disk. No reply follows.
+    Done(A),
+}
+
+impl<R: Request> OpenRequest<R> {
+    /// The next reply; `None` if there is none yet.
+    ///
+    /// # Errors
+    /// The daemon refuses, went away or answers in other words.
+    pub fn take(&self) -> Result<Option<Answer<R::Answer>>, AskError> {
+        let daemon = R::DAEMON;
+        let words = |source| AskError::Words { daemon, source };
+        Ok(match self.command.take()? {
+            Some(Reply::Done(bytes)) => Some(Answer::Done(serde_json::from_slice(&bytes).map_err(words)?)),
+            Some(Reply::Progress(bytes)) => Some(Answer::Progress(serde_json::from_slice(&bytes).map_err(words)?)),
+            Some(Reply::Failed(text)) => {
+                return Err(AskError::Refused { daemon, why: String::from_utf8_lossy(&text).into_owned() });
+            }
+            None => None,
+        })
+    }
+}
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum AskError {
+    /// The client's end cannot be opened.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// The request cannot be sent, or the daemon went away.
+    #[error(transparent)]
+    Command(#[from] CommandError),
+    /// Request or answer are not as this program has them.
+    #[error("{daemon} and this program use different words: start all from one version")]
+    Words {
+        /// The daemon.
+        daemon: Daemon,
+        /// What differs.
+        source: serde_json::Error,
+    },
+    /// The daemon refuses.
+    #[error("{daemon}: {why}")]
+    Refused {
+        /// The daemon.
+        daemon: Daemon,
+        /// Its reason.
+        why: String,
+    },
+    /// No answer within the time.
+    #[error("{daemon} does not answer")]
+    Silent {
+        /// The daemon.
+        daemon: Daemon,
+    },
+    /// The client cannot wait.
+    #[error(transparent)]
+    Wait(Failure),
+}
+
+/// How long a daemon is waited for.
+#[derive(Debug, Clone, Copy)]
+pub struct Patience {
+    /// While it is just starting.
+    pub starting: Duration,
+    /// In all.
+    pub answer: Duration,
+}
+
+/// Asks a daemon and waits for its answer; `progress` is told how far it is, `pause` waits for a moment between two looks.
+/// Daemons ask each other in one direction only, that of the data: none waits for itself.
+///
+/// # Errors
+/// The daemon does not run, refuses, or does not answer.
+pub fn ask<R: Request>(
+    bus: &Bus,
+    request: &R,
+    patience: Patience,
+    mut progress: impl FnMut(&Progress),
+    mut pause: impl FnMut() -> Result<(), Failure>,
+) -> Result<R::Answer, AskError> {
+    let client = Client::<R>::of(bus)?;
+    let begun = Instant::now();
+    let open = loop {
+        match client.send(request) {
+            Ok(open) => break open,
+            Err(AskError::Command(CommandError::NotServed { .. })) if begun.elapsed() < patience.starting => {
+                pause().map_err(AskError::Wait)?;
+            }
+            Err(why) => return Err(why),
+        }
+    };
+    loop {
+        match open.take()? {
+            Some(Answer::Done(answer)) => return Ok(answer),
+            Some(Answer::Progress(news)) => progress(&news),
+            None if begun.elapsed() > patience.answer => return Err(AskError::Silent { daemon: R::DAEMON }),
+            None => pause().map_err(AskError::Wait)?,
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Requests of clients on the side of the loop: read, refused or queued; progress and answers go back to the client.
+
+use crate::progress::Reporter;
+use crate::request::{Request, parse_request};
+use bus::{Command, CommandError, CommandServer, Nudger};
+use std::collections::VecDeque;
+use tracing::debug;
+
+/// Requests that wait while the service works; more are refused.
+const MAX_WAITING: usize = 16;
+
+/// The requests of a daemon.
+pub(crate) struct RequestQueue<R> {
+    waiting: VecDeque<(Command, R)>,
+    /// The request that the service works on.
+    current: Option<Current>,
+}
+
+struct Current {
+    command: Command,
+    reporter: Reporter,
+}
+
+impl<R: Request> RequestQueue<R> {
+    /// No requests.
+    pub(crate) fn new() -> Self {
+        Self { waiting: VecDeque::new(), current: None }
+    }
+
+    /// Forgets all requests: their generation of the bus is gone.
+    pub(crate) fn clear(&mut self) {
+        self.waiting.clear();
+        self.current = None;
+    }
+
+    /// Takes the next command; false if there is none. Bytes that are no request of this daemon get an error.
+    ///
+    /// # Errors
+    /// The bus refuses.
+    pub(crate) fn take(&mut self, server: &CommandServer) -> Result<bool, CommandError> {
+        let Some(command) = server.take()? else { return Ok(false) };
+        match parse_request::<R>(command.bytes()) {
+            Ok(request) if self.waiting.len() < MAX_WAITING => self.waiting.push_back((command, request)),
+            Ok(_) => command.failed(b"too many requests wait already")?,
+            Err(why) => command.failed(crate::chain(&why).as_bytes())?,
+        }
+        Ok(true)
+    }
+
+    /// The next request for the idle service, and where it reports its progress.
+    pub(crate) fn next(&mut self, nudger: &Nudger) -> Option<(R, Reporter)> {
+        let (command, request) = self.waiting.pop_front()?;
+        let reporter = Reporter::new(nudger.clone());
+        self.current = Some(Current { command, reporter: reporter.clone() });
+        Some((request, reporter))
+    }
+
+    /// Sends what the service reported since the last time. What cannot be sent is left out: the answer counts.
+    pub(crate) fn send_progress(&self) {
+        let Some(Current { command, reporter }) = &self.current else { return };
+        let Some(progress) = reporter.take() else { return };
+        let sent = serde_json::to_vec(&progress).map(|bytes| command.progress(&bytes));
+        if let Ok(Err(why)) = sent {
+            debug!(error = crate::chain(&why), "progress is not sent");
+        }
+    }
+
+    /// Answers the request that the service worked on; false if it worked on none.
+    ///
+    /// # Errors
+    /// The bus refuses.
+    pub(crate) fn finish(&mut self, answer: Result<&[u8], &str>) -> Result<bool, CommandError> {
+        if answer.is_ok() {
+            self.send_progress();
+        }
+        let Some(Current { command, .. }) = self.current.take() else { return Ok(false) };
+        match answer {
+            Ok(answer) => command.done(answer)?,
+            Err(why) => command.failed(why.as_bytes())?,
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,57 @@
+//! The requests of each daemon, with their answers.
+
+mod align;
+mod ingest;
+mod rasterize;
+mod schedule;
+mod waypoints;
+
+pub use align::AlignRequest;
+pub use ingest::IngestRequest;
+pub use rasterize::RasterizeRequest;
+pub use schedule::{ActualsSource, ScheduleAnswer, ScheduleRequest};
+pub use waypoints::WaypointRequest;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::failure::chain;
+    use crate::request::{Request, parse_request};
+
+    fn refusal<R: Request>(bytes: &[u8]) -> String {
+        chain(&parse_request::<R>(bytes).unwrap_err())
+    }
+
+    #[test]
+    fn a_request_of_another_daemon_is_refused_with_the_name_of_the_one_that_got_it() {
+        let robot = serde_json::to_vec(&RasterizeRequest::SetRobot { profile: "/r.toml".into() }).unwrap();
+        assert!(parse_request::<RasterizeRequest>(&robot).is_ok());
+        let all = [
+            ("ifc-ingest", refusal::<IngestRequest>(&robot)),
+            ("schedule-eval", refusal::<ScheduleRequest>(&robot)),
+            ("waypoint-gen", refusal::<WaypointRequest>(&robot)),
+            ("slam-align", refusal::<AlignRequest>(&robot)),
+            ("rasterize", refusal::<RasterizeRequest>(b"\xff\x00 no JSON")),
+            ("rasterize", refusal::<RasterizeRequest>(b"")),
+            ("rasterize", refusal::<RasterizeRequest>(br#"{"set_robot":{"profile":"/r.toml","speed":1}}"#)),
+        ];
+        for (daemon, refusal) in all {
+            assert!(refusal.starts_with(&format!("this is no request of {daemon}: ")), "{refusal}");
+        }
+    }
+
+    #[test]
+    fn requests_survive_the_way_over_the_bus() {
+        fn check<R: Request + PartialEq>(request: &R) {
+            let bytes = serde_json::to_vec(request).unwrap();
+            assert_eq!(&parse_request::<R>(&bytes).unwrap(), request);
+        }
+        check(&IngestRequest::Load { models: vec!["/a.ifc".into()] });
+        check(&ScheduleRequest::NextChange);
+        check(&ScheduleRequest::Simulate { rate: 3600.0, from_s: None });
+        check(&ScheduleRequest::SetActuals { file: None, source: ActualsSource::Observed });
+        check(&WaypointRequest::SetWaypoints { options: None, spaces: vec!["1*".into()], changed_since_s: Some(-1) });
+        check(&AlignRequest::Align { hint: None, storey: Some(2) });
+        check(&AlignRequest::Confirm { absent: Vec::new() });
+    }
+}

@@ -1,0 +1,66 @@
+//! Requests to schedule-eval.
+
+use crate::request::{Published, Request};
+use bus::Daemon;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// What schedule-eval takes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ScheduleRequest {
+    /// This plan time, civil seconds since 1970.
+    SetPlanTime {
+        /// The instant.
+        at_s: i64,
+    },
+    /// The next instant at which anything changes.
+    NextChange,
+    /// The plan time follows the clock of its machine.
+    FollowWallClock,
+    /// The plan time runs at a rate.
+    Simulate {
+        /// Plan seconds per second, more than 0.
+        rate: f64,
+        /// Where it starts, civil seconds since 1970; where the plan time is if left out.
+        from_s: Option<i64>,
+    },
+    /// The plan time that is in effect; nothing changes.
+    TellPlanTime,
+    /// Progress that was reported or observed, a CSV table with the columns id, start, finish; without a file there is
+    /// none.
+    SetActuals {
+        /// Absolute path.
+        file: Option<PathBuf>,
+        /// Each source has a table of its own.
+        #[serde(default)]
+        source: ActualsSource,
+    },
+}
+
+/// The source of progress. What people report ranks before what a robot observes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ActualsSource {
+    /// People.
+    #[default]
+    Reported,
+    /// A robot.
+    Observed,
+}
+
+/// What schedule-eval answers.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ScheduleAnswer {
+    /// The schedule state that it published.
+    pub state: Published,
+    /// The plan time in effect, civil seconds since 1970; `None` if everything is built.
+    pub plan_time_s: Option<i64>,
+    /// How the plan time moves, in words.
+    pub clock: String,
+}
+
+impl Request for ScheduleRequest {
+    const DAEMON: Daemon = Daemon::ScheduleEval;
+    type Answer = ScheduleAnswer;
+}

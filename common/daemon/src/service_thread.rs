@@ -1,0 +1,83 @@
+//! The service's own thread: jobs one after the other, each with its outcome.
+
+use crate::config::SiteConfig;
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::progress::Reporter;
+use crate::service::{Done, Event, Service};
+use bus::{Bus, Nudger, RawSample};
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+/// What the service is given. Samples are validated on its thread, because that takes time.
+pub(crate) enum Job<R> {
+    Attach(Bus, Nudger),
+    Sample(RawSample),
+    Request(R, Reporter),
+    Configuration(Box<SiteConfig>),
+    Tick,
+}
+
+/// What came of a job; the answer is as it goes to the client, and empty where no client asked.
+pub(crate) type Outcome = Result<Done<Vec<u8>>, Failure>;
+
+/// The ends of the loop. A service that panics closes them.
+pub(crate) struct ServiceThread<R> {
+    pub(crate) jobs: Sender<Job<R>>,
+    pub(crate) outcomes: Receiver<Outcome>,
+}
+
+/// Starts the thread.
+///
+/// # Errors
+/// The system has no threads to give.
+pub(crate) fn start<S: Service + 'static>(name: &str, service: S) -> Result<ServiceThread<S::Request>, Failure> {
+    let (to_service, jobs) = channel();
+    let (outcomes, from_service) = channel();
+    // The service lives on a thread of the pool that its parallel work runs on: handing work to a pool from outside
+    // costs an allocation now and then, and a thread.
+    let pool = rayon::ThreadPoolBuilder::new().build()?;
+    let thread = std::thread::Builder::new().name(name.to_owned());
+    thread.spawn(move || pool.install(move || work(service, &jobs, outcomes)))?;
+    Ok(ServiceThread { jobs: to_service, outcomes: from_service })
+}
+
+fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: Sender<Outcome>) {
+    let mut outbox = Outbox { outcomes: Some(outcomes), nudger: None };
+    for job in jobs {
+        let unasked = |done: Done| done.answered(Vec::new());
+        let outcome = match job {
+            Job::Attach(bus, nudger) => {
+                outbox.nudger = Some(nudger);
+                service.attach(&bus).and_then(|()| service.handle(Event::Attached)).map(unasked)
+            }
+            Job::Sample(sample) => {
+                S::Input::check(sample).and_then(|input| service.handle(Event::Input(input))).map(unasked)
+            }
+            Job::Request(request, reporter) => service.answer(request, &reporter).and_then(in_bytes),
+            Job::Configuration(config) => service.handle(Event::Configuration(config)).map(unasked),
+            Job::Tick => service.handle(Event::Tick).map(unasked),
+        };
+        if outbox.outcomes.as_ref().is_some_and(|outcomes| outcomes.send(outcome).is_err()) {
+            return;
+        }
+        outbox.nudger.iter().for_each(Nudger::nudge);
+    }
+}
+
+fn in_bytes<A: serde::Serialize>(done: Done<A>) -> Outcome {
+    let bytes = serde_json::to_vec(&done.answer)?;
+    Ok(done.answered(bytes))
+}
+
+/// Where outcomes go. A service that panics closes it, and the loop hears of that at once.
+struct Outbox {
+    outcomes: Option<Sender<Outcome>>,
+    nudger: Option<Nudger>,
+}
+
+impl Drop for Outbox {
+    fn drop(&mut self) {
+        drop(self.outcomes.take());
+        self.nudger.iter().for_each(Nudger::nudge);
+    }
+}
