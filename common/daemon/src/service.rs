@@ -7,8 +7,7 @@ use crate::progress::Reporter;
 use crate::request::{Published, Request};
 use bus::Bus;
 use messages::Stage;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// A daemon's work. All calls come from one thread, one after the other.
@@ -86,16 +85,16 @@ impl Done {
 
 /// Where a service says what it is doing.
 #[derive(Debug, Clone, Default)]
-pub struct Stages(Arc<AtomicU32>);
+pub struct Stages(Arc<Mutex<Stage>>);
 
 impl Stages {
     /// From now on.
     pub fn set(&self, stage: Stage) {
-        self.0.store(stage as u32, Ordering::Release);
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = stage;
     }
 
     /// What it said last.
     pub fn get(&self) -> Stage {
-        Stage::from_id(self.0.load(Ordering::Acquire)).unwrap_or(Stage::Idle)
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -120,7 +120,7 @@ pub(crate) fn door_reports(input: &ExportInput<'_>) -> Vec<DoorReport> {
     let site = input.site;
     let worth_a_line = |d: &DoorPassageRecord| {
         let assumed = clear_width_word(&site.doors[d.door as usize]) == "assumed";
-        d.passage != DoorPassage::Passable as u32 || d.sides_with_floor < 2 || assumed
+        d.passage != DoorPassage::Passable || d.sides_with_floor < 2 || assumed
     };
     let report = |d: DoorPassageRecord| {
         let door = &site.doors[d.door as usize];
@@ -129,7 +129,7 @@ pub(crate) fn door_reports(input: &ExportInput<'_>) -> Vec<DoorReport> {
             global_id: site.text(element.global_id).to_owned(),
             name: text_or_null(site.text(element.name)),
             storey: d.map_storey,
-            passage: DoorPassage::from_id(d.passage).map_or("unknown", DoorPassage::name),
+            passage: d.passage.get().name(),
             reasons: d.closed_by().map(|reason| Reason::of(input, &d, reason)).collect(),
             clear_width_m: rounded(d.clear_width_m),
             clear_width_from: clear_width_word(door),

@@ -257,7 +257,7 @@ impl Storey {
             name: text_or_null(input.site.text(record.name)),
             global_id: text_or_null(input.site.text(record.global_id)),
             floor_z_m: metres(record.floor_z_tenths),
-            floor: FloorKind::from_id(record.floor).map_or("built", FloorKind::name),
+            floor: record.floor.get().name(),
             status: status_of(grid),
             directory: storey_folder(input.site, index, record),
             size_cells: [grid.head.width, grid.head.height],
@@ -273,9 +273,9 @@ pub fn schedule_ignored(site: &Site<'_>, phase: &Phase<'_>) -> bool {
 
 /// Whether a storey can be stood on anywhere.
 pub fn status_of(grid: &messages::Grid<'_>) -> &'static str {
-    match FloorKind::from_id(grid.head.floor) {
+    match grid.head.floor.get() {
         _ if grid.floor.iter().any(|&f| f != 0) => "ok",
-        Some(FloorKind::Missing) => "no_floor",
+        FloorKind::Missing => "no_floor",
         _ => "no_floor_yet",
     }
 }

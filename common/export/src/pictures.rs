@@ -7,7 +7,7 @@ use embedded_graphics::geometry::Point;
 use frames::{TENTHS_PER_M, tenths};
 use geometry::{FillRule, Ring, floor_faces, union};
 use grid::{Cell, Class, Mask, overlapped_cells};
-use messages::{DoorPassage, DoorPassageRecord, ElementState, Grid, NONE, element_flags};
+use messages::{DoorPassageRecord, ElementState, Grid, NONE, element_flags};
 
 const SOLID: Rgb = [100, 100, 100];
 
@@ -77,9 +77,7 @@ fn cells_of_closed_doors(input: &ExportInput<'_>, grid: &Grid<'_>) -> Mask {
     let spec = grid.spec();
     let mut closed = Mask::new(spec.width as usize, spec.height as usize);
     let footprints = input.footprints.get(grid.head.map_storey as usize).copied().unwrap_or_default();
-    let is_closed = |d: &&DoorPassageRecord| {
-        d.map_storey == grid.head.map_storey && DoorPassage::from_id(d.passage).is_some_and(DoorPassage::is_closed)
-    };
+    let is_closed = |d: &&DoorPassageRecord| d.map_storey == grid.head.map_storey && d.passage.get().is_closed();
     for door in input.index.doors.iter().filter(is_closed) {
         let element = input.site.doors[door.door as usize].element;
         for (_, footprint) in footprints.iter().filter(|(e, _)| *e == element) {
@@ -90,7 +88,7 @@ fn cells_of_closed_doors(input: &ExportInput<'_>, grid: &Grid<'_>) -> Mask {
 }
 
 fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, other_levels: &Mask, closed: &Mask, index: usize) -> Rgb {
-    match Class::from_id(grid.class[index]).unwrap_or(Class::Other) {
+    match grid.class_of(index) {
         Class::Door if closed.cells[index] => CLOSED_DOOR,
         Class::Door => DOOR,
         Class::Stair | Class::Ramp => STAIR,

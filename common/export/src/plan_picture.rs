@@ -39,7 +39,7 @@ pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> Ex
 }
 
 fn colour(grid: &Grid<'_>, index: usize, is_seen: bool) -> Rgb {
-    match (Class::from_id(grid.class[index]).unwrap_or(Class::Other), grid.planning[index]) {
+    match (grid.class_of(index), grid.planning[index]) {
         (Class::Door, 0) => DOOR,
         (Class::Door, 100) => CLOSED,
         (Class::None, 100) => CLOSED,
@@ -56,7 +56,7 @@ fn seen_cells(input: &ExportInput<'_>, grid: &Grid<'_>) -> Vec<bool> {
     let spec = grid.spec();
     let mut seen = vec![false; spec.n_cells()];
     let scans = input.plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey);
-    let mut scans = scans.filter(|w| w.kind == WaypointKind::Scan as u32).peekable();
+    let mut scans = scans.filter(|w| w.kind == WaypointKind::Scan).peekable();
     if scans.peek().is_none() {
         return seen;
     }
@@ -102,7 +102,7 @@ fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
     for (number, stop) in input.plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey).enumerate() {
         let [x, y, _] = stop.position_in_map_m;
         let at = pixel(&spec, [x, y]);
-        let is_scan = stop.kind == WaypointKind::Scan as u32;
+        let is_scan = stop.kind == WaypointKind::Scan;
         let ink = match (is_scan, stop.connects) {
             (false, _) => CENTRE,
             (true, 0) => SCAN,

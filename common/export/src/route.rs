@@ -88,7 +88,7 @@ impl SiteGraph {
             let [x_m, y_m, z_m] = node.position_in_map_m.map(rounded);
             Node {
                 id,
-                kind: node_kind(node).name(),
+                kind: node.kind.get().name(),
                 storey: node.map_storey,
                 x_m,
                 y_m,
@@ -101,7 +101,7 @@ impl SiteGraph {
             }
         });
         let edges = input.plan.edges.iter().enumerate().map(|(at, edge)| {
-            let class = edge_kind(edge);
+            let class = edge.kind.get();
             let is_level = matches!(class, EdgeKind::Floor | EdgeKind::Door);
             Edge {
                 id: edge_id(input, at),
@@ -138,7 +138,7 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
     for (id, node) in plan.nodes.iter().enumerate().filter(|(_, n)| n.map_storey == map_storey) {
         let [x, y, _] = node.position_in_map_m.map(rounded);
         let mut metadata = Map::new();
-        metadata.insert("class".to_owned(), json!(node_kind(node).name()));
+        metadata.insert("class".to_owned(), json!(node.kind.get().name()));
         metadata.insert("clearance_m".to_owned(), json!(rounded(node.clearance_m)));
         metadata.extend(node_of(input, node).map(|guid| ("ifc_guid".to_owned(), json!(guid))));
         metadata.extend(node_name(input, node).map(|name| ("name".to_owned(), json!(name))));
@@ -153,7 +153,7 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
     let is_here = |e: &RouteEdgeRecord| e.nodes.iter().all(|&n| plan.nodes[n as usize].map_storey == map_storey);
     for (at, edge) in plan.edges.iter().enumerate().filter(|(_, e)| is_here(e) && e.usable == 1) {
         let mut metadata = Map::new();
-        metadata.insert("class".to_owned(), json!(edge_kind(edge).name()));
+        metadata.insert("class".to_owned(), json!(edge.kind.get().name()));
         metadata.insert("length_m".to_owned(), json!(rounded(edge.length_m)));
         metadata.insert("clearance_m".to_owned(), json!(rounded(edge.clearance_m)));
         metadata.extend(edge_of(input, edge).map(|guid| ("ifc_guid".to_owned(), json!(guid))));
@@ -184,7 +184,7 @@ fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord) -> Value {
     let storey_of = |node: u32| input.plan.nodes[node as usize].map_storey;
     let [from, to] = edge.nodes;
     let mut metadata = Map::new();
-    metadata.insert("class".to_owned(), json!(edge_kind(edge).name()));
+    metadata.insert("class".to_owned(), json!(edge.kind.get().name()));
     metadata.insert("length_m".to_owned(), json!(rounded(edge.length_m)));
     metadata.insert("storeys".to_owned(), json!([storey_of(from), storey_of(to)]));
     metadata.insert("nodes".to_owned(), json!([from, to]));
@@ -208,14 +208,6 @@ fn n_risers(edge: &RouteEdgeRecord) -> Option<u32> {
     (edge.n_risers != NONE).then_some(edge.n_risers)
 }
 
-fn node_kind(node: &RouteNodeRecord) -> NodeKind {
-    NodeKind::from_id(node.kind).unwrap_or(NodeKind::Junction)
-}
-
-fn edge_kind(edge: &RouteEdgeRecord) -> EdgeKind {
-    EdgeKind::from_id(edge.kind).unwrap_or(EdgeKind::Floor)
-}
-
 /// Behind the numbers of all nodes, one for either direction.
 fn edge_id(input: &ExportInput<'_>, at: usize) -> u32 {
     (input.plan.nodes.len() + 2 * at) as u32
@@ -226,7 +218,7 @@ fn element_id(input: &ExportInput<'_>, element: u32) -> Option<String> {
 }
 
 fn node_of(input: &ExportInput<'_>, node: &RouteNodeRecord) -> Option<String> {
-    match node_kind(node) {
+    match node.kind.get() {
         NodeKind::Junction => None,
         NodeKind::Space => space_id(input, node.of),
         NodeKind::Door => input.site.doors.get(node.of as usize).and_then(|d| element_id(input, d.element)),
@@ -240,7 +232,7 @@ fn element_name(input: &ExportInput<'_>, element: u32) -> Option<String> {
 
 /// Name of what a node is.
 fn node_name(input: &ExportInput<'_>, node: &RouteNodeRecord) -> Option<String> {
-    match node_kind(node) {
+    match node.kind.get() {
         NodeKind::Junction => None,
         NodeKind::Space => space_name(input.site, node.of),
         NodeKind::Door => input.site.doors.get(node.of as usize).and_then(|d| element_name(input, d.element)),
@@ -249,7 +241,7 @@ fn node_name(input: &ExportInput<'_>, node: &RouteNodeRecord) -> Option<String> 
 }
 
 fn edge_of(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<String> {
-    match edge_kind(edge) {
+    match edge.kind.get() {
         EdgeKind::Floor => None,
         EdgeKind::Door => input.site.doors.get(edge.of as usize).and_then(|d| element_id(input, d.element)),
         _ => element_id(input, edge.of),
@@ -263,7 +255,7 @@ fn rise_m(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> f64 {
 
 /// Clear width of a door with the leaves that count together, or of a flight of stairs.
 fn clear_width_m(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<f64> {
-    let width_m = match edge_kind(edge) {
+    let width_m = match edge.kind.get() {
         EdgeKind::Door => {
             let found = input.index.doors.iter().find(|d| d.door == edge.of).map(|d| d.clear_width_m);
             found.or_else(|| input.site.doors.get(edge.of as usize).map(|d| d.clear_width_m))

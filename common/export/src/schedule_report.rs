@@ -33,7 +33,7 @@ impl ScheduleReport {
         let mut sources: BTreeMap<&'static str, usize> = BTreeMap::new();
         let mut undated = Vec::new();
         for (element, record) in site.elements.iter().zip(phase.schedule) {
-            let source = DateSource::from_id(record.source).unwrap_or(DateSource::None);
+            let source = record.source.get();
             *sources.entry(source.name()).or_default() += 1;
             if source == DateSource::None && phase.head.n_changes > 0 {
                 undated.push(site.text(element.global_id).to_owned());

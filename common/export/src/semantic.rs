@@ -6,8 +6,8 @@ use crate::text::{rounded, text_or_null};
 use frames::metres;
 use geometry::MultiPolygon;
 use messages::{
-    AttributeKind, AttributeRecord, ClearWidth, DateSource, DoorPassage, DoorRecord, ElementRecord, NONE, PhaseHead,
-    SpaceRecord, StairRecord, element_flags, space_flags, stair_flags,
+    AttributeKind, AttributeRecord, ClearWidth, DoorRecord, ElementRecord, NONE, PhaseHead, SpaceRecord, StairRecord,
+    element_flags, space_flags, stair_flags,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -102,7 +102,7 @@ impl Schedule {
             total_float_h: hours(record.total_float_s),
             free_float_h: hours(record.free_float_s),
             task: task.map(|t| input.site.text(t.global_id).to_owned()),
-            source: DateSource::from_id(record.source).unwrap_or(DateSource::None).name(),
+            source: record.source.get().name(),
             state: input.phase.head.plan_time().map(|_| input.phase.effective(element).name()),
         }
     }
@@ -299,7 +299,7 @@ impl Door {
         let site = input.site;
         let space = |s: u32| (s != NONE).then(|| site.text(site.spaces[s as usize].global_id).to_owned());
         let records = || input.index.doors.iter().filter(|d| d.door == index);
-        let passage = records().filter_map(|d| Some((d.map_storey, DoorPassage::from_id(d.passage)?.name())));
+        let passage = records().map(|d| (d.map_storey, d.passage.get().name()));
         let clear_width_m = records().next().map_or(door.clear_width_m, |d| d.clear_width_m);
         let beside = door.beside.iter().filter_map(|&d| site.doors.get(d as usize));
         Self {
@@ -317,7 +317,10 @@ impl Door {
 }
 
 pub(crate) fn clear_width_word(door: &DoorRecord) -> &'static str {
-    if door.clear_width_from == ClearWidth::LiningAndPanel as u32 { "lining_and_panel" } else { "assumed" }
+    match door.clear_width_from.get() {
+        ClearWidth::LiningAndPanel => "lining_and_panel",
+        ClearWidth::Assumed => "assumed",
+    }
 }
 
 impl Stair {
@@ -369,13 +372,11 @@ impl Space {
 fn property_sets(input: &ExportInput<'_>, attributes: &[AttributeRecord]) -> PropertySets {
     let mut sets = PropertySets::new();
     for attribute in attributes {
-        let value = if attribute.kind == AttributeKind::Number as u32 {
+        let value = match attribute.kind.get() {
             // JSON has no infinity, which a file can write as 1.E999.
-            Some(PropertyValue::Number(attribute.number.clamp(f64::MIN, f64::MAX)))
-        } else if attribute.kind == AttributeKind::Boolean as u32 {
-            Some(PropertyValue::Boolean(attribute.number == 1.0))
-        } else {
-            text_or_null(input.site.text(attribute.text)).map(PropertyValue::Text)
+            AttributeKind::Number => Some(PropertyValue::Number(attribute.number.clamp(f64::MIN, f64::MAX))),
+            AttributeKind::Boolean => Some(PropertyValue::Boolean(attribute.number == 1.0)),
+            AttributeKind::Text => text_or_null(input.site.text(attribute.text)).map(PropertyValue::Text),
         };
         let set = sets.entry(input.site.text(attribute.set).to_owned()).or_default();
         set.entry(input.site.text(attribute.name).to_owned()).or_insert(value);

@@ -198,7 +198,7 @@ fn storey(record: &StoreyPlanRecord) -> StoreyOutcome {
 fn space(input: &ExportInput<'_>, index: usize) -> SpaceOutcome {
     let map_storey = input.site.spaces[index].map_storey;
     let record = &input.plan.spaces[index];
-    let why = NoWaypoint::from_id(record.why).filter(|why| *why != NoWaypoint::Has);
+    let why = Some(record.why.get()).filter(|why| *why != NoWaypoint::Has);
     let door = input.site.doors.get(record.door as usize);
     SpaceOutcome {
         storey: (map_storey != messages::NONE).then_some(map_storey),
@@ -243,7 +243,10 @@ pub(crate) fn space_id(input: &ExportInput<'_>, space: u32) -> Option<String> {
 }
 
 pub(crate) fn kind(w: &WaypointRecord) -> &'static str {
-    if w.kind == WaypointKind::Scan as u32 { "scan" } else { "centre" }
+    match w.kind.get() {
+        WaypointKind::Scan => "scan",
+        WaypointKind::Centre => "centre",
+    }
 }
 
 /// Name and long name of a space; `None` for none, or if it has neither.

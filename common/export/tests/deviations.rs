@@ -30,7 +30,7 @@ fn storey(name: &str) -> Storey {
         name: texts[0],
         global_id: Text::default(),
         floor_z_tenths: 30_000,
-        floor: FloorKind::Built as u32,
+        floor: FloorKind::Built.into(),
         bounds_tenths: [0, 0, 40_000, 30_000],
     });
     for (index, id) in [texts[1], texts[2], texts[3]].into_iter().enumerate() {
@@ -40,7 +40,7 @@ fn storey(name: &str) -> Storey {
             ifc_type: texts[4],
             min_tenths: [0, 10_000 * index as i32, 30_000],
             max_tenths: [20_000, 10_000 * index as i32 + 1_000, 55_000],
-            class: 1,
+            class: grid::Class::Wall.into(),
             step_id: 42,
             whole: NONE,
             storey: NONE,
@@ -72,9 +72,9 @@ fn seen(head: DeviationsHead) -> ArchiveBuffer {
     let mut d = DeviationsBuilder::new(head);
     let record = |element: u32, observation: Observation, judgement: Judgement| ElementDeviationRecord {
         element,
-        observation: observation as u32,
-        judgement: judgement as u32,
-        planned: ElementState::Built as u32,
+        observation: observation.into(),
+        judgement: judgement.into(),
+        planned: ElementState::Built.into(),
         sample_m: 0.05,
         n_samples: 40,
         n_visible: 20,
@@ -88,9 +88,12 @@ fn seen(head: DeviationsHead) -> ArchiveBuffer {
             displacement_m: [0.0, 0.3],
             ..record(0, Observation::Displaced, Judgement::Displaced)
         },
-        ElementDeviationRecord { planned: 0, ..record(1, Observation::Observed, Judgement::Early) },
         ElementDeviationRecord {
-            reason: UnseenReason::NotSeen as u32,
+            planned: ElementState::NotStarted.into(),
+            ..record(1, Observation::Observed, Judgement::Early)
+        },
+        ElementDeviationRecord {
+            reason: UnseenReason::NotSeen.into(),
             n_visible: 0,
             n_confirmed: 0,
             n_contradicted: 0,
@@ -107,7 +110,7 @@ fn seen(head: DeviationsHead) -> ArchiveBuffer {
         space: NONE,
         ..Zeroable::zeroed()
     }];
-    d.seen = (0..1_200).map(|k| (k % 3) as u8).collect();
+    d.seen = [Seen::Unknown, Seen::Free, Seen::Occupied].repeat(400);
     d.finish()
 }
 

@@ -1,7 +1,9 @@
 //! Element classes of cells and their drawing priority.
 
+use bytemuck::{CheckedBitPattern, NoUninit};
+
 /// Class of an element: ids of `classes.png` and of the `class` layer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, CheckedBitPattern, NoUninit)]
 #[repr(u8)]
 pub enum Class {
     /// Nothing.
@@ -52,11 +54,6 @@ impl Class {
         Self::Mep,
         Self::Other,
     ];
-
-    /// The class with this id.
-    pub fn from_id(id: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(id)).copied()
-    }
 
     /// Its id.
     pub fn id(self) -> u8 {
@@ -113,7 +110,6 @@ mod tests {
     fn ids_and_priorities_are_unique() {
         for (id, class) in Class::ALL.into_iter().enumerate() {
             assert_eq!(usize::from(class.id()), id);
-            assert_eq!(Class::from_id(class.id()), Some(class));
         }
         let mut priorities: Vec<_> = Class::ALL.map(Class::draw_priority).to_vec();
         priorities.sort_unstable();

@@ -3,7 +3,8 @@
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
 use crate::archive_writer::ArchiveWriter;
 use crate::payload;
-use bytemuck::{Pod, Zeroable};
+use crate::tag::{Tag, check_tags};
+use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
 mod section {
     pub(super) const HEAD: u32 = 1;
@@ -12,7 +13,7 @@ mod section {
 }
 
 /// How sure an alignment is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum Verdict {
     /// One pose, and no other comes near.
@@ -24,11 +25,6 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The verdict with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        [Self::Accepted, Self::Ambiguous, Self::Refused].get(id as usize).copied()
-    }
-
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -40,7 +36,7 @@ impl Verdict {
 }
 
 /// What the pose that counts rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum PoseState {
     /// No pose was accepted yet.
@@ -54,11 +50,6 @@ pub enum PoseState {
 }
 
 impl PoseState {
-    /// The state with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        [Self::None, Self::Found, Self::Tracked, Self::Held].get(id as usize).copied()
-    }
-
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -123,10 +114,10 @@ pub struct AlignmentHead {
     pub scale_deviation: f64,
     /// Why the newest judgement is not `accepted`; empty if it is.
     pub reason: Text,
-    /// [`Verdict`] on the newest map as a number.
-    pub verdict: u32,
-    /// [`PoseState`] as a number.
-    pub state: u32,
+    /// How sure the newest map is.
+    pub verdict: Tag<Verdict>,
+    /// What the pose that counts rests on.
+    pub state: Tag<PoseState>,
     /// 1 if a pose waits to be confirmed.
     pub is_waiting: u32,
     /// Zero.
@@ -156,11 +147,11 @@ impl<'a> Alignment<'a> {
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let alignment = Self::of(Archive::open(bytes, ArchiveKind::Alignment)?)?;
         let head = alignment.head;
+        check_tags([head.verdict], "verdict")?;
+        check_tags([head.state], "state of a pose")?;
         let reason = (head.reason.offset as usize)..(head.reason.offset as usize) + head.reason.length as usize;
         let numbers = [head.scale, head.scale_deviation];
         let whole = alignment.strings.get(reason).is_some()
-            && Verdict::from_id(head.verdict).is_some()
-            && PoseState::from_id(head.state).is_some()
             && head.is_waiting <= 1
             && alignment.candidates.len() <= Self::MAX_CANDIDATES
             && numbers.iter().all(|n| n.is_finite())
@@ -185,13 +176,12 @@ impl<'a> Alignment<'a> {
 
     /// How sure the newest map is.
     pub fn verdict(&self) -> Verdict {
-        // Checked when the archive was opened.
-        Verdict::from_id(self.head.verdict).unwrap_or(Verdict::Refused)
+        self.head.verdict.get()
     }
 
     /// What the pose that counts rests on.
     pub fn state(&self) -> PoseState {
-        PoseState::from_id(self.head.state).unwrap_or(PoseState::None)
+        self.head.state.get()
     }
 
     /// The pose that counts: the only one to be used.
@@ -287,8 +277,8 @@ mod tests {
             scale: 1.0,
             scale_deviation: 0.001,
             reason: Text::default(),
-            verdict: Verdict::Ambiguous as u32,
-            state: PoseState::Held as u32,
+            verdict: Verdict::Ambiguous.into(),
+            state: PoseState::Held.into(),
             is_waiting: 0,
             reserved: 0,
         }
@@ -307,8 +297,8 @@ mod tests {
     fn numbers_that_are_none_are_refused() {
         for wrong in [
             AlignmentHead { scale: f64::NAN, ..head() },
-            AlignmentHead { verdict: 3, ..head() },
-            AlignmentHead { state: 4, ..head() },
+            AlignmentHead { verdict: Tag::numbered(3), ..head() },
+            AlignmentHead { state: Tag::numbered(4), ..head() },
             AlignmentHead { pose: PoseRecord { about_m: [f64::INFINITY; 2], ..PoseRecord::NONE }, ..head() },
         ] {
             let buffer = AlignmentBuilder { head: wrong, reason: "", candidates: &[] }.finish();

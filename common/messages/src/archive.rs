@@ -6,7 +6,7 @@ use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Version of all layouts of this crate; a reader refuses any other.
-pub const LAYOUT_VERSION: u32 = 5;
+pub const LAYOUT_VERSION: u32 = 6;
 
 /// An index that points at nothing.
 pub const NONE: u32 = u32::MAX;
@@ -161,6 +161,12 @@ pub enum ArchiveError {
     #[error("{what} of the archive points outside its section")]
     Index {
         /// Which records.
+        what: &'static str,
+    },
+    /// An enumeration has no such number.
+    #[error("the archive has an unknown {what}")]
+    Unknown {
+        /// Which enumeration.
         what: &'static str,
     },
     /// The robot is none.

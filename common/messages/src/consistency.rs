@@ -66,17 +66,17 @@ impl Plan<'_> {
         let has_space = |space: u32| space == NONE || (space as usize) < site.spaces.len();
         let has_door = |door: u32| door == NONE || (door as usize) < site.doors.len();
         let has_element = |element: u32| (element as usize) < site.elements.len();
-        let node_is_of = |n: &RouteNodeRecord| match NodeKind::from_id(n.kind) {
-            Some(NodeKind::Space) => (n.of as usize) < site.spaces.len(),
-            Some(NodeKind::Door) => (n.of as usize) < site.doors.len(),
-            Some(NodeKind::Staging) => n.of == NONE || has_element(n.of),
-            Some(NodeKind::Junction) | None => true,
+        let node_is_of = |n: &RouteNodeRecord| match n.kind.get() {
+            NodeKind::Space => (n.of as usize) < site.spaces.len(),
+            NodeKind::Door => (n.of as usize) < site.doors.len(),
+            NodeKind::Staging => n.of == NONE || has_element(n.of),
+            NodeKind::Junction => true,
         };
-        let edge_is_of = |e: &RouteEdgeRecord| match EdgeKind::from_id(e.kind) {
-            Some(EdgeKind::Floor) | None => true,
-            Some(EdgeKind::Door) => (e.of as usize) < site.doors.len(),
-            Some(EdgeKind::Step) => e.of == NONE || has_element(e.of),
-            Some(_) => has_element(e.of),
+        let edge_is_of = |e: &RouteEdgeRecord| match e.kind.get() {
+            EdgeKind::Floor => true,
+            EdgeKind::Door => (e.of as usize) < site.doors.len(),
+            EdgeKind::Step => e.of == NONE || has_element(e.of),
+            EdgeKind::Stair | EdgeKind::Ramp | EdgeKind::Lift | EdgeKind::Escalator => has_element(e.of),
         };
         let belongs = self.head.site_hash == site.content_hash()
             && self.spaces.len() == site.spaces.len()

@@ -1,6 +1,8 @@
 //! Records of the `deviations` archive.
 
-use bytemuck::{Pod, Zeroable};
+use crate::phase::ElementState;
+use crate::tag::Tag;
+use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use grid::GridSpec;
 
 /// What was compared, and how: one record. Lengths in metres, angles in radians.
@@ -51,7 +53,7 @@ impl DeviationsHead {
 }
 
 /// What a cell of the SLAM map says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u8)]
 pub enum Seen {
     /// Nobody looked.
@@ -62,15 +64,8 @@ pub enum Seen {
     Occupied = 2,
 }
 
-impl Seen {
-    /// What this number says.
-    pub fn from_id(id: u8) -> Option<Self> {
-        [Self::Unknown, Self::Free, Self::Occupied].get(usize::from(id)).copied()
-    }
-}
-
 /// What the robot saw of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum Observation {
     /// It stands where the model has it.
@@ -87,11 +82,6 @@ impl Observation {
     /// All observations.
     pub const ALL: [Self; 4] = [Self::Observed, Self::Absent, Self::Displaced, Self::Unseen];
 
-    /// The observation with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        Self::ALL.into_iter().find(|o| *o as u32 == id)
-    }
-
     /// Its word in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -104,7 +94,7 @@ impl Observation {
 }
 
 /// What an observation means beside the plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum Judgement {
     /// As planned.
@@ -123,11 +113,6 @@ impl Judgement {
     /// All judgements.
     pub const ALL: [Self; 5] = [Self::OnPlan, Self::Late, Self::Early, Self::Displaced, Self::Unknown];
 
-    /// The judgement with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        Self::ALL.into_iter().find(|j| *j as u32 == id)
-    }
-
     /// Its word in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -141,7 +126,7 @@ impl Judgement {
 }
 
 /// Why nothing can be said of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum UnseenReason {
     /// It is not unseen.
@@ -163,23 +148,6 @@ pub enum UnseenReason {
 }
 
 impl UnseenReason {
-    /// All reasons.
-    pub const ALL: [Self; 8] = [
-        Self::Seen,
-        Self::Glass,
-        Self::NoSection,
-        Self::NotSeen,
-        Self::Door,
-        Self::Covered,
-        Self::Inconclusive,
-        Self::StandIn,
-    ];
-
-    /// The reason with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        Self::ALL.into_iter().find(|r| *r as u32 == id)
-    }
-
     /// Its word in files; empty for what is seen.
     pub fn name(self) -> &'static str {
         match self {
@@ -212,14 +180,12 @@ pub struct ElementDeviationRecord {
     pub sample_m: f64,
     /// Element of the site.
     pub element: u32,
-    /// [`Observation`] as a number.
-    pub observation: u32,
-    /// [`Judgement`] as a number.
-    pub judgement: u32,
-    /// Planned [`crate::ElementState`] as a number.
-    pub planned: u32,
-    /// [`UnseenReason`] as a number.
-    pub reason: u32,
+    /// What the robot saw of it.
+    pub observation: Tag<Observation>,
+    /// What that means beside the plan.
+    pub judgement: Tag<Judgement>,
+    /// Why nothing can be said of it.
+    pub reason: Tag<UnseenReason>,
     /// Samples on sides that no other element covers.
     pub n_samples: u32,
     /// Those of them that the robot could judge.
@@ -228,8 +194,10 @@ pub struct ElementDeviationRecord {
     pub n_confirmed: u32,
     /// Those where free cells lie inside the solid.
     pub n_contradicted: u32,
+    /// Its planned state.
+    pub planned: Tag<ElementState>,
     /// Zero.
-    pub reserved: u32,
+    pub reserved: [u8; 7],
 }
 const _: () = assert!(size_of::<ElementDeviationRecord>() == 96);
 

@@ -4,9 +4,9 @@ use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionL
 use crate::archive_writer::ArchiveWriter;
 use crate::deviation_records::*;
 use crate::payload;
-use crate::phase::ElementState;
 use crate::site::FARTHEST_TENTHS;
 use crate::site_records::RingRecord;
+use crate::tag::{Tag, check_tags};
 use grid::MAX_CELLS;
 
 mod section {
@@ -35,8 +35,8 @@ pub struct Deviations<'a> {
     pub points: &'a [[i32; 2]],
     /// How the SLAM map is bent, by place.
     pub residuals: &'a [ResidualRecord],
-    /// The SLAM map in the axes of `map`: [`Seen`] as a number, row-major from the lower left; [`DeviationsHead::spec`] says where.
-    pub seen: &'a [u8],
+    /// The SLAM map in the axes of `map`: row-major from the lower left; [`DeviationsHead::spec`] says where.
+    pub seen: &'a [Tag<Seen>],
 }
 
 impl<'a> Deviations<'a> {
@@ -46,6 +46,7 @@ impl<'a> Deviations<'a> {
     /// Bytes that are no whole deviations archive, or records that point outside.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let deviations = Self::of(Archive::open(bytes, ArchiveKind::Deviations)?)?;
+        deviations.check_tags()?;
         deviations.check_head()?;
         deviations.check_elements()?;
         deviations.check_obstacles()?;
@@ -78,6 +79,14 @@ impl<'a> Deviations<'a> {
         rings.iter().map(move |r| &points[r.first_point as usize..][..r.n_points as usize])
     }
 
+    fn check_tags(&self) -> Result<(), ArchiveError> {
+        check_tags(self.seen.iter().copied(), "state of a cell")?;
+        check_tags(self.elements.iter().map(|e| e.observation), "observation")?;
+        check_tags(self.elements.iter().map(|e| e.judgement), "judgement")?;
+        check_tags(self.elements.iter().map(|e| e.reason), "reason for not seeing")?;
+        check_tags(self.elements.iter().map(|e| e.planned), "state of an element")
+    }
+
     fn check_head(&self) -> Result<(), ArchiveError> {
         let head = self.head;
         let numbers = head.map_from_slam.iter().chain(&head.pose_deviation);
@@ -94,8 +103,7 @@ impl<'a> Deviations<'a> {
             && n_cells <= MAX_CELLS
             && n_cells == self.seen.len() as u64
             && is_near(head.first_cell[0], head.width)
-            && is_near(head.first_cell[1], head.height)
-            && self.seen.iter().all(|s| Seen::from_id(*s).is_some());
+            && is_near(head.first_cell[1], head.height);
         if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the map that was seen" }) }
     }
 
@@ -103,12 +111,7 @@ impl<'a> Deviations<'a> {
         let whole = self.elements.iter().all(|e| {
             let numbers = [e.offset_m, e.deviation_m, e.sample_m];
             let counts = e.n_visible <= e.n_samples && e.n_confirmed <= e.n_visible && e.n_contradicted <= e.n_visible;
-            counts
-                && numbers.iter().chain(&e.displacement_m).chain(&e.residual_m).all(|n| is_metres(*n))
-                && Observation::from_id(e.observation).is_some()
-                && Judgement::from_id(e.judgement).is_some()
-                && UnseenReason::from_id(e.reason).is_some()
-                && u8::try_from(e.planned).ok().and_then(ElementState::from_id).is_some()
+            counts && numbers.iter().chain(&e.displacement_m).chain(&e.residual_m).all(|n| is_metres(*n))
         });
         if whole { Ok(()) } else { Err(ArchiveError::Index { what: "an observation" }) }
     }
@@ -146,7 +149,7 @@ pub struct DeviationsBuilder {
     pub rings: Vec<RingRecord>,
     pub points: Vec<[i32; 2]>,
     pub residuals: Vec<ResidualRecord>,
-    pub seen: Vec<u8>,
+    pub seen: Vec<Seen>,
 }
 
 impl DeviationsBuilder {
@@ -160,7 +163,7 @@ impl DeviationsBuilder {
             rings: Vec::new(),
             points: Vec::new(),
             residuals: Vec::new(),
-            seen: vec![Seen::Unknown as u8; n_cells],
+            seen: vec![Seen::Unknown; n_cells],
         }
     }
 
@@ -203,7 +206,7 @@ mod tests {
     fn one_obstacle() -> DeviationsBuilder {
         let mut builder =
             DeviationsBuilder::new(DeviationsHead { cell_tenths: 500, width: 2, height: 1, ..Zeroable::zeroed() });
-        builder.seen = vec![Seen::Free as u8, Seen::Occupied as u8];
+        builder.seen = vec![Seen::Free, Seen::Occupied];
         builder.points = vec![[0, 0], [500, 0], [0, 500]];
         builder.rings = vec![RingRecord { first_point: 0, n_points: 3 }];
         builder.obstacles = vec![ObstacleRecord { area_m2: 0.1, n_rings: 1, space: NONE, ..Zeroable::zeroed() }];
@@ -225,8 +228,7 @@ mod tests {
             change(&mut builder);
             Deviations::open(builder.finish().bytes()).is_err()
         };
-        assert!(refused(|b| b.seen.push(0)));
-        assert!(refused(|b| b.seen[0] = 3));
+        assert!(refused(|b| b.seen.push(Seen::Free)));
         assert!(refused(|b| b.head.cell_tenths = 0));
         assert!(refused(|b| b.head.lidar_z_m = f64::NAN));
         assert!(refused(|b| b.obstacles[0].first_ring = 1));

@@ -1,8 +1,10 @@
 //! The `grid` archive: layers of one map storey, written in place.
 
 use crate::archive::{Archive, ArchiveError, ArchiveKind, SectionPlan, layout, seal, write_table};
+use crate::site_records::FloorKind;
+use crate::tag::{Tag, check_tags};
 use bytemuck::{Pod, Zeroable};
-use grid::GridSpec;
+use grid::{Class, GridSpec};
 use std::ops::Range;
 
 mod section {
@@ -33,8 +35,8 @@ pub struct GridHead {
     pub floor_z_tenths: i32,
     /// Bottom and top of the slab above the floor.
     pub slab_tenths: [i32; 2],
-    /// [`crate::FloorKind`] as a number.
-    pub floor: u32,
+    /// Where the floor comes from.
+    pub floor: Tag<FloorKind>,
     /// Epoch of the map frame.
     pub frame_epoch: u32,
     /// Zero.
@@ -43,7 +45,7 @@ pub struct GridHead {
 const _: () = assert!(size_of::<GridHead>() == 48);
 
 impl GridHead {
-    /// A head with zeros everywhere.
+    /// A head of nothing, without a floor.
     pub const EMPTY: Self = Self {
         cell_tenths: 0,
         first_cell: [0; 2],
@@ -52,7 +54,7 @@ impl GridHead {
         map_storey: 0,
         floor_z_tenths: 0,
         slab_tenths: [0; 2],
-        floor: 0,
+        floor: Tag::numbered(FloorKind::Missing as u32),
         frame_epoch: 0,
         reserved: 0,
     };
@@ -88,7 +90,7 @@ impl<'a> Grid<'a> {
     /// Validates and views an archive.
     ///
     /// # Errors
-    /// Bytes that are no whole grid archive, or layers of another size than the spec.
+    /// Bytes that are no whole grid archive, or layers of another size than the spec, or classes that do not exist.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let grid = Self::of(Archive::open(bytes, ArchiveKind::Grid)?)?;
         let n = u64::from(grid.head.width) * u64::from(grid.head.height);
@@ -103,6 +105,8 @@ impl<'a> Grid<'a> {
         if lengths.iter().any(|&l| l as u64 != n) || grid.head.cell_tenths <= 0 {
             return Err(ArchiveError::Index { what: "a layer" });
         }
+        check_tags([grid.head.floor], "kind of floor")?;
+        check_tags(bytemuck::cast_slice::<u8, Tag<Class>>(grid.class).iter().copied(), "class")?;
         Ok(grid)
     }
 
@@ -123,6 +127,11 @@ impl<'a> Grid<'a> {
     /// Where the grid lies.
     pub fn spec(&self) -> GridSpec {
         self.head.spec()
+    }
+
+    /// Class of what a cell shows.
+    pub fn class_of(&self, cell: usize) -> Class {
+        Tag::<Class>::numbered(self.class[cell]).get()
     }
 
     /// True if a robot's centre must not be in this cell although nothing may stand there.
@@ -235,7 +244,7 @@ mod tests {
 
     #[test]
     fn layers_are_written_in_place_and_read_back() {
-        let head = GridHead { cell_tenths: 500, width: 3, height: 5, ..Zeroable::zeroed() };
+        let head = GridHead { cell_tenths: 500, width: 3, height: 5, ..GridHead::EMPTY };
         let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(15));
         buffer.bytes_mut().fill(0xAA);
         let mut writer = GridWriter::new(buffer.bytes_mut(), &head);

@@ -5,7 +5,8 @@ use crate::archive_writer::ArchiveWriter;
 use crate::payload;
 use crate::robot::RobotProfile;
 use crate::site_records::BoxRecord;
-use bytemuck::{Pod, Zeroable};
+use crate::tag::{Tag, check_tags};
+use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
 mod section {
     pub(super) const HEAD: u32 = 1;
@@ -51,8 +52,8 @@ pub struct DoorPassageRecord {
     pub door: u32,
     /// Map storey of the site.
     pub map_storey: u32,
-    /// [`DoorPassage`] as a number.
-    pub passage: u32,
+    /// Whether the robot can pass, and the first reason if it cannot.
+    pub passage: Tag<DoorPassage>,
     /// On how many of its sides there is floor.
     pub sides_with_floor: u32,
     /// Width of the narrowest row of free cells through it, in metres.
@@ -74,7 +75,7 @@ pub struct DoorPassageRecord {
 const _: () = assert!(size_of::<DoorPassageRecord>() == 104);
 
 /// Whether a robot can pass a door, and the first reason if it cannot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum DoorPassage {
     /// It can.
@@ -98,19 +99,24 @@ pub enum DoorPassage {
 }
 
 impl DoorPassage {
-    /// The passage with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        [Self::Passable, Self::Absent].into_iter().chain(Self::REASONS).find(|p| *p as u32 == id)
-    }
-
     /// Those that keep a robot out, from the one that matters most.
     const REASONS: [Self; 7] = {
         use DoorPassage::*;
         [InProgress, NoFloor, CannotOpen, TooNarrow, NoOpening, Obstructed, ClosedByResolution]
     };
 
+    /// The bits of all reasons.
+    const REASON_BITS: u32 = {
+        let (mut bits, mut k) = (0, 0);
+        while k < Self::REASONS.len() {
+            bits |= Self::REASONS[k].bit();
+            k += 1;
+        }
+        bits
+    };
+
     /// Its bit in [`DoorPassageRecord::reasons`].
-    pub fn bit(self) -> u32 {
+    pub const fn bit(self) -> u32 {
         1 << self as u32
     }
 
@@ -182,10 +188,14 @@ impl<'a> Grids<'a> {
     /// Validates and views an archive.
     ///
     /// # Errors
-    /// Bytes that are no whole grids archive, or a robot with numbers that no robot has.
+    /// Bytes that are no whole grids archive, a robot with numbers that no robot has, or a door with an unknown passage.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let grids = Self::of(Archive::open(bytes, ArchiveKind::Grids)?)?;
         grids.head.robot.check().map_err(ArchiveError::Robot)?;
+        check_tags(grids.doors.iter().map(|d| d.passage), "passage of a door")?;
+        if grids.doors.iter().any(|d| d.reasons & !DoorPassage::REASON_BITS != 0) {
+            return Err(ArchiveError::Unknown { what: "reason for a closed door" });
+        }
         Ok(grids)
     }
 

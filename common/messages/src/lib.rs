@@ -18,7 +18,8 @@
 //! Beside an archive travels its [`SampleHeader`]: what belongs to the moment, not to the content. Daemons report
 //! themselves with a [`StatusRecord`].
 //!
-//! Records are `repr(C)` without hidden padding; their sizes are asserted. Text is a [`Text`] into the archive's string
+//! Records are `repr(C)` without hidden padding; their sizes are asserted. An enumeration is a [`Tag`]: an archive with a number
+//! that stands for nothing is refused when it is opened. Text is a [`Text`] into the archive's string
 //! section. [`NONE`] in an index means "none". Lengths are metres in `f64`, or tenths of a millimetre in `map` in `i32`
 //! where the field's name ends in `_tenths`.
 
@@ -44,6 +45,7 @@ mod site_builder;
 mod site_records;
 mod slam_map;
 mod status;
+mod tag;
 
 pub use alignment::{Alignment, AlignmentBuilder, AlignmentHead, Evidence, PoseRecord, PoseState, Verdict};
 pub use archive::{
@@ -72,3 +74,4 @@ pub use site_builder::{SiteBuilder, TextPool};
 pub use site_records::*;
 pub use slam_map::{SlamMap, SlamMapHead};
 pub use status::{Stage, StatusRecord};
+pub use tag::{Enumeration, Tag, TagOf};

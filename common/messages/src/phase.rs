@@ -5,7 +5,8 @@ use crate::archive_writer::ArchiveWriter;
 use crate::payload;
 use crate::site_builder::TextPool;
 use crate::site_records::DiagnosticRecord;
-use bytemuck::{Pod, Zeroable};
+use crate::tag::{Tag, check_tags};
+use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use frames::PlanTime;
 
 mod section {
@@ -74,7 +75,7 @@ pub fn plan_time(seconds: i64) -> Option<PlanTime> {
 }
 
 /// State of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u8)]
 pub enum ElementState {
     /// Not there yet.
@@ -90,16 +91,12 @@ pub enum ElementState {
 }
 
 impl ElementState {
+    /// All states.
+    pub const ALL: [Self; 5] = [Self::NotStarted, Self::InProgress, Self::Built, Self::BeingRemoved, Self::Removed];
+
     /// True if the element is in the way: finished, or being worked on.
     pub fn is_obstacle(self) -> bool {
         matches!(self, Self::InProgress | Self::Built | Self::BeingRemoved)
-    }
-
-    /// The state with this number.
-    pub fn from_id(id: u8) -> Option<Self> {
-        [Self::NotStarted, Self::InProgress, Self::Built, Self::BeingRemoved, Self::Removed]
-            .get(usize::from(id))
-            .copied()
     }
 
     /// Its name in files.
@@ -115,7 +112,7 @@ impl ElementState {
 }
 
 /// State of a space.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum SpaceState {
     /// A robot may enter.
@@ -125,6 +122,9 @@ pub enum SpaceState {
 }
 
 impl SpaceState {
+    /// Both states.
+    pub const ALL: [Self; 2] = [Self::Open, Self::Blocked];
+
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -138,8 +138,8 @@ impl SpaceState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct SpaceStateRecord {
-    /// [`SpaceState`] as a number.
-    pub state: u32,
+    /// Whether a robot may enter.
+    pub state: Tag<SpaceState>,
     /// Zero.
     pub reserved: u32,
     /// Reasons, separated by a line feed; empty if open.
@@ -165,8 +165,8 @@ pub struct ElementScheduleRecord {
     pub total_float_s: i64,
     /// Working seconds by which its last task can slip without moving any other.
     pub free_float_s: i64,
-    /// [`DateSource`] as a number.
-    pub source: u32,
+    /// Where the dates come from.
+    pub source: Tag<DateSource>,
     /// The last task that builds it, else the last that removes it, or `NONE`.
     pub task: u32,
 }
@@ -181,13 +181,13 @@ impl ElementScheduleRecord {
         removal_finish_s: PhaseHead::NO_TIME,
         total_float_s: PhaseHead::NO_TIME,
         free_float_s: PhaseHead::NO_TIME,
-        source: DateSource::None as u32,
+        source: Tag::numbered(DateSource::None as u32),
         task: NONE,
     };
 }
 
 /// Where an element's dates come from; the lower number wins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum DateSource {
     /// Nothing is known: the element exists.
@@ -213,25 +213,6 @@ pub enum DateSource {
 }
 
 impl DateSource {
-    /// All sources.
-    pub const ALL: [Self; 10] = [
-        Self::None,
-        Self::Reported,
-        Self::Actual,
-        Self::Schedule,
-        Self::Early,
-        Self::Computed,
-        Self::PropertyActual,
-        Self::PropertyPlanned,
-        Self::Phase,
-        Self::Status,
-    ];
-
-    /// The source with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        Self::ALL.into_iter().find(|s| *s as u32 == id)
-    }
-
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -256,8 +237,8 @@ pub struct Phase<'a> {
     strings: &'a str,
     /// Facts of the phase.
     pub head: &'a PhaseHead,
-    planned: &'a [u8],
-    effective: &'a [u8],
+    planned: &'a [Tag<ElementState>],
+    effective: &'a [Tag<ElementState>],
     /// One record per space of the site.
     pub spaces: &'a [SpaceStateRecord],
     /// One record per element of the site; empty if nobody asked for the schedule.
@@ -273,22 +254,18 @@ impl<'a> Phase<'a> {
     /// Bytes that are no whole phase archive, or states that do not exist.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let phase = Self::of(Archive::open(bytes, ArchiveKind::Phase)?)?;
-        let states = phase.planned.iter().chain(phase.effective);
+        check_tags(phase.planned.iter().chain(phase.effective).copied(), "state of an element")?;
+        check_tags(phase.spaces.iter().map(|s| s.state), "state of a space")?;
+        check_tags(phase.schedule.iter().map(|s| s.source), "source of dates")?;
         let diagnostics = phase.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
         let texts = phase.spaces.iter().map(|s| s.why).chain(diagnostics);
         let n_elements = phase.planned.len();
-        let known = n_elements == phase.effective.len()
-            && (phase.schedule.is_empty() || phase.schedule.len() == n_elements)
-            && phase.schedule.iter().all(|s| DateSource::from_id(s.source).is_some())
-            && states.copied().all(|s| ElementState::from_id(s).is_some());
+        let fits =
+            n_elements == phase.effective.len() && (phase.schedule.is_empty() || phase.schedule.len() == n_elements);
         let whole = |t: Text| {
             phase.strings.get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize)).is_some()
         };
-        if known && texts.into_iter().all(whole) && phase.spaces.iter().all(|s| s.state <= 1) {
-            Ok(phase)
-        } else {
-            Err(ArchiveError::Index { what: "a state" })
-        }
+        if fits && texts.into_iter().all(whole) { Ok(phase) } else { Err(ArchiveError::Index { what: "a state" }) }
     }
 
     /// The sections of an archive; what is in them is not looked at.
@@ -317,12 +294,17 @@ impl<'a> Phase<'a> {
 
     /// State of an element of the site, as planned or as observed, whichever counts.
     pub fn effective(&self, element: usize) -> ElementState {
-        ElementState::from_id(self.effective[element]).unwrap_or(ElementState::Built)
+        self.effective[element].get()
     }
 
     /// State of an element of the site by the plan alone.
     pub fn planned(&self, element: usize) -> ElementState {
-        ElementState::from_id(self.planned[element]).unwrap_or(ElementState::Built)
+        self.planned[element].get()
+    }
+
+    /// Planned and effective state of all elements.
+    pub fn states(&self) -> [&'a [Tag<ElementState>]; 2] {
+        [self.planned, self.effective]
     }
 
     /// Number of elements.
@@ -332,7 +314,7 @@ impl<'a> Phase<'a> {
 
     /// True if a robot must not enter the space.
     pub fn is_blocked(&self, space: usize) -> bool {
-        self.spaces[space].state == SpaceState::Blocked as u32
+        self.spaces[space].state == SpaceState::Blocked
     }
 
     /// When and from what an element is built.
@@ -359,10 +341,10 @@ pub struct PhaseBuilder {
     pub texts: TextPool,
     /// Facts of the phase.
     pub head: PhaseHead,
-    /// Planned [`ElementState`] of each element as a number.
-    pub planned: Vec<u8>,
-    /// Effective [`ElementState`] of each element as a number.
-    pub effective: Vec<u8>,
+    /// Planned state of each element.
+    pub planned: Vec<ElementState>,
+    /// Effective state of each element.
+    pub effective: Vec<ElementState>,
     /// State of each space.
     pub spaces: Vec<SpaceStateRecord>,
     /// When each element is built; may be empty.
@@ -375,7 +357,7 @@ impl PhaseBuilder {
     /// The phase in which every element stands and every space is open.
     pub fn everything_built(site_hash: u64, n_elements: usize, n_spaces: usize) -> Self {
         let open = SpaceStateRecord {
-            state: SpaceState::Open as u32,
+            state: SpaceState::Open.into(),
             reserved: 0,
             why: Text::default(),
             closes_at_s: PhaseHead::NO_TIME,
@@ -383,8 +365,8 @@ impl PhaseBuilder {
         Self {
             texts: TextPool::default(),
             head: PhaseHead::of_everything(site_hash),
-            planned: vec![ElementState::Built as u8; n_elements],
-            effective: vec![ElementState::Built as u8; n_elements],
+            planned: vec![ElementState::Built; n_elements],
+            effective: vec![ElementState::Built; n_elements],
             spaces: vec![open; n_spaces],
             schedule: Vec::new(),
             diagnostics: Vec::new(),
@@ -393,15 +375,15 @@ impl PhaseBuilder {
 
     /// Sets what is planned for an element and what counts.
     pub fn set_element(&mut self, element: usize, planned: ElementState, effective: ElementState) {
-        self.planned[element] = planned as u8;
-        self.effective[element] = effective as u8;
+        self.planned[element] = planned;
+        self.effective[element] = effective;
     }
 
     /// Blocks a space for these reasons.
     pub fn block_space(&mut self, space: usize, why: &[&str]) {
         let why = self.texts.add(&why.join("\n"));
         let closes_at_s = PhaseHead::NO_TIME;
-        self.spaces[space] = SpaceStateRecord { state: SpaceState::Blocked as u32, reserved: 0, why, closes_at_s };
+        self.spaces[space] = SpaceStateRecord { state: SpaceState::Blocked.into(), reserved: 0, why, closes_at_s };
     }
 
     /// Writes the archive into the heap.

@@ -6,6 +6,7 @@ use crate::payload;
 use crate::plan_records::*;
 use crate::site_builder::TextPool;
 use crate::site_records::DiagnosticRecord;
+use crate::tag::check_tags;
 
 mod section {
     pub(super) const HEAD: u32 = 1;
@@ -55,6 +56,7 @@ impl<'a> Plan<'a> {
     /// Bytes that are no whole plan archive, or records that point outside.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let plan = Self::of(Archive::open(bytes, ArchiveKind::Plan)?)?;
+        plan.check_tags()?;
         plan.check_waypoints()?;
         plan.check_graph()?;
         Ok(plan)
@@ -104,11 +106,18 @@ impl<'a> Plan<'a> {
         &self.points[edge.first_point as usize..][..edge.n_points as usize]
     }
 
+    fn check_tags(&self) -> Result<(), ArchiveError> {
+        check_tags(self.waypoints.iter().map(|w| w.kind), "kind of waypoint")?;
+        check_tags(self.spaces.iter().map(|s| s.why), "reason for having no waypoint")?;
+        check_tags(self.nodes.iter().map(|n| n.kind), "kind of node")?;
+        check_tags(self.edges.iter().map(|e| e.kind), "kind of edge")
+    }
+
     fn check_waypoints(&self) -> Result<(), ArchiveError> {
         let (waypoints, spaces) = (self.waypoints.len(), self.spaces.len());
         let optional = |index: u32, length: usize| index == NONE || (index as usize) < length;
         let inside = self.waypoints.iter().all(|w| optional(w.space, spaces))
-            && self.spaces.iter().all(|s| optional(s.centre, waypoints) && NoWaypoint::from_id(s.why).is_some());
+            && self.spaces.iter().all(|s| optional(s.centre, waypoints));
         // Places that pictures and files are made from are numbers.
         let finite = self.waypoints.iter().all(|w| w.position_in_map_m.iter().all(|c| c.is_finite()))
             && self.tour_points.as_flattened().iter().all(|c| c.is_finite())
@@ -125,11 +134,9 @@ impl<'a> Plan<'a> {
     fn check_graph(&self) -> Result<(), ArchiveError> {
         let fits = |first: u32, n: u32, length: usize| u64::from(first) + u64::from(n) <= length as u64;
         let n_nodes = self.nodes.len();
-        let whole = self.nodes.iter().all(|n| NodeKind::from_id(n.kind).is_some())
-            && self.edges.iter().all(|e| {
+        let whole = self.edges.iter().all(|e| {
                 e.nodes.iter().all(|&n| (n as usize) < n_nodes)
                     && fits(e.first_point, e.n_points, self.points.len())
-                    && EdgeKind::from_id(e.kind).is_some()
             })
             && self.storeys.iter().all(|s| fits(s.first_tour_point, s.n_tour_points, self.tour_points.len()))
             // Edges that share their points would be walked again and again.
@@ -171,7 +178,7 @@ impl PlanBuilder {
     pub fn new(head: PlanHead, n_spaces: usize) -> Self {
         let nothing = SpacePlanRecord {
             reason: crate::Text::default(),
-            why: NoWaypoint::NotAsked as u32,
+            why: NoWaypoint::NotAsked.into(),
             door: NONE,
             centre: NONE,
             n_faces: 0,

@@ -1,7 +1,8 @@
 //! Records of the `plan` archive.
 
 use crate::archive::Text;
-use bytemuck::{Pod, Zeroable};
+use crate::tag::Tag;
+use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
 /// What scans are made with; lengths in metres, angles in radians.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
@@ -67,7 +68,7 @@ pub struct PlanHead {
 const _: () = assert!(size_of::<PlanHead>() == 120);
 
 /// What a waypoint is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum WaypointKind {
     /// The centre of a space.
@@ -100,8 +101,8 @@ pub struct WaypointRecord {
     pub id: u32,
     /// Place in the tour, from 0 over all storeys.
     pub order: u32,
-    /// [`WaypointKind`] as a number.
-    pub kind: u32,
+    /// What it is for.
+    pub kind: Tag<WaypointKind>,
     /// Map storey of the site.
     pub map_storey: u32,
     /// Space of the site; `NONE` outside of spaces.
@@ -116,7 +117,7 @@ pub struct WaypointRecord {
 const _: () = assert!(size_of::<WaypointRecord>() == 128);
 
 /// Why a space has no waypoint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum NoWaypoint {
     /// It has one.
@@ -169,14 +170,6 @@ impl NoWaypoint {
             Self::Shared => "shared",
         }
     }
-
-    /// The reason with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        use NoWaypoint::*;
-        let all = [Has, MetadataOnly, External, NoBody, NotMapped, Blocked, Closing];
-        let rest = [NoFloor, Keepout, TooNarrow, ClosedDoor, Unreachable, NotAsked, Shared];
-        all.into_iter().chain(rest).find(|r| *r as u32 == id)
-    }
 }
 
 /// What became of a space.
@@ -185,8 +178,8 @@ impl NoWaypoint {
 pub struct SpacePlanRecord {
     /// Why it has no waypoint, in words; empty if it has one.
     pub reason: Text,
-    /// [`NoWaypoint`] as a number.
-    pub why: u32,
+    /// Why it has no waypoint.
+    pub why: Tag<NoWaypoint>,
     /// The closed door, or `NONE`.
     pub door: u32,
     /// Its centre waypoint, or `NONE`.
@@ -266,7 +259,7 @@ impl FloorPartRecord {
 }
 
 /// What a node of the route graph is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum NodeKind {
     /// Where ways meet.
@@ -280,11 +273,6 @@ pub enum NodeKind {
 }
 
 impl NodeKind {
-    /// The kind with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        [Self::Junction, Self::Space, Self::Door, Self::Staging].get(id as usize).copied()
-    }
-
     /// Its word in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -304,8 +292,8 @@ pub struct RouteNodeRecord {
     pub position_in_map_m: [f64; 3],
     /// Distance to the nearest cell that is not free.
     pub clearance_m: f64,
-    /// [`NodeKind`] as a number.
-    pub kind: u32,
+    /// What it is.
+    pub kind: Tag<NodeKind>,
     /// Map storey of the site.
     pub map_storey: u32,
     /// Space, door or element of the site, by kind; `NONE` for a junction, and before a step to a floor that no element
@@ -317,7 +305,7 @@ pub struct RouteNodeRecord {
 const _: () = assert!(size_of::<RouteNodeRecord>() == 48);
 
 /// What an edge of the route graph is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum EdgeKind {
     /// Over the floor of one storey.
@@ -337,12 +325,6 @@ pub enum EdgeKind {
 }
 
 impl EdgeKind {
-    /// The kind with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        let all = [Self::Floor, Self::Door, Self::Stair, Self::Ramp, Self::Lift, Self::Escalator, Self::Step];
-        all.get(id as usize).copied()
-    }
-
     /// Its word in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -371,8 +353,8 @@ pub struct RouteEdgeRecord {
     pub clear_width_m: f64,
     /// Nodes at its ends.
     pub nodes: [u32; 2],
-    /// [`EdgeKind`] as a number.
-    pub kind: u32,
+    /// What it is.
+    pub kind: Tag<EdgeKind>,
     /// Door of the site, for a door; element of the site, between storeys; else `NONE`. A step to a floor that no element
     /// carries has none.
     pub of: u32,

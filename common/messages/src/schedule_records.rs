@@ -1,7 +1,8 @@
 //! Records of the schedule in the `site` archive. Dates and durations are the texts of the file: `ifc::TaskTime` says how they look.
 
 use crate::Text;
-use bytemuck::{Pod, Zeroable};
+use crate::tag::Tag;
+use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
 /// An IfcWorkPlan or IfcWorkSchedule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
@@ -59,8 +60,8 @@ pub struct WorkTimeRecord {
     pub first_day: i32,
     /// Last day it applies to; `i32::MAX` without a limit.
     pub last_day: i32,
-    /// [`RecurrenceKind`] as a number; 0 without a pattern: every day, all day long.
-    pub kind: u32,
+    /// On which days.
+    pub kind: Tag<RecurrenceKind>,
     /// DayComponent.
     pub days_of_month: u32,
     /// WeekdayComponent.
@@ -82,11 +83,13 @@ pub struct WorkTimeRecord {
 }
 const _: () = assert!(size_of::<WorkTimeRecord>() == 48);
 
-/// IfcRecurrenceTypeEnum as a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// IfcRecurrenceTypeEnum, and nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 #[expect(missing_docs, reason = "the names are the schema's")]
 pub enum RecurrenceKind {
+    /// Without a pattern: every day, all day long.
+    Always = 0,
     Daily = 1,
     Weekly = 2,
     MonthlyByDayOfMonth = 3,
@@ -95,24 +98,6 @@ pub enum RecurrenceKind {
     ByWeekdayCount = 6,
     YearlyByDayOfMonth = 7,
     YearlyByPosition = 8,
-}
-
-impl RecurrenceKind {
-    /// The kind with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        use RecurrenceKind::*;
-        let all = [
-            Daily,
-            Weekly,
-            MonthlyByDayOfMonth,
-            MonthlyByPosition,
-            ByDayCount,
-            ByWeekdayCount,
-            YearlyByDayOfMonth,
-            YearlyByPosition,
-        ];
-        all.into_iter().find(|k| *k as u32 == id)
-    }
 }
 
 /// An IfcTask with its time.
@@ -153,8 +138,8 @@ pub struct TaskRecord {
     pub control: u32,
     /// Calendar that it is assigned to directly, or `NONE`.
     pub calendar: u32,
-    /// [`DurationKind`] as a number.
-    pub duration_kind: u32,
+    /// How ScheduleDuration is counted.
+    pub duration_kind: Tag<DurationKind>,
     /// Bits of [`task_flags`].
     pub flags: u32,
     /// STEP id in its file.
@@ -175,7 +160,7 @@ pub mod task_flags {
 }
 
 /// How a duration is counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum DurationKind {
     /// The file does not say.
@@ -200,10 +185,10 @@ pub struct SequenceRecord {
     pub predecessor: u32,
     /// Task.
     pub successor: u32,
-    /// [`SequenceKind`] as a number.
-    pub kind: u32,
-    /// [`DurationKind`] of the lag as a number.
-    pub lag_kind: u32,
+    /// Which ends of the two tasks it joins.
+    pub kind: Tag<SequenceKind>,
+    /// How the lag is counted.
+    pub lag_kind: Tag<DurationKind>,
     /// STEP id in its file.
     pub step_id: u32,
     /// Index of its file.
@@ -212,7 +197,7 @@ pub struct SequenceRecord {
 const _: () = assert!(size_of::<SequenceRecord>() == 48);
 
 /// How two tasks depend on each other: which end of the predecessor bounds which end of the successor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 #[expect(missing_docs, reason = "the names are the schema's")]
 pub enum SequenceKind {
@@ -222,23 +207,14 @@ pub enum SequenceKind {
     FinishFinish = 4,
 }
 
-impl SequenceKind {
-    /// The kind with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        [Self::StartStart, Self::StartFinish, Self::FinishStart, Self::FinishFinish]
-            .into_iter()
-            .find(|k| *k as u32 == id)
-    }
-}
-
 /// A task works on something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct TaskLinkRecord {
     /// The task.
     pub task: u32,
-    /// [`LinkKind`] as a number.
-    pub kind: u32,
+    /// What it works on.
+    pub kind: Tag<LinkKind>,
     /// Element, space or storey.
     pub target: u32,
     /// Bits of [`link_flags`].
@@ -247,7 +223,7 @@ pub struct TaskLinkRecord {
 const _: () = assert!(size_of::<TaskLinkRecord>() == 16);
 
 /// What a task works on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum LinkKind {
     /// An element.
@@ -256,13 +232,6 @@ pub enum LinkKind {
     Space = 2,
     /// All of a storey.
     Storey = 3,
-}
-
-impl LinkKind {
-    /// The kind with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        [Self::Element, Self::Space, Self::Storey].into_iter().find(|k| *k as u32 == id)
-    }
 }
 
 /// Bits of [`TaskLinkRecord::flags`].

@@ -1,8 +1,10 @@
 //! The view of the `site` archive.
 
 use crate::archive::{Archive, ArchiveError, ArchiveKind, NONE, Text};
+use crate::robot::Opens;
 use crate::schedule_records::*;
 use crate::site_records::*;
+use crate::tag::check_tags;
 use frames::{Map, UprightRigid3, World};
 use geometry::{MeshView, MultiPolygon, OrientedBox, Polygon, ring_area_doubled};
 use std::ops::Range;
@@ -77,6 +79,7 @@ impl<'a> Site<'a> {
     /// Bytes that are no whole site archive, or records that point outside their sections.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let site = Self::of(Archive::open(bytes, ArchiveKind::Site)?)?;
+        site.check_tags()?;
         site.check_spans()?;
         site.check_meshes()?;
         site.check_numbers()?;
@@ -194,6 +197,24 @@ impl<'a> Site<'a> {
         })
     }
 
+    fn check_tags(&self) -> Result<(), ArchiveError> {
+        check_tags(self.map_storeys.iter().map(|s| s.floor), "kind of floor")?;
+        check_tags(self.elements.iter().map(|e| e.class), "class")?;
+        check_tags(self.doors.iter().map(|d| d.clear_width_from), "source of a clear width")?;
+        check_tags(self.attributes.iter().map(|a| a.kind), "kind of attribute")?;
+        check_tags(self.work_times.iter().map(|w| w.kind), "kind of recurrence")?;
+        check_tags(self.tasks.iter().map(|t| t.duration_kind), "kind of duration")?;
+        check_tags(self.sequences.iter().map(|s| s.lag_kind), "kind of duration")?;
+        check_tags(self.sequences.iter().map(|s| s.kind), "kind of sequence")?;
+        check_tags(self.task_links.iter().map(|l| l.kind), "kind of link")?;
+        let is_door_operation = |d: &DoorRecord| d.opens == 0 || Opens::ALL.iter().any(|o| *o as u32 == d.opens);
+        if self.doors.iter().all(is_door_operation) {
+            Ok(())
+        } else {
+            Err(ArchiveError::Unknown { what: "way of opening a door" })
+        }
+    }
+
     /// Records that share what they point at would be walked again and again: all spans of a kind together are no longer than
     /// their section, so that every walk is linear in the archive.
     fn check_spans(&self) -> Result<(), ArchiveError> {
@@ -270,7 +291,6 @@ impl<'a> Site<'a> {
                     && optional(e.door, self.doors.len())
                     && optional(e.stair, self.stairs.len())
                     && (e.source as usize) < files
-                    && grid::Class::from_id(u8::try_from(e.class).unwrap_or(u8::MAX)).is_some()
             }),
             "an element",
         )?;
@@ -320,19 +340,14 @@ impl<'a> Site<'a> {
             fits(c.first_work_time, c.n_working.saturating_add(c.n_exceptions), self.work_times.len())
         };
         let link = |l: &TaskLinkRecord| {
-            let targets = match LinkKind::from_id(l.kind) {
-                Some(LinkKind::Element) => self.elements.len(),
-                Some(LinkKind::Space) => self.spaces.len(),
-                Some(LinkKind::Storey) => self.storeys.len(),
-                None => 0,
+            let targets = match l.kind.get() {
+                LinkKind::Element => self.elements.len(),
+                LinkKind::Space => self.spaces.len(),
+                LinkKind::Storey => self.storeys.len(),
             };
             (l.task as usize) < n_tasks && (l.target as usize) < targets
         };
-        let sequence = |s: &SequenceRecord| {
-            (s.predecessor as usize) < n_tasks
-                && (s.successor as usize) < n_tasks
-                && SequenceKind::from_id(s.kind).is_some()
-        };
+        let sequence = |s: &SequenceRecord| (s.predecessor as usize) < n_tasks && (s.successor as usize) < n_tasks;
         let whole = self.tasks.iter().all(task)
             && self.calendars.iter().all(calendar)
             && self.work_times.iter().all(|w| fits(w.first_period, w.n_periods, self.periods_s.len()))
@@ -395,7 +410,7 @@ impl From<OrientedBox> for BoxRecord {
 impl ElementRecord {
     /// Its class.
     pub fn class(&self) -> grid::Class {
-        grid::Class::from_id(self.class as u8).unwrap_or(grid::Class::Other)
+        self.class.get()
     }
 
     /// True if all of these bits of [`element_flags`] are set.

@@ -140,7 +140,7 @@ mod tests {
     fn element(builder: &mut SiteBuilder) -> ElementRecord {
         ElementRecord {
             global_id: builder.texts.add("2O2Fr$t4X7Zf8NOew3FLOH"),
-            class: 1,
+            class: grid::Class::Wall.into(),
             whole: NONE,
             storey: NONE,
             space: NONE,
@@ -177,7 +177,6 @@ mod tests {
         assert!(refused(|b| b.elements[0].n_parts = 1));
         assert!(refused(|b| b.elements[0].first_part = u32::MAX));
         assert!(refused(|b| b.elements[0].whole = 1));
-        assert!(refused(|b| b.elements[0].class = 14));
         assert!(refused(|b| b.elements[0].space = 0));
         assert!(refused(|b| b.contacts.push(BoundaryRecord { space: 0, element: 0 })));
         assert!(refused(|b| b.elements[0].name = Text { offset: 5, length: 100 }));
@@ -209,7 +208,11 @@ mod tests {
             let mut builder = SiteBuilder::default();
             let task = TaskRecord { parent: NONE, control: NONE, calendar: NONE, ..TaskRecord::zeroed() };
             builder.tasks.extend([task, task]);
-            builder.sequences.push(SequenceRecord { successor: 1, kind: 3, ..SequenceRecord::zeroed() });
+            builder.sequences.push(SequenceRecord {
+                successor: 1,
+                kind: SequenceKind::FinishStart.into(),
+                ..SequenceRecord::zeroed()
+            });
             change(&mut builder);
             matches!(Site::open(builder.finish().bytes()), Err(ArchiveError::Index { .. }))
         };
@@ -218,8 +221,12 @@ mod tests {
         assert!(refused(|b| b.tasks[0].calendar = 0));
         assert!(refused(|b| b.tasks[1].actual_finish = Text { offset: 1, length: 1 }));
         assert!(refused(|b| b.sequences[0].predecessor = 2));
-        assert!(refused(|b| b.sequences[0].kind = 0));
-        assert!(refused(|b| b.task_links.push(TaskLinkRecord { task: 0, kind: 1, target: 0, flags: 0 })));
+        assert!(refused(|b| b.task_links.push(TaskLinkRecord {
+            task: 0,
+            kind: LinkKind::Element.into(),
+            target: 0,
+            flags: 0
+        })));
         assert!(refused(|b| b.calendars.push(CalendarRecord { n_working: u32::MAX, ..CalendarRecord::zeroed() })));
         assert!(refused(|b| b.work_times.push(WorkTimeRecord { n_periods: 1, ..WorkTimeRecord::zeroed() })));
     }

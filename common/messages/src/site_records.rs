@@ -1,7 +1,9 @@
 //! Records of the `site` archive.
 
 use crate::Text;
-use bytemuck::{Pod, Zeroable};
+use crate::tag::Tag;
+use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
+use grid::Class;
 
 /// Section ids of the `site` archive; 32 and above are the schedule's.
 pub(crate) mod section {
@@ -114,15 +116,15 @@ pub struct MapStoreyRecord {
     pub name: Text,
     /// Height of the finished floor in `map`.
     pub floor_z_tenths: i32,
-    /// [`FloorKind`] as a number.
-    pub floor: u32,
+    /// Where the floor comes from.
+    pub floor: Tag<FloorKind>,
     /// Plan bounds of what its grid holds: x min, y min, x max, y max.
     pub bounds_tenths: [i32; 4],
 }
 const _: () = assert!(size_of::<MapStoreyRecord>() == 40);
 
 /// Where a storey's floor comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum FloorKind {
     /// Upward faces of slabs, coverings, landings, ramps, foundations.
@@ -136,12 +138,6 @@ pub enum FloorKind {
 }
 
 impl FloorKind {
-    /// The kind with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        let all = [Self::Built, Self::AssumedFromSpaces, Self::AssumedFromEnclosure, Self::Missing];
-        all.into_iter().find(|k| *k as u32 == id)
-    }
-
     /// Its word in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -196,10 +192,12 @@ pub struct ElementRecord {
     pub source: u32,
     /// STEP id in its file.
     pub step_id: u32,
-    /// `grid::Class` as a number.
-    pub class: u32,
     /// Bits of [`element_flags`].
     pub flags: u32,
+    /// Its class.
+    pub class: Tag<Class>,
+    /// Zero.
+    pub reserved: [u8; 3],
 }
 const _: () = assert!(size_of::<ElementRecord>() == 124);
 
@@ -344,8 +342,8 @@ pub struct DoorRecord {
     pub operation: Text,
     /// [`crate::Opens`] as a number; 0 if it does not open.
     pub opens: u32,
-    /// Where the clear width comes from: [`ClearWidth`] as a number.
-    pub clear_width_from: u32,
+    /// Where the clear width comes from.
+    pub clear_width_from: Tag<ClearWidth>,
     /// OverallWidth, else the width of its opening or body, in metres.
     pub overall_width_m: f64,
     /// OverallHeight, else the height of its body, in metres.
@@ -399,7 +397,7 @@ pub struct DoorPanelRecord {
 const _: () = assert!(size_of::<DoorPanelRecord>() == 24);
 
 /// Where a door's clear width comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum ClearWidth {
     /// Overall width less lining and leaf.
@@ -460,15 +458,15 @@ pub struct AttributeRecord {
     pub text: Text,
     /// Its value as a number, in the file's units; 1 for true.
     pub number: f64,
-    /// [`AttributeKind`] as a number.
-    pub kind: u32,
+    /// What the value is.
+    pub kind: Tag<AttributeKind>,
     /// Zero.
     pub reserved: u32,
 }
 const _: () = assert!(size_of::<AttributeRecord>() == 40);
 
 /// What an attribute's value is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum AttributeKind {
     /// Text.

@@ -1,12 +1,14 @@
 //! Heartbeat record of a daemon, about once a second.
 
-use bytemuck::{Pod, Zeroable};
+use crate::tag::Tag;
+use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
 /// What a daemon is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum Stage {
     /// Waits for inputs or commands.
+    #[default]
     Idle = 0,
     /// Reads its inputs.
     Reading = 1,
@@ -19,11 +21,6 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// The stage with this number.
-    pub fn from_id(id: u32) -> Option<Self> {
-        [Self::Idle, Self::Reading, Self::Meshing, Self::Writing, Self::Published].get(id as usize).copied()
-    }
-
     /// Its word in reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -44,8 +41,8 @@ pub struct StatusRecord {
     pub daemon: u32,
     /// Its process.
     pub process_id: u32,
-    /// [`Stage`] as a number.
-    pub stage: u32,
+    /// What it is doing.
+    pub stage: Tag<Stage>,
     /// Bytes of `error` that are used.
     pub error_length: u32,
     /// Counts the heartbeats of the process.
@@ -67,7 +64,7 @@ impl StatusRecord {
 
     /// A heartbeat without an error; what the bus fills in is zero.
     pub fn of(stage: Stage, memory_bytes: u64) -> Self {
-        Self { stage: stage as u32, memory_bytes, ..Zeroable::zeroed() }
+        Self { stage: stage.into(), memory_bytes, ..Zeroable::zeroed() }
     }
 
     /// Sets the last error; an empty text says that there is none.

@@ -2,7 +2,10 @@
 
 mod support;
 
-use messages::{ArchiveBuffer, ArchiveError, MapStoreyRecord, PartRecord, Site, SiteBuilder};
+use messages::{
+    Alignment, ArchiveBuffer, ArchiveError, Deviations, FloorKind, Grid, Grids, MapStoreyRecord, PartRecord, Phase,
+    Plan, Site, SiteBuilder,
+};
 use proptest::prelude::*;
 use support::{alignment, deviations, grid, grids, phase, plan, reseal, site, slam_map, walk};
 
@@ -53,7 +56,13 @@ fn a_map_storey_whose_bounds_are_turned_over_is_refused_because_grids_are_laid_a
     let opened = |bounds_tenths: [i32; 4]| {
         let mut builder = SiteBuilder::default();
         let (global_id, name) = (builder.texts.add("storey"), builder.texts.add("Storey"));
-        builder.map_storeys.push(MapStoreyRecord { global_id, name, floor_z_tenths: 0, floor: 1, bounds_tenths });
+        builder.map_storeys.push(MapStoreyRecord {
+            global_id,
+            name,
+            floor_z_tenths: 0,
+            floor: FloorKind::Built.into(),
+            bounds_tenths,
+        });
         Site::open(builder.finish().bytes()).map(|_| ())
     };
     assert_eq!(opened([0, 0, 10, 10]), Ok(()));
@@ -74,6 +83,116 @@ fn parts_that_share_triangles_are_refused_because_walking_them_would_be_quadrati
     };
     assert_eq!(opened(1), Ok(()));
     assert_eq!(opened(2), Err(ArchiveError::Index { what: "a triangle" }));
+}
+
+/// Where a field of a record lies in an archive.
+fn place_of<T>(archive: &ArchiveBuffer, field: &T) -> usize {
+    std::ptr::from_ref(field) as usize - archive.bytes().as_ptr() as usize
+}
+
+/// What is said of an archive in which an enumeration has a number that stands for nothing.
+fn refusal(archive: &ArchiveBuffer, at: usize, open: fn(&[u8]) -> Result<(), ArchiveError>) -> String {
+    let mut buffer = archive.clone();
+    buffer.bytes_mut()[at] = 200;
+    reseal(buffer.bytes_mut());
+    open(buffer.bytes()).expect_err("nothing has the number 200").to_string()
+}
+
+/// Checks an archive with an unknown number in each of these fields.
+fn check_tags(archive: &ArchiveBuffer, open: fn(&[u8]) -> Result<(), ArchiveError>, fields: &[(usize, &str)]) {
+    for (at, what) in fields {
+        assert_eq!(refusal(archive, *at, open), format!("the archive has an unknown {what}"));
+    }
+}
+
+#[test]
+fn a_site_with_an_unknown_kind_of_anything_is_refused() {
+    let archive = site();
+    let view = Site::open(archive.bytes()).unwrap();
+    let (door, task, sequence) = (&view.doors[0], &view.tasks[0], &view.sequences[0]);
+    let fields = [
+        (place_of(&archive, &view.map_storeys[0].floor), "kind of floor"),
+        (place_of(&archive, &view.elements[0].class), "class"),
+        (place_of(&archive, &door.clear_width_from), "source of a clear width"),
+        (place_of(&archive, &door.opens), "way of opening a door"),
+        (place_of(&archive, &view.attributes[0].kind), "kind of attribute"),
+        (place_of(&archive, &view.work_times[0].kind), "kind of recurrence"),
+        (place_of(&archive, &task.duration_kind), "kind of duration"),
+        (place_of(&archive, &sequence.lag_kind), "kind of duration"),
+        (place_of(&archive, &sequence.kind), "kind of sequence"),
+        (place_of(&archive, &view.task_links[0].kind), "kind of link"),
+    ];
+    check_tags(&archive, |bytes| Site::open(bytes).map(|_| ()), &fields);
+}
+
+#[test]
+fn a_phase_with_an_unknown_state_is_refused() {
+    let archive = phase();
+    let start = archive.bytes().as_ptr() as usize;
+    let view = Phase::open(archive.bytes()).unwrap();
+    let states = view.states().map(|states| states.as_ptr() as usize - start);
+    let fields = [
+        (states[0], "state of an element"),
+        (states[1], "state of an element"),
+        (place_of(&archive, &view.spaces[0].state), "state of a space"),
+        (place_of(&archive, &view.schedule[0].source), "source of dates"),
+    ];
+    check_tags(&archive, |bytes| Phase::open(bytes).map(|_| ()), &fields);
+}
+
+#[test]
+fn grids_with_an_unknown_class_floor_or_passage_are_refused() {
+    let archive = grid();
+    let view = Grid::open(archive.bytes()).unwrap();
+    let fields =
+        [(place_of(&archive, &view.head.floor), "kind of floor"), (place_of(&archive, &view.class[0]), "class")];
+    check_tags(&archive, |bytes| Grid::open(bytes).map(|_| ()), &fields);
+    let archive = grids();
+    let view = Grids::open(archive.bytes()).unwrap();
+    let fields = [
+        (place_of(&archive, &view.doors[0].passage), "passage of a door"),
+        (place_of(&archive, &view.doors[0].reasons) + 1, "reason for a closed door"),
+    ];
+    check_tags(&archive, |bytes| Grids::open(bytes).map(|_| ()), &fields);
+}
+
+#[test]
+fn a_plan_with_an_unknown_kind_is_refused() {
+    let archive = plan();
+    let view = Plan::open(archive.bytes()).unwrap();
+    let fields = [
+        (place_of(&archive, &view.waypoints[0].kind), "kind of waypoint"),
+        (place_of(&archive, &view.spaces[0].why), "reason for having no waypoint"),
+        (place_of(&archive, &view.nodes[0].kind), "kind of node"),
+        (place_of(&archive, &view.edges[0].kind), "kind of edge"),
+    ];
+    check_tags(&archive, |bytes| Plan::open(bytes).map(|_| ()), &fields);
+}
+
+#[test]
+fn an_alignment_with_an_unknown_verdict_or_state_is_refused() {
+    let archive = alignment();
+    let view = Alignment::open(archive.bytes()).unwrap();
+    let fields = [
+        (place_of(&archive, &view.head.verdict), "verdict"),
+        (place_of(&archive, &view.head.state), "state of a pose"),
+    ];
+    check_tags(&archive, |bytes| Alignment::open(bytes).map(|_| ()), &fields);
+}
+
+#[test]
+fn deviations_with_an_unknown_observation_are_refused() {
+    let archive = deviations();
+    let view = Deviations::open(archive.bytes()).unwrap();
+    let element = &view.elements[0];
+    let fields = [
+        (place_of(&archive, &view.seen[0]), "state of a cell"),
+        (place_of(&archive, &element.observation), "observation"),
+        (place_of(&archive, &element.judgement), "judgement"),
+        (place_of(&archive, &element.reason), "reason for not seeing"),
+        (place_of(&archive, &element.planned), "state of an element"),
+    ];
+    check_tags(&archive, |bytes| Deviations::open(bytes).map(|_| ()), &fields);
 }
 
 proptest! {

@@ -7,7 +7,7 @@ use export::ExportInput;
 use frames::{TENTHS_PER_M, metres};
 use geometry::{MultiPolygon, OrientedBox, union_of};
 use grid::Class;
-use messages::{BoxRecord, FloorKind, NONE};
+use messages::{BoxRecord, FloorKind, MapStoreyRecord, NONE};
 
 /// Thickness of assumed floors and of barriers.
 const FLOOR_M: f64 = 0.1;
@@ -23,12 +23,13 @@ const PROBES: [f64; 3] = [1_000.0, 3_000.0, 6_000.0];
 pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<Static> {
     let site = input.site;
     let mut found = Vec::new();
-    let assumed = [FloorKind::AssumedFromSpaces as u32, FloorKind::AssumedFromEnclosure as u32];
-    for (storey, record) in (0..).zip(site.map_storeys).filter(|(_, s)| assumed.contains(&s.floor)) {
+    let is_assumed =
+        |s: &MapStoreyRecord| matches!(s.floor.get(), FloorKind::AssumedFromSpaces | FloorKind::AssumedFromEnclosure);
+    for (storey, record) in (0..).zip(site.map_storeys).filter(|(_, s)| is_assumed(s)) {
         let own = site.spaces.iter().filter(|s| s.map_storey == storey).map(|s| site.floor_polygon(s));
         let polygons: Vec<MultiPolygon> = own.collect();
         let [x0, y0, x1, y1] = record.bounds_tenths;
-        let rings = if record.floor == FloorKind::AssumedFromSpaces as u32 {
+        let rings = if record.floor == FloorKind::AssumedFromSpaces {
             convex_partition(&union_of(&polygons))
         } else {
             vec![vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]]

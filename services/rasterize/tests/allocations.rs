@@ -41,8 +41,8 @@ fn phases(site: &Site<'_>) -> Vec<ArchiveBuffer> {
     let phase = |step: usize| {
         let mut phase = PhaseBuilder::everything_built(site.content_hash(), n, n_spaces);
         phase.head.plan_time_s = step as i64;
-        (0..n).for_each(|k| phase.effective[k] = ((k * 7 + step) % 5) as u8);
-        (0..n_spaces).for_each(|k| phase.spaces[k].state = ((k + step) % 2) as u32);
+        (0..n).for_each(|k| phase.effective[k] = ElementState::ALL[(k * 7 + step) % 5]);
+        (0..n_spaces).for_each(|k| phase.spaces[k].state = SpaceState::ALL[(k + step) % 2].into());
         phase.finish()
     };
     (0..20).map(phase).collect()

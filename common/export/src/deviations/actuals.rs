@@ -10,7 +10,7 @@ use std::fmt::Write;
 pub(super) fn table(input: &DeviationExport<'_>) -> String {
     let mut text = "id,start,finish\n".to_owned();
     let Some(seen) = plan_time(input.deviations.head.plan_time_s) else { return text };
-    for element in input.deviations.elements.iter().filter(|e| e.judgement == Judgement::Early as u32) {
+    for element in input.deviations.elements.iter().filter(|e| e.judgement == Judgement::Early) {
         // Writing to a string does not fail.
         let _ = writeln!(text, "{},,{seen}", quoted(input.global_id(element)));
     }

@@ -2,9 +2,7 @@
 
 use super::input::DeviationExport;
 use crate::text::{rounded, text_or_null};
-use messages::{
-    ElementDeviationRecord, ElementState, Judgement, Observation, ObstacleRecord, ResidualRecord, UnseenReason,
-};
+use messages::{ElementDeviationRecord, Judgement, Observation, ObstacleRecord, ResidualRecord, UnseenReason};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -125,8 +123,8 @@ impl DeviationsDocument {
         let (site, deviations) = (input.site, input.deviations);
         let head = deviations.head;
         let motion = |m: [f64; 3]| Motion { x_m: m[0], y_m: m[1], yaw_rad: m[2] };
-        let observed = |o: Observation| deviations.elements.iter().filter(|e| e.observation == o as u32).count();
-        let judged = |j: Judgement| deviations.elements.iter().filter(|e| e.judgement == j as u32).count();
+        let observed = |o: Observation| deviations.elements.iter().filter(|e| e.observation == o).count();
+        let judged = |j: Judgement| deviations.elements.iter().filter(|e| e.judgement == j).count();
         Self {
             frame: "map",
             frame_epoch: site.head.frame_epoch,
@@ -152,15 +150,15 @@ impl DeviationsDocument {
 fn evidence(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> ElementEvidence {
     let element = &input.site.elements[e.element as usize];
     let length = |n: u32| rounded(f64::from(n) * e.sample_m);
-    let is_met = e.n_confirmed > 0 || e.observation == Observation::Displaced as u32;
+    let is_met = e.n_confirmed > 0 || e.observation == Observation::Displaced;
     ElementEvidence {
         r#type: input.site.text(element.ifc_type).to_owned(),
         class: element.class().name(),
         name: text_or_null(input.site.text(element.name)),
-        planned: planned(e).name(),
-        observation: Observation::from_id(e.observation).map_or("unseen", Observation::name),
-        judgement: Judgement::from_id(e.judgement).map_or("unknown", Judgement::name),
-        reason: UnseenReason::from_id(e.reason).filter(|r| *r != UnseenReason::Seen).map(UnseenReason::name),
+        planned: e.planned.get().name(),
+        observation: e.observation.get().name(),
+        judgement: e.judgement.get().name(),
+        reason: Some(e.reason.get()).filter(|r| *r != UnseenReason::Seen).map(UnseenReason::name),
         confirmed: (e.n_visible > 0).then(|| rounded(f64::from(e.n_confirmed) / f64::from(e.n_visible))),
         sides_m: length(e.n_samples),
         visible_m: length(e.n_visible),
@@ -170,12 +168,6 @@ fn evidence(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> ElementE
         deviation_m: rounded(e.deviation_m),
         residual_m: e.residual_m.map(rounded),
     }
-}
-
-/// The planned state of an element.
-pub(super) fn planned(e: &ElementDeviationRecord) -> ElementState {
-    // Numbers were checked when the archive was opened.
-    u8::try_from(e.planned).ok().and_then(ElementState::from_id).unwrap_or(ElementState::Built)
 }
 
 fn obstacle(input: &DeviationExport<'_>, o: &ObstacleRecord) -> Obstacle {

@@ -9,7 +9,7 @@ use embedded_graphics::primitives::{Line, PrimitiveStyle, StyledDrawable};
 use frames::{TENTHS_PER_M, tenths};
 use geometry::{MultiPolygon, Polygon, Slab, footprint};
 use grid::{GridSpec, overlapped_cells};
-use messages::{Judgement, Observation, Seen};
+use messages::{Judgement, Observation, Seen, Tag};
 
 const UNKNOWN: Rgb = [228, 228, 228];
 const FREE: Rgb = [255, 255, 255];
@@ -34,13 +34,13 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     if spec.n_cells() == 0 {
         return png(&Canvas::new(1, vec![UNKNOWN]));
     }
-    let ground = |s: &u8| if Seen::from_id(*s) == Some(Seen::Free) { FREE } else { UNKNOWN };
+    let ground = |s: &Tag<Seen>| if *s == Seen::Free { FREE } else { UNKNOWN };
     let mut pixels: Vec<Rgb> = input.deviations.seen.iter().map(ground).collect();
     let lidar_z = tenths(head.lidar_z_m).unwrap_or(0);
     let plane = Slab { lo: lidar_z, hi: lidar_z + 2 };
     for record in input.deviations.elements {
         let section = footprint(input.site.element_meshes(&input.site.elements[record.element as usize]), plane);
-        let colour = colour(record.observation, record.judgement);
+        let colour = colour(record.observation.get(), record.judgement.get());
         paint(&mut pixels, &spec, &section.area, &section.lines, colour);
     }
     for obstacle in input.deviations.obstacles {
@@ -50,7 +50,7 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     }
     // What the robot met lies over all: it can be seen whether it fits.
     for (pixel, seen) in pixels.iter_mut().zip(input.deviations.seen) {
-        if *seen == Seen::Occupied as u8 {
+        if *seen == Seen::Occupied {
             *pixel = if *pixel == OBSTACLE { [150, 10, 10] } else { SURFACE };
         }
     }
@@ -59,14 +59,14 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     png(&canvas)
 }
 
-fn colour(observation: u32, judgement: u32) -> Rgb {
-    match (Observation::from_id(observation), Judgement::from_id(judgement)) {
-        (Some(Observation::Observed), Some(Judgement::Early)) => EARLY,
-        (Some(Observation::Observed), _) => OBSERVED,
-        (Some(Observation::Absent), Some(Judgement::Late)) => ABSENT,
-        (Some(Observation::Absent), _) => NOT_YET,
-        (Some(Observation::Displaced), _) => DISPLACED,
-        (Some(Observation::Unseen) | None, _) => UNSEEN,
+fn colour(observation: Observation, judgement: Judgement) -> Rgb {
+    match (observation, judgement) {
+        (Observation::Observed, Judgement::Early) => EARLY,
+        (Observation::Observed, _) => OBSERVED,
+        (Observation::Absent, Judgement::Late) => ABSENT,
+        (Observation::Absent, _) => NOT_YET,
+        (Observation::Displaced, _) => DISPLACED,
+        (Observation::Unseen, _) => UNSEEN,
     }
 }
 
@@ -84,8 +84,7 @@ fn draw_displacements(input: &DeviationExport<'_>, spec: &GridSpec, canvas: &mut
         let [column, row] = [0, 1].map(|k| cell(k) - f64::from(spec.first_cell[k]));
         Point::new(column as i32, spec.height as i32 - 1 - row as i32)
     };
-    let displaced = Observation::Displaced as u32;
-    for record in input.deviations.elements.iter().filter(|e| e.observation == displaced) {
+    for record in input.deviations.elements.iter().filter(|e| e.observation == Observation::Displaced) {
         let element = &input.site.elements[record.element as usize];
         let middle = [0, 1].map(|k| frames::metres((element.min_tenths[k] + element.max_tenths[k]) / 2));
         let moved = [0, 1].map(|k| middle[k] + record.displacement_m[k]);

@@ -1,6 +1,5 @@
 //! BCF topics from deviations: one per element that is not as planned and one per obstacle.
 
-use super::document::planned;
 use super::input::DeviationExport;
 use geometry::Bounds;
 use messages::{ElementDeviationRecord, Judgement, ObstacleRecord};
@@ -39,7 +38,7 @@ pub(super) fn topics(input: &DeviationExport<'_>) -> Vec<Topic> {
 }
 
 fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option<Topic> {
-    let judgement = Judgement::from_id(e.judgement)?;
+    let judgement = e.judgement.get();
     let element = &input.site.elements[e.element as usize];
     let [dx, dy] = e.displacement_m.map(|m| m * 1e3);
     let said = match judgement {
@@ -67,7 +66,7 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
             "{kind} {global_id} {said}.{by} Storey {}, planned state {}. Of {:.2} m of its sides the robot judged {:.2} m: {:.2} m in \
              place, {:.2} m with free space inside.",
             input.storey(),
-            planned(e).name(),
+            e.planned.get().name(),
             length(e.n_samples),
             length(e.n_visible),
             length(e.n_confirmed),

@@ -43,7 +43,7 @@ pub(crate) fn house() -> House {
     let phase = PhaseBuilder::everything_built(view.content_hash(), 3, 2).finish();
     let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: PhaseHead::NO_TIME, robot: RobotProfile::DEFAULT };
     let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 5_000, content_hash: 3 }];
-    let passage = DoorPassage::TooNarrow as u32;
+    let passage = DoorPassage::TooNarrow.into();
     // On the storey on which it stands, and on one whose slab it meets.
     let door = DoorPassageRecord {
         passage,
@@ -59,7 +59,7 @@ pub(crate) fn house() -> House {
         door,
         DoorPassageRecord {
             map_storey: 1,
-            passage: no_floor as u32,
+            passage: no_floor.into(),
             reasons: no_floor.bit(),
             sides_with_floor: 0,
             ..door
@@ -86,7 +86,7 @@ fn site() -> ArchiveBuffer {
         global_id: storey.0,
         name: storey.1,
         floor_z_tenths: 1_000,
-        floor: FloorKind::Built as u32,
+        floor: FloorKind::Built.into(),
         bounds_tenths: [0, 0, 30_000, 25_000],
     });
     let (roof, why) = (b.texts.add("Roof"), b.texts.add("nothing to walk on"));
@@ -106,11 +106,17 @@ fn site() -> ArchiveBuffer {
     let concrete = b.texts.add("Concrete");
     b.materials.push(concrete);
     let property = ["Pset_WallCommon", "LoadBearing", "Width", "Finish"].map(|t| b.texts.add(t));
-    let attribute =
-        |name, text, number, kind| AttributeRecord { set: property[0], name, text, number, kind, reserved: 0 };
-    b.attributes.push(attribute(property[1], Text::default(), 1.0, AttributeKind::Boolean as u32));
-    b.attributes.push(attribute(property[2], Text::default(), f64::INFINITY, AttributeKind::Number as u32));
-    b.attributes.push(attribute(property[3], concrete, 0.0, AttributeKind::Text as u32));
+    let attribute = |name, text, number, kind: AttributeKind| AttributeRecord {
+        set: property[0],
+        name,
+        text,
+        number,
+        kind: kind.into(),
+        reserved: 0,
+    };
+    b.attributes.push(attribute(property[1], Text::default(), 1.0, AttributeKind::Boolean));
+    b.attributes.push(attribute(property[2], Text::default(), f64::INFINITY, AttributeKind::Number));
+    b.attributes.push(attribute(property[3], concrete, 0.0, AttributeKind::Text));
     for (id, kind, class, door, stair) in [
         ("wall-0", "IfcWall", grid::Class::Wall, NONE, NONE),
         ("door-0", "IfcDoor", grid::Class::Door, 0, NONE),
@@ -130,7 +136,7 @@ fn site() -> ArchiveBuffer {
             space: NONE,
             door,
             stair,
-            class: u32::from(class.id()),
+            class: class.into(),
             flags: if class == grid::Class::Stair { element_flags::FAILED } else { 0 },
             ..Zeroable::zeroed()
         });
@@ -142,7 +148,7 @@ fn site() -> ArchiveBuffer {
         spaces: [0, NONE],
         operation,
         opens: Opens::Swing as u32,
-        clear_width_from: ClearWidth::Assumed as u32,
+        clear_width_from: ClearWidth::Assumed.into(),
         overall_width_m: 0.6,
         overall_height_m: 2.0,
         clear_width_m: 0.5,
@@ -220,17 +226,17 @@ fn plan() -> ArchiveBuffer {
     };
     let mut b = PlanBuilder::new(head, 2);
     let reason = b.texts.add("it is a gross area, or made of other spaces");
-    b.spaces[0] = SpacePlanRecord { n_faces: 8, n_seen: 7, why: NoWaypoint::Has as u32, centre: 0, ..b.spaces[0] };
-    b.spaces[1] = SpacePlanRecord { reason, why: NoWaypoint::MetadataOnly as u32, ..b.spaces[1] };
+    b.spaces[0] = SpacePlanRecord { n_faces: 8, n_seen: 7, why: NoWaypoint::Has.into(), centre: 0, ..b.spaces[0] };
+    b.spaces[1] = SpacePlanRecord { reason, why: NoWaypoint::MetadataOnly.into(), ..b.spaces[1] };
     let centre = WaypointRecord {
         position_in_map_m: [1.75, 1.75, 0.1],
         sensor_z_m: 1.3,
         centroid_in_map_m: [1.5, 1.5, 0.1],
         clearance_m: 1.25,
-        kind: WaypointKind::Centre as u32,
+        kind: WaypointKind::Centre.into(),
         ..Zeroable::zeroed()
     };
-    let scan = WaypointRecord { kind: WaypointKind::Scan as u32, id: 1, order: 1, space: NONE, leg_m: 0.5, ..centre };
+    let scan = WaypointRecord { kind: WaypointKind::Scan.into(), id: 1, order: 1, space: NONE, leg_m: 0.5, ..centre };
     b.waypoints.extend([centre, scan]);
     b.storeys.push(StoreyPlanRecord {
         tour_m: 0.5,
@@ -250,7 +256,7 @@ fn plan() -> ArchiveBuffer {
     let node = |kind: NodeKind, of: u32, x_m: f64| RouteNodeRecord {
         position_in_map_m: [x_m, 1.75, 0.1],
         clearance_m: 1.25,
-        kind: kind as u32,
+        kind: kind.into(),
         map_storey: 0,
         of,
         space: 0,
@@ -263,7 +269,7 @@ fn plan() -> ArchiveBuffer {
         slope_rad: 0.0,
         clear_width_m: if kind == EdgeKind::Stair { 1.1 } else { 0.0 },
         nodes,
-        kind: kind as u32,
+        kind: kind.into(),
         of,
         first_point: 0,
         n_points: 0,

@@ -10,7 +10,13 @@ pub(crate) fn site() -> ArchiveBuffer {
     let mut b = SiteBuilder::default();
     let text = b.texts.add("Grüße");
     b.materials.push(text);
-    b.attributes.push(AttributeRecord { set: text, name: text, text, ..Zeroable::zeroed() });
+    b.attributes.push(AttributeRecord {
+        set: text,
+        name: text,
+        text,
+        kind: AttributeKind::Text.into(),
+        ..Zeroable::zeroed()
+    });
     b.vertices = vec![[0, 0, 0], [10_000, 0, 0], [0, 10_000, 0], [0, 0, 10_000]];
     b.triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     b.parts.push(PartRecord { n_vertices: 4, n_triangles: 4, closed: 1, ..Zeroable::zeroed() });
@@ -18,7 +24,7 @@ pub(crate) fn site() -> ArchiveBuffer {
         name: text,
         global_id: text,
         floor_z_tenths: 0,
-        floor: FloorKind::Built as u32,
+        floor: FloorKind::Built.into(),
         bounds_tenths: [0, 0, 10_000, 10_000],
     });
     b.storeys.push(StoreyRecord { name: text, map_storey: 0, ..Zeroable::zeroed() });
@@ -27,7 +33,7 @@ pub(crate) fn site() -> ArchiveBuffer {
         n_parts: 1,
         n_attributes: 1,
         n_materials: 1,
-        class: 1,
+        class: grid::Class::Wall.into(),
         max_tenths: [10_000; 3],
         whole: NONE,
         storey: 0,
@@ -36,7 +42,15 @@ pub(crate) fn site() -> ArchiveBuffer {
         stair: NONE,
         ..Zeroable::zeroed()
     };
-    let door = ElementRecord { class: 3, door: 0, whole: 0, n_parts: 0, n_attributes: 0, n_materials: 0, ..element };
+    let door = ElementRecord {
+        class: grid::Class::Door.into(),
+        door: 0,
+        whole: 0,
+        n_parts: 0,
+        n_attributes: 0,
+        n_materials: 0,
+        ..element
+    };
     b.elements = vec![element, door];
     b.points = vec![[0, 0], [10_000, 0], [0, 10_000]];
     b.rings.push(RingRecord { first_point: 0, n_points: 3 });
@@ -48,17 +62,23 @@ pub(crate) fn site() -> ArchiveBuffer {
         spaces: [0, NONE],
         passage: plan,
         beside: [NONE, 0],
+        clear_width_from: ClearWidth::Assumed.into(),
         map_storey: NONE,
         ..Zeroable::zeroed()
     });
     b.boundaries.push(BoundaryRecord { space: 0, element: 1 });
     let task = TaskRecord { name: text, parent: NONE, control: NONE, calendar: NONE, ..Zeroable::zeroed() };
     b.tasks = vec![task, TaskRecord { parent: 0, ..task }, TaskRecord { parent: 1, ..task }];
+    let kind = SequenceKind::FinishStart.into();
+    b.sequences.push(SequenceRecord { global_id: text, successor: 1, kind, ..Zeroable::zeroed() });
+    b.task_links.push(TaskLinkRecord { task: 0, kind: LinkKind::Element.into(), target: 1, flags: 0 });
+    b.work_times.push(WorkTimeRecord { kind: RecurrenceKind::Weekly.into(), ..Zeroable::zeroed() });
     b.finish()
 }
 
 pub(crate) fn phase() -> ArchiveBuffer {
     let mut phase = PhaseBuilder::everything_built(7, 2, 1);
+    phase.schedule = vec![ElementScheduleRecord::NOTHING; 2];
     phase.spaces[0].why = phase.texts.add("task:x\nprivate");
     phase.finish()
 }
@@ -81,8 +101,13 @@ pub(crate) fn grids() -> ArchiveBuffer {
 pub(crate) fn plan() -> ArchiveBuffer {
     let head = PlanHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, ..Zeroable::zeroed() };
     let mut b = PlanBuilder::new(head, 1);
-    b.spaces[0] = SpacePlanRecord { reason: b.texts.add("blocked"), centre: 0, why: 5, ..Zeroable::zeroed() };
-    b.waypoints.push(Zeroable::zeroed());
+    b.spaces[0] = SpacePlanRecord {
+        reason: b.texts.add("blocked"),
+        centre: 0,
+        why: NoWaypoint::Blocked.into(),
+        ..Zeroable::zeroed()
+    };
+    b.waypoints.push(WaypointRecord { kind: WaypointKind::Centre.into(), ..Zeroable::zeroed() });
     b.tour_points = vec![[0.0, 0.0], [1.0, 0.0]];
     b.storeys.push(StoreyPlanRecord { n_tour_points: 2, ..Zeroable::zeroed() });
     b.nodes = vec![RouteNodeRecord { of: NONE, ..Zeroable::zeroed() }; 2];
@@ -98,7 +123,7 @@ pub(crate) fn slam_map() -> ArchiveBuffer {
 }
 
 pub(crate) fn alignment() -> ArchiveBuffer {
-    let head = AlignmentHead { scale: 1.0, state: PoseState::Tracked as u32, ..Zeroable::zeroed() };
+    let head = AlignmentHead { scale: 1.0, state: PoseState::Tracked.into(), ..Zeroable::zeroed() };
     AlignmentBuilder { head, reason: "two poses fit", candidates: &[PoseRecord::NONE; 2] }.finish()
 }
 
@@ -106,10 +131,10 @@ pub(crate) fn deviations() -> ArchiveBuffer {
     let head =
         DeviationsHead { site_hash: 1, phase_hash: 2, cell_tenths: 500, width: 3, height: 2, ..Zeroable::zeroed() };
     let mut b = DeviationsBuilder::new(head);
-    b.seen = vec![0, 1, 2, 0, 1, 2];
+    b.seen = [Seen::Unknown, Seen::Free, Seen::Occupied].repeat(2);
     b.elements.push(ElementDeviationRecord {
-        observation: Observation::Displaced as u32,
-        judgement: Judgement::Displaced as u32,
+        observation: Observation::Displaced.into(),
+        judgement: Judgement::Displaced.into(),
         n_samples: 9,
         n_visible: 8,
         n_contradicted: 7,
@@ -155,7 +180,7 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
     }
     if let Ok(index) = Grids::open(bytes) {
         n += index.robot_name.len() + index.slots.len() + index.doors.len() + index.regions.len();
-        n += index.doors.iter().filter(|d| DoorPassage::from_id(d.passage).is_some()).count();
+        n += index.doors.iter().filter(|d| d.passage.get().is_closed()).count();
     }
     if let Ok(plan) = Plan::open(bytes) {
         n += (0..plan.spaces.len()).map(|k| plan.reason(k).len()).sum::<usize>() + plan.waypoints.len();
@@ -163,7 +188,7 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
         n += plan
             .edges
             .iter()
-            .map(|e| plan.points_of(e).len() + plan.nodes[e.nodes[0] as usize].kind as usize)
+            .map(|e| plan.points_of(e).len() + usize::from(plan.nodes[e.nodes[0] as usize].kind == NodeKind::Door))
             .sum::<usize>();
         n += plan.diagnostics.iter().map(|d| plan.text(d.message).len()).sum::<usize>();
     }
@@ -175,7 +200,7 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
     }
     if let Ok(deviations) = Deviations::open(bytes) {
         let spec = deviations.head.spec();
-        n += deviations.seen.iter().filter(|s| Seen::from_id(**s).is_some()).count() + deviations.residuals.len();
+        n += deviations.seen.iter().filter(|s| s.get() != Seen::Unknown).count() + deviations.residuals.len();
         n += usize::from(spec.n_cells() == 0 || spec.centre_of(spec.cell_of(spec.n_cells() - 1)).x_m.is_finite());
         n += deviations.elements.iter().filter(|e| e.n_visible <= e.n_samples).count();
         n += deviations.obstacles.iter().flat_map(|o| deviations.rings_of(o)).map(<[_]>::len).sum::<usize>();

@@ -121,7 +121,7 @@ impl Storey {
             max_tenths: max,
             first_part,
             n_parts: 1,
-            class: u32::from(class.id()),
+            class: class.into(),
             whole: NONE,
             storey: NONE,
             space: NONE,
@@ -139,6 +139,7 @@ impl Storey {
         let passage = BoxRecord { centre: [(x0 + x1) * 5e3, (y0 + y1) * 5e3], axis: [1.0, 0.0], half };
         self.builder.elements[element].door = self.builder.doors.len() as u32;
         self.builder.doors.push(DoorRecord {
+            clear_width_from: ClearWidth::Assumed.into(),
             element: element as u32,
             opening: NONE,
             spaces: [NONE; 2],
@@ -160,7 +161,7 @@ impl Storey {
             global_id: Text::default(),
             name,
             floor_z_tenths: 0,
-            floor: FloorKind::Built as u32,
+            floor: FloorKind::Built.into(),
             bounds_tenths: [least(0), least(1), most(0), most(1)],
         });
         self.builder.finish()

@@ -64,8 +64,8 @@ impl Alignment {
             // Nothing is known of a scale that nothing holds.
             scale_deviation: self.scale.map_or(1.0, |s| s.deviation.min(1.0)),
             reason: Text::default(),
-            verdict: self.verdict as u32,
-            state: counting.state as u32,
+            verdict: self.verdict.into(),
+            state: counting.state.into(),
             is_waiting: u32::from(counting.waiting.is_some()),
             reserved: 0,
         };

@@ -22,13 +22,13 @@ impl Observed {
         let mut observed = self.clone();
         let at_s = deviations.head.plan_time_s;
         for record in deviations.elements {
-            let is = |observation: Observation| record.observation == observation as u32;
+            let is = |observation: Observation| record.observation == observation;
             let id = site.text(site.elements[record.element as usize].global_id);
             if is(Observation::Observed) || is(Observation::Displaced) {
                 observed.absent.remove(id);
             }
             // Without a plan time everything is planned to stand.
-            if record.judgement == Judgement::Early as u32 && at_s != PhaseHead::NO_TIME {
+            if record.judgement == Judgement::Early && at_s != PhaseHead::NO_TIME {
                 let first_s = observed.early.entry(id.to_owned()).or_insert(at_s);
                 *first_s = at_s.min(*first_s);
             }
@@ -45,7 +45,7 @@ impl Observed {
         for id in ids {
             let is_it = |e: u32| site.text(site.elements[e as usize].global_id) == id;
             let record = deviations.elements.iter().find(|record| is_it(record.element));
-            match record.and_then(|record| Observation::from_id(record.observation)) {
+            match record.map(|record| record.observation.get()) {
                 Some(Observation::Absent) => {
                     observed.early.remove(id);
                     observed.absent.insert(id.clone());

@@ -35,9 +35,9 @@ pub(super) fn archive(
     for (index, seen) in builder.seen.iter_mut().enumerate() {
         let middle = spec.centre_of(spec.cell_of(index));
         *seen = match slam.at([middle.x_m, middle.y_m]) {
-            Cell::Free => Seen::Free as u8,
-            Cell::Occupied => Seen::Occupied as u8,
-            Cell::Unknown => Seen::Unknown as u8,
+            Cell::Free => Seen::Free,
+            Cell::Occupied => Seen::Occupied,
+            Cell::Unknown => Seen::Unknown,
         };
     }
     let elements =
@@ -108,15 +108,15 @@ fn record(input: &DeviationInput<'_>, element: u32, is_judged: bool, e: &Evidenc
         residual_m: e.bend_m.map(told),
         sample_m: SAMPLE_M,
         element,
-        observation: e.observation as u32,
-        judgement: judgement(e.observation, planned) as u32,
-        planned: planned as u32,
-        reason: e.reason as u32,
+        observation: e.observation.into(),
+        judgement: judgement(e.observation, planned).into(),
+        reason: e.reason.into(),
         n_samples: e.n_samples,
         n_visible: count(e.n_visible),
         n_confirmed: count(e.n_confirmed),
         n_contradicted: count(e.n_contradicted),
-        reserved: 0,
+        planned: planned.into(),
+        reserved: [0; 7],
     }
 }
 

@@ -24,7 +24,7 @@ struct Found {
 impl Found {
     fn observation(&self, element: usize) -> (Observation, Judgement) {
         let record = self.of(element);
-        (Observation::from_id(record.observation).unwrap(), Judgement::from_id(record.judgement).unwrap())
+        (record.observation.get(), record.judgement.get())
     }
 
     fn of(&self, element: usize) -> &ElementDeviationRecord {
@@ -32,7 +32,7 @@ impl Found {
     }
 
     fn reason(&self, element: usize) -> &'static str {
-        UnseenReason::from_id(self.of(element).reason).unwrap().name()
+        self.of(element).reason.get().name()
     }
 }
 

@@ -17,7 +17,7 @@ pub(crate) fn add_attributes(builder: &mut SiteBuilder, properties: &[Property])
             name: builder.texts.add(&property.name),
             text: builder.texts.add(text),
             number,
-            kind: kind as u32,
+            kind: kind.into(),
             reserved: 0,
         };
         builder.attributes.push(record);

@@ -180,6 +180,7 @@ mod tests {
         let tenths = f64::from(TENTHS_PER_M);
         let middle = (from + to) / 2.0 * tenths;
         b.doors.push(DoorRecord {
+            clear_width_from: messages::ClearWidth::Assumed.into(),
             element,
             beside: [NONE; 2],
             passage: BoxRecord {

@@ -116,7 +116,7 @@ fn add_door(
         spaces: spaces.map(|s| s.map_or(NONE, |k| k as u32)),
         operation: operation_text,
         opens: operation.map_or(0, |o| o as u32),
-        clear_width_from: clear_width_from as u32,
+        clear_width_from: clear_width_from.into(),
         overall_width_m,
         overall_height_m: height.unwrap_or(metres(record.max_tenths[2] - record.min_tenths[2])),
         clear_width_m,

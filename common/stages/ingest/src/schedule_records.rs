@@ -71,7 +71,7 @@ fn task_record(texts: &mut TextPool, task: &ifc::Task, source: u32) -> TaskRecor
         parent: index(task.parent),
         control: index(task.control),
         calendar: index(task.calendar),
-        duration_kind: duration_kind(time.duration_type) as u32,
+        duration_kind: duration_kind(time.duration_type).into(),
         flags,
         step_id: task.id.step_id,
         source,
@@ -104,8 +104,9 @@ fn sequence_record(texts: &mut TextPool, sequence: &ifc::Sequence, source: u32) 
             SequenceType::StartFinish => SequenceKind::StartFinish,
             SequenceType::FinishStart => SequenceKind::FinishStart,
             SequenceType::FinishFinish => SequenceKind::FinishFinish,
-        } as u32,
-        lag_kind: sequence.lag.as_ref().map_or(DurationKind::NotDefined, |lag| duration_kind(lag.duration_type)) as u32,
+        }
+        .into(),
+        lag_kind: sequence.lag.as_ref().map_or(DurationKind::NotDefined, |lag| duration_kind(lag.duration_type)).into(),
         step_id: sequence.id.step_id,
         source,
     }
@@ -120,7 +121,7 @@ fn link_record(link: &ifc::TaskLink) -> TaskLinkRecord {
     let mut flags = 0;
     flags |= if link.is_input { link_flags::INPUT } else { 0 };
     flags |= if link.from_above { link_flags::FROM_ABOVE } else { 0 };
-    TaskLinkRecord { task: link.task as u32, kind: kind as u32, target: target as u32, flags }
+    TaskLinkRecord { task: link.task as u32, kind: kind.into(), target: target as u32, flags }
 }
 
 fn add_work_time(builder: &mut SiteBuilder, time: &WorkTime) {
@@ -129,7 +130,7 @@ fn add_work_time(builder: &mut SiteBuilder, time: &WorkTime) {
     builder.work_times.push(WorkTimeRecord {
         first_day: time.first_day.and_then(day_number).unwrap_or(i32::MIN),
         last_day: time.last_day.and_then(day_number).unwrap_or(i32::MAX),
-        kind: time.recurrence.as_ref().map_or(0, |r| recurrence_kind(r.kind) as u32),
+        kind: time.recurrence.as_ref().map_or(RecurrenceKind::Always, |r| recurrence_kind(r.kind)).into(),
         days_of_month: mask(&pattern.days_of_month),
         weekdays: mask(&pattern.weekdays),
         months: mask(&pattern.months),

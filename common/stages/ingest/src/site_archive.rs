@@ -123,7 +123,8 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
             stair: NONE,
             source,
             step_id: element.id.step_id,
-            class: u32::from(class_of(elements, index).id()),
+            class: class_of(elements, index).into(),
+            reserved: [0; 3],
             flags,
         };
         builder.elements.push(record);

@@ -154,7 +154,7 @@ fn write_storeys(builder: &mut SiteBuilder, merged: &Merged, mapped: &[MapStorey
             global_id: builder.texts.add(&id.global_id),
             name: builder.texts.add(&name),
             floor_z_tenths: storey.z,
-            floor: storey.floor as u32,
+            floor: storey.floor.into(),
             bounds_tenths: [0; 4],
         };
         builder.map_storeys.push(record);

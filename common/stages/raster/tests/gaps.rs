@@ -75,6 +75,7 @@ impl Laboratory {
         builder.elements[leaf].door = 0;
         let opening = if has_opening { 0 } else { NONE };
         builder.doors.push(DoorRecord {
+            clear_width_from: ClearWidth::Assumed.into(),
             element: leaf as u32,
             opening,
             spaces: [NONE; 2],

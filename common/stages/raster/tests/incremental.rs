@@ -70,7 +70,7 @@ fn house(boxes: &[BoxElement], floor: FloorKind, is_floor_in_opening: bool, n_le
         global_id: Text::default(),
         name,
         floor_z_tenths: 0,
-        floor: floor as u32,
+        floor: floor.into(),
         bounds_tenths: [t(-2.0), t(-2.0), t(7.0), t(7.0)],
     });
     house.builder.finish()
@@ -87,8 +87,8 @@ fn phase_of(site: &Site<'_>, states: &[u8], before: Option<&PhaseBuilder>) -> Ph
     for (k, pair) in states.chunks_exact(2).enumerate() {
         let place = usize::from(pair[0]) % (n + site.spaces.len());
         match phase.effective.get_mut(place) {
-            Some(state) => *state = pair[1] % 5,
-            None => phase.spaces[place - n].state = u32::from(pair[1] % 2),
+            Some(state) => *state = ElementState::ALL[usize::from(pair[1] % 5)],
+            None => phase.spaces[place - n].state = SpaceState::ALL[usize::from(pair[1] % 2)].into(),
         }
         phase.head.plan_time_s = if k % 4 == 3 && pair[1] > 200 { PhaseHead::NO_TIME } else { 7 };
     }
@@ -141,7 +141,7 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
     let phase = |wall: ElementState, slab: ElementState| {
         let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
         phase.head.plan_time_s = 7;
-        (phase.effective[0], phase.effective[SLAB]) = (wall as u8, slab as u8);
+        (phase.effective[0], phase.effective[SLAB]) = (wall, slab);
         phase.finish()
     };
     let mut incremental = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();

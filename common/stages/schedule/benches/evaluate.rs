@@ -34,12 +34,12 @@ fn site() -> ArchiveBuffer {
                 set,
                 name,
                 text,
-                kind: AttributeKind::Text as u32,
+                kind: AttributeKind::Text.into(),
                 ..Zeroable::zeroed()
             });
         } else {
             let task = (k % N_TASKS) as u32;
-            b.task_links.push(TaskLinkRecord { task, kind: LinkKind::Element as u32, target: k as u32, flags: 0 });
+            b.task_links.push(TaskLinkRecord { task, kind: LinkKind::Element.into(), target: k as u32, flags: 0 });
         }
         let global_id = b.texts.add(&format!("element-{k:014}"));
         b.elements.push(ElementRecord {
@@ -69,7 +69,7 @@ fn add_calendar(b: &mut SiteBuilder) {
     b.work_times.push(WorkTimeRecord {
         first_day: i32::MIN,
         last_day: i32::MAX,
-        kind: RecurrenceKind::Weekly as u32,
+        kind: RecurrenceKind::Weekly.into(),
         weekdays: 0b11_1110,
         interval: 1,
         n_periods: 2,
@@ -86,7 +86,7 @@ fn add_task(b: &mut SiteBuilder, k: usize) {
         schedule_duration: duration,
         completion: -1.0,
         parent: NONE,
-        duration_kind: DurationKind::WorkTime as u32,
+        duration_kind: DurationKind::WorkTime.into(),
         ..TaskRecord::zeroed()
     };
     if k.is_multiple_of(2) {
@@ -99,7 +99,7 @@ fn add_task(b: &mut SiteBuilder, k: usize) {
                 lag,
                 predecessor: (k - back) as u32,
                 successor: k as u32,
-                kind: SequenceKind::FinishStart as u32,
+                kind: SequenceKind::FinishStart.into(),
                 ..SequenceRecord::zeroed()
             });
         }
@@ -119,7 +119,7 @@ fn benches(c: &mut Criterion) {
     let mut group = c.benchmark_group("100k elements, 10k tasks");
     group.throughput(Throughput::Elements(N_ELEMENTS as u64)).sample_size(20);
     group.bench_function("archive to timeline", |b| b.iter(|| black_box(timeline())));
-    let mut states = vec![0u8; N_ELEMENTS];
+    let mut states = vec![ElementState::NotStarted; N_ELEMENTS];
     group.bench_function("states of all elements at a date", |b| {
         b.iter(|| made.elements_at(black_box(at_s), &mut states))
     });

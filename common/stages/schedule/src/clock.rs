@@ -105,8 +105,8 @@ fn working_time(site: &Site<'_>, calendar: &CalendarRecord, days: Range<i64>) ->
 fn rule(site: &Site<'_>, time: &WorkTimeRecord) -> WorkRule {
     let members = |mask: u32| (0..32).filter(|bit| mask >> bit & 1 == 1).collect();
     let periods = &site.periods_s[time.first_period as usize..][..time.n_periods as usize];
-    let pattern = RecurrenceKind::from_id(time.kind).map(|kind| Pattern {
-        kind,
+    let pattern = (time.kind != RecurrenceKind::Always).then(|| Pattern {
+        kind: time.kind.get(),
         days_of_month: members(time.days_of_month),
         weekdays: members(time.weekdays),
         months: members(time.months),

@@ -227,16 +227,13 @@ fn timeline(site: &Site<'_>, rules: &Rules, parts: Parts<'_>) -> Timeline {
     let (mut elements, mut spaces) = (Steps::default(), Steps::default());
     for life in &parts.lives {
         let (first, steps) = life.steps(rules.undated);
-        elements.push(
-            first as u8,
-            steps.into_iter().filter(|s| s.0 < i64::MAX).map(|(time_s, state)| (time_s, state as u8)),
-        );
+        elements.push(first, steps.into_iter().filter(|s| s.0 < i64::MAX));
     }
     for closures in &parts.closures {
-        let steps = closures::steps(closures).into_iter().map(|(time_s, blocked)| (time_s, u8::from(blocked)));
-        spaces.push(SpaceState::Open as u8, steps);
+        let state = |blocked: bool| if blocked { SpaceState::Blocked } else { SpaceState::Open };
+        spaces.push(SpaceState::Open, closures::steps(closures).into_iter().map(|(time_s, b)| (time_s, state(b))));
     }
-    let mut instants_s: Vec<i64> = elements.changes().chain(spaces.changes()).map(|c| c.0).collect();
+    let mut instants_s: Vec<i64> = elements.changes().map(|c| c.0).chain(spaces.changes().map(|c| c.0)).collect();
     instants_s.sort_unstable();
     instants_s.dedup();
     Timeline {
@@ -278,7 +275,7 @@ fn schedule_of(life: &Life, floats: &[Option<Floats>]) -> ElementScheduleRecord 
         removal_finish_s: removed.map_or(PhaseHead::NO_TIME, |e| known(e.finish_s)),
         total_float_s: float.map_or(PhaseHead::NO_TIME, |f| f.total_s),
         free_float_s: float.map_or(PhaseHead::NO_TIME, |f| f.free_s),
-        source: life.source.unwrap_or(DateSource::None) as u32,
+        source: life.source.unwrap_or(DateSource::None).into(),
         task: task.unwrap_or(NONE),
     }
 }

@@ -158,7 +158,7 @@ fn read(
     order: DateOrder,
 ) -> Result<WrittenDate, DateError> {
     let zone = rules.site_zone.as_ref();
-    if attribute.kind == AttributeKind::Number as u32 {
+    if attribute.kind == AttributeKind::Number {
         return dates::from_timestamp(attribute.number, zone);
     }
     dates::parse(site.text(attribute.text), order, zone)

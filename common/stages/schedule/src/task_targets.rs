@@ -68,13 +68,13 @@ impl Timeline {
         }
         for link in site.task_links {
             let targets = &mut targets[link.task as usize];
-            match LinkKind::from_id(link.kind) {
-                Some(LinkKind::Element) => {
+            match link.kind.get() {
+                LinkKind::Element => {
                     targets.elements.entry(link.target).or_insert(Operation::NoEffect);
                 }
-                Some(LinkKind::Space) => targets.spaces.push(link.target),
+                LinkKind::Space => targets.spaces.push(link.target),
                 // What is in a storey is listed, where the task has an effect on it.
-                Some(LinkKind::Storey) | None => {}
+                LinkKind::Storey => {}
             }
         }
         for targets in &mut targets {

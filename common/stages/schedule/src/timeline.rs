@@ -10,11 +10,10 @@ use messages::{ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, Spa
 #[derive(Debug)]
 pub struct Timeline {
     pub(crate) site_hash: u64,
-    pub(crate) elements: Steps,
+    pub(crate) elements: Steps<ElementState>,
     /// What would be without reported progress; `None` if nothing was reported.
     pub(crate) plan: Option<Plan>,
-    /// State 1 is blocked.
-    pub(crate) spaces: Steps,
+    pub(crate) spaces: Steps<SpaceState>,
     pub(crate) closures: Vec<Vec<Closure>>,
     /// What happens to each element, and which task does it; sorted.
     pub(crate) effects: Vec<Vec<Effect>>,
@@ -33,17 +32,17 @@ pub struct Timeline {
 /// The elements as they were planned.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    elements: Steps,
+    elements: Steps<ElementState>,
     instants_s: Vec<i64>,
 }
 
 /// States of many objects over time: the first of each is before all time.
-#[derive(Debug, Default)]
-pub(crate) struct Steps {
+#[derive(Debug)]
+pub(crate) struct Steps<S> {
     /// Where the steps of each object begin; one more than there are objects.
     offsets: Vec<u32>,
     times_s: Vec<i64>,
-    states: Vec<u8>,
+    states: Vec<S>,
 }
 
 /// A plan time: an instant, or all instants of a period.
@@ -66,9 +65,15 @@ pub struct Change {
     pub spaces: Vec<(u32, bool, bool)>,
 }
 
-impl Steps {
+impl<S> Default for Steps<S> {
+    fn default() -> Self {
+        Self { offsets: Vec::new(), times_s: Vec::new(), states: Vec::new() }
+    }
+}
+
+impl<S: Copy + PartialEq> Steps<S> {
     /// Appends an object: its first state, then its changes by time; what changes nothing is dropped.
-    pub(crate) fn push(&mut self, first: u8, steps: impl Iterator<Item = (i64, u8)>) {
+    pub(crate) fn push(&mut self, first: S, steps: impl Iterator<Item = (i64, S)>) {
         if self.offsets.is_empty() {
             self.offsets.push(0);
         }
@@ -96,7 +101,7 @@ impl Steps {
         self.offsets.len().saturating_sub(1)
     }
 
-    fn of(&self, object: usize) -> (&[i64], &[u8]) {
+    fn of(&self, object: usize) -> (&[i64], &[S]) {
         let span = self.offsets[object] as usize..self.offsets[object + 1] as usize;
         (&self.times_s[span.clone()], &self.states[span])
     }
@@ -111,13 +116,13 @@ impl Steps {
         }
     }
 
-    pub(crate) fn at(&self, object: usize, at_s: i64) -> u8 {
+    pub(crate) fn at(&self, object: usize, at_s: i64) -> S {
         let (times_s, states) = self.of(object);
         states[Self::last_at(times_s, at_s)]
     }
 
     /// All states that an object has in a period.
-    fn within(&self, object: usize, period: Period) -> &[u8] {
+    fn within(&self, object: usize, period: Period) -> &[S] {
         let (times_s, states) = self.of(object);
         let first = Self::last_at(times_s, period.from_s);
         let last = period.until_s.map_or(first, |until_s| Self::last_at(times_s, until_s.saturating_sub(1)));
@@ -125,14 +130,14 @@ impl Steps {
     }
 
     /// The next change after an instant.
-    fn next_after(&self, object: usize, at_s: i64) -> Option<(i64, u8)> {
+    fn next_after(&self, object: usize, at_s: i64) -> Option<(i64, S)> {
         let (times_s, states) = self.of(object);
         let next = Self::last_at(times_s, at_s) + 1;
         Some((*times_s.get(next)?, states[next]))
     }
 
     /// Every change: time, object, state before and after.
-    pub(crate) fn changes(&self) -> impl Iterator<Item = (i64, u32, u8, u8)> {
+    pub(crate) fn changes(&self) -> impl Iterator<Item = (i64, u32, S, S)> {
         (0..self.len()).flat_map(|object| {
             let (times_s, states) = self.of(object);
             (1..times_s.len()).map(move |k| (times_s[k], object as u32, states[k - 1], states[k]))
@@ -163,7 +168,7 @@ impl Timeline {
 
     /// The instants at which a phase says something else than before, sorted: changes, and where spaces begin to be closing.
     pub fn wakes_s(&self) -> Vec<i64> {
-        let closing = self.spaces.changes().filter(|change| change.3 == SpaceState::Blocked as u8);
+        let closing = self.spaces.changes().filter(|change| change.3 == SpaceState::Blocked);
         let closing = closing.map(|change| change.0.saturating_sub(self.closing_lead_s));
         let planned = self.plan.iter().flat_map(|plan| &plan.instants_s);
         let mut wakes_s: Vec<i64> = self.instants_s.iter().chain(planned).copied().chain(closing).collect();
@@ -189,17 +194,17 @@ impl Timeline {
 
     /// State of an element at an instant.
     pub fn element(&self, element: usize, at_s: i64) -> ElementState {
-        state(self.elements.at(element, at_s))
+        self.elements.at(element, at_s)
     }
 
-    /// States of all elements at an instant, as numbers.
-    pub fn elements_at(&self, at_s: i64, states: &mut [u8]) {
+    /// States of all elements at an instant.
+    pub fn elements_at(&self, at_s: i64, states: &mut [ElementState]) {
         states.iter_mut().enumerate().for_each(|(k, s)| *s = self.elements.at(k, at_s));
     }
 
     /// True if a space must not be entered at an instant.
     pub fn is_blocked(&self, space: usize, at_s: i64) -> bool {
-        self.spaces.at(space, at_s) == SpaceState::Blocked as u8
+        self.spaces.at(space, at_s) == SpaceState::Blocked
     }
 
     /// Why a space is blocked at an instant, or at any in a period; sorted, empty if it is open.
@@ -231,10 +236,10 @@ impl Timeline {
         let mut changes: Vec<Change> = self.instants_s.iter().map(empty).collect();
         let place = |at_s: i64| self.instants_s.binary_search(&at_s).expect("every change is an instant");
         for (at_s, element, before, after) in self.elements.changes() {
-            changes[place(at_s)].elements.push((element, state(before), state(after)));
+            changes[place(at_s)].elements.push((element, before, after));
         }
         for (at_s, space, before, after) in self.spaces.changes() {
-            changes[place(at_s)].spaces.push((space, before == 1, after == 1));
+            changes[place(at_s)].spaces.push((space, before == SpaceState::Blocked, after == SpaceState::Blocked));
         }
         changes
     }
@@ -262,12 +267,12 @@ impl Timeline {
             ..builder.head
         };
         for (k, effective) in builder.effective.iter_mut().enumerate() {
-            *effective = union_of(self.elements.within(k, period)) as u8;
+            *effective = union_of(self.elements.within(k, period));
         }
         match &self.plan {
             Some(plan) => {
                 for (k, planned) in builder.planned.iter_mut().enumerate() {
-                    *planned = union_of(plan.elements.within(k, period)) as u8;
+                    *planned = union_of(plan.elements.within(k, period));
                 }
             }
             None => builder.planned.copy_from_slice(&builder.effective),
@@ -300,14 +305,14 @@ impl Timeline {
 
     fn space_state(&self, texts: &mut messages::TextPool, space: usize, period: Period) -> SpaceStateRecord {
         let open = SpaceStateRecord {
-            state: SpaceState::Open as u32,
+            state: SpaceState::Open.into(),
             reserved: 0,
             why: Text::default(),
             closes_at_s: PhaseHead::NO_TIME,
         };
-        if self.spaces.within(space, period).contains(&1) {
+        if self.spaces.within(space, period).contains(&SpaceState::Blocked) {
             let why = texts.add(&self.why(space, period).join("\n"));
-            return SpaceStateRecord { state: SpaceState::Blocked as u32, why, ..open };
+            return SpaceStateRecord { state: SpaceState::Blocked.into(), why, ..open };
         }
         let last_s = period.until_s.map_or(period.from_s, |until_s| until_s.saturating_sub(1));
         match self.spaces.next_after(space, last_s) {
@@ -320,23 +325,19 @@ impl Timeline {
 }
 
 /// The state that stands for all states in a period.
-fn union_of(states: &[u8]) -> ElementState {
+fn union_of(states: &[ElementState]) -> ElementState {
     match states {
-        [one] => state(*one),
+        [one] => *one,
         // It changes: whoever is there meanwhile meets it or the work on it.
         _ => ElementState::InProgress,
     }
-}
-
-fn state(id: u8) -> ElementState {
-    ElementState::from_id(id).unwrap_or(ElementState::Built)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn steps(first: u8, changes: &[(i64, u8)]) -> Steps {
+    fn steps(first: u8, changes: &[(i64, u8)]) -> Steps<u8> {
         let mut steps = Steps::default();
         steps.push(first, changes.iter().copied());
         steps
@@ -366,10 +367,10 @@ mod tests {
             (vec![0], vec![0, 1], vec![1, 2], vec![2])
         );
         assert_eq!(
-            union_of(&[0, 2]),
+            union_of(&[ElementState::NotStarted, ElementState::Built]),
             ElementState::InProgress,
             "floor that appears at noon is no floor in the morning"
         );
-        assert_eq!(union_of(&[4]), ElementState::Removed);
+        assert_eq!(union_of(&[ElementState::Removed]), ElementState::Removed);
     }
 }

@@ -125,10 +125,10 @@ impl Links {
             storeys: vec![Vec::new(); site.storeys.len()],
         };
         for record in site.task_links {
-            let targets = match LinkKind::from_id(record.kind) {
-                Some(LinkKind::Space) => &mut links.spaces,
-                Some(LinkKind::Storey) => &mut links.storeys,
-                Some(LinkKind::Element) | None => &mut links.elements,
+            let targets = match record.kind.get() {
+                LinkKind::Space => &mut links.spaces,
+                LinkKind::Storey => &mut links.storeys,
+                LinkKind::Element => &mut links.elements,
             };
             let is = |flag: u32| record.flags & flag != 0;
             let from_above = is(link_flags::FROM_ABOVE);

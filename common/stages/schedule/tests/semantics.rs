@@ -32,7 +32,7 @@ fn the_forward_pass_knows_four_relations_and_lags() {
     assert_eq!(second(StartStart, "PT4H", none), pair("2024-03-04T13:00", "2024-03-06T12:00"));
     assert_eq!(second(FinishFinish, "", none), pair("2024-03-05T08:00", "2024-03-06T17:00"));
     assert_eq!(second(StartFinish, "P4D", none), pair("2024-03-06T08:00", "2024-03-07T17:00"));
-    let elapsed = |p: &mut Plan| p.builder.sequences[0].lag_kind = messages::DurationKind::ElapsedTime as u32;
+    let elapsed = |p: &mut Plan| p.builder.sequences[0].lag_kind = messages::DurationKind::ElapsedTime.into();
     // Friday 17:00 is no working instant: the task waits for Monday.
     assert_eq!(second(FinishStart, "P2D", elapsed), pair("2024-03-11T08:00", "2024-03-12T17:00"));
     let half = |p: &mut Plan| p.builder.sequences[0].lag_ratio = 0.5;

@@ -75,8 +75,7 @@ pub(crate) fn first_part(free_space: &FreeSpace, properties: &[PartProperties]) 
 fn is_outer(site: &Site<'_>, door: &DoorRecord, sides_with_floor: u32) -> bool {
     let element = &site.elements[door.element as usize];
     let property = site.element_attributes(element).iter().find(|a| {
-        a.kind == AttributeKind::Boolean as u32
-            && (site.text(a.set), site.text(a.name)) == ("Pset_DoorCommon", "IsExternal")
+        a.kind == AttributeKind::Boolean && (site.text(a.set), site.text(a.name)) == ("Pset_DoorCommon", "IsExternal")
     });
     if let Some(property) = property {
         return property.number == 1.0;

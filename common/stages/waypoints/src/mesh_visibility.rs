@@ -7,7 +7,7 @@ use crate::tour_stops::{StoreyRequest, TourStop};
 use frames::{Map, Point2, metres};
 use geometry::{SurfacePoint, Surfaces, surface_points};
 use grid::Class;
-use messages::{DoorPassage, ElementState, WaypointKind};
+use messages::{ElementState, WaypointKind};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
@@ -80,9 +80,7 @@ pub(crate) fn mesh_check(
 /// True if the element blocks the line of sight at the plan time; a door that the robot can pass may be open.
 fn stands(storey: &StoreyInputs<'_>, element: usize) -> bool {
     let door = storey.site.elements[element].door;
-    let is_open = |p: &messages::DoorPassageRecord| {
-        p.door == door && !DoorPassage::from_id(p.passage).is_some_and(DoorPassage::is_closed)
-    };
+    let is_open = |p: &messages::DoorPassageRecord| p.door == door && !p.passage.get().is_closed();
     storey.phase.effective(element).is_obstacle() && !storey.passages.iter().any(is_open)
 }
 
@@ -93,10 +91,10 @@ fn target_points(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> Vec<
     let next = site.map_storeys.iter().map(|s| s.floor_z_tenths).filter(|z| *z > floor).min();
     let heights_m = [metres(floor), next.map_or(f64::INFINITY, metres)];
     let is_target = |element: usize| {
-        let class = site.elements[element].class;
+        let class = site.elements[element].class();
         storey.phase.effective(element) == ElementState::Built
-            && class != u32::from(Class::None.id())
-            && request.options.classes & (1 << class) != 0
+            && class != Class::None
+            && request.options.classes & (1 << class.id()) != 0
             && stands(storey, element)
             && request.changed.is_none_or(|c| c.binary_search(&element).is_ok())
     };

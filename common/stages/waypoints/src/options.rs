@@ -275,7 +275,7 @@ fn unusable_date(text: &str, error: &PlanTimeError) -> String {
 }
 
 fn class_bits(names: &[String]) -> Result<u32, String> {
-    let all = || (1..=u8::MAX).map_while(Class::from_id);
+    let all = || Class::ALL.into_iter().filter(|class| *class != Class::None);
     let bit = |name: &String| {
         let known = all().find(|class| class.name() == name).map(|class| 1 << class.id());
         let names = || all().map(Class::name).collect::<Vec<_>>().join(", ");

@@ -32,7 +32,7 @@ pub(crate) fn assemble(
         if let Some(refusal) = refusal {
             refuse(&mut builder, space, &refusal);
         } else {
-            builder.spaces[space].why = NoWaypoint::Has as u32;
+            builder.spaces[space].why = NoWaypoint::Has.into();
         }
     }
     // Storeys in the order in which they are reached; the others have no waypoints.
@@ -104,7 +104,7 @@ fn head(input: &PlanInput<'_>, plans: &[&StoreyPlan]) -> PlanHead {
 fn refuse(builder: &mut PlanBuilder, space: usize, refusal: &Refusal) {
     let reason = builder.texts.add(&refusal.reason);
     let record = &mut builder.spaces[space];
-    *record = SpacePlanRecord { reason, why: refusal.why as u32, door: refusal.door, ..*record };
+    *record = SpacePlanRecord { reason, why: refusal.why.into(), door: refusal.door, ..*record };
 }
 
 fn warn(builder: &mut PlanBuilder, code: &str, message: &str, severity: u32) {
@@ -141,7 +141,7 @@ fn add_stops(builder: &mut PlanBuilder, input: &PlanInput<'_>, grid: &Grid<'_>, 
             leg_m: stop.leg_m,
             id,
             order: id,
-            kind: stop.kind as u32,
+            kind: stop.kind.into(),
             map_storey: grid.head.map_storey,
             space: stop.space.map_or(NONE, |s| s as u32),
             connects: u32::from(stop.connects),
@@ -197,7 +197,7 @@ fn add_graph(
                 slope_rad: 0.0,
                 clear_width_m: 0.0,
                 nodes: edge.nodes.map(|n| (first + n) as u32),
-                kind: edge.kind as u32,
+                kind: edge.kind.into(),
                 of: edge.door,
                 first_point,
                 n_points: edge.line.len() as u32,
@@ -214,7 +214,8 @@ fn add_graph(
             let at = free_spaces[end.storey].middle(end.cell);
             let map_storey = input.grids[end.storey].head.map_storey;
             let is_it = |n: &RouteNodeRecord| {
-                (n.kind, n.of, n.map_storey) == (NodeKind::Staging as u32, portal.element as u32, map_storey)
+                n.kind == NodeKind::Staging
+                    && (n.of, n.map_storey) == (portal.element as u32, map_storey)
                     && n.position_in_map_m[..2] == [at.x_m, at.y_m]
             };
             builder.nodes.iter().position(is_it).unwrap_or_else(|| {
@@ -241,7 +242,7 @@ fn add_graph(
             slope_rad: portal.slope_rad,
             clear_width_m: traversal.as_ref().map_or(0.0, |traversal| traversal.clear_width_m),
             nodes,
-            kind: portal.kind as u32,
+            kind: portal.kind.into(),
             of: portal.element as u32,
             first_point,
             n_points,
@@ -249,7 +250,6 @@ fn add_graph(
             n_risers: traversal.filter(|_| portal.kind == EdgeKind::Stair).map_or(NONE, |traversal| traversal.n_risers),
         });
     }
-    debug_assert!(builder.edges.iter().all(|e| EdgeKind::from_id(e.kind).is_some()));
 }
 
 fn node_record(
@@ -266,7 +266,7 @@ fn node_record(
     RouteNodeRecord {
         position_in_map_m: [at.x_m, at.y_m, metres(grid.head.floor_z_tenths)],
         clearance_m,
-        kind: kind as u32,
+        kind: kind.into(),
         map_storey: grid.head.map_storey,
         of,
         space: u32::from(space).checked_sub(1).unwrap_or(NONE),

@@ -252,9 +252,10 @@ mod tests {
         }
 
         fn portals(mut self, n_storeys: usize, climbs: bool, lifts: &[&str]) -> Vec<Portal> {
+            let floor = FloorKind::Built.into();
             for storey in 0..n_storeys as i32 {
                 let floor_z_tenths = storey * 30_000;
-                self.site.map_storeys.push(MapStoreyRecord { floor_z_tenths, floor: 1, ..Zeroable::zeroed() });
+                self.site.map_storeys.push(MapStoreyRecord { floor_z_tenths, floor, ..Zeroable::zeroed() });
             }
             let site = self.site.finish();
             let site = Site::open(site.bytes()).unwrap();
@@ -355,9 +356,10 @@ mod tests {
                 let cell = free_space.spec.index(free_space.spec.cell_at(Point2::new(x_m, 1.05)).unwrap());
                 Staging { storey, cell, part: free_space.part(cell) }
             };
+            let floor = FloorKind::Built.into();
             for z_m in [0.0, rise_m] {
                 let floor_z_tenths = (z_m * f64::from(TENTHS_PER_M)) as i32;
-                building.site.map_storeys.push(MapStoreyRecord { floor_z_tenths, floor: 1, ..Zeroable::zeroed() });
+                building.site.map_storeys.push(MapStoreyRecord { floor_z_tenths, floor, ..Zeroable::zeroed() });
             }
             let site = building.site.finish();
             let site = Site::open(site.bytes()).unwrap();
@@ -392,7 +394,8 @@ mod tests {
     fn a_stair_beside_another_level_does_not_lead_to_it() {
         let mut building = Building::default();
         building.add("IfcStair", "", &flight(3.0, 0.0));
-        building.site.map_storeys.push(MapStoreyRecord { floor_z_tenths: 4_500, floor: 1, ..Zeroable::zeroed() });
+        let floor = FloorKind::Built.into();
+        building.site.map_storeys.push(MapStoreyRecord { floor_z_tenths: 4_500, floor, ..Zeroable::zeroed() });
         // The level half a step up is the first of the list; the storeys follow.
         let ends: Vec<[usize; 2]> = building.portals(2, true, &[]).iter().map(|p| p.ends.map(|e| e.storey)).collect();
         assert_eq!(ends, [[1, 2]]);
@@ -422,6 +425,7 @@ mod tests {
             building.site.elements[door].flags = 0;
             building.site.elements[door].door = building.site.doors.len() as u32;
             building.site.doors.push(DoorRecord {
+                clear_width_from: ClearWidth::Assumed.into(),
                 element: door as u32,
                 opening: NONE,
                 spaces: [NONE; 2],

@@ -4,7 +4,7 @@ use crate::path_search::{PathGrid, length_m};
 use crate::skeleton::{Chain, skeleton, trace};
 use crate::space_centre::StoreyInputs;
 use frames::{Map, Point2, TENTHS_PER_M};
-use messages::{DoorPassage, DoorPassageRecord, EdgeKind, NONE, NodeKind};
+use messages::{DoorPassageRecord, EdgeKind, NONE, NodeKind};
 
 /// A node of the route graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,7 +91,7 @@ fn is_same_doorway(a: &DoorPassageRecord, b: &DoorPassageRecord) -> bool {
 }
 
 fn is_open(passage: &DoorPassageRecord) -> bool {
-    DoorPassage::from_id(passage.passage).is_some_and(|p| !p.is_closed())
+    !passage.passage.get().is_closed()
 }
 
 /// The node of a passage: the reachable place in it nearest to its middle.
@@ -279,6 +279,7 @@ mod tests {
         let none = ElementRecord { whole: NONE, storey: NONE, space: NONE, stair: NONE, ..Zeroable::zeroed() };
         builder.elements.extend([ElementRecord { door: NONE, ..none }, ElementRecord { door: 0, ..none }]);
         builder.doors.push(DoorRecord {
+            clear_width_from: ClearWidth::Assumed.into(),
             element: 1,
             opening: NONE,
             spaces: [NONE; 2],
@@ -290,7 +291,7 @@ mod tests {
         let (site, buffer) = (builder.finish(), drawn(&rooms()));
         let (site, grid) = (Site::open(site.bytes()).unwrap(), Grid::open(buffer.bytes()).unwrap());
         let way = builder.doors[0].passage;
-        let passage = DoorPassageRecord { door: 0, passage: passage as u32, way, ..Zeroable::zeroed() };
+        let passage = DoorPassageRecord { door: 0, passage: passage.into(), way, ..Zeroable::zeroed() };
         (graph_on(&site, &grid, 0.2, &[passage], &anchors), buffer)
     }
 

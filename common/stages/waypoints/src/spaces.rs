@@ -57,29 +57,30 @@ pub(crate) fn closed_door(
     space: usize,
 ) -> Option<Refusal> {
     let leads_there = |p: &&DoorPassageRecord| site.doors[p.door as usize].spaces.contains(&(space as u32));
-    let passage = |p: &DoorPassageRecord| DoorPassage::from_id(p.passage);
-    let is_closed = |p: &&DoorPassageRecord| passage(p).is_some_and(DoorPassage::is_closed);
+    let is_closed = |p: &&DoorPassageRecord| p.passage.get().is_closed();
     // A door of another level may also lead there without floor on this level.
-    let is_elsewhere = |p: &&DoorPassageRecord| passage(p) == Some(DoorPassage::NoFloor);
+    let is_elsewhere = |p: &&DoorPassageRecord| p.passage == DoorPassage::NoFloor;
     let closed = passages.iter().filter(leads_there).filter(is_closed).min_by_key(is_elsewhere)?;
     let door = &site.doors[closed.door as usize];
     let element = &site.elements[door.element as usize];
     let needed_m = 2.0 * robot.radius_m + robot.door_margin_m;
-    let why = match passage(closed) {
-        Some(DoorPassage::CannotOpen) => {
+    let why = match closed.passage.get() {
+        DoorPassage::CannotOpen => {
             let operation = Some(site.text(door.operation)).filter(|o| !o.is_empty()).unwrap_or("unknown operation");
             format!("this robot does not open it ({operation})")
         }
-        Some(DoorPassage::TooNarrow) => format!("the robot needs {needed_m:.2} m"),
-        Some(DoorPassage::ClosedByResolution) => {
+        DoorPassage::TooNarrow => format!("the robot needs {needed_m:.2} m"),
+        DoorPassage::ClosedByResolution => {
             format!("the map's cells leave {:.2} m of it", closed.width_in_map_m)
         }
-        Some(DoorPassage::NoFloor) => "there is no floor at it".to_owned(),
-        Some(DoorPassage::NoOpening) => "its wall has no opening".to_owned(),
-        Some(DoorPassage::Obstructed) => {
+        DoorPassage::NoFloor => "there is no floor at it".to_owned(),
+        DoorPassage::NoOpening => "its wall has no opening".to_owned(),
+        DoorPassage::Obstructed => {
             format!("obstacles leave {:.2} m of it", closed.width_between_obstacles_m)
         }
-        _ => "it is being hung or taken down".to_owned(),
+        DoorPassage::InProgress | DoorPassage::Passable | DoorPassage::Absent => {
+            "it is being hung or taken down".to_owned()
+        }
     };
     let id = site.text(element.global_id);
     let reason = format!("its door {id} is closed to the robot: {:.2} m clear, {why}", closed.clear_width_m);

@@ -298,7 +298,7 @@ pub(crate) mod tests {
                 b.triangles.extend(quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]));
             }
             b.elements.push(ElementRecord {
-                class: u32::from(class.id()),
+                class: class.into(),
                 whole,
                 min_tenths: min,
                 max_tenths: max,

@@ -198,13 +198,14 @@ mod tests {
     use super::*;
     use crate::free_space::tests::drawn;
     use bytemuck::Zeroable;
-    use messages::{MapStoreyRecord, PhaseBuilder, SiteBuilder};
+    use messages::{FloorKind, MapStoreyRecord, PhaseBuilder, SiteBuilder};
 
     /// Kinds and use of the steps between two levels, drawn as text, the upper one so much higher.
     fn found(low: &str, high: &str, rise_tenths: i32, robot: RobotProfile) -> Vec<(EdgeKind, bool, [u32; 2])> {
         let mut builder = SiteBuilder::default();
+        let floor = FloorKind::Built.into();
         for floor_z_tenths in [rise_tenths, 0] {
-            builder.map_storeys.push(MapStoreyRecord { floor_z_tenths, floor: 1, ..Zeroable::zeroed() });
+            builder.map_storeys.push(MapStoreyRecord { floor_z_tenths, floor, ..Zeroable::zeroed() });
         }
         let site = builder.finish();
         let site = Site::open(site.bytes()).unwrap();

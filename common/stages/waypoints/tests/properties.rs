@@ -3,7 +3,7 @@
 
 mod support;
 
-use messages::{NodeKind, WaypointKind};
+use messages::{NoWaypoint, WaypointKind};
 use proptest::prelude::*;
 use support::{Archives, House, Planned, brute_force};
 use waypoints::{PlanOptions, Planner, Start};
@@ -152,14 +152,14 @@ fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Re
         if let Some(name) = planned.name_of(waypoint) {
             prop_assert!(planned.is_in(name, at), "{:?} is not in {}", at, name);
         } else {
-            prop_assert_eq!(waypoint.kind, WaypointKind::Scan as u32, "a centre has a space");
+            prop_assert_eq!(waypoint.kind.get(), WaypointKind::Scan, "a centre has a space");
         }
     }
     // A space without a centre has none that is clear and reachable; one with a centre has it inside.
     for (place, space) in plan.spaces.iter().enumerate() {
         let own = (0..spec.n_cells()).filter(|&c| usize::from(grid.space[c]) == place + 1);
         let n_standing = own.filter(|&c| reached[c]).count();
-        if space.why != 0 {
+        if space.why != NoWaypoint::Has {
             prop_assert!(n_standing == 0 || house.closing.contains_key(&planned.archives.names[place]), "{space:?}");
         }
     }
@@ -181,7 +181,6 @@ fn check_lines(planned: &Planned, reached: &[bool]) -> Result<(), TestCaseError>
     for node in plan.nodes {
         let at = [node.position_in_map_m[0], node.position_in_map_m[1]];
         prop_assert!(brute_force::is_at_or_beside(&grid, reached, at), "the node at {at:?} is unreachable");
-        prop_assert!(NodeKind::from_id(node.kind).is_some());
     }
     let in_plan = |edge| plan.points_of(edge).iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>();
     let lines: Vec<Vec<[f64; 2]>> =

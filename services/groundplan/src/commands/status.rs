@@ -128,7 +128,7 @@ impl DaemonStatus {
             return Self { alive: false, process_id: 0, stage: "silent", memory_bytes: 0, error: None };
         };
         let error = Some(record.error().to_owned()).filter(|e| !e.is_empty());
-        let stage = Stage::from_id(record.stage).unwrap_or(Stage::Idle).name();
+        let stage = record.stage.known().map_or("unknown", Stage::name);
         Self { alive: true, process_id: record.process_id, stage, memory_bytes: record.memory_bytes, error }
     }
 }

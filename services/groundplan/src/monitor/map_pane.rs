@@ -28,8 +28,7 @@ enum Pixel {
 
 impl Pixel {
     fn of(grid: &Grid<'_>, cell: usize, shows_keepout: bool) -> Self {
-        let class = Class::from_id(grid.class[cell]).unwrap_or(Class::Other);
-        match class {
+        match grid.class_of(cell) {
             Class::Stair | Class::Ramp => Self::Stair,
             Class::Door => Self::Door,
             Class::None if grid.planning[cell] == 100 => Self::Blocked,

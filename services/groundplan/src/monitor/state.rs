@@ -195,7 +195,7 @@ impl State {
                 DaemonLine {
                     name: daemon.name(),
                     alive: self.generation.is_some() && silent < HEARTBEAT_PERIOD * MISSED_HEARTBEATS,
-                    stage: Stage::from_id(record.stage).unwrap_or(Stage::Idle).name(),
+                    stage: record.stage.known().map_or("unknown", Stage::name),
                     process_id: record.process_id,
                     restarts: *restarts,
                     memory_bytes: record.memory_bytes,

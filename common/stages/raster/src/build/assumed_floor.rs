@@ -31,7 +31,7 @@ fn built_levels(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice) -> 
     let is_beside = |s: &&MapStoreyRecord| {
         let z = s.floor_z_tenths;
         let is_other = (z - storey.floor_z).abs() > 2 * step;
-        s.floor == FloorKind::Built as u32 && is_other && tile[0] <= z && z <= tile[1]
+        s.floor == FloorKind::Built && is_other && tile[0] <= z && z <= tile[1]
     };
     let heights = site.map_storeys.iter().filter(is_beside).map(|s| s.floor_z_tenths);
     let pieces = heights.flat_map(|z| floor_pieces(site, &storey.spec, [z - step, z + step], LEVEL_SLOPE_RAD));

@@ -48,7 +48,7 @@ pub(crate) fn slice_storey(
         map_storey: map_storey as u32,
         spec,
         floor_z,
-        floor_kind: FloorKind::from_id(record.floor).unwrap_or(FloorKind::Built),
+        floor_kind: record.floor.get(),
         obstacles,
         lidar: runs_of(&lidar),
         footprints,

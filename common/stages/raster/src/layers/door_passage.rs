@@ -36,7 +36,7 @@ pub(crate) fn door_passage(
     let mut record = DoorPassageRecord {
         door: door.door,
         map_storey: storey.map_storey,
-        passage: DoorPassage::Passable as u32,
+        passage: DoorPassage::Passable.into(),
         sides_with_floor: sides_with_floor(&way.plan, &storey.spec, |i| layers.floor[i] != 0),
         width_in_map_m: free_width_m(&way.plan, &storey.spec, layers.class),
         clear_width_m: way.clear_width_m,
@@ -47,7 +47,7 @@ pub(crate) fn door_passage(
         obstacle: NONE,
     };
     if !presence.is_obstacle() || !door.is_hung(phase) {
-        record.passage = DoorPassage::Absent as u32;
+        record.passage = DoorPassage::Absent.into();
         return record;
     }
     let is_narrow = !is_wide_enough(robot, way.clear_width_m);
@@ -62,7 +62,7 @@ pub(crate) fn door_passage(
     if !is_narrow && record.width_in_map_m < 2.0 * robot.radius_m {
         add_reason_of_cells(&mut record, doorway_clearance(&way.plan, storey, phase, nearby), robot);
     }
-    record.passage = record.closed_by().next().unwrap_or(DoorPassage::Passable) as u32;
+    record.passage = record.closed_by().next().unwrap_or(DoorPassage::Passable).into();
     record
 }
 

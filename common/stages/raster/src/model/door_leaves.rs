@@ -39,7 +39,7 @@ impl Leaf {
             opens: record.opens & robot.opens != 0,
             width_m: record.overall_width_m.min(passage_m),
             clear_width_m: record.clear_width_m,
-            clear_width_is_modelled: record.clear_width_from == ClearWidth::LiningAndPanel as u32,
+            clear_width_is_modelled: record.clear_width_from == ClearWidth::LiningAndPanel,
             passage,
         }
     }

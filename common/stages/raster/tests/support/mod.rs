@@ -51,7 +51,7 @@ impl House {
             max_tenths: max,
             first_part,
             n_parts: 1,
-            class: u32::from(class.id()),
+            class: class.into(),
             whole: NONE,
             storey: NONE,
             space: NONE,
@@ -86,6 +86,7 @@ impl House {
         let passage = BoxRecord { centre: [middle * 1e4, -1_000.0], axis: [1.0, 0.0], half: [half * 1e4, 1_000.0] };
         self.builder.elements[element].door = self.builder.doors.len() as u32;
         self.builder.doors.push(DoorRecord {
+            clear_width_from: ClearWidth::Assumed.into(),
             element: element as u32,
             opening: NONE,
             spaces: [NONE; 2],
@@ -137,7 +138,7 @@ impl House {
             global_id: Text::default(),
             name,
             floor_z_tenths: 0,
-            floor: self.floor as u32,
+            floor: self.floor.into(),
             bounds_tenths: self.bounds_m.map(t),
         });
         self.builder.finish()
@@ -211,7 +212,7 @@ impl Drawn {
     }
 
     pub(crate) fn passages(&self) -> Vec<DoorPassage> {
-        self.doors().iter().map(|d| DoorPassage::from_id(d.passage).unwrap()).collect()
+        self.doors().iter().map(|d| d.passage.get()).collect()
     }
 
     pub(crate) fn doors(&self) -> &[DoorPassageRecord] {

@@ -109,7 +109,7 @@ impl Reader<'_, '_, '_> {
     fn task(&mut self, index: usize, texts: &TimeTexts<'_>) -> TaskFacts {
         let task = &self.site.tasks[index];
         let calendar = inherited(self.site, index, |t| (t.calendar != NONE).then_some(t.calendar as usize));
-        let elapsed = task.duration_kind == DurationKind::ElapsedTime as u32;
+        let elapsed = task.duration_kind == DurationKind::ElapsedTime;
         let clock = calendar.filter(|_| !elapsed);
         let mut facts = TaskFacts {
             calendar,
@@ -170,7 +170,7 @@ impl Reader<'_, '_, '_> {
         if duration.counts_days() && clock.is_some() {
             self.days_of.push(index);
         }
-        if task.duration_kind == DurationKind::WorkTime as u32 && clock.is_none() {
+        if task.duration_kind == DurationKind::WorkTime && clock.is_none() {
             self.without_calendar.push(index);
         }
         duration.seconds(self.calendars.clock(clock).day())

@@ -52,7 +52,7 @@ impl Tasks<'_> {
     /// The lag of a sequence in seconds, and the clock on which it passes: that of the successor's calendar.
     fn lag(&self, sequence: &SequenceRecord, predecessor: TaskDates) -> Option<(i64, crate::clock::Clock<'_>)> {
         let calendar = self.facts[sequence.successor as usize].calendar;
-        let elapsed = sequence.lag_kind == messages::DurationKind::ElapsedTime as u32;
+        let elapsed = sequence.lag_kind == messages::DurationKind::ElapsedTime;
         let clock = self.calendars.clock(calendar.filter(|_| !elapsed));
         let text = self.site.text(sequence.lag);
         let lag_s = if text.is_empty() {
@@ -84,10 +84,10 @@ pub(crate) fn with_ancestors<'s>(site: &Site<'s>, task: usize) -> impl Iterator<
 
 /// Whether a sequence hangs on the predecessor's start, and whether it bounds the successor's start.
 fn ends(sequence: &SequenceRecord) -> (bool, bool) {
-    match SequenceKind::from_id(sequence.kind) {
-        Some(SequenceKind::StartStart) => (true, true),
-        Some(SequenceKind::StartFinish) => (true, false),
-        Some(SequenceKind::FinishFinish) => (false, false),
-        Some(SequenceKind::FinishStart) | None => (false, true),
+    match sequence.kind.get() {
+        SequenceKind::StartStart => (true, true),
+        SequenceKind::StartFinish => (true, false),
+        SequenceKind::FinishFinish => (false, false),
+        SequenceKind::FinishStart => (false, true),
     }
 }

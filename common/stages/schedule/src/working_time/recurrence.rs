@@ -133,6 +133,7 @@ impl Hits<'_> {
         let in_month = || every(months(date) - self::date(first).map_or(0, months));
         let monday = |day: i64| (day + 3).div_euclid(7);
         let hit = match pattern.kind {
+            RecurrenceKind::Always => true,
             RecurrenceKind::Daily | RecurrenceKind::ByDayCount => every(day - first),
             RecurrenceKind::Weekly => of_week() && every(monday(day) - monday(first)),
             RecurrenceKind::MonthlyByDayOfMonth => of_month() && in_month(),

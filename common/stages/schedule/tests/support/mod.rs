@@ -70,7 +70,7 @@ impl Plan {
     pub(crate) fn lasting(&mut self, name: &str, duration: &str) -> usize {
         let (task, duration) = (self.task(name), self.text(duration));
         self.builder.tasks[task].schedule_duration = duration;
-        self.builder.tasks[task].duration_kind = DurationKind::WorkTime as u32;
+        self.builder.tasks[task].duration_kind = DurationKind::WorkTime.into();
         task
     }
 
@@ -88,8 +88,8 @@ impl Plan {
             lag,
             predecessor: predecessor as u32,
             successor: successor as u32,
-            kind: kind as u32,
-            lag_kind: DurationKind::WorkTime as u32,
+            kind: kind.into(),
+            lag_kind: DurationKind::WorkTime.into(),
             ..SequenceRecord::zeroed()
         });
         self.builder.sequences.len() - 1
@@ -103,7 +103,7 @@ impl Plan {
         b.work_times.push(WorkTimeRecord {
             first_day: i32::MIN,
             last_day: i32::MAX,
-            kind: RecurrenceKind::Weekly as u32,
+            kind: RecurrenceKind::Weekly.into(),
             weekdays: 0b11_1110,
             interval: 1,
             first_period,
@@ -158,7 +158,7 @@ impl Plan {
     }
 
     pub(crate) fn link(&mut self, task: usize, kind: LinkKind, target: usize, flags: u32) {
-        let record = TaskLinkRecord { task: task as u32, kind: kind as u32, target: target as u32, flags };
+        let record = TaskLinkRecord { task: task as u32, kind: kind.into(), target: target as u32, flags };
         self.builder.task_links.push(record);
     }
 
@@ -183,7 +183,7 @@ impl Plan {
         let first = self.builder.attributes.len() as u32;
         for (set, name, value) in properties {
             let [set, name, text] = [set, name, value].map(|t| self.builder.texts.add(t));
-            let kind = AttributeKind::Text as u32;
+            let kind = AttributeKind::Text.into();
             self.builder.attributes.push(AttributeRecord { set, name, text, kind, ..AttributeRecord::zeroed() });
         }
         first

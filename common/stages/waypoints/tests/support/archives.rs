@@ -68,7 +68,7 @@ impl Builder<'_> {
                 global_id: name,
                 name,
                 floor_z_tenths: storey * STOREY,
-                floor: FloorKind::Built as u32,
+                floor: FloorKind::Built.into(),
                 bounds_tenths: [0, 0, x, y],
             });
             self.add_elements(drawing, storey);
@@ -115,7 +115,7 @@ impl Builder<'_> {
             min_tenths: [i32::MAX; 3],
             max_tenths: [i32::MIN; 3],
             first_part: b.parts.len() as u32,
-            class: u32::from(class.id()),
+            class: class.into(),
             whole: NONE,
             storey: NONE,
             space: NONE,
@@ -160,7 +160,7 @@ impl Builder<'_> {
             spaces,
             operation,
             opens: if character == 'X' { Opens::Revolving } else { Opens::Swing } as u32,
-            clear_width_from: ClearWidth::Assumed as u32,
+            clear_width_from: ClearWidth::Assumed.into(),
             overall_width_m: width_m,
             overall_height_m: 2.1,
             clear_width_m: width_m - 0.1,
@@ -289,7 +289,7 @@ fn passage(house: &House, site: &Site<'_>, door: usize) -> DoorPassageRecord {
     DoorPassageRecord {
         door,
         map_storey,
-        passage: passage as u32,
+        passage: passage.into(),
         sides_with_floor: 2,
         width_in_map_m,
         clear_width_m: record.clear_width_m,
@@ -312,7 +312,7 @@ fn grid(house: &House, names: &[char], storey: usize) -> ArchiveBuffer {
         map_storey: storey as u32,
         floor_z_tenths,
         slab_tenths: [floor_z_tenths + 500, floor_z_tenths + 12_500],
-        floor: FloorKind::Built as u32,
+        floor: FloorKind::Built.into(),
         ..GridHead::EMPTY
     };
     let spaces = drawing.space_of_squares();

@@ -54,7 +54,7 @@ impl Planned {
 
     /// Why a space has no centre, and the words for it.
     pub(crate) fn why(&self, space: char) -> (NoWaypoint, String) {
-        let why = NoWaypoint::from_id(self.space(space).why).unwrap();
+        let why = self.space(space).why.get();
         (why, self.plan().reason(self.place(space)).to_owned())
     }
 
@@ -65,7 +65,7 @@ impl Planned {
     }
 
     pub(crate) fn of_kind(&self, kind: WaypointKind) -> Vec<WaypointRecord> {
-        self.plan().waypoints.iter().filter(|w| w.kind == kind as u32).copied().collect()
+        self.plan().waypoints.iter().filter(|w| w.kind == kind).copied().collect()
     }
 
     pub(crate) fn scans(&self) -> Vec<WaypointRecord> {

@@ -84,7 +84,7 @@ impl Side {
         with_maps(site, &phase, rasterizer, robot, &PlanOptions::centres_only(), |maps| {
             let mut doors = vec![DoorPassage::Absent; site.doors.len()];
             for record in export::each_door(site, maps.index.doors) {
-                doors[record.door as usize] = DoorPassage::from_id(record.passage).unwrap_or(DoorPassage::Absent);
+                doors[record.door as usize] = record.passage.get();
             }
             Ok(Self {
                 at_s,

@@ -12,7 +12,7 @@ const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp)
 pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     let site = input.site;
     let mut kinds = Kinds::default();
-    if input.grids.iter().any(|grid| grid.head.floor == FloorKind::Missing as u32) {
+    if input.grids.iter().any(|grid| grid.head.floor == FloorKind::Missing) {
         kinds.add("floor_missing", NO_FLOOR.to_owned());
     }
     if let Some(line) = assumed_floors(input) {
@@ -51,7 +51,7 @@ fn assumed_floors(input: &ExportInput<'_>) -> Option<String> {
         let cell_m2 = metres(grid.head.cell_tenths).powi(2);
         let floor_m2 = grid.floor.iter().filter(|f| **f != 0).count() as f64 * cell_m2;
         let name = input.site.text(input.site.map_storeys[grid.head.map_storey as usize].name);
-        match FloorKind::from_id(grid.head.floor)? {
+        match grid.head.floor.get() {
             FloorKind::Built | FloorKind::Missing => None,
             FloorKind::AssumedFromSpaces => Some(format!("{name:?} {floor_m2:.1} m2 from its spaces")),
             FloorKind::AssumedFromEnclosure => Some(format!("{name:?} {floor_m2:.1} m2 from what its walls enclose")),

@@ -4,7 +4,7 @@ use super::notices::notices;
 use super::rooms::RoomLine;
 use export::{ExportInput, FloorReach, text_or_null};
 use frames::{counted, metres};
-use messages::{DoorPassage, DoorPassageRecord, FloorKind, Grid};
+use messages::{DoorPassageRecord, Grid};
 use serde::Serialize;
 
 /// The maps of one plan time.
@@ -89,14 +89,14 @@ fn storey_line(input: &ExportInput<'_>, grid: &Grid<'_>) -> StoreyLine {
     let index = grid.head.map_storey;
     let record = &input.site.map_storeys[index as usize];
     let cell_m2 = metres(grid.head.cell_tenths) * metres(grid.head.cell_tenths);
-    let is_closed = |d: &DoorPassageRecord| DoorPassage::from_id(d.passage).is_some_and(DoorPassage::is_closed);
+    let is_closed = |d: &DoorPassageRecord| d.passage.get().is_closed();
     let doors = export::each_door(input.site, input.index.doors);
     let closed = doors.iter().filter(|d| d.map_storey == index && is_closed(d));
     StoreyLine {
         index,
         name: text_or_null(input.site.text(record.name)),
         floor_z_m: metres(record.floor_z_tenths),
-        floor: FloorKind::from_id(record.floor).map_or("built", FloorKind::name),
+        floor: record.floor.get().name(),
         size_cells: [grid.head.width, grid.head.height],
         status: export::status_of(grid),
         reach: FloorReach::of(input.plan, index),

@@ -87,9 +87,10 @@ mod tests {
 
     fn asked(texts: &[&str]) -> Result<Vec<u32>, String> {
         let mut b = SiteBuilder::default();
+        let floor = messages::FloorKind::Built.into();
         for (name, id) in [("Ground floor", "id-0"), ("Level 2, east", "id-1"), ("0", "id-2")] {
             let [name, global_id] = [name, id].map(|t| b.texts.add(t));
-            b.map_storeys.push(MapStoreyRecord { global_id, name, floor_z_tenths: 0, floor: 1, bounds_tenths: [0; 4] });
+            b.map_storeys.push(MapStoreyRecord { global_id, name, floor_z_tenths: 0, floor, bounds_tenths: [0; 4] });
         }
         for (name, why, map_storey) in [("Roof", "nothing to walk on", NONE), ("Screed", "", 1)] {
             let [name, why] = [name, why].map(|t| b.texts.add(t));

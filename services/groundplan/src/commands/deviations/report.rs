@@ -49,17 +49,13 @@ fn text(site: &Site<'_>, found: &Deviations<'_>) -> String {
     };
     let mut out = format!("storey {} {storey} at {date}\n", head.map_storey);
     let count = |observation: Observation| {
-        let n = found.elements.iter().filter(|e| e.observation == observation as u32).count();
+        let n = found.elements.iter().filter(|e| e.observation == observation).count();
         format!("{n} {}", observation.name())
     };
     // Writing to a string does not fail.
     let _ = writeln!(out, "elements: {}", Observation::ALL.map(count).join(", "));
     for record in found.elements {
-        let (Some(judgement), Some(observation)) =
-            (Judgement::from_id(record.judgement), Observation::from_id(record.observation))
-        else {
-            continue;
-        };
+        let (judgement, observation) = (record.judgement.get(), record.observation.get());
         if matches!(judgement, Judgement::OnPlan | Judgement::Unknown) {
             continue;
         }

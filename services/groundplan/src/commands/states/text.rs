@@ -4,7 +4,7 @@ use super::document::{WholeDay, counts};
 use crate::plan_date;
 use crate::task_name::task_name;
 use frames::counted;
-use messages::{Phase, PhaseHead, Site};
+use messages::{DateSource, Phase, PhaseHead, Site};
 use schedule::{Period, Timeline};
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -58,7 +58,7 @@ pub(super) fn text_of(
         }
     }
     write_findings(&mut out, timeline);
-    let n_existing = (0..phase.n_elements()).filter(|k| phase.schedule_of(*k).source == 0).count();
+    let n_existing = (0..phase.n_elements()).filter(|k| phase.schedule_of(*k).source == DateSource::None).count();
     if n_existing > 0 {
         let _ = writeln!(out, "  {} without any date", counted(n_existing, "element"));
     }
