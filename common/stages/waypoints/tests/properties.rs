@@ -132,9 +132,9 @@ fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Re
     let standing = brute_force::standing(&grid, radius_m);
     let plan = planned.plan();
     let reached = match start {
-        None => brute_force::largest_part(&standing, width),
-        Some(_) => {
-            // The part with the tour's first place.
+        None if !house.storeys[0].has_floor_outside() => brute_force::first_part(&grid, &standing),
+        _ => {
+            // The part with the tour's first place: a door beside floor of no room is an outer one, at which a robot begins.
             let Some(first) = plan.tour_points.first() else { return Ok(()) };
             let cell = spec.index(spec.cell_at(frames::Point2::new(first[0], first[1])).unwrap());
             prop_assert!(standing[cell], "it begins where the robot can stand");

@@ -83,7 +83,7 @@ fn what_can_be_seen_from_anywhere_is_nearly_what_the_tried_places_see() {
     let grid = planned.archives.grid(0);
     let spec = grid.spec();
     let standing = brute_force::standing(&grid, 0.3);
-    let reached = brute_force::largest_part(&standing, spec.width as usize);
+    let reached = brute_force::first_part(&grid, &standing);
     let (sides, scans) = (sides(&grid), planned.scans());
     let sensor = planned.plan().head.sensor;
     // Every second cell in both directions: a place between them sees little else.

@@ -49,14 +49,17 @@ pub(crate) fn flood(open: &[bool], width: usize, start: usize) -> Vec<bool> {
     reached
 }
 
-/// The largest part of what a robot can stand on, of equals the one with the lowest cell.
-pub(crate) fn largest_part(open: &[bool], width: usize) -> Vec<bool> {
-    let mut best = (0, vec![false; open.len()]);
+/// The part of what a robot can stand on with the most cells of rooms; of equals the larger, then the one with the lowest cell.
+pub(crate) fn first_part(grid: &Grid<'_>, open: &[bool]) -> Vec<bool> {
+    let width = grid.spec().width as usize;
+    let mut best = ((0, 0), vec![false; open.len()]);
     let mut left = open.to_vec();
     for start in 0..open.len() {
         if left[start] {
             let part = flood(open, width, start);
-            let size = part.iter().filter(|p| **p).count();
+            let n_cells = part.iter().filter(|p| **p).count();
+            let n_room_cells = part.iter().zip(grid.space).filter(|(p, space)| **p && **space != 0).count();
+            let size = (n_room_cells, n_cells);
             left.iter_mut().zip(&part).for_each(|(l, p)| *l &= !p);
             if size > best.0 {
                 best = (size, part);

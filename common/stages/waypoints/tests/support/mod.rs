@@ -130,6 +130,11 @@ impl Drawing {
         all.filter(|(c, _)| wanted(*c)).map(|(_, at)| at).collect()
     }
 
+    /// True if there is floor outside of all spaces.
+    pub(crate) fn has_floor_outside(&self) -> bool {
+        !self.squares(|c| c == '.').is_empty()
+    }
+
     pub(crate) fn at(&self, [x, y]: [usize; 2]) -> char {
         self.rows[y][x]
     }
