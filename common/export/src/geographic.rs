@@ -3,6 +3,7 @@
 use crate::input::ExportInput;
 use crate::text::rounded;
 use crate::waypoints::{kind, space_id, space_name};
+use frames::{Map, Point3, World};
 use messages::{Site, WaypointRecord};
 use proj4rs::Proj;
 use proj4rs::transform::transform;
@@ -87,9 +88,8 @@ impl<'a> Geographic<'a> {
 fn on_earth_m(site: &Site<'_>, p_in_map_m: [f64; 3]) -> [f64; 3] {
     let map_from_world = site.map_from_world();
     let [x, y, z] = p_in_map_m;
-    let world = &map_from_world.in_plane().inverse() * frames::Point2::new(x, y);
-    let in_world = [world.x_m, world.y_m, z - map_from_world.translation_m()[2]];
-    let head = site.head;
+    let in_world: Point3<World> = &map_from_world.inverse() * Point3::<Map>::new(x, y, z);
+    let (head, in_world) = (site.head, in_world.coordinates_m());
     let [x, y, z] = [0, 1, 2].map(|k| head.earth_scale[k] * in_world[k]);
     let [cos, sin] = head.earth_x_axis;
     let [e, n, h] = head.earth_m;

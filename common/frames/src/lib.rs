@@ -1,16 +1,21 @@
 //! Points and rigid motions with their frame in the type, the length unit of archives, plan time, and counts for messages.
 //!
-//! All lengths are metres, all angles radians, Z is up, frames are right-handed.
+//! All lengths are metres, all angles radians, Z is up, frames are right-handed. Underneath are points and isometries of
+//! nalgebra; their trigonometry comes from libm, so that results are the same on every machine.
 
+mod angle;
 mod counted;
 mod plan_time;
 mod point;
+mod pose_covariance;
 mod rigid;
 mod tenth_mm;
 
+pub use angle::wrapped;
 pub use counted::counted;
 pub use plan_time::{PlanTime, PlanTimeError, WrittenPlanTime};
 pub use point::{Point2, Point3};
+pub use pose_covariance::PoseCovariance;
 pub use rigid::{Rigid2, UprightRigid3};
 pub use tenth_mm::{TENTHS_PER_M, metres, tenths};
 
@@ -21,3 +26,7 @@ pub enum World {}
 /// The frame of every product: the building's dominant wall direction is axis-parallel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Map {}
+
+/// The frame of a robot's map: where its SLAM began.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Slam {}

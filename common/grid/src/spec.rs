@@ -111,7 +111,7 @@ impl GridSpec {
             let n = if k == 0 { self.width } else { self.height };
             (0.0 <= c && c < f64::from(n)).then_some(c as u32)
         };
-        Some(Cell { column: place(0, p.x_m)?, row: place(1, p.y_m)? })
+        Some(Cell { column: place(0, p.x_m())?, row: place(1, p.y_m())? })
     }
 
     /// The middle of a cell.

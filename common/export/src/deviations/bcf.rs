@@ -6,7 +6,7 @@
 use super::input::DeviationExport;
 use super::topics::{Component, Topic, topics};
 use crate::text::rounded;
-use frames::{Map, World};
+use frames::{Map, Point3, UprightRigid3, World};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::borrow::Cow;
@@ -123,7 +123,7 @@ fn camera(xml: &mut Xml, input: &DeviationExport<'_>, topic: &Topic) -> Result<(
     let [min, max] = topic.bounds_m;
     let world_from_map = WorldFromMap::of(input);
     let eye = world_from_map.point([(min[0] + max[0]) / 2.0, (min[1] + max[1]) / 2.0], ABOVE_M);
-    let up = world_from_map.plane.rotate([0.0, 1.0]);
+    let up = world_from_map.motion.in_plane().rotate([0.0, 1.0]);
     xml.create_element("OrthogonalCamera").write_inner_content(|xml| {
         vector(xml, "CameraViewPoint", eye)?;
         vector(xml, "CameraDirection", [0.0, 0.0, -1.0])?;
@@ -156,21 +156,21 @@ fn lines(xml: &mut Xml, input: &DeviationExport<'_>, topic: &Topic) -> Result<()
 
 /// Back from the map to the coordinates of the files.
 struct WorldFromMap {
-    plane: frames::Rigid2<World, Map>,
+    motion: UprightRigid3<World, Map>,
+    /// In the map.
     lidar_z_m: f64,
 }
 
 impl WorldFromMap {
     fn of(input: &DeviationExport<'_>) -> Self {
-        let map_from_world = input.site.map_from_world();
-        let lidar_z_m = input.deviations.head.lidar_z_m - map_from_world.translation_m()[2];
-        Self { plane: map_from_world.in_plane().inverse(), lidar_z_m }
+        Self { motion: input.site.map_from_world().inverse(), lidar_z_m: input.deviations.head.lidar_z_m }
     }
 
     /// A place in plan, so far above the lidar's plane.
     fn point(&self, [x, y]: [f64; 2], above_m: f64) -> [f64; 3] {
-        let at = &self.plane * frames::Point2::<Map>::new(x, y);
-        [at.x_m, at.y_m, self.lidar_z_m + above_m]
+        let at: Point3<World> = &self.motion * Point3::<Map>::new(x, y, self.lidar_z_m);
+        let [x, y, z] = at.coordinates_m();
+        [x, y, z + above_m]
     }
 }
 

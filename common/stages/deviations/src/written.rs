@@ -34,7 +34,7 @@ pub(super) fn archive(
     let spec = builder.head.spec();
     for (index, seen) in builder.seen.iter_mut().enumerate() {
         let middle = spec.centre_of(spec.cell_of(index));
-        *seen = match slam.at([middle.x_m, middle.y_m]) {
+        *seen = match slam.at(middle.coordinates_m()) {
             Cell::Free => Seen::Free,
             Cell::Occupied => Seen::Occupied,
             Cell::Unknown => Seen::Unknown,

@@ -129,7 +129,7 @@ pub(crate) fn floor_parts(
             FloorPartRecord {
                 area_m2: f64::from(free_space.size(part)) * cell_m2,
                 room_m2: f64::from(properties.room_cells) * cell_m2,
-                at_m: [at.x_m, at.y_m],
+                at_m: at.coordinates_m(),
                 map_storey: input.grids[storey].head.map_storey,
                 is_reached: u32::from(reached.parts[storey][part as usize]),
                 has_way_in: u32::from(properties.has_way_in),

@@ -68,7 +68,7 @@ impl FreeSpace {
                 let other = Cell { column: x as u32, row: y as u32 };
                 if self.squared[self.spec.index(other)] == 0 {
                     let c = self.spec.centre_of(other);
-                    nearest = nearest.min(libm::hypot(p.x_m - c.x_m, p.y_m - c.y_m));
+                    nearest = nearest.min(p.distance_m(&c));
                 }
             }
         };
@@ -98,7 +98,7 @@ impl FreeSpace {
     /// A point in cells from the lower left corner of the grid.
     pub(crate) fn in_cells(&self, p: Point2<Map>) -> [f64; 2] {
         let origin = self.spec.origin_m();
-        [(p.x_m - origin[0]) / self.spec.resolution_m(), (p.y_m - origin[1]) / self.spec.resolution_m()]
+        [(p.x_m() - origin[0]) / self.spec.resolution_m(), (p.y_m() - origin[1]) / self.spec.resolution_m()]
     }
 }
 
@@ -229,7 +229,7 @@ pub(crate) mod tests {
             // Places all over the map, none of them twice.
             let p = Point2::<Map>::new(f64::from(k * 617 % 2_000) / 2_000.0, f64::from(k) / 2_500.0);
             let cell = free_space.spec.index(free_space.spec.cell_at(p).unwrap());
-            let nearest = stops.iter().map(|s| libm::hypot(s.x_m - p.x_m, s.y_m - p.y_m)).fold(f64::INFINITY, f64::min);
+            let nearest = stops.iter().map(|s| s.distance_m(&p)).fold(f64::INFINITY, f64::min);
             let expected = if free_space.squared[cell] == 0 { 0.0 } else { nearest };
             assert!((free_space.clearance_m(p) - expected).abs() < 1e-12, "{p:?}: {expected}");
         }

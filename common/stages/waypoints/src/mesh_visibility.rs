@@ -148,7 +148,7 @@ fn viewpoints(
         .map(|(at, space, yaw_rad, is_chosen)| {
             let space = space.or_else(|| storey.space_at(at));
             let z_m = floor_m + sensor_height_m(site, robot, request.options, space);
-            Viewpoint { at_m: [at.x_m, at.y_m, z_m], yaw_rad, is_chosen }
+            Viewpoint { at_m: [at.x_m(), at.y_m(), z_m], yaw_rad, is_chosen }
         })
         .collect()
 }

@@ -209,7 +209,7 @@ impl<'a> StoreyJob<'a> {
         let may_scan = self.may_scan.iter().enumerate().filter(|(space, _)| is_here(space));
         numbers(&mut may_scan.map(|(_, &b)| u64::from(b)), &mut hash);
         numbers(&mut self.reached.iter().map(|&b| u64::from(b)), &mut hash);
-        numbers(&mut self.entries.iter().flat_map(|p| [p.x_m.to_bits(), p.y_m.to_bits()]), &mut hash);
+        numbers(&mut self.entries.iter().flat_map(|p| [p.x_m().to_bits(), p.y_m().to_bits()]), &mut hash);
         numbers(&mut self.stagings.iter().flat_map(|&(cell, element)| [cell as u64, u64::from(element)]), &mut hash);
         numbers(&mut self.changed.unwrap_or_default().iter().map(|&k| k as u64), &mut hash);
         if input.options.mesh_check {

@@ -77,7 +77,7 @@ impl PathGrid {
             let cells = around.iter().flat_map(|&k| [cell.checked_sub(k), Some(cell + k)]).flatten();
             let far = |c: &usize| {
                 let middle = self.middle(*c);
-                libm::hypot(middle.x_m - p.x_m, middle.y_m - p.y_m)
+                middle.distance_m(&p)
             };
             cells.filter(|&c| self.open.get(c) == Some(&true)).min_by(|a, b| far(a).total_cmp(&far(b)).then(a.cmp(b)))
         })
@@ -189,8 +189,8 @@ impl PathGrid {
     fn point_in_cells(&self, p: Point2<Map>) -> [f64; 2] {
         let resolution_m = self.spec.resolution_m();
         [
-            p.x_m / resolution_m - f64::from(self.spec.first_cell[0]),
-            p.y_m / resolution_m - f64::from(self.spec.first_cell[1]),
+            p.x_m() / resolution_m - f64::from(self.spec.first_cell[0]),
+            p.y_m() / resolution_m - f64::from(self.spec.first_cell[1]),
         ]
     }
 
@@ -201,7 +201,7 @@ impl PathGrid {
 
 /// Length of a line in metres.
 pub(crate) fn length_m(line: &[Point2<Map>]) -> f64 {
-    line.windows(2).map(|p| libm::hypot(p[1].x_m - p[0].x_m, p[1].y_m - p[0].y_m)).sum()
+    line.windows(2).map(|p| p[1].distance_m(&p[0])).sum()
 }
 
 /// Target cells of a search; several targets may share a cell.

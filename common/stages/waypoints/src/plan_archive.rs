@@ -125,13 +125,13 @@ fn add_stops(builder: &mut PlanBuilder, input: &PlanInput<'_>, grid: &Grid<'_>, 
     let floor_m = metres(grid.head.floor_z_tenths);
     for stop in &plan.stops {
         let space = stop.space.map(|s| &input.site.spaces[s]);
-        let centroid = space.map_or([stop.at.x_m, stop.at.y_m], |s| s.centroid_m);
+        let centroid = space.map_or(stop.at.coordinates_m(), |s| s.centroid_m);
         let id = builder.waypoints.len() as u32;
         if let (Some(space), WaypointKind::Centre) = (stop.space, stop.kind) {
             builder.spaces[space].centre = id;
         }
         builder.waypoints.push(WaypointRecord {
-            position_in_map_m: [stop.at.x_m, stop.at.y_m, floor_m],
+            position_in_map_m: [stop.at.x_m(), stop.at.y_m(), floor_m],
             sensor_z_m: floor_m + sensor_height_m(input.site, &input.index.head.robot, input.options, stop.space),
             yaw_rad: stop.yaw_rad,
             centroid_in_map_m: [centroid[0], centroid[1], floor_m],
@@ -153,7 +153,7 @@ fn add_stops(builder: &mut PlanBuilder, input: &PlanInput<'_>, grid: &Grid<'_>, 
 
 fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, plan: &StoreyPlan) -> StoreyPlanRecord {
     let first_tour_point = tour_points.len() as u32;
-    tour_points.extend(plan.tour.iter().map(|p| [p.x_m, p.y_m]));
+    tour_points.extend(plan.tour.iter().map(|p| p.coordinates_m()));
     let scans = || plan.stops.iter().filter(|s| s.kind == WaypointKind::Scan);
     StoreyPlanRecord {
         tour_m: plan.tour_m,
@@ -190,7 +190,7 @@ fn add_graph(
         for edge in &plan.graph.edges {
             let first_point = builder.points.len() as u32;
             let floor_m = metres(input.grids[at].head.floor_z_tenths);
-            builder.points.extend(edge.line.iter().map(|p| [p.x_m, p.y_m, floor_m]));
+            builder.points.extend(edge.line.iter().map(|p| [p.x_m(), p.y_m(), floor_m]));
             builder.edges.push(RouteEdgeRecord {
                 length_m: edge.length_m,
                 clearance_m: edge.clearance_m,
@@ -216,7 +216,7 @@ fn add_graph(
             let is_it = |n: &RouteNodeRecord| {
                 n.kind == NodeKind::Staging
                     && (n.of, n.map_storey) == (portal.element as u32, map_storey)
-                    && n.position_in_map_m[..2] == [at.x_m, at.y_m]
+                    && n.position_in_map_m[..2] == at.coordinates_m()
             };
             builder.nodes.iter().position(is_it).unwrap_or_else(|| {
                 // Not reachable for this robot.
@@ -229,7 +229,7 @@ fn add_graph(
         let first_point = builder.points.len() as u32;
         let ends = portal.ends.map(|end| {
             let at = free_spaces[end.storey].middle(end.cell);
-            [at.x_m, at.y_m, metres(input.grids[end.storey].head.floor_z_tenths)]
+            [at.x_m(), at.y_m(), metres(input.grids[end.storey].head.floor_z_tenths)]
         });
         let is_stepped = matches!(portal.kind, EdgeKind::Stair | EdgeKind::Escalator);
         let traversal = is_stepped.then(|| stair_traversal(input.site, input.phase, portal.element, ends)).flatten();
@@ -264,7 +264,7 @@ fn node_record(
     let (grid, spec) = (&input.grids[storey], &free_spaces[storey].spec);
     let space = spec.cell_at(at).map_or(0, |cell| grid.space[spec.index(cell)]);
     RouteNodeRecord {
-        position_in_map_m: [at.x_m, at.y_m, metres(grid.head.floor_z_tenths)],
+        position_in_map_m: [at.x_m(), at.y_m(), metres(grid.head.floor_z_tenths)],
         clearance_m,
         kind: kind.into(),
         map_storey: grid.head.map_storey,

@@ -77,7 +77,7 @@ pub(crate) fn staging(free_space: &FreeSpace, robot: &RobotProfile, entrances: &
 pub(crate) fn length_m(site: &Site<'_>, free_spaces: &[&FreeSpace], ends: [Staging; 2]) -> f64 {
     let [a, b] = ends.map(|end| free_spaces[end.storey].middle(end.cell));
     let [low, high] = ends.map(|end| metres(site.map_storeys[end.storey].floor_z_tenths));
-    libm::hypot(libm::hypot(b.x_m - a.x_m, b.y_m - a.y_m), high - low)
+    libm::hypot(b.distance_m(&a), high - low)
 }
 
 /// Maximum slope of a ramp's upward faces without rims; without such faces the slope of the straight line between its ends.
@@ -96,7 +96,7 @@ pub(crate) fn slope_rad(site: &Site<'_>, elements: &[usize], free_spaces: &[&Fre
         || {
             let [a, b] = ends.map(|end| free_spaces[end.storey].middle(end.cell));
             let [low, high] = ends.map(|end| metres(site.map_storeys[end.storey].floor_z_tenths));
-            libm::atan2(high - low, libm::hypot(b.x_m - a.x_m, b.y_m - a.y_m))
+            libm::atan2(high - low, b.distance_m(&a))
         },
         |f| f.0,
     )

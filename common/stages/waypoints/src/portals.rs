@@ -439,7 +439,7 @@ mod tests {
         assert_eq!(found.len(), 1);
         for end in found[0].ends {
             let at = free_space.middle(end.cell);
-            assert!((at.x_m - 2.1).abs() < 0.11 && (at.y_m - 1.0).abs() < 0.11, "{at:?}");
+            assert!((at.x_m() - 2.1).abs() < 0.11 && (at.y_m() - 1.0).abs() < 0.11, "{at:?}");
         }
     }
 }

@@ -173,7 +173,7 @@ mod tests {
         // The cells of the wall end at 0.1 m; the first on which it stands has its middle at 0.15 m.
         let near = reached(1, &[], at(0, -0.0));
         assert_eq!((near.start_is_blocked, rooms(&near)), (false, vec![(0, LEFT)]));
-        assert!((near.entries[0][0].x_m - 0.15).abs() < 1e-9, "{:?}", near.entries);
+        assert!((near.entries[0][0].x_m() - 0.15).abs() < 1e-9, "{:?}", near.entries);
         assert!(reached(1, &[], at(0, -0.05)).start_is_blocked, "outside of the grid");
         assert!(reached(1, &[], at(1, 0.35)).start_is_blocked, "there is no such storey");
         assert!(reached(1, &[], at(0, f64::NAN)).start_is_blocked);

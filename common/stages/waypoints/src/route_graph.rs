@@ -141,7 +141,7 @@ fn add_way(storey: &StoreyInputs<'_>, path_grid: &PathGrid, graph: &mut RouteGra
         let beside_m = plan.half[1] / f64::from(TENTHS_PER_M) + storey.robot.radius_m;
         let far = |cell: &usize| {
             let p = path_grid.middle(*cell);
-            libm::hypot(p.x_m - node.at.x_m, p.y_m - node.at.y_m) > beside_m
+            p.distance_m(&node.at) > beside_m
         };
         let at = cells.iter().position(far).filter(|at| at + 2 < cells.len());
         if let Some(at) = at {
@@ -200,16 +200,16 @@ fn clearance_m(storey: &StoreyInputs<'_>, line: &[Point2<Map>]) -> f64 {
         let Some(cell) = free_space.spec.cell_at(p).map(|c| free_space.spec.index(c)) else { return };
         let middle = free_space.middle(cell);
         // The clearance differs from that of the cell's middle by at most the distance to it.
-        if free_space.clearance_of(cell) - libm::hypot(p.x_m - middle.x_m, p.y_m - middle.y_m) < min_m {
+        if free_space.clearance_of(cell) - p.distance_m(&middle) < min_m {
             min_m = min_m.min(free_space.clearance_m(p));
         }
     };
     for ends in line.windows(2) {
-        let d = [ends[1].x_m - ends[0].x_m, ends[1].y_m - ends[0].y_m];
+        let d = [ends[1].x_m() - ends[0].x_m(), ends[1].y_m() - ends[0].y_m()];
         let n = (libm::hypot(d[0], d[1]) / step_m).ceil().max(1.0);
         for k in 0..=n as u32 {
             let share = f64::from(k) / n;
-            sample(Point2::new(ends[0].x_m + share * d[0], ends[0].y_m + share * d[1]));
+            sample(Point2::new(ends[0].x_m() + share * d[0], ends[0].y_m() + share * d[1]));
         }
     }
     min_m
@@ -221,7 +221,7 @@ fn is_open_between(storey: &StoreyInputs<'_>, path_grid: &PathGrid, a: Point2<Ma
     let n = (length_m(&[a, b]) / free_space.spec.resolution_m() * 4.0).ceil().max(1.0) as u32;
     let is_open = |k: u32| {
         let t = f64::from(k) / f64::from(n);
-        path_grid.cell_at(Point2::new(a.x_m + (b.x_m - a.x_m) * t, a.y_m + (b.y_m - a.y_m) * t)).is_some()
+        path_grid.cell_at(Point2::new(a.x_m() + (b.x_m() - a.x_m()) * t, a.y_m() + (b.y_m() - a.y_m()) * t)).is_some()
     };
     (0..=n).all(is_open) && free_space.sight.is_clear(free_space.in_cells(a), free_space.in_cells(b))
 }
@@ -333,11 +333,11 @@ mod tests {
         let (doors, sides) = (of_kind(&graph, NodeKind::Door), of_kind(&graph, NodeKind::Staging));
         assert_eq!((graph.nodes.len(), doors.len(), sides.len()), (5, 1, 2));
         let door = graph.nodes[doors[0]];
-        assert!((door.at.x_m - 2.2).abs() < 0.11 && (door.at.y_m - 1.1).abs() < 0.11, "{door:?}");
+        assert!((door.at.x_m() - 2.2).abs() < 0.11 && (door.at.y_m() - 1.1).abs() < 0.11, "{door:?}");
         for side in sides {
             let node = graph.nodes[side];
             // Half the wall and the robot's radius away.
-            let far_m = libm::hypot(node.at.x_m - door.at.x_m, node.at.y_m - door.at.y_m);
+            let far_m = node.at.distance_m(&door.at);
             assert!(0.3 < far_m && far_m < 0.5, "{far_m}");
             assert_eq!(node.of, 1, "the door's element");
             let kinds: Vec<EdgeKind> = graph.edges.iter().filter(|e| e.nodes.contains(&side)).map(|e| e.kind).collect();
@@ -415,7 +415,7 @@ mod tests {
             for ends in graph.edges.iter().flat_map(|e| e.line.windows(2)) {
                 for k in 0..=200 {
                     let t = f64::from(k) / 200.0;
-                    let [x, y] = [[ends[0].x_m, ends[1].x_m], [ends[0].y_m, ends[1].y_m]].map(|[a, b]| a + (b - a) * t);
+                    let [x, y] = [[ends[0].x_m(), ends[1].x_m()], [ends[0].y_m(), ends[1].y_m()]].map(|[a, b]| a + (b - a) * t);
                     // A line may run along a side of a cell, and over its corner.
                     let beside = [[-1e-5, -1e-5], [-1e-5, 1e-5], [1e-5, -1e-5], [1e-5, 1e-5]];
                     let is_free = beside.iter().any(|d| planning([x + d[0], y + d[1]]) == 0);

@@ -91,7 +91,7 @@ impl ScanConnector<'_> {
         faces_of_goal.iter().for_each(|&f| is_goal[f as usize] = true);
         let n_known = faces_of_goal.iter().filter(|&&f| seen[f as usize]).count();
         let needed = |n: usize| (options.overlap * n as f64).ceil() as usize;
-        let far = |a: Point2<Map>, b: Point2<Map>| libm::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
+        let far = |a: Point2<Map>, b: Point2<Map>| a.distance_m(&b);
         let joins = |&pose: &usize| {
             let faces = scans.seen(pose);
             let n_old = faces.iter().filter(|&&f| seen[f as usize]).count();

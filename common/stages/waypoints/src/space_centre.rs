@@ -39,7 +39,7 @@ impl StoreyInputs<'_> {
         let cell = self.free_space.spec.cell_at(at)?;
         let space = usize::from(self.grid.space[self.free_space.spec.index(cell)]).checked_sub(1)?;
         let polygon = self.site.floor_polygon(&self.site.spaces[space]);
-        polygon.contains([at.x_m, at.y_m].map(|c| c * f64::from(TENTHS_PER_M))).then_some(space)
+        polygon.contains(at.coordinates_m().map(|c| c * f64::from(TENTHS_PER_M))).then_some(space)
     }
 
     /// True if the robot can stand at a point: clear by its radius, not keep-out, and the cell or one beside it is
@@ -73,14 +73,14 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, space: usize) -> Result<Space
     let StoreyInputs { site, grid, free_space, robot, .. } = *storey;
     let record = &site.spaces[space];
     let polygon = site.floor_polygon(record);
-    let inside = |p: Point2<Map>| polygon.contains([p.x_m, p.y_m].map(|c| c * f64::from(TENTHS_PER_M)));
+    let inside = |p: Point2<Map>| polygon.contains(p.coordinates_m().map(|c| c * f64::from(TENTHS_PER_M)));
     let centroid = Point2::<Map>::new(record.centroid_m[0], record.centroid_m[1]);
     if inside(centroid) && storey.can_stand(centroid) {
         return Ok(SpaceCentre { at: centroid, clearance_m: free_space.clearance_m(centroid) });
     }
     let own = space as u16 + 1;
     let cells = || grid.space.iter().enumerate().filter(|(_, s)| **s == own).map(|(index, _)| index);
-    let far = |p: Point2<Map>| libm::hypot(p.x_m - centroid.x_m, p.y_m - centroid.y_m);
+    let far = |p: Point2<Map>| p.distance_m(&centroid);
     let clear = cells().filter(|&i| storey.is_reached(i) && inside(free_space.middle(i)));
     // Nearest first; of equally near cells the lower row, then the lower column.
     let nearest =

@@ -102,7 +102,7 @@ mod tests {
         for (floor_z, x_m) in [(0, 1.0), (28_000, 1.0 + 15.0 * GOING_M)] {
             let ends = ends_at(&steps, floor_z, &[]);
             assert_eq!(ends.len(), 1);
-            assert!((ends[0].x_m - x_m).abs() < 1e-3 && (ends[0].y_m - 0.5).abs() < 1e-3, "{ends:?}");
+            assert!((ends[0].x_m() - x_m).abs() < 1e-3 && (ends[0].y_m() - 0.5).abs() < 1e-3, "{ends:?}");
         }
         assert!(ends_at(&steps, 50_000, &[]).is_empty());
     }

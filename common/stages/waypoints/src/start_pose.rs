@@ -22,7 +22,7 @@ pub(crate) fn cells_around(free_space: &FreeSpace, p: Point2<Map>, far_m: f64) -
         .filter(|&cell| free_space.part(cell) != 0)
         .map(move |cell| {
             let middle = free_space.middle(cell);
-            (libm::hypot(middle.x_m - p.x_m, middle.y_m - p.y_m), cell)
+            (middle.distance_m(&p), cell)
         })
         .filter(move |(far, _)| *far <= far_m)
 }
@@ -72,7 +72,7 @@ pub(crate) fn why_blocked(input: &PlanInput<'_>, free_space: &FreeSpace, start: 
         let at = free_space.middle(cell);
         let space = usize::from(grid.space[cell]).checked_sub(1).map(|k| space_label(site, k));
         let space = space.map_or(String::new(), |name| format!(" in {name}"));
-        format!("the nearest place where it can is x {:.2} m, y {:.2} m{space}, {far_m:.2} m away", at.x_m, at.y_m)
+        format!("the nearest place where it can is x {:.2} m, y {:.2} m{space}, {far_m:.2} m away", at.x_m(), at.y_m())
     });
     let Start { storey, x_m, y_m } = start;
     let name = site.text(site.map_storeys[storey as usize].name);

@@ -64,8 +64,8 @@ fn floor_at(site: &Site<'_>, phase: &Phase<'_>, at: Point2<Map>, z: i32) -> usiz
         element.has(element_flags::FLOOR)
             && element.n_parts > 0
             && phase.effective(k) == ElementState::Built
-            && spans(0, at.x_m)
-            && spans(1, at.y_m)
+            && spans(0, at.x_m())
+            && spans(1, at.y_m())
             && element.min_tenths[2] <= z + LEVEL_TENTHS
             && z - LEVEL_TENTHS <= element.max_tenths[2]
     };

@@ -96,7 +96,7 @@ pub(crate) fn instance_of(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>
     let centres: Vec<(usize, SpaceCentre)> = centres.collect();
     let scans = plan_scans(storey, request, &centres);
     let is_centroid = |at: Point2<Map>| {
-        centres.iter().any(|(space, c)| c.at == at && storey.site.spaces[*space].centroid_m == [at.x_m, at.y_m])
+        centres.iter().any(|(space, c)| c.at == at && storey.site.spaces[*space].centroid_m == at.coordinates_m())
     };
     let centroids =
         (0..scans.poses.len()).filter(|&pose| is_centroid(scans.place(pose).at)).map(|p| p as u32).collect();
@@ -350,6 +350,6 @@ fn heading(leg: &[Point2<Map>], first: &[Point2<Map>]) -> f64 {
         ([.., a, b], _) | ([..], [a, b, ..]) => (a, b),
         _ => return 0.0,
     };
-    let yaw_rad = libm::atan2(b.y_m - a.y_m, b.x_m - a.x_m);
+    let yaw_rad = libm::atan2(b.y_m() - a.y_m(), b.x_m() - a.x_m());
     if a == b { 0.0 } else { yaw_rad }
 }

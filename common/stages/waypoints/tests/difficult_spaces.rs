@@ -37,7 +37,7 @@ fn assert_moved_to_the_nearest(planned: &Planned, space: char) {
     assert!(brute_force::clearance_m(&grid, at(&centre)) >= 0.3 - brute_force::TOLERANCE_M);
     let standing = brute_force::standing(&grid, 0.3);
     let middles = (0..spec.n_cells()).filter(|&c| standing[c]).map(|c| spec.centre_of(spec.cell_of(c)));
-    let inside = middles.map(|m| [m.x_m, m.y_m]).filter(|m| planned.is_in(space, *m));
+    let inside = middles.map(|m| m.coordinates_m()).filter(|m| planned.is_in(space, *m));
     let nearest_m = inside.map(far).fold(f64::INFINITY, f64::min);
     assert!((far(at(&centre)) - nearest_m).abs() < 1e-9, "{} m, not {nearest_m} m", far(at(&centre)));
 }

@@ -92,7 +92,7 @@ fn what_can_be_seen_from_anywhere_is_nearly_what_the_tried_places_see() {
     let places: Vec<_> = cells
         .map(|c| {
             let at = spec.centre_of(spec.cell_of(c));
-            messages::WaypointRecord { position_in_map_m: [at.x_m, at.y_m, 0.0], ..scans[0] }
+            messages::WaypointRecord { position_in_map_m: [at.x_m(), at.y_m(), 0.0], ..scans[0] }
         })
         .collect();
     let n = sides.iter().filter(|s| places.iter().any(|p| brute_force::sees(&grid, &sensor, p, s))).count();
@@ -159,7 +159,7 @@ fn only_faces_of_what_was_finished_since_are_targets() {
         let at = spec.centre_of(spec.cell_of(side.cell));
         let inside =
             |k: usize, m: f64| frames::metres(wall.min_tenths[k]) < m && m < frames::metres(wall.max_tenths[k]);
-        inside(0, at.x_m) && inside(1, at.y_m)
+        inside(0, at.x_m()) && inside(1, at.y_m())
     };
     let n_of_wall = sides(&grid).iter().filter(is_of_wall).count();
     assert_eq!(changed.plan().storeys[0].n_targets as usize, n_of_wall);

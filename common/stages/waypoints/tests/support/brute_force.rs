@@ -11,7 +11,7 @@ pub(crate) const TOLERANCE_M: f64 = 1e-4;
 pub(crate) fn clearance_m(grid: &Grid<'_>, [x, y]: [f64; 2]) -> f64 {
     let spec = grid.spec();
     let stops = (0..spec.n_cells()).filter(|&c| grid.planning[c] != 0).map(|c| spec.centre_of(spec.cell_of(c)));
-    stops.map(|c| (c.x_m - x).hypot(c.y_m - y)).fold(f64::INFINITY, f64::min)
+    stops.map(|c| (c.x_m() - x).hypot(c.y_m() - y)).fold(f64::INFINITY, f64::min)
 }
 
 /// Cells on which a robot of this radius can stand.
