@@ -1,57 +1,41 @@
-//! Affine maps in f64: placements and mapping operators.
+//! Affine maps of placements and mapping operators: from axes and origin, and back.
 
 use crate::Placement;
+use nalgebra::{Affine3, Matrix4, Point3, Vector3};
 
-/// `p -> axes * p + origin`; `axes` are columns.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Affine {
-    pub(crate) axes: [[f64; 3]; 3],
-    pub(crate) origin: [f64; 3],
+/// `p -> p.x * x + p.y * y + p.z * z + origin`.
+pub(crate) fn affine([x, y, z]: [Vector3<f64>; 3], origin: Point3<f64>) -> Affine3<f64> {
+    let columns = [x.push(0.0), y.push(0.0), z.push(0.0), origin.to_homogeneous()];
+    Affine3::from_matrix_unchecked(Matrix4::from_columns(&columns))
 }
 
-impl Affine {
-    pub(crate) const IDENTITY: Self =
-        Self { axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], origin: [0.0; 3] };
-
-    pub(crate) fn rotate(&self, v: [f64; 3]) -> [f64; 3] {
-        let [x, y, z] = &self.axes;
-        [0, 1, 2].map(|i| x[i] * v[0] + y[i] * v[1] + z[i] * v[2])
-    }
-
-    pub(crate) fn apply(&self, p: [f64; 3]) -> [f64; 3] {
-        let r = self.rotate(p);
-        [0, 1, 2].map(|i| r[i] + self.origin[i])
-    }
-
-    /// First `inner`, then `self`.
-    pub(crate) fn after(&self, inner: &Self) -> Self {
-        Self { axes: inner.axes.map(|axis| self.rotate(axis)), origin: self.apply(inner.origin) }
-    }
-
-    pub(crate) fn mirrored(&self) -> bool {
-        dot(cross(self.axes[0], self.axes[1]), self.axes[2]) < 0.0
-    }
-
-    pub(crate) fn is_finite(&self) -> bool {
-        self.axes.iter().flatten().chain(&self.origin).all(|x| x.is_finite())
-    }
-
-    /// As a frame with unit axes.
-    pub(crate) fn placement(&self) -> Option<Placement> {
-        let [x, y, z] = self.axes.map(normalised);
-        Some(Placement { origin_m: self.origin, axes: [x?, y?, z?] })
-    }
+/// Where x, y and z point, as long as a unit becomes.
+pub(crate) fn axes(map: &Affine3<f64>) -> [Vector3<f64>; 3] {
+    [0, 1, 2].map(|k| map.matrix().column(k).xyz())
 }
 
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+/// Where the origin comes to lie.
+pub(crate) fn origin(map: &Affine3<f64>) -> Point3<f64> {
+    map.matrix().column(3).xyz().into()
 }
 
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+/// True if left becomes right.
+pub(crate) fn is_mirrored(map: &Affine3<f64>) -> bool {
+    map.matrix().fixed_view::<3, 3>(0, 0).determinant() < 0.0
 }
 
-pub(crate) fn normalised(v: [f64; 3]) -> Option<[f64; 3]> {
-    let length = dot(v, v).sqrt();
-    (length > 1e-12 && length.is_finite()).then(|| v.map(|x| x / length))
+pub(crate) fn is_finite(map: &Affine3<f64>) -> bool {
+    map.matrix().iter().all(|x| x.is_finite())
+}
+
+/// As a frame with unit axes; `None` if an axis has no length.
+pub(crate) fn placement(map: &Affine3<f64>) -> Option<Placement> {
+    let [x, y, z] = axes(map).map(normalised);
+    Some(Placement { origin_m: origin(map).into(), axes: [x?.into(), y?.into(), z?.into()] })
+}
+
+/// The unit vector of a direction; `None` if it has none.
+pub(crate) fn normalised(v: Vector3<f64>) -> Option<Vector3<f64>> {
+    let length = v.norm();
+    (length > 1e-12 && length.is_finite()).then(|| v / length)
 }

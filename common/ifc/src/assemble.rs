@@ -1,8 +1,9 @@
 //! Builds the `Model` of a file from its parts.
 
+use nalgebra::Affine3;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-use crate::affine::Affine;
+use crate::affine::placement;
 use crate::geometry::Bodied;
 use crate::kernel::{File, Record};
 use crate::materials::Materials;
@@ -113,7 +114,7 @@ fn frames(
     products: &Products<'_, '_>,
     placements: Option<&mut Placements<'_, '_>>,
     report: &mut Report,
-) -> HashMap<u32, Affine> {
+) -> HashMap<u32, Affine3<f64>> {
     let Some(placements) = placements else { return HashMap::new() };
     let mut frames = HashMap::new();
     for product in products.all() {
@@ -143,7 +144,7 @@ struct Reader<'r, 'f, 'a> {
     relations: &'r Relations,
     products: &'r Products<'f, 'a>,
     storeys: &'r Storeys<'r>,
-    frames: &'r HashMap<u32, Affine>,
+    frames: &'r HashMap<u32, Affine3<f64>>,
     psets: PropertySets<'f, 'a>,
     materials: Materials<'f, 'a>,
 }
@@ -165,7 +166,7 @@ impl Reader<'_, '_, '_> {
             space: relations.container.get(&record.id).and_then(|id| self.products.space_idx.get(id).copied()),
             whole: relations.whole.get(&record.id).and_then(element),
             fills: relations.fills.get(&record.id).and_then(opening),
-            placement: frame.and_then(|frame| frame.placement()),
+            placement: frame.as_ref().and_then(placement),
             geometry,
             door: door.then(|| doors::read(self.file, record, relations, frame, items, self.unit_m)),
             stair: stair.then(|| stairs::read(self.file, record, self.unit_m)).flatten(),

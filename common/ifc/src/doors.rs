@@ -1,17 +1,18 @@
 //! Door attributes: operation type, panels, lining, overall size.
 
-use crate::affine::Affine;
+use crate::affine::{affine, axes, is_mirrored, origin, placement as unit_frame};
 use crate::kernel::{File, Record};
 use crate::psets::type_sets;
 use crate::relations::Relations;
 use crate::{Door, DoorPanel, boxes};
+use nalgebra::Affine3;
 
 /// Attributes of an IfcDoor. `placement` is its frame in the world, `items` are those of its body.
 pub(crate) fn read(
     file: &File<'_>,
     door: &Record<'_>,
     relations: &Relations,
-    placement: Option<Affine>,
+    placement: Option<Affine3<f64>>,
     items: &[u32],
     unit_m: f64,
 ) -> Door {
@@ -27,8 +28,8 @@ pub(crate) fn read(
         Some(operation) => (operation, placement),
         None => {
             let operation = type_id.and_then(|id| operation(file, &file.record(id)?)).unwrap_or_default();
-            let frame = placement.map(|p| mapped_item_operator(file, items, unit_m).map_or(p, |m| p.after(&m)));
-            if frame.as_ref().is_some_and(Affine::mirrored) {
+            let frame = placement.map(|p| mapped_item_operator(file, items, unit_m).map_or(p, |m| p * m));
+            if frame.as_ref().is_some_and(is_mirrored) {
                 panels.iter_mut().for_each(|p| p.position = swapped(&p.position));
             }
             unmirrored(operation, frame, overall_width_m.unwrap_or(0.0))
@@ -41,7 +42,7 @@ pub(crate) fn read(
         lining_thickness_m: of("IFCDOORLININGPROPERTIES", "LiningThickness"),
         panel_depth_m: of("IFCDOORPANELPROPERTIES", "PanelDepth"),
         panels,
-        frame: frame.and_then(|f| f.placement()),
+        frame: frame.as_ref().and_then(unit_frame),
     }
 }
 
@@ -69,14 +70,10 @@ fn operation(file: &File<'_>, record: &Record<'_>) -> Option<String> {
 
 /// A type describes the door in its own frame. Where an occurrence mirrors that frame, left becomes right, and the
 /// frame starts at the other jamb.
-fn unmirrored(operation: String, frame: Option<Affine>, width_m: f64) -> (String, Option<Affine>) {
-    let Some(mut frame) = frame.filter(Affine::mirrored) else { return (operation, frame) };
-    let [x, _, _] = frame.axes;
-    for (origin, along) in frame.origin.iter_mut().zip(x) {
-        *origin += along * width_m;
-    }
-    frame.axes[0] = x.map(|v| -v);
-    (swapped(&operation), Some(frame))
+fn unmirrored(operation: String, frame: Option<Affine3<f64>>, width_m: f64) -> (String, Option<Affine3<f64>>) {
+    let Some(mirrored) = frame.filter(is_mirrored) else { return (operation, frame) };
+    let [x, y, z] = axes(&mirrored);
+    (swapped(&operation), Some(affine([-x, y, z], origin(&mirrored) + x * width_m)))
 }
 
 /// LEFT and RIGHT exchanged, in names of the schema only.
@@ -93,7 +90,7 @@ fn swapped(operation: &str) -> String {
 }
 
 /// The map from the type's frame to the occurrence's, if the body is one mapped item.
-fn mapped_item_operator(file: &File<'_>, items: &[u32], unit_m: f64) -> Option<Affine> {
+fn mapped_item_operator(file: &File<'_>, items: &[u32], unit_m: f64) -> Option<Affine3<f64>> {
     let &[item] = items else { return None };
     boxes::mapping(file, &file.record_of(item, "IFCMAPPEDITEM")?, unit_m)
 }

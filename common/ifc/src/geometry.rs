@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::affine::{Affine, cross, dot};
 use crate::boxes::{self, Extent, Extents};
 use crate::kernel::{File, ItemMesh, MeshRequest, Patch, Record, mesh as mesh_by_kernel};
 use crate::report::Report;
 use crate::representations::Body;
 use crate::units::{self, LengthUnit};
 use crate::{Geometry, GeometryStatus, MeshPart, Named, ReadError, ReadOptions, Severity, Stage, substitutes};
+use nalgebra::{Affine3, Point3, Vector3};
 
 /// Farther from the origin nothing is built.
 const COORDINATE_MAX_M: f64 = 1e9;
@@ -35,7 +35,7 @@ pub(crate) fn mesh(
     file: &File<'_>,
     unit: Option<&LengthUnit>,
     products: &[Bodied<'_, '_>],
-    frames: &HashMap<u32, Affine>,
+    frames: &HashMap<u32, Affine3<f64>>,
     options: &ReadOptions<'_>,
     report: &mut Report,
 ) -> Result<BTreeMap<u32, Geometry>, ReadError> {
@@ -68,7 +68,7 @@ pub(crate) fn mesh(
         let outcome = Outcome {
             meshes: meshed.meshes.remove(&id).unwrap_or_default(),
             complaint: meshed.complaints.remove(&id),
-            frame: frames.get(&id).copied().unwrap_or(Affine::IDENTITY),
+            frame: frames.get(&id).copied().unwrap_or_else(Affine3::identity),
         };
         let geometry = if !is_placed(product, frames) {
             unplaced(product, report)
@@ -110,7 +110,7 @@ fn faces(meshes: &[ItemMesh]) -> Vec<&[[u32; 3]]> {
 }
 
 /// True unless the product has a placement that cannot be resolved.
-fn is_placed(product: &Bodied<'_, '_>, frames: &HashMap<u32, Affine>) -> bool {
+fn is_placed(product: &Bodied<'_, '_>, frames: &HashMap<u32, Affine3<f64>>) -> bool {
     product.record.at(5).reference().is_none() || frames.contains_key(&product.record.id)
 }
 
@@ -125,13 +125,13 @@ fn unplaced(product: &Bodied<'_, '_>, report: &mut Report) -> Geometry {
 struct Outcome {
     meshes: Vec<ItemMesh>,
     complaint: Option<String>,
-    frame: Affine,
+    frame: Affine3<f64>,
 }
 
 /// True if every corner of the body's box lies in the box of one of its openings.
 fn is_swallowed(
     product: &Bodied<'_, '_>,
-    frame: &Affine,
+    frame: &Affine3<f64>,
     geometries: &BTreeMap<u32, Geometry>,
     extents: &mut Extents<'_, '_>,
 ) -> bool {
@@ -142,8 +142,8 @@ fn is_swallowed(
     let Some(body) = extents.of_items(&product.body.items) else { return false };
     let openings: Vec<Extent> =
         product.openings.iter().filter_map(|id| boxes::of_parts(&geometries.get(id)?.parts)).collect();
-    let inside = |p: [f64; 3]| openings.iter().any(|opening| opening.contains(p, MARGIN_M));
-    body.corners().into_iter().all(|corner| inside(frame.apply(corner)))
+    let inside = |p: Point3<f64>| openings.iter().any(|opening| opening.contains(p, MARGIN_M));
+    body.corners().into_iter().all(|corner| inside(frame * corner))
 }
 
 /// The body as it goes into the model, with what has to be said about it.
@@ -302,34 +302,30 @@ struct Fluxes {
     /// Six times the enclosed volume.
     volume: f64,
     /// Twice the sum of the areas, as vectors.
-    area: [f64; 3],
+    area: Vector3<f64>,
     /// Twice the sum of the areas.
     total: f64,
 }
 
 impl Fluxes {
     fn of(part: &MeshPart) -> Self {
-        let mut sums = Self { volume: 0.0, area: [0.0; 3], total: 0.0 };
+        let mut sums = Self { volume: 0.0, area: Vector3::zeros(), total: 0.0 };
         let Some(&first) = part.positions_m.first() else { return sums };
-        let first = first.map(f64::from);
+        let first = Vector3::from(first.map(f64::from));
         for triangle in &part.triangles {
-            let [a, b, c] = triangle.map(|v| minus(part.positions_m[v as usize].map(f64::from), first));
-            let normal = cross(minus(b, a), minus(c, a));
-            sums.volume += dot(a, normal);
-            sums.total += dot(normal, normal).sqrt();
-            sums.area = [0, 1, 2].map(|k| sums.area[k] + normal[k]);
+            let [a, b, c] = triangle.map(|v| Vector3::from(part.positions_m[v as usize].map(f64::from)) - first);
+            let normal = (b - a).cross(&(c - a));
+            sums.volume += a.dot(&normal);
+            sums.total += normal.norm();
+            sums.area += normal;
         }
         sums
     }
 
     /// The areas of a closed surface cancel; of an open one the volume says nothing.
     fn closed(&self) -> bool {
-        dot(self.area, self.area).sqrt() <= 1e-4 * self.total
+        self.area.norm() <= 1e-4 * self.total
     }
-}
-
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[cfg(test)]
@@ -441,7 +437,7 @@ mod tests {
         let extent = crate::boxes::of_parts(&element.geometry.parts).unwrap();
         let expected = ([2_599_999.625, 1_199_999.25, 400.5], [2_600_000.625, 1_200_001.25, 403.5]);
         for (found, expected) in [(extent.low, expected.0), (extent.high, expected.1)] {
-            let off = std::iter::zip(found, expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let off = std::iter::zip(found.iter(), expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(off < 1e-4, "{found:?} instead of {expected:?}");
         }
         let largest = element.geometry.parts[0].positions_m.iter().flatten().fold(0.0, |a: f32, x| a.max(x.abs()));

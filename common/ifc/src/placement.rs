@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::affine::{Affine, cross, dot, normalised};
+use crate::affine::{affine, is_finite, normalised};
 use crate::kernel::{File, Record, Resolver};
+use nalgebra::{Affine3, Point3, Vector3};
 
 /// Longest chain of placements; the kernel has the same bound.
 const CHAIN_MAX: usize = 100;
@@ -12,7 +13,7 @@ const CHAIN_MAX: usize = 100;
 pub(crate) struct Placements<'f, 'a> {
     file: &'f File<'a>,
     unit_m: f64,
-    known: HashMap<u32, Result<Affine, &'static str>>,
+    known: HashMap<u32, Result<Affine3<f64>, &'static str>>,
     kernel: Option<Resolver<'a>>,
 }
 
@@ -22,7 +23,7 @@ impl<'f, 'a> Placements<'f, 'a> {
     }
 
     /// The frame of a product in the world: `Ok(None)` if it has no placement, else why it cannot be resolved.
-    pub(crate) fn of_product(&mut self, product: &Record<'_>) -> Result<Option<Affine>, &'static str> {
+    pub(crate) fn of_product(&mut self, product: &Record<'_>) -> Result<Option<Affine3<f64>>, &'static str> {
         let Some(placement) = product.at(5).reference() else { return Ok(None) };
         match self.resolve(placement) {
             Err(NOT_LOCAL) => {
@@ -33,10 +34,10 @@ impl<'f, 'a> Placements<'f, 'a> {
         }
     }
 
-    fn resolve(&mut self, placement: u32) -> Result<Affine, &'static str> {
-        let mut chain: Vec<(u32, Affine)> = Vec::new();
+    fn resolve(&mut self, placement: u32) -> Result<Affine3<f64>, &'static str> {
+        let mut chain: Vec<(u32, Affine3<f64>)> = Vec::new();
         let mut next = Some(placement);
-        let mut world = Ok(Affine::IDENTITY);
+        let mut world = Ok(Affine3::identity());
         while let Some(id) = next {
             if let Some(&known) = self.known.get(&id) {
                 world = known;
@@ -47,8 +48,8 @@ impl<'f, 'a> Placements<'f, 'a> {
                 break;
             }
             match local(self.file, id, self.unit_m) {
-                Ok((affine, parent)) => {
-                    chain.push((id, affine));
+                Ok((local, parent)) => {
+                    chain.push((id, local));
                     next = parent;
                 }
                 Err(why) => {
@@ -58,17 +59,17 @@ impl<'f, 'a> Placements<'f, 'a> {
             }
         }
         for (id, local) in chain.into_iter().rev() {
-            world = world.map(|parent| parent.after(&local));
+            world = world.map(|parent| parent * local);
             self.known.insert(id, world);
         }
-        world.and_then(|w| if w.is_finite() { Ok(w) } else { Err("its placement is not finite") })
+        world.and_then(|w| if is_finite(&w) { Ok(w) } else { Err("its placement is not finite") })
     }
 }
 
 const NOT_LOCAL: &str = "its placement is of another kind";
 
 /// The placement relative to its parent, and the parent.
-fn local(file: &File<'_>, id: u32, unit_m: f64) -> Result<(Affine, Option<u32>), &'static str> {
+fn local(file: &File<'_>, id: u32, unit_m: f64) -> Result<(Affine3<f64>, Option<u32>), &'static str> {
     let record = file.record(id).ok_or("its placement is missing")?;
     if !record.is("IFCLOCALPLACEMENT") {
         return Err(NOT_LOCAL);
@@ -78,24 +79,22 @@ fn local(file: &File<'_>, id: u32, unit_m: f64) -> Result<(Affine, Option<u32>),
 }
 
 /// IfcAxis2Placement2D or 3D.
-pub(crate) fn axis2_placement(file: &File<'_>, record: &Record<'_>, unit_m: f64) -> Option<Affine> {
-    let origin = point(file, record.at(0).reference()?)?.map(|x| x * unit_m);
+pub(crate) fn axis2_placement(file: &File<'_>, record: &Record<'_>, unit_m: f64) -> Option<Affine3<f64>> {
+    let origin = point(file, record.at(0).reference()?)? * unit_m;
     let direction = |at: usize| record.at(at).reference().and_then(|id| direction(file, id));
     if record.is("IFCAXIS2PLACEMENT2D") {
-        let x = direction(1).and_then(|d| normalised([d[0], d[1], 0.0])).unwrap_or([1.0, 0.0, 0.0]);
-        return Some(Affine { axes: [x, [-x[1], x[0], 0.0], [0.0, 0.0, 1.0]], origin });
+        let x = direction(1).and_then(|d| normalised(Vector3::new(d.x, d.y, 0.0))).unwrap_or_else(Vector3::x);
+        return Some(affine([x, Vector3::new(-x.y, x.x, 0.0), Vector3::z()], origin));
     }
-    let z = direction(1).and_then(normalised).unwrap_or([0.0, 0.0, 1.0]);
-    let along = |d: [f64; 3]| normalised([0, 1, 2].map(|i| d[i] - dot(d, z) * z[i]));
-    let fallback = if z[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-    let x = direction(2).and_then(along).or_else(|| along(fallback))?;
-    Some(Affine { axes: [x, cross(z, x), z], origin })
+    let z = direction(1).and_then(normalised).unwrap_or_else(Vector3::z);
+    let x = direction(2).and_then(|d| across(d, z)).or_else(|| across(fallback(z), z))?;
+    Some(affine([x, z.cross(&x), z], origin))
 }
 
 /// IfcCartesianTransformationOperator2D or 3D, with or without a scale per axis.
-pub(crate) fn operator(file: &File<'_>, record: &Record<'_>, unit_m: f64) -> Option<Affine> {
+pub(crate) fn operator(file: &File<'_>, record: &Record<'_>, unit_m: f64) -> Option<Affine3<f64>> {
     let direction = |at: usize| record.at(at).reference().and_then(|id| direction(file, id)).and_then(normalised);
-    let origin = record.at(2).reference().and_then(|id| point(file, id))?.map(|x| x * unit_m);
+    let origin = record.at(2).reference().and_then(|id| point(file, id))? * unit_m;
     let scale = record.at(3).number().unwrap_or(1.0);
     let (z, scales) = if record.keyword.to_ascii_uppercase().starts_with("IFCCARTESIANTRANSFORMATIONOPERATOR3D") {
         let scales = [Some(scale), record.at(5).number(), record.at(6).number()].map(|s| s.unwrap_or(scale));
@@ -103,29 +102,36 @@ pub(crate) fn operator(file: &File<'_>, record: &Record<'_>, unit_m: f64) -> Opt
     } else {
         (None, [scale, record.at(4).number().unwrap_or(scale), scale])
     };
-    let z = z.unwrap_or([0.0, 0.0, 1.0]);
-    let across = |d: [f64; 3], n: [f64; 3]| normalised([0, 1, 2].map(|i| d[i] - dot(d, n) * n[i]));
-    let fallback = if z[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-    let x = direction(0).and_then(|d| across(d, z)).or_else(|| across(fallback, z))?;
-    let y = cross(z, x);
+    let z = z.unwrap_or_else(Vector3::z);
+    let x = direction(0).and_then(|d| across(d, z)).or_else(|| across(fallback(z), z))?;
+    let y = z.cross(&x);
     // Axis2 may point the other way: that is how a mirror is written.
-    let y = if direction(1).is_some_and(|d| dot(d, y) < 0.0) { y.map(|v| -v) } else { y };
-    let axes = [(x, scales[0]), (y, scales[1]), (z, scales[2])].map(|(axis, s)| axis.map(|v| v * s));
-    Some(Affine { axes, origin })
+    let y = if direction(1).is_some_and(|d| d.dot(&y) < 0.0) { -y } else { y };
+    Some(affine([x * scales[0], y * scales[1], z * scales[2]], origin))
+}
+
+/// The direction nearest to `d` at right angles to the unit vector `n`; `None` if `d` is along `n`.
+fn across(d: Vector3<f64>, n: Vector3<f64>) -> Option<Vector3<f64>> {
+    normalised(d - n * d.dot(&n))
+}
+
+/// An axis that is far from along `z`.
+fn fallback(z: Vector3<f64>) -> Vector3<f64> {
+    if z.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() }
 }
 
 /// IfcCartesianPoint in the file's units; a 2D point has z = 0.
-pub(crate) fn point(file: &File<'_>, id: u32) -> Option<[f64; 3]> {
+pub(crate) fn point(file: &File<'_>, id: u32) -> Option<Point3<f64>> {
     let record = file.record_of(id, "IFCCARTESIANPOINT")?;
     let coordinates = record.at(0).list();
     let at = |i: usize| coordinates.get(i).map_or(Some(0.0), |c| c.number());
     (!coordinates.is_empty()).then_some(())?;
-    Some([at(0)?, at(1)?, at(2)?])
+    Some(Point3::new(at(0)?, at(1)?, at(2)?))
 }
 
-fn direction(file: &File<'_>, id: u32) -> Option<[f64; 3]> {
+fn direction(file: &File<'_>, id: u32) -> Option<Vector3<f64>> {
     let record = file.record_of(id, "IFCDIRECTION")?;
     let ratios = record.at(0).list();
     let at = |i: usize| ratios.get(i).map_or(Some(0.0), |c| c.number());
-    Some([at(0)?, at(1)?, at(2)?])
+    Some(Vector3::new(at(0)?, at(1)?, at(2)?))
 }

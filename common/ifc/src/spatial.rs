@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::affine::origin;
 use crate::kernel::File;
 use crate::placement::Placements;
 use crate::relations::Relations;
@@ -45,7 +46,7 @@ pub(crate) fn storeys(
             report.add(Severity::Warning, "placement_unusable", Some(id.clone()), format!("storey: {why}"));
             None
         });
-        let placement_z_m = placement.map(|p| p.origin[2]);
+        let placement_z_m = placement.map(|p| origin(&p).z);
         let elevation_m = placements.is_some().then(|| file.attribute(&record, "Elevation").number()).flatten();
         storeys.push(Storey { id, placement_z_m, elevation_m: elevation_m.map(|z| z * unit_m) });
     }

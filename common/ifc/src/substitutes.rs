@@ -5,10 +5,11 @@
 
 use std::f64::consts::TAU;
 
-use crate::affine::{Affine, cross, dot, normalised};
+use crate::affine::{axes, normalised};
 use crate::kernel::{File, Patch, Record};
 use crate::placement::{axis2_placement, operator, point};
 use crate::representations::references;
+use nalgebra::{Affine3, Point2, Point3, Vector3};
 
 /// Longest directrix and largest profile that are swept here.
 const POINTS_MAX: usize = 10_000;
@@ -24,7 +25,7 @@ const SUPERTYPES: [(&str, &str); 3] = [
 ];
 
 /// Faces as loops of points.
-type Faces = Vec<Vec<[f64; 3]>>;
+type Faces = Vec<Vec<Point3<f64>>>;
 
 /// Replaces what can be replaced. An IfcSurfaceCurveSweptAreaSolid that cannot is emptied: the kernel would mesh a part of
 /// it, metres off, and the box that stands in for a failed item is better.
@@ -67,28 +68,28 @@ pub(crate) fn apply(file: &File<'_>, patch: &mut Patch) {
 }
 
 /// The corners of a profile that the kernel does not know, in the plane that it is defined in.
-fn outline(file: &File<'_>, record: &Record<'_>) -> Option<Vec<[f64; 3]>> {
+fn outline(file: &File<'_>, record: &Record<'_>) -> Option<Vec<Point3<f64>>> {
     let corners = if record.is("IFCTRAPEZIUMPROFILEDEF") {
         // (ProfileType, ProfileName, Position, BottomXDim, TopXDim, YDim, TopXOffset)
         let (bottom, top, depth) = (size(record, 3)?, size(record, 4)?, size(record, 5)?);
         let (left, y) = (-bottom / 2.0, depth / 2.0);
         let start = left + record.at(6).number().unwrap_or(0.0);
-        vec![[left, -y, 0.0], [-left, -y, 0.0], [start + top, y, 0.0], [start, y, 0.0]]
+        [(left, -y), (-left, -y), (start + top, y), (start, y)].map(|(x, y)| Point3::new(x, y, 0.0)).to_vec()
     } else {
         // (ProfileType, ProfileName, Position, SemiAxis1, SemiAxis2)
         let (a, b) = (size(record, 3)?, size(record, 4)?);
-        circle(1.0, 0.0).into_iter().map(|[x, y, z]| [a * x, b * y, z]).collect()
+        circle(1.0, 0.0).into_iter().map(|p| Point3::new(a * p.x, b * p.y, p.z)).collect()
     };
     let position = record.at(2).reference();
-    let frame = position.map_or(Some(Affine::IDENTITY), |id| axis2_placement(file, &file.record(id)?, 1.0))?;
-    Some(corners.into_iter().map(|corner| frame.apply(corner)).collect())
+    let frame = position.map_or(Some(Affine3::identity()), |id| axis2_placement(file, &file.record(id)?, 1.0))?;
+    Some(corners.into_iter().map(|corner| frame * corner).collect())
 }
 
 /// The record of an IfcArbitraryClosedProfileDef.
-fn closed_profile(outline: &[[f64; 3]], patch: &mut Patch) -> Option<String> {
+fn closed_profile(outline: &[Point3<f64>], patch: &mut Patch) -> Option<String> {
     let mut points = Vec::with_capacity(outline.len() + 1);
-    for [x, y, _] in outline {
-        points.push(patch.add(format!("IFCCARTESIANPOINT(({x:.12},{y:.12}))"))?);
+    for p in outline {
+        points.push(patch.add(format!("IFCCARTESIANPOINT(({:.12},{:.12}))", p.x, p.y))?);
     }
     points.push(*points.first()?);
     let curve = patch.add(format!("IFCPOLYLINE(({}))", references(&points)))?;
@@ -104,7 +105,7 @@ fn primitive(file: &File<'_>, record: &Record<'_>) -> Option<Faces> {
         _ => None,
     }?;
     let frame = axis2_placement(file, &file.record(record.at(0).reference()?)?, 1.0)?;
-    faces.iter_mut().flatten().for_each(|p| *p = frame.apply(*p));
+    faces.iter_mut().flatten().for_each(|p| *p = frame * *p);
     Some(faces)
 }
 
@@ -113,8 +114,8 @@ fn shell(faces: &Faces, patch: &mut Patch) -> Option<String> {
     let mut ids = Vec::with_capacity(faces.len());
     for face in faces {
         let mut points = Vec::with_capacity(face.len());
-        for [x, y, z] in face {
-            points.push(patch.add(format!("IFCCARTESIANPOINT(({x:.12},{y:.12},{z:.12}))"))?);
+        for p in face {
+            points.push(patch.add(format!("IFCCARTESIANPOINT(({:.12},{:.12},{:.12}))", p.x, p.y, p.z))?);
         }
         let polyloop = patch.add(format!("IFCPOLYLOOP(({}))", references(&points)))?;
         let bound = patch.add(format!("IFCFACEOUTERBOUND(#{polyloop},.T.)"))?;
@@ -125,7 +126,7 @@ fn shell(faces: &Faces, patch: &mut Patch) -> Option<String> {
 }
 
 /// A prism or, with one point on top, a pyramid over the bottom loop (counter-clockwise from above).
-fn tower(bottom: &[[f64; 3]], top: &[[f64; 3]]) -> Faces {
+fn tower(bottom: &[Point3<f64>], top: &[Point3<f64>]) -> Faces {
     let n = bottom.len();
     let mut faces: Faces = vec![bottom.iter().rev().copied().collect()];
     for i in 0..n {
@@ -141,10 +142,10 @@ fn tower(bottom: &[[f64; 3]], top: &[[f64; 3]]) -> Faces {
     faces
 }
 
-fn circle(radius: f64, z: f64) -> Vec<[f64; 3]> {
+fn circle(radius: f64, z: f64) -> Vec<Point3<f64>> {
     let corner = |i: usize| {
         let angle = TAU * i as f64 / SEGMENTS as f64;
-        [radius * libm::cos(angle), radius * libm::sin(angle), z]
+        Point3::new(radius * libm::cos(angle), radius * libm::sin(angle), z)
     };
     (0..SEGMENTS).map(corner).collect()
 }
@@ -158,14 +159,14 @@ fn cylinder(record: &Record<'_>) -> Option<Faces> {
 /// (Position, Height, BottomRadius)
 fn cone(record: &Record<'_>) -> Option<Faces> {
     let (height, radius) = (size(record, 1)?, size(record, 2)?);
-    Some(tower(&circle(radius, 0.0), &[[0.0, 0.0, height]]))
+    Some(tower(&circle(radius, 0.0), &[Point3::new(0.0, 0.0, height)]))
 }
 
 /// (Position, XLength, YLength, Height)
 fn pyramid(record: &Record<'_>) -> Option<Faces> {
     let (x, y, height) = (size(record, 1)?, size(record, 2)?, size(record, 3)?);
-    let bottom = [[0.0, 0.0, 0.0], [x, 0.0, 0.0], [x, y, 0.0], [0.0, y, 0.0]];
-    Some(tower(&bottom, &[[x / 2.0, y / 2.0, height]]))
+    let bottom = [(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)].map(|(x, y)| Point3::new(x, y, 0.0));
+    Some(tower(&bottom, &[Point3::new(x / 2.0, y / 2.0, height)]))
 }
 
 fn size(record: &Record<'_>, at: usize) -> Option<f64> {
@@ -175,10 +176,12 @@ fn size(record: &Record<'_>, at: usize) -> Option<f64> {
 /// A polygon swept along lines in a plane, with mitred corners: x of the profile along the plane's normal, its own
 /// normal along the directrix. The parameters are ignored, as IfcOpenShell does: exporters write 0 and 1 for all of it.
 fn swept(file: &File<'_>, record: &Record<'_>) -> Option<Faces> {
-    let frame =
-        record.at(1).reference().map_or(Some(Affine::IDENTITY), |id| axis2_placement(file, &file.record(id)?, 1.0))?;
+    let frame = record
+        .at(1)
+        .reference()
+        .map_or(Some(Affine3::identity()), |id| axis2_placement(file, &file.record(id)?, 1.0))?;
     let plane = file.record_of(record.at(5).reference()?, "IFCPLANE")?;
-    let [_, _, normal] = axis2_placement(file, &file.record(plane.at(0).reference()?)?, 1.0)?.axes;
+    let [_, _, normal] = axes(&axis2_placement(file, &file.record(plane.at(0).reference()?)?, 1.0)?);
     let mut profile = polygon(file, record.at(0).reference()?, 0)?;
     let mut path = lines(file, record.at(2).reference()?)?;
     path.dedup();
@@ -190,11 +193,10 @@ fn swept(file: &File<'_>, record: &Record<'_>) -> Option<Faces> {
         profile.reverse();
     }
     let sides = sides(&path, normal, closed)?;
-    let ring = |(p, side): (&[f64; 3], &[f64; 3])| -> Vec<[f64; 3]> {
-        let place = |[x, y]: &[f64; 2]| frame.apply([0, 1, 2].map(|i| p[i] + normal[i] * x + side[i] * y));
-        profile.iter().map(place).collect()
+    let ring = |(p, side): (&Point3<f64>, &Vector3<f64>)| -> Vec<Point3<f64>> {
+        profile.iter().map(|q| frame * (p + normal * q.x + side * q.y)).collect()
     };
-    let rings: Vec<Vec<[f64; 3]>> = std::iter::zip(&path, &sides).map(ring).collect();
+    let rings: Vec<Vec<Point3<f64>>> = std::iter::zip(&path, &sides).map(ring).collect();
     let mut faces = Faces::new();
     let n_spans = if closed { rings.len() } else { rings.len() - 1 };
     for s in 0..n_spans {
@@ -212,30 +214,29 @@ fn swept(file: &File<'_>, record: &Record<'_>) -> Option<Faces> {
 }
 
 /// Where y of the profile points at each corner of the path, lengthened by the mitre.
-fn sides(path: &[[f64; 3]], normal: [f64; 3], closed: bool) -> Option<Vec<[f64; 3]>> {
+fn sides(path: &[Point3<f64>], normal: Vector3<f64>, closed: bool) -> Option<Vec<Vector3<f64>>> {
     let n = path.len();
-    let direction = |i: usize| normalised([0, 1, 2].map(|k| path[(i + 1) % n][k] - path[i % n][k]));
-    let in_plane = |t: &[f64; 3]| dot(*t, normal).abs() < 1e-6;
+    let direction = |i: usize| normalised(path[(i + 1) % n] - path[i % n]);
+    let in_plane = |t: &Vector3<f64>| t.dot(&normal).abs() < 1e-6;
     let n_spans = if closed { n } else { n.checked_sub(1)? };
-    let spans: Vec<[f64; 3]> = (0..n_spans).map(|i| direction(i).filter(in_plane)).collect::<Option<_>>()?;
-    let across: Vec<[f64; 3]> = spans.iter().map(|&t| cross(t, normal)).collect();
+    let spans: Vec<Vector3<f64>> = (0..n_spans).map(|i| direction(i).filter(in_plane)).collect::<Option<_>>()?;
+    let across: Vec<Vector3<f64>> = spans.iter().map(|t| t.cross(&normal)).collect();
     let corner = |i: usize| {
         let before = if i > 0 || closed { across[(i + n_spans - 1) % n_spans] } else { across[0] };
         let after = if i < n_spans { across[i] } else { across[n_spans - 1] };
-        let bend = 1.0 + dot(before, after);
+        let bend = 1.0 + before.dot(&after);
         // Sharper than about 25 degrees the mitre runs away.
-        (bend > 0.1).then(|| [0, 1, 2].map(|k| (before[k] + after[k]) / bend))
+        (bend > 0.1).then(|| (before + after) / bend)
     };
     (n_spans > 0).then(|| (0..n).map(corner).collect::<Option<_>>())?
 }
 
 /// Outline of a profile of straight lines.
-fn polygon(file: &File<'_>, id: u32, depth: usize) -> Option<Vec<[f64; 2]>> {
+fn polygon(file: &File<'_>, id: u32, depth: usize) -> Option<Vec<Point2<f64>>> {
     let record = file.record(id).filter(|_| depth < 4)?;
     match record.keyword.to_ascii_uppercase().as_str() {
         "IFCARBITRARYCLOSEDPROFILEDEF" => {
-            let mut points: Vec<[f64; 2]> =
-                lines(file, record.at(2).reference()?)?.iter().map(|p| [p[0], p[1]]).collect();
+            let mut points: Vec<Point2<f64>> = lines(file, record.at(2).reference()?)?.iter().map(Point3::xy).collect();
             points.dedup();
             if points.first() == points.last() {
                 points.pop();
@@ -244,45 +245,47 @@ fn polygon(file: &File<'_>, id: u32, depth: usize) -> Option<Vec<[f64; 2]>> {
         }
         "IFCRECTANGLEPROFILEDEF" => {
             let position = record.at(2).reference();
-            let frame = position.map_or(Some(Affine::IDENTITY), |id| axis2_placement(file, &file.record(id)?, 1.0))?;
+            let frame =
+                position.map_or(Some(Affine3::identity()), |id| axis2_placement(file, &file.record(id)?, 1.0))?;
             let (x, y) = (size(&record, 3)? / 2.0, size(&record, 4)? / 2.0);
-            let corner = |(x, y): (f64, f64)| frame.apply([x, y, 0.0]);
-            Some([(-x, -y), (x, -y), (x, y), (-x, y)].map(corner).iter().map(|p| [p[0], p[1]]).collect())
+            let corner = |(x, y): (f64, f64)| (frame * Point3::new(x, y, 0.0)).xy();
+            Some([(-x, -y), (x, -y), (x, y), (-x, y)].map(corner).to_vec())
         }
         "IFCDERIVEDPROFILEDEF" => {
             let map = operator(file, &file.record(record.at(3).reference()?)?, 1.0)?;
             let parent = polygon(file, record.at(2).reference()?, depth + 1)?;
-            let mapped = parent.iter().map(|&[x, y]| map.apply([x, y, 0.0]));
-            Some(mapped.map(|p| [p[0], p[1]]).collect())
+            Some(parent.iter().map(|p| (map * Point3::new(p.x, p.y, 0.0)).xy()).collect())
         }
         _ => None,
     }
 }
 
 /// Points of an IfcPolyline, or of an IfcIndexedPolyCurve without arcs.
-fn lines(file: &File<'_>, id: u32) -> Option<Vec<[f64; 3]>> {
+fn lines(file: &File<'_>, id: u32) -> Option<Vec<Point3<f64>>> {
     let record = file.record(id)?;
-    let points: Vec<[f64; 3]> = if record.is("IFCPOLYLINE") {
+    let points: Vec<Point3<f64>> = if record.is("IFCPOLYLINE") {
         record.at(0).references().into_iter().map(|id| point(file, id)).collect::<Option<_>>()?
     } else if record.is("IFCINDEXEDPOLYCURVE") && record.at(1).list().is_empty() {
         let list = file.record(record.at(0).reference()?)?;
         let at = |p: &crate::kernel::Value<'_>, i: usize| p.list().get(i).map_or(Some(0.0), |x| x.number());
-        list.at(0).list().iter().map(|p| Some([at(p, 0)?, at(p, 1)?, at(p, 2)?])).collect::<Option<_>>()?
+        list.at(0).list().iter().map(|p| Some(Point3::new(at(p, 0)?, at(p, 1)?, at(p, 2)?))).collect::<Option<_>>()?
     } else {
         return None;
     };
     (2..=POINTS_MAX).contains(&points.len()).then_some(points)
 }
 
-fn area(polygon: &[[f64; 2]]) -> f64 {
+/// Twice the area; negative of a polygon that runs clockwise.
+fn area(polygon: &[Point2<f64>]) -> f64 {
     let next = polygon.iter().cycle().skip(1);
-    std::iter::zip(polygon, next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum()
+    std::iter::zip(polygon, next).map(|(a, b)| a.coords.perp(&b.coords)).sum()
 }
 
 #[cfg(test)]
 mod tests {
     use crate::testing::{BASICS, file, file_of, read};
     use crate::{GeometryStatus, Severity};
+    use nalgebra::Vector3;
 
     /// Enclosed volume and upper corner of the body that consists of item `#4`.
     fn check(records: &str, volume: f64, high: [f64; 3]) {
@@ -294,14 +297,14 @@ mod tests {
         let geometry = &model.elements[0].geometry;
         assert_eq!(geometry.status, GeometryStatus::Meshed, "{diagnostics:?}");
         let part = &geometry.parts[0];
-        let corners: Vec<[f64; 3]> =
-            part.positions_m.iter().map(|p| [0, 1, 2].map(|i| part.origin_m[i] + f64::from(p[i]))).collect();
+        let corners: Vec<Vector3<f64>> =
+            part.positions_m.iter().map(|p| Vector3::from(part.origin_m) + Vector3::from(p.map(f64::from))).collect();
         let six: f64 = part
             .triangles
             .iter()
             .map(|t| {
                 let [a, b, c] = t.map(|v| corners[v as usize]);
-                crate::affine::dot(a, crate::affine::cross(b, c))
+                a.dot(&b.cross(&c))
             })
             .sum();
         assert!((six / 6.0 - volume).abs() < 1e-3 * volume, "{} instead of {volume}", six / 6.0);
