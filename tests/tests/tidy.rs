@@ -36,7 +36,7 @@ const ALLOWED: [(&str, &[&str]); 23] = [
     ("schedule-eval", &["bus", "daemon", "frames", "messages", "schedule"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
-    ("slam-align", &["alignment", "bus", "daemon", "deviations", "messages", "occupancy"]),
+    ("slam-align", &["alignment", "bus", "daemon", "deviations", "frames", "messages", "occupancy"]),
     (
         "groundplan",
         &[
@@ -60,12 +60,13 @@ const ALLOWED: [(&str, &[&str]); 23] = [
 ];
 
 /// Foreign crates, and the crates that alone may name each.
-const FENCED: [(&str, &[&str]); 9] = [
+const FENCED: [(&str, &[&str]); 10] = [
     ("ifc-lite-core", &["ifc"]),
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),
     ("i_overlay", &["geometry"]),
     ("i_triangle", &["convex"]),
+    ("nalgebra", &["alignment", "deviations", "frames", "ifc"]),
     ("parry3d-f64", &["convex", "geometry"]),
     ("image", &["alignment", "occupancy"]),
     ("rustfft", &["alignment"]),

@@ -5,6 +5,7 @@ use crate::archive_writer::ArchiveWriter;
 use crate::payload;
 use crate::tag::{Tag, check_tags};
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
+use frames::{Map, PoseCovariance, Rigid2, Slam};
 
 mod section {
     pub(super) const HEAD: u32 = 1;
@@ -211,6 +212,16 @@ impl PoseRecord {
         map_storey: NONE,
         reserved: 0,
     };
+
+    /// The motion from the robot's map to the model's.
+    pub fn map_from_slam(&self) -> Rigid2<Map, Slam> {
+        Rigid2::of_x_y_yaw(self.map_from_slam)
+    }
+
+    /// The covariance of where [`PoseRecord::about_m`] comes to lie and of yaw.
+    pub fn pose_covariance(&self) -> PoseCovariance {
+        PoseCovariance::from_rows([0, 1, 2].map(|r| [0, 1, 2].map(|c| self.covariance[3 * r + c])))
+    }
 
     fn is_finite(&self) -> bool {
         let Evidence { score, precision, recall, free } = self.evidence;

@@ -1,4 +1,4 @@
-//! Occupancy maps of robots: files of map servers, the `slam-map` archive, cells of one size, motions between maps.
+//! Occupancy maps of robots: files of map servers, the `slam-map` archive, cells of one size.
 //!
 //! What the stages that compare a robot's map with the model share. A map is row-major from its lower left corner; lengths are
 //! metres, angles radians.
@@ -6,8 +6,6 @@
 mod archive;
 mod cell_raster;
 mod map_file;
-mod motion;
 
 pub use cell_raster::{CELL_M, Cell, Raster};
 pub use map_file::{MapFault, MapFileError, OccupancyMap};
-pub use motion::{MapFromSlam, Pose, congruent, transported, wrapped};

@@ -2,7 +2,6 @@
 
 use crate::plan_date::optional_text;
 use messages::{Alignment, Evidence, NONE, PoseRecord, SampleHeader, Verdict};
-use occupancy::MapFromSlam;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -151,7 +150,7 @@ fn motion(pose: &PoseRecord) -> Value {
 }
 
 fn inverse(pose: &PoseRecord) -> Value {
-    json!(Pose::of(MapFromSlam::from(pose).inverse()))
+    json!(Pose::of(pose.map_from_slam().inverse().x_y_yaw()))
 }
 
 /// The parts of a score.

@@ -2,7 +2,6 @@
 
 use deviations::Observed;
 use messages::{Evidence, PoseRecord};
-use occupancy::MapFromSlam;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -71,7 +70,7 @@ impl Kept {
     /// True if a pose differs from the one that was saved.
     pub(crate) fn is_worth_keeping(&self, pose: &PoseRecord) -> bool {
         self.pose().is_none_or(|kept| {
-            let [a, b] = [&kept, pose].map(|p| MapFromSlam::from(p).apply(pose.about_m));
+            let [a, b] = [&kept, pose].map(|p| p.map_from_slam().apply(pose.about_m));
             kept.map_storey != pose.map_storey
                 || libm::hypot(a[0] - b[0], a[1] - b[1]) > WORTH_M
                 || libm::fabs(kept.map_from_slam[2] - pose.map_from_slam[2]) > WORTH_RAD

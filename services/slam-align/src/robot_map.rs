@@ -1,6 +1,7 @@
 //! The robot's SLAM map, from the bus or from a file.
 
 use alignment::PreparedMap;
+use frames::Slam;
 use messages::{ArchiveError, SlamMap};
 use occupancy::{MapFault, MapFileError, OccupancyMap};
 use std::path::Path;
@@ -8,7 +9,7 @@ use std::path::Path;
 /// A robot's map, ready to be compared.
 pub(crate) struct RobotMap {
     pub(crate) map: OccupancyMap,
-    pub(crate) prepared: PreparedMap,
+    pub(crate) prepared: PreparedMap<Slam>,
     pub(crate) content_hash: u64,
 }
 

@@ -13,8 +13,8 @@ use daemon::{
     Published, Reporter, ScheduleRequest, Service, SiteConfig, Stages, StateFile, write_durably,
 };
 use deviations::Observed;
+use frames::Map;
 use messages::{ArchiveBuffer, Checked, InputHashes, PoseRecord, PoseState, Stage, Verdict, payload};
-use occupancy::MapFromSlam;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -50,7 +50,7 @@ pub(crate) struct AlignService {
     map: Option<Arc<RobotMap>>,
     worker: Worker,
     /// Of the site as planned, by map storey.
-    references: Vec<Arc<PreparedMap>>,
+    references: Vec<Arc<PreparedMap<Map>>>,
     basis: Basis,
     follower: Follower,
     /// What the last search found, of whatever map.
@@ -140,7 +140,7 @@ impl AlignService {
 
     fn follow(&mut self, map: &RobotMap) {
         let Some(last) = self.follower.pose() else { return };
-        let tracked = track_map(&self.references, &map.prepared, (last.map_storey as usize, &MapFromSlam::from(last)));
+        let tracked = track_map(&self.references, &map.prepared, (last.map_storey as usize, &last.map_from_slam()));
         self.follower.tracked(tracked.map(|pose| pose.record(&self.storeys())));
     }
 

@@ -6,8 +6,8 @@ use alignment::{Alignment, Hint, PreparedMap, align_maps};
 use bus::{CheckedSample, topics};
 use daemon::Failure;
 use deviations::{DeviationInput, deviations};
+use frames::Map;
 use messages::{ArchiveBuffer, Phase, PoseRecord, RobotProfile, Site};
-use occupancy::MapFromSlam;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
@@ -52,7 +52,7 @@ pub(crate) struct Outcome {
 /// Maps of the site, and an alignment with them.
 pub(crate) struct Found {
     /// By map storey.
-    pub(crate) references: Vec<Arc<PreparedMap>>,
+    pub(crate) references: Vec<Arc<PreparedMap<Map>>>,
     /// What was searched; storeys count as in the references.
     pub(crate) alignment: Option<Alignment>,
     /// What was compared.
@@ -127,7 +127,7 @@ fn work(references: &mut Option<References>, inputs: &Inputs, task: &Task) -> Re
         *references = Some(References::new(&site, &robot)?);
     }
     let references = references.as_mut().ok_or("there is nothing to compare with")?;
-    let maps: Vec<Arc<PreparedMap>> = references.at(&site, &phase)?.collect();
+    let maps: Vec<Arc<PreparedMap<Map>>> = references.at(&site, &phase)?.collect();
     let (alignment, deviations) = match task {
         Task::Draw => (None, None),
         Task::Search(map, place) => (Some(align(&maps, map, place)?), None),
@@ -136,7 +136,7 @@ fn work(references: &mut Option<References>, inputs: &Inputs, task: &Task) -> Re
     Ok(Found { references: maps, alignment, deviations })
 }
 
-fn align(references: &[Arc<PreparedMap>], map: &RobotMap, place: &Where) -> Result<Alignment, Failure> {
+fn align(references: &[Arc<PreparedMap<Map>>], map: &RobotMap, place: &Where) -> Result<Alignment, Failure> {
     let Some(storey) = place.storey else {
         return Ok(align_maps(references, &map.prepared, place.hint.as_ref()));
     };
@@ -157,8 +157,6 @@ fn compare(
     if map_storey >= site.map_storeys.len() {
         return Err(format!("the site has no storey {map_storey}").into());
     }
-    let mut covariance = [[0.0; 3]; 3];
-    covariance.as_flattened_mut().copy_from_slice(&pose.covariance);
     Ok(deviations(&DeviationInput {
         site,
         phase,
@@ -166,8 +164,8 @@ fn compare(
         map_storey,
         slam: &map.map,
         slam_map_hash: map.content_hash,
-        pose: MapFromSlam::from(pose),
+        map_from_slam: pose.map_from_slam(),
         about_m: pose.about_m,
-        covariance,
+        covariance: pose.pose_covariance(),
     }))
 }

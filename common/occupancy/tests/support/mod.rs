@@ -7,9 +7,10 @@ mod box_part;
 
 use box_part::add_box_part;
 use bytemuck::Zeroable;
+use frames::{Map, Rigid2, Slam};
 use grid::Class;
 use messages::*;
-use occupancy::{Cell, MapFromSlam, OccupancyMap};
+use occupancy::{Cell, OccupancyMap};
 
 /// Walls as boxes: x from, y from, x to, y to, in metres.
 pub(crate) type Walls = Vec<[f64; 4]>;
@@ -35,29 +36,28 @@ pub(crate) fn inside(walls: &Walls, [x, y]: [f64; 2]) -> bool {
     walls.iter().any(|w| w[0] <= x && x < w[2] && w[1] <= y && y < w[3])
 }
 
-/// What a lidar that turns around sees from these places, in a frame that lies in the model's map by the motion.
+/// What a lidar that turns around sees from these places, in its own frame.
 pub(crate) fn scanned(
     walls: &Walls,
     places: &[[f64; 2]],
-    motion: MapFromSlam,
+    map_from_slam: Rigid2<Map, Slam>,
     resolution_m: f64,
     origin_yaw_rad: f64,
 ) -> OccupancyMap {
-    scanned_bent(walls, places, motion, resolution_m, origin_yaw_rad, &|p| p)
+    scanned_bent(walls, places, map_from_slam, resolution_m, origin_yaw_rad, &|p| p)
 }
 
 /// The same by a robot that takes places for others.
 pub(crate) fn scanned_bent(
     walls: &Walls,
     places: &[[f64; 2]],
-    motion: MapFromSlam,
+    map_from_slam: Rigid2<Map, Slam>,
     resolution_m: f64,
     origin_yaw_rad: f64,
     believed: &dyn Fn([f64; 2]) -> [f64; 2],
 ) -> OccupancyMap {
     let n = (30.0 / resolution_m) as usize;
-    let slam_from_map = motion.inverse();
-    let slam_from_map = MapFromSlam { x_m: slam_from_map[0], y_m: slam_from_map[1], yaw_rad: slam_from_map[2] };
+    let slam_from_map = map_from_slam.inverse();
     let middle = slam_from_map.apply(places[0]);
     let (sin, cos) = origin_yaw_rad.sin_cos();
     // The corner from which the first place is in the middle of the square.

@@ -2,7 +2,8 @@
 
 use alignment::{PreparedMap, align_maps, track_map};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use occupancy::{Cell, MapFromSlam, OccupancyMap};
+use frames::Rigid2;
+use occupancy::{Cell, OccupancyMap};
 use std::hint::black_box;
 
 const CELL_M: f64 = 0.05;
@@ -65,8 +66,8 @@ fn align(criterion: &mut Criterion) {
         let map = seen(&model(rooms));
         let size = format!("{} m2", rooms[0] * rooms[1] * 20);
         let found = align_maps(&reference, &PreparedMap::of_slam(&map), None);
-        let pose = found.poses.first().map_or(MapFromSlam { x_m: 0.0, y_m: 0.0, yaw_rad: 0.0 }, |p| p.map_from_slam);
-        let start = MapFromSlam { x_m: pose.x_m + 0.1, y_m: pose.y_m - 0.1, yaw_rad: pose.yaw_rad + 0.005 };
+        let [x_m, y_m, yaw_rad] = found.poses.first().map_or([0.0; 3], |p| p.map_from_slam.x_y_yaw());
+        let start = Rigid2::new([x_m + 0.1, y_m - 0.1], yaw_rad + 0.005);
         criterion.bench_with_input(BenchmarkId::new("follow", &size), &map, |b, map| {
             b.iter(|| track_map(&reference, &PreparedMap::of_slam(black_box(map)), (0, &start)));
         });

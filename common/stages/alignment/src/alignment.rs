@@ -2,39 +2,43 @@
 
 use crate::chance::Chance;
 use crate::features::Features;
-use crate::refine::Refined;
+use crate::pose::{Cells, Pose};
 use crate::scale::{Scale, scale};
 use crate::search::{Candidate, Near, drawn, search};
 use crate::thresholds::LEAST_FACES;
 use crate::verdict::judged;
+use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{Evidence, Verdict};
-use occupancy::{MapFromSlam, OccupancyMap, Pose, Raster, congruent, transported, wrapped};
+use occupancy::{OccupancyMap, Raster};
 
-/// A map that is ready to be compared.
-pub struct PreparedMap {
+/// A map that is ready to be compared; `Frame` is that of the model's map or of the robot's.
+pub struct PreparedMap<Frame> {
     pub(crate) features: Features,
-    origin: Pose,
+    frame_from_cells: Rigid2<Frame, Cells<Frame>>,
 }
 
-impl PreparedMap {
+impl PreparedMap<Map> {
     /// A map that was drawn from a model: its cells are occupied up to the surfaces of walls.
     pub fn of_model(map: &OccupancyMap) -> Self {
         Self::of(map, 0.0)
     }
+}
 
+impl PreparedMap<Slam> {
     /// A map that a robot made: a cell in which a surface was hit is occupied, and it lies anywhere in it.
     pub fn of_slam(map: &OccupancyMap) -> Self {
         Self::of(map, map.resolution_m / 2.0)
     }
+}
 
+impl<Frame> PreparedMap<Frame> {
     fn of(map: &OccupancyMap, depth_m: f64) -> Self {
-        let [x, y, yaw] = map.origin;
         let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m), depth_m);
-        Self { features, origin: Pose::new([x, y], yaw) }
+        Self { features, frame_from_cells: Rigid2::of_x_y_yaw(map.origin) }
     }
 }
 
-impl AsRef<Self> for PreparedMap {
+impl<Frame> AsRef<Self> for PreparedMap<Frame> {
     fn as_ref(&self) -> &Self {
         self
     }
@@ -46,30 +50,32 @@ pub struct AlignedPose {
     /// Which of the maps of the model.
     pub reference: usize,
     /// Where the SLAM map lies in the model's map.
-    pub map_from_slam: MapFromSlam,
+    pub map_from_slam: Rigid2<Map, Slam>,
     /// What speaks for it.
     pub evidence: Evidence,
     /// The mean of the SLAM map's free cells, in its frame.
     pub about_m: [f64; 2],
-    /// Of where that place lies in the model's map (x, y) and of yaw; metres and radians.
-    pub covariance: [[f64; 3]; 3],
+    /// Of where that place lies in the model's map and of yaw.
+    pub covariance: PoseCovariance,
 }
 
 impl AlignedPose {
-    pub(crate) fn of(at: usize, reference: &PreparedMap, slam: &PreparedMap, candidate: &Candidate) -> Self {
+    pub(crate) fn of(at: usize, reference: &PreparedMap<Map>, slam: &PreparedMap<Slam>, candidate: &Candidate) -> Self {
+        let Candidate { refined, evidence } = candidate;
+        let centre = slam.features.centre;
         Self {
             reference: at,
-            map_from_slam: motion(reference, slam, &candidate.refined.pose),
-            evidence: candidate.evidence,
-            about_m: slam.origin.apply(slam.features.centre),
-            covariance: covariance(reference, slam, &candidate.refined),
+            map_from_slam: &(&reference.frame_from_cells * &refined.pose) * &slam.frame_from_cells.inverse(),
+            evidence: *evidence,
+            about_m: slam.frame_from_cells.apply(centre),
+            covariance: refined.covariance_at(centre).turned(&reference.frame_from_cells),
         }
     }
 
     /// The covariance of x, y and yaw of `map_from_slam` themselves.
-    pub fn covariance_of_motion(&self) -> [[f64; 3]; 3] {
-        let [x, y] = self.map_from_slam.apply(self.about_m);
-        transported(&self.covariance, [self.map_from_slam.x_m - x, self.map_from_slam.y_m - y])
+    pub fn covariance_of_motion(&self) -> PoseCovariance {
+        let ([x, y], [x_about, y_about]) = (self.map_from_slam.translation_m(), self.map_from_slam.apply(self.about_m));
+        self.covariance.transported([x - x_about, y - y_about])
     }
 }
 
@@ -98,7 +104,7 @@ impl Alignment {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hint {
     /// The guess.
-    pub map_from_slam: MapFromSlam,
+    pub map_from_slam: Rigid2<Map, Slam>,
     /// How far the middle of the SLAM map may be from where the guess has it.
     pub radius_m: f64,
     /// How much the yaw may differ.
@@ -108,18 +114,22 @@ pub struct Hint {
 impl Hint {
     /// A guess in degrees, as people write them: x and y of the motion in metres and its yaw.
     pub fn in_degrees([x_m, y_m, yaw_deg]: [f64; 3], radius_m: f64, radius_deg: f64) -> Self {
-        let map_from_slam = MapFromSlam { x_m, y_m, yaw_rad: yaw_deg.to_radians() };
+        let map_from_slam = Rigid2::new([x_m, y_m], yaw_deg.to_radians());
         Self { map_from_slam, radius_m, radius_rad: radius_deg.to_radians() }
     }
 }
 
 /// Aligns a SLAM map with one of several maps of the model, one for each storey: anywhere, or near a guess. The same maps give
 /// the same bits.
-pub fn align_maps(references: &[impl AsRef<PreparedMap>], slam: &PreparedMap, hint: Option<&Hint>) -> Alignment {
+pub fn align_maps(
+    references: &[impl AsRef<PreparedMap<Map>>],
+    slam: &PreparedMap<Slam>,
+    hint: Option<&Hint>,
+) -> Alignment {
     let mut found: Vec<(usize, Candidate)> = Vec::new();
     for (at, reference) in references.iter().map(AsRef::as_ref).enumerate() {
         let near = hint.map(|hint| Near {
-            pose: between_corners(reference, slam, &hint.map_from_slam),
+            pose: between_cells(reference, slam, &hint.map_from_slam),
             radius_m: hint.radius_m,
             radius_rad: hint.radius_rad,
         });
@@ -137,24 +147,11 @@ pub fn align_maps(references: &[impl AsRef<PreparedMap>], slam: &PreparedMap, hi
     Alignment { verdict, reason, poses, scale }
 }
 
-/// From the corners of the maps to their frames.
-fn motion(reference: &PreparedMap, slam: &PreparedMap, pose: &Pose) -> MapFromSlam {
-    let yaw_rad = wrapped(reference.origin.yaw_rad + pose.yaw_rad - slam.origin.yaw_rad);
-    let corner = reference.origin.apply(pose.t);
-    // The SLAM map's corner lies there.
-    let turned = Pose::new([0.0; 2], yaw_rad).turn(slam.origin.t);
-    MapFromSlam { x_m: corner[0] - turned[0], y_m: corner[1] - turned[1], yaw_rad }
-}
-
-/// From the frames of the maps to their corners.
-pub(crate) fn between_corners(reference: &PreparedMap, slam: &PreparedMap, motion: &MapFromSlam) -> Pose {
-    let corner = reference.origin.undo(motion.apply(slam.origin.t));
-    Pose::new(corner, wrapped(motion.yaw_rad + slam.origin.yaw_rad - reference.origin.yaw_rad))
-}
-
-/// From the place that a refinement turned around to the middle of the SLAM map, in the axes of the model's map.
-fn covariance(reference: &PreparedMap, slam: &PreparedMap, refined: &Refined) -> [[f64; 3]; 3] {
-    let at_middle = refined.covariance_at(slam.features.centre);
-    let [ex, ey] = [[1.0, 0.0], [0.0, 1.0]].map(|axis| reference.origin.turn(axis));
-    congruent(&[[ex[0], ey[0], 0.0], [ex[1], ey[1], 0.0], [0.0, 0.0, 1.0]], &at_middle)
+/// The pose of the cells of two maps whose frames lie to each other by a motion.
+pub(crate) fn between_cells(
+    reference: &PreparedMap<Map>,
+    slam: &PreparedMap<Slam>,
+    map_from_slam: &Rigid2<Map, Slam>,
+) -> Pose {
+    &(&reference.frame_from_cells.inverse() * map_from_slam) * &slam.frame_from_cells
 }

@@ -3,13 +3,14 @@
 use crate::alignment::{Alignment, Hint, PreparedMap, align_maps};
 use crate::scale::Scale;
 use crate::thresholds::{LARGEST_SCALE, RIVAL_SHARE, SCALE_STEP};
+use frames::Map;
 use messages::Verdict;
 use occupancy::OccupancyMap;
 
 /// Aligns a SLAM map after dividing its lengths by every scale from 1 / [`LARGEST_SCALE`] to [`LARGEST_SCALE`]. The poses are
 /// those of the divided map, `p_map = R(yaw) p_slam / scale + (x, y)`, and the scale is that of the best.
 pub fn align_maps_at_any_scale(
-    references: &[impl AsRef<PreparedMap>],
+    references: &[impl AsRef<PreparedMap<Map>>],
     map: &OccupancyMap,
     hint: Option<&Hint>,
 ) -> Alignment {

@@ -2,7 +2,6 @@
 
 use crate::alignment::{AlignedPose, Alignment};
 use messages::{AlignmentBuilder, AlignmentHead, ArchiveBuffer, NONE, PoseRecord, PoseState, Text, Verdict};
-use occupancy::MapFromSlam;
 
 /// Whose alignment it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,12 +28,10 @@ pub struct Counting {
 impl AlignedPose {
     /// As a record; `storeys` are those of the references, [`NONE`] for a map without a site.
     pub fn record(&self, storeys: &[u32]) -> PoseRecord {
-        let MapFromSlam { x_m, y_m, yaw_rad } = self.map_from_slam;
-        let mut covariance = [0.0; 9];
-        covariance.copy_from_slice(self.covariance.as_flattened());
+        let rows = self.covariance.rows();
         PoseRecord {
-            map_from_slam: [x_m, y_m, yaw_rad],
-            covariance,
+            map_from_slam: self.map_from_slam.x_y_yaw(),
+            covariance: std::array::from_fn(|k| rows[k / 3][k % 3]),
             about_m: self.about_m,
             evidence: self.evidence,
             map_storey: storeys.get(self.reference).copied().unwrap_or(NONE),

@@ -2,8 +2,9 @@
 
 use crate::features::Features;
 use crate::image::Image;
+use crate::pose::Pose;
 use crate::thresholds::N_CORRELATED;
-use occupancy::{CELL_M, Cell, Pose};
+use occupancy::{CELL_M, Cell};
 use rustfft::num_complex::Complex32;
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
@@ -34,7 +35,7 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
     for &turn in turns {
         let turned = Pose::new([0.0; 2], turn);
         let middle = [slam.raster.width, slam.raster.height].map(|n| n as f64 * CELL_M / 2.0);
-        let turned_middle = turned.turn(middle);
+        let turned_middle = turned.rotate(middle);
         // The corner of the square that holds the turned map.
         let corner = turned_middle.map(|c| c - diagonal as f64 * bin_m / 2.0);
         let (mut own, mut free) = slam_planes(slam, &turned, corner, size, bin_m);
@@ -83,7 +84,7 @@ fn slam_planes(
     let width = slam.raster.width;
     let every_second = |index: usize| (index % width).is_multiple_of(2) && (index / width).is_multiple_of(2);
     for (index, _) in slam.raster.cells.iter().enumerate().filter(|(k, c)| **c == Cell::Free && every_second(*k)) {
-        let p = turned.turn(slam.raster.middle(index));
+        let p = turned.rotate(slam.raster.middle(index));
         let [x, y] = [0, 1].map(|k| ((p[k] - corner[k]) / bin_m) as usize);
         free[y * size[0] + x].re = 1.0;
     }
@@ -93,7 +94,7 @@ fn slam_planes(
 fn normal_plane(map: &Features, turned: &Pose, corner: [f64; 2], size: [usize; 2], bin_m: f64) -> Vec<Complex32> {
     let mut plane = vec![Complex32::default(); size[0] * size[1]];
     for face in &map.faces {
-        let (p, n) = (turned.turn(face.at), turned.turn(face.normal));
+        let (p, n) = (turned.rotate(face.at), turned.rotate(face.normal));
         let [x, y] = [0, 1].map(|k| (((p[k] - corner[k]) / bin_m) as usize).min(size[k] - 1));
         plane[y * size[0] + x] += Complex32::new((n[0] * face.weight) as f32, (n[1] * face.weight) as f32);
     }

@@ -1,6 +1,7 @@
 //! Wall points: boundary points of occupied cells with normals into free space.
 
 use crate::image::openness;
+use nalgebra::{Matrix2, Vector2};
 use occupancy::{CELL_M, Cell, Raster};
 
 /// A point on a wall.
@@ -87,7 +88,7 @@ impl Faces {
     ) -> Option<[f64; 2]> {
         let (column, row) = ((index % raster.width) as i64, (index / raster.width) as i64);
         let own = self.all[self.of_cell[index] as usize];
-        let (mut n, mut sum, mut squares) = (0usize, [0.0; 2], [0.0; 3]);
+        let (mut n, mut sum, mut squares) = (0usize, Vector2::zeros(), Matrix2::zeros());
         for [dx, dy] in nearest_first {
             let (x, y) = (column + dx, row + dy);
             if x < 0 || y < 0 || x >= raster.width as i64 || y >= raster.height as i64 {
@@ -99,25 +100,26 @@ impl Faces {
             }
             let face = &self.all[face as usize];
             if face.normal[0] * own.normal[0] + face.normal[1] * own.normal[1] > SAME_DIRECTION {
-                let d = [0, 1].map(|k| face.at[k] - own.at[k]);
-                sum = [sum[0] + d[0], sum[1] + d[1]];
-                squares = [squares[0] + d[0] * d[0], squares[1] + d[0] * d[1], squares[2] + d[1] * d[1]];
+                let d = Vector2::from(face.at) - Vector2::from(own.at);
+                sum += d;
+                squares += d * d.transpose();
                 n += 1;
                 if n == n_around {
                     break;
                 }
             }
         }
-        let count = n as f64;
-        let a = squares[0] - sum[0] * sum[0] / count;
-        let b = squares[1] - sum[0] * sum[1] / count;
-        let d = squares[2] - sum[1] * sum[1] / count;
-        let h = libm::hypot(a - d, 2.0 * b);
-        let linear = 1.0 - (6.0 * (a + d - h) / (a + d + h)).min(1.0);
-        if n < 3 || linear.is_nan() || linear <= LEAST_LINEAR {
+        if n < 3 {
             return None;
         }
-        let (sin, cos) = libm::sincos(libm::atan2(2.0 * b, a - d) / 2.0);
+        let scatter = squares - sum * sum.transpose() / n as f64;
+        let across_and_along = scatter.symmetric_eigenvalues();
+        let linear = 1.0 - (6.0 * across_and_along.min() / across_and_along.max()).min(1.0);
+        if linear.is_nan() || linear <= LEAST_LINEAR {
+            return None;
+        }
+        // The direction of the larger one: of a wall along y an eigenvector would lose it in a difference of like numbers.
+        let (sin, cos) = libm::sincos(libm::atan2(2.0 * scatter.m12, scatter.m11 - scatter.m22) / 2.0);
         let out = -sin * own.normal[0] + cos * own.normal[1];
         Some(if out < 0.0 { [sin, -cos] } else { [-sin, cos] })
     }

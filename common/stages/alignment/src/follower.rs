@@ -1,8 +1,8 @@
 //! Pose tracking: decides which pose is published while maps arrive; it never jumps without an operator.
 
 use crate::thresholds::{N_WINS, SAME_M, SAME_RAD};
+use frames::wrapped;
 use messages::{PoseRecord, PoseState};
-use occupancy::{MapFromSlam, wrapped};
 
 /// By how much the pose that counts may change without anybody's word.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,7 +110,7 @@ impl Follower {
 
 /// True if two poses of a storey move the middle of the newer SLAM map to about the same place, and turn as far.
 fn is_within(pose: &PoseRecord, newer: &PoseRecord, far_m: f64, far_rad: f64) -> bool {
-    let [a, b] = [pose, newer].map(|p| MapFromSlam::from(p).apply(newer.about_m));
+    let [a, b] = [pose, newer].map(|p| p.map_from_slam().apply(newer.about_m));
     let turn_rad = wrapped(pose.map_from_slam[2] - newer.map_from_slam[2]).abs();
     pose.map_storey == newer.map_storey && libm::hypot(a[0] - b[0], a[1] - b[1]) <= far_m && turn_rad <= far_rad
 }

@@ -27,13 +27,14 @@ mod chance;
 mod image;
 mod thresholds;
 
+mod pose;
+
 mod corners;
 mod faces;
 mod features;
 
 mod correlation;
 mod rotations;
-mod same_pose;
 mod votes;
 
 mod refine;

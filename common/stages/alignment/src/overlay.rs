@@ -1,6 +1,7 @@
 //! Overlay image of two aligned maps.
 
-use crate::alignment::{AlignedPose, PreparedMap, between_corners};
+use crate::alignment::{AlignedPose, PreparedMap, between_cells};
+use frames::{Map, Slam};
 use image::{ImageError, ImageFormat, Rgb, RgbImage};
 use occupancy::{CELL_M, Cell};
 use std::io::Cursor;
@@ -25,8 +26,12 @@ const SAME_WALL_M: f64 = 0.15;
 ///
 /// # Errors
 /// A picture too large for PNG.
-pub fn overlay(reference: &PreparedMap, slam: &PreparedMap, pose: &AlignedPose) -> Result<Vec<u8>, ImageError> {
-    let pose = between_corners(reference, slam, &pose.map_from_slam);
+pub fn overlay(
+    reference: &PreparedMap<Map>,
+    slam: &PreparedMap<Slam>,
+    pose: &AlignedPose,
+) -> Result<Vec<u8>, ImageError> {
+    let pose = between_cells(reference, slam, &pose.map_from_slam);
     let (model, seen) = (&reference.features.raster, &slam.features.raster);
     // Both maps lie in the picture: cells from that of the reference's corner.
     let cells_of = |p: [f64; 2]| p.map(|c| libm::floor(c / CELL_M) as i64);
@@ -42,11 +47,13 @@ pub fn overlay(reference: &PreparedMap, slam: &PreparedMap, pose: &AlignedPose) 
     let at_pixel = |x: u32, y: u32| [i64::from(x) + lo[0], hi[1] - 1 - i64::from(y)];
     let picture = RgbImage::from_fn(size[0], size[1], |x, y| {
         let p = at_pixel(x, y).map(|c| (c as f64 + 0.5) * CELL_M);
-        let robot = seen.at(pose.undo(p));
+        let robot = seen.at(pose.apply_inverse(p));
         match (model.at(p), robot) {
             (_, Cell::Occupied) if is_near(reference.features.nearest(p).map(|n| n.1)) => EXPLAINED,
             (_, Cell::Occupied) => ADDED,
-            (Cell::Occupied, Cell::Free) if !is_near(slam.features.nearest(pose.undo(p)).map(|n| n.1)) => MISSING,
+            (Cell::Occupied, Cell::Free) if !is_near(slam.features.nearest(pose.apply_inverse(p)).map(|n| n.1)) => {
+                MISSING
+            }
             (Cell::Occupied, _) => MODEL,
             (_, Cell::Free) => SEEN,
             (Cell::Free, Cell::Unknown) => FREE,

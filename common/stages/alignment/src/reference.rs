@@ -1,6 +1,7 @@
 //! Reference maps for alignment: the planned site, sliced at lidar height.
 
 use crate::alignment::PreparedMap;
+use frames::Map;
 use messages::{ArchiveError, Grid, Phase, RobotProfile, Site};
 use occupancy::{CELL_M, Cell, OccupancyMap};
 use raster::{RasterizeError, Rasterizer};
@@ -14,7 +15,7 @@ pub struct References {
     made_from: (u64, RobotProfile),
     rasterizer: Rasterizer,
     /// By map storey, with the hash of the grid that it was made from.
-    maps: Vec<(u64, Arc<PreparedMap>)>,
+    maps: Vec<(u64, Arc<PreparedMap<Map>>)>,
 }
 
 /// Why there is nothing to compare with.
@@ -51,7 +52,7 @@ impl References {
         &mut self,
         site: &Site<'_>,
         phase: &Phase<'_>,
-    ) -> Result<impl ExactSizeIterator<Item = Arc<PreparedMap>>, ReferenceError> {
+    ) -> Result<impl ExactSizeIterator<Item = Arc<PreparedMap<Map>>>, ReferenceError> {
         self.rasterizer.draw(site, &phase.as_planned());
         for (storey, drawn) in self.rasterizer.drawn().enumerate() {
             if self.maps.get(storey).is_some_and(|(hash, _)| *hash == drawn.content_hash) {

@@ -2,7 +2,9 @@
 
 use crate::faces::Face;
 use crate::features::Features;
-use occupancy::Pose;
+use crate::pose::{Pose, moved};
+use frames::PoseCovariance;
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 /// Scales of the residual from coarse to fine, in metres; each is taken three times.
 pub(crate) const COARSE: [f64; 3] = [0.6, 0.4, 0.3];
@@ -27,22 +29,22 @@ const LEAST_VARIANCE: f64 = 1e-4;
 pub(crate) struct Refined {
     pub(crate) pose: Pose,
     /// Of x, y and yaw of the motion around `about`, a place in the reference.
-    pub(crate) covariance: [[f64; 3]; 3],
+    pub(crate) covariance: PoseCovariance,
     pub(crate) about: [f64; 2],
 }
 
 impl Refined {
     /// The covariance of where a point of the SLAM map comes to lie, and of yaw.
-    pub(crate) fn covariance_at(&self, point: [f64; 2]) -> [[f64; 3]; 3] {
+    pub(crate) fn covariance_at(&self, point: [f64; 2]) -> PoseCovariance {
         let place = self.pose.apply(point);
-        occupancy::transported(&self.covariance, [0, 1].map(|k| place[k] - self.about[k]))
+        self.covariance.transported([0, 1].map(|k| place[k] - self.about[k]))
     }
 
     /// Standard deviations of that place in the direction that is held worst, and of yaw.
     pub(crate) fn loose(&self, point: [f64; 2]) -> [f64; 2] {
-        let c = self.covariance_at(point);
-        let largest = (c[0][0] + c[1][1] + libm::hypot(c[0][0] - c[1][1], 2.0 * c[0][1])) / 2.0;
-        [largest.max(0.0).sqrt(), c[2][2].max(0.0).sqrt()]
+        let covariance = self.covariance_at(point);
+        let [_, _, yaw_rad] = covariance.deviations();
+        [covariance.worst_m(), yaw_rad]
     }
 }
 
@@ -54,7 +56,7 @@ pub(crate) fn refined(reference: &Features, faces: &[Face], start: Pose, scales:
         for _ in 0..TIMES {
             let (step, about) = step(reference, faces, &pose, scale)?;
             let x = step.solved()?;
-            pose = pose.moved(x, about);
+            pose = moved(&pose, x.into(), about);
             let is_still = libm::hypot(x[0], x[1]) < STILL_M && x[2].abs() < STILL_RAD;
             last = Some((step, about));
             if is_still {
@@ -63,12 +65,12 @@ pub(crate) fn refined(reference: &Features, faces: &[Face], start: Pose, scales:
         }
     }
     let (step, about) = last?;
-    Some(Refined { pose, covariance: step.covariance()?, about })
+    Some(Refined { pose, covariance: PoseCovariance::from_rows(step.covariance()?.into()), about })
 }
 
 /// A step towards the reference, and the place that it turns around.
 fn step(reference: &Features, faces: &[Face], pose: &Pose, scale: f64) -> Option<(Normal<3>, [f64; 2])> {
-    let matches = matches(reference, faces, scale, |face| (pose.apply(face.at), pose.turn(face.normal)))?;
+    let matches = matches(reference, faces, scale, |face| (pose.apply(face.at), pose.rotate(face.normal)))?;
     let n = matches.len() as f64;
     let about = [0, 1].map(|k| matches.iter().map(|m| m.at[k]).sum::<f64>() / n);
     let lever = |m: &Match| m.normal[1] * (m.at[0] - about[0]) - m.normal[0] * (m.at[1] - about[1]);
@@ -112,8 +114,8 @@ pub(crate) fn matches(
 
 /// Normal equations of `N` unknowns.
 pub(crate) struct Normal<const N: usize> {
-    a: [[f64; N]; N],
-    b: [f64; N],
+    a: SMatrix<f64, N, N>,
+    b: SVector<f64, N>,
     residual: f64,
     weight: f64,
 }
@@ -121,58 +123,32 @@ pub(crate) struct Normal<const N: usize> {
 impl<const N: usize> Normal<N> {
     /// `slopes` are those of the residual by each unknown.
     pub(crate) fn of(matches: &[Match], slopes: impl Fn(&Match) -> [f64; N]) -> Self {
-        let mut sums = Self { a: [[0.0; N]; N], b: [0.0; N], residual: 0.0, weight: 0.0 };
+        let mut sums = Self { a: SMatrix::zeros(), b: SVector::zeros(), residual: 0.0, weight: 0.0 };
         for m in matches {
-            let j = slopes(m);
-            for row in 0..N {
-                for column in 0..N {
-                    sums.a[row][column] += m.weight * j[row] * j[column];
-                }
-                sums.b[row] -= m.weight * j[row] * m.residual;
-            }
+            let j = SVector::from(slopes(m));
+            let weighted = j * m.weight;
+            sums.a += weighted * j.transpose();
+            sums.b -= weighted * m.residual;
             sums.residual += m.weight * m.residual * m.residual;
             sums.weight += m.weight;
         }
-        (0..N).for_each(|k| sums.a[k][k] += DAMPING);
+        sums.a += SMatrix::from_diagonal_element(DAMPING);
         sums
     }
 
     /// The unknowns; `None` if nothing holds them.
-    pub(crate) fn solved(&self) -> Option<[f64; N]> {
-        Some(inverse(&self.a)?.map(|row| (0..N).map(|k| row[k] * self.b[k]).sum()))
+    pub(crate) fn solved(&self) -> Option<SVector<f64, N>> {
+        Some(self.factor()?.solve(&self.b))
     }
 
     /// Their covariance.
-    pub(crate) fn covariance(&self) -> Option<[[f64; N]; N]> {
+    pub(crate) fn covariance(&self) -> Option<SMatrix<f64, N, N>> {
         let variance = (self.residual / self.weight.max(1.0)).max(LEAST_VARIANCE) * COVARIANCE_FACTOR;
-        Some(inverse(&self.a)?.map(|row| row.map(|c| c * variance)))
+        Some(self.factor()?.inverse() * variance)
     }
-}
 
-/// The inverse of a matrix by elimination; `None` if it has none.
-pub(crate) fn inverse<const N: usize>(a: &[[f64; N]; N]) -> Option<[[f64; N]; N]> {
-    let mut left = *a;
-    let mut right = [[0.0; N]; N];
-    (0..N).for_each(|k| right[k][k] = 1.0);
-    for column in 0..N {
-        let pivot = (column..N).max_by(|&r, &s| left[r][column].abs().total_cmp(&left[s][column].abs()))?;
-        left.swap(column, pivot);
-        right.swap(column, pivot);
-        let divisor = left[column][column];
-        if divisor.abs() < f64::MIN_POSITIVE || !divisor.is_finite() {
-            return None;
-        }
-        let (of_left, of_right) = (left[column].map(|c| c / divisor), right[column].map(|c| c / divisor));
-        for row in 0..N {
-            let share = left[row][column];
-            if row != column && share != 0.0 {
-                for k in 0..N {
-                    left[row][k] -= share * of_left[k];
-                    right[row][k] -= share * of_right[k];
-                }
-            }
-        }
-        (left[column], right[column]) = (of_left, of_right);
+    /// The sum of squares is positive definite unless a number in it is none.
+    fn factor(&self) -> Option<Cholesky<f64, Const<N>>> {
+        self.a.cholesky()
     }
-    Some(right)
 }

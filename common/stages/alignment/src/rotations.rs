@@ -1,7 +1,7 @@
 //! Candidate rotations from histograms of wall normals.
 
 use crate::faces::Face;
-use occupancy::wrapped;
+use frames::wrapped;
 use std::f64::consts::TAU;
 
 /// Half a degree each, over the full circle: walls have two sides.

@@ -2,8 +2,8 @@
 
 use crate::faces::Face;
 use crate::features::Features;
+use crate::pose::{Pose, moved};
 use crate::refine::{Normal, matches};
-use occupancy::Pose;
 
 /// Lengths of a SLAM map as a share of the model's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,17 +25,17 @@ pub(crate) fn scale(reference: &Features, slam: &Features, faces: &[Face], start
     let mut deviation = f64::INFINITY;
     for _ in 0..TIMES {
         let grown = |at: [f64; 2]| [0, 1].map(|k| middle[k] + factor * (at[k] - middle[k]));
-        let placed = |face: &Face| (pose.apply(grown(face.at)), pose.turn(face.normal));
+        let placed = |face: &Face| (pose.apply(grown(face.at)), pose.rotate(face.normal));
         let found = matches(reference, faces, WITHIN_M, placed)?;
         let about = pose.apply(middle);
         let normal = Normal::of(&found, |m| {
             let ([nx, ny], d) = (m.normal, [m.at[0] - about[0], m.at[1] - about[1]]);
             [nx, ny, ny * d[0] - nx * d[1], (nx * d[0] + ny * d[1]) / factor]
         });
-        let [dx, dy, turn_rad, more] = normal.solved()?;
-        pose = pose.moved([dx, dy, turn_rad], about);
+        let [dx, dy, turn_rad, more] = normal.solved()?.into();
+        pose = moved(&pose, [dx, dy, turn_rad], about);
         factor += more;
-        deviation = normal.covariance()?[3][3].max(0.0).sqrt();
+        deviation = normal.covariance()?[(3, 3)].max(0.0).sqrt();
         if more.abs() < STILL {
             break;
         }

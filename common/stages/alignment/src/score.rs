@@ -2,9 +2,10 @@
 
 use crate::faces::Face;
 use crate::features::Features;
+use crate::pose::Pose;
 use crate::thresholds::FARTHEST_M;
 use messages::Evidence;
-use occupancy::{Cell, Pose};
+use occupancy::Cell;
 
 /// Scales over which a score is averaged, in metres: a bent map still scores on the coarse ones.
 pub(crate) const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
@@ -34,7 +35,7 @@ pub(crate) fn evidence(sides: &Sides<'_>, pose: &Pose, scales: &[f64]) -> Eviden
     let mut precision = 0.0;
     for face in sides.slam_faces {
         if let Some((nearest, squared)) = sides.reference.nearest(pose.apply(face.at)) {
-            let n = pose.turn(face.normal);
+            let n = pose.rotate(face.normal);
             let agreement = n[0] * nearest.normal[0] + n[1] * nearest.normal[1];
             if squared <= FARTHEST_M * FARTHEST_M && agreement > 0.0 {
                 precision += close(squared) * agreement;
@@ -45,9 +46,9 @@ pub(crate) fn evidence(sides: &Sides<'_>, pose: &Pose, scales: &[f64]) -> Eviden
     let (mut n_seen, mut recall) = (0usize, 0.0);
     for face in sides.reference_faces {
         let front = [0, 1].map(|k| face.at[k] + IN_FRONT_M * face.normal[k]);
-        if sides.slam.raster.at(pose.undo(front)) == Cell::Free {
+        if sides.slam.raster.at(pose.apply_inverse(front)) == Cell::Free {
             n_seen += 1;
-            let place = pose.undo(face.at);
+            let place = pose.apply_inverse(face.at);
             let nearest = if sides.scans { sides.slam.nearest_by_scan(place) } else { sides.slam.nearest(place) };
             recall += nearest.map_or(0.0, |(_, squared)| close(squared));
         }

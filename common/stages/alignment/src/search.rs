@@ -4,14 +4,14 @@ use crate::chance::Chance;
 use crate::correlation::correlated;
 use crate::faces::Face;
 use crate::features::Features;
+use crate::pose::{Pose, is_same, moved};
 use crate::refine::{COARSE, Refined, SOFT, TIGHT, refined};
 use crate::rotations::turns;
-use crate::same_pose::is_same;
 use crate::score::{SCALES, Sides, evidence};
 use crate::thresholds::{LEAST_FACES, N_REFINED};
 use crate::votes::voted;
+use frames::wrapped;
 use messages::Evidence;
-use occupancy::{Pose, wrapped};
 
 /// Faces that are drawn.
 const N_FACES: usize = 1500;
@@ -41,7 +41,7 @@ impl Near {
     fn holds(&self, pose: &Pose, about: [f64; 2]) -> bool {
         let (a, b) = (self.pose.apply(about), pose.apply(about));
         libm::hypot(a[0] - b[0], a[1] - b[1]) <= self.radius_m
-            && wrapped(self.pose.yaw_rad - pose.yaw_rad).abs() <= self.radius_rad
+            && wrapped(self.pose.yaw_rad() - pose.yaw_rad()).abs() <= self.radius_rad
     }
 
     /// The guess, and poses around it from which a refinement reaches all that is near.
@@ -56,7 +56,7 @@ impl Near {
                 for x in -n..=n {
                     let step =
                         [part(x, n, self.radius_m), part(y, n, self.radius_m), part(turn, n_turns, self.radius_rad)];
-                    poses.push(self.pose.moved(step, middle));
+                    poses.push(moved(&self.pose, step, middle));
                 }
             }
         }

@@ -1,8 +1,9 @@
 //! Candidate poses by voting of similar corner pairs.
 
 use crate::corners::Corner;
+use crate::pose::Pose;
 use crate::thresholds::N_VOTED;
-use occupancy::{Pose, wrapped};
+use frames::wrapped;
 use std::f64::consts::PI;
 
 /// Corners of the reference that each corner of the SLAM map is taken for.
@@ -34,7 +35,7 @@ pub(crate) fn voted(slam: &[Corner], reference: &[Corner], turns: &[f64]) -> Vec
             .iter()
             .filter(|p| wrapped(p.turn_rad - turn).abs() < SAME_ANGLE_RAD)
             .map(|p| {
-                let [x, y] = turned.turn(p.slam);
+                let [x, y] = turned.rotate(p.slam);
                 ([p.reference[0] - x, p.reference[1] - y], p.weight)
             })
             .collect();

@@ -4,8 +4,9 @@
 mod support;
 
 use alignment::{Alignment, Hint, PreparedMap, align_maps};
+use frames::{Map, Rigid2, Slam, wrapped};
 use messages::Verdict;
-use occupancy::{Cell, MapFromSlam, OccupancyMap};
+use occupancy::{Cell, OccupancyMap};
 use proptest::prelude::*;
 use support::{PLACES, Walls, flat, inside, scanned};
 
@@ -50,13 +51,10 @@ fn align(reference: &OccupancyMap, slam: &OccupancyMap, hint: Option<&Hint>) -> 
     align_maps(&[PreparedMap::of_model(reference)], &PreparedMap::of_slam(slam), hint)
 }
 
-fn is_at(found: MapFromSlam, truth: MapFromSlam, at: [f64; 2]) -> bool {
-    let back = truth.inverse();
-    let p = MapFromSlam { x_m: back[0], y_m: back[1], yaw_rad: back[2] }.apply(at);
-    let (a, b) = (found.apply(p), truth.apply(p));
-    let turn = (found.yaw_rad - truth.yaw_rad + 9.0 * std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
-        - std::f64::consts::PI;
-    (a[0] - b[0]).hypot(a[1] - b[1]) < 0.05 && turn.abs() < 0.01
+fn is_at(found: Rigid2<Map, Slam>, truth: Rigid2<Map, Slam>, at: [f64; 2]) -> bool {
+    let found_at = found.apply(truth.apply_inverse(at));
+    let turn_rad = wrapped(found.yaw_rad() - truth.yaw_rad());
+    (found_at[0] - at[0]).hypot(found_at[1] - at[1]) < 0.05 && turn_rad.abs() < 0.01
 }
 
 proptest! {
@@ -70,7 +68,7 @@ proptest! {
         resolution_m in prop::sample::select(vec![0.02, 0.05, 0.08]),
         origin_yaw_rad in prop::sample::select(vec![0.0, 0.7]),
     ) {
-        let truth = MapFromSlam { x_m, y_m, yaw_rad };
+        let truth = Rigid2::new([x_m, y_m], yaw_rad);
         let slam = scanned(&flat(), &PLACES, truth, resolution_m, origin_yaw_rad);
         let found = align(&model(&flat()), &slam, None);
         prop_assert_eq!(found.verdict, Verdict::Accepted, "{}", found.reason);
@@ -83,14 +81,14 @@ proptest! {
 
 #[test]
 fn a_building_that_is_its_own_half_turn_is_ambiguous_until_somebody_gives_a_hint() {
-    let truth = MapFromSlam { x_m: 3.0, y_m: -7.0, yaw_rad: 0.4 };
+    let truth = Rigid2::new([3.0, -7.0], 0.4);
     let slam = scanned(&twin(), &[[1.0, 1.0], [9.0, 5.0], [5.0, 2.0], [5.0, 4.6]], truth, 0.05, 0.0);
     let found = align(&model(&twin()), &slam, None);
     assert_eq!(found.verdict, Verdict::Ambiguous);
     assert!(found.poses.iter().any(|p| is_at(p.map_from_slam, truth, [5.0, 3.0])), "the true pose is among them");
-    let other = MapFromSlam { yaw_rad: truth.yaw_rad - std::f64::consts::PI, ..truth };
-    assert!(found.poses.iter().any(|p| (p.map_from_slam.yaw_rad - other.yaw_rad).abs() < 0.01));
-    let map_from_slam = MapFromSlam { x_m: 3.4, y_m: -6.8, yaw_rad: 0.3 };
+    let other_yaw_rad = truth.yaw_rad() - std::f64::consts::PI;
+    assert!(found.poses.iter().any(|p| (p.map_from_slam.yaw_rad() - other_yaw_rad).abs() < 0.01));
+    let map_from_slam = Rigid2::new([3.4, -6.8], 0.3);
     let found = align(&model(&twin()), &slam, Some(&Hint { map_from_slam, radius_m: 2.0, radius_rad: 0.4 }));
     assert_eq!(found.verdict, Verdict::Accepted, "{}", found.reason);
     assert!(is_at(found.poses[0].map_from_slam, truth, [5.0, 3.0]));
@@ -117,7 +115,7 @@ fn maps_that_show_too_little_are_refused_with_the_reason() {
 
 #[test]
 fn another_building_is_not_accepted() {
-    let truth = MapFromSlam { x_m: 0.0, y_m: 0.0, yaw_rad: 1.0 };
+    let truth = Rigid2::new([0.0; 2], 1.0);
     let slam = scanned(&twin(), &[[1.0, 1.0], [9.0, 5.0], [5.0, 2.0]], truth, 0.05, 0.0);
     let found = align(&model(&flat()), &slam, None);
     assert_ne!(found.verdict, Verdict::Accepted);
@@ -126,7 +124,7 @@ fn another_building_is_not_accepted() {
 
 #[test]
 fn of_several_storeys_the_right_one_is_named_and_two_that_are_alike_are_ambiguous() {
-    let truth = MapFromSlam { x_m: 4.0, y_m: 5.0, yaw_rad: 1.3 };
+    let truth = Rigid2::new([4.0, 5.0], 1.3);
     let slam = PreparedMap::of_slam(&scanned(&flat(), &PLACES, truth, 0.05, 0.0));
     let storeys = [twin(), flat()].map(|walls| PreparedMap::of_model(&model(&walls)));
     let found = align_maps(&storeys, &slam, None);
@@ -141,7 +139,7 @@ fn of_several_storeys_the_right_one_is_named_and_two_that_are_alike_are_ambiguou
 
 #[test]
 fn the_same_maps_give_the_same_bits() {
-    let truth = MapFromSlam { x_m: 1.0, y_m: 2.0, yaw_rad: -2.0 };
+    let truth = Rigid2::new([1.0, 2.0], -2.0);
     let slam = scanned(&flat(), &PLACES, truth, 0.05, 0.0);
     let first = align(&model(&flat()), &slam, None);
     for _ in 0..3 {

@@ -1,6 +1,7 @@
 //! Local distortion of a SLAM map, estimated from surfaces of surrounding elements.
 
 use crate::thresholds::{ALIKE, BEND_CELL_M, BEND_SIGMA_M, BENT_M, BUILT_M, LEAST_BENT_M, MOST_BENT_M, NOISE_M};
+use nalgebra::{Matrix2, Vector2};
 use std::collections::BTreeMap;
 
 /// A surface that was met beside the side of an element.
@@ -15,9 +16,9 @@ pub(crate) struct Tie {
 /// By how much the map is off at a place, SLAM less model.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bend {
-    pub(crate) by_m: [f64; 2],
-    /// Of `by_m`: the upper triangle xx, xy, yy.
-    covariance: [f64; 3],
+    pub(crate) by_m: Vector2<f64>,
+    /// Of `by_m`, in m².
+    covariance: Matrix2<f64>,
     pub(crate) n: usize,
 }
 
@@ -43,7 +44,7 @@ impl Bends {
             bends.ties.entry(square(at)).or_default().push(tie);
         }
         let all: Vec<Bend> = bends.ties.keys().map(|square| bends.at_square(*square, None)).collect();
-        let sum: f64 = all.iter().map(|b| b.by_m[0] * b.by_m[0] + b.by_m[1] * b.by_m[1]).sum();
+        let sum: f64 = all.iter().map(|b| b.by_m.norm_squared()).sum();
         bends.rms_m = (sum / all.len().max(1) as f64).sqrt();
         // A map that is straight where it can be measured is straight elsewhere, too.
         bends.prior_m = libm::hypot(bends.rms_m.clamp(LEAST_BENT_M, 2.0 * BENT_M), pose_m);
@@ -52,8 +53,8 @@ impl Bends {
 
     /// No bend, and as uncertain as where nothing is known.
     pub(crate) fn none(&self) -> Bend {
-        let variance = self.prior_m * self.prior_m;
-        Bend { by_m: [0.0; 2], covariance: [variance, 0.0, variance], n: 0 }
+        let covariance = Matrix2::from_diagonal_element(self.prior_m * self.prior_m);
+        Bend { by_m: Vector2::zeros(), covariance, n: 0 }
     }
 
     /// The bend at a place, as others than this element say.
@@ -75,22 +76,21 @@ impl Bends {
             }
         }
         limit_each(&mut around);
-        let prior = 1.0 / (self.prior_m * self.prior_m);
-        let mut bend = Bend { by_m: [0.0; 2], covariance: [0.0; 3], n: around.len() };
+        let prior = Matrix2::from_diagonal_element(1.0 / (self.prior_m * self.prior_m));
+        let mut bend = Bend { n: around.len(), ..self.none() };
         for scale_m in SCALES_M {
-            let (mut a, mut b) = ([prior, 0.0, prior], [0.0; 2]);
+            let (mut a, mut b) = (prior, Vector2::zeros());
             for (weight, tie) in &around {
-                let n = tie.normal;
-                let residual_m = tie.offset_m - n[0] * bend.by_m[0] - n[1] * bend.by_m[1];
+                let n = Vector2::from(tie.normal);
+                let residual_m = tie.offset_m - n.dot(&bend.by_m);
                 let robust = scale_m * scale_m / (scale_m * scale_m + residual_m * residual_m);
                 let weight = weight * robust * robust / (NOISE_M * NOISE_M * ALIKE);
-                a = [a[0] + weight * n[0] * n[0], a[1] + weight * n[0] * n[1], a[2] + weight * n[1] * n[1]];
-                b = [0, 1].map(|k| b[k] + weight * n[k] * tie.offset_m);
+                a += n * weight * n.transpose();
+                b += n * weight * tie.offset_m;
             }
-            let determinant = a[0] * a[2] - a[1] * a[1];
-            bend.covariance = [a[2] / determinant, -a[1] / determinant, a[0] / determinant];
-            let [xx, xy, yy] = bend.covariance;
-            bend.by_m = [xx * b[0] + xy * b[1], xy * b[0] + yy * b[1]];
+            // The prior alone is positive definite.
+            let Some(covariance) = a.try_inverse() else { return self.none() };
+            (bend.covariance, bend.by_m) = (covariance, covariance * b);
         }
         bend
     }
@@ -99,14 +99,13 @@ impl Bends {
 impl Bend {
     /// Standard deviation along a direction.
     pub(crate) fn deviation_m(&self, n: [f64; 2]) -> f64 {
-        let [xx, xy, yy] = self.covariance;
-        (n[0] * n[0] * xx + 2.0 * n[0] * n[1] * xy + n[1] * n[1] * yy).max(0.0).sqrt()
+        let n = Vector2::from(n);
+        n.dot(&(self.covariance * n)).max(0.0).sqrt()
     }
 
     /// Standard deviation in the direction that is held worst.
     pub(crate) fn worst_m(&self) -> f64 {
-        let [xx, xy, yy] = self.covariance;
-        ((xx + yy + libm::hypot(xx - yy, 2.0 * xy)) / 2.0).max(0.0).sqrt()
+        self.covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
     }
 }
 

@@ -1,7 +1,8 @@
 //! Inputs of the comparison: site, schedule state and an aligned SLAM map.
 
+use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{Phase, RobotProfile, Site};
-use occupancy::{MapFromSlam, OccupancyMap};
+use occupancy::OccupancyMap;
 
 /// What is compared.
 #[derive(Debug, Clone, Copy)]
@@ -19,9 +20,9 @@ pub struct DeviationInput<'a> {
     /// Hash of that map, for the record.
     pub slam_map_hash: u64,
     /// Where it lies.
-    pub pose: MapFromSlam,
-    /// A place in the SLAM map, and of where it lies in the model's map (x, y) and of yaw the covariance; metres and radians.
+    pub map_from_slam: Rigid2<Map, Slam>,
+    /// A place in the SLAM map, in metres.
     pub about_m: [f64; 2],
-    /// See there.
-    pub covariance: [[f64; 3]; 3],
+    /// Of where that place lies in the model's map and of yaw.
+    pub covariance: PoseCovariance,
 }

@@ -37,7 +37,6 @@ use bend::{Bends, Tie};
 use evidence::{Evidence, evidence};
 use messages::ArchiveBuffer;
 use obstacles::{Explained, obstacles};
-use occupancy::transported;
 use rayon::prelude::*;
 use sections::{Kind, Sections};
 use sides::{Sample, open_samples};
@@ -50,7 +49,7 @@ use thresholds::{MOST_BENT_M, OUTSIDE_M, SAME_SIDE_M};
 /// # Panics
 /// If the site has no such map storey, or the phase is of another site.
 pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
-    let slam = SlamView::new(input.slam, &input.pose);
+    let slam = SlamView::new(input.slam, &input.map_from_slam);
     let sections = Sections::of(input.site, input.phase, input.robot, input.map_storey);
     let n_cuts = sections.cuts.len() as u32;
     let samples: Vec<Vec<Sample>> = (0..n_cuts).into_par_iter().map(|cut| open_samples(&sections, cut)).collect();
@@ -90,12 +89,8 @@ fn ties(sections: &Sections, samples: &[Vec<Sample>], slam: &SlamView) -> Vec<([
 
 /// What the pose is uncertain by at the corner of the storey that lies farthest from where it is told for.
 fn pose_deviation_m(input: &DeviationInput<'_>) -> f64 {
-    let about = input.pose.apply(input.about_m);
+    let about = input.map_from_slam.apply(input.about_m);
     let bounds = input.site.map_storeys[input.map_storey].bounds_tenths.map(frames::metres);
     let corners = [[0, 1], [0, 3], [2, 1], [2, 3]].map(|[x, y]| [bounds[x] - about[0], bounds[y] - about[1]]);
-    let worst = |d: [f64; 2]| {
-        let c = transported(&input.covariance, d);
-        ((c[0][0] + c[1][1] + libm::hypot(c[0][0] - c[1][1], 2.0 * c[0][1])) / 2.0).max(0.0).sqrt()
-    };
-    corners.map(worst).into_iter().fold(0.0, f64::max)
+    corners.map(|d| input.covariance.transported(d).worst_m()).into_iter().fold(0.0, f64::max)
 }

@@ -140,7 +140,7 @@ fn outline(slam: &SlamView, is_strange: &[bool], cells: &[usize]) -> MultiPolygo
     // Cells are united on whole numbers, and turned into the map afterwards: what is straight stays so.
     let united = geometry::union(&squares, FillRule::NonZero);
     let turned = |ring: &Ring| -> Ring {
-        let place = |p: &[i32; 2]| slam.pose.apply(p.map(|c| f64::from(c) * slam.cell_m));
+        let place = |p: &[i32; 2]| slam.map_from_cells.apply(p.map(|c| f64::from(c) * slam.cell_m));
         ring.iter().map(|p| place(p).map(|c| frames::tenths(c).unwrap_or(0))).collect()
     };
     let polygon = |p: &Polygon| Polygon { exterior: turned(&p.exterior), holes: p.holes.iter().map(turned).collect() };

@@ -1,15 +1,19 @@
 //! A SLAM map in `map` coordinates: cell lookup and probing along a line.
 
 use crate::thresholds::{DEEP_M, FREE_SHARE, FRONT_M, LEAST_CELL_M, REACH_M};
-use occupancy::{Cell, MapFromSlam, OccupancyMap, Pose, Raster};
+use frames::{Map, Rigid2, Slam};
+use occupancy::{Cell, OccupancyMap, Raster};
+
+/// The frame of a SLAM map's cells: metres from its lower left corner, along its rows and columns.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Cells {}
 
 /// A SLAM map with its pose in the model's map.
 pub(crate) struct SlamView {
     pub(crate) cells: Vec<Cell>,
     pub(crate) width: usize,
     pub(crate) cell_m: f64,
-    /// `map_from_corner`: from metres in the axes of the cells.
-    pub(crate) pose: Pose,
+    pub(crate) map_from_cells: Rigid2<Map, Cells>,
 }
 
 /// Where the lines of a probe begin and end, along the inward normal of a side.
@@ -34,15 +38,13 @@ pub(crate) struct Met {
 }
 
 impl SlamView {
-    pub(crate) fn new(map: &OccupancyMap, map_from_slam: &MapFromSlam) -> Self {
-        let [x, y, yaw] = map.origin;
-        let corner = map_from_slam.apply([x, y]);
-        let pose = Pose::new(corner, map_from_slam.yaw_rad + yaw);
+    pub(crate) fn new(map: &OccupancyMap, map_from_slam: &Rigid2<Map, Slam>) -> Self {
+        let map_from_cells = map_from_slam * &Rigid2::<Slam, Cells>::of_x_y_yaw(map.origin);
         if map.resolution_m < LEAST_CELL_M * 0.99 {
             let raster = Raster::of(&map.cells, map.width, map.resolution_m);
-            return Self { cells: raster.cells, width: raster.width, cell_m: LEAST_CELL_M, pose };
+            return Self { cells: raster.cells, width: raster.width, cell_m: LEAST_CELL_M, map_from_cells };
         }
-        Self { cells: map.cells.clone(), width: map.width, cell_m: map.resolution_m, pose }
+        Self { cells: map.cells.clone(), width: map.width, cell_m: map.resolution_m, map_from_cells }
     }
 
     pub(crate) fn height(&self) -> usize {
@@ -51,7 +53,7 @@ impl SlamView {
 
     /// What is at a place in `map`; unknown outside.
     pub(crate) fn at(&self, place: [f64; 2]) -> Cell {
-        let [x, y] = self.pose.undo(place).map(|c| (c / self.cell_m).floor());
+        let [x, y] = self.map_from_cells.apply_inverse(place).map(|c| (c / self.cell_m).floor());
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64;
         let cell = if inside { self.cells.get(y as usize * self.width + x as usize) } else { None };
         cell.copied().unwrap_or(Cell::Unknown)
@@ -60,7 +62,7 @@ impl SlamView {
     /// The middle of a cell in `map`.
     pub(crate) fn middle(&self, index: usize) -> [f64; 2] {
         let [column, row] = [index % self.width, index / self.width];
-        self.pose.apply([column, row].map(|c| (c as f64 + 0.5) * self.cell_m))
+        self.map_from_cells.apply([column, row].map(|c| (c as f64 + 0.5) * self.cell_m))
     }
 
     /// Looks along the normal of a side, from outside to behind it, on three lines a cell apart: walls of few hits have gaps.

@@ -46,7 +46,7 @@ pub(super) fn archive(
     obstacles.iter().for_each(|o| add_obstacle(input, &mut builder, o));
     builder.residuals.extend(bends.all().map(|(at_m, bend)| ResidualRecord {
         at_m,
-        residual_m: bend.by_m,
+        residual_m: bend.by_m.into(),
         deviation_m: bend.worst_m(),
         n_samples: bend.n as u32,
         reserved: 0,
@@ -57,14 +57,13 @@ pub(super) fn archive(
 fn head(input: &DeviationInput<'_>, slam: &SlamView, bends: &Bends, n_outside: u32) -> DeviationsHead {
     let storey = &input.site.map_storeys[input.map_storey];
     let spec = spec_of(storey.bounds_tenths);
-    let c = &input.covariance;
     DeviationsHead {
         site_hash: input.site.content_hash(),
         phase_hash: input.phase.content_hash(),
         slam_map_hash: input.slam_map_hash,
         plan_time_s: input.phase.head.plan_time_s,
-        map_from_slam: [input.pose.x_m, input.pose.y_m, input.pose.yaw_rad],
-        pose_deviation: [0, 1, 2].map(|k| c[k][k].max(0.0).sqrt()),
+        map_from_slam: input.map_from_slam.x_y_yaw(),
+        pose_deviation: input.covariance.deviations(),
         lidar_z_m: frames::metres(storey.floor_z_tenths) + input.robot.lidar_height_m,
         slam_cell_m: slam.cell_m,
         residual_rms_m: bends.rms_m,

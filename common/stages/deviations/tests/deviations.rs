@@ -5,13 +5,13 @@
 mod support;
 
 use deviations::{DeviationInput, deviations};
+use frames::{Map, PoseCovariance, Rigid2, Slam};
 use grid::Class;
 use messages::*;
-use occupancy::{MapFromSlam, OccupancyMap};
+use occupancy::OccupancyMap;
 use proptest::prelude::*;
 use support::{PLACES, Storey, Walls, flat, scanned, scanned_bent};
 
-const POSE: MapFromSlam = MapFromSlam { x_m: 3.0, y_m: -7.0, yaw_rad: 0.4 };
 const VARIANCE: [[f64; 3]; 3] = [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-6]];
 
 /// What was found: per element, and obstacles as (area, length, centroid).
@@ -36,7 +36,16 @@ impl Found {
     }
 }
 
-fn compared(storey: Storey, slam: &OccupancyMap, pose: MapFromSlam, plan: impl Fn(&mut PhaseBuilder)) -> Found {
+fn map_from_slam() -> Rigid2<Map, Slam> {
+    Rigid2::new([3.0, -7.0], 0.4)
+}
+
+fn compared(
+    storey: Storey,
+    slam: &OccupancyMap,
+    map_from_slam: Rigid2<Map, Slam>,
+    plan: impl Fn(&mut PhaseBuilder),
+) -> Found {
     let site = storey.site();
     let site = Site::open(site.bytes()).unwrap();
     let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
@@ -49,9 +58,9 @@ fn compared(storey: Storey, slam: &OccupancyMap, pose: MapFromSlam, plan: impl F
         map_storey: 0,
         slam,
         slam_map_hash: 7,
-        pose,
+        map_from_slam,
         about_m: [0.0; 2],
-        covariance: VARIANCE,
+        covariance: PoseCovariance::from_rows(VARIANCE),
     });
     let found = Deviations::open(archive.bytes()).unwrap();
     found.check_site(&site).unwrap();
@@ -64,7 +73,7 @@ fn compared(storey: Storey, slam: &OccupancyMap, pose: MapFromSlam, plan: impl F
 
 /// The flat as the model has it beside what was built.
 fn as_built(built: &Walls) -> Found {
-    compared(Storey::of(&flat()), &scanned(built, &PLACES, POSE, 0.05, 0.0), POSE, |_| {})
+    compared(Storey::of(&flat()), &scanned(built, &PLACES, map_from_slam(), 0.05, 0.0), map_from_slam(), |_| {})
 }
 
 const ON_PLAN: (Observation, Judgement) = (Observation::Observed, Judgement::OnPlan);
@@ -129,8 +138,8 @@ fn what_nobody_looked_at_is_unseen_and_never_absent() {
     let mut built = flat();
     built.retain(|w| *w != flat()[9]);
     // Only the left rooms are visited, and the wall that is missing lies right.
-    let slam = scanned(&built, &PLACES[..2], POSE, 0.05, 0.0);
-    let found = compared(Storey::of(&flat()), &slam, POSE, |_| {});
+    let slam = scanned(&built, &PLACES[..2], map_from_slam(), 0.05, 0.0);
+    let found = compared(Storey::of(&flat()), &slam, map_from_slam(), |_| {});
     assert_eq!(found.observation(9), (Observation::Unseen, Judgement::Unknown));
     assert_eq!((found.reason(9), found.of(9).n_visible), ("not_seen", 0));
     assert_eq!(found.observation(10), ON_PLAN);
@@ -142,8 +151,8 @@ fn glass_and_what_the_lidar_passes_over_is_unseen_whether_it_is_there_or_not() {
     let glass = storey.add(Class::Wall, [5.0, 6.6, 7.0, 6.65], [0.0, 2.5]);
     storey.builder.elements[glass].flags = element_flags::GLASS;
     let shelf = storey.add(Class::Furniture, [5.0, 1.0, 6.0, 1.4], [0.8, 1.0]);
-    let slam = scanned(&flat(), &PLACES, POSE, 0.05, 0.0);
-    let found = compared(storey, &slam, POSE, |_| {});
+    let slam = scanned(&flat(), &PLACES, map_from_slam(), 0.05, 0.0);
+    let found = compared(storey, &slam, map_from_slam(), |_| {});
     assert_eq!((found.observation(glass).0, found.reason(glass)), (Observation::Unseen, "glass"));
     assert_eq!((found.observation(shelf).0, found.reason(shelf)), (Observation::Unseen, "no_section"));
     assert_all_on_plan(&found, &[]);
@@ -160,12 +169,12 @@ fn a_door_is_observed_while_it_is_closed_and_unseen_while_it_is_open() {
     };
     let mut closed = flat();
     closed.push(door);
-    let found = compared(storey(), &scanned(&closed, &PLACES, POSE, 0.05, 0.0), POSE, |_| {});
+    let found = compared(storey(), &scanned(&closed, &PLACES, map_from_slam(), 0.05, 0.0), map_from_slam(), |_| {});
     assert_eq!(found.observation(11), ON_PLAN, "{:?}", found.of(11));
     // Its leaf stands out into the room.
     let mut open = flat();
     open.push([2.0, 5.5, 2.05, 6.4]);
-    let found = compared(storey(), &scanned(&open, &PLACES, POSE, 0.05, 0.0), POSE, |_| {});
+    let found = compared(storey(), &scanned(&open, &PLACES, map_from_slam(), 0.05, 0.0), map_from_slam(), |_| {});
     assert_eq!((found.observation(11).0, found.reason(11)), (Observation::Unseen, "door"));
     assert!(found.obstacles.is_empty(), "a leaf is no obstacle: {:?}", found.obstacles);
 }
@@ -182,8 +191,8 @@ fn furniture_before_a_wall_hides_it_and_is_an_obstacle() {
     let mut built = flat();
     built[9] = [10.0, 5.2, 11.8, 5.35];
     built.push([9.9, 5.6, 11.8, 6.0]);
-    let slam = scanned(&built, &[[9.5, 7.0], [10.5, 7.5]], POSE, 0.05, 0.0);
-    let found = compared(Storey::of(&flat()), &slam, POSE, |_| {});
+    let slam = scanned(&built, &[[9.5, 7.0], [10.5, 7.5]], map_from_slam(), 0.05, 0.0);
+    let found = compared(Storey::of(&flat()), &slam, map_from_slam(), |_| {});
     assert_ne!(found.observation(9).0, Observation::Absent);
     assert_ne!(found.observation(9).0, Observation::Observed);
 }
@@ -192,10 +201,10 @@ fn furniture_before_a_wall_hides_it_and_is_an_obstacle() {
 fn the_plan_decides_what_an_observation_means() {
     let mut built = flat();
     built.remove(4);
-    let slam = scanned(&built, &PLACES, POSE, 0.05, 0.0);
+    let slam = scanned(&built, &PLACES, map_from_slam(), 0.05, 0.0);
     let judged = |element: usize, state: ElementState| {
         let plan = |phase: &mut PhaseBuilder| phase.set_element(element, state, ElementState::Built);
-        compared(Storey::of(&flat()), &slam, POSE, plan).observation(element)
+        compared(Storey::of(&flat()), &slam, map_from_slam(), plan).observation(element)
     };
     assert_eq!(judged(6, ElementState::NotStarted), (Observation::Observed, Judgement::Early));
     assert_eq!(judged(6, ElementState::Removed), (Observation::Observed, Judgement::Late));
@@ -210,8 +219,8 @@ fn what_stands_in_the_place_of_something_that_is_not_there_yet_does_not_make_it_
     // A lining in front of a wall that stands, and a wall that will replace another.
     let lining = storey.add(Class::Wall, [4.15, 5.35, 9.0, 5.4], [0.0, 2.5]);
     let next = storey.add(Class::Wall, [4.0, 0.2, 4.15, 3.6], [0.0, 2.5]);
-    let slam = scanned(&flat(), &PLACES, POSE, 0.05, 0.0);
-    let found = compared(storey, &slam, POSE, |phase| {
+    let slam = scanned(&flat(), &PLACES, map_from_slam(), 0.05, 0.0);
+    let found = compared(storey, &slam, map_from_slam(), |phase| {
         phase.set_element(lining, ElementState::NotStarted, ElementState::NotStarted);
         phase.set_element(next, ElementState::NotStarted, ElementState::NotStarted);
     });
@@ -224,8 +233,8 @@ fn what_stands_in_the_place_of_something_that_is_not_there_yet_does_not_make_it_
 fn a_layer_on_a_wall_is_neither_observed_nor_absent_whether_it_is_there_or_not() {
     let mut storey = Storey::of(&flat());
     let lining = storey.add(Class::Wall, [4.15, 5.35, 9.0, 5.4], [0.0, 2.5]);
-    let slam = scanned(&flat(), &PLACES, POSE, 0.05, 0.0);
-    let found = compared(storey, &slam, POSE, |_| {});
+    let slam = scanned(&flat(), &PLACES, map_from_slam(), 0.05, 0.0);
+    let found = compared(storey, &slam, map_from_slam(), |_| {});
     assert_eq!(found.observation(lining), (Observation::Unseen, Judgement::Unknown), "{:?}", found.of(lining));
 }
 
@@ -233,8 +242,8 @@ fn a_layer_on_a_wall_is_neither_observed_nor_absent_whether_it_is_there_or_not()
 fn a_bent_map_displaces_nothing_and_its_bend_is_told() {
     // Up to 0.2 m off in the right half of the flat.
     let believed = |[x, y]: [f64; 2]| [x + 0.2 * (x / 12.0).powi(2), y + 0.12 * (x / 9.0).sin()];
-    let slam = scanned_bent(&flat(), &PLACES, POSE, 0.05, 0.0, &believed);
-    let found = compared(Storey::of(&flat()), &slam, POSE, |_| {});
+    let slam = scanned_bent(&flat(), &PLACES, map_from_slam(), 0.05, 0.0, &believed);
+    let found = compared(Storey::of(&flat()), &slam, map_from_slam(), |_| {});
     for element in 0..flat().len() {
         assert_eq!(found.observation(element), ON_PLAN, "{:?}", found.of(element));
     }
@@ -244,9 +253,9 @@ fn a_bent_map_displaces_nothing_and_its_bend_is_told() {
 
 #[test]
 fn the_same_input_gives_the_same_bytes() {
-    let slam = scanned(&flat(), &PLACES, POSE, 0.08, 0.7);
-    let first = compared(Storey::of(&flat()), &slam, POSE, |_| {});
-    let again = compared(Storey::of(&flat()), &slam, POSE, |_| {});
+    let slam = scanned(&flat(), &PLACES, map_from_slam(), 0.08, 0.7);
+    let first = compared(Storey::of(&flat()), &slam, map_from_slam(), |_| {});
+    let again = compared(Storey::of(&flat()), &slam, map_from_slam(), |_| {});
     assert_eq!(first.elements, again.elements);
     assert_eq!(first.obstacles, again.obstacles);
     assert_all_on_plan(&first, &[]);
@@ -262,7 +271,7 @@ proptest! {
         yaw_rad in -3.1..3.1f64,
         resolution_m in prop::sample::select(vec![0.03, 0.05, 0.1]),
     ) {
-        let pose = MapFromSlam { yaw_rad, ..POSE };
+        let pose = Rigid2::new([3.0, -7.0], yaw_rad);
         let mut built = flat();
         built.remove(removed);
         let mut slam = scanned(&built, &PLACES, pose, resolution_m, 0.0);

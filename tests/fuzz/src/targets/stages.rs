@@ -5,10 +5,10 @@ use super::site;
 use alignment::{PreparedMap, References, align_maps};
 use deviations::{DeviationInput, deviations};
 use export::{DeviationExport, ExportInput, deviation_files, files};
-use frames::PlanTime;
+use frames::{PlanTime, PoseCovariance, Rigid2};
 use geometry::Footprint;
 use messages::{ArchiveBuffer, Deviations, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site, SlamMap};
-use occupancy::{MapFromSlam, OccupancyMap};
+use occupancy::OccupancyMap;
 use raster::Rasterizer;
 use schedule::{Edits, Rules, evaluate};
 use std::sync::LazyLock;
@@ -269,9 +269,9 @@ fn compared(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap, map_stor
         map_storey,
         slam: map,
         slam_map_hash: 1,
-        pose: MapFromSlam { x_m: 0.0, y_m: 0.0, yaw_rad: 0.0 },
+        map_from_slam: Rigid2::new([0.0; 2], 0.0),
         about_m: [2.0, 1.5],
-        covariance: [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4]],
+        covariance: PoseCovariance::from_rows([[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4]]),
     })
 }
 

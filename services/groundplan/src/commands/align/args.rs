@@ -3,7 +3,6 @@
 use crate::args::{OverwriteArgs, PlaceArgs, SiteArgs};
 use crate::failure::Failure;
 use messages::PoseRecord;
-use occupancy::MapFromSlam;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `align`.
@@ -87,7 +86,7 @@ impl Args {
 
 /// A static transform as ROS writes one: where the model's frame lies in the robot's.
 fn transform(pose: &PoseRecord) -> String {
-    let [x_m, y_m, yaw_rad] = MapFromSlam::from(pose).inverse();
+    let [x_m, y_m, yaw_rad] = pose.map_from_slam().inverse().x_y_yaw();
     let (sin, cos) = libm::sincos(yaw_rad / 2.0);
     format!(
         "# ros2 run tf2_ros static_transform_publisher --x {x_m} --y {y_m} --yaw {yaw_rad} --frame-id map \\\n\

@@ -7,6 +7,7 @@ use crate::args::report_set_aside;
 use crate::failure::Failure;
 use crate::run::Outcome;
 use alignment::{MadeFrom, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
+use frames::Map;
 use messages::{Alignment, NONE, PhaseHead, Verdict};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
@@ -21,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// A map that cannot be used, a file that cannot be written.
 pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<Outcome, Failure> {
     let (storeys, plan_time_s) = storeys(reference, arguments.place.storey)?;
-    let maps: Vec<PreparedMap> = storeys
+    let maps: Vec<PreparedMap<Map>> = storeys
         .iter()
         .map(|s| OccupancyMap::read(&s.path).map(|map| PreparedMap::of_model(&map)).map_err(Failure::usage))
         .collect::<Result<_, _>>()?;

@@ -42,8 +42,8 @@ pub(super) fn pairs(folder: &Path) -> Result<String, Failure> {
 
 fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
     let pose = |p: &AlignedPose| {
-        let m = p.map_from_slam;
-        json!({"x": m.x_m, "y": m.y_m, "yaw": m.yaw_rad, "score": p.evidence.score, "evidence": evidence(&p.evidence)})
+        let [x, y, yaw] = p.map_from_slam.x_y_yaw();
+        json!({"x": x, "y": y, "yaw": yaw, "score": p.evidence.score, "evidence": evidence(&p.evidence)})
     };
     let candidates: Vec<Value> = alignment.poses.iter().skip(1).map(pose).collect();
     let mut answer = json!({
@@ -51,11 +51,11 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
         "scale": alignment.scale.map(|s| [s.value, s.deviation]), "cpu_s": cpu_s,
     });
     if let Some(best) = alignment.poses.first() {
-        let m = best.map_from_slam;
-        (answer["x"], answer["y"], answer["yaw"]) = (m.x_m.into(), m.y_m.into(), m.yaw_rad.into());
+        let [x, y, yaw] = best.map_from_slam.x_y_yaw();
+        (answer["x"], answer["y"], answer["yaw"]) = (x.into(), y.into(), yaw.into());
         answer["score"] = best.evidence.score.into();
         answer["evidence"] = evidence(&best.evidence);
-        answer["covariance"] = json!(best.covariance_of_motion());
+        answer["covariance"] = json!(best.covariance_of_motion().rows());
     }
     answer
 }

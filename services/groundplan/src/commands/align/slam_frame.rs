@@ -2,11 +2,11 @@
 
 use crate::failure::Failure;
 use export::{ExportFile, nav2_poses, rounded, with_manifest};
-use frames::TENTHS_PER_M;
+use frames::{Map, Rigid2, Slam, TENTHS_PER_M};
 use geometry::Bounds;
 use grid::{GridSpec, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled};
 use messages::PoseRecord;
-use occupancy::{MapFromSlam, OccupancyMap};
+use occupancy::OccupancyMap;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -19,9 +19,8 @@ use std::path::Path;
 /// Files that cannot be read.
 pub(super) fn files(reference: &Path, map: &Path, pose: &PoseRecord) -> Result<Vec<ExportFile>, Failure> {
     let storey = map.parent().unwrap_or(reference);
-    let map_from_slam = MapFromSlam::from(pose);
-    let [x_m, y_m, yaw_rad] = map_from_slam.inverse();
-    let moved = Moved { map_from_slam, slam_from_map: MapFromSlam { x_m, y_m, yaw_rad } };
+    let map_from_slam = pose.map_from_slam();
+    let moved = Moved { map_from_slam, slam_from_map: map_from_slam.inverse() };
     let mut files = Vec::new();
     let mut add = |path: &str, bytes: Vec<u8>| files.push(ExportFile { path: path.to_owned(), bytes });
     for (name, first_wins) in
@@ -56,6 +55,7 @@ pub(super) fn files(reference: &Path, map: &Path, pose: &PoseRecord) -> Result<V
         moved.geometry(&mut feature["geometry"]);
     }
     add("route.geojson", format!("{route:#}\n").into_bytes());
+    let [x_m, y_m, yaw_rad] = moved.slam_from_map.x_y_yaw();
     let manifest = json!({
         "frame": "slam",
         "storey": pose.map_storey,
@@ -70,8 +70,8 @@ fn read(path: &Path) -> Result<Value, Failure> {
 }
 
 struct Moved {
-    map_from_slam: MapFromSlam,
-    slam_from_map: MapFromSlam,
+    map_from_slam: Rigid2<Map, Slam>,
+    slam_from_map: Rigid2<Slam, Map>,
 }
 
 impl Moved {
@@ -104,7 +104,7 @@ impl Moved {
     fn waypoint(&self, waypoint: &mut Value) {
         let number = |key: &str| waypoint[key].as_f64().unwrap_or_default();
         let [x, y] = self.slam_from_map.apply([number("x_m"), number("y_m")]);
-        let yaw = number("yaw_rad") + self.slam_from_map.yaw_rad;
+        let yaw = number("yaw_rad") + self.slam_from_map.yaw_rad();
         let (sin, cos) = libm::sincos(yaw);
         (waypoint["x_m"], waypoint["y_m"]) = (rounded(x).into(), rounded(y).into());
         waypoint["yaw_rad"] = rounded(libm::atan2(sin, cos)).into();

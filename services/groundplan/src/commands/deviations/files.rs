@@ -51,7 +51,7 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
             map_storey: storeys[pose.reference] as usize,
             slam: &map,
             slam_map_hash,
-            pose: pose.map_from_slam,
+            map_from_slam: pose.map_from_slam,
             about_m: pose.about_m,
             covariance: pose.covariance,
         });
