@@ -3,7 +3,7 @@
 use geometry::{MeshView, is_closed};
 use std::collections::BTreeMap;
 
-/// A mesh of its own.
+/// An owned mesh.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Mesh {
     pub(crate) vertices: Vec<[i32; 3]>,
@@ -16,7 +16,7 @@ impl Mesh {
         MeshView { vertices: &self.vertices, triangles: &self.triangles, closed: self.closed }
     }
 
-    /// Corners at one place are one vertex; triangles without three of them are left out.
+    /// Merges equal corners to one vertex and drops degenerate triangles.
     pub(crate) fn welded(mesh: MeshView<'_>) -> Self {
         let mut known: BTreeMap<[i32; 3], u32> = BTreeMap::new();
         let mut vertices = Vec::new();
@@ -36,13 +36,13 @@ impl Mesh {
         Self { vertices, triangles, closed }
     }
 
-    /// The mesh with all faces turned round.
+    /// The mesh with all faces reversed.
     pub(crate) fn flipped(mut self) -> Self {
         self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         self
     }
 
-    /// All of these as one mesh.
+    /// Joins meshes to one.
     pub(crate) fn joined(meshes: Vec<Self>) -> Self {
         let mut all = Self::default();
         for mesh in meshes {
@@ -55,7 +55,7 @@ impl Mesh {
     }
 }
 
-/// Parts of a welded mesh that share no vertex, in the order of their first triangles.
+/// Connected components of a welded mesh by vertices, in the order of their first triangles.
 pub(crate) fn components(mesh: &Mesh) -> Vec<Mesh> {
     let mut parents: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     for t in &mesh.triangles {
@@ -90,9 +90,9 @@ pub(crate) fn components(mesh: &Mesh) -> Vec<Mesh> {
     found
 }
 
-/// Parts of a welded mesh in which faces meet by twos along edges, each with all faces turned the same way.
+/// Components of a welded mesh in which two faces meet at each edge, each with consistently oriented faces.
 ///
-/// Where four faces meet along an edge, two bodies touch: they are parted there.
+/// An edge of four faces is where two bodies touch; they are separated there.
 pub(crate) fn shells(mesh: &Mesh) -> Vec<Mesh> {
     let mut around: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
     let edges = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
@@ -118,7 +118,7 @@ pub(crate) fn shells(mesh: &Mesh) -> Vec<Mesh> {
                 let [x, y] = around[&[a.min(b), a.max(b)]][..] else { continue };
                 let next = if x == at { y } else { x };
                 if turned[next].is_none() {
-                    // Neighbours that look the same way pass their edge in opposite directions.
+                    // Consistently oriented neighbours use their edge in opposite directions.
                     turned[next] = Some(edges(&mesh.triangles[next]).contains(&[a, b]));
                     waiting.push(next);
                 }
@@ -129,7 +129,7 @@ pub(crate) fn shells(mesh: &Mesh) -> Vec<Mesh> {
     found
 }
 
-/// These triangles of a mesh, with the vertices that they use.
+/// The mesh of some triangles, with the vertices that they use.
 fn part_of(mesh: &Mesh, triangles: Vec<[u32; 3]>) -> Mesh {
     let mut kept: BTreeMap<u32, u32> = BTreeMap::new();
     let mut part = Mesh::default();
@@ -146,7 +146,7 @@ fn part_of(mesh: &Mesh, triangles: Vec<[u32; 3]>) -> Mesh {
     part
 }
 
-/// The root of a vertex's tree, and the way there made shorter.
+/// Root of a vertex in the union-find forest, with path compression.
 fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
     while parents[vertex as usize] != vertex {
         let above = parents[parents[vertex as usize] as usize];

@@ -1,4 +1,4 @@
-//! Partition of polygons into few convex polygons; the only module that names i_triangle.
+//! Partition of polygons into few convex polygons; the only module that uses i_triangle.
 
 use geometry::OrientedBox;
 use geometry::{MultiPolygon, Point, Polygon, Ring, edges, ring_area_doubled};
@@ -6,15 +6,15 @@ use i_triangle::i_overlay::i_float::int::point::IntPoint;
 use i_triangle::i_overlay::i_shape::int::shape::IntShape;
 use i_triangle::int::triangulatable::IntTriangulatable;
 
-/// Corners this near a straight line are on it: 0.2 mm, what rounding to the lattice does to turned walls.
-const STRAIGHT: f64 = 2.0;
+/// Corners within this distance of a straight line are on it: 0.2 mm, the rounding error of rotated walls.
+const STRAIGHT_TOLERANCE: f64 = 2.0;
 
-/// Coordinates this near are one: 0.3 mm.
-const SAME: i32 = 3;
+/// Coordinates within this distance are equal: 0.3 mm.
+const SAME_COORDINATE: i32 = 3;
 
 /// Convex polygons, counter-clockwise, whose union is the region; slivers narrower than half a millimetre are left out.
 ///
-/// What has right angles only, at any yaw, becomes rectangles.
+/// Regions with right angles only, at any yaw, become rectangles.
 pub fn convex_partition(region: &MultiPolygon) -> Vec<Ring> {
     region.0.iter().flat_map(partition_one).filter(|ring| !is_sliver(ring)).collect()
 }
@@ -35,7 +35,7 @@ fn straightened(ring: &[Point]) -> Ring {
     while ring.len() > 3 && k < ring.len() {
         let n = ring.len();
         let [a, b, c] = [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]];
-        if distance_to_line(b, a, c) <= STRAIGHT {
+        if distance_to_line(b, a, c) <= STRAIGHT_TOLERANCE {
             ring.remove(k);
             k = k.saturating_sub(1);
         } else {
@@ -45,7 +45,7 @@ fn straightened(ring: &[Point]) -> Ring {
     ring
 }
 
-/// Distance of a point from the line through two others; from one of them if they are the same.
+/// Distance of a point from the line through two others, or from one of them if they are equal.
 fn distance_to_line(p: Point, a: Point, b: Point) -> f64 {
     let [ab, ap] = [difference(a, b), difference(a, p)];
     let length = libm::hypot(ab[0], ab[1]);
@@ -62,7 +62,7 @@ fn is_convex(ring: &[Point]) -> bool {
     (0..n).all(|k| {
         let [a, b, c] = [ring[k], ring[(k + 1) % n], ring[(k + 2) % n]];
         let (ab, bc) = (difference(a, b), difference(b, c));
-        ab[0] * bc[1] - ab[1] * bc[0] >= 0.0 || distance_to_line(b, a, c) <= STRAIGHT
+        ab[0] * bc[1] - ab[1] * bc[0] >= 0.0 || distance_to_line(b, a, c) <= STRAIGHT_TOLERANCE
     })
 }
 
@@ -78,7 +78,7 @@ fn rectangles(rings: &[Ring]) -> Option<Vec<Ring>> {
     let length = libm::hypot(longest[0], longest[1]);
     let axis = longest.map(|c| c / length);
     let along = |v: [f64; 2]| [axis[0] * v[0] + axis[1] * v[1], axis[0] * v[1] - axis[1] * v[0]];
-    let is_right = |(a, b)| along(difference(a, b)).iter().any(|c| c.abs() <= f64::from(SAME));
+    let is_right = |(a, b)| along(difference(a, b)).iter().any(|c| c.abs() <= f64::from(SAME_COORDINATE));
     if !rings.iter().flat_map(|r| edges(r)).all(is_right) {
         return None;
     }
@@ -102,14 +102,14 @@ fn rectangles(rings: &[Ring]) -> Option<Vec<Ring>> {
     Some(found.into_iter().map(ring).collect())
 }
 
-/// Makes coordinates that rounding has set apart equal again.
+/// Merges coordinates that differ only by rounding.
 fn snap(rings: &mut [Ring]) {
     for axis in 0..2 {
         let mut values: Vec<i32> = rings.iter().flatten().map(|p| p[axis]).collect();
         values.sort_unstable();
         values.dedup();
         let mut kept = values.clone();
-        kept.dedup_by(|next, kept| *next - *kept <= SAME);
+        kept.dedup_by(|next, kept| *next - *kept <= SAME_COORDINATE);
         for point in rings.iter_mut().flatten() {
             let at = kept.partition_point(|v| *v <= point[axis]);
             point[axis] = kept[at - 1];
@@ -117,8 +117,8 @@ fn snap(rings: &mut [Ring]) {
     }
 }
 
-/// Rectangles [u0, v0, u1, v1] of a region whose edges are parallel to the axes: strips between neighbouring corners, joined
-/// where the same interval goes on. `None` if the rings do not close any strip evenly.
+/// Rectangles [u0, v0, u1, v1] of a region whose edges are parallel to the axes: strips between neighbouring corner
+/// coordinates, joined where intervals continue. `None` if the rings do not close any strip evenly.
 fn strips(rings: &[Ring]) -> Option<Vec<[i32; 4]>> {
     let mut us: Vec<i32> = rings.iter().flatten().map(|p| p[0]).collect();
     us.sort_unstable();

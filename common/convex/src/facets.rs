@@ -2,10 +2,10 @@
 
 use geometry::{MeshView, unit_normal};
 
-/// Corners this near a plane lie in it: 0.5 mm, which rounding to the lattice and single-precision meshes need.
+/// Corners within this distance of a plane lie in it: 0.5 mm, the error of rounding and single-precision meshes.
 pub(crate) const FLAT: f64 = 5.0;
 
-/// Triangles in one plane, facing one way. They need not touch.
+/// Triangles of equal orientation in one plane. They need not touch.
 #[derive(Debug, Clone)]
 pub(crate) struct Facet {
     /// Unit normal.
@@ -14,7 +14,7 @@ pub(crate) struct Facet {
     pub(crate) offset: f64,
     /// Corners of its triangles.
     pub(crate) triangles: Vec<[[i32; 3]; 3]>,
-    /// Farthest corner from the plane.
+    /// Maximum distance of a corner from the plane.
     pub(crate) deviation: f64,
 }
 
@@ -29,11 +29,10 @@ pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Groups the triangles that `keep` by plane, largest first; corners may lie `flat` off it. `None` if there are more planes than
-/// `max`.
+/// Groups the triangles for which `keep` is true by plane, largest first; corners may lie `flat` off the plane. `None` if
+/// there are more than `max` planes.
 ///
-/// Triangles without a plane of their own, narrower than rounding, join the plane that they lie in, or are left out: they have
-/// no area to speak of.
+/// Triangles too narrow to define a plane join a plane in which they lie, or are left out; their area is negligible.
 pub(crate) fn facets(
     mesh: MeshView<'_>,
     max: usize,

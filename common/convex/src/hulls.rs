@@ -1,4 +1,4 @@
-//! Convex hulls, approximate convex decomposition and its error. With `surfaces` the only module that names parry.
+//! Convex hulls, approximate convex decomposition and its error. The only module of this crate that uses parry.
 
 use crate::piece::{Hull, length, sub};
 use frames::TENTHS_PER_M;
@@ -10,31 +10,31 @@ use parry3d_f64::transformation::try_convex_hull;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Edge of the voxels of a decomposition, in metres, as far as their number allows.
+/// Preferred edge of the voxels of a decomposition, in metres.
 const VOXEL_M: f64 = 0.02;
 
-/// Voxels along the longest side of a body.
+/// Minimum and maximum number of voxels along the longest side of a body.
 const VOXELS: [f64; 2] = [16.0, 64.0];
 
-/// Hulls that a body becomes at most.
-const HULLS_MAX: u32 = 24;
+/// Maximum number of hulls of a decomposition.
+const MAX_HULLS: u32 = 24;
 
-/// A hull with less volume is flat: a cubic millimetre.
-const LEAST_M3: f64 = 1e-9;
+/// Minimum volume of a hull: a cubic millimetre.
+const MIN_VOLUME_M3: f64 = 1e-9;
 
-/// Distance between the points at which a surface is compared with another, in metres.
+/// Spacing of the points for comparing surfaces, in metres.
 const SPACING_M: f64 = 0.05;
 
-/// Points of a hull lie on this lattice, per metre: hundredths of a millimetre, as finely as files have them.
+/// Lattice of hull points per metre: hundredths of a millimetre, the resolution of files.
 const LATTICE: f64 = 1e5;
 
-/// How often a triangle is cut in four to look at it.
-const CUTS: usize = 5;
+/// Maximum depth of subdividing a triangle into four.
+const MAX_SUBDIVISIONS: usize = 5;
 
 /// The convex hull of points in metres, each corner on the lattice; `None` if they lie in a plane.
 ///
-/// What comes out is looked at: of flat bodies the library may return one that is open or not convex. Stretched to a cube, which
-/// changes no hull, they are flat no more.
+/// The result is checked, because for flat bodies the library may return a hull that is open or not convex. Then the points
+/// are scaled to a cube, which does not change the topology of the hull.
 pub(crate) fn hull_of(points_m: &[[f64; 3]]) -> Option<Hull> {
     let mut points: Vec<[f64; 3]> = points_m.iter().map(|p| p.map(on_lattice)).collect();
     points.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
@@ -47,20 +47,20 @@ pub(crate) fn hull_of(points_m: &[[f64; 3]]) -> Option<Hull> {
         let merged = ConvexPolyhedron::from_convex_mesh(vectors(&plain.vertices_m), &triangles).map(hull);
         let sound = merged.into_iter().chain([plain.clone()]).find(|h| is_sound(h, sides));
         if let Some(sound) = sound {
-            return (sound.volume_m3() > LEAST_M3).then_some(sound);
+            return (sound.volume_m3() > MIN_VOLUME_M3).then_some(sound);
         }
         if best.as_ref().is_none_or(|b| b.volume_m3() < plain.volume_m3()) {
             best = Some(plain);
         }
     }
-    best.filter(|b| b.volume_m3() > LEAST_M3)
+    best.filter(|b| b.volume_m3() > MIN_VOLUME_M3)
 }
 
 fn on_lattice(metres: f64) -> f64 {
     (metres * LATTICE).round() / LATTICE
 }
 
-/// The hull of points that are scaled first; its faces are triangles.
+/// The hull of scaled points; its faces are triangles.
 fn triangulated(points_m: &[[f64; 3]], scale: [f64; 3]) -> Option<Hull> {
     let scaled: Vec<Vector> = points_m.iter().map(|p| Vector::from([0, 1, 2].map(|k| p[k] * scale[k]))).collect();
     let (vertices, triangles) = try_convex_hull(&scaled).ok()?;
@@ -69,13 +69,13 @@ fn triangulated(points_m: &[[f64; 3]], scale: [f64; 3]) -> Option<Hull> {
     Some(Hull { vertices_m: vertices.iter().map(back).collect(), faces })
 }
 
-/// True if every edge of a hull is passed once in either direction, no edge of one face crosses another, every face is
-/// convex, and no corner lies before a face, but for rounding.
+/// True if every edge of a hull is used once in each direction, edges of a face do not cross, every face is convex, and no
+/// corner lies in front of a face, except for rounding.
 fn is_sound(hull: &Hull, sides_m: [f64; 3]) -> bool {
     let mut passed: BTreeSet<(u32, u32)> = BTreeSet::new();
     let is_new = |face: &Vec<u32>| (0..face.len()).all(|k| passed.insert((face[k], face[(k + 1) % face.len()])));
     let is_new = hull.faces.iter().all(is_new);
-    // Corners that are not neighbours on a face are no edge anywhere, and a face has each corner once.
+    // Corners that are not adjacent on a face share no edge, and a face has each corner once.
     let is_whole = |face: &Vec<u32>| {
         let n = face.len();
         let apart = (0..n).flat_map(|i| (i + 2..n).map(move |j| (i, j))).filter(|(i, j)| (i + n - j) % n > 1);
@@ -87,38 +87,38 @@ fn is_sound(hull: &Hull, sides_m: [f64; 3]) -> bool {
     let extent_m = length(sides_m);
     let is_right = |face: &Vec<u32>| {
         let Some(plane) = hull.plane_of(face) else { return true };
-        let most_m = (1.0 + extent_m / plane.width_m) * 2.0 / LATTICE;
+        let max_m = (1.0 + extent_m / plane.width_m) * 2.0 / LATTICE;
         let corner = |k: usize| hull.vertices_m[face[k % face.len()] as usize];
         let bulges = (0..face.len()).map(|k| plane.bulge_m([corner(k), corner(k + 1), corner(k + 2)]));
         bulges.fold(f64::INFINITY, f64::min) >= -2.0 / LATTICE
-            && hull.vertices_m.iter().all(|v| plane.before_m(*v) <= most_m)
+            && hull.vertices_m.iter().all(|v| plane.before_m(*v) <= max_m)
     };
     hull.faces.iter().all(is_right)
 }
 
-/// Convex hulls that together are nearly the body.
+/// Convex hulls whose union approximates the body.
 pub(crate) fn decomposed(mesh: MeshView<'_>) -> Vec<Hull> {
     let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(*v)).collect();
     let points = vectors(&points_m);
     let resolution = (longest_m(&points_m) / VOXEL_M).clamp(VOXELS[0], VOXELS[1]) as u32;
     let parameters =
-        VHACDParameters { resolution, concavity: 0.005, max_convex_hulls: HULLS_MAX, ..Default::default() };
+        VHACDParameters { resolution, concavity: 0.005, max_convex_hulls: MAX_HULLS, ..Default::default() };
     let parts = VHACD::decompose(&parameters, &points, mesh.triangles, true);
     let hulls = parts.compute_exact_convex_hulls(&points, mesh.triangles).into_iter();
     hulls.filter_map(|(points, _)| hull_of(&points.iter().map(|p| [p.x, p.y, p.z]).collect::<Vec<_>>())).collect()
 }
 
-/// Edge of the voxels in which a decomposition sees points, if it sees them as finely as it may.
+/// Edge of the finest voxels that a decomposition uses for these points.
 pub(crate) fn voxel_m(points_m: &[[f64; 3]]) -> f64 {
     longest_m(points_m) / VOXELS[1]
 }
 
-/// Longest side of the upright box around points.
+/// Longest side of the axis-aligned box around points.
 pub(crate) fn longest_m(points_m: &[[f64; 3]]) -> f64 {
     sides_m(points_m).into_iter().fold(0.0, f64::max)
 }
 
-/// Sides of the upright box around points.
+/// Sides of the axis-aligned box around points.
 pub(crate) fn sides_m(points_m: &[[f64; 3]]) -> [f64; 3] {
     [0, 1, 2].map(|k| {
         let along = || points_m.iter().map(|p| p[k]);
@@ -126,27 +126,27 @@ pub(crate) fn sides_m(points_m: &[[f64; 3]]) -> [f64; 3] {
     })
 }
 
-/// A body to compare pieces with.
-pub(crate) struct Body {
+/// A body with which pieces are compared.
+pub(crate) struct ComparedBody {
     mesh: TriMesh,
     points_m: Vec<[f64; 3]>,
 }
 
-impl Body {
+impl ComparedBody {
     /// `None` without triangles.
     pub(crate) fn of(mesh: MeshView<'_>) -> Option<Self> {
         let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(*v)).collect();
         let flags = if mesh.closed { TriMeshFlags::ORIENTED } else { TriMeshFlags::empty() };
         let surface = TriMesh::with_flags(vectors(&points_m), mesh.triangles.to_vec(), flags);
-        // A surface that cannot be oriented has no inside.
+        // A surface that is not orientable has no inside.
         let surface = surface.or_else(|_| TriMesh::new(vectors(&points_m), mesh.triangles.to_vec())).ok()?;
         let middles = mesh.corners().map(|t| [0, 1, 2].map(|k| t.iter().map(|v| metres(*v)[k]).sum::<f64>() / 3.0));
         let points_m = points_m.iter().copied().chain(middles).collect();
         Some(Self { mesh: surface, points_m })
     }
 
-    /// For each hull, the farthest that its surface lies outside of the body; the first also counts how far the body's own
-    /// surface lies outside of all hulls.
+    /// For each hull the maximum distance of its surface outside of the body; for the first also that of the body's surface
+    /// outside of all hulls.
     pub(crate) fn deviations_m(&self, hulls: &[Hull]) -> Vec<f64> {
         let mut found: Vec<f64> =
             hulls.iter().map(|hull| surface_of(hull).map(|p| self.outside_m(p)).fold(0.0, f64::max)).collect();
@@ -161,27 +161,27 @@ impl Body {
         found
     }
 
-    /// The farthest that a hull's surface lies outside of the body; `None` if that is more than `most_m`.
+    /// Maximum distance of a hull's surface outside of the body; `None` if more than `max_m`.
     ///
-    /// A triangle is cut in four until the distance of its middle and its size say that all of it is near enough, or it is small
-    /// beside that; at most [`CUTS`] times.
-    pub(crate) fn outside_up_to_m(&self, hull: &Hull, most_m: f64) -> Option<f64> {
+    /// A triangle is subdivided into four until the distance of its middle and its size bound the distance of all its
+    /// points, at most [`MAX_SUBDIVISIONS`] times.
+    pub(crate) fn outside_up_to_m(&self, hull: &Hull, max_m: f64) -> Option<f64> {
         let mut worst_m: f64 = 0.0;
-        let mut level: Vec<[[f64; 3]; 3]> = fans_of(hull).collect();
-        // Coarse triangles first: what is far off is seen soon.
-        for cut in 0..=CUTS {
+        let mut level: Vec<[[f64; 3]; 3]> = triangles_of(hull).collect();
+        // Coarse triangles first, so that large distances are found early.
+        for cut in 0..=MAX_SUBDIVISIONS {
             let mut finer = Vec::new();
             for corners in level {
                 let [a, b, c] = corners;
                 let middle = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
                 let reach_m = corners.map(|p| length(sub(p, middle))).into_iter().fold(0.0, f64::max);
                 let outside_m = self.outside_m(middle);
-                if outside_m > most_m {
+                if outside_m > max_m {
                     return None;
                 }
                 worst_m = worst_m.max(outside_m);
-                let is_known = outside_m + reach_m <= most_m || reach_m <= SPACING_M.max(most_m / 2.0) / 2.0;
-                if !is_known && cut < CUTS {
+                let is_known = outside_m + reach_m <= max_m || reach_m <= SPACING_M.max(max_m / 2.0) / 2.0;
+                if !is_known && cut < MAX_SUBDIVISIONS {
                     let half = |p: [f64; 3], q: [f64; 3]| [0, 1, 2].map(|k| (p[k] + q[k]) / 2.0);
                     let (ab, bc, ca) = (half(a, b), half(b, c), half(c, a));
                     finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
@@ -192,15 +192,15 @@ impl Body {
         Some(worst_m)
     }
 
-    /// How far a place lies outside of the body.
+    /// Distance of a point outside of the body; 0 inside.
     pub(crate) fn outside_m(&self, p: [f64; 3]) -> f64 {
         self.mesh.distance_to_local_point(Vector::from(p), true)
     }
 }
 
-/// Corners of a hull and points spread over its faces.
+/// Corners of a hull, and points distributed over its faces.
 fn surface_of(hull: &Hull) -> impl Iterator<Item = [f64; 3]> {
-    let inner = fans_of(hull).flat_map(|[a, b, c]| {
+    let inner = triangles_of(hull).flat_map(|[a, b, c]| {
         let longest = [(a, b), (b, c), (c, a)].map(|(p, q)| length(sub(p, q)));
         let n = (longest.into_iter().fold(0.0, f64::max) / SPACING_M).ceil().clamp(1.0, 40.0) as usize;
         (0..=n).flat_map(move |i| {
@@ -214,7 +214,7 @@ fn surface_of(hull: &Hull) -> impl Iterator<Item = [f64; 3]> {
 }
 
 /// The triangles of its faces.
-fn fans_of(hull: &Hull) -> impl Iterator<Item = [[f64; 3]; 3]> {
+fn triangles_of(hull: &Hull) -> impl Iterator<Item = [[f64; 3]; 3]> {
     hull.faces.iter().flat_map(|face| {
         let at = |k: usize| hull.vertices_m[face[k] as usize];
         (1..face.len() - 1).map(move |k| [at(0), at(k), at(k + 1)])
@@ -225,7 +225,7 @@ fn shape(hull: &Hull) -> Option<ConvexPolyhedron> {
     ConvexPolyhedron::from_convex_hull(&vectors(&hull.vertices_m))
 }
 
-/// The faces of a polyhedron, each once however many triangles it has.
+/// The hull of a polyhedron, with triangles of one plane merged to a face.
 fn hull(polyhedron: ConvexPolyhedron) -> Hull {
     let around = polyhedron.vertices_adj_to_face();
     let faces = polyhedron.faces().iter().map(|face| {
@@ -233,7 +233,7 @@ fn hull(polyhedron: ConvexPolyhedron) -> Hull {
         around[first..][..face.num_vertices_or_edges as usize].to_vec()
     });
     let mut faces: Vec<Vec<u32>> = faces.collect();
-    // Corners on straight edges are left over.
+    // Corners on straight edges are removed.
     let mut kept: BTreeMap<u32, u32> = faces.iter().flatten().map(|k| (*k, 0)).collect();
     kept.values_mut().zip(0..).for_each(|(new, k)| *new = k);
     faces.iter_mut().flatten().for_each(|k| *k = kept[k]);
@@ -263,7 +263,7 @@ mod tests {
         let (v, t) = cuboid([0; 3], [10_000, 20_000, 30_000]);
         let found = hull_of(&v.iter().map(|v| metres(*v)).collect::<Vec<_>>()).unwrap();
         assert_eq!((found.vertices_m.len(), found.faces.len()), (8, 6));
-        let body = Body::of(MeshView { vertices: &v, triangles: &t, closed: true }).unwrap();
+        let body = ComparedBody::of(MeshView { vertices: &v, triangles: &t, closed: true }).unwrap();
         assert!(body.deviations_m(std::slice::from_ref(&found))[0] < 1e-9);
         let larger = found.mapped(|p| [p[0] * 1.1, p[1], p[2]]);
         assert!((body.deviations_m(&[larger])[0] - 0.1).abs() < 1e-6);

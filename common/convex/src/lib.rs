@@ -1,19 +1,19 @@
 //! Convex pieces of bodies and plans: boxes, prisms and hulls for simulators.
 //!
-//! Coordinates of meshes and plans are whole tenths of a millimetre in, those of pieces metres out. How a body is taken apart, from
-//! the exact to the approximate: boxes and prisms between flat facets ([`convex_pieces`]), plates of sheets, hulls of a
-//! decomposition; every piece says how it was made and how far it deviates.
+//! Input coordinates of meshes and plans are whole tenths of a millimetre, those of pieces metres. [`convex_pieces`]
+//! decomposes a body, from exact to approximate, into boxes and prisms between plane faces, plates for sheets, or hulls of
+//! an approximate decomposition; every piece has its origin and its deviation.
 
-mod columns;
 mod components;
 mod convex_partition;
 mod facets;
-mod fewer;
 mod hulls;
 mod options;
 mod piece;
+mod piece_merging;
 mod pieces;
-mod sheets;
+mod plates;
+mod prisms;
 #[cfg(test)]
 mod testing;
 

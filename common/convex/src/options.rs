@@ -1,16 +1,16 @@
-//! Limits of the decomposition of bodies into convex pieces.
+//! Limits of the decomposition of bodies into convex pieces; lengths in metres.
 
-/// How bodies become pieces.
+/// Options of the decomposition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PieceOptions {
-    /// A part that is not convex may become its hull if that lies no farther from it than this.
+    /// Maximum deviation of the hull that replaces a part.
     pub tolerance_m: f64,
-    /// A decomposition that lies farther off than this becomes thin plates along the surface.
+    /// Maximum deviation of an approximate decomposition; beyond it thin plates along the surface are used.
     pub worst_m: f64,
-    /// Exact pieces that a connected part may have before an approximation with fewer is looked for.
+    /// Maximum number of exact pieces of a connected part before an approximation with fewer pieces is tried.
     pub exact_max: usize,
-    /// Pieces that a body may have before neighbours become their common hull.
+    /// Maximum number of pieces of a body before neighbours are merged into their hulls.
     pub element_max: usize,
-    /// How far off such a hull may lie; that of thin surfaces, such as foliage, eight times as far.
+    /// Maximum deviation of such a hull; eight times as much for thin surfaces such as foliage.
     pub joined_m: f64,
 }

@@ -3,7 +3,7 @@
 use frames::TENTHS_PER_M;
 use geometry::Point;
 
-/// Corners this near, in metres, are where a box has them: 0.3 mm.
+/// Tolerance for corners of a box, in metres: 0.3 mm.
 const SAME_M: f64 = 3e-4;
 
 /// A convex piece; lengths in metres.
@@ -11,22 +11,22 @@ const SAME_M: f64 = 3e-4;
 pub struct Piece {
     /// Its shape.
     pub shape: Shape,
-    /// How it came about.
+    /// Origin of the piece.
     pub made: Made,
-    /// Farthest that its surface lies from that of the body it is a piece of.
+    /// Maximum distance of its surface from that of its body.
     pub deviation_m: f64,
 }
 
-/// How a piece came about.
+/// Origin of a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Made {
-    /// It is that part of the body but for rounding.
+    /// Equal to a part of the body except for rounding.
     Exact,
-    /// A surface without thickness, given one.
+    /// A plate for a surface without thickness.
     Sheet,
-    /// The convex hull of something that is nearly convex.
+    /// The convex hull of a nearly convex part.
     Hull,
-    /// A part of an approximate decomposition.
+    /// A hull of an approximate decomposition.
     Decomposed,
 }
 
@@ -39,12 +39,12 @@ pub enum Shape {
     Hull(Hull),
 }
 
-/// A box at any angle.
+/// An oriented box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConvexBox {
     /// Middle.
     pub centre_m: [f64; 3],
-    /// Unit directions of its sides, right-handed; the last is upright if any is.
+    /// Unit directions of its sides, right-handed; a vertical one is the last.
     pub axes: [[f64; 3]; 3],
     /// Lengths of its sides.
     pub size_m: [f64; 3],
@@ -55,19 +55,19 @@ pub struct ConvexBox {
 pub(crate) struct FacePlane {
     /// Unit vector outward.
     normal: [f64; 3],
-    /// How far along it the plane lies from the origin.
+    /// Distance of the plane from the origin along the normal.
     offset_m: f64,
-    /// Four times the area over the perimeter: narrow faces say little of their plane.
+    /// Four times the area over the perimeter; the normals of narrow faces are inaccurate.
     pub(crate) width_m: f64,
 }
 
 impl FacePlane {
-    /// How far a point lies before the face; negative behind it.
+    /// Signed distance of a point in front of the face.
     pub(crate) fn before_m(&self, p: [f64; 3]) -> f64 {
         dot(self.normal, p) - self.offset_m
     }
 
-    /// How far the second of three corners of the face lies outside of the line through the others; negative inside.
+    /// Signed distance of the second of three corners outside of the line through the others.
     pub(crate) fn bulge_m(&self, [a, b, c]: [[f64; 3]; 3]) -> f64 {
         let along = sub(c, a);
         dot(self.normal, cross(sub(b, a), along)) / length(along).max(f64::MIN_POSITIVE)
@@ -114,7 +114,7 @@ impl Hull {
         Self { vertices_m, faces }
     }
 
-    /// Its corners moved.
+    /// The hull with mapped corners.
     pub(crate) fn mapped(mut self, map: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
         for vertex in &mut self.vertices_m {
             *vertex = map(*vertex);
@@ -122,7 +122,7 @@ impl Hull {
         self
     }
 
-    /// The box that it is, if it is one.
+    /// The hull as a box, if it is one.
     pub fn as_box(&self) -> Option<ConvexBox> {
         let [first, others @ ..] = self.vertices_m.as_slice() else { return None };
         if others.len() != 7 {
@@ -181,7 +181,7 @@ impl ConvexBox {
 }
 
 impl Piece {
-    /// The piece elsewhere.
+    /// The piece shifted by a vector.
     pub fn shifted(&self, by_m: [f64; 3]) -> Self {
         let moved = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] + by_m[k]);
         let shape = match &self.shape {
@@ -220,7 +220,7 @@ impl Shape {
 }
 
 impl Hull {
-    /// The plan of what lies between two heights, counter-clockwise; empty if nothing does.
+    /// Horizontal projection of the part between two heights, counter-clockwise; may be empty.
     pub fn plan_between(&self, low_m: f64, high_m: f64) -> Vec<[f64; 2]> {
         let mut points: Vec<[f64; 2]> =
             self.vertices_m.iter().filter(|v| low_m <= v[2] && v[2] <= high_m).map(|v| [v[0], v[1]]).collect();
@@ -264,7 +264,7 @@ impl Hull {
         })
     }
 
-    /// Lower and upper corner of the upright box around it.
+    /// Lower and upper corner of the axis-aligned box around it.
     pub fn bounds_m(&self) -> [[f64; 3]; 2] {
         let start = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         self.vertices_m

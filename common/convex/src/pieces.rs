@@ -1,33 +1,32 @@
 //! Convex decomposition of a body, for physics engines.
 
-use crate::columns::{Columns, columns};
 use crate::components::{Mesh, components, shells};
 use crate::facets::{FLAT, Facet, dot, facets};
-use crate::fewer::fewer;
-use crate::hulls::{Body, decomposed, hull_of, voxel_m};
+use crate::hulls::{ComparedBody, decomposed, hull_of, voxel_m};
 use crate::options::PieceOptions;
 use crate::piece::{Hull, Made, Piece, Shape, cross, length};
-use crate::sheets::plates;
+use crate::piece_merging::merge_pieces;
+use crate::plates::plates;
+use crate::prisms::{Prisms, prisms};
 use frames::TENTHS_PER_M;
 use geometry::MeshView;
 
-/// Exact pieces few enough that no other direction is tried.
-const FEW: usize = 4;
+/// Up to this number of prisms no other direction is tried.
+const FEW_PRISMS: usize = 4;
 
-/// Exact pieces so many that one hull is better, if it is near enough.
-const SOME: usize = 8;
+/// From this number of prisms a hull within the tolerance is preferred.
+const MANY_PRISMS: usize = 8;
 
-/// Thin plates so many that an approximation with fewer pieces is looked for.
-const SHEETS_MAX: usize = 48;
+/// Maximum number of thin plates before an approximation with fewer pieces is tried.
+const MAX_SHEETS: usize = 48;
 
-/// Planes of a body that may be convex.
-const PLANES_MAX: usize = 256;
+/// Maximum number of planes of a body that is tested for convexity.
+const MAX_PLANES: usize = 256;
 
 /// The convex pieces of a body, part by part, connected part by connected part.
 ///
-/// In this order, whichever is possible first: a convex part as it is; columns, exactly; the hull, if it is near enough; an
-/// approximate decomposition; thin plates along the surface. Surfaces that bound nothing become thin plates. Where all these are
-/// very many, neighbours become one.
+/// The first possible of: the convex part itself; exact prisms; the hull within the tolerance; an approximate decomposition;
+/// thin plates along the surface. Open surfaces become thin plates. If there are too many pieces, neighbours are merged.
 pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options: &PieceOptions) -> Vec<Piece> {
     let outward = |mesh: Mesh| if mesh.view().volume_m3() < 0.0 { mesh.flipped() } else { mesh };
     let parts: Vec<Mesh> = parts.into_iter().map(|part| outward(Mesh::welded(part))).collect();
@@ -35,7 +34,7 @@ pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options:
     for mesh in &parts {
         let split = components(mesh);
         if mesh.closed && has_cavity(&split) {
-            // A cavity is a shell of its own, and is nothing without the one around it.
+            // A cavity is a separate shell and is processed with the one around it.
             solid(mesh, options, &mut pieces);
             continue;
         }
@@ -45,7 +44,7 @@ pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options:
                 closed(component, options, &mut pieces);
                 continue;
             }
-            // Faces of bad models look both ways, and their bodies touch along edges.
+            // In bad models faces are oriented inconsistently and bodies touch along edges.
             let (whole, gaping): (Vec<Mesh>, Vec<Mesh>) = shells(&component).into_iter().partition(|s| s.closed);
             whole.into_iter().for_each(|s| closed(s, options, &mut pieces));
             if !gaping.is_empty() {
@@ -56,10 +55,10 @@ pub fn convex_pieces<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, options:
             surface(open, options, &mut pieces);
         }
     }
-    fewer(pieces, parts, options)
+    merge_pieces(pieces, parts, options)
 }
 
-/// A closed shell; one without volume is a sheet with two sides.
+/// Decomposes a closed shell; one without volume is a two-sided sheet.
 fn closed(shell: Mesh, options: &PieceOptions, pieces: &mut Vec<Piece>) {
     let volume = shell.view().volume_m3();
     if volume == 0.0 {
@@ -69,7 +68,7 @@ fn closed(shell: Mesh, options: &PieceOptions, pieces: &mut Vec<Piece>) {
     }
 }
 
-/// True if a shell that looks inward lies within the bounds of another, or a component is not closed by itself.
+/// True if an inward shell lies within the bounds of another, or a component is not closed.
 fn has_cavity(split: &[Mesh]) -> bool {
     let bounds = |m: &Mesh| {
         let range = |k: usize| (m.vertices.iter().map(|v| v[k]).min(), m.vertices.iter().map(|v| v[k]).max());
@@ -85,13 +84,13 @@ fn has_cavity(split: &[Mesh]) -> bool {
 }
 
 fn solid(mesh: &Mesh, options: &PieceOptions, pieces: &mut Vec<Piece>) {
-    let faces = facets(mesh.view(), PLANES_MAX, FLAT, |_| true);
+    let faces = facets(mesh.view(), MAX_PLANES, FLAT, |_| true);
     if let Some(piece) = faces.as_ref().and_then(|faces| convex(mesh, faces)) {
         pieces.push(piece);
         return;
     }
-    let exact = faces.as_ref().and_then(|faces| fewest_columns(mesh, faces));
-    let is_many = exact.as_ref().is_none_or(|(hulls, _)| hulls.len() > SOME);
+    let exact = faces.as_ref().and_then(|faces| fewest_prisms(mesh, faces));
+    let is_many = exact.as_ref().is_none_or(|(hulls, _)| hulls.len() > MANY_PRISMS);
     if let Some(piece) = is_many.then(|| near_hull(mesh, options)).flatten() {
         pieces.push(piece);
         return;
@@ -115,33 +114,33 @@ fn add_exact(hulls: Vec<Hull>, deviation_m: f64, pieces: &mut Vec<Piece>) {
     pieces.extend(hulls.into_iter().map(|h| Piece { shape: Shape::of(h), made: Made::Exact, deviation_m }));
 }
 
-/// The body itself, if it is convex but for rounding.
+/// The body itself, if it is convex except for rounding.
 fn convex(mesh: &Mesh, faces: &[Facet]) -> Option<Piece> {
     let is_behind = |f: &Facet| mesh.vertices.iter().all(|v| f.distance(*v) <= FLAT);
     if !faces.iter().all(is_behind) {
         return None;
     }
     let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(v.map(f64::from))).collect();
-    // Faces of a mesh with gaps may all look away from its middle and bound nothing.
+    // All faces of a mesh with gaps may face outward without bounding a solid.
     let volume = mesh.view().volume_m3();
     let hull = hull_of(&points_m).filter(|h| (h.volume_m3() - volume).abs() <= 0.01 * volume + 1e-6)?;
     let deviation_m = faces.iter().map(|f| f.deviation).fold(0.0, f64::max) / f64::from(TENTHS_PER_M);
     Some(Piece { shape: Shape::of(hull), made: Made::Exact, deviation_m })
 }
 
-/// The fewest columns, upright or along one of the largest faces' normals, and how far they are off.
-fn fewest_columns(mesh: &Mesh, faces: &[Facet]) -> Option<(Vec<Hull>, f64)> {
+/// The smallest set of prisms, vertical or along the normal of a large face, with its deviation.
+fn fewest_prisms(mesh: &Mesh, faces: &[Facet]) -> Option<(Vec<Hull>, f64)> {
     let metres = |deviation: f64| deviation / f64::from(TENTHS_PER_M);
-    let upright = columns(mesh.view()).map(|found| (hulls(&found, |p| p), metres(found.deviation)));
-    if upright.as_ref().is_some_and(|(hulls, _)| hulls.len() <= FEW) {
+    let upright = prisms(mesh.view()).map(|found| (hulls(&found, |p| p), metres(found.deviation)));
+    if upright.as_ref().is_some_and(|(hulls, _)| hulls.len() <= FEW_PRISMS) {
         return upright;
     }
     let mut best = upright;
     for frame in frames_of(faces) {
         let turned = |v: &[i32; 3]| frame.map(|axis| dot(axis, v.map(f64::from)).round() as i32);
         let turned = Mesh { vertices: mesh.vertices.iter().map(turned).collect(), ..mesh.clone() };
-        let Some(found) = columns(turned.view()) else { continue };
-        if best.as_ref().is_none_or(|(hulls, _)| found.columns.len() < hulls.len()) {
+        let Some(found) = prisms(turned.view()) else { continue };
+        if best.as_ref().is_none_or(|(hulls, _)| found.prisms.len() < hulls.len()) {
             let back = |p: [f64; 3]| [0, 1, 2].map(|k| (0..3).map(|a| frame[a][k] * p[a]).sum());
             best = Some((hulls(&found, back), metres(found.deviation + 0.5)));
         }
@@ -168,42 +167,42 @@ fn frames_of(faces: &[Facet]) -> Vec<[[f64; 3]; 3]> {
     normals.into_iter().map(frame).collect()
 }
 
-fn hulls(found: &Columns, back: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<Hull> {
-    let hull = |c: &crate::columns::Column| {
+fn hulls(found: &Prisms, back: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<Hull> {
+    let hull = |c: &crate::prisms::Prism| {
         let corners = c.plan.iter().zip(&c.ends).map(|(p, e)| [f64::from(p[0]), f64::from(p[1]), e[0], e[1]]);
         Hull::between(corners).mapped(&back)
     };
-    found.columns.iter().filter(|c| c.volume_m3() > 1e-9).map(hull).collect()
+    found.prisms.iter().filter(|c| c.volume_m3() > 1e-9).map(hull).collect()
 }
 
-/// The hull, if it is near enough.
+/// The hull, if it is within the tolerance.
 fn near_hull(mesh: &Mesh, options: &PieceOptions) -> Option<Piece> {
     let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(v.map(f64::from))).collect();
     let hull = hull_of(&points_m)?;
-    let deviation_m = Body::of(mesh.view())?.deviations_m(std::slice::from_ref(&hull))[0];
+    let deviation_m = ComparedBody::of(mesh.view())?.deviations_m(std::slice::from_ref(&hull))[0];
     let is_near = deviation_m <= options.tolerance_m;
     is_near.then(|| Piece { shape: Shape::of(hull), made: Made::Hull, deviation_m })
 }
 
 /// An approximate decomposition, else plates along the surface.
 fn approximate(mesh: &Mesh, options: &PieceOptions) -> Vec<Piece> {
-    let Some(body) = Body::of(mesh.view()) else { return Vec::new() };
+    let Some(body) = ComparedBody::of(mesh.view()) else { return Vec::new() };
     let points_m: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| metres(v.map(f64::from))).collect();
-    // A decomposition sees no more than its voxels.
+    // A decomposition is no more accurate than its voxels.
     let can_be_near = voxel_m(&points_m) <= 2.0 * options.worst_m;
     let near = if can_be_near { decomposition(mesh, &body) } else { Vec::new() };
     let off = near.iter().map(|p| p.deviation_m).fold(0.0, f64::max);
     if !near.is_empty() && off <= options.worst_m {
         return near;
     }
-    match skin(mesh, options) {
+    match surface_plates(mesh, options) {
         Some(plates) => plates,
         None if near.is_empty() => decomposition(mesh, &body),
         None => near,
     }
 }
 
-fn decomposition(mesh: &Mesh, body: &Body) -> Vec<Piece> {
+fn decomposition(mesh: &Mesh, body: &ComparedBody) -> Vec<Piece> {
     let hulls = decomposed(mesh.view());
     let deviations = body.deviations_m(&hulls);
     let piece = |(hull, deviation_m)| Piece { shape: Shape::of(hull), made: Made::Decomposed, deviation_m };
@@ -211,7 +210,7 @@ fn decomposition(mesh: &Mesh, body: &Body) -> Vec<Piece> {
 }
 
 /// Thin plates along the surface.
-fn skin(mesh: &Mesh, options: &PieceOptions) -> Option<Vec<Piece>> {
+fn surface_plates(mesh: &Mesh, options: &PieceOptions) -> Option<Vec<Piece>> {
     let scale = f64::from(TENTHS_PER_M);
     let tolerances = [options.tolerance_m, options.worst_m.max(options.tolerance_m)].map(|m| m * scale);
     let (plates, deviation) = plates(mesh.view(), tolerances)?;
@@ -219,15 +218,15 @@ fn skin(mesh: &Mesh, options: &PieceOptions) -> Option<Vec<Piece>> {
     Some(plates.into_iter().map(plate).collect())
 }
 
-/// Meshes with gaps: solids where their faces say so all the same, one by one or together, else thin plates.
+/// Decomposes meshes with gaps: as solids where their faces bound one, alone or together, else as thin plates.
 fn surface(open: Vec<Mesh>, options: &PieceOptions, pieces: &mut Vec<Piece>) {
     let mut rest = Vec::new();
     for part in open {
-        let faces = facets(part.view(), PLANES_MAX, FLAT, |_| true);
+        let faces = facets(part.view(), MAX_PLANES, FLAT, |_| true);
         let whole = faces.as_ref().and_then(|faces| convex(&part, faces));
         match whole {
             Some(piece) => pieces.push(piece),
-            None => match faces.and_then(|faces| fewest_columns(&part, &faces)) {
+            None => match faces.and_then(|faces| fewest_prisms(&part, &faces)) {
                 Some((hulls, deviation_m)) => add_exact(hulls, deviation_m, pieces),
                 None => rest.push(part),
             },
@@ -237,8 +236,8 @@ fn surface(open: Vec<Mesh>, options: &PieceOptions, pieces: &mut Vec<Piece>) {
         return;
     }
     let all = Mesh::joined(rest.clone());
-    let faces = facets(all.view(), PLANES_MAX, FLAT, |_| true);
-    if let Some((hulls, deviation_m)) = faces.and_then(|faces| fewest_columns(&all, &faces)) {
+    let faces = facets(all.view(), MAX_PLANES, FLAT, |_| true);
+    if let Some((hulls, deviation_m)) = faces.and_then(|faces| fewest_prisms(&all, &faces)) {
         add_exact(hulls, deviation_m, pieces);
         return;
     }
@@ -246,19 +245,19 @@ fn surface(open: Vec<Mesh>, options: &PieceOptions, pieces: &mut Vec<Piece>) {
     for part in &rest {
         match near_hull(part, options) {
             Some(piece) => sheets.push(piece),
-            None => match skin(part, options) {
+            None => match surface_plates(part, options) {
                 Some(plates) => sheets.extend(plates),
                 None => sheets.extend(approximate(part, options)),
             },
         }
     }
-    if sheets.len() <= SHEETS_MAX {
+    if sheets.len() <= MAX_SHEETS {
         pieces.extend(sheets);
         return;
     }
-    // Foliage and the like: as few pieces as are near enough.
-    let fewer = approximate(&all, options);
-    pieces.extend(if fewer.len() < sheets.len() { fewer } else { sheets });
+    // For surfaces such as foliage as few pieces as the tolerance allows.
+    let merge_pieces = approximate(&all, options);
+    pieces.extend(if merge_pieces.len() < sheets.len() { merge_pieces } else { sheets });
 }
 
 fn metres(v: [f64; 3]) -> [f64; 3] {

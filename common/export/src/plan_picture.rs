@@ -11,7 +11,7 @@ use embedded_graphics::prelude::{DrawTarget, Pixel};
 use embedded_graphics::primitives::{Circle, Line, PointsIter, PrimitiveStyle, StyledDrawable};
 use embedded_graphics::text::{Baseline, Text};
 use frames::Point2;
-use grid::{Class, GridSpec, Sight};
+use grid::{Class, GridSpec, LineOfSight};
 use messages::{Grid, WaypointKind};
 use std::convert::Infallible;
 
@@ -61,7 +61,7 @@ fn seen_cells(input: &ExportInput<'_>, grid: &Grid<'_>) -> Vec<bool> {
         return seen;
     }
     let opaque: Vec<bool> = grid.planning.iter().map(|&p| p != 0).collect();
-    let sight = Sight::new(&opaque, spec.width as usize);
+    let sight = LineOfSight::new(&opaque, spec.width as usize);
     let sensor = input.plan.head.sensor;
     for scan in scans {
         let [x, y, _] = scan.position_in_map_m;

@@ -1,21 +1,21 @@
-//! Upward faces of a mesh near a height, on which a robot could stand.
+//! Upward faces of a mesh between two heights, and the test of their slope.
 
 use crate::mesh::{MeshView, unit_normal};
 use crate::polygon::{Ring, ring_area_doubled};
 use crate::slab::{Slab, clip_to_slab};
 
-/// The triangles that look upward and are at most `max_slope_rad` steep, counter-clockwise from above.
+/// The upward triangles with a slope of at most `max_slope_rad`, counter-clockwise from above.
 ///
-/// A mesh whose volume is negative is taken as turned inside out.
+/// A mesh with negative volume is treated as inside out.
 pub fn upward_triangles(mesh: MeshView<'_>, max_slope_rad: f64) -> impl Iterator<Item = [[i32; 3]; 3]> {
     let inside_out = mesh.volume_m3() < 0.0;
     let least_upward = libm::cos(max_slope_rad) - 1e-6;
     mesh.corners()
         .map(move |[a, b, c]| if inside_out { [a, c, b] } else { [a, b, c] })
-        .filter(move |t| upwardness(t) >= least_upward)
+        .filter(move |t| normal_z(t) >= least_upward)
 }
 
-/// Plans of the parts between two heights of the mesh's [`upward_triangles`].
+/// Horizontal projections of the parts of [`upward_triangles`] between two heights.
 ///
 /// Heights in tenths of a millimetre, both included. Rings are counter-clockwise and may overlap.
 pub fn floor_faces(mesh: MeshView<'_>, lowest: i32, highest: i32, max_slope_rad: f64) -> Vec<Ring> {
@@ -40,7 +40,7 @@ pub fn floor_faces(mesh: MeshView<'_>, lowest: i32, highest: i32, max_slope_rad:
 }
 
 /// Upward component of the unit normal; 0 for degenerate triangles.
-fn upwardness(triangle: &[[i32; 3]; 3]) -> f64 {
+fn normal_z(triangle: &[[i32; 3]; 3]) -> f64 {
     unit_normal(triangle).map_or(0.0, |normal| normal[2])
 }
 

@@ -6,20 +6,20 @@ use crate::polygon::{Bounds, MultiPolygon, Point, Ring, ring_area_doubled};
 use crate::section::section;
 use crate::slab::{Slab, clip_to_slab};
 
-/// Levels at which a mesh with gaps is cut: its surface alone does not tell where it is solid.
+/// Number of sections of a mesh with gaps, whose surface does not define a solid.
 const OPEN_MESH_SECTIONS: i32 = 8;
 
-/// The plan of an element inside a slab.
+/// The horizontal projection of an element within a slab.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Footprint {
-    /// Where the solid is, its interior included.
+    /// Area of the solid, with its interior.
     pub area: MultiPolygon,
-    /// Surfaces without thickness that stand upright: they cover no area but stop a robot.
+    /// Upright surfaces without thickness: they cover no area but are obstacles.
     pub lines: Vec<[Point; 2]>,
 }
 
 impl Footprint {
-    /// True if nothing is in the slab.
+    /// True if it has neither area nor lines.
     pub fn is_empty(&self) -> bool {
         self.area.is_empty() && self.lines.is_empty()
     }
@@ -69,7 +69,7 @@ pub fn footprint<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, slab: Slab) 
     Footprint { area: union(&plans, FillRule::NonZero), lines }
 }
 
-/// The plans of the triangles' parts in the slab, counter-clockwise; upright ones have none.
+/// Horizontal projections of the triangles' parts in the slab, counter-clockwise; none for upright triangles.
 fn project(mesh: MeshView<'_>, slab: Slab, plans: &mut Vec<Ring>) {
     let mut plan = Vec::new();
     for triangle in mesh.corners() {

@@ -2,10 +2,10 @@
 
 use crate::polygon::Bounds;
 
-/// True if every edge is passed as often in either direction, by vertex position.
+/// True if every edge is used equally often in both directions, by vertex position.
 ///
-/// Then the faces bound a solid, and horizontal sections consist of closed rings. Edges are not looked up but summed:
-/// each adds or subtracts a 128-bit hash of its ends, so that two directions cancel. Linear, without memory.
+/// Then the faces bound a solid, and horizontal sections consist of closed rings. Each edge adds or subtracts a 128-bit hash
+/// of its ends, so that opposite directions cancel. Linear in triangles, without allocation.
 pub fn is_closed(vertices: &[[i32; 3]], triangles: &[[u32; 3]]) -> bool {
     let mut sum = 0u128;
     for t in triangles {
@@ -39,7 +39,7 @@ fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// The unit normal of a triangle, to the side from which it runs counter-clockwise; `None` if it has no area.
+/// The unit normal of a triangle, towards the side from which it is counter-clockwise; `None` if it has no area.
 pub fn unit_normal(triangle: &[[i32; 3]; 3]) -> Option<[f64; 3]> {
     let side = |k: usize| [0, 1, 2].map(|i| f64::from(triangle[k][i]) - f64::from(triangle[0][i]));
     let (u, v) = (side(1), side(2));
@@ -55,7 +55,7 @@ pub struct MeshView<'a> {
     pub vertices: &'a [[i32; 3]],
     /// Vertex indices, each below `vertices.len()`.
     pub triangles: &'a [[u32; 3]],
-    /// True if every edge is passed as often in either direction.
+    /// True if every edge is used equally often in both directions.
     pub closed: bool,
 }
 

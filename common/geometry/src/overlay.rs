@@ -11,12 +11,12 @@ use i_overlay::i_shape::int::shape::{IntContour, IntShape, IntShapes};
 use i_overlay::mesh::int::outline::offset::IntOutlineOffset;
 use i_overlay::mesh::int::style::{IntLineJoin, IntOutlineStyle};
 
-/// Which windings are inside.
+/// Fill rule: which winding numbers are inside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FillRule {
-    /// Every winding but zero: rings that overlap are united.
+    /// Winding numbers other than zero: overlapping rings are united.
     NonZero,
-    /// Odd numbers of crossings: for rings whose sense means nothing.
+    /// Odd numbers of crossings: for rings without a defined orientation.
     EvenOdd,
 }
 
@@ -35,18 +35,18 @@ pub fn union_of<'a>(parts: impl IntoIterator<Item = &'a MultiPolygon>) -> MultiP
     union(&rings, FillRule::NonZero)
 }
 
-/// What both regions cover.
+/// The intersection of two regions.
 pub fn intersection(a: &MultiPolygon, b: &MultiPolygon) -> MultiPolygon {
     combine(a, b, OverlayRule::Intersect)
 }
 
-/// What `a` covers and `b` does not.
+/// The region of `a` without `b`.
 pub fn difference(a: &MultiPolygon, b: &MultiPolygon) -> MultiPolygon {
     combine(a, b, OverlayRule::Difference)
 }
 
-/// The region grown by `reach` (tenths of a millimetre) to all sides, or shrunk by a negative one; corners stay sharp. `None`
-/// if its coordinates are too large for that.
+/// The region offset outwards by `reach` (tenths of a millimetre), inwards if negative; corners stay sharp. `None` if its
+/// coordinates are too large for that.
 pub fn offset(region: &MultiPolygon, reach: i32) -> Option<MultiPolygon> {
     let sharpest = Angle::from_radians(0.2).expect("a small positive angle");
     let style = IntOutlineStyle::new(reach).line_join(IntLineJoin::Miter(sharpest));
@@ -70,7 +70,7 @@ fn combine(a: &MultiPolygon, b: &MultiPolygon, rule: OverlayRule) -> MultiPolygo
     from_int(overlay.overlay(rule, Rule::NonZero))
 }
 
-/// One thread: the callers work on many elements at once.
+/// Single-threaded: callers process many elements in parallel.
 fn empty(capacity: usize) -> Overlay<i32> {
     let solver = Solver { strategy: Strategy::Auto, precision: Precision::HIGH, multithreading: None };
     Overlay::new_custom(capacity, Default::default(), solver)

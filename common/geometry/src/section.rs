@@ -6,11 +6,10 @@ use crate::polygon::{MultiPolygon, Point, Ring};
 use crate::slab::crossing;
 use std::collections::BTreeMap;
 
-/// Ends of section lines at most this far apart are taken for one point: 2 mm, the size of gaps that T-junctions and
-/// single-precision meshes leave.
-const GAP: i64 = 20;
+/// Maximum distance of line ends that are joined: 2 mm, the size of gaps at T-junctions and in single-precision meshes.
+const MAX_GAP: i64 = 20;
 
-/// What a horizontal plane cuts out of a mesh.
+/// The section of a mesh with a horizontal plane.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Section {
     /// The solid's interior.
@@ -32,12 +31,12 @@ pub fn section(mesh: MeshView<'_>, z: i32) -> Section {
     if open.is_empty() {
         return Section { area: union(&closed, FillRule::NonZero), lines: Vec::new() };
     }
-    let (joined, open) = join(open, Sense::Directed);
+    let (joined, open) = join(open, TrailDirection::Directed);
     closed.extend(joined);
     if open.is_empty() {
         return Section { area: union(&closed, FillRule::NonZero), lines: Vec::new() };
     }
-    let (joined, open) = join(open, Sense::Either);
+    let (joined, open) = join(open, TrailDirection::Either);
     closed.extend(joined);
     let lines = open.iter().flat_map(|line| line.windows(2).map(|w| [w[0], w[1]])).collect();
     Section { area: union(&closed, FillRule::EvenOdd), lines }
@@ -63,7 +62,7 @@ fn segments(mesh: MeshView<'_>, plane_doubled: i64) -> Vec<[Point; 2]> {
     out
 }
 
-/// Follows lines head to tail: (closed rings, open trails).
+/// Joins lines head to tail: (closed rings, open trails).
 fn trails(segments: Vec<[Point; 2]>) -> (Vec<Ring>, Vec<Vec<Point>>) {
     let mut leaving: BTreeMap<Point, Vec<Point>> = BTreeMap::new();
     let mut balance: BTreeMap<Point, i32> = BTreeMap::new();
@@ -81,7 +80,7 @@ fn trails(segments: Vec<[Point; 2]>) -> (Vec<Ring>, Vec<Vec<Point>>) {
         }
         trail
     };
-    // Open trails first, from where more lines leave than arrive: what remains is closed.
+    // Open trails first, from points where more lines leave than arrive; the remaining lines form closed rings.
     let mut open = Vec::new();
     for (&point, &surplus) in &balance {
         open.extend((0..surplus).map(|_| follow(point)));
@@ -101,15 +100,15 @@ fn trails(segments: Vec<[Point; 2]>) -> (Vec<Ring>, Vec<Vec<Point>>) {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Sense {
+enum TrailDirection {
     /// Heads meet tails only.
     Directed,
-    /// Trails may be turned round.
+    /// Trails may be reversed.
     Either,
 }
 
-/// Joins trails whose ends nearly meet, nearest first by greedy growth: (rings, trails that stay open).
-fn join(mut trails: Vec<Vec<Point>>, sense: Sense) -> (Vec<Ring>, Vec<Vec<Point>>) {
+/// Joins trails whose ends nearly meet, greedily with the nearest first: (rings, open trails).
+fn join(mut trails: Vec<Vec<Point>>, sense: TrailDirection) -> (Vec<Ring>, Vec<Vec<Point>>) {
     let (mut rings, mut open) = (Vec::new(), Vec::new());
     while let Some(mut trail) = trails.pop() {
         loop {
@@ -119,10 +118,10 @@ fn join(mut trails: Vec<Vec<Point>>, sense: Sense) -> (Vec<Ring>, Vec<Vec<Point>
                 .iter()
                 .enumerate()
                 .flat_map(|(i, t)| [(distance(tail, t[0]), i, false), (distance(tail, t[t.len() - 1]), i, true)])
-                .filter(|&(_, _, turned)| sense == Sense::Either || !turned)
+                .filter(|&(_, _, turned)| sense == TrailDirection::Either || !turned)
                 .min();
             match best {
-                Some((d, i, turned)) if d <= GAP && (d < own || trail.len() < 3) => {
+                Some((d, i, turned)) if d <= MAX_GAP && (d < own || trail.len() < 3) => {
                     let mut next = trails.swap_remove(i);
                     if turned {
                         next.reverse();
@@ -132,7 +131,7 @@ fn join(mut trails: Vec<Vec<Point>>, sense: Sense) -> (Vec<Ring>, Vec<Vec<Point>
                 _ => break,
             }
         }
-        if trail.len() > 2 && distance(trail[0], trail[trail.len() - 1]) <= GAP {
+        if trail.len() > 2 && distance(trail[0], trail[trail.len() - 1]) <= MAX_GAP {
             rings.push(trail);
         } else {
             open.push(trail);

@@ -15,7 +15,7 @@ pub struct Slab {
 }
 
 impl Slab {
-    /// True if something from `z_min` to `z_max` reaches into the slab.
+    /// True if the heights from `z_min` to `z_max` reach into the slab.
     pub fn meets(self, z_min: i32, z_max: i32) -> bool {
         z_min < self.hi && self.lo < z_max
     }

@@ -1,22 +1,22 @@
-//! Slopes that a robot drives up: faces that look upward and are neither level nor steep.
+//! Ramp faces of a body: upward faces that are neither level nor too steep.
 
 use crate::floor_faces::upward_triangles;
 use crate::mesh::{MeshView, unit_normal};
 
-/// Flatter faces are level, or drain.
-const LEAST_SLOPE_RAD: f64 = 0.02;
+/// Minimum slope; flatter faces are level or drained floor.
+const MIN_SLOPE_RAD: f64 = 0.02;
 
-/// Vertices are rounded to tenths of a millimetre: a slope may be that much steeper than it is meant.
+/// Tolerance of slopes, because vertices are rounded to tenths of a millimetre.
 const TOLERANCE_RAD: f64 = 1e-3;
 
-/// Less sloped floor than this in square metres is no way.
-const LEAST_AREA_M2: f64 = 0.5;
+/// Minimum sloped area of a ramp.
+const MIN_AREA_M2: f64 = 0.5;
 
-/// Most of the upward faces of a ramp are sloped.
-const LEAST_SHARE: f64 = 0.5;
+/// Minimum share of a ramp's upward area that is sloped.
+const MIN_SLOPED_SHARE: f64 = 0.5;
 
-/// The sloped faces of a body that is a ramp by its shape: most of what looks upward is inclined, and no more than
-/// `max_slope_rad`. Empty for any other body.
+/// The sloped faces of a body that is a ramp by its shape: most of its upward area is inclined by at most `max_slope_rad`.
+/// Empty for other bodies.
 pub fn ramp_faces<'a>(meshes: impl Iterator<Item = MeshView<'a>> + Clone, max_slope_rad: f64) -> Vec<[[i32; 3]; 3]> {
     let upward = meshes.flat_map(|mesh| upward_triangles(mesh, std::f64::consts::FRAC_PI_4));
     let (mut sloped, mut sloped_m2, mut all_m2) = (Vec::new(), 0.0, 0.0);
@@ -25,12 +25,12 @@ pub fn ramp_faces<'a>(meshes: impl Iterator<Item = MeshView<'a>> + Clone, max_sl
         let area_m2 = plan_area_m2(&triangle);
         all_m2 += area_m2;
         let slope_rad = libm::acos(normal[2].min(1.0));
-        if LEAST_SLOPE_RAD < slope_rad && slope_rad <= max_slope_rad + TOLERANCE_RAD {
+        if MIN_SLOPE_RAD < slope_rad && slope_rad <= max_slope_rad + TOLERANCE_RAD {
             sloped_m2 += area_m2;
             sloped.push(triangle);
         }
     }
-    let is_ramp = sloped_m2 >= LEAST_AREA_M2 && sloped_m2 >= LEAST_SHARE * all_m2;
+    let is_ramp = sloped_m2 >= MIN_AREA_M2 && sloped_m2 >= MIN_SLOPED_SHARE * all_m2;
     if is_ramp { sloped } else { Vec::new() }
 }
 

@@ -1,4 +1,4 @@
-//! Ray casting on triangles, and sample points on surfaces. With `hulls` the only module that names parry.
+//! Ray casting on triangles, and sample points on surfaces. The only module of this crate that uses parry.
 
 use crate::mesh::{MeshView, unit_normal};
 use frames::TENTHS_PER_M;
@@ -6,7 +6,7 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::TriMesh;
 
-/// The triangles of many meshes, arranged for lines to be cast at them. Lengths in metres.
+/// Triangles of many meshes in a bounding volume hierarchy for ray casting. Lengths in metres.
 pub struct Surfaces {
     /// `None` without triangles.
     mesh: Option<TriMesh>,
@@ -15,14 +15,14 @@ pub struct Surfaces {
 /// A point on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePoint {
-    /// Where it is.
+    /// Position in metres.
     pub at_m: [f64; 3],
     /// Unit normal of its triangle.
     pub normal: [f64; 3],
 }
 
 impl Surfaces {
-    /// The triangles of all these meshes.
+    /// Builds it from the triangles of meshes.
     pub fn of<'a>(parts: impl IntoIterator<Item = MeshView<'a>>) -> Self {
         let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
         for part in parts {
@@ -34,17 +34,15 @@ impl Surfaces {
         Self { mesh: TriMesh::new(vertices, triangles).ok() }
     }
 
-    /// Length of the straight way from a point in a direction (a unit vector) to the first surface, if that is at most
-    /// `reach_m` away. Both sides of a surface count.
+    /// Distance from a point along a unit vector to the first surface, if at most `reach_m`. Both sides of surfaces count.
     pub fn first_m(&self, from_m: [f64; 3], direction: [f64; 3], reach_m: f64) -> Option<f64> {
         let ray = Ray::new(Vector::from(from_m), Vector::from(direction));
         self.mesh.as_ref()?.cast_local_ray(&ray, reach_m, false)
     }
 }
 
-/// Points on the triangles of a mesh with heights from `lowest_m` to `highest_m`: where the lines of a lattice with this
-/// spacing, along the axis that a triangle faces most, go through it. So there are as many on a surface however it is cut into
-/// triangles.
+/// Points on the triangles of a mesh between two heights: intersections with the lines of a lattice with this spacing along
+/// the main axis of a triangle's normal. Their number does not depend on the triangulation.
 pub fn surface_points(
     mesh: MeshView<'_>,
     spacing_m: f64,
@@ -76,7 +74,7 @@ fn points_of(corners: &[[f64; 3]; 3], normal: [f64; 3], spacing_m: f64, mut foun
     for i in steps(u) {
         for j in steps(v) {
             let [p, q] = [i, j].map(|k| (k as f64 + 0.5) * spacing_m);
-            // Twice the areas that the point makes with each side: of one sign if it lies inside.
+            // Twice the signed areas of the point with each side: equal signs if it lies inside.
             let area = |a: usize, b: usize| {
                 let [a, b] = [corners[a], corners[b]];
                 (a[u] - p) * (b[v] - q) - (a[v] - q) * (b[u] - p)

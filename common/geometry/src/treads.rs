@@ -6,14 +6,14 @@ use crate::overlay::{FillRule, union};
 use crate::polygon::{MultiPolygon, Ring};
 use frames::TENTHS_PER_M;
 
-/// Faces at most this steep are level: treads may be sloped so that water runs off.
+/// Maximum slope of a level face; treads may be slightly sloped for drainage.
 const LEVEL_RAD: f64 = 0.05;
 
-/// Faces that lie this near above one another are one level: a finish on its structure.
-const ONE_LEVEL: i32 = 6 * TENTHS_PER_M / 100;
+/// Faces within this height of one another are one level, such as a finish on its structure.
+const MAX_LEVEL_OFFSET: i32 = 6 * TENTHS_PER_M / 100;
 
-/// Smaller faces carry no foot: rims of stringers, ends of rails.
-const LEAST_AREA_M2: f64 = 0.02;
+/// Minimum area of a tread; smaller faces are rims of stringers or ends of rails.
+const MIN_AREA_M2: f64 = 0.02;
 
 /// A connected level face.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ pub struct Tread {
     pub centre: [f64; 2],
 }
 
-/// The level faces of a stair that look upward, from low to high.
+/// The upward level faces of a stair, from low to high.
 pub fn treads<'a>(parts: impl IntoIterator<Item = MeshView<'a>>) -> Vec<Tread> {
     let mut faces: Vec<(i32, Ring)> = Vec::new();
     for triangle in parts.into_iter().flat_map(|mesh| upward_triangles(mesh, LEVEL_RAD).collect::<Vec<_>>()) {
@@ -37,14 +37,14 @@ pub fn treads<'a>(parts: impl IntoIterator<Item = MeshView<'a>>) -> Vec<Tread> {
     let mut treads = Vec::new();
     let mut rest = faces.as_slice();
     while let Some((lowest, _)) = rest.first() {
-        let n = rest.partition_point(|(z, _)| z - lowest <= ONE_LEVEL);
+        let n = rest.partition_point(|(z, _)| z - lowest <= MAX_LEVEL_OFFSET);
         let (level, above) = rest.split_at(n);
         rest = above;
         let Some((z, _)) = level.last() else { break };
         let rings: Vec<Ring> = level.iter().map(|(_, ring)| ring.clone()).collect();
         for polygon in union(&rings, FillRule::NonZero).0 {
             let plan = MultiPolygon(vec![polygon]);
-            if let Some(centre) = plan.centroid().filter(|_| plan.area_m2() >= LEAST_AREA_M2) {
+            if let Some(centre) = plan.centroid().filter(|_| plan.area_m2() >= MIN_AREA_M2) {
                 treads.push(Tread { z: *z, plan, centre });
             }
         }

@@ -3,7 +3,7 @@
 use crate::Run;
 use std::collections::VecDeque;
 
-/// A yes or no for every cell, row-major.
+/// A boolean per cell, row-major.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mask {
     /// Columns.
@@ -13,7 +13,7 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// A mask with all cells off.
+    /// A mask with all cells false.
     pub fn new(width: usize, height: usize) -> Self {
         Self { width, cells: vec![false; width * height] }
     }
@@ -23,7 +23,7 @@ impl Mask {
         self.cells.len().checked_div(self.width).unwrap_or(0)
     }
 
-    /// Switches the cells of the runs on.
+    /// Sets the cells of the runs.
     pub fn set_runs(&mut self, runs: &[Run]) {
         for run in runs {
             let row = run.row as usize * self.width;
@@ -31,25 +31,25 @@ impl Mask {
         }
     }
 
-    /// Switches on what is on in `other`.
+    /// Sets the cells that are set in `other`.
     pub fn set_all(&mut self, other: &Self) {
         for (cell, &on) in self.cells.iter_mut().zip(&other.cells) {
             *cell |= on;
         }
     }
 
-    /// True if no cell is on.
+    /// True if no cell is set.
     pub fn is_empty(&self) -> bool {
         !self.cells.contains(&true)
     }
 
-    /// Number of cells that are on.
+    /// Number of cells that are set.
     pub fn count(&self) -> usize {
         self.cells.iter().filter(|&&on| on).count()
     }
 }
 
-/// Places of the up to four neighbours that share a side.
+/// Indices of the up to four neighbours that share a side.
 fn neighbours4(index: usize, width: usize, n_cells: usize) -> impl Iterator<Item = usize> {
     let column = index % width;
     [
@@ -62,10 +62,10 @@ fn neighbours4(index: usize, width: usize, n_cells: usize) -> impl Iterator<Item
     .flatten()
 }
 
-/// The mask with its holes filled: cells that no path of side neighbours that are off joins to the border.
+/// The mask with holes filled: unset cells that are not 4-connected with the border through unset cells.
 pub fn fill_holes(solid: &Mask) -> Mask {
     let (width, height) = (solid.width, solid.height());
-    // Cells turn on as they are reached from the border; what stays off at the end is a hole.
+    // Cells reached from the border are set; cells that stay unset at the end are holes.
     let mut reached = solid.clone();
     let mut seeds: Vec<usize> = Vec::new();
     for row in 0..height {
@@ -81,7 +81,7 @@ pub fn fill_holes(solid: &Mask) -> Mask {
         let start = (row..seed).rev().find(|&i| reached.cells[i]).map_or(row, |i| i + 1);
         let end = (seed..row + width).find(|&i| reached.cells[i]).unwrap_or(row + width);
         reached.cells[start..end].fill(true);
-        // One seed for every stretch of cells above and below that is still off.
+        // One seed for every stretch of unset cells above and below.
         let beside = [row.checked_sub(width), (row + width < reached.cells.len()).then_some(row + width)];
         for other in beside.into_iter().flatten() {
             let stretch = other + start - row..other + end - row;
@@ -93,7 +93,7 @@ pub fn fill_holes(solid: &Mask) -> Mask {
     Mask { width, cells }
 }
 
-/// Labels the connected regions (by sides) of cells that are on: (label per cell, 0 for off; number of labels).
+/// Labels the 4-connected regions of set cells: (label per cell, 0 for unset; number of labels).
 ///
 /// Labels are in the order of each region's first cell.
 pub fn label_components(mask: &Mask) -> (Vec<u32>, u32) {
@@ -119,7 +119,7 @@ pub fn label_components(mask: &Mask) -> (Vec<u32>, u32) {
     (labels, n_labels)
 }
 
-/// What obstacles enclose, themselves included, once gaps up to `gap_cells` between them are closed.
+/// The cells enclosed by obstacles, obstacles included, with gaps up to `gap_cells` between them closed.
 pub fn enclosed(obstacles: &Mask, gap_cells: usize) -> Mask {
     let reach = gap_cells.div_ceil(2);
     let pad = 2 * reach + 1;
@@ -141,11 +141,11 @@ pub fn enclosed(obstacles: &Mask, gap_cells: usize) -> Mask {
     out
 }
 
-/// The mask grown by a square of `reach` cells to each side. Linear in cells, whatever the reach.
+/// The mask dilated by a square of `reach` cells to each side. Linear in cells, independent of the reach.
 fn grown_square(mask: &Mask, reach: usize) -> Mask {
     let (width, height) = (mask.width, mask.height());
     let mut out = mask.clone();
-    // True within reach behind the last cell that was on.
+    // True within reach after the last set cell.
     let spread = |since: &mut usize, on: bool| {
         *since = if on { 0 } else { since.saturating_add(1) };
         *since <= reach

@@ -32,7 +32,7 @@ pub enum Class {
     Beam = 11,
     /// Mechanical, electrical and plumbing.
     Mep = 12,
-    /// Anything else.
+    /// Any other element.
     Other = 13,
 }
 
@@ -80,8 +80,8 @@ impl Class {
         }
     }
 
-    /// Which class a cell shows where elements overlap: the highest wins. Doors are below everything, because a cell
-    /// that any obstacle touches is occupied.
+    /// Priority of a class where elements overlap in a cell: the highest is shown. Doors are lowest, because a cell that any
+    /// obstacle touches is occupied.
     pub fn draw_priority(self) -> u8 {
         match self {
             Self::None => 0,

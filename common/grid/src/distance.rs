@@ -22,7 +22,7 @@ pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
     out
 }
 
-/// The nearest marked cell, for every cell; [`u32::MAX`] without a marked cell. Of equally near ones always the same.
+/// The nearest marked cell, for every cell; [`u32::MAX`] without a marked cell. Ties are broken the same way each time.
 ///
 /// `marked` is row-major, `width` wide. Linear in cells.
 ///
@@ -52,7 +52,7 @@ pub fn nearest_marked(marked: &[bool], width: usize) -> Vec<u32> {
 /// Buffers for one pass over a row or a column.
 struct Line {
     values: Vec<u32>,
-    /// Columns of the parabolas of the lower envelope, and where each begins.
+    /// Columns of the parabolas of the lower envelope, and the start of each.
     vertex: Vec<usize>,
     from: Vec<f64>,
 }
@@ -66,7 +66,7 @@ impl Line {
         }
     }
 
-    /// Adds squares of distances along the line; tells of every cell which one is the nearest to it.
+    /// Adds squared distances along the line; calls `tell` with every cell and the nearest one to it.
     fn transform(&mut self, cells: &mut [u32], step: usize, mut tell: impl FnMut(usize, usize)) {
         self.values.clear();
         self.values.extend(cells.iter().step_by(step));

@@ -10,7 +10,7 @@ const CORNER: u16 = 7;
 /// Steps of column and row to the neighbours of a cell.
 const DIRECTIONS: [[isize; 2]; 8] = [[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, 1], [1, -1], [-1, -1]];
 
-/// Cells between one at a place of 1 to `last` and the rim, in a direction.
+/// Number of cells between the cell at 1 to `last` and the rim, in a direction.
 fn room(at: usize, direction: isize, last: usize) -> usize {
     match direction {
         0 => usize::MAX,
@@ -19,25 +19,25 @@ fn room(at: usize, direction: isize, last: usize) -> usize {
     }
 }
 
-/// The farthest that a region can grow, in cells.
+/// Maximum distance by which a region can grow, in cells.
 pub const MAX_REACH_CELLS: f64 = ((u16::MAX - CORNER) / SIDE) as f64;
 
-/// Grows regions again and again in memory that it keeps: after the largest window it allocates no more.
+/// Grows regions in tiles. Buffers are reused: after the largest tile nothing is allocated.
 #[derive(Debug, Default)]
 pub struct Growth {
     width: usize,
     /// The cells with a rim of one cell around them, so that every cell has eight neighbours.
     cells: Vec<u8>,
     cost: Vec<u16>,
-    /// Places by cost.
+    /// Cells by cost.
     buckets: Vec<Vec<u32>>,
-    /// Of one row: whether a cell or those above and below are a target, and whether it is a seed beside one.
+    /// Buffers for one row: whether a cell or those above and below are a target, and whether it is a seed beside one.
     column: Vec<u8>,
     front: Vec<u8>,
 }
 
 impl Growth {
-    /// Takes a window: rows of `width` cells from the lowest on, and the regions that each cell belongs to, as bits.
+    /// Loads a tile: rows of `width` cells from the lowest on, with the regions of each cell as bits.
     pub fn load<'a, T: Copy + 'a>(
         &mut self,
         width: usize,
@@ -56,12 +56,12 @@ impl Growth {
         self.cells.resize(self.cells.len() + padded, 0);
     }
 
-    /// Marks as [`REACHED`] the cells of one region, and not of the other, within `reach_cells` of the other, measured along
-    /// paths that stay in `through`. `seeds` and `through` are bits of regions.
+    /// Marks as [`REACHED`] the cells of `through` that are not in `seeds`, within `reach_cells` of `seeds` along paths in
+    /// `through`. Both are bits of regions.
     ///
     /// Steps cost 1 along a side and 7/5 across a corner; a corner between two cells of neither region is closed, so that
-    /// growth never leaks through a diagonal wall. What is decided about a cell depends on cells at most `reach_cells` columns
-    /// and rows away. Marks of earlier calls stay. A reach beyond [`MAX_REACH_CELLS`] is that.
+    /// growth never leaks through a diagonal wall. The result of a cell depends on cells at most `reach_cells` columns and
+    /// rows away. Marks of earlier calls stay. A larger reach than [`MAX_REACH_CELLS`] is clamped.
     pub fn grow(&mut self, seeds: u8, through: u8, reach_cells: f64) {
         let limit = (reach_cells.clamp(0.0, MAX_REACH_CELLS) * f64::from(SIDE)).floor() as u16;
         if limit < SIDE {
@@ -81,7 +81,7 @@ impl Growth {
             let mut at = 0;
             while let Some(&place) = self.buckets[usize::from(now)].get(at) {
                 at += 1;
-                // A seed has no cost; a cell that was reached in a cheaper way since has gone on already.
+                // A seed has no cost. A cell reached at a lower cost meanwhile was expanded already.
                 if now == 0 || self.cost[place as usize] == now {
                     self.step(place as usize, [seeds, through], now, limit);
                 }
@@ -89,15 +89,15 @@ impl Growth {
         }
     }
 
-    /// Adds to `region` the cells of a gap: those on a straight line between a cell of `from` and one of `to`, along a row, a
-    /// column or a diagonal, with at most `most_cells` cells of neither region between them, on a diagonal as many less as it
-    /// is longer.
+    /// Adds to `region` the cells of a gap: those on a straight line between a cell of `from` and one of `to`, along a row,
+    /// a column or a diagonal, with at most `max_cells` cells of neither region between them, on a diagonal correspondingly
+    /// fewer.
     ///
     /// Regions are bits. A diagonal step between two cells of `to` is closed, so that a gap never leads through a wall.
-    pub fn bridge(&mut self, [from, to]: [u8; 2], region: u8, most_cells: usize) {
+    pub fn bridge(&mut self, [from, to]: [u8; 2], region: u8, max_cells: usize) {
         let padded = self.width + 2;
         let n_rows = self.cells.len() / padded - 2;
-        let most_on_diagonal = (most_cells * usize::from(SIDE)).div_ceil(usize::from(CORNER));
+        let max_on_diagonal = (max_cells * usize::from(SIDE)).div_ceil(usize::from(CORNER));
         for row in 1..=n_rows {
             for column in 1..=self.width {
                 if self.cells[row * padded + column] & to == 0 {
@@ -106,21 +106,21 @@ impl Growth {
                 for [dx, dy] in DIRECTIONS {
                     let room = room(column, dx, self.width).min(room(row, dy, n_rows));
                     let is_diagonal = dx != 0 && dy != 0;
-                    let most_cells = if is_diagonal { most_on_diagonal } else { most_cells };
+                    let max_cells = if is_diagonal { max_on_diagonal } else { max_cells };
                     let line = [dx, dy * padded as isize + dx];
-                    self.bridge_from(row * padded + column, line, [from, to, region], most_cells.min(room));
+                    self.bridge_from(row * padded + column, line, [from, to, region], max_cells.min(room));
                 }
             }
         }
     }
 
-    /// The rows of the window, with marks.
+    /// The rows of the tile, with marks.
     pub fn rows(&self) -> impl Iterator<Item = &[u8]> {
         let inner = self.cells.len() / (self.width + 2) - 2;
         self.cells.chunks_exact(self.width + 2).skip(1).take(inner).map(|row| &row[1..row.len() - 1])
     }
 
-    /// Seeds with a neighbour to grow into. Written so that the compiler takes many cells at once.
+    /// Finds seeds with a neighbour to grow into. Written so that the compiler vectorises it.
     fn find_front(&mut self, seeds: u8, through: u8) {
         let padded = self.width + 2;
         let Self { cells, buckets, column, front, .. } = self;
@@ -133,7 +133,7 @@ impl Growth {
             if here.iter().fold(0, |all, cell| all | cell) & seeds == 0 {
                 continue;
             }
-            // A seed is no target, so a cell itself may be counted among those around it.
+            // A seed is no target, so a cell may be counted among its own neighbours.
             for (((column, &below), &here), &above) in column.iter_mut().zip(below).zip(here).zip(above) {
                 *column = target(below) | target(here) | target(above);
             }
@@ -150,12 +150,12 @@ impl Growth {
         }
     }
 
-    /// Follows a line from a cell of `to` over at most `most_cells` cells of neither region, and marks them if one of `from`
-    /// comes next. A line is the step of its column and of its place.
-    fn bridge_from(&mut self, place: usize, [dx, step]: [isize; 2], [from, to, region]: [u8; 3], most_cells: usize) {
+    /// Follows a line from a cell of `to` over at most `max_cells` cells of neither region, and marks them if a cell of
+    /// `from` follows. A line is given by its steps of column and of index.
+    fn bridge_from(&mut self, place: usize, [dx, step]: [isize; 2], [from, to, region]: [u8; 3], max_cells: usize) {
         let at = |n: usize| place.wrapping_add_signed(step * n as isize);
         let is_diagonal = dx != 0 && step != dx;
-        for n in 0..=most_cells {
+        for n in 0..=max_cells {
             let sides = [at(n).wrapping_add_signed(dx), at(n + 1).wrapping_add_signed(-dx)];
             if is_diagonal && sides.iter().all(|side| self.cells[*side] & to != 0) {
                 return;
@@ -171,7 +171,7 @@ impl Growth {
         }
     }
 
-    /// Goes on from a cell that is reached at cost `now`.
+    /// Expands a cell that was reached at cost `now`.
     fn step(&mut self, place: usize, [seeds, through]: [u8; 2], now: u16, limit: u16) {
         let padded = self.width + 2;
         let [left, right, down, up] = [place - 1, place + 1, place - padded, place + padded];
@@ -241,7 +241,7 @@ mod tests {
     const GAP: u8 = 4;
 
     /// `f` is one region, `#` the other; `-` comes back for a gap between them.
-    fn bridged(text: &str, most_cells: usize) -> String {
+    fn bridged(text: &str, max_cells: usize) -> String {
         let rows: Vec<&str> = text.split_whitespace().collect();
         let mut growth = Growth::default();
         growth.load(rows[0].len(), rows.iter().map(|r| r.as_bytes()), |cell| match cell {
@@ -249,7 +249,7 @@ mod tests {
             b'#' => THROUGH,
             _ => 0,
         });
-        growth.bridge([SEED, THROUGH], GAP, most_cells);
+        growth.bridge([SEED, THROUGH], GAP, max_cells);
         let row =
             |cells: &[u8]| cells.iter().map(|cell| [".", "f", "#", "?", "-"][usize::from(*cell)]).collect::<String>();
         growth.rows().map(row).collect::<Vec<_>>().join(" ")
@@ -265,7 +265,7 @@ mod tests {
     }
 
     /// The same from the other side: every cell of `from` looks for one of `to`.
-    fn bridged_slowly(cells: &[u8], width: usize, most_cells: usize) -> Vec<u8> {
+    fn bridged_slowly(cells: &[u8], width: usize, max_cells: usize) -> Vec<u8> {
         let at = |x: i32, y: i32| {
             let is_inside = 0 <= x && x < width as i32 && 0 <= y && y < (cells.len() / width) as i32;
             is_inside.then(|| y as usize * width + x as usize)
@@ -275,7 +275,7 @@ mod tests {
         for place in (0..cells.len()).filter(|place| cells[*place] & SEED != 0) {
             let (x, y) = ((place % width) as i32, (place / width) as i32);
             for [dx, dy] in DIRECTIONS.map(|d| d.map(|c| c as i32)) {
-                let most = if dx != 0 && dy != 0 { (most_cells * 5).div_ceil(7) } else { most_cells } as i32;
+                let most = if dx != 0 && dy != 0 { (max_cells * 5).div_ceil(7) } else { max_cells } as i32;
                 let Some(n) = (1..=most + 1).find(|n| is(x + n * dx, y + n * dy, SEED | THROUGH)) else { continue };
                 let is_closed = |k: i32| {
                     let (x, y) = (x + k * dx, y + k * dy);
@@ -325,13 +325,13 @@ mod tests {
                     cells.resize(cells.len().next_multiple_of(width), 0);
                     (width, cells)
                 }),
-            most_cells in 0usize..6,
+            max_cells in 0usize..6,
         ) {
             let mut growth = Growth::default();
             growth.load(width, cells.chunks(width), |cell| cell);
-            growth.bridge([SEED, THROUGH], GAP, most_cells);
+            growth.bridge([SEED, THROUGH], GAP, max_cells);
             let found: Vec<u8> = growth.rows().flatten().copied().collect();
-            prop_assert_eq!(found, bridged_slowly(&cells, width, most_cells));
+            prop_assert_eq!(found, bridged_slowly(&cells, width, max_cells));
         }
 
         #[test]

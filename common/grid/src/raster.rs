@@ -1,9 +1,9 @@
 //! Conservative rasterisation of polygons into runs of cells.
 //!
-//! A row of cells is a band of heights. What a polygon covers of a band, seen along the band, is the union of the
-//! ranges of its edges in the band and of its interior on one line through it: where neither is, nothing is. Bands and
-//! cells are taken half a tenth of a millimetre smaller on all sides, so that a face on a cell's border touches one
-//! side only, and an overlap counts from a tenth of a millimetre.
+//! A row of cells is a band of heights. The part of a band that a polygon covers is the union of the ranges of its edges in
+//! the band and of its interior on one line through the band. Bands and cells are taken half a tenth of a millimetre smaller
+//! on all sides, so that a face on a cell's border touches one side only, and an overlap counts from a tenth of a
+//! millimetre.
 
 use crate::GridSpec;
 use geometry::{MultiPolygon, Point, Ring};
@@ -23,7 +23,7 @@ const INSET: f64 = 0.5;
 
 /// The cells that the area overlaps or the lines touch, as sorted runs that do not meet.
 ///
-/// Lines touch the cells on both sides of a border they lie on. What lies outside the grid is cut off.
+/// Lines touch the cells on both sides of a border they lie on. Parts outside the grid are cut off.
 pub fn overlapped_cells(area: &MultiPolygon, lines: &[[Point; 2]], spec: &GridSpec) -> Vec<Run> {
     let mut bands = Bands::new(spec);
     for (a, b) in area.rings().flat_map(ring_edges) {
@@ -46,7 +46,7 @@ pub fn overlapped_cells(area: &MultiPolygon, lines: &[[Point; 2]], spec: &GridSp
     runs
 }
 
-/// The cells that lie in the area with their whole square, as sorted runs that do not meet.
+/// The cells whose whole square lies in the area, as sorted runs that do not meet.
 pub fn covered_cells(area: &MultiPolygon, spec: &GridSpec) -> Vec<Run> {
     let mut bands = Bands::new(spec);
     for (a, b) in area.rings().flat_map(ring_edges) {
@@ -100,7 +100,7 @@ fn merge(runs: &mut Vec<Run>, first: usize) {
     runs.truncate(if first < runs.len() { last + 1 } else { first });
 }
 
-/// What edges do in the bands of a grid.
+/// Edges in the bands of a grid.
 struct Bands {
     cell: f64,
     first_row: i64,
@@ -135,7 +135,7 @@ impl Bands {
     }
 
     fn add_edge(&mut self, a: Point, b: Point) {
-        // The lower end first, whatever the sense: neighbours that share an edge agree.
+        // Always from the lower end, so that neighbours that share an edge give equal results.
         let (a, b) = if (a[1], a[0]) <= (b[1], b[0]) { (a, b) } else { (b, a) };
         let (a, b) = (a.map(f64::from), b.map(f64::from));
         let slope = if b[1] > a[1] { (b[0] - a[0]) / (b[1] - a[1]) } else { 0.0 };
@@ -170,7 +170,7 @@ impl Bands {
         }
     }
 
-    /// Calls `row(row, ranges sorted by lower end, interior intervals)` for every row that something meets.
+    /// Calls `visit(row, ranges sorted by lower end, interior intervals)` for every row with ranges or crossings.
     fn for_each(&self, mut visit: impl FnMut(i64, &[[f64; 2]], &[[f64; 2]])) {
         let by_row = |a: &(i64, f64, f64), b: &(i64, f64, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
         let mut ranges = self.ranges.clone();

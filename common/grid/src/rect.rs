@@ -50,7 +50,7 @@ impl CellRect {
         Self { min: [0, 1].map(|k| self.min[k].min(other.min[k])), max: [0, 1].map(|k| self.max[k].max(other.max[k])) }
     }
 
-    /// Grown to all sides, as far as `bounds` reach.
+    /// The rectangle grown to all sides, clipped to `bounds`.
     pub fn grown(&self, cells: u32, bounds: &Self) -> Self {
         Self {
             min: [0, 1].map(|k| self.min[k].saturating_sub(cells).max(bounds.min[k])),
@@ -67,13 +67,13 @@ impl CellRect {
         })
     }
 
-    /// Columns of each row as a range of places in layers of `width` columns.
+    /// The columns of each row, as ranges of indices in layers of `width` columns.
     pub fn rows(&self, width: usize) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
         let (first, end) = (self.min[0] as usize, self.max[0] as usize);
         (self.min[1] as usize..self.max[1] as usize).map(move |row| row * width + first..row * width + end)
     }
 
-    /// The parts of sorted runs that lie in the rectangle, as ranges of places in layers of `width` columns.
+    /// The parts of sorted runs that lie in the rectangle, as ranges of indices in layers of `width` columns.
     pub fn clip<'r>(&self, runs: &'r [Run], width: usize) -> impl Iterator<Item = std::ops::Range<usize>> + use<'r> {
         let Self { min, max } = *self;
         let from = runs.partition_point(|r| r.row < min[1]);
@@ -86,7 +86,7 @@ impl CellRect {
     }
 }
 
-/// Joins rectangles while that saves cells: afterwards no two are cheaper as one.
+/// Joins rectangles while that reduces the number of cells in all.
 pub fn join_rects(rects: &mut Vec<CellRect>) {
     let mut at = 0;
     while at < rects.len() {
@@ -96,7 +96,7 @@ pub fn join_rects(rects: &mut Vec<CellRect>) {
         });
         match other {
             Some(k) => {
-                // The joined one may now be worth joining with those before it.
+                // The joined rectangle is compared with the earlier ones again.
                 let joined = rects[k].around_both(&rects[at]);
                 rects.swap_remove(at);
                 rects.swap_remove(k);

@@ -1,22 +1,22 @@
 //! Resampling of a map into a rotated frame.
 
-/// Places that are looked at in a cell, in both directions: corners of cells that were turned are then not overlooked.
-const LOOKS: usize = 3;
+/// Samples per cell in both directions: enough to find the corners of rotated cells.
+const SAMPLES_PER_SIDE: usize = 3;
 
-/// What is at many places of a cell becomes one value, so that nothing that stops a robot is lost.
+/// Resamples a map: each cell gets the strongest of several samples, so that no obstacle is lost.
 ///
-/// `look` gives what is at a point of the new map, in its cells from the lower left corner of its lower left cell; the result is
-/// row-major from there. `first_wins` are values from the one that beats all others on; without any of them a cell has what is at
-/// its middle.
-pub fn resampled(width: usize, height: usize, first_wins: &[u8], look: impl Fn([f64; 2]) -> u8) -> Vec<u8> {
-    let offsets: Vec<[f64; 2]> =
-        (0..LOOKS * LOOKS).map(|k| [k % LOOKS, k / LOOKS].map(|step| (step as f64 + 0.5) / LOOKS as f64)).collect();
+/// `sample` gives the value at a point of the new map, in cells from its lower left corner; the result is row-major.
+/// `strongest_first` are values in order of priority; without any of them a cell gets the value at its middle.
+pub fn resampled(width: usize, height: usize, strongest_first: &[u8], sample: impl Fn([f64; 2]) -> u8) -> Vec<u8> {
+    let offsets: Vec<[f64; 2]> = (0..SAMPLES_PER_SIDE * SAMPLES_PER_SIDE)
+        .map(|k| [k % SAMPLES_PER_SIDE, k / SAMPLES_PER_SIDE].map(|step| (step as f64 + 0.5) / SAMPLES_PER_SIDE as f64))
+        .collect();
     let cell = |index: usize| {
         let corner = [(index % width) as f64, (index / width) as f64];
-        let seen = |offset: &[f64; 2]| look([corner[0] + offset[0], corner[1] + offset[1]]);
-        let looks: Vec<u8> = offsets.iter().map(seen).collect();
-        let strongest = first_wins.iter().find(|wins| looks.contains(wins));
-        strongest.copied().unwrap_or(looks[LOOKS * LOOKS / 2])
+        let at = |offset: &[f64; 2]| sample([corner[0] + offset[0], corner[1] + offset[1]]);
+        let samples: Vec<u8> = offsets.iter().map(at).collect();
+        let strongest = strongest_first.iter().find(|value| samples.contains(value));
+        strongest.copied().unwrap_or(samples[SAMPLES_PER_SIDE * SAMPLES_PER_SIDE / 2])
     };
     (0..width * height).map(cell).collect()
 }
@@ -34,7 +34,7 @@ mod tests {
             let far = |[x, y]: [f64; 2]| (x - 20.5) * cos + (y - 20.5) * sin;
             let look = |p: [f64; 2]| if (far(p) - across).abs() < 0.5 { 0 } else { 254 };
             let turned = resampled(41, 41, &[0, 205], look);
-            // Nobody gets from one side to the other, diagonally either.
+            // There is no path from one side to the other, not even diagonally.
             let side = |k: usize| far([(k % 41) as f64 + 0.5, (k / 41) as f64 + 0.5]) > across;
             for k in 0..41 * 41 {
                 for (dx, dy) in [(1i32, 0i32), (0, 1), (1, 1), (-1, 1)] {

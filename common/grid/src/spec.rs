@@ -3,7 +3,7 @@
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::Bounds;
 
-/// The most cells a grid may have.
+/// Maximum number of cells of a grid.
 pub const MAX_CELLS: u64 = 1 << 28;
 
 /// Resolution, origin and size of a grid; the origin is a whole number of cells from the frame's origin.
@@ -28,13 +28,13 @@ pub struct Cell {
     pub row: u32,
 }
 
-/// Why a grid cannot be.
+/// Errors of grid specifications.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GridSpecError {
     /// Cells are squares of whole tenths of a millimetre.
     #[error("resolution {resolution_m} m is not a whole number of tenths of a millimetre from 0.001 to 1")]
     Resolution {
-        /// As asked for.
+        /// Requested resolution.
         resolution_m: f64,
     },
     /// More than [`MAX_CELLS`].
@@ -94,12 +94,12 @@ impl GridSpec {
         self.width as usize * self.height as usize
     }
 
-    /// Place of a cell in row-major layers.
+    /// Index of a cell in row-major layers.
     pub fn index(&self, cell: Cell) -> usize {
         cell.row as usize * self.width as usize + cell.column as usize
     }
 
-    /// The cell at a place in row-major layers.
+    /// The cell at an index of row-major layers.
     pub fn cell_of(&self, index: usize) -> Cell {
         Cell { column: (index % self.width as usize) as u32, row: (index / self.width as usize) as u32 }
     }

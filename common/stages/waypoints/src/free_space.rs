@@ -1,7 +1,7 @@
 //! Free space of a storey for a robot's radius, and its connected parts.
 
 use frames::{Map, Point2, TENTHS_PER_M};
-use grid::{Cell, GridSpec, Sight, squared_distances};
+use grid::{Cell, GridSpec, LineOfSight, squared_distances};
 use messages::Grid;
 
 /// The free space of a storey for a robot of one radius.
@@ -11,7 +11,7 @@ use messages::Grid;
 pub(crate) struct FreeSpace {
     pub(crate) spec: GridSpec,
     /// Lines of sight over free cells.
-    pub(crate) sight: Sight,
+    pub(crate) sight: LineOfSight,
     /// Squared distance of each cell to the nearest one that is not free, in cells.
     squared: Vec<u32>,
     /// Part of each cell, from 1; 0 outside of the free space.
@@ -31,7 +31,7 @@ impl FreeSpace {
         let stands = squared.iter().zip(0..).map(|(&d2, cell)| !grid.is_keepout(cell) && d2 >= needed.max(1));
         let mut part: Vec<u32> = stands.map(|stands| if stands { UNLABELLED } else { 0 }).collect();
         let sizes = label(&mut part, spec.width as usize);
-        Self { spec, sight: Sight::from_distances(&squared, spec.width as usize), squared, part, sizes }
+        Self { spec, sight: LineOfSight::from_distances(&squared, spec.width as usize), squared, part, sizes }
     }
 
     /// Part of a cell, from 1; 0 outside of the free space.

@@ -2,7 +2,7 @@
 
 use crate::free_space::FreeSpace;
 use frames::{Map, Point2};
-use grid::{GridSpec, Sight, squared_distances};
+use grid::{GridSpec, LineOfSight, squared_distances};
 
 /// The reachable cells of a storey: a section of the grid with a border of unreachable cells. Cells are indices in the
 /// section.
@@ -14,7 +14,7 @@ pub(crate) struct PathGrid {
     /// Squared distance to the nearest unreachable cell, in cells.
     pub(crate) squared: Vec<u32>,
     /// Lines of sight over reachable cells.
-    sight: Sight,
+    sight: LineOfSight,
 }
 
 /// Costs of a step along a side and across a corner, in fifths of a cell.
@@ -59,7 +59,7 @@ impl PathGrid {
         let spec = GridSpec { first_cell: first, width: size[0] as u32, height: size[1] as u32, ..free_space.spec };
         let closed: Vec<bool> = open.iter().map(|o| !o).collect();
         let squared = squared_distances(&closed, size[0]);
-        let sight = Sight::from_distances(&squared, size[0]);
+        let sight = LineOfSight::from_distances(&squared, size[0]);
         Some(Self { spec, width: size[0], open, squared, sight })
     }
 

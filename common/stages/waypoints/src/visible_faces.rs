@@ -1,7 +1,7 @@
 //! Target faces visible from a scan pose by range, incidence, field of view and line of sight.
 
 use crate::target_face::{TargetFace, TargetFaces};
-use grid::Sight;
+use grid::LineOfSight;
 use messages::ScanSensor;
 use std::f64::consts::{PI, TAU};
 
@@ -36,7 +36,7 @@ impl SensorLimits {
 
     /// Faces visible all around from a position, ascending: in range, within the angle of incidence, with a line of sight
     /// over free cells.
-    pub(crate) fn visible_around(&self, sight: &Sight, faces: &TargetFaces, at: [f64; 2]) -> Vec<u32> {
+    pub(crate) fn visible_around(&self, sight: &LineOfSight, faces: &TargetFaces, at: [f64; 2]) -> Vec<u32> {
         let candidates = faces.near(at, self.range);
         candidates.filter(|&k| self.is_seen(sight, &faces.all[k as usize], at)).collect()
     }
@@ -51,7 +51,7 @@ impl SensorLimits {
         seen.iter().filter(is_in_view).copied().collect()
     }
 
-    fn is_seen(&self, sight: &Sight, face: &TargetFace, at: [f64; 2]) -> bool {
+    fn is_seen(&self, sight: &LineOfSight, face: &TargetFace, at: [f64; 2]) -> bool {
         let d = [at[0] - face.middle[0], at[1] - face.middle[1]];
         let squared = d[0] * d[0] + d[1] * d[1];
         let along = d[0] * face.normal[0] + d[1] * face.normal[1];

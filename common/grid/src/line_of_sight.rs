@@ -1,42 +1,43 @@
-//! Line of sight on a grid.
+//! Lines of sight on a grid.
 
 use crate::squared_distances;
 
-/// Straight lines through cells that let them pass.
+/// Casts lines over transparent cells.
 ///
-/// Places are in cells, from the lower left corner of the grid: the middle of the first cell is (0.5, 0.5).
+/// Points are in cells from the lower left corner of the grid: the middle of the first cell is (0.5, 0.5).
 #[derive(Debug, Clone)]
-pub struct Sight {
+pub struct LineOfSight {
     width: usize,
-    /// 0 where nothing passes; else 1 and the whole cells that a line may go from anywhere in the cell, in any direction.
+    /// 0 for opaque cells; else 1 plus the number of whole cells that a line may pass from anywhere in the cell, in any
+    /// direction.
     leap: Vec<u8>,
 }
 
-/// Diagonal of a cell: half of it to the middle of the cell that a line is in, half from the middle of the cell that stops it.
+/// Diagonal of a cell: half to the middle of the cell of a line, half from the middle of the opaque cell.
 const DIAGONAL: f64 = std::f64::consts::SQRT_2;
 
-/// A cell, in the units of a line.
+/// Bits of the fraction of a coordinate, and one cell in these units.
 const ONE_BITS: u32 = 20;
 const ONE: i64 = 1 << ONE_BITS;
 
-/// Fraction of a direction: over a thousand cells a line is off by less than a thousandth of one.
+/// Bits of the fraction of a direction: the error over a thousand cells is less than a thousandth of a cell.
 const DIRECTION_BITS: u32 = 24;
 
-/// More than any line is long; products with the side of a cell do not overflow.
+/// Longer than any line; products with the side of a cell do not overflow.
 const MAX_BETWEEN: i64 = 1 << 40;
 
-/// Carries a line over the border that it has come to.
-const OVER: i64 = 2;
+/// Step over the border that a line has reached.
+const BORDER_CROSSING: i64 = 2;
 
-impl Sight {
-    /// From the cells that stop lines, row-major, `width` wide. What lies outside the grid stops them, too.
+impl LineOfSight {
+    /// From opaque cells, row-major, `width` wide. Outside of the grid is opaque.
     pub fn new(opaque: &[bool], width: usize) -> Self {
         Self::from_distances(&squared_distances(opaque, width), width)
     }
 
-    /// From the squared distance of every cell to the nearest one that stops lines, as of [`squared_distances`].
+    /// From the squared distance of every cell to the nearest opaque one, as of [`squared_distances`].
     pub fn from_distances(squared: &[u32], width: usize) -> Self {
-        // The table holds all distances that matter; beyond it a leap is 250 cells.
+        // The table has all relevant distances; beyond it a leap is 250 cells.
         let table: Vec<u8> =
             (0..=253u32 * 253).map(|d2| (f64::from(d2).sqrt() - DIAGONAL).floor().clamp(0.0, 250.0) as u8).collect();
         let height = squared.len().checked_div(width).unwrap_or(0);
@@ -44,7 +45,7 @@ impl Sight {
         for (row, cells) in squared.chunks_exact(width.max(1)).enumerate() {
             let rows_left = row.min(height - 1 - row);
             leap.extend(cells.iter().enumerate().map(|(column, &d2)| {
-                // The grid's border stops a line, too.
+                // The border of the grid stops a line, too.
                 let left = column.min(width - 1 - column).min(rows_left).min(250) as u8;
                 if d2 == 0 { 0 } else { 1 + table.get(d2 as usize).copied().unwrap_or(250).min(left) }
             }));
@@ -57,17 +58,17 @@ impl Sight {
         self.width
     }
 
-    /// True if lines pass the cell.
+    /// True if the cell is transparent.
     pub fn passes(&self, cell: usize) -> bool {
         self.leap[cell] != 0
     }
 
-    /// True if the cell and all cells less than this many cells around it let lines pass.
+    /// True if all cells at less than this distance in cells are transparent.
     pub fn is_wide(&self, cell: usize, cells: u8) -> bool {
         self.leap[cell] > cells
     }
 
-    /// True if the line between two places in the grid passes every cell that it runs through.
+    /// True if all cells on the line between two points in the grid are transparent.
     pub fn is_clear(&self, from: [f64; 2], to: [f64; 2]) -> bool {
         let d = [to[0] - from[0], to[1] - from[1]];
         let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
@@ -78,12 +79,12 @@ impl Sight {
         self.run(from, direction, length) >= length
     }
 
-    /// How far a line gets from a place in the grid, at most `limit`: to the border of the first cell that stops it.
+    /// Length of a line from a point in the grid to the first opaque cell, at most `limit`.
     pub fn run(&self, from: [f64; 2], direction: [f64; 2], limit: f64) -> f64 {
-        // Whole numbers of millionths of a cell: no step of the loop rounds or converts.
+        // Fixed-point numbers: no step of the loop rounds or converts.
         let start = from.map(|c| (c * ONE as f64) as i64);
         let step = direction.map(|d| (d * f64::from(1 << DIRECTION_BITS)) as i64);
-        // Length of the line from border to border; a line along a column never comes to its borders.
+        // Length of the line between two borders; a line along a column never crosses a border of columns.
         let between = direction.map(|d| (ONE as f64 / d.abs()).min(MAX_BETWEEN as f64) as i64);
         let limit_fixed = (limit * ONE as f64) as i64;
         let (width, height) = (self.width as i64, (self.leap.len() / self.width) as i64);
@@ -102,7 +103,7 @@ impl Sight {
                         let inside = at & (ONE - 1);
                         ((if step < 0 { inside } else { ONE - inside }) * between) >> ONE_BITS
                     };
-                    ahead(x, step[0], between[0]).min(ahead(y, step[1], between[1])) + OVER
+                    ahead(x, step[0], between[0]).min(ahead(y, step[1], between[1])) + BORDER_CROSSING
                 }
                 leap => i64::from(leap - 1) << ONE_BITS,
             };
@@ -110,8 +111,8 @@ impl Sight {
         limit
     }
 
-    /// Calls `see` with every cell that lines from a place pass within `range`, some more than once, in all directions or in
-    /// the half-open sector of `field_of_view_rad` around `heading_rad`. Lines are a cell apart where they end.
+    /// Calls `see` with every cell visible from a point within `range`, some more than once, in all directions or in the
+    /// half-open sector of `field_of_view_rad` around `heading_rad`. Lines are a cell apart at their ends.
     pub fn look_around(
         &self,
         from: [f64; 2],
@@ -129,7 +130,7 @@ impl Sight {
             for step in 0..=n_steps {
                 let gone = f64::from(step) / 2.0;
                 let cell = self.cell_at([from[0] + cos * gone, from[1] + sin * gone]);
-                // A line that ends on a border ends before the cell that stops it, or at the end of the grid.
+                // A line that ends on a border ends before an opaque cell or at the border of the grid.
                 if let Some(cell) = cell.filter(|&cell| self.passes(cell)) {
                     see(cell);
                 }
@@ -137,7 +138,7 @@ impl Sight {
         }
     }
 
-    /// The cell of a place; `None` outside of the grid.
+    /// The cell of a point; `None` outside of the grid.
     fn cell_at(&self, at: [f64; 2]) -> Option<usize> {
         let is_inside = at[0] >= 0.0 && at[0] < self.width as f64 && at[1] >= 0.0;
         is_inside.then(|| at[1] as usize * self.width + at[0] as usize).filter(|&cell| cell < self.leap.len())
@@ -150,10 +151,10 @@ mod tests {
     use proptest::prelude::*;
 
     /// From text, `#` stops lines; first line is the top row.
-    fn sight(text: &str) -> Sight {
+    fn sight(text: &str) -> LineOfSight {
         let rows: Vec<&str> = text.split_whitespace().collect();
         let opaque: Vec<bool> = rows.iter().rev().flat_map(|r| r.bytes().map(|b| b == b'#')).collect();
-        Sight::new(&opaque, rows[0].len())
+        LineOfSight::new(&opaque, rows[0].len())
     }
 
     #[test]
@@ -208,7 +209,7 @@ mod tests {
     #[test]
     fn a_line_that_ends_at_the_border_of_the_grid_sees_no_cell_beyond_it() {
         let (width, height) = (30usize, 20usize);
-        let sight = Sight::new(&vec![false; width * height], width);
+        let sight = LineOfSight::new(&vec![false; width * height], width);
         for k in 0..width * height {
             let from = [(k % width) as f64 + 0.5, (k / width) as f64 + 0.25];
             sight.look_around(from, 9.0, 0.0, std::f64::consts::TAU, |cell| {
@@ -229,7 +230,7 @@ mod tests {
             let size = [width as f64, (opaque.len() / width) as f64];
             let (from, to) = ([ends[0] * size[0], ends[1] * size[1]], [ends[2] * size[0], ends[3] * size[1]]);
             prop_assume!((from[0] - to[0]).abs() > 1e-3 && (from[1] - to[1]).abs() > 1e-3);
-            let sight = Sight::new(opaque, width);
+            let sight = LineOfSight::new(opaque, width);
             // Lines that pass a corner within rounding may go either way.
             let near_corner = (0..=width).any(|x| (0..=size[1] as usize).any(|y| {
                 let d = [to[0] - from[0], to[1] - from[1]];

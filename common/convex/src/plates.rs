@@ -7,17 +7,17 @@ use geometry::MeshView;
 use geometry::{FillRule, union};
 use geometry::{Ring, ring_area_doubled};
 
-/// Planes up to which a surface becomes plates exactly, and at all.
-const PLANES_MAX: [usize; 2] = [96, 256];
+/// Maximum number of planes for exact plates, and for any plates.
+const MAX_PLANES: [usize; 2] = [96, 256];
 
-/// Half the thickness that a surface gets: 1 mm.
+/// Half the thickness of a plate: 1 mm.
 const HALF_THICKNESS: f64 = 10.0;
 
-/// Thin convex plates along the faces of a mesh, and how far (tenths of a millimetre) their surfaces lie off it; `None` if it has
-/// too many. Where they are many, faces that lie within one of the `tolerances` of a plane share a plate.
+/// Thin convex plates along the faces of a mesh, and their maximum distance (tenths of a millimetre) from it; `None` if
+/// there are too many. If there are many, faces within one of the `tolerances` of a plane share a plate.
 pub(crate) fn plates(mesh: MeshView<'_>, tolerances: [f64; 2]) -> Option<(Vec<Hull>, f64)> {
-    let exact = facets(mesh, PLANES_MAX[0], FLAT, |_| true);
-    let shared = || tolerances.iter().find_map(|t| facets(mesh, PLANES_MAX[1], t.max(FLAT), |_| true));
+    let exact = facets(mesh, MAX_PLANES[0], FLAT, |_| true);
+    let shared = || tolerances.iter().find_map(|t| facets(mesh, MAX_PLANES[1], t.max(FLAT), |_| true));
     let found = exact.or_else(shared)?;
     let deviation = HALF_THICKNESS + found.iter().map(|f| f.deviation).fold(0.0, f64::max);
     let mut plates = Vec::new();
@@ -25,7 +25,7 @@ pub(crate) fn plates(mesh: MeshView<'_>, tolerances: [f64; 2]) -> Option<(Vec<Hu
         let is_behind = |other: &&Facet| {
             std::ptr::eq(*other, facet) || (dot(other.normal, facet.normal) < -0.999 && lies_on(other, facet))
         };
-        // A sheet with faces on both sides is one plate.
+        // A two-sided sheet is one plate.
         if !std::ptr::eq(found.iter().find(is_behind).unwrap_or(facet), facet) {
             continue;
         }

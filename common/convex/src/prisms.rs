@@ -1,4 +1,4 @@
-//! Exact decomposition of a solid into convex prisms: from each face that looks down to the faces above it.
+//! Exact decomposition of a solid into convex prisms between downward faces and the upward faces above them.
 
 use crate::convex_partition::convex_partition;
 use crate::facets::{FLAT, Facet, facets};
@@ -6,33 +6,33 @@ use geometry::MeshView;
 use geometry::{Bounds, MultiPolygon, Point, Ring, ring_area_doubled};
 use geometry::{FillRule, difference, intersection, union};
 
-/// Faces up to which a solid is looked at as columns: what is curved has more.
-const FACES_MAX: usize = 160;
+/// Maximum number of faces of a solid for this decomposition; curved bodies have more.
+const MAX_FACES: usize = 160;
 
 /// A convex piece between two planes.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Column {
+pub(crate) struct Prism {
     /// Its plan: convex, counter-clockwise.
     pub(crate) plan: Ring,
     /// Heights of its lower and upper end at every corner, in tenths of a millimetre.
     pub(crate) ends: Vec<[f64; 2]>,
 }
 
-/// The columns of a solid, and by how far (tenths of a millimetre) its corners lie off them.
+/// The prisms of a solid, and their maximum distance (tenths of a millimetre) from its corners.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Columns {
-    pub(crate) columns: Vec<Column>,
+pub(crate) struct Prisms {
+    pub(crate) prisms: Vec<Prism>,
     pub(crate) deviation: f64,
 }
 
-/// A face that is not upright, with its plan.
-struct Cap {
+/// A face that is not vertical, with its horizontal projection.
+struct HorizontalFace {
     facet: Facet,
     plan: MultiPolygon,
     bounds: Bounds,
 }
 
-impl Cap {
+impl HorizontalFace {
     fn of(facet: Facet) -> Option<Self> {
         let ring = |t: &[[i32; 3]; 3]| {
             let mut ring: Ring = t.iter().map(|p| [p[0], p[1]]).collect();
@@ -52,19 +52,20 @@ impl Cap {
     }
 }
 
-/// The solid inside a closed mesh whose faces look outward, exactly but for rounding; `None` if it is curved, or if the mesh
-/// does not bound a solid: then the volumes differ.
+/// The prisms of the solid inside a closed mesh with outward faces, exact except for rounding; `None` if it is curved, or if
+/// the volumes differ because the mesh does not bound a solid.
 ///
-/// Over the plan of a face that looks down, what comes first above it is a face that looks up: between the two is material. All
-/// walls with openings, slabs, stairs and roofs are such, at any slope.
-pub(crate) fn columns(mesh: MeshView<'_>) -> Option<Columns> {
-    let caps = facets(mesh, FACES_MAX, FLAT, |t| !is_upright(t))?;
+/// Above each downward face the next face is an upward one, and between the two is material. This holds for walls with
+/// openings, slabs, stairs and roofs at any slope.
+pub(crate) fn prisms(mesh: MeshView<'_>) -> Option<Prisms> {
+    let caps = facets(mesh, MAX_FACES, FLAT, |t| !is_upright(t))?;
     let deviation = caps.iter().map(|f| f.deviation).fold(0.0, f64::max);
     let (ups, downs): (Vec<Facet>, Vec<Facet>) = caps.into_iter().partition(|f| f.normal[2] > 0.0);
-    let [ups, downs] = [ups, downs].map(|side| side.into_iter().filter_map(Cap::of).collect::<Vec<Cap>>());
-    let mut columns = Vec::new();
+    let [ups, downs] =
+        [ups, downs].map(|side| side.into_iter().filter_map(HorizontalFace::of).collect::<Vec<HorizontalFace>>());
+    let mut prisms = Vec::new();
     for down in &downs {
-        let over: Vec<(&Cap, MultiPolygon)> = ups
+        let over: Vec<(&HorizontalFace, MultiPolygon)> = ups
             .iter()
             .filter(|up| up.bounds.meets(&down.bounds))
             .map(|up| (up, intersection(&down.plan, &up.plan)))
@@ -78,17 +79,17 @@ pub(crate) fn columns(mesh: MeshView<'_>) -> Option<Columns> {
                     region = difference(&region, &other.plan);
                 }
             }
-            columns.extend(convex_partition(&region).into_iter().map(|plan| column(plan, down, up)));
+            prisms.extend(convex_partition(&region).into_iter().map(|plan| prism(plan, down, up)));
         }
     }
-    let volume: f64 = columns.iter().map(Column::volume_m3).sum();
+    let volume: f64 = prisms.iter().map(Prism::volume_m3).sum();
     let wanted = mesh.volume_m3();
-    // Half a millimetre over the surface of a body is less than this, unless the body is thinner than that.
-    let is_whole = !columns.is_empty() && (volume - wanted).abs() <= 0.01 * wanted + 1e-6;
-    is_whole.then_some(Columns { columns, deviation })
+    // Tolerance of the volume: half a millimetre over the surface, limited for thin bodies.
+    let is_whole = !prisms.is_empty() && (volume - wanted).abs() <= 0.01 * wanted + 1e-6;
+    is_whole.then_some(Prisms { prisms, deviation })
 }
 
-/// True if a triangle has no plan to speak of.
+/// True if the horizontal projection of a triangle has nearly no area.
 fn is_upright(t: &[[i32; 3]; 3]) -> bool {
     let d = |k: usize| {
         let [a, b] = [t[k], t[(k + 1) % 3]];
@@ -99,21 +100,21 @@ fn is_upright(t: &[[i32; 3]; 3]) -> bool {
     (u[0] * v[1] - u[1] * v[0]).abs() <= FLAT * longest
 }
 
-/// True if one face lies above another over a region, which they cross nowhere.
-fn is_above(upper: &Cap, lower: &Cap, over: &MultiPolygon) -> bool {
+/// True if one face lies above another over a region in which they do not cross.
+fn is_above(upper: &HorizontalFace, lower: &HorizontalFace, over: &MultiPolygon) -> bool {
     over.rings().flatten().map(|p| upper.z(*p) - lower.z(*p)).sum::<f64>() > 0.0
 }
 
-fn column(plan: Ring, down: &Cap, up: &Cap) -> Column {
+fn prism(plan: Ring, down: &HorizontalFace, up: &HorizontalFace) -> Prism {
     let ends = plan.iter().map(|p| {
         let lo = down.z(*p);
         [lo, up.z(*p).max(lo)]
     });
-    Column { ends: ends.collect(), plan }
+    Prism { ends: ends.collect(), plan }
 }
 
-impl Column {
-    /// Volume in cubic metres: that of the prisms over a fan of triangles.
+impl Prism {
+    /// Volume in cubic metres, summed over a fan of triangles.
     pub(crate) fn volume_m3(&self) -> f64 {
         let height = |k: usize| self.ends[k][1] - self.ends[k][0];
         let doubled: f64 = (1..self.plan.len() - 1)
@@ -167,25 +168,25 @@ mod tests {
         Mesh::welded(MeshView { vertices: &vertices, triangles: &triangles, closed: true })
     }
 
-    fn of(mesh: &Mesh) -> Columns {
-        columns(mesh.view()).unwrap()
+    fn of(mesh: &Mesh) -> Prisms {
+        prisms(mesh.view()).unwrap()
     }
 
     #[test]
     fn a_wall_with_a_door_is_two_piers_and_a_lintel() {
         let found = of(&wall(50_000, 28_000, 28_000, &[[10_000, 20_000, -1, 21_000]]));
-        assert_eq!(found.columns.len(), 3);
+        assert_eq!(found.prisms.len(), 3);
         assert_eq!(found.deviation, 0.0);
-        let lowest = |c: &Column| c.ends.iter().map(|e| e[0]).fold(f64::INFINITY, f64::min);
-        assert_eq!(found.columns.iter().filter(|c| lowest(c) == 21_000.0).count(), 1);
+        let lowest = |c: &Prism| c.ends.iter().map(|e| e[0]).fold(f64::INFINITY, f64::min);
+        assert_eq!(found.prisms.iter().filter(|c| lowest(c) == 21_000.0).count(), 1);
     }
 
     #[test]
     fn a_gable_wall_with_windows_is_exact() {
         let mesh = wall(80_000, 30_000, 55_000, &[[10_000, 20_000, 9_000, 21_000], [40_000, 50_000, 9_000, 21_000]]);
         let found = of(&mesh);
-        assert_eq!(found.columns.len(), 7);
-        let volume: f64 = found.columns.iter().map(Column::volume_m3).sum();
+        assert_eq!(found.prisms.len(), 7);
+        let volume: f64 = found.prisms.iter().map(Prism::volume_m3).sum();
         assert!((volume - mesh.view().volume_m3()).abs() < 1e-6);
     }
 
@@ -193,7 +194,7 @@ mod tests {
     fn an_open_box_is_no_solid() {
         let (v, mut t) = cuboid([0; 3], [10_000; 3]);
         t.retain(|t| !t.iter().all(|k| v[*k as usize][2] == 0));
-        assert!(columns(MeshView { vertices: &v, triangles: &t, closed: false }).is_none());
+        assert!(prisms(MeshView { vertices: &v, triangles: &t, closed: false }).is_none());
     }
 
     proptest! {
@@ -211,16 +212,16 @@ mod tests {
             let top = 30_000.0 + (f64::from(z_end) - 30_000.0) * x / 50_000.0;
             prop_assume!((top - z).abs() > 5.0);
             let is_inside = z < top && !is_in_hole;
-            let holds = |c: &Column| {
+            let holds = |c: &Prism| {
                 let plan = union(std::slice::from_ref(&c.plan), FillRule::NonZero);
                 // Ends are planes: their heights at the point, by three corners that span them.
                 plan.contains([x, y]) && height_at(c, 0, [x, y]) < z && z < height_at(c, 1, [x, y])
             };
-            prop_assert_eq!(found.columns.iter().filter(|c| holds(c)).count(), usize::from(is_inside));
+            prop_assert_eq!(found.prisms.iter().filter(|c| holds(c)).count(), usize::from(is_inside));
         }
     }
 
-    fn height_at(c: &Column, end: usize, [x, y]: [f64; 2]) -> f64 {
+    fn height_at(c: &Prism, end: usize, [x, y]: [f64; 2]) -> f64 {
         let at = |k: usize| [f64::from(c.plan[k][0]), f64::from(c.plan[k][1]), c.ends[k][end]];
         let [a, b, d] = [at(0), at(1), at(2)];
         let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| d[k] - a[k]));

@@ -1,51 +1,52 @@
-//! Reduces the number of convex pieces of a body by joining neighbours into their convex hulls.
+//! Reduces the number of convex pieces of a body by merging neighbours into their convex hulls.
 
 use crate::components::Mesh;
-use crate::hulls::{Body, hull_of, longest_m, sides_m};
+use crate::hulls::{ComparedBody, hull_of, longest_m, sides_m};
 use crate::options::PieceOptions;
 use crate::piece::{FacePlane, Hull, Made, Piece, Shape, cross, length, sub};
 use geometry::unit_normal;
 
-/// A hull may hold no place that is farther from the body than this, in metres: nobody stands inside.
-const HOLLOW_M: f64 = 0.3;
+/// Maximum distance in metres of points inside a hull from the body, so that hulls do not fill spaces in which a person
+/// could stand.
+const MAX_HOLLOW_M: f64 = 0.3;
 
-/// How much farther off than other bodies those may be that bound nothing, as foliage does.
-const OF_SURFACES: f64 = 8.0;
+/// Factor on the tolerance for bodies that bound no solid, such as foliage.
+const SURFACE_FACTOR: f64 = 8.0;
 
-/// Parts of the most that a hull may be off at which joining begins.
-const BEGIN: f64 = 4.0;
+/// The tolerance of the first attempt is the maximum divided by this.
+const INITIAL_DIVISOR: f64 = 4.0;
 
-/// Longest side of a hull of several pieces, in metres: it is looked at closely enough that no doorway in it stays unseen.
-const LONGEST_M: f64 = 4.0;
+/// Maximum side of a hull of several pieces, in metres, so that the samples find any doorway in it.
+const MAX_MERGED_SIDE_M: f64 = 4.0;
 
 /// A face is level up to this angle: cosine of 37 degrees.
 const LEVEL: f64 = 0.8;
 
-/// Places along each side of a hull at which it is looked into.
-const LOOKS: usize = 12;
+/// Samples along each side of a hull.
+const SAMPLES_PER_SIDE: usize = 12;
 
-/// The pieces of a body, whose parts look outward, with `options.element_max` of them at most, if neighbours can be joined to hulls that lie within
-/// `options.joined_m` of the body; else fewer, or as they are.
+/// Merges the pieces of a body, whose parts have outward faces, to at most `options.element_max`, if hulls of neighbours lie
+/// within `options.joined_m` of the body; else to as few as possible.
 ///
-/// Each attempt cuts the pieces in two where their middles lie farthest apart, again and again, until the hull of a group is near
-/// enough. Ground that is walked on keeps its pieces: a hull would level its hollows.
-pub(crate) fn fewer(pieces: Vec<Piece>, parts: Vec<Mesh>, options: &PieceOptions) -> Vec<Piece> {
+/// Each attempt bisects the pieces recursively at the widest gap between their centres, until the hull of each group is near
+/// enough. Ground keeps its pieces, because hulls would fill its hollows.
+pub(crate) fn merge_pieces(pieces: Vec<Piece>, parts: Vec<Mesh>, options: &PieceOptions) -> Vec<Piece> {
     if pieces.len() <= options.element_max || is_ground(&parts) {
         return pieces;
     }
     let whole = Mesh::joined(parts);
-    let Some(body) = Body::of(whole.view()) else { return pieces };
+    let Some(body) = ComparedBody::of(whole.view()) else { return pieces };
     let n_sheets = pieces.iter().filter(|p| p.made == Made::Sheet).count();
     let bounds_nothing = !whole.closed || whole.view().volume_m3() <= 0.0;
     let is_foliage = bounds_nothing && 2 * n_sheets > pieces.len();
-    let most_m = if is_foliage { OF_SURFACES * options.joined_m } else { options.joined_m };
-    let mut tolerance_m = most_m / BEGIN;
+    let max_m = if is_foliage { SURFACE_FACTOR * options.joined_m } else { options.joined_m };
+    let mut tolerance_m = max_m / INITIAL_DIVISOR;
     loop {
         let joined = joined(&pieces, &body, tolerance_m);
-        if joined.len() <= options.element_max || tolerance_m >= most_m {
+        if joined.len() <= options.element_max || tolerance_m >= max_m {
             return joined;
         }
-        tolerance_m = (2.0 * tolerance_m).min(most_m);
+        tolerance_m = (2.0 * tolerance_m).min(max_m);
     }
 }
 
@@ -63,8 +64,8 @@ fn is_ground(parts: &[Mesh]) -> bool {
     2.0 * level > all
 }
 
-/// The pieces in groups whose hulls are near enough.
-fn joined(pieces: &[Piece], body: &Body, tolerance_m: f64) -> Vec<Piece> {
+/// Merges pieces in groups whose hulls are near enough.
+fn joined(pieces: &[Piece], body: &ComparedBody, tolerance_m: f64) -> Vec<Piece> {
     let middle = |p: &Piece| {
         let [low, high] = p.shape.hull().bounds_m();
         [0, 1, 2].map(|k| (low[k] + high[k]) / 2.0)
@@ -83,7 +84,7 @@ fn joined(pieces: &[Piece], body: &Body, tolerance_m: f64) -> Vec<Piece> {
         let spreads = sides_m(&group.iter().map(|(middle, _)| *middle).collect::<Vec<_>>());
         let (axis, spread) = (0..3).zip(spreads).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
         group.sort_by(|a, b| a.0[axis].total_cmp(&b.0[axis]));
-        // Where the gap between neighbours is widest, if that is worth it, else in the middle.
+        // At the widest gap between neighbours if it is significant, else in the middle.
         let n = group.len();
         let gap = |k: usize| group[k].0[axis] - group[k - 1].0[axis];
         let widest = (1..n).max_by(|a, b| gap(*a).total_cmp(&gap(*b))).unwrap_or(1);
@@ -94,29 +95,29 @@ fn joined(pieces: &[Piece], body: &Body, tolerance_m: f64) -> Vec<Piece> {
     out
 }
 
-/// The hull of several pieces, if it lies near the body everywhere.
-fn common_hull(group: &[([f64; 3], &Piece)], body: &Body, tolerance_m: f64) -> Option<Piece> {
+/// The hull of several pieces, if all of it lies near the body.
+fn common_hull(group: &[([f64; 3], &Piece)], body: &ComparedBody, tolerance_m: f64) -> Option<Piece> {
     let points_m: Vec<[f64; 3]> = group.iter().flat_map(|(_, p)| p.shape.hull().vertices_m).collect();
-    if longest_m(&points_m) > LONGEST_M {
+    if longest_m(&points_m) > MAX_MERGED_SIDE_M {
         return None;
     }
     let hull = hull_of(&points_m)?;
     let outside_m = body.outside_up_to_m(&hull, tolerance_m)?;
-    if !is_filled(&hull, body, tolerance_m.max(HOLLOW_M)) {
+    if !is_filled(&hull, body, tolerance_m.max(MAX_HOLLOW_M)) {
         return None;
     }
     let deviation_m = group.iter().map(|(_, p)| p.deviation_m).fold(outside_m, f64::max);
     Some(Piece { shape: Shape::of(hull), made: Made::Hull, deviation_m })
 }
 
-/// True if no place in a hull is farther from the body than `most_m`.
-fn is_filled(hull: &Hull, body: &Body, most_m: f64) -> bool {
+/// True if no point in a hull is farther from the body than `max_m`.
+fn is_filled(hull: &Hull, body: &ComparedBody, max_m: f64) -> bool {
     let [low, high] = hull.bounds_m();
     let side = |k: usize| (high[k] - low[k]).max(1e-3);
-    if (0..3).map(side).fold(f64::INFINITY, f64::min) <= 2.0 * most_m {
+    if (0..3).map(side).fold(f64::INFINITY, f64::min) <= 2.0 * max_m {
         return true;
     }
-    let n = |k: usize| ((2.0 * side(k) / most_m).ceil() as usize).clamp(2, LOOKS);
+    let n = |k: usize| ((2.0 * side(k) / max_m).ceil() as usize).clamp(2, SAMPLES_PER_SIDE);
     let at = |k: usize, i: usize| low[k] + side(k) * (i as f64 + 0.5) / n(k) as f64;
     let planes: Vec<FacePlane> = hull.planes().collect();
     let is_inside = |p: [f64; 3]| planes.iter().all(|plane| plane.before_m(p) <= 0.0);
@@ -124,7 +125,7 @@ fn is_filled(hull: &Hull, body: &Body, most_m: f64) -> bool {
         (0..n(1)).all(|y| {
             (0..n(2)).all(|z| {
                 let p = [at(0, x), at(1, y), at(2, z)];
-                !is_inside(p) || body.outside_m(p) <= most_m
+                !is_inside(p) || body.outside_m(p) <= max_m
             })
         })
     })
