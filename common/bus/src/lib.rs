@@ -2,9 +2,9 @@
 //! one with unsafe code.
 //!
 //! A [`Keeper`] creates a [`Domain`]'s services; everybody else joins as a [`Bus`], opens ends, and sleeps in its
-//! [`Waiter`]. A [`Publisher`] lends memory in which an archive is written in place; a [`Subscriber`] reads it in place,
-//! and gets the last one however late it comes. [`ConsistentSet`] tells a consumer which grids and which plan belong
-//! together.
+//! [`Waiter`]. A [`Publisher`] lends memory in which an archive is written in place, or copies one that is in the heap; a
+//! [`Subscriber`] reads it in place, and gets the last one however late it comes. A [`SiteSetReader`] gives the samples of a
+//! site that belong together; [`ConsistentSet`] tells a robot whether it may use the maps that it has.
 //!
 //! Other programs attach as subscribers: the example `read_grid` in Rust, `scripts/python_subscriber.py` with the iceoryx2 wheel
 //! and numpy; both read grids in place. For people:
@@ -53,6 +53,8 @@ mod limits;
 mod names;
 mod reply_kind;
 mod signal;
+mod site_set;
+mod site_set_reader;
 mod stamp;
 mod status;
 pub mod topics;
@@ -67,6 +69,8 @@ pub use keeper::Keeper;
 pub use latched::{CheckedSample, Loan, Origin, Publisher, RawSample, RawSubscriber, Sample, Sent, Subscriber};
 pub use limits::{MAX_COMMAND_BYTES, MAX_HELD, MAX_OPEN, MAX_SAMPLE_BYTES};
 pub use names::{Daemon, GridSlot, TopicName};
+pub use site_set::{SiteSample, SiteSamples, SiteSet, SiteState, SiteViews};
+pub use site_set_reader::{SiteSetError, SiteSetReader};
 pub use stamp::Stamp;
 pub use status::{StatusReader, StatusWriter};
 pub use topics::Topic;

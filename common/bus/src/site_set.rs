@@ -1,0 +1,217 @@
+//! The newest samples of a site, each validated once, and the set of those that belong together.
+//!
+//! Samples of different topics come in any order, and no bus is inside. A set is there only while the newest samples match;
+//! [`crate::ConsistentSet`] holds the last one that did, and tells a robot how long it may use it.
+
+use crate::latched::{CheckedSample, RawSample};
+use crate::names::{GridSlot, TopicName};
+use crate::topics;
+use messages::{ArchiveError, Checked, Grid, GridSlotRecord, Grids, InputHashes, OtherSite, Phase, Plan, Site};
+
+/// A sample of a topic that has a part in the set.
+#[derive(Debug)]
+pub enum SiteSample {
+    /// The site.
+    Site(CheckedSample<topics::Site>),
+    /// The schedule state.
+    ScheduleState(CheckedSample<topics::Phase>),
+    /// The grid in a slot.
+    Grid(GridSlot, CheckedSample<topics::Grid>),
+    /// The index of the grids.
+    Index(CheckedSample<topics::Grids>),
+    /// The mission plan.
+    MissionPlan(CheckedSample<topics::Plan>),
+}
+
+impl SiteSample {
+    /// Validates a sample; `None` for a topic that has no part in the set.
+    ///
+    /// # Errors
+    /// Bytes that are no whole archive of the topic.
+    pub fn check(sample: RawSample) -> Result<Option<Self>, ArchiveError> {
+        // The name is that of the topic, so that every sample is one of it.
+        Ok(match sample.topic() {
+            TopicName::Site => sample.of(topics::Site).map(|s| s.check().map(Self::Site)).transpose()?,
+            TopicName::Phase => sample.of(topics::Phase).map(|s| s.check().map(Self::ScheduleState)).transpose()?,
+            TopicName::Grid(slot) => {
+                let sample = sample.of(topics::Grid(slot));
+                sample.map(|s| s.check().map(|grid| Self::Grid(slot, grid))).transpose()?
+            }
+            TopicName::Grids => sample.of(topics::Grids).map(|s| s.check().map(Self::Index)).transpose()?,
+            TopicName::Plan => sample.of(topics::Plan).map(|s| s.check().map(Self::MissionPlan)).transpose()?,
+            TopicName::SlamMap | TopicName::Alignment | TopicName::Deviations => None,
+        })
+    }
+}
+
+/// The newest sample of each topic that has a part in the set. An older one is given up as soon as the next is seen.
+#[derive(Debug, Default)]
+pub struct SiteSamples {
+    site: Option<CheckedSample<topics::Site>>,
+    state: Option<CheckedSample<topics::Phase>>,
+    /// By slot; as many as were seen.
+    grids: Vec<Option<CheckedSample<topics::Grid>>>,
+    index: Option<CheckedSample<topics::Grids>>,
+    mission_plan: Option<CheckedSample<topics::Plan>>,
+}
+
+/// Site and schedule state that belong together.
+#[derive(Debug, Clone, Copy)]
+pub struct SiteState<'a> {
+    /// The site.
+    pub site: &'a CheckedSample<topics::Site>,
+    /// The states of its elements and spaces.
+    pub state: &'a CheckedSample<topics::Phase>,
+}
+
+/// Site, schedule state, grids with their index, and mission plan that belong together.
+#[derive(Debug, Clone)]
+pub struct SiteSet<'a> {
+    /// The site.
+    pub site: &'a CheckedSample<topics::Site>,
+    /// The states of its elements and spaces.
+    pub state: &'a CheckedSample<topics::Phase>,
+    /// The index of the grids.
+    pub index: &'a CheckedSample<topics::Grids>,
+    /// The grids that the index names, in its order.
+    pub grids: Vec<&'a CheckedSample<topics::Grid>>,
+    /// The mission plan, if it is made from these grids.
+    pub mission_plan: Option<&'a CheckedSample<topics::Plan>>,
+}
+
+/// Views of a set: every index of one archive into another is within bounds.
+#[derive(Debug, Clone)]
+pub struct SiteViews<'a> {
+    /// The site.
+    pub site: Site<'a>,
+    /// The schedule state.
+    pub state: Phase<'a>,
+    /// The index of the grids.
+    pub index: Grids<'a>,
+    /// The grids that the index names, in its order.
+    pub grids: Vec<Grid<'a>>,
+    /// The mission plan, if it is made from these grids.
+    pub mission_plan: Option<Plan<'a>>,
+}
+
+impl SiteSamples {
+    /// A sample has come.
+    pub fn see(&mut self, sample: SiteSample) {
+        match sample {
+            SiteSample::Site(sample) => self.site = Some(sample),
+            SiteSample::ScheduleState(sample) => self.state = Some(sample),
+            SiteSample::Grid(slot, sample) => {
+                if self.grids.len() <= slot.index() {
+                    self.grids.resize_with(slot.index() + 1, || None);
+                }
+                self.grids[slot.index()] = Some(sample);
+            }
+            SiteSample::Index(sample) => self.index = Some(sample),
+            SiteSample::MissionPlan(sample) => self.mission_plan = Some(sample),
+        }
+    }
+
+    /// Gives up the grids from this slot on: there are no more storeys.
+    pub fn truncate_grids(&mut self, n_storeys: usize) {
+        self.grids.truncate(n_storeys);
+    }
+
+    /// Takes samples that were seen before, for topics of which there is none newer.
+    pub fn take_back(&mut self, earlier: Self) {
+        self.site = self.site.take().or(earlier.site);
+        self.state = self.state.take().or(earlier.state);
+        self.index = self.index.take().or(earlier.index);
+        self.mission_plan = self.mission_plan.take().or(earlier.mission_plan);
+        if self.grids.len() < earlier.grids.len() {
+            self.grids.resize_with(earlier.grids.len(), || None);
+        }
+        for (grid, earlier) in self.grids.iter_mut().zip(earlier.grids) {
+            *grid = grid.take().or(earlier);
+        }
+    }
+
+    /// The newest site.
+    pub fn site(&self) -> Option<&CheckedSample<topics::Site>> {
+        self.site.as_ref()
+    }
+
+    /// The newest grid of a slot, whether the index names it or not.
+    pub fn grid(&self, slot: GridSlot) -> Option<&CheckedSample<topics::Grid>> {
+        self.grids.get(slot.index())?.as_ref()
+    }
+
+    /// The newest index of grids, whatever it names.
+    pub fn index(&self) -> Option<&CheckedSample<topics::Grids>> {
+        self.index.as_ref()
+    }
+
+    /// The newest mission plan, whatever it is made from.
+    pub fn mission_plan(&self) -> Option<&CheckedSample<topics::Plan>> {
+        self.mission_plan.as_ref()
+    }
+
+    /// The newest mission plan, if it is made from the grids that the newest index names.
+    pub fn mission_plan_of_index(&self) -> Option<&CheckedSample<topics::Plan>> {
+        let index = self.index.as_ref()?;
+        self.mission_plan.as_ref().filter(|plan| plan.bytes().header().inputs.grids == index.content_hash())
+    }
+
+    /// The newest site and the newest schedule state, if they belong together; if not, the one that is missing is on its
+    /// way.
+    pub fn state(&self) -> Option<SiteState<'_>> {
+        let (site, state) = (self.site.as_ref()?, self.state.as_ref()?);
+        (state.view().head.site_hash == site.content_hash()).then_some(SiteState { site, state })
+    }
+
+    /// The newest index of grids, if it is of this site: it names the robot, whatever the state.
+    pub fn index_of(&self, site: &CheckedSample<topics::Site>) -> Option<&CheckedSample<topics::Grids>> {
+        self.index.as_ref().filter(|index| index.view().head.site_hash == site.content_hash())
+    }
+
+    /// The newest samples, if they belong together: the index names site, state and every grid; if not, those that are
+    /// missing are on their way.
+    pub fn set(&self) -> Option<SiteSet<'_>> {
+        let (site, state, index) = (self.site.as_ref()?, self.state.as_ref()?, self.index.as_ref()?);
+        let named = index.view();
+        let is_of_state = named.head.site_hash == site.content_hash() && named.head.phase_hash == state.content_hash();
+        let named_grid = |(place, slot): (usize, &GridSlotRecord)| {
+            self.grids.get(place)?.as_ref().filter(|grid| grid.content_hash() == slot.content_hash)
+        };
+        let grids = named.slots.iter().enumerate().map(named_grid).collect::<Option<Vec<_>>>()?;
+        is_of_state.then_some(SiteSet { site, state, index, grids, mission_plan: self.mission_plan_of_index() })
+    }
+}
+
+impl<'a> SiteState<'a> {
+    /// True if a sample with these inputs was made from this site and state.
+    pub fn made(&self, inputs: &InputHashes) -> bool {
+        inputs.site == self.site.content_hash() && inputs.phase == self.state.content_hash()
+    }
+
+    /// Views of both.
+    ///
+    /// # Errors
+    /// A state with other elements or spaces than the site has.
+    pub fn views(&self) -> Result<(Site<'a>, Phase<'a>), OtherSite> {
+        let (site, state) = (self.site.view(), self.state.view());
+        state.check_site(&site)?;
+        Ok((site, state))
+    }
+}
+
+impl<'a> SiteSet<'a> {
+    /// Views of all archives.
+    ///
+    /// # Errors
+    /// An archive that names what the site does not have.
+    pub fn views(&self) -> Result<SiteViews<'a>, OtherSite> {
+        let (site, state, index) = (self.site.view(), self.state.view(), self.index.view());
+        state.check_site(&site)?;
+        index.check_site(&site)?;
+        let grids: Vec<Grid<'a>> = self.grids.iter().map(|grid| grid.view()).collect();
+        grids.iter().try_for_each(|grid| grid.check_site(&site))?;
+        let mission_plan = self.mission_plan.map(Checked::view);
+        mission_plan.iter().try_for_each(|plan| plan.check_site(&site))?;
+        Ok(SiteViews { site, state, index, grids, mission_plan })
+    }
+}

@@ -1,0 +1,86 @@
+//! Subscriptions to the topics of a site set.
+
+use crate::bus::Bus;
+use crate::error::{PortError, ReceiveError};
+use crate::latched::RawSubscriber;
+use crate::names::{GridSlot, TopicName};
+use crate::site_set::{SiteSample, SiteSamples, SiteSet, SiteState};
+use messages::ArchiveError;
+
+/// Follows the topics of a site set, and holds the newest sample of each.
+pub struct SiteSetReader {
+    subscribers: Vec<RawSubscriber>,
+    samples: SiteSamples,
+}
+
+/// Why the samples that have come cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SiteSetError {
+    /// A sample cannot be taken.
+    #[error(transparent)]
+    Receive(#[from] ReceiveError),
+    /// A sample is damaged.
+    #[error("the sample of `{topic}` cannot be read")]
+    Archive {
+        /// Its topic.
+        topic: TopicName,
+        /// What is wrong.
+        source: ArchiveError,
+    },
+}
+
+impl SiteSetReader {
+    /// A reader of whole sets.
+    ///
+    /// # Errors
+    /// A topic that cannot be opened.
+    pub fn of(bus: &Bus) -> Result<Self, PortError> {
+        let slots = GridSlot::all().map(TopicName::Grid);
+        Self::of_topics(
+            bus,
+            [TopicName::Site, TopicName::Phase, TopicName::Grids, TopicName::Plan].into_iter().chain(slots),
+        )
+    }
+
+    /// A reader of sites and schedule states alone: there are no sets.
+    ///
+    /// # Errors
+    /// As [`SiteSetReader::of`].
+    pub fn of_states(bus: &Bus) -> Result<Self, PortError> {
+        Self::of_topics(bus, [TopicName::Site, TopicName::Phase])
+    }
+
+    fn of_topics(bus: &Bus, topics: impl IntoIterator<Item = TopicName>) -> Result<Self, PortError> {
+        let subscribers = topics.into_iter().map(|topic| bus.raw_subscriber(topic)).collect::<Result<_, _>>()?;
+        Ok(Self { subscribers, samples: SiteSamples::default() })
+    }
+
+    /// Takes what has come.
+    ///
+    /// # Errors
+    /// A sample that cannot be taken, or is damaged; what was taken before stays.
+    pub fn take(&mut self) -> Result<(), SiteSetError> {
+        for subscriber in &self.subscribers {
+            let Some(sample) = subscriber.take()? else { continue };
+            let topic = sample.topic();
+            let sample = SiteSample::check(sample).map_err(|source| SiteSetError::Archive { topic, source })?;
+            sample.into_iter().for_each(|sample| self.samples.see(sample));
+        }
+        Ok(())
+    }
+
+    /// The newest sample of each topic.
+    pub fn samples(&self) -> &SiteSamples {
+        &self.samples
+    }
+
+    /// The newest samples, if they belong together.
+    pub fn set(&self) -> Option<SiteSet<'_>> {
+        self.samples.set()
+    }
+
+    /// The newest site and schedule state, if they belong together.
+    pub fn state(&self) -> Option<SiteState<'_>> {
+        self.samples.state()
+    }
+}
