@@ -2,12 +2,12 @@
 
 use crate::kept::Kept;
 use crate::robot_map::RobotMap;
-use crate::worker::{Inputs, Job, Outcome, Task, Where, Worker};
+use crate::worker::{Job, Outcome, Task, Where, Worker};
 use alignment::track_map;
 use alignment::{Alignment, Hint, PreparedMap};
 use alignment::{Counting, MadeFrom};
 use alignment::{Follower, MaxJump};
-use bus::{Bus, CheckedSample, topics};
+use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
 use daemon::{
     ActualsSource, AlignConfig, AlignRequest, Done, Epochs, Event, Failure, LatchedOutput, Patience, PoseHint,
     Published, Reporter, ScheduleRequest, Service, SiteConfig, Stages, StateFile, write_durably,
@@ -44,9 +44,8 @@ pub(crate) struct AlignService {
     bus: Option<Bus>,
     alignment: LatchedOutput<topics::Alignment>,
     deviations: LatchedOutput<topics::Deviations>,
-    site: Option<CheckedSample<topics::Site>>,
-    phase: Option<CheckedSample<topics::Phase>>,
-    index: Option<CheckedSample<topics::Grids>>,
+    /// The newest samples; those of a job are with the worker while it works.
+    samples: SiteSamples,
     map: Option<Arc<RobotMap>>,
     worker: Worker,
     /// Of the site as planned, by map storey.
@@ -96,9 +95,7 @@ impl AlignService {
             bus: None,
             alignment: LatchedOutput::new(topics::Alignment),
             deviations: LatchedOutput::new(topics::Deviations),
-            site: None,
-            phase: None,
-            index: None,
+            samples: SiteSamples::default(),
             map: None,
             worker: Worker::start()?,
             references: Vec::new(),
@@ -119,7 +116,7 @@ impl AlignService {
         if self.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
             self.follower.forget();
         }
-        self.site = Some(site);
+        self.samples.see(SiteSample::Site(site));
         self.to_do.refresh = true;
         Ok(())
     }
@@ -169,35 +166,28 @@ impl AlignService {
 
     /// Starts a job, if the samples belong together; if not, those that are missing are on their way.
     fn begin(&mut self, task: Task) -> Result<(), Failure> {
-        let (Some(site), Some(phase), Some(index)) = (&self.site, &self.phase, &self.index) else { return Ok(()) };
-        let site_hash = site.content_hash();
-        let belong = phase.view().head.site_hash == site_hash && index.view().head.site_hash == site_hash;
-        if !belong {
+        if Basis::of(&self.samples).is_none() {
             return Ok(());
         }
-        if let (Some(site), Some(phase), Some(index)) = (self.site.take(), self.phase.take(), self.index.take()) {
-            self.stages.set(Stage::Reading);
-            self.to_do.refresh = false;
-            match task {
-                Task::Draw => {}
-                Task::Search(..) => self.to_do.search = false,
-                Task::Compare(..) => self.to_do.compare = false,
-            }
-            self.worker.begin(Job { inputs: Inputs { site, phase, index }, task })?;
+        self.stages.set(Stage::Reading);
+        self.to_do.refresh = false;
+        match task {
+            Task::Draw => {}
+            Task::Search(..) => self.to_do.search = false,
+            Task::Compare(..) => self.to_do.compare = false,
         }
-        Ok(())
+        self.worker.begin(Job { samples: std::mem::take(&mut self.samples), task })
     }
 
     /// Takes what the worker has done; somebody may have asked for it.
     fn finish(&mut self, outcome: Outcome, is_asked: bool) -> Result<(), Failure> {
-        let Outcome { inputs, found } = outcome;
-        let basis = Basis::of(&inputs);
+        let Outcome { samples, found } = outcome;
+        let basis = Basis::of(&samples);
         // Newer samples have come meanwhile, or these are still the newest.
-        self.site.get_or_insert(inputs.site);
-        self.phase.get_or_insert(inputs.phase);
-        self.index.get_or_insert(inputs.index);
+        self.samples.take_back(samples);
         let found = found?;
-        (self.references, self.basis) = (found.references, basis);
+        self.references = found.references;
+        self.basis = basis.unwrap_or_default();
         if let Some(deviations) = found.deviations {
             return self.tell(deviations);
         }
@@ -221,7 +211,7 @@ impl AlignService {
         let deviations = Checked::<payload::Deviations>::new(deviations)?;
         let view = deviations.view();
         let (elements, obstacles) = (view.elements.len(), view.obstacles.len());
-        let observed = match &self.site {
+        let observed = match self.samples.site() {
             Some(site) if view.check_site(&site.view()).is_ok() => {
                 self.kept.observed.with_additions(&site.view(), &view)
             }
@@ -307,7 +297,7 @@ impl AlignService {
             return self.proceed();
         }
         self.settle()?;
-        let (Some(site), Some(deviations)) = (&self.site, self.deviations.last()) else {
+        let (Some(site), Some(deviations)) = (self.samples.site(), self.deviations.last()) else {
             return Err("nothing was compared yet".into());
         };
         let deviations = deviations.view();
@@ -398,15 +388,17 @@ impl AlignService {
 }
 
 impl Basis {
-    fn of(inputs: &Inputs) -> Self {
-        let frame_epoch = inputs.site.bytes().header().frame_epoch;
-        let robot = inputs.index.bytes().header().inputs.robot;
-        let (site, phase) = (inputs.site.content_hash(), inputs.phase.content_hash());
-        Self {
+    /// `None` unless site, schedule state and index of grids belong together; if not, those that are missing are on their
+    /// way.
+    fn of(samples: &SiteSamples) -> Option<Self> {
+        let state = samples.state()?;
+        let robot = samples.index_of(state.site)?.bytes().header().inputs.robot;
+        let (site, phase) = (state.site.content_hash(), state.state.content_hash());
+        Some(Self {
             inputs: InputHashes { site, phase, robot, ..InputHashes::default() },
-            plan_time_s: inputs.phase.view().head.plan_time_s,
-            frame_epoch,
-        }
+            plan_time_s: state.state.view().head.plan_time_s,
+            frame_epoch: state.site.bytes().header().frame_epoch,
+        })
     }
 }
 
@@ -427,7 +419,7 @@ impl Service for AlignService {
             // Its samples belong to a generation of the bus that is gone.
             drop(self.worker.wait()?);
         }
-        (self.site, self.phase, self.index) = (None, None, None);
+        self.samples = SiteSamples::default();
         self.bus = Some(bus.clone());
         self.alignment.attach(bus, &mut self.epochs)?;
         self.deviations.attach(bus, &mut self.epochs)
@@ -436,12 +428,12 @@ impl Service for AlignService {
     fn handle(&mut self, event: Event<AlignInput>) -> Result<Done, Failure> {
         match event {
             Event::Input(AlignInput::Site(site)) => self.see_site(site)?,
-            Event::Input(AlignInput::Phase(phase)) => {
-                self.phase = Some(phase);
+            Event::Input(AlignInput::Phase(state)) => {
+                self.samples.see(SiteSample::ScheduleState(state));
                 self.to_do.refresh = true;
             }
             Event::Input(AlignInput::SlamMap(map)) => self.see_map(RobotMap::of_archive(&map.view())?)?,
-            Event::Input(AlignInput::Grids(index)) => self.index = Some(index),
+            Event::Input(AlignInput::Grids(index)) => self.samples.see(SiteSample::Index(index)),
             Event::Configuration(config) => return self.configure(&config),
             Event::Attached if self.map.is_none() => self.read_first_map()?,
             Event::Attached => {}

@@ -3,21 +3,13 @@
 use crate::robot_map::RobotMap;
 use alignment::References;
 use alignment::{Alignment, Hint, PreparedMap, align_maps};
-use bus::{CheckedSample, topics};
+use bus::SiteSamples;
 use daemon::Failure;
 use deviations::{DeviationInput, deviations};
 use frames::Map;
 use messages::{ArchiveBuffer, Phase, PoseRecord, RobotProfile, Site};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-
-/// Samples of one state of the site.
-pub(crate) struct Inputs {
-    pub(crate) site: CheckedSample<topics::Site>,
-    pub(crate) phase: CheckedSample<topics::Phase>,
-    /// Of the grids: it names the robot.
-    pub(crate) index: CheckedSample<topics::Grids>,
-}
 
 /// Where a pose is looked for.
 #[derive(Debug, Clone, Copy, Default)]
@@ -29,7 +21,8 @@ pub(crate) struct Where {
 
 /// What is to be done.
 pub(crate) struct Job {
-    pub(crate) inputs: Inputs,
+    /// Site, schedule state and index of grids, which belong together.
+    pub(crate) samples: SiteSamples,
     pub(crate) task: Task,
 }
 
@@ -45,7 +38,8 @@ pub(crate) enum Task {
 
 /// What came of it.
 pub(crate) struct Outcome {
-    pub(crate) inputs: Inputs,
+    /// Those of the job.
+    pub(crate) samples: SiteSamples,
     pub(crate) found: Result<Found, Failure>,
 }
 
@@ -78,9 +72,9 @@ impl Worker {
             let Ok(pool) = rayon::ThreadPoolBuilder::new().build() else { return };
             let mut references = None;
             pool.install(|| {
-                for Job { inputs, task } in to_do {
-                    let found = work(&mut references, &inputs, &task);
-                    if done.send(Outcome { inputs, found }).is_err() {
+                for Job { samples, task } in to_do {
+                    let found = work(&mut references, &samples, &task);
+                    if done.send(Outcome { samples, found }).is_err() {
                         return;
                     }
                 }
@@ -119,10 +113,11 @@ impl Worker {
     }
 }
 
-fn work(references: &mut Option<References>, inputs: &Inputs, task: &Task) -> Result<Found, Failure> {
-    let (site, phase) = (inputs.site.view(), inputs.phase.view());
-    phase.check_site(&site)?;
-    let robot = inputs.index.view().head.robot;
+fn work(references: &mut Option<References>, samples: &SiteSamples, task: &Task) -> Result<Found, Failure> {
+    let state = samples.state().ok_or("site and schedule state do not belong together")?;
+    let index = samples.index_of(state.site).ok_or("the index of the grids is of another site")?;
+    let (site, phase) = state.views()?;
+    let robot = index.view().head.robot;
     if references.as_ref().is_none_or(|r| !r.is_of(&site, &robot)) {
         *references = Some(References::new(&site, &robot)?);
     }

@@ -1,11 +1,11 @@
 //! The waypoint-gen service: replans the storeys that new grids change.
 
-use bus::{Bus, CheckedSample, GridSlot, Subscriber, topics};
+use bus::{Bus, GridSlot, RawSubscriber, SiteSample, SiteSamples, SiteViews, TopicName, topics};
 use daemon::{
     Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, Service, SiteConfig, Stages, StateFile,
     WaypointRequest,
 };
-use messages::{Checked, Grid, InputHashes, Stage};
+use messages::{Checked, InputHashes, Stage};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -28,11 +28,8 @@ pub(crate) struct WaypointService {
     epochs: Epochs,
     stages: Stages,
     output: LatchedOutput<topics::Plan>,
-    slots: Vec<Subscriber<topics::Grid>>,
-    site: Option<CheckedSample<topics::Site>>,
-    phase: Option<CheckedSample<topics::Phase>>,
-    index: Option<CheckedSample<topics::Grids>>,
-    grids: Vec<Option<CheckedSample<topics::Grid>>>,
+    grids: Vec<RawSubscriber>,
+    samples: SiteSamples,
     planner: Planner,
 }
 
@@ -61,11 +58,8 @@ impl WaypointService {
             epochs: Epochs::at(&config.state, "waypoint-gen-epochs.json")?,
             stages,
             output: LatchedOutput::new(topics::Plan),
-            slots: Vec::new(),
-            site: None,
-            phase: None,
-            index: None,
             grids: Vec::new(),
+            samples: SiteSamples::default(),
             planner: Planner::default(),
         })
     }
@@ -73,7 +67,7 @@ impl WaypointService {
     /// Other options: on disk before anybody sees a plan of them.
     fn ask(&mut self, asked: Asked) -> Result<Done, Failure> {
         let options = options_of(self.configured.as_deref(), &asked)?;
-        if let Some(site) = &self.site {
+        if let Some(site) = self.samples.site() {
             check_names(&site.view(), &options)?;
         }
         self.check_start(&options)?;
@@ -82,17 +76,11 @@ impl WaypointService {
         self.plan()
     }
 
-    /// Refuses a start that the robot could have and where it cannot stand, on the maps that are held.
+    /// Refuses a start that the robot could have and where it cannot stand, on the maps that are there.
     fn check_start(&self, options: &PlanOptions) -> Result<(), Failure> {
-        let (Some(start), Some(site), Some(phase), Some(index)) = (options.start, &self.site, &self.phase, &self.index)
-        else {
-            return Ok(());
-        };
-        let (view, phase, index) = (site.view(), phase.view(), index.view());
-        let held = self.grids.iter().take(index.slots.len()).flatten();
-        let grids: Vec<Grid<'_>> = held.map(Checked::view).collect();
-        grids.iter().try_for_each(|grid| grid.check_site(&view))?;
-        let input = PlanInput { site: &view, phase: &phase, index: &index, grids: &grids, options };
+        let (Some(start), Some(set)) = (options.start, self.samples.set()) else { return Ok(()) };
+        let SiteViews { site, state, index, grids, .. } = set.views()?;
+        let input = PlanInput { site: &site, phase: &state, index: &index, grids: &grids, options };
         waypoints::check_start(&input, start)?;
         Ok(())
     }
@@ -107,44 +95,28 @@ impl WaypointService {
         self.plan()
     }
 
-    /// Plans for the newest samples, if they belong together; if not, those that are missing are on their way.
+    /// Plans for the newest samples, if they belong together.
     fn plan(&mut self) -> Result<Done, Failure> {
-        for (held, subscriber) in self.grids.iter_mut().zip(&self.slots) {
-            if let Some(newer) = subscriber.take()? {
-                *held = Some(newer.check()?);
+        for subscriber in &self.grids {
+            if let Some(sample) = subscriber.take()? {
+                SiteSample::check(sample)?.into_iter().for_each(|grid| self.samples.see(grid));
             }
         }
-        let (Some(site), Some(phase), Some(index)) = (&self.site, &self.phase, &self.index) else {
-            return Ok(self.done());
-        };
-        let grids = index.view();
-        let slots = || grids.slots.iter().zip(&self.grids);
-        let is_here = slots().all(|(slot, held)| held.as_ref().is_some_and(|g| g.content_hash() == slot.content_hash));
-        let is_one_set = grids.head.site_hash == site.content_hash()
-            && grids.head.phase_hash == phase.content_hash()
-            && grids.slots.len() <= self.grids.len()
-            && is_here;
-        if !is_one_set {
-            return Ok(Done::default());
-        }
-        check_names(&site.view(), &self.options)?;
+        let Some(set) = self.samples.set() else { return Ok(Done::default()) };
+        let SiteViews { site, state, index, grids, .. } = set.views()?;
+        check_names(&site, &self.options)?;
         self.stages.set(Stage::Writing);
         let begun = Instant::now();
-        let (view, phase) = (site.view(), phase.view());
-        phase.check_site(&view)?;
-        grids.check_site(&view)?;
-        let maps: Vec<Grid<'_>> = slots().filter_map(|(_, held)| held.as_ref()).map(Checked::view).collect();
-        maps.iter().try_for_each(|map| map.check_site(&view))?;
-        let input = PlanInput { site: &view, phase: &phase, index: &grids, grids: &maps, options: &self.options };
+        let input = PlanInput { site: &site, phase: &state, index: &index, grids: &grids, options: &self.options };
         let plan = Checked::new(self.planner.plan(&input))?;
         let inputs = InputHashes {
-            site: grids.head.site_hash,
-            phase: grids.head.phase_hash,
+            site: site.content_hash(),
+            phase: state.content_hash(),
             grids: index.content_hash(),
-            robot: index.bytes().header().inputs.robot,
+            robot: set.index.bytes().header().inputs.robot,
             ..InputHashes::default()
         };
-        self.output.publish(&mut self.epochs, plan, site.bytes().header().frame_epoch, inputs)?;
+        self.output.publish(&mut self.epochs, plan, set.site.bytes().header().frame_epoch, inputs)?;
         let plan = self.output.last().map(Checked::view);
         let waypoints = plan.map_or(0, |plan| plan.waypoints.len());
         let scans = plan.map_or(0, |plan| plan.storeys.iter().map(|s| s.n_scans).sum::<u32>());
@@ -178,20 +150,20 @@ impl Service for WaypointService {
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Samples belong to a generation of the bus that is gone; they come again.
-        (self.site, self.phase, self.index) = (None, None, None);
-        self.slots = GridSlot::all().map(|slot| bus.subscriber(topics::Grid(slot))).collect::<Result<_, _>>()?;
-        self.grids = self.slots.iter().map(|_| None).collect();
+        self.samples = SiteSamples::default();
+        let slots = GridSlot::all().map(TopicName::Grid);
+        self.grids = slots.map(|slot| bus.raw_subscriber(slot)).collect::<Result<_, _>>()?;
         self.output.attach(bus, &mut self.epochs)
     }
 
     fn handle(&mut self, event: Event<WaypointInput>) -> Result<Done, Failure> {
         match event {
             Event::Input(input) => {
-                match input {
-                    WaypointInput::Site(site) => self.site = Some(site),
-                    WaypointInput::Phase(phase) => self.phase = Some(phase),
-                    WaypointInput::Grids(index) => self.index = Some(index),
-                }
+                self.samples.see(match input {
+                    WaypointInput::Site(site) => SiteSample::Site(site),
+                    WaypointInput::Phase(state) => SiteSample::ScheduleState(state),
+                    WaypointInput::Grids(index) => SiteSample::Index(index),
+                });
                 self.plan()
             }
             Event::Configuration(config) => self.configure(&config),

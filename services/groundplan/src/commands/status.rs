@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::plan_date;
 use crate::run::{Outcome, Run};
 use crate::wait::join;
-use bus::{Daemon, HEARTBEAT_PERIOD, topics};
+use bus::{Daemon, HEARTBEAT_PERIOD, SiteSample, SiteSamples, topics};
 use frames::counted;
 use messages::{Stage, StatusRecord};
 use serde::Serialize;
@@ -75,14 +75,17 @@ impl Run for Args {
         let plans = bus.subscriber(topics::Plan).map_err(Failure::work)?;
         let alignments = bus.subscriber(topics::Alignment).map_err(Failure::work)?;
         let mut seen: BTreeMap<u32, StatusRecord> = BTreeMap::new();
-        let (mut index, mut plan, mut alignment) = (None, None, None);
+        let (mut samples, mut alignment) = (SiteSamples::default(), None);
         let deadline = Instant::now() + HEARTBEAT_PERIOD + HEARTBEAT_PERIOD / 2;
         loop {
             while let Some(record) = reader.take().map_err(Failure::work)? {
                 seen.insert(record.daemon, record);
             }
-            index = grids.take().map_err(Failure::work)?.or(index);
-            plan = plans.take().map_err(Failure::work)?.or(plan);
+            // What is damaged is not shown; its reader says so.
+            let index = grids.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
+            let plan = plans.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
+            let news = index.map(SiteSample::Index).into_iter().chain(plan.map(SiteSample::MissionPlan));
+            news.for_each(|sample| samples.see(sample));
             alignment = alignments.take().map_err(Failure::work)?.or(alignment);
             let rest = deadline.saturating_duration_since(Instant::now());
             if rest == Duration::ZERO {
@@ -90,9 +93,7 @@ impl Run for Args {
             }
             waiter.wait(rest).map_err(Failure::work)?;
         }
-        // What is damaged is not shown; its reader says so.
-        let index = index.and_then(|sample| sample.check().ok());
-        let grids = index.as_ref().map(|sample| {
+        let grids = samples.index().map(|sample| {
             let index = sample.view();
             GridsStatus {
                 epoch: sample.bytes().header().epoch,
@@ -101,13 +102,13 @@ impl Run for Args {
                 storeys: index.slots.len(),
             }
         });
-        let plan = plan.and_then(|sample| sample.check().ok()).map(|sample| {
+        let plan = samples.mission_plan().map(|sample| {
             let (header, plan) = (sample.bytes().header(), sample.view());
             PlanStatus {
                 epoch: header.epoch,
                 waypoints: plan.waypoints.len(),
                 scans: plan.storeys.iter().map(|s| s.n_scans).sum(),
-                is_current: index.as_ref().is_some_and(|i| i.content_hash() == header.inputs.grids),
+                is_current: samples.mission_plan_of_index().is_some(),
             }
         });
         let alignment = alignment.and_then(|sample| sample.check().ok());

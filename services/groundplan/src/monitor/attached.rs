@@ -4,8 +4,8 @@ use super::map_pane::MapOf;
 use super::state::State;
 use crate::alignment_report::Brief;
 use bus::{
-    Bus, CheckedSample, GridSlot, PortError, RawSubscriber, ReceiveError, Stamp, StatusReader, Subscriber, Topic,
-    TopicName, topics,
+    Bus, CheckedSample, GridSlot, PortError, RawSubscriber, ReceiveError, SiteSample, SiteSamples, Stamp, StatusReader,
+    Subscriber, Topic, TopicName, topics,
 };
 use messages::Checked;
 
@@ -19,13 +19,9 @@ pub(crate) struct Attached {
     alignments: Subscriber<topics::Alignment>,
     /// Topics of which only the header is shown.
     others: Vec<RawSubscriber>,
-    slots: Vec<GridView>,
-}
-
-/// A storey's grid: the newest that came, validated once.
-struct GridView {
-    subscriber: Subscriber<topics::Grid>,
-    held: Option<CheckedSample<topics::Grid>>,
+    grids: Vec<Subscriber<topics::Grid>>,
+    /// The grids that are shown.
+    samples: SiteSamples,
 }
 
 /// The bus refuses.
@@ -50,19 +46,19 @@ impl Attached {
             indices: bus.subscriber(topics::Grids)?,
             alignments: bus.subscriber(topics::Alignment)?,
             others: others.into_iter().map(|topic| bus.raw_subscriber(topic)).collect::<Result<_, _>>()?,
-            slots: Vec::new(),
+            grids: Vec::new(),
+            samples: SiteSamples::default(),
         })
     }
 
     /// Number of storeys that are watched.
     pub(crate) fn n_storeys(&self) -> usize {
-        self.slots.len()
+        self.grids.len()
     }
 
     /// The map of a storey, if its grid is there.
     pub(crate) fn map(&self, storey: usize) -> Option<MapOf<'_>> {
-        let grid = self.slots.get(storey)?.held.as_ref()?.view();
-        Some(MapOf { grid })
+        Some(MapOf { grid: self.samples.grid(GridSlot::new(storey)?)?.view() })
     }
 
     /// Takes what has come; true if anything has.
@@ -82,9 +78,10 @@ impl Attached {
         }
         if let Some(index) = seen(&self.indices, self.joined, state, &mut is_new)? {
             let n_storeys = index.view().slots.len();
-            self.slots.truncate(n_storeys);
-            for slot in GridSlot::all().take(n_storeys).skip(self.slots.len()) {
-                self.slots.push(GridView { subscriber: bus.subscriber(topics::Grid(slot))?, held: None });
+            self.grids.truncate(n_storeys);
+            self.samples.truncate_grids(n_storeys);
+            for slot in GridSlot::all().take(n_storeys).skip(self.grids.len()) {
+                self.grids.push(bus.subscriber(topics::Grid(slot))?);
             }
             state.see_index(&index.view());
         }
@@ -97,11 +94,11 @@ impl Attached {
                 state.see_sample(Stamp::now(), self.joined, sample.topic(), *sample.header());
             }
         }
-        for (slot, GridView { subscriber, held }) in GridSlot::all().zip(&mut self.slots) {
+        for (slot, subscriber) in GridSlot::all().zip(&self.grids) {
             if let Some(grid) = seen(subscriber, self.joined, state, &mut is_new)? {
-                let before = held.as_ref().map(Checked::view);
+                let before = self.samples.grid(slot).map(Checked::view);
                 state.see_grid(slot, grid.bytes().header().epoch, &grid.view(), before.as_ref());
-                *held = Some(grid);
+                self.samples.see(SiteSample::Grid(slot, grid));
             }
         }
         Ok(is_new)
