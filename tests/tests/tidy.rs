@@ -14,13 +14,14 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 23] = [
+const ALLOWED: [(&str, &[&str]); 24] = [
+    ("diagnostics", &[]),
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("convex", &["frames", "geometry"]),
-    ("ifc", &["frames", "geometry"]),
+    ("ifc", &["diagnostics", "frames", "geometry"]),
     ("grid", &["frames", "geometry"]),
-    ("messages", &["frames", "geometry", "grid"]),
+    ("messages", &["diagnostics", "frames", "geometry", "grid"]),
     ("bus", &["messages"]),
     ("daemon", &["messages", "bus"]),
     ("export", &["frames", "geometry", "grid", "messages"]),

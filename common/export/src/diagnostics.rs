@@ -10,7 +10,7 @@ pub(crate) struct Diagnostic {
     /// `info`, `warning` or `error`.
     severity: &'static str,
     /// Stable word for programs.
-    code: String,
+    code: &'static str,
     /// The file, if one is meant.
     file: Option<String>,
     /// STEP id of the entity meant, e.g. `#123`.
@@ -40,8 +40,8 @@ impl Diagnostic {
     fn of<'a>(site: &Site<'_>, d: &DiagnosticRecord, text: impl Fn(Text) -> &'a str) -> Self {
         let file = site.sources.get(d.source as usize).filter(|_| d.source != NONE);
         Self {
-            severity: ["info", "warning", "error"].get(d.severity as usize).copied().unwrap_or("error"),
-            code: text(d.code).to_owned(),
+            severity: d.severity.get().name(),
+            code: d.code.get().name(),
             file: file.and_then(|s| text_or_null(site.text(s.file))),
             entity: (d.step_id != 0).then(|| format!("#{}", d.step_id)),
             global_id: text_or_null(text(d.global_id)),

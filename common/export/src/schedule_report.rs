@@ -1,7 +1,7 @@
 //! Schedule section of `report.json` and `states`: sources of dates and schedule diagnostics.
 
 use crate::diagnostics::{Diagnostic, phase_diagnostics};
-use messages::{DateSource, Phase, Site};
+use messages::{DateSource, DiagnosticCode, Phase, Site};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -30,6 +30,7 @@ pub struct ScheduleReport {
 impl ScheduleReport {
     /// Of a phase that carries the schedule.
     pub fn of(site: &Site<'_>, phase: &Phase<'_>) -> Self {
+        use DiagnosticCode::*;
         let mut sources: BTreeMap<&'static str, usize> = BTreeMap::new();
         let mut undated = Vec::new();
         for (element, record) in site.elements.iter().zip(phase.schedule) {
@@ -39,19 +40,19 @@ impl ScheduleReport {
                 undated.push(site.text(element.global_id).to_owned());
             }
         }
-        let of_code = |codes: &[&str]| {
-            let found = phase.diagnostics.iter().filter(|d| codes.contains(&phase.text(d.code)));
+        let of_code = |codes: &[DiagnosticCode]| {
+            let found = phase.diagnostics.iter().filter(|d| codes.contains(&d.code.get()));
             found.map(|d| phase.text(d.global_id).to_owned()).filter(|id| !id.is_empty()).collect()
         };
         Self {
             n_changes: phase.head.n_changes,
             sources,
             undated,
-            ambiguous: of_code(&["date_ambiguous"]),
-            placeholders: of_code(&["date_placeholder"]),
-            unreadable: of_code(&["date_unreadable", "date_order", "date_zone", "task_date_unreadable"]),
-            undated_tasks: of_code(&["task_undated", "task_reversed", "task_date_unreadable"]),
-            status_without_date: of_code(&["status_without_date"]),
+            ambiguous: of_code(&[DateAmbiguous]),
+            placeholders: of_code(&[DatePlaceholder]),
+            unreadable: of_code(&[DateUnreadable, DateOrder, DateZone, TaskDateUnreadable]),
+            undated_tasks: of_code(&[TaskUndated, TaskReversed, TaskDateUnreadable]),
+            status_without_date: of_code(&[StatusWithoutDate]),
         }
     }
 }

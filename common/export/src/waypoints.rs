@@ -84,7 +84,7 @@ struct StoreyOutcome {
 #[derive(Debug, Serialize, JsonSchema)]
 struct Notice {
     /// Stable word for programs.
-    code: String,
+    code: &'static str,
     /// One sentence for people.
     message: String,
     /// GlobalId of the element that it is about.
@@ -154,7 +154,7 @@ impl Waypoints {
         let ScanSensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad, .. } = plan.head.sensor;
         let said = |text| text_or_null(plan.text(text));
         let notice = |d: &messages::DiagnosticRecord| Notice {
-            code: plan.text(d.code).to_owned(),
+            code: d.code.get().name(),
             message: plan.text(d.message).to_owned(),
             element: said(d.global_id),
             name: said(d.name),

@@ -11,14 +11,14 @@ use crate::placement::Placements;
 use crate::products::{Product, Products};
 use crate::psets::PropertySets;
 use crate::relations::Relations;
-use crate::report::Report;
 use crate::representations::{Bodies, Body};
 use crate::spatial::Storeys;
 use crate::units::LengthUnit;
 use crate::{
-    Element, Geometry, Model, Opening, ReadError, ReadOptions, Severity, Source, Space, SpaceBoundary, Stage, doors,
-    geometry, georeference, schedule, spatial, stairs, units,
+    DiagnosticCode, Element, Geometry, Model, Opening, ReadError, ReadOptions, Severity, Source, Space, SpaceBoundary,
+    Stage, doors, geometry, georeference, schedule, spatial, stairs, units,
 };
+use diagnostics::Report;
 
 /// Reads everything that the file says.
 pub(crate) fn model(
@@ -103,7 +103,7 @@ fn unit(file: &File<'_>, has_geometry: bool, report: &mut Report) -> Result<Opti
         Err(why) if has_geometry => Err(ReadError::UnknownLengthUnit { why }),
         Err(why) => {
             let message = format!("the length unit is unknown ({why}); there is no geometry that needs it");
-            report.add(Severity::Warning, "length_unit_unknown", None, message);
+            report.add(Severity::Warning, DiagnosticCode::LengthUnitUnknown, None, message);
             Ok(None)
         }
     }
@@ -120,7 +120,9 @@ fn frames(
     for product in products.all() {
         match placements.of_product(&product.record) {
             Ok(frame) => drop(frame.map(|frame| frames.insert(product.record.id, frame))),
-            Err(why) => report.add(Severity::Error, "placement_unusable", Some(product.id.clone()), why.to_owned()),
+            Err(why) => {
+                report.add(Severity::Error, DiagnosticCode::PlacementUnusable, Some(product.id.clone()), why.to_owned())
+            }
         }
     }
     frames
@@ -241,7 +243,7 @@ mod tests {
     fn without_geometry_the_length_unit_does_not_matter() {
         let (model, diagnostics) = read(&file(BASICS).replace("(#105,#106)", "(#106)")).unwrap();
         assert!(model.source.length_unit_m == 0.0);
-        assert_eq!(diagnostics[0].code, "length_unit_unknown");
+        assert_eq!(diagnostics[0].code.name(), "length_unit_unknown");
     }
 
     #[test]

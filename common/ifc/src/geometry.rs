@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::boxes::{self, Extent, Extents};
 use crate::kernel::{File, ItemMesh, MeshRequest, Patch, Record, mesh as mesh_by_kernel};
-use crate::report::Report;
 use crate::representations::Body;
 use crate::units::{self, LengthUnit};
-use crate::{Geometry, GeometryStatus, MeshPart, Named, ReadError, ReadOptions, Severity, Stage, substitutes};
+use crate::{
+    DiagnosticCode, Geometry, GeometryStatus, MeshPart, Named, ReadError, ReadOptions, Severity, Stage, substitutes,
+};
+use diagnostics::Report;
 use nalgebra::{Affine3, Point3, Vector3};
 
 /// Farther from the origin nothing is built.
@@ -74,7 +76,7 @@ pub(crate) fn mesh(
             unplaced(product, report)
         } else if outcome.meshes.is_empty() && is_swallowed(product, &outcome.frame, &geometries, &mut extents) {
             let message = "its openings leave nothing of it".to_owned();
-            report.add(Severity::Info, "swallowed_by_openings", Some(product.id.clone()), message);
+            report.add(Severity::Info, DiagnosticCode::SwallowedByOpenings, Some(product.id.clone()), message);
             Geometry::default()
         } else {
             settle(file, product, outcome, &mut extents, report)
@@ -117,7 +119,12 @@ fn is_placed(product: &Bodied<'_, '_>, frames: &HashMap<u32, Affine3<f64>>) -> b
 /// Its shape may be fine, but nobody knows where it is: anywhere would be a phantom.
 fn unplaced(product: &Bodied<'_, '_>, report: &mut Report) -> Geometry {
     let why = "its placement cannot be resolved".to_owned();
-    report.add(Severity::Error, "geometry_failed", Some(product.id.clone()), format!("{why}; it is not drawn"));
+    report.add(
+        Severity::Error,
+        DiagnosticCode::GeometryFailed,
+        Some(product.id.clone()),
+        format!("{why}; it is not drawn"),
+    );
     Geometry { parts: Vec::new(), status: GeometryStatus::Failed { why } }
 }
 
@@ -191,7 +198,7 @@ fn settle(
         GeometryStatus::Failed { .. } => "nothing is known of its extent",
         _ => "the rest of it is drawn",
     };
-    report.add(severity, "geometry_failed", Some(product.id.clone()), format!("{why}; {drawn}"));
+    report.add(severity, DiagnosticCode::GeometryFailed, Some(product.id.clone()), format!("{why}; {drawn}"));
     Geometry { parts, status }
 }
 
@@ -200,12 +207,17 @@ fn report_doubts(product: &Bodied<'_, '_>, why: &str, empty: bool, report: &mut 
     let id = || Some(product.id.clone());
     if empty {
         let message = "its body consists of curves and points only and is not drawn".to_owned();
-        report.add(Severity::Info, "body_without_faces", id(), message);
+        report.add(Severity::Info, DiagnosticCode::BodyWithoutFaces, id(), message);
     } else if why.contains(DROPPED) || why.contains("refused") {
-        report.add(Severity::Warning, "geometry_incomplete", id(), format!("part of its body is missing: {why}"));
+        report.add(
+            Severity::Warning,
+            DiagnosticCode::GeometryIncomplete,
+            id(),
+            format!("part of its body is missing: {why}"),
+        );
     } else if why.contains("CSG") {
         let message = "a cut or boolean of its body needed a fallback and may be missing".to_owned();
-        report.add(Severity::Info, "boolean_doubtful", id(), message);
+        report.add(Severity::Info, DiagnosticCode::BooleanDoubtful, id(), message);
     }
 }
 
@@ -387,7 +399,7 @@ mod tests {
         let (geometry, diagnostics) = wall("#3", sweep);
         assert!(matches!(geometry.status, GeometryStatus::BoundingBox { .. }));
         assert!(height(&geometry) >= 5.0);
-        assert_eq!((diagnostics.len(), diagnostics[0].code), (1, "geometry_failed"));
+        assert_eq!((diagnostics.len(), diagnostics[0].code.name()), (1, "geometry_failed"));
     }
 
     #[test]
@@ -396,7 +408,7 @@ mod tests {
             let (model, diagnostics) =
                 read(&file(&format!("{BASICS}#1=IFCWALL('wall',$,'W',$,$,#2,#121,$,$);{placement}"))).unwrap();
             assert!(matches!(model.elements[0].geometry.status, GeometryStatus::Failed { .. }), "{placement}");
-            let codes: Vec<&str> = diagnostics.iter().map(|d| d.code).collect();
+            let codes: Vec<&str> = diagnostics.iter().map(|d| d.code.name()).collect();
             assert_eq!(codes, ["placement_unusable", "geometry_failed"]);
         }
     }
@@ -421,7 +433,7 @@ mod tests {
              #14=IFCRECTANGLEPROFILEDEF(.AREA.,$,#113,2.,1.);#15=IFCRELVOIDSELEMENT('v',$,$,$,#1,#10);",
         );
         assert_eq!(geometry.status, GeometryStatus::None);
-        assert_eq!(diagnostics[0].code, "swallowed_by_openings");
+        assert_eq!(diagnostics[0].code.name(), "swallowed_by_openings");
     }
 
     #[test]

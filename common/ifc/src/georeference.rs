@@ -7,9 +7,9 @@ use crate::kernel::{File, Record};
 use crate::products::named;
 use crate::psets::PropertySets;
 use crate::relations::Relations;
-use crate::report::Report;
 use crate::units::{self, LengthUnit};
-use crate::{Georeference, MapConversion, Named, Property, PropertyValue, Severity};
+use crate::{DiagnosticCode, Georeference, MapConversion, Named, Property, PropertyValue, Severity};
+use diagnostics::Report;
 
 /// Metres on the map per metre of the model. Projections stay within these bounds; a unit taken for another does not.
 const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
@@ -53,7 +53,9 @@ fn map_conversion(
         let written = operation(file, &record, unit).and_then(|written| in_metres(written, unit, report));
         match written {
             Ok(conversion) => return Some(conversion),
-            Err(why) => report.add(Severity::Warning, "map_conversion_unusable", Some(entity(&record)), why),
+            Err(why) => {
+                report.add(Severity::Warning, DiagnosticCode::MapConversionUnusable, Some(entity(&record)), why)
+            }
         }
     }
     let mut psets = PropertySets::new(file);
@@ -64,7 +66,7 @@ fn map_conversion(
         let Some(written) = property_sets(&properties, named(&record), file, unit) else { continue };
         match written.and_then(|written| in_metres(written, unit, report)) {
             Ok(conversion) => return Some(conversion),
-            Err(why) => report.add(Severity::Warning, "map_conversion_unusable", Some(named(&record)), why),
+            Err(why) => report.add(Severity::Warning, DiagnosticCode::MapConversionUnusable, Some(named(&record)), why),
         }
     }
     None
@@ -163,7 +165,7 @@ fn in_metres(written: Written, unit: &LengthUnit, report: &mut Report) -> Result
     // Many exporters leave Scale at 1 although the units differ.
     let scale = if are_scales(&literal) || !are_scales(&factors) { literal } else { factors };
     let mut warn = |message: String| {
-        report.add(Severity::Warning, "map_conversion_doubtful", Some(written.entity.clone()), message);
+        report.add(Severity::Warning, DiagnosticCode::MapConversionDoubtful, Some(written.entity.clone()), message);
     };
     if scale != literal {
         warn(format!(
@@ -221,7 +223,7 @@ mod tests {
              #3=IFCDIRECTION((0.5,0.8));#4=IFCUNITASSIGNMENT((#5));#5={unit};#6=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);{records}"
         ));
         let (model, diagnostics) = read_model(&text).unwrap();
-        (model.georeference, diagnostics.iter().map(|d| d.code).collect())
+        (model.georeference, diagnostics.iter().map(|d| d.code.name()).collect())
     }
 
     fn conversion(unit: &str, records: &str) -> (MapConversion, Vec<&'static str>) {

@@ -1,8 +1,8 @@
 //! STEP header and end mark: format, schema, completeness.
 
 use crate::kernel::{Record, Schema};
-use crate::report::Report;
-use crate::{ReadError, Severity};
+use crate::{DiagnosticCode, ReadError, Severity};
+use diagnostics::Report;
 
 /// Real headers are below 2 KiB.
 const HEADER_BYTES_MAX: usize = 1 << 20;
@@ -31,7 +31,7 @@ pub(crate) fn read(bytes: &[u8], report: &mut Report) -> Result<Header, ReadErro
     let schema = Schema::from_label(&label).ok_or_else(|| ReadError::UnsupportedSchema { schema: label.clone() })?;
     if schema.is_older {
         let text = format!("schema {label} is read as IFC2X3; entities that IFC2X3 does not have are reported");
-        report.add(Severity::Info, "schema_older", None, text);
+        report.add(Severity::Info, DiagnosticCode::SchemaOlder, None, text);
     }
     let tail = &bytes[bytes.len().saturating_sub(4096)..];
     if memchr::memmem::find(tail, b"END-ISO-10303-21").is_none() {
@@ -40,7 +40,7 @@ pub(crate) fn read(bytes: &[u8], report: &mut Report) -> Result<Header, ReadErro
     for statement in ["FILE_DESCRIPTION", "FILE_NAME"] {
         if parse(head, statement).is_none() {
             let text = format!("{statement} in the header is missing or not written as STEP demands; it is not needed");
-            report.add(Severity::Info, "header_malformed", None, text);
+            report.add(Severity::Info, DiagnosticCode::HeaderMalformed, None, text);
         }
     }
     Ok(Header { label, schema })

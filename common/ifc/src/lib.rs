@@ -18,7 +18,6 @@ mod error;
 mod geometry;
 mod georeference;
 mod header;
-mod ids;
 mod kernel;
 mod materials;
 mod model;
@@ -27,7 +26,6 @@ mod placement;
 mod products;
 mod psets;
 mod relations;
-mod report;
 mod representations;
 mod schedule;
 mod spatial;
@@ -38,11 +36,11 @@ mod testing;
 mod units;
 
 pub use container::unpack;
+pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Severity};
 pub use error::ReadError;
-pub use ids::Named;
 pub use model::{
-    Diagnostic, Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model,
-    Opening, Placement, Property, PropertyValue, Severity, Source, Space, SpaceBoundary, Stair, Storey,
+    Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
+    Placement, Property, PropertyValue, Source, Space, SpaceBoundary, Stair, Storey,
 };
 pub use options::{Progress, ReadOptions, Stage};
 pub use schedule::{
@@ -57,7 +55,7 @@ pub use schedule::{
 /// # Errors
 /// Nothing could be made of the file: see [`ReadError`].
 pub fn read(bytes: &[u8], options: &ReadOptions<'_>) -> Result<(Model, Vec<Diagnostic>), ReadError> {
-    let mut report = report::Report::default();
+    let mut report = diagnostics::Report::default();
     let bytes = unpack(bytes)?;
     let header = header::read(&bytes, &mut report)?;
     let file = kernel::File::scan(&bytes, header.schema, &mut report)?;

@@ -69,8 +69,8 @@ fn collect(file: &File<'_>, id: u32, depth: usize, names: &mut Vec<String>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Report;
     use crate::testing::{file, with_file};
+    use diagnostics::Report;
 
     #[test]
     fn names_are_found_through_layers_and_through_the_type() {

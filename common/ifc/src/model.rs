@@ -1,6 +1,6 @@
 //! The model of one file: elements, spaces, storeys, doors, stairs, properties; SI units, IFC world coordinates.
 
-use crate::ids::Named;
+use crate::Named;
 use crate::schedule::Schedule;
 
 /// One file, read.
@@ -278,28 +278,4 @@ pub struct SpaceBoundary {
     pub space: usize,
     /// Index into [`Model::elements`].
     pub element: usize,
-}
-
-/// Something about the file that somebody should know.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Diagnostic {
-    /// How bad it is.
-    pub severity: Severity,
-    /// Stable word for programs, e.g. `geometry_failed`.
-    pub code: &'static str,
-    /// The entity, if one is meant.
-    pub entity: Option<Named>,
-    /// One sentence for people, a lower-case phrase without a full stop.
-    pub message: String,
-}
-
-/// How bad a diagnostic is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// For the record.
-    Info,
-    /// The product is right, but somebody should look.
-    Warning,
-    /// Something is missing from the product.
-    Error,
 }

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::kernel::{Class, File, Record};
 use crate::relations::Relations;
-use crate::report::Report;
-use crate::{Named, Severity};
+use crate::{DiagnosticCode, Named, Severity};
+use diagnostics::Report;
 
 /// A product with its record at hand.
 pub(crate) struct Product<'f, 'a> {
@@ -66,7 +66,7 @@ fn report_proxies(file: &File<'_>, report: &mut Report) {
     let proxies = products(file, "IfcProxy", report);
     for proxy in proxies.into_iter().filter(|p| p.record.at(6).reference().is_some()) {
         let message = "an IfcProxy is no IfcElement: its shape is not drawn".to_owned();
-        report.add(Severity::Warning, "proxy_not_drawn", Some(proxy.id), message);
+        report.add(Severity::Warning, DiagnosticCode::ProxyNotDrawn, Some(proxy.id), message);
     }
 }
 
@@ -75,7 +75,7 @@ fn report_repeated_ids(elements: &[Product<'_, '_>], report: &mut Report) {
     for element in elements {
         if let Some(first) = seen.insert(&element.id.global_id, element.id.step_id) {
             let message = format!("GlobalId {} is used by #{first} as well", element.id.global_id);
-            report.add(Severity::Warning, "duplicate_global_id", Some(element.id.clone()), message);
+            report.add(Severity::Warning, DiagnosticCode::DuplicateGlobalId, Some(element.id.clone()), message);
         }
     }
 }

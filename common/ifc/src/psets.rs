@@ -108,8 +108,8 @@ fn joined(values: &[Value<'_>]) -> Option<PropertyValue> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Report;
     use crate::testing::{file, with_file};
+    use diagnostics::Report;
 
     #[test]
     fn occurrence_properties_come_first_and_override_those_of_the_type() {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::kernel::File;
-use crate::report::Report;
+use diagnostics::Report;
 
 /// The relations of a file. Where a file states one twice, the first counts.
 #[derive(Default)]

@@ -6,8 +6,8 @@ use crate::affine::origin;
 use crate::kernel::File;
 use crate::placement::Placements;
 use crate::relations::Relations;
-use crate::report::Report;
-use crate::{Named, Severity, Storey};
+use crate::{DiagnosticCode, Named, Severity, Storey};
+use diagnostics::Report;
 
 /// Finds the storey of any product.
 pub(crate) struct Storeys<'r> {
@@ -43,7 +43,12 @@ pub(crate) fn storeys(
         let id = crate::products::named(&record);
         let placement = placements.as_mut().map_or(Ok(None), |placements| placements.of_product(&record));
         let placement = placement.unwrap_or_else(|why| {
-            report.add(Severity::Warning, "placement_unusable", Some(id.clone()), format!("storey: {why}"));
+            report.add(
+                Severity::Warning,
+                DiagnosticCode::PlacementUnusable,
+                Some(id.clone()),
+                format!("storey: {why}"),
+            );
             None
         });
         let placement_z_m = placement.map(|p| origin(&p).z);

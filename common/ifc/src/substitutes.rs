@@ -400,7 +400,7 @@ mod tests {
             let text = building(schema);
             assert_eq!(bodies(&text), expected, "{schema}");
             let (model, diagnostics) = read(&text).unwrap();
-            assert_eq!((model.source.schema.as_str(), diagnostics[0].code), (schema, "schema_older"));
+            assert_eq!((model.source.schema.as_str(), diagnostics[0].code.name()), (schema, "schema_older"));
         }
     }
 

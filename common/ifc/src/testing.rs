@@ -2,7 +2,7 @@
 
 use crate::header;
 use crate::kernel::File;
-use crate::report::Report;
+use diagnostics::Report;
 
 /// A complete IFC4 file around the records.
 pub(crate) fn file(records: &str) -> String {

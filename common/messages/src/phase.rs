@@ -2,10 +2,10 @@
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
 use crate::archive_writer::ArchiveWriter;
+use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::payload;
-use crate::site_builder::TextPool;
-use crate::site_records::DiagnosticRecord;
 use crate::tag::{Tag, check_tags};
+use crate::text_pool::TextPool;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use frames::PlanTime;
 
@@ -257,7 +257,8 @@ impl<'a> Phase<'a> {
         check_tags(phase.planned.iter().chain(phase.effective).copied(), "state of an element")?;
         check_tags(phase.spaces.iter().map(|s| s.state), "state of a space")?;
         check_tags(phase.schedule.iter().map(|s| s.source), "source of dates")?;
-        let diagnostics = phase.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
+        check_diagnostics(phase.diagnostics)?;
+        let diagnostics = phase.diagnostics.iter().flat_map(DiagnosticRecord::texts);
         let texts = phase.spaces.iter().map(|s| s.why).chain(diagnostics);
         let n_elements = phase.planned.len();
         let fits =

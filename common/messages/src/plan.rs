@@ -2,11 +2,11 @@
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList};
 use crate::archive_writer::ArchiveWriter;
+use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::payload;
 use crate::plan_records::*;
-use crate::site_builder::TextPool;
-use crate::site_records::DiagnosticRecord;
 use crate::tag::check_tags;
+use crate::text_pool::TextPool;
 
 mod section {
     pub(super) const HEAD: u32 = 1;
@@ -110,7 +110,8 @@ impl<'a> Plan<'a> {
         check_tags(self.waypoints.iter().map(|w| w.kind), "kind of waypoint")?;
         check_tags(self.spaces.iter().map(|s| s.why), "reason for having no waypoint")?;
         check_tags(self.nodes.iter().map(|n| n.kind), "kind of node")?;
-        check_tags(self.edges.iter().map(|e| e.kind), "kind of edge")
+        check_tags(self.edges.iter().map(|e| e.kind), "kind of edge")?;
+        check_diagnostics(self.diagnostics)
     }
 
     fn check_waypoints(&self) -> Result<(), ArchiveError> {
@@ -123,7 +124,7 @@ impl<'a> Plan<'a> {
             && self.tour_points.as_flattened().iter().all(|c| c.is_finite())
             && self.points.as_flattened().iter().all(|c| c.is_finite())
             && self.floor_parts.iter().flat_map(|p| [p.area_m2, p.room_m2, p.at_m[0], p.at_m[1]]).all(f64::is_finite);
-        let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
+        let diagnostics = self.diagnostics.iter().flat_map(DiagnosticRecord::texts);
         let mut texts = self.spaces.iter().map(|s| s.reason).chain(diagnostics);
         let whole = texts.all(|t| {
             self.strings.get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize)).is_some()

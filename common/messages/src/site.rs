@@ -1,6 +1,7 @@
 //! The view of the `site` archive.
 
 use crate::archive::{Archive, ArchiveError, ArchiveKind, NONE, Text};
+use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::robot::Opens;
 use crate::schedule_records::*;
 use crate::site_records::*;
@@ -207,6 +208,7 @@ impl<'a> Site<'a> {
         check_tags(self.sequences.iter().map(|s| s.lag_kind), "kind of duration")?;
         check_tags(self.sequences.iter().map(|s| s.kind), "kind of sequence")?;
         check_tags(self.task_links.iter().map(|l| l.kind), "kind of link")?;
+        check_diagnostics(self.diagnostics)?;
         let is_door_operation = |d: &DoorRecord| d.opens == 0 || Opens::ALL.iter().any(|o| *o as u32 == d.opens);
         if self.doors.iter().all(is_door_operation) {
             Ok(())
@@ -364,7 +366,7 @@ impl<'a> Site<'a> {
             self.elements.iter().flat_map(|e| [e.global_id, e.name, e.ifc_type, e.lineage, e.predefined_type]);
         let spaces = self.spaces.iter().flat_map(|s| [s.global_id, s.name, s.long_name, s.predefined_type]);
         let attributes = self.attributes.iter().flat_map(|a| [a.set, a.name, a.text]);
-        let diagnostics = self.diagnostics.iter().flat_map(|d| [d.code, d.global_id, d.name, d.message]);
+        let diagnostics = self.diagnostics.iter().flat_map(DiagnosticRecord::texts);
         let others =
             self.sources.iter().flat_map(|s| [s.file, s.schema]).chain([self.head.earth_crs, self.head.earth_unit]);
         let others = others

@@ -2,39 +2,12 @@
 
 use crate::archive::{ArchiveBuffer, ArchiveKind, SectionList, Text};
 use crate::archive_writer::ArchiveWriter;
+use crate::diagnostic_record::DiagnosticRecord;
 use crate::payload;
 use crate::schedule_records::*;
 use crate::site_records::*;
+use crate::text_pool::TextPool;
 use geometry::MeshView;
-use std::collections::HashMap;
-
-/// Texts of an archive, each kept once.
-#[derive(Debug, Default)]
-pub struct TextPool {
-    bytes: String,
-    known: HashMap<String, Text>,
-}
-
-impl TextPool {
-    /// The place of a text.
-    pub fn add(&mut self, text: &str) -> Text {
-        if text.is_empty() {
-            return Text::default();
-        }
-        if let Some(&known) = self.known.get(text) {
-            return known;
-        }
-        let at = Text { offset: self.bytes.len() as u32, length: text.len() as u32 };
-        self.bytes.push_str(text);
-        self.known.insert(text.to_owned(), at);
-        at
-    }
-
-    /// All bytes.
-    pub(crate) fn bytes(&self) -> &[u8] {
-        self.bytes.as_bytes()
-    }
-}
 
 /// Records of a `site` archive to be; sections as in [`crate::Site`].
 #[derive(Debug, Default)]

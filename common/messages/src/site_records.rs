@@ -476,26 +476,3 @@ pub enum AttributeKind {
     /// True or false.
     Boolean = 3,
 }
-
-/// Something about the input that somebody should know.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
-#[repr(C)]
-pub struct DiagnosticRecord {
-    /// Stable word for programs.
-    pub code: Text,
-    /// GlobalId of the entity meant, or empty.
-    pub global_id: Text,
-    /// Name of the entity meant, or empty.
-    pub name: Text,
-    /// One sentence for people.
-    pub message: Text,
-    /// 0 info, 1 warning, 2 error.
-    pub severity: u32,
-    /// STEP id of the entity meant, or 0.
-    pub step_id: u32,
-    /// Index of the file, or `NONE`.
-    pub source: u32,
-    /// Zero.
-    pub reserved: u32,
-}
-const _: () = assert!(size_of::<DiagnosticRecord>() == 48);

@@ -121,6 +121,8 @@ fn a_site_with_an_unknown_kind_of_anything_is_refused() {
         (place_of(&archive, &sequence.lag_kind), "kind of duration"),
         (place_of(&archive, &sequence.kind), "kind of sequence"),
         (place_of(&archive, &view.task_links[0].kind), "kind of link"),
+        (place_of(&archive, &view.diagnostics[0].code), "code of a diagnostic"),
+        (place_of(&archive, &view.diagnostics[0].severity), "severity"),
     ];
     check_tags(&archive, |bytes| Site::open(bytes).map(|_| ()), &fields);
 }
@@ -136,6 +138,8 @@ fn a_phase_with_an_unknown_state_is_refused() {
         (states[1], "state of an element"),
         (place_of(&archive, &view.spaces[0].state), "state of a space"),
         (place_of(&archive, &view.schedule[0].source), "source of dates"),
+        (place_of(&archive, &view.diagnostics[0].code), "code of a diagnostic"),
+        (place_of(&archive, &view.diagnostics[0].severity), "severity"),
     ];
     check_tags(&archive, |bytes| Phase::open(bytes).map(|_| ()), &fields);
 }
@@ -165,6 +169,8 @@ fn a_plan_with_an_unknown_kind_is_refused() {
         (place_of(&archive, &view.spaces[0].why), "reason for having no waypoint"),
         (place_of(&archive, &view.nodes[0].kind), "kind of node"),
         (place_of(&archive, &view.edges[0].kind), "kind of edge"),
+        (place_of(&archive, &view.diagnostics[0].code), "code of a diagnostic"),
+        (place_of(&archive, &view.diagnostics[0].severity), "severity"),
     ];
     check_tags(&archive, |bytes| Plan::open(bytes).map(|_| ()), &fields);
 }

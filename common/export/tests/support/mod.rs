@@ -179,15 +179,21 @@ fn site() -> ArchiveBuffer {
             ..Zeroable::zeroed()
         });
     }
-    let (code, message) = (b.texts.add("clear_width_assumed"), b.texts.add("the file does not say how wide it opens"));
-    let diagnostic = DiagnosticRecord { code, message, severity: 1, step_id: 42, ..Zeroable::zeroed() };
+    let diagnostic = DiagnosticRecord {
+        code: DiagnosticCode::DoorOperationUnknown.into(),
+        severity: Severity::Warning.into(),
+        message: b.texts.add("the file does not say how it opens"),
+        step_id: 42,
+        ..Zeroable::zeroed()
+    };
     b.diagnostics.push(diagnostic);
     b.finish()
 }
 
 /// Wall in the lowest row, the door in its second cell, free room above, nothing in the last column.
 fn grid() -> ArchiveBuffer {
-    let head = GridHead { cell_tenths: 5_000, width: 7, height: 5, floor_z_tenths: 1_000, ..Zeroable::zeroed() };
+    let floor = FloorKind::Built.into();
+    let head = GridHead { cell_tenths: 5_000, width: 7, height: 5, floor_z_tenths: 1_000, floor, ..GridHead::EMPTY };
     let mut buffer = ArchiveBuffer::zeroed(GridWriter::len_of(35));
     let mut writer = GridWriter::new(buffer.bytes_mut(), &head);
     let layers = writer.layers();

@@ -8,8 +8,8 @@ use ifc_lite_core::{EntityDecoder, EntityIndex, EntityScanner};
 use frames::counted;
 
 use super::{Record, Schema};
-use crate::report::{Report, bare};
-use crate::{ReadError, Severity};
+use crate::{DiagnosticCode, Named, ReadError, Severity};
+use diagnostics::Report;
 
 /// Where a record stands.
 #[derive(Debug, Clone, Copy)]
@@ -102,11 +102,11 @@ impl<'a> File<'a> {
         if scanner.skipped_oversized_ids() > 0 {
             let message =
                 format!("{} with an id above 4294967295 left out", counted(scanner.skipped_oversized_ids(), "record"));
-            report.add(Severity::Error, "id_too_large", None, message);
+            report.add(Severity::Error, DiagnosticCode::IdTooLarge, None, message);
         }
         for span in &superseded {
             let message = format!("#{} is used more than once; its last record counts", span.id);
-            report.add(Severity::Warning, "duplicate_id", bare(span.id), message);
+            report.add(Severity::Warning, DiagnosticCode::DuplicateId, Some(Named::of_id(span.id)), message);
         }
         for entity in unknown {
             entity.report(bytes, report);
@@ -140,7 +140,7 @@ impl<'a> File<'a> {
         let record = Record::parse(&self.bytes[span.start..span.end]);
         if record.is_none() {
             let message = format!("record #{} cannot be read and is skipped", span.id);
-            report.add(Severity::Error, "record_malformed", bare(span.id), message);
+            report.add(Severity::Error, DiagnosticCode::RecordMalformed, Some(Named::of_id(span.id)), message);
         }
         record
     }
@@ -242,7 +242,7 @@ impl Unknown<'_> {
         let severity = if is_rooted { Severity::Warning } else { Severity::Info };
         let others = if self.n > 1 { format!(" and {} more", self.n - 1) } else { String::new() };
         let message = format!("{} #{}{others}: no IFC schema has this entity; it is skipped", self.keyword, first.id);
-        report.add(severity, "unknown_entity", bare(first.id), message);
+        report.add(severity, DiagnosticCode::UnknownEntity, Some(Named::of_id(first.id)), message);
     }
 }
 
@@ -253,6 +253,6 @@ fn report_damage(bytes: &[u8], at: usize, last_end: usize, report: &mut Report) 
         return Err(ReadError::UnclosedRecord { begins });
     }
     let message = format!("the record that begins with {begins:?} is damaged; it and perhaps others are skipped");
-    report.add(Severity::Error, "record_malformed", None, message);
+    report.add(Severity::Error, DiagnosticCode::RecordMalformed, None, message);
     Ok(())
 }

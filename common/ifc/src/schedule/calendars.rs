@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use super::context::{Context, tell};
 use super::model::{Recurrence, RecurrenceType, WorkCalendar, WorkTime};
-use crate::Severity;
 use crate::kernel::{File, Record, Value};
 use crate::products::named;
-use crate::report::Report;
+use crate::{DiagnosticCode, Severity};
+use diagnostics::Report;
 
 /// Work times and exceptions of a calendar that are read: holidays of many years.
 const WORK_TIMES_MAX: usize = 1_000;
@@ -27,7 +27,7 @@ pub(super) fn calendars(context: &Context<'_, '_>, report: &mut Report) -> (Vec<
             if ids.len() > WORK_TIMES_MAX {
                 let message =
                     format!("{name} has {} members; those behind the first {WORK_TIMES_MAX} are left out", ids.len());
-                tell(report, Severity::Error, "calendar_unreadable", &id, message);
+                tell(report, Severity::Error, DiagnosticCode::CalendarUnreadable, &id, message);
                 ids.truncate(WORK_TIMES_MAX);
             }
             let read = |id| {
@@ -41,7 +41,7 @@ pub(super) fn calendars(context: &Context<'_, '_>, report: &mut Report) -> (Vec<
                     Ok(time) => times.push(time),
                     Err(why) => {
                         let message = format!("{name} #{time} is left out: {why}");
-                        tell(report, Severity::Error, "calendar_unreadable", &id, message);
+                        tell(report, Severity::Error, DiagnosticCode::CalendarUnreadable, &id, message);
                     }
                 }
             }
@@ -163,7 +163,7 @@ mod tests {
     fn first(schema: &str, records: &str) -> (WorkCalendar, Vec<String>) {
         let text = file_of(schema, &format!("#1=IFCWORKCALENDAR('c',$,'C',$,$,$,(#2),(#3),.FIRSTSHIFT.);{records}"));
         let (mut model, diagnostics) = read(&text).unwrap();
-        let found = diagnostics.into_iter().filter(|d| d.code == "calendar_unreadable").map(|d| d.message);
+        let found = diagnostics.into_iter().filter(|d| d.code.name() == "calendar_unreadable").map(|d| d.message);
         (model.schedule.calendars.remove(0), found.collect())
     }
 

@@ -1,9 +1,8 @@
 //! Context shared by the parts of the schedule reader.
 
-use crate::ids::Named;
 use crate::kernel::File;
-use crate::model::Severity;
-use crate::report::Report;
+use crate::{DiagnosticCode, Named, Severity};
+use diagnostics::Report;
 use std::collections::HashMap;
 
 /// What every part of the reader needs.
@@ -17,6 +16,6 @@ pub(super) struct Context<'c, 'a> {
 }
 
 /// A diagnostic that names an entity.
-pub(super) fn tell(report: &mut Report, severity: Severity, code: &'static str, id: &Named, message: String) {
+pub(super) fn tell(report: &mut Report, severity: Severity, code: DiagnosticCode, id: &Named, message: String) {
     report.add(severity, code, Some(id.clone()), message);
 }

@@ -7,8 +7,8 @@ use super::model::{LinkTarget, TaskLink};
 use crate::kernel::File;
 use crate::products::Products;
 use crate::relations::Relations;
-use crate::report::Report;
-use crate::{Severity, Storey};
+use crate::{DiagnosticCode, Severity, Storey};
+use diagnostics::Report;
 
 /// Links that a schedule may have: tasks at whole buildings multiply.
 const LINKS_MAX: usize = 4_000_000;
@@ -30,7 +30,7 @@ pub(super) fn links(
         }
         if links.len() + found.len() > LINKS_MAX {
             let message = format!("there are more than {LINKS_MAX} links; those of this and later tasks are left out");
-            tell(report, Severity::Error, "task_links_too_many", &context.task_ids[task], message);
+            tell(report, Severity::Error, DiagnosticCode::TaskLinksTooMany, &context.task_ids[task], message);
             break;
         }
         links.extend(found.iter().map(|&(target, from_above)| TaskLink { task, target, is_input, from_above }));
@@ -49,7 +49,7 @@ fn pairs(context: &Context<'_, '_>, report: &mut Report) -> Vec<(usize, u32, boo
             (Some(product), _) => pairs.extend(tasks.into_iter().map(|t| (t, product, false))),
             (None, Some(first)) => {
                 let message = format!("#{} says that it works on nothing", relation.id);
-                tell(report, Severity::Error, "task_link_dangling", &context.task_ids[*first], message);
+                tell(report, Severity::Error, DiagnosticCode::TaskLinkDangling, &context.task_ids[*first], message);
             }
             (None, None) => {}
         }
@@ -75,12 +75,12 @@ fn report_target(context: &Context<'_, '_>, task: usize, product: u32, report: &
     match file.record(product) {
         None => {
             let message = format!("the task works on #{product}, which does not exist");
-            tell(report, Severity::Error, "task_link_dangling", id, message);
+            tell(report, Severity::Error, DiagnosticCode::TaskLinkDangling, id, message);
         }
         Some(record) => {
             let kind = file.schema.lineage(record.keyword).first().copied().unwrap_or("an unknown entity");
             let message = format!("the task works on #{product} ({kind}), which has no state of its own");
-            tell(report, Severity::Warning, "task_link_without_state", id, message);
+            tell(report, Severity::Warning, DiagnosticCode::TaskLinkWithoutState, id, message);
         }
     }
 }
@@ -181,7 +181,7 @@ mod tests {
         )))
         .unwrap();
         let links = model.schedule.links.iter().map(|l| (l.target, l.is_input, l.from_above)).collect();
-        (links, diagnostics.iter().map(|d| d.code).filter(|c| c.starts_with("task")).collect())
+        (links, diagnostics.iter().map(|d| d.code.name()).filter(|c| c.starts_with("task")).collect())
     }
 
     #[test]

@@ -19,8 +19,8 @@ use std::collections::HashMap;
 use crate::kernel::File;
 use crate::products::{Products, named};
 use crate::relations::Relations;
-use crate::report::Report;
 use crate::{Storey, units};
+use diagnostics::Report;
 
 /// Reads the schedule; nothing where there is none.
 pub(crate) fn read(

@@ -3,10 +3,10 @@
 use super::context::{Context, tell};
 use super::model::{DurationType, Lag, LagValue, Sequence, SequenceType};
 use super::times;
-use crate::Severity;
 use crate::kernel::Record;
 use crate::products::named;
-use crate::report::Report;
+use crate::{DiagnosticCode, Severity};
+use diagnostics::Report;
 
 /// IfcRelSequence between tasks that exist; others are reported and dropped.
 pub(super) fn sequences(context: &Context<'_, '_>, report: &mut Report) -> Vec<Sequence> {
@@ -19,7 +19,7 @@ pub(super) fn sequences(context: &Context<'_, '_>, report: &mut Report) -> Vec<S
             let missing = ends.iter().zip(tasks).find(|(_, task)| task.is_none()).and_then(|(end, _)| *end);
             let what = missing.map_or("nothing".to_owned(), |id| format!("#{id}, which is no task of the file"));
             let message = format!("the sequence ends at {what}; it is dropped");
-            tell(report, Severity::Error, "sequence_dangling", &id, message);
+            tell(report, Severity::Error, DiagnosticCode::SequenceDangling, &id, message);
             continue;
         };
         let kind = match relation.at(7).enumeration().unwrap_or_default().to_ascii_uppercase().as_str() {
@@ -28,7 +28,7 @@ pub(super) fn sequences(context: &Context<'_, '_>, report: &mut Report) -> Vec<S
             "FINISH_FINISH" => SequenceType::FinishFinish,
             "USERDEFINED" => {
                 let message = "its type is user-defined; it is taken as FINISH_START".to_owned();
-                tell(report, Severity::Info, "sequence_user_defined", &id, message);
+                tell(report, Severity::Info, DiagnosticCode::SequenceUserDefined, &id, message);
                 SequenceType::FinishStart
             }
             _ => SequenceType::FinishStart,
@@ -50,7 +50,13 @@ fn lag(context: &Context<'_, '_>, relation: &Record<'_>, id: &crate::Named, repo
                 duration_type: DurationType::ElapsedTime,
             }),
             Err(why) => {
-                tell(report, Severity::Error, "time_unit_unknown", id, format!("its lag is skipped, because {why}"));
+                tell(
+                    report,
+                    Severity::Error,
+                    DiagnosticCode::TimeUnitUnknown,
+                    id,
+                    format!("its lag is skipped, because {why}"),
+                );
                 None
             }
         };
@@ -58,7 +64,7 @@ fn lag(context: &Context<'_, '_>, relation: &Record<'_>, id: &crate::Named, repo
     let lag_id = relation.at(6).reference()?;
     let Some(lag) = file.short_record_of(lag_id, "IFCLAGTIME") else {
         let message = format!("its lag #{lag_id} is missing or no IfcLagTime; there is none");
-        tell(report, Severity::Error, "lag_missing", id, message);
+        tell(report, Severity::Error, DiagnosticCode::LagMissing, id, message);
         return None;
     };
     let value = file.attribute(&lag, "LagValue");
@@ -67,7 +73,7 @@ fn lag(context: &Context<'_, '_>, relation: &Record<'_>, id: &crate::Named, repo
         (None, Some(ratio)) => LagValue::Ratio(ratio),
         (None, None) => {
             let message = format!("its lag #{lag_id} has no value that can be read; there is none");
-            tell(report, Severity::Error, "lag_missing", id, message);
+            tell(report, Severity::Error, DiagnosticCode::LagMissing, id, message);
             return None;
         }
     };
@@ -83,7 +89,7 @@ mod tests {
 
     fn first(records: &str) -> (Option<Sequence>, Vec<&'static str>) {
         let (mut model, diagnostics) = read(&file(&format!("{TASKS}{records}"))).unwrap();
-        let codes = diagnostics.iter().map(|d| d.code).filter(|c| !c.starts_with("length"));
+        let codes = diagnostics.iter().map(|d| d.code.name()).filter(|c| !c.starts_with("length"));
         (model.schedule.sequences.pop(), codes.collect())
     }
 

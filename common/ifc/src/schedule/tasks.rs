@@ -5,11 +5,11 @@ use std::collections::HashMap;
 use super::context::{Context, tell};
 use super::model::{Task, TaskTime, WorkControl};
 use super::times;
-use crate::Severity;
 use crate::kernel::Record;
 use crate::products::named;
 use crate::relations::Relations;
-use crate::report::Report;
+use crate::{DiagnosticCode, Severity};
+use diagnostics::Report;
 
 /// A task by its own attributes and those of its type.
 pub(super) fn task(context: &Context<'_, '_>, relations: &Relations, record: &Record<'_>, report: &mut Report) -> Task {
@@ -21,12 +21,12 @@ pub(super) fn task(context: &Context<'_, '_>, relations: &Relations, record: &Re
         let found = once.or_else(|| {
             let recurring = file.short_record_of(time, "IFCTASKTIMERECURRING")?;
             let message = "its time recurs; only the first time counts".to_owned();
-            tell(report, Severity::Warning, "task_time_recurring", &id, message);
+            tell(report, Severity::Warning, DiagnosticCode::TaskTimeRecurring, &id, message);
             Some(recurring)
         });
         if found.is_none() {
             let message = format!("its time #{time} is missing or no IfcTaskTime");
-            tell(report, Severity::Error, "task_time_missing", &id, message);
+            tell(report, Severity::Error, DiagnosticCode::TaskTimeMissing, &id, message);
         }
         found.map(|t| times::task_time(file, &t, &id, report))
     });
@@ -83,7 +83,7 @@ pub(super) fn nest(context: &Context<'_, '_>, tasks: &mut [Task], report: &mut R
             Some(first) if first != whole => {
                 let names = [first, whole].map(|k| &tasks[k].id.name);
                 let message = format!("it is nested in {:?} and in {:?}; the first counts", names[0], names[1]);
-                tell(report, Severity::Warning, "task_nested_twice", &tasks[part].id.clone(), message);
+                tell(report, Severity::Warning, DiagnosticCode::TaskNestedTwice, &tasks[part].id.clone(), message);
             }
             Some(_) => {}
         }
@@ -111,7 +111,7 @@ fn break_circles(tasks: &mut [Task], report: &mut Report) {
                 chain.iter().skip_while(|t| **t != closing).take(8).map(|t| format!("{:?}", tasks[*t].id.name));
             let names: Vec<String> = circle.collect();
             let message = format!("tasks are nested in a circle: {}; the last link is dropped", names.join(", "));
-            tell(report, Severity::Error, "task_nesting_circle", &tasks[last].id.clone(), message);
+            tell(report, Severity::Error, DiagnosticCode::TaskNestingCircle, &tasks[last].id.clone(), message);
         }
         chain.into_iter().for_each(|task| seen[task] = 2);
     }
@@ -135,7 +135,7 @@ pub(super) fn assign(
         let (schedule, calendar) = (of_control(control_idx), of_control(calendar_idx));
         if let Some(control) = control.filter(|id| !members.is_empty() && file.record(*id).is_none()) {
             let message = format!("it is assigned to #{control}, which does not exist");
-            tell(report, Severity::Error, "task_control_dangling", &tasks[members[0]].id.clone(), message);
+            tell(report, Severity::Error, DiagnosticCode::TaskControlDangling, &tasks[members[0]].id.clone(), message);
         }
         let time = file.attribute(&relation, "TimeForTask").reference();
         let time = time.map(|id| (id, file.short_record_of(id, "IFCSCHEDULETIMECONTROL")));
@@ -149,7 +149,7 @@ pub(super) fn assign(
                 && first != second
             {
                 let message = "it is assigned to two calendars; the first counts".to_owned();
-                tell(report, Severity::Warning, "task_calendar_twice", &task.id, message);
+                tell(report, Severity::Warning, DiagnosticCode::TaskCalendarTwice, &task.id, message);
             }
             task.calendar = task.calendar.or(calendar);
             match &time {
@@ -159,7 +159,7 @@ pub(super) fn assign(
                 }
                 Some((id, None)) => {
                     let message = format!("its time #{id} is missing or no IfcScheduleTimeControl");
-                    tell(report, Severity::Error, "task_time_missing", &task.id, message);
+                    tell(report, Severity::Error, DiagnosticCode::TaskTimeMissing, &task.id, message);
                 }
                 _ => {}
             }
@@ -173,7 +173,7 @@ mod tests {
     use crate::testing::{file, file_of, read};
 
     fn codes(diagnostics: &[crate::Diagnostic]) -> Vec<&'static str> {
-        diagnostics.iter().map(|d| d.code).filter(|c| c.starts_with("ta") || c.starts_with("time")).collect()
+        diagnostics.iter().map(|d| d.code.name()).filter(|c| c.starts_with("ta") || c.starts_with("time")).collect()
     }
 
     #[test]

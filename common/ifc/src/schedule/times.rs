@@ -2,10 +2,10 @@
 
 use super::context::{Context, tell};
 use super::model::{DurationType, TaskTime};
-use crate::Severity;
-use crate::ids::Named;
+use crate::Named;
 use crate::kernel::{File, Record, Value};
-use crate::report::Report;
+use crate::{DiagnosticCode, Severity};
+use diagnostics::Report;
 
 /// An IfcTaskTime: dates and durations are texts already.
 pub(super) fn task_time(file: &File<'_>, time: &Record<'_>, owner: &Named, report: &mut Report) -> TaskTime {
@@ -14,7 +14,7 @@ pub(super) fn task_time(file: &File<'_>, time: &Record<'_>, owner: &Named, repor
         let text = value.text().map(|t| t.trim().to_owned());
         if text.is_none() && *value != Value::Null {
             let message = format!("{name} of its time #{} is no text, and is skipped", time.id);
-            tell(report, Severity::Error, "date_entity_unreadable", owner, message);
+            tell(report, Severity::Error, DiagnosticCode::DateEntityUnreadable, owner, message);
         }
         text.unwrap_or_default()
     };
@@ -46,7 +46,7 @@ pub(super) fn time_control(
         (Some(count), Ok(unit_s)) => duration_text(count * unit_s),
         (Some(_), Err(why)) => {
             let message = format!("its duration is skipped, because {why}");
-            tell(report, Severity::Error, "time_unit_unknown", owner, message);
+            tell(report, Severity::Error, DiagnosticCode::TimeUnitUnknown, owner, message);
             String::new()
         }
     };
@@ -91,7 +91,7 @@ pub(super) fn date(file: &File<'_>, value: &Value<'_>, owner: &Named, report: &m
     let found = found.and_then(|record| date_entity(file, &record));
     found.unwrap_or_else(|| {
         let message = format!("#{id} is no date that can be read, and is skipped");
-        tell(report, Severity::Error, "date_entity_unreadable", owner, message);
+        tell(report, Severity::Error, DiagnosticCode::DateEntityUnreadable, owner, message);
         String::new()
     })
 }
@@ -152,7 +152,7 @@ mod tests {
         );
         let (model, diagnostics) = read(&text).unwrap();
         let time = model.schedule.tasks[0].time.clone().unwrap();
-        (time.schedule_start, diagnostics.iter().map(|d| d.code).filter(|c| c.starts_with("date")).collect())
+        (time.schedule_start, diagnostics.iter().map(|d| d.code.name()).filter(|c| c.starts_with("date")).collect())
     }
 
     #[test]

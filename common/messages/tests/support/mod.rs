@@ -66,6 +66,8 @@ pub(crate) fn site() -> ArchiveBuffer {
         map_storey: NONE,
         ..Zeroable::zeroed()
     });
+    let diagnostic = diagnostic(&mut b.texts);
+    b.diagnostics.push(diagnostic);
     b.boundaries.push(BoundaryRecord { space: 0, element: 1 });
     let task = TaskRecord { name: text, parent: NONE, control: NONE, calendar: NONE, ..Zeroable::zeroed() };
     b.tasks = vec![task, TaskRecord { parent: 0, ..task }, TaskRecord { parent: 1, ..task }];
@@ -76,10 +78,18 @@ pub(crate) fn site() -> ArchiveBuffer {
     b.finish()
 }
 
+fn diagnostic(texts: &mut TextPool) -> DiagnosticRecord {
+    let (severity, code) = (Severity::Warning, DiagnosticCode::DuplicateId);
+    let diagnostic = Diagnostic { severity, code, entity: None, source: None, message: "two of them".to_owned() };
+    DiagnosticRecord::of(&diagnostic, texts)
+}
+
 pub(crate) fn phase() -> ArchiveBuffer {
     let mut phase = PhaseBuilder::everything_built(7, 2, 1);
     phase.schedule = vec![ElementScheduleRecord::NOTHING; 2];
     phase.spaces[0].why = phase.texts.add("task:x\nprivate");
+    let diagnostic = diagnostic(&mut phase.texts);
+    phase.diagnostics.push(diagnostic);
     phase.finish()
 }
 
@@ -113,6 +123,8 @@ pub(crate) fn plan() -> ArchiveBuffer {
     b.nodes = vec![RouteNodeRecord { of: NONE, ..Zeroable::zeroed() }; 2];
     b.floor_parts.push(FloorPartRecord { area_m2: 1.0, is_reached: 1, ..Zeroable::zeroed() });
     b.points = vec![[0.0; 3], [1.0, 0.0, 0.5]];
+    let diagnostic = diagnostic(&mut b.texts);
+    b.diagnostics.push(diagnostic);
     b.edges.push(RouteEdgeRecord { nodes: [0, 1], n_points: 2, ..Zeroable::zeroed() });
     b.finish()
 }

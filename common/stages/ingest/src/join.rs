@@ -3,7 +3,7 @@
 use crate::error::IngestError;
 use crate::input::Place;
 use frames::{UprightRigid3, World};
-use ifc::{Diagnostic, Geometry, Georeference, MapConversion, Model, Severity};
+use ifc::{Diagnostic, DiagnosticCode, Geometry, Georeference, MapConversion, Model, Severity};
 
 /// Files that no chain of gaps up to this joins do not belong together.
 const MAX_GAP_M: f64 = 100.0;
@@ -54,7 +54,7 @@ pub(crate) fn join(parts: &[Part<'_>]) -> Result<Joined, IngestError> {
         };
         let doubts = reference.and_then(|at| doubt(parts, index, at));
         diagnostics.extend(doubts.map(|(code, message)| {
-            (index as u32, Diagnostic { severity: Severity::Warning, code, entity: None, message })
+            (index as u32, Diagnostic { severity: Severity::Warning, code, entity: None, source: None, message })
         }));
         site_from_file.push(motion);
     }
@@ -130,7 +130,7 @@ fn through_earth(site: &MapConversion, file: &MapConversion, pivot: [f64; 3]) ->
 }
 
 /// What should be said about how a file without a place is joined: code and message.
-fn doubt(parts: &[Part<'_>], index: usize, reference: usize) -> Option<(&'static str, String)> {
+fn doubt(parts: &[Part<'_>], index: usize, reference: usize) -> Option<(DiagnosticCode, String)> {
     let (part, first) = (&parts[index], &parts[reference]);
     if part.place.is_some() || index == reference {
         return None;
@@ -143,7 +143,7 @@ fn doubt(parts: &[Part<'_>], index: usize, reference: usize) -> Option<(&'static
              --place {}=X,Y,Z,YAW says otherwise",
             parts[0].name, part.name
         );
-        return differ.then_some(("map_conversion_missing", message));
+        return differ.then_some((DiagnosticCode::MapConversionMissing, message));
     };
     if !is_same_system(&earth.crs, &own.crs) {
         let message = format!(
@@ -151,7 +151,7 @@ fn doubt(parts: &[Part<'_>], index: usize, reference: usize) -> Option<(&'static
              --place {}=X,Y,Z,YAW says otherwise",
             own.crs, first.name, earth.crs, part.name
         );
-        return Some(("projected_systems_differ", message));
+        return Some((DiagnosticCode::ProjectedSystemsDiffer, message));
     }
     let ratio = std::iter::zip(own.scale, earth.scale).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
     let message = format!(
@@ -163,7 +163,7 @@ fn doubt(parts: &[Part<'_>], index: usize, reference: usize) -> Option<(&'static
         MAX_GAP_M,
         ratio * MAX_GAP_M
     );
-    (ratio > SAME_SCALE).then_some(("map_scales_differ", message))
+    (ratio > SAME_SCALE).then_some((DiagnosticCode::MapScalesDiffer, message))
 }
 
 /// Lower and upper corner of all bodies of a model, moved; `None` without bodies.

@@ -11,7 +11,7 @@ use crate::site_frame::SiteFrame;
 use crate::storeys::SpaceFloor;
 use frames::{Map, TENTHS_PER_M, UprightRigid3, World, metres};
 use geometry::{MultiPolygon, OrientedBox, Point};
-use ifc::{Diagnostic, Element, Severity};
+use ifc::{Diagnostic, DiagnosticCode, Element, Severity};
 use messages::{BoxRecord, DoorHanging, DoorPanelRecord, DoorRecord, NONE, OpeningRecord, SiteBuilder, element_flags};
 
 /// A door and a space whose floors are this near are on one level.
@@ -94,8 +94,12 @@ fn add_door(
     if !operation_is_known(&door.operation_type) {
         let message = "the door does not say how it opens, swing is assumed".to_owned();
         let entity = Some(element.id.clone());
-        let code = "door_operation_unknown";
-        add_diagnostic(builder, record.source, &Diagnostic { severity: Severity::Warning, code, entity, message });
+        let code = DiagnosticCode::DoorOperationUnknown;
+        add_diagnostic(
+            builder,
+            record.source,
+            &Diagnostic { severity: Severity::Warning, code, entity, source: None, message },
+        );
     }
     let bottom = opening.map_or(record.min_tenths[2], |(_, o)| o.bottom_z_tenths);
     let level: Vec<(usize, &MultiPolygon)> = floors

@@ -13,7 +13,7 @@ use crate::site_frame::SiteFrame;
 use crate::site_storeys::add_storeys;
 use crate::spaces::add_spaces;
 use crate::stairs::add_stairs;
-use ifc::{Diagnostic, GeometryStatus, Named, Severity};
+use ifc::{Diagnostic, DiagnosticCode, GeometryStatus, Named, Severity};
 use messages::*;
 use sha2::{Digest, Sha256};
 
@@ -134,8 +134,9 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
 fn out_of_reach(id: &Named, ifc_type: &str) -> Diagnostic {
     Diagnostic {
         severity: Severity::Error,
-        code: "coordinates_out_of_reach",
+        code: DiagnosticCode::CoordinatesOutOfReach,
         entity: Some(id.clone()),
+        source: None,
         message: format!("{ifc_type} lies farther than 107 km from the rest of the building and is left out"),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::classify::is_a;
 use frames::{Map, UprightRigid3, World};
-use ifc::{Diagnostic, Element, Model, Severity};
+use ifc::{Diagnostic, DiagnosticCode, Element, Model, Severity};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// Walls within this angle of each other count as one direction.
@@ -42,7 +42,13 @@ impl SiteFrame {
             own.yaw_rad(),
             own.translation_m(),
         );
-        (!same).then_some(Diagnostic { severity: Severity::Warning, code: "frame_kept", entity: None, message })
+        (!same).then_some(Diagnostic {
+            severity: Severity::Warning,
+            code: DiagnosticCode::FrameKept,
+            entity: None,
+            source: None,
+            message,
+        })
     }
 }
 

@@ -10,7 +10,7 @@ use crate::storeys::{Building, Candidate, Fate, MapStorey, SpaceFloor, map_store
 use frames::{TENTHS_PER_M, metres, tenths};
 use geometry::{Bounds, MeshView, ramp_faces, upward_triangles};
 use grid::Class;
-use ifc::{Diagnostic, Severity};
+use ifc::{Diagnostic, DiagnosticCode, Severity};
 use messages::{ElementRecord, MapStoreyRecord, NONE, RobotProfile, SiteBuilder, StoreyRecord, element_flags};
 
 /// A storey's grid holds what has a body between these heights above its floor, whatever the robot's size.
@@ -126,7 +126,7 @@ fn find_levels(
 
 fn levels_left_out(n: usize) -> Diagnostic {
     let message = format!("levels at other heights that have no map, because a site has at most 64 maps: {n}");
-    Diagnostic { severity: Severity::Warning, code: "levels_left_out", entity: None, message }
+    Diagnostic { severity: Severity::Warning, code: DiagnosticCode::LevelsLeftOut, entity: None, source: None, message }
 }
 
 /// The upward faces of everything that is floor.

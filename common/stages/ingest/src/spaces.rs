@@ -8,7 +8,7 @@ use crate::site_frame::SiteFrame;
 use crate::storeys::SpaceFloor;
 use frames::TENTHS_PER_M;
 use geometry::{MeshView, MultiPolygon, Slab, footprint};
-use ifc::{Diagnostic, Severity, Space};
+use ifc::{Diagnostic, DiagnosticCode, Severity, Space};
 use messages::{NONE, RingRecord, SiteBuilder, SpaceRecord, space_flags};
 
 /// A space's floor is what its body covers in the lowest 10 cm.
@@ -30,7 +30,13 @@ fn add_space(builder: &mut SiteBuilder, space: &Space, source: u32, frame: SiteF
         add_diagnostic(
             builder,
             source,
-            &Diagnostic { severity: Severity::Warning, code: "space_without_body", entity, message },
+            &Diagnostic {
+                severity: Severity::Warning,
+                code: DiagnosticCode::SpaceWithoutBody,
+                entity,
+                source: None,
+                message,
+            },
         );
     }
     let first_ring = builder.rings.len() as u32;

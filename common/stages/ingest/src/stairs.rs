@@ -5,7 +5,7 @@ use crate::diagnostics::add_diagnostic;
 use crate::merge::Merged;
 use frames::{TENTHS_PER_M, metres};
 use geometry::{MeshView, Tread, treads};
-use ifc::{Diagnostic, Element, PropertyValue, Severity};
+use ifc::{Diagnostic, DiagnosticCode, Element, PropertyValue, Severity};
 use messages::{NONE, SiteBuilder, StairRecord, stair_flags};
 
 /// Property sets that tell what the attributes of a stair or a flight tell.
@@ -46,8 +46,12 @@ pub(crate) fn add_stairs(builder: &mut SiteBuilder, merged: &Merged) {
         builder.stairs.push(StairRecord { element: index as u32, ..record });
         let source = builder.elements[index].source;
         for message in objections {
-            let (entity, code) = (Some(element.id.clone()), "stair_measure_implausible");
-            add_diagnostic(builder, source, &Diagnostic { severity: Severity::Warning, code, entity, message });
+            let (entity, code) = (Some(element.id.clone()), DiagnosticCode::StairMeasureImplausible);
+            add_diagnostic(
+                builder,
+                source,
+                &Diagnostic { severity: Severity::Warning, code, entity, source: None, message },
+            );
         }
     }
 }

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use ingest::{IngestError, IngestOptions, Place, SourceFile, ingest};
-use messages::{ArchiveBuffer, Site};
+use messages::{ArchiveBuffer, DiagnosticCode, Site};
 
 /// A file with one wall of 2 x 1 x 3 m whose middle is `at` (in metres) of the file's world.
 struct File {
@@ -165,7 +165,7 @@ fn files_of_different_projected_systems_share_a_world_and_a_warning() {
     let archive = site(&[&one, &other], &[]).unwrap();
     assert!(close(middles_m(&archive)[1].1, [3.0, 0.0]));
     let site = Site::open(archive.bytes()).unwrap();
-    assert!(site.diagnostics.iter().any(|d| site.text(d.code) == "projected_systems_differ" && d.source == 1));
+    assert!(site.diagnostics.iter().any(|d| d.code == DiagnosticCode::ProjectedSystemsDiffer && d.source == 1));
 }
 
 /// `n` walls, of which the first `n_broken` are swept along a curve that is not there.

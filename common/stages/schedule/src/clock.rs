@@ -2,10 +2,10 @@
 
 use crate::dates::DAY_S;
 use crate::durations::DayLength;
-use crate::findings::{Entity, Findings, Severity};
+use crate::findings::{Entity, Findings};
 use crate::rules::DurationDay;
 use crate::working_time::{Pattern, WorkRule, WorkingTime};
-use messages::{CalendarRecord, NONE, RecurrenceKind, Site, WorkTimeRecord};
+use messages::{CalendarRecord, DiagnosticCode, NONE, RecurrenceKind, Severity, Site, WorkTimeRecord};
 use std::ops::Range;
 
 /// The last instant that counts, civil seconds since 1970: the end of the year 9999.
@@ -64,13 +64,13 @@ impl Calendars {
                      count working time in it have no dates",
                     (last - first) / 365
                 );
-                findings.add(Severity::Error, "calendar_too_large", Some(entity), message);
+                findings.add(Severity::Error, DiagnosticCode::CalendarTooLarge, Some(entity), message);
                 return Some(WorkingTime::new(&[], &[], first..first));
             }
             let time = working_time(site, calendar, first..last);
             if time.day_s() == 0 {
                 let message = "the calendar has no working time; tasks that count working time in it have no dates";
-                findings.add(Severity::Error, "calendar_without_work", Some(entity), message.to_owned());
+                findings.add(Severity::Error, DiagnosticCode::CalendarWithoutWork, Some(entity), message.to_owned());
             }
             Some(time)
         });

@@ -1,11 +1,11 @@
 //! Closures of spaces, with reasons.
 
 use crate::construction_phases::Phases;
-use crate::findings::{Entity, Findings, Severity};
+use crate::findings::{Entity, Findings};
 use crate::rules::{Mode, Rules};
 use crate::said::AllSaid;
 use crate::works::Works;
-use messages::{Site, SpaceRecord, nearest_names_hint};
+use messages::{DiagnosticCode, Severity, Site, SpaceRecord, nearest_names_hint};
 use wildmatch::WildMatch;
 
 /// A space must not be entered from `start_s` until before `finish_s`.
@@ -72,7 +72,7 @@ pub(crate) fn closures(
         let called = site.spaces.iter().flat_map(|s| [s.name, s.long_name, s.global_id]).map(|t| site.text(t));
         let nearest = nearest_names_hint(&closed.pattern, called);
         let message = format!("closed_spaces: no space is called {:?}{nearest}", closed.pattern);
-        findings.add(Severity::Warning, "closed_space_unknown", None, message);
+        findings.add(Severity::Warning, DiagnosticCode::ClosedSpaceUnknown, None, message);
     }
     if rules.mode == Mode::Paper {
         report_undated(site, said, findings);
@@ -92,7 +92,7 @@ fn report_undated(site: &Site<'_>, said: &AllSaid, findings: &mut Findings<'_>) 
         if said.actual.or(said.planned).is_none() {
             let entity = Entity::of(space.global_id, space.name, 0, space.source);
             let message = "the room has no date, so nobody knows when it opens; it stays blocked".to_owned();
-            findings.add(Severity::Warning, "room_undated", Some(entity), message);
+            findings.add(Severity::Warning, DiagnosticCode::RoomUndated, Some(entity), message);
         }
     }
 }

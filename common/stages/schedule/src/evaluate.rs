@@ -5,14 +5,16 @@ use crate::closures::{self, closures};
 use crate::dates::WrittenDate;
 use crate::edits::{ABSENT, Actual, Edits, find_task, reported_date, task_names};
 use crate::error::EvaluateError;
-use crate::findings::{Entity, Findings, Severity};
+use crate::findings::{Entity, Findings};
 use crate::lives::{Life, lives};
 use crate::rules::{Mode, Rules};
 use crate::said::{AllSaid, all_said};
 use crate::tasks::{self, Floats, TaskDates, TaskFacts, Tasks, TimeTexts};
 use crate::timeline::{Steps, Timeline};
 use crate::works::{Effect, Works, works};
-use messages::{DateSource, ElementScheduleRecord, NONE, PhaseHead, Site, SpaceState, nearest_names_hint};
+use messages::{
+    DateSource, DiagnosticCode, ElementScheduleRecord, NONE, PhaseHead, Severity, Site, SpaceState, nearest_names_hint,
+};
 use std::collections::BTreeMap;
 
 /// Works out everything that the site, the rules and the additions say about time.
@@ -103,7 +105,12 @@ fn delays(
             Some(_) => continue,
         };
         let message = format!("the task cannot be delayed: {why}");
-        findings.add(Severity::Warning, "delay_without_effect", Some(Entity::task(&tasks.site.tasks[task])), message);
+        findings.add(
+            Severity::Warning,
+            DiagnosticCode::DelayWithoutEffect,
+            Some(Entity::task(&tasks.site.tasks[task])),
+            message,
+        );
     }
     Ok(delay_s)
 }

@@ -62,7 +62,6 @@ pub use dates::DateOrder;
 pub use edits::{ABSENT, Actual, Delay, EditError, Edits, find_task, parse_actuals};
 pub use error::{AmbiguousDates, EvaluateError};
 pub use evaluate::evaluate;
-pub use findings::{Finding, Severity};
 pub use rules::{
     ClosedSpace, DateKind, DurationDay, Inputs, Mode, Phase, PhaseProperties, PropertyDate, Rules, RulesError, Undated,
 };

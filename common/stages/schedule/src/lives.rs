@@ -1,11 +1,11 @@
 //! Element timelines: merges reported progress, task effects, property dates and construction phases by priority.
 
 use crate::construction_phases::Phases;
-use crate::findings::{Entity, Findings, Severity};
+use crate::findings::{Entity, Findings};
 use crate::rules::{Rules, Undated};
 use crate::said::{AllSaid, Said};
 use crate::works::{Effect, Works, wholes};
-use messages::{DateSource, ElementState, NONE, Site};
+use messages::{DateSource, DiagnosticCode, ElementState, NONE, Severity, Site};
 use std::collections::BTreeMap;
 
 /// What happens to an element, sorted; nothing for one that exists.
@@ -135,11 +135,11 @@ fn report(site: &Site<'_>, phases: &Phases<'_>, said: &AllSaid, lives: &[Life], 
         let status = said.status.map(|t| site.text(t)).filter(|s| ["DEMOLISH", "TEMPORARY"].contains(s));
         if let Some(status) = status.filter(|_| lives[k].source == Some(DateSource::Status)) {
             let message = format!("its status is {status}, but nothing says when; it is taken as existing");
-            findings.add(Severity::Warning, "status_without_date", Some(entity), message);
+            findings.add(Severity::Warning, DiagnosticCode::StatusWithoutDate, Some(entity), message);
         }
         if said.is_ambiguous {
             let message = "its date fits two orders; other dates of the file decided".to_owned();
-            findings.add(Severity::Info, "date_ambiguous", Some(entity), message);
+            findings.add(Severity::Info, DiagnosticCode::DateAmbiguous, Some(entity), message);
         }
     }
     for name in said.spaces.iter().filter_map(|s| s.phase).map(|t| site.text(t)) {
@@ -151,6 +151,6 @@ fn report(site: &Site<'_>, phases: &Phases<'_>, said: &AllSaid, lives: &[Life], 
         let message = format!(
             "{n} objects name the phase {name:?}, which has no dates in the rules ([[phases]]); it says nothing"
         );
-        findings.add(Severity::Info, "phase_unknown", None, message);
+        findings.add(Severity::Info, DiagnosticCode::PhaseUnknown, None, message);
     }
 }

@@ -2,10 +2,10 @@
 
 use crate::dates::{self, DateError, DateOrder, WrittenDate};
 use crate::error::{AmbiguousDates, EvaluateError};
-use crate::findings::{Entity, Findings, Severity};
+use crate::findings::{Entity, Findings};
 use crate::rules::{DateKind, Mode, Rules};
 use jiff::tz::TimeZone;
-use messages::{AttributeKind, AttributeRecord, Site, Text};
+use messages::{AttributeKind, AttributeRecord, DiagnosticCode, Severity, Site, Text};
 use std::collections::BTreeMap;
 
 /// What is said about one element or space.
@@ -81,10 +81,10 @@ pub(crate) fn all_said(site: &Site<'_>, rules: &Rules, findings: &mut Findings<'
             }
             Err(why) => {
                 let (severity, code) = match why {
-                    DateError::Placeholder(_) => (Severity::Warning, "date_placeholder"),
-                    DateError::Unreadable(_) => (Severity::Error, "date_unreadable"),
-                    DateError::OtherOrder { .. } => (Severity::Error, "date_order"),
-                    DateError::NoSiteZone(_) => (Severity::Error, "date_zone"),
+                    DateError::Placeholder(_) => (Severity::Warning, DiagnosticCode::DatePlaceholder),
+                    DateError::Unreadable(_) => (Severity::Error, DiagnosticCode::DateUnreadable),
+                    DateError::OtherOrder { .. } => (Severity::Error, DiagnosticCode::DateOrder),
+                    DateError::NoSiteZone(_) => (Severity::Error, DiagnosticCode::DateZone),
                 };
                 let message = format!("{}.{}: {why}; it is skipped", rule.set, rule.property);
                 findings.add(severity, code, Some(object.entity), message);

@@ -1,10 +1,12 @@
 //! States at any instant or period, by lookup in sorted changes.
 
 use crate::closures::{Closure, Why};
-use crate::findings::Finding;
 use crate::tasks::{Floats, TaskDates};
 use crate::works::Effect;
-use messages::{ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord, Text};
+use messages::{
+    Diagnostic, DiagnosticRecord, ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, SpaceState,
+    SpaceStateRecord, Text,
+};
 
 /// When anything changes, and what: made once from site and rules.
 #[derive(Debug)]
@@ -24,7 +26,7 @@ pub struct Timeline {
     pub(crate) schedule: Vec<ElementScheduleRecord>,
     pub(crate) tasks: Vec<Option<TaskDates>>,
     pub(crate) floats: Vec<Option<Floats>>,
-    pub(crate) findings: Vec<Finding>,
+    pub(crate) findings: Vec<Diagnostic>,
     pub(crate) closing_lead_s: i64,
     pub(crate) is_paper: bool,
 }
@@ -178,7 +180,7 @@ impl Timeline {
     }
 
     /// What is wrong with the schedule.
-    pub fn findings(&self) -> &[Finding] {
+    pub fn findings(&self) -> &[Diagnostic] {
         &self.findings
     }
 
@@ -300,7 +302,7 @@ impl Timeline {
     /// Schedule and findings, which do not depend on the plan time.
     fn describe(&self, builder: &mut PhaseBuilder) {
         builder.schedule.clone_from(&self.schedule);
-        builder.diagnostics = self.findings.iter().map(|f| f.record(&mut builder.texts)).collect();
+        builder.diagnostics = self.findings.iter().map(|f| DiagnosticRecord::of(f, &mut builder.texts)).collect();
     }
 
     fn space_state(&self, texts: &mut messages::TextPool, space: usize, period: Period) -> SpaceStateRecord {

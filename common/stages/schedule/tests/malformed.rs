@@ -2,8 +2,8 @@
 
 mod support;
 
-use messages::SequenceKind;
-use schedule::{EvaluateError, Severity};
+use messages::{Diagnostic, DiagnosticCode, SequenceKind, Severity};
+use schedule::EvaluateError;
 use support::{Plan, dates, finding};
 
 #[test]
@@ -20,7 +20,7 @@ fn tasks_in_a_circle_are_named_and_written_dates_stand() {
     let circle = finding(&timeline, "task_cycle").unwrap();
     assert!(circle.message.contains("Walls") && circle.message.contains("Doors") && circle.severity == Severity::Error);
     let undated: Vec<&str> =
-        timeline.findings().iter().filter(|f| f.code == "task_undated").map(|f| f.name.as_str()).collect();
+        timeline.findings().iter().filter(|f| f.code == DiagnosticCode::TaskUndated).map(Diagnostic::name).collect();
     assert_eq!(undated, ["Walls", "Doors", "Paint"]);
 }
 
@@ -33,7 +33,7 @@ fn a_task_that_ends_before_it_starts_is_ignored_and_named() {
     assert!(dates(&timeline, task).is_none() && timeline.instants_s().is_empty());
     assert!(
         finding(&timeline, "task_reversed")
-            .is_some_and(|f| f.name == "Walls" && f.message.contains("2024-03-04T08:00:00"))
+            .is_some_and(|f| f.name() == "Walls" && f.message.contains("2024-03-04T08:00:00"))
     );
 }
 
@@ -44,8 +44,12 @@ fn a_date_that_cannot_be_read_makes_its_task_count_for_nothing() {
     let lasting = plan.lasting("Doors", "three days");
     let timeline = plan.evaluate();
     assert!(dates(&timeline, task).is_none() && dates(&timeline, lasting).is_none());
-    let found: Vec<&str> =
-        timeline.findings().iter().filter(|f| f.code == "task_date_unreadable").map(|f| f.name.as_str()).collect();
+    let found: Vec<&str> = timeline
+        .findings()
+        .iter()
+        .filter(|f| f.code == DiagnosticCode::TaskDateUnreadable)
+        .map(Diagnostic::name)
+        .collect();
     assert_eq!(found, ["Walls", "Doors"]);
 }
 
@@ -66,9 +70,9 @@ fn dates_that_fit_two_orders_are_an_error_with_both_readings() {
     // One date that has a single reading decides, and the others are listed.
     plan.properties(b, &[("Wall Schedule", "ConstructionDate", "15/04/2024")]);
     let timeline = evaluate(&plan, "").unwrap();
-    assert!(finding(&timeline, "date_ambiguous").is_some_and(|f| f.global_id == "element-0"));
+    assert!(finding(&timeline, "date_ambiguous").is_some_and(|f| f.global_id() == "element-0"));
     let wrong = evaluate(&plan, "date_format = \"mdy\"").unwrap();
-    assert!(finding(&wrong, "date_order").is_some_and(|f| f.global_id == "element-1"));
+    assert!(finding(&wrong, "date_order").is_some_and(|f| f.global_id() == "element-1"));
     // Two that contradict each other decide nothing.
     plan.properties(a, &[("Wall Schedule", "ConstructionDate", "04/25/2024")]);
     assert!(matches!(evaluate(&plan, ""), Err(EvaluateError::ContradictingDates { .. })));
@@ -81,8 +85,8 @@ fn placeholders_are_told_from_dates_that_cannot_be_read() {
     plan.properties(a, &[("Wall Schedule", "ConstructionDate", "InstallationDate")]);
     plan.properties(b, &[("Wall Schedule", "ConstructionDate", "31/02/2024")]);
     let timeline = plan.evaluate();
-    assert!(finding(&timeline, "date_placeholder").is_some_and(|f| f.global_id == "element-0"));
-    assert!(finding(&timeline, "date_unreadable").is_some_and(|f| f.global_id == "element-1"));
+    assert!(finding(&timeline, "date_placeholder").is_some_and(|f| f.global_id() == "element-0"));
+    assert!(finding(&timeline, "date_unreadable").is_some_and(|f| f.global_id() == "element-1"));
     assert_eq!(support::states(&timeline, b, &["1970-01-01"]), ["built"], "the next source counts: it exists");
 }
 
@@ -92,7 +96,7 @@ fn working_time_without_a_calendar_counts_day_and_night_and_is_reported() {
     let task = plan.lasting("Walls", "P1D");
     let timeline = plan.evaluate();
     assert_eq!(dates(&timeline, task).unwrap().1, "2024-03-05T08:00:00");
-    assert!(finding(&timeline, "calendar_missing").is_some_and(|f| f.name == "Walls"));
+    assert!(finding(&timeline, "calendar_missing").is_some_and(|f| f.name() == "Walls"));
 }
 
 #[test]
@@ -103,7 +107,7 @@ fn a_calendar_without_work_gives_no_dates_and_is_named() {
     plan.builder.calendars[calendar].n_working = 0;
     let timeline = plan.evaluate();
     assert!(dates(&timeline, task).is_none());
-    assert!(finding(&timeline, "calendar_without_work").is_some_and(|f| f.global_id == "calendar"));
+    assert!(finding(&timeline, "calendar_without_work").is_some_and(|f| f.global_id() == "calendar"));
 }
 
 #[test]
@@ -132,7 +136,7 @@ fn a_predecessor_without_dates_leaves_its_successor_without_and_both_are_named()
 #[test]
 fn a_work_schedule_without_tasks_is_named() {
     let plan = Plan::starting();
-    assert!(finding(&plan.evaluate(), "schedule_empty").is_some_and(|f| f.global_id == "schedule"));
+    assert!(finding(&plan.evaluate(), "schedule_empty").is_some_and(|f| f.global_id() == "schedule"));
 }
 
 #[test]

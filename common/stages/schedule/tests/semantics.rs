@@ -60,7 +60,7 @@ fn whole_days_end_at_the_next_midnight_and_summaries_roll_up() {
     let timeline = plan.evaluate();
     assert_eq!(dates(&timeline, a), Some(pair("2024-03-04", "2024-03-06")));
     assert_eq!(dates(&timeline, root), Some(pair("2024-03-04", "2024-03-09")));
-    assert!(finding(&timeline, "summary_dates_differ").is_some_and(|f| f.name == "root"));
+    assert!(finding(&timeline, "summary_dates_differ").is_some_and(|f| f.name() == "root"));
 }
 
 #[test]
@@ -229,7 +229,7 @@ fn tasks_rank_before_properties_these_before_phases_and_status_says_nothing_of_t
         let before = timeline.element(*wall, at(from) - 1);
         assert!(before != ElementState::Built || *wall == walls[4], "wall {wall}");
     }
-    assert!(finding(&timeline, "status_without_date").is_some_and(|f| f.global_id == "element-4"));
+    assert!(finding(&timeline, "status_without_date").is_some_and(|f| f.global_id() == "element-4"));
     assert_eq!(
         states(&plan.ruled("undated = \"absent\""), walls[3], &["2024-07-01"]),
         ["built"],

@@ -11,9 +11,9 @@ use crate::start_pose::why_blocked;
 use crate::storey_plan::StoreyPlan;
 use frames::metres;
 use messages::{
-    DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, NONE, NoWaypoint, NodeKind, PhaseHead,
-    PlanBuilder, PlanHead, RouteEdgeRecord, RouteNodeRecord, Site, SpacePlanRecord, StoreyPlanRecord, Text,
-    WaypointKind, WaypointRecord,
+    Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, NONE, Named,
+    NoWaypoint, NodeKind, PhaseHead, PlanBuilder, PlanHead, RouteEdgeRecord, RouteNodeRecord, Severity, Site,
+    SpacePlanRecord, StoreyPlanRecord, WaypointKind, WaypointRecord,
 };
 
 /// Assembles the archive: storeys in the order in which they are reached, refusals, and the graph over all storeys.
@@ -54,14 +54,14 @@ pub(crate) fn assemble(
         let free_space = free_spaces.get(start.storey as usize);
         let why =
             free_space.map_or("[tour] start: there is no such storey".to_owned(), |g| why_blocked(input, g, start));
-        warn(&mut builder, "start_blocked", &why, 2);
+        warn(&mut builder, Severity::Error, DiagnosticCode::StartBlocked, why);
     }
     let (goal, n_unconnected) = (input.options.overlap, plans.iter().map(|p| p.n_unconnected).sum::<usize>());
     if n_unconnected > 0 {
         let message = format!(
             "scans that see less than {goal} of what scans before them saw, and that nothing can join: {n_unconnected}"
         );
-        warn(&mut builder, "scan_not_joined", &message, 1);
+        warn(&mut builder, Severity::Warning, DiagnosticCode::ScanNotJoined, message);
     }
     for &element in plans.iter().flat_map(|plan| &plan.mesh.unseen) {
         unseen_element(&mut builder, input.site, &input.site.elements[element as usize]);
@@ -70,17 +70,18 @@ pub(crate) fn assemble(
 }
 
 fn unseen_element(builder: &mut PlanBuilder, site: &Site<'_>, element: &ElementRecord) {
-    let record = DiagnosticRecord {
-        code: builder.texts.add("element_unseen"),
-        global_id: builder.texts.add(site.text(element.global_id)),
-        name: builder.texts.add(site.text(element.name)),
-        message: builder.texts.add("some of it can be seen from where the robot gets to, and no scan sees any"),
-        severity: 1,
-        step_id: element.step_id,
-        source: element.source,
-        reserved: 0,
+    let diagnostic = Diagnostic {
+        severity: Severity::Warning,
+        code: DiagnosticCode::ElementUnseen,
+        entity: Some(Named {
+            step_id: element.step_id,
+            global_id: site.text(element.global_id).to_owned(),
+            name: site.text(element.name).to_owned(),
+        }),
+        source: Some(element.source),
+        message: "some of it can be seen from where the robot gets to, and no scan sees any".to_owned(),
     };
-    builder.diagnostics.push(record);
+    builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
 }
 
 fn head(input: &PlanInput<'_>, plans: &[&StoreyPlan]) -> PlanHead {
@@ -107,18 +108,9 @@ fn refuse(builder: &mut PlanBuilder, space: usize, refusal: &Refusal) {
     *record = SpacePlanRecord { reason, why: refusal.why.into(), door: refusal.door, ..*record };
 }
 
-fn warn(builder: &mut PlanBuilder, code: &str, message: &str, severity: u32) {
-    let record = DiagnosticRecord {
-        code: builder.texts.add(code),
-        global_id: Text::default(),
-        name: Text::default(),
-        message: builder.texts.add(message),
-        severity,
-        step_id: 0,
-        source: NONE,
-        reserved: 0,
-    };
-    builder.diagnostics.push(record);
+fn warn(builder: &mut PlanBuilder, severity: Severity, code: DiagnosticCode, message: String) {
+    let diagnostic = Diagnostic { severity, code, entity: None, source: None, message };
+    builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
 }
 
 fn add_stops(builder: &mut PlanBuilder, input: &PlanInput<'_>, grid: &Grid<'_>, plan: &StoreyPlan) {

@@ -4,10 +4,10 @@ use super::with_ancestors;
 use crate::clock::Calendars;
 use crate::dates::{DateError, WrittenDate, parse_iso};
 use crate::durations::{self, WrittenDuration};
-use crate::findings::{Entity, Findings, Severity};
+use crate::findings::{Entity, Findings};
 use crate::rules::Rules;
 use frames::counted;
-use messages::{DateSource, DurationKind, NONE, Site, TaskRecord, task_flags};
+use messages::{DateSource, DiagnosticCode, DurationKind, NONE, Severity, Site, TaskRecord, task_flags};
 
 /// What a task does with what it is linked to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,7 +137,12 @@ impl Reader<'_, '_, '_> {
         facts.planned = facts.start.or(facts.finish).map(|_| texts.planned);
         if task.completion >= 1.0 && facts.actual_finish.is_none() {
             let message = "the task is complete, but has no ActualFinish; its planned finish counts".to_owned();
-            self.findings.add(Severity::Warning, "completion_without_finish", Some(Entity::task(task)), message);
+            self.findings.add(
+                Severity::Warning,
+                DiagnosticCode::CompletionWithoutFinish,
+                Some(Entity::task(task)),
+                message,
+            );
         }
         facts
     }
@@ -159,7 +164,12 @@ impl Reader<'_, '_, '_> {
             Err(why) => {
                 *is_faulty = true;
                 let message = format!("{what}: {why}; the task is ignored");
-                self.findings.add(Severity::Error, "task_date_unreadable", Some(Entity::task(task)), message);
+                self.findings.add(
+                    Severity::Error,
+                    DiagnosticCode::TaskDateUnreadable,
+                    Some(Entity::task(task)),
+                    message,
+                );
                 None
             }
         }
@@ -188,14 +198,14 @@ impl Reader<'_, '_, '_> {
                 counted(self.days_of.len(), "task")
             );
             let entity = Entity::task(&self.site.tasks[first]);
-            self.findings.add(Severity::Info, "duration_in_days", Some(entity), message);
+            self.findings.add(Severity::Info, DiagnosticCode::DurationInDays, Some(entity), message);
         }
         if let Some(&first) = self.without_calendar.first() {
             let n = self.without_calendar.len();
             let message =
                 format!("{} with working time and without a calendar; a day has 24 hours", counted(n, "task"));
             let entity = Entity::task(&self.site.tasks[first]);
-            self.findings.add(Severity::Warning, "calendar_missing", Some(entity), message);
+            self.findings.add(Severity::Warning, DiagnosticCode::CalendarMissing, Some(entity), message);
         }
     }
 }

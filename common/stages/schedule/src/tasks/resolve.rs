@@ -5,8 +5,8 @@
 
 use super::facts::inherited;
 use super::{Order, TaskDates, TaskFacts, Tasks, with_ancestors};
-use crate::findings::{Entity, Findings, Severity};
-use messages::{DateSource, NONE, Site};
+use crate::findings::{Entity, Findings};
+use messages::{DateSource, DiagnosticCode, NONE, Severity, Site};
 
 /// Names of tasks in a circle that are told.
 const MAX_NAMES: usize = 8;
@@ -89,7 +89,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 names.join(", ")
             );
             let first = &site.tasks[group[0] as usize];
-            self.findings.add(Severity::Error, "task_cycle", Some(Entity::task(first)), message);
+            self.findings.add(Severity::Error, DiagnosticCode::TaskCycle, Some(Entity::task(first)), message);
         }
     }
 
@@ -129,7 +129,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 );
                 self.findings.add(
                     Severity::Error,
-                    "task_reversed",
+                    DiagnosticCode::TaskReversed,
                     Some(Entity::task(&self.tasks.site.tasks[k])),
                     message,
                 );
@@ -202,7 +202,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
             let task = &self.tasks.site.tasks[k];
             if let (None, Some(why)) = (self.dates[k], &self.why[k]) {
                 let message = format!("the task has no dates: {why}; it has no effect");
-                self.findings.add(Severity::Warning, "task_undated", Some(Entity::task(task)), message);
+                self.findings.add(Severity::Warning, DiagnosticCode::TaskUndated, Some(Entity::task(task)), message);
             }
             // Dates of a summary that differ from what is nested in it.
             if let (true, Some(dates), Written::Dates(own)) =
@@ -210,7 +210,12 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 && (own.start_s, own.finish_s) != (dates.start_s, dates.finish_s)
             {
                 let message = "its own dates differ from those of the tasks nested in it, which count".to_owned();
-                self.findings.add(Severity::Warning, "summary_dates_differ", Some(Entity::task(task)), message);
+                self.findings.add(
+                    Severity::Warning,
+                    DiagnosticCode::SummaryDatesDiffer,
+                    Some(Entity::task(task)),
+                    message,
+                );
             }
         }
     }
@@ -258,7 +263,7 @@ fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, findings: &mut Findings<'_>) 
         let entity = Entity::of(control.global_id, control.name, control.step_id, control.source);
         if !used && control.is_plan == 0 {
             let message = "the work schedule has no task".to_owned();
-            findings.add(Severity::Warning, "schedule_empty", Some(entity), message);
+            findings.add(Severity::Warning, DiagnosticCode::ScheduleEmpty, Some(entity), message);
         }
         let text = site.text(control.start);
         if text.is_empty() || !used {
@@ -267,7 +272,12 @@ fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, findings: &mut Findings<'_>) 
         match crate::dates::parse_iso(text, zone) {
             Ok(date) => Some(date.start_s()),
             Err(why) => {
-                findings.add(Severity::Error, "schedule_start_unreadable", Some(entity), format!("StartTime: {why}"));
+                findings.add(
+                    Severity::Error,
+                    DiagnosticCode::ScheduleStartUnreadable,
+                    Some(entity),
+                    format!("StartTime: {why}"),
+                );
                 None
             }
         }

@@ -5,7 +5,7 @@
 use bytemuck::Zeroable;
 use frames::PlanTime;
 use messages::*;
-use schedule::{Edits, EvaluateError, Finding, Period, Rules, Timeline, evaluate};
+use schedule::{Edits, EvaluateError, Period, Rules, Timeline, evaluate};
 
 /// Civil seconds of a date.
 pub(crate) fn at(text: &str) -> i64 {
@@ -215,8 +215,8 @@ pub(crate) fn dates(timeline: &Timeline, task: usize) -> Option<(String, String)
 }
 
 /// The first finding of a code.
-pub(crate) fn finding<'t>(timeline: &'t Timeline, code: &str) -> Option<&'t Finding> {
-    timeline.findings().iter().find(|f| f.code == code)
+pub(crate) fn finding<'t>(timeline: &'t Timeline, code: &str) -> Option<&'t Diagnostic> {
+    timeline.findings().iter().find(|f| f.code.name() == code)
 }
 
 /// Names of the states of an element over time.

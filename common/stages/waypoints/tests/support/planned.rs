@@ -80,7 +80,7 @@ impl Planned {
     /// Codes of the diagnostics.
     pub(crate) fn codes(&self) -> Vec<String> {
         let plan = self.plan();
-        plan.diagnostics.iter().map(|d| plan.text(d.code).to_owned()).collect()
+        plan.diagnostics.iter().map(|d| d.code.get().name().to_owned()).collect()
     }
 
     /// True if a point lies inside of a space.

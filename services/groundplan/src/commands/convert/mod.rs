@@ -19,7 +19,7 @@ use drawing::Job;
 use export::SiteFrameFile;
 use ingest::SiteFrame;
 use jiff::tz::TimeZone;
-use messages::{ArchiveBuffer, PhaseBuilder, Site};
+use messages::{ArchiveBuffer, Diagnostic, DiagnosticCode, DiagnosticRecord, PhaseBuilder, Severity, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
 use std::path::Path;
@@ -135,17 +135,14 @@ fn everything_built(site: &Site<'_>, timeline: Result<Timeline, Failure>) -> Arc
         Err(failure) => failure,
     };
     let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
-    let record = messages::DiagnosticRecord {
-        code: phase.texts.add("schedule_unusable"),
-        global_id: messages::Text::default(),
-        name: messages::Text::default(),
-        message: phase.texts.add(&format!("the schedule cannot be used: {failure:#}")),
-        severity: 1,
-        step_id: 0,
-        source: messages::NONE,
-        reserved: 0,
+    let diagnostic = Diagnostic {
+        severity: Severity::Warning,
+        code: DiagnosticCode::ScheduleUnusable,
+        entity: None,
+        source: None,
+        message: format!("the schedule cannot be used: {failure:#}"),
     };
-    phase.diagnostics.push(record);
+    phase.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut phase.texts));
     phase.finish()
 }
 

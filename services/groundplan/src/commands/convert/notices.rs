@@ -2,7 +2,7 @@
 
 use export::ExportInput;
 use frames::metres;
-use messages::{DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, Phase, Site};
+use messages::{DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, Phase, Severity, Site};
 
 /// What is said of a model from which no floor can be made.
 const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp), no space and no wall: its maps show obstacles, \
@@ -27,14 +27,14 @@ pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
         kinds.add("schedule", "warning: the model holds a schedule; this map shows everything built".to_owned());
     }
     for (word, diagnostic) in worst_first(site.diagnostics) {
-        kinds.add(site.text(diagnostic.code), format!("{word}: {}", of_diagnostic(site, diagnostic)));
+        kinds.add(diagnostic.code.get().name(), format!("{word}: {}", of_diagnostic(site, diagnostic)));
     }
     for (word, diagnostic) in worst_first(input.phase.diagnostics) {
-        kinds.add(input.phase.text(diagnostic.code), format!("{word}: {}", of_schedule(input.phase, diagnostic)));
+        kinds.add(diagnostic.code.get().name(), format!("{word}: {}", of_schedule(input.phase, diagnostic)));
     }
-    for diagnostic in input.plan.diagnostics.iter().filter(|d| d.severity == 2) {
-        let (code, message) = (input.plan.text(diagnostic.code), input.plan.text(diagnostic.message));
-        kinds.add(code, format!("error: {message}"));
+    for diagnostic in input.plan.diagnostics.iter().filter(|d| d.severity == Severity::Error) {
+        let message = input.plan.text(diagnostic.message);
+        kinds.add(diagnostic.code.get().name(), format!("error: {message}"));
     }
     let doors = export::each_door(site, input.index.doors);
     for record in doors.into_iter().filter(|d| input.writes(d.map_storey)) {
@@ -64,8 +64,10 @@ fn assumed_floors(input: &ExportInput<'_>) -> Option<String> {
 
 /// Errors, then warnings, each with its word.
 fn worst_first(diagnostics: &[DiagnosticRecord]) -> impl Iterator<Item = (&'static str, &DiagnosticRecord)> {
-    let of = |(severity, word)| diagnostics.iter().filter(move |d| d.severity == severity).map(move |d| (word, d));
-    [(2, "error"), (1, "warning")].into_iter().flat_map(of)
+    let of = |severity: Severity| {
+        diagnostics.iter().filter(move |d| d.severity == severity).map(move |d| (severity.name(), d))
+    };
+    [Severity::Error, Severity::Warning].into_iter().flat_map(of)
 }
 
 fn of_diagnostic(site: &Site<'_>, d: &DiagnosticRecord) -> String {

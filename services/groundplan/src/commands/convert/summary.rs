@@ -3,7 +3,7 @@
 use super::phase_summary::PhaseSummary;
 use super::rooms::{RoomLine, rooms_lines};
 use export::SiteFrameFile;
-use messages::Site;
+use messages::{Severity, Site};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -49,7 +49,7 @@ impl Summary {
         elapsed: Duration,
         json: bool,
     ) -> Self {
-        let severity = |s: u32| site.diagnostics.iter().filter(|d| d.severity == s).count();
+        let severity = |s: Severity| site.diagnostics.iter().filter(|d| d.severity == s).count();
         let not_mapped = site.storeys.iter().filter(|s| s.map_storey == messages::NONE && s.why.length > 0);
         Self {
             out: out.to_owned(),
@@ -59,8 +59,8 @@ impl Summary {
             storeys_not_mapped: not_mapped.map(|s| site.text(s.name).to_owned()).collect(),
             elements: site.elements.len(),
             spaces: site.spaces.len(),
-            errors: severity(2),
-            warnings: severity(1),
+            errors: severity(Severity::Error),
+            warnings: severity(Severity::Warning),
             maps: if phases.len() == 1 { MapsMade::One(phases.remove(0)) } else { MapsMade::Several { phases } },
             json,
         }

@@ -4,7 +4,7 @@ use super::document::{WholeDay, counts};
 use crate::plan_date;
 use crate::task_name::task_name;
 use frames::counted;
-use messages::{DateSource, Phase, PhaseHead, Site};
+use messages::{DateSource, Diagnostic, Phase, PhaseHead, Severity, Site};
 use schedule::{Period, Timeline};
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -67,11 +67,10 @@ pub(super) fn text_of(
 
 /// What is wrong with the schedule: the first findings.
 fn write_findings(out: &mut String, timeline: &Timeline) {
-    let findings: Vec<&schedule::Finding> =
-        timeline.findings().iter().filter(|f| f.severity > schedule::Severity::Info).collect();
+    let findings: Vec<&Diagnostic> = timeline.findings().iter().filter(|f| f.severity > Severity::Info).collect();
     for finding in findings.iter().take(MAX_FINDINGS) {
-        let who = [finding.global_id.as_str(), finding.name.as_str()].join(" ");
-        let _ = writeln!(out, "  {}: {}{}", finding.code, who.trim(), separated(who.trim(), &finding.message));
+        let who = [finding.global_id(), finding.name()].join(" ");
+        let _ = writeln!(out, "  {}: {}{}", finding.code.name(), who.trim(), separated(who.trim(), &finding.message));
     }
     if findings.len() > MAX_FINDINGS {
         let _ = writeln!(out, "  and {}: see --json", counted(findings.len() - MAX_FINDINGS, "more finding"));

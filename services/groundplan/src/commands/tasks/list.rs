@@ -1,8 +1,8 @@
 //! The tasks of a schedule with their dates, what they act on, and what is wrong with them.
 
 use crate::plan_date;
-use messages::{NONE, Site, TaskRecord};
-use schedule::{Finding, Severity, TaskDates, TaskTargets, Timeline};
+use messages::{Diagnostic, NONE, Severity, Site, TaskRecord};
+use schedule::{TaskDates, TaskTargets, Timeline};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -139,7 +139,8 @@ fn entry_of<'s>(
         SpaceEntry { global_id: site.text(space.global_id), name: text(space.name), long_name: text(space.long_name) }
     };
     let global_id = site.text(record.global_id);
-    let is_about = |f: &&Finding| f.severity > Severity::Info && !f.global_id.is_empty() && f.global_id == global_id;
+    let is_about =
+        |f: &&Diagnostic| f.severity > Severity::Info && !f.global_id().is_empty() && f.global_id() == global_id;
     TaskEntry {
         global_id,
         identification: text(record.identification),
@@ -171,9 +172,8 @@ fn status(at_s: i64, dates: TaskDates) -> &'static str {
 }
 
 impl WarningEntry {
-    fn of(finding: &Finding) -> Self {
-        let severity = if finding.severity == Severity::Error { "error" } else { "warning" };
-        Self { code: finding.code, severity, message: finding.message.clone() }
+    fn of(finding: &Diagnostic) -> Self {
+        Self { code: finding.code.name(), severity: finding.severity.name(), message: finding.message.clone() }
     }
 }
 

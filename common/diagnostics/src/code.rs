@@ -1,0 +1,185 @@
+//! Codes of diagnostics: the stable words for programs.
+
+use bytemuck::{CheckedBitPattern, NoUninit};
+
+macro_rules! codes {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal,)*) => {
+        /// What a diagnostic is about; its name is the word in files.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, CheckedBitPattern, NoUninit)]
+        #[repr(u32)]
+        pub enum DiagnosticCode {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl DiagnosticCode {
+            /// All codes.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+
+            /// Its word in files.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+    };
+}
+
+codes! {
+    // Reading a file: `ifc`.
+    /// A boolean operation may have gone wrong.
+    BooleanDoubtful = "boolean_doubtful",
+    /// A body that has no faces.
+    BodyWithoutFaces = "body_without_faces",
+    /// A calendar that cannot be used as it is written.
+    CalendarUnreadable = "calendar_unreadable",
+    /// A date that is an entity with members of no date.
+    DateEntityUnreadable = "date_entity_unreadable",
+    /// A GlobalId that two elements have.
+    DuplicateGlobalId = "duplicate_global_id",
+    /// A STEP id that two records have.
+    DuplicateId = "duplicate_id",
+    /// A body that could not be made, or in whose place a box stands.
+    GeometryFailed = "geometry_failed",
+    /// A body of which a part is missing.
+    GeometryIncomplete = "geometry_incomplete",
+    /// A header that is not as ISO 10303-21 has it.
+    HeaderMalformed = "header_malformed",
+    /// A STEP id beyond 32 bits.
+    IdTooLarge = "id_too_large",
+    /// The lag of a sequence that is not in the file, or none.
+    LagMissing = "lag_missing",
+    /// The file does not say its unit of length.
+    LengthUnitUnknown = "length_unit_unknown",
+    /// A map conversion that contradicts itself.
+    MapConversionDoubtful = "map_conversion_doubtful",
+    /// A map conversion that cannot be used.
+    MapConversionUnusable = "map_conversion_unusable",
+    /// A placement that cannot be used.
+    PlacementUnusable = "placement_unusable",
+    /// An IfcProxy, of which nobody knows what it is.
+    ProxyNotDrawn = "proxy_not_drawn",
+    /// A record that is no STEP.
+    RecordMalformed = "record_malformed",
+    /// A schema of before IFC4.
+    SchemaOlder = "schema_older",
+    /// A sequence whose tasks are not in the file.
+    SequenceDangling = "sequence_dangling",
+    /// A sequence of a type of the author's own.
+    SequenceUserDefined = "sequence_user_defined",
+    /// Openings that leave nothing of a body.
+    SwallowedByOpenings = "swallowed_by_openings",
+    /// A task with two calendars.
+    TaskCalendarTwice = "task_calendar_twice",
+    /// A work schedule that controls tasks and is not in the file.
+    TaskControlDangling = "task_control_dangling",
+    /// A link of a task to something that is not in the file.
+    TaskLinkDangling = "task_link_dangling",
+    /// A link of a task to something that has no state.
+    TaskLinkWithoutState = "task_link_without_state",
+    /// More links of tasks than the limit.
+    TaskLinksTooMany = "task_links_too_many",
+    /// A task that is nested in two tasks.
+    TaskNestedTwice = "task_nested_twice",
+    /// Tasks that are nested in themselves.
+    TaskNestingCircle = "task_nesting_circle",
+    /// The time of a task that is not in the file.
+    TaskTimeMissing = "task_time_missing",
+    /// A task that recurs.
+    TaskTimeRecurring = "task_time_recurring",
+    /// A unit of time that is unknown.
+    TimeUnitUnknown = "time_unit_unknown",
+    /// An entity that no schema has.
+    UnknownEntity = "unknown_entity",
+
+    // Making the site of files: `ingest`.
+    /// An element too far from the rest of the building.
+    CoordinatesOutOfReach = "coordinates_out_of_reach",
+    /// A door that does not say how it opens.
+    DoorOperationUnknown = "door_operation_unknown",
+    /// The map frame of before stays although the files have another.
+    FrameKept = "frame_kept",
+    /// More levels than the limit.
+    LevelsLeftOut = "levels_left_out",
+    /// A file without a map conversion among others whose conversions differ.
+    MapConversionMissing = "map_conversion_missing",
+    /// Files whose scales on the map differ.
+    MapScalesDiffer = "map_scales_differ",
+    /// Files in different projected systems.
+    ProjectedSystemsDiffer = "projected_systems_differ",
+    /// A space without a body.
+    SpaceWithoutBody = "space_without_body",
+    /// A measure of a stair that its body contradicts.
+    StairMeasureImplausible = "stair_measure_implausible",
+
+    // Evaluating the schedule: `schedule`.
+    /// A task whose calendar is to be used and is not there.
+    CalendarMissing = "calendar_missing",
+    /// A calendar with more working times than the limit.
+    CalendarTooLarge = "calendar_too_large",
+    /// A calendar in which nobody ever works.
+    CalendarWithoutWork = "calendar_without_work",
+    /// A rule that closes spaces and names none of the site.
+    ClosedSpaceUnknown = "closed_space_unknown",
+    /// A task that is complete, without a finish.
+    CompletionWithoutFinish = "completion_without_finish",
+    /// A date that can be read in two orders.
+    DateAmbiguous = "date_ambiguous",
+    /// A date in another order than the configured one.
+    DateOrder = "date_order",
+    /// A date that stands for none.
+    DatePlaceholder = "date_placeholder",
+    /// A text that is no date.
+    DateUnreadable = "date_unreadable",
+    /// A date with a zone, where the zone of the site is unknown.
+    DateZone = "date_zone",
+    /// A delay that moves nothing.
+    DelayWithoutEffect = "delay_without_effect",
+    /// Durations in days, which a calendar counts.
+    DurationInDays = "duration_in_days",
+    /// A construction phase without dates.
+    PhaseUnknown = "phase_unknown",
+    /// A room without the date that rules look for.
+    RoomUndated = "room_undated",
+    /// A work schedule without tasks.
+    ScheduleEmpty = "schedule_empty",
+    /// The start of a work schedule that is no date.
+    ScheduleStartUnreadable = "schedule_start_unreadable",
+    /// A schedule of which nothing can be used.
+    ScheduleUnusable = "schedule_unusable",
+    /// A status that needs a date, and has none.
+    StatusWithoutDate = "status_without_date",
+    /// A summary task whose dates are not those of its parts.
+    SummaryDatesDiffer = "summary_dates_differ",
+    /// Tasks that depend on themselves.
+    TaskCycle = "task_cycle",
+    /// A date of a task that is no date.
+    TaskDateUnreadable = "task_date_unreadable",
+    /// A task that finishes before it starts.
+    TaskReversed = "task_reversed",
+    /// A task without dates.
+    TaskUndated = "task_undated",
+
+    // Planning missions: `waypoints`.
+    /// An element that can be seen and that no scan sees.
+    ElementUnseen = "element_unseen",
+    /// Scans that cannot be registered with others.
+    ScanNotJoined = "scan_not_joined",
+    /// A start where the robot cannot stand.
+    StartBlocked = "start_blocked",
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_has_a_word_of_its_own() {
+        let mut names: Vec<_> = DiagnosticCode::ALL.iter().map(|code| code.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), DiagnosticCode::ALL.len());
+        let is_word = |name: &&str| name.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+        assert!(names.iter().all(is_word), "{names:?}");
+    }
+}
