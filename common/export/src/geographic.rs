@@ -3,7 +3,7 @@
 use crate::input::ExportInput;
 use crate::text::rounded;
 use crate::waypoints::{kind, space_id, space_name};
-use frames::{Map, Point3, World};
+use frames::{Earth, EarthFromWorld, Map, Point3};
 use messages::{Site, WaypointRecord};
 use proj4rs::Proj;
 use proj4rs::transform::transform;
@@ -44,6 +44,7 @@ impl GeographicReport {
 /// From the map to longitude and latitude.
 pub(crate) struct Geographic<'a> {
     site: &'a Site<'a>,
+    earth_from_world: EarthFromWorld,
     projection: Projection,
 }
 
@@ -52,18 +53,25 @@ impl<'a> Geographic<'a> {
     ///
     /// The error is a sentence for people: why there are no latitudes and longitudes.
     pub(crate) fn of(site: &'a Site<'a>) -> Result<Self, String> {
-        if site.head.has_earth == 0 {
+        let Some(earth_from_world) = site.earth_from_world() else {
             return Err("no file says where on earth the model lies (IfcMapConversion)".to_owned());
-        }
+        };
         let crs = site.text(site.head.earth_crs);
-        let geographic = Self { site, projection: Projection::of(crs)? };
+        let geographic = Self { site, earth_from_world, projection: Projection::of(crs)? };
         let origin = geographic.longitude_latitude_deg([0.0; 3]);
         origin.map(|_| geographic).ok_or_else(|| format!("the model lies outside of {crs:?}"))
     }
 
     fn longitude_latitude_deg(&self, p_in_map_m: [f64; 3]) -> Option<[f64; 2]> {
-        let [east_m, north_m, _] = on_earth_m(self.site, p_in_map_m);
+        let [east_m, north_m, _] = self.on_earth_m(p_in_map_m);
         self.projection.longitude_latitude_deg([east_m, north_m])
+    }
+
+    /// Eastings, northings and height in metres of a point of the map.
+    fn on_earth_m(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let world_from_map = self.site.map_from_world().inverse();
+        let on_earth: Point3<Earth> = &self.earth_from_world * (&world_from_map * Point3::<Map>::new(x, y, z));
+        on_earth.coordinates_m()
     }
 
     /// A FeatureCollection as RFC 7946 has it: longitude and latitude in degrees, of WGS 84.
@@ -73,7 +81,7 @@ impl<'a> Geographic<'a> {
             let properties = json!({
                 "id": w.id, "order": w.order, "kind": kind(w), "storey": w.map_storey, "space": space_id(input, w.space),
                 "name": space_name(input.site, w.space), "x_m": x_m, "y_m": y_m, "z_m": z_m,
-                "orthogonal_height_m": rounded(on_earth_m(self.site, w.position_in_map_m)[2]),
+                "orthogonal_height_m": rounded(self.on_earth_m(w.position_in_map_m)[2]),
             });
             let place = self.longitude_latitude_deg(w.position_in_map_m);
             let geometry = place.map(|coordinates| json!({"type": "Point", "coordinates": coordinates}));
@@ -82,18 +90,6 @@ impl<'a> Geographic<'a> {
         let features: Vec<Value> = input.plan.waypoints.iter().map(feature).collect();
         json!({"type": "FeatureCollection", "features": features})
     }
-}
-
-/// Eastings, northings and height in metres of a point of the map.
-fn on_earth_m(site: &Site<'_>, p_in_map_m: [f64; 3]) -> [f64; 3] {
-    let map_from_world = site.map_from_world();
-    let [x, y, z] = p_in_map_m;
-    let in_world: Point3<World> = &map_from_world.inverse() * Point3::<Map>::new(x, y, z);
-    let (head, in_world) = (site.head, in_world.coordinates_m());
-    let [x, y, z] = [0, 1, 2].map(|k| head.earth_scale[k] * in_world[k]);
-    let [cos, sin] = head.earth_x_axis;
-    let [e, n, h] = head.earth_m;
-    [e + cos * x - sin * y, n + sin * x + cos * y, h + z]
 }
 
 /// A projected system and the geographic one.

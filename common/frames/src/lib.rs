@@ -5,6 +5,7 @@
 
 mod angle;
 mod counted;
+mod earth;
 mod plan_time;
 mod point;
 mod pose_covariance;
@@ -13,6 +14,7 @@ mod tenth_mm;
 
 pub use angle::wrapped;
 pub use counted::counted;
+pub use earth::{Earth, EarthFromWorld};
 pub use plan_time::{PlanTime, PlanTimeError, WrittenPlanTime};
 pub use point::{Point2, Point3};
 pub use pose_covariance::PoseCovariance;

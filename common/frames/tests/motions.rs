@@ -1,6 +1,6 @@
 //! Properties of rigid motions, and of covariances that they carry along.
 
-use frames::{Point2, PoseCovariance, Rigid2, UprightRigid3, wrapped};
+use frames::{EarthFromWorld, Point2, Point3, PoseCovariance, Rigid2, UprightRigid3, World, wrapped};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -80,6 +80,17 @@ proptest! {
         let turned = here.turned(&b_from_a);
         let worst = s[0].max(s[1]).sqrt();
         prop_assert!((turned.worst_m() - worst).abs() < 1e-12 && turned.deviations()[0] <= worst + 1e-12);
+    }
+
+    #[test]
+    fn a_point_comes_back_from_earth(
+        origin_m in [-1e6..1e6f64, -1e6..1e6, -1e3..1e3], yaw_rad in -PI..PI, s in 0.9..1.1f64, p in [-1e2..1e2f64, -1e2..1e2, -1e2..1e2],
+    ) {
+        let (sin, cos) = libm::sincos(yaw_rad);
+        let earth_from_world = EarthFromWorld::new(origin_m, [cos, sin], [s, s, 1.0]);
+        let back = earth_from_world.apply_inverse(&earth_from_world * Point3::<World>::new(p[0], p[1], p[2])).coordinates_m();
+        prop_assert!((0..3).all(|k| (back[k] - p[k]).abs() < 1e-9), "{back:?}");
+        prop_assert!(wrapped(earth_from_world.yaw_rad() - yaw_rad).abs() < 1e-12);
     }
 
     #[test]

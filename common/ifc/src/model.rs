@@ -2,6 +2,7 @@
 
 use crate::Named;
 use crate::schedule::Schedule;
+use frames::EarthFromWorld;
 
 /// One file, read.
 #[derive(Debug)]
@@ -59,6 +60,13 @@ pub struct MapConversion {
     pub x_axis: [f64; 2],
     /// Metres on the map per metre of the world, along the world's three axes.
     pub scale: [f64; 3],
+}
+
+impl MapConversion {
+    /// The map from the world to the projected system.
+    pub fn earth_from_world(&self) -> EarthFromWorld {
+        EarthFromWorld::new(self.origin_m, self.x_axis, self.scale)
+    }
 }
 
 /// One IfcBuildingStorey.

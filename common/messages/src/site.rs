@@ -6,7 +6,7 @@ use crate::robot::Opens;
 use crate::schedule_records::*;
 use crate::site_records::*;
 use crate::tag::check_tags;
-use frames::{Map, UprightRigid3, World};
+use frames::{EarthFromWorld, Map, UprightRigid3, World};
 use geometry::{MeshView, MultiPolygon, OrientedBox, Polygon, ring_area_doubled};
 use std::ops::Range;
 
@@ -139,6 +139,12 @@ impl<'a> Site<'a> {
     /// The motion from the IFC world to the map.
     pub fn map_from_world(&self) -> UprightRigid3<Map, World> {
         UprightRigid3::new(self.head.map_from_world_m, self.head.map_from_world_yaw_rad)
+    }
+
+    /// The map from the IFC world to the projected system; `None` if no file gives one.
+    pub fn earth_from_world(&self) -> Option<EarthFromWorld> {
+        let head = self.head;
+        (head.has_earth == 1).then(|| EarthFromWorld::new(head.earth_m, head.earth_x_axis, head.earth_scale))
     }
 
     /// The meshes of an element.

@@ -2,7 +2,7 @@
 
 use crate::error::IngestError;
 use crate::input::Place;
-use frames::{UprightRigid3, World};
+use frames::{EarthFromWorld, Point3, UprightRigid3, World};
 use ifc::{Diagnostic, DiagnosticCode, Geometry, Georeference, MapConversion, Model, Severity};
 
 /// Files that no chain of gaps up to this joins do not belong together.
@@ -72,7 +72,7 @@ fn boxes<'a>(
     site_from_file: &[UprightRigid3<World, World>],
     earth: Option<&MapConversion>,
 ) -> Vec<(&'a str, Option<Corners>)> {
-    let yaw_rad = earth.map_or(0.0, yaw_of);
+    let yaw_rad = earth.map_or(0.0, |earth| earth.earth_from_world().yaw_rad());
     let turn = UprightRigid3::<World, World>::new([0.0; 3], yaw_rad);
     let turned = |motion: &UprightRigid3<World, World>| {
         UprightRigid3::<World, World>::new(turn.apply(motion.translation_m()), motion.yaw_rad() + yaw_rad)
@@ -92,39 +92,24 @@ fn is_same_system(a: &str, b: &str) -> bool {
 /// The file's conversion as one of the site's world, in which the file lies at its place.
 fn site_conversion(place: Option<Place>, own: &MapConversion) -> MapConversion {
     let Some(place) = place else { return own.clone() };
-    let yaw_rad = yaw_of(own) - place.yaw_rad;
+    let yaw_rad = own.earth_from_world().yaw_rad() - place.yaw_rad;
     let (sin, cos) = libm::sincos(yaw_rad);
     let x_axis = [cos, sin];
-    let turned = MapConversion { origin_m: [0.0; 3], x_axis, ..own.clone() };
-    let shift = on_map(&turned, place.translation_m);
-    MapConversion { origin_m: [0, 1, 2].map(|k| own.origin_m[k] - shift[k]), ..turned }
+    let shift = &EarthFromWorld::new([0.0; 3], x_axis, own.scale) * point(place.translation_m);
+    let shift = shift.coordinates_m();
+    MapConversion { origin_m: [0, 1, 2].map(|k| own.origin_m[k] - shift[k]), x_axis, ..own.clone() }
 }
 
-fn yaw_of(conversion: &MapConversion) -> f64 {
-    libm::atan2(conversion.x_axis[1], conversion.x_axis[0])
-}
-
-/// A point of the world on the map, in metres.
-fn on_map(conversion: &MapConversion, p: [f64; 3]) -> [f64; 3] {
-    let [cos, sin] = conversion.x_axis;
-    let [x, y, z] = [0, 1, 2].map(|k| conversion.scale[k] * p[k]);
-    let [e, n, h] = conversion.origin_m;
-    [e + cos * x - sin * y, n + sin * x + cos * y, h + z]
-}
-
-/// The point of the world that lies there on the map.
-fn from_map(conversion: &MapConversion, p: [f64; 3]) -> [f64; 3] {
-    let [cos, sin] = conversion.x_axis;
-    let [x, y, z] = [0, 1, 2].map(|k| p[k] - conversion.origin_m[k]);
-    let turned = [cos * x + sin * y, cos * y - sin * x, z];
-    [0, 1, 2].map(|k| turned[k] / conversion.scale[k])
+fn point([x, y, z]: [f64; 3]) -> Point3<World> {
+    Point3::new(x, y, z)
 }
 
 /// The motion from a file's world to the site's through the map. Models are not stretched: where scales differ, `pivot` is the
 /// point of the file that is met exactly.
 fn through_earth(site: &MapConversion, file: &MapConversion, pivot: [f64; 3]) -> UprightRigid3<World, World> {
-    let yaw_rad = yaw_of(file) - yaw_of(site);
-    let met = from_map(site, on_map(file, pivot));
+    let (site, file) = (site.earth_from_world(), file.earth_from_world());
+    let yaw_rad = file.yaw_rad() - site.yaw_rad();
+    let met = site.apply_inverse(&file * point(pivot)).coordinates_m();
     let turned = UprightRigid3::<World, World>::new([0.0; 3], yaw_rad).apply(pivot);
     UprightRigid3::new([0, 1, 2].map(|k| met[k] - turned[k]), yaw_rad)
 }
@@ -255,8 +240,10 @@ mod tests {
         let place = Place { translation_m: [7.0, -3.0, 2.0], yaw_rad: 0.4 };
         let site = site_conversion(Some(place), &own);
         let p = [11.0, 13.0, 1.0];
-        let (through_site, direct) = (on_map(&site, place.motion().apply(p)), on_map(&own, p));
-        assert!((0..3).all(|k| (through_site[k] - direct[k]).abs() < 1e-9), "{through_site:?} {direct:?}");
+        let through_site = &site.earth_from_world() * (&place.motion() * point(p));
+        let direct = &own.earth_from_world() * point(p);
+        let off = std::iter::zip(through_site.coordinates_m(), direct.coordinates_m()).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-9, "{through_site:?} {direct:?}");
     }
 
     fn verdict(boxes: &[(&str, Option<Corners>)]) -> Result<(), String> {

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use export::{ExportFile, nav2_poses, rounded, with_manifest};
-use frames::{Map, Rigid2, Slam, TENTHS_PER_M};
+use frames::{Map, Rigid2, Slam, TENTHS_PER_M, wrapped};
 use geometry::Bounds;
 use grid::{GridSpec, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled};
 use messages::PoseRecord;
@@ -105,9 +105,8 @@ impl Moved {
         let number = |key: &str| waypoint[key].as_f64().unwrap_or_default();
         let [x, y] = self.slam_from_map.apply([number("x_m"), number("y_m")]);
         let yaw = number("yaw_rad") + self.slam_from_map.yaw_rad();
-        let (sin, cos) = libm::sincos(yaw);
         (waypoint["x_m"], waypoint["y_m"]) = (rounded(x).into(), rounded(y).into());
-        waypoint["yaw_rad"] = rounded(libm::atan2(sin, cos)).into();
+        waypoint["yaw_rad"] = rounded(wrapped(yaw)).into();
         if let Some([x, y, ..]) = waypoint["centroid_m"].as_array_mut().map(Vec::as_mut_slice) {
             let moved = self.slam_from_map.apply([&*x, &*y].map(|c| c.as_f64().unwrap_or_default()));
             (*x, *y) = (rounded(moved[0]).into(), rounded(moved[1]).into());
