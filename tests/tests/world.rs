@@ -41,7 +41,7 @@ fn corners_of(line: &str, folder: &Path) -> Vec<[f64; 3]> {
 /// Roll, pitch, yaw about fixed axes, then the shift.
 fn posed(pose: &[f64], p: [f64; 3]) -> [f64; 3] {
     let turned = |p: [f64; 3], axis: usize, angle: f64| {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
         let mut q = p;
         q[i] = cos * p[i] - sin * p[j];
@@ -158,7 +158,7 @@ fn rays_in_the_world_end_where_they_end_on_the_planning_map() {
             let start = ["x_m", "y_m"].map(|k| waypoint[k].as_f64().unwrap());
             for k in 0..24 {
                 let angle = std::f64::consts::TAU * (f64::from(k) + 0.5) / 24.0;
-                let at = |t: f64| [start[0] + t * angle.cos(), start[1] + t * angle.sin()];
+                let at = |t: f64| [start[0] + t * libm::cos(angle), start[1] + t * libm::sin(angle)];
                 // Where the map ends nothing is compared.
                 let is_on_map = |p: [f64; 2]| (0..2).all(|i| low[i] + 2.0 * cell < p[i] && p[i] < high[i] - 2.0 * cell);
                 let steps = || (0..320).map(|i| f64::from(i) * cell / 4.0).take_while(|t| is_on_map(at(*t)));

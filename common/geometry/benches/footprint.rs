@@ -34,8 +34,8 @@ fn boxes(n: i32) -> Mesh {
 fn ball(n: usize) -> Mesh {
     let at = |i: usize, j: usize| {
         let (polar, around) = (std::f64::consts::PI * i as f64 / n as f64, std::f64::consts::PI * j as f64 / n as f64);
-        let (r, z) = (5_000.0 * polar.sin(), 5_000.0 * polar.cos());
-        [(r * around.cos()).round() as i32, (r * around.sin()).round() as i32, z.round() as i32 + 6_000]
+        let (r, z) = (5_000.0 * libm::sin(polar), 5_000.0 * libm::cos(polar));
+        [(r * libm::cos(around)).round() as i32, (r * libm::sin(around)).round() as i32, z.round() as i32 + 6_000]
     };
     let vertices = (0..=n).flat_map(|i| (0..2 * n).map(move |j| at(i, j))).collect();
     let index = |i: usize, j: usize| (i * 2 * n + j % (2 * n)) as u32;

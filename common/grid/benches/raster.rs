@@ -9,7 +9,7 @@ use std::hint::black_box;
 fn polygon(n: u32) -> MultiPolygon {
     let corner = |k: u32| {
         let angle = std::f64::consts::TAU * f64::from(k) / f64::from(n);
-        [(100_000.0 * angle.cos()).round() as i32, (100_000.0 * angle.sin()).round() as i32]
+        [(100_000.0 * libm::cos(angle)).round() as i32, (100_000.0 * libm::sin(angle)).round() as i32]
     };
     union(&[(0..n).map(corner).collect()], FillRule::NonZero)
 }

@@ -324,7 +324,7 @@ mod tests {
 
     #[test]
     fn round_primitives_are_meshed_alone_and_in_a_tree() {
-        let area = 18.0 * (std::f64::consts::TAU / 36.0).sin();
+        let area = 18.0 * libm::sin(std::f64::consts::TAU / 36.0);
         let cylinder = "IFCRIGHTCIRCULARCYLINDER(#102,2.,1.);";
         check(&format!("#4={cylinder}"), 2.0 * area, [1.0, 1.0, 2.0]);
         check(&format!("#4=IFCCSGSOLID(#5);#5={cylinder}"), 2.0 * area, [1.0, 1.0, 2.0]);
@@ -338,7 +338,7 @@ mod tests {
         let moved = "#6=IFCAXIS2PLACEMENT2D(#7,$);#7=IFCCARTESIANPOINT((10.,0.));";
         let trapezium = solid("IFCTRAPEZIUMPROFILEDEF(.AREA.,$,#6,4.,2.,1.,0.5)");
         check(&format!("{trapezium}{moved}"), 2.0 * 3.0, [12.0, 0.5, 2.0]);
-        let area = 2.0 * 18.0 * (std::f64::consts::TAU / 36.0).sin();
+        let area = 2.0 * 18.0 * libm::sin(std::f64::consts::TAU / 36.0);
         check(&solid("IFCELLIPSEPROFILEDEF(.AREA.,$,$,2.,1.)"), 2.0 * area, [2.0, 1.0, 2.0]);
     }
 

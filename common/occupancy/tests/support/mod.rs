@@ -59,7 +59,7 @@ pub(crate) fn scanned_bent(
     let n = (30.0 / resolution_m) as usize;
     let slam_from_map = map_from_slam.inverse();
     let middle = slam_from_map.apply(places[0]);
-    let (sin, cos) = origin_yaw_rad.sin_cos();
+    let (sin, cos) = libm::sincos(origin_yaw_rad);
     // The corner from which the first place is in the middle of the square.
     let half = n as f64 * resolution_m / 2.0;
     let origin = [middle[0] - cos * half + sin * half, middle[1] - sin * half - cos * half];
@@ -74,7 +74,7 @@ pub(crate) fn scanned_bent(
     };
     for place in places {
         for k in 0..2000 {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 2000.0).sin_cos();
+            let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(k) / 2000.0);
             for step in 1..1200 {
                 let far = f64::from(step) * 0.01;
                 let p = [place[0] + cos * far, place[1] + sin * far];

@@ -416,7 +416,7 @@ mod tests {
     fn places_on_a_circle_are_visited_around_it() {
         let at = |k: u32| f64::from(k * 17 % 40) * std::f64::consts::TAU / 40.0;
         let points: Vec<(u32, u32)> = (0..40)
-            .map(|k| ((10_000.0 + 9_000.0 * at(k).cos()) as u32, (10_000.0 + 9_000.0 * at(k).sin()) as u32))
+            .map(|k| ((10_000.0 + 9_000.0 * libm::cos(at(k))) as u32, (10_000.0 + 9_000.0 * libm::sin(at(k))) as u32))
             .collect();
         let distance_mm = distances(&points);
         let order = TourProblem {

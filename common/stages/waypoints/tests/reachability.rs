@@ -277,7 +277,7 @@ fn a_waypoint_looks_where_it_was_come_from_to_or_where_the_first_leg_leads() {
         let [x, y, _] = waypoint.position_in_map_m;
         let at = tour.iter().position(|p| *p == [x, y]).unwrap();
         if let Some(before) = at.checked_sub(1).map(|k| tour[k]) {
-            let yaw_rad = (y - before[1]).atan2(x - before[0]);
+            let yaw_rad = libm::atan2(y - before[1], x - before[0]);
             assert!((yaw_rad - waypoint.yaw_rad).abs() < 1e-9, "{yaw_rad} {}", waypoint.yaw_rad);
         }
     }

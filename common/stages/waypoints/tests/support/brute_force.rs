@@ -139,11 +139,11 @@ pub(crate) fn sees(grid: &Grid<'_>, sensor: &ScanSensor, scan: &WaypointRecord, 
     let length = d[0].hypot(d[1]);
     let length_m = length * spec.resolution_m();
     let dot = |v: [f64; 2]| d[0] * v[0] + d[1] * v[1];
-    let turn_rad = ((-d[1]).atan2(-d[0]) - scan.yaw_rad).rem_euclid(std::f64::consts::TAU);
+    let turn_rad = (libm::atan2(-d[1], -d[0]) - scan.yaw_rad).rem_euclid(std::f64::consts::TAU);
     let off_rad = turn_rad.min(std::f64::consts::TAU - turn_rad);
     if !(sensor.min_range_m..=sensor.range_m).contains(&length_m)
         || dot(side.out) <= 0.0
-        || (dot(side.normal) / length).clamp(-1.0, 1.0).acos() > sensor.max_incidence_rad
+        || libm::acos((dot(side.normal) / length).clamp(-1.0, 1.0)) > sensor.max_incidence_rad
         || (!sensor.sees_around() && off_rad > sensor.field_of_view_rad / 2.0)
     {
         return false;
