@@ -20,7 +20,7 @@ use crate::{
 };
 use diagnostics::Report;
 
-/// Reads everything that the file says.
+/// Reads the model of a file.
 pub(crate) fn model(
     file: &File<'_>,
     schema: String,
@@ -139,7 +139,7 @@ fn boundaries(relations: &Relations, products: &Products<'_, '_>) -> Vec<SpaceBo
     boundaries
 }
 
-/// What is needed to read one product after the other.
+/// Shared inputs of reading products.
 struct Reader<'r, 'f, 'a> {
     file: &'f File<'a>,
     unit_m: f64,

@@ -9,7 +9,7 @@ use crate::placement::{axis2_placement, operator, point};
 use crate::units;
 use nalgebra::{Affine3, Point3, Vector3};
 
-/// Records that are looked at in one file, so that hostile ones end.
+/// Limit of records visited in one file.
 const VISITS_MAX: usize = 1_000_000;
 /// Deepest nesting of items.
 const DEPTH_MAX: usize = 48;

@@ -1,6 +1,6 @@
 //! Errors of reading a file.
 
-/// Nothing could be made of the file. The text says what is wrong and what to do.
+/// Errors of reading a file. The text names the fault and a remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// No bytes.

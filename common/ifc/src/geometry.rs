@@ -116,7 +116,7 @@ fn is_placed(product: &Bodied<'_, '_>, frames: &HashMap<u32, Affine3<f64>>) -> b
     product.record.at(5).reference().is_none() || frames.contains_key(&product.record.id)
 }
 
-/// Its shape may be fine, but nobody knows where it is: anywhere would be a phantom.
+/// A product without a usable position gets no body.
 fn unplaced(product: &Bodied<'_, '_>, report: &mut Report) -> Geometry {
     let why = "its placement cannot be resolved".to_owned();
     report.add(
@@ -128,7 +128,7 @@ fn unplaced(product: &Bodied<'_, '_>, report: &mut Report) -> Geometry {
     Geometry { parts: Vec::new(), status: GeometryStatus::Failed { why } }
 }
 
-/// What the kernel made of a product.
+/// Result of the kernel for a product.
 struct Outcome {
     meshes: Vec<ItemMesh>,
     complaint: Option<String>,
@@ -153,7 +153,7 @@ fn is_swallowed(
     body.corners().into_iter().all(|corner| inside(frame * corner))
 }
 
-/// The body as it goes into the model, with what has to be said about it.
+/// The final body of a product, with its diagnostics.
 fn settle(
     file: &File<'_>,
     product: &Bodied<'_, '_>,
@@ -202,7 +202,7 @@ fn settle(
     Geometry { parts, status }
 }
 
-/// Complaints about a body that is complete as far as we can see.
+/// Reports complaints of the kernel about a body that seems complete.
 fn report_doubts(product: &Bodied<'_, '_>, why: &str, empty: bool, report: &mut Report) {
     let id = || Some(product.id.clone());
     if empty {

@@ -17,7 +17,7 @@ const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 /// Easting and northing of no projected system are farther from its origin.
 const FARTHEST_M: f64 = 1e8;
 
-/// What a file writes, before its units are applied.
+/// A map conversion as written, before units are applied.
 struct Written {
     entity: Named,
     crs: String,

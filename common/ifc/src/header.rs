@@ -7,7 +7,7 @@ use diagnostics::Report;
 /// Real headers are below 2 KiB.
 const HEADER_BYTES_MAX: usize = 1 << 20;
 
-/// What the header says.
+/// Content of the header.
 pub(crate) struct Header {
     /// FILE_SCHEMA as written.
     pub(crate) label: String,

@@ -7,7 +7,7 @@ use frames::EarthFromWorld;
 /// One file, read.
 #[derive(Debug)]
 pub struct Model {
-    /// Where it comes from.
+    /// Source file.
     pub source: Source,
     /// Where on earth it stands, as the file says; never applied to coordinates.
     pub georeference: Georeference,

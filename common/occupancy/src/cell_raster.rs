@@ -7,15 +7,15 @@ pub const CELL_M: f64 = 0.05;
 const OCCUPIED_SHARE: f64 = 0.15;
 const FREE_SHARE: f64 = 0.3;
 
-/// What is known of a cell.
+/// Occupancy of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cell {
-    /// Nothing stands there.
+    /// Free.
     Free,
-    /// Something does.
+    /// Occupied.
     Occupied,
-    /// Nobody looked.
+    /// Unknown.
     Unknown,
 }
 
@@ -23,8 +23,8 @@ impl Cell {
     /// From the value of `nav_msgs/OccupancyGrid`: what is neither surely free nor surely occupied is unknown.
     pub fn of_occupancy(value: i8) -> Self {
         match value {
-            0..=MOST_FREE => Self::Free,
-            LEAST_OCCUPIED.. => Self::Occupied,
+            0..=MAX_FREE => Self::Free,
+            MIN_OCCUPIED.. => Self::Occupied,
             _ => Self::Unknown,
         }
     }
@@ -40,8 +40,8 @@ impl Cell {
 }
 
 /// Percent, as map servers have it.
-const MOST_FREE: i8 = 25;
-const LEAST_OCCUPIED: i8 = 65;
+const MAX_FREE: i8 = 25;
+const MIN_OCCUPIED: i8 = 65;
 
 /// Cells of [`CELL_M`], row-major from the lower left corner. Points on it are metres from that corner.
 #[derive(Debug, Clone)]
@@ -89,7 +89,7 @@ impl Raster {
         out
     }
 
-    /// What is at a point; unknown outside.
+    /// The cell at a point; unknown outside.
     pub fn at(&self, [x, y]: [f64; 2]) -> Cell {
         let (column, row) = ((x / CELL_M).floor(), (y / CELL_M).floor());
         let inside = column >= 0.0 && row >= 0.0 && column < self.width as f64 && row < self.height as f64;

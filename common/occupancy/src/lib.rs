@@ -1,7 +1,7 @@
 //! Occupancy maps of robots: files of map servers, the `slam-map` archive, cells of one size.
 //!
-//! What the stages that compare a robot's map with the model share. A map is row-major from its lower left corner; lengths are
-//! metres, angles radians.
+//! Shared by the stages that compare a robot's map with the model. A map is row-major from its lower left corner; lengths
+//! are metres, angles radians.
 
 mod archive;
 mod cell_raster;

@@ -1,7 +1,7 @@
 //! Maps as map servers write them: a YAML text and an image beside it.
 //!
-//! Grey 205 of a trinary map is unknown whatever the threshold says: savers write it for that, and with the common `free_thresh:
-//! 0.25` a map server reads it as free, so that walls would seem to be seen through where nobody looked.
+//! Grey 205 of a trinary map is unknown whatever the threshold says: savers write it for that, and with the common
+//! `free_thresh: 0.25` a map server reads it as free, so that unobserved walls would seem to be seen through.
 
 use crate::Cell;
 use serde::Deserialize;
@@ -20,7 +20,7 @@ pub struct OccupancyMap {
     pub origin: [f64; 3],
 }
 
-/// A map that cannot be used.
+/// Error of a map file.
 #[derive(Debug, thiserror::Error)]
 #[error("map {}", path.display())]
 pub struct MapFileError {
@@ -30,7 +30,7 @@ pub struct MapFileError {
     pub source: MapFault,
 }
 
-/// Why a map cannot be used.
+/// Faults of map files.
 #[derive(Debug, thiserror::Error)]
 pub enum MapFault {
     /// A file cannot be read.
@@ -41,7 +41,7 @@ pub enum MapFault {
         /// Why.
         source: std::io::Error,
     },
-    /// More than can be compared.
+    /// The map is too large.
     #[error(
         "it is {wide_m:.0} x {high_m:.0} m: at most {MAX_AREA_M2:.0} m2 can be aligned, cut off what nobody has seen"
     )]
@@ -132,7 +132,7 @@ impl OccupancyMap {
         description.map_of(image, path)
     }
 
-    /// Refuses a map of which nobody could hold the cells at the resolution that maps are compared at.
+    /// Refuses a map that is too large to be compared.
     ///
     /// # Errors
     /// A map of too large an area.
@@ -196,7 +196,7 @@ impl Description {
         Ok(map)
     }
 
-    /// What a pixel says.
+    /// The cell of a pixel.
     fn cell_of(&self, &image::LumaA([gray, alpha]): &image::LumaA<u8>, has_alpha: bool) -> Cell {
         let is_negated = matches!(self.negate, Negate::Word(true) | Negate::Number(1..));
         if self.mode == Mode::Raw {

@@ -1,30 +1,30 @@
 //! Doors of the world: placement, joints and limits.
 
-use crate::leaves::{Board, Kind, Link, Opening, boards_at, links_of};
-use crate::limits::{Near, Obstacles, Prism};
-use crate::operations::{Leaf, Motion, Source, operation_of, turned_over};
+use crate::door_links::{Board, JointKind, Link, Opening, boards_at, links_of};
+use crate::door_operations::{Leaf, LeafMotion, OperationSource, mirrored, operation_of};
+use crate::joint_limits::{NearbyObstacles, Obstacles, Prism};
 use crate::options::{DoorMode, WorldOptions};
-use crate::statics::{Static, link_name, stands, storey_at, storey_of};
+use crate::static_elements::{StaticElement, link_name, stands, storey_at, storey_of};
 use export::ExportInput;
 use frames::{TENTHS_PER_M, metres};
 use messages::{DoorRecord, NONE};
 use std::f64::consts::FRAC_PI_4;
 
-/// What leaves are drawn in at each side, one after the other, until they no longer cut into what stands beside the opening.
+/// Insets of leaves at each side, tried in order until they do not intersect elements beside the opening.
 const INSETS_M: [f64; 5] = [0.0, 0.01, 0.02, 0.03, 0.05];
 
 /// A threshold or floor finish under a door is at most this high above the opening's lower end.
 const THRESHOLD_M: f64 = 0.15;
 
-/// A floor this far above the lower end of an opening is where the door ends.
+/// Maximum height of a floor above the lower end of an opening to which a door is shortened.
 const FLOOR_ABOVE_M: f64 = 0.5;
 
-/// Steps in which motions are looked at: 2 degrees, 2 cm.
+/// Steps of the collision test of motions: 2 degrees, 2 cm.
 const STEP_RAD: f64 = std::f64::consts::PI / 90.0;
 const STEP_M: f64 = 0.02;
 
-/// A joint with less room than this does not move.
-const LEAST_RANGE: f64 = 0.1;
+/// Minimum range of a joint; with less it is fixed.
+const MIN_RANGE: f64 = 0.1;
 
 /// A door of the world.
 #[derive(Debug)]
@@ -34,22 +34,22 @@ pub(crate) struct WorldDoor {
     /// Its name in the world.
     pub(crate) name: String,
     pub(crate) storey: u32,
-    /// The operation type that it follows; `fixed` if it stays.
+    /// Its operation type; `fixed` if it does not move.
     pub(crate) operation: String,
-    pub(crate) source: Source,
-    /// True if the model does not say which side is left and which is the front.
+    pub(crate) source: OperationSource,
+    /// True if the model does not define left side and front.
     pub(crate) sides_assumed: bool,
     /// The door's frame in `map`: left jamb, middle of the wall, floor; yaw of its x axis.
     pub(crate) origin_m: [f64; 3],
     pub(crate) yaw_rad: f64,
     pub(crate) opening: Opening,
-    /// What leaves were drawn in at each side to be free.
+    /// Inset of the leaves at each side.
     pub(crate) inset_m: f64,
     /// Boards of the lining.
     pub(crate) lining: Vec<Board>,
     pub(crate) links: Vec<Link>,
-    /// For each link what ends its motion early, by its name in the world: at the lower and upper limit.
-    pub(crate) met: Vec<[Option<String>; 2]>,
+    /// For each link the names of the elements that end its motion early, at the lower and upper limit.
+    pub(crate) stopped_by: Vec<[Option<String>; 2]>,
 }
 
 impl WorldDoor {
@@ -58,57 +58,60 @@ impl WorldDoor {
         let farthest = |l: &Link| if l.limits[1] >= -l.limits[0] { l.limits[1] } else { l.limits[0] };
         // A door that turns is as open one way as the other.
         let open = |l: &Link| if l.boards.len() > 1 { FRAC_PI_4 } else { farthest(l) };
-        self.links.iter().map(|l| if mode == DoorMode::Open && l.kind != Kind::Fixed { open(l) } else { 0.0 }).collect()
+        self.links
+            .iter()
+            .map(|l| if mode == DoorMode::Open && l.kind != JointKind::Fixed { open(l) } else { 0.0 })
+            .collect()
     }
 }
 
-/// True if a door is one that a robot may pass: it hangs in a standing wall, or in none, and has a passage.
+/// True for a door with a passage whose host wall stands, or that has none.
 pub(crate) fn is_door(input: &ExportInput<'_>, element: u32) -> bool {
     let site = input.site;
     let record = &site.elements[element as usize];
     site.doors.get(record.door as usize).is_some_and(|d| d.opens != 0 && d.passage.half[0] > 0.0)
 }
 
-/// True if a door hangs: it stands, and so does what it hangs in.
-pub(crate) fn hangs(input: &ExportInput<'_>, door: &DoorRecord) -> bool {
+/// True if door and host wall stand.
+pub(crate) fn is_hung(input: &ExportInput<'_>, door: &DoorRecord) -> bool {
     let host = input.site.openings.get(door.opening as usize).map_or(NONE, |o| o.host);
     stands(input, door.element) && (host == NONE || input.phase.effective(host as usize).is_obstacle())
 }
 
-/// All doors that hang, in the order of the site.
-pub(crate) fn doors(input: &ExportInput<'_>, options: &WorldOptions, statics: &[Static]) -> Vec<WorldDoor> {
+/// All hung doors, in the order of the site.
+pub(crate) fn doors(input: &ExportInput<'_>, options: &WorldOptions, statics: &[StaticElement]) -> Vec<WorldDoor> {
     let obstacles = Obstacles::of(statics);
-    let hung = (0..).zip(input.site.doors).filter(|(_, d)| is_door(input, d.element) && hangs(input, d));
-    hung.map(|(index, door)| Hanging { input, options, door }.door(index, &obstacles, statics)).collect()
+    let hung = (0..).zip(input.site.doors).filter(|(_, d)| is_door(input, d.element) && is_hung(input, d));
+    hung.map(|(index, door)| DoorBuilder { input, options, door }.door(index, &obstacles, statics)).collect()
 }
 
-struct Hanging<'a> {
+struct DoorBuilder<'a> {
     input: &'a ExportInput<'a>,
     options: &'a WorldOptions,
     door: &'a DoorRecord,
 }
 
 /// The door's frame in plan.
-struct Frame {
+struct DoorFrame {
     origin_m: [f64; 2],
     along: [f64; 2],
-    /// The frame of the model stands on its head: left is right.
+    /// True if the frame of the model is upside down, so that left and right are exchanged.
     turned: bool,
     assumed: bool,
 }
 
-impl Hanging<'_> {
-    fn door(&self, index: u32, obstacles: &Obstacles, statics: &[Static]) -> WorldDoor {
+impl DoorBuilder<'_> {
+    fn door(&self, index: u32, obstacles: &Obstacles, statics: &[StaticElement]) -> WorldDoor {
         let (input, door) = (self.input, self.door);
         let record = &input.site.elements[door.element as usize];
         let frame = self.frame();
         let (operation, mut leaves, source) = operation_of(input.site, door, &self.options.door.unknown)
             .unwrap_or_else(|| {
-                let leaf = Leaf { span: [0.0, 1.0], motion: Motion::Fixed };
-                ("fixed".to_owned(), vec![leaf], Source::Assumed)
+                let leaf = Leaf { span: [0.0, 1.0], motion: LeafMotion::Fixed };
+                ("fixed".to_owned(), vec![leaf], OperationSource::Assumed)
             });
         if frame.turned {
-            turned_over(&mut leaves);
+            mirrored(&mut leaves);
         }
         let (bottom, height) = self.heights();
         let origin_m = [frame.origin_m[0], frame.origin_m[1], bottom];
@@ -117,9 +120,9 @@ impl Hanging<'_> {
             let sign = [-1.0, 1.0][side];
             [0, 1, 2].map(|k| origin_m[k] + sign * 2.0 * reach)
         }));
-        let room = Room { near, origin_m, along: frame.along };
+        let room = DoorSurroundings { near, origin_m, along: frame.along };
         let (opening, inset_m, links) = self.fitted(&leaves, height, &room);
-        let (links, met) = room.limited(links);
+        let (links, stopped_by) = room.limited(links);
         let name_of = |k: usize| statics[k].link.clone();
         WorldDoor {
             door: index,
@@ -135,7 +138,7 @@ impl Hanging<'_> {
             opening,
             inset_m,
             links,
-            met: met.into_iter().map(|ends| ends.map(|k| k.map(name_of))).collect(),
+            stopped_by: stopped_by.into_iter().map(|ends| ends.map(|k| k.map(name_of))).collect(),
         }
     }
 
@@ -144,7 +147,7 @@ impl Hanging<'_> {
     }
 
     /// Left is where the model's frame begins; without one the passage's own direction counts.
-    fn frame(&self) -> Frame {
+    fn frame(&self) -> DoorFrame {
         let (passage, hanging) = (self.door.passage.to_box(), &self.door.hanging);
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
         let towards = hanging.towards;
@@ -156,7 +159,7 @@ impl Hanging<'_> {
             _ => passage.axis,
         };
         let scale = f64::from(TENTHS_PER_M);
-        Frame {
+        DoorFrame {
             origin_m: [0, 1].map(|k| (passage.centre[k] - along[k] * passage.half[0]) / scale),
             along,
             turned: is_along && dot(hanging.along, right) < 0.0,
@@ -180,14 +183,14 @@ impl Hanging<'_> {
     }
 
     fn opening(&self, height: f64, threshold: f64, inset_m: f64) -> Opening {
-        let (door, leafs) = (self.door, &self.options.door);
-        let leaf_m = if door.hanging.leaf_m > 0.0 { door.hanging.leaf_m } else { leafs.thickness_m };
+        let (door, door_options) = (self.door, &self.options.door);
+        let leaf_m = if door.hanging.leaf_m > 0.0 { door.hanging.leaf_m } else { door_options.thickness_m };
         Opening {
             width_m: self.width_m(),
-            z_m: [threshold + leafs.floor_gap_m, height - inset_m],
+            z_m: [threshold + door_options.floor_gap_m, height - inset_m],
             depth_m: 2.0 * door.passage.half[1] / f64::from(TENTHS_PER_M),
             leaf_m: leaf_m.clamp(0.005, 0.3),
-            side_m: leafs.side_gap_m + self.lining_m() + inset_m,
+            side_m: door_options.side_gap_m + self.lining_m() + inset_m,
         }
     }
 
@@ -209,7 +212,7 @@ impl Hanging<'_> {
     }
 
     /// The links, drawn in as far as it takes to be free when closed, above what lies on the floor where they move.
-    fn fitted(&self, leaves: &[Leaf], height: f64, room: &Room<'_>) -> (Opening, f64, Vec<Link>) {
+    fn fitted(&self, leaves: &[Leaf], height: f64, room: &DoorSurroundings<'_>) -> (Opening, f64, Vec<Link>) {
         let links_in = |opening: &Opening| -> Vec<Link> {
             let mut links: Vec<Link> = Vec::new();
             for leaf in leaves {
@@ -245,14 +248,14 @@ fn named(mut links: Vec<Link>) -> Vec<Link> {
     links
 }
 
-/// What stands around a door, seen from its frame.
-struct Room<'a> {
-    near: Near<'a>,
+/// The static elements around a door, in the frame of the door.
+struct DoorSurroundings<'a> {
+    near: NearbyObstacles<'a>,
     origin_m: [f64; 3],
     along: [f64; 2],
 }
 
-impl Room<'_> {
+impl DoorSurroundings<'_> {
     fn in_map(&self, prism: &Prism) -> Prism {
         let [ax, ay] = self.along;
         let point = |p: &[f64; 2]| [self.origin_m[0] + ax * p[0] - ay * p[1], self.origin_m[1] + ay * p[0] + ax * p[1]];
@@ -263,9 +266,9 @@ impl Room<'_> {
         self.near.meets(&self.in_map(prism))
     }
 
-    /// The links of a leaf on the side of the wall on which it gets farther; the front if both are alike.
+    /// The links of a leaf on the side of the wall with the larger range; the front if equal.
     fn best_side(&self, leaf: &Leaf, opening: &Opening) -> Vec<Link> {
-        let goes_off_wall = matches!(leaf.motion, Motion::Slide { .. } | Motion::Rise);
+        let goes_off_wall = matches!(leaf.motion, LeafMotion::Slide { .. } | LeafMotion::Rise);
         let links = |front: f64| links_of(leaf, opening, front, self.headroom_m(leaf, opening, front));
         if !goes_off_wall {
             return links(1.0);
@@ -277,7 +280,7 @@ impl Room<'_> {
 
     /// Free height above a leaf that rises.
     fn headroom_m(&self, leaf: &Leaf, opening: &Opening, front: f64) -> f64 {
-        if leaf.motion != Motion::Rise {
+        if leaf.motion != LeafMotion::Rise {
             return f64::INFINITY;
         }
         let whole = links_of(leaf, opening, front, f64::INFINITY);
@@ -300,9 +303,9 @@ impl Room<'_> {
         top - low
     }
 
-    /// How far a link gets towards a value, and what it meets.
+    /// Range of a joint towards a value, and the obstacle that ends it.
     fn reach(&self, link: &Link, goal: f64) -> (f64, Option<usize>) {
-        let step = if link.kind == Kind::Revolute { STEP_RAD } else { STEP_M };
+        let step = if link.kind == JointKind::Revolute { STEP_RAD } else { STEP_M };
         // Wings that turn look the same after a quarter.
         let goal_seen = if link.boards.len() > 1 { goal.clamp(-1.6, 1.6) } else { goal };
         let reaches = link.boards.iter().enumerate().map(|(k, _)| {
@@ -320,17 +323,17 @@ impl Room<'_> {
         }
     }
 
-    /// Links whose joints end before anything is met; those without room are fixed.
+    /// Links with joint limits before collisions; those with too little range are fixed.
     fn limited(&self, links: Vec<Link>) -> (Vec<Link>, Vec<[Option<usize>; 2]>) {
         let limit = |mut link: Link| {
-            if link.kind == Kind::Fixed {
+            if link.kind == JointKind::Fixed {
                 return (link, [None, None]);
             }
             let [lower, upper] =
                 link.limits.map(|goal| if goal == 0.0 { (0.0, None) } else { self.reach(&link, goal) });
             link.limits = [lower.0, upper.0];
-            if upper.0 - lower.0 < LEAST_RANGE {
-                link.kind = Kind::Fixed;
+            if upper.0 - lower.0 < MIN_RANGE {
+                link.kind = JointKind::Fixed;
                 link.limits = [0.0; 2];
             }
             (link, [lower.1, upper.1])

@@ -1,7 +1,7 @@
 //! `site.glb`: the world for viewers, a node per element named by its GlobalId.
 
-use crate::leaves::pose_at;
-use crate::meshes::{Placed, Solid, UNITS_PER_M};
+use crate::door_links::pose_at;
+use crate::meshes::{PlacedMesh, Solid, UNITS_PER_M};
 use crate::scene::{Part, Scene};
 use crate::visuals::{Rgba, class_colour};
 use convex::ConvexBox;
@@ -95,7 +95,7 @@ impl Builder {
     }
 
     /// A node that shows a mesh of an element.
-    fn placed(&mut self, scene: &Scene<'_>, placed: Placed, colour: Rgba) -> Value {
+    fn placed(&mut self, scene: &Scene<'_>, placed: PlacedMesh, colour: Rgba) -> Value {
         let mesh = self.mesh(&scene.shown.meshes[placed.mesh], colour);
         placed_node(mesh, &placed)
     }
@@ -182,7 +182,7 @@ impl Builder {
         if let Some(known) = self.known_geometry.get(solid) {
             return *known;
         }
-        let flat = Flat::of(solid);
+        let flat = FlatShadedMesh::of(solid);
         let range = |pick: fn(f32, f32) -> f32, start: f32| {
             [0, 1, 2].map(|k| flat.positions.iter().map(|p| p[k]).fold(start, pick))
         };
@@ -250,7 +250,7 @@ impl Builder {
     }
 }
 
-fn placed_node(mesh: usize, placed: &Placed) -> Value {
+fn placed_node(mesh: usize, placed: &PlacedMesh) -> Value {
     let mut node = json!({"mesh": mesh, "translation": placed.shift_m});
     if placed.quarters > 0 {
         let half = placed.yaw_rad() / 2.0;
@@ -261,13 +261,13 @@ fn placed_node(mesh: usize, placed: &Placed) -> Value {
 
 /// Triangles with corners for each plane.
 #[derive(Default)]
-struct Flat {
+struct FlatShadedMesh {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     indices: Vec<u32>,
 }
 
-impl Flat {
+impl FlatShadedMesh {
     fn of(solid: &Solid) -> Self {
         let mut flat = Self::default();
         let mut known: BTreeMap<(u32, [i32; 3]), u32> = BTreeMap::new();
@@ -312,7 +312,7 @@ mod tests {
 
     #[test]
     fn a_cube_has_four_corners_and_a_normal_for_each_side() {
-        let flat = Flat::of(&unit_cube());
+        let flat = FlatShadedMesh::of(&unit_cube());
         assert_eq!((flat.positions.len(), flat.indices.len()), (24, 36));
         assert!(flat.normals.iter().zip(&flat.positions).all(|(n, p)| (0..3).map(|k| n[k] * p[k]).sum::<f32>() > 0.4));
     }

@@ -17,35 +17,35 @@
 //! | `world/doors.urdf` | the doors as one tree of links and joints |
 //! | `world/site.glb` | the same for viewers, a node per element |
 //!
-//! What collides are convex pieces, because physics engines fill the hull of everything else: a wall with a door is two
-//! piers and a lintel, so that every doorway is open; boxes where a piece is a box. An element of more than 64 pieces, such
-//! as a tree or a cabinet of boards, has fewer: neighbours become their common hull where that lies within 5 cm of them
+//! Collision shapes are convex pieces, because physics engines replace other meshes by their hulls: a wall with a door is
+//! two piers and a lintel, so that every doorway is open; boxes where a piece is a box. An element of more than 64 pieces,
+//! such as a tree or a cabinet of boards, has fewer: neighbours become their common hull where that lies within 5 cm of them
 //! (foliage 40 cm), see [`Pieces`].
 //!
-//! World coordinates are map coordinates: a waypoint is where the robot stands in the world, and `robot_spawn` is the
-//! first. Every link is named by class and GlobalId, models carry the class as label for segmentation cameras, and
-//! `lookup.json` says what each is, how exactly its pieces fit, and how each door moves. `scripts/check_world.py OUT`
-//! compares the rays of the world with the maps.
+//! World coordinates are map coordinates: a waypoint is where the robot stands in the world, and `robot_spawn` is the first.
+//! Every link is named by class and GlobalId, models carry the class as label for segmentation cameras, and `lookup.json`
+//! has the element, the accuracy of the pieces and the motion of each door. `scripts/check_world.py OUT` compares the rays
+//! of the world with the maps.
 
-mod bodies;
+mod door_links;
+mod door_operations;
 mod doors;
-mod extras;
-mod fans;
+mod element_pieces;
 mod gltf;
-mod leaves;
-mod limits;
+mod joint_limits;
 mod lookup;
 mod meshes;
-mod operations;
 mod options;
 mod scene;
 mod sdf;
-mod statics;
+mod stand_ins;
+mod static_elements;
+mod triangle_fans;
 mod urdf;
 mod visuals;
 
 pub use lookup::Lookup;
-pub use options::{DoorMode, Leafs, Materials, Pieces, WorldOptions, WorldOptionsError};
+pub use options::{DoorMode, DoorOptions, Materials, Pieces, WorldOptions, WorldOptionsError};
 
 use export::{ExportFile, ExportInput, json_text};
 use scene::Scene;

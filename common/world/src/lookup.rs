@@ -1,8 +1,8 @@
 //! `world/lookup.json`: models and links of the world by GlobalId.
 
+use crate::door_links::{JointKind, Link as Leaf};
 use crate::doors::WorldDoor;
-use crate::leaves::{Kind, Link as Leaf};
-use crate::scene::{Link, Model, Part, Scene};
+use crate::scene::{Model, Part, Scene, StaticLink};
 use convex::Made;
 use export::{rounded, text_or_null};
 use schemars::JsonSchema;
@@ -197,7 +197,7 @@ impl Lookup {
 }
 
 impl Element {
-    fn of(scene: &Scene<'_>, model: &Model, link: &Link, element: u32) -> Self {
+    fn of(scene: &Scene<'_>, model: &Model, link: &StaticLink, element: u32) -> Self {
         let mut pieces = BTreeMap::new();
         for piece in &link.pieces {
             *pieces.entry(made_word(piece.made)).or_insert(0) += 1;
@@ -242,14 +242,14 @@ fn made_word(made: Made) -> &'static str {
 
 impl Door {
     fn of(door: &WorldDoor) -> Self {
-        let leaf = |(leaf, met): (&Leaf, &[Option<String>; 2])| LeafEntry {
+        let leaf = |(leaf, stopped_by): (&Leaf, &[Option<String>; 2])| LeafEntry {
             link: leaf.name.clone(),
             joint: format!("{}_joint", leaf.name),
             kind: leaf.kind.name(),
             axis: leaf.axis.map(rounded),
-            limits_rad: (leaf.kind == Kind::Revolute).then(|| leaf.limits.map(rounded)),
-            limits_m: (leaf.kind == Kind::Prismatic).then(|| leaf.limits.map(rounded)),
-            ended_by: met.clone(),
+            limits_rad: (leaf.kind == JointKind::Revolute).then(|| leaf.limits.map(rounded)),
+            limits_m: (leaf.kind == JointKind::Prismatic).then(|| leaf.limits.map(rounded)),
+            ended_by: stopped_by.clone(),
             approximate: leaf.approximate,
         };
         Self {
@@ -260,14 +260,14 @@ impl Door {
             width_m: rounded(door.opening.width_m),
             height_m: rounded(door.opening.z_m[1]),
             inset_m: door.inset_m,
-            leaves: door.links.iter().zip(&door.met).map(leaf).collect(),
+            leaves: door.links.iter().zip(&door.stopped_by).map(leaf).collect(),
         }
     }
 }
 
 impl Counts {
     fn of(scene: &Scene<'_>) -> Self {
-        let links: Vec<&Link> = scene.models.iter().flat_map(|m| &m.links).collect();
+        let links: Vec<&StaticLink> = scene.models.iter().flat_map(|m| &m.links).collect();
         let pieces = || links.iter().flat_map(|l| &l.pieces);
         let made = |made: Made| pieces().filter(|p| p.made == made).count();
         let worst = links.iter().flat_map(|l| l.pieces.iter().map(move |p| (p.deviation_m, l.element)));
@@ -290,7 +290,7 @@ impl Counts {
             decomposed: made(Made::Decomposed),
             worst_deviation_m: rounded(worst.0),
             worst_element: worst.1.map(|e| site.text(site.elements[e as usize].global_id).to_owned()),
-            moving_joints: leaves().filter(|l| l.kind != Kind::Fixed).count(),
+            moving_joints: leaves().filter(|l| l.kind != JointKind::Fixed).count(),
             meshes: scene.store.meshes.len(),
             triangles_in_files: scene.store.meshes.iter().map(|m| m.n_triangles()).sum(),
             triangles_shown: links.iter().flat_map(|l| &l.visuals).map(|(p, _)| triangles(p)).sum::<usize>()

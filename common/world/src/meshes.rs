@@ -1,6 +1,6 @@
 //! Mesh store of the world: repeated meshes that differ by translation and quarter turns are stored once.
 
-use crate::fans::fans;
+use crate::triangle_fans::fans;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -17,14 +17,14 @@ pub(crate) struct Solid {
 
 /// Where a mesh of the store is placed: turned by quarters about z, then shifted.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Placed {
+pub(crate) struct PlacedMesh {
     /// Number of the mesh.
     pub(crate) mesh: usize,
     pub(crate) shift_m: [f64; 3],
     pub(crate) quarters: u8,
 }
 
-impl Placed {
+impl PlacedMesh {
     pub(crate) fn yaw_rad(&self) -> f64 {
         f64::from(self.quarters) * std::f64::consts::FRAC_PI_2
     }
@@ -38,8 +38,8 @@ pub(crate) struct MeshStore {
 }
 
 impl MeshStore {
-    /// Keeps a mesh, or finds that it is kept already at another place.
-    pub(crate) fn place(&mut self, mut solid: Solid) -> Placed {
+    /// Adds a mesh, or finds an equal one.
+    pub(crate) fn place(&mut self, mut solid: Solid) -> PlacedMesh {
         let first = solid.vertices.first().copied().unwrap_or_default();
         for vertex in &mut solid.vertices {
             *vertex = [0, 1, 2].map(|k| vertex[k] - first[k]);
@@ -66,7 +66,7 @@ impl MeshStore {
         if mesh == next {
             self.meshes.push(solid);
         }
-        Placed { mesh, shift_m: first.map(|c| c as f64 / UNITS_PER_M), quarters }
+        PlacedMesh { mesh, shift_m: first.map(|c| c as f64 / UNITS_PER_M), quarters }
     }
 }
 

@@ -3,27 +3,27 @@
 use convex::PieceOptions;
 use serde::Deserialize;
 
-/// What a world is like.
+/// Options of a world.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WorldOptions {
-    /// What doors do.
+    /// Mode of the doors.
     pub doors: DoorMode,
     /// Blocked spaces are closed by thin walls.
     pub barriers: bool,
-    /// Where colours come from.
+    /// Source of colours.
     pub materials: Materials,
     /// How far corners of visual meshes may be moved to make them fewer, in metres; 0 leaves them.
     pub lod_m: f64,
     /// Waypoints are shown.
     pub markers: bool,
-    /// How bodies become convex pieces.
+    /// Limits of convex pieces.
     pub pieces: Pieces,
-    /// What doors are made of.
-    pub door: Leafs,
+    /// Sizes and physical properties of doors.
+    pub door: DoorOptions,
 }
 
-/// What doors do.
+/// Mode of the doors.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DoorMode {
@@ -34,7 +34,7 @@ pub enum DoorMode {
     Open,
     /// They are fixed closed.
     Closed,
-    /// They are not there.
+    /// They are left out.
     Passable,
 }
 
@@ -53,7 +53,7 @@ impl DoorMode {
     }
 }
 
-/// Where colours come from.
+/// Source of colours.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Materials {
@@ -77,7 +77,7 @@ impl Materials {
     }
 }
 
-/// How bodies become convex pieces.
+/// Limits of convex pieces.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Pieces {
@@ -93,10 +93,10 @@ pub struct Pieces {
     pub joined_m: f64,
 }
 
-/// What doors are made of.
+/// Sizes and physical properties of doors.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Leafs {
+pub struct DoorOptions {
     /// Operation type of doors that have none, or `fixed`.
     pub unknown: String,
     /// Thickness of leaves where the model says nothing.
@@ -122,7 +122,7 @@ impl Default for WorldOptions {
             lod_m: 0.0,
             markers: false,
             pieces: Pieces::default(),
-            door: Leafs::default(),
+            door: DoorOptions::default(),
         }
     }
 }
@@ -133,7 +133,7 @@ impl Default for Pieces {
     }
 }
 
-impl Default for Leafs {
+impl Default for DoorOptions {
     fn default() -> Self {
         Self {
             unknown: "SINGLE_SWING_LEFT".to_owned(),
@@ -147,7 +147,7 @@ impl Default for Leafs {
     }
 }
 
-/// Why options describe no world.
+/// Errors of world options.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldOptionsError {
     /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
@@ -159,7 +159,7 @@ pub enum WorldOptionsError {
 }
 
 impl WorldOptions {
-    /// The options that a text says.
+    /// Parses options from TOML.
     ///
     /// # Errors
     /// No TOML of these keys, or a value that no world can have.
@@ -192,7 +192,7 @@ impl WorldOptions {
                 return Err(format!("{key} = {value} is not between {least} and {most}"));
             }
         }
-        if door.unknown != "fixed" && crate::operations::leaves(&door.unknown, 0.5).is_none() {
+        if door.unknown != "fixed" && crate::door_operations::leaves(&door.unknown, 0.5).is_none() {
             return Err(format!(
                 "door.unknown = {:?} is neither an operation type that moves nor \"fixed\"",
                 door.unknown

@@ -1,10 +1,10 @@
-//! Everything that the files of a world are made from: models by class and storey, doors, meshes, where a robot begins.
+//! The content of a world: static models by class and storey, doors, meshes, start of the robot.
 
-use crate::doors::{self, WorldDoor, hangs, is_door};
-use crate::extras;
-use crate::meshes::{MeshStore, Placed, Solid};
+use crate::doors::{self, WorldDoor, is_door, is_hung};
+use crate::meshes::{MeshStore, PlacedMesh, Solid};
 use crate::options::{DoorMode, WorldOptions};
-use crate::statics::{self, Static};
+use crate::stand_ins;
+use crate::static_elements::{self, StaticElement};
 use crate::visuals::{self, Rgba, class_colour};
 use convex::{ConvexBox, Made, Piece, Shape};
 use export::{ExportInput, rounded};
@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Exact boxes up to which an element is also shown as boxes.
 const BOXES_SHOWN_MAX: usize = 8;
 
-/// Everything that the files of a world are made from.
+/// The content of a world.
 pub(crate) struct Scene<'a> {
     pub(crate) input: &'a ExportInput<'a>,
     pub(crate) options: &'a WorldOptions,
@@ -27,7 +27,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) doors: Vec<WorldDoor>,
     /// Doors that hang and are not in the world, and why.
     pub(crate) left_out: Vec<(u32, &'static str)>,
-    pub(crate) spawn: Option<Spawn>,
+    pub(crate) spawn: Option<SpawnPose>,
     pub(crate) markers_m: Vec<[f64; 3]>,
 }
 
@@ -36,23 +36,23 @@ pub(crate) struct Model {
     pub(crate) name: String,
     pub(crate) class: Class,
     pub(crate) storey: u32,
-    pub(crate) links: Vec<Link>,
+    pub(crate) links: Vec<StaticLink>,
 }
 
-/// An element, or what stands in for one.
-pub(crate) struct Link {
+/// The link of an element or a stand-in.
+pub(crate) struct StaticLink {
     pub(crate) element: Option<u32>,
     pub(crate) name: String,
     pub(crate) visuals: Vec<(Part, Rgba)>,
     /// The element's own meshes, for viewers.
-    pub(crate) shown: Vec<(Placed, Rgba)>,
+    pub(crate) shown: Vec<(PlacedMesh, Rgba)>,
     pub(crate) collisions: Vec<Part>,
-    pub(crate) pieces: Vec<Facts>,
+    pub(crate) pieces: Vec<PieceInfo>,
 }
 
-/// What is told of a piece.
+/// Accuracy of a piece, for `lookup.json`.
 #[derive(Clone, Copy)]
-pub(crate) struct Facts {
+pub(crate) struct PieceInfo {
     pub(crate) made: Made,
     pub(crate) is_box: bool,
     pub(crate) deviation_m: f64,
@@ -61,11 +61,11 @@ pub(crate) struct Facts {
 /// A shape in `map`.
 pub(crate) enum Part {
     Box(ConvexBox),
-    Mesh(Placed),
+    Mesh(PlacedMesh),
 }
 
-/// Where a robot begins: the first waypoint.
-pub(crate) struct Spawn {
+/// Start of the robot: the first waypoint.
+pub(crate) struct SpawnPose {
     pub(crate) at_m: [f64; 3],
     pub(crate) yaw_rad: f64,
     pub(crate) waypoint: u32,
@@ -75,10 +75,10 @@ pub(crate) struct Spawn {
 impl<'a> Scene<'a> {
     /// The scene of these archives.
     pub(crate) fn of(input: &'a ExportInput<'a>, options: &'a WorldOptions) -> Self {
-        let mut barriers = if options.barriers { extras::barriers(input) } else { Vec::new() };
+        let mut barriers = if options.barriers { stand_ins::barriers(input) } else { Vec::new() };
         let is_movable = |element: u32| is_door(input, element);
-        let mut statics = statics::statics(input, options, is_movable);
-        statics.extend(extras::assumed_floors(input));
+        let mut statics = static_elements::statics(input, options, is_movable);
+        statics.extend(stand_ins::assumed_floors(input));
         let barred: BTreeSet<u32> = barriers.iter().filter_map(|(door, _)| *door).collect();
         statics.extend(barriers.drain(..).map(|(_, wall)| wall));
         let (doors, left_out) = hung_doors(input, options, &statics, &barred);
@@ -102,8 +102,8 @@ impl<'a> Scene<'a> {
     }
 
     /// A model for each class on each storey.
-    fn add_models(&mut self, statics: Vec<Static>) {
-        let mut groups: BTreeMap<(u32, Class), Vec<Link>> = BTreeMap::new();
+    fn add_models(&mut self, statics: Vec<StaticElement>) {
+        let mut groups: BTreeMap<(u32, Class), Vec<StaticLink>> = BTreeMap::new();
         for part in statics {
             let group = (part.storey, part.class);
             let link = self.link(part);
@@ -111,7 +111,7 @@ impl<'a> Scene<'a> {
                 groups.entry(group).or_default().push(link);
             }
         }
-        let model = |((storey, class), links): ((u32, Class), Vec<Link>)| Model {
+        let model = |((storey, class), links): ((u32, Class), Vec<StaticLink>)| Model {
             name: format!("{storey:02}_{}", class.name()),
             class,
             storey,
@@ -120,27 +120,30 @@ impl<'a> Scene<'a> {
         self.models = groups.into_iter().map(model).collect();
     }
 
-    fn link(&mut self, part: Static) -> Link {
-        let Static { element, link, class, pieces, .. } = part;
-        let fact = |p: &Piece| Facts { made: p.made, is_box: p.shape.is_box(), deviation_m: p.deviation_m };
-        let facts: Vec<Facts> = pieces.iter().map(fact).collect();
+    fn link(&mut self, part: StaticElement) -> StaticLink {
+        let StaticElement { element, link, class, pieces, .. } = part;
+        let fact = |p: &Piece| PieceInfo { made: p.made, is_box: p.shape.is_box(), deviation_m: p.deviation_m };
+        let facts: Vec<PieceInfo> = pieces.iter().map(fact).collect();
         let are_boxes = facts.iter().all(|f| f.is_box && f.made == Made::Exact) && facts.len() <= BOXES_SHOWN_MAX;
-        let looks = match element {
-            Some(k) => visuals::looks(self.input, self.options, &self.input.site.elements[k as usize]),
+        let coloured_meshes = match element {
+            Some(k) => visuals::coloured_meshes(self.input, self.options, &self.input.site.elements[k as usize]),
             None => Vec::new(),
         };
-        let shown = looks.iter().map(|l| (self.shown.place(l.solid.clone()), l.colour)).collect();
-        let visuals = match looks.as_slice() {
+        let shown = coloured_meshes.iter().map(|l| (self.shown.place(l.solid.clone()), l.colour)).collect();
+        let visuals = match coloured_meshes.as_slice() {
             // Boxes look like the mesh that they are, and are less to load.
             [look] if are_boxes => boxes(&pieces).map(|b| (b, look.colour)).collect(),
             [] => {
                 let colour = class_colour(class);
                 pieces.iter().map(|p| (self.part(p), colour)).collect()
             }
-            _ => looks.into_iter().map(|l| (Part::Mesh(self.place(l.solid, Some(l.colour))), l.colour)).collect(),
+            _ => coloured_meshes
+                .into_iter()
+                .map(|l| (Part::Mesh(self.place(l.solid, Some(l.colour))), l.colour))
+                .collect(),
         };
         let collisions = pieces.iter().map(|p| self.part(p)).collect();
-        Link { element, name: link, visuals, shown, collisions, pieces: facts }
+        StaticLink { element, name: link, visuals, shown, collisions, pieces: facts }
     }
 
     fn part(&mut self, piece: &Piece) -> Part {
@@ -150,7 +153,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    fn place(&mut self, solid: Solid, colour: Option<Rgba>) -> Placed {
+    fn place(&mut self, solid: Solid, colour: Option<Rgba>) -> PlacedMesh {
         let placed = self.store.place(solid);
         if placed.mesh == self.materials.len() {
             self.materials.push(colour);
@@ -170,11 +173,11 @@ fn boxes(pieces: &[Piece]) -> impl Iterator<Item = Part> {
 fn hung_doors(
     input: &ExportInput<'_>,
     options: &WorldOptions,
-    statics: &[Static],
+    statics: &[StaticElement],
     barred: &BTreeSet<u32>,
 ) -> (Vec<WorldDoor>, Vec<(u32, &'static str)>) {
     if options.doors == DoorMode::Passable {
-        let hung = (0..).zip(input.site.doors).filter(|(_, d)| is_door(input, d.element) && hangs(input, d));
+        let hung = (0..).zip(input.site.doors).filter(|(_, d)| is_door(input, d.element) && is_hung(input, d));
         return (Vec::new(), hung.map(|(k, _)| (k, "passable")).collect());
     }
     let doors = doors::doors(input, options, statics);
@@ -183,9 +186,9 @@ fn hung_doors(
 }
 
 /// The waypoint that comes first.
-fn spawn(input: &ExportInput<'_>) -> Option<Spawn> {
+fn spawn(input: &ExportInput<'_>) -> Option<SpawnPose> {
     let first = input.plan.waypoints.iter().min_by_key(|w| w.order)?;
-    Some(Spawn {
+    Some(SpawnPose {
         at_m: first.position_in_map_m.map(rounded),
         yaw_rad: first.yaw_rad,
         waypoint: first.id,

@@ -1,18 +1,18 @@
 //! The world as SDF.
 
-use crate::leaves::{Board, Kind, Link, pose_at};
-use crate::meshes::{Placed, number};
-use crate::options::{DoorMode, Leafs};
-use crate::scene::{Model, Part, Scene, Spawn};
+use crate::door_links::{Board, JointKind, Link, pose_at};
+use crate::meshes::{PlacedMesh, number};
+use crate::options::{DoorMode, DoorOptions};
+use crate::scene::{Model, Part, Scene, SpawnPose};
 use crate::visuals::{Rgba, class_colour};
 use convex::ConvexBox;
 use grid::Class;
 use std::fmt::Write;
 
-/// Mass of what a door hangs in, which never moves.
+/// Mass of the door frame, which never moves.
 const FRAME_KG: f64 = 5.0;
 
-/// Mass of what rises, less its counterweight.
+/// Mass of rising leaves without their counterweight.
 const BALANCED_KG: f64 = 2.0;
 
 /// Most that a joint can be pushed: N m, N; and its speed: rad/s, m/s.
@@ -60,7 +60,7 @@ pub(crate) fn world(scene: &Scene<'_>) -> String {
         "<light name=\"sun\" type=\"directional\"><pose>0 0 50 0 0 0</pose><cast_shadows>true</cast_shadows>\
          <diffuse>0.8 0.8 0.8 1</diffuse><specular>0.2 0.2 0.2 1</specular><direction>-0.4 0.3 -0.9</direction></light>",
     );
-    if let Some(Spawn { at_m: [x, y, z], yaw_rad, .. }) = &scene.spawn {
+    if let Some(SpawnPose { at_m: [x, y, z], yaw_rad, .. }) = &scene.spawn {
         let pose = pose([*x, *y, *z], [0.0, 0.0, *yaw_rad]);
         xml.line(&format!("<frame name=\"robot_spawn\">{pose}</frame>"));
     }
@@ -113,7 +113,7 @@ fn box_of([x, y, z]: [f64; 3]) -> String {
     format!("<geometry><box><size>{x} {y} {z}</size></box></geometry>")
 }
 
-fn mesh_of(placed: &Placed) -> String {
+fn mesh_of(placed: &PlacedMesh) -> String {
     format!("<geometry><mesh><uri>{}</uri></mesh></geometry>", uri(placed.mesh))
 }
 
@@ -172,7 +172,7 @@ fn door(xml: &mut Xml, scene: &Scene<'_>, door: &crate::doors::WorldDoor) {
         xml.open(&format!("<link name=\"{}\">", link.name));
         xml.line(&pose(at, [0.0, 0.0, yaw]));
         if movable {
-            if link.axis[2] != 0.0 && link.kind == Kind::Prismatic {
+            if link.axis[2] != 0.0 && link.kind == JointKind::Prismatic {
                 xml.line("<gravity>false</gravity>");
             }
             leaf_inertial(xml, link, &scene.options.door);
@@ -202,7 +202,7 @@ pub(crate) fn mass_of(link: &Link, density_kg_m3: f64) -> (f64, [f64; 3], [f64; 
     let total: f64 = link.boards.iter().map(mass).sum();
     let centre = [0, 1, 2].map(|k| link.boards.iter().map(|b| mass(b) * b.centre_m[k]).sum::<f64>() / total);
     // What rises has a counterweight: only the rest is moved.
-    let is_balanced = link.kind == Kind::Prismatic && link.axis[2] != 0.0;
+    let is_balanced = link.kind == JointKind::Prismatic && link.axis[2] != 0.0;
     let scale = if is_balanced { (BALANCED_KG / total).min(1.0) } else { 1.0 };
     // All boards of a link have one middle.
     let moment = |k: usize| -> f64 {
@@ -215,8 +215,8 @@ pub(crate) fn mass_of(link: &Link, density_kg_m3: f64) -> (f64, [f64; 3], [f64; 
     (scale * total, centre, [0, 1, 2].map(moment))
 }
 
-fn leaf_inertial(xml: &mut Xml, link: &Link, leafs: &Leafs) {
-    let (mass, centre, moments) = mass_of(link, leafs.density_kg_m3);
+fn leaf_inertial(xml: &mut Xml, link: &Link, door_options: &DoorOptions) {
+    let (mass, centre, moments) = mass_of(link, door_options.density_kg_m3);
     xml.line(&inertial(centre, mass, moments));
 }
 
@@ -229,18 +229,19 @@ fn inertial(centre_m: [f64; 3], mass_kg: f64, [ixx, iyy, izz]: [f64; 3]) -> Stri
     )
 }
 
-fn joint(xml: &mut Xml, door: &crate::doors::WorldDoor, link: &Link, leafs: &Leafs) {
+fn joint(xml: &mut Xml, door: &crate::doors::WorldDoor, link: &Link, door_options: &DoorOptions) {
     let parent = link.parent.map_or("frame", |p| door.links[p].name.as_str());
     let (name, kind) = (format!("{}_joint", link.name), link.kind.name());
     let ends = format!("<parent>{parent}</parent><child>{}</child>", link.name);
-    if link.kind == Kind::Fixed {
+    if link.kind == JointKind::Fixed {
         xml.line(&format!("<joint name=\"{name}\" type=\"fixed\">{ends}</joint>"));
         return;
     }
     let mut text = format!("<joint name=\"{name}\" type=\"{kind}\">{ends}<axis>");
     let [x, y, z] = link.axis.map(number);
     let [lower, upper] = link.limits.map(number);
-    let [effort, velocity, damping, friction] = [EFFORT, VELOCITY, leafs.damping, leafs.friction].map(number);
+    let [effort, velocity, damping, friction] =
+        [EFFORT, VELOCITY, door_options.damping, door_options.friction].map(number);
     write!(
         text,
         "<xyz>{x} {y} {z}</xyz><limit><lower>{lower}</lower><upper>{upper}</upper><effort>{effort}</effort>\

@@ -1,7 +1,7 @@
 //! `doors.urdf`: the doors as one tree of links, for programs that read URDF.
 
+use crate::door_links::{Board, JointKind, Link};
 use crate::doors::WorldDoor;
-use crate::leaves::{Board, Kind, Link};
 use crate::meshes::number;
 use crate::scene::Scene;
 use crate::sdf::{escaped, mass_of};
@@ -29,8 +29,8 @@ pub(super) fn doors(scene: &Scene<'_>) -> String {
 }
 
 fn add_leaf(out: &mut String, scene: &Scene<'_>, door: &WorldDoor, name: &str, leaf: &Link) {
-    let leafs = &scene.options.door;
-    let (mass, centre, [ixx, iyy, izz]) = mass_of(leaf, leafs.density_kg_m3);
+    let door_options = &scene.options.door;
+    let (mass, centre, [ixx, iyy, izz]) = mass_of(leaf, door_options.density_kg_m3);
     let [mass, ixx, iyy, izz] = [mass, ixx, iyy, izz].map(number);
     let at = origin(centre, 0.0);
     let inertial = format!(
@@ -48,10 +48,10 @@ fn add_leaf(out: &mut String, scene: &Scene<'_>, door: &WorldDoor, name: &str, l
         "<joint name=\"{own}_joint\" type=\"{}\"><parent link=\"{parent}\"/><child link=\"{own}\"/>{origin}",
         leaf.kind.name()
     );
-    if leaf.kind != Kind::Fixed {
+    if leaf.kind != JointKind::Fixed {
         let [x, y, z] = leaf.axis.map(number);
         let [lower, upper, damping, friction] =
-            [leaf.limits[0], leaf.limits[1], leafs.damping, leafs.friction].map(number);
+            [leaf.limits[0], leaf.limits[1], door_options.damping, door_options.friction].map(number);
         write!(
             joint,
             "<axis xyz=\"{x} {y} {z}\"/><limit lower=\"{lower}\" upper=\"{upper}\" effort=\"200\" velocity=\"2\"/>\

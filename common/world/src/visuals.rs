@@ -17,7 +17,7 @@ const GLASS: u8 = 77;
 
 /// A part of an element in one colour.
 #[derive(Debug)]
-pub(crate) struct Look {
+pub(crate) struct ColouredMesh {
     pub(crate) solid: Solid,
     pub(crate) colour: Rgba,
 }
@@ -37,8 +37,12 @@ pub(crate) fn class_colour(class: Class) -> Rgba {
     [r, g, b, 255]
 }
 
-/// The looks of an element: one, or one for each colour of the model.
-pub(crate) fn looks(input: &ExportInput<'_>, options: &WorldOptions, record: &ElementRecord) -> Vec<Look> {
+/// The meshes of an element: one, or one per colour of the model.
+pub(crate) fn coloured_meshes(
+    input: &ExportInput<'_>,
+    options: &WorldOptions,
+    record: &ElementRecord,
+) -> Vec<ColouredMesh> {
     let mut own = class_colour(record.class());
     if record.has(element_flags::GLASS) {
         own[3] = GLASS;
@@ -51,7 +55,7 @@ pub(crate) fn looks(input: &ExportInput<'_>, options: &WorldOptions, record: &El
     }
     let look = |(colour, meshes): (Rgba, Vec<MeshView<'_>>)| {
         let solid = simplified(meshes, options.lod_m);
-        (!solid.faces.is_empty()).then_some(Look { solid, colour })
+        (!solid.faces.is_empty()).then_some(ColouredMesh { solid, colour })
     };
     by_colour.into_iter().filter_map(look).collect()
 }

@@ -1,6 +1,6 @@
 //! Persistent state of slam-align.
 
-use deviations::Observed;
+use deviations::AppliedObservations;
 use messages::{Evidence, PoseRecord};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ pub(crate) struct Kept {
     /// The map file that somebody gave last.
     pub(crate) map: Option<PathBuf>,
     /// What counts of what was seen.
-    pub(crate) observed: Observed,
+    pub(crate) observed: AppliedObservations,
     pose: Option<KeptPose>,
 }
 

@@ -5,14 +5,14 @@ use crate::robot_map::RobotMap;
 use crate::worker::{Job, Outcome, Task, Where, Worker};
 use alignment::track_map;
 use alignment::{Alignment, Hint, PreparedMap};
-use alignment::{Counting, MadeFrom};
+use alignment::{AlignmentSources, PoseStatus};
 use alignment::{Follower, MaxJump};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
 use daemon::{
     ActualsSource, AlignConfig, AlignRequest, Done, Epochs, Event, Failure, LatchedOutput, Patience, PoseHint,
     Published, Reporter, ScheduleRequest, Service, SiteConfig, Stages, StateFile, write_durably,
 };
-use deviations::Observed;
+use deviations::AppliedObservations;
 use frames::Map;
 use messages::{ArchiveBuffer, Checked, InputHashes, PoseRecord, PoseState, Stage, Verdict, payload};
 use std::path::PathBuf;
@@ -227,7 +227,7 @@ impl AlignService {
     }
 
     /// From now on this counts of what was seen; on disk, here and in schedule evaluation, when this returns.
-    fn count(&mut self, observed: Observed) -> Result<(), Failure> {
+    fn count(&mut self, observed: AppliedObservations) -> Result<(), Failure> {
         let applies = self.config.apply;
         if observed.table(applies) != self.kept.observed.table(applies)
             && let Err(why) = self.apply(&observed)
@@ -240,7 +240,7 @@ impl AlignService {
     }
 
     /// Tells schedule evaluation what was observed.
-    fn apply(&self, observed: &Observed) -> Result<(), Failure> {
+    fn apply(&self, observed: &AppliedObservations) -> Result<(), Failure> {
         write_durably(&self.table, observed.table(self.config.apply).as_bytes())?;
         let bus = self.bus.as_ref().ok_or("it is not attached to a bus")?;
         let request = ScheduleRequest::SetActuals { file: Some(self.table.clone()), source: ActualsSource::Observed };
@@ -324,14 +324,14 @@ impl AlignService {
     /// Publishes the pose that counts, if it differs from what is published.
     fn publish(&mut self) -> Result<(), Failure> {
         let Some(map) = self.map.as_ref().filter(|_| !self.references.is_empty()) else { return Ok(()) };
-        let made_from = MadeFrom {
+        let sources = AlignmentSources {
             site_hash: self.basis.inputs.site,
             slam_map_hash: map.content_hash,
             plan_time_s: self.basis.plan_time_s,
         };
         let pose = self.follower.pose().copied();
-        let counting = Counting { pose, state: self.follower.state(), waiting: self.follower.waiting().copied() };
-        let alignment = self.searched.archive(&self.storeys(), &counting, made_from);
+        let pose_status = PoseStatus { pose, state: self.follower.state(), waiting: self.follower.waiting().copied() };
+        let alignment = self.searched.archive(&self.storeys(), &pose_status, sources);
         if !self.alignment.is_last(&alignment) {
             self.to_do.compare = true;
             let (frame_epoch, inputs) = self.origin();

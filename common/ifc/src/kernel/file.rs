@@ -193,7 +193,7 @@ impl<'a> File<'a> {
     }
 }
 
-/// What records of a keyword are to us.
+/// Handling of the records of a keyword.
 #[derive(Clone, Copy)]
 enum Kind {
     /// Listed in this class.

@@ -30,11 +30,11 @@ pub(crate) struct ItemMesh {
     pub(crate) part: MeshPart,
 }
 
-/// What became of the products.
+/// Meshes and complaints by product.
 #[derive(Default)]
 pub(crate) struct Meshed {
     pub(crate) meshes: BTreeMap<u32, Vec<ItemMesh>>,
-    /// What the kernel says is wrong with a product, in its words.
+    /// Complaints of the kernel about a product.
     pub(crate) complaints: BTreeMap<u32, String>,
 }
 

@@ -1,12 +1,12 @@
 //! Alignment of a SLAM map with maps of the model: the public entry points.
 
-use crate::chance::Chance;
 use crate::features::Features;
 use crate::pose::{Cells, Pose};
+use crate::random_generator::RandomGenerator;
 use crate::scale::{Scale, scale};
-use crate::search::{Candidate, Near, drawn, search};
-use crate::thresholds::LEAST_FACES;
-use crate::verdict::judged;
+use crate::search::{Candidate, PoseGuess, sampled_points, search};
+use crate::thresholds::MIN_WALL_POINTS;
+use crate::verdict::verdict_of;
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{Evidence, Verdict};
 use occupancy::{OccupancyMap, Raster};
@@ -51,7 +51,7 @@ pub struct AlignedPose {
     pub reference: usize,
     /// Where the SLAM map lies in the model's map.
     pub map_from_slam: Rigid2<Map, Slam>,
-    /// What speaks for it.
+    /// Its score with the parts.
     pub evidence: Evidence,
     /// The mean of the SLAM map's free cells, in its frame.
     pub about_m: [f64; 2],
@@ -79,12 +79,12 @@ impl AlignedPose {
     }
 }
 
-/// The pose of a SLAM map in the model's map, and how sure it is.
+/// The result of an alignment: verdict and poses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alignment {
-    /// How sure.
+    /// The verdict.
     pub verdict: Verdict,
-    /// Why it is not accepted; empty if it is.
+    /// The reason if not accepted, else empty.
     pub reason: String,
     /// Poses that were found, best first.
     pub poses: Vec<AlignedPose>,
@@ -93,26 +93,26 @@ pub struct Alignment {
 }
 
 impl Alignment {
-    /// Before anything was searched.
+    /// The state before the first search.
     pub fn nothing_yet() -> Self {
         let reason = "no pose was searched yet".to_owned();
         Self { verdict: Verdict::Refused, reason, poses: Vec::new(), scale: None }
     }
 }
 
-/// A guess of where a SLAM map lies.
+/// An initial guess of the pose of a SLAM map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hint {
     /// The guess.
     pub map_from_slam: Rigid2<Map, Slam>,
-    /// How far the middle of the SLAM map may be from where the guess has it.
+    /// Maximum distance of the middle of the SLAM map from the guess.
     pub radius_m: f64,
-    /// How much the yaw may differ.
+    /// Maximum difference in yaw.
     pub radius_rad: f64,
 }
 
 impl Hint {
-    /// A guess in degrees, as people write them: x and y of the motion in metres and its yaw.
+    /// A guess from x and y in metres and yaw in degrees.
     pub fn in_degrees([x_m, y_m, yaw_deg]: [f64; 3], radius_m: f64, radius_deg: f64) -> Self {
         let map_from_slam = Rigid2::new([x_m, y_m], yaw_deg.to_radians());
         Self { map_from_slam, radius_m, radius_rad: radius_deg.to_radians() }
@@ -128,21 +128,21 @@ pub fn align_maps(
 ) -> Alignment {
     let mut found: Vec<(usize, Candidate)> = Vec::new();
     for (at, reference) in references.iter().map(AsRef::as_ref).enumerate() {
-        let near = hint.map(|hint| Near {
+        let near = hint.map(|hint| PoseGuess {
             pose: between_cells(reference, slam, &hint.map_from_slam),
             radius_m: hint.radius_m,
             radius_rad: hint.radius_rad,
         });
-        if slam.features.faces.len() >= LEAST_FACES {
+        if slam.features.wall_points.len() >= MIN_WALL_POINTS {
             found.extend(search(&reference.features, &slam.features, near.as_ref()).into_iter().map(|c| (at, c)));
         }
     }
     found.sort_by(|a, b| b.1.evidence.score.total_cmp(&a.1.evidence.score));
-    let (verdict, reason) = judged(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
+    let (verdict, reason) = verdict_of(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
     let poses = found.iter().map(|(at, c)| AlignedPose::of(*at, references[*at].as_ref(), slam, c)).collect();
     let scale = found.first().and_then(|(at, best)| {
-        let drawn = drawn(&slam.features, &mut Chance::new(1));
-        scale(&references[*at].as_ref().features, &slam.features, &drawn, &best.refined.pose)
+        let sampled_points = sampled_points(&slam.features, &mut RandomGenerator::new(1));
+        scale(&references[*at].as_ref().features, &slam.features, &sampled_points, &best.refined.pose)
     });
     Alignment { verdict, reason, poses, scale }
 }

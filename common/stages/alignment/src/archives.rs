@@ -3,9 +3,9 @@
 use crate::alignment::{AlignedPose, Alignment};
 use messages::{AlignmentBuilder, AlignmentHead, ArchiveBuffer, NONE, PoseRecord, PoseState, Text, Verdict};
 
-/// Whose alignment it is.
+/// The inputs of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct MadeFrom {
+pub struct AlignmentSources {
     /// Content hash of the site; 0 for maps without one.
     pub site_hash: u64,
     /// Content hash of the SLAM map.
@@ -14,14 +14,14 @@ pub struct MadeFrom {
     pub plan_time_s: i64,
 }
 
-/// The pose that counts, and one that waits.
+/// The published pose, its state, and a pending pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Counting {
-    /// The only pose to be used.
+pub struct PoseStatus {
+    /// The published pose.
     pub pose: Option<PoseRecord>,
-    /// What it rests on.
+    /// State of the published pose.
     pub state: PoseState,
-    /// Waits for somebody to confirm it.
+    /// A pose that waits for confirmation by an operator.
     pub waiting: Option<PoseRecord>,
 }
 
@@ -41,29 +41,29 @@ impl AlignedPose {
 }
 
 impl Alignment {
-    /// Of maps that nobody follows: the pose counts if it is accepted.
-    pub fn counting(&self, storeys: &[u32]) -> Counting {
+    /// The status without tracking: the best pose is published if it is accepted.
+    pub fn pose_status(&self, storeys: &[u32]) -> PoseStatus {
         let pose = self.poses.first().filter(|_| self.verdict == Verdict::Accepted).map(|p| p.record(storeys));
         let state = if pose.is_some() { PoseState::Found } else { PoseState::None };
-        Counting { pose, state, waiting: None }
+        PoseStatus { pose, state, waiting: None }
     }
 
     /// The `alignment` archive.
-    pub fn archive(&self, storeys: &[u32], counting: &Counting, made_from: MadeFrom) -> ArchiveBuffer {
+    pub fn archive(&self, storeys: &[u32], pose_status: &PoseStatus, sources: AlignmentSources) -> ArchiveBuffer {
         let candidates: Vec<PoseRecord> = self.poses.iter().map(|p| p.record(storeys)).collect();
         let head = AlignmentHead {
-            site_hash: made_from.site_hash,
-            slam_map_hash: made_from.slam_map_hash,
-            plan_time_s: made_from.plan_time_s,
-            pose: counting.pose.unwrap_or(PoseRecord::NONE),
-            waiting: counting.waiting.unwrap_or(PoseRecord::NONE),
+            site_hash: sources.site_hash,
+            slam_map_hash: sources.slam_map_hash,
+            plan_time_s: sources.plan_time_s,
+            pose: pose_status.pose.unwrap_or(PoseRecord::NONE),
+            waiting: pose_status.waiting.unwrap_or(PoseRecord::NONE),
             scale: self.scale.map_or(1.0, |s| s.value),
             // Nothing is known of a scale that nothing holds.
             scale_deviation: self.scale.map_or(1.0, |s| s.deviation.min(1.0)),
             reason: Text::default(),
             verdict: self.verdict.into(),
-            state: counting.state.into(),
-            is_waiting: u32::from(counting.waiting.is_some()),
+            state: pose_status.state.into(),
+            is_waiting: u32::from(pose_status.waiting.is_some()),
             reserved: 0,
         };
         AlignmentBuilder { head, reason: &self.reason, candidates: &candidates }.finish()

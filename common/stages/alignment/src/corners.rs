@@ -4,7 +4,7 @@ use crate::image::{Image, openness};
 use occupancy::{CELL_M, Cell, Raster};
 use std::f64::consts::TAU;
 
-/// A corner or junction with what is seen from it.
+/// A corner or junction with its ray signature.
 #[derive(Debug, Clone)]
 pub(crate) struct Corner {
     pub(crate) at: [f64; 2],
@@ -21,8 +21,8 @@ pub(crate) struct Corner {
 const N_RAYS: usize = 16;
 const FIRST_STEP: usize = 4;
 const LAST_STEP: usize = 99;
-const FARTHEST_M: f32 = 4.0;
-const LONGEST_RAY_M: f32 = 5.0;
+const MAX_SIGNATURE_M: f32 = 4.0;
+const MAX_RAY_M: f32 = 5.0;
 const MAX_CORNERS: usize = 1500;
 const HARRIS_K: f32 = 0.04;
 /// A corner has something within so many cells.
@@ -30,7 +30,7 @@ const NEAR: i64 = 2;
 /// Local maxima of a window so many cells to each side.
 const WINDOW: i64 = 4;
 /// Of the strongest response.
-const LEAST_SHARE: f32 = 0.01;
+const MIN_SHARE: f32 = 0.01;
 
 /// The strongest corners of a map, strongest first.
 pub(crate) fn corners(raster: &Raster) -> Vec<Corner> {
@@ -39,7 +39,7 @@ pub(crate) fn corners(raster: &Raster) -> Vec<Corner> {
     let response = harris(&Image::new(raster.width, raster.cells.iter().map(free).collect()).blurred(1.2));
     let openness = openness(raster);
     let (wide, box_sum) = (openness.blurred(4.0), openness.summed(15));
-    let least = response.values.iter().copied().fold(0.0, f32::max) * LEAST_SHARE;
+    let least = response.values.iter().copied().fold(0.0, f32::max) * MIN_SHARE;
     let mut found: Vec<(f32, usize)> = Vec::new();
     for row in WINDOW..height - WINDOW {
         for column in WINDOW..width - WINDOW {
@@ -96,7 +96,7 @@ fn corner(raster: &Raster, wide: &Image, box_sum: &Image, index: usize) -> Corne
     let (mut rays_m, mut is_known) = ([0.0; N_RAYS], [0.0; N_RAYS]);
     for k in 0..N_RAYS {
         let (sin, cos) = libm::sincos(angle_rad + TAU * k as f64 / N_RAYS as f64);
-        (rays_m[k], is_known[k]) = (LONGEST_RAY_M, 1.0);
+        (rays_m[k], is_known[k]) = (MAX_RAY_M, 1.0);
         for step in FIRST_STEP..=LAST_STEP {
             let far_m = step as f64 * CELL_M;
             match raster.at([at[0] + cos * far_m, at[1] + sin * far_m]) {
@@ -106,13 +106,14 @@ fn corner(raster: &Raster, wide: &Image, box_sum: &Image, index: usize) -> Corne
             }
             break;
         }
-        rays_m[k] = rays_m[k].min(FARTHEST_M);
+        rays_m[k] = rays_m[k].min(MAX_SIGNATURE_M);
     }
     Corner { at, angle_rad, rays_m, is_known, openness: box_sum.values[index] / 225.0 }
 }
 
 impl Corner {
-    /// How badly this corner of a SLAM map fits to one of the reference. What ended in the unknown may be farther, not nearer.
+    /// Cost of matching this corner of a SLAM map with one of the reference. A ray that ended in the unknown may be longer,
+    /// not shorter.
     pub(crate) fn cost(&self, reference: &Self) -> f32 {
         let mut sum = 0.0;
         for k in 0..N_RAYS {

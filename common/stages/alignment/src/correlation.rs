@@ -14,7 +14,7 @@ const WIDE_BIN_M: f64 = 0.15;
 /// References of more cells than this are laid in wider bins.
 const MANY_CELLS: usize = 600_000;
 const BLUR_M: f64 = 0.12;
-/// What is free in the SLAM map and occupied in the reference speaks against a pose.
+/// Weight of cells that are free in the SLAM map and occupied in the reference.
 const CONTRADICTION: f32 = 0.12;
 const N_PEAKS: usize = 10;
 const CLEARED_M: f64 = 0.5;
@@ -28,8 +28,8 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
     let diagonal = libm::hypot(slam_size[0] as f64, slam_size[1] as f64).ceil() as usize + 2;
     let size = reference_size.map(|n| smooth(n + diagonal));
     let mut plane = Plane::new(size);
-    let (mut faces, mut occupied) = reference_planes(reference, size, bin_m);
-    plane.forward(&mut faces);
+    let (mut wall_points, mut occupied) = reference_planes(reference, size, bin_m);
+    plane.forward(&mut wall_points);
     plane.forward(&mut occupied);
     let mut poses: Vec<(f32, Pose)> = Vec::new();
     for &turn in turns {
@@ -42,7 +42,7 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
         plane.forward(&mut own);
         plane.forward(&mut free);
         for k in 0..own.len() {
-            own[k] = faces[k] * own[k].conj() - occupied[k] * free[k].conj() * CONTRADICTION;
+            own[k] = wall_points[k] * own[k].conj() - occupied[k] * free[k].conj() * CONTRADICTION;
         }
         plane.backward(&mut own);
         let mut scores: Vec<f32> = own.iter().map(|c| c.re).collect();
@@ -62,13 +62,13 @@ fn reference_planes(reference: &Features, size: [usize; 2], bin_m: f64) -> (Vec<
     let part =
         |of: fn(&Complex32) -> f32| Image::new(size[0], normals.iter().map(of).collect()).blurred(BLUR_M / bin_m);
     let (x, y) = (part(|c| c.re), part(|c| c.im));
-    let faces = x.values.iter().zip(&y.values).map(|(re, im)| Complex32::new(*re, *im)).collect();
+    let wall_points = x.values.iter().zip(&y.values).map(|(re, im)| Complex32::new(*re, *im)).collect();
     let mut occupied = vec![Complex32::default(); size[0] * size[1]];
     for (index, _) in reference.raster.cells.iter().enumerate().filter(|(_, c)| **c == Cell::Occupied) {
         let [x, y] = reference.raster.middle(index).map(|c| (c / bin_m) as usize);
         occupied[y * size[0] + x].re = 1.0;
     }
-    (faces, occupied)
+    (wall_points, occupied)
 }
 
 /// The same of the SLAM map, turned, and where it is free.
@@ -93,10 +93,10 @@ fn slam_planes(
 
 fn normal_plane(map: &Features, turned: &Pose, corner: [f64; 2], size: [usize; 2], bin_m: f64) -> Vec<Complex32> {
     let mut plane = vec![Complex32::default(); size[0] * size[1]];
-    for face in &map.faces {
-        let (p, n) = (turned.rotate(face.at), turned.rotate(face.normal));
+    for wall_point in &map.wall_points {
+        let (p, n) = (turned.rotate(wall_point.at), turned.rotate(wall_point.normal));
         let [x, y] = [0, 1].map(|k| (((p[k] - corner[k]) / bin_m) as usize).min(size[k] - 1));
-        plane[y * size[0] + x] += Complex32::new((n[0] * face.weight) as f32, (n[1] * face.weight) as f32);
+        plane[y * size[0] + x] += Complex32::new((n[0] * wall_point.weight) as f32, (n[1] * wall_point.weight) as f32);
     }
     for c in &mut plane {
         let length = c.norm();

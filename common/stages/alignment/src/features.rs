@@ -1,9 +1,9 @@
 //! Features of a map for alignment, computed once per map.
 
 use crate::corners::{Corner, corners};
-use crate::faces::{Face, Faces, NONE};
 use crate::rotations::{N_BINS, directions};
-use crate::thresholds::FARTHEST_M;
+use crate::thresholds::MAX_MATCH_M;
+use crate::wall_points::{NONE, WallPoint, WallPoints};
 use grid::nearest_marked;
 use occupancy::{CELL_M, Cell, Raster};
 use std::sync::OnceLock;
@@ -11,12 +11,12 @@ use std::sync::OnceLock;
 /// A map with its features. Points are metres from the map's lower left corner.
 pub(crate) struct Features {
     pub(crate) raster: Raster,
-    pub(crate) faces: Vec<Face>,
-    /// The mean of the free cells: where errors of a pose are told.
+    pub(crate) wall_points: Vec<WallPoint>,
+    /// Mean of the free cells, at which errors of a pose are given.
     pub(crate) centre: [f64; 2],
     /// The face of each cell.
     of_cell: Vec<u32>,
-    // A map that is followed needs only its faces: the rest is made for whoever asks first.
+    // Tracking needs only wall points; the rest is computed on first use.
     corners: OnceLock<Vec<Corner>>,
     directions: OnceLock<Box<[f64; N_BINS]>>,
     nearest: OnceLock<Nearest>,
@@ -24,7 +24,7 @@ pub(crate) struct Features {
 
 /// The nearest face of each cell, with a margin around the map.
 struct Nearest {
-    faces: Vec<u32>,
+    wall_points: Vec<u32>,
     width: usize,
 }
 
@@ -32,55 +32,55 @@ struct Nearest {
 const MARGIN: usize = 40;
 
 impl Features {
-    /// `depth_m` as for [`Faces::of`].
+    /// `depth_m` as for [`WallPoints::of`].
     pub(crate) fn of(raster: Raster, depth_m: f64) -> Self {
-        let Faces { all, of_cell } = Faces::of(&raster, depth_m);
+        let WallPoints { all, of_cell } = WallPoints::of(&raster, depth_m);
         let centre = centre(&raster);
         let (corners, directions, nearest) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Self { raster, faces: all, centre, of_cell, corners, directions, nearest }
+        Self { raster, wall_points: all, centre, of_cell, corners, directions, nearest }
     }
 
-    /// Places that look like no other.
+    /// Corners of the map, computed on first use.
     pub(crate) fn corners(&self) -> &[Corner] {
         self.corners.get_or_init(|| corners(&self.raster))
     }
 
-    /// How many faces look where.
+    /// Histogram of the directions of wall points, computed on first use.
     pub(crate) fn directions(&self) -> &[f64; N_BINS] {
-        self.directions.get_or_init(|| Box::new(directions(&self.faces)))
+        self.directions.get_or_init(|| Box::new(directions(&self.wall_points)))
     }
 
     /// The face nearest to the middle of a point's cell, and the squared distance to the point.
-    pub(crate) fn nearest(&self, [x, y]: [f64; 2]) -> Option<(&Face, f64)> {
+    pub(crate) fn nearest(&self, [x, y]: [f64; 2]) -> Option<(&WallPoint, f64)> {
         let nearest = self.nearest.get_or_init(|| Nearest::of(&self.of_cell, &self.raster));
         let (column, row) = (x / CELL_M + MARGIN as f64, y / CELL_M + MARGIN as f64);
         if column < 0.0 || row < 0.0 || column >= nearest.width as f64 {
             return None;
         }
-        let face = *nearest.faces.get(row as usize * nearest.width + column as usize)?;
-        let face = self.faces.get(face as usize)?;
-        let d = [x - face.at[0], y - face.at[1]];
-        Some((face, d[0] * d[0] + d[1] * d[1]))
+        let wall_point = *nearest.wall_points.get(row as usize * nearest.width + column as usize)?;
+        let wall_point = self.wall_points.get(wall_point as usize)?;
+        let d = [x - wall_point.at[0], y - wall_point.at[1]];
+        Some((wall_point, d[0] * d[0] + d[1] * d[1]))
     }
 }
 
 impl Features {
-    /// The nearest face within [`FARTHEST_M`], and the squared distance, without looking at the whole map first: for few points.
-    pub(crate) fn nearest_by_scan(&self, [x, y]: [f64; 2]) -> Option<(&Face, f64)> {
-        let reach = (FARTHEST_M / CELL_M) as i64 + 1;
+    /// The nearest face within [`MAX_MATCH_M`], and the squared distance, without looking at the whole map first: for few points.
+    pub(crate) fn nearest_by_scan(&self, [x, y]: [f64; 2]) -> Option<(&WallPoint, f64)> {
+        let reach = (MAX_MATCH_M / CELL_M) as i64 + 1;
         let (column, row) = ((x / CELL_M).floor() as i64, (y / CELL_M).floor() as i64);
         let columns =
             (column - reach).max(0) as usize..(column + reach + 1).clamp(0, self.raster.width as i64) as usize;
         let rows = (row - reach).max(0) as usize..(row + reach + 1).clamp(0, self.raster.height as i64) as usize;
-        let mut best: Option<(&Face, f64)> = None;
+        let mut best: Option<(&WallPoint, f64)> = None;
         for row in rows {
             let line = row * self.raster.width;
             for cell in self.of_cell.get(line + columns.start..line + columns.end).unwrap_or_default() {
-                let Some(face) = self.faces.get(*cell as usize) else { continue };
-                let d = [x - face.at[0], y - face.at[1]];
+                let Some(wall_point) = self.wall_points.get(*cell as usize) else { continue };
+                let d = [x - wall_point.at[0], y - wall_point.at[1]];
                 let squared = d[0] * d[0] + d[1] * d[1];
-                if squared <= FARTHEST_M * FARTHEST_M && best.is_none_or(|(_, least)| squared < least) {
-                    best = Some((face, squared));
+                if squared <= MAX_MATCH_M * MAX_MATCH_M && best.is_none_or(|(_, least)| squared < least) {
+                    best = Some((wall_point, squared));
                 }
             }
         }
@@ -98,8 +98,9 @@ impl Nearest {
         }
         let marked: Vec<bool> = with_margin.iter().map(|f| *f != NONE).collect();
         let cells = nearest_marked(&marked, width);
-        let faces = cells.into_iter().map(|cell| with_margin.get(cell as usize).copied().unwrap_or(NONE)).collect();
-        Self { faces, width }
+        let wall_points =
+            cells.into_iter().map(|cell| with_margin.get(cell as usize).copied().unwrap_or(NONE)).collect();
+        Self { wall_points, width }
     }
 }
 
@@ -129,10 +130,10 @@ mod tests {
             let mut cells = vec![Cell::Free; 60 * 40];
             walls.iter().for_each(|wall| cells[*wall] = Cell::Occupied);
             let features = Features::of(Raster::of(&cells, 60, CELL_M), 0.025);
-            let far = |face: &Face| (x - face.at[0]).powi(2) + (y - face.at[1]).powi(2);
-            let nearest = features.faces.iter().map(far).min_by(f64::total_cmp);
+            let far = |wall_point: &WallPoint| (x - wall_point.at[0]).powi(2) + (y - wall_point.at[1]).powi(2);
+            let nearest = features.wall_points.iter().map(far).min_by(f64::total_cmp);
             // A face lies in its cell or at most half a cell beside its middle.
-            let within = nearest.filter(|squared| *squared <= FARTHEST_M * FARTHEST_M);
+            let within = nearest.filter(|squared| *squared <= MAX_MATCH_M * MAX_MATCH_M);
             prop_assert_eq!(features.nearest_by_scan([x, y]).map(|(_, squared)| squared), within);
         }
     }

@@ -4,7 +4,7 @@ use crate::thresholds::{N_WINS, SAME_M, SAME_RAD};
 use frames::wrapped;
 use messages::{PoseRecord, PoseState};
 
-/// By how much the pose that counts may change without anybody's word.
+/// Maximum change of the published pose without confirmation by an operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MaxJump {
     /// At the middle of the SLAM map, in metres.
@@ -13,7 +13,7 @@ pub struct MaxJump {
     pub rad: f64,
 }
 
-/// The pose that counts, what waits in its place, and what may come to.
+/// Tracking state: published pose, pending pose, and rival pose.
 #[derive(Debug, Clone)]
 pub struct Follower {
     max_jump: MaxJump,
@@ -25,38 +25,38 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// From the pose that counted last, which the next map is to bear out.
+    /// From the last published pose, which the next map must support.
     pub fn new(max_jump: MaxJump, last: Option<PoseRecord>) -> Self {
         let state = if last.is_some() { PoseState::Held } else { PoseState::None };
         Self { max_jump, pose: last, state, waiting: None, rival: None }
     }
 
-    /// The pose that counts.
+    /// The published pose.
     pub fn pose(&self) -> Option<&PoseRecord> {
         self.pose.as_ref()
     }
 
-    /// What it rests on.
+    /// State of the published pose.
     pub fn state(&self) -> PoseState {
         self.state
     }
 
-    /// A pose that waits to be confirmed.
+    /// The pending pose.
     pub fn waiting(&self) -> Option<&PoseRecord> {
         self.waiting.as_ref()
     }
 
-    /// Other bounds of what changes by itself.
+    /// Sets the maximum change without confirmation.
     pub fn set_max_jump(&mut self, max_jump: MaxJump) {
         self.max_jump = max_jump;
     }
 
-    /// The map frame is another: nothing is left of what was known.
+    /// Forgets everything, because the map frame changed.
     pub fn forget(&mut self) {
         *self = Self::new(self.max_jump, None);
     }
 
-    /// The newest map was followed; `None` if it does not bear the pose out.
+    /// Takes the result of tracking the newest map; `None` if it does not support the pose.
     pub fn tracked(&mut self, found: Option<PoseRecord>) {
         match found {
             Some(found) => self.place(found, PoseState::Tracked),
@@ -65,8 +65,8 @@ impl Follower {
         }
     }
 
-    /// All poses were searched with the newest map; `None` if none is accepted. Somebody who asked for the search need not ask
-    /// again.
+    /// Takes the result of a global search with the newest map; `None` if no pose is accepted. A requested search
+    /// (`is_asked`) makes its pose pending at once.
     pub fn searched(&mut self, found: Option<PoseRecord>, is_asked: bool) {
         let Some(found) = found else {
             self.rival = None;
@@ -88,21 +88,21 @@ impl Follower {
         }
     }
 
-    /// Somebody says that the pose that waits is right; `None` if none waits.
+    /// Publishes the pending pose, confirmed by an operator; `None` if there is none.
     pub fn confirm(&mut self) -> Option<PoseRecord> {
         let waiting = self.waiting.take()?;
         (self.pose, self.state, self.rival) = (Some(waiting), PoseState::Found, None);
         self.pose
     }
 
-    /// A pose at the place of that which counts: taken if it is near enough.
+    /// Takes a pose at the published place if it is near enough.
     fn place(&mut self, found: PoseRecord, state: PoseState) {
         let is_jump = self.pose.is_some_and(|pose| !is_within(&pose, &found, self.max_jump.m, self.max_jump.rad));
         if is_jump {
             (self.waiting, self.state) = (Some(found), PoseState::Held);
             return;
         }
-        // What waited near this place is settled; what waits elsewhere waits on.
+        // A pending pose near this place is settled; one elsewhere stays pending.
         self.waiting = self.waiting.filter(|waiting| !is_within(waiting, &found, SAME_M, SAME_RAD));
         (self.pose, self.state) = (Some(found), state);
     }

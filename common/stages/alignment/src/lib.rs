@@ -23,19 +23,19 @@
 //!
 //! The published pose follows the robot's map; it never jumps by itself, and survives every daemon.
 
-mod chance;
 mod image;
+mod random_generator;
 mod thresholds;
 
 mod pose;
 
 mod corners;
-mod faces;
 mod features;
+mod wall_points;
 
+mod corner_voting;
 mod correlation;
 mod rotations;
-mod votes;
 
 mod refine;
 mod scale;
@@ -45,18 +45,18 @@ mod track;
 mod verdict;
 
 mod alignment;
-mod any_scale;
 mod archives;
 mod overlay;
 mod reference;
+mod scale_search;
 
 mod follower;
 
 pub use alignment::{AlignedPose, Alignment, Hint, PreparedMap, align_maps};
-pub use any_scale::align_maps_at_any_scale;
-pub use archives::{Counting, MadeFrom};
+pub use archives::{AlignmentSources, PoseStatus};
 pub use follower::{Follower, MaxJump};
 pub use overlay::overlay;
 pub use reference::{ReferenceError, References};
 pub use scale::Scale;
+pub use scale_search::align_maps_at_any_scale;
 pub use track::track_map;

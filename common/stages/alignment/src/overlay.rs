@@ -13,9 +13,9 @@ const MODEL: Rgb<u8> = Rgb([110, 110, 110]);
 const SEEN: Rgb<u8> = Rgb([205, 228, 250]);
 /// Walls of both maps.
 const EXPLAINED: Rgb<u8> = Rgb([0, 130, 60]);
-/// What the robot saw and the model has not.
+/// Seen by the robot, not in the model.
 const ADDED: Rgb<u8> = Rgb([210, 30, 30]);
-/// What the model has and the robot saw through.
+/// In the model, but the robot saw through it.
 const MISSING: Rgb<u8> = Rgb([240, 140, 0]);
 
 /// Walls nearer than this are the same.

@@ -20,7 +20,7 @@ pub(crate) fn moved(pose: &Pose, [dx_m, dy_m, turn_rad]: [f64; 3], about: [f64; 
 }
 
 /// True if both poses move a point of the SLAM map to the same place, and turn it as far.
-pub(crate) fn is_same(a: &Pose, b: &Pose, about: [f64; 2]) -> bool {
+pub(crate) fn is_same_pose(a: &Pose, b: &Pose, about: [f64; 2]) -> bool {
     let (at, other) = (a.apply(about), b.apply(about));
     libm::hypot(at[0] - other[0], at[1] - other[1]) <= SAME_M && wrapped(a.yaw_rad() - b.yaw_rad()).abs() <= SAME_RAD
 }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// They follow the rule of the localization layer, and the plan alone: what was observed is compared with them, so that an
 /// observation never changes what it is compared with.
 pub struct References {
-    made_from: (u64, RobotProfile),
+    sources: (u64, RobotProfile),
     rasterizer: Rasterizer,
     /// By map storey, with the hash of the grid that it was made from.
     maps: Vec<(u64, Arc<PreparedMap<Map>>)>,
@@ -36,12 +36,12 @@ impl References {
     /// A storey too large for a grid.
     pub fn new(site: &Site<'_>, robot: &RobotProfile) -> Result<Self, ReferenceError> {
         let rasterizer = Rasterizer::new(site, robot, CELL_M)?;
-        Ok(Self { made_from: (site.content_hash(), *robot), rasterizer, maps: Vec::new() })
+        Ok(Self { sources: (site.content_hash(), *robot), rasterizer, maps: Vec::new() })
     }
 
-    /// True if it was made from this.
+    /// True if it was made from this site and robot.
     pub fn is_of(&self, site: &Site<'_>, robot: &RobotProfile) -> bool {
-        self.made_from == (site.content_hash(), *robot)
+        self.sources == (site.content_hash(), *robot)
     }
 
     /// The maps at a phase of the site that it was made from, by map storey. Those that look as before are kept.

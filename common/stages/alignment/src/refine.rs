@@ -1,28 +1,28 @@
 //! Pose refinement: robust point-to-line registration of wall points.
 
-use crate::faces::Face;
 use crate::features::Features;
 use crate::pose::{Pose, moved};
+use crate::wall_points::WallPoint;
 use frames::PoseCovariance;
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 /// Scales of the residual from coarse to fine, in metres; each is taken three times.
 pub(crate) const COARSE: [f64; 3] = [0.6, 0.4, 0.3];
 pub(crate) const TIGHT: [f64; 8] = [0.6, 0.4, 0.3, 0.2, 0.15, 0.12, 0.1, 0.1];
-/// For maps that are bent: no fine scale.
+/// Scales for distorted maps, without fine ones.
 pub(crate) const SOFT: [f64; 5] = [0.6, 0.5, 0.4, 0.4, 0.35];
 
 const TIMES: usize = 3;
-const LEAST_MATCHES: usize = 20;
+const MIN_MATCHES: usize = 20;
 /// Normals of a match agree at least so far.
-const LEAST_AGREEMENT: f64 = 0.7;
+const MIN_AGREEMENT: f64 = 0.7;
 const DAMPING: f64 = 0.001;
 const STILL_M: f64 = 0.0002;
 const STILL_RAD: f64 = 2e-5;
 /// Neighbouring cells are not independent; what a map is bent by is not in the residuals. With this factor 90 to 98 % of the errors
 /// of 245 right poses lie inside the 95 % bound; the prototype had 8 and 38 %.
 const COVARIANCE_FACTOR: f64 = 48.0;
-const LEAST_VARIANCE: f64 = 1e-4;
+const MIN_VARIANCE: f64 = 1e-4;
 
 /// A refined pose.
 #[derive(Debug, Clone, Copy)]
@@ -40,8 +40,8 @@ impl Refined {
         self.covariance.transported([0, 1].map(|k| place[k] - self.about[k]))
     }
 
-    /// Standard deviations of that place in the direction that is held worst, and of yaw.
-    pub(crate) fn loose(&self, point: [f64; 2]) -> [f64; 2] {
+    /// Largest standard deviation of that point in any direction, and that of yaw.
+    pub(crate) fn standard_deviations(&self, point: [f64; 2]) -> [f64; 2] {
         let covariance = self.covariance_at(point);
         let [_, _, yaw_rad] = covariance.deviations();
         [covariance.worst_m(), yaw_rad]
@@ -49,12 +49,12 @@ impl Refined {
 }
 
 /// Robust point-to-line refinement with a shrinking scale; `None` if too little matches.
-pub(crate) fn refined(reference: &Features, faces: &[Face], start: Pose, scales: &[f64]) -> Option<Refined> {
+pub(crate) fn refined(reference: &Features, wall_points: &[WallPoint], start: Pose, scales: &[f64]) -> Option<Refined> {
     let mut pose = start;
     let mut last = None;
     for &scale in scales {
         for _ in 0..TIMES {
-            let (step, about) = step(reference, faces, &pose, scale)?;
+            let (step, about) = step(reference, wall_points, &pose, scale)?;
             let x = step.solved()?;
             pose = moved(&pose, x.into(), about);
             let is_still = libm::hypot(x[0], x[1]) < STILL_M && x[2].abs() < STILL_RAD;
@@ -68,9 +68,11 @@ pub(crate) fn refined(reference: &Features, faces: &[Face], start: Pose, scales:
     Some(Refined { pose, covariance: PoseCovariance::from_rows(step.covariance()?.into()), about })
 }
 
-/// A step towards the reference, and the place that it turns around.
-fn step(reference: &Features, faces: &[Face], pose: &Pose, scale: f64) -> Option<(Normal<3>, [f64; 2])> {
-    let matches = matches(reference, faces, scale, |face| (pose.apply(face.at), pose.rotate(face.normal)))?;
+/// A step towards the reference, and the point that it turns around.
+fn step(reference: &Features, wall_points: &[WallPoint], pose: &Pose, scale: f64) -> Option<(Normal<3>, [f64; 2])> {
+    let matches = matches(reference, wall_points, scale, |wall_point| {
+        (pose.apply(wall_point.at), pose.rotate(wall_point.normal))
+    })?;
     let n = matches.len() as f64;
     let about = [0, 1].map(|k| matches.iter().map(|m| m.at[k]).sum::<f64>() / n);
     let lever = |m: &Match| m.normal[1] * (m.at[0] - about[0]) - m.normal[0] * (m.at[1] - about[1]);
@@ -88,16 +90,16 @@ pub(crate) struct Match {
     weight: f64,
 }
 
-/// Faces as somebody places them, each with the nearest of the reference; `None` if there are few.
+/// Placed wall points, each with the nearest of the reference; `None` if there are few.
 pub(crate) fn matches(
     reference: &Features,
-    faces: &[Face],
+    wall_points: &[WallPoint],
     scale: f64,
-    placed: impl Fn(&Face) -> ([f64; 2], [f64; 2]),
+    placed: impl Fn(&WallPoint) -> ([f64; 2], [f64; 2]),
 ) -> Option<Vec<Match>> {
-    let mut matches = Vec::with_capacity(faces.len());
-    for face in faces {
-        let (at, n) = placed(face);
+    let mut matches = Vec::with_capacity(wall_points.len());
+    for wall_point in wall_points {
+        let (at, n) = placed(wall_point);
         let Some((nearest, squared)) = reference.nearest(at) else { continue };
         if squared > 9.0 * scale * scale {
             continue;
@@ -106,10 +108,10 @@ pub(crate) fn matches(
         let agreement = n[0] * normal[0] + n[1] * normal[1];
         let residual = (at[0] - nearest.at[0]) * normal[0] + (at[1] - nearest.at[1]) * normal[1];
         let robust = scale * scale / (scale * scale + residual * residual);
-        let weight = if agreement > LEAST_AGREEMENT { face.weight * robust * robust } else { 0.0 };
+        let weight = if agreement > MIN_AGREEMENT { wall_point.weight * robust * robust } else { 0.0 };
         matches.push(Match { at, normal, residual, weight });
     }
-    (matches.len() >= LEAST_MATCHES).then_some(matches)
+    (matches.len() >= MIN_MATCHES).then_some(matches)
 }
 
 /// Normal equations of `N` unknowns.
@@ -143,7 +145,7 @@ impl<const N: usize> Normal<N> {
 
     /// Their covariance.
     pub(crate) fn covariance(&self) -> Option<SMatrix<f64, N, N>> {
-        let variance = (self.residual / self.weight.max(1.0)).max(LEAST_VARIANCE) * COVARIANCE_FACTOR;
+        let variance = (self.residual / self.weight.max(1.0)).max(MIN_VARIANCE) * COVARIANCE_FACTOR;
         Some(self.factor()?.inverse() * variance)
     }
 

@@ -1,6 +1,6 @@
 //! Candidate rotations from histograms of wall normals.
 
-use crate::faces::Face;
+use crate::wall_points::WallPoint;
 use frames::wrapped;
 use std::f64::consts::TAU;
 
@@ -9,20 +9,20 @@ pub(crate) const N_BINS: usize = 720;
 const SIGMA_BINS: f64 = 1.5;
 /// A turn is the best of its neighbours on either side.
 const WINDOW: usize = 6;
-const LEAST_SHARE: f64 = 0.45;
+const MIN_SHARE: f64 = 0.45;
 const MAX_TURNS: usize = 8;
 
 /// Share of the faces that look in each direction.
-pub(crate) fn directions(faces: &[Face]) -> [f64; N_BINS] {
+pub(crate) fn directions(wall_points: &[WallPoint]) -> [f64; N_BINS] {
     let mut counted = [0.0; N_BINS];
-    for face in faces {
-        let angle = libm::atan2(face.normal[1], face.normal[0]) / TAU * N_BINS as f64;
+    for wall_point in wall_points {
+        let angle = libm::atan2(wall_point.normal[1], wall_point.normal[0]) / TAU * N_BINS as f64;
         // Between two bins.
         let at = libm::floor(angle);
         let share = angle - at;
         let bin = (at as i64).rem_euclid(N_BINS as i64) as usize;
-        counted[bin] += face.weight * (1.0 - share);
-        counted[(bin + 1) % N_BINS] += face.weight * share;
+        counted[bin] += wall_point.weight * (1.0 - share);
+        counted[(bin + 1) % N_BINS] += wall_point.weight * share;
     }
     let reach = (4.0 * SIGMA_BINS) as i64;
     let weight = |k: i64| libm::exp(-((k * k) as f64) / (2.0 * SIGMA_BINS * SIGMA_BINS));
@@ -45,7 +45,7 @@ pub(crate) fn turns(slam: &[f64; N_BINS], reference: &[f64; N_BINS]) -> Vec<f64>
     let around = |turn: usize, by: i64| fits[(turn as i64 + by).rem_euclid(N_BINS as i64) as usize];
     let is_peak = |&turn: &usize| {
         let w = WINDOW as i64;
-        fits[turn] > LEAST_SHARE * best
+        fits[turn] > MIN_SHARE * best
             && (1..=w).all(|by| fits[turn] > around(turn, -by) && fits[turn] >= around(turn, by))
     };
     let mut peaks: Vec<usize> = (0..N_BINS).filter(is_peak).collect();

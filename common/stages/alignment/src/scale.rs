@@ -1,9 +1,9 @@
 //! Estimates the scale of a SLAM map relative to the model.
 
-use crate::faces::Face;
 use crate::features::Features;
 use crate::pose::{Pose, moved};
 use crate::refine::{Normal, matches};
+use crate::wall_points::WallPoint;
 
 /// Lengths of a SLAM map as a share of the model's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,13 +20,13 @@ const TIMES: usize = 8;
 const STILL: f64 = 1e-6;
 
 /// The scale at which the faces of a SLAM map lie best on the reference, from a pose that fits; `None` if too little matches.
-pub(crate) fn scale(reference: &Features, slam: &Features, faces: &[Face], start: &Pose) -> Option<Scale> {
+pub(crate) fn scale(reference: &Features, slam: &Features, wall_points: &[WallPoint], start: &Pose) -> Option<Scale> {
     let (mut pose, mut factor, middle) = (*start, 1.0, slam.centre);
     let mut deviation = f64::INFINITY;
     for _ in 0..TIMES {
         let grown = |at: [f64; 2]| [0, 1].map(|k| middle[k] + factor * (at[k] - middle[k]));
-        let placed = |face: &Face| (pose.apply(grown(face.at)), pose.rotate(face.normal));
-        let found = matches(reference, faces, WITHIN_M, placed)?;
+        let placed = |wall_point: &WallPoint| (pose.apply(grown(wall_point.at)), pose.rotate(wall_point.normal));
+        let found = matches(reference, wall_points, WITHIN_M, placed)?;
         let about = pose.apply(middle);
         let normal = Normal::of(&found, |m| {
             let ([nx, ny], d) = (m.normal, [m.at[0] - about[0], m.at[1] - about[1]]);

@@ -1,9 +1,9 @@
 //! Scores a pose by precision, recall and free space.
 
-use crate::faces::Face;
 use crate::features::Features;
 use crate::pose::Pose;
-use crate::thresholds::FARTHEST_M;
+use crate::thresholds::MAX_MATCH_M;
+use crate::wall_points::WallPoint;
 use messages::Evidence;
 use occupancy::Cell;
 
@@ -11,15 +11,15 @@ use occupancy::Cell;
 pub(crate) const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
 /// What the robot has seen of a face of the reference is judged so far in front of it.
 const IN_FRONT_M: f64 = 0.15;
-const LEAST_SEEN: usize = 20;
+const MIN_SEEN: usize = 20;
 const PRECISION_SHARE: f64 = 0.65;
 
 /// The faces that are compared; those of the SLAM map are drawn by weight.
-pub(crate) struct Sides<'a> {
+pub(crate) struct ComparedMaps<'a> {
     pub(crate) slam: &'a Features,
     pub(crate) reference: &'a Features,
-    pub(crate) slam_faces: &'a [Face],
-    pub(crate) reference_faces: &'a [Face],
+    pub(crate) slam_points: &'a [WallPoint],
+    pub(crate) reference_points: &'a [WallPoint],
     /// True where so few faces of the reference are looked for in the SLAM map that its nearest faces need not be known everywhere.
     pub(crate) scans: bool,
 }
@@ -27,46 +27,46 @@ pub(crate) struct Sides<'a> {
 /// Every so many cells of free space is looked at, in both directions.
 const FREE_STEP: usize = 4;
 
-/// What speaks for a pose.
-pub(crate) fn evidence(sides: &Sides<'_>, pose: &Pose, scales: &[f64]) -> Evidence {
+/// The evidence for a pose.
+pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose, scales: &[f64]) -> Evidence {
     let close = |squared: f64| {
         scales.iter().map(|tau| libm::exp(-squared / (2.0 * tau * tau))).sum::<f64>() / scales.len() as f64
     };
     let mut precision = 0.0;
-    for face in sides.slam_faces {
-        if let Some((nearest, squared)) = sides.reference.nearest(pose.apply(face.at)) {
-            let n = pose.rotate(face.normal);
+    for wall_point in maps.slam_points {
+        if let Some((nearest, squared)) = maps.reference.nearest(pose.apply(wall_point.at)) {
+            let n = pose.rotate(wall_point.normal);
             let agreement = n[0] * nearest.normal[0] + n[1] * nearest.normal[1];
-            if squared <= FARTHEST_M * FARTHEST_M && agreement > 0.0 {
+            if squared <= MAX_MATCH_M * MAX_MATCH_M && agreement > 0.0 {
                 precision += close(squared) * agreement;
             }
         }
     }
-    precision /= sides.slam_faces.len().max(1) as f64;
+    precision /= maps.slam_points.len().max(1) as f64;
     let (mut n_seen, mut recall) = (0usize, 0.0);
-    for face in sides.reference_faces {
-        let front = [0, 1].map(|k| face.at[k] + IN_FRONT_M * face.normal[k]);
-        if sides.slam.raster.at(pose.apply_inverse(front)) == Cell::Free {
+    for wall_point in maps.reference_points {
+        let front = [0, 1].map(|k| wall_point.at[k] + IN_FRONT_M * wall_point.normal[k]);
+        if maps.slam.raster.at(pose.apply_inverse(front)) == Cell::Free {
             n_seen += 1;
-            let place = pose.apply_inverse(face.at);
-            let nearest = if sides.scans { sides.slam.nearest_by_scan(place) } else { sides.slam.nearest(place) };
+            let place = pose.apply_inverse(wall_point.at);
+            let nearest = if maps.scans { maps.slam.nearest_by_scan(place) } else { maps.slam.nearest(place) };
             recall += nearest.map_or(0.0, |(_, squared)| close(squared));
         }
     }
-    let recall = if n_seen > LEAST_SEEN { recall / n_seen as f64 } else { 0.0 };
+    let recall = if n_seen > MIN_SEEN { recall / n_seen as f64 } else { 0.0 };
     let score = PRECISION_SHARE * precision + (1.0 - PRECISION_SHARE) * recall;
-    Evidence { score, precision, recall, free: free(sides, pose) }
+    Evidence { score, precision, recall, free: free(maps, pose) }
 }
 
-fn free(sides: &Sides<'_>, pose: &Pose) -> f64 {
-    let raster = &sides.slam.raster;
+fn free(maps: &ComparedMaps<'_>, pose: &Pose) -> f64 {
+    let raster = &maps.slam.raster;
     let (mut n, mut n_free) = (0usize, 0usize);
     for row in (0..raster.height).step_by(FREE_STEP) {
         for column in (0..raster.width).step_by(FREE_STEP) {
             let index = row * raster.width + column;
             if raster.cells[index] == Cell::Free {
                 n += 1;
-                n_free += usize::from(sides.reference.raster.at(pose.apply(raster.middle(index))) == Cell::Free);
+                n_free += usize::from(maps.reference.raster.at(pose.apply(raster.middle(index))) == Cell::Free);
             }
         }
     }

@@ -1,22 +1,22 @@
 //! Global pose search: candidates, refinement, distinct results.
 
-use crate::chance::Chance;
+use crate::corner_voting::voted;
 use crate::correlation::correlated;
-use crate::faces::Face;
 use crate::features::Features;
-use crate::pose::{Pose, is_same, moved};
+use crate::pose::{Pose, is_same_pose, moved};
+use crate::random_generator::RandomGenerator;
 use crate::refine::{COARSE, Refined, SOFT, TIGHT, refined};
 use crate::rotations::turns;
-use crate::score::{SCALES, Sides, evidence};
-use crate::thresholds::{LEAST_FACES, N_REFINED};
-use crate::votes::voted;
+use crate::score::{ComparedMaps, SCALES, evidence};
+use crate::thresholds::{MIN_WALL_POINTS, N_REFINED};
+use crate::wall_points::WallPoint;
 use frames::wrapped;
 use messages::Evidence;
 
 /// Faces that are drawn.
-const N_FACES: usize = 1500;
-const N_COARSE_FACES: usize = 500;
-const N_REFERENCE_FACES: usize = 3000;
+const N_WALL_POINTS: usize = 1500;
+const N_COARSE_POINTS: usize = 500;
+const N_REFERENCE_POINTS: usize = 3000;
 /// A bent map's refinement has to be better by this.
 const SOFT_ADVANTAGE: f64 = 0.02;
 const COARSE_SCALE: [f64; 1] = [0.3];
@@ -28,15 +28,15 @@ pub(crate) struct Candidate {
     pub(crate) evidence: Evidence,
 }
 
-/// Where the pose is, as somebody guesses: at most so far from there.
+/// An initial guess of the pose, with bounds.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Near {
+pub(crate) struct PoseGuess {
     pub(crate) pose: Pose,
     pub(crate) radius_m: f64,
     pub(crate) radius_rad: f64,
 }
 
-impl Near {
+impl PoseGuess {
     /// True if it moves a point of the SLAM map to about the same place, and turns about as far.
     fn holds(&self, pose: &Pose, about: [f64; 2]) -> bool {
         let (a, b) = (self.pose.apply(about), pose.apply(about));
@@ -71,8 +71,8 @@ const MAX_STEPS: i32 = 4;
 
 /// The poses in which a SLAM map fits a reference best, best first: anywhere, or near a guess. None if the reference shows too
 /// little.
-pub(crate) fn search(reference: &Features, slam: &Features, near: Option<&Near>) -> Vec<Candidate> {
-    if reference.faces.len() < LEAST_FACES {
+pub(crate) fn search(reference: &Features, slam: &Features, near: Option<&PoseGuess>) -> Vec<Candidate> {
+    if reference.wall_points.len() < MIN_WALL_POINTS {
         return Vec::new();
     }
     let turns = turns(slam.directions(), reference.directions());
@@ -92,24 +92,28 @@ pub(crate) fn search(reference: &Features, slam: &Features, near: Option<&Near>)
 
 /// Refines all poses roughly and the best exactly; best first, no two the same.
 fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Candidate> {
-    let mut chance = Chance::new(1);
-    let pick = |numbers: Vec<u32>, faces: &[Face]| numbers.into_iter().map(|k| faces[k as usize]).collect::<Vec<_>>();
-    let slam_faces = drawn(slam, &mut chance);
-    let reference_faces = pick(chance.draw(reference.faces.iter().map(|_| 1.0), N_REFERENCE_FACES), &reference.faces);
-    let few = pick(chance.draw(slam_faces.iter().map(|_| 1.0), N_COARSE_FACES), &slam_faces);
+    let mut random = RandomGenerator::new(1);
+    let pick = |numbers: Vec<u32>, wall_points: &[WallPoint]| {
+        numbers.into_iter().map(|k| wall_points[k as usize]).collect::<Vec<_>>()
+    };
+    let slam_points = sampled_points(slam, &mut random);
+    let reference_points =
+        pick(random.draw(reference.wall_points.iter().map(|_| 1.0), N_REFERENCE_POINTS), &reference.wall_points);
+    let few = pick(random.draw(slam_points.iter().map(|_| 1.0), N_COARSE_POINTS), &slam_points);
     // Drawn by weight: they are not weighted again.
-    let sides = Sides { slam, reference, slam_faces: &slam_faces, reference_faces: &reference_faces, scans: false };
-    let rough = Sides { slam_faces: &few, ..sides };
+    let maps =
+        ComparedMaps { slam, reference, slam_points: &slam_points, reference_points: &reference_points, scans: false };
+    let rough = ComparedMaps { slam_points: &few, ..maps };
     let about = slam.centre;
-    let scored = |sides: &Sides<'_>, refined: Refined, scales: &[f64]| Candidate {
+    let scored = |maps: &ComparedMaps<'_>, refined: Refined, scales: &[f64]| Candidate {
         refined,
-        evidence: evidence(sides, &refined.pose, scales),
+        evidence: evidence(maps, &refined.pose, scales),
     };
     let coarse = poses.iter().filter_map(|pose| refined(reference, &few, *pose, &COARSE));
     let coarse = distinct(coarse.map(|r| scored(&rough, r, &COARSE_SCALE)).collect(), about);
     let exact = coarse.into_iter().take(N_REFINED).filter_map(|c| {
         let [tight, soft] = [&TIGHT[..], &SOFT[..]]
-            .map(|scales| refined(reference, &slam_faces, c.refined.pose, scales).map(|r| scored(&sides, r, &SCALES)));
+            .map(|scales| refined(reference, &slam_points, c.refined.pose, scales).map(|r| scored(&maps, r, &SCALES)));
         match (tight, soft) {
             (Some(tight), Some(soft)) if soft.evidence.score > tight.evidence.score + SOFT_ADVANTAGE => Some(soft),
             (tight, soft) => tight.or(soft),
@@ -119,9 +123,9 @@ fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Cand
 }
 
 /// The faces of a SLAM map that are compared.
-pub(crate) fn drawn(slam: &Features, chance: &mut Chance) -> Vec<Face> {
-    let numbers = chance.draw(slam.faces.iter().map(|f| f.weight), N_FACES);
-    numbers.into_iter().map(|k| slam.faces[k as usize]).collect()
+pub(crate) fn sampled_points(slam: &Features, random: &mut RandomGenerator) -> Vec<WallPoint> {
+    let numbers = random.draw(slam.wall_points.iter().map(|f| f.weight), N_WALL_POINTS);
+    numbers.into_iter().map(|k| slam.wall_points[k as usize]).collect()
 }
 
 /// Best first, without those that are the same as a better one.
@@ -129,7 +133,7 @@ fn distinct(mut candidates: Vec<Candidate>, about: [f64; 2]) -> Vec<Candidate> {
     candidates.sort_by(|a, b| b.evidence.score.total_cmp(&a.evidence.score));
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in candidates {
-        if !kept.iter().any(|k| is_same(&k.refined.pose, &candidate.refined.pose, about)) {
+        if !kept.iter().any(|k| is_same_pose(&k.refined.pose, &candidate.refined.pose, about)) {
             kept.push(candidate);
         }
     }

@@ -1,10 +1,10 @@
-//! Every number that an alignment is judged by, in one place, each with its reason.
+//! All thresholds of an alignment, each with its reason.
 //!
 //! Lengths in metres, angles in radians. The method is that of `align`; values without another reason are those of the
 //! prototype that it was measured with.
 
 /// Faces farther from each other than this are no match, in metres.
-pub(crate) const FARTHEST_M: f64 = 0.6;
+pub(crate) const MAX_MATCH_M: f64 = 0.6;
 
 /// Hypotheses that are looked at more closely.
 pub(crate) const N_VOTED: usize = 64;
@@ -15,20 +15,20 @@ pub(crate) const N_REFINED: usize = 16;
 pub(crate) const SAME_M: f64 = 0.4;
 pub(crate) const SAME_RAD: f64 = 0.06;
 
-/// A pose is believed from this score on.
-pub(crate) const LEAST_SCORE: f64 = 0.45;
+/// Minimum score of a pose.
+pub(crate) const MIN_SCORE: f64 = 0.45;
 // The following were chosen on 402 simulated pairs of 22 storeys and 350 pairs of SLAM maps with other buildings. Together they
 // accept 162 right poses and no wrong one; what each alone keeps out is told with it.
 
 /// A pose is accepted only if so much of the SLAM map's walls are the reference's, and so much of the reference's walls that the
 /// robot has seen are in the SLAM map. Two poses in other buildings had 0.47 and 0.68, 0.36 and 0.80.
-pub(crate) const LEAST_PRECISION: f64 = 0.5;
-pub(crate) const LEAST_RECALL: f64 = 0.75;
+pub(crate) const MIN_PRECISION: f64 = 0.5;
+pub(crate) const MIN_RECALL: f64 = 0.75;
 
 /// A pose is accepted only if walls hold it this well, as standard deviations at the middle of the SLAM map. A small building
 /// that fits into a room of another was held to 0.031 m and 0.0079 rad; rooms of which too little was seen to 1 to 2 degrees.
-pub(crate) const MOST_LOOSE_M: f64 = 0.025;
-pub(crate) const MOST_LOOSE_RAD: f64 = 0.006;
+pub(crate) const MAX_DEVIATION_M: f64 = 0.025;
+pub(crate) const MAX_DEVIATION_RAD: f64 = 0.006;
 
 /// A pose is the only one if the next best has at most this share of its score. Half turns of buildings that are their own twins
 /// have 0.96 and more.
@@ -36,14 +36,14 @@ pub(crate) const RIVAL_SHARE: f64 = 0.93;
 
 /// Scales that are tried where nobody vouches for the lengths of a map, and the factor between two of them: a building of 30 m is
 /// then nowhere off by more than a refinement reaches.
-pub(crate) const LARGEST_SCALE: f64 = 1.25;
+pub(crate) const MAX_SCALE: f64 = 1.25;
 pub(crate) const SCALE_STEP: f64 = 1.03;
 
 /// Faces of each map that a pose is followed with.
-pub(crate) const N_TRACKED_FACES: usize = 800;
+pub(crate) const N_TRACKED_POINTS: usize = 800;
 
 /// A pose that is elsewhere must win so many searches, each of a newer map, before it is offered in the place of that which counts.
 pub(crate) const N_WINS: u32 = 3;
 
 /// Faces that a SLAM map must have to be aligned at all: 5 m of wall.
-pub(crate) const LEAST_FACES: usize = 100;
+pub(crate) const MIN_WALL_POINTS: usize = 100;

@@ -1,20 +1,20 @@
 //! Local refinement of the last pose with a newer SLAM map.
 
 use crate::alignment::{AlignedPose, PreparedMap, between_cells};
-use crate::chance::Chance;
-use crate::faces::Face;
-use crate::pose::is_same;
+use crate::pose::is_same_pose;
+use crate::random_generator::RandomGenerator;
 use crate::refine::refined;
-use crate::score::{SCALES, Sides, evidence};
+use crate::score::{ComparedMaps, SCALES, evidence};
 use crate::search::Candidate;
-use crate::thresholds::{LEAST_FACES, N_TRACKED_FACES};
-use crate::verdict::is_borne_out;
+use crate::thresholds::{MIN_WALL_POINTS, N_TRACKED_POINTS};
+use crate::verdict::is_acceptable;
+use crate::wall_points::WallPoint;
 use frames::{Map, Rigid2, Slam};
 
 /// Scales of the refinement, in metres: the first reaches what a map moves by between two updates.
-const FOLLOWING: [f64; 4] = [0.6, 0.3, 0.15, 0.1];
+const TRACKING_SCALES_M: [f64; 4] = [0.6, 0.3, 0.15, 0.1];
 
-/// The pose of a newer SLAM map near that of the last; `None` if the map does not bear it out, or holds it too loosely.
+/// The pose of a newer SLAM map near that of the last; `None` if the map does not support it, or constrains it too little.
 pub fn track_map(
     references: &[impl AsRef<PreparedMap<Map>>],
     slam: &PreparedMap<Slam>,
@@ -22,27 +22,27 @@ pub fn track_map(
 ) -> Option<AlignedPose> {
     let (at, last) = last;
     let reference = references.get(at)?.as_ref();
-    if slam.features.faces.len() < LEAST_FACES || reference.features.faces.len() < LEAST_FACES {
+    if slam.features.wall_points.len() < MIN_WALL_POINTS || reference.features.wall_points.len() < MIN_WALL_POINTS {
         return None;
     }
-    let mut chance = Chance::new(1);
-    let mut drawn = |faces: &[Face], by_weight: bool| -> Vec<Face> {
-        let weights = faces.iter().map(|f| if by_weight { f.weight } else { 1.0 });
-        chance.draw(weights, N_TRACKED_FACES).into_iter().map(|k| faces[k as usize]).collect()
+    let mut random = RandomGenerator::new(1);
+    let mut sampled_points = |wall_points: &[WallPoint], by_weight: bool| -> Vec<WallPoint> {
+        let weights = wall_points.iter().map(|f| if by_weight { f.weight } else { 1.0 });
+        random.draw(weights, N_TRACKED_POINTS).into_iter().map(|k| wall_points[k as usize]).collect()
     };
-    let slam_faces = drawn(&slam.features.faces, true);
-    let reference_faces = drawn(&reference.features.faces, false);
+    let slam_points = sampled_points(&slam.features.wall_points, true);
+    let reference_points = sampled_points(&reference.features.wall_points, false);
     let start = between_cells(reference, slam, last);
-    let refined = refined(&reference.features, &slam_faces, start, &FOLLOWING)?;
-    let sides = Sides {
+    let refined = refined(&reference.features, &slam_points, start, &TRACKING_SCALES_M)?;
+    let maps = ComparedMaps {
         slam: &slam.features,
         reference: &reference.features,
-        slam_faces: &slam_faces,
-        reference_faces: &reference_faces,
+        slam_points: &slam_points,
+        reference_points: &reference_points,
         scans: true,
     };
-    let evidence = evidence(&sides, &refined.pose, &SCALES);
+    let evidence = evidence(&maps, &refined.pose, &SCALES);
     let candidate = Candidate { refined, evidence };
-    let is_near = is_same(&refined.pose, &start, slam.features.centre);
-    (is_near && is_borne_out(&slam.features, &candidate)).then(|| AlignedPose::of(at, reference, slam, &candidate))
+    let is_near = is_same_pose(&refined.pose, &start, slam.features.centre);
+    (is_near && is_acceptable(&slam.features, &candidate)).then(|| AlignedPose::of(at, reference, slam, &candidate))
 }

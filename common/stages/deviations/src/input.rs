@@ -4,10 +4,10 @@ use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{Phase, RobotProfile, Site};
 use occupancy::OccupancyMap;
 
-/// What is compared.
+/// Inputs of the comparison.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviationInput<'a> {
-    /// Geometry and facts.
+    /// Geometry and attributes.
     pub site: &'a Site<'a>,
     /// States at the plan time, of this site.
     pub phase: &'a Phase<'a>,
@@ -15,7 +15,7 @@ pub struct DeviationInput<'a> {
     pub robot: &'a RobotProfile,
     /// Map storey of the site.
     pub map_storey: usize,
-    /// What the robot mapped.
+    /// The SLAM map.
     pub slam: &'a OccupancyMap,
     /// Hash of that map, for the record.
     pub slam_map_hash: u64,

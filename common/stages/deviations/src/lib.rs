@@ -1,9 +1,8 @@
-//! Deviations: site, schedule state and an aligned SLAM map in, what differs out.
+//! Deviations: site, schedule state and an aligned SLAM map in, observation and verdict of each element out.
 //!
 //! Every element is probed from samples on its sides, along their normals: a surface in its place, a surface beside it, or
-//! free cells through the solid. A lidar sees the first surface only: what hides a side makes it unseen, and an element is
-//! absent only where the robot saw through it. The distortion of the SLAM map is estimated from the surfaces around, and
-//! taken off.
+//! free cells through the solid. A lidar sees the first surface only: a hidden side is unseen, and an element is absent only
+//! where the robot saw through it. The distortion of the SLAM map is estimated from surrounding surfaces and subtracted.
 //!
 //! ```text
 //! groundplan deviations house.ifc --slam robot.yaml --date 2024-04-15
@@ -16,35 +15,35 @@
 //! maps from then on. What seems absent stays on them until an operator confirms it; a confirmed element is off the maps
 //! until it is seen.
 
-mod bend;
-mod displaced;
+mod applied_observations;
+mod deviation_verdict;
+mod deviations_archive;
+mod displacement;
+mod distortion;
 mod evidence;
 mod input;
-mod judgement;
-mod observed;
 mod obstacles;
 mod probed_sample;
 mod sections;
-mod sides;
+mod side_samples;
 mod slam_view;
 mod thresholds;
-mod written;
 
+pub use applied_observations::AppliedObservations;
 pub use input::DeviationInput;
-pub use observed::Observed;
 
-use bend::{Bends, Tie};
+use distortion::{DistortionField, SurfaceOffset};
 use evidence::{Evidence, evidence};
 use messages::ArchiveBuffer;
-use obstacles::{Explained, obstacles};
+use obstacles::{KnownSurfaces, obstacles};
 use rayon::prelude::*;
-use sections::{Kind, Sections};
-use sides::{Sample, open_samples};
+use sections::{LidarKind, Sections};
+use side_samples::{Sample, open_samples};
 use slam_view::{Probe, SlamView};
-use thresholds::{MOST_BENT_M, OUTSIDE_M, SAME_SIDE_M};
+use thresholds::{MAX_DISTORTION_M, OUTSIDE_M, SAME_SIDE_M};
 
-/// The evidence for every element of a storey, and what stands there beside them, as a `deviations` archive. Judged by the planned
-/// states alone.
+/// The evidence for every element of a storey, and the obstacles that the model lacks, as a `deviations` archive. Verdicts
+/// use the planned states alone.
 ///
 /// # Panics
 /// If the site has no such map storey, or the phase is of another site.
@@ -54,40 +53,42 @@ pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
     let n_cuts = sections.cuts.len() as u32;
     let samples: Vec<Vec<Sample>> = (0..n_cuts).into_par_iter().map(|cut| open_samples(&sections, cut)).collect();
     let pose_m = pose_deviation_m(input);
-    let bends = Bends::new(ties(&sections, &samples, &slam).into_iter(), pose_m);
-    let all: Vec<Evidence> =
-        (0..n_cuts).into_par_iter().map(|k| evidence(&sections, k, &samples[k as usize], &slam, &bends)).collect();
+    let distortions = DistortionField::new(surface_offsets(&sections, &samples, &slam).into_iter(), pose_m);
+    let all: Vec<Evidence> = (0..n_cuts)
+        .into_par_iter()
+        .map(|k| evidence(&sections, k, &samples[k as usize], &slam, &distortions))
+        .collect();
     let bounds = input.site.map_storeys[input.map_storey].bounds_tenths.map(frames::metres);
-    let explained = Explained {
+    let known = KnownSurfaces {
         sections: &sections,
         evidence: &all,
-        bends: &bends,
+        distortions: &distortions,
         deviation_m: pose_m,
         bounds_m: [[bounds[0], bounds[1]].map(|c| c - OUTSIDE_M), [bounds[2], bounds[3]].map(|c| c + OUTSIDE_M)],
     };
-    let (found, n_outside) = obstacles(input.site, &slam, &explained);
-    written::archive(input, &slam, &sections, &all, &bends, &found, n_outside)
+    let (found, n_outside) = obstacles(input.site, &slam, &known);
+    deviations_archive::archive(input, &slam, &sections, &all, &distortions, &found, n_outside)
 }
 
-/// Surfaces beside sides that are planned to stand and stay where they are.
-fn ties(sections: &Sections, samples: &[Vec<Sample>], slam: &SlamView) -> Vec<([f64; 2], Tie)> {
-    let of_cut = |cut: u32| -> Vec<([f64; 2], Tie)> {
+/// Surface offsets at the sides of elements that are planned to stand.
+fn surface_offsets(sections: &Sections, samples: &[Vec<Sample>], slam: &SlamView) -> Vec<([f64; 2], SurfaceOffset)> {
+    let of_cut = |cut: u32| -> Vec<([f64; 2], SurfaceOffset)> {
         let own = &sections.cuts[cut as usize];
-        if !own.stands || own.kind != Kind::Solid {
+        if !own.stands || own.kind != LidarKind::Solid {
             return Vec::new();
         }
-        let tie = |s: &Sample| {
+        let surface = |s: &Sample| {
             let Sample { at, normal, thick_m } = *s;
-            let met = slam.probe(&Probe { at, normal, thick_m, tolerance_m: SAME_SIDE_M });
-            let nearest = met.offsets_m.into_iter().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-            (nearest.abs() <= MOST_BENT_M).then_some((at, Tie { normal, offset_m: nearest, cut }))
+            let probe_result = slam.probe(&Probe { at, normal, thick_m, tolerance_m: SAME_SIDE_M });
+            let nearest = probe_result.offsets_m.into_iter().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+            (nearest.abs() <= MAX_DISTORTION_M).then_some((at, SurfaceOffset { normal, offset_m: nearest, cut }))
         };
-        samples[cut as usize].iter().filter_map(tie).collect()
+        samples[cut as usize].iter().filter_map(surface).collect()
     };
     (0..samples.len() as u32).into_par_iter().flat_map_iter(of_cut).collect()
 }
 
-/// What the pose is uncertain by at the corner of the storey that lies farthest from where it is told for.
+/// Standard deviation of the pose at the corner of the storey with the largest.
 fn pose_deviation_m(input: &DeviationInput<'_>) -> f64 {
     let about = input.map_from_slam.apply(input.about_m);
     let bounds = input.site.map_storeys[input.map_storey].bounds_tenths.map(frames::metres);

@@ -9,23 +9,23 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// An element of the storey.
-pub(crate) struct Cut {
+pub(crate) struct ElementSection {
     pub(crate) element: u32,
     /// The section in the lidar's plane.
     pub(crate) section: Footprint,
-    /// All that is near that plane.
+    /// Footprint within a margin around that plane.
     around: Footprint,
     /// True if it is planned to be there.
     pub(crate) stands: bool,
-    pub(crate) kind: Kind,
+    pub(crate) kind: LidarKind,
 }
 
-/// What a lidar can say of an element.
+/// How a lidar sees an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// It shows where it stands.
+pub(crate) enum LidarKind {
+    /// Visible and fixed.
     Solid,
-    /// It shows where it stands, today.
+    /// Visible but movable.
     Movable,
     Door,
     Glass,
@@ -40,14 +40,14 @@ pub(crate) struct Segment {
     pub(crate) cut: u32,
 }
 
-/// All elements of a storey, with an index by place. Points are metres in `map`.
+/// The sections of a storey with a spatial index. Points are metres in `map`.
 pub(crate) struct Sections {
-    pub(crate) cuts: Vec<Cut>,
+    pub(crate) cuts: Vec<ElementSection>,
     section: Index,
     around: Index,
 }
 
-/// Which borders and which areas are near a place.
+/// Spatial index of borders and areas, by tile.
 struct Index {
     segments: Vec<Segment>,
     /// By tile.
@@ -73,8 +73,8 @@ impl Sections {
             e.n_parts > 0 && (meets(body) || meets(near))
         };
         let of_storey = site.elements.par_iter().enumerate().filter(|(_, e)| reaches(e));
-        let cuts: Vec<Cut> = of_storey
-            .map(|(k, e)| Cut {
+        let cuts: Vec<ElementSection> = of_storey
+            .map(|(k, e)| ElementSection {
                 element: k as u32,
                 section: footprint(site.element_meshes(e), plane),
                 around: footprint(site.element_meshes(e), near),
@@ -110,7 +110,7 @@ impl Sections {
         near.any(|s| distance(s, at) <= within_m) || contains(&self.cuts[cut as usize].around.area, at)
     }
 
-    /// How thick an element is behind a point of its border, along a unit direction into it; at most `most_m`.
+    /// Thickness of an element behind a point of its border along an inward unit direction; at most `most_m`.
     pub(crate) fn thickness(&self, at: [f64; 2], into: [f64; 2], own: u32, most_m: f64) -> f64 {
         let end = [0, 1].map(|k| at[k] + into[k] * most_m);
         let middle = [0, 1].map(|k| (at[k] + end[k]) / 2.0);
@@ -121,7 +121,7 @@ impl Sections {
 
     fn hides(&self, cut: u32, own: u32) -> bool {
         let other = &self.cuts[cut as usize];
-        cut != own && other.stands && !matches!(other.kind, Kind::Glass | Kind::Door)
+        cut != own && other.stands && !matches!(other.kind, LidarKind::Glass | LidarKind::Door)
     }
 }
 
@@ -170,18 +170,18 @@ impl Index {
     }
 }
 
-/// What a lidar can say of an element of the site.
-fn kind(site: &Site<'_>, element: usize) -> Kind {
+/// How a lidar sees an element of the site.
+fn kind(site: &Site<'_>, element: usize) -> LidarKind {
     let record = &site.elements[element];
     let is_door = |index: u32| index != NONE && site.elements[index as usize].class() == Class::Door;
     match record.class() {
-        Class::Door => Kind::Door,
-        _ if is_door(record.whole) => Kind::Door,
-        Class::Window => Kind::Glass,
-        _ if record.has(element_flags::GLASS) => Kind::Glass,
-        _ if record.has(element_flags::BOUNDING_BOX) => Kind::StandIn,
-        Class::Furniture => Kind::Movable,
-        _ => Kind::Solid,
+        Class::Door => LidarKind::Door,
+        _ if is_door(record.whole) => LidarKind::Door,
+        Class::Window => LidarKind::Glass,
+        _ if record.has(element_flags::GLASS) => LidarKind::Glass,
+        _ if record.has(element_flags::BOUNDING_BOX) => LidarKind::StandIn,
+        Class::Furniture => LidarKind::Movable,
+        _ => LidarKind::Solid,
     }
 }
 
@@ -211,7 +211,7 @@ fn distance(s: &Segment, p: [f64; 2]) -> f64 {
     libm::hypot(to[0] - part * d[0], to[1] - part * d[1])
 }
 
-/// How far along a unit direction a line from a point meets a straight piece.
+/// Distance from a point along a unit direction to a segment.
 fn crossing(s: &Segment, from: [f64; 2], direction: [f64; 2]) -> Option<f64> {
     let d = [s.to[0] - s.from[0], s.to[1] - s.from[1]];
     let cross = direction[0] * d[1] - direction[1] * d[0];

@@ -1,6 +1,6 @@
 //! A SLAM map in `map` coordinates: cell lookup and probing along a line.
 
-use crate::thresholds::{DEEP_M, FREE_SHARE, FRONT_M, LEAST_CELL_M, REACH_M};
+use crate::thresholds::{DEEP_M, FREE_SHARE, FRONT_M, MIN_CELL_M, REACH_M};
 use frames::{Map, Rigid2, Slam};
 use occupancy::{Cell, OccupancyMap, Raster};
 
@@ -26,23 +26,23 @@ pub(crate) struct Probe {
     pub(crate) tolerance_m: f64,
 }
 
-/// What a probe met.
+/// The result of a probe.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Met {
-    /// Surfaces that face the same way as the side: how far out of it they lie.
+pub(crate) struct ProbeResult {
+    /// Offsets along the outward normal of surfaces with the same orientation as the side.
     pub(crate) offsets_m: Vec<f64>,
     /// True if the robot saw through the solid.
     pub(crate) through: bool,
-    /// How deep behind the side the first surface lies, if all before it is free.
+    /// Depth of the first surface behind the side, if all before it is free.
     pub(crate) free_m: Option<f64>,
 }
 
 impl SlamView {
     pub(crate) fn new(map: &OccupancyMap, map_from_slam: &Rigid2<Map, Slam>) -> Self {
         let map_from_cells = map_from_slam * &Rigid2::<Slam, Cells>::of_x_y_yaw(map.origin);
-        if map.resolution_m < LEAST_CELL_M * 0.99 {
+        if map.resolution_m < MIN_CELL_M * 0.99 {
             let raster = Raster::of(&map.cells, map.width, map.resolution_m);
-            return Self { cells: raster.cells, width: raster.width, cell_m: LEAST_CELL_M, map_from_cells };
+            return Self { cells: raster.cells, width: raster.width, cell_m: MIN_CELL_M, map_from_cells };
         }
         Self { cells: map.cells.clone(), width: map.width, cell_m: map.resolution_m, map_from_cells }
     }
@@ -51,7 +51,7 @@ impl SlamView {
         self.cells.len().checked_div(self.width).unwrap_or(0)
     }
 
-    /// What is at a place in `map`; unknown outside.
+    /// The cell at a point in `map`; unknown outside.
     pub(crate) fn at(&self, place: [f64; 2]) -> Cell {
         let [x, y] = self.map_from_cells.apply_inverse(place).map(|c| (c / self.cell_m).floor());
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64;
@@ -65,14 +65,15 @@ impl SlamView {
         self.map_from_cells.apply([column, row].map(|c| (c as f64 + 0.5) * self.cell_m))
     }
 
-    /// Looks along the normal of a side, from outside to behind it, on three lines a cell apart: walls of few hits have gaps.
-    pub(crate) fn probe(&self, probe: &Probe) -> Met {
+    /// Probes along the normal of a side from outside to behind it, on three lines a cell apart, because sparsely hit walls
+    /// have gaps.
+    pub(crate) fn probe(&self, probe: &Probe) -> ProbeResult {
         let lines = [0.0, -self.cell_m, self.cell_m].map(|aside_m| self.line(probe, aside_m));
         let through = probe.thick_m >= self.cell_m
             && self.is_free(&lines[0], probe)
             && !lines[1..].iter().any(|line| self.span(line, probe).contains(&Cell::Occupied));
         let offsets_m = lines.iter().map(|line| self.surfaces(line)).find(|s| !s.is_empty()).unwrap_or_default();
-        Met { offsets_m, through, free_m: self.free_m(&lines) }
+        ProbeResult { offsets_m, through, free_m: self.free_m(&lines) }
     }
 
     /// How far behind the side the first of the lines meets a surface, if the middle one is free up to there.

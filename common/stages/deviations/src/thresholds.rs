@@ -1,4 +1,4 @@
-//! Every number that differences are judged by, in one place, each with its reason.
+//! All thresholds of the comparison, each with its reason.
 //!
 //! Lengths in metres. Counts are of samples, which lie [`SAMPLE_M`] apart.
 
@@ -6,19 +6,19 @@
 pub(crate) const SAMPLE_M: f64 = 0.05;
 
 /// SLAM maps of finer cells are made this coarse: between the beams of a lidar fine cells stay unknown.
-pub(crate) const LEAST_CELL_M: f64 = 0.05;
+pub(crate) const MIN_CELL_M: f64 = 0.05;
 
 /// A surface is a side's own if it is nearer than this, beside a cell and what the pose is uncertain by: plaster, skirting boards,
 /// and what builders are allowed to be off by.
 pub(crate) const SAME_SIDE_M: f64 = 0.1;
 
-/// As far as a surface is looked for on both sides of where it should be. What was built farther off is another thing.
+/// Maximum distance of a surface from its place in the model, to both sides. Farther surfaces belong to other elements.
 pub(crate) const REACH_M: f64 = 0.6;
 
-/// How far in front of a surface the map must be known to be free, and unknown cells are passed over.
+/// Distance in front of a surface that must be known and free; unknown cells are skipped.
 pub(crate) const FRONT_M: f64 = 0.15;
 
-/// Rays that enter a solid this deep beyond the tolerance have not met it, however thick it is.
+/// Rays that enter a solid this deep beyond the tolerance have passed it, independent of its thickness.
 pub(crate) const DEEP_M: f64 = 0.3;
 
 /// Share of free cells on a line that passes through a solid: the others may be unknown, none occupied.
@@ -30,7 +30,7 @@ pub(crate) const GAP_M: f64 = 0.15;
 /// What is as thin as this on another element cannot be told from it: linings that were gone were called observed.
 pub(crate) const LAYER_M: f64 = 0.15;
 
-/// Beside another element a side is not looked at: surfaces there may be those of the other.
+/// Sides this near to another element are not sampled: surfaces there may belong to the other.
 pub(crate) const BESIDE_M: f64 = 0.2;
 
 /// A surface away from the side itself is another element's if it is nearer than this to it, and less than so much of the distance
@@ -39,9 +39,9 @@ pub(crate) const OTHERS_M: f64 = 0.12;
 pub(crate) const OWN_M: f64 = 0.05;
 pub(crate) const NEARER: f64 = 0.6;
 
-/// Displacements are told from this on, beside [`UNCERTAIN`] times what the bend of the map is uncertain by. Of a straight wall a
+/// Minimum displacement, in addition to [`UNCERTAIN`] times the standard deviation of the distortion. Of a straight wall a
 /// median over half a metre is good to two centimetres; builders' tolerances, plaster and half a cell make the rest.
-pub(crate) const LEAST_DISPLACED_M: f64 = 0.1;
+pub(crate) const MIN_DISPLACED_M: f64 = 0.1;
 pub(crate) const UNCERTAIN: f64 = 1.5;
 
 /// Surfaces this near to a displacement support it.
@@ -49,7 +49,7 @@ pub(crate) const SUPPORT_M: f64 = 0.06;
 
 /// Samples that support a displacement: 0.4 m, so that a column can have moved; and as much more than those that support the place
 /// in the model. With 5 samples parts of kitchens were displaced.
-pub(crate) const LEAST_SUPPORT: usize = 8;
+pub(crate) const MIN_SUPPORT: usize = 8;
 pub(crate) const SUPPORT_RATIO: f64 = 1.3;
 
 /// A displacement is that of most of the side: share of the samples in that direction that anything is known of.
@@ -57,52 +57,52 @@ pub(crate) const SUPPORT_SHARE: f64 = 0.5;
 
 /// Of what was judged of an element that left its place at most this share is still met there: half of a column's sides slide along
 /// themselves. Sofas and lifts have parts at many depths.
-pub(crate) const MOST_IN_PLACE: f64 = 0.6;
+pub(crate) const MAX_IN_PLACE: f64 = 0.6;
 
 /// A side that seems to stand nearer, without a look at the place in the model, may be furniture in front of it. So much of the
 /// whole side must seem so, over this many samples (a metre), and the other side must not be in its place.
 pub(crate) const COVERING_SHARE: f64 = 0.7;
-pub(crate) const LEAST_COVERING: usize = 20;
+pub(crate) const MIN_COVERING: usize = 20;
 
 /// An element is absent if this share of what was judged is seen through, that is at least half a metre of its sides, and this share
 /// of all of them: through a hole alone nothing is said of the rest.
 pub(crate) const ABSENT_SHARE: f64 = 0.7;
-pub(crate) const LEAST_ABSENT: usize = 10;
+pub(crate) const MIN_ABSENT: usize = 10;
 pub(crate) const ABSENT_OF_ALL: f64 = 0.25;
 
 /// An element is observed if at least this share of what was judged is in its place, so many samples (0.3 m), and either a metre or this
 /// share of all: of two short walls that were gone a sixth and a third seemed to stand, because of what stood beside them.
 pub(crate) const OBSERVED_SHARE: f64 = 0.5;
-pub(crate) const LEAST_OBSERVED: usize = 6;
+pub(crate) const MIN_OBSERVED: usize = 6;
 pub(crate) const SURELY_OBSERVED: usize = 20;
 pub(crate) const OBSERVED_OF_ALL: f64 = 0.4;
 
 /// An element that should not be there yet needs more, because furniture and scaffolds stand anywhere: a metre, and this share
 /// of all of its sides.
-pub(crate) const LEAST_EARLY: usize = 20;
+pub(crate) const MIN_EARLY: usize = 20;
 pub(crate) const EARLY_OF_ALL: f64 = 0.3;
 pub(crate) const EARLY_SHARE: f64 = 0.7;
 
-/// The bend of a SLAM map is told for squares of this side, from surfaces around them, weighted by distance.
-pub(crate) const BEND_CELL_M: f64 = 1.0;
-pub(crate) const BEND_SIGMA_M: f64 = 2.0;
-/// Bends are looked for up to this: the drift of maps that can be aligned at all.
-pub(crate) const MOST_BENT_M: f64 = 0.4;
-/// A map may be bent by this before anything is known of it, and at least by this: half a cell.
-pub(crate) const BENT_M: f64 = 0.1;
-pub(crate) const LEAST_BENT_M: f64 = 0.02;
-/// Deviation of a surface from a bent model, and how many samples say the same: half a metre of a wall.
+/// The distortion is estimated for squares of this side, from surrounding surfaces weighted by distance.
+pub(crate) const DISTORTION_CELL_M: f64 = 1.0;
+pub(crate) const DISTORTION_SIGMA_M: f64 = 2.0;
+/// Maximum distortion: the drift of maps that can still be aligned.
+pub(crate) const MAX_DISTORTION_M: f64 = 0.4;
+/// Prior standard deviation of the distortion, and its minimum: half a cell.
+pub(crate) const PRIOR_DISTORTION_M: f64 = 0.1;
+pub(crate) const MIN_DISTORTION_M: f64 = 0.02;
+/// Standard deviation of a surface from the distorted model, and the number of correlated samples: half a metre of a wall.
 pub(crate) const NOISE_M: f64 = 0.03;
 pub(crate) const ALIKE: f64 = 10.0;
-/// Deviation of an element from its place as far as the bend is concerned: it takes several elements to tell a bend from one that
-/// was built elsewhere.
+/// Standard deviation of the place of an element in the estimate of the distortion: several elements must agree on a
+/// distortion.
 pub(crate) const BUILT_M: f64 = 0.05;
 
-/// Obstacles are told from this size on: 0.3 m long or 0.1 m² of cells, and more than a stray hit or two.
-pub(crate) const LEAST_LENGTH_M: f64 = 0.3;
-pub(crate) const LEAST_AREA_M2: f64 = 0.1;
-pub(crate) const LEAST_CELLS: usize = 4;
+/// Minimum size of obstacles: 0.3 m long or 0.1 m² of cells, and more than a stray hit or two.
+pub(crate) const MIN_LENGTH_M: f64 = 0.3;
+pub(crate) const MIN_AREA_M2: f64 = 0.1;
+pub(crate) const MIN_CELLS: usize = 4;
 /// What stands this far above or below the lidar's plane explains a surface, too: floors are uneven and robots tilt.
 pub(crate) const PLANE_M: f64 = 0.1;
-/// Obstacles are looked for this far outside of the storey's bounds: beyond it is not the site of the model.
+/// Margin around the storey's bounds within which obstacles are searched.
 pub(crate) const OUTSIDE_M: f64 = 0.5;

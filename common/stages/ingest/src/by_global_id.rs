@@ -1,9 +1,9 @@
-//! Finds things of one file among those of earlier files, by GlobalId.
+//! Matches records of a file with those of earlier files by GlobalId.
 
 use std::collections::HashMap;
 
-/// Where each of `new` comes to lie: at its namesake in `old`, else behind the last.
-pub(crate) fn placed<T>(old: &[T], new: &[T], global_id: impl Fn(&T) -> &String) -> Vec<usize> {
+/// Index of each of `new` in the merged list: that of the record with its GlobalId in `old`, else after the last.
+pub(crate) fn merged_indices<T>(old: &[T], new: &[T], global_id: impl Fn(&T) -> &String) -> Vec<usize> {
     let known: HashMap<&String, usize> = old.iter().enumerate().map(|(k, t)| (global_id(t), k)).collect();
     let mut next = old.len();
     new.iter()

@@ -4,7 +4,7 @@ use grid::Class;
 use ifc::Element;
 use messages::element_flags;
 
-/// The first entity that the element is a kind of gives its class. An IfcMember or IfcPlate is what it is a part of, see
+/// Class by the first matching entity or supertype. An IfcMember or IfcPlate has the class of its whole, see
 /// [`class_of_bar`] and [`class_of_plate`].
 const CLASS_OF: [(&str, Class); 15] = [
     ("IfcWall", Class::Wall),
@@ -52,7 +52,7 @@ pub(crate) fn is_a(element: &Element, entity: &str) -> bool {
     element.supertypes.contains(&entity)
 }
 
-/// Class of an element; a part (layer) of another is what its whole is.
+/// Class of an element; a part (layer) has the class of its whole.
 pub(crate) fn class_of(elements: &[Element], element: usize) -> Class {
     let own = &elements[element];
     if is_a(own, "IfcBuildingElementPart")
@@ -79,7 +79,7 @@ fn class_among(classes: &[(&str, Class)], element: &Element) -> Option<Class> {
     classes.iter().find(|(entity, _)| is_a(element, entity)).map(|(_, class)| *class)
 }
 
-/// A member on its own: what its kind says, else a column if it stands and a beam if it lies or leans.
+/// A member that is no part: by its predefined type, else a column if it is upright and a beam otherwise.
 fn class_of_bar(member: &Element) -> Class {
     match member.predefined_type.as_str() {
         "MULLION" => Class::CurtainWall,
@@ -91,7 +91,7 @@ fn class_of_bar(member: &Element) -> Class {
     }
 }
 
-/// A plate on its own is a panel of a curtain wall, unless its kind says otherwise.
+/// A plate that is no part is a panel of a curtain wall, unless its predefined type differs.
 fn class_of_plate(plate: &Element) -> Class {
     match plate.predefined_type.as_str() {
         "" | "NOTDEFINED" | "CURTAIN_PANEL" => Class::CurtainWall,
@@ -109,7 +109,7 @@ fn stands(element: &Element) -> bool {
     z >= 2.0 * x.max(y)
 }
 
-/// Bits of [`element_flags`] that follow from what the element is and is made of.
+/// Bits of [`element_flags`] by entity, type and material.
 pub(crate) fn flags_of(elements: &[Element], element: usize) -> u32 {
     let own = &elements[element];
     let mut flags = 0;
@@ -160,9 +160,9 @@ fn is_vertical(element: &Element) -> bool {
         || is_a(element, "IfcTransportElement")
 }
 
-/// What an element is a part of, nearest first.
+/// The wholes of an element, nearest first.
 fn wholes(elements: &[Element], element: usize) -> impl Iterator<Item = usize> {
-    // The bound ends cycles, which a broken file may hold.
+    // The bound ends cycles in broken files.
     std::iter::successors(elements[element].whole, |&whole| elements[whole].whole).take(16)
 }
 

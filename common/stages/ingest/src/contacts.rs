@@ -27,19 +27,19 @@ const BOUNDING: [&str; 16] = [
     "IfcRampFlight",
 ];
 
-/// Bodies that are this near touch: plaster and joints are often not modelled.
+/// Maximum gap of bodies in contact: plaster and joints are often not modelled.
 const GAP: i64 = TENTHS_PER_M as i64 / 20;
 
-/// Least contact: 0.01 m², in squares of a tenth of a millimetre.
-const LEAST_CONTACT: i64 = TENTHS_PER_M as i64 * TENTHS_PER_M as i64 / 100;
+/// Minimum contact: 0.01 m², in squares of a tenth of a millimetre.
+const MIN_CONTACT: i64 = TENTHS_PER_M as i64 * TENTHS_PER_M as i64 / 100;
 
 /// An upright box in `map`, tenths of a millimetre: lower and upper corner.
 type Box3 = [[i32; 3]; 2];
 
 /// Space and element of every contact, sorted: for spaces without any IfcRelSpaceBoundary.
 ///
-/// Bodies count as the boxes around them, so that a room with a niche may touch too much, but never too little: who works
-/// there blocks it. A door or window touches with the opening that it fills.
+/// Bodies are approximated by their boxes: contacts may be too many but not too few, and work blocks rather too many rooms.
+/// A door or window uses the opening that it fills.
 pub(crate) fn contacts(builder: &SiteBuilder, merged: &Merged, frame: SiteFrame) -> Vec<BoundaryRecord> {
     let model = &merged.model;
     let bounding = model.elements.iter().enumerate().filter(|(_, e)| BOUNDING.iter().any(|entity| is_a(e, entity)));
@@ -70,12 +70,12 @@ fn box_around(mut points: impl Iterator<Item = [i32; 3]>) -> Option<Box3> {
     Some(points.fold([first, first], grow))
 }
 
-/// True if no gap is too wide and the two longest sides of what the boxes share make the least contact.
+/// True if no gap exceeds the maximum and the two longest sides of the shared box give the minimum contact.
 fn touch(a: &Box3, b: &Box3) -> bool {
     let mut shared = [0, 1, 2].map(|k| i64::from(a[1][k].min(b[1][k])) - i64::from(a[0][k].max(b[0][k])));
     shared.sort_unstable();
     let [least, middle, most] = shared;
-    -GAP <= least && 0 < middle && LEAST_CONTACT <= middle * most
+    -GAP <= least && 0 < middle && MIN_CONTACT <= middle * most
 }
 
 #[cfg(test)]

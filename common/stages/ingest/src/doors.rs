@@ -4,10 +4,10 @@ use frames::TENTHS_PER_M;
 use geometry::{MultiPolygon, OrientedBox};
 use messages::{ClearWidth, NONE, Opens, SiteBuilder};
 
-/// Frame and leaf take this much of a door's width where the model says nothing of them.
-const ASSUMED_LOSS_M: f64 = 0.10;
+/// Width taken by frame and leaf where the model does not give them.
+const ASSUMED_FRAME_WIDTH_M: f64 = 0.10;
 
-/// Distances from the wall's faces at which the spaces of a door are looked for, in tenths of a millimetre.
+/// Distances from the wall's faces at which the spaces of a door are probed, in tenths of a millimetre.
 const PROBES: [f64; 3] = [1_000.0, 3_000.0, 6_000.0];
 
 /// Floors whose distances from a threshold differ by less are equally near.
@@ -42,16 +42,16 @@ pub(crate) fn opens(operation: &str, predefined_type: &str) -> Option<Opens> {
     })
 }
 
-/// True if the operation type says how the door opens.
+/// True if the operation type defines how the door opens.
 pub(crate) fn operation_is_known(operation: &str) -> bool {
     let words = ["SWING", "SLID", "FOLD", "REVOLV", "ROLL", "LIFT"];
     words.iter().any(|word| operation.to_ascii_uppercase().contains(word))
 }
 
-/// Width between what remains when the door is open, in metres, and where it comes from.
+/// Clear width of the open door in metres, and its source.
 pub(crate) fn clear_width_m(overall_m: f64, door: &ifc::Door, opens: Option<Opens>) -> (f64, ClearWidth) {
     let (Some(lining), Some(leaf)) = (door.lining_thickness_m, door.panel_depth_m) else {
-        return ((overall_m - ASSUMED_LOSS_M).max(0.0), ClearWidth::Assumed);
+        return ((overall_m - ASSUMED_FRAME_WIDTH_M).max(0.0), ClearWidth::Assumed);
     };
     let n_leaves = match opens {
         // A sliding leaf leaves the passage; a swung one stands in it with its thickness.

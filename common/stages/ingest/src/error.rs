@@ -3,13 +3,13 @@
 use crate::input::MAX_SPACES;
 use ifc::ReadError;
 
-/// Why files do not become a site.
+/// Errors of ingestion.
 #[derive(Debug, thiserror::Error)]
 pub enum IngestError {
     /// The list of files is empty.
     #[error("no file was given")]
     NoFiles,
-    /// Nothing could be made of a file.
+    /// A file cannot be read.
     #[error("{file} cannot be read")]
     Read {
         /// Base name.

@@ -14,24 +14,24 @@ const MAX_SAMPLES: i64 = 250_000;
 /// No face at this sample.
 const NO_FLOOR: i32 = i32::MIN;
 
-/// The upward faces of everything that is floor.
+/// Upward faces of all floor elements.
 #[derive(Debug, Default)]
-pub(crate) struct Faces {
+pub(crate) struct FloorFaces {
     /// Slabs, coverings, ramps, pavements.
     pub(crate) slabs: FloorTriangles,
     /// Footings.
     pub(crate) footings: FloorTriangles,
 }
 
-impl Faces {
+impl FloorFaces {
     pub(crate) fn all(&self) -> impl Iterator<Item = &[[i32; 3]; 3]> {
         self.slabs.iter().chain(&self.footings)
     }
 }
 
-/// The topmost floor near a height, sampled in plan.
+/// The topmost floor near a height, in samples.
 #[derive(Debug)]
-pub(crate) struct Sampling {
+pub(crate) struct FloorSampling {
     cell_m: f64,
     /// Height of the topmost face, or [`NO_FLOOR`].
     top: Vec<i32>,
@@ -41,13 +41,13 @@ pub(crate) struct Sampling {
 
 /// A level at which much floor lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Level {
+pub(crate) struct FloorLevel {
     pub(crate) z: i32,
     /// Area within a step of it, in square metres.
     pub(crate) area_m2: f64,
 }
 
-impl Sampling {
+impl FloorSampling {
     /// Samples the faces within [`REACH`] of `z`, in the spaces where there are any.
     pub(crate) fn new(lists: &[&FloorTriangles], z: i32, spaces: &MultiPolygon) -> Option<Self> {
         let faces = || lists.iter().flat_map(|list| list.iter());
@@ -82,13 +82,13 @@ impl Sampling {
     }
 
     /// The height around which most floor lies within a step; of equal ones the nearest to `guess`.
-    pub(crate) fn level(&self, guess: i32) -> Option<Level> {
+    pub(crate) fn level(&self, guess: i32) -> Option<FloorLevel> {
         let mut heights: Vec<i32> =
             self.top.iter().enumerate().filter(|&(i, &z)| z != NO_FLOOR && self.counts(i)).map(|(_, &z)| z).collect();
         heights.sort_unstable();
         let z = dominant_height(&heights, guess)?;
         let within = heights.iter().filter(|h| (*h - z).abs() <= STEP).count();
-        Some(Level { z, area_m2: within as f64 * self.cell_m * self.cell_m })
+        Some(FloorLevel { z, area_m2: within as f64 * self.cell_m * self.cell_m })
     }
 
     fn counts(&self, index: usize) -> bool {
@@ -158,7 +158,7 @@ mod tests {
     fn the_covering_on_a_slab_is_the_level() {
         let mut faces = square(0, 100_000, -1_000);
         faces.extend(square(0, 90_000, 0));
-        let sampling = Sampling::new(&[&faces], 0, &MultiPolygon::default()).unwrap();
+        let sampling = FloorSampling::new(&[&faces], 0, &MultiPolygon::default()).unwrap();
         let level = sampling.level(0).unwrap();
         assert_eq!(level.z, 0);
         assert!((level.area_m2 - 81.0).abs() < 2.0, "{}", level.area_m2);
@@ -169,7 +169,7 @@ mod tests {
         let mut faces = square(0, 100_000, 0);
         faces.extend(square(200_000, 50_000, 2_000));
         let space = union(&[vec![[200_000, 0], [250_000, 0], [250_000, 50_000], [200_000, 50_000]]], FillRule::NonZero);
-        let sampling = Sampling::new(&[&faces], 0, &space).unwrap();
+        let sampling = FloorSampling::new(&[&faces], 0, &space).unwrap();
         assert_eq!(sampling.level(0).unwrap().z, 2_000);
         assert!(sampling.share() > 0.95);
     }

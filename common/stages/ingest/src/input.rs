@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// A file of the site, read.
 #[derive(Debug)]
 pub struct SourceFile {
-    /// Where it was read from; only the base name is kept in products.
+    /// Path of the file; only the base name is kept in outputs.
     pub path: PathBuf,
     /// Its bytes: STEP or a zip container.
     pub bytes: Vec<u8>,
@@ -28,8 +28,8 @@ pub struct IngestOptions<'a> {
     pub frame: Option<SiteFrame>,
     /// Epoch of a frame that is fixed anew, from 1.
     pub frame_epoch: u32,
-    /// Where each file lies, by its index; files beyond the end have no place of their own.
-    pub places: &'a [Option<Place>],
+    /// Placement of each file by index; further files have none.
+    pub places: &'a [Option<FilePlacement>],
     /// Of elements with one GlobalId and different bodies, keep the last instead of refusing.
     pub prefer_last: bool,
     /// Accept a file of whose bodies more than half are bounding boxes.
@@ -38,16 +38,16 @@ pub struct IngestOptions<'a> {
     pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
 }
 
-/// Where a file's world lies in the site's world, as the user says.
+/// Placement of a file's world in the site's world, given by the user.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct FilePlacement {
     /// Translation in metres.
     pub translation_m: [f64; 3],
     /// Turn about Z in radians.
     pub yaw_rad: f64,
 }
 
-impl Place {
+impl FilePlacement {
     /// The motion from the file's world to that of the site.
     pub(crate) fn motion(self) -> UprightRigid3<World, World> {
         UprightRigid3::new(self.translation_m, self.yaw_rad)

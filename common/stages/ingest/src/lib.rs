@@ -21,13 +21,13 @@ mod by_global_id;
 mod classify;
 mod contacts;
 mod diagnostics;
+mod door_leaves;
 mod doors;
 mod error;
+mod federation;
 mod floor_levels;
 mod floor_samples;
 mod input;
-mod join;
-mod leaves;
 mod merge;
 mod meshes;
 mod openings;
@@ -45,7 +45,7 @@ mod storeys;
 mod walkable;
 
 pub use error::IngestError;
-pub use input::{IngestOptions, MAX_SPACES, Place, SourceFile};
+pub use input::{FilePlacement, IngestOptions, MAX_SPACES, SourceFile};
 pub use progress::{Progress, Stage};
 pub use site_frame::SiteFrame;
 

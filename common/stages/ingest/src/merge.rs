@@ -1,9 +1,9 @@
 //! Merges the models of all files into one, with indices and coordinates remapped.
 
-use crate::by_global_id::placed;
+use crate::by_global_id::merged_indices;
 use crate::error::IngestError;
-use crate::input::{Place, SourceFile};
-use crate::join::{Joined, Part, join, same_body};
+use crate::federation::{FederatedFile, Federation, federate, same_body};
+use crate::input::{FilePlacement, SourceFile};
 use crate::schedule_merge::{self, ScheduleSources};
 use frames::{UprightRigid3, World};
 use ifc::{Diagnostic, Element, Geometry, LinkTarget, Model};
@@ -26,7 +26,7 @@ pub(crate) struct FileModel<'a> {
     pub(crate) model: Model,
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// Where the user says that it lies.
-    pub(crate) place: Option<Place>,
+    pub(crate) place: Option<FilePlacement>,
 }
 
 impl Merged {
@@ -36,9 +36,10 @@ impl Merged {
     /// No files, files that lie too far apart, an element of two files with two bodies.
     pub(crate) fn of(files: Vec<FileModel<'_>>, prefer_last: bool) -> Result<Self, IngestError> {
         let names: Vec<String> = files.iter().map(|f| f.file.name()).collect();
-        let parts: Vec<Part<'_>> =
-            std::iter::zip(&files, &names).map(|(f, name)| Part { name, model: &f.model, place: f.place }).collect();
-        let Joined { site_from_file, georeference, diagnostics } = join(&parts)?;
+        let parts: Vec<FederatedFile<'_>> = std::iter::zip(&files, &names)
+            .map(|(f, name)| FederatedFile { name, model: &f.model, place: f.place })
+            .collect();
+        let Federation { site_from_file, georeference, diagnostics } = federate(&parts)?;
         let mut files = files.into_iter().zip(&site_from_file);
         let (first, motion) = files.next().ok_or(IngestError::NoFiles)?;
         let mut merged = Self::start(first, motion);
@@ -82,10 +83,10 @@ impl Merged {
 
     fn append(&mut self, file: &SourceFile, other: Model, source: u32, prefer_last: bool) -> Result<(), IngestError> {
         let Model { elements, spaces, storeys, openings, boundaries, schedule, .. } = other;
-        let storey_at = placed(&self.model.storeys, &storeys, |s| &s.id.global_id);
-        let element_at = placed(&self.model.elements, &elements, |e| &e.id.global_id);
-        let space_at = placed(&self.model.spaces, &spaces, |s| &s.id.global_id);
-        let opening_at = placed(&self.model.openings, &openings, |o| &o.id.global_id);
+        let storey_at = merged_indices(&self.model.storeys, &storeys, |s| &s.id.global_id);
+        let element_at = merged_indices(&self.model.elements, &elements, |e| &e.id.global_id);
+        let space_at = merged_indices(&self.model.spaces, &spaces, |s| &s.id.global_id);
+        let opening_at = merged_indices(&self.model.openings, &openings, |o| &o.id.global_id);
         for (storey, at) in storeys.into_iter().zip(&storey_at) {
             if *at == self.model.storeys.len() {
                 self.model.storeys.push(storey);

@@ -7,7 +7,7 @@ use messages::{PartRecord, SiteBuilder};
 
 /// Where a body lies in the archive.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Body {
+pub(crate) struct MeshedBody {
     pub(crate) first_part: u32,
     pub(crate) n_parts: u32,
     pub(crate) min: [i32; 3],
@@ -16,14 +16,14 @@ pub(crate) struct Body {
 
 /// A coordinate that the map cannot hold: farther than 107 km from its origin, or not a number.
 #[derive(Debug)]
-pub(crate) struct OutOfReach;
+pub(crate) struct OutOfRange;
 
 /// Writes the parts of a body; nothing of it if a coordinate is out of reach. A body without triangles is `None`.
 pub(crate) fn add_body(
     builder: &mut SiteBuilder,
     geometry: &Geometry,
     map_from_world: &UprightRigid3<Map, World>,
-) -> Result<Option<Body>, OutOfReach> {
+) -> Result<Option<MeshedBody>, OutOfRange> {
     let before = (builder.parts.len(), builder.vertices.len(), builder.triangles.len());
     for part in geometry.parts.iter().filter(|p| !p.triangles.is_empty()) {
         if let Err(error) = add_part(builder, part, map_from_world) {
@@ -35,7 +35,7 @@ pub(crate) fn add_body(
     }
     let corners = &builder.vertices[before.1..];
     let n_parts = builder.parts.len() - before.0;
-    Ok((n_parts > 0).then(|| Body {
+    Ok((n_parts > 0).then(|| MeshedBody {
         first_part: before.0 as u32,
         n_parts: n_parts as u32,
         min: [0, 1, 2].map(|k| corners.iter().map(|v| v[k]).min().unwrap_or(0)),
@@ -47,10 +47,10 @@ fn add_part(
     builder: &mut SiteBuilder,
     part: &MeshPart,
     map_from_world: &UprightRigid3<Map, World>,
-) -> Result<(), OutOfReach> {
+) -> Result<(), OutOfRange> {
     let (first_vertex, first_triangle) = (builder.vertices.len(), builder.triangles.len());
     for p in part.points_m() {
-        let [Some(x), Some(y), Some(z)] = map_from_world.apply(p).map(tenths) else { return Err(OutOfReach) };
+        let [Some(x), Some(y), Some(z)] = map_from_world.apply(p).map(tenths) else { return Err(OutOfRange) };
         builder.vertices.push([x, y, z]);
     }
     builder.triangles.extend_from_slice(&part.triangles);

@@ -2,8 +2,8 @@
 
 use crate::classify::is_a;
 use crate::diagnostics::add_diagnostic;
+use crate::door_leaves::join_leaves;
 use crate::doors::{clear_width_m, joined_spaces, map_storey_of, opens, operation_is_known};
-use crate::leaves::join_leaves;
 use crate::merge::Merged;
 use crate::meshes::points_in_map;
 use crate::openings::plan_of_opening;
@@ -142,7 +142,7 @@ fn hanging_of(builder: &mut SiteBuilder, door: &ifc::Door, map_from_world: &Upri
         };
         builder.panels.push(record);
     }
-    // A frame that lies on its side says nothing about a passage.
+    // A frame that lies on its side does not define a passage.
     let axis = |k: usize| door.frame.and_then(|f| direction_in_plan(f.axes[k], map_from_world));
     let (along, towards) = axis(0).zip(axis(1)).unwrap_or_default();
     let length = |m: Option<f64>| m.filter(|m| m.is_finite() && *m > 0.0).unwrap_or(0.0);

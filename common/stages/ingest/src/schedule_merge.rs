@@ -1,9 +1,9 @@
 //! The schedules of several files as one.
 
-use crate::by_global_id::placed;
+use crate::by_global_id::merged_indices;
 use ifc::{LinkTarget, Schedule};
 
-/// Which file each part of the schedule comes from.
+/// Source file of each record of the schedule.
 #[derive(Debug, Default)]
 pub(crate) struct ScheduleSources {
     pub(crate) controls: Vec<u32>,
@@ -27,9 +27,9 @@ impl ScheduleSources {
 /// `target_at` says where the elements, spaces and storeys of the later file came to lie.
 pub(crate) fn append(own: &mut Schedule, other: Schedule, target_at: impl Fn(LinkTarget) -> LinkTarget) {
     let Schedule { controls, calendars, tasks, sequences, links } = other;
-    let control_at = placed(&own.controls, &controls, |c| &c.id.global_id);
-    let calendar_at = placed(&own.calendars, &calendars, |c| &c.id.global_id);
-    let task_at = placed(&own.tasks, &tasks, |t| &t.id.global_id);
+    let control_at = merged_indices(&own.controls, &controls, |c| &c.id.global_id);
+    let calendar_at = merged_indices(&own.calendars, &calendars, |c| &c.id.global_id);
+    let task_at = merged_indices(&own.tasks, &tasks, |t| &t.id.global_id);
     let (n_controls, n_calendars, n_tasks) = (own.controls.len(), own.calendars.len(), own.tasks.len());
     let new = |at: usize, n_old: usize| at >= n_old;
     own.controls.extend(controls.into_iter().zip(&control_at).filter(|(_, at)| new(**at, n_controls)).map(|(c, _)| c));

@@ -6,7 +6,7 @@ use crate::contacts::contacts;
 use crate::diagnostics::add_diagnostic;
 use crate::input::SourceFile;
 use crate::merge::Merged;
-use crate::meshes::{Body, OutOfReach, add_body};
+use crate::meshes::{MeshedBody, OutOfRange, add_body};
 use crate::passages::add_openings_and_doors;
 use crate::schedule_records::add_schedule;
 use crate::site_frame::SiteFrame;
@@ -82,8 +82,8 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
         let source = merged.element_source[index];
         let (body, mut flags) = match add_body(builder, &element.geometry, &frame.map_from_world) {
             Ok(body) => (body, flags_of(elements, index)),
-            Err(OutOfReach) => {
-                add_diagnostic(builder, source, &out_of_reach(&element.id, element.ifc_type));
+            Err(OutOfRange) => {
+                add_diagnostic(builder, source, &out_of_range(&element.id, element.ifc_type));
                 (None, element_flags::FAILED)
             }
         };
@@ -101,7 +101,7 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
             let text = builder.texts.add(material);
             builder.materials.push(text);
         }
-        let body_range = body.unwrap_or(Body { first_part: 0, n_parts: 0, min: [0; 3], max: [0; 3] });
+        let body_range = body.unwrap_or(MeshedBody { first_part: 0, n_parts: 0, min: [0; 3], max: [0; 3] });
         let record = ElementRecord {
             global_id: builder.texts.add(&element.id.global_id),
             name: builder.texts.add(&element.id.name),
@@ -131,7 +131,7 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
     }
 }
 
-fn out_of_reach(id: &Named, ifc_type: &str) -> Diagnostic {
+fn out_of_range(id: &Named, ifc_type: &str) -> Diagnostic {
     Diagnostic {
         severity: Severity::Error,
         code: DiagnosticCode::CoordinatesOutOfReach,

@@ -2,11 +2,11 @@
 
 use crate::classify::{is_a, is_footing, is_landing};
 use crate::diagnostics::add_diagnostic;
-use crate::floor_levels::Faces;
+use crate::floor_levels::FloorFaces;
 use crate::merge::Merged;
 use crate::site_frame::SiteFrame;
-use crate::split_levels::{Access, Surroundings, add_levels};
-use crate::storeys::{Building, Candidate, Fate, MapStorey, SpaceFloor, map_storeys};
+use crate::split_levels::{Access, LevelInputs, add_levels};
+use crate::storeys::{BuildingInputs, MapStorey, SpaceFloor, StoreyCandidate, StoreyOutcome, map_storeys};
 use frames::{TENTHS_PER_M, metres, tenths};
 use geometry::{Bounds, MeshView, ramp_faces, upward_triangles};
 use grid::Class;
@@ -22,12 +22,12 @@ const LEVEL_SLOPE_RAD: f64 = 0.01;
 
 /// Finds the storeys to be mapped and their levels from elements and floors of rooms, writes them, and puts the rooms on them.
 pub(crate) fn add_storeys(builder: &mut SiteBuilder, merged: &Merged, floors: &[Option<SpaceFloor>], frame: SiteFrame) {
-    let (mut mapped, fates) = find_storeys(builder, merged, floors, frame);
-    let n_left_out = find_levels(builder, merged, floors, &mut mapped, &fates);
+    let (mut mapped, outcomes) = find_storeys(builder, merged, floors, frame);
+    let n_left_out = find_levels(builder, merged, floors, &mut mapped, &outcomes);
     if n_left_out > 0 {
         add_diagnostic(builder, NONE, &levels_left_out(n_left_out));
     }
-    write_storeys(builder, merged, &mapped, &fates, frame);
+    write_storeys(builder, merged, &mapped, &outcomes, frame);
     place_spaces(builder, floors);
     set_bounds(builder);
 }
@@ -37,12 +37,12 @@ fn find_storeys(
     merged: &Merged,
     floors: &[Option<SpaceFloor>],
     frame: SiteFrame,
-) -> (Vec<MapStorey>, Vec<Fate>) {
+) -> (Vec<MapStorey>, Vec<StoreyOutcome>) {
     let faces = floor_faces_of(builder, merged);
     let rise = frame.map_from_world.translation_m()[2];
     let is_floor = |e: &(usize, &ElementRecord)| e.1.has(element_flags::FLOOR);
     let bodies = || builder.elements.iter().enumerate().filter(|(_, e)| e.n_parts > 0);
-    let candidates: Vec<Candidate> = (0..merged.model.storeys.len())
+    let candidates: Vec<StoreyCandidate> = (0..merged.model.storeys.len())
         .map(|k| {
             let storey = &merged.model.storeys[k];
             let height = storey.placement_z_m.or(storey.elevation_m);
@@ -54,7 +54,7 @@ fn find_storeys(
                 tops.sort_unstable();
                 tops
             };
-            Candidate {
+            StoreyCandidate {
                 placement_z: height.and_then(|z| tenths(z + rise)),
                 n_elements: own().count(),
                 bodies: own().map(|(_, e)| [e.min_tenths[2], e.max_tenths[2]]).collect(),
@@ -69,7 +69,7 @@ fn find_storeys(
         record.n_parts > 0 && record.class() == Class::Wall || is_a(element, "IfcCurtainWall")
     });
     let lowest_body = bodies().map(|(_, e)| e.min_tenths[2]).min();
-    map_storeys(&Building { candidates: &candidates, spaces: &spaces, faces: &faces, lowest_body, has_walls })
+    map_storeys(&BuildingInputs { candidates: &candidates, spaces: &spaces, faces: &faces, lowest_body, has_walls })
 }
 
 /// Adds the levels of the storeys at other heights; returns how many there are beyond the number of maps.
@@ -78,7 +78,7 @@ fn find_levels(
     merged: &Merged,
     floors: &[Option<SpaceFloor>],
     mapped: &mut Vec<MapStorey>,
-    fates: &[Fate],
+    outcomes: &[StoreyOutcome],
 ) -> usize {
     let elements = &merged.model.elements;
     let records = || builder.elements.iter().enumerate().filter(|(_, e)| e.n_parts > 0);
@@ -110,11 +110,11 @@ fn find_levels(
         }
         _ => None,
     };
-    let map_storey_of = fates.iter().map(|fate| match fate {
-        Fate::Mapped(k) | Fate::Joined(k) => Some(*k),
-        Fate::NotMapped(_) => None,
+    let map_storey_of = outcomes.iter().map(|outcome| match outcome {
+        StoreyOutcome::Mapped(k) | StoreyOutcome::Joined(k) => Some(*k),
+        StoreyOutcome::NotMapped(_) => None,
     });
-    let around = Surroundings {
+    let around = LevelInputs {
         level_faces: &level_faces,
         bodies: &bodies,
         accesses: &records().filter_map(|(_, e)| access(e)).collect::<Vec<_>>(),
@@ -129,9 +129,9 @@ fn levels_left_out(n: usize) -> Diagnostic {
     Diagnostic { severity: Severity::Warning, code: DiagnosticCode::LevelsLeftOut, entity: None, source: None, message }
 }
 
-/// The upward faces of everything that is floor.
-fn floor_faces_of(builder: &SiteBuilder, merged: &Merged) -> Faces {
-    let mut faces = Faces::default();
+/// Upward faces of all floor elements.
+fn floor_faces_of(builder: &SiteBuilder, merged: &Merged) -> FloorFaces {
+    let mut faces = FloorFaces::default();
     for (index, element) in builder.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR)) {
         let is_footing = is_footing(&merged.model.elements, index);
         let list = if is_footing { &mut faces.footings } else { &mut faces.slabs };
@@ -142,7 +142,13 @@ fn floor_faces_of(builder: &SiteBuilder, merged: &Merged) -> Faces {
     faces
 }
 
-fn write_storeys(builder: &mut SiteBuilder, merged: &Merged, mapped: &[MapStorey], fates: &[Fate], frame: SiteFrame) {
+fn write_storeys(
+    builder: &mut SiteBuilder,
+    merged: &Merged,
+    mapped: &[MapStorey],
+    outcomes: &[StoreyOutcome],
+    frame: SiteFrame,
+) {
     let storeys = &merged.model.storeys;
     for storey in mapped {
         let id = storey.named_after.map_or(&merged.model.container, |k| &storeys[k].id);
@@ -160,11 +166,13 @@ fn write_storeys(builder: &mut SiteBuilder, merged: &Merged, mapped: &[MapStorey
         builder.map_storeys.push(record);
     }
     let rise = frame.map_from_world.translation_m()[2];
-    for ((storey, fate), &source) in storeys.iter().zip(fates).zip(&merged.storey_source) {
-        let (map_storey, why) = match fate {
-            Fate::Mapped(k) => (*k as u32, String::new()),
-            Fate::Joined(k) => (*k as u32, format!("its floor is that of {}", name_of(merged, mapped[*k].named_after))),
-            Fate::NotMapped(why) => (NONE, (*why).to_owned()),
+    for ((storey, outcome), &source) in storeys.iter().zip(outcomes).zip(&merged.storey_source) {
+        let (map_storey, why) = match outcome {
+            StoreyOutcome::Mapped(k) => (*k as u32, String::new()),
+            StoreyOutcome::Joined(k) => {
+                (*k as u32, format!("its floor is that of {}", name_of(merged, mapped[*k].named_after)))
+            }
+            StoreyOutcome::NotMapped(why) => (NONE, (*why).to_owned()),
         };
         let placement = storey.placement_z_m.and_then(|z| tenths(z + rise));
         let record = StoreyRecord {

@@ -3,20 +3,20 @@
 use crate::floor_levels::dominant_height;
 use crate::floor_samples::{FloorTriangles, STEP};
 use crate::storeys::{MapStorey, SpaceFloor};
-use crate::walkable::{HEADROOM, Walkable};
+use crate::walkable::{HEADROOM, WalkableFloor};
 use frames::TENTHS_PER_M;
 use geometry::{Bounds, MeshView, MultiPolygon, close_gaps, union_of};
 use grid::overlapped_cells;
 use messages::FloorKind;
 
 /// A level has at least this much connected floor.
-const LEAST_LEVEL_M2: f64 = 5.0;
+const MIN_LEVEL_M2: f64 = 5.0;
 
 /// A room lies on a level whose height is this near to its own: rooms may begin at the slab, below the finish.
 const ROOM_REACH: i32 = 3 * TENTHS_PER_M / 20;
 
 /// Of a room at least this much lies on a level, or half of it.
-const LEAST_ROOM_M2: f64 = 1.0;
+const MIN_ROOM_M2: f64 = 1.0;
 
 /// A riser: the highest step that people take between two levels, or from a stair's end.
 const RISER: i32 = TENTHS_PER_M / 4;
@@ -25,7 +25,7 @@ const RISER: i32 = TENTHS_PER_M / 4;
 const BESIDE: i32 = TENTHS_PER_M / 2;
 
 /// A step between two levels is at least this long, in metres.
-const LEAST_STEP_M: f64 = 0.5;
+const MIN_STEP_LENGTH_M: f64 = 0.5;
 
 /// Spaces this near to each other are one floor.
 const WALL: i32 = TENTHS_PER_M / 2;
@@ -33,7 +33,7 @@ const WALL: i32 = TENTHS_PER_M / 2;
 /// Rooms of an assumed storey farther from its floor than this are not on it.
 const ASSUMED_REACH: i32 = 3 * TENTHS_PER_M / 2;
 
-/// A way onto a floor.
+/// An access to a floor.
 #[derive(Debug, Clone)]
 pub(crate) enum Access {
     /// A door: its plan and its sill.
@@ -44,8 +44,8 @@ pub(crate) enum Access {
     Slope { vertices: Vec<[i32; 3]> },
 }
 
-/// What levels are found from, beside the storeys.
-pub(crate) struct Surroundings<'a> {
+/// Inputs of the search for levels, beside the storeys.
+pub(crate) struct LevelInputs<'a> {
     /// Level faces of slabs, coverings and pavements.
     pub(crate) level_faces: &'a FloorTriangles,
     /// Bodies between lowest and highest point that leave no room below them.
@@ -63,7 +63,7 @@ const MAX_MAP_STOREYS: usize = 64;
 
 /// Floor of one height that is connected, beside the storeys' own.
 #[derive(Debug)]
-struct Patch {
+struct FloorPatch {
     z: i32,
     area_m2: f64,
     samples: Vec<usize>,
@@ -73,7 +73,7 @@ struct Patch {
 
 /// A level beside those of the storeys.
 #[derive(Debug, Clone, PartialEq)]
-struct Level {
+struct SplitLevel {
     z: i32,
     floor: FloorKind,
     /// Map storey that it is a level of.
@@ -83,7 +83,7 @@ struct Level {
 
 /// Adds the levels of the storeys at other heights behind them, from low to high; of the levels of a storey the one with
 /// most area of rooms keeps the storey's name and place. Returns how many found no place among the maps of a site.
-pub(crate) fn add_levels(mapped: &mut Vec<MapStorey>, around: &Surroundings<'_>) -> usize {
+pub(crate) fn add_levels(mapped: &mut Vec<MapStorey>, around: &LevelInputs<'_>) -> usize {
     let mut levels = split_levels(mapped, around);
     let n_left_out = (mapped.len() + levels.len()).saturating_sub(MAX_MAP_STOREYS).min(levels.len());
     levels.truncate(levels.len() - n_left_out);
@@ -102,7 +102,8 @@ pub(crate) fn add_levels(mapped: &mut Vec<MapStorey>, around: &Surroundings<'_>)
     }
     levels.sort_by_key(|l| (l.z, l.of));
     let named_after = |of: usize| mapped[of].named_after;
-    let storey = |l: &Level| MapStorey { z: l.z, floor: l.floor, named_after: named_after(l.of), level_of: Some(l.of) };
+    let storey =
+        |l: &SplitLevel| MapStorey { z: l.z, floor: l.floor, named_after: named_after(l.of), level_of: Some(l.of) };
     let added: Vec<MapStorey> = levels.iter().map(storey).collect();
     mapped.extend(added);
     n_left_out
@@ -110,11 +111,11 @@ pub(crate) fn add_levels(mapped: &mut Vec<MapStorey>, around: &Surroundings<'_>)
 
 /// The levels beside the storeys' own floors that have a room, or to which a door, a stair, a step or a ramp leads: those
 /// with the largest floor first.
-fn split_levels(mapped: &[MapStorey], around: &Surroundings<'_>) -> Vec<Level> {
+fn split_levels(mapped: &[MapStorey], around: &LevelInputs<'_>) -> Vec<SplitLevel> {
     let mut levels = built_levels(mapped, around);
     levels.extend(assumed_levels(mapped, around));
     levels.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.z.cmp(&b.z)));
-    let mut kept: Vec<Level> = Vec::new();
+    let mut kept: Vec<SplitLevel> = Vec::new();
     for level in levels {
         if kept.iter().all(|other| (other.z - level.z).abs() > STEP) {
             kept.push(level);
@@ -127,7 +128,7 @@ fn is_mapped(mapped: &[MapStorey], z: i32) -> bool {
     mapped.iter().any(|m| (m.z - z).abs() <= STEP)
 }
 
-fn built_levels(mapped: &[MapStorey], around: &Surroundings<'_>) -> Vec<Level> {
+fn built_levels(mapped: &[MapStorey], around: &LevelInputs<'_>) -> Vec<SplitLevel> {
     if mapped.iter().all(|m| m.floor == FloorKind::Missing) {
         return Vec::new();
     }
@@ -135,7 +136,7 @@ fn built_levels(mapped: &[MapStorey], around: &Surroundings<'_>) -> Vec<Level> {
         around.level_faces.iter().filter(|t| t.iter().any(|v| !is_mapped(mapped, v[2]))).copied().collect();
     let other = large(other);
     let Some(bounds) = Bounds::of(other.iter().flatten().map(|v| [v[0], v[1]])) else { return Vec::new() };
-    let Some(mut walkable) = Walkable::new(around.level_faces, grown(bounds, BESIDE)) else { return Vec::new() };
+    let Some(mut walkable) = WalkableFloor::new(around.level_faces, grown(bounds, BESIDE)) else { return Vec::new() };
     let z = || other.iter().flatten().map(|v| v[2]);
     let (lowest, highest) = (z().min().unwrap_or(0), z().max().unwrap_or(0));
     for (range, meshes) in around.bodies {
@@ -146,8 +147,12 @@ fn built_levels(mapped: &[MapStorey], around: &Surroundings<'_>) -> Vec<Level> {
     let patches = patches(&walkable, mapped, around);
     let walked = walked(&walkable, &patches, mapped, around);
     let walked = patches.iter().zip(walked).filter(|(_, walked)| *walked);
-    let level =
-        |patch: &Patch| Level { z: patch.z, floor: FloorKind::Built, of: owner(patch, mapped), area_m2: patch.area_m2 };
+    let level = |patch: &FloorPatch| SplitLevel {
+        z: patch.z,
+        floor: FloorKind::Built,
+        of: owner(patch, mapped),
+        area_m2: patch.area_m2,
+    };
     walked.map(|(patch, _)| level(patch)).collect()
 }
 
@@ -170,7 +175,7 @@ fn large(mut faces: FloorTriangles) -> FloorTriangles {
             sum_m2 -= area(&faces[first]);
             first += 1;
         }
-        if sum_m2 >= LEAST_LEVEL_M2 * 0.99 {
+        if sum_m2 >= MIN_LEVEL_M2 * 0.99 {
             is_large[first..=last].fill(true);
         }
     }
@@ -180,7 +185,7 @@ fn large(mut faces: FloorTriangles) -> FloorTriangles {
 }
 
 /// Connected floor beside the storeys' own that is large enough, each with the rooms on it.
-fn patches(walkable: &Walkable, mapped: &[MapStorey], around: &Surroundings<'_>) -> Vec<Patch> {
+fn patches(walkable: &WalkableFloor, mapped: &[MapStorey], around: &LevelInputs<'_>) -> Vec<FloorPatch> {
     let is_other: Vec<bool> = walkable.samples.iter().map(|s| !is_mapped(mapped, s.1)).collect();
     let wide = walkable.wide(&is_other);
     let mut taken = vec![false; walkable.samples.len()];
@@ -196,9 +201,9 @@ fn patches(walkable: &Walkable, mapped: &[MapStorey], around: &Surroundings<'_>)
         let samples: Vec<usize> = samples.into_iter().filter(|&k| (walkable.samples[k].1 - z).abs() <= STEP).collect();
         let area_m2 = samples.len() as f64 * walkable.sample_m2();
         // Samples on the rim of a floor of exactly this area may be missing.
-        if area_m2 >= LEAST_LEVEL_M2 * 0.98 && !is_mapped(mapped, z) {
+        if area_m2 >= MIN_LEVEL_M2 * 0.98 && !is_mapped(mapped, z) {
             let rooms = rooms_on(walkable, &samples, z, around);
-            patches.push(Patch { z, area_m2, samples, rooms });
+            patches.push(FloorPatch { z, area_m2, samples, rooms });
         }
     }
     patches
@@ -206,7 +211,7 @@ fn patches(walkable: &Walkable, mapped: &[MapStorey], around: &Surroundings<'_>)
 
 /// The samples of the floor around `start`: wide ones beside each other, and what is within half a
 /// person's width of them.
-fn connected(walkable: &Walkable, wide: &[bool], counts: &[bool], taken: &mut [bool], start: usize) -> Vec<usize> {
+fn connected(walkable: &WalkableFloor, wide: &[bool], counts: &[bool], taken: &mut [bool], start: usize) -> Vec<usize> {
     let mut waiting = vec![start];
     let mut found = vec![start];
     taken[start] = true;
@@ -231,7 +236,12 @@ fn connected(walkable: &Walkable, wide: &[bool], counts: &[bool], taken: &mut [b
 }
 
 /// Area of the rooms at a height on these samples, by the map storey that the rooms belong to.
-fn rooms_on(walkable: &Walkable, samples: &[usize], z: i32, around: &Surroundings<'_>) -> Vec<(Option<usize>, f64)> {
+fn rooms_on(
+    walkable: &WalkableFloor,
+    samples: &[usize],
+    z: i32,
+    around: &LevelInputs<'_>,
+) -> Vec<(Option<usize>, f64)> {
     let mut is_here = vec![false; walkable.spec.n_cells()];
     samples.iter().for_each(|&k| is_here[walkable.samples[k].0 as usize] = true);
     let mut rooms = Vec::new();
@@ -242,7 +252,7 @@ fn rooms_on(walkable: &Walkable, samples: &[usize], z: i32, around: &Surrounding
             row + r.start as usize..row + r.end as usize
         });
         let area_m2 = places.filter(|&place| is_here[place]).count() as f64 * walkable.sample_m2();
-        if area_m2 >= LEAST_ROOM_M2.min(space.area_m2 / 2.0) {
+        if area_m2 >= MIN_ROOM_M2.min(space.area_m2 / 2.0) {
             let of = space.storey.and_then(|k| around.map_storey_of.get(k).copied().flatten());
             rooms.push((of, area_m2));
         }
@@ -251,7 +261,12 @@ fn rooms_on(walkable: &Walkable, samples: &[usize], z: i32, around: &Surrounding
 }
 
 /// Which patches have a room, a door, a flight that ends there, or a step to floor that is walked.
-fn walked(walkable: &Walkable, patches: &[Patch], mapped: &[MapStorey], around: &Surroundings<'_>) -> Vec<bool> {
+fn walked(
+    walkable: &WalkableFloor,
+    patches: &[FloorPatch],
+    mapped: &[MapStorey],
+    around: &LevelInputs<'_>,
+) -> Vec<bool> {
     let mut walked: Vec<bool> =
         patches.iter().map(|p| !p.rooms.is_empty() || has_access(walkable, p, patches, mapped, around)).collect();
     let mut patch_of: Vec<Option<usize>> = vec![None; walkable.samples.len()];
@@ -259,7 +274,7 @@ fn walked(walkable: &Walkable, patches: &[Patch], mapped: &[MapStorey], around: 
         patch.samples.iter().for_each(|&sample| patch_of[sample] = Some(k));
     }
     loop {
-        let step = |patch: &Patch| {
+        let step = |patch: &FloorPatch| {
             let leads = |sample: &&usize| {
                 walkable.around(**sample, 1).any(|next| {
                     let z = walkable.samples[next].1;
@@ -267,15 +282,15 @@ fn walked(walkable: &Walkable, patches: &[Patch], mapped: &[MapStorey], around: 
                     is_walked && (STEP..=RISER).contains(&(z - patch.z).abs())
                 })
             };
-            let n_least = (LEAST_STEP_M / walkable.spec.resolution_m()).ceil() as usize;
+            let n_least = (MIN_STEP_LENGTH_M / walkable.spec.resolution_m()).ceil() as usize;
             patch.samples.iter().filter(leads).take(n_least).count() == n_least
         };
         let height_is_walked = |z: i32| {
             let others = patches.iter().zip(&walked).filter(|(_, walked)| **walked).map(|(patch, _)| patch.z);
             mapped.iter().map(|m| m.z).chain(others).any(|other| (other - z).abs() <= STEP)
         };
-        let slope = |patch: &Patch| {
-            let beside = Beside::of(walkable, patch);
+        let slope = |patch: &FloorPatch| {
+            let beside = PatchExtent::of(walkable, patch);
             beside.is_some_and(|b| {
                 around.accesses.iter().any(|access| slope_leads(access, patch.z, &b, height_is_walked))
             })
@@ -288,13 +303,13 @@ fn walked(walkable: &Walkable, patches: &[Patch], mapped: &[MapStorey], around: 
 
 /// True if a door or a flight leads to the patch.
 fn has_access(
-    walkable: &Walkable,
-    patch: &Patch,
-    patches: &[Patch],
+    walkable: &WalkableFloor,
+    patch: &FloorPatch,
+    patches: &[FloorPatch],
     mapped: &[MapStorey],
-    around: &Surroundings<'_>,
+    around: &LevelInputs<'_>,
 ) -> bool {
-    let Some(beside) = Beside::of(walkable, patch) else { return false };
+    let Some(beside) = PatchExtent::of(walkable, patch) else { return false };
     // A flight that ends at another floor does not lead to one a riser away from it.
     let is_nearest = |z: i32| {
         let far = (z - patch.z).abs();
@@ -316,7 +331,7 @@ fn has_access(
 }
 
 /// True if a sloped slab ends at a level of this height, and its other end is at a height that is walked.
-fn slope_leads(access: &Access, z: i32, beside: &Beside, is_walked: impl Fn(i32) -> bool) -> bool {
+fn slope_leads(access: &Access, z: i32, beside: &PatchExtent, is_walked: impl Fn(i32) -> bool) -> bool {
     let Access::Slope { vertices } = access else { return false };
     let heights = || vertices.iter().map(|v| v[2]);
     let (Some(low), Some(high)) = (heights().min(), heights().max()) else { return false };
@@ -327,13 +342,13 @@ fn slope_leads(access: &Access, z: i32, beside: &Beside, is_walked: impl Fn(i32)
 }
 
 /// Where a patch is in plan.
-struct Beside {
+struct PatchExtent {
     places: Vec<[i32; 2]>,
     bounds: Bounds,
 }
 
-impl Beside {
-    fn of(walkable: &Walkable, patch: &Patch) -> Option<Self> {
+impl PatchExtent {
+    fn of(walkable: &WalkableFloor, patch: &FloorPatch) -> Option<Self> {
         let size = i64::from(walkable.spec.cell_tenths);
         let at = |sample: &usize| {
             let place = i64::from(walkable.samples[*sample].0);
@@ -368,7 +383,7 @@ fn lies_in(p: &[i32; 2], bounds: &Bounds) -> bool {
 }
 
 /// The map storey that a patch is a level of: that of most of its rooms, else the nearest in height, of two the lower.
-fn owner(patch: &Patch, mapped: &[MapStorey]) -> usize {
+fn owner(patch: &FloorPatch, mapped: &[MapStorey]) -> usize {
     let area = |k: usize| patch.rooms.iter().filter(|r| r.0 == Some(k)).map(|r| r.1).sum::<f64>();
     let by_rooms = (0..mapped.len()).filter(|&k| area(k) > 0.0).max_by(|&a, &b| area(a).total_cmp(&area(b)));
     by_rooms.unwrap_or_else(|| nearest(patch.z, mapped))
@@ -379,7 +394,7 @@ fn nearest(z: i32, mapped: &[MapStorey]) -> usize {
 }
 
 /// Levels of storeys whose floor is that of their spaces: where spaces lie higher or lower.
-fn assumed_levels(mapped: &[MapStorey], around: &Surroundings<'_>) -> Vec<Level> {
+fn assumed_levels(mapped: &[MapStorey], around: &LevelInputs<'_>) -> Vec<SplitLevel> {
     let of = |space: &SpaceFloor| {
         let own = space.storey.and_then(|k| around.map_storey_of.get(k).copied().flatten());
         own.unwrap_or_else(|| nearest(space.z, mapped))
@@ -396,8 +411,8 @@ fn assumed_levels(mapped: &[MapStorey], around: &Surroundings<'_>) -> Vec<Level>
         let areas = floor.0.into_iter().map(|polygon| MultiPolygon(vec![polygon]).area_m2());
         let area_m2 = areas.fold(0.0, f64::max);
         let Some(largest) = group.iter().max_by(|a, b| a.area_m2.total_cmp(&b.area_m2)) else { continue };
-        if area_m2 >= LEAST_LEVEL_M2 {
-            levels.push(Level { z: largest.z, floor: FloorKind::AssumedFromSpaces, of: of(largest), area_m2 });
+        if area_m2 >= MIN_LEVEL_M2 {
+            levels.push(SplitLevel { z: largest.z, floor: FloorKind::AssumedFromSpaces, of: of(largest), area_m2 });
         }
     }
     levels
@@ -454,7 +469,7 @@ mod tests {
                     ([low, high], vec![view(k)])
                 })
                 .collect();
-            let around = Surroundings {
+            let around = LevelInputs {
                 level_faces: &level_faces,
                 bodies: &bodies,
                 accesses: &self.accesses,

@@ -8,10 +8,10 @@ use geometry::{MeshView, Tread, treads};
 use ifc::{Diagnostic, DiagnosticCode, Element, PropertyValue, Severity};
 use messages::{NONE, SiteBuilder, StairRecord, stair_flags};
 
-/// Property sets that tell what the attributes of a stair or a flight tell.
+/// Property sets with the measures of stairs and flights.
 const SETS: [&str; 2] = ["Pset_StairCommon", "Pset_StairFlightCommon"];
 
-/// Lowest and highest step that anybody walks, in metres.
+/// Minimum and maximum height of a riser, in metres.
 const RISER_HEIGHTS_M: [f64; 2] = [0.05, 0.40];
 
 /// Shortest and longest tread that is still part of a flight, in metres.
@@ -35,13 +35,13 @@ pub(crate) fn add_stairs(builder: &mut SiteBuilder, merged: &Merged) {
             continue;
         }
         let unit_m = merged.schemas[merged.element_source[index] as usize].1;
-        let told = Told::of(element, unit_m);
+        let figures = FileFigures::of(element, unit_m);
         // The flights of a stair without a body of its own have their own measures.
-        if told == Told::default() && builder.elements[index].n_parts == 0 {
+        if figures == FileFigures::default() && builder.elements[index].n_parts == 0 {
             continue;
         }
         let body = body_of(builder, index);
-        let Some((record, objections)) = compare(told, body) else { continue };
+        let Some((record, objections)) = compare(figures, body) else { continue };
         builder.elements[index].stair = builder.stairs.len() as u32;
         builder.stairs.push(StairRecord { element: index as u32, ..record });
         let source = builder.elements[index].source;
@@ -56,16 +56,16 @@ pub(crate) fn add_stairs(builder: &mut SiteBuilder, merged: &Merged) {
     }
 }
 
-/// Figures of the file, in metres; `None` where it has none.
+/// Measures given by the file, in metres; `None` where absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Told {
+struct FileFigures {
     n_risers: Option<u32>,
     n_treads: Option<u32>,
     riser_height_m: Option<f64>,
     tread_length_m: Option<f64>,
 }
 
-impl Told {
+impl FileFigures {
     fn of(element: &Element, unit_m: f64) -> Self {
         let own = element.stair.as_ref();
         let number = |names: [&str; 2]| {
@@ -87,34 +87,34 @@ impl Told {
     }
 }
 
-/// What the body of a stair shows.
+/// Measures of the body of a stair.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Body {
+struct StairBody {
     /// From its lowest point to its highest, in metres.
     height_m: f64,
     /// Its steps, where it has level ones of one height.
-    steps: Option<Steps>,
+    steps: Option<StairSteps>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Steps {
+struct StairSteps {
     n_risers: u32,
     riser_height_m: f64,
     tread_length_m: Option<f64>,
 }
 
 /// The body of an element, or of its parts if it has none of its own.
-fn body_of(builder: &SiteBuilder, index: usize) -> Option<Body> {
+fn body_of(builder: &SiteBuilder, index: usize) -> Option<StairBody> {
     let own = &builder.elements[index];
     let parts = builder.elements.iter().filter(|e| e.whole == index as u32 && e.class == own.class);
     let bodies: Vec<_> = if own.n_parts > 0 { vec![own] } else { parts.filter(|e| e.n_parts > 0).collect() };
     let meshes: Vec<MeshView<'_>> = bodies.iter().flat_map(|e| builder.meshes(e.first_part, e.n_parts)).collect();
     let (low, high) = (bodies.iter().map(|e| e.min_tenths[2]).min()?, bodies.iter().map(|e| e.max_tenths[2]).max()?);
-    Some(Body { height_m: metres(high - low), steps: steps(low, &treads(meshes)) })
+    Some(StairBody { height_m: metres(high - low), steps: steps(low, &treads(meshes)) })
 }
 
 /// The steps of level faces above the foot of a body; `None` if most are not of one height that can be walked.
-fn steps(foot_z: i32, treads: &[Tread]) -> Option<Steps> {
+fn steps(foot_z: i32, treads: &[Tread]) -> Option<StairSteps> {
     let mut rises: Vec<f64> = Vec::new();
     let mut lengths: Vec<f64> = Vec::new();
     let mut below: Option<&[Tread]> = None;
@@ -141,7 +141,7 @@ fn steps(foot_z: i32, treads: &[Tread]) -> Option<Steps> {
     let regular_lengths: Vec<f64> =
         rises.iter().zip(&lengths).filter(|(rise, _)| is_regular(rise)).map(|(_, length)| *length).collect();
     let tread_length_m = median(&regular_lengths).filter(|l| within(*l, TREAD_LENGTHS_M));
-    Some(Steps { n_risers, riser_height_m, tread_length_m })
+    Some(StairSteps { n_risers, riser_height_m, tread_length_m })
 }
 
 fn median(values: &[f64]) -> Option<f64> {
@@ -155,14 +155,14 @@ fn within(value: f64, [low, high]: [f64; 2]) -> bool {
 }
 
 /// The measures that count, with a sentence for every figure of the file that does not; `None` if there are none.
-fn compare(told: Told, body: Option<Body>) -> Option<(StairRecord, Vec<String>)> {
+fn compare(figures: FileFigures, body: Option<StairBody>) -> Option<(StairRecord, Vec<String>)> {
     let steps = body.and_then(|b| b.steps);
-    if told == Told::default() && steps.is_none() {
+    if figures == FileFigures::default() && steps.is_none() {
         return None;
     }
     let mut objections = Vec::new();
     let mut flags = 0;
-    let n_risers = match (told.n_risers, steps) {
+    let n_risers = match (figures.n_risers, steps) {
         (Some(n), Some(s)) if n.abs_diff(s.n_risers) > COUNT_TOLERANCE.max(s.n_risers / 4) => {
             objections.push(format!("the file tells {n} risers, its body has {}, which count", s.n_risers));
             flags |= stair_flags::RISERS_MEASURED;
@@ -180,28 +180,28 @@ fn compare(told: Told, body: Option<Body>) -> Option<(StairRecord, Vec<String>)>
     let riser_m = steps.map(|s| s.riser_height_m).or(even_m.filter(|h| within(*h, RISER_HEIGHTS_M)));
     // A body without steps may be thicker than they are high.
     let tolerance = if steps.is_some() { TOLERANCE } else { 0.5 };
-    let riser = Length { told_m: told.riser_height_m, body_m: riser_m, range_m: RISER_HEIGHTS_M, tolerance };
+    let riser = ComparedLength { told_m: figures.riser_height_m, body_m: riser_m, range_m: RISER_HEIGHTS_M, tolerance };
     let tread_m = steps.and_then(|s| s.tread_length_m);
-    let tread = Length { told_m: told.tread_length_m, body_m: tread_m, range_m: TREAD_LENGTHS_M, tolerance };
+    let tread = ComparedLength { told_m: figures.tread_length_m, body_m: tread_m, range_m: TREAD_LENGTHS_M, tolerance };
     let (riser_height_m, is_measured) = riser.compared("RiserHeight", steps.is_some(), &mut objections);
     flags |= if is_measured { stair_flags::RISER_HEIGHT_MEASURED } else { 0 };
     let (tread_length_m, is_measured) = tread.compared("TreadLength", steps.is_some(), &mut objections);
     flags |= if is_measured { stair_flags::TREAD_LENGTH_MEASURED } else { 0 };
-    let n_treads = told.n_treads.unwrap_or(NONE);
+    let n_treads = figures.n_treads.unwrap_or(NONE);
     let record =
         StairRecord { element: 0, n_risers: n_risers.unwrap_or(NONE), n_treads, flags, riser_height_m, tread_length_m };
     Some((record, objections))
 }
 
 /// A length of a stair, by the file and by its body.
-struct Length {
+struct ComparedLength {
     told_m: Option<f64>,
     body_m: Option<f64>,
     range_m: [f64; 2],
     tolerance: f64,
 }
 
-impl Length {
+impl ComparedLength {
     /// The length that counts, 0 if there is none, and whether it is the body's. `fills` says whether the body's counts where
     /// the file tells nothing.
     fn compared(&self, name: &str, fills: bool, objections: &mut Vec<String>) -> (f64, bool) {
@@ -244,12 +244,12 @@ mod tests {
         (0..n).map(tread).collect()
     }
 
-    fn body(n: i32, rise_m: f64, going_m: f64) -> Option<Body> {
-        Some(Body { height_m: f64::from(n) * rise_m, steps: steps(0, &flight(n, rise_m, going_m)) })
+    fn body(n: i32, rise_m: f64, going_m: f64) -> Option<StairBody> {
+        Some(StairBody { height_m: f64::from(n) * rise_m, steps: steps(0, &flight(n, rise_m, going_m)) })
     }
 
-    fn told(n_risers: u32, riser_height_m: f64, tread_length_m: f64) -> Told {
-        Told {
+    fn figures(n_risers: u32, riser_height_m: f64, tread_length_m: f64) -> FileFigures {
+        FileFigures {
             n_risers: Some(n_risers),
             n_treads: None,
             riser_height_m: Some(riser_height_m),
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn figures_that_cannot_be_are_replaced_by_those_of_the_body_and_reported() {
         for (riser_m, tread_m) in [(0.0006, 0.001), (-0.175, -0.28), (0.0, 0.0), (0.35, 0.56), (175.0, 280.0)] {
-            let (record, objections) = compare(told(16, riser_m, tread_m), body(16, 0.175, 0.28)).unwrap();
+            let (record, objections) = compare(figures(16, riser_m, tread_m), body(16, 0.175, 0.28)).unwrap();
             assert!((record.riser_height_m - 0.175).abs() < 1e-3 && (record.tread_length_m - 0.28).abs() < 1e-3);
             assert_eq!(record.flags, stair_flags::RISER_HEIGHT_MEASURED | stair_flags::TREAD_LENGTH_MEASURED);
             assert_eq!(objections.len(), 2);
@@ -281,39 +281,39 @@ mod tests {
     fn lengths_are_told_to_tenths_of_a_millimetre() {
         // 25 inches are 0.635 m, and so much in US survey feet.
         let riser_m = 0.635_001_270_002_54;
-        let (_, objections) = compare(told(16, riser_m, 0.28), body(16, 0.175, 0.28)).unwrap();
+        let (_, objections) = compare(figures(16, riser_m, 0.28), body(16, 0.175, 0.28)).unwrap();
         assert_eq!(objections, ["RiserHeight is 0.635 m, its body has 0.175 m, which counts"]);
-        let (_, objections) = compare(told(16, 0.28, 0.000_62 / 1.000_2), None).unwrap();
+        let (_, objections) = compare(figures(16, 0.28, 0.000_62 / 1.000_2), None).unwrap();
         let expected = "TreadLength is 0.0006 m, which cannot be, and its body shows no steps: it is left out";
         assert_eq!(objections, [expected]);
     }
 
     #[test]
     fn figures_that_agree_with_the_body_stay() {
-        let (record, objections) = compare(told(17, 0.176, 0.27), body(16, 0.175, 0.28)).unwrap();
+        let (record, objections) = compare(figures(17, 0.176, 0.27), body(16, 0.175, 0.28)).unwrap();
         assert_eq!((record.n_risers, record.riser_height_m, record.tread_length_m), (17, 0.176, 0.27));
         assert_eq!((record.flags, objections), (0, Vec::new()));
     }
 
     #[test]
     fn a_count_far_from_the_body_is_replaced() {
-        let (record, objections) = compare(told(160, 0.175, 0.28), body(16, 0.175, 0.28)).unwrap();
+        let (record, objections) = compare(figures(160, 0.175, 0.28), body(16, 0.175, 0.28)).unwrap();
         assert_eq!((record.n_risers, objections.len()), (16, 1));
     }
 
     #[test]
     fn without_level_faces_risers_share_the_height_of_the_body() {
-        let plain = Some(Body { height_m: 2.8, steps: None });
-        let (record, objections) = compare(told(16, 0.0006, 0.28), plain).unwrap();
+        let plain = Some(StairBody { height_m: 2.8, steps: None });
+        let (record, objections) = compare(figures(16, 0.0006, 0.28), plain).unwrap();
         assert_eq!((record.riser_height_m, record.tread_length_m, objections.len()), (2.8 / 16.0, 0.28, 1));
-        let (record, objections) = compare(told(16, 0.0006, -1.0), None).unwrap();
+        let (record, objections) = compare(figures(16, 0.0006, -1.0), None).unwrap();
         assert_eq!((record.riser_height_m, record.tread_length_m, objections.len()), (0.0, 0.0, 2));
     }
 
     #[test]
     fn a_stair_without_figures_has_those_of_its_body() {
-        let (record, objections) = compare(Told::default(), body(16, 0.175, 0.28)).unwrap();
+        let (record, objections) = compare(FileFigures::default(), body(16, 0.175, 0.28)).unwrap();
         assert_eq!((record.n_risers, objections.len()), (16, 0));
-        assert_eq!(compare(Told::default(), Some(Body { height_m: 3.0, steps: None })), None);
+        assert_eq!(compare(FileFigures::default(), Some(StairBody { height_m: 3.0, steps: None })), None);
     }
 }

@@ -1,22 +1,22 @@
 //! Selects the storeys that get a map, and their floor heights.
 
-use crate::floor_levels::{Faces, REACH, Sampling, dominant_height};
+use crate::floor_levels::{FloorFaces, FloorSampling, REACH, dominant_height};
 use crate::floor_samples::{FloorTriangles, STEP};
 use geometry::{MultiPolygon, union_of};
 use messages::FloorKind;
 
-/// A storey with less floor than this is not worth a map.
-const LEAST_FLOOR_M2: f64 = 1.0;
+/// Minimum floor area of a storey with a map.
+const MIN_FLOOR_M2: f64 = 1.0;
 
-/// What stands within this height above a floor matters to a robot.
+/// Height above a floor within which bodies are relevant, in tenths of a millimetre.
 const BODY_HEIGHT: i32 = 12_500;
 
 /// Levels of a file without storeys are at least this far apart.
-const LEAST_STOREY_HEIGHT: i32 = 20_000;
+const MIN_STOREY_HEIGHT: i32 = 20_000;
 
 /// An IfcBuildingStorey, as far as its floor is concerned; heights in tenths of a millimetre in `map`.
 #[derive(Debug, Clone)]
-pub(crate) struct Candidate {
+pub(crate) struct StoreyCandidate {
     /// Height of its placement, else its elevation.
     pub(crate) placement_z: Option<i32>,
     /// Number of elements that it contains.
@@ -29,15 +29,15 @@ pub(crate) struct Candidate {
     pub(crate) own_footings: Vec<i32>,
 }
 
-/// What the levels of a building are found from.
+/// Inputs of the selection of storeys.
 #[derive(Debug)]
-pub(crate) struct Building<'a> {
+pub(crate) struct BuildingInputs<'a> {
     /// Storeys of the files.
-    pub(crate) candidates: &'a [Candidate],
+    pub(crate) candidates: &'a [StoreyCandidate],
     /// Rooms with a floor.
     pub(crate) spaces: &'a [SpaceFloor],
     /// Upward faces of what is floor.
-    pub(crate) faces: &'a Faces,
+    pub(crate) faces: &'a FloorFaces,
     /// Lowest point of all bodies.
     pub(crate) lowest_body: Option<i32>,
     /// True if a wall or a curtain wall stands in it.
@@ -65,9 +65,9 @@ pub(crate) struct MapStorey {
     pub(crate) level_of: Option<usize>,
 }
 
-/// What became of each candidate.
+/// Outcome of each storey of the files.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Fate {
+pub(crate) enum StoreyOutcome {
     /// It gave its name to this map storey.
     Mapped(usize),
     /// Its floor coincides with this map storey's.
@@ -76,9 +76,9 @@ pub(crate) enum Fate {
     NotMapped(&'static str),
 }
 
-/// The storeys to be mapped, from low to high, and what became of each candidate.
-pub(crate) fn map_storeys(building: &Building<'_>) -> (Vec<MapStorey>, Vec<Fate>) {
-    let Building { candidates, spaces, .. } = *building;
+/// The storeys to be mapped, from low to high, and the outcome of each candidate.
+pub(crate) fn map_storeys(building: &BuildingInputs<'_>) -> (Vec<MapStorey>, Vec<StoreyOutcome>) {
+    let BuildingInputs { candidates, spaces, .. } = *building;
     if candidates.is_empty() {
         return (without_storeys(building), Vec::new());
     }
@@ -86,7 +86,8 @@ pub(crate) fn map_storeys(building: &Building<'_>) -> (Vec<MapStorey>, Vec<Fate>
         (0..candidates.len()).map(|k| floor_of(k, building)).collect();
     let mut order: Vec<usize> = (0..candidates.len()).filter(|&k| floors[k].is_ok()).collect();
     order.sort_by_key(|&k| (floors[k].map_or(0, |f| f.0), k));
-    let mut fates: Vec<Fate> = floors.iter().map(|f| Fate::NotMapped(f.err().unwrap_or_default())).collect();
+    let mut outcomes: Vec<StoreyOutcome> =
+        floors.iter().map(|f| StoreyOutcome::NotMapped(f.err().unwrap_or_default())).collect();
     let mut mapped: Vec<MapStorey> = Vec::new();
     let space_area = |k: usize| spaces.iter().filter(|s| s.storey == Some(k)).map(|s| s.area_m2).sum::<f64>();
     for group in order.chunk_by(|&a, &b| floors[b].map_or(0, |f| f.0) - floors[a].map_or(0, |f| f.0) <= STEP) {
@@ -101,44 +102,45 @@ pub(crate) fn map_storeys(building: &Building<'_>) -> (Vec<MapStorey>, Vec<Fate>
         };
         let Some(first) = group.iter().copied().max_by(|a, b| better(a, b)) else { continue };
         for &k in group {
-            fates[k] = if k == first { Fate::Mapped(mapped.len()) } else { Fate::Joined(mapped.len()) };
+            outcomes[k] =
+                if k == first { StoreyOutcome::Mapped(mapped.len()) } else { StoreyOutcome::Joined(mapped.len()) };
         }
         if let Ok((z, floor)) = floors[first] {
             mapped.push(MapStorey { z, floor, named_after: Some(first), level_of: None });
         }
     }
-    (mapped, fates)
+    (mapped, outcomes)
 }
 
 /// True if the storey's elevation or a floor that it contains is at this height.
-fn fits(candidate: &Candidate, z: i32) -> bool {
+fn fits(candidate: &StoreyCandidate, z: i32) -> bool {
     let heights = candidate.placement_z.iter().chain(&candidate.own_floors);
     heights.into_iter().any(|h| (h - z).abs() <= STEP)
 }
 
-fn far_from_placement(candidate: &Candidate, z: i32) -> i32 {
+fn far_from_placement(candidate: &StoreyCandidate, z: i32) -> i32 {
     candidate.placement_z.map_or(i32::MAX, |p| (p - z).abs())
 }
 
-impl Building<'_> {
-    /// Where the model has neither rooms nor floor faces worth the name: what its walls enclose, if it has any.
+impl BuildingInputs<'_> {
+    /// Floor kind of a model without rooms and relevant floor faces: enclosed by walls, if there are any.
     fn kind_if_bare(&self) -> Option<FloorKind> {
         let floor_m2: f64 = self.faces.all().map(plan_area_m2).sum();
         let kind = if self.has_walls { FloorKind::AssumedFromEnclosure } else { FloorKind::Missing };
-        (self.spaces.is_empty() && floor_m2 < LEAST_FLOOR_M2).then_some(kind)
+        (self.spaces.is_empty() && floor_m2 < MIN_FLOOR_M2).then_some(kind)
     }
 
     /// True if footings near a height are the floor of a storey: of one that contains some, or in which bodies begin there.
     fn counts_footings(&self, storey: usize, guess: i32) -> bool {
-        let Candidate { bodies, own_footings, .. } = &self.candidates[storey];
+        let StoreyCandidate { bodies, own_footings, .. } = &self.candidates[storey];
         let stands_here = bodies.iter().any(|b| guess - REACH <= b[0] && b[0] < guess + BODY_HEIGHT);
         stands_here || own_footings.iter().any(|z| (z - guess).abs() <= REACH)
     }
 }
 
 /// Height and kind of a storey's floor, or why it has none.
-fn floor_of(storey: usize, building: &Building<'_>) -> Result<(i32, FloorKind), &'static str> {
-    let Candidate { placement_z: placement, ref bodies, ref own_floors, ref own_footings, .. } =
+fn floor_of(storey: usize, building: &BuildingInputs<'_>) -> Result<(i32, FloorKind), &'static str> {
+    let StoreyCandidate { placement_z: placement, ref bodies, ref own_floors, ref own_footings, .. } =
         building.candidates[storey];
     let lowest = bodies.iter().map(|b| b[0]).min();
     let near_placement = own_heights(storey, building, placement);
@@ -171,7 +173,7 @@ fn floor_of(storey: usize, building: &Building<'_>) -> Result<(i32, FloorKind), 
 }
 
 /// Heights of the floors of a storey's spaces with their areas, from low to high; those near a height, if one is given.
-fn own_heights(storey: usize, building: &Building<'_>, near: Option<i32>) -> Vec<(i32, f64)> {
+fn own_heights(storey: usize, building: &BuildingInputs<'_>, near: Option<i32>) -> Vec<(i32, f64)> {
     let is_own = |s: &&SpaceFloor| s.storey == Some(storey) && near.is_none_or(|z| (s.z - z).abs() <= REACH);
     let mut heights: Vec<(i32, f64)> = building.spaces.iter().filter(is_own).map(|s| (s.z, s.area_m2)).collect();
     heights.sort_by_key(|h| h.0);
@@ -179,16 +181,16 @@ fn own_heights(storey: usize, building: &Building<'_>, near: Option<i32>) -> Vec
 }
 
 /// Height and kind of the floor near a height, or why there is none.
-fn floor_near(storey: usize, building: &Building<'_>, guess: i32) -> Result<(i32, FloorKind), &'static str> {
+fn floor_near(storey: usize, building: &BuildingInputs<'_>, guess: i32) -> Result<(i32, FloorKind), &'static str> {
     let near: Vec<&SpaceFloor> = building.spaces.iter().filter(|s| (s.z - guess).abs() <= REACH).collect();
     let rooms = union_of(near.iter().map(|s| &s.polygon));
     let footings = building.counts_footings(storey, guess).then_some(&building.faces.footings);
     let lists: Vec<&FloorTriangles> = std::iter::once(&building.faces.slabs).chain(footings).collect();
-    let sampling = Sampling::new(&lists, guess, &rooms);
+    let sampling = FloorSampling::new(&lists, guess, &rooms);
     let level = sampling.as_ref().and_then(|s| s.level(guess));
     if rooms.is_empty() {
         return match level {
-            Some(level) if level.area_m2 >= LEAST_FLOOR_M2 => Ok((level.z, FloorKind::Built)),
+            Some(level) if level.area_m2 >= MIN_FLOOR_M2 => Ok((level.z, FloorKind::Built)),
             _ => Err("there is no floor within 0.5 m of it and no space"),
         };
     }
@@ -210,24 +212,24 @@ fn weighted_height(heights: &[(i32, f64)]) -> Option<i32> {
 }
 
 /// Levels of a file without storeys: where much floor lies, else where spaces stand, else the lowest body.
-fn without_storeys(building: &Building<'_>) -> Vec<MapStorey> {
+fn without_storeys(building: &BuildingInputs<'_>) -> Vec<MapStorey> {
     let map_storey = |z: i32, floor: FloorKind| MapStorey { z, floor, named_after: None, level_of: None };
     if let Some(kind) = building.kind_if_bare() {
         return building.lowest_body.map(|z| map_storey(z, kind)).into_iter().collect();
     }
     let faces = || building.faces.all().map(|t| ((t[0][2] + t[1][2] + t[2][2]) / 3, plan_area_m2(t)));
-    let has_floor = faces().map(|face| face.1).sum::<f64>() >= LEAST_FLOOR_M2;
+    let has_floor = faces().map(|face| face.1).sum::<f64>() >= MIN_FLOOR_M2;
     let mut rest: Vec<(i32, f64)> =
         if has_floor { faces().collect() } else { building.spaces.iter().map(|s| (s.z, s.area_m2)).collect() };
     let mut levels: Vec<(i32, f64)> = Vec::new();
     rest.sort_by_key(|r| r.0);
     while let Some(z) = dominant_by_area(&rest) {
         let area = rest.iter().filter(|r| (r.0 - z).abs() <= STEP).map(|r| r.1).sum::<f64>();
-        if area < LEAST_FLOOR_M2 || levels.first().is_some_and(|l| area < l.1 / 4.0) {
+        if area < MIN_FLOOR_M2 || levels.first().is_some_and(|l| area < l.1 / 4.0) {
             break;
         }
         levels.push((z, area));
-        rest.retain(|r| (r.0 - z).abs() >= LEAST_STOREY_HEIGHT);
+        rest.retain(|r| (r.0 - z).abs() >= MIN_STOREY_HEIGHT);
     }
     let kind = if has_floor { FloorKind::Built } else { FloorKind::AssumedFromSpaces };
     let mut mapped: Vec<MapStorey> = levels.iter().map(|l| map_storey(l.0, kind)).collect();
@@ -259,16 +261,20 @@ mod tests {
         vec![[[x, 0, z], [x + side, 0, z], [x + side, side, z]], [[x, 0, z], [x + side, side, z], [x, side, z]]]
     }
 
-    fn storey(z: i32, n_elements: usize) -> Candidate {
+    fn storey(z: i32, n_elements: usize) -> StoreyCandidate {
         let bodies = vec![[z, z + 25_000]];
-        Candidate { placement_z: Some(z), n_elements, bodies, own_floors: vec![], own_footings: vec![] }
+        StoreyCandidate { placement_z: Some(z), n_elements, bodies, own_floors: vec![], own_footings: vec![] }
     }
 
     /// What is mapped of a building with walls whose floor is slabs.
-    fn mapped(candidates: &[Candidate], spaces: &[SpaceFloor], slabs: FloorTriangles) -> (Vec<MapStorey>, Vec<Fate>) {
-        let faces = Faces { slabs, ..Faces::default() };
+    fn mapped(
+        candidates: &[StoreyCandidate],
+        spaces: &[SpaceFloor],
+        slabs: FloorTriangles,
+    ) -> (Vec<MapStorey>, Vec<StoreyOutcome>) {
+        let faces = FloorFaces { slabs, ..FloorFaces::default() };
         let lowest_body = candidates.iter().flat_map(|c| &c.bodies).map(|b| b[0]).min();
-        map_storeys(&Building { candidates, spaces, faces: &faces, lowest_body, has_walls: true })
+        map_storeys(&BuildingInputs { candidates, spaces, faces: &faces, lowest_body, has_walls: true })
     }
 
     fn space(side: i32, z: i32, storey: usize) -> SpaceFloor {
@@ -278,18 +284,18 @@ mod tests {
 
     #[test]
     fn the_floor_is_the_slabs_top_and_not_the_placement() {
-        let (mapped, fates) = mapped(&[storey(0, 5)], &[space(80_000, 0, 0)], square(0, 100_000, 2_000));
+        let (mapped, outcomes) = mapped(&[storey(0, 5)], &[space(80_000, 0, 0)], square(0, 100_000, 2_000));
         assert_eq!(mapped, [MapStorey { z: 2_000, floor: FloorKind::Built, named_after: Some(0), level_of: None }]);
-        assert_eq!(fates, [Fate::Mapped(0)]);
+        assert_eq!(outcomes, [StoreyOutcome::Mapped(0)]);
     }
 
     #[test]
     fn storeys_whose_floors_coincide_are_one_named_after_the_spaces() {
         let candidates = [storey(-2_000, 50), storey(0, 5), storey(28_000, 1)];
-        let (mapped, fates) = mapped(&candidates, &[space(80_000, 0, 1)], square(0, 100_000, 0));
+        let (mapped, outcomes) = mapped(&candidates, &[space(80_000, 0, 1)], square(0, 100_000, 0));
         assert_eq!(mapped.len(), 1);
-        assert_eq!(fates[..2], [Fate::Joined(0), Fate::Mapped(0)]);
-        assert!(matches!(fates[2], Fate::NotMapped(_)));
+        assert_eq!(outcomes[..2], [StoreyOutcome::Joined(0), StoreyOutcome::Mapped(0)]);
+        assert!(matches!(outcomes[2], StoreyOutcome::NotMapped(_)));
     }
 
     #[test]
@@ -303,15 +309,15 @@ mod tests {
 
     #[test]
     fn without_floor_or_spaces_anywhere_storeys_that_hold_something_are_assumed() {
-        let empty = Candidate { bodies: vec![], ..storey(30_000, 0) };
-        let (mapped, fates) = mapped(&[storey(0, 5), empty], &[], vec![]);
+        let empty = StoreyCandidate { bodies: vec![], ..storey(30_000, 0) };
+        let (mapped, outcomes) = mapped(&[storey(0, 5), empty], &[], vec![]);
         assert_eq!(mapped[0].floor, FloorKind::AssumedFromEnclosure);
-        assert_eq!(fates[1], Fate::NotMapped("it contains nothing"));
+        assert_eq!(outcomes[1], StoreyOutcome::NotMapped("it contains nothing"));
     }
 
     #[test]
     fn bodies_far_above_an_undefined_storey_are_mapped_where_they_stand() {
-        let undefined = Candidate { bodies: vec![[29_000, 31_000]], ..storey(0, 1) };
+        let undefined = StoreyCandidate { bodies: vec![[29_000, 31_000]], ..storey(0, 1) };
         let (mapped, _) = mapped(&[undefined], &[], vec![]);
         assert_eq!(mapped[0].z, 29_000);
     }
@@ -327,7 +333,7 @@ mod tests {
     #[test]
     fn a_storey_without_a_placement_is_found_by_its_floor() {
         let bodies = vec![[-3_000, 0]];
-        let lost = Candidate { placement_z: None, bodies, own_floors: vec![1_000], ..storey(0, 9) };
+        let lost = StoreyCandidate { placement_z: None, bodies, own_floors: vec![1_000], ..storey(0, 9) };
         let (mapped, _) = mapped(&[lost], &[], square(0, 100_000, 1_000));
         assert_eq!(mapped, [MapStorey { z: 1_000, floor: FloorKind::Built, named_after: Some(0), level_of: None }]);
     }
@@ -342,27 +348,29 @@ mod tests {
     }
     #[test]
     fn a_storey_takes_the_name_whose_elevation_or_slab_fits() {
-        let ceiling = Candidate { n_elements: 90, ..storey(28_000, 90) };
+        let ceiling = StoreyCandidate { n_elements: 90, ..storey(28_000, 90) };
         let floor = storey(30_480, 2);
-        let (mapped, fates) = mapped(&[ceiling.clone(), floor], &[], square(0, 100_000, 30_480));
-        assert_eq!((mapped[0].named_after, &fates[0]), (Some(1), &Fate::Joined(0)));
-        let own_slab = Candidate { own_floors: vec![30_480], ..ceiling };
+        let (mapped, outcomes) = mapped(&[ceiling.clone(), floor], &[], square(0, 100_000, 30_480));
+        assert_eq!((mapped[0].named_after, &outcomes[0]), (Some(1), &StoreyOutcome::Joined(0)));
+        let own_slab = StoreyCandidate { own_floors: vec![30_480], ..ceiling };
         let (mapped, _) = super::tests::mapped(&[own_slab, storey(29_500, 2)], &[], square(0, 100_000, 30_480));
         assert_eq!(mapped[0].named_after, Some(0));
     }
 
     #[test]
     fn a_footing_below_a_bridge_is_no_floor_of_its_superstructure() {
-        let foundation = Candidate { own_footings: vec![0], bodies: vec![[-8_000, 0]], ..storey(0, 2) };
-        let superstructure = Candidate { own_floors: vec![60_000], bodies: vec![[52_000, 60_000]], ..storey(0, 3) };
+        let foundation = StoreyCandidate { own_footings: vec![0], bodies: vec![[-8_000, 0]], ..storey(0, 2) };
+        let superstructure =
+            StoreyCandidate { own_floors: vec![60_000], bodies: vec![[52_000, 60_000]], ..storey(0, 3) };
         let slabs = square(0, 100_000, 60_000);
-        let faces = Faces { slabs, footings: square(0, 40_000, 0) };
-        let mapped = |candidates: &[Candidate]| {
-            let building = Building { candidates, spaces: &[], faces: &faces, lowest_body: None, has_walls: false };
+        let faces = FloorFaces { slabs, footings: square(0, 40_000, 0) };
+        let mapped = |candidates: &[StoreyCandidate]| {
+            let building =
+                BuildingInputs { candidates, spaces: &[], faces: &faces, lowest_body: None, has_walls: false };
             map_storeys(&building).0.iter().map(|m| (m.z, m.named_after)).collect::<Vec<_>>()
         };
         assert_eq!(mapped(&[superstructure.clone(), foundation]), [(0, Some(1)), (60_000, Some(0))]);
-        let without_deck = Candidate { own_floors: vec![], ..superstructure };
+        let without_deck = StoreyCandidate { own_floors: vec![], ..superstructure };
         assert_eq!(mapped(&[without_deck]), []);
     }
 
@@ -377,10 +385,15 @@ mod tests {
     #[test]
     fn without_walls_and_spaces_there_is_no_floor() {
         let candidates = [storey(0, 5)];
-        let faces = Faces::default();
-        let building =
-            Building { candidates: &candidates, spaces: &[], faces: &faces, lowest_body: Some(0), has_walls: false };
+        let faces = FloorFaces::default();
+        let building = BuildingInputs {
+            candidates: &candidates,
+            spaces: &[],
+            faces: &faces,
+            lowest_body: Some(0),
+            has_walls: false,
+        };
         assert_eq!(map_storeys(&building).0[0].floor, FloorKind::Missing);
-        assert_eq!(map_storeys(&Building { candidates: &[], ..building }).0[0].floor, FloorKind::Missing);
+        assert_eq!(map_storeys(&BuildingInputs { candidates: &[], ..building }).0[0].floor, FloorKind::Missing);
     }
 }

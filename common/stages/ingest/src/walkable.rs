@@ -5,10 +5,10 @@ use frames::TENTHS_PER_M;
 use geometry::{Bounds, MeshView};
 use grid::GridSpec;
 
-/// Room that a person needs above a floor: nothing may hang lower.
+/// Required headroom above a floor.
 pub(crate) const HEADROOM: i32 = 13 * TENTHS_PER_M / 10;
 
-/// What lies less than this above a face lies on it.
+/// Bodies less than this above a face lie on it.
 const ON_FACE: i32 = TENTHS_PER_M / 50;
 
 /// A face that looks down this little below a floor still covers it.
@@ -25,7 +25,7 @@ const MAX_SAMPLES: f64 = 4e6;
 
 /// Floor at places in plan: several heights above each other.
 #[derive(Debug)]
-pub(crate) struct Walkable {
+pub(crate) struct WalkableFloor {
     pub(crate) spec: GridSpec,
     /// Place in plan and height of each sample, sorted.
     pub(crate) samples: Vec<(u32, i32)>,
@@ -35,7 +35,7 @@ pub(crate) struct Walkable {
     pub(crate) open: Vec<bool>,
 }
 
-impl Walkable {
+impl WalkableFloor {
     /// Samples these faces inside `bounds`; `None` if there is nothing to sample.
     pub(crate) fn new(faces: &FloorTriangles, bounds: Bounds) -> Option<Self> {
         let area: f64 = faces.iter().map(double_area).sum::<f64>() / 2.0;
@@ -152,7 +152,7 @@ pub(crate) mod tests {
         let (v, t) = cuboid([0, 0, -2_000], [40_000, 40_000, 0]);
         let floor = MeshView { vertices: &v, triangles: &t, closed: true };
         let faces: FloorTriangles = upward_triangles(floor, 0.01).collect();
-        let mut walkable = Walkable::new(&faces, Bounds { min: [0; 2], max: [40_000; 2] }).unwrap();
+        let mut walkable = WalkableFloor::new(&faces, Bounds { min: [0; 2], max: [40_000; 2] }).unwrap();
         walkable.close_below(floor);
         let (v, t) = cuboid(min, max);
         walkable.close_below(MeshView { vertices: &v, triangles: &t, closed: true });
@@ -175,7 +175,7 @@ pub(crate) mod tests {
         let strip = |width: i32| {
             let faces =
                 vec![[[0, 0, 0], [90_000, 0, 0], [90_000, width, 0]], [[0, 0, 0], [90_000, width, 0], [0, width, 0]]];
-            let walkable = Walkable::new(&faces, Bounds { min: [0; 2], max: [90_000, width] }).unwrap();
+            let walkable = WalkableFloor::new(&faces, Bounds { min: [0; 2], max: [90_000, width] }).unwrap();
             walkable.wide(&vec![true; walkable.samples.len()]).iter().any(|w| *w)
         };
         assert!(strip(6_000) && !strip(4_000));

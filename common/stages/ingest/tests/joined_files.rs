@@ -1,7 +1,7 @@
 //! Federation of several small IFC texts.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-use ingest::{IngestError, IngestOptions, Place, SourceFile, ingest};
+use ingest::{FilePlacement, IngestError, IngestOptions, SourceFile, ingest};
 use messages::{ArchiveBuffer, DiagnosticCode, Site};
 
 /// A file with one wall of 2 x 1 x 3 m whose middle is `at` (in metres) of the file's world.
@@ -44,7 +44,7 @@ fn conversion(eastings: f64, northings: f64, x_axis: &str, scale: &str, in_metre
     )
 }
 
-fn site(files: &[&File], places: &[Option<Place>]) -> Result<ArchiveBuffer, IngestError> {
+fn site(files: &[&File], places: &[Option<FilePlacement>]) -> Result<ArchiveBuffer, IngestError> {
     let sources: Vec<SourceFile> = files.iter().map(|f| f.source()).collect();
     let options = IngestOptions {
         frame: None,
@@ -114,7 +114,7 @@ fn the_georeference_of_the_site_is_in_metres_and_of_the_first_files_world() {
         at_m: [1.0, 2.0],
         earth: conversion(500_020_000.0, 5_400_010_000.0, "$,$", "1.", false),
     };
-    let place = Place { translation_m: [10.0, 0.0, 0.0], yaw_rad: 0.0 };
+    let place = FilePlacement { translation_m: [10.0, 0.0, 0.0], yaw_rad: 0.0 };
     let archive = site(&[&plain, &millimetres], &[None, Some(place)]).unwrap();
     let site = Site::open(archive.bytes()).unwrap();
     assert_eq!(site.text(site.head.earth_crs), "EPSG:25832");

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::progress::ProgressLine;
-use ingest::{IngestOptions, Place, SiteFrame, SourceFile};
+use ingest::{FilePlacement, IngestOptions, SiteFrame, SourceFile};
 use messages::{ArchiveBuffer, nearest_names_hint};
 use std::path::PathBuf;
 
@@ -79,7 +79,7 @@ impl ModelArgs {
     }
 
     /// `--place FILE=X,Y,Z,YAW`, by the index of the file.
-    fn places(&self) -> Result<Vec<Option<Place>>, Failure> {
+    fn places(&self) -> Result<Vec<Option<FilePlacement>>, Failure> {
         let mut places = vec![None; self.models.len()];
         for text in &self.place {
             let wrong = || Failure::usage(format!("--place {text:?}: write FILE=X,Y,Z,YAW in metres and radians"));
@@ -96,7 +96,7 @@ impl ModelArgs {
                 let names = self.models.iter().filter_map(|p| p.file_name()?.to_str());
                 Failure::usage(format!("--place: {file} is none of the models{}", nearest_names_hint(file, names)))
             })?;
-            places[index] = Some(Place { translation_m: [x, y, z], yaw_rad });
+            places[index] = Some(FilePlacement { translation_m: [x, y, z], yaw_rad });
         }
         Ok(places)
     }

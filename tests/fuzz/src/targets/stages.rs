@@ -78,7 +78,7 @@ pub fn run(bytes: &[u8]) {
         }
         3 => from_grids(&site, whole, &whole.grids, &changed(&whole.index), world),
         4 => exported(&site, &whole.phase, &whole.grids, &whole.index, &changed(&whole.plan), &whole.footprints, world),
-        5 => told(&site, &whole.phase, &changed(&whole.deviations)),
+        5 => export_deviations(&site, &whole.phase, &changed(&whole.deviations)),
         _ => {
             let map = changed(&whole.slam_map);
             let Ok(map) = SlamMap::open(map.bytes()) else { return };
@@ -88,7 +88,7 @@ pub fn run(bytes: &[u8]) {
                     align(&site, &whole.phase, &map);
                 }
                 if COMPARED_FROM <= *what {
-                    told(&site, &whole.phase, &compared(&site, &whole.phase, &map, 0));
+                    export_deviations(&site, &whole.phase, &compared(&site, &whole.phase, &map, 0));
                 }
             }
         }
@@ -108,7 +108,7 @@ fn of_site(site: &ArchiveBuffer, what: u8) {
             return align(&site, &phase, &robots_map());
         }
         for storey in 0..site.map_storeys.len() {
-            told(&site, &phase, &compared(&site, &phase, &robots_map(), storey));
+            export_deviations(&site, &phase, &compared(&site, &phase, &robots_map(), storey));
         }
     }
 }
@@ -276,7 +276,7 @@ fn compared(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap, map_stor
 }
 
 /// The files of deviations, if they are of the site.
-fn told(site: &Site<'_>, phase: &ArchiveBuffer, found: &ArchiveBuffer) {
+fn export_deviations(site: &Site<'_>, phase: &ArchiveBuffer, found: &ArchiveBuffer) {
     let Ok(found) = Deviations::open(found.bytes()) else { return };
     if found.check_site(site).is_err() {
         return;

@@ -6,7 +6,7 @@ use crate::alignment_report;
 use crate::args::report_set_aside;
 use crate::failure::Failure;
 use crate::run::Outcome;
-use alignment::{MadeFrom, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
+use alignment::{AlignmentSources, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
 use frames::Map;
 use messages::{Alignment, NONE, PhaseHead, Verdict};
 use occupancy::OccupancyMap;
@@ -34,8 +34,8 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
         true => align_maps_at_any_scale(&maps, &map, hint.as_ref()),
     };
     let numbers: Vec<u32> = storeys.iter().map(|s| s.index).collect();
-    let made_from = MadeFrom { site_hash: 0, slam_map_hash: 0, plan_time_s };
-    let archive = found.archive(&numbers, &found.counting(&numbers), made_from);
+    let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, plan_time_s };
+    let archive = found.archive(&numbers, &found.pose_status(&numbers), sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
     if let Some(pose) = alignment.pose() {
         let directory = storeys.iter().find(|s| s.index == pose.map_storey && s.index != NONE).map(|s| &s.path);

@@ -7,7 +7,7 @@ use crate::args::{ModelArgs, ScheduleInput, robot_of_profile, with_timeline};
 use crate::failure::Failure;
 use crate::plan_date;
 use ::deviations::{DeviationInput, deviations};
-use alignment::{MadeFrom, PreparedMap, References, align_maps};
+use alignment::{AlignmentSources, PreparedMap, References, align_maps};
 use messages::{Alignment, Deviations, Phase, Verdict};
 use occupancy::OccupancyMap;
 use std::path::Path;
@@ -33,8 +33,8 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
         let storeys: Vec<u32> = maps.iter().map(|(storey, _)| *storey as u32).collect();
         let maps: Vec<_> = maps.into_iter().map(|(_, map)| map).collect();
         let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().as_ref());
-        let made_from = MadeFrom { site_hash: 0, slam_map_hash: 0, plan_time_s: phase.head.plan_time_s };
-        let archive = found.archive(&storeys, &found.counting(&storeys), made_from);
+        let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, plan_time_s: phase.head.plan_time_s };
+        let archive = found.archive(&storeys, &found.pose_status(&storeys), sources);
         let Some(pose) = found.poses.first().filter(|_| found.verdict == Verdict::Accepted) else {
             let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
             return Err(Failure::work(format!(

@@ -1,7 +1,7 @@
 //! Stand-ins in the world: plates for assumed floor, walls that close blocked spaces.
 
-use crate::doors::{hangs, is_door};
-use crate::statics::{Static, storey_at};
+use crate::doors::{is_door, is_hung};
+use crate::static_elements::{StaticElement, storey_at};
 use convex::convex_partition;
 use export::ExportInput;
 use frames::{TENTHS_PER_M, metres};
@@ -9,18 +9,18 @@ use geometry::{MultiPolygon, OrientedBox, union_of};
 use grid::Class;
 use messages::{BoxRecord, FloorKind, MapStoreyRecord, NONE};
 
-/// Thickness of assumed floors and of barriers.
+/// Thickness of assumed floors and barriers, in metres.
 const FLOOR_M: f64 = 0.1;
 const BARRIER_M: f64 = 0.02;
 
-/// How high a barrier is where nothing says how high the passage is.
+/// Height of a barrier where that of the passage is unknown.
 const BARRIER_HEIGHT_M: f64 = 2.0;
 
-/// Distances from a passage at which the spaces that it joins are looked for, in tenths of a millimetre.
+/// Distances from a passage at which its spaces are probed, in tenths of a millimetre.
 const PROBES: [f64; 3] = [1_000.0, 3_000.0, 6_000.0];
 
 /// A plate under each storey whose floor is assumed: the plan of its spaces, or of the storey where it has none.
-pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<Static> {
+pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<StaticElement> {
     let site = input.site;
     let mut found = Vec::new();
     let is_assumed =
@@ -35,13 +35,13 @@ pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<Static> {
             vec![vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]]
         };
         let link = format!("assumed_floor_{storey}_{}", site.text(record.global_id));
-        found.push(Static::slab(link, Class::Slab, storey, rings, metres(record.floor_z_tenths), FLOOR_M));
+        found.push(StaticElement::slab(link, Class::Slab, storey, rings, metres(record.floor_z_tenths), FLOOR_M));
     }
     found
 }
 
 /// A thin wall in each passage between a blocked space and one that is not: (the door that hangs there, the wall).
-pub(crate) fn barriers(input: &ExportInput<'_>) -> Vec<(Option<u32>, Static)> {
+pub(crate) fn barriers(input: &ExportInput<'_>) -> Vec<(Option<u32>, StaticElement)> {
     let site = input.site;
     let blocked = |space: Option<usize>| space.is_some_and(|s| input.phase.is_blocked(s));
     let closes = |plan: &OrientedBox, bottom_m: f64| {
@@ -52,7 +52,7 @@ pub(crate) fn barriers(input: &ExportInput<'_>) -> Vec<(Option<u32>, Static)> {
         let scale = f64::from(TENTHS_PER_M);
         let [x, y] = plan.centre.map(|c| c / scale);
         let size_m = [2.0 * plan.half[0] / scale, BARRIER_M, high - low];
-        Static::plate(link, Class::Other, storey_at(input, low), [x, y, (low + high) / 2.0], plan.axis, size_m)
+        StaticElement::plate(link, Class::Other, storey_at(input, low), [x, y, (low + high) / 2.0], plan.axis, size_m)
     };
     let mut found = Vec::new();
     for (index, door) in (0..).zip(site.doors).filter(|(_, d)| is_door(input, d.element)) {
@@ -62,7 +62,7 @@ pub(crate) fn barriers(input: &ExportInput<'_>) -> Vec<(Option<u32>, Static)> {
             let low = metres(record.min_tenths[2]);
             let high = low + door.overall_height_m.max(0.5);
             let link = format!("barrier_{}", site.text(record.global_id));
-            found.push((hangs(input, door).then_some(index), barrier(link, door.passage, [low, high])));
+            found.push((is_hung(input, door).then_some(index), barrier(link, door.passage, [low, high])));
         }
     }
     for opening in site.openings.iter().filter(|o| o.plan.half[0] > 0.0 && o.filling == NONE) {

@@ -2,13 +2,13 @@
 
 use messages::{ElementState, Judgement, Observation};
 
-/// The judgement of an element. What is being built or removed may be seen or not.
-pub(crate) fn judgement(observation: Observation, planned: ElementState) -> Judgement {
+/// Verdict on an element. Elements being built or removed may be seen or not.
+pub(crate) fn deviation_verdict(observation: Observation, planned: ElementState) -> Judgement {
     match (observation, planned) {
         (Observation::Unseen, _) => Judgement::Unknown,
         (_, ElementState::BeingRemoved) => Judgement::OnPlan,
         (Observation::Displaced, ElementState::Built | ElementState::InProgress) => Judgement::Displaced,
-        // What stands beside the place of something that should not stand may be anything.
+        // A surface beside the place of an element that should not stand may be anything.
         (Observation::Displaced, ElementState::NotStarted | ElementState::Removed) => Judgement::Unknown,
         (Observation::Observed, ElementState::NotStarted) => Judgement::Early,
         (Observation::Observed, ElementState::Removed) => Judgement::Late,
@@ -26,9 +26,9 @@ mod tests {
     fn what_was_not_seen_is_never_judged_and_what_is_there_or_not_is_judged_by_the_plan() {
         use ElementState::*;
         for planned in [NotStarted, InProgress, Built, BeingRemoved, Removed] {
-            assert_eq!(judgement(Observation::Unseen, planned), Judgement::Unknown);
+            assert_eq!(deviation_verdict(Observation::Unseen, planned), Judgement::Unknown);
         }
-        let check = |observation, planned, expected| assert_eq!(judgement(observation, planned), expected);
+        let check = |observation, planned, expected| assert_eq!(deviation_verdict(observation, planned), expected);
         check(Observation::Observed, Built, Judgement::OnPlan);
         check(Observation::Observed, NotStarted, Judgement::Early);
         check(Observation::Observed, InProgress, Judgement::OnPlan);

@@ -1,24 +1,24 @@
 //! Sample points on exposed sides of elements.
 
-use crate::sections::{Kind, Sections, metres};
+use crate::sections::{LidarKind, Sections, metres};
 use crate::thresholds::{BESIDE_M, DEEP_M, GAP_M, LAYER_M, REACH_M, SAME_SIDE_M, SAMPLE_M};
 use geometry::Point;
 
-/// A place on a side.
+/// A sample point on a side.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample {
     /// Metres in `map`.
     pub(crate) at: [f64; 2],
     /// Unit normal out of the solid.
     pub(crate) normal: [f64; 2],
-    /// How thick the solid is behind it; 0 for a sheet.
+    /// Thickness of the solid behind it; 0 for a sheet.
     pub(crate) thick_m: f64,
 }
 
-/// As far as the thickness of a solid matters.
-const MOST_THICK_M: f64 = REACH_M + DEEP_M;
+/// Maximum relevant thickness of a solid.
+const MAX_THICK_M: f64 = REACH_M + DEEP_M;
 
-/// The samples of an element on sides that are open to a robot.
+/// The samples of an element on exposed sides.
 pub(crate) fn open_samples(sections: &Sections, cut: u32) -> Vec<Sample> {
     let own = &sections.cuts[cut as usize];
     let mut samples = Vec::new();
@@ -28,7 +28,7 @@ pub(crate) fn open_samples(sections: &Sections, cut: u32) -> Vec<Sample> {
     }
     for sample in &mut samples {
         let into = sample.normal.map(|c| -c);
-        sample.thick_m = sections.thickness(sample.at, into, cut, MOST_THICK_M);
+        sample.thick_m = sections.thickness(sample.at, into, cut, MAX_THICK_M);
     }
     for [a, b] in &own.section.lines {
         // A sheet has two sides.
@@ -62,7 +62,7 @@ fn is_open(sections: &Sections, cut: u32, sample: &Sample) -> bool {
         [at[0] + normal[0] * out_m - normal[1] * aside_m, at[1] + normal[1] * out_m + normal[0] * aside_m]
     };
     let own = &sections.cuts[cut as usize];
-    // What should not be there yet is told apart from what is: not at a place where something else stands.
+    // An element that should not stand yet is not sampled where another one stands.
     if !own.stands && sections.is_others(at, SAME_SIDE_M * 2.0, cut) {
         return false;
     }
@@ -74,8 +74,8 @@ fn is_open(sections: &Sections, cut: u32, sample: &Sample) -> bool {
     if steps.iter().any(|out_m| sections.covered(place(*out_m, 0.0), cut)) {
         return false;
     }
-    // Doors are moved: beside them all is as it is without them.
+    // Doors move and hide nothing.
     let asides = [BESIDE_M / 4.0, BESIDE_M / 2.0, BESIDE_M * 3.0 / 4.0, BESIDE_M];
-    own.kind == Kind::Door
+    own.kind == LidarKind::Door
         || !asides.iter().any(|a| sections.covered(place(0.02, *a), cut) || sections.covered(place(0.02, -a), cut))
 }

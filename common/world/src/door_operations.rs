@@ -7,12 +7,12 @@ use messages::{DoorPanelRecord, Site};
 pub(crate) struct Leaf {
     /// Where it begins and ends, as shares of the width from the left.
     pub(crate) span: [f64; 2],
-    pub(crate) motion: Motion,
+    pub(crate) motion: LeafMotion,
 }
 
 /// What a leaf does. Left, right and front are the door's: x = 0, x = W, +y.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Motion {
+pub(crate) enum LeafMotion {
     /// Turns about an upright hinge on its left or right edge, to the front (1), to the back (-1), or both ways.
     Swing { left: bool, towards: f64, both: bool },
     /// Slides along the wall: -1 to the left, 1 to the right.
@@ -29,7 +29,7 @@ pub(crate) enum Motion {
 
 /// Where an operation type comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Source {
+pub(crate) enum OperationSource {
     /// OperationType of the door or its type.
     Model,
     /// PanelOperation and PanelPosition of its panels.
@@ -38,7 +38,7 @@ pub(crate) enum Source {
     Assumed,
 }
 
-impl Source {
+impl OperationSource {
     /// Its name in files.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -55,8 +55,8 @@ pub(crate) fn leaves(operation: &str, share: f64) -> Option<Vec<Leaf>> {
     let whole = |motion| Some(vec![Leaf { span: [0.0, 1.0], motion }]);
     let two =
         |left, right| Some(vec![Leaf { span: [0.0, share], motion: left }, Leaf { span: [share, 1.0], motion: right }]);
-    let swing = |left, towards| Motion::Swing { left, towards, both: false };
-    let double = |left| Motion::Swing { left, towards: 1.0, both: true };
+    let swing = |left, towards| LeafMotion::Swing { left, towards, both: false };
+    let double = |left| LeafMotion::Swing { left, towards: 1.0, both: true };
     match operation {
         "SINGLE_SWING_LEFT" => whole(swing(true, 1.0)),
         "SINGLE_SWING_RIGHT" => whole(swing(false, 1.0)),
@@ -70,19 +70,21 @@ pub(crate) fn leaves(operation: &str, share: f64) -> Option<Vec<Leaf>> {
             two(swing(true, 1.0), swing(false, -1.0))
         }
         "DOUBLE_DOOR_DOUBLE_SWING" | "DOUBLE_PANEL_DOUBLE_SWING" => two(double(true), double(false)),
-        "SWING_FIXED_LEFT" => two(swing(true, 1.0), Motion::Fixed),
-        "SWING_FIXED_RIGHT" => two(Motion::Fixed, swing(false, 1.0)),
-        "SLIDING_TO_LEFT" => whole(Motion::Slide { to: -1.0 }),
-        "SLIDING_TO_RIGHT" => whole(Motion::Slide { to: 1.0 }),
-        "DOUBLE_DOOR_SLIDING" | "DOUBLE_PANEL_SLIDING" => two(Motion::Slide { to: -1.0 }, Motion::Slide { to: 1.0 }),
-        "FOLDING_TO_LEFT" => whole(Motion::Fold { left: true }),
-        "FOLDING_TO_RIGHT" => whole(Motion::Fold { left: false }),
-        "DOUBLE_DOOR_FOLDING" | "DOUBLE_PANEL_FOLDING" => {
-            two(Motion::Fold { left: true }, Motion::Fold { left: false })
+        "SWING_FIXED_LEFT" => two(swing(true, 1.0), LeafMotion::Fixed),
+        "SWING_FIXED_RIGHT" => two(LeafMotion::Fixed, swing(false, 1.0)),
+        "SLIDING_TO_LEFT" => whole(LeafMotion::Slide { to: -1.0 }),
+        "SLIDING_TO_RIGHT" => whole(LeafMotion::Slide { to: 1.0 }),
+        "DOUBLE_DOOR_SLIDING" | "DOUBLE_PANEL_SLIDING" => {
+            two(LeafMotion::Slide { to: -1.0 }, LeafMotion::Slide { to: 1.0 })
         }
-        "REVOLVING" | "REVOLVING_VERTICAL" => whole(Motion::Turn),
-        "ROLLINGUP" | "LIFTING_VERTICAL_LEFT" | "LIFTING_VERTICAL_RIGHT" => whole(Motion::Rise),
-        "DOUBLE_DOOR_LIFTING_VERTICAL" | "DOUBLE_PANEL_LIFTING_VERTICAL" => two(Motion::Rise, Motion::Rise),
+        "FOLDING_TO_LEFT" => whole(LeafMotion::Fold { left: true }),
+        "FOLDING_TO_RIGHT" => whole(LeafMotion::Fold { left: false }),
+        "DOUBLE_DOOR_FOLDING" | "DOUBLE_PANEL_FOLDING" => {
+            two(LeafMotion::Fold { left: true }, LeafMotion::Fold { left: false })
+        }
+        "REVOLVING" | "REVOLVING_VERTICAL" => whole(LeafMotion::Turn),
+        "ROLLINGUP" | "LIFTING_VERTICAL_LEFT" | "LIFTING_VERTICAL_RIGHT" => whole(LeafMotion::Rise),
+        "DOUBLE_DOOR_LIFTING_VERTICAL" | "DOUBLE_PANEL_LIFTING_VERTICAL" => two(LeafMotion::Rise, LeafMotion::Rise),
         _ => None,
     }
 }
@@ -92,19 +94,19 @@ pub(crate) fn operation_of(
     site: &Site<'_>,
     door: &messages::DoorRecord,
     unknown: &str,
-) -> Option<(String, Vec<Leaf>, Source)> {
+) -> Option<(String, Vec<Leaf>, OperationSource)> {
     let panels = site.door_panels(door);
     let share = share_of_left(site, panels);
     let said = site.text(door.operation).to_ascii_uppercase();
     if let Some(leaves) = leaves(&said, share) {
-        return Some((said, leaves, Source::Model));
+        return Some((said, leaves, OperationSource::Model));
     }
     if let Some(found) = of_panels(site, panels)
         && let Some(leaves) = leaves(found, share)
     {
-        return Some((found.to_owned(), leaves, Source::Panels));
+        return Some((found.to_owned(), leaves, OperationSource::Panels));
     }
-    leaves(unknown, share).map(|leaves| (unknown.to_owned(), leaves, Source::Assumed))
+    leaves(unknown, share).map(|leaves| (unknown.to_owned(), leaves, OperationSource::Assumed))
 }
 
 /// Share of the left one of two leaves; a half unless the panels say otherwise.
@@ -155,13 +157,13 @@ fn of_panels(site: &Site<'_>, panels: &[DoorPanelRecord]) -> Option<&'static str
 }
 
 /// An operation type with left and right exchanged: of a door that stands on its head.
-pub(crate) fn turned_over(leaves: &mut [Leaf]) {
+pub(crate) fn mirrored(leaves: &mut [Leaf]) {
     for leaf in leaves.iter_mut() {
         leaf.span = [1.0 - leaf.span[1], 1.0 - leaf.span[0]];
         match &mut leaf.motion {
-            Motion::Swing { left, .. } | Motion::Fold { left } => *left = !*left,
-            Motion::Slide { to } => *to = -*to,
-            Motion::Rise | Motion::Turn | Motion::Fixed => {}
+            LeafMotion::Swing { left, .. } | LeafMotion::Fold { left } => *left = !*left,
+            LeafMotion::Slide { to } => *to = -*to,
+            LeafMotion::Rise | LeafMotion::Turn | LeafMotion::Fixed => {}
         }
     }
 }
@@ -196,7 +198,7 @@ mod tests {
     #[test]
     fn what_stands_on_its_head_is_hung_on_the_other_side() {
         let mut found = leaves("SWING_FIXED_LEFT", 0.7).unwrap();
-        turned_over(&mut found);
+        mirrored(&mut found);
         found.reverse();
         let mut expected = leaves("SWING_FIXED_RIGHT", 0.3).unwrap();
         expected.iter_mut().for_each(|l| l.span = l.span.map(|s| (s * 1e9).round() / 1e9));

@@ -1,9 +1,9 @@
 //! Deterministic pseudo-random numbers (SplitMix64).
 
 /// A generator of numbers with a fixed seed: SplitMix64, Steele, Lea, Flood, OOPSLA 2014.
-pub(crate) struct Chance(u64);
+pub(crate) struct RandomGenerator(u64);
 
-impl Chance {
+impl RandomGenerator {
     pub(crate) fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -17,7 +17,7 @@ impl Chance {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// At most `n` different numbers below the number of weights, drawn by weight, ascending.
+    /// At most `n` different indices drawn by weight, ascending.
     ///
     /// # Source
     /// Efraimidis and Spirakis, "Weighted random sampling with a reservoir", Information Processing Letters 97, 2006.
@@ -28,8 +28,8 @@ impl Chance {
             keys.select_nth_unstable_by(n, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             keys.truncate(n);
         }
-        let mut drawn: Vec<u32> = keys.into_iter().map(|k| k.1).collect();
-        drawn.sort_unstable();
-        drawn
+        let mut indices: Vec<u32> = keys.into_iter().map(|k| k.1).collect();
+        indices.sort_unstable();
+        indices
     }
 }

@@ -1,6 +1,6 @@
 //! Static elements of the world at a plan time, as convex pieces.
 
-use crate::bodies::pieces_of;
+use crate::element_pieces::pieces_of;
 use crate::options::WorldOptions;
 use convex::{ConvexBox, Made, Piece, Shape};
 use export::ExportInput;
@@ -9,9 +9,9 @@ use geometry::Ring;
 use grid::Class;
 use messages::{ElementRecord, NONE};
 
-/// An element that stands, or something that stands in for what the model lacks.
+/// A standing element, or a stand-in for something that the model lacks.
 #[derive(Debug)]
-pub(crate) struct Static {
+pub(crate) struct StaticElement {
     /// The element; `None` for barriers and assumed floors.
     pub(crate) element: Option<u32>,
     /// Its name in the world.
@@ -22,7 +22,7 @@ pub(crate) struct Static {
     pub(crate) pieces: Vec<Piece>,
 }
 
-impl Static {
+impl StaticElement {
     /// A level box that is no element: along `axis` in plan, lengths in metres.
     pub(crate) fn plate(
         link: String,
@@ -61,15 +61,19 @@ pub(crate) fn stands(input: &ExportInput<'_>, element: u32) -> bool {
     record.n_parts > 0 && input.phase.effective(element as usize).is_obstacle()
 }
 
-/// All elements that stand, less those that `moves`, in the order of the site.
-pub(crate) fn statics(input: &ExportInput<'_>, options: &WorldOptions, moves: impl Fn(u32) -> bool) -> Vec<Static> {
+/// All standing elements except those for which `moves` is true, in the order of the site.
+pub(crate) fn statics(
+    input: &ExportInput<'_>,
+    options: &WorldOptions,
+    moves: impl Fn(u32) -> bool,
+) -> Vec<StaticElement> {
     let site = input.site;
     let elements: Vec<u32> = (0..site.elements.len() as u32).filter(|e| stands(input, *e) && !moves(*e)).collect();
     let bodies = elements.iter().map(|e| site.element_meshes(&site.elements[*e as usize]).collect());
     let pieces = pieces_of(bodies, &options.piece_options());
     let of = |(element, pieces): (&u32, Vec<Piece>)| {
         let record = &site.elements[*element as usize];
-        Static {
+        StaticElement {
             element: Some(*element),
             link: link_name(input, record),
             class: record.class(),

@@ -15,7 +15,7 @@ const N_PEAKS: usize = 12;
 /// Votes so near to a peak make it.
 const PEAK_M: f64 = 0.6;
 const CLEARED: i64 = 3;
-const LEAST_PAIRS: usize = 3;
+const MIN_PAIRS: usize = 3;
 
 /// A pair of corners.
 struct Pair {
@@ -39,7 +39,7 @@ pub(crate) fn voted(slam: &[Corner], reference: &[Corner], turns: &[f64]) -> Vec
                 ([p.reference[0] - x, p.reference[1] - y], p.weight)
             })
             .collect();
-        if votes.len() >= LEAST_PAIRS {
+        if votes.len() >= MIN_PAIRS {
             poses.extend(peaks(&votes).into_iter().map(|(strength, t)| (strength, Pose::new(t, turn))));
         }
     }
@@ -73,7 +73,7 @@ fn pairs(slam: &[Corner], reference: &[Corner]) -> Vec<Pair> {
     pairs
 }
 
-/// Where votes pile up: strength and place.
+/// Peaks of the votes: strength and place.
 fn peaks(votes: &[([f64; 2], f64)]) -> Vec<(f64, [f64; 2])> {
     let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for (t, _) in votes {

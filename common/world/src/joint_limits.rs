@@ -1,18 +1,18 @@
 //! Joint limits of door leaves: motion until the first collision with static elements.
 
-use crate::statics::Static;
+use crate::static_elements::StaticElement;
 use convex::Hull;
 
-/// Leaves may touch what stands by this much: rounding, and gaskets.
+/// Tolerated penetration of leaves: rounding and gaskets.
 const TOUCH_M: f64 = 0.004;
 
-/// Pieces that leaves can meet.
+/// Convex pieces with which leaves can collide.
 pub(crate) struct Obstacles {
     found: Vec<Obstacle>,
 }
 
 struct Obstacle {
-    /// Place among the statics.
+    /// Index of the static element.
     owner: usize,
     bounds_m: [[f64; 3]; 2],
     hull: Hull,
@@ -26,8 +26,8 @@ pub(crate) struct Prism {
 }
 
 impl Obstacles {
-    pub(crate) fn of(statics: &[Static]) -> Self {
-        let of = |(owner, s): (usize, &Static)| {
+    pub(crate) fn of(statics: &[StaticElement]) -> Self {
+        let of = |(owner, s): (usize, &StaticElement)| {
             let hulls = s.pieces.iter().map(move |p| p.shape.hull());
             hulls.map(move |hull| Obstacle { owner, bounds_m: hull.bounds_m(), hull }).collect::<Vec<_>>()
         };
@@ -35,19 +35,19 @@ impl Obstacles {
     }
 
     /// Those that reach into an upright box.
-    pub(crate) fn near(&self, bounds_m: [[f64; 3]; 2]) -> Near<'_> {
+    pub(crate) fn near(&self, bounds_m: [[f64; 3]; 2]) -> NearbyObstacles<'_> {
         let meets =
             |o: &&Obstacle| (0..3).all(|k| o.bounds_m[0][k] < bounds_m[1][k] && bounds_m[0][k] < o.bounds_m[1][k]);
-        Near { found: self.found.iter().filter(meets).collect() }
+        NearbyObstacles { found: self.found.iter().filter(meets).collect() }
     }
 }
 
 /// Obstacles near a door.
-pub(crate) struct Near<'a> {
+pub(crate) struct NearbyObstacles<'a> {
     found: Vec<&'a Obstacle>,
 }
 
-impl Near<'_> {
+impl NearbyObstacles<'_> {
     /// Place of the first static that the prism cuts into by more than [`TOUCH_M`].
     pub(crate) fn meets(&self, prism: &Prism) -> Option<usize> {
         let [low, high] = [prism.z_m[0] + TOUCH_M, prism.z_m[1] - TOUCH_M];
@@ -59,7 +59,7 @@ impl Near<'_> {
         self.found.iter().find(hit).map(|o| o.owner)
     }
 
-    /// Height of the highest thing under a plan between two heights; the lower one if there is nothing.
+    /// Top of the highest obstacle under a plan between two heights; the lower height if there is none.
     pub(crate) fn top_under(&self, plan_m: &[[f64; 2]], [low, high]: [f64; 2]) -> f64 {
         let lies_under = |o: &&&Obstacle| {
             let top = o.bounds_m[1][2];
@@ -84,7 +84,7 @@ impl Near<'_> {
     }
 }
 
-/// How deep two convex polygons cut into each other: the least shift that parts them; 0 or less if they are apart.
+/// Penetration depth of two convex polygons; 0 or less if they are disjoint.
 fn depth_m(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
     if a.len() < 3 || b.len() < 3 {
         return 0.0;
@@ -124,12 +124,12 @@ mod tests {
 
     #[test]
     fn a_motion_ends_before_what_stands() {
-        let wall = Static::plate("wall".into(), Class::Wall, 0, [3.0, 0.5, 1.0], [1.0, 0.0], [1.0, 1.0, 2.0]);
+        let wall = StaticElement::plate("wall".into(), Class::Wall, 0, [3.0, 0.5, 1.0], [1.0, 0.0], [1.0, 1.0, 2.0]);
         let obstacles = Obstacles::of(&[wall]);
         let near = obstacles.near([[0.0; 3], [5.0, 1.0, 2.0]]);
         let at = |q: f64| Prism { plan_m: vec![[q, 0.0], [q + 1.0, 0.0], [q + 1.0, 1.0], [q, 1.0]], z_m: [0.1, 1.9] };
-        let (end, met) = near.reach(3.0, 0.01, at);
-        assert!((1.48..1.51).contains(&end) && met == Some(0), "{end}");
+        let (end, stopped_by) = near.reach(3.0, 0.01, at);
+        assert!((1.48..1.51).contains(&end) && stopped_by == Some(0), "{end}");
         assert_eq!(near.reach(1.0, 0.01, at), (1.0, None));
     }
 }

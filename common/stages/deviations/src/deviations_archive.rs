@@ -1,9 +1,9 @@
 //! Writes the `deviations` archive.
 
-use crate::bend::Bends;
-use crate::evidence::{Evidence, is_judged};
+use crate::deviation_verdict::deviation_verdict;
+use crate::distortion::DistortionField;
+use crate::evidence::{Evidence, is_observable};
 use crate::input::DeviationInput;
-use crate::judgement::judgement;
 use crate::obstacles::Obstacle;
 use crate::sections::Sections;
 use crate::slam_view::SlamView;
@@ -19,18 +19,18 @@ use occupancy::Cell;
 
 /// Cells of the SLAM map in the axes of `map`; twice as large as often as the storey has more than so many of them.
 const SEEN_CELL_M: f64 = 0.05;
-const MOST_SEEN_CELLS: usize = 1 << 24;
+const MAX_SEEN_CELLS: usize = 1 << 24;
 
 pub(super) fn archive(
     input: &DeviationInput<'_>,
     slam: &SlamView,
     sections: &Sections,
     evidence: &[Evidence],
-    bends: &Bends,
+    distortions: &DistortionField,
     obstacles: &[Obstacle],
     n_outside: u32,
 ) -> ArchiveBuffer {
-    let mut builder = DeviationsBuilder::new(head(input, slam, bends, n_outside));
+    let mut builder = DeviationsBuilder::new(head(input, slam, distortions, n_outside));
     let spec = builder.head.spec();
     for (index, seen) in builder.seen.iter_mut().enumerate() {
         let middle = spec.centre_of(spec.cell_of(index));
@@ -41,20 +41,20 @@ pub(super) fn archive(
         };
     }
     let elements =
-        sections.cuts.iter().zip(evidence).map(|(cut, e)| record(input, cut.element, is_judged(cut.kind), e));
+        sections.cuts.iter().zip(evidence).map(|(cut, e)| record(input, cut.element, is_observable(cut.kind), e));
     builder.elements.extend(elements);
     obstacles.iter().for_each(|o| add_obstacle(input, &mut builder, o));
-    builder.residuals.extend(bends.all().map(|(at_m, bend)| ResidualRecord {
+    builder.residuals.extend(distortions.all().map(|(at_m, distortion)| ResidualRecord {
         at_m,
-        residual_m: bend.by_m.into(),
-        deviation_m: bend.worst_m(),
-        n_samples: bend.n as u32,
+        residual_m: distortion.by_m.into(),
+        deviation_m: distortion.worst_m(),
+        n_samples: distortion.n as u32,
         reserved: 0,
     }));
     builder.finish()
 }
 
-fn head(input: &DeviationInput<'_>, slam: &SlamView, bends: &Bends, n_outside: u32) -> DeviationsHead {
+fn head(input: &DeviationInput<'_>, slam: &SlamView, distortions: &DistortionField, n_outside: u32) -> DeviationsHead {
     let storey = &input.site.map_storeys[input.map_storey];
     let spec = spec_of(storey.bounds_tenths);
     DeviationsHead {
@@ -66,7 +66,7 @@ fn head(input: &DeviationInput<'_>, slam: &SlamView, bends: &Bends, n_outside: u
         pose_deviation: input.covariance.deviations(),
         lidar_z_m: frames::metres(storey.floor_z_tenths) + input.robot.lidar_height_m,
         slam_cell_m: slam.cell_m,
-        residual_rms_m: bends.rms_m,
+        residual_rms_m: distortions.rms_m,
         map_storey: input.map_storey as u32,
         n_outside,
         cell_tenths: spec.cell_tenths,
@@ -83,7 +83,7 @@ fn spec_of([x0, y0, x1, y1]: [i32; 4]) -> GridSpec {
     let mut cell_m = SEEN_CELL_M;
     loop {
         match GridSpec::around(bounds, TENTHS_PER_M, cell_m) {
-            Ok(spec) if spec.n_cells() <= MOST_SEEN_CELLS => return spec,
+            Ok(spec) if spec.n_cells() <= MAX_SEEN_CELLS => return spec,
             _ if cell_m > 0.5 => {
                 // A storey of kilometres: no picture, and the numbers are the same.
                 return GridSpec { cell_tenths: TENTHS_PER_M, first_cell: [0; 2], width: 0, height: 0 };
@@ -93,22 +93,22 @@ fn spec_of([x0, y0, x1, y1]: [i32; 4]) -> GridSpec {
     }
 }
 
-fn record(input: &DeviationInput<'_>, element: u32, is_judged: bool, e: &Evidence) -> ElementDeviationRecord {
+fn record(input: &DeviationInput<'_>, element: u32, is_observable: bool, e: &Evidence) -> ElementDeviationRecord {
     let planned = input.phase.planned(element as usize);
     // What is not judged has no numbers: behind glass a robot sees other things.
-    let is_told = is_judged && e.n_visible > 0;
-    let told = |number: f64| if is_told { number } else { 0.0 };
-    let count = |n: u32| if is_judged { n } else { 0 };
-    let is_met = e.observation != Observation::Absent && e.n_confirmed + u32::from(e.shift.is_displaced) > 0;
+    let is_known = is_observable && e.n_visible > 0;
+    let if_known = |number: f64| if is_known { number } else { 0.0 };
+    let count = |n: u32| if is_observable { n } else { 0 };
+    let is_met = e.observation != Observation::Absent && e.n_confirmed + u32::from(e.displacement.is_displaced) > 0;
     ElementDeviationRecord {
-        offset_m: if is_met { told(e.shift.offset_m) } else { 0.0 },
-        displacement_m: if is_met { e.shift.by_m.map(told) } else { [0.0; 2] },
-        deviation_m: told(e.deviation_m),
-        residual_m: e.bend_m.map(told),
+        offset_m: if is_met { if_known(e.displacement.offset_m) } else { 0.0 },
+        displacement_m: if is_met { e.displacement.by_m.map(if_known) } else { [0.0; 2] },
+        deviation_m: if_known(e.deviation_m),
+        residual_m: e.distortion_m.map(if_known),
         sample_m: SAMPLE_M,
         element,
         observation: e.observation.into(),
-        judgement: judgement(e.observation, planned).into(),
+        judgement: deviation_verdict(e.observation, planned).into(),
         reason: e.reason.into(),
         n_samples: e.n_samples,
         n_visible: count(e.n_visible),

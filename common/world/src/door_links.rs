@@ -2,8 +2,8 @@
 //!
 //! The frame: x along the width from the left jamb, y to the front from the middle of the wall, z from the floor.
 
-use crate::limits::Prism;
-use crate::operations::{Leaf, Motion};
+use crate::door_operations::{Leaf, LeafMotion};
+use crate::joint_limits::Prism;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A leaf slides this far off the wall.
@@ -27,7 +27,7 @@ pub(crate) struct Board {
 
 /// A joint by its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum JointKind {
     /// Turns about the axis.
     Revolute,
     /// Shifts along the axis.
@@ -36,7 +36,7 @@ pub(crate) enum Kind {
     Fixed,
 }
 
-impl Kind {
+impl JointKind {
     /// Its name in SDF and URDF.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -57,7 +57,7 @@ pub(crate) struct Link {
     /// Its origin in the door's frame, where the joint is.
     pub(crate) at_m: [f64; 3],
     pub(crate) boards: Vec<Board>,
-    pub(crate) kind: Kind,
+    pub(crate) kind: JointKind,
     pub(crate) axis: [f64; 3],
     /// Values of the joint, 0 being closed.
     pub(crate) limits: [f64; 2],
@@ -93,14 +93,14 @@ pub(crate) fn links_of(leaf: &Leaf, opening: &Opening, front: f64, headroom_m: f
     let [x0, x1] = leaf.span.map(|share| opening.side_m + inner * share);
     let [x0, x1] = [x0 + gap(leaf.span[0]), x1 - gap(leaf.span[1])];
     match leaf.motion {
-        Motion::Swing { left, towards, both } => vec![swing(opening, [x0, x1], left, towards, both)],
-        Motion::Fold { left } => fold(opening, [x0, x1], left),
-        Motion::Slide { to } => vec![slide(opening, leaf.span, to, front)],
-        Motion::Rise => rise(opening, leaf.span, front, headroom_m),
-        Motion::Turn => vec![turn(opening)],
-        Motion::Fixed => {
+        LeafMotion::Swing { left, towards, both } => vec![swing(opening, [x0, x1], left, towards, both)],
+        LeafMotion::Fold { left } => fold(opening, [x0, x1], left),
+        LeafMotion::Slide { to } => vec![slide(opening, leaf.span, to, front)],
+        LeafMotion::Rise => rise(opening, leaf.span, front, headroom_m),
+        LeafMotion::Turn => vec![turn(opening)],
+        LeafMotion::Fixed => {
             let board = board(opening, [x0, x1], 0.0, opening.leaf_m);
-            vec![Link { kind: Kind::Fixed, ..link([0.0; 3], vec![board]) }]
+            vec![Link { kind: JointKind::Fixed, ..link([0.0; 3], vec![board]) }]
         }
     }
 }
@@ -111,7 +111,7 @@ fn link(at_m: [f64; 3], boards: Vec<Board>) -> Link {
         parent: None,
         at_m,
         boards: boards.into_iter().map(|b| b.seen_from(at_m)).collect(),
-        kind: Kind::Revolute,
+        kind: JointKind::Revolute,
         axis: [0.0, 0.0, 1.0],
         limits: [0.0; 2],
         approximate: false,
@@ -166,7 +166,7 @@ fn slide(opening: &Opening, span: [f64; 2], to: f64, front: f64) -> Link {
     let y = front * (opening.depth_m / 2.0 + opening.leaf_m / 2.0 + OFF_WALL_M);
     let [x0, x1] = covered(opening, span);
     Link {
-        kind: Kind::Prismatic,
+        kind: JointKind::Prismatic,
         axis: [to, 0.0, 0.0],
         limits: [0.0, TRAVEL * (x1 - x0)],
         ..link([(x0 + x1) / 2.0, y, 0.0], vec![board(opening, [x0, x1], y, opening.leaf_m)])
@@ -186,7 +186,7 @@ fn rise(opening: &Opening, span: [f64; 2], front: f64, headroom_m: f64) -> Vec<L
         let centre_m = [(x0 + x1) / 2.0, y, opening.z_m[0] + part * (k + 0.5)];
         let board = Board { centre_m, size_m: [x1 - x0, thickness, part] };
         Link {
-            kind: Kind::Prismatic,
+            kind: JointKind::Prismatic,
             limits: [0.0, height - part * k],
             approximate: true,
             ..link([centre_m[0], y, 0.0], vec![board])
@@ -229,9 +229,9 @@ pub(crate) fn boards_at(link: &Link, q: f64) -> impl Iterator<Item = Prism> {
 /// Shift and yaw of a link at a value of its joint.
 fn motion(link: &Link, q: f64) -> ([f64; 3], f64) {
     match link.kind {
-        Kind::Revolute => ([0.0; 3], q * link.axis[2]),
-        Kind::Prismatic => (link.axis.map(|a| a * q), 0.0),
-        Kind::Fixed => ([0.0; 3], 0.0),
+        JointKind::Revolute => ([0.0; 3], q * link.axis[2]),
+        JointKind::Prismatic => (link.axis.map(|a| a * q), 0.0),
+        JointKind::Fixed => ([0.0; 3], 0.0),
     }
 }
 
@@ -255,7 +255,7 @@ pub(crate) fn pose_at(links: &[Link], index: usize, values: &[f64]) -> ([f64; 3]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::operations::leaves;
+    use crate::door_operations::leaves;
 
     const OPENING: Opening = Opening { width_m: 1.0, z_m: [0.01, 2.11], depth_m: 0.2, leaf_m: 0.04, side_m: 0.01 };
 

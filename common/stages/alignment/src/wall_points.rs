@@ -4,29 +4,29 @@ use crate::image::openness;
 use nalgebra::{Matrix2, Vector2};
 use occupancy::{CELL_M, Cell, Raster};
 
-/// A point on a wall.
+/// A boundary point of an occupied cell with a normal into free space.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Face {
+pub(crate) struct WallPoint {
     /// Metres from the map's lower left corner.
     pub(crate) at: [f64; 2],
     /// Unit normal into the free space.
     pub(crate) normal: [f64; 2],
-    /// How much it counts: little for what is small or has no direction.
+    /// Weight: low for small objects and unclear directions.
     pub(crate) weight: f64,
 }
 
-/// No face.
+/// No wall point.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Faces of a map, and the face of each cell.
-pub(crate) struct Faces {
-    pub(crate) all: Vec<Face>,
+/// Wall points of a map, and the wall point of each cell.
+pub(crate) struct WallPoints {
+    pub(crate) all: Vec<WallPoint>,
     pub(crate) of_cell: Vec<u32>,
 }
 
 /// Of the blur before slopes are taken, in cells.
 const SIGMA: f64 = 1.6;
-const LEAST_SLOPE: f32 = 0.04;
+const MIN_SLOPE: f32 = 0.04;
 /// A wall's direction is that of so many faces at most, within so many cells; of more in maps of coarser cells, whose steps are
 /// longer.
 const N_AROUND: usize = 17;
@@ -34,31 +34,31 @@ const AROUND: i64 = 10;
 /// Cells of half a metre: the steps of larger ones are longer than walls, and what is looked at grows with their square.
 const COARSEST: f64 = 10.0;
 const SAME_DIRECTION: f64 = 0.6;
-const LEAST_LINEAR: f64 = 0.3;
+const MIN_LINEAR: f64 = 0.3;
 const CROOKED_WEIGHT: f64 = 0.4;
 
-impl Faces {
+impl WallPoints {
     /// `depth_m` is how far a surface lies behind the border of the cell that shows it, on average.
     pub(crate) fn of(raster: &Raster, depth_m: f64) -> Self {
         let openness = openness(raster).blurred(SIGMA);
         let sizes = blob_weights(raster);
-        let mut faces = Self { all: Vec::new(), of_cell: vec![NONE; raster.cells.len()] };
+        let mut wall_points = Self { all: Vec::new(), of_cell: vec![NONE; raster.cells.len()] };
         for (index, cell) in raster.cells.iter().enumerate() {
             if *cell != Cell::Occupied || !openness.is_inside(index) {
                 continue;
             }
             let slope = openness.slope(index);
             let steep = (slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
-            if steep > LEAST_SLOPE && around(index, raster.width).iter().any(|&n| raster.cells[n] == Cell::Free) {
+            if steep > MIN_SLOPE && around(index, raster.width).iter().any(|&n| raster.cells[n] == Cell::Free) {
                 let normal = slope.map(|s| f64::from(s / steep));
                 let middle = raster.middle(index);
                 let at = [0, 1].map(|k| middle[k] + normal[k] * (CELL_M / 2.0 - depth_m));
-                faces.of_cell[index] = faces.all.len() as u32;
-                faces.all.push(Face { at, normal, weight: sizes[index] });
+                wall_points.of_cell[index] = wall_points.all.len() as u32;
+                wall_points.all.push(WallPoint { at, normal, weight: sizes[index] });
             }
         }
-        faces.straighten(raster);
-        faces
+        wall_points.straighten(raster);
+        wall_points
     }
 
     /// Takes the direction of the wall for that of the slope, where there is a wall.
@@ -69,11 +69,11 @@ impl Faces {
             .filter(|&index| self.of_cell[index] != NONE)
             .map(|index| (self.of_cell[index], self.wall_normal(raster, index, &nearest_first, n_around)))
             .collect();
-        for (face, normal) in straight {
-            let face = &mut self.all[face as usize];
+        for (wall_point, normal) in straight {
+            let wall_point = &mut self.all[wall_point as usize];
             match normal {
-                Some(normal) => face.normal = normal,
-                None => face.weight *= CROOKED_WEIGHT,
+                Some(normal) => wall_point.normal = normal,
+                None => wall_point.weight *= CROOKED_WEIGHT,
             }
         }
     }
@@ -94,13 +94,13 @@ impl Faces {
             if x < 0 || y < 0 || x >= raster.width as i64 || y >= raster.height as i64 {
                 continue;
             }
-            let face = self.of_cell[y as usize * raster.width + x as usize];
-            if face == NONE {
+            let wall_point = self.of_cell[y as usize * raster.width + x as usize];
+            if wall_point == NONE {
                 continue;
             }
-            let face = &self.all[face as usize];
-            if face.normal[0] * own.normal[0] + face.normal[1] * own.normal[1] > SAME_DIRECTION {
-                let d = Vector2::from(face.at) - Vector2::from(own.at);
+            let wall_point = &self.all[wall_point as usize];
+            if wall_point.normal[0] * own.normal[0] + wall_point.normal[1] * own.normal[1] > SAME_DIRECTION {
+                let d = Vector2::from(wall_point.at) - Vector2::from(own.at);
                 sum += d;
                 squares += d * d.transpose();
                 n += 1;
@@ -115,7 +115,7 @@ impl Faces {
         let scatter = squares - sum * sum.transpose() / n as f64;
         let across_and_along = scatter.symmetric_eigenvalues();
         let linear = 1.0 - (6.0 * across_and_along.min() / across_and_along.max()).min(1.0);
-        if linear.is_nan() || linear <= LEAST_LINEAR {
+        if linear.is_nan() || linear <= MIN_LINEAR {
             return None;
         }
         // The direction of the larger one: of a wall along y an eigenvector would lose it in a difference of like numbers.
@@ -145,7 +145,7 @@ fn around(index: usize, width: usize) -> [usize; 8] {
     [index + 1, up + 1, up, up - 1, index - 1, down - 1, down, down + 1]
 }
 
-/// How much each occupied cell counts: by the diagonal of what it hangs together with, so that furniture counts little.
+/// Weight of each occupied cell by the diagonal of its connected component, so that furniture has little weight.
 fn blob_weights(raster: &Raster) -> Vec<f64> {
     let (width, height) = (raster.width as i64, raster.height as i64);
     let mut weights = vec![0.0; raster.cells.len()];

@@ -2,19 +2,19 @@
 
 use crate::alignment::{Alignment, Hint, PreparedMap, align_maps};
 use crate::scale::Scale;
-use crate::thresholds::{LARGEST_SCALE, RIVAL_SHARE, SCALE_STEP};
+use crate::thresholds::{MAX_SCALE, RIVAL_SHARE, SCALE_STEP};
 use frames::Map;
 use messages::Verdict;
 use occupancy::OccupancyMap;
 
-/// Aligns a SLAM map after dividing its lengths by every scale from 1 / [`LARGEST_SCALE`] to [`LARGEST_SCALE`]. The poses are
+/// Aligns a SLAM map after dividing its lengths by every scale from 1 / [`MAX_SCALE`] to [`MAX_SCALE`]. The poses are
 /// those of the divided map, `p_map = R(yaw) p_slam / scale + (x, y)`, and the scale is that of the best.
 pub fn align_maps_at_any_scale(
     references: &[impl AsRef<PreparedMap<Map>>],
     map: &OccupancyMap,
     hint: Option<&Hint>,
 ) -> Alignment {
-    let steps = libm::ceil(libm::log(LARGEST_SCALE) / libm::log(SCALE_STEP)) as i32;
+    let steps = libm::ceil(libm::log(MAX_SCALE) / libm::log(SCALE_STEP)) as i32;
     let at = |scale: f64| align_maps(references, &PreparedMap::of_slam(&map.divided_by(scale)), hint);
     let tried: Vec<(f64, Alignment)> =
         (-steps..=steps).map(|k| libm::pow(SCALE_STEP, f64::from(k))).map(|scale| (scale, at(scale))).collect();

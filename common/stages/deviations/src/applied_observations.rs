@@ -5,18 +5,18 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// Elements by GlobalId whose state differs from the plan, as far as a robot knows.
+/// Elements by GlobalId whose observed state differs from the planned one.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Observed {
-    /// There before their time: the plan time at which they were seen first.
+pub struct AppliedObservations {
+    /// Early elements, with the plan time at which they were first seen.
     early: BTreeMap<String, i64>,
-    /// Not there, as somebody confirmed.
+    /// Absent elements, confirmed by an operator.
     absent: BTreeSet<String>,
 }
 
-impl Observed {
-    /// Takes additions from a comparison. What was absent and is seen is there again; what seems absent changes nothing.
+impl AppliedObservations {
+    /// Adds early elements from a comparison, and removes absent ones that are seen again. Apparent absences have no effect.
     #[must_use]
     pub fn with_additions(&self, site: &Site<'_>, deviations: &Deviations<'_>) -> Self {
         let mut observed = self.clone();
@@ -36,10 +36,10 @@ impl Observed {
         observed
     }
 
-    /// Takes somebody's word for it that elements are not there.
+    /// Adds absences confirmed by an operator.
     ///
     /// # Errors
-    /// One that the robot has not seen through.
+    /// An element that the robot has not seen through.
     pub fn with_absent(&self, ids: &[String], site: &Site<'_>, deviations: &Deviations<'_>) -> Result<Self, String> {
         let mut observed = self.clone();
         for id in ids {

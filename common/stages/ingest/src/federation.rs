@@ -1,11 +1,11 @@
 //! Federation of several files: position of each in the world of the first, and the distance check.
 
 use crate::error::IngestError;
-use crate::input::Place;
+use crate::input::FilePlacement;
 use frames::{EarthFromWorld, Point3, UprightRigid3, World};
 use ifc::{Diagnostic, DiagnosticCode, Geometry, Georeference, MapConversion, Model, Severity};
 
-/// Files that no chain of gaps up to this joins do not belong together.
+/// Files are of one site if chains of gaps up to this connect them.
 const MAX_GAP_M: f64 = 100.0;
 
 /// Map scales that differ by less are the same: a millimetre in a kilometre.
@@ -14,8 +14,8 @@ const SAME_SCALE: f64 = 1e-6;
 /// Lower and upper corner of a box.
 type Corners = [[f64; 3]; 2];
 
-/// How the files of a site lie to each other and to the earth.
-pub(crate) struct Joined {
+/// Positions of the files of a site, and their georeference.
+pub(crate) struct Federation {
     /// From each file's world to the site's, which is the first file's.
     pub(crate) site_from_file: Vec<UprightRigid3<World, World>>,
     /// Of the site's world.
@@ -26,19 +26,19 @@ pub(crate) struct Joined {
 
 /// A file and its model, as far as joining needs them.
 #[derive(Clone, Copy)]
-pub(crate) struct Part<'a> {
+pub(crate) struct FederatedFile<'a> {
     pub(crate) name: &'a str,
     pub(crate) model: &'a Model,
-    /// The user's word; it counts before everything else.
-    pub(crate) place: Option<Place>,
+    /// Placement given by the user; ranks before all else.
+    pub(crate) place: Option<FilePlacement>,
 }
 
-/// Finds where the files lie: the user's word counts; else the map conversions of files in one projected system; else files share
+/// Positions of the files: given by the user; else by the map conversions of files in one projected system; else files share
 /// one world.
 ///
 /// # Errors
 /// Files that lie too far apart. The verdict does not depend on their order.
-pub(crate) fn join(parts: &[Part<'_>]) -> Result<Joined, IngestError> {
+pub(crate) fn federate(parts: &[FederatedFile<'_>]) -> Result<Federation, IngestError> {
     let mut diagnostics = Vec::new();
     let reference = parts.iter().position(|part| part.model.georeference.map_conversion.is_some());
     let earth = reference.and_then(|at| Some(site_conversion(parts[at].place, conversion(&parts[at])?)));
@@ -52,23 +52,23 @@ pub(crate) fn join(parts: &[Part<'_>]) -> Result<Joined, IngestError> {
             }
             _ => unmoved,
         };
-        let doubts = reference.and_then(|at| doubt(parts, index, at));
-        diagnostics.extend(doubts.map(|(code, message)| {
+        let warnings = reference.and_then(|at| placement_warning(parts, index, at));
+        diagnostics.extend(warnings.map(|(code, message)| {
             (index as u32, Diagnostic { severity: Severity::Warning, code, entity: None, source: None, message })
         }));
         site_from_file.push(motion);
     }
     if parts.len() > 1 {
-        check_near(&boxes(parts, &site_from_file, earth.as_ref()))?;
+        check_distances(&boxes(parts, &site_from_file, earth.as_ref()))?;
     }
     let true_north = std::iter::zip(parts, &site_from_file)
         .find_map(|(part, motion)| Some(motion.in_plane().rotate(part.model.georeference.true_north?)));
-    Ok(Joined { site_from_file, georeference: Georeference { map_conversion: earth, true_north }, diagnostics })
+    Ok(Federation { site_from_file, georeference: Georeference { map_conversion: earth, true_north }, diagnostics })
 }
 
 /// Boxes along the axes of the projected system: those of the first file's world would depend on which file is first.
 fn boxes<'a>(
-    parts: &[Part<'a>],
+    parts: &[FederatedFile<'a>],
     site_from_file: &[UprightRigid3<World, World>],
     earth: Option<&MapConversion>,
 ) -> Vec<(&'a str, Option<Corners>)> {
@@ -77,11 +77,11 @@ fn boxes<'a>(
     let turned = |motion: &UprightRigid3<World, World>| {
         UprightRigid3::<World, World>::new(turn.apply(motion.translation_m()), motion.yaw_rad() + yaw_rad)
     };
-    let part_box = |(part, motion): (&Part<'a>, _)| (part.name, bounds(part.model, &turned(motion)));
+    let part_box = |(part, motion): (&FederatedFile<'a>, _)| (part.name, bounds(part.model, &turned(motion)));
     std::iter::zip(parts, site_from_file).map(part_box).collect()
 }
 
-fn conversion<'a>(part: &Part<'a>) -> Option<&'a MapConversion> {
+fn conversion<'a>(part: &FederatedFile<'a>) -> Option<&'a MapConversion> {
     part.model.georeference.map_conversion.as_ref()
 }
 
@@ -90,7 +90,7 @@ fn is_same_system(a: &str, b: &str) -> bool {
 }
 
 /// The file's conversion as one of the site's world, in which the file lies at its place.
-fn site_conversion(place: Option<Place>, own: &MapConversion) -> MapConversion {
+fn site_conversion(place: Option<FilePlacement>, own: &MapConversion) -> MapConversion {
     let Some(place) = place else { return own.clone() };
     let yaw_rad = own.earth_from_world().yaw_rad() - place.yaw_rad;
     let (sin, cos) = libm::sincos(yaw_rad);
@@ -114,8 +114,8 @@ fn through_earth(site: &MapConversion, file: &MapConversion, pivot: [f64; 3]) ->
     UprightRigid3::new([0, 1, 2].map(|k| met[k] - turned[k]), yaw_rad)
 }
 
-/// What should be said about how a file without a place is joined: code and message.
-fn doubt(parts: &[Part<'_>], index: usize, reference: usize) -> Option<(DiagnosticCode, String)> {
+/// Warning about the position of a file without a placement: code and message.
+fn placement_warning(parts: &[FederatedFile<'_>], index: usize, reference: usize) -> Option<(DiagnosticCode, String)> {
     let (part, first) = (&parts[index], &parts[reference]);
     if part.place.is_some() || index == reference {
         return None;
@@ -176,7 +176,7 @@ fn gap_m(a: &Corners, b: &Corners) -> f64 {
 ///
 /// # Errors
 /// Groups of files that lie too far apart: the nearest two files of different groups are named.
-fn check_near(boxes: &[(&str, Option<Corners>)]) -> Result<(), IngestError> {
+fn check_distances(boxes: &[(&str, Option<Corners>)]) -> Result<(), IngestError> {
     let boxes: Vec<(&str, Corners)> = boxes.iter().filter_map(|(name, b)| Some((*name, (*b)?))).collect();
     let mut group: Vec<usize> = (0..boxes.len()).collect();
     let pairs: Vec<(f64, usize, usize)> = (0..boxes.len())
@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn the_conversion_of_a_file_with_a_place_is_carried_to_the_site() {
         let own = conversion(500.0, 600.0, [0.6, 0.8], 0.9);
-        let place = Place { translation_m: [7.0, -3.0, 2.0], yaw_rad: 0.4 };
+        let place = FilePlacement { translation_m: [7.0, -3.0, 2.0], yaw_rad: 0.4 };
         let site = site_conversion(Some(place), &own);
         let p = [11.0, 13.0, 1.0];
         let through_site = &site.earth_from_world() * (&place.motion() * point(p));
@@ -247,7 +247,7 @@ mod tests {
     }
 
     fn verdict(boxes: &[(&str, Option<Corners>)]) -> Result<(), String> {
-        check_near(boxes).map_err(|error| error.to_string())
+        check_distances(boxes).map_err(|error| error.to_string())
     }
 
     fn unit_box(x: f64) -> Option<Corners> {

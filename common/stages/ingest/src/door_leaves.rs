@@ -1,4 +1,4 @@
-//! Pairs adjacent doors that are leaves of one opening.
+//! Pairs adjacent doors that are leaves of one opening, unless a mullion stands between them.
 
 use frames::TENTHS_PER_M;
 use geometry::{FillRule, Footprint, MultiPolygon, OrientedBox, Point, Slab, footprint, intersection, union};
@@ -13,20 +13,20 @@ const MAX_OFFSET: f64 = 0.02 * TENTHS_PER_M as f64;
 /// Leaves of one opening end at one height up to this.
 const MAX_SILL_DIFFERENCE: i32 = TENTHS_PER_M / 20;
 
-/// A mullion stands within this of where two leaves meet.
+/// Distance from the joint of two leaves within which a mullion is searched.
 const BESIDE_JOINT: f64 = 0.05 * TENTHS_PER_M as f64;
 
-/// What is nearer to the threshold or the lintel than this is one of them.
+/// Elements within this height of the threshold or the lintel are part of it.
 const RIM: i32 = TENTHS_PER_M / 20;
 
 /// A robot is no higher than this.
 const ROBOT_HEIGHT: i32 = 2 * TENTHS_PER_M;
 
 /// Leaves are at least this high.
-const LEAST_HEIGHT: i32 = TENTHS_PER_M / 2;
+const MIN_LEAF_HEIGHT: i32 = TENTHS_PER_M / 2;
 
-/// What covers less of the joint than a square centimetre is not there.
-const LEAST_AREA_M2: f64 = 1e-4;
+/// Minimum area of a mullion in the joint.
+const MIN_AREA_M2: f64 = 1e-4;
 
 /// Axes that differ by a smaller sine are parallel.
 const PARALLEL: f64 = 0.05;
@@ -78,7 +78,7 @@ fn joint_of(builder: &SiteBuilder, a: usize, b: usize) -> Option<Joint> {
         [element.min_tenths[2], element.max_tenths[2]]
     });
     let (bottom, top) = (heights[0][0].max(heights[1][0]), heights[0][1].min(heights[1][1]));
-    if bottom - heights[0][0].min(heights[1][0]) > MAX_SILL_DIFFERENCE || top - bottom < LEAST_HEIGHT {
+    if bottom - heights[0][0].min(heights[1][0]) > MAX_SILL_DIFFERENCE || top - bottom < MIN_LEAF_HEIGHT {
         return None;
     }
     let [p, q] = [a, b].map(|door| builder.doors[door].passage.to_box());
@@ -124,7 +124,7 @@ fn is_free(builder: &SiteBuilder, doors: [usize; 2], joint: &Joint) -> bool {
 }
 
 fn covers(footprint: &Footprint, joint: &MultiPolygon) -> bool {
-    intersection(&footprint.area, joint).area_m2() > LEAST_AREA_M2
+    intersection(&footprint.area, joint).area_m2() > MIN_AREA_M2
         || footprint.lines.iter().any(|line| meets(line, joint))
 }
 
