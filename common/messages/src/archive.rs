@@ -117,6 +117,23 @@ pub struct Text {
     pub length: u32,
 }
 
+/// A list of texts: entries `first..first + count` of the archive's section of listed texts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct TextList {
+    /// First entry.
+    pub first: u32,
+    /// Number of entries.
+    pub count: u32,
+}
+
+impl TextList {
+    /// Its texts, if they lie in the section.
+    pub(crate) fn of(self, listed: &[Text]) -> Option<&[Text]> {
+        listed.get(self.first as usize..)?.get(..self.count as usize)
+    }
+}
+
 /// Why bytes are not the archive that a reader wants.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ArchiveError {

@@ -20,7 +20,7 @@
 //!
 //! Records are `repr(C)` without hidden padding; their sizes are asserted. An enumeration is a [`Tag`]: an archive with a number
 //! that stands for nothing is refused when it is opened. Text is a [`Text`] into the archive's string
-//! section. [`NONE`] in an index means "none". Lengths are metres in `f64`, or tenths of a millimetre in `map` in `i32`
+//! section; a list of texts is a [`TextList`]. [`NONE`] in an index means "none". Lengths are metres in `f64`, or tenths of a millimetre in `map` in `i32`
 //! where the field's name ends in `_tenths`.
 
 mod alignment;
@@ -51,7 +51,8 @@ mod text_pool;
 
 pub use alignment::{Alignment, AlignmentBuilder, AlignmentHead, Evidence, PoseRecord, PoseState, Verdict};
 pub use archive::{
-    Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, sections_len,
+    Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, TextList,
+    sections_len,
 };
 pub use archive_writer::ArchiveWriter;
 pub use checked::Checked;

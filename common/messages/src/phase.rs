@@ -1,6 +1,6 @@
 //! The `phase` archive: states of elements and spaces at a plan time.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text, TextList};
 use crate::archive_writer::ArchiveWriter;
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::payload;
@@ -17,6 +17,7 @@ mod section {
     pub(super) const SPACES: u32 = 5;
     pub(super) const SCHEDULE: u32 = 6;
     pub(super) const DIAGNOSTICS: u32 = 7;
+    pub(super) const LISTED_TEXTS: u32 = 8;
 }
 
 /// Facts of the phase: one record. Times are seconds of the civil calendar since 1970-01-01T00:00.
@@ -142,8 +143,8 @@ pub struct SpaceStateRecord {
     pub state: Tag<SpaceState>,
     /// Zero.
     pub reserved: u32,
-    /// Reasons, separated by a line feed; empty if open.
-    pub why: Text,
+    /// Why it is blocked; none if open.
+    pub reasons: TextList,
     /// When an open space that is closing soon will be blocked, or [`PhaseHead::NO_TIME`].
     pub closes_at_s: i64,
 }
@@ -235,6 +236,7 @@ impl DateSource {
 pub struct Phase<'a> {
     archive: Archive<'a>,
     strings: &'a str,
+    listed_texts: &'a [Text],
     /// Facts of the phase.
     pub head: &'a PhaseHead,
     planned: &'a [Tag<ElementState>],
@@ -259,14 +261,22 @@ impl<'a> Phase<'a> {
         check_tags(phase.schedule.iter().map(|s| s.source), "source of dates")?;
         check_diagnostics(phase.diagnostics)?;
         let diagnostics = phase.diagnostics.iter().flat_map(DiagnosticRecord::texts);
-        let texts = phase.spaces.iter().map(|s| s.why).chain(diagnostics);
+        let texts = phase.listed_texts.iter().copied().chain(diagnostics);
+        // Spaces that share their reasons would be walked again and again.
+        let n_reasons: u64 = phase.spaces.iter().map(|s| u64::from(s.reasons.count)).sum();
         let n_elements = phase.planned.len();
         let fits =
             n_elements == phase.effective.len() && (phase.schedule.is_empty() || phase.schedule.len() == n_elements);
         let whole = |t: Text| {
             phase.strings.get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize)).is_some()
         };
-        if fits && texts.into_iter().all(whole) { Ok(phase) } else { Err(ArchiveError::Index { what: "a state" }) }
+        let listed = phase.spaces.iter().all(|s| s.reasons.of(phase.listed_texts).is_some())
+            && n_reasons <= phase.listed_texts.len() as u64;
+        if fits && listed && texts.into_iter().all(whole) {
+            Ok(phase)
+        } else {
+            Err(ArchiveError::Index { what: "a state" })
+        }
     }
 
     /// The sections of an archive; what is in them is not looked at.
@@ -274,6 +284,7 @@ impl<'a> Phase<'a> {
         Ok(Self {
             archive,
             strings: archive.strings(section::STRINGS)?,
+            listed_texts: archive.section(section::LISTED_TEXTS)?,
             head: archive.record(section::HEAD)?,
             planned: archive.section(section::PLANNED)?,
             effective: archive.section(section::EFFECTIVE)?,
@@ -330,8 +341,12 @@ impl<'a> Phase<'a> {
     }
 
     /// Why a space is blocked; empty if it is open.
-    pub fn why(&self, space: usize) -> impl Iterator<Item = &'a str> {
-        self.text(self.spaces[space].why).split('\n').filter(|w| !w.is_empty())
+    pub fn why(&self, space: usize) -> impl Iterator<Item = &'a str> + use<'a> {
+        let phase = *self;
+        // Boundaries were checked when the archive was opened.
+        let TextList { first, count } = self.spaces[space].reasons;
+        let texts = &self.listed_texts[first as usize..][..count as usize];
+        texts.iter().map(move |&text| phase.text(text))
     }
 }
 
@@ -360,7 +375,7 @@ impl PhaseBuilder {
         let open = SpaceStateRecord {
             state: SpaceState::Open.into(),
             reserved: 0,
-            why: Text::default(),
+            reasons: TextList::default(),
             closes_at_s: PhaseHead::NO_TIME,
         };
         Self {
@@ -382,9 +397,9 @@ impl PhaseBuilder {
 
     /// Blocks a space for these reasons.
     pub fn block_space(&mut self, space: usize, why: &[&str]) {
-        let why = self.texts.add(&why.join("\n"));
+        let reasons = self.texts.add_list(why.iter().copied());
         let closes_at_s = PhaseHead::NO_TIME;
-        self.spaces[space] = SpaceStateRecord { state: SpaceState::Blocked.into(), reserved: 0, why, closes_at_s };
+        self.spaces[space] = SpaceStateRecord { state: SpaceState::Blocked.into(), reserved: 0, reasons, closes_at_s };
     }
 
     /// Writes the archive into the heap.
@@ -400,6 +415,7 @@ impl PhaseBuilder {
         list.add(section::SPACES, &self.spaces);
         list.add(section::SCHEDULE, &self.schedule);
         list.add(section::DIAGNOSTICS, &self.diagnostics);
+        list.add(section::LISTED_TEXTS, self.texts.listed());
         list.add(section::STRINGS, self.texts.bytes());
         list
     }

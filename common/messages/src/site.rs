@@ -17,6 +17,7 @@ use std::ops::Range;
 pub struct Site<'a> {
     archive: Archive<'a>,
     strings: &'a str,
+    listed_texts: &'a [Text],
     /// Facts of the whole site.
     pub head: &'a SiteHead,
     /// Files.
@@ -95,6 +96,7 @@ impl<'a> Site<'a> {
         Ok(Self {
             archive,
             strings: archive.strings(section::STRINGS)?,
+            listed_texts: archive.section(section::LISTED_TEXTS)?,
             head: archive.record(section::HEAD)?,
             sources: archive.section(section::SOURCES)?,
             storeys: archive.section(section::STOREYS)?,
@@ -134,6 +136,19 @@ impl<'a> Site<'a> {
     pub fn text(&self, text: Text) -> &'a str {
         // Boundaries were checked when the archive was opened.
         &self.strings[text.offset as usize..][..text.length as usize]
+    }
+
+    /// The entity of an element and its supertypes.
+    pub fn supertypes(&self, element: &ElementRecord) -> impl Iterator<Item = &'a str> + Clone + use<'a> {
+        let site = *self;
+        // Boundaries were checked when the archive was opened.
+        let texts = &self.listed_texts[span(element.supertypes.first, element.supertypes.count)];
+        texts.iter().map(move |&text| site.text(text))
+    }
+
+    /// True if an element is of this entity, or of a subtype of it.
+    pub fn is_a(&self, element: &ElementRecord, entity: &str) -> bool {
+        self.supertypes(element).any(|supertype| supertype == entity)
     }
 
     /// The motion from the IFC world to the map.
@@ -293,6 +308,8 @@ impl<'a> Site<'a> {
                 fits(e.first_part, e.n_parts, self.parts.len())
                     && fits(e.first_attribute, e.n_attributes, self.attributes.len())
                     && fits(e.first_material, e.n_materials, self.materials.len())
+                    && e.supertypes.of(self.listed_texts).is_some()
+                    && e.supertypes.count <= ElementRecord::MAX_SUPERTYPES
                     && optional(e.whole, elements)
                     && optional(e.storey, self.storeys.len())
                     && optional(e.space, spaces)
@@ -368,14 +385,14 @@ impl<'a> Site<'a> {
     fn check_texts(&self) -> Result<(), ArchiveError> {
         let storeys = self.storeys.iter().flat_map(|s| [s.global_id, s.name, s.why]);
         let map_storeys = self.map_storeys.iter().flat_map(|s| [s.global_id, s.name]);
-        let elements =
-            self.elements.iter().flat_map(|e| [e.global_id, e.name, e.ifc_type, e.lineage, e.predefined_type]);
+        let elements = self.elements.iter().flat_map(|e| [e.global_id, e.name, e.ifc_type, e.predefined_type]);
         let spaces = self.spaces.iter().flat_map(|s| [s.global_id, s.name, s.long_name, s.predefined_type]);
         let attributes = self.attributes.iter().flat_map(|a| [a.set, a.name, a.text]);
         let diagnostics = self.diagnostics.iter().flat_map(DiagnosticRecord::texts);
         let others =
             self.sources.iter().flat_map(|s| [s.file, s.schema]).chain([self.head.earth_crs, self.head.earth_unit]);
         let others = others
+            .chain(self.listed_texts.iter().copied())
             .chain(self.doors.iter().map(|d| d.operation))
             .chain(self.panels.iter().flat_map(|p| [p.operation, p.position]))
             .chain(self.openings.iter().map(|o| o.global_id));
@@ -416,6 +433,9 @@ impl From<OrientedBox> for BoxRecord {
 }
 
 impl ElementRecord {
+    /// Supertypes of an element: more than any schema has.
+    pub const MAX_SUPERTYPES: u32 = 32;
+
     /// Its class.
     pub fn class(&self) -> grid::Class {
         self.class.get()

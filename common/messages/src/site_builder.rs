@@ -87,6 +87,7 @@ impl SiteBuilder {
         list.add(section::TASKS, &self.tasks);
         list.add(section::SEQUENCES, &self.sequences);
         list.add(section::TASK_LINKS, &self.task_links);
+        list.add(section::LISTED_TEXTS, self.texts.listed());
         list.add(section::STRINGS, self.texts.bytes());
         list
     }
@@ -151,6 +152,8 @@ mod tests {
         assert!(refused(|b| b.elements[0].first_part = u32::MAX));
         assert!(refused(|b| b.elements[0].whole = 1));
         assert!(refused(|b| b.elements[0].space = 0));
+        assert!(refused(|b| b.elements[0].supertypes.count = 1));
+        assert!(refused(|b| b.elements[0].supertypes = b.texts.add_list(["IfcWall"; 33])));
         assert!(refused(|b| b.contacts.push(BoundaryRecord { space: 0, element: 0 })));
         assert!(refused(|b| b.elements[0].name = Text { offset: 5, length: 100 }));
         assert!(!refused(|b| b.triangles.push([0, 0, 0])), "unused triangles are harmless");

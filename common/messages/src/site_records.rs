@@ -1,7 +1,7 @@
 //! Records of the `site` archive.
 
-use crate::Text;
 use crate::tag::Tag;
+use crate::{Text, TextList};
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use grid::Class;
 
@@ -28,6 +28,7 @@ pub(crate) mod section {
     pub(crate) const DIAGNOSTICS: u32 = 19;
     pub(crate) const CONTACTS: u32 = 20;
     pub(crate) const PANELS: u32 = 21;
+    pub(crate) const LISTED_TEXTS: u32 = 22;
     pub(crate) const WORK_CONTROLS: u32 = 32;
     pub(crate) const CALENDARS: u32 = 33;
     pub(crate) const WORK_TIMES: u32 = 34;
@@ -158,8 +159,9 @@ pub struct ElementRecord {
     pub name: Text,
     /// Entity name, e.g. `IfcWallStandardCase`.
     pub ifc_type: Text,
-    /// The entity and its supertypes, separated by blanks: `IfcWallStandardCase IfcWall IfcBuildingElement` ..
-    pub lineage: Text,
+    /// The entity and its supertypes, `IfcWallStandardCase`, `IfcWall`, `IfcBuildingElement` .., at most
+    /// [`ElementRecord::MAX_SUPERTYPES`]; elements of an entity share them.
+    pub supertypes: TextList,
     /// PredefinedType.
     pub predefined_type: Text,
     /// Lower corner of its body; meaningless without parts.

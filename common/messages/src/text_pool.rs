@@ -1,6 +1,6 @@
 //! Texts of an archive to be.
 
-use crate::archive::Text;
+use crate::archive::{Text, TextList};
 use std::collections::HashMap;
 
 /// Texts of an archive, each kept once.
@@ -8,6 +8,7 @@ use std::collections::HashMap;
 pub struct TextPool {
     bytes: String,
     known: HashMap<String, Text>,
+    listed: Vec<Text>,
 }
 
 impl TextPool {
@@ -23,6 +24,21 @@ impl TextPool {
         self.bytes.push_str(text);
         self.known.insert(text.to_owned(), at);
         at
+    }
+
+    /// The place of a list of texts.
+    pub fn add_list<'t>(&mut self, texts: impl IntoIterator<Item = &'t str>) -> TextList {
+        let first = self.listed.len();
+        for text in texts {
+            let text = self.add(text);
+            self.listed.push(text);
+        }
+        TextList { first: first as u32, count: (self.listed.len() - first) as u32 }
+    }
+
+    /// The texts of all lists.
+    pub(crate) fn listed(&self) -> &[Text] {
+        &self.listed
     }
 
     /// All bytes.

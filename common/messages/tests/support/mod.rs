@@ -30,6 +30,7 @@ pub(crate) fn site() -> ArchiveBuffer {
     b.storeys.push(StoreyRecord { name: text, map_storey: 0, ..Zeroable::zeroed() });
     let element = ElementRecord {
         global_id: text,
+        supertypes: b.texts.add_list(["IfcWall", "IfcElement"]),
         n_parts: 1,
         n_attributes: 1,
         n_materials: 1,
@@ -87,7 +88,7 @@ fn diagnostic(texts: &mut TextPool) -> DiagnosticRecord {
 pub(crate) fn phase() -> ArchiveBuffer {
     let mut phase = PhaseBuilder::everything_built(7, 2, 1);
     phase.schedule = vec![ElementScheduleRecord::NOTHING; 2];
-    phase.spaces[0].why = phase.texts.add("task:x\nprivate");
+    phase.spaces[0].reasons = phase.texts.add_list(["task:x", "private"]);
     let diagnostic = diagnostic(&mut phase.texts);
     phase.diagnostics.push(diagnostic);
     phase.finish()
@@ -226,6 +227,7 @@ fn walk_site(site: &Site<'_>) -> usize {
         n += site.text(element.global_id).len() + site.text(element.name).len() + element.class().name().len();
         n += site.element_meshes(element).map(|m| m.triangles.len() + m.vertices.len()).sum::<usize>();
         n += site.element_attributes(element).iter().map(|a| site.text(a.text).len()).sum::<usize>();
+        n += site.supertypes(element).map(str::len).sum::<usize>();
         n += site.element_materials(element).map(str::len).sum::<usize>();
     }
     for space in site.spaces {

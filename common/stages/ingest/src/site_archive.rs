@@ -16,6 +16,7 @@ use crate::stairs::add_stairs;
 use ifc::{Diagnostic, DiagnosticCode, GeometryStatus, Named, Severity};
 use messages::*;
 use sha2::{Digest, Sha256};
+use std::collections::HashMap;
 
 /// All records of the site.
 pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -> SiteBuilder {
@@ -78,6 +79,8 @@ fn add_sources(builder: &mut SiteBuilder, files: &[SourceFile], merged: &Merged)
 
 fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
     let elements = &merged.model.elements;
+    // Elements of an entity share the list of its supertypes.
+    let mut lists: HashMap<&[&str], TextList> = HashMap::new();
     for (index, element) in elements.iter().enumerate() {
         let source = merged.element_source[index];
         let (body, mut flags) = match add_body(builder, &element.geometry, &frame.map_from_world) {
@@ -101,12 +104,14 @@ fn add_elements(builder: &mut SiteBuilder, merged: &Merged, frame: SiteFrame) {
             let text = builder.texts.add(material);
             builder.materials.push(text);
         }
+        let entities = element.supertypes.as_slice();
+        let supertypes = *lists.entry(entities).or_insert_with(|| builder.texts.add_list(entities.iter().copied()));
         let body_range = body.unwrap_or(MeshedBody { first_part: 0, n_parts: 0, min: [0; 3], max: [0; 3] });
         let record = ElementRecord {
             global_id: builder.texts.add(&element.id.global_id),
             name: builder.texts.add(&element.id.name),
             ifc_type: builder.texts.add(element.ifc_type),
-            lineage: builder.texts.add(&element.supertypes.join(" ")),
+            supertypes,
             predefined_type: builder.texts.add(&element.predefined_type),
             min_tenths: body_range.min,
             max_tenths: body_range.max,

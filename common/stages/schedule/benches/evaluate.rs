@@ -23,7 +23,7 @@ fn site() -> ArchiveBuffer {
     for k in 0..N_TASKS {
         add_task(&mut b, k);
     }
-    let lineage = b.texts.add("IfcWallStandardCase IfcWall IfcBuildingElement IfcElement");
+    let supertypes = b.texts.add_list(["IfcWallStandardCase", "IfcWall", "IfcBuildingElement", "IfcElement"]);
     let [set, name] = ["Wall Schedule", "ConstructionDate"].map(|t| b.texts.add(t));
     for k in 0..N_ELEMENTS {
         let first_attribute = b.attributes.len() as u32;
@@ -44,7 +44,7 @@ fn site() -> ArchiveBuffer {
         let global_id = b.texts.add(&format!("element-{k:014}"));
         b.elements.push(ElementRecord {
             global_id,
-            lineage,
+            supertypes,
             first_attribute,
             n_attributes: u32::from(is_dated),
             whole: NONE,

@@ -211,7 +211,7 @@ impl Reports {
 /// The published prototype's rule: a wall or door is drawn from the day behind its date on, everything else is dropped.
 fn paper_lives(site: &Site<'_>, said: &AllSaid) -> Vec<Life> {
     let life = |(element, said): (&messages::ElementRecord, &crate::said::Said)| {
-        let drawn = site.text(element.lineage).split(' ').any(|entity| ["IfcWall", "IfcDoor"].contains(&entity));
+        let drawn = ["IfcWall", "IfcDoor"].iter().any(|entity| site.is_a(element, entity));
         let date = said.actual.or(said.planned).filter(|_| drawn);
         let start_s = date.map_or(i64::MAX, WrittenDate::end_of_day_s);
         let source = if date.is_some() { DateSource::PropertyPlanned } else { DateSource::None };

@@ -5,7 +5,7 @@ use crate::error::{AmbiguousDates, EvaluateError};
 use crate::findings::{Entity, Findings};
 use crate::rules::{DateKind, Mode, Rules};
 use jiff::tz::TimeZone;
-use messages::{AttributeKind, AttributeRecord, DiagnosticCode, Severity, Site, Text};
+use messages::{AttributeKind, AttributeRecord, DiagnosticCode, ElementRecord, Severity, Site, Text};
 use std::collections::BTreeMap;
 
 /// What is said about one element or space.
@@ -31,7 +31,8 @@ pub(crate) struct AllSaid {
 /// An element or space with its attributes.
 struct Object<'a> {
     attributes: &'a [AttributeRecord],
-    lineage: &'a str,
+    /// `None` for a space.
+    element: Option<&'a ElementRecord>,
     entity: Entity,
     global_id: Text,
     source: u32,
@@ -51,14 +52,14 @@ struct DateText {
 pub(crate) fn all_said(site: &Site<'_>, rules: &Rules, findings: &mut Findings<'_>) -> Result<AllSaid, EvaluateError> {
     let elements = site.elements.iter().map(|e| Object {
         attributes: site.element_attributes(e),
-        lineage: site.text(e.lineage),
+        element: Some(e),
         entity: Entity::of(e.global_id, e.name, e.step_id, e.source),
         global_id: e.global_id,
         source: e.source,
     });
     let spaces = site.spaces.iter().map(|s| Object {
         attributes: site.space_attributes(s),
-        lineage: "IfcSpace",
+        element: None,
         entity: Entity::of(s.global_id, s.name, 0, s.source),
         global_id: s.global_id,
         source: s.source,
@@ -121,8 +122,11 @@ fn collect(site: &Site<'_>, rules: &Rules, objects: &[Object<'_>], said: &mut [S
             note(used.status && name == "Status", |s| &mut s.status);
             for &rule in &used.rules {
                 let wanted = &rules.property_dates[rule];
-                let applies =
-                    || object.lineage.split(' ').any(|entity| entity.eq_ignore_ascii_case(&wanted.applies_to));
+                let is_wanted = |entity: &str| entity.eq_ignore_ascii_case(&wanted.applies_to);
+                let applies = || match object.element {
+                    Some(element) => site.supertypes(element).any(is_wanted),
+                    None => is_wanted("IfcSpace"),
+                };
                 if name == wanted.property && applies() {
                     texts.push(DateText { object: index, rule, attribute: *attribute });
                 }

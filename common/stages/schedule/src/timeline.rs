@@ -5,7 +5,7 @@ use crate::tasks::{Floats, TaskDates};
 use crate::works::Effect;
 use messages::{
     Diagnostic, DiagnosticRecord, ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, SpaceState,
-    SpaceStateRecord, Text,
+    SpaceStateRecord, TextList,
 };
 
 /// When anything changes, and what: made once from site and rules.
@@ -309,12 +309,13 @@ impl Timeline {
         let open = SpaceStateRecord {
             state: SpaceState::Open.into(),
             reserved: 0,
-            why: Text::default(),
+            reasons: TextList::default(),
             closes_at_s: PhaseHead::NO_TIME,
         };
         if self.spaces.within(space, period).contains(&SpaceState::Blocked) {
-            let why = texts.add(&self.why(space, period).join("\n"));
-            return SpaceStateRecord { state: SpaceState::Blocked.into(), why, ..open };
+            let why = self.why(space, period);
+            let reasons = texts.add_list(why.iter().map(String::as_str).filter(|reason| !reason.is_empty()));
+            return SpaceStateRecord { state: SpaceState::Blocked.into(), reasons, ..open };
         }
         let last_s = period.until_s.map_or(period.from_s, |until_s| until_s.saturating_sub(1));
         match self.spaces.next_after(space, last_s) {

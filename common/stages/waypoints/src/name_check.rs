@@ -61,7 +61,7 @@ pub fn check_names(site: &Site<'_>, options: &PlanOptions) -> Result<(), Unknown
             return Err(UnknownName::Space { asked: asked.clone(), hint: hint(asked, &all) });
         }
     }
-    let lifts = || site.elements.iter().filter(|e| site.text(e.lineage).split(' ').any(|e| e == "IfcTransportElement"));
+    let lifts = || site.elements.iter().filter(|e| site.is_a(e, "IfcTransportElement"));
     let names = || lifts().flat_map(|e| [e.global_id, e.name].map(|t| site.text(t)));
     for asked in options.lifts.iter().filter(|l| !l.chars().all(|c| ['*', '?'].contains(&c))) {
         if !names().any(|name| WildMatch::new(asked).matches(name)) {

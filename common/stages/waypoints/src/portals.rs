@@ -86,7 +86,7 @@ fn whole_of(site: &Site<'_>, element: usize) -> usize {
 
 fn kind_of(site: &Site<'_>, element: usize) -> Option<EdgeKind> {
     let record = &site.elements[element];
-    let is_a = |entity: &str| site.text(record.lineage).split(' ').any(|e| e == entity);
+    let is_a = |entity: &str| site.is_a(record, entity);
     let predefined = site.text(record.predefined_type);
     if is_a("IfcStair") || is_a("IfcStairFlight") {
         Some(EdgeKind::Stair)
@@ -216,7 +216,7 @@ mod tests {
         /// An element with a box from corner to corner in metres, flagged as a way up.
         fn add(&mut self, entity: &str, predefined: &str, boxes: &[[[f64; 3]; 2]]) -> usize {
             let b = &mut self.site;
-            let [lineage, predefined_type] = [entity, predefined].map(|t| b.texts.add(t));
+            let (supertypes, predefined_type) = (b.texts.add_list([entity]), b.texts.add(predefined));
             let global_id = b.texts.add(&format!("{entity}-{}", b.elements.len()));
             let first_part = b.parts.len() as u32;
             let (mut low, mut high) = ([i32::MAX; 3], [i32::MIN; 3]);
@@ -233,7 +233,7 @@ mod tests {
             }
             b.elements.push(ElementRecord {
                 global_id,
-                lineage,
+                supertypes,
                 predefined_type,
                 min_tenths: low,
                 max_tenths: high,

@@ -121,10 +121,11 @@ impl Plan {
     /// An element of this entity.
     pub(crate) fn element(&mut self, entity: &str) -> usize {
         let k = self.builder.elements.len();
-        let (global_id, lineage) = (self.text(&format!("element-{k}")), self.text(&format!("{entity} IfcElement")));
+        let global_id = self.text(&format!("element-{k}"));
+        let supertypes = self.builder.texts.add_list([entity, "IfcElement"]);
         self.builder.elements.push(ElementRecord {
             global_id,
-            lineage,
+            supertypes,
             whole: NONE,
             storey: NONE,
             space: NONE,

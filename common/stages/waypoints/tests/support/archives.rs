@@ -184,9 +184,10 @@ impl Builder<'_> {
         let (Some((_, lowest)), Some((_, highest))) = (shown.first().cloned(), shown.last().cloned()) else { return };
         let class = if character == 'S' { Class::Stair } else { Class::Other };
         let element = self.add_element(&format!("{kind}-{character}"), class);
+        let supertypes = self.site.texts.add_list([kind]);
         let [kind, predefined] = [kind, predefined].map(|text| self.site.texts.add(text));
         let record = &mut self.site.elements[element];
-        (record.ifc_type, record.lineage, record.predefined_type) = (kind, kind, predefined);
+        (record.ifc_type, record.supertypes, record.predefined_type) = (kind, supertypes, predefined);
         record.flags = element_flags::VERTICAL;
         for (squares, storey) in shown {
             let floor = storey * STOREY;
