@@ -15,10 +15,10 @@ use crate::representations::{Bodies, Body};
 use crate::spatial::Storeys;
 use crate::units::LengthUnit;
 use crate::{
-    DiagnosticCode, Element, Geometry, Model, Opening, ReadError, ReadOptions, Severity, Source, Space, SpaceBoundary,
-    Stage, doors, geometry, georeference, schedule, spatial, stairs, units,
+    Element, Geometry, Model, Opening, ReadError, ReadOptions, Source, Space, SpaceBoundary, Stage, doors, geometry,
+    georeference, schedule, spatial, stairs, units,
 };
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Report, Severity};
 
 /// Reads the model of a file.
 pub(crate) fn model(

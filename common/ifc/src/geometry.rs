@@ -6,10 +6,8 @@ use crate::boxes::{self, Extent, Extents};
 use crate::kernel::{File, ItemMesh, MeshRequest, Patch, Record, mesh as mesh_by_kernel};
 use crate::representations::Body;
 use crate::units::{self, LengthUnit};
-use crate::{
-    DiagnosticCode, Geometry, GeometryStatus, MeshPart, Named, ReadError, ReadOptions, Severity, Stage, substitutes,
-};
-use diagnostics::Report;
+use crate::{Geometry, GeometryStatus, MeshPart, ReadError, ReadOptions, Stage, substitutes};
+use diagnostics::{DiagnosticCode, Named, Report, Severity};
 use nalgebra::{Affine3, Point3, Vector3};
 
 /// Farther from the origin nothing is built.
@@ -345,7 +343,7 @@ mod tests {
     use crate::testing::{BASICS, file, read, volume_m3};
     use crate::{Geometry, GeometryStatus};
 
-    fn wall(representations: &str, records: &str) -> (Geometry, Vec<crate::Diagnostic>) {
+    fn wall(representations: &str, records: &str) -> (Geometry, Vec<diagnostics::Diagnostic>) {
         let text = file(&format!(
             "{BASICS}#1=IFCWALL('wall',$,'W',$,$,#103,#2,$,$);#2=IFCPRODUCTDEFINITIONSHAPE($,$,({representations}));{records}"
         ));

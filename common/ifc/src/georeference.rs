@@ -8,8 +8,8 @@ use crate::products::named;
 use crate::psets::PropertySets;
 use crate::relations::Relations;
 use crate::units::{self, LengthUnit};
-use crate::{DiagnosticCode, Georeference, MapConversion, Named, Property, PropertyValue, Severity};
-use diagnostics::Report;
+use crate::{Georeference, MapConversion, Property, PropertyValue};
+use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
 /// Metres on the map per metre of the model. Projections stay within these bounds; a unit taken for another does not.
 const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;

@@ -1,8 +1,8 @@
 //! STEP header and end mark: format, schema, completeness.
 
+use crate::ReadError;
 use crate::kernel::{Record, Schema};
-use crate::{DiagnosticCode, ReadError, Severity};
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Report, Severity};
 
 /// Real headers are below 2 KiB.
 const HEADER_BYTES_MAX: usize = 1 << 20;

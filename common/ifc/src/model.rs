@@ -1,7 +1,7 @@
 //! The model of one file: elements, spaces, storeys, doors, stairs, properties; SI units, IFC world coordinates.
 
-use crate::Named;
 use crate::schedule::Schedule;
+use diagnostics::Named;
 use frames::EarthFromWorld;
 
 /// One file, read.

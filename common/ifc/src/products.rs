@@ -4,8 +4,7 @@ use std::collections::HashMap;
 
 use crate::kernel::{Class, File, Record};
 use crate::relations::Relations;
-use crate::{DiagnosticCode, Named, Severity};
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
 /// A product with its record at hand.
 pub(crate) struct Product<'f, 'a> {

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
+use crate::Storey;
 use crate::affine::origin;
 use crate::kernel::File;
 use crate::placement::Placements;
 use crate::relations::Relations;
-use crate::{DiagnosticCode, Named, Severity, Storey};
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
 /// Finds the storey of any product.
 pub(crate) struct Storeys<'r> {

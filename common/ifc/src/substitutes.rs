@@ -283,8 +283,9 @@ fn area(polygon: &[Point2<f64>]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use crate::GeometryStatus;
     use crate::testing::{BASICS, file, file_of, read};
-    use crate::{GeometryStatus, Severity};
+    use diagnostics::Severity;
     use nalgebra::Vector3;
 
     /// Enclosed volume and upper corner of the body that consists of item `#4`.

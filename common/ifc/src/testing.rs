@@ -2,7 +2,7 @@
 
 use crate::header;
 use crate::kernel::File;
-use diagnostics::Report;
+use diagnostics::{Diagnostic, Report};
 
 /// A complete IFC4 file around the records.
 pub(crate) fn file(records: &str) -> String {
@@ -35,7 +35,7 @@ pub(crate) fn with_file<T>(text: &str, work: impl FnOnce(&File<'_>) -> T) -> T {
 }
 
 /// Reads the text with one thread.
-pub(crate) fn read(text: &str) -> Result<(crate::Model, Vec<crate::Diagnostic>), crate::ReadError> {
+pub(crate) fn read(text: &str) -> Result<(crate::Model, Vec<Diagnostic>), crate::ReadError> {
     crate::read(text.as_bytes(), &crate::ReadOptions { threads: 1, ..crate::ReadOptions::default() })
 }
 

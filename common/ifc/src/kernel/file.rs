@@ -8,8 +8,8 @@ use ifc_lite_core::{EntityDecoder, EntityIndex, EntityScanner};
 use frames::counted;
 
 use super::{Record, Schema};
-use crate::{DiagnosticCode, Named, ReadError, Severity};
-use diagnostics::Report;
+use crate::ReadError;
+use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
 /// Where a record stands.
 #[derive(Debug, Clone, Copy)]

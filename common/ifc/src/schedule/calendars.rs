@@ -6,8 +6,7 @@ use super::context::{Context, tell};
 use super::model::{Recurrence, RecurrenceType, WorkCalendar, WorkTime};
 use crate::kernel::{File, Record, Value};
 use crate::products::named;
-use crate::{DiagnosticCode, Severity};
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Report, Severity};
 
 /// Work times and exceptions of a calendar that are read: holidays of many years.
 const WORK_TIMES_MAX: usize = 1_000;

@@ -1,8 +1,7 @@
 //! Context shared by the parts of the schedule reader.
 
 use crate::kernel::File;
-use crate::{DiagnosticCode, Named, Severity};
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Named, Report, Severity};
 use std::collections::HashMap;
 
 /// What every part of the reader needs.

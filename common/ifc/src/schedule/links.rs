@@ -4,11 +4,11 @@ use std::collections::{HashMap, HashSet};
 
 use super::context::{Context, tell};
 use super::model::{LinkTarget, TaskLink};
+use crate::Storey;
 use crate::kernel::File;
 use crate::products::Products;
 use crate::relations::Relations;
-use crate::{DiagnosticCode, Severity, Storey};
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Report, Severity};
 
 /// Links that a schedule may have: tasks at whole buildings multiply.
 const LINKS_MAX: usize = 4_000_000;

@@ -1,6 +1,6 @@
 //! Schedule types; dates and durations stay texts, because their interpretation is configuration.
 
-use crate::Named;
+use diagnostics::Named;
 
 /// The schedule of a file. Tasks, calendars and sequences are in file order.
 #[derive(Debug, Default, PartialEq)]

@@ -5,8 +5,7 @@ use super::model::{DurationType, Lag, LagValue, Sequence, SequenceType};
 use super::times;
 use crate::kernel::Record;
 use crate::products::named;
-use crate::{DiagnosticCode, Severity};
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
 /// IfcRelSequence between tasks that exist; others are reported and dropped.
 pub(super) fn sequences(context: &Context<'_, '_>, report: &mut Report) -> Vec<Sequence> {
@@ -40,7 +39,7 @@ pub(super) fn sequences(context: &Context<'_, '_>, report: &mut Report) -> Vec<S
 }
 
 /// TimeLag: an IfcLagTime, or a number of the project's time unit in IFC2X3, where it is required and mostly 0.
-fn lag(context: &Context<'_, '_>, relation: &Record<'_>, id: &crate::Named, report: &mut Report) -> Option<Lag> {
+fn lag(context: &Context<'_, '_>, relation: &Record<'_>, id: &Named, report: &mut Report) -> Option<Lag> {
     let file = context.file;
     if let Some(count) = relation.at(6).number() {
         return match &context.time_unit_s {

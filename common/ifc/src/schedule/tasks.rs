@@ -8,8 +8,7 @@ use super::times;
 use crate::kernel::Record;
 use crate::products::named;
 use crate::relations::Relations;
-use crate::{DiagnosticCode, Severity};
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Report, Severity};
 
 /// A task by its own attributes and those of its type.
 pub(super) fn task(context: &Context<'_, '_>, relations: &Relations, record: &Record<'_>, report: &mut Report) -> Task {
@@ -172,7 +171,7 @@ mod tests {
     use crate::DurationType;
     use crate::testing::{file, file_of, read};
 
-    fn codes(diagnostics: &[crate::Diagnostic]) -> Vec<&'static str> {
+    fn codes(diagnostics: &[diagnostics::Diagnostic]) -> Vec<&'static str> {
         diagnostics.iter().map(|d| d.code.name()).filter(|c| c.starts_with("ta") || c.starts_with("time")).collect()
     }
 
@@ -260,7 +259,7 @@ mod tests {
             read(&file("#1=IFCTASK('a',$,'A',$,$,$,$,$,$,.F.,$,#9,$);#2=IFCRELASSIGNSTOCONTROL('b',$,$,$,(#1),$,#8);"))
                 .unwrap();
         assert_eq!(codes(&diagnostics), ["task_time_missing", "task_control_dangling"]);
-        let named = |d: &&crate::Diagnostic| d.entity.as_ref().is_some_and(|e| e.global_id == "a");
+        let named = |d: &&diagnostics::Diagnostic| d.entity.as_ref().is_some_and(|e| e.global_id == "a");
         assert_eq!(diagnostics.iter().filter(named).count(), 2);
     }
 }

@@ -2,10 +2,8 @@
 
 use super::context::{Context, tell};
 use super::model::{DurationType, TaskTime};
-use crate::Named;
 use crate::kernel::{File, Record, Value};
-use crate::{DiagnosticCode, Severity};
-use diagnostics::Report;
+use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
 /// An IfcTaskTime: dates and durations are texts already.
 pub(super) fn task_time(file: &File<'_>, time: &Record<'_>, owner: &Named, report: &mut Report) -> TaskTime {
