@@ -1,4 +1,4 @@
-//! Where the IFC world lies on earth.
+//! Affine map from the IFC world to a projected coordinate system.
 
 use crate::{Point3, World};
 use nalgebra::{Matrix3, Vector3};

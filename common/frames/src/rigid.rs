@@ -56,7 +56,7 @@ impl<To, From> Rigid2<To, From> {
         self.yaw_rad
     }
 
-    /// Where the origin of `From` lies in `To`, in metres.
+    /// The origin of `From` in `To`, in metres.
     pub fn translation_m(&self) -> [f64; 2] {
         self.motion.translation.vector.into()
     }
@@ -136,7 +136,7 @@ impl<To, From> UprightRigid3<To, From> {
         self.yaw_rad
     }
 
-    /// Where the origin of `From` lies in `To`, in metres.
+    /// The origin of `From` in `To`, in metres.
     pub fn translation_m(&self) -> [f64; 3] {
         self.motion.translation.vector.into()
     }

@@ -60,7 +60,7 @@ pub fn decode_pgm(bytes: &[u8]) -> Option<(usize, usize, Vec<u8>)> {
 pub struct MapYaml<'a> {
     /// File name of the image, beside the YAML file.
     pub image: &'a str,
-    /// Where the grid lies.
+    /// Specification of the grid.
     pub spec: &'a GridSpec,
 }
 

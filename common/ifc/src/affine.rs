@@ -9,12 +9,12 @@ pub(crate) fn affine([x, y, z]: [Vector3<f64>; 3], origin: Point3<f64>) -> Affin
     Affine3::from_matrix_unchecked(Matrix4::from_columns(&columns))
 }
 
-/// Where x, y and z point, as long as a unit becomes.
+/// Images of the unit vectors.
 pub(crate) fn axes(map: &Affine3<f64>) -> [Vector3<f64>; 3] {
     [0, 1, 2].map(|k| map.matrix().column(k).xyz())
 }
 
-/// Where the origin comes to lie.
+/// Image of the origin.
 pub(crate) fn origin(map: &Affine3<f64>) -> Point3<f64> {
     map.matrix().column(3).xyz().into()
 }

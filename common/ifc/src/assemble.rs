@@ -4,12 +4,12 @@ use nalgebra::Affine3;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use crate::affine::placement;
-use crate::geometry::Bodied;
+use crate::geometry::ProductBody;
 use crate::kernel::{File, Record};
 use crate::materials::Materials;
 use crate::placement::Placements;
 use crate::products::{Product, Products};
-use crate::psets::PropertySets;
+use crate::property_sets::PropertySets;
 use crate::relations::Relations;
 use crate::representations::{Bodies, Body};
 use crate::spatial::Storeys;
@@ -31,9 +31,9 @@ pub(crate) fn model(
     let products = Products::read(file, &relations, report);
     let mut bodies = Bodies::new(file);
     let voids = voids(&relations);
-    let bodied: Vec<Bodied<'_, '_>> = products
+    let bodied: Vec<ProductBody<'_, '_>> = products
         .all()
-        .map(|product| Bodied {
+        .map(|product| ProductBody {
             id: &product.id,
             record: &product.record,
             // Reinforcement is built at a date, but lies inside what it reinforces: it is not meshed.

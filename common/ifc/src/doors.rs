@@ -2,9 +2,9 @@
 
 use crate::affine::{affine, axes, is_mirrored, origin, placement as unit_frame};
 use crate::kernel::{File, Record};
-use crate::psets::type_sets;
+use crate::property_sets::type_sets;
 use crate::relations::Relations;
-use crate::{Door, DoorPanel, boxes};
+use crate::{Door, DoorPanel, bounding_boxes};
 use nalgebra::Affine3;
 
 /// Attributes of an IfcDoor. `placement` is its frame in the world, `items` are those of its body.
@@ -92,7 +92,7 @@ fn swapped(operation: &str) -> String {
 /// The map from the type's frame to the occurrence's, if the body is one mapped item.
 fn mapped_item_operator(file: &File<'_>, items: &[u32], unit_m: f64) -> Option<Affine3<f64>> {
     let &[item] = items else { return None };
-    boxes::mapping(file, &file.record_of(item, "IFCMAPPEDITEM")?, unit_m)
+    bounding_boxes::mapping(file, &file.record_of(item, "IFCMAPPEDITEM")?, unit_m)
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ pub enum ReadError {
     /// The end is missing.
     #[error("the file is cut off: {missing} is missing at its end; copy or export it again")]
     Truncated {
-        /// What should be there.
+        /// The missing part.
         missing: &'static str,
     },
     /// A record swallows the rest of the file.
@@ -38,13 +38,13 @@ pub enum ReadError {
     /// There is geometry, but no length unit to read it in.
     #[error("the length unit is unknown ({why}), so the geometry has no size; export the file with a length unit")]
     UnknownLengthUnit {
-        /// What is wrong with it.
+        /// The fault.
         why: String,
     },
     /// A zip container without exactly one readable .ifc file.
     #[error("the zip container cannot be used: {why}")]
     Container {
-        /// What is wrong with it.
+        /// The fault.
         why: String,
     },
     /// The machine refused the threads that the kernel needs.

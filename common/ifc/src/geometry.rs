@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::boxes::{self, Extent, Extents};
+use crate::bounding_boxes::{self, Extent, Extents};
 use crate::kernel::{File, ItemMesh, MeshRequest, Patch, Record, mesh as mesh_by_kernel};
 use crate::representations::Body;
 use crate::units::{self, LengthUnit};
@@ -17,7 +17,7 @@ const COORDINATE_MAX_M: f64 = 1e9;
 const CURVE_ITEMS: [&str; 5] = ["IfcCurve", "IfcPoint", "IfcAnnotationFillArea", "IfcTextLiteral", "IfcPlacement"];
 
 /// A product and the body that was chosen for it.
-pub(crate) struct Bodied<'p, 'a> {
+pub(crate) struct ProductBody<'p, 'a> {
     pub(crate) id: &'p Named,
     pub(crate) record: &'p Record<'a>,
     pub(crate) body: Body,
@@ -27,14 +27,14 @@ pub(crate) struct Bodied<'p, 'a> {
     pub(crate) cuts: bool,
 }
 
-/// What the kernel says of a body that lacks something.
+/// Complaint of the kernel about an incomplete body.
 const DROPPED: &str = "dropped representation items";
 
 /// Bodies by step id; products without a body are not in the map.
 pub(crate) fn mesh(
     file: &File<'_>,
     unit: Option<&LengthUnit>,
-    products: &[Bodied<'_, '_>],
+    products: &[ProductBody<'_, '_>],
     frames: &HashMap<u32, Affine3<f64>>,
     options: &ReadOptions<'_>,
     report: &mut Report,
@@ -65,7 +65,7 @@ pub(crate) fn mesh(
     let (openings, others): (Vec<_>, Vec<_>) = bodied.partition(|product| product.cuts);
     for product in openings.into_iter().chain(others) {
         let id = product.record.id;
-        let outcome = Outcome {
+        let outcome = KernelResult {
             meshes: meshed.meshes.remove(&id).unwrap_or_default(),
             complaint: meshed.complaints.remove(&id),
             frame: frames.get(&id).copied().unwrap_or_else(Affine3::identity),
@@ -77,15 +77,15 @@ pub(crate) fn mesh(
             report.add(Severity::Info, DiagnosticCode::SwallowedByOpenings, Some(product.id.clone()), message);
             Geometry::default()
         } else {
-            settle(file, product, outcome, &mut extents, report)
+            final_geometry(file, product, outcome, &mut extents, report)
         };
         geometries.insert(id, geometry);
     }
     Ok(geometries)
 }
 
-/// What the kernel dropped of a shape that several products have is missing from all of them: it meshes equal shapes once and
-/// blames whichever came first, which depends on its threads.
+/// Shares complaints among products of equal shape: the kernel meshes equal shapes once and reports the first product, which
+/// depends on its threads.
 fn share_complaints(meshes: &BTreeMap<u32, Vec<ItemMesh>>, complaints: &mut BTreeMap<u32, String>) {
     for complaint in complaints.values_mut() {
         // The kernel names the product that it blames; the diagnostic has its own.
@@ -110,12 +110,12 @@ fn faces(meshes: &[ItemMesh]) -> Vec<&[[u32; 3]]> {
 }
 
 /// True unless the product has a placement that cannot be resolved.
-fn is_placed(product: &Bodied<'_, '_>, frames: &HashMap<u32, Affine3<f64>>) -> bool {
+fn is_placed(product: &ProductBody<'_, '_>, frames: &HashMap<u32, Affine3<f64>>) -> bool {
     product.record.at(5).reference().is_none() || frames.contains_key(&product.record.id)
 }
 
 /// A product without a usable position gets no body.
-fn unplaced(product: &Bodied<'_, '_>, report: &mut Report) -> Geometry {
+fn unplaced(product: &ProductBody<'_, '_>, report: &mut Report) -> Geometry {
     let why = "its placement cannot be resolved".to_owned();
     report.add(
         Severity::Error,
@@ -127,7 +127,7 @@ fn unplaced(product: &Bodied<'_, '_>, report: &mut Report) -> Geometry {
 }
 
 /// Result of the kernel for a product.
-struct Outcome {
+struct KernelResult {
     meshes: Vec<ItemMesh>,
     complaint: Option<String>,
     frame: Affine3<f64>,
@@ -135,7 +135,7 @@ struct Outcome {
 
 /// True if every corner of the body's box lies in the box of one of its openings.
 fn is_swallowed(
-    product: &Bodied<'_, '_>,
+    product: &ProductBody<'_, '_>,
     frame: &Affine3<f64>,
     geometries: &BTreeMap<u32, Geometry>,
     extents: &mut Extents<'_, '_>,
@@ -146,20 +146,20 @@ fn is_swallowed(
     }
     let Some(body) = extents.of_items(&product.body.items) else { return false };
     let openings: Vec<Extent> =
-        product.openings.iter().filter_map(|id| boxes::of_parts(&geometries.get(id)?.parts)).collect();
+        product.openings.iter().filter_map(|id| bounding_boxes::of_parts(&geometries.get(id)?.parts)).collect();
     let inside = |p: Point3<f64>| openings.iter().any(|opening| opening.contains(p, MARGIN_M));
     body.corners().into_iter().all(|corner| inside(frame * corner))
 }
 
 /// The final body of a product, with its diagnostics.
-fn settle(
+fn final_geometry(
     file: &File<'_>,
-    product: &Bodied<'_, '_>,
-    outcome: Outcome,
+    product: &ProductBody<'_, '_>,
+    outcome: KernelResult,
     extents: &mut Extents<'_, '_>,
     report: &mut Report,
 ) -> Geometry {
-    let Outcome { meshes, complaint, frame } = outcome;
+    let KernelResult { meshes, complaint, frame } = outcome;
     let (usable, broken): (Vec<ItemMesh>, Vec<ItemMesh>) = meshes.into_iter().partition(|m| is_finite(&m.part));
     let why = complaint.unwrap_or_else(|| "its coordinates are not finite".to_owned());
     let items = &product.body.items;
@@ -182,7 +182,7 @@ fn settle(
     } else {
         extents.of_items(&lost)
     };
-    let status = match boxed.and_then(|b| boxes::mesh(b, &frame)) {
+    let status = match boxed.and_then(|b| bounding_boxes::mesh(b, &frame)) {
         Some(part) => {
             parts.push(part);
             GeometryStatus::BoundingBox { why: why.clone() }
@@ -201,7 +201,7 @@ fn settle(
 }
 
 /// Reports complaints of the kernel about a body that seems complete.
-fn report_doubts(product: &Bodied<'_, '_>, why: &str, empty: bool, report: &mut Report) {
+fn report_doubts(product: &ProductBody<'_, '_>, why: &str, empty: bool, report: &mut Report) {
     let id = || Some(product.id.clone());
     if empty {
         let message = "its body consists of curves and points only and is not drawn".to_owned();
@@ -238,13 +238,14 @@ fn is_meshed(file: &File<'_>, item: u32, meshes: &[ItemMesh]) -> bool {
     }
     let mapped = file.record_of(item, "IFCMAPPEDITEM");
     // A mapped item whose meshes carry no item is taken as meshed.
-    mapped.is_some() && (meshes.iter().any(|mesh| mesh.item.is_none()) || boxes::mapped_items(file, item).any(known))
+    mapped.is_some()
+        && (meshes.iter().any(|mesh| mesh.item.is_none()) || bounding_boxes::mapped_items(file, item).any(known))
 }
 
 fn is_curve(file: &File<'_>, item: u32) -> bool {
     let Some(record) = file.record(item) else { return false };
     if record.is("IFCMAPPEDITEM") {
-        let mut inner = boxes::mapped_items(file, item).peekable();
+        let mut inner = bounding_boxes::mapped_items(file, item).peekable();
         return inner.peek().is_some() && inner.all(|id| file.record(id).is_some_and(|r| is_curve_record(file, &r)));
     }
     is_curve_record(file, &record)
@@ -444,7 +445,7 @@ mod tests {
         let (model, _) = read(&text).unwrap();
         let element = &model.elements[0];
         assert_eq!(element.placement.unwrap().axes[0], [0.0, 1.0, 0.0]);
-        let extent = crate::boxes::of_parts(&element.geometry.parts).unwrap();
+        let extent = crate::bounding_boxes::of_parts(&element.geometry.parts).unwrap();
         let expected = ([2_599_999.625, 1_199_999.25, 400.5], [2_600_000.625, 1_200_001.25, 403.5]);
         for (found, expected) in [(extent.low, expected.0), (extent.high, expected.1)] {
             let off = std::iter::zip(found.iter(), expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

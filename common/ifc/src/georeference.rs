@@ -5,7 +5,7 @@
 
 use crate::kernel::{File, Record};
 use crate::products::named;
-use crate::psets::PropertySets;
+use crate::property_sets::PropertySets;
 use crate::relations::Relations;
 use crate::units::{self, LengthUnit};
 use crate::{Georeference, MapConversion, Property, PropertyValue};
@@ -18,7 +18,7 @@ const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 const FARTHEST_M: f64 = 1e8;
 
 /// A map conversion as written, before units are applied.
-struct Written {
+struct WrittenConversion {
     entity: Named,
     crs: String,
     /// Name of the map's unit and metres per unit.
@@ -78,7 +78,7 @@ fn entity(record: &Record<'_>) -> Named {
 }
 
 /// IfcMapConversion, IfcMapConversionScaled or IfcRigidOperation.
-fn operation(file: &File<'_>, record: &Record<'_>, unit: &LengthUnit) -> Result<Written, String> {
+fn operation(file: &File<'_>, record: &Record<'_>, unit: &LengthUnit) -> Result<WrittenConversion, String> {
     let crs = record.at(1).reference().and_then(|id| file.record(id)).ok_or("it names no target system")?;
     if !crs.is("IFCPROJECTEDCRS") {
         return Err(format!("its target {} #{} is no IfcProjectedCRS", crs.keyword, crs.id));
@@ -92,8 +92,14 @@ fn operation(file: &File<'_>, record: &Record<'_>, unit: &LengthUnit) -> Result<
     let number = |at: usize| record.at(at).number();
     let origin =
         [number(2).ok_or("it has no eastings")?, number(3).ok_or("it has no northings")?, number(4).unwrap_or(0.0)];
-    let written =
-        Written { entity: entity(record), crs: crs.text(0), map_unit, origin, x_axis: [None; 2], scale: None };
+    let written = WrittenConversion {
+        entity: entity(record),
+        crs: crs.text(0),
+        map_unit,
+        origin,
+        x_axis: [None; 2],
+        scale: None,
+    };
     if record.is("IFCRIGIDOPERATION") {
         return Ok(written);
     }
@@ -104,7 +110,7 @@ fn operation(file: &File<'_>, record: &Record<'_>, unit: &LengthUnit) -> Result<
     } else {
         [scale, number(8).unwrap_or(scale), number(9).unwrap_or(scale)]
     };
-    Ok(Written { x_axis: [number(5), number(6)], scale: Some(factors), ..written })
+    Ok(WrittenConversion { x_axis: [number(5), number(6)], scale: Some(factors), ..written })
 }
 
 /// `ePSet_MapConversion` and `ePSet_ProjectedCRS`, which stand for the entities in IFC2X3; `None` without the former.
@@ -113,7 +119,7 @@ fn property_sets(
     owner: Named,
     file: &File<'_>,
     unit: &LengthUnit,
-) -> Option<Result<Written, String>> {
+) -> Option<Result<WrittenConversion, String>> {
     let of = |set: &'static str| properties.iter().filter(move |p| p.set.eq_ignore_ascii_case(set));
     of("ePSet_MapConversion").next()?;
     let number = |name: &str| {
@@ -141,7 +147,7 @@ fn property_sets(
             number("Northings").ok_or("ePSet_MapConversion has no Northings")?,
             number("OrthogonalHeight").unwrap_or(0.0),
         ];
-        Ok(Written {
+        Ok(WrittenConversion {
             entity: owner.clone(),
             crs: crs.unwrap_or_default(),
             map_unit,
@@ -153,7 +159,7 @@ fn property_sets(
     Some(read())
 }
 
-fn in_metres(written: Written, unit: &LengthUnit, report: &mut Report) -> Result<MapConversion, String> {
+fn in_metres(written: WrittenConversion, unit: &LengthUnit, report: &mut Report) -> Result<MapConversion, String> {
     let (map_unit, map_unit_m) = written.map_unit;
     let x_axis = unit_vector(written.x_axis).ok_or("XAxisAbscissa and XAxisOrdinate are no direction")?;
     let factors = written.scale.unwrap_or([unit.metres / map_unit_m; 3]);

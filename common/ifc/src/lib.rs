@@ -11,7 +11,7 @@
 
 mod affine;
 mod assemble;
-mod boxes;
+mod bounding_boxes;
 mod container;
 mod doors;
 mod error;
@@ -24,7 +24,7 @@ mod model;
 mod options;
 mod placement;
 mod products;
-mod psets;
+mod property_sets;
 mod relations;
 mod representations;
 mod schedule;

@@ -9,7 +9,7 @@ use frames::EarthFromWorld;
 pub struct Model {
     /// Source file.
     pub source: Source,
-    /// Where on earth it stands, as the file says; never applied to coordinates.
+    /// Georeference of the file; never applied to coordinates.
     pub georeference: Georeference,
     /// GlobalId and name of what contains the storeys: building, else site, else project.
     pub container: Named,
@@ -127,11 +127,11 @@ pub struct Placement {
 pub struct Geometry {
     /// One part per representation item.
     pub parts: Vec<MeshPart>,
-    /// How the parts came about.
+    /// Status of the parts.
     pub status: GeometryStatus,
 }
 
-/// How trustworthy a body is.
+/// Status of a body.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum GeometryStatus {
     /// No body representation: the product is no obstacle.
@@ -258,7 +258,7 @@ pub struct Space {
     pub has_parts: bool,
     /// Index of its storey.
     pub storey: Option<usize>,
-    /// An IfcRelSpaceBoundary names it, whatever the boundary is.
+    /// True if any IfcRelSpaceBoundary names it.
     pub has_boundaries: bool,
     /// Its body.
     pub geometry: Geometry,

@@ -1,6 +1,6 @@
 //! Options and progress of reading a file.
 
-/// How to read. Nothing here changes the result.
+/// Options of reading. They do not change the result.
 #[derive(Clone, Copy, Default)]
 pub struct ReadOptions<'a> {
     /// Threads for meshing, with the deep stacks that it needs; 0: as many as rayon thinks right.
@@ -18,10 +18,10 @@ impl ReadOptions<'_> {
     }
 }
 
-/// How far reading has come.
+/// Progress of reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// What is being done.
+    /// Stage of the work.
     pub stage: Stage,
     /// Steps done in this stage.
     pub done: usize,
@@ -29,7 +29,7 @@ pub struct Progress {
     pub total: usize,
 }
 
-/// What is being done.
+/// Stage of the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// Records and relations; one step.

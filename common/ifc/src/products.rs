@@ -60,7 +60,7 @@ fn products<'f, 'a>(file: &'f File<'a>, entity: &str, report: &mut Report) -> Ve
     parsed.collect()
 }
 
-/// An IfcProxy stands for what its exporter could not name. It is no IfcElement, and may be anything.
+/// An IfcProxy is an object that its exporter could not classify. It is no IfcElement.
 fn report_proxies(file: &File<'_>, report: &mut Report) {
     let proxies = products(file, "IfcProxy", report);
     for proxy in proxies.into_iter().filter(|p| p.record.at(6).reference().is_some()) {

@@ -1,7 +1,8 @@
-//! Which representations of a product are its body?
+//! Selects the representations of a product that are its body.
 //!
-//! `Body`, else `Facetation`, else `Body-Fallback`, else whatever in a model context is not known to be something else.
-//! The kernel has a rule of its own, by RepresentationType; where it would choose otherwise it is shown other records.
+//! `Body`, else `Facetation`, else `Body-Fallback`, else every representation in a model context that is not known to be
+//! something else. The kernel has a rule of its own, by RepresentationType; where it would choose otherwise it is shown
+//! other records.
 
 use std::collections::HashMap;
 

@@ -58,7 +58,7 @@ pub(crate) fn storeys(
     storeys
 }
 
-/// What contains the storeys: building, else site, else project; nameless if there is none.
+/// The container of the storeys: building, else site, else project; nameless if there is none.
 pub(crate) fn container(file: &File<'_>, report: &mut Report) -> Named {
     let first = |entity: &str, report: &mut Report| file.records(entity, report).first().map(crate::products::named);
     ["IfcBuilding", "IfcSite", "IfcProject"].into_iter().find_map(|entity| first(entity, report)).unwrap_or_default()

@@ -213,7 +213,7 @@ fn swept(file: &File<'_>, record: &Record<'_>) -> Option<Faces> {
     Some(faces)
 }
 
-/// Where y of the profile points at each corner of the path, lengthened by the mitre.
+/// Direction of the profile's y axis at each corner of the path, lengthened by the mitre.
 fn sides(path: &[Point3<f64>], normal: Vector3<f64>, closed: bool) -> Option<Vec<Vector3<f64>>> {
     let n = path.len();
     let direction = |i: usize| normalised(path[(i + 1) % n] - path[i % n]);

@@ -1,6 +1,6 @@
 //! Maps as map servers write them: a YAML text and an image beside it.
 //!
-//! Grey 205 of a trinary map is unknown whatever the threshold says: savers write it for that, and with the common
+//! Grey 205 of a trinary map is unknown, independent of the threshold: savers write it for that, and with the common
 //! `free_thresh: 0.25` a map server reads it as free, so that unobserved walls would seem to be seen through.
 
 use crate::Cell;

@@ -75,7 +75,7 @@ pub(crate) struct Opening {
     pub(crate) depth_m: f64,
     /// Thickness of the leaves.
     pub(crate) leaf_m: f64,
-    /// What the leaves leave free at each side: lining and gap.
+    /// Free width at each side of the leaves: lining and gap.
     pub(crate) side_m: f64,
 }
 
@@ -235,7 +235,7 @@ fn motion(link: &Link, q: f64) -> ([f64; 3], f64) {
     }
 }
 
-/// Where a link is (origin, yaw) in the door's frame when it and those that it hangs on have these values.
+/// Pose of a link (origin, yaw) in the door's frame for joint values of it and its parents.
 pub(crate) fn pose_at(links: &[Link], index: usize, values: &[f64]) -> ([f64; 3], f64) {
     let link = &links[index];
     let (shift, own_yaw) = motion(link, values[index]);

@@ -5,12 +5,12 @@ use messages::{DoorPanelRecord, Site};
 /// A leaf: its part of the door's width and what it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Leaf {
-    /// Where it begins and ends, as shares of the width from the left.
+    /// Its start and end as shares of the width from the left.
     pub(crate) span: [f64; 2],
     pub(crate) motion: LeafMotion,
 }
 
-/// What a leaf does. Left, right and front are the door's: x = 0, x = W, +y.
+/// Motion of a leaf. Left, right and front are those of the door: x = 0, x = W, +y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum LeafMotion {
     /// Turns about an upright hinge on its left or right edge, to the front (1), to the back (-1), or both ways.
@@ -27,7 +27,7 @@ pub(crate) enum LeafMotion {
     Fixed,
 }
 
-/// Where an operation type comes from.
+/// Source of an operation type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum OperationSource {
     /// OperationType of the door or its type.

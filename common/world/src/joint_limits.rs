@@ -68,8 +68,8 @@ impl NearbyObstacles<'_> {
         self.found.iter().filter(lies_under).map(|o| o.bounds_m[1][2]).fold(low, f64::max)
     }
 
-    /// How far a motion from 0 towards `goal` gets in steps before something is met: (where it ends, what is met). `at` gives the
-    /// leaf at a value of the joint.
+    /// Range of a motion from 0 towards `goal` in steps, and the index of the obstacle that ends it. `at` gives the leaf at
+    /// a joint value.
     pub(crate) fn reach(&self, goal: f64, step: f64, at: impl Fn(f64) -> Prism) -> (f64, Option<usize>) {
         let n = (goal.abs() / step).ceil().max(1.0) as usize;
         let mut last = 0.0;

@@ -15,7 +15,7 @@ pub(crate) struct Solid {
     pub(crate) faces: Vec<Vec<u32>>,
 }
 
-/// Where a mesh of the store is placed: turned by quarters about z, then shifted.
+/// Placement of a stored mesh: rotated by quarter turns about z, then shifted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PlacedMesh {
     /// Number of the mesh.

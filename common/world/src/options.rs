@@ -13,7 +13,7 @@ pub struct WorldOptions {
     pub barriers: bool,
     /// Source of colours.
     pub materials: Materials,
-    /// How far corners of visual meshes may be moved to make them fewer, in metres; 0 leaves them.
+    /// Tolerance of simplifying visual meshes, in metres; 0 for none.
     pub lod_m: f64,
     /// Waypoints are shown.
     pub markers: bool,
@@ -89,7 +89,7 @@ pub struct Pieces {
     pub exact_max: usize,
     /// Pieces of an element before neighbours become one.
     pub element_max: usize,
-    /// How far off such a one may lie; foliage eight times as far.
+    /// Maximum deviation of such a hull; eight times as much for foliage.
     pub joined_m: f64,
 }
 

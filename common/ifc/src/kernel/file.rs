@@ -11,7 +11,7 @@ use super::{Record, Schema};
 use crate::ReadError;
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
 
-/// Where a record stands.
+/// Position of a record in the bytes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
     pub(crate) id: u32,
@@ -73,11 +73,11 @@ const SHORT_BYTES_MAX: usize = 8 << 10;
 impl<'a> File<'a> {
     /// Scans the file once.
     pub(crate) fn scan(bytes: &'a [u8], schema: Schema, report: &mut Report) -> Result<Self, ReadError> {
-        // The kernel writes what it skips to stderr, unless somebody takes it; we report the same below.
+        // The kernel writes skipped records to stderr unless they are collected; they are reported below.
         ifc_lite_core::set_report_sink(|_| {});
         let mut index = EntityIndex::with_capacity_and_hasher(bytes.len() / 60, Default::default());
         let mut classes: Vec<Class> = Vec::new();
-        let mut kind_of_keyword: HashMap<&str, Kind> = HashMap::new();
+        let mut kind_of_keyword: HashMap<&str, RecordKind> = HashMap::new();
         let mut unknown: Vec<Unknown<'_>> = Vec::new();
         let mut superseded = Vec::new();
         let mut scanner = EntityScanner::new(bytes);
@@ -91,9 +91,9 @@ impl<'a> File<'a> {
             let kind =
                 *kind_of_keyword.entry(keyword).or_insert_with(|| kind(keyword, schema, &mut classes, &mut unknown));
             match kind {
-                Kind::Wanted(class) => classes[class].spans.push(Span { id, start, end }),
-                Kind::Unknown(place) => unknown[place].count(Span { id, start, end }),
-                Kind::Other => {}
+                RecordKind::Wanted(class) => classes[class].spans.push(Span { id, start, end }),
+                RecordKind::Unknown(place) => unknown[place].count(Span { id, start, end }),
+                RecordKind::Other => {}
             }
         }
         if let Some(&at) = scanner.malformed_record_starts().last() {
@@ -195,7 +195,7 @@ impl<'a> File<'a> {
 
 /// Handling of the records of a keyword.
 #[derive(Clone, Copy)]
-enum Kind {
+enum RecordKind {
     /// Listed in this class.
     Wanted(usize),
     /// Of an entity that no schema has; its place in the list of those.
@@ -204,18 +204,18 @@ enum Kind {
     Other,
 }
 
-fn kind<'a>(keyword: &'a str, schema: Schema, classes: &mut Vec<Class>, unknown: &mut Vec<Unknown<'a>>) -> Kind {
+fn kind<'a>(keyword: &'a str, schema: Schema, classes: &mut Vec<Class>, unknown: &mut Vec<Unknown<'a>>) -> RecordKind {
     let lineage = schema.lineage(keyword);
     let Some(entity) = lineage.first() else {
         unknown.push(Unknown { keyword, first: None, n: 0 });
-        return Kind::Unknown(unknown.len() - 1);
+        return RecordKind::Unknown(unknown.len() - 1);
     };
     if !WANTED_THEMSELVES.contains(entity) && !lineage.iter().any(|name| WANTED.contains(name)) {
-        return Kind::Other;
+        return RecordKind::Other;
     }
     // Spellings differ in case only; a second spelling joins the class of the first.
     let known = classes.iter().position(|class| class.lineage[0] == *entity);
-    Kind::Wanted(known.unwrap_or_else(|| {
+    RecordKind::Wanted(known.unwrap_or_else(|| {
         classes.push(Class { lineage, spans: Vec::new() });
         classes.len() - 1
     }))
@@ -234,7 +234,7 @@ impl Unknown<'_> {
         self.n += 1;
     }
 
-    /// What has a GlobalId may be a wall; what has none is detail of something else.
+    /// An entity with a GlobalId may be an element; one without is a detail of another.
     fn report(&self, bytes: &[u8], report: &mut Report) {
         let Some(first) = self.first else { return };
         let record = Record::parse(&bytes[first.start..first.end]);

@@ -13,7 +13,7 @@ use ifc_lite_processing::{
 use super::{File, Patch};
 use crate::{MeshPart, ReadError};
 
-/// What to mesh and how.
+/// Request of meshes.
 pub(crate) struct MeshRequest<'r> {
     /// STEP ids of the products.
     pub(crate) products: &'r [u32],

@@ -13,7 +13,7 @@ pub(crate) struct Schema {
     pub(crate) is_older: bool,
 }
 
-/// What FILE_SCHEMA must say for records to be read by the oldest schema that is known.
+/// FILE_SCHEMA labels whose records are read by the oldest known schema.
 pub(crate) const OLDEST: &str = "IFC2X3";
 
 /// Newest first: an entity that the file's own schema does not declare is looked up in the others, because release

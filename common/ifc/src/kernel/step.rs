@@ -71,7 +71,7 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// The members of a list; empty for anything else.
+    /// The members of a list; empty for other values.
     pub(crate) fn list(&self) -> &[Value<'a>] {
         match self.plain() {
             Value::List(items) => items,

@@ -4,7 +4,7 @@ use crate::kernel::File;
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
 use std::collections::HashMap;
 
-/// What every part of the reader needs.
+/// Shared inputs of the schedule reader.
 pub(super) struct Context<'c, 'a> {
     pub(super) file: &'c File<'a>,
     /// Seconds per time unit of the project, for files that count in it.

@@ -92,7 +92,7 @@ struct Targets<'c> {
     /// Parts by whole and elements by container, in file order: for buildings and sites.
     below: HashMap<u32, Vec<u32>>,
     inside: HashMap<u32, Vec<u32>>,
-    /// What was found already.
+    /// Results found so far.
     known: HashMap<u32, Vec<(LinkTarget, bool)>>,
 }
 
@@ -116,7 +116,7 @@ impl<'c> Targets<'c> {
         }
     }
 
-    /// What a product stands for, each with whether it only lies below it.
+    /// Targets of a product, each with whether it is only below the product.
     fn of(&mut self, product: u32) -> &[(LinkTarget, bool)] {
         if !self.known.contains_key(&product) {
             let found = match self.own(product) {

@@ -55,7 +55,7 @@ pub struct Task {
     pub time: Option<TaskTime>,
 }
 
-/// How a duration or lag is counted.
+/// Kind of time in which a duration or lag is counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum DurationType {
     /// In the working time of a calendar.
@@ -111,7 +111,7 @@ pub struct Sequence {
     pub lag: Option<Lag>,
 }
 
-/// How two tasks depend on each other.
+/// Kind of dependency of two tasks.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum SequenceType {
     /// Starts when the predecessor starts.
@@ -134,7 +134,7 @@ pub struct Lag {
     pub duration_type: DurationType,
 }
 
-/// How much a successor lags.
+/// Lag of a successor.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LagValue {
     /// An ISO 8601 duration as the file has it; that of IFC2X3 is written as `PT28800S` or `-PT28800S`.
@@ -156,7 +156,7 @@ pub struct TaskLink {
     pub from_above: bool,
 }
 
-/// What a task works on, by its index in [`crate::Model`].
+/// Target of a task, by its index in [`crate::Model`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LinkTarget {
     /// An element.

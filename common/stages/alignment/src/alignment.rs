@@ -49,7 +49,7 @@ impl<Frame> AsRef<Self> for PreparedMap<Frame> {
 pub struct AlignedPose {
     /// Which of the maps of the model.
     pub reference: usize,
-    /// Where the SLAM map lies in the model's map.
+    /// Pose of the SLAM map in the model's map.
     pub map_from_slam: Rigid2<Map, Slam>,
     /// Its score with the parts.
     pub evidence: Evidence,

@@ -65,7 +65,7 @@ pub(crate) fn corners(raster: &Raster) -> Vec<Corner> {
     found.into_iter().map(|(_, index)| corner(raster, &wide, &box_sum, index)).collect()
 }
 
-/// How much of a corner each cell is.
+/// Corner response of each cell.
 ///
 /// # Source
 /// Harris and Stephens, "A combined corner and edge detector", Alvey Vision Conference, 1988.

@@ -19,7 +19,7 @@ const CONTRADICTION: f32 = 0.12;
 const N_PEAKS: usize = 10;
 const CLEARED_M: f64 = 0.5;
 
-/// The poses in which the most faces lie on each other, for the given turns.
+/// The poses in which the most wall points lie on each other, for the given turns.
 pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -> Vec<Pose> {
     let bin_m = if reference.raster.cells.len() > MANY_CELLS { WIDE_BIN_M } else { BIN_M };
     let size_of = |f: &Features| [f.raster.width, f.raster.height].map(|n| (n as f64 * CELL_M / bin_m) as usize + 1);
@@ -56,7 +56,7 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
     poses.into_iter().map(|p| p.1).collect()
 }
 
-/// Normals of faces as complex numbers, at most of length 1 in a bin, and blurred; occupied bins.
+/// Normals of wall points as complex numbers, at most of length 1 in a bin, and blurred; occupied bins.
 fn reference_planes(reference: &Features, size: [usize; 2], bin_m: f64) -> (Vec<Complex32>, Vec<Complex32>) {
     let normals = normal_plane(reference, &Pose::new([0.0; 2], 0.0), [0.0; 2], size, bin_m);
     let part =

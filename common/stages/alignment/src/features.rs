@@ -14,7 +14,7 @@ pub(crate) struct Features {
     pub(crate) wall_points: Vec<WallPoint>,
     /// Mean of the free cells, at which errors of a pose are given.
     pub(crate) centre: [f64; 2],
-    /// The face of each cell.
+    /// The wall point of each cell.
     of_cell: Vec<u32>,
     // Tracking needs only wall points; the rest is computed on first use.
     corners: OnceLock<Vec<Corner>>,
@@ -22,13 +22,13 @@ pub(crate) struct Features {
     nearest: OnceLock<Nearest>,
 }
 
-/// The nearest face of each cell, with a margin around the map.
+/// The nearest wall point of each cell, with a margin around the map.
 struct Nearest {
     wall_points: Vec<u32>,
     width: usize,
 }
 
-/// Around the map, in cells: as far as anything is matched.
+/// Margin around the map, in cells: the maximum distance of a match.
 const MARGIN: usize = 40;
 
 impl Features {
@@ -50,7 +50,7 @@ impl Features {
         self.directions.get_or_init(|| Box::new(directions(&self.wall_points)))
     }
 
-    /// The face nearest to the middle of a point's cell, and the squared distance to the point.
+    /// The wall point nearest to the middle of a point's cell, and the squared distance to the point.
     pub(crate) fn nearest(&self, [x, y]: [f64; 2]) -> Option<(&WallPoint, f64)> {
         let nearest = self.nearest.get_or_init(|| Nearest::of(&self.of_cell, &self.raster));
         let (column, row) = (x / CELL_M + MARGIN as f64, y / CELL_M + MARGIN as f64);
@@ -65,7 +65,8 @@ impl Features {
 }
 
 impl Features {
-    /// The nearest face within [`MAX_MATCH_M`], and the squared distance, without looking at the whole map first: for few points.
+    /// The nearest wall point within [`MAX_MATCH_M`], and the squared distance, without looking at the whole map first: for
+    /// few points.
     pub(crate) fn nearest_by_scan(&self, [x, y]: [f64; 2]) -> Option<(&WallPoint, f64)> {
         let reach = (MAX_MATCH_M / CELL_M) as i64 + 1;
         let (column, row) = ((x / CELL_M).floor() as i64, (y / CELL_M).floor() as i64);
@@ -132,7 +133,7 @@ mod tests {
             let features = Features::of(Raster::of(&cells, 60, CELL_M), 0.025);
             let far = |wall_point: &WallPoint| (x - wall_point.at[0]).powi(2) + (y - wall_point.at[1]).powi(2);
             let nearest = features.wall_points.iter().map(far).min_by(f64::total_cmp);
-            // A face lies in its cell or at most half a cell beside its middle.
+            // A wall point lies in its cell or at most half a cell beside its middle.
             let within = nearest.filter(|squared| *squared <= MAX_MATCH_M * MAX_MATCH_M);
             prop_assert_eq!(features.nearest_by_scan([x, y]).map(|(_, squared)| squared), within);
         }

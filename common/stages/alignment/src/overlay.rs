@@ -9,7 +9,7 @@ use std::io::Cursor;
 const FREE: Rgb<u8> = Rgb([255, 255, 255]);
 const UNKNOWN: Rgb<u8> = Rgb([220, 220, 220]);
 const MODEL: Rgb<u8> = Rgb([110, 110, 110]);
-/// Where the robot has seen free space.
+/// Free space seen by the robot.
 const SEEN: Rgb<u8> = Rgb([205, 228, 250]);
 /// Walls of both maps.
 const EXPLAINED: Rgb<u8> = Rgb([0, 130, 60]);

@@ -24,7 +24,7 @@ pub enum ReferenceError {
     /// The site cannot be drawn.
     #[error(transparent)]
     Rasterize(#[from] RasterizeError),
-    /// What was drawn cannot be read.
+    /// The drawn reference cannot be read.
     #[error("a map of the site as planned")]
     Archive(#[from] ArchiveError),
 }
@@ -68,7 +68,7 @@ impl References {
     }
 }
 
-/// What a lidar sees of finished structure.
+/// The localization layer as an occupancy map.
 fn localization(grid: &Grid<'_>) -> OccupancyMap {
     let spec = grid.spec();
     let [x, y] = spec.origin_m();

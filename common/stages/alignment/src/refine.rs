@@ -19,8 +19,8 @@ const MIN_AGREEMENT: f64 = 0.7;
 const DAMPING: f64 = 0.001;
 const STILL_M: f64 = 0.0002;
 const STILL_RAD: f64 = 2e-5;
-/// Neighbouring cells are not independent; what a map is bent by is not in the residuals. With this factor 90 to 98 % of the errors
-/// of 245 right poses lie inside the 95 % bound; the prototype had 8 and 38 %.
+/// Neighbouring cells are not independent; what a map is distorted by is not in the residuals. With this factor 90 to 98 %
+/// of the errors of 245 right poses lie inside the 95 % bound; the prototype had 8 and 38 %.
 const COVARIANCE_FACTOR: f64 = 48.0;
 const MIN_VARIANCE: f64 = 1e-4;
 
@@ -79,9 +79,9 @@ fn step(reference: &Features, wall_points: &[WallPoint], pose: &Pose, scale: f64
     Some((Normal::of(&matches, |m| [m.normal[0], m.normal[1], lever(m)]), about))
 }
 
-/// A face of the SLAM map beside one of the reference.
+/// A wall point of the SLAM map beside one of the reference.
 pub(crate) struct Match {
-    /// Where the SLAM map's face comes to lie in the reference.
+    /// Where the SLAM map's wall point comes to lie in the reference.
     pub(crate) at: [f64; 2],
     /// The normal of the reference's.
     pub(crate) normal: [f64; 2],

@@ -12,7 +12,7 @@ const WINDOW: usize = 6;
 const MIN_SHARE: f64 = 0.45;
 const MAX_TURNS: usize = 8;
 
-/// Share of the faces that look in each direction.
+/// Share of the wall points that look in each direction.
 pub(crate) fn directions(wall_points: &[WallPoint]) -> [f64; N_BINS] {
     let mut counted = [0.0; N_BINS];
     for wall_point in wall_points {

@@ -19,7 +19,8 @@ const WITHIN_M: f64 = 0.2;
 const TIMES: usize = 8;
 const STILL: f64 = 1e-6;
 
-/// The scale at which the faces of a SLAM map lie best on the reference, from a pose that fits; `None` if too little matches.
+/// The scale at which the wall points of a SLAM map lie best on the reference, from a pose that fits; `None` if too little
+/// matches.
 pub(crate) fn scale(reference: &Features, slam: &Features, wall_points: &[WallPoint], start: &Pose) -> Option<Scale> {
     let (mut pose, mut factor, middle) = (*start, 1.0, slam.centre);
     let mut deviation = f64::INFINITY;

@@ -7,20 +7,21 @@ use crate::wall_points::WallPoint;
 use messages::Evidence;
 use occupancy::Cell;
 
-/// Scales over which a score is averaged, in metres: a bent map still scores on the coarse ones.
+/// Scales over which a score is averaged, in metres: a distorted map still scores on the coarse ones.
 pub(crate) const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
-/// What the robot has seen of a face of the reference is judged so far in front of it.
+/// Distance in front of a wall point of the reference at which visibility is tested.
 const IN_FRONT_M: f64 = 0.15;
 const MIN_SEEN: usize = 20;
 const PRECISION_SHARE: f64 = 0.65;
 
-/// The faces that are compared; those of the SLAM map are drawn by weight.
+/// The wall points that are compared; those of the SLAM map are drawn by weight.
 pub(crate) struct ComparedMaps<'a> {
     pub(crate) slam: &'a Features,
     pub(crate) reference: &'a Features,
     pub(crate) slam_points: &'a [WallPoint],
     pub(crate) reference_points: &'a [WallPoint],
-    /// True where so few faces of the reference are looked for in the SLAM map that its nearest faces need not be known everywhere.
+    /// True where so few wall points of the reference are looked for in the SLAM map that its nearest wall points need not
+    /// be known everywhere.
     pub(crate) scans: bool,
 }
 

@@ -13,11 +13,11 @@ use crate::wall_points::WallPoint;
 use frames::wrapped;
 use messages::Evidence;
 
-/// Faces that are drawn.
+/// Wall points that are drawn.
 const N_WALL_POINTS: usize = 1500;
 const N_COARSE_POINTS: usize = 500;
 const N_REFERENCE_POINTS: usize = 3000;
-/// A bent map's refinement has to be better by this.
+/// A distorted map's refinement has to be better by this.
 const SOFT_ADVANTAGE: f64 = 0.02;
 const COARSE_SCALE: [f64; 1] = [0.3];
 
@@ -122,7 +122,7 @@ fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Cand
     distinct(exact.collect(), about)
 }
 
-/// The faces of a SLAM map that are compared.
+/// The wall points of a SLAM map that are compared.
 pub(crate) fn sampled_points(slam: &Features, random: &mut RandomGenerator) -> Vec<WallPoint> {
     let numbers = random.draw(slam.wall_points.iter().map(|f| f.weight), N_WALL_POINTS);
     numbers.into_iter().map(|k| slam.wall_points[k as usize]).collect()

@@ -3,7 +3,7 @@
 //! Lengths in metres, angles in radians. The method is that of `align`; values without another reason are those of the
 //! prototype that it was measured with.
 
-/// Faces farther from each other than this are no match, in metres.
+/// Wall points farther from each other than this are no match, in metres.
 pub(crate) const MAX_MATCH_M: f64 = 0.6;
 
 /// Hypotheses that are looked at more closely.
@@ -34,16 +34,16 @@ pub(crate) const MAX_DEVIATION_RAD: f64 = 0.006;
 /// have 0.96 and more.
 pub(crate) const RIVAL_SHARE: f64 = 0.93;
 
-/// Scales that are tried where nobody vouches for the lengths of a map, and the factor between two of them: a building of 30 m is
-/// then nowhere off by more than a refinement reaches.
+/// Maximum scale that is tried for maps with unknown scale, and the factor between two of them: a building of 30 m is then
+/// nowhere off by more than a refinement reaches.
 pub(crate) const MAX_SCALE: f64 = 1.25;
 pub(crate) const SCALE_STEP: f64 = 1.03;
 
-/// Faces of each map that a pose is followed with.
+/// Wall points of each map that a pose is followed with.
 pub(crate) const N_TRACKED_POINTS: usize = 800;
 
 /// A pose that is elsewhere must win so many searches, each of a newer map, before it is offered in the place of that which counts.
 pub(crate) const N_WINS: u32 = 3;
 
-/// Faces that a SLAM map must have to be aligned at all: 5 m of wall.
+/// Wall points that a SLAM map must have to be aligned at all: 5 m of wall.
 pub(crate) const MIN_WALL_POINTS: usize = 100;

@@ -27,8 +27,8 @@ pub(crate) struct WallPoints {
 /// Of the blur before slopes are taken, in cells.
 const SIGMA: f64 = 1.6;
 const MIN_SLOPE: f32 = 0.04;
-/// A wall's direction is that of so many faces at most, within so many cells; of more in maps of coarser cells, whose steps are
-/// longer.
+/// A wall's direction is that of so many wall points at most, within so many cells; of more in maps of coarser cells, whose
+/// steps are longer.
 const N_AROUND: usize = 17;
 const AROUND: i64 = 10;
 /// Cells of half a metre: the steps of larger ones are longer than walls, and what is looked at grows with their square.
@@ -78,7 +78,7 @@ impl WallPoints {
         }
     }
 
-    /// The normal of the line through the faces around a cell; `None` if they make no line.
+    /// The normal of the line through the wall points around a cell; `None` if they make no line.
     fn wall_normal(
         &self,
         raster: &Raster,
@@ -125,7 +125,7 @@ impl WallPoints {
     }
 }
 
-/// Within how many cells a wall's direction is looked for, and of how many faces it is made.
+/// Within how many cells a wall's direction is looked for, and of how many wall points it is made.
 fn surroundings(coarseness: f64) -> (i64, usize) {
     let coarseness = coarseness.min(COARSEST);
     (libm::round(AROUND as f64 * coarseness) as i64, (N_AROUND as f64 * coarseness) as usize)

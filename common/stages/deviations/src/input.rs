@@ -19,7 +19,7 @@ pub struct DeviationInput<'a> {
     pub slam: &'a OccupancyMap,
     /// Hash of that map, for the record.
     pub slam_map_hash: u64,
-    /// Where it lies.
+    /// Its pose in the map of the model.
     pub map_from_slam: Rigid2<Map, Slam>,
     /// A place in the SLAM map, in metres.
     pub about_m: [f64; 2],

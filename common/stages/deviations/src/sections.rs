@@ -98,7 +98,7 @@ impl Sections {
         self.section.segments_near(at, within_m).any(|s| near(&s)) || self.covered(at, own)
     }
 
-    /// True if any element at all, whatever its state, is at most this far from a place near the lidar's plane.
+    /// True if any element, in any state, is at most this far from a point near the lidar's plane.
     pub(crate) fn explains(&self, at: [f64; 2], within_m: f64) -> bool {
         self.around.segments_near(at, within_m).any(|s| distance(s, at) <= within_m)
             || self.around.areas_at(at).any(|cut| contains(&self.cuts[cut as usize].around.area, at))

@@ -16,7 +16,7 @@ pub(crate) struct SlamView {
     pub(crate) map_from_cells: Rigid2<Map, Cells>,
 }
 
-/// Where the lines of a probe begin and end, along the inward normal of a side.
+/// A probe along the inward normal of a side.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Probe {
     pub(crate) at: [f64; 2],
@@ -76,7 +76,7 @@ impl SlamView {
         ProbeResult { offsets_m, through, free_m: self.free_m(&lines) }
     }
 
-    /// How far behind the side the first of the lines meets a surface, if the middle one is free up to there.
+    /// Depth behind the side at which the first line meets a surface, if the middle line is free up to there.
     fn free_m(&self, lines: &[Vec<Cell>; 3]) -> Option<f64> {
         let from = (REACH_M / self.step_m()).round() as usize;
         let meets = |line: &Vec<Cell>| line.iter().skip(from).position(|c| *c == Cell::Occupied);
@@ -116,8 +116,8 @@ impl SlamView {
         !span.contains(&Cell::Occupied) && free as f64 >= FREE_SHARE * span.len() as f64 && free > 0
     }
 
-    /// Where a line comes from free cells into occupied ones. A surface lies in the middle of the cell that shows it; noise spreads
-    /// it over two at most.
+    /// Offsets at which a line enters occupied cells from free ones. A surface lies in the middle of the cell that shows it;
+    /// noise spreads it over two at most.
     fn surfaces(&self, line: &[Cell]) -> Vec<f64> {
         let (step_m, front) = (self.step_m(), (FRONT_M / self.step_m()) as usize);
         let mut found = Vec::new();

@@ -27,7 +27,7 @@ pub(crate) const FREE_SHARE: f64 = 0.85;
 /// A side is covered if another element is this near in front of it: no ray gets between them.
 pub(crate) const GAP_M: f64 = 0.15;
 
-/// What is as thin as this on another element cannot be told from it: linings that were gone were called observed.
+/// Layers as thin as this on another element cannot be distinguished from it: missing linings were reported as observed.
 pub(crate) const LAYER_M: f64 = 0.15;
 
 /// Sides this near to another element are not sampled: surfaces there may belong to the other.
@@ -52,7 +52,7 @@ pub(crate) const SUPPORT_M: f64 = 0.06;
 pub(crate) const MIN_SUPPORT: usize = 8;
 pub(crate) const SUPPORT_RATIO: f64 = 1.3;
 
-/// A displacement is that of most of the side: share of the samples in that direction that anything is known of.
+/// A displacement is that of most of the side: share of the known samples in that direction.
 pub(crate) const SUPPORT_SHARE: f64 = 0.5;
 
 /// Of what was judged of an element that left its place at most this share is still met there: half of a column's sides slide along
@@ -102,7 +102,7 @@ pub(crate) const BUILT_M: f64 = 0.05;
 pub(crate) const MIN_LENGTH_M: f64 = 0.3;
 pub(crate) const MIN_AREA_M2: f64 = 0.1;
 pub(crate) const MIN_CELLS: usize = 4;
-/// What stands this far above or below the lidar's plane explains a surface, too: floors are uneven and robots tilt.
+/// Elements this far above or below the lidar's plane also explain surfaces: floors are uneven and robots tilt.
 pub(crate) const PLANE_M: f64 = 0.1;
 /// Margin around the storey's bounds within which obstacles are searched.
 pub(crate) const OUTSIDE_M: f64 = 0.5;

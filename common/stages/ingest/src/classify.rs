@@ -40,7 +40,7 @@ const WHOLES_OF_BARS: [(&str, Class); 9] = [
 /// Entities on whose upward faces a robot may stand.
 const FLOORS: [&str; 6] = ["IfcSlab", "IfcRamp", "IfcRampFlight", "IfcFooting", "IfcPavement", "IfcCourse"];
 
-/// Entities of which no part is floor: a threshold or sill is a part of its door or window, whatever it is modelled as.
+/// Entities of which no part is floor: a threshold or sill is a part of its door or window, whatever its entity.
 const NO_FLOORS: [&str; 2] = ["IfcDoor", "IfcWindow"];
 
 /// Words for glass in the languages of model authors, and words that only contain them.

@@ -60,7 +60,7 @@ pub(crate) fn join_leaves(builder: &mut SiteBuilder) {
     }
 }
 
-/// Where two leaves meet.
+/// The joint between two leaves.
 struct Joint {
     /// The side of each at which the other lies: against or along its axis.
     sides: [usize; 2],

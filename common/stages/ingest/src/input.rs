@@ -1,4 +1,4 @@
-//! Files of a site and how they become one.
+//! Source files of a site, and options of ingestion.
 
 use crate::progress::Progress;
 use crate::site_frame::SiteFrame;
@@ -21,7 +21,7 @@ impl SourceFile {
     }
 }
 
-/// How files become a site.
+/// Options of ingestion.
 #[derive(Clone, Copy)]
 pub struct IngestOptions<'a> {
     /// The site's frame from an earlier run; `None` fixes it anew.

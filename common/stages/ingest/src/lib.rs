@@ -4,11 +4,11 @@
 //! stages need: clear widths, passages, the spaces that a door joins. The model of `ifc` ends here.
 //!
 //! Several files are one site. Each lies where its map conversion puts it, with units and scales applied, or where
-//! [`IngestOptions::places`] puts it by hand; they lie within 100 m of another, in whatever order they are named. Elements
-//! with one GlobalId and different bodies are refused, or the last file counts ([`IngestOptions::prefer_last`]).
+//! [`IngestOptions::places`] puts it by hand; they lie within 100 m of another, in any order. Elements with one GlobalId and
+//! different bodies are refused, or the last file counts ([`IngestOptions::prefer_last`]).
 //!
-//! The map frame makes the dominant wall direction parallel to the axes. It is fixed once, whatever the date, and kept by
-//! later runs ([`IngestOptions::frame`]).
+//! The map frame makes the dominant wall direction parallel to the axes. It is fixed once, independent of the date, and kept
+//! by later runs ([`IngestOptions::frame`]).
 //!
 //! A part of a storey that lies more than 5 cm higher or lower, has 5 m2 of floor with 1.3 m of headroom, and a room on it
 //! or a way to it, is a map storey of its own ("Ground floor -0.25 m"), behind those of the files' storeys.

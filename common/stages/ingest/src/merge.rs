@@ -25,7 +25,7 @@ pub(crate) struct FileModel<'a> {
     pub(crate) file: &'a SourceFile,
     pub(crate) model: Model,
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// Where the user says that it lies.
+    /// Placement given by the user.
     pub(crate) place: Option<FilePlacement>,
 }
 

@@ -5,7 +5,7 @@ use geometry::is_closed;
 use ifc::{Geometry, MeshPart};
 use messages::{PartRecord, SiteBuilder};
 
-/// Where a body lies in the archive.
+/// Range of a body in the archive.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MeshedBody {
     pub(crate) first_part: u32,

@@ -156,7 +156,7 @@ fn hanging_of(builder: &mut SiteBuilder, door: &ifc::Door, map_from_world: &Upri
     }
 }
 
-/// What a door takes of an opening that it shares with others.
+/// The part of a shared opening that a door fills.
 fn part_of_opening(opening: &OrientedBox, body: &[Point]) -> OrientedBox {
     let Some(own) = OrientedBox::around(body.iter().copied(), opening.axis) else { return *opening };
     let along = |b: &OrientedBox| b.centre[0] * b.axis[0] + b.centre[1] * b.axis[1];

@@ -1,9 +1,9 @@
 //! Progress of an ingestion: what is being done, and the share of the whole work that is done.
 
-/// How far an ingestion has come.
+/// Progress of an ingestion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress<'a> {
-    /// What is being done.
+    /// Stage of the work.
     pub stage: Stage,
     /// Base name of the file; empty where it is done to all files.
     pub file: &'a str,
@@ -15,7 +15,7 @@ pub struct Progress<'a> {
     pub share: f64,
 }
 
-/// What is being done.
+/// Stage of the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// Records and relations of a file.
@@ -27,7 +27,7 @@ pub enum Stage {
 }
 
 impl Progress<'_> {
-    /// What is being done, in words.
+    /// Description of the stage.
     pub fn doing(&self) -> String {
         match self.stage {
             Stage::Reading => format!("reading {}", self.file),

@@ -29,7 +29,7 @@ impl SiteFrame {
         Self { map_from_world: UprightRigid3::new([x, y, 0.0], yaw_rad), frame_epoch }
     }
 
-    /// What to say where a frame that was kept is not the one that the site would get today.
+    /// Warning if a kept frame differs from the one that the site would get now.
     pub(crate) fn misfit(&self, own: &Self) -> Option<Diagnostic> {
         let (kept, own) = (&self.map_from_world, &own.map_from_world);
         let same =

@@ -13,7 +13,7 @@ use grid::Class;
 use ifc::{Diagnostic, DiagnosticCode, Severity};
 use messages::{ElementRecord, MapStoreyRecord, NONE, RobotProfile, SiteBuilder, StoreyRecord, element_flags};
 
-/// A storey's grid holds what has a body between these heights above its floor, whatever the robot's size.
+/// A storey's grid contains all bodies between these heights above its floor, independent of the robot.
 const BOUNDS_BELOW: i32 = -TENTHS_PER_M / 2;
 const BOUNDS_ABOVE: i32 = 3 * TENTHS_PER_M;
 

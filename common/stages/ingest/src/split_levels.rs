@@ -341,7 +341,7 @@ fn slope_leads(access: &Access, z: i32, beside: &PatchExtent, is_walked: impl Fn
     })
 }
 
-/// Where a patch is in plan.
+/// Extent of a patch in plan.
 struct PatchExtent {
     places: Vec<[i32; 2]>,
     bounds: Bounds,

@@ -14,6 +14,6 @@ pub struct PlanInput<'a> {
     pub index: &'a Grids<'a>,
     /// One grid per map storey, in their order.
     pub grids: &'a [Grid<'a>],
-    /// What to plan.
+    /// Options of a plan.
     pub options: &'a PlanOptions,
 }

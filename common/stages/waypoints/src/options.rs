@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use wildmatch::WildMatch;
 
-/// What to plan.
+/// Options of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanOptions {
     /// Plan the centres of spaces.

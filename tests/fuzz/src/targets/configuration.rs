@@ -45,7 +45,7 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// What comes to one daemon may be the request of another.
+/// Requests are parsed as those of every daemon.
 fn request(content: &[u8]) {
     drop(parse_request::<IngestRequest>(content));
     drop(parse_request::<ScheduleRequest>(content));

@@ -120,7 +120,7 @@ fn all(site: &Site<'_>, phase: &ArchiveBuffer, world: bool) {
     exported(site, phase, &grids, &index, &plan, &footprints, world);
 }
 
-/// Plan and files of grids that somebody else drew.
+/// Plan and files of grids that were not drawn here.
 fn from_grids(site: &Site<'_>, whole: &Archives, grids: &[ArchiveBuffer], index: &ArchiveBuffer, world: bool) {
     // As the daemons do: a set has the grids that its index names.
     let is_consistent = Grids::open(index.bytes())
@@ -230,7 +230,7 @@ fn exported(
     assert!(made.iter().any(|file| file.path == "manifest.json"));
 }
 
-/// What a robot might have mapped of the lower room: walls on three sides, free floor between them.
+/// A possible SLAM map of the lower room: walls on three sides, free floor between them.
 fn robots_map() -> OccupancyMap {
     let (width, height) = (48usize, 40usize);
     let occupancy: Vec<i8> = (0..width * height)
@@ -250,7 +250,7 @@ fn robots_map() -> OccupancyMap {
     OccupancyMap::of_archive(&SlamMap::open(archive.bytes()).expect("what was written can be read"))
 }
 
-/// Where the map lies in the site, if it can be told.
+/// Pose of the map in the site, if found.
 fn align(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap) {
     let phase = Phase::open(phase.bytes()).expect("it was opened before");
     let Ok(mut references) = References::new(site, &RobotProfile::DEFAULT) else { return };
@@ -259,7 +259,7 @@ fn align(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap) {
     let _ = align_maps(&maps, &PreparedMap::of_slam(map), None);
 }
 
-/// What differs between the storey and the map.
+/// Deviations between the storey and the map.
 fn compared(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap, map_storey: usize) -> ArchiveBuffer {
     let phase = Phase::open(phase.bytes()).expect("it was opened before");
     deviations(&DeviationInput {

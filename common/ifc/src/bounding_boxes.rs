@@ -92,11 +92,11 @@ impl<'f, 'a> Extents<'f, 'a> {
         }
         let Some(record) = self.file.record(id) else { return };
         self.chain.push(id);
-        self.look_into(&record, frame, depth, extent);
+        self.visit(&record, frame, depth, extent);
         self.chain.pop();
     }
 
-    fn look_into(&mut self, record: &Record<'_>, frame: &Affine3<f64>, depth: usize, extent: &mut Extent) {
+    fn visit(&mut self, record: &Record<'_>, frame: &Affine3<f64>, depth: usize, extent: &mut Extent) {
         let id = record.id;
         let keyword = record.keyword.to_ascii_uppercase();
         match keyword.as_str() {
