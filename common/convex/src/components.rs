@@ -66,7 +66,7 @@ pub(crate) fn components(mesh: &Mesh) -> Vec<Mesh> {
         }
     }
     let mut places: BTreeMap<u32, usize> = BTreeMap::new();
-    let mut kept: Vec<u32> = vec![u32::MAX; mesh.vertices.len()];
+    let mut new_index: Vec<u32> = vec![u32::MAX; mesh.vertices.len()];
     let mut found: Vec<Mesh> = Vec::new();
     for t in &mesh.triangles {
         let place = *places.entry(root(&mut parents, t[0])).or_insert(found.len());
@@ -75,12 +75,12 @@ pub(crate) fn components(mesh: &Mesh) -> Vec<Mesh> {
         }
         let part = &mut found[place];
         let t = t.map(|v| {
-            let kept = &mut kept[v as usize];
-            if *kept == u32::MAX {
-                *kept = part.vertices.len() as u32;
+            let new_index = &mut new_index[v as usize];
+            if *new_index == u32::MAX {
+                *new_index = part.vertices.len() as u32;
                 part.vertices.push(mesh.vertices[v as usize]);
             }
-            *kept
+            *new_index
         });
         part.triangles.push(t);
     }
@@ -131,11 +131,11 @@ pub(crate) fn shells(mesh: &Mesh) -> Vec<Mesh> {
 
 /// The mesh of some triangles, with the vertices that they use.
 fn part_of(mesh: &Mesh, triangles: Vec<[u32; 3]>) -> Mesh {
-    let mut kept: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut new_index: BTreeMap<u32, u32> = BTreeMap::new();
     let mut part = Mesh::default();
     for t in triangles {
         let t = t.map(|v| {
-            *kept.entry(v).or_insert_with(|| {
+            *new_index.entry(v).or_insert_with(|| {
                 part.vertices.push(mesh.vertices[v as usize]);
                 part.vertices.len() as u32 - 1
             })

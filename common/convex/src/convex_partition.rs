@@ -108,11 +108,11 @@ fn snap(rings: &mut [Ring]) {
         let mut values: Vec<i32> = rings.iter().flatten().map(|p| p[axis]).collect();
         values.sort_unstable();
         values.dedup();
-        let mut kept = values.clone();
-        kept.dedup_by(|next, kept| *next - *kept <= SAME_COORDINATE);
+        let mut distinct = values.clone();
+        distinct.dedup_by(|next, distinct| *next - *distinct <= SAME_COORDINATE);
         for point in rings.iter_mut().flatten() {
-            let at = kept.partition_point(|v| *v <= point[axis]);
-            point[axis] = kept[at - 1];
+            let at = distinct.partition_point(|v| *v <= point[axis]);
+            point[axis] = distinct[at - 1];
         }
     }
 }

@@ -234,14 +234,14 @@ fn hull(polyhedron: ConvexPolyhedron) -> Hull {
     });
     let mut faces: Vec<Vec<u32>> = faces.collect();
     // Corners on straight edges are removed.
-    let mut kept: BTreeMap<u32, u32> = faces.iter().flatten().map(|k| (*k, 0)).collect();
-    kept.values_mut().zip(0..).for_each(|(new, k)| *new = k);
-    faces.iter_mut().flatten().for_each(|k| *k = kept[k]);
+    let mut new_index: BTreeMap<u32, u32> = faces.iter().flatten().map(|k| (*k, 0)).collect();
+    new_index.values_mut().zip(0..).for_each(|(new, k)| *new = k);
+    faces.iter_mut().flatten().for_each(|k| *k = new_index[k]);
     let point = |k: &u32| {
         let p = polyhedron.points()[*k as usize];
         [p.x, p.y, p.z]
     };
-    Hull { vertices_m: kept.keys().map(point).collect(), faces }
+    Hull { vertices_m: new_index.keys().map(point).collect(), faces }
 }
 
 fn vectors(points_m: &[[f64; 3]]) -> Vec<Vector> {

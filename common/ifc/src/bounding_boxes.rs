@@ -80,12 +80,12 @@ impl<'f, 'a> Extents<'f, 'a> {
     pub(crate) fn of_items(&mut self, items: &[u32]) -> Option<Extent> {
         let mut extent = Extent::EMPTY;
         for &item in items {
-            self.walk(item, &Affine3::identity(), 0, &mut extent);
+            self.visit_item(item, &Affine3::identity(), 0, &mut extent);
         }
         extent.usable()
     }
 
-    fn walk(&mut self, id: u32, frame: &Affine3<f64>, depth: usize, extent: &mut Extent) {
+    fn visit_item(&mut self, id: u32, frame: &Affine3<f64>, depth: usize, extent: &mut Extent) {
         self.visits += 1;
         if self.visits > VISITS_MAX || depth > DEPTH_MAX || self.chain.contains(&id) {
             return;
@@ -109,13 +109,13 @@ impl<'f, 'a> Extents<'f, 'a> {
             "IFCMAPPEDITEM" => {
                 let Some(map) = mapping(self.file, record, self.unit_m) else { return };
                 for item in mapped_items(self.file, id).collect::<Vec<u32>>() {
-                    self.walk(item, &(frame * map), depth + 1, extent);
+                    self.visit_item(item, &(frame * map), depth + 1, extent);
                 }
             }
             "IFCBOOLEANRESULT" | "IFCBOOLEANCLIPPINGRESULT" => {
                 let union = record.at(0).enumeration() == Some("UNION");
                 for at in if union { 1..3 } else { 1..2 } {
-                    record.at(at).reference().into_iter().for_each(|id| self.walk(id, frame, depth + 1, extent));
+                    record.at(at).reference().into_iter().for_each(|id| self.visit_item(id, frame, depth + 1, extent));
                 }
             }
             "IFCEXTRUDEDAREASOLID" | "IFCEXTRUDEDAREASOLIDTAPERED" => self.extrusion(record, frame, depth, extent),
@@ -154,7 +154,7 @@ impl<'f, 'a> Extents<'f, 'a> {
             _ => {
                 for value in record.arguments() {
                     for id in value.references() {
-                        self.walk(id, frame, depth + 1, extent);
+                        self.visit_item(id, frame, depth + 1, extent);
                     }
                 }
             }
@@ -176,7 +176,7 @@ impl<'f, 'a> Extents<'f, 'a> {
 
     fn inner(&mut self, id: Option<u32>, frame: &Affine3<f64>, depth: usize) -> Option<Extent> {
         let mut extent = Extent::EMPTY;
-        self.walk(id?, frame, depth + 1, &mut extent);
+        self.visit_item(id?, frame, depth + 1, &mut extent);
         extent.usable()
     }
 

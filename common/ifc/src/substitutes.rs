@@ -224,9 +224,9 @@ fn sides(path: &[Point3<f64>], normal: Vector3<f64>, closed: bool) -> Option<Vec
     let corner = |i: usize| {
         let before = if i > 0 || closed { across[(i + n_spans - 1) % n_spans] } else { across[0] };
         let after = if i < n_spans { across[i] } else { across[n_spans - 1] };
-        let bend = 1.0 + before.dot(&after);
+        let mitre = 1.0 + before.dot(&after);
         // Sharper than about 25 degrees the mitre runs away.
-        (bend > 0.1).then(|| (before + after) / bend)
+        (mitre > 0.1).then(|| (before + after) / mitre)
     };
     (n_spans > 0).then(|| (0..n).map(corner).collect::<Option<_>>())?
 }

@@ -122,9 +122,9 @@ impl<'a> Scene<'a> {
 
     fn link(&mut self, part: StaticElement) -> StaticLink {
         let StaticElement { element, link, class, pieces, .. } = part;
-        let fact = |p: &Piece| PieceInfo { made: p.made, is_box: p.shape.is_box(), deviation_m: p.deviation_m };
-        let facts: Vec<PieceInfo> = pieces.iter().map(fact).collect();
-        let are_boxes = facts.iter().all(|f| f.is_box && f.made == Made::Exact) && facts.len() <= BOXES_SHOWN_MAX;
+        let info = |p: &Piece| PieceInfo { made: p.made, is_box: p.shape.is_box(), deviation_m: p.deviation_m };
+        let infos: Vec<PieceInfo> = pieces.iter().map(info).collect();
+        let are_boxes = infos.iter().all(|f| f.is_box && f.made == Made::Exact) && infos.len() <= BOXES_SHOWN_MAX;
         let coloured_meshes = match element {
             Some(k) => visuals::coloured_meshes(self.input, self.options, &self.input.site.elements[k as usize]),
             None => Vec::new(),
@@ -143,7 +143,7 @@ impl<'a> Scene<'a> {
                 .collect(),
         };
         let collisions = pieces.iter().map(|p| self.part(p)).collect();
-        StaticLink { element, name: link, visuals, shown, collisions, pieces: facts }
+        StaticLink { element, name: link, visuals, shown, collisions, pieces: infos }
     }
 
     fn part(&mut self, piece: &Piece) -> Part {

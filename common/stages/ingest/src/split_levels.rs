@@ -115,13 +115,13 @@ fn split_levels(mapped: &[MapStorey], around: &LevelInputs<'_>) -> Vec<SplitLeve
     let mut levels = built_levels(mapped, around);
     levels.extend(assumed_levels(mapped, around));
     levels.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.z.cmp(&b.z)));
-    let mut kept: Vec<SplitLevel> = Vec::new();
+    let mut chosen: Vec<SplitLevel> = Vec::new();
     for level in levels {
-        if kept.iter().all(|other| (other.z - level.z).abs() > STEP) {
-            kept.push(level);
+        if chosen.iter().all(|other| (other.z - level.z).abs() > STEP) {
+            chosen.push(level);
         }
     }
-    kept
+    chosen
 }
 
 fn is_mapped(mapped: &[MapStorey], z: i32) -> bool {

@@ -18,7 +18,7 @@ pub(crate) struct DrawnState {
 /// Cells in which a phase may differ from the drawn one.
 #[derive(Debug, Default)]
 pub(crate) struct StateDifference {
-    /// Cells whose facts may differ.
+    /// Cells whose flags may differ.
     pub(crate) cells: Vec<CellRect>,
     /// Cells whose floor may differ.
     pub(crate) floor_cells: Vec<CellRect>,

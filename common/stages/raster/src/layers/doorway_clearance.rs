@@ -76,7 +76,7 @@ fn widest_m(way: &OrientedBox, v: f64, storey: &StoreySlice, nearby: &mut Covere
             if footprint_of(storey, obstacle.element).is_some_and(|f| covers(f, at)) {
                 *n_covered += 1;
                 is_free[0] = false;
-                // Members and plates of a curtain wall are told by name.
+                // Members and plates of a curtain wall are reported by name.
                 is_free[1] &= obstacle.class != Class::Wall;
             }
         }
