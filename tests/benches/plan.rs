@@ -55,7 +55,7 @@ fn measure(arguments: &Arguments, model: &Path) {
     let phase = Phase::open(phase.bytes()).expect("a phase");
     let mut rasterizer = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.05).expect("a resolution that fits");
     rasterizer.draw(&site, &phase);
-    let index = rasterizer.index(&site, &phase, "default").finish();
+    let index = rasterizer.index(&site, &phase, "default", &[]).finish();
     let index = Grids::open(index.bytes()).expect("an index");
     let grids: Vec<Grid<'_>> = rasterizer.drawn().map(|g| Grid::open(g.archive).expect("a grid")).collect();
     let mut options = PlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");

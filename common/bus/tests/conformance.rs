@@ -468,7 +468,8 @@ fn a_consumer_uses_what_belongs_together() {
     let grids = rasterize.bus.publisher(topics::Grids, 64).unwrap();
     let index_of = |phase: u64| {
         let head = GridsHead { site_hash: 3, phase_hash: phase, plan_time_s: 0, robot: RobotProfile::DEFAULT };
-        GridsBuilder { head, slots: &[], robot_name: "default", doors: &[], regions: &[] }.finish()
+        GridsBuilder { head, slots: &[], robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
+            .finish()
     };
     let archives = [3, 4].map(|n_spaces| PhaseBuilder::everything_built(3, 9, n_spaces).finish());
     let hash = |n: usize| Phase::open(archives[n].bytes()).unwrap().content_hash();

@@ -85,7 +85,8 @@ fn index_of(state: &ArchiveBuffer, grids: &[&ArchiveBuffer]) -> ArchiveBuffer {
         plan_time_s: 0,
         robot: RobotProfile::DEFAULT,
     };
-    GridsBuilder { head, slots: &slots, robot_name: "default", doors: &[], regions: &[] }.finish()
+    GridsBuilder { head, slots: &slots, robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
+        .finish()
 }
 
 #[test]

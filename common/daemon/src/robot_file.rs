@@ -77,9 +77,17 @@ impl Robot {
     /// # Errors
     /// A file that cannot be read, is no TOML of these keys, or has a value that no robot has.
     pub fn read(path: &Path) -> Result<Self, RobotFileError> {
+        Self::read_with_text(path).map(|(robot, _)| robot)
+    }
+
+    /// Reads a profile, with the text of the file for those who keep it.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_with_text(path: &Path) -> Result<(Self, String), RobotFileError> {
         let text =
             std::fs::read_to_string(path).map_err(|source| RobotFileError::Io { path: path.to_owned(), source })?;
-        Self::parse(&text, path)
+        Ok((Self::parse(&text, path)?, text))
     }
 
     /// The robot that a text says; `path` is the file that errors name.

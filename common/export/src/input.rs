@@ -20,8 +20,6 @@ pub struct ExportInput<'a> {
     pub footprints: &'a [&'a [(u32, Footprint)]],
     /// Metres per cell.
     pub resolution_m: f64,
-    /// Outline of the robot in its own frame, in metres; may be empty.
-    pub robot_footprint_m: &'a [[f64; 2]],
     /// True to write vertices, faces and edges of every element into `semantic.json`.
     pub with_geometry: bool,
 }

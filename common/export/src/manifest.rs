@@ -303,7 +303,7 @@ impl Robot {
             clearance_above_m,
             step_height_m,
             radius_m,
-            footprint_m: (!input.robot_footprint_m.is_empty()).then(|| input.robot_footprint_m.to_vec()),
+            footprint_m: (!input.index.robot_footprint_m.is_empty()).then(|| input.index.robot_footprint_m.to_vec()),
             max_slope_rad,
             climbs_stairs: climbs_stairs == 1,
             opens: Opens::ALL.into_iter().filter(|o| input.index.head.robot.opens(*o)).map(Opens::name).collect(),

@@ -14,6 +14,7 @@ mod section {
     pub(super) const ROBOT_NAME: u32 = 3;
     pub(super) const DOORS: u32 = 4;
     pub(super) const REGIONS: u32 = 5;
+    pub(super) const ROBOT_FOOTPRINT: u32 = 6;
 }
 
 /// What the set was made from: one record.
@@ -178,6 +179,8 @@ pub struct Grids<'a> {
     pub slots: &'a [GridSlotRecord],
     /// Name of the robot profile.
     pub robot_name: &'a str,
+    /// Outline of the robot in its frame, in metres; may be empty.
+    pub robot_footprint_m: &'a [[f64; 2]],
     /// Doors of the mapped storeys.
     pub doors: &'a [DoorPassageRecord],
     /// Regions at other levels.
@@ -192,6 +195,10 @@ impl<'a> Grids<'a> {
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
         let grids = Self::of(Archive::open(bytes, ArchiveKind::Grids)?)?;
         grids.head.robot.check().map_err(ArchiveError::Robot)?;
+        let is_corner = |corner: &[f64; 2]| corner.iter().all(|c| c.abs() <= grids.head.robot.radius_m);
+        if !grids.robot_footprint_m.iter().all(is_corner) {
+            return Err(ArchiveError::Index { what: "a corner of the robot" });
+        }
         check_tags(grids.doors.iter().map(|d| d.passage), "passage of a door")?;
         if grids.doors.iter().any(|d| d.reasons & !DoorPassage::REASON_BITS != 0) {
             return Err(ArchiveError::Unknown { what: "reason for a closed door" });
@@ -206,6 +213,7 @@ impl<'a> Grids<'a> {
             head: archive.record(section::HEAD)?,
             slots: archive.section(section::SLOTS)?,
             robot_name: archive.strings(section::ROBOT_NAME)?,
+            robot_footprint_m: archive.section(section::ROBOT_FOOTPRINT)?,
             doors: archive.section(section::DOORS)?,
             regions: archive.section(section::REGIONS)?,
         })
@@ -226,6 +234,8 @@ pub struct GridsBuilder<'a> {
     pub slots: &'a [GridSlotRecord],
     /// Name of the robot profile.
     pub robot_name: &'a str,
+    /// Outline of the robot in its frame, in metres; may be empty.
+    pub robot_footprint_m: &'a [[f64; 2]],
     /// Doors of the mapped storeys.
     pub doors: &'a [DoorPassageRecord],
     /// Regions at other levels.
@@ -238,13 +248,14 @@ impl GridsBuilder<'_> {
         self.to_buffer()
     }
 
-    fn plans(&self) -> [SectionPlan; 5] {
+    fn plans(&self) -> [SectionPlan; 6] {
         [
             SectionPlan::of(section::HEAD, std::slice::from_ref(&self.head)),
             SectionPlan::of(section::SLOTS, self.slots),
             SectionPlan::of(section::ROBOT_NAME, self.robot_name.as_bytes()),
             SectionPlan::of(section::DOORS, self.doors),
             SectionPlan::of(section::REGIONS, self.regions),
+            SectionPlan::of(section::ROBOT_FOOTPRINT, self.robot_footprint_m),
         ]
     }
 }
@@ -267,6 +278,7 @@ impl ArchiveWriter for GridsBuilder<'_> {
             self.robot_name.as_bytes(),
             bytemuck::cast_slice(self.doors),
             bytemuck::cast_slice(self.regions),
+            bytemuck::cast_slice(self.robot_footprint_m),
         ];
         for (range, content) in ranges.iter().zip(contents) {
             out[range.clone()].copy_from_slice(content);
@@ -283,7 +295,15 @@ mod tests {
     fn the_index_names_its_grids_and_its_robot() {
         let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
         let slot = GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 };
-        let buffer = GridsBuilder { head, slots: &[slot], robot_name: "default", doors: &[], regions: &[] }.finish();
+        let buffer = GridsBuilder {
+            head,
+            slots: &[slot],
+            robot_name: "default",
+            robot_footprint_m: &[],
+            doors: &[],
+            regions: &[],
+        }
+        .finish();
         let grids = Grids::open(buffer.bytes()).unwrap();
         assert_eq!((grids.head, grids.slots, grids.robot_name), (&head, &[slot][..], "default"));
     }
@@ -292,7 +312,9 @@ mod tests {
     fn an_index_of_a_robot_that_cannot_be_is_refused() {
         let refused = |robot: RobotProfile| {
             let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, robot };
-            let buffer = GridsBuilder { head, slots: &[], robot_name: "r", doors: &[], regions: &[] }.finish();
+            let buffer =
+                GridsBuilder { head, slots: &[], robot_name: "r", robot_footprint_m: &[], doors: &[], regions: &[] }
+                    .finish();
             Grids::open(buffer.bytes()).unwrap_err().to_string()
         };
         let usual = RobotProfile::DEFAULT;

@@ -53,7 +53,7 @@ pub(crate) fn with_maps<T>(
     work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     rasterizer.draw(site, phase);
-    let index = rasterizer.index(site, phase, &robot.name).finish();
+    let index = rasterizer.index(site, phase, &robot.name, &robot.footprint_m).finish();
     let index = Grids::open(index.bytes()).map_err(Failure::work)?;
     let grids: Vec<Grid<'_>> =
         rasterizer.drawn().map(|grid| Grid::open(grid.archive)).collect::<Result<_, _>>().map_err(Failure::work)?;

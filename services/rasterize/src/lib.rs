@@ -1,3 +1,4 @@
 //! The rasterize service around the `raster` stage.
 
+mod saved_robot;
 pub mod service;

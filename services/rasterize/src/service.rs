@@ -1,13 +1,12 @@
 //! The rasterize service: redraws and publishes the grids that a schedule state changes.
 
+use crate::saved_robot::SavedRobot;
 use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
-use daemon::{
-    Done, Epochs, Event, Failure, Published, RasterizeRequest, Reporter, Robot, Service, SiteConfig, Stages, StateFile,
-};
+use daemon::{Done, Epochs, Event, Failure, Published, RasterizeRequest, Reporter, Robot, Service, SiteConfig, Stages};
 use messages::{InputHashes, RobotProfile, Stage};
 use raster::Rasterizer;
 use rayon::prelude::*;
-use std::path::PathBuf;
+use std::path::Path;
 use tracing::info;
 
 daemon::inputs! {
@@ -19,7 +18,9 @@ daemon::inputs! {
 pub struct RasterizeService {
     robot: Robot,
     resolution_m: f64,
-    state: StateFile,
+    saved: SavedRobot,
+    /// What an operator should know about the robot.
+    warning: Option<String>,
     epochs: Epochs,
     stages: Stages,
     bus: Option<Bus>,
@@ -42,13 +43,13 @@ impl RasterizeService {
     /// # Errors
     /// A robot profile, a resolution or state that cannot be used.
     pub fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
-        let state = StateFile::at(&config.state, "robot.json")?;
-        let profile = state.load::<PathBuf>()?.or(config.robot.profile.clone());
+        let (saved, robot, warning) = SavedRobot::open(&config.state, &config.robot)?;
         grid::GridSpec::cell_tenths_of(config.robot.resolution_m)?;
         Ok(Self {
-            robot: profile.as_deref().map_or(Ok(Robot::default()), Robot::read)?,
+            robot,
             resolution_m: config.robot.resolution_m,
-            state,
+            saved,
+            warning,
             epochs: Epochs::at(&config.state, "rasterize-epochs.json")?,
             stages,
             bus: None,
@@ -75,10 +76,9 @@ impl RasterizeService {
         self.draw()
     }
 
-    fn set_robot(&mut self, profile: PathBuf) -> Result<Done, Failure> {
-        let robot = Robot::read(&profile)?;
-        self.state.save(&profile)?;
-        self.robot = robot;
+    fn set_robot(&mut self, profile: &Path) -> Result<Done, Failure> {
+        self.robot = self.saved.set(profile)?;
+        self.warning = None;
         self.cut()
     }
 
@@ -143,7 +143,7 @@ impl RasterizeService {
         })?;
         let n_published = self.next_epochs.iter().flatten().count();
         let storeys = rasterizer.n_storeys();
-        let index = rasterizer.index(&site, &phase, &self.robot.name);
+        let index = rasterizer.index(&site, &phase, &self.robot.name, &self.robot.footprint_m);
         let epoch = self.epochs.take()?;
         let publisher = self.index.as_ref().ok_or("it is not attached to a bus")?;
         let sent = publisher.publish(&index, Origin { epoch, frame_epoch, inputs })?;
@@ -174,7 +174,7 @@ impl Service for RasterizeService {
     }
 
     fn handle(&mut self, event: Event<RasterizeInput>) -> Result<Done, Failure> {
-        match event {
+        let done = match event {
             Event::Input(RasterizeInput::Site(site)) => self.see_site(site),
             Event::Input(RasterizeInput::Phase(phase)) => {
                 self.phase = Some(phase);
@@ -183,11 +183,12 @@ impl Service for RasterizeService {
             Event::Configuration(config) => self.configure(&config),
             Event::Tick if self.is_pending => self.draw(),
             Event::Attached | Event::Tick => Ok(Done::default()),
-        }
+        }?;
+        Ok(Done { warning: self.warning.clone(), ..done })
     }
 
     fn answer(&mut self, request: RasterizeRequest, _reporter: &Reporter) -> Result<Done<Published>, Failure> {
         let RasterizeRequest::SetRobot { profile } = request;
-        Ok(self.set_robot(profile)?.answered_by_published())
+        Ok(self.set_robot(&profile)?.answered_by_published())
     }
 }

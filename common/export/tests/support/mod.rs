@@ -30,7 +30,6 @@ impl House {
             plan: &plan,
             footprints: &[&self.footprints],
             resolution_m: 0.5,
-            robot_footprint_m: &[],
             with_geometry: true,
         })
     }
@@ -66,7 +65,8 @@ pub(crate) fn house() -> House {
         },
     ];
     let region = RegionRecord { level_z_tenths: -2_500, area_m2: 1.5, element: 2, ..Zeroable::zeroed() };
-    let index = GridsBuilder { head, slots, robot_name: "default", doors, regions: &[region] }.finish();
+    let index =
+        GridsBuilder { head, slots, robot_name: "default", robot_footprint_m: &[], doors, regions: &[region] }.finish();
     let footprint = |corners: [[i32; 2]; 4]| {
         let polygon = Polygon { exterior: corners.to_vec(), holes: Vec::new() };
         Footprint { area: MultiPolygon(vec![polygon]), lines: Vec::new() }

@@ -106,7 +106,15 @@ pub(crate) fn grids() -> ArchiveBuffer {
     let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 }];
     let doors = &[DoorPassageRecord { width_in_map_m: 0.8, ..Zeroable::zeroed() }];
     let regions = &[RegionRecord { area_m2: 1.0, ..Zeroable::zeroed() }];
-    GridsBuilder { head, slots, robot_name: "default", doors, regions }.finish()
+    GridsBuilder {
+        head,
+        slots,
+        robot_name: "default",
+        robot_footprint_m: &[[0.2, 0.1], [-0.2, 0.1], [0.0, -0.2]],
+        doors,
+        regions,
+    }
+    .finish()
 }
 
 pub(crate) fn plan() -> ArchiveBuffer {
@@ -192,7 +200,11 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
         n += usize::from(spec.origin_m()[0].is_finite());
     }
     if let Ok(index) = Grids::open(bytes) {
-        n += index.robot_name.len() + index.slots.len() + index.doors.len() + index.regions.len();
+        n += index.robot_name.len()
+            + index.robot_footprint_m.len()
+            + index.slots.len()
+            + index.doors.len()
+            + index.regions.len();
         n += index.doors.iter().filter(|d| d.passage.get().is_closed()).count();
     }
     if let Ok(plan) = Plan::open(bytes) {

@@ -140,7 +140,13 @@ impl Rasterizer {
 
     /// Builder of the `grids` archive of the grids as drawn last: their inputs, the passages of doors, and regions at other
     /// levels.
-    pub fn index<'a>(&'a mut self, site: &Site<'_>, phase: &Phase<'_>, robot_name: &'a str) -> GridsBuilder<'a> {
+    pub fn index<'a>(
+        &'a mut self,
+        site: &Site<'_>,
+        phase: &Phase<'_>,
+        robot_name: &'a str,
+        robot_footprint_m: &'a [[f64; 2]],
+    ) -> GridsBuilder<'a> {
         let Index { slots, doors, regions } = &mut self.index;
         slots.clear();
         doors.clear();
@@ -157,6 +163,6 @@ impl Rasterizer {
             plan_time_s: phase.head.plan_time_s,
             robot: self.robot,
         };
-        GridsBuilder { head, slots, robot_name, doors, regions }
+        GridsBuilder { head, slots, robot_name, robot_footprint_m, doors, regions }
     }
 }

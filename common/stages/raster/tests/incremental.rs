@@ -127,7 +127,7 @@ proptest! {
             full.draw(&site, &phase);
             compare(&incremental, &full)?;
             incremental.drawn().for_each(|drawn| assert_filter_frees_nothing(&Grid::open(drawn.archive).unwrap()));
-            let [redrawn, anew] = [&mut incremental, &mut full].map(|r| r.index(&site, &phase, "r").finish());
+            let [redrawn, anew] = [&mut incremental, &mut full].map(|r| r.index(&site, &phase, "r", &[]).finish());
             prop_assert_eq!(redrawn.bytes(), anew.bytes());
             before = Some(builder);
         }

@@ -313,7 +313,9 @@ mod tests {
         let head =
             GridsHead { site_hash: 1, phase_hash: phase.content_hash(), plan_time_s: 0, robot: RobotProfile::DEFAULT };
         let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 1_000, content_hash: after.content_hash() }];
-        let index = GridsBuilder { head, slots, robot_name: "default", doors: &[], regions: &[] }.finish();
+        let index =
+            GridsBuilder { head, slots, robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
+                .finish();
         state.see_index(&Grids::open(index.bytes()).unwrap());
         let snapshot = state.snapshot_at(now);
         assert_eq!((snapshot.verdict, &snapshot.why_no_map), ("current", &None));

@@ -179,7 +179,7 @@ fn drawn(site: &Site<'_>, phase: &ArchiveBuffer) -> Option<Drawn> {
     rasterizer.draw(site, &phase);
     let grids: Vec<_> = rasterizer.drawn().map(|grid| ArchiveBuffer::copy_of(grid.archive)).collect();
     let footprints = (0..rasterizer.n_storeys()).map(|k| rasterizer.footprints(k).to_vec()).collect();
-    let index = rasterizer.index(site, &phase, "default").finish();
+    let index = rasterizer.index(site, &phase, "default", &[]).finish();
     Some(Drawn { grids, index, footprints })
 }
 
@@ -222,7 +222,6 @@ fn exported(
         plan: &plan,
         footprints: &footprints,
         resolution_m: RESOLUTION_M,
-        robot_footprint_m: &[],
         with_geometry: world,
     };
     let worlds = if world { world::files(&input, &options) } else { Vec::new() };

@@ -155,7 +155,7 @@ impl House {
         let mut rasterizer = Rasterizer::new(&site, robot, resolution_m).unwrap();
         rasterizer.draw(&site, &phase);
         let grid = ArchiveBuffer::copy_of(rasterizer.drawn().next().unwrap().archive);
-        let index = rasterizer.index(&site, &phase, "test").finish();
+        let index = rasterizer.index(&site, &phase, "test", &[]).finish();
         Drawn { grid, index }
     }
 }

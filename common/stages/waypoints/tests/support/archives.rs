@@ -46,7 +46,15 @@ impl Archives {
             robot: house.robot,
         };
         let doors: Vec<DoorPassageRecord> = (0..view.doors.len()).map(|door| passage(house, &view, door)).collect();
-        let index = GridsBuilder { head, slots: &slots, robot_name: "drawn", doors: &doors, regions: &[] }.finish();
+        let index = GridsBuilder {
+            head,
+            slots: &slots,
+            robot_name: "drawn",
+            robot_footprint_m: &[],
+            doors: &doors,
+            regions: &[],
+        }
+        .finish();
         Self { site, phase, index, grids, names }
     }
 }

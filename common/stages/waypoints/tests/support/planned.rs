@@ -112,7 +112,6 @@ impl Planned {
                     plan: &plan,
                     footprints: &nothing,
                     resolution_m,
-                    robot_footprint_m: &[],
                     with_geometry: false,
                 },
                 Vec::new(),

@@ -107,7 +107,6 @@ impl Job<'_> {
                 plan: maps.plan,
                 footprints: maps.footprints,
                 resolution_m: arguments.robot.resolution,
-                robot_footprint_m: &robot.footprint_m,
                 with_geometry: arguments.with_geometry,
             };
             let start = options.start.map_or(Ok(false), |start| maps.check_start(site, &phase, options, start));

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::maps::world_files;
 use bus::{Bus, SiteSet, SiteSetReader, SiteViews};
-use daemon::{Robot, SiteConfig};
+use daemon::SiteConfig;
 use export::{ExportFile, ExportInput};
 use raster::Rasterizer;
 use world::WorldOptions;
@@ -50,10 +50,6 @@ impl Sets {
         }
         let footprints: Vec<_> =
             self.cut.iter().flat_map(|(_, cut)| (0..grids.len()).map(|k| cut.footprints(k))).collect();
-        // Of the robot in use only the outline is not in the index.
-        let configured = config.robot.profile.as_deref().map(Robot::read).transpose().map_err(Failure::usage)?;
-        let outline =
-            configured.filter(|robot| robot.profile == profile).map(|robot| robot.footprint_m).unwrap_or_default();
         let input = ExportInput {
             site: &site,
             phase: &phase,
@@ -62,7 +58,6 @@ impl Sets {
             plan: &plan,
             footprints: &footprints,
             resolution_m: config.robot.resolution_m,
-            robot_footprint_m: &outline,
             with_geometry: false,
         };
         Ok(export::files(&input, world_files(&input, world)))
