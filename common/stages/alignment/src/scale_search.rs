@@ -7,7 +7,7 @@ use frames::Map;
 use messages::Verdict;
 use occupancy::OccupancyMap;
 
-/// Aligns a SLAM map after dividing its lengths by every scale from 1 / [`MAX_SCALE`] to [`MAX_SCALE`]. The poses are
+/// Aligns a SLAM map after dividing its lengths by every scale of a geometric series from 1 / 1.25 to 1.25. The poses are
 /// those of the divided map, `p_map = R(yaw) p_slam / scale + (x, y)`, and the scale is that of the best.
 pub fn align_maps_at_any_scale(
     references: &[impl AsRef<PreparedMap<Map>>],
