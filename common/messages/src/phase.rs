@@ -207,8 +207,8 @@ pub enum DateSource {
     PropertyActual = 6,
     /// A property with a planned date.
     PropertyPlanned = 7,
-    /// The phase that a property names.
-    Phase = 8,
+    /// The construction phase that a property names.
+    ConstructionPhase = 8,
     /// A status without a date.
     Status = 9,
 }
@@ -225,7 +225,7 @@ impl DateSource {
             Self::Computed => "task_computed",
             Self::PropertyActual => "property_actual",
             Self::PropertyPlanned => "property",
-            Self::Phase => "phase",
+            Self::ConstructionPhase => "phase",
             Self::Status => "status",
         }
     }

@@ -1,6 +1,6 @@
 //! Closures of spaces, with reasons.
 
-use crate::construction_phases::Phases;
+use crate::construction_phases::ConstructionPhases;
 use crate::findings::{Entity, Findings};
 use crate::rules::{Mode, Rules};
 use crate::said::AllSaid;
@@ -37,7 +37,7 @@ pub(crate) fn closures(
     said: &AllSaid,
     findings: &mut Findings<'_>,
 ) -> Vec<Vec<Closure>> {
-    let phases = Phases::of(rules);
+    let construction_phases = ConstructionPhases::of(rules);
     let patterns: Vec<WildMatch> = rules.closed_spaces.iter().map(|c| WildMatch::new(&c.pattern)).collect();
     let mut used = vec![false; patterns.len()];
     let all = site.spaces.iter().enumerate().map(|(k, space)| {
@@ -47,9 +47,9 @@ pub(crate) fn closures(
             .collect();
         let room_date = said.spaces[k].actual.or(said.spaces[k].planned);
         let opens_s = match rules.mode {
-            Mode::Standard => room_date
-                .map(|d| d.finish_s())
-                .or_else(|| said.spaces[k].phase.and_then(|phase| phases.finish_s(site.text(phase)))),
+            Mode::Standard => room_date.map(|d| d.finish_s()).or_else(|| {
+                said.spaces[k].construction_phase.and_then(|name| construction_phases.finish_s(site.text(name)))
+            }),
             Mode::Paper => room_date.map(|d| d.end_of_day_s()),
         };
         if let Some(finish_s) = opens_s {

@@ -63,7 +63,8 @@ pub use edits::{ABSENT, Actual, Delay, EditError, Edits, find_task, parse_actual
 pub use error::{AmbiguousDates, EvaluateError};
 pub use evaluate::evaluate;
 pub use rules::{
-    ClosedSpace, DateKind, DurationDay, Inputs, Mode, Phase, PhaseProperties, PropertyDate, Rules, RulesError, Undated,
+    ClosedSpace, ConstructionPhase, ConstructionPhaseProperties, DateKind, DurationDay, Inputs, Mode, PropertyDate,
+    Rules, RulesError, Undated,
 };
 pub use task_targets::{Cause, Operation, TaskTargets};
 pub use tasks::{Floats, TaskDates};

@@ -1,6 +1,6 @@
 //! Element timelines: merges reported progress, task effects, property dates and construction phases by priority.
 
-use crate::construction_phases::Phases;
+use crate::construction_phases::ConstructionPhases;
 use crate::findings::{Entity, Findings};
 use crate::rules::{Rules, Undated};
 use crate::said::{AllSaid, Said};
@@ -23,7 +23,8 @@ pub(crate) struct Episode {
     pub(crate) removes: bool,
 }
 
-/// The lives of all elements: reported progress before tasks, tasks before properties, these before phases and status.
+/// The lives of all elements: reported progress before tasks, tasks before properties, these before construction phases
+/// and status.
 pub(crate) fn lives(
     site: &Site<'_>,
     rules: &Rules,
@@ -32,7 +33,7 @@ pub(crate) fn lives(
     reported: &BTreeMap<usize, Effect>,
     findings: &mut Findings<'_>,
 ) -> Vec<Life> {
-    let phases = Phases::of(rules);
+    let construction_phases = ConstructionPhases::of(rules);
     let lives = (0..site.elements.len()).map(|k| {
         if let Some(effect) = reported.get(&k) {
             return Life { effects: vec![*effect], source: Some(DateSource::Reported) };
@@ -48,7 +49,9 @@ pub(crate) fn lives(
         };
         of_kind(DateSource::PropertyActual, |s| s.actual)
             .or_else(|| of_kind(DateSource::PropertyPlanned, |s| s.planned))
-            .or_else(|| wholes(site, k).find_map(|w| phase_life(&phases, site, &said.elements[w])))
+            .or_else(|| {
+                wholes(site, k).find_map(|w| construction_phase_timeline(&construction_phases, site, &said.elements[w]))
+            })
             .or_else(|| {
                 let status = wholes(site, k).find_map(|w| said.elements[w].status)?;
                 let says_something = !matches!(site.text(status), "NOTKNOWN" | "UNSET" | "OTHER");
@@ -57,24 +60,28 @@ pub(crate) fn lives(
             .unwrap_or_default()
     });
     let lives: Vec<Life> = lives.collect();
-    report(site, &phases, said, &lives, findings);
+    report(site, &construction_phases, said, &lives, findings);
     lives
 }
 
-/// What the phases of an element say; `None` if they say nothing.
-fn phase_life(phases: &Phases<'_>, site: &Site<'_>, said: &Said) -> Option<Life> {
-    let span = |phase: Option<messages::Text>| phase.and_then(|t| phases.spans.get(site.text(t)).copied());
+/// What the construction phases of an element say; `None` if they say nothing.
+fn construction_phase_timeline(
+    construction_phases: &ConstructionPhases<'_>,
+    site: &Site<'_>,
+    said: &Said,
+) -> Option<Life> {
+    let span = |name: Option<messages::Text>| name.and_then(|t| construction_phases.spans.get(site.text(t)).copied());
     let (created, demolished) = (span(said.created), span(said.demolished));
     if created.is_none() && demolished.is_none() {
         return None;
     }
     let effect = |span: Option<Option<[i64; 2]>>, removes: bool| {
         let [start_s, finish_s] = span??;
-        Some(Effect { start_s, finish_s, removes, task: NONE, source: DateSource::Phase })
+        Some(Effect { start_s, finish_s, removes, task: NONE, source: DateSource::ConstructionPhase })
     };
     let mut effects: Vec<Effect> = [effect(created, false), effect(demolished, true)].into_iter().flatten().collect();
     effects.sort_unstable();
-    Some(Life { effects, source: Some(DateSource::Phase) })
+    Some(Life { effects, source: Some(DateSource::ConstructionPhase) })
 }
 
 impl Life {
@@ -121,14 +128,20 @@ impl Life {
     }
 }
 
-/// Lists what a status says without a date, and phases that the rules do not know.
-fn report(site: &Site<'_>, phases: &Phases<'_>, said: &AllSaid, lives: &[Life], findings: &mut Findings<'_>) {
+/// Lists what a status says without a date, and construction phases that the rules do not know.
+fn report(
+    site: &Site<'_>,
+    construction_phases: &ConstructionPhases<'_>,
+    said: &AllSaid,
+    lives: &[Life],
+    findings: &mut Findings<'_>,
+) {
     let mut unknown: BTreeMap<&str, usize> = BTreeMap::new();
     for (k, element) in site.elements.iter().enumerate() {
         let said = &said.elements[k];
         let entity = Entity::of(element.global_id, element.name, element.step_id, element.source);
         for name in [said.created, said.demolished].into_iter().flatten().map(|t| site.text(t)) {
-            if !phases.spans.contains_key(name) {
+            if !construction_phases.spans.contains_key(name) {
                 *unknown.entry(name).or_default() += 1;
             }
         }
@@ -142,8 +155,8 @@ fn report(site: &Site<'_>, phases: &Phases<'_>, said: &AllSaid, lives: &[Life], 
             findings.add(Severity::Info, DiagnosticCode::DateAmbiguous, Some(entity), message);
         }
     }
-    for name in said.spaces.iter().filter_map(|s| s.phase).map(|t| site.text(t)) {
-        if !phases.spans.contains_key(name) {
+    for name in said.spaces.iter().filter_map(|s| s.construction_phase).map(|t| site.text(t)) {
+        if !construction_phases.spans.contains_key(name) {
             *unknown.entry(name).or_default() += 1;
         }
     }

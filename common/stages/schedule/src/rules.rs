@@ -21,10 +21,10 @@ pub struct Rules {
     pub inputs: Inputs,
     /// Properties that hold dates, in order of rank within their kind.
     pub property_dates: Vec<PropertyDate>,
-    /// Properties that name phases.
-    pub phase_properties: PhaseProperties,
-    /// When phases are; they have no dates in the file.
-    pub phases: Vec<Phase>,
+    /// Properties that name construction phases.
+    pub construction_phase_properties: ConstructionPhaseProperties,
+    /// When construction phases are; they have no dates in the file.
+    pub construction_phases: Vec<ConstructionPhase>,
     /// Spaces that are closed by configuration.
     pub closed_spaces: Vec<ClosedSpace>,
     /// A space is closing soon this long before it is blocked, in seconds.
@@ -102,23 +102,23 @@ pub enum DateKind {
     Planned,
 }
 
-/// Properties that name phases.
+/// Properties that name construction phases.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct PhaseProperties {
+pub struct ConstructionPhaseProperties {
     /// Property set.
     pub set: String,
-    /// Phase in which an element is built.
+    /// Construction phase in which an element is built.
     pub created: String,
-    /// Phase in which it is removed.
+    /// Construction phase in which it is removed.
     pub demolished: String,
-    /// Phase at whose end a space is released.
+    /// Construction phase at whose end a space is released.
     pub space: String,
 }
 
-/// A phase by its name; without start and finish it is before all time.
+/// A construction phase by its name; without start and finish it is before all time.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Phase {
+pub struct ConstructionPhase {
     /// As the properties spell it.
     pub name: String,
     /// Civil seconds since 1970 of start and finish.
@@ -163,10 +163,10 @@ struct RulesToml {
     #[serde(default)]
     inputs: Inputs,
     property_dates: Option<Vec<PropertyDate>>,
-    #[serde(default)]
-    phase_properties: PhaseProperties,
-    #[serde(default)]
-    phases: Vec<PhaseToml>,
+    #[serde(default, rename = "phase_properties")]
+    construction_phase_properties: ConstructionPhaseProperties,
+    #[serde(default, rename = "phases")]
+    construction_phases: Vec<ConstructionPhaseToml>,
     #[serde(default)]
     closed_spaces: Vec<ClosedSpaceToml>,
     closing: Option<ClosingToml>,
@@ -174,7 +174,7 @@ struct RulesToml {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct PhaseToml {
+struct ConstructionPhaseToml {
     name: String,
     start: Option<toml::Value>,
     finish: Option<toml::Value>,
@@ -202,7 +202,7 @@ fn private() -> String {
     "private".to_owned()
 }
 
-impl Default for PhaseProperties {
+impl Default for ConstructionPhaseProperties {
     fn default() -> Self {
         let [set, created, demolished, space] =
             ["Phasing", "Phase Created", "Phase Demolished", "Phase"].map(str::to_owned);
@@ -220,8 +220,8 @@ impl Default for Rules {
             mode: Mode::default(),
             inputs: Inputs::default(),
             property_dates: published_dates(),
-            phase_properties: PhaseProperties::default(),
-            phases: Vec::new(),
+            construction_phase_properties: ConstructionPhaseProperties::default(),
+            construction_phases: Vec::new(),
             closed_spaces: Vec::new(),
             closing_lead_s: i64::from(LEAD_MINUTES) * 60,
         }
@@ -248,14 +248,21 @@ impl Rules {
     /// Reads the text of a rules file; keys that are not there have their defaults.
     ///
     /// # Errors
-    /// Not TOML, unknown keys, zones or dates that do not exist, phases that end before they start or are named twice.
+    /// Not TOML, unknown keys, zones or dates that do not exist, construction phases that end before they start or are
+    /// named twice.
     pub fn parse(text: &str) -> Result<Self, RulesError> {
         let file: RulesToml = toml::from_str(text).map_err(|e| RulesError::Toml(Box::new(e)))?;
         let site_zone = file.site_zone.as_deref().map(zone).transpose()?;
         let lead_minutes = file.closing.map_or(LEAD_MINUTES, |c| c.lead_minutes);
-        let phases: Vec<Phase> =
-            file.phases.iter().map(|p| phase(p, site_zone.as_ref())).collect::<Result<_, RulesError>>()?;
-        if let Some((k, twice)) = phases.iter().enumerate().find(|(k, p)| phases[..*k].iter().any(|q| q.name == p.name))
+        let construction_phases: Vec<ConstructionPhase> = file
+            .construction_phases
+            .iter()
+            .map(|p| construction_phase(p, site_zone.as_ref()))
+            .collect::<Result<_, RulesError>>()?;
+        if let Some((k, twice)) = construction_phases
+            .iter()
+            .enumerate()
+            .find(|(k, p)| construction_phases[..*k].iter().any(|q| q.name == p.name))
         {
             return Err(RulesError::Value(format!("phases[{k}]: {:?} has dates already", twice.name)));
         }
@@ -268,8 +275,8 @@ impl Rules {
             mode: file.mode,
             inputs: file.inputs,
             property_dates: file.property_dates.unwrap_or_else(published_dates),
-            phase_properties: file.phase_properties,
-            phases,
+            construction_phase_properties: file.construction_phase_properties,
+            construction_phases,
             closing_lead_s: i64::from(lead_minutes) * 60,
             site_zone,
         })
@@ -295,7 +302,7 @@ fn date(key: &str, value: &toml::Value, zone: Option<&TimeZone>) -> Result<Writt
     parse_iso(&text, zone).map_err(|e| RulesError::Value(format!("{key}: {e}")))
 }
 
-fn phase(file: &PhaseToml, zone: Option<&TimeZone>) -> Result<Phase, RulesError> {
+fn construction_phase(file: &ConstructionPhaseToml, zone: Option<&TimeZone>) -> Result<ConstructionPhase, RulesError> {
     let name = &file.name;
     let span_s = match (&file.start, &file.finish) {
         (None, None) => None,
@@ -313,7 +320,7 @@ fn phase(file: &PhaseToml, zone: Option<&TimeZone>) -> Result<Phase, RulesError>
             )));
         }
     };
-    Ok(Phase { name: name.clone(), span_s })
+    Ok(ConstructionPhase { name: name.clone(), span_s })
 }
 
 fn closed_space(file: ClosedSpaceToml, zone: Option<&TimeZone>) -> Result<ClosedSpace, RulesError> {
@@ -373,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn phases_and_closed_spaces_have_civil_times() {
+    fn construction_phases_and_closed_spaces_have_civil_times() {
         let rules = Rules::parse(
             "[[phases]]\nname = \"Phase 1\"\nstart = 2024-03-04T00:00:00\nfinish = 2024-04-08\n\
              [[closed_spaces]]\nmatch = \"Lab 3*\"\nuntil = \"2024-03-04T12:00:00\"\n[closing]\nlead_minutes = 5",
@@ -381,7 +388,7 @@ mod tests {
         .unwrap();
         let at = |text: &str| text.parse::<frames::PlanTime>().unwrap().civil_seconds();
         assert_eq!(
-            rules.phases[0].span_s,
+            rules.construction_phases[0].span_s,
             Some([at("2024-03-04"), at("2024-04-09")]),
             "a finish without a time is the end of its day"
         );

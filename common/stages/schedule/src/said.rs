@@ -15,8 +15,8 @@ pub(crate) struct Said {
     pub(crate) planned: Option<WrittenDate>,
     pub(crate) created: Option<Text>,
     pub(crate) demolished: Option<Text>,
-    /// Phase at whose end a space is released.
-    pub(crate) phase: Option<Text>,
+    /// Construction phase at whose end a space is released.
+    pub(crate) construction_phase: Option<Text>,
     pub(crate) status: Option<Text>,
     /// A date of it fits both orders, and other dates of the file decided.
     pub(crate) is_ambiguous: bool,
@@ -96,9 +96,9 @@ pub(crate) fn all_said(site: &Site<'_>, rules: &Rules, findings: &mut Findings<'
     Ok(AllSaid { elements: said, spaces })
 }
 
-/// Takes down phases and status, and collects what the rules call dates, rule by rule.
+/// Takes down construction phases and status, and collects what the rules call dates, rule by rule.
 fn collect(site: &Site<'_>, rules: &Rules, objects: &[Object<'_>], said: &mut [Said]) -> Vec<DateText> {
-    let phases = &rules.phase_properties;
+    let construction_phases = &rules.construction_phase_properties;
     let mut texts = Vec::new();
     let mut sets: BTreeMap<(u32, u32), SetUse> = BTreeMap::new();
     for (index, object) in objects.iter().enumerate() {
@@ -116,9 +116,9 @@ fn collect(site: &Site<'_>, rules: &Rules, objects: &[Object<'_>], said: &mut [S
                     slot(said).get_or_insert(attribute.text);
                 }
             };
-            note(used.phases && name == phases.created, |s| &mut s.created);
-            note(used.phases && name == phases.demolished, |s| &mut s.demolished);
-            note(used.phases && name == phases.space, |s| &mut s.phase);
+            note(used.construction_phases && name == construction_phases.created, |s| &mut s.created);
+            note(used.construction_phases && name == construction_phases.demolished, |s| &mut s.demolished);
+            note(used.construction_phases && name == construction_phases.space, |s| &mut s.construction_phase);
             note(used.status && name == "Status", |s| &mut s.status);
             for &rule in &used.rules {
                 let wanted = &rules.property_dates[rule];
@@ -140,18 +140,18 @@ fn collect(site: &Site<'_>, rules: &Rules, objects: &[Object<'_>], said: &mut [S
 /// What a property set is good for.
 struct SetUse {
     any: bool,
-    phases: bool,
+    construction_phases: bool,
     status: bool,
     rules: Vec<usize>,
 }
 
 impl SetUse {
     fn of(set: &str, rules: &Rules) -> Self {
-        let phases = set == rules.phase_properties.set;
+        let construction_phases = set == rules.construction_phase_properties.set;
         let status = set.starts_with("Pset_") && set.ends_with("Common");
         let dates: Vec<usize> =
             (0..rules.property_dates.len()).filter(|k| rules.property_dates[*k].set == set).collect();
-        Self { any: phases || status || !dates.is_empty(), phases, status, rules: dates }
+        Self { any: construction_phases || status || !dates.is_empty(), construction_phases, status, rules: dates }
     }
 }
 

@@ -205,19 +205,19 @@ fn rooms_open_at_the_end_of_their_date_and_reasons_are_sorted() {
 }
 
 #[test]
-fn tasks_rank_before_properties_these_before_phases_and_status_says_nothing_of_time() {
+fn tasks_rank_before_properties_these_before_construction_phases_and_status_says_nothing_of_time() {
     let mut plan = Plan::new();
     let walls: Vec<usize> = (0..5).map(|_| plan.element("IfcWall")).collect();
     let task = plan.dated("task", "2024-03-04", "2024-03-04");
     plan.builds(task, walls[0]);
     let date = ("Wall Schedule", "ConstructionDate", "15/04/2024");
     let actual = ("As built", "Finished", "2024-05-01");
-    let phase = ("Phasing", "Phase Created", "Phase 1");
+    let construction_phase = ("Phasing", "Phase Created", "Phase 1");
     let status = ("Pset_WallCommon", "Status", "TEMPORARY");
     plan.properties(walls[0], &[date]);
     plan.properties(walls[1], &[date, actual]);
-    plan.properties(walls[2], &[phase, date]);
-    plan.properties(walls[3], &[status, phase]);
+    plan.properties(walls[2], &[construction_phase, date]);
+    plan.properties(walls[3], &[status, construction_phase]);
     plan.properties(walls[4], &[status]);
     let rules = "[[property_dates]]\napplies_to = \"IfcWall\"\nset = \"Wall Schedule\"\nproperty = \"ConstructionDate\"\n\
         [[property_dates]]\napplies_to = \"IfcElement\"\nset = \"As built\"\nproperty = \"Finished\"\nkind = \"actual\"\n\
