@@ -8,7 +8,7 @@
 
 use bus::{Bus, Daemon, Domain, GridSlot, Keeper, Origin, Sample, Stamp, Subscriber, Topic, TopicName, Waiter, topics};
 use daemon::{Answer, Client, ScheduleRequest};
-use messages::{ArchiveBuffer, Grids, InputHashes, Phase, Site};
+use messages::{ArchiveBuffer, Grids, InputHashes, ScheduleState, Site};
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -232,7 +232,7 @@ fn remove_segments(prefix: &str) {
 /// A date that was set, and what came of it.
 struct Step {
     total_ms: f64,
-    /// Until the phase is out, from there until the index is, from there until it is seen.
+    /// Until the schedule state is out, from there until the index is, from there until it is seen.
     parts_ms: [f64; 3],
     memcpy_ms: f64,
     grids: usize,
@@ -242,7 +242,7 @@ struct Step {
 /// Walks through all changes twice; the second time counts.
 fn dates(live: &mut Live) {
     let indices = live.bus.subscriber(topics::Grids).unwrap();
-    let phases = live.bus.subscriber(topics::Phase).unwrap();
+    let schedule_states = live.bus.subscriber(topics::ScheduleState).unwrap();
     let slots: Vec<Subscriber<topics::Grid>> =
         GridSlot::all().take(10).map(|slot| live.bus.subscriber(topics::Grid(slot)).unwrap()).collect();
     let client = Client::<ScheduleRequest>::of(&live.bus).unwrap();
@@ -260,19 +260,20 @@ fn dates(live: &mut Live) {
         };
         let index = loop {
             let index = live.next(&indices);
-            if index.header().inputs.phase == answer.content_hash {
+            if index.header().inputs.schedule_state == answer.content_hash {
                 break index;
             }
         };
         let seen = Stamp::now();
-        let phase = loop {
-            let phase = live.next(&phases);
-            if phase.header().content_hash == answer.content_hash {
-                break phase;
+        let schedule_state = loop {
+            let schedule_state = live.next(&schedule_states);
+            if schedule_state.header().content_hash == answer.content_hash {
+                break schedule_state;
             }
         };
-        let [phase_at, index_at] = [phase.header(), index.header()].map(|header| Stamp(header.stamp_ns));
-        let now = Phase::open(phase.bytes()).unwrap();
+        let [schedule_state_at, index_at] =
+            [schedule_state.header(), index.header()].map(|header| Stamp(header.stamp_ns));
+        let now = ScheduleState::open(schedule_state.bytes()).unwrap();
         let new: Vec<u8> = (0..now.n_elements()).map(|k| now.effective(k) as u8).collect();
         let toggled = new.iter().zip(&states).filter(|(a, b)| a != b).count() as f64 / new.len() as f64;
         states = new;
@@ -287,7 +288,8 @@ fn dates(live: &mut Live) {
         let copied = Instant::now();
         changed.iter().for_each(|(k, grid)| copies[*k].copy_from_slice(grid.bytes()));
         let memcpy_ms = ms(copied.elapsed());
-        let parts_ms = [phase_at.since(begun), index_at.since(phase_at), seen.since(index_at)].map(ms);
+        let parts_ms =
+            [schedule_state_at.since(begun), index_at.since(schedule_state_at), seen.since(index_at)].map(ms);
         Some(Step { total_ms: ms(seen.since(begun)), parts_ms, memcpy_ms, grids: changed.len(), toggled })
     };
     let mut walk = |live: &mut Live| -> Vec<Step> {
@@ -312,13 +314,13 @@ fn report(steps: &[Step], which: &str, wanted: impl Fn(&Step) -> bool) {
     }
     let of = |value: &dyn Fn(&Step) -> f64| percentiles(&mut steps.iter().map(|s| value(s)).collect::<Vec<_>>());
     let [total, total99] = of(&|s| s.total_ms);
-    let [phase, index, seen] = [0, 1, 2].map(|k| of(&|s| s.parts_ms[k])[0]);
+    let [schedule_state, index, seen] = [0, 1, 2].map(|k| of(&|s| s.parts_ms[k])[0]);
     let [memcpy, memcpy99] = of(&|s| s.memcpy_ms);
     let grids = steps.iter().map(|s| s.grids).sum::<usize>() as f64 / steps.len() as f64;
     row(
         &format!("date -> index at a subscriber, {which} ({} dates, {grids:.1} grids each)", steps.len()),
         format!(
-            "p50 {total:.2} ms, p99 {total99:.2} ms; until the phase {phase:.2}, until the index {index:.2}, until it is seen {seen:.2}"
+            "p50 {total:.2} ms, p99 {total99:.2} ms; until the schedule state {schedule_state:.2}, until the index {index:.2}, until it is seen {seen:.2}"
         ),
     );
     // Without a grid there is nothing to copy.
@@ -328,7 +330,7 @@ fn report(steps: &[Step], which: &str, wanted: impl Fn(&Step) -> bool) {
         row(
             &format!("the same against a memcpy of those grids, {which}"),
             format!(
-                "memcpy p50 {memcpy:.2} ms, p99 {memcpy99:.2} ms; (date - 1 ms) / memcpy p50 {ratio:.1}, p99 {ratio99:.1}; phase to index / memcpy {rasterize:.1}"
+                "memcpy p50 {memcpy:.2} ms, p99 {memcpy99:.2} ms; (date - 1 ms) / memcpy p50 {ratio:.1}, p99 {ratio99:.1}; schedule state to index / memcpy {rasterize:.1}"
             ),
         );
     }
@@ -343,11 +345,11 @@ fn payloads() {
     let mut epoch = 0;
     for length in [1 << 10, 1 << 20, 16 << 20, 128 << 20, 512 << 20] {
         let (bus, mut own_waiter) = Bus::join(&domain, Daemon::ScheduleEval).unwrap();
-        let publisher = bus.publisher(topics::Phase, length).unwrap();
+        let publisher = bus.publisher(topics::ScheduleState, length).unwrap();
         let (other, mut waiter) = Bus::join(&domain, Daemon::Groundplan).unwrap();
         let (said, heard) = std::sync::mpsc::channel();
         let receiver = std::thread::spawn(move || {
-            let subscriber = other.subscriber(topics::Phase).unwrap();
+            let subscriber = other.subscriber(topics::ScheduleState).unwrap();
             said.send(0.0).unwrap();
             loop {
                 waiter.wait(Duration::from_secs(10)).unwrap();
@@ -360,7 +362,7 @@ fn payloads() {
             }
         });
         heard.recv().unwrap();
-        let archive = messages::PhaseBuilder::everything_built(1, 0, 0).finish();
+        let archive = messages::ScheduleStateBuilder::everything_built(1, 0, 0).finish();
         let (mut latencies, mut loans) = (Vec::new(), Vec::new());
         for k in 0..300 {
             own_waiter.wait(Duration::ZERO).unwrap();

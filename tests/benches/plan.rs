@@ -6,7 +6,7 @@
 #![expect(clippy::print_stdout, reason = "figures are what it is for")]
 
 use ingest::{IngestOptions, SourceFile};
-use messages::{Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site};
+use messages::{Grid, Grids, Plan, RobotProfile, ScheduleState, ScheduleStateBuilder, Site};
 use raster::Rasterizer;
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
@@ -51,11 +51,12 @@ fn measure(arguments: &Arguments, model: &Path) {
     };
     let Ok(site) = ingest::ingest(&files, &ingest) else { return };
     let site = Site::open(site.bytes()).expect("a site");
-    let phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish();
-    let phase = Phase::open(phase.bytes()).expect("a phase");
+    let schedule_state =
+        ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish();
+    let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("a schedule state");
     let mut rasterizer = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.05).expect("a resolution that fits");
-    rasterizer.draw(&site, &phase);
-    let index = rasterizer.index(&site, &phase, "default", &[]).finish();
+    rasterizer.draw(&site, &schedule_state);
+    let index = rasterizer.index(&site, &schedule_state, "default", &[]).finish();
     let index = Grids::open(index.bytes()).expect("an index");
     let grids: Vec<Grid<'_>> = rasterizer.drawn().map(|g| Grid::open(g.archive).expect("a grid")).collect();
     let mut options = PlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");
@@ -63,7 +64,8 @@ fn measure(arguments: &Arguments, model: &Path) {
         // The longer search knows all ways.
         (options.tour_kicks, options.tour_neighbours) = (kicks, u32::MAX);
     }
-    let input = PlanInput { site: &site, phase: &phase, index: &index, grids: &grids, options: &options };
+    let input =
+        PlanInput { site: &site, schedule_state: &schedule_state, index: &index, grids: &grids, options: &options };
 
     // Storeys are measured one by one: planned alone, beside a planner that knows the others.
     let mut planner = Planner::default();

@@ -7,7 +7,7 @@
 mod support;
 
 use bus::{Bus, ConsistentSet, Daemon, Domain, GridSlot, RawSample, RawSubscriber, Stamp, TopicName, Waiter, topics};
-use messages::{Grid, Grids, Phase};
+use messages::{Grid, Grids, ScheduleState};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
@@ -42,13 +42,13 @@ impl Witness {
             }
         };
         let slots = GridSlot::all().map(TopicName::Grid);
-        let names = [TopicName::Phase, TopicName::Grids].into_iter().chain(slots);
+        let names = [TopicName::ScheduleState, TopicName::Grids].into_iter().chain(slots);
         let subscribers = names.map(|topic| bus.raw_subscriber(topic).unwrap()).collect();
         let set = ConsistentSet::new(Stamp::now());
         Self { bus, waiter, subscribers, set, last_epochs: BTreeMap::new(), sets_seen: 0, last_index: 0 }
     }
 
-    /// Takes what is there, and checks it: whole archives, epochs that do not fall, sets of one phase.
+    /// Takes what is there, and checks it: whole archives, epochs that do not fall, sets of one schedule state.
     fn look(&mut self) {
         for subscriber in &self.subscribers {
             let Some(sample) = subscriber.take().unwrap() else { continue };
@@ -58,20 +58,20 @@ impl Witness {
             assert!(last <= epoch, "epochs of {topic} fall from {last} to {epoch}");
             // Opening computes the hash of the content again.
             match topic {
-                TopicName::Phase => drop(Phase::open(sample.bytes()).unwrap()),
+                TopicName::ScheduleState => drop(ScheduleState::open(sample.bytes()).unwrap()),
                 TopicName::Grids => drop(Grids::open(sample.bytes()).unwrap()),
                 _ => drop(Grid::open(sample.bytes()).unwrap()),
             }
             self.set.see(Stamp::now(), sample).unwrap();
         }
-        let (Some(phase), Some(index)) = (self.set.phase(), self.set.index()) else { return };
+        let (Some(schedule_state), Some(index)) = (self.set.schedule_state(), self.set.index()) else { return };
         if index.header().content_hash == self.last_index {
             return;
         }
         self.last_index = index.header().content_hash;
         self.sets_seen += 1;
         let named = Grids::open(index.bytes()).unwrap();
-        assert_eq!(named.head.phase_hash, phase.header().content_hash);
+        assert_eq!(named.head.schedule_state_hash, schedule_state.header().content_hash);
         for (slot, record) in GridSlot::all().zip(named.slots) {
             let grid = self.set.grid(slot).expect("a set is complete");
             assert_eq!(Grid::open(grid.bytes()).unwrap().content_hash(), record.content_hash, "a half map was seen");

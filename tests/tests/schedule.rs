@@ -158,7 +158,7 @@ fn before_the_first_slab_all_is_unknown_and_forbidden_and_after_it_there_is_floo
 }
 
 #[test]
-fn three_phases_are_three_maps() {
+fn three_dates_are_three_maps() {
     // Where a partition wall, a door in it, and a desk will be; in a room that opens last, and in the corridor.
     let (wall, door, room, corridor) = ([7.0, 6.78], [9.0, 6.78], [11.0, 12.0], [6.0, 5.8]);
     let structure = at("2024-04-06").storey(0);

@@ -6,10 +6,10 @@
 use crate::latched::RawSample;
 use crate::names::{Daemon, GridSlot, TopicName};
 use crate::stamp::Stamp;
-use messages::{ArchiveError, GridSlotRecord, Grids, GridsHead, Phase, PhaseHead, Plan, PlanHead};
+use messages::{ArchiveError, GridSlotRecord, Grids, GridsHead, Plan, PlanHead, ScheduleState, ScheduleStateHead};
 use std::time::Duration;
 
-/// A newer phase without its grids stops the robot after this long.
+/// A newer schedule state without its grids stops the robot after this long.
 pub const GRIDS_LATE: Duration = Duration::from_secs(1);
 
 /// Heartbeats come this often.
@@ -24,12 +24,12 @@ const WATCHED: [Daemon; 2] = [Daemon::ScheduleEval, Daemon::Rasterize];
 /// What a consumer may do now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// The set is of the newest phase: use it.
+    /// The set is of the newest schedule state: use it.
     Current,
-    /// A newer phase is here, its grids are not yet: use the set, but do not enter what [`ConsistentSet::newest_phase`]
-    /// blocks.
+    /// A newer schedule state is here, its grids are not yet: use the set, but do not enter what
+    /// [`ConsistentSet::newest_schedule_state`] blocks.
     Overtaken,
-    /// The grids of the newest phase are late: stand still.
+    /// The grids of the newest schedule state are late: stand still.
     Hold,
     /// There is no map.
     NoMap(NoMap),
@@ -38,11 +38,11 @@ pub enum Verdict {
 /// Why there is no map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NoMap {
-    /// Phase, index and grids have never matched yet.
-    #[error("grids, index and phase have not come together yet")]
+    /// Schedule state, index and grids have never matched yet.
+    #[error("grids, index and schedule state have not come together yet")]
     Incomplete,
-    /// The plan time has passed the end of the newest phase.
-    #[error("the plan time is past the validity of the phase, and no newer phase has come")]
+    /// The plan time has passed the end of the newest schedule state.
+    #[error("the plan time is past the validity of the schedule state, and no newer schedule state has come")]
     Expired,
     /// A daemon that keeps the map up to date is silent.
     #[error("{daemon} has missed {MISSED_HEARTBEATS} heartbeats")]
@@ -52,9 +52,9 @@ pub enum NoMap {
     },
 }
 
-/// A phase that was seen.
+/// A schedule state that was seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct PhaseSeen {
+struct ScheduleStateSeen {
     hash: u64,
     site: u64,
     valid_until_s: i64,
@@ -65,7 +65,7 @@ struct PhaseSeen {
 #[derive(Debug)]
 struct IndexSeen {
     hash: u64,
-    phase: u64,
+    schedule_state: u64,
     site: u64,
     grids: Vec<u64>,
 }
@@ -74,7 +74,7 @@ struct IndexSeen {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct PlanSeen {
     grids: u64,
-    phase: u64,
+    schedule_state: u64,
     site: u64,
 }
 
@@ -116,13 +116,13 @@ impl<F, T> Held<F, T> {
     }
 }
 
-/// Holds the last set of phase, index and grids that match, while newer samples arrive one by one.
+/// Holds the last set of schedule state, index and grids that match, while newer samples arrive one by one.
 ///
 /// `T` is what stands for a sample: [`RawSample`] for a consumer, anything in a test. At most two samples of a topic
 /// are held. A set that is complete stays until the next one is.
 #[derive(Debug)]
 pub struct ConsistentSet<T> {
-    phase: Held<PhaseSeen, T>,
+    schedule_state: Held<ScheduleStateSeen, T>,
     index: Held<IndexSeen, T>,
     grids: [Held<u64, T>; GridSlot::COUNT],
     plan: Held<PlanSeen, T>,
@@ -133,7 +133,7 @@ impl<T> ConsistentSet<T> {
     /// Nothing seen; heartbeats count from `now`.
     pub fn new(now: Stamp) -> Self {
         Self {
-            phase: Held::EMPTY,
+            schedule_state: Held::EMPTY,
             index: Held::EMPTY,
             grids: [const { Held::EMPTY }; GridSlot::COUNT],
             plan: Held::EMPTY,
@@ -141,12 +141,12 @@ impl<T> ConsistentSet<T> {
         }
     }
 
-    /// A phase has come; `hash` is its content hash. One that says the same as the last one is not new.
-    pub fn see_phase(&mut self, now: Stamp, hash: u64, head: &PhaseHead, sample: T) {
-        let facts = PhaseSeen { hash, site: head.site_hash, valid_until_s: head.valid_until_s, at: now };
+    /// A schedule state has come; `hash` is its content hash. One that says the same as the last one is not new.
+    pub fn see_schedule_state(&mut self, now: Stamp, hash: u64, head: &ScheduleStateHead, sample: T) {
+        let facts = ScheduleStateSeen { hash, site: head.site_hash, valid_until_s: head.valid_until_s, at: now };
         // A restarted producer repeats itself; a set in use stays what it is.
-        if self.phase.newest().is_none_or(|s| s.facts.hash != hash) {
-            self.phase.see(facts, sample);
+        if self.schedule_state.newest().is_none_or(|s| s.facts.hash != hash) {
+            self.schedule_state.see(facts, sample);
             self.advance();
         }
     }
@@ -155,7 +155,8 @@ impl<T> ConsistentSet<T> {
     /// than [`GridSlot::COUNT`].
     pub fn see_grids(&mut self, hash: u64, head: &GridsHead, slots: &[GridSlotRecord], sample: T) {
         let grids = slots.iter().map(|s| s.content_hash).collect();
-        self.index.see(IndexSeen { hash, phase: head.phase_hash, site: head.site_hash, grids }, sample);
+        self.index
+            .see(IndexSeen { hash, schedule_state: head.schedule_state_hash, site: head.site_hash, grids }, sample);
         self.advance();
     }
 
@@ -167,7 +168,10 @@ impl<T> ConsistentSet<T> {
 
     /// A plan has come; `grids_hash` is the content hash of the index that it was made from, as in its sample's header.
     pub fn see_plan(&mut self, grids_hash: u64, head: &PlanHead, sample: T) {
-        self.plan.see(PlanSeen { grids: grids_hash, phase: head.phase_hash, site: head.site_hash }, sample);
+        self.plan.see(
+            PlanSeen { grids: grids_hash, schedule_state: head.schedule_state_hash, site: head.site_hash },
+            sample,
+        );
         self.advance();
     }
 
@@ -187,11 +191,11 @@ impl<T> ConsistentSet<T> {
                 return Verdict::NoMap(NoMap::Silent { daemon });
             }
         }
-        let (Some(used), Some(newest)) = (&self.phase.used, self.phase.newest()) else {
+        let (Some(used), Some(newest)) = (&self.schedule_state.used, self.schedule_state.newest()) else {
             return Verdict::NoMap(NoMap::Incomplete);
         };
         let until = newest.facts.valid_until_s;
-        if until != PhaseHead::NO_TIME && plan_time_s.is_some_and(|now| now > until) {
+        if until != ScheduleStateHead::NO_TIME && plan_time_s.is_some_and(|now| now > until) {
             return Verdict::NoMap(NoMap::Expired);
         }
         if newest.facts.hash == used.facts.hash {
@@ -206,18 +210,18 @@ impl<T> ConsistentSet<T> {
     /// When to ask for the verdict again if nothing comes before.
     pub fn next_change(&self, now: Stamp) -> Stamp {
         let silent = self.heard.iter().map(|heard| *heard + HEARTBEAT_PERIOD * MISSED_HEARTBEATS);
-        let late = self.phase.newest.iter().map(|s| s.facts.at + GRIDS_LATE);
+        let late = self.schedule_state.newest.iter().map(|s| s.facts.at + GRIDS_LATE);
         silent.chain(late).filter(|at| *at > now).min().unwrap_or(now + HEARTBEAT_PERIOD)
     }
 
-    /// The phase of the set.
-    pub fn phase(&self) -> Option<&T> {
-        self.phase.used.as_ref().map(|s| &s.sample)
+    /// The schedule state of the set.
+    pub fn schedule_state(&self) -> Option<&T> {
+        self.schedule_state.used.as_ref().map(|s| &s.sample)
     }
 
-    /// The last phase that came: what it blocks is not to be entered, whatever the set says.
-    pub fn newest_phase(&self) -> Option<&T> {
-        self.phase.newest().map(|s| &s.sample)
+    /// The last schedule state that came: what it blocks is not to be entered, whatever the set says.
+    pub fn newest_schedule_state(&self) -> Option<&T> {
+        self.schedule_state.newest().map(|s| &s.sample)
     }
 
     /// The index of the set.
@@ -230,16 +234,16 @@ impl<T> ConsistentSet<T> {
         self.grids[slot.index()].used.as_ref().map(|s| &s.sample)
     }
 
-    /// The plan, if it is of the set's phase and grids.
+    /// The plan, if it is of the set's schedule state and grids.
     pub fn plan(&self) -> Option<&T> {
         let plan = self.plan.used.as_ref()?;
-        is_of(&plan.facts, &self.phase.used, &self.index.used).then_some(&plan.sample)
+        is_of(&plan.facts, &self.schedule_state.used, &self.index.used).then_some(&plan.sample)
     }
 
     /// Makes the newest samples the set, if they match.
     fn advance(&mut self) {
         if self.is_complete() {
-            self.phase.promote(|_| true);
+            self.schedule_state.promote(|_| true);
             self.index.promote(|_| true);
             let wanted = self.index.used.as_ref().map_or(&[][..], |s| &s.facts.grids);
             for (slot, held) in self.grids.iter_mut().enumerate() {
@@ -249,22 +253,30 @@ impl<T> ConsistentSet<T> {
                 }
             }
         }
-        self.plan.promote(|p| is_of(p, &self.phase.used, &self.index.used));
+        self.plan.promote(|p| is_of(p, &self.schedule_state.used, &self.index.used));
     }
 
-    /// True if the newest phase, the newest index and grids at hand match, and are not the set already.
+    /// True if the newest schedule state, the newest index and grids at hand match, and are not the set already.
     fn is_complete(&self) -> bool {
-        let (Some(phase), Some(index)) = (self.phase.newest(), self.index.newest()) else { return false };
-        let matches = index.facts.phase == phase.facts.hash && index.facts.site == phase.facts.site;
+        let (Some(schedule_state), Some(index)) = (self.schedule_state.newest(), self.index.newest()) else {
+            return false;
+        };
+        let matches =
+            index.facts.schedule_state == schedule_state.facts.hash && index.facts.site == schedule_state.facts.site;
         let grids = &index.facts.grids;
         let all_there = self.grids.iter().zip(grids).all(|(held, hash)| held.has(|h| h == hash));
         matches && grids.len() <= GridSlot::COUNT && all_there
     }
 }
 
-fn is_of<T>(plan: &PlanSeen, phase: &Option<Seen<PhaseSeen, T>>, index: &Option<Seen<IndexSeen, T>>) -> bool {
-    let (Some(phase), Some(index)) = (phase, index) else { return false };
-    (plan.site, plan.phase, plan.grids) == (phase.facts.site, phase.facts.hash, index.facts.hash)
+fn is_of<T>(
+    plan: &PlanSeen,
+    schedule_state: &Option<Seen<ScheduleStateSeen, T>>,
+    index: &Option<Seen<IndexSeen, T>>,
+) -> bool {
+    let (Some(schedule_state), Some(index)) = (schedule_state, index) else { return false };
+    (plan.site, plan.schedule_state, plan.grids)
+        == (schedule_state.facts.site, schedule_state.facts.hash, index.facts.hash)
 }
 
 impl ConsistentSet<RawSample> {
@@ -275,9 +287,9 @@ impl ConsistentSet<RawSample> {
     pub fn see(&mut self, now: Stamp, sample: RawSample) -> Result<(), ArchiveError> {
         let header = *sample.header();
         match sample.topic() {
-            TopicName::Phase => {
-                let head = *Phase::open(sample.bytes())?.head;
-                self.see_phase(now, header.content_hash, &head, sample);
+            TopicName::ScheduleState => {
+                let head = *ScheduleState::open(sample.bytes())?.head;
+                self.see_schedule_state(now, header.content_hash, &head, sample);
             }
             TopicName::Grids => {
                 let grids = Grids::open(sample.bytes())?;
@@ -299,7 +311,7 @@ impl ConsistentSet<RawSample> {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
-    use messages::{PhaseBuilder, RobotProfile};
+    use messages::{RobotProfile, ScheduleStateBuilder};
 
     const SITE: u64 = 1;
 
@@ -321,10 +333,10 @@ mod tests {
             Self { set: ConsistentSet::new(at(0)) }
         }
 
-        fn phase(&mut self, ms: u64, hash: u64, valid_until_s: i64) -> &mut Self {
-            let everything = PhaseBuilder::everything_built(SITE, 0, 0).head;
-            let head = PhaseHead { valid_until_s, ..everything };
-            self.set.see_phase(at(ms), hash, &head, format!("phase {hash}"));
+        fn schedule_state(&mut self, ms: u64, hash: u64, valid_until_s: i64) -> &mut Self {
+            let everything = ScheduleStateBuilder::everything_built(SITE, 0, 0).head;
+            let head = ScheduleStateHead { valid_until_s, ..everything };
+            self.set.see_schedule_state(at(ms), hash, &head, format!("schedule state {hash}"));
             self
         }
 
@@ -333,17 +345,22 @@ mod tests {
             self
         }
 
-        fn index(&mut self, phase: u64, hashes: &[u64]) -> &mut Self {
-            let head = GridsHead { site_hash: SITE, phase_hash: phase, plan_time_s: 0, robot: RobotProfile::DEFAULT };
+        fn index(&mut self, schedule_state: u64, hashes: &[u64]) -> &mut Self {
+            let head = GridsHead {
+                site_hash: SITE,
+                schedule_state_hash: schedule_state,
+                plan_time_s: 0,
+                robot: RobotProfile::DEFAULT,
+            };
             let record = |&content_hash| GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash };
             let slots: Vec<_> = hashes.iter().map(record).collect();
-            self.set.see_grids(phase + 100, &head, &slots, format!("index {phase}"));
+            self.set.see_grids(schedule_state + 100, &head, &slots, format!("index {schedule_state}"));
             self
         }
 
-        fn plan(&mut self, phase: u64) -> &mut Self {
-            let head = PlanHead { site_hash: SITE, phase_hash: phase, ..Zeroable::zeroed() };
-            self.set.see_plan(phase + 100, &head, format!("plan {phase}"));
+        fn plan(&mut self, schedule_state: u64) -> &mut Self {
+            let head = PlanHead { site_hash: SITE, schedule_state_hash: schedule_state, ..Zeroable::zeroed() };
+            self.set.see_plan(schedule_state + 100, &head, format!("plan {schedule_state}"));
             self
         }
 
@@ -359,8 +376,8 @@ mod tests {
             self
         }
 
-        fn holds(&mut self, phase: &str, grids: &[&str], plan: Option<&str>) -> &mut Self {
-            assert_eq!(self.set.phase().map(String::as_str), Some(phase));
+        fn holds(&mut self, schedule_state: &str, grids: &[&str], plan: Option<&str>) -> &mut Self {
+            assert_eq!(self.set.schedule_state().map(String::as_str), Some(schedule_state));
             let found: Vec<_> = GridSlot::all().filter_map(|s| self.set.grid(s)).collect();
             assert_eq!(found, grids);
             assert_eq!(self.set.plan().map(String::as_str), plan);
@@ -370,62 +387,70 @@ mod tests {
 
     fn complete() -> Scene {
         let mut scene = Scene::new();
-        scene.phase(0, 10, 100).grid(0, 20).grid(1, 21).index(10, &[20, 21]).plan(10);
+        scene.schedule_state(0, 10, 100).grid(0, 20).grid(1, 21).index(10, &[20, 21]).plan(10);
         scene
     }
 
     #[test]
     fn a_set_is_used_when_all_its_parts_are_there_in_any_order() {
-        complete().says(1, Verdict::Current).holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
+        complete().says(1, Verdict::Current).holds("schedule state 10", &["grid 20", "grid 21"], Some("plan 10"));
         let mut scene = Scene::new();
         scene.plan(10).index(10, &[20, 21]).grid(1, 21).says(1, Verdict::NoMap(NoMap::Incomplete));
-        scene.phase(2, 10, 100).says(2, Verdict::NoMap(NoMap::Incomplete));
-        scene.grid(0, 20).says(3, Verdict::Current).holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
+        scene.schedule_state(2, 10, 100).says(2, Verdict::NoMap(NoMap::Incomplete));
+        scene.grid(0, 20).says(3, Verdict::Current).holds(
+            "schedule state 10",
+            &["grid 20", "grid 21"],
+            Some("plan 10"),
+        );
     }
 
     #[test]
     fn grids_that_come_before_their_index_do_not_disturb_the_set() {
         let mut scene = complete();
-        scene.phase(10, 11, 200).grid(0, 30).says(20, Verdict::Overtaken);
-        scene.holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
-        assert_eq!(scene.set.newest_phase().map(String::as_str), Some("phase 11"));
+        scene.schedule_state(10, 11, 200).grid(0, 30).says(20, Verdict::Overtaken);
+        scene.holds("schedule state 10", &["grid 20", "grid 21"], Some("plan 10"));
+        assert_eq!(scene.set.newest_schedule_state().map(String::as_str), Some("schedule state 11"));
         // The storey that did not change is not sent again.
         scene.index(11, &[30, 21]).says(30, Verdict::Current);
-        scene.holds("phase 11", &["grid 30", "grid 21"], None);
-        scene.plan(11).holds("phase 11", &["grid 30", "grid 21"], Some("plan 11"));
+        scene.holds("schedule state 11", &["grid 30", "grid 21"], None);
+        scene.plan(11).holds("schedule state 11", &["grid 30", "grid 21"], Some("plan 11"));
     }
 
     #[test]
     fn a_plan_that_comes_before_its_grids_waits_for_them() {
         let mut scene = complete();
-        scene.phase(10, 11, 200).plan(11).holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
-        scene.grid(0, 30).index(11, &[30, 21]).holds("phase 11", &["grid 30", "grid 21"], Some("plan 11"));
+        scene.schedule_state(10, 11, 200).plan(11).holds("schedule state 10", &["grid 20", "grid 21"], Some("plan 10"));
+        scene.grid(0, 30).index(11, &[30, 21]).holds("schedule state 11", &["grid 30", "grid 21"], Some("plan 11"));
     }
 
     #[test]
-    fn a_plan_of_other_grids_of_the_same_phase_is_none() {
+    fn a_plan_of_other_grids_of_the_same_schedule_state_is_none() {
         let mut scene = complete();
-        let head = PlanHead { site_hash: SITE, phase_hash: 10, ..Zeroable::zeroed() };
+        let head = PlanHead { site_hash: SITE, schedule_state_hash: 10, ..Zeroable::zeroed() };
         scene.set.see_plan(999, &head, "other robot".to_owned());
-        scene.holds("phase 10", &["grid 20", "grid 21"], Some("plan 10"));
+        scene.holds("schedule state 10", &["grid 20", "grid 21"], Some("plan 10"));
     }
 
     #[test]
     fn late_grids_make_the_robot_stand_still_until_they_come() {
         let mut scene = complete();
-        scene.phase(10, 11, 200).says(1009, Verdict::Overtaken).says(1010, Verdict::Hold);
+        scene.schedule_state(10, 11, 200).says(1009, Verdict::Overtaken).says(1010, Verdict::Hold);
         assert_eq!(scene.set.next_change(at(500)), at(1010));
-        // Grids of yet another phase do not help.
+        // Grids of yet another schedule state do not help.
         scene.grid(0, 30).index(9, &[30, 21]).says(1020, Verdict::Hold);
-        scene.phase(1100, 12, 200).says(1100, Verdict::Overtaken);
-        scene.index(12, &[30, 21]).says(1200, Verdict::Current).holds("phase 12", &["grid 30", "grid 21"], None);
+        scene.schedule_state(1100, 12, 200).says(1100, Verdict::Overtaken);
+        scene.index(12, &[30, 21]).says(1200, Verdict::Current).holds(
+            "schedule state 12",
+            &["grid 30", "grid 21"],
+            None,
+        );
     }
 
     #[test]
-    fn a_phase_that_is_sent_again_is_not_newer() {
+    fn a_schedule_state_that_is_sent_again_is_not_newer() {
         let mut scene = complete();
-        scene.phase(500, 10, 100).says(2000, Verdict::Current).holds(
-            "phase 10",
+        scene.schedule_state(500, 10, 100).says(2000, Verdict::Current).holds(
+            "schedule state 10",
             &["grid 20", "grid 21"],
             Some("plan 10"),
         );
@@ -435,8 +460,8 @@ mod tests {
     #[test]
     fn another_site_is_another_set() {
         let mut scene = Scene::new();
-        scene.phase(0, 10, 100).grid(0, 20);
-        let head = GridsHead { site_hash: 2, phase_hash: 10, plan_time_s: 0, robot: RobotProfile::DEFAULT };
+        scene.schedule_state(0, 10, 100).grid(0, 20);
+        let head = GridsHead { site_hash: 2, schedule_state_hash: 10, plan_time_s: 0, robot: RobotProfile::DEFAULT };
         scene.set.see_grids(110, &head, &[], "other site".to_owned());
         scene.says(1, Verdict::NoMap(NoMap::Incomplete));
     }
@@ -444,16 +469,20 @@ mod tests {
     #[test]
     fn a_building_with_fewer_storeys_leaves_no_old_grid_behind() {
         let mut scene = complete();
-        scene.phase(10, 11, 200).index(11, &[20]).says(20, Verdict::Current).holds("phase 11", &["grid 20"], None);
+        scene.schedule_state(10, 11, 200).index(11, &[20]).says(20, Verdict::Current).holds(
+            "schedule state 11",
+            &["grid 20"],
+            None,
+        );
     }
 
     #[test]
-    fn a_phase_past_its_validity_is_no_map() {
+    fn a_schedule_state_past_its_validity_is_no_map() {
         let mut scene = Scene::new();
-        scene.phase(0, 10, 49).index(10, &[]).says(1, Verdict::NoMap(NoMap::Expired));
-        scene.phase(2, 11, 50).index(11, &[]).says(3, Verdict::Current);
-        scene.phase(4, 12, PhaseHead::NO_TIME).index(12, &[]).says(5, Verdict::Current);
-        scene.phase(6, 13, 49);
+        scene.schedule_state(0, 10, 49).index(10, &[]).says(1, Verdict::NoMap(NoMap::Expired));
+        scene.schedule_state(2, 11, 50).index(11, &[]).says(3, Verdict::Current);
+        scene.schedule_state(4, 12, ScheduleStateHead::NO_TIME).index(12, &[]).says(5, Verdict::Current);
+        scene.schedule_state(6, 13, 49);
         assert_eq!(scene.set.verdict(at(7), None), Verdict::Overtaken, "a clock that stands passes nothing");
     }
 

@@ -17,7 +17,7 @@
 //!
 //! ```
 //! use bus::{Bus, Daemon, Domain, Keeper, Origin, topics};
-//! use messages::{InputHashes, PhaseBuilder};
+//! use messages::{InputHashes, ScheduleStateBuilder};
 //! use std::time::Duration;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let root = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm")?;
@@ -26,11 +26,11 @@
 //! let _keeper = Keeper::start(&domain)?;
 //!
 //! let (producer, mut waiter) = Bus::join(&domain, Daemon::ScheduleEval)?;
-//! let phases = producer.publisher(topics::Phase, 4096)?;
-//! phases.publish(&PhaseBuilder::everything_built(7, 3, 1), Origin { epoch: 1, frame_epoch: 0, inputs: InputHashes::default() })?;
+//! let schedule_states = producer.publisher(topics::ScheduleState, 4096)?;
+//! schedule_states.publish(&ScheduleStateBuilder::everything_built(7, 3, 1), Origin { epoch: 1, frame_epoch: 0, inputs: InputHashes::default() })?;
 //!
 //! let (consumer, _waiter) = Bus::join(&domain, Daemon::Rasterize)?;
-//! let late = consumer.subscriber(topics::Phase)?;
+//! let late = consumer.subscriber(topics::ScheduleState)?;
 //! // The producer's waiter gives newcomers the last sample.
 //! waiter.wait(Duration::from_secs(1))?;
 //! let sample = late.take()?.expect("the last sample is there");

@@ -94,7 +94,7 @@ pub enum TopicName {
     /// Geometry and facts of the site.
     Site,
     /// States at a plan time.
-    Phase,
+    ScheduleState,
     /// Layers of a map storey.
     Grid(GridSlot),
     /// Index of the grids.
@@ -112,7 +112,7 @@ pub enum TopicName {
 impl TopicName {
     /// All topics, the slots of the grids included.
     pub fn all() -> impl Iterator<Item = Self> {
-        [Self::Site, Self::Phase, Self::Grids, Self::Plan, Self::SlamMap, Self::Alignment, Self::Deviations]
+        [Self::Site, Self::ScheduleState, Self::Grids, Self::Plan, Self::SlamMap, Self::Alignment, Self::Deviations]
             .into_iter()
             .chain(GridSlot::all().map(Self::Grid))
     }
@@ -121,7 +121,7 @@ impl TopicName {
     pub fn kind(self) -> ArchiveKind {
         match self {
             Self::Site => ArchiveKind::Site,
-            Self::Phase => ArchiveKind::Phase,
+            Self::ScheduleState => ArchiveKind::ScheduleState,
             Self::Grid(_) => ArchiveKind::Grid,
             Self::Grids => ArchiveKind::Grids,
             Self::Plan => ArchiveKind::Plan,
@@ -135,7 +135,7 @@ impl TopicName {
     pub fn producer(self) -> Daemon {
         match self {
             Self::Site => Daemon::IfcIngest,
-            Self::Phase => Daemon::ScheduleEval,
+            Self::ScheduleState => Daemon::ScheduleEval,
             Self::Grid(_) | Self::Grids => Daemon::Rasterize,
             Self::Plan => Daemon::WaypointGen,
             Self::SlamMap => Daemon::Robot,
@@ -148,7 +148,7 @@ impl fmt::Display for TopicName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Site => f.write_str("site"),
-            Self::Phase => f.write_str("phase"),
+            Self::ScheduleState => f.write_str("schedule-state"),
             Self::Grid(slot) => write!(f, "grid/{:02}", slot.index()),
             Self::Grids => f.write_str("grids"),
             Self::Plan => f.write_str("plan"),

@@ -6,7 +6,7 @@
 use crate::latched::{CheckedSample, RawSample};
 use crate::names::{GridSlot, TopicName};
 use crate::topics;
-use messages::{ArchiveError, Checked, Grid, GridSlotRecord, Grids, InputHashes, OtherSite, Phase, Plan, Site};
+use messages::{ArchiveError, Checked, Grid, GridSlotRecord, Grids, InputHashes, OtherSite, Plan, ScheduleState, Site};
 
 /// A sample of a topic that has a part in the set.
 #[derive(Debug)]
@@ -14,7 +14,7 @@ pub enum SiteSample {
     /// The site.
     Site(CheckedSample<topics::Site>),
     /// The schedule state.
-    ScheduleState(CheckedSample<topics::Phase>),
+    ScheduleState(CheckedSample<topics::ScheduleState>),
     /// The grid in a slot.
     Grid(GridSlot, CheckedSample<topics::Grid>),
     /// The index of the grids.
@@ -32,7 +32,9 @@ impl SiteSample {
         // The name is that of the topic, so that every sample is one of it.
         Ok(match sample.topic() {
             TopicName::Site => sample.of(topics::Site).map(|s| s.check().map(Self::Site)).transpose()?,
-            TopicName::Phase => sample.of(topics::Phase).map(|s| s.check().map(Self::ScheduleState)).transpose()?,
+            TopicName::ScheduleState => {
+                sample.of(topics::ScheduleState).map(|s| s.check().map(Self::ScheduleState)).transpose()?
+            }
             TopicName::Grid(slot) => {
                 let sample = sample.of(topics::Grid(slot));
                 sample.map(|s| s.check().map(|grid| Self::Grid(slot, grid))).transpose()?
@@ -48,7 +50,7 @@ impl SiteSample {
 #[derive(Debug, Default)]
 pub struct SiteSamples {
     site: Option<CheckedSample<topics::Site>>,
-    state: Option<CheckedSample<topics::Phase>>,
+    state: Option<CheckedSample<topics::ScheduleState>>,
     /// By slot; as many as were seen.
     grids: Vec<Option<CheckedSample<topics::Grid>>>,
     index: Option<CheckedSample<topics::Grids>>,
@@ -61,7 +63,7 @@ pub struct SiteState<'a> {
     /// The site.
     pub site: &'a CheckedSample<topics::Site>,
     /// The states of its elements and spaces.
-    pub state: &'a CheckedSample<topics::Phase>,
+    pub state: &'a CheckedSample<topics::ScheduleState>,
 }
 
 /// Site, schedule state, grids with their index, and mission plan that belong together.
@@ -70,7 +72,7 @@ pub struct SiteSet<'a> {
     /// The site.
     pub site: &'a CheckedSample<topics::Site>,
     /// The states of its elements and spaces.
-    pub state: &'a CheckedSample<topics::Phase>,
+    pub state: &'a CheckedSample<topics::ScheduleState>,
     /// The index of the grids.
     pub index: &'a CheckedSample<topics::Grids>,
     /// The grids that the index names, in its order.
@@ -85,7 +87,7 @@ pub struct SiteViews<'a> {
     /// The site.
     pub site: Site<'a>,
     /// The schedule state.
-    pub state: Phase<'a>,
+    pub state: ScheduleState<'a>,
     /// The index of the grids.
     pub index: Grids<'a>,
     /// The grids that the index names, in its order.
@@ -173,7 +175,8 @@ impl SiteSamples {
     pub fn set(&self) -> Option<SiteSet<'_>> {
         let (site, state, index) = (self.site.as_ref()?, self.state.as_ref()?, self.index.as_ref()?);
         let named = index.view();
-        let is_of_state = named.head.site_hash == site.content_hash() && named.head.phase_hash == state.content_hash();
+        let is_of_state =
+            named.head.site_hash == site.content_hash() && named.head.schedule_state_hash == state.content_hash();
         let named_grid = |(place, slot): (usize, &GridSlotRecord)| {
             self.grids.get(place)?.as_ref().filter(|grid| grid.content_hash() == slot.content_hash)
         };
@@ -185,14 +188,14 @@ impl SiteSamples {
 impl<'a> SiteState<'a> {
     /// True if a sample with these inputs was made from this site and state.
     pub fn made(&self, inputs: &InputHashes) -> bool {
-        inputs.site == self.site.content_hash() && inputs.phase == self.state.content_hash()
+        inputs.site == self.site.content_hash() && inputs.schedule_state == self.state.content_hash()
     }
 
     /// Views of both.
     ///
     /// # Errors
     /// A state with other elements or spaces than the site has.
-    pub fn views(&self) -> Result<(Site<'a>, Phase<'a>), OtherSite> {
+    pub fn views(&self) -> Result<(Site<'a>, ScheduleState<'a>), OtherSite> {
         let (site, state) = (self.site.view(), self.state.view());
         state.check_site(&site)?;
         Ok((site, state))

@@ -38,7 +38,7 @@ impl SiteSetReader {
         let slots = GridSlot::all().map(TopicName::Grid);
         Self::of_topics(
             bus,
-            [TopicName::Site, TopicName::Phase, TopicName::Grids, TopicName::Plan].into_iter().chain(slots),
+            [TopicName::Site, TopicName::ScheduleState, TopicName::Grids, TopicName::Plan].into_iter().chain(slots),
         )
     }
 
@@ -47,7 +47,7 @@ impl SiteSetReader {
     /// # Errors
     /// As [`SiteSetReader::of`].
     pub fn of_states(bus: &Bus) -> Result<Self, PortError> {
-        Self::of_topics(bus, [TopicName::Site, TopicName::Phase])
+        Self::of_topics(bus, [TopicName::Site, TopicName::ScheduleState])
     }
 
     fn of_topics(bus: &Bus, topics: impl IntoIterator<Item = TopicName>) -> Result<Self, PortError> {

@@ -14,7 +14,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let (bus, origin): (bus::Bus, bus::Origin) = todo!();
 //! // States are no plan.
-//! let states = messages::PhaseBuilder::everything_built(7, 3, 1);
+//! let states = messages::ScheduleStateBuilder::everything_built(7, 3, 1);
 //! bus.publisher(bus::topics::Plan, 4096)?.publish(&states, origin)?;
 //! # Ok(())
 //! # }
@@ -53,7 +53,7 @@ topics! {
     /// Geometry, spaces, doors and schedule of the site.
     Site
     /// States at a plan time.
-    Phase
+    ScheduleState
     /// Index of the grids.
     Grids
     /// Waypoints.

@@ -8,8 +8,10 @@ use bus::{
     Bus, CommandError, ConsistentSet, Daemon, Domain, DomainError, Keeper, MAX_HELD, MAX_OPEN, PortError, PublishError,
     ReceiveError, Reply, Stamp, TopicName, Verdict, topics,
 };
-use common::{Attended, DEADLINE, Fixture, grid, origin, phase, publish, sample_of, until};
-use messages::{ArchiveBuffer, GridsBuilder, GridsHead, Phase, PhaseBuilder, RobotProfile, Stage, StatusRecord};
+use common::{Attended, DEADLINE, Fixture, grid, origin, publish, sample_of, schedule_state, until};
+use messages::{
+    ArchiveBuffer, GridsBuilder, GridsHead, RobotProfile, ScheduleState, ScheduleStateBuilder, Stage, StatusRecord,
+};
 use std::time::Duration;
 
 fn up(fixture: &Fixture) -> (Keeper, &Domain) {
@@ -21,15 +23,15 @@ fn a_late_joiner_gets_the_last_sample() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     publish(&publisher, 1, 10);
     publish(&publisher, 2, 20);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let late = bus.subscriber(topics::Phase).unwrap();
+    let late = bus.subscriber(topics::ScheduleState).unwrap();
     let sample = sample_of(&mut waiter, &late, 2);
-    assert_eq!(sample.bytes(), phase(20).bytes());
+    assert_eq!(sample.bytes(), schedule_state(20).bytes());
     assert_eq!(sample.bytes().as_ptr() as usize % 64, 0);
-    assert_eq!(Phase::open(sample.bytes()).unwrap().n_elements(), 20);
+    assert_eq!(ScheduleState::open(sample.bytes()).unwrap().n_elements(), 20);
     assert!(late.take().unwrap().is_none(), "a sample is taken once");
 }
 
@@ -40,15 +42,16 @@ fn many_late_joiners_of_many_topics_get_their_samples() {
     let producer = Attended::join(domain, Daemon::SlamAlign);
     for daemon in [Daemon::IfcIngest, Daemon::Robot, Daemon::Groundplan] {
         let (bus, mut waiter) = Bus::join(domain, daemon).unwrap();
-        let (early, other) = (bus.subscriber(topics::Phase).unwrap(), bus.subscriber(topics::Phase).unwrap());
+        let (early, other) =
+            (bus.subscriber(topics::ScheduleState).unwrap(), bus.subscriber(topics::ScheduleState).unwrap());
         let eval = Attended::join(domain, Daemon::ScheduleEval);
-        let publisher = eval.bus.publisher(topics::Phase, 64).unwrap();
+        let publisher = eval.bus.publisher(topics::ScheduleState, 64).unwrap();
         publish(&publisher, 1, 10);
-        let late = producer.bus.subscriber(topics::Phase).unwrap();
+        let late = producer.bus.subscriber(topics::ScheduleState).unwrap();
         for subscriber in [&early, &other] {
             sample_of(&mut waiter, subscriber, 1);
         }
-        let last = bus.subscriber(topics::Phase).unwrap();
+        let last = bus.subscriber(topics::ScheduleState).unwrap();
         sample_of(&mut waiter, &last, 1);
         drop((late, publisher));
     }
@@ -59,9 +62,9 @@ fn samples_in_between_are_left_out() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(topics::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     for epoch in 1..=50 {
         publish(&publisher, epoch, 10);
     }
@@ -74,9 +77,9 @@ fn a_held_sample_stays_as_it_is() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 4096).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(topics::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     publish(&publisher, 1, 1000);
     let held = sample_of(&mut waiter, &subscriber, 1);
     for epoch in 2..=20 {
@@ -84,8 +87,8 @@ fn a_held_sample_stays_as_it_is() {
     }
     let newer = sample_of(&mut waiter, &subscriber, 20);
     drop((publisher, producer, subscriber, bus, waiter));
-    assert_eq!(held.bytes(), phase(1000).bytes());
-    assert_eq!(newer.bytes(), phase(1020).bytes());
+    assert_eq!(held.bytes(), schedule_state(1000).bytes());
+    assert_eq!(newer.bytes(), schedule_state(1020).bytes());
 }
 
 #[test]
@@ -93,20 +96,20 @@ fn a_larger_loan_than_before_is_possible_and_latched() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(topics::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     let mut held = None;
     for (epoch, n) in [(1, 100), (2, 10_000), (3, 1_000_000), (4, 5_000_000)] {
         publish(&publisher, epoch, n);
         let sample = sample_of(&mut waiter, &subscriber, epoch);
-        assert!(sample.bytes() == phase(n).bytes(), "epoch {epoch} came whole");
+        assert!(sample.bytes() == schedule_state(n).bytes(), "epoch {epoch} came whole");
         held.get_or_insert(sample);
     }
-    assert_eq!(held.unwrap().bytes(), phase(100).bytes());
-    let late = bus.subscriber(topics::Phase).unwrap();
+    assert_eq!(held.unwrap().bytes(), schedule_state(100).bytes());
+    let late = bus.subscriber(topics::ScheduleState).unwrap();
     let sample = sample_of(&mut waiter, &late, 4);
-    assert!(sample.bytes() == phase(5_000_000).bytes(), "what was latched has grown too");
+    assert!(sample.bytes() == schedule_state(5_000_000).bytes(), "what was latched has grown too");
 }
 
 #[test]
@@ -114,16 +117,16 @@ fn the_header_says_where_a_sample_comes_from() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
-    let archive = phase(33);
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
+    let archive = schedule_state(33);
     // More is lent than is used: the sample has the archive's length.
     let mut loan = publisher.loan(archive.bytes().len() + 100).unwrap();
     loan.bytes_mut()[..archive.bytes().len()].copy_from_slice(archive.bytes());
     loan.publish(origin(9)).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let sample = sample_of(&mut waiter, &bus.subscriber(topics::Phase).unwrap(), 9);
+    let sample = sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 9);
     let header = sample.header();
-    assert_eq!(header.content_hash, Phase::open(archive.bytes()).unwrap().content_hash());
+    assert_eq!(header.content_hash, ScheduleState::open(archive.bytes()).unwrap().content_hash());
     assert_eq!((header.payload_length, sample.bytes().len()), (archive.bytes().len() as u64, archive.bytes().len()));
     assert_eq!((header.frame_epoch, header.inputs.site), (1, 5));
     assert!(header.stamp_ns > 0);
@@ -134,7 +137,7 @@ fn a_topic_has_one_producer_and_one_publisher() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let (bus, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    assert!(matches!(bus.publisher(topics::Phase, 64), Err(PortError::NotTheProducer { .. })));
+    assert!(matches!(bus.publisher(topics::ScheduleState, 64), Err(PortError::NotTheProducer { .. })));
     let first = bus.publisher(grid(63), 64).unwrap();
     let (other, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     assert!(matches!(other.publisher(grid(63), 64), Err(PortError::Taken { .. })));
@@ -151,7 +154,7 @@ fn what_is_no_archive_of_the_topic_is_not_published() {
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::Rasterize);
     let publisher = producer.bus.publisher(topics::Grids, 64).unwrap();
-    for bytes in [phase(10), ArchiveBuffer::zeroed(640), ArchiveBuffer::zeroed(0)] {
+    for bytes in [schedule_state(10), ArchiveBuffer::zeroed(640), ArchiveBuffer::zeroed(0)] {
         let refused = publisher.publish_copy(bytes.bytes(), origin(1));
         assert!(matches!(refused, Err(PublishError::Archive { .. })), "{refused:?}");
     }
@@ -164,16 +167,16 @@ fn epochs_never_fall() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(topics::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     publish(&publisher, 7, 10);
-    let refused = publisher.publish_copy(phase(10).bytes(), origin(6));
+    let refused = publisher.publish_copy(schedule_state(10).bytes(), origin(6));
     assert!(matches!(refused, Err(PublishError::EpochFell { epoch: 6, last: 7, .. })), "{refused:?}");
     sample_of(&mut waiter, &subscriber, 7);
     // A producer that lost its count is refused by who has seen more.
     drop(publisher);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     publish(&publisher, 3, 10);
     let error = until(&mut waiter, "the refusal", || subscriber.take().err());
     assert!(matches!(error, ReceiveError::EpochFell { epoch: 3, last: 7, .. }), "{error:?}");
@@ -186,7 +189,7 @@ fn there_is_one_loan_at_a_time() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     publish(&publisher, 1, 10);
     let loan = publisher.loan(100).unwrap();
     assert!(matches!(publisher.loan(100).map(|_| ()), Err(PublishError::LoanedOut { .. })));
@@ -196,7 +199,7 @@ fn there_is_one_loan_at_a_time() {
     assert!(loan.publish(origin(2)).is_err());
     // What was not published changed nothing.
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    sample_of(&mut waiter, &bus.subscriber(topics::Phase).unwrap(), 1);
+    sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 1);
     publish(&publisher, 2, 10);
 }
 
@@ -205,9 +208,9 @@ fn a_subscriber_may_hold_a_few_samples() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(topics::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     let mut held = Vec::new();
     for epoch in 1..=MAX_HELD as u64 {
         publish(&publisher, epoch, epoch as usize);
@@ -217,7 +220,7 @@ fn a_subscriber_may_hold_a_few_samples() {
     assert!(matches!(subscriber.take(), Err(ReceiveError::TooManyHeld { held: MAX_HELD, .. })));
     held.remove(0);
     held.push(sample_of(&mut waiter, &subscriber, 100));
-    assert_eq!(held[0].bytes(), phase(2).bytes());
+    assert_eq!(held[0].bytes(), schedule_state(2).bytes());
 }
 
 #[test]
@@ -225,17 +228,17 @@ fn a_publisher_that_comes_again_goes_on() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(topics::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     let mut held = None;
     for epoch in [4, 4, 5] {
         let producer = Attended::join(domain, Daemon::ScheduleEval);
-        let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+        let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
         publish(&publisher, epoch, epoch as usize);
         held = Some(sample_of(&mut waiter, &subscriber, epoch));
     }
-    let late = bus.subscriber(topics::Phase).unwrap();
+    let late = bus.subscriber(topics::ScheduleState).unwrap();
     assert!(late.take().unwrap().is_none(), "the last sample goes with its publisher");
-    assert_eq!(held.unwrap().bytes(), phase(5).bytes());
+    assert_eq!(held.unwrap().bytes(), schedule_state(5).bytes());
 }
 
 #[test]
@@ -442,7 +445,7 @@ fn a_worker_publishes_while_the_loop_waits() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     let worker = std::thread::spawn(move || {
         for epoch in 1..=200 {
             publish(&publisher, epoch, 50);
@@ -451,7 +454,7 @@ fn a_worker_publishes_while_the_loop_waits() {
     });
     // Newcomers are served by the loop at the same time.
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    let subscribers: Vec<_> = (0..8).map(|_| bus.subscriber(topics::Phase).unwrap()).collect();
+    let subscribers: Vec<_> = (0..8).map(|_| bus.subscriber(topics::ScheduleState).unwrap()).collect();
     for subscriber in &subscribers {
         sample_of(&mut waiter, subscriber, 200);
     }
@@ -463,21 +466,26 @@ fn a_consumer_uses_what_belongs_together() {
     let fixture = Fixture::shared();
     let (_keeper, domain) = up(&fixture);
     let eval = Attended::join(domain, Daemon::ScheduleEval);
-    let phases = eval.bus.publisher(topics::Phase, 64).unwrap();
+    let schedule_states = eval.bus.publisher(topics::ScheduleState, 64).unwrap();
     let rasterize = Attended::join(domain, Daemon::Rasterize);
     let grids = rasterize.bus.publisher(topics::Grids, 64).unwrap();
-    let index_of = |phase: u64| {
-        let head = GridsHead { site_hash: 3, phase_hash: phase, plan_time_s: 0, robot: RobotProfile::DEFAULT };
+    let index_of = |schedule_state: u64| {
+        let head = GridsHead {
+            site_hash: 3,
+            schedule_state_hash: schedule_state,
+            plan_time_s: 0,
+            robot: RobotProfile::DEFAULT,
+        };
         GridsBuilder { head, slots: &[], robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
             .finish()
     };
-    let archives = [3, 4].map(|n_spaces| PhaseBuilder::everything_built(3, 9, n_spaces).finish());
-    let hash = |n: usize| Phase::open(archives[n].bytes()).unwrap().content_hash();
-    phases.publish_copy(archives[0].bytes(), origin(1)).unwrap();
+    let archives = [3, 4].map(|n_spaces| ScheduleStateBuilder::everything_built(3, 9, n_spaces).finish());
+    let hash = |n: usize| ScheduleState::open(archives[n].bytes()).unwrap().content_hash();
+    schedule_states.publish_copy(archives[0].bytes(), origin(1)).unwrap();
     grids.publish_copy(index_of(hash(0)).bytes(), origin(1)).unwrap();
 
     let (bus, mut waiter) = Bus::join(domain, Daemon::Robot).unwrap();
-    let topics = [TopicName::Phase, TopicName::Grids].map(|t| bus.raw_subscriber(t).unwrap());
+    let topics = [TopicName::ScheduleState, TopicName::Grids].map(|t| bus.raw_subscriber(t).unwrap());
     let heartbeats = bus.status_reader().unwrap();
     let mut set = ConsistentSet::new(Stamp(0));
     let mut wait_for = |verdict, plan_time_s| {
@@ -494,12 +502,12 @@ fn a_consumer_uses_what_belongs_together() {
         });
     };
     wait_for(Verdict::Current, Some(0));
-    phases.publish_copy(archives[1].bytes(), origin(2)).unwrap();
+    schedule_states.publish_copy(archives[1].bytes(), origin(2)).unwrap();
     wait_for(Verdict::Overtaken, None);
     grids.publish_copy(index_of(hash(1)).bytes(), origin(2)).unwrap();
     wait_for(Verdict::Current, None);
-    let sample = set.phase().unwrap();
-    assert_eq!((sample.header().epoch, Phase::open(sample.bytes()).unwrap().spaces.len()), (2, 4));
+    let sample = set.schedule_state().unwrap();
+    assert_eq!((sample.header().epoch, ScheduleState::open(sample.bytes()).unwrap().spaces.len()), (2, 4));
 }
 
 #[test]
@@ -508,17 +516,17 @@ fn ends_and_samples_go_to_other_threads() {
     fn is_shared<T: Send + Sync>() {}
     is_shared::<(
         Bus,
-        bus::Publisher<topics::Phase>,
-        bus::Subscriber<topics::Phase>,
+        bus::Publisher<topics::ScheduleState>,
+        bus::Subscriber<topics::ScheduleState>,
         bus::StatusWriter,
         bus::Nudger,
         bus::Stopper,
     )>();
     is_send::<(
         Keeper,
-        bus::Sample<topics::Phase>,
+        bus::Sample<topics::ScheduleState>,
         bus::Waiter,
-        bus::Loan<'static, topics::Phase>,
+        bus::Loan<'static, topics::ScheduleState>,
         ConsistentSet<bus::RawSample>,
     )>();
     is_send::<(bus::CommandServer, bus::Command, bus::CommandClient, bus::OpenCommand, bus::StatusReader)>();

@@ -6,7 +6,7 @@
 mod common;
 
 use bus::{Bus, CommandError, Daemon, Domain, DomainError, Keeper, PublishError, Wake, topics};
-use common::{Attended, DEADLINE, Fixture, eventually, origin, phase, publish, sample_of, until};
+use common::{Attended, DEADLINE, Fixture, eventually, origin, publish, sample_of, schedule_state, until};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -92,7 +92,7 @@ fn a_process_that_plays_a_role() {
         }
         "publisher" | "dies in a loan" => {
             let producer = Attended::join(&domain, Daemon::ScheduleEval);
-            let publisher = producer.bus.publisher(topics::Phase, LARGE).unwrap();
+            let publisher = producer.bus.publisher(topics::ScheduleState, LARGE).unwrap();
             publish(&publisher, 1, LARGE);
             let mut loan = (role != "publisher").then(|| publisher.loan(2 * LARGE).unwrap());
             if let Some(loan) = &mut loan {
@@ -103,7 +103,7 @@ fn a_process_that_plays_a_role() {
         }
         "subscriber" => {
             let (bus, mut waiter) = Bus::join(&domain, Daemon::Robot).unwrap();
-            let subscriber = bus.subscriber(topics::Phase).unwrap();
+            let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
             let _held = until(&mut waiter, "a sample", || subscriber.take().unwrap());
             say("ready");
             park();
@@ -132,17 +132,17 @@ fn a_killed_publisher_is_replaced_and_its_sample_stays() {
     let fixture = Fixture::shared();
     let keeper = Keeper::start(&fixture.domain).unwrap();
     let (bus, mut waiter) = Bus::join(&fixture.domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(topics::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     let actor = Actor::start(&fixture, "publisher");
     let held = sample_of(&mut waiter, &subscriber, 1);
     actor.kill();
     eventually("the keeper to clean up", || (keeper.tick().unwrap() > 0).then_some(()));
-    assert!(held.bytes() == phase(LARGE).bytes());
+    assert!(held.bytes() == schedule_state(LARGE).bytes());
     let next = Attended::join(&fixture.domain, Daemon::ScheduleEval);
-    let publisher = next.bus.publisher(topics::Phase, LARGE).unwrap();
+    let publisher = next.bus.publisher(topics::ScheduleState, LARGE).unwrap();
     publish(&publisher, 2, LARGE + 1);
     let newer = sample_of(&mut waiter, &subscriber, 2);
-    assert!(newer.bytes() == phase(LARGE + 1).bytes() && held.bytes() == phase(LARGE).bytes());
+    assert!(newer.bytes() == schedule_state(LARGE + 1).bytes() && held.bytes() == schedule_state(LARGE).bytes());
 }
 
 #[test]
@@ -153,7 +153,7 @@ fn a_successor_needs_no_keeper_to_clean_up() {
         Actor::start(&fixture, "publisher").kill();
     }
     let next = Attended::join(&fixture.domain, Daemon::ScheduleEval);
-    let _publisher = next.bus.publisher(topics::Phase, LARGE).unwrap();
+    let _publisher = next.bus.publisher(topics::ScheduleState, LARGE).unwrap();
 }
 
 #[test]
@@ -161,17 +161,17 @@ fn what_a_killed_publisher_had_half_written_is_never_seen() {
     let fixture = Fixture::shared();
     let keeper = Keeper::start(&fixture.domain).unwrap();
     let (bus, mut waiter) = Bus::join(&fixture.domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(topics::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     let actor = Actor::start(&fixture, "dies in a loan");
-    let late = bus.subscriber(topics::Phase).unwrap();
+    let late = bus.subscriber(topics::ScheduleState).unwrap();
     let held = sample_of(&mut waiter, &subscriber, 1);
     sample_of(&mut waiter, &late, 1);
     actor.kill();
     eventually("the keeper to clean up", || (keeper.tick().unwrap() > 0).then_some(()));
     assert!(subscriber.take().unwrap().is_none() && late.take().unwrap().is_none());
-    assert!(held.bytes() == phase(LARGE).bytes());
+    assert!(held.bytes() == schedule_state(LARGE).bytes());
     let next = Attended::join(&fixture.domain, Daemon::ScheduleEval);
-    let publisher = next.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = next.bus.publisher(topics::ScheduleState, 64).unwrap();
     publish(&publisher, 2, 10);
     sample_of(&mut waiter, &subscriber, 2);
 }
@@ -181,12 +181,12 @@ fn a_subscriber_that_hangs_or_dies_does_not_stop_the_publisher() {
     let fixture = Fixture::shared();
     let keeper = Keeper::start(&fixture.domain).unwrap();
     let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 4096).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
     publish(&publisher, 1, 1000);
     let actor = Actor::start(&fixture, "subscriber");
     actor.signal("-STOP");
     let (bus, mut waiter) = Bus::join(&fixture.domain, Daemon::Rasterize).unwrap();
-    let subscriber = bus.subscriber(topics::Phase).unwrap();
+    let subscriber = bus.subscriber(topics::ScheduleState).unwrap();
     for epoch in 2..=3000 {
         publish(&publisher, epoch, 1000);
     }
@@ -221,14 +221,14 @@ fn a_keeper_that_is_killed_is_replaced_under_the_participants() {
     let fixture = Fixture::shared();
     let keeper = Actor::start(&fixture, "keeper");
     let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 4096).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
     publish(&publisher, 1, 1000);
     keeper.kill();
     publish(&publisher, 2, 1000);
     let keeper = Keeper::start(&fixture.domain).unwrap();
     assert_eq!(keeper.generation(), producer.bus.generation());
     let (bus, mut waiter) = Bus::join(&fixture.domain, Daemon::Rasterize).unwrap();
-    sample_of(&mut waiter, &bus.subscriber(topics::Phase).unwrap(), 2);
+    sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 2);
 }
 
 /// What a kill in the middle of a creation leaves: files that keep the mode by which others see that they are not finished.
@@ -258,7 +258,7 @@ fn a_stuck_generation_is_left_behind(suffix: &str, mode: u32) {
     let fixture = Fixture::shared();
     let keeper = Actor::start(&fixture, "keeper");
     let (old, mut waiter) = Bus::join(&fixture.domain, Daemon::ScheduleEval).unwrap();
-    let publisher = old.publisher(topics::Phase, 4096).unwrap();
+    let publisher = old.publisher(topics::ScheduleState, 4096).unwrap();
     publish(&publisher, 1, 1000);
     keeper.kill();
     leave_half_created(&fixture, old.generation(), suffix, mode);
@@ -269,17 +269,17 @@ fn a_stuck_generation_is_left_behind(suffix: &str, mode: u32) {
     // Everything works in the new one, while the old one is still inhabited.
     let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
     assert_eq!(producer.bus.generation(), keeper.generation());
-    let again = producer.bus.publisher(topics::Phase, 4096).unwrap();
+    let again = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
     publish(&again, 2, 1000);
     let (bus, mut at_consumer) = Bus::join(&fixture.domain, Daemon::Rasterize).unwrap();
-    let sample = sample_of(&mut at_consumer, &bus.subscriber(topics::Phase).unwrap(), 2);
+    let sample = sample_of(&mut at_consumer, &bus.subscriber(topics::ScheduleState).unwrap(), 2);
     let old_folder = fixture.root().join(old.generation().to_string());
     keeper.tick().unwrap();
     assert!(old_folder.exists());
     drop((old, publisher, waiter));
     keeper.tick().unwrap();
     assert!(!old_folder.exists());
-    assert_eq!(sample.bytes(), phase(1000).bytes());
+    assert_eq!(sample.bytes(), schedule_state(1000).bytes());
 }
 
 #[test]
@@ -327,10 +327,10 @@ fn a_new_keeper_works(fixture: &Fixture) {
     let keeper = Keeper::start(&fixture.domain).unwrap();
     let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
     assert_eq!(producer.bus.generation(), keeper.generation());
-    let publisher = producer.bus.publisher(topics::Phase, 4096).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
     publish(&publisher, 1, 1000);
     let (bus, mut waiter) = Bus::join(&fixture.domain, Daemon::Rasterize).unwrap();
-    sample_of(&mut waiter, &bus.subscriber(topics::Phase).unwrap(), 1);
+    sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 1);
 }
 
 #[test]
@@ -429,7 +429,7 @@ fn a_full_memory_is_an_error_and_the_last_sample_stays() {
 fn full_memory(domain: &Domain) {
     let keeper = Keeper::start(domain).unwrap();
     let producer = Attended::join(domain, Daemon::ScheduleEval);
-    let publisher = producer.bus.publisher(topics::Phase, 64).unwrap();
+    let publisher = producer.bus.publisher(topics::ScheduleState, 64).unwrap();
     publish(&publisher, 1, 1000);
     for megabytes in [128, 60, 2000, 57] {
         let refused = publisher.loan(megabytes << 20).map(|_| ());
@@ -437,9 +437,9 @@ fn full_memory(domain: &Domain) {
     }
     // What was tried and refused is given back: others can start and get the last sample.
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
-    sample_of(&mut waiter, &bus.subscriber(topics::Phase).unwrap(), 1);
+    sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 1);
     publish(&publisher, 2, 5 << 20);
-    sample_of(&mut waiter, &bus.subscriber(topics::Phase).unwrap(), 2);
+    sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 2);
     // Others fill it to the last page.
     let filler = "/dev/shm/filler";
     let mut file = std::fs::File::create(filler).unwrap();
@@ -453,6 +453,6 @@ fn full_memory(domain: &Domain) {
     assert!(!bus.status_writer().is_ok_and(|w| w.send(bytemuck::Zeroable::zeroed())));
     keeper.tick().unwrap();
     std::fs::remove_file(filler).unwrap();
-    publisher.publish_copy(phase(2000).bytes(), origin(3)).unwrap();
-    sample_of(&mut waiter, &bus.subscriber(topics::Phase).unwrap(), 3);
+    publisher.publish_copy(schedule_state(2000).bytes(), origin(3)).unwrap();
+    sample_of(&mut waiter, &bus.subscriber(topics::ScheduleState).unwrap(), 3);
 }

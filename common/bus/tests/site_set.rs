@@ -6,15 +6,15 @@ mod common;
 use bus::{Bus, Daemon, Keeper, Origin, Publisher, SiteSample, SiteSamples, SiteSetReader, Topic, topics};
 use common::{Attended, Fixture, grid, until};
 use messages::{
-    ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, InputHashes, Phase, PhaseBuilder,
-    PlanBuilder, PlanHead, RobotProfile, Site, SiteBuilder,
+    ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, InputHashes, PlanBuilder, PlanHead,
+    RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SiteBuilder,
 };
 
 /// Publishes everything that a set consists of.
 struct Producers {
     _attended: [Attended; 4],
     sites: Publisher<topics::Site>,
-    states: Publisher<topics::Phase>,
+    states: Publisher<topics::ScheduleState>,
     indices: Publisher<topics::Grids>,
     grids: [Publisher<topics::Grid>; 2],
     plans: Publisher<topics::Plan>,
@@ -28,7 +28,7 @@ impl Producers {
         let [ingest, schedule, rasterize, waypoints] = &attended;
         Self {
             sites: ingest.bus.publisher(topics::Site, 4096).unwrap(),
-            states: schedule.bus.publisher(topics::Phase, 4096).unwrap(),
+            states: schedule.bus.publisher(topics::ScheduleState, 4096).unwrap(),
             indices: rasterize.bus.publisher(topics::Grids, 4096).unwrap(),
             grids: [0, 1].map(|slot| rasterize.bus.publisher(grid(slot), 4096).unwrap()),
             plans: waypoints.bus.publisher(topics::Plan, 4096).unwrap(),
@@ -48,7 +48,7 @@ impl Producers {
     }
 }
 
-const NONE: InputHashes = InputHashes { site: 0, phase: 0, grids: 0, robot: 0, slam_map: 0, own: 0 };
+const NONE: InputHashes = InputHashes { site: 0, schedule_state: 0, grids: 0, robot: 0, slam_map: 0, own: 0 };
 
 fn site(name: &str) -> ArchiveBuffer {
     let mut builder = SiteBuilder::default();
@@ -57,7 +57,7 @@ fn site(name: &str) -> ArchiveBuffer {
 }
 
 fn state_of(site: &ArchiveBuffer, plan_time_s: i64) -> ArchiveBuffer {
-    let mut builder = PhaseBuilder::everything_built(Site::open(site.bytes()).unwrap().content_hash(), 0, 0);
+    let mut builder = ScheduleStateBuilder::everything_built(Site::open(site.bytes()).unwrap().content_hash(), 0, 0);
     builder.head.plan_time_s = plan_time_s;
     builder.finish()
 }
@@ -72,7 +72,7 @@ fn grid_of(planning: i8) -> ArchiveBuffer {
 }
 
 fn index_of(state: &ArchiveBuffer, grids: &[&ArchiveBuffer]) -> ArchiveBuffer {
-    let state = Phase::open(state.bytes()).unwrap();
+    let state = ScheduleState::open(state.bytes()).unwrap();
     let record = |grid: &&ArchiveBuffer| GridSlotRecord {
         map_storey: 0,
         cell_tenths: 1_000,
@@ -81,7 +81,7 @@ fn index_of(state: &ArchiveBuffer, grids: &[&ArchiveBuffer]) -> ArchiveBuffer {
     let slots: Vec<_> = grids.iter().map(record).collect();
     let head = GridsHead {
         site_hash: state.head.site_hash,
-        phase_hash: state.content_hash(),
+        schedule_state_hash: state.content_hash(),
         plan_time_s: 0,
         robot: RobotProfile::DEFAULT,
     };
@@ -131,8 +131,12 @@ fn a_set_is_there_when_all_that_belongs_together_is_and_only_then() {
     out.publish(|p| &p.states, &late, NONE);
     wait_for(&mut reader, "the later state", &|r| r.set().is_none());
     let state = reader.state().unwrap();
-    assert!(state.made(&InputHashes { site: state.site.content_hash(), phase: state.state.content_hash(), ..NONE }));
-    assert!(!state.made(&InputHashes { site: state.site.content_hash(), phase: state_hash, ..NONE }));
+    assert!(state.made(&InputHashes {
+        site: state.site.content_hash(),
+        schedule_state: state.state.content_hash(),
+        ..NONE
+    }));
+    assert!(!state.made(&InputHashes { site: state.site.content_hash(), schedule_state: state_hash, ..NONE }));
     out.publish(|p| &p.indices, &index_of(&late, &[&changed, &upper]), NONE);
     out.publish(|p| &p.grids[0], &changed, NONE);
     wait_for(&mut reader, "the later set", &|r| plan_time_s(r) == Some(2));
@@ -152,7 +156,7 @@ fn samples_that_are_taken_back_give_way_to_newer_ones() {
     let _keeper = Keeper::start(&fixture.domain).unwrap();
     let mut out = Producers::on(&fixture);
     let (bus, mut waiter) = Bus::join(&fixture.domain, Daemon::Groundplan).unwrap();
-    let states = bus.raw_subscriber(bus::TopicName::Phase).unwrap();
+    let states = bus.raw_subscriber(bus::TopicName::ScheduleState).unwrap();
     let grids = bus.raw_subscriber(bus::TopicName::Grid(grid(1).0)).unwrap();
     let mut seen = |out: &mut Producers, samples: &mut SiteSamples, plan_time_s: i64| {
         out.publish(|p| &p.states, &state_of(&site("site"), plan_time_s), NONE);

@@ -38,7 +38,7 @@ pub fn not_an_input(sample: &RawSample) -> Failure {
 /// ```
 /// daemon::inputs! {
 ///     /// What grids are made from.
-///     pub enum RasterizeInput { Site, Phase }
+///     pub enum RasterizeInput { Site, ScheduleState }
 /// }
 /// ```
 #[macro_export]

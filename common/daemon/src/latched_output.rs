@@ -113,7 +113,7 @@ impl<T: Topic> LatchedOutput<T> {
 mod tests {
     use super::*;
     use bus::{Daemon, Domain, Keeper, topics};
-    use messages::PhaseBuilder;
+    use messages::ScheduleStateBuilder;
     use std::time::Duration;
 
     #[test]
@@ -123,16 +123,16 @@ mod tests {
         let _keeper = Keeper::start(&domain).unwrap();
         let (producer, mut waiter) = Bus::join(&domain, Daemon::ScheduleEval).unwrap();
         let (consumer, _waiter) = Bus::join(&domain, Daemon::Groundplan).unwrap();
-        let states = consumer.subscriber(topics::Phase).unwrap();
+        let states = consumer.subscriber(topics::ScheduleState).unwrap();
 
         let home = tempfile::tempdir().unwrap();
         let state = home.path().join("state");
         std::fs::create_dir(&state).unwrap();
         let mut epochs = Epochs::at(&state, "epochs.json").unwrap();
         std::fs::remove_dir_all(&state).unwrap();
-        let mut output = LatchedOutput::new(topics::Phase);
+        let mut output = LatchedOutput::new(topics::ScheduleState);
         output.attach(&producer, &mut epochs).unwrap();
-        let archive = Checked::new(PhaseBuilder::everything_built(7, 3, 1).finish()).unwrap();
+        let archive = Checked::new(ScheduleStateBuilder::everything_built(7, 3, 1).finish()).unwrap();
         assert!(output.publish(&mut epochs, archive, 1, InputHashes::default()).is_err());
         assert!(output.is_pending() && output.epoch() == 0 && states.take().unwrap().is_none());
 

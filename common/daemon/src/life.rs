@@ -299,7 +299,7 @@ impl<R: Request> Life<R> {
 fn output(daemon: Daemon) -> ArchiveKind {
     match daemon {
         Daemon::IfcIngest => ArchiveKind::Site,
-        Daemon::ScheduleEval => ArchiveKind::Phase,
+        Daemon::ScheduleEval => ArchiveKind::ScheduleState,
         Daemon::Rasterize | Daemon::Groundplan => ArchiveKind::Grids,
         Daemon::WaypointGen => ArchiveKind::Plan,
         Daemon::SlamAlign => ArchiveKind::Alignment,

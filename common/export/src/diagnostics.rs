@@ -1,7 +1,7 @@
 //! Diagnostics of a site and its schedule, as files have them.
 
 use crate::text::text_or_null;
-use messages::{DiagnosticRecord, NONE, Phase, Site, Text};
+use messages::{DiagnosticRecord, NONE, ScheduleState, Site, Text};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -29,11 +29,11 @@ pub(crate) fn site_diagnostics<'s>(site: &'s Site<'_>) -> impl Iterator<Item = D
 }
 
 /// What is wrong with the schedule.
-pub(crate) fn phase_diagnostics<'s>(
+pub(crate) fn schedule_diagnostics<'s>(
     site: &'s Site<'_>,
-    phase: &'s Phase<'_>,
+    schedule_state: &'s ScheduleState<'_>,
 ) -> impl Iterator<Item = Diagnostic> + use<'s> {
-    phase.diagnostics.iter().map(move |d| Diagnostic::of(site, d, |t| phase.text(t)))
+    schedule_state.diagnostics.iter().map(move |d| Diagnostic::of(site, d, |t| schedule_state.text(t)))
 }
 
 impl Diagnostic {

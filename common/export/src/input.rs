@@ -1,7 +1,7 @@
 //! Inputs of an export, and its output files.
 
 use geometry::Footprint;
-use messages::{Grid, Grids, Phase, Plan, Site};
+use messages::{Grid, Grids, Plan, ScheduleState, Site};
 
 /// Everything that files are made from.
 #[derive(Clone, Copy)]
@@ -9,7 +9,7 @@ pub struct ExportInput<'a> {
     /// Geometry and facts.
     pub site: &'a Site<'a>,
     /// States at the plan time.
-    pub phase: &'a Phase<'a>,
+    pub schedule_state: &'a ScheduleState<'a>,
     /// Index of the grids, with doors and regions.
     pub index: &'a Grids<'a>,
     /// Grids of the map storeys that are written, in their order.

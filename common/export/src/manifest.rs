@@ -5,7 +5,7 @@ use crate::input::{ExportFile, ExportInput};
 use crate::site_frame::{MapFromWorld, SiteFrameFile};
 use crate::text::{hex, text_or_null};
 use frames::metres;
-use messages::{FloorKind, Opens, Phase, RobotProfile, Site};
+use messages::{FloorKind, Opens, RobotProfile, ScheduleState, Site};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -207,15 +207,15 @@ impl Manifest {
     pub(crate) fn of(input: &ExportInput<'_>, files: BTreeMap<String, String>) -> Self {
         let (site, head) = (input.site, input.site.head);
         let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
-        let plan_time = input.phase.head.plan_time().map(|t| t.to_string());
+        let plan_time = input.schedule_state.head.plan_time().map(|t| t.to_string());
         Self {
             tool: TOOL,
             version: VERSION,
             sources: Source::all(site),
-            plan_until: input.phase.head.plan_until().map(|t| t.to_string()),
-            valid_from: plan_time.as_ref().and_then(|_| time(input.phase.head.valid_from_s)),
-            valid_until: plan_time.as_ref().and_then(|_| time(input.phase.head.valid_until_s)),
-            schedule_ignored: schedule_ignored(site, input.phase),
+            plan_until: input.schedule_state.head.plan_until().map(|t| t.to_string()),
+            valid_from: plan_time.as_ref().and_then(|_| time(input.schedule_state.head.valid_from_s)),
+            valid_until: plan_time.as_ref().and_then(|_| time(input.schedule_state.head.valid_until_s)),
+            schedule_ignored: schedule_ignored(site, input.schedule_state),
             plan_time,
             resolution_m: crate::text::rounded(input.resolution_m),
             slab_m: input.index.head.robot.slab_m().map(crate::text::rounded),
@@ -267,8 +267,8 @@ impl Storey {
 }
 
 /// True if the files say when things are built, and these maps show everything built.
-pub fn schedule_ignored(site: &Site<'_>, phase: &Phase<'_>) -> bool {
-    phase.head.plan_time().is_none() && (site.head.has_schedule == 1 || phase.head.n_changes > 0)
+pub fn schedule_ignored(site: &Site<'_>, schedule_state: &ScheduleState<'_>) -> bool {
+    schedule_state.head.plan_time().is_none() && (site.head.has_schedule == 1 || schedule_state.head.n_changes > 0)
 }
 
 /// Whether a storey can be stood on anywhere.

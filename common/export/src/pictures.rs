@@ -94,7 +94,7 @@ fn colour(input: &ExportInput<'_>, grid: &Grid<'_>, other_levels: &Mask, closed:
         Class::Stair | Class::Ramp => STAIR,
         Class::Slab | Class::None if other_levels.cells[index] && grid.floor[index] == 0 => OTHER_LEVEL,
         Class::None => match grid.space[index] {
-            space if space > 0 && input.phase.is_blocked(usize::from(space) - 1) => BLOCKED_SPACE,
+            space if space > 0 && input.schedule_state.is_blocked(usize::from(space) - 1) => BLOCKED_SPACE,
             space if space > 0 && grid.floor[index] != 0 => OPEN_SPACE,
             _ if grid.planning[index] == 0 => FREE,
             _ => UNKNOWN,
@@ -111,7 +111,7 @@ fn other_levels(input: &ExportInput<'_>, grid: &Grid<'_>) -> Mask {
     let bands = [[floor_z - TENTHS_PER_M, floor_z - step - 1], [floor_z + step + 1, floor_z + TENTHS_PER_M]];
     let mut mask = Mask::new(spec.width as usize, spec.height as usize);
     for (index, element) in site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::FLOOR)) {
-        if element.n_parts == 0 || input.phase.effective(index) != ElementState::Built {
+        if element.n_parts == 0 || input.schedule_state.effective(index) != ElementState::Built {
             continue;
         }
         let bands = bands.iter().filter(|[low, high]| low < high);

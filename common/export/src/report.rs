@@ -1,6 +1,6 @@
 //! `report.json`: counts, assumptions, substitutions, omissions and diagnostics of a conversion.
 
-use crate::diagnostics::{Diagnostic, phase_diagnostics, site_diagnostics};
+use crate::diagnostics::{Diagnostic, schedule_diagnostics, site_diagnostics};
 use crate::door_report::{DoorReport, door_reports};
 use crate::geographic::GeographicReport;
 use crate::input::ExportInput;
@@ -11,7 +11,7 @@ use crate::text::{rounded, text_or_null};
 use crate::waypoints::space_name;
 use frames::metres;
 use grid::Class;
-use messages::{Phase, Site, element_flags};
+use messages::{ScheduleState, Site, element_flags};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -111,20 +111,20 @@ struct SpaceReport {
 impl Report {
     pub(crate) fn of(input: &ExportInput<'_>) -> Self {
         let site = input.site;
-        let phase: &Phase<'_> = input.phase;
+        let schedule_state: &ScheduleState<'_> = input.schedule_state;
         Self {
             elements: count(site.elements.iter().map(|e| e.class())),
             storeys: storey_counts(input),
             spaces_not_mapped: spaces_not_mapped(input),
             storeys_not_mapped: storeys_not_mapped(site),
-            schedule_ignored: schedule_ignored(site, phase),
-            schedule: ScheduleReport::of(site, phase),
+            schedule_ignored: schedule_ignored(site, schedule_state),
+            schedule: ScheduleReport::of(site, schedule_state),
             failed_geometry: failed_geometry(site),
             doors: door_reports(input),
             regions: regions(input),
             spaces_without_waypoint: spaces_without_waypoint(input),
             geographic: GeographicReport::of(site),
-            diagnostics: site_diagnostics(site).chain(phase_diagnostics(site, phase)).collect(),
+            diagnostics: site_diagnostics(site).chain(schedule_diagnostics(site, schedule_state)).collect(),
         }
     }
 }

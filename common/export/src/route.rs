@@ -123,7 +123,7 @@ impl SiteGraph {
         Self {
             frame: "map",
             frame_epoch: input.site.head.frame_epoch,
-            plan_time: input.phase.head.plan_time().map(|t| t.to_string()),
+            plan_time: input.schedule_state.head.plan_time().map(|t| t.to_string()),
             nodes: nodes.collect(),
             edges: edges.collect(),
         }

@@ -1,7 +1,7 @@
 //! Schedule section of `report.json` and `states`: sources of dates and schedule diagnostics.
 
-use crate::diagnostics::{Diagnostic, phase_diagnostics};
-use messages::{DateSource, DiagnosticCode, Phase, Site};
+use crate::diagnostics::{Diagnostic, schedule_diagnostics};
+use messages::{DateSource, DiagnosticCode, ScheduleState, Site};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -28,24 +28,24 @@ pub struct ScheduleReport {
 }
 
 impl ScheduleReport {
-    /// Of a phase that carries the schedule.
-    pub fn of(site: &Site<'_>, phase: &Phase<'_>) -> Self {
+    /// Of a schedule state that carries the schedule.
+    pub fn of(site: &Site<'_>, schedule_state: &ScheduleState<'_>) -> Self {
         use DiagnosticCode::*;
         let mut sources: BTreeMap<&'static str, usize> = BTreeMap::new();
         let mut undated = Vec::new();
-        for (element, record) in site.elements.iter().zip(phase.schedule) {
+        for (element, record) in site.elements.iter().zip(schedule_state.schedule) {
             let source = record.source.get();
             *sources.entry(source.name()).or_default() += 1;
-            if source == DateSource::None && phase.head.n_changes > 0 {
+            if source == DateSource::None && schedule_state.head.n_changes > 0 {
                 undated.push(site.text(element.global_id).to_owned());
             }
         }
         let of_code = |codes: &[DiagnosticCode]| {
-            let found = phase.diagnostics.iter().filter(|d| codes.contains(&d.code.get()));
-            found.map(|d| phase.text(d.global_id).to_owned()).filter(|id| !id.is_empty()).collect()
+            let found = schedule_state.diagnostics.iter().filter(|d| codes.contains(&d.code.get()));
+            found.map(|d| schedule_state.text(d.global_id).to_owned()).filter(|id| !id.is_empty()).collect()
         };
         Self {
-            n_changes: phase.head.n_changes,
+            n_changes: schedule_state.head.n_changes,
             sources,
             undated,
             ambiguous: of_code(&[DateAmbiguous]),
@@ -62,8 +62,8 @@ impl ScheduleReport {
 pub struct ScheduleFindings(Vec<Diagnostic>);
 
 impl ScheduleFindings {
-    /// Of a phase that carries the schedule.
-    pub fn of(site: &Site<'_>, phase: &Phase<'_>) -> Self {
-        Self(phase_diagnostics(site, phase).collect())
+    /// Of a schedule state that carries the schedule.
+    pub fn of(site: &Site<'_>, schedule_state: &ScheduleState<'_>) -> Self {
+        Self(schedule_diagnostics(site, schedule_state).collect())
     }
 }

@@ -6,8 +6,8 @@ use crate::text::{rounded, text_or_null};
 use frames::metres;
 use geometry::MultiPolygon;
 use messages::{
-    AttributeKind, AttributeRecord, ClearWidth, DoorRecord, ElementRecord, NONE, PhaseHead, SpaceRecord, StairRecord,
-    element_flags, space_flags, stair_flags,
+    AttributeKind, AttributeRecord, ClearWidth, DoorRecord, ElementRecord, NONE, ScheduleStateHead, SpaceRecord,
+    StairRecord, element_flags, space_flags, stair_flags,
 };
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -90,9 +90,9 @@ struct Schedule {
 
 impl Schedule {
     fn of(input: &ExportInput<'_>, element: usize) -> Self {
-        let record = input.phase.schedule_of(element);
+        let record = input.schedule_state.schedule_of(element);
         let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
-        let hours = |seconds: i64| (seconds != PhaseHead::NO_TIME).then(|| rounded(seconds as f64 / 3600.0));
+        let hours = |seconds: i64| (seconds != ScheduleStateHead::NO_TIME).then(|| rounded(seconds as f64 / 3600.0));
         let task = input.site.tasks.get(record.task as usize).filter(|_| record.task != NONE);
         Self {
             start: time(record.start_s),
@@ -103,7 +103,7 @@ impl Schedule {
             free_float_h: hours(record.free_float_s),
             task: task.map(|t| input.site.text(t.global_id).to_owned()),
             source: record.source.get().name(),
-            state: input.phase.head.plan_time().map(|_| input.phase.effective(element).name()),
+            state: input.schedule_state.head.plan_time().map(|_| input.schedule_state.effective(element).name()),
         }
     }
 }
@@ -361,9 +361,9 @@ impl Space {
             floor_z_m: metres(record.floor_z_tenths),
             polygon_m: coordinates(&site.floor_polygon(record)),
             doors: doors.map(|d| text(site.elements[d.element as usize].global_id)).collect(),
-            state: if input.phase.is_blocked(index) { "blocked" } else { "open" },
-            closes_at: messages::plan_time(input.phase.spaces[index].closes_at_s).map(|t| t.to_string()),
-            why: input.phase.why(index).map(str::to_owned).collect(),
+            state: if input.schedule_state.is_blocked(index) { "blocked" } else { "open" },
+            closes_at: messages::plan_time(input.schedule_state.spaces[index].closes_at_s).map(|t| t.to_string()),
+            why: input.schedule_state.why(index).map(str::to_owned).collect(),
             property_sets: property_sets(input, site.space_attributes(record)),
         }
     }

@@ -162,7 +162,7 @@ impl Waypoints {
         Self {
             frame: "map",
             frame_epoch: site.head.frame_epoch,
-            plan_time: input.phase.head.plan_time().map(|t| t.to_string()),
+            plan_time: input.schedule_state.head.plan_time().map(|t| t.to_string()),
             sensor: Sensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad },
             coverage_goal: plan.head.coverage_goal,
             overlap_goal: plan.head.overlap_goal,

@@ -15,7 +15,7 @@ const EARLY: &str = "0xScRe4drECQ4DMSqUjd6d";
 /// Two walls, one displaced and one early, a door that nobody saw, and an obstacle; all of it a quarter turn from the world.
 struct Storey {
     site: ArchiveBuffer,
-    phase: ArchiveBuffer,
+    schedule_state: ArchiveBuffer,
     deviations: ArchiveBuffer,
 }
 
@@ -52,9 +52,9 @@ fn storey(name: &str) -> Storey {
     }
     let site = b.finish();
     let hash = Site::open(site.bytes()).unwrap().content_hash();
-    let mut phase = PhaseBuilder::everything_built(hash, 3, 0);
-    phase.head.plan_time_s = 1_710_000_000;
-    phase.set_element(1, ElementState::NotStarted, ElementState::NotStarted);
+    let mut schedule_state = ScheduleStateBuilder::everything_built(hash, 3, 0);
+    schedule_state.head.plan_time_s = 1_710_000_000;
+    schedule_state.set_element(1, ElementState::NotStarted, ElementState::NotStarted);
     let head = DeviationsHead {
         site_hash: hash,
         plan_time_s: 1_710_000_000,
@@ -65,7 +65,7 @@ fn storey(name: &str) -> Storey {
         height: 30,
         ..Zeroable::zeroed()
     };
-    Storey { site, phase: phase.finish(), deviations: seen(head) }
+    Storey { site, schedule_state: schedule_state.finish(), deviations: seen(head) }
 }
 
 fn seen(head: DeviationsHead) -> ArchiveBuffer {
@@ -119,7 +119,7 @@ fn files(storey: &Storey) -> BTreeMap<String, Vec<u8>> {
     let deviations = Deviations::open(storey.deviations.bytes()).unwrap();
     let input = DeviationExport {
         site: &site,
-        phase: &Phase::open(storey.phase.bytes()).unwrap(),
+        schedule_state: &ScheduleState::open(storey.schedule_state.bytes()).unwrap(),
         deviations: &deviations,
         created: PlanTime::from_civil_seconds(deviations.head.plan_time_s).unwrap(),
     };

@@ -103,7 +103,7 @@ pub struct AlignmentHead {
     pub site_hash: u64,
     /// Content hash of the SLAM map.
     pub slam_map_hash: u64,
-    /// The plan time of the reference, or [`crate::PhaseHead::NO_TIME`].
+    /// The plan time of the reference, or [`crate::ScheduleStateHead::NO_TIME`].
     pub plan_time_s: i64,
     /// The pose that counts; zeros unless [`AlignmentHead::state`] says that there is one.
     pub pose: PoseRecord,

@@ -29,7 +29,7 @@ pub enum ArchiveKind {
     /// Geometry and facts of a site.
     Site = 1,
     /// States of elements and spaces at a plan time.
-    Phase = 2,
+    ScheduleState = 2,
     /// Layers of one map storey.
     Grid = 3,
     /// Index of a set of grids.

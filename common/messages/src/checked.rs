@@ -2,7 +2,7 @@
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind};
 use crate::payload::{self, Payload};
-use crate::{Alignment, Deviations, Grid, Grids, Phase, Plan, Site, SlamMap};
+use crate::{Alignment, Deviations, Grid, Grids, Plan, ScheduleState, Site, SlamMap};
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -22,7 +22,7 @@ macro_rules! payloads {
         }
     )*};
 }
-payloads!(Site Phase Grid Grids Plan SlamMap Alignment Deviations);
+payloads!(Site ScheduleState Grid Grids Plan SlamMap Alignment Deviations);
 
 /// An archive that was validated once, with the memory that it lies in: viewed as often as needed, never hashed again.
 ///
@@ -75,28 +75,28 @@ impl<P: Payload, B> fmt::Debug for Checked<P, B> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ArchiveWriter, PhaseBuilder};
+    use crate::{ArchiveWriter, ScheduleStateBuilder};
 
     #[test]
     fn a_checked_archive_is_viewed_again_without_its_hash() {
-        let builder = PhaseBuilder::everything_built(7, 2, 1);
-        let checked = Checked::<payload::Phase>::new(builder.to_buffer()).unwrap();
-        let whole = Phase::open(checked.bytes().bytes()).unwrap();
+        let builder = ScheduleStateBuilder::everything_built(7, 2, 1);
+        let checked = Checked::<payload::ScheduleState>::new(builder.to_buffer()).unwrap();
+        let whole = ScheduleState::open(checked.bytes().bytes()).unwrap();
         assert_eq!((checked.view().n_elements(), checked.content_hash()), (2, whole.content_hash()));
         let mut damaged = builder.to_buffer();
         let last = damaged.bytes().len() - 1;
         damaged.bytes_mut()[last] ^= 1;
-        assert!(Checked::<payload::Phase>::new(damaged).is_err());
-        assert!(Checked::<payload::Plan>::new(builder.to_buffer()).is_err(), "a phase is no plan");
+        assert!(Checked::<payload::ScheduleState>::new(damaged).is_err());
+        assert!(Checked::<payload::Plan>::new(builder.to_buffer()).is_err(), "a schedule state is no plan");
     }
 
     #[test]
     fn a_writer_writes_every_byte_and_returns_the_hash() {
-        let builder = PhaseBuilder::everything_built(7, 2, 1);
+        let builder = ScheduleStateBuilder::everything_built(7, 2, 1);
         let mut memory = ArchiveBuffer::zeroed(builder.length());
         memory.bytes_mut().fill(0xAA);
         let hash = builder.write(memory.bytes_mut());
         assert_eq!(memory.bytes(), builder.to_buffer().bytes());
-        assert_eq!(Phase::open(memory.bytes()).unwrap().content_hash(), hash);
+        assert_eq!(ScheduleState::open(memory.bytes()).unwrap().content_hash(), hash);
     }
 }

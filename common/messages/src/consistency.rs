@@ -1,6 +1,8 @@
 //! Checks that archives belong to the same site.
 
-use crate::{Deviations, EdgeKind, Grid, Grids, NONE, NodeKind, Phase, Plan, RouteEdgeRecord, RouteNodeRecord, Site};
+use crate::{
+    Deviations, EdgeKind, Grid, Grids, NONE, NodeKind, Plan, RouteEdgeRecord, RouteNodeRecord, ScheduleState, Site,
+};
 
 /// Archives that speak of different sites.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -13,8 +15,8 @@ fn check(belongs: bool, what: &'static str) -> Result<(), OtherSite> {
     if belongs { Ok(()) } else { Err(OtherSite { what }) }
 }
 
-impl Phase<'_> {
-    /// Checks that the phase speaks of this site: after that every element and space of the site has a state.
+impl ScheduleState<'_> {
+    /// Checks that the schedule state speaks of this site: after that every element and space of the site has a state.
     ///
     /// # Errors
     /// Another site's hash, or other numbers of elements or spaces.
@@ -22,7 +24,7 @@ impl Phase<'_> {
         let belongs = self.head.site_hash == site.content_hash()
             && self.n_elements() == site.elements.len()
             && self.spaces.len() == site.spaces.len();
-        check(belongs, "phase")
+        check(belongs, "schedule state")
     }
 }
 
@@ -107,18 +109,18 @@ impl Deviations<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PhaseBuilder, SiteBuilder};
+    use crate::{ScheduleStateBuilder, SiteBuilder};
 
     #[test]
-    fn a_phase_of_another_site_is_refused_in_words() {
+    fn a_schedule_state_of_another_site_is_refused_with_a_reason() {
         let site = SiteBuilder::default().finish();
         let site = Site::open(site.bytes()).unwrap();
         let check = |hash: u64, n_elements: usize| {
-            let phase = PhaseBuilder::everything_built(hash, n_elements, 0).finish();
-            Phase::open(phase.bytes()).unwrap().check_site(&site).map_err(|e| e.to_string())
+            let schedule_state = ScheduleStateBuilder::everything_built(hash, n_elements, 0).finish();
+            ScheduleState::open(schedule_state.bytes()).unwrap().check_site(&site).map_err(|e| e.to_string())
         };
         assert_eq!(check(site.content_hash(), 0), Ok(()));
-        assert_eq!(check(site.content_hash() + 1, 0), Err("the phase is of another site".to_owned()));
-        assert_eq!(check(site.content_hash(), 1), Err("the phase is of another site".to_owned()));
+        assert_eq!(check(site.content_hash() + 1, 0), Err("the schedule state is of another site".to_owned()));
+        assert_eq!(check(site.content_hash(), 1), Err("the schedule state is of another site".to_owned()));
     }
 }

@@ -1,6 +1,6 @@
 //! Records of the `deviations` archive.
 
-use crate::phase::ElementState;
+use crate::schedule_state::ElementState;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use grid::GridSpec;
@@ -11,11 +11,11 @@ use grid::GridSpec;
 pub struct DeviationsHead {
     /// Content hash of the site.
     pub site_hash: u64,
-    /// Content hash of the phase.
-    pub phase_hash: u64,
+    /// Content hash of the schedule state.
+    pub schedule_state_hash: u64,
     /// Hash of the SLAM map.
     pub slam_map_hash: u64,
-    /// Plan time as in [`crate::PhaseHead`].
+    /// Plan time as in [`crate::ScheduleStateHead`].
     pub plan_time_s: i64,
     /// `map_from_slam`: x, y, yaw.
     pub map_from_slam: [f64; 3],

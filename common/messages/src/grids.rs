@@ -23,9 +23,9 @@ mod section {
 pub struct GridsHead {
     /// Content hash of the site.
     pub site_hash: u64,
-    /// Content hash of the phase.
-    pub phase_hash: u64,
-    /// Plan time as in [`crate::PhaseHead`].
+    /// Content hash of the schedule state.
+    pub schedule_state_hash: u64,
+    /// Plan time as in [`crate::ScheduleStateHead`].
     pub plan_time_s: i64,
     /// Robot that the maps are for.
     pub robot: RobotProfile,
@@ -293,7 +293,7 @@ mod tests {
 
     #[test]
     fn the_index_names_its_grids_and_its_robot() {
-        let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
+        let head = GridsHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
         let slot = GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 };
         let buffer = GridsBuilder {
             head,
@@ -311,7 +311,7 @@ mod tests {
     #[test]
     fn an_index_of_a_robot_that_cannot_be_is_refused() {
         let refused = |robot: RobotProfile| {
-            let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, robot };
+            let head = GridsHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, robot };
             let buffer =
                 GridsBuilder { head, slots: &[], robot_name: "r", robot_footprint_m: &[], doors: &[], regions: &[] }
                     .finish();

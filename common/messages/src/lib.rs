@@ -7,7 +7,7 @@
 //! | archive | view | writer | producer |
 //! |---|---|---|---|
 //! | `site` | [`Site`] | [`SiteBuilder`] | ifc-ingest |
-//! | `phase` | [`Phase`] | [`PhaseBuilder`] | schedule-eval |
+//! | `schedule-state` | [`ScheduleState`] | [`ScheduleStateBuilder`] | schedule-eval |
 //! | `grid` | [`Grid`] | [`GridWriter`] | rasterize |
 //! | `grids` | [`Grids`] | [`GridsBuilder`] | rasterize |
 //! | `plan` | [`Plan`] | [`PlanBuilder`] | waypoint-gen |
@@ -35,12 +35,12 @@ mod grid_archive;
 mod grids;
 mod nearest_names;
 pub mod payload;
-mod phase;
 mod plan;
 mod plan_records;
 mod robot;
 mod sample_header;
 mod schedule_records;
+mod schedule_state;
 mod site;
 mod site_builder;
 mod site_records;
@@ -65,15 +65,15 @@ pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
 pub use nearest_names::{nearest_names, nearest_names_hint};
 pub use payload::Payload;
-pub use phase::{
-    DateSource, ElementScheduleRecord, ElementState, Phase, PhaseBuilder, PhaseHead, SpaceState, SpaceStateRecord,
-    plan_time,
-};
 pub use plan::{Plan, PlanBuilder};
 pub use plan_records::*;
 pub use robot::{Opens, RobotLimitError, RobotProfile};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_records::*;
+pub use schedule_state::{
+    DateSource, ElementScheduleRecord, ElementState, ScheduleState, ScheduleStateBuilder, ScheduleStateHead,
+    SpaceState, SpaceStateRecord, plan_time,
+};
 pub use site::Site;
 pub use site_builder::SiteBuilder;
 pub use site_records::*;

@@ -26,9 +26,9 @@ pub trait Payload: 'static {
 /// `site`: geometry, spaces, doors, schedule.
 #[derive(Debug)]
 pub enum Site {}
-/// `phase`: states of elements and spaces at a plan time.
+/// `schedule-state`: states of elements and spaces at a plan time.
 #[derive(Debug)]
-pub enum Phase {}
+pub enum ScheduleState {}
 /// `grid`: layers of one map storey.
 #[derive(Debug)]
 pub enum Grid {}

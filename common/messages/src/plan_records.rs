@@ -46,9 +46,9 @@ impl ScanSensor {
 pub struct PlanHead {
     /// Content hash of the site.
     pub site_hash: u64,
-    /// Content hash of the phase.
-    pub phase_hash: u64,
-    /// Plan time as in [`crate::PhaseHead`].
+    /// Content hash of the schedule state.
+    pub schedule_state_hash: u64,
+    /// Plan time as in [`crate::ScheduleStateHead`].
     pub plan_time_s: i64,
     /// What scans are made with.
     pub sensor: ScanSensor,
@@ -58,7 +58,8 @@ pub struct PlanHead {
     pub overlap_goal: f64,
     /// Driving time and scanning time of all tours, in seconds.
     pub mission_s: [f64; 2],
-    /// Faces of elements that changed since this time are targets, civil seconds; [`crate::PhaseHead::NO_TIME`] if all are.
+    /// Faces of elements that changed since this time are targets, civil seconds; [`crate::ScheduleStateHead::NO_TIME`]
+    /// if all are.
     pub changed_since_s: i64,
     /// 1 if tours come back to where they begin.
     pub closed_tours: u32,

@@ -12,8 +12,8 @@ const MAGIC: u32 = u32::from_le_bytes(*b"GPSH");
 pub struct InputHashes {
     /// The site.
     pub site: u64,
-    /// The phase.
-    pub phase: u64,
+    /// The schedule state.
+    pub schedule_state: u64,
     /// The index of the grids.
     pub grids: u64,
     /// The robot profile.

@@ -3,17 +3,17 @@
 mod support;
 
 use messages::{
-    Alignment, ArchiveBuffer, ArchiveError, Deviations, FloorKind, Grid, Grids, MapStoreyRecord, PartRecord, Phase,
-    Plan, Site, SiteBuilder,
+    Alignment, ArchiveBuffer, ArchiveError, Deviations, FloorKind, Grid, Grids, MapStoreyRecord, PartRecord, Plan,
+    ScheduleState, Site, SiteBuilder,
 };
 use proptest::prelude::*;
-use support::{alignment, deviations, grid, grids, phase, plan, reseal, site, slam_map, walk};
+use support::{alignment, deviations, grid, grids, plan, reseal, schedule_state, site, slam_map, walk};
 
 /// Miri takes a thousand times as long.
 const CASES: u32 = if cfg!(miri) { 6 } else { 20_000 };
 
 fn archive() -> impl Strategy<Value = ArchiveBuffer> {
-    prop::sample::select(vec![site(), phase(), grid(), grids(), plan(), slam_map(), alignment(), deviations()])
+    prop::sample::select(vec![site(), schedule_state(), grid(), grids(), plan(), slam_map(), alignment(), deviations()])
 }
 
 /// What tends to hurt.
@@ -27,7 +27,7 @@ fn word() -> impl Strategy<Value = u32> {
 
 #[test]
 fn whole_archives_are_read_to_the_end() {
-    for archive in [site(), phase(), grid(), grids(), plan(), slam_map(), alignment(), deviations()] {
+    for archive in [site(), schedule_state(), grid(), grids(), plan(), slam_map(), alignment(), deviations()] {
         assert!(walk(archive.bytes()) > 4);
         let mut again = archive.clone();
         reseal(again.bytes_mut());
@@ -129,9 +129,9 @@ fn a_site_with_an_unknown_kind_of_anything_is_refused() {
 
 #[test]
 fn a_phase_with_an_unknown_state_is_refused() {
-    let archive = phase();
+    let archive = schedule_state();
     let start = archive.bytes().as_ptr() as usize;
-    let view = Phase::open(archive.bytes()).unwrap();
+    let view = ScheduleState::open(archive.bytes()).unwrap();
     let states = view.states().map(|states| states.as_ptr() as usize - start);
     let fields = [
         (states[0], "state of an element"),
@@ -141,7 +141,7 @@ fn a_phase_with_an_unknown_state_is_refused() {
         (place_of(&archive, &view.diagnostics[0].code), "code of a diagnostic"),
         (place_of(&archive, &view.diagnostics[0].severity), "severity"),
     ];
-    check_tags(&archive, |bytes| Phase::open(bytes).map(|_| ()), &fields);
+    check_tags(&archive, |bytes| ScheduleState::open(bytes).map(|_| ()), &fields);
 }
 
 #[test]

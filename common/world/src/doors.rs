@@ -75,7 +75,7 @@ pub(crate) fn is_door(input: &ExportInput<'_>, element: u32) -> bool {
 /// True if door and host wall stand.
 pub(crate) fn is_hung(input: &ExportInput<'_>, door: &DoorRecord) -> bool {
     let host = input.site.openings.get(door.opening as usize).map_or(NONE, |o| o.host);
-    stands(input, door.element) && (host == NONE || input.phase.effective(host as usize).is_obstacle())
+    stands(input, door.element) && (host == NONE || input.schedule_state.effective(host as usize).is_obstacle())
 }
 
 /// All hung doors, in the order of the site.

@@ -156,7 +156,7 @@ struct LeafEntry {
 
 impl Lookup {
     pub(super) fn of(scene: &Scene<'_>, [world_bytes, glb_bytes]: [usize; 2]) -> Self {
-        let (site, phase) = (scene.input.site, scene.input.phase);
+        let (site, schedule_state) = (scene.input.site, scene.input.schedule_state);
         let id = |element: u32| site.text(site.elements[element as usize].global_id).to_owned();
         let mut elements = BTreeMap::new();
         let mut stand_ins = Vec::new();
@@ -176,7 +176,7 @@ impl Lookup {
             version: 2,
             frame: "map",
             frame_epoch: site.head.frame_epoch,
-            plan_time: phase.head.plan_time().map(|t| t.to_string()),
+            plan_time: schedule_state.head.plan_time().map(|t| t.to_string()),
             doors_are: scene.options.doors.name(),
             spawn: scene.spawn.as_ref().map(|s| Spawn {
                 storey: s.storey,

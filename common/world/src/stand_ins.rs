@@ -43,7 +43,7 @@ pub(crate) fn assumed_floors(input: &ExportInput<'_>) -> Vec<StaticElement> {
 /// A thin wall in each passage between a blocked space and one that is not: (the door that hangs there, the wall).
 pub(crate) fn barriers(input: &ExportInput<'_>) -> Vec<(Option<u32>, StaticElement)> {
     let site = input.site;
-    let blocked = |space: Option<usize>| space.is_some_and(|s| input.phase.is_blocked(s));
+    let blocked = |space: Option<usize>| space.is_some_and(|s| input.schedule_state.is_blocked(s));
     let closes = |plan: &OrientedBox, bottom_m: f64| {
         let [a, b] = joined(input, plan, bottom_m).map(blocked);
         a != b
@@ -70,7 +70,7 @@ pub(crate) fn barriers(input: &ExportInput<'_>) -> Vec<(Option<u32>, StaticEleme
         let high = metres(opening.top_z_tenths).max(low + BARRIER_HEIGHT_M / 2.0);
         // A window's sill is no passage.
         let floor = metres(site.map_storeys.get(storey_at(input, low) as usize).map_or(0, |s| s.floor_z_tenths));
-        let stands = opening.host != NONE && input.phase.effective(opening.host as usize).is_obstacle();
+        let stands = opening.host != NONE && input.schedule_state.effective(opening.host as usize).is_obstacle();
         if stands && low < floor + 0.2 && closes(&opening.plan.to_box(), low) {
             let link = format!("barrier_{}", site.text(opening.global_id));
             found.push((None, barrier(link, opening.plan, [low, high])));

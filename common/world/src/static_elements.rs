@@ -58,7 +58,7 @@ impl StaticElement {
 /// True if the element stands at the plan time, finished or not: as on the maps.
 pub(crate) fn stands(input: &ExportInput<'_>, element: u32) -> bool {
     let record = &input.site.elements[element as usize];
-    record.n_parts > 0 && input.phase.effective(element as usize).is_obstacle()
+    record.n_parts > 0 && input.schedule_state.effective(element as usize).is_obstacle()
 }
 
 /// All standing elements except those for which `moves` is true, in the order of the site.

@@ -49,7 +49,7 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
 pub(crate) fn inputs_of(header: &SampleHeader) -> Value {
     let inputs = header.inputs;
     let hash = |hash: u64| format!("{hash:016x}");
-    json!({"site_hash": hash(inputs.site), "phase_hash": hash(inputs.phase), "slam_map_hash": hash(inputs.slam_map)})
+    json!({"site_hash": hash(inputs.site), "phase_hash": hash(inputs.schedule_state), "slam_map_hash": hash(inputs.slam_map)})
 }
 
 /// What people read.

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use daemon::Robot;
 use export::{ExportFile, ExportInput};
 use geometry::Footprint;
-use messages::{Grid, Grids, Phase, Plan, Site};
+use messages::{Grid, Grids, Plan, ScheduleState, Site};
 use raster::Rasterizer;
 use waypoints::{PlanInput, PlanOptions, Planner, Start};
 use world::WorldOptions;
@@ -14,7 +14,7 @@ pub(crate) fn world_files(input: &ExportInput<'_>, options: Option<&WorldOptions
     options.map_or_else(Vec::new, |options| world::files(input, options))
 }
 
-/// Maps of all storeys at a phase.
+/// Maps of all storeys at a schedule state.
 pub(crate) struct Maps<'a> {
     pub(crate) grids: &'a [Grid<'a>],
     pub(crate) index: &'a Grids<'a>,
@@ -31,33 +31,33 @@ impl Maps<'_> {
     pub(crate) fn check_start(
         &self,
         site: &Site<'_>,
-        phase: &Phase<'_>,
+        schedule_state: &ScheduleState<'_>,
         options: &PlanOptions,
         start: Start,
     ) -> Result<bool, String> {
-        let input = PlanInput { site, phase, index: self.index, grids: self.grids, options };
+        let input = PlanInput { site, schedule_state, index: self.index, grids: self.grids, options };
         waypoints::check_start(&input, start)
     }
 }
 
-/// Draws the maps of a phase and works on them.
+/// Draws the maps of a schedule state and works on them.
 ///
 /// # Errors
 /// Those of the work, and archives that cannot be.
 pub(crate) fn with_maps<T>(
     site: &Site<'_>,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     rasterizer: &mut Rasterizer,
     robot: &Robot,
     options: &PlanOptions,
     work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
-    rasterizer.draw(site, phase);
-    let index = rasterizer.index(site, phase, &robot.name, &robot.footprint_m).finish();
+    rasterizer.draw(site, schedule_state);
+    let index = rasterizer.index(site, schedule_state, &robot.name, &robot.footprint_m).finish();
     let index = Grids::open(index.bytes()).map_err(Failure::work)?;
     let grids: Vec<Grid<'_>> =
         rasterizer.drawn().map(|grid| Grid::open(grid.archive)).collect::<Result<_, _>>().map_err(Failure::work)?;
-    let input = PlanInput { site, phase, index: &index, grids: &grids, options };
+    let input = PlanInput { site, schedule_state, index: &index, grids: &grids, options };
     let plan = Planner::default().plan(&input);
     let plan = Plan::open(plan.bytes()).map_err(Failure::work)?;
     let footprints: Vec<_> = (0..grids.len()).map(|k| rasterizer.footprints(k)).collect();

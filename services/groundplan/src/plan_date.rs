@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use daemon::SiteConfig;
 use frames::{PlanTime, PlanTimeError, WrittenPlanTime};
 use jiff::tz::TimeZone;
-use messages::PhaseHead;
+use messages::ScheduleStateHead;
 use schedule::Period;
 use schedule::Rules;
 
@@ -88,7 +88,7 @@ pub(crate) fn text(seconds: i64) -> String {
 
 /// The seconds, unless they stand for none.
 pub(crate) fn known(seconds: i64) -> Option<i64> {
-    Some(seconds).filter(|s| *s != PhaseHead::NO_TIME)
+    Some(seconds).filter(|s| *s != ScheduleStateHead::NO_TIME)
 }
 
 /// The same for people and JSON.

@@ -44,20 +44,20 @@ pub(crate) fn ask_with_progress<R: Request>(
     daemon::ask(bus, request, patience, progress, pause).map_err(Failure::work)
 }
 
-/// Waits until grids of a phase are out; while the plan time moves a later phase is as good.
+/// Waits until grids of a schedule state are out; while the plan time moves a later schedule state is as good.
 ///
 /// # Errors
 /// No new grids.
-pub(crate) fn wait_for_phase(bus: &Bus, waiter: &mut Waiter, state: &Published) -> Result<(), Failure> {
-    let phases = bus.subscriber(topics::Phase).map_err(Failure::work)?;
+pub(crate) fn wait_for_schedule_state(bus: &Bus, waiter: &mut Waiter, state: &Published) -> Result<(), Failure> {
+    let schedule_states = bus.subscriber(topics::ScheduleState).map_err(Failure::work)?;
     let mut hashes = vec![state.content_hash];
     wait_for_grids(bus, waiter, |inputs| {
-        while let Ok(Some(phase)) = phases.take() {
-            if phase.header().epoch > state.epoch {
-                hashes.push(phase.header().content_hash);
+        while let Ok(Some(schedule_state)) = schedule_states.take() {
+            if schedule_state.header().epoch > state.epoch {
+                hashes.push(schedule_state.header().content_hash);
             }
         }
-        hashes.contains(&inputs.phase)
+        hashes.contains(&inputs.schedule_state)
     })
 }
 

@@ -1,4 +1,4 @@
-//! Rasterisation: `site`, `phase` and the robot in, one grid per map storey and their index out.
+//! Rasterisation: `site`, `schedule-state` and the robot in, one grid per map storey and their index out.
 
 use rasterize::service::RasterizeService;
 use std::process::ExitCode;

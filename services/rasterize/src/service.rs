@@ -11,7 +11,7 @@ use tracing::info;
 
 daemon::inputs! {
     /// What grids are made from.
-    pub enum RasterizeInput { Site, Phase }
+    pub enum RasterizeInput { Site, ScheduleState }
 }
 
 /// Makes grids for one robot at one resolution.
@@ -27,7 +27,7 @@ pub struct RasterizeService {
     index: Option<Publisher<topics::Grids>>,
     grids: Vec<Publisher<topics::Grid>>,
     site: Option<(CheckedSample<topics::Site>, Rasterizer)>,
-    phase: Option<CheckedSample<topics::Phase>>,
+    schedule_state: Option<CheckedSample<topics::ScheduleState>>,
     /// Content hash of what was published of each storey; `None` for nothing.
     published: Vec<Option<u64>>,
     /// Epoch of what is to be published of each storey; `None` where nothing changed.
@@ -56,7 +56,7 @@ impl RasterizeService {
             index: None,
             grids: Vec::new(),
             site: None,
-            phase: None,
+            schedule_state: None,
             published: Vec::new(),
             next_epochs: Vec::new(),
             is_pending: false,
@@ -103,24 +103,26 @@ impl RasterizeService {
 
     /// Draws what differs from what is published, publishes those storeys, then the index that names them.
     ///
-    /// Once every phase was seen this allocates nothing: what it needs is kept by the rasterizer.
+    /// Once every schedule state was seen this allocates nothing: what it needs is kept by the rasterizer.
     fn draw(&mut self) -> Result<Done, Failure> {
-        let (Some((site, rasterizer)), Some(phase), Some(bus)) = (&mut self.site, &self.phase, &self.bus) else {
+        let (Some((site, rasterizer)), Some(schedule_state), Some(bus)) =
+            (&mut self.site, &self.schedule_state, &self.bus)
+        else {
             return Ok(self.done());
         };
         let frame_epoch = site.bytes().header().frame_epoch;
-        let (site, phase) = (site.view(), phase.view());
-        if phase.head.site_hash != site.content_hash() {
+        let (site, schedule_state) = (site.view(), schedule_state.view());
+        if schedule_state.head.site_hash != site.content_hash() {
             // One of them is older; the other will come.
             return Ok(Done::default());
         }
-        phase.check_site(&site)?;
+        schedule_state.check_site(&site)?;
         self.stages.set(Stage::Writing);
         self.is_pending = true;
-        rasterizer.draw(&site, &phase);
+        rasterizer.draw(&site, &schedule_state);
         let inputs = InputHashes {
             site: site.content_hash(),
-            phase: phase.content_hash(),
+            schedule_state: schedule_state.content_hash(),
             robot: xxhash_rust::xxh3::xxh3_64(bytemuck::bytes_of::<RobotProfile>(&self.robot.profile)),
             ..InputHashes::default()
         };
@@ -143,7 +145,7 @@ impl RasterizeService {
         })?;
         let n_published = self.next_epochs.iter().flatten().count();
         let storeys = rasterizer.n_storeys();
-        let index = rasterizer.index(&site, &phase, &self.robot.name, &self.robot.footprint_m);
+        let index = rasterizer.index(&site, &schedule_state, &self.robot.name, &self.robot.footprint_m);
         let epoch = self.epochs.take()?;
         let publisher = self.index.as_ref().ok_or("it is not attached to a bus")?;
         let sent = publisher.publish(&index, Origin { epoch, frame_epoch, inputs })?;
@@ -165,7 +167,7 @@ impl Service for RasterizeService {
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Ends and samples of an earlier generation are of no use; the inputs come again.
-        (self.index, self.site, self.phase) = (None, None, None);
+        (self.index, self.site, self.schedule_state) = (None, None, None);
         self.grids.clear();
         self.published.clear();
         self.index = Some(bus.publisher(topics::Grids, 1 << 16)?);
@@ -176,8 +178,8 @@ impl Service for RasterizeService {
     fn handle(&mut self, event: Event<RasterizeInput>) -> Result<Done, Failure> {
         let done = match event {
             Event::Input(RasterizeInput::Site(site)) => self.see_site(site),
-            Event::Input(RasterizeInput::Phase(phase)) => {
-                self.phase = Some(phase);
+            Event::Input(RasterizeInput::ScheduleState(schedule_state)) => {
+                self.schedule_state = Some(schedule_state);
                 self.draw()
             }
             Event::Configuration(config) => self.configure(&config),

@@ -36,16 +36,16 @@ fn house() -> ArchiveBuffer {
 }
 
 /// A walk in which every element and every space changes: walls, floor, doors, work overhead.
-fn phases(site: &Site<'_>) -> Vec<ArchiveBuffer> {
+fn schedule_states(site: &Site<'_>) -> Vec<ArchiveBuffer> {
     let (n, n_spaces) = (site.elements.len(), site.spaces.len());
-    let phase = |step: usize| {
-        let mut phase = PhaseBuilder::everything_built(site.content_hash(), n, n_spaces);
-        phase.head.plan_time_s = step as i64;
-        (0..n).for_each(|k| phase.effective[k] = ElementState::ALL[(k * 7 + step) % 5]);
-        (0..n_spaces).for_each(|k| phase.spaces[k].state = SpaceState::ALL[(k + step) % 2].into());
-        phase.finish()
+    let schedule_state = |step: usize| {
+        let mut schedule_state = ScheduleStateBuilder::everything_built(site.content_hash(), n, n_spaces);
+        schedule_state.head.plan_time_s = step as i64;
+        (0..n).for_each(|k| schedule_state.effective[k] = ElementState::ALL[(k * 7 + step) % 5]);
+        (0..n_spaces).for_each(|k| schedule_state.spaces[k].state = SpaceState::ALL[(k + step) % 2].into());
+        schedule_state.finish()
     };
-    (0..20).map(phase).collect()
+    (0..20).map(schedule_state).collect()
 }
 
 /// A producer that is looked after whenever something is to come from it.
@@ -75,7 +75,7 @@ fn take<T: Topic>(subscriber: &Subscriber<T>) -> CheckedSample<T> {
 }
 
 #[test]
-fn a_phase_that_was_seen_before_costs_no_allocation_but_one_of_the_bus_library_per_sample() {
+fn a_schedule_state_that_was_seen_before_costs_no_allocation_but_one_of_the_bus_library_per_sample() {
     // As in a daemon: the service lives on a thread of the pool that it works on.
     rayon::ThreadPoolBuilder::new().build().unwrap().install(walk_twice);
 }
@@ -101,34 +101,35 @@ fn walk_twice() {
     };
     let site = house();
     let mut sites = Producer::of(&domain, Daemon::IfcIngest, topics::Site);
-    let mut phases_out = Producer::of(&domain, Daemon::ScheduleEval, topics::Phase);
+    let mut schedule_states_out = Producer::of(&domain, Daemon::ScheduleEval, topics::ScheduleState);
     let (bus, _waiter) = Bus::join(&domain, Daemon::Rasterize).unwrap();
-    let (sites_in, phases_in) = (bus.subscriber(topics::Site).unwrap(), bus.subscriber(topics::Phase).unwrap());
+    let (sites_in, schedule_states_in) =
+        (bus.subscriber(topics::Site).unwrap(), bus.subscriber(topics::ScheduleState).unwrap());
     let mut service = RasterizeService::new(&config, Stages::default()).unwrap();
     service.attach(&bus).unwrap();
     sites.publish(&site);
     service.handle(Event::Input(RasterizeInput::Site(take(&sites_in)))).unwrap();
 
-    let phases = phases(&Site::open(site.bytes()).unwrap());
+    let schedule_states = schedule_states(&Site::open(site.bytes()).unwrap());
     let mut epoch = 0;
-    // Allocations and samples of each phase.
+    // Allocations and samples of each schedule state.
     let mut walk = || -> Vec<[u64; 2]> {
         let blocks = |archive: &ArchiveBuffer| {
-            phases_out.publish(archive);
+            schedule_states_out.publish(archive);
             let before = dhat::HeapStats::get().total_blocks;
-            let done = service.handle(Event::Input(RasterizeInput::Phase(take(&phases_in)))).unwrap();
+            let done = service.handle(Event::Input(RasterizeInput::ScheduleState(take(&schedule_states_in)))).unwrap();
             let allocations = dhat::HeapStats::get().total_blocks - before;
             let samples = done.published.epoch - std::mem::replace(&mut epoch, done.published.epoch);
             [allocations, samples]
         };
-        phases.iter().map(blocks).collect()
+        schedule_states.iter().map(blocks).collect()
     };
     let _profiler = dhat::Profiler::builder().testing().build();
     let first = walk();
     assert!(first.iter().map(|[allocations, _]| allocations).sum::<u64>() > 200, "it makes what is kept: {first:?}");
     let second = walk();
     assert!(second.iter().all(|[allocations, samples]| allocations == samples && *samples == 2), "{second:?}");
-    drop((service, bus, sites, phases_out, sites_in, phases_in, keeper));
+    drop((service, bus, sites, schedule_states_out, sites_in, schedule_states_in, keeper));
     // The bus library leaves a few bytes behind.
     for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
         if entry.file_name().to_string_lossy().starts_with(&config.bus.prefix) {

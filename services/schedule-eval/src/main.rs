@@ -1,4 +1,4 @@
-//! Schedule evaluation: `site` and the plan time in, `phase` out.
+//! Schedule evaluation: `site` and the plan time in, `schedule-state` out.
 
 mod plan_clock;
 mod service;

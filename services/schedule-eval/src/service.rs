@@ -23,8 +23,8 @@ daemon::inputs! {
 
 /// Holds the plan time; its file in the state folder is what counts after a restart.
 ///
-/// While the plan time moves, a phase is that of the instant at which it last changed: it is the same however often
-/// anybody looks, and says how long it holds.
+/// While the plan time moves, a schedule state is that of the instant at which it last changed: it is the same however
+/// often anybody looks, and says how long it holds.
 pub(crate) struct ScheduleService {
     rules: Rules,
     synchronised_while: Option<PathBuf>,
@@ -35,7 +35,7 @@ pub(crate) struct ScheduleService {
     edits: Edits,
     epochs: Epochs,
     stages: Stages,
-    output: LatchedOutput<topics::Phase>,
+    output: LatchedOutput<topics::ScheduleState>,
     /// What the schedule was evaluated from; kept to evaluate it again when rules or progress change.
     site: Option<CheckedSample<topics::Site>>,
     evaluated: Option<Evaluated>,
@@ -74,7 +74,7 @@ impl ScheduleService {
             tables,
             epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
             stages,
-            output: LatchedOutput::new(topics::Phase),
+            output: LatchedOutput::new(topics::ScheduleState),
             site: None,
             evaluated: None,
             published_at_s: None,
@@ -183,7 +183,7 @@ impl ScheduleService {
         self.publish()
     }
 
-    /// The phase at the plan time, if there is a site.
+    /// The schedule state at the plan time, if there is a site.
     fn publish(&mut self) -> Result<Done, Failure> {
         let (reading, wall_ms) = self.read_clock();
         let at_s = self.shown_s(reading);
@@ -194,17 +194,17 @@ impl ScheduleService {
             self.clock_file.save(&clock)?;
             self.clock = clock;
         }
-        let phase = Checked::new(evaluated.timeline.phase_at(at_s).finish())?;
-        let (n_bytes, frame_epoch) = (phase.bytes().bytes().len(), evaluated.frame_epoch);
+        let schedule_state = Checked::new(evaluated.timeline.schedule_state_at(at_s).finish())?;
+        let (n_bytes, frame_epoch) = (schedule_state.bytes().bytes().len(), evaluated.frame_epoch);
         let inputs = InputHashes { site: evaluated.site_hash, ..InputHashes::default() };
         self.published_at_s = Some(at_s);
-        self.output.publish(&mut self.epochs, phase, frame_epoch, inputs)?;
-        info!(service = "schedule-eval", epoch = self.output.epoch(), bytes = n_bytes, "phase published");
+        self.output.publish(&mut self.epochs, schedule_state, frame_epoch, inputs)?;
+        info!(service = "schedule-eval", epoch = self.output.epoch(), bytes = n_bytes, "schedule state published");
         self.stages.set(Stage::Published);
         Ok(self.done())
     }
 
-    /// The plan time of the phase to be shown: while it moves, the last instant at which anything changed.
+    /// The plan time of the schedule state to be shown: while it moves, the last instant at which anything changed.
     fn shown_s(&self, reading: Reading) -> Option<i64> {
         let now_s = reading.plan_s?;
         let evaluated = self.evaluated.as_ref().filter(|_| self.clock.is_moving());

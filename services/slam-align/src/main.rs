@@ -1,4 +1,4 @@
-//! Alignment: `site`, `phase` and the robot's map in, where that map lies and what differs out.
+//! Alignment: `site`, `schedule-state` and the robot's map in, where that map lies and what differs out.
 
 mod kept;
 mod robot_map;

@@ -29,7 +29,7 @@ const ASK_AGAIN: Duration = Duration::from_millis(2);
 
 daemon::inputs! {
     /// What poses and deviations are made from. The index of the grids names the robot.
-    pub(crate) enum AlignInput { Site, Phase, Grids, SlamMap }
+    pub(crate) enum AlignInput { Site, ScheduleState, Grids, SlamMap }
 }
 
 /// Follows a robot's map.
@@ -393,9 +393,9 @@ impl Basis {
     fn of(samples: &SiteSamples) -> Option<Self> {
         let state = samples.state()?;
         let robot = samples.index_of(state.site)?.bytes().header().inputs.robot;
-        let (site, phase) = (state.site.content_hash(), state.state.content_hash());
+        let (site, schedule_state) = (state.site.content_hash(), state.state.content_hash());
         Some(Self {
-            inputs: InputHashes { site, phase, robot, ..InputHashes::default() },
+            inputs: InputHashes { site, schedule_state, robot, ..InputHashes::default() },
             plan_time_s: state.state.view().head.plan_time_s,
             frame_epoch: state.site.bytes().header().frame_epoch,
         })
@@ -428,7 +428,7 @@ impl Service for AlignService {
     fn handle(&mut self, event: Event<AlignInput>) -> Result<Done, Failure> {
         match event {
             Event::Input(AlignInput::Site(site)) => self.see_site(site)?,
-            Event::Input(AlignInput::Phase(state)) => {
+            Event::Input(AlignInput::ScheduleState(state)) => {
                 self.samples.see(SiteSample::ScheduleState(state));
                 self.to_do.refresh = true;
             }

@@ -7,7 +7,7 @@ use bus::SiteSamples;
 use daemon::Failure;
 use deviations::{DeviationInput, deviations};
 use frames::Map;
-use messages::{ArchiveBuffer, Phase, PoseRecord, RobotProfile, Site};
+use messages::{ArchiveBuffer, PoseRecord, RobotProfile, ScheduleState, Site};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
@@ -116,17 +116,17 @@ impl Worker {
 fn work(references: &mut Option<References>, samples: &SiteSamples, task: &Task) -> Result<Found, Failure> {
     let state = samples.state().ok_or("site and schedule state do not belong together")?;
     let index = samples.index_of(state.site).ok_or("the index of the grids is of another site")?;
-    let (site, phase) = state.views()?;
+    let (site, schedule_state) = state.views()?;
     let robot = index.view().head.robot;
     if references.as_ref().is_none_or(|r| !r.is_of(&site, &robot)) {
         *references = Some(References::new(&site, &robot)?);
     }
     let references = references.as_mut().ok_or("there is nothing to compare with")?;
-    let maps: Vec<Arc<PreparedMap<Map>>> = references.at(&site, &phase)?.collect();
+    let maps: Vec<Arc<PreparedMap<Map>>> = references.at(&site, &schedule_state)?.collect();
     let (alignment, deviations) = match task {
         Task::Draw => (None, None),
         Task::Search(map, place) => (Some(align(&maps, map, place)?), None),
-        Task::Compare(map, pose) => (None, Some(compare(&site, &phase, &robot, map, pose)?)),
+        Task::Compare(map, pose) => (None, Some(compare(&site, &schedule_state, &robot, map, pose)?)),
     };
     Ok(Found { references: maps, alignment, deviations })
 }
@@ -143,7 +143,7 @@ fn align(references: &[Arc<PreparedMap<Map>>], map: &RobotMap, place: &Where) ->
 
 fn compare(
     site: &Site<'_>,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     robot: &RobotProfile,
     map: &RobotMap,
     pose: &PoseRecord,
@@ -154,7 +154,7 @@ fn compare(
     }
     Ok(deviations(&DeviationInput {
         site,
-        phase,
+        schedule_state,
         robot,
         map_storey,
         slam: &map.map,

@@ -1,4 +1,4 @@
-//! Planning of waypoints: `site`, `phase` and grids in, centres, scans, tours and the route graph out.
+//! Planning of waypoints: `site`, `schedule-state` and grids in, centres, scans, tours and the route graph out.
 
 mod service;
 

@@ -14,7 +14,7 @@ use waypoints::{PlanInput, PlanOptions, Planner, check_names};
 
 daemon::inputs! {
     /// What waypoints are planned on. The index is published after its grids: they are taken when it comes.
-    pub(crate) enum WaypointInput { Site, Phase, Grids }
+    pub(crate) enum WaypointInput { Site, ScheduleState, Grids }
 }
 
 /// Plans for what is published.
@@ -80,7 +80,7 @@ impl WaypointService {
     fn check_start(&self, options: &PlanOptions) -> Result<(), Failure> {
         let (Some(start), Some(set)) = (options.start, self.samples.set()) else { return Ok(()) };
         let SiteViews { site, state, index, grids, .. } = set.views()?;
-        let input = PlanInput { site: &site, phase: &state, index: &index, grids: &grids, options };
+        let input = PlanInput { site: &site, schedule_state: &state, index: &index, grids: &grids, options };
         waypoints::check_start(&input, start)?;
         Ok(())
     }
@@ -107,11 +107,12 @@ impl WaypointService {
         check_names(&site, &self.options)?;
         self.stages.set(Stage::Writing);
         let begun = Instant::now();
-        let input = PlanInput { site: &site, phase: &state, index: &index, grids: &grids, options: &self.options };
+        let input =
+            PlanInput { site: &site, schedule_state: &state, index: &index, grids: &grids, options: &self.options };
         let plan = Checked::new(self.planner.plan(&input))?;
         let inputs = InputHashes {
             site: site.content_hash(),
-            phase: state.content_hash(),
+            schedule_state: state.content_hash(),
             grids: index.content_hash(),
             robot: set.index.bytes().header().inputs.robot,
             ..InputHashes::default()
@@ -161,7 +162,7 @@ impl Service for WaypointService {
             Event::Input(input) => {
                 self.samples.see(match input {
                     WaypointInput::Site(site) => SiteSample::Site(site),
-                    WaypointInput::Phase(state) => SiteSample::ScheduleState(state),
+                    WaypointInput::ScheduleState(state) => SiteSample::ScheduleState(state),
                     WaypointInput::Grids(index) => SiteSample::Index(index),
                 });
                 self.plan()

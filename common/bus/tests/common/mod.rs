@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test file takes what it needs")]
 
 use bus::{Bus, Daemon, Domain, GridSlot, Origin, Publisher, Sample, Stopper, Subscriber, Topic, Waiter, topics};
-use messages::{ArchiveBuffer, InputHashes, PhaseBuilder};
+use messages::{ArchiveBuffer, InputHashes, ScheduleStateBuilder};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::JoinHandle;
@@ -110,16 +110,16 @@ pub(crate) fn sample_of<T: Topic>(waiter: &mut Waiter, subscriber: &Subscriber<T
 }
 
 /// An archive of about `2 * n` bytes.
-pub(crate) fn phase(n: usize) -> ArchiveBuffer {
-    PhaseBuilder::everything_built(n as u64, n, 1).finish()
+pub(crate) fn schedule_state(n: usize) -> ArchiveBuffer {
+    ScheduleStateBuilder::everything_built(n as u64, n, 1).finish()
 }
 
 pub(crate) fn origin(epoch: u64) -> Origin {
     Origin { epoch, frame_epoch: 1, inputs: InputHashes { site: 5, ..InputHashes::default() } }
 }
 
-pub(crate) fn publish(publisher: &Publisher<topics::Phase>, epoch: u64, n: usize) {
-    publisher.publish_copy(phase(n).bytes(), origin(epoch)).unwrap();
+pub(crate) fn publish(publisher: &Publisher<topics::ScheduleState>, epoch: u64, n: usize) {
+    publisher.publish_copy(schedule_state(n).bytes(), origin(epoch)).unwrap();
 }
 
 pub(crate) fn grid(index: usize) -> topics::Grid {

@@ -1,7 +1,7 @@
 //! Inputs of the deviation files.
 
 use frames::PlanTime;
-use messages::{Deviations, ElementDeviationRecord, Phase, Site};
+use messages::{Deviations, ElementDeviationRecord, ScheduleState, Site};
 
 /// Everything that these files are made from; the archives are of one site.
 #[derive(Clone, Copy)]
@@ -9,7 +9,7 @@ pub struct DeviationExport<'a> {
     /// Geometry and facts.
     pub site: &'a Site<'a>,
     /// States at the plan time.
-    pub phase: &'a Phase<'a>,
+    pub schedule_state: &'a ScheduleState<'a>,
     /// What differs.
     pub deviations: &'a Deviations<'a>,
     /// When topics were made: the plan time, or that of the robot's map.

@@ -8,7 +8,7 @@ use messages::*;
 /// Archives of the building; views are opened by who reads them.
 pub(crate) struct House {
     pub(crate) site: ArchiveBuffer,
-    pub(crate) phase: ArchiveBuffer,
+    pub(crate) schedule_state: ArchiveBuffer,
     pub(crate) grid: ArchiveBuffer,
     pub(crate) index: ArchiveBuffer,
     pub(crate) plan: ArchiveBuffer,
@@ -19,12 +19,12 @@ impl House {
     /// Works on the house as an export takes it.
     pub(crate) fn with_input<T>(&self, work: impl FnOnce(&ExportInput<'_>) -> T) -> T {
         let site = Site::open(self.site.bytes()).unwrap();
-        let phase = Phase::open(self.phase.bytes()).unwrap();
+        let schedule_state = ScheduleState::open(self.schedule_state.bytes()).unwrap();
         let index = Grids::open(self.index.bytes()).unwrap();
         let plan = Plan::open(self.plan.bytes()).unwrap();
         work(&ExportInput {
             site: &site,
-            phase: &phase,
+            schedule_state: &schedule_state,
             index: &index,
             grids: &[Grid::open(self.grid.bytes()).unwrap()],
             plan: &plan,
@@ -39,8 +39,13 @@ impl House {
 pub(crate) fn house() -> House {
     let site = site();
     let view = Site::open(site.bytes()).unwrap();
-    let phase = PhaseBuilder::everything_built(view.content_hash(), 3, 2).finish();
-    let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: PhaseHead::NO_TIME, robot: RobotProfile::DEFAULT };
+    let schedule_state = ScheduleStateBuilder::everything_built(view.content_hash(), 3, 2).finish();
+    let head = GridsHead {
+        site_hash: 1,
+        schedule_state_hash: 2,
+        plan_time_s: ScheduleStateHead::NO_TIME,
+        robot: RobotProfile::DEFAULT,
+    };
     let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 5_000, content_hash: 3 }];
     let passage = DoorPassage::TooNarrow.into();
     // On the storey on which it stands, and on one whose slab it meets.
@@ -73,7 +78,7 @@ pub(crate) fn house() -> House {
     };
     let wall = footprint([[0, 0], [30_000, 0], [30_000, 5_000], [0, 5_000]]);
     let door = footprint([[5_000, 0], [10_000, 0], [10_000, 500], [5_000, 500]]);
-    House { phase, grid: grid(), index, plan: plan(), footprints: vec![(0, wall), (1, door)], site }
+    House { schedule_state, grid: grid(), index, plan: plan(), footprints: vec![(0, wall), (1, door)], site }
 }
 
 fn site() -> ArchiveBuffer {
@@ -220,13 +225,13 @@ fn grid() -> ArchiveBuffer {
 fn plan() -> ArchiveBuffer {
     let head = PlanHead {
         site_hash: 1,
-        phase_hash: 2,
-        plan_time_s: PhaseHead::NO_TIME,
+        schedule_state_hash: 2,
+        plan_time_s: ScheduleStateHead::NO_TIME,
         sensor: ScanSensor::DEFAULT,
         coverage_goal: 0.99,
         overlap_goal: 0.2,
         mission_s: [3.0, 60.0],
-        changed_since_s: PhaseHead::NO_TIME,
+        changed_since_s: ScheduleStateHead::NO_TIME,
         closed_tours: 0,
         reserved: 0,
     };

@@ -85,13 +85,13 @@ fn diagnostic(texts: &mut TextPool) -> DiagnosticRecord {
     DiagnosticRecord::of(&diagnostic, texts)
 }
 
-pub(crate) fn phase() -> ArchiveBuffer {
-    let mut phase = PhaseBuilder::everything_built(7, 2, 1);
-    phase.schedule = vec![ElementScheduleRecord::NOTHING; 2];
-    phase.spaces[0].reasons = phase.texts.add_list(["task:x", "private"]);
-    let diagnostic = diagnostic(&mut phase.texts);
-    phase.diagnostics.push(diagnostic);
-    phase.finish()
+pub(crate) fn schedule_state() -> ArchiveBuffer {
+    let mut schedule_state = ScheduleStateBuilder::everything_built(7, 2, 1);
+    schedule_state.schedule = vec![ElementScheduleRecord::NOTHING; 2];
+    schedule_state.spaces[0].reasons = schedule_state.texts.add_list(["task:x", "private"]);
+    let diagnostic = diagnostic(&mut schedule_state.texts);
+    schedule_state.diagnostics.push(diagnostic);
+    schedule_state.finish()
 }
 
 pub(crate) fn grid() -> ArchiveBuffer {
@@ -102,7 +102,7 @@ pub(crate) fn grid() -> ArchiveBuffer {
 }
 
 pub(crate) fn grids() -> ArchiveBuffer {
-    let head = GridsHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
+    let head = GridsHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, robot: RobotProfile::DEFAULT };
     let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash: 9 }];
     let doors = &[DoorPassageRecord { width_in_map_m: 0.8, ..Zeroable::zeroed() }];
     let regions = &[RegionRecord { area_m2: 1.0, ..Zeroable::zeroed() }];
@@ -118,7 +118,7 @@ pub(crate) fn grids() -> ArchiveBuffer {
 }
 
 pub(crate) fn plan() -> ArchiveBuffer {
-    let head = PlanHead { site_hash: 1, phase_hash: 2, plan_time_s: 3, ..Zeroable::zeroed() };
+    let head = PlanHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, ..Zeroable::zeroed() };
     let mut b = PlanBuilder::new(head, 1);
     b.spaces[0] = SpacePlanRecord {
         reason: b.texts.add("blocked"),
@@ -149,8 +149,14 @@ pub(crate) fn alignment() -> ArchiveBuffer {
 }
 
 pub(crate) fn deviations() -> ArchiveBuffer {
-    let head =
-        DeviationsHead { site_hash: 1, phase_hash: 2, cell_tenths: 500, width: 3, height: 2, ..Zeroable::zeroed() };
+    let head = DeviationsHead {
+        site_hash: 1,
+        schedule_state_hash: 2,
+        cell_tenths: 500,
+        width: 3,
+        height: 2,
+        ..Zeroable::zeroed()
+    };
     let mut b = DeviationsBuilder::new(head);
     b.seen = [Seen::Unknown, Seen::Free, Seen::Occupied].repeat(2);
     b.elements.push(ElementDeviationRecord {
@@ -182,16 +188,20 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
     let mut n = 0;
     if let Ok(site) = Site::open(bytes) {
         n += walk_site(&site);
-        if let Ok(phase) = Phase::open(bytes) {
-            n += usize::from(phase.check_site(&site).is_ok());
+        if let Ok(schedule_state) = ScheduleState::open(bytes) {
+            n += usize::from(schedule_state.check_site(&site).is_ok());
         }
     }
-    if let Ok(phase) = Phase::open(bytes) {
-        n += (0..phase.n_elements()).filter(|&k| phase.effective(k) == phase.planned(k)).count();
-        n += (0..phase.n_elements()).filter(|&k| phase.schedule_of(k).task == NONE).count();
-        n += (0..phase.spaces.len()).map(|k| phase.why(k).count() + usize::from(phase.is_blocked(k))).sum::<usize>();
-        n += phase.diagnostics.iter().map(|d| phase.text(d.message).len()).sum::<usize>();
-        n += usize::from(phase.head.plan_time().is_some());
+    if let Ok(schedule_state) = ScheduleState::open(bytes) {
+        n += (0..schedule_state.n_elements())
+            .filter(|&k| schedule_state.effective(k) == schedule_state.planned(k))
+            .count();
+        n += (0..schedule_state.n_elements()).filter(|&k| schedule_state.schedule_of(k).task == NONE).count();
+        n += (0..schedule_state.spaces.len())
+            .map(|k| schedule_state.why(k).count() + usize::from(schedule_state.is_blocked(k)))
+            .sum::<usize>();
+        n += schedule_state.diagnostics.iter().map(|d| schedule_state.text(d.message).len()).sum::<usize>();
+        n += usize::from(schedule_state.head.plan_time().is_some());
     }
     if let Ok(grid) = Grid::open(bytes) {
         let spec = grid.spec();

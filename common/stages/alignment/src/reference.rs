@@ -2,12 +2,12 @@
 
 use crate::alignment::PreparedMap;
 use frames::Map;
-use messages::{ArchiveError, Grid, Phase, RobotProfile, Site};
+use messages::{ArchiveError, Grid, RobotProfile, ScheduleState, Site};
 use occupancy::{CELL_M, Cell, OccupancyMap};
 use raster::{RasterizeError, Rasterizer};
 use std::sync::Arc;
 
-/// The maps of all storeys of a site for a robot, as planned at a phase.
+/// The maps of all storeys of a site for a robot, as planned at a schedule state.
 ///
 /// They follow the rule of the localization layer, and the plan alone: what was observed is compared with them, so that an
 /// observation never changes what it is compared with.
@@ -44,16 +44,17 @@ impl References {
         self.sources == (site.content_hash(), *robot)
     }
 
-    /// The maps at a phase of the site that it was made from, by map storey. Those that look as before are kept.
+    /// The maps at a schedule state of the site that it was made from, by map storey. Those that look as before are
+    /// kept.
     ///
     /// # Errors
     /// None that is expected: what was drawn cannot be read.
     pub fn at(
         &mut self,
         site: &Site<'_>,
-        phase: &Phase<'_>,
+        schedule_state: &ScheduleState<'_>,
     ) -> Result<impl ExactSizeIterator<Item = Arc<PreparedMap<Map>>>, ReferenceError> {
-        self.rasterizer.draw(site, &phase.as_planned());
+        self.rasterizer.draw(site, &schedule_state.as_planned());
         for (storey, drawn) in self.rasterizer.drawn().enumerate() {
             if self.maps.get(storey).is_some_and(|(hash, _)| *hash == drawn.content_hash) {
                 continue;

@@ -59,9 +59,9 @@ fn head(input: &DeviationInput<'_>, slam: &SlamView, distortions: &DistortionFie
     let spec = spec_of(storey.bounds_tenths);
     DeviationsHead {
         site_hash: input.site.content_hash(),
-        phase_hash: input.phase.content_hash(),
+        schedule_state_hash: input.schedule_state.content_hash(),
         slam_map_hash: input.slam_map_hash,
-        plan_time_s: input.phase.head.plan_time_s,
+        plan_time_s: input.schedule_state.head.plan_time_s,
         map_from_slam: input.map_from_slam.x_y_yaw(),
         pose_deviation: input.covariance.deviations(),
         lidar_z_m: frames::metres(storey.floor_z_tenths) + input.robot.lidar_height_m,
@@ -94,7 +94,7 @@ fn spec_of([x0, y0, x1, y1]: [i32; 4]) -> GridSpec {
 }
 
 fn record(input: &DeviationInput<'_>, element: u32, is_observable: bool, e: &Evidence) -> ElementDeviationRecord {
-    let planned = input.phase.planned(element as usize);
+    let planned = input.schedule_state.planned(element as usize);
     // What is not judged has no numbers: behind glass a robot sees other things.
     let is_known = is_observable && e.n_visible > 0;
     let if_known = |number: f64| if is_known { number } else { 0.0 };

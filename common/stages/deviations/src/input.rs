@@ -1,7 +1,7 @@
 //! Inputs of the comparison: site, schedule state and an aligned SLAM map.
 
 use frames::{Map, PoseCovariance, Rigid2, Slam};
-use messages::{Phase, RobotProfile, Site};
+use messages::{RobotProfile, ScheduleState, Site};
 use occupancy::OccupancyMap;
 
 /// Inputs of the comparison.
@@ -10,7 +10,7 @@ pub struct DeviationInput<'a> {
     /// Geometry and attributes.
     pub site: &'a Site<'a>,
     /// States at the plan time, of this site.
-    pub phase: &'a Phase<'a>,
+    pub schedule_state: &'a ScheduleState<'a>,
     /// The height of its lidar counts.
     pub robot: &'a RobotProfile,
     /// Map storey of the site.

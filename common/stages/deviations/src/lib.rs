@@ -46,10 +46,10 @@ use thresholds::{MAX_DISTORTION_M, OUTSIDE_M, SAME_SIDE_M};
 /// use the planned states alone.
 ///
 /// # Panics
-/// If the site has no such map storey, or the phase is of another site.
+/// If the site has no such map storey, or the schedule state is of another site.
 pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
     let slam = SlamView::new(input.slam, &input.map_from_slam);
-    let sections = Sections::of(input.site, input.phase, input.robot, input.map_storey);
+    let sections = Sections::of(input.site, input.schedule_state, input.robot, input.map_storey);
     let n_cuts = sections.cuts.len() as u32;
     let samples: Vec<Vec<Sample>> = (0..n_cuts).into_par_iter().map(|cut| open_samples(&sections, cut)).collect();
     let pose_m = pose_deviation_m(input);

@@ -4,7 +4,7 @@ use crate::thresholds::PLANE_M;
 use frames::TENTHS_PER_M;
 use geometry::{Footprint, MultiPolygon, Slab, footprint};
 use grid::Class;
-use messages::{ElementRecord, NONE, Phase, RobotProfile, Site, element_flags};
+use messages::{ElementRecord, NONE, RobotProfile, ScheduleState, Site, element_flags};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -60,7 +60,12 @@ const AREA_TILE_M: f64 = 2.0;
 
 impl Sections {
     /// Cuts all elements that reach into the robot's slab or near to the lidar's plane.
-    pub(crate) fn of(site: &Site<'_>, phase: &Phase<'_>, robot: &RobotProfile, map_storey: usize) -> Self {
+    pub(crate) fn of(
+        site: &Site<'_>,
+        schedule_state: &ScheduleState<'_>,
+        robot: &RobotProfile,
+        map_storey: usize,
+    ) -> Self {
         let floor_z = site.map_storeys[map_storey].floor_z_tenths;
         let height = |m: f64| floor_z.saturating_add(tenths(m));
         let lidar_z = height(robot.lidar_height_m);
@@ -78,7 +83,7 @@ impl Sections {
                 element: k as u32,
                 section: footprint(site.element_meshes(e), plane),
                 around: footprint(site.element_meshes(e), near),
-                stands: phase.planned(k).is_obstacle(),
+                stands: schedule_state.planned(k).is_obstacle(),
                 kind: kind(site, k),
             })
             .collect();

@@ -44,16 +44,17 @@ fn compared(
     storey: Storey,
     slam: &OccupancyMap,
     map_from_slam: Rigid2<Map, Slam>,
-    plan: impl Fn(&mut PhaseBuilder),
+    plan: impl Fn(&mut ScheduleStateBuilder),
 ) -> Found {
     let site = storey.site();
     let site = Site::open(site.bytes()).unwrap();
-    let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
-    plan(&mut phase);
-    let phase = phase.finish();
+    let mut schedule_state =
+        ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
+    plan(&mut schedule_state);
+    let schedule_state = schedule_state.finish();
     let archive = deviations(&DeviationInput {
         site: &site,
-        phase: &Phase::open(phase.bytes()).unwrap(),
+        schedule_state: &ScheduleState::open(schedule_state.bytes()).unwrap(),
         robot: &RobotProfile::DEFAULT,
         map_storey: 0,
         slam,
@@ -203,7 +204,8 @@ fn the_plan_decides_what_an_observation_means() {
     built.remove(4);
     let slam = scanned(&built, &PLACES, map_from_slam(), 0.05, 0.0);
     let judged = |element: usize, state: ElementState| {
-        let plan = |phase: &mut PhaseBuilder| phase.set_element(element, state, ElementState::Built);
+        let plan =
+            |schedule_state: &mut ScheduleStateBuilder| schedule_state.set_element(element, state, ElementState::Built);
         compared(Storey::of(&flat()), &slam, map_from_slam(), plan).observation(element)
     };
     assert_eq!(judged(6, ElementState::NotStarted), (Observation::Observed, Judgement::Early));
@@ -220,9 +222,9 @@ fn what_stands_in_the_place_of_something_that_is_not_there_yet_does_not_make_it_
     let lining = storey.add(Class::Wall, [4.15, 5.35, 9.0, 5.4], [0.0, 2.5]);
     let next = storey.add(Class::Wall, [4.0, 0.2, 4.15, 3.6], [0.0, 2.5]);
     let slam = scanned(&flat(), &PLACES, map_from_slam(), 0.05, 0.0);
-    let found = compared(storey, &slam, map_from_slam(), |phase| {
-        phase.set_element(lining, ElementState::NotStarted, ElementState::NotStarted);
-        phase.set_element(next, ElementState::NotStarted, ElementState::NotStarted);
+    let found = compared(storey, &slam, map_from_slam(), |schedule_state| {
+        schedule_state.set_element(lining, ElementState::NotStarted, ElementState::NotStarted);
+        schedule_state.set_element(next, ElementState::NotStarted, ElementState::NotStarted);
     });
     assert_eq!(found.observation(lining).1, Judgement::Unknown, "{:?}", found.of(lining));
     assert_eq!(found.observation(next).1, Judgement::Unknown, "{:?}", found.of(next));

@@ -7,7 +7,7 @@
 //! The pixels are those of `planning.pgm` of `groundplan convert`: 0 occupied, 254 free, 205 unknown.
 
 use ingest::{IngestOptions, SourceFile};
-use messages::{Grid, Phase, PhaseBuilder, RobotProfile, Site};
+use messages::{Grid, RobotProfile, ScheduleState, ScheduleStateBuilder, Site};
 use raster::Rasterizer;
 use std::error::Error;
 use std::path::PathBuf;
@@ -30,8 +30,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let site = Site::open(site.bytes())?;
 
     // The schedule state in which every element stands; `schedule::evaluate` gives that of a date.
-    let state = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish();
-    let state = Phase::open(state.bytes())?;
+    let state =
+        ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish();
+    let state = ScheduleState::open(state.bytes())?;
 
     // One grid archive per map storey.
     let mut rasterizer = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.05)?;

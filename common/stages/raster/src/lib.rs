@@ -36,7 +36,9 @@ use geometry::Footprint;
 use grid::GridSpec;
 use incremental::storey_grid::StoreyGrid;
 use incremental::storey_inputs::StoreyInputs;
-use messages::{DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, Phase, RegionRecord, RobotProfile, Site};
+use messages::{
+    DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, RegionRecord, RobotProfile, ScheduleState, Site,
+};
 use model::storey_slice::StoreySlice;
 use rayon::prelude::*;
 
@@ -109,22 +111,22 @@ impl Rasterizer {
         self.storeys.len()
     }
 
-    /// Draws the grids of a phase on all threads of the current pool: the first time completely, later incrementally. The
-    /// result does not depend on what was drawn before. `site` must be the site of [`Rasterizer::new`], and `phase` of that
-    /// site.
-    pub fn draw(&mut self, site: &Site<'_>, phase: &Phase<'_>) {
+    /// Draws the grids of a schedule state on all threads of the current pool: the first time completely, later
+    /// incrementally. The result does not depend on what was drawn before. `site` must be the site of
+    /// [`Rasterizer::new`], and `schedule-state` of that site.
+    pub fn draw(&mut self, site: &Site<'_>, schedule_state: &ScheduleState<'_>) {
         let Self { robot, storeys, storey_grids, .. } = self;
         let inputs = |storey| StoreyInputs { site, robot, storey };
         if storey_grids.is_empty() {
             let draw = |storey| {
                 let mut grid = StoreyGrid::new(inputs(storey));
-                grid.draw(inputs(storey), phase);
+                grid.draw(inputs(storey), schedule_state);
                 grid
             };
             storeys.par_iter().map(draw).collect_into_vec(storey_grids);
         } else {
             let both = storeys.par_iter().zip(storey_grids);
-            both.for_each(|(storey, grid)| grid.draw(inputs(storey), phase));
+            both.for_each(|(storey, grid)| grid.draw(inputs(storey), schedule_state));
         }
     }
 
@@ -143,7 +145,7 @@ impl Rasterizer {
     pub fn index<'a>(
         &'a mut self,
         site: &Site<'_>,
-        phase: &Phase<'_>,
+        schedule_state: &ScheduleState<'_>,
         robot_name: &'a str,
         robot_footprint_m: &'a [[f64; 2]],
     ) -> GridsBuilder<'a> {
@@ -159,8 +161,8 @@ impl Rasterizer {
         }
         let head = GridsHead {
             site_hash: site.content_hash(),
-            phase_hash: phase.content_hash(),
-            plan_time_s: phase.head.plan_time_s,
+            schedule_state_hash: schedule_state.content_hash(),
+            plan_time_s: schedule_state.head.plan_time_s,
             robot: self.robot,
         };
         GridsBuilder { head, slots, robot_name, robot_footprint_m, doors, regions }

@@ -11,7 +11,7 @@ const FREE: i8 = 0;
 const SLAB: usize = 4;
 const IN_LEAVES: [[f64; 2]; 2] = [[1.75, -0.1], [2.15, -0.1]];
 
-fn at_date(house: House, change: impl Fn(&mut PhaseBuilder)) -> support::Drawn {
+fn at_date(house: House, change: impl Fn(&mut ScheduleStateBuilder)) -> support::Drawn {
     house.map_at(change, &RobotProfile::DEFAULT)
 }
 

@@ -76,29 +76,29 @@ fn house(boxes: &[BoxElement], floor: FloorKind, is_floor_in_opening: bool, n_le
     house.builder.finish()
 }
 
-/// States of elements and spaces, drawn from few numbers; every fourth phase has no plan time.
-fn phase_of(site: &Site<'_>, states: &[u8], before: Option<&PhaseBuilder>) -> PhaseBuilder {
+/// States of elements and spaces, drawn from few numbers; every fourth schedule state has no plan time.
+fn schedule_state_of(site: &Site<'_>, states: &[u8], before: Option<&ScheduleStateBuilder>) -> ScheduleStateBuilder {
     let n = site.elements.len();
-    let mut phase = PhaseBuilder::everything_built(site.content_hash(), n, site.spaces.len());
+    let mut schedule_state = ScheduleStateBuilder::everything_built(site.content_hash(), n, site.spaces.len());
     if let Some(before) = before {
-        phase.effective.clone_from(&before.effective);
-        phase.spaces.clone_from(&before.spaces);
+        schedule_state.effective.clone_from(&before.effective);
+        schedule_state.spaces.clone_from(&before.spaces);
     }
     for (k, pair) in states.chunks_exact(2).enumerate() {
         let place = usize::from(pair[0]) % (n + site.spaces.len());
-        match phase.effective.get_mut(place) {
+        match schedule_state.effective.get_mut(place) {
             Some(state) => *state = ElementState::ALL[usize::from(pair[1] % 5)],
-            None => phase.spaces[place - n].state = SpaceState::ALL[usize::from(pair[1] % 2)].into(),
+            None => schedule_state.spaces[place - n].state = SpaceState::ALL[usize::from(pair[1] % 2)].into(),
         }
-        phase.head.plan_time_s = if k % 4 == 3 && pair[1] > 200 { PhaseHead::NO_TIME } else { 7 };
+        schedule_state.head.plan_time_s = if k % 4 == 3 && pair[1] > 200 { ScheduleStateHead::NO_TIME } else { 7 };
     }
-    phase
+    schedule_state
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
     #[test]
-    fn incremental_draws_of_a_sequence_of_phases_equal_full_draws(
+    fn incremental_draws_of_a_sequence_of_schedule_states_equal_full_draws(
         boxes in prop::collection::vec(box_element(), 0..8),
         floor in prop::sample::select(vec![
             FloorKind::Built,
@@ -117,17 +117,17 @@ proptest! {
         let site = Site::open(site.bytes()).unwrap();
         let robot = RobotProfile { work_margin_m, edge_margin_m, ..RobotProfile::DEFAULT };
         let mut incremental = Rasterizer::new(&site, &robot, resolution_m).unwrap();
-        let mut before: Option<PhaseBuilder> = None;
+        let mut before: Option<ScheduleStateBuilder> = None;
         for states in &steps {
-            let builder = phase_of(&site, states, before.as_ref());
-            let phase = builder.finish();
-            let phase = Phase::open(phase.bytes()).unwrap();
-            incremental.draw(&site, &phase);
+            let builder = schedule_state_of(&site, states, before.as_ref());
+            let schedule_state = builder.finish();
+            let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
+            incremental.draw(&site, &schedule_state);
             let mut full = Rasterizer::new(&site, &robot, resolution_m).unwrap();
-            full.draw(&site, &phase);
+            full.draw(&site, &schedule_state);
             compare(&incremental, &full)?;
             incremental.drawn().for_each(|drawn| assert_filter_frees_nothing(&Grid::open(drawn.archive).unwrap()));
-            let [redrawn, anew] = [&mut incremental, &mut full].map(|r| r.index(&site, &phase, "r", &[]).finish());
+            let [redrawn, anew] = [&mut incremental, &mut full].map(|r| r.index(&site, &schedule_state, "r", &[]).finish());
             prop_assert_eq!(redrawn.bytes(), anew.bytes());
             before = Some(builder);
         }
@@ -138,11 +138,12 @@ proptest! {
 fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
     let site = house(&[], FloorKind::Built, true, 1);
     let site = Site::open(site.bytes()).unwrap();
-    let phase = |wall: ElementState, slab: ElementState| {
-        let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
-        phase.head.plan_time_s = 7;
-        (phase.effective[0], phase.effective[SLAB]) = (wall, slab);
-        phase.finish()
+    let schedule_state = |wall: ElementState, slab: ElementState| {
+        let mut schedule_state =
+            ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
+        schedule_state.head.plan_time_s = 7;
+        (schedule_state.effective[0], schedule_state.effective[SLAB]) = (wall, slab);
+        schedule_state.finish()
     };
     let mut incremental = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
     let mut last = Vec::new();
@@ -152,13 +153,13 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
         (ElementState::Built, ElementState::NotStarted),
         (ElementState::Built, ElementState::Built),
     ] {
-        let phase = phase(wall, slab);
-        incremental.draw(&site, &Phase::open(phase.bytes()).unwrap());
+        let schedule_state = schedule_state(wall, slab);
+        incremental.draw(&site, &ScheduleState::open(schedule_state.bytes()).unwrap());
         last = incremental.drawn().next().unwrap().archive.to_vec();
     }
     let mut full = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap();
-    let built = phase(ElementState::Built, ElementState::Built);
-    full.draw(&site, &Phase::open(built.bytes()).unwrap());
+    let built = schedule_state(ElementState::Built, ElementState::Built);
+    full.draw(&site, &ScheduleState::open(built.bytes()).unwrap());
     assert!(last == full.drawn().next().unwrap().archive);
 }
 

@@ -55,9 +55,10 @@ fn the_keep_out_filter_makes_no_unknown_cell_free() {
     door.door(0.8, Opens::Swing);
     door.space([0.0, 0.0], [4.0, 3.0]);
     assert_filter_frees_nothing(&door.map_at(|p| p.block_space(0, &["private"]), &robot).grid());
-    let in_progress = |p: &mut PhaseBuilder| p.set_element(1, ElementState::InProgress, ElementState::InProgress);
+    let in_progress =
+        |p: &mut ScheduleStateBuilder| p.set_element(1, ElementState::InProgress, ElementState::InProgress);
     assert_filter_frees_nothing(&House::new().map_at(in_progress, &robot).grid());
-    let nothing = |p: &mut PhaseBuilder| {
+    let nothing = |p: &mut ScheduleStateBuilder| {
         WALLS.chain([SLAB, 5]).for_each(|e| p.set_element(e, ElementState::NotStarted, ElementState::NotStarted));
         p.head.plan_time_s = 0;
     };
@@ -140,7 +141,7 @@ fn a_door_whose_wall_is_not_built_is_not_there() {
     house.opening(0);
     house.builder.doors[0].opening = 0;
     house.builder.openings[0].filling = door as u32;
-    let not_built = |p: &mut PhaseBuilder| p.set_element(0, ElementState::NotStarted, ElementState::NotStarted);
+    let not_built = |p: &mut ScheduleStateBuilder| p.set_element(0, ElementState::NotStarted, ElementState::NotStarted);
     let map = house.map_at(not_built, &RobotProfile::DEFAULT);
     assert_eq!((map.planning(1.95, -0.1), map.passage()), (FREE, DoorPassage::Absent));
     assert_eq!(map.planning(0.5, -0.1), FREE, "nor is the wall");
@@ -161,7 +162,7 @@ fn blocking_a_space_closes_it_for_planning_and_changes_nothing_for_the_lidar() {
 
 #[test]
 fn before_the_first_slab_there_is_no_floor() {
-    let nothing = |p: &mut PhaseBuilder| {
+    let nothing = |p: &mut ScheduleStateBuilder| {
         for element in WALLS.chain([SLAB, 5]) {
             p.set_element(element, ElementState::NotStarted, ElementState::NotStarted);
         }
@@ -180,7 +181,7 @@ fn before_the_first_slab_there_is_no_floor() {
 }
 
 /// Everything as it is, but one element in this state.
-fn but(element: usize, state: ElementState) -> impl Fn(&mut PhaseBuilder) {
+fn but(element: usize, state: ElementState) -> impl Fn(&mut ScheduleStateBuilder) {
     move |p| {
         p.head.plan_time_s = 0;
         p.set_element(element, state, state);
@@ -244,7 +245,8 @@ fn blocking_a_room_changes_neither_its_door_nor_what_a_lidar_sees() {
 fn work_in_progress_is_an_obstacle_with_a_margin_and_unknown_to_the_lidar() {
     let mut house = House::new();
     let column = house.add(Class::Column, [1.0, 1.0, 0.0], [1.3, 1.3, 2.5]);
-    let in_progress = |p: &mut PhaseBuilder| p.set_element(column, ElementState::InProgress, ElementState::InProgress);
+    let in_progress =
+        |p: &mut ScheduleStateBuilder| p.set_element(column, ElementState::InProgress, ElementState::InProgress);
     let map = house.map_at(in_progress, &RobotProfile { work_margin_m: 0.5, ..RobotProfile::DEFAULT });
     assert_eq!((map.planning(1.1, 1.1), map.localization(1.05, 1.05)), (OCCUPIED, UNKNOWN));
     assert_eq!((map.keepout(1.6, 1.1), map.keepout(2.2, 1.1)), (OCCUPIED, UNKNOWN));

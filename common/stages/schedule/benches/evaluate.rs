@@ -123,8 +123,12 @@ fn benches(c: &mut Criterion) {
     group.bench_function("states of all elements at a date", |b| {
         b.iter(|| made.elements_at(black_box(at_s), &mut states))
     });
-    group.bench_function("phase archive at a date", |b| {
-        b.iter_batched(|| (), |()| made.phase(Period::instant(black_box(at_s))).finish(), BatchSize::LargeInput);
+    group.bench_function("schedule state archive at a date", |b| {
+        b.iter_batched(
+            || (),
+            |()| made.schedule_state(Period::instant(black_box(at_s))).finish(),
+            BatchSize::LargeInput,
+        );
     });
     group.finish();
 }

@@ -13,13 +13,14 @@ use crate::tasks::{self, Floats, TaskDates, TaskFacts, Tasks, TimeTexts};
 use crate::timeline::{Steps, Timeline};
 use crate::works::{Effect, Works, works};
 use messages::{
-    DateSource, DiagnosticCode, ElementScheduleRecord, NONE, PhaseHead, Severity, Site, SpaceState, nearest_names_hint,
+    DateSource, DiagnosticCode, ElementScheduleRecord, NONE, ScheduleStateHead, Severity, Site, SpaceState,
+    nearest_names_hint,
 };
 use std::collections::BTreeMap;
 
 /// Works out everything that the site, the rules and the additions say about time.
 ///
-/// Reported progress makes what counts differ from what was planned; the phases tell both.
+/// Reported progress makes what counts differ from what was planned; the schedule states tell both.
 ///
 /// # Errors
 /// Dates that can be read in two ways, additions that name nothing; see [`EvaluateError`]. What is wrong with single
@@ -267,7 +268,7 @@ fn schedule_of(life: &Life, floats: &[Option<Floats>]) -> ElementScheduleRecord 
     let episodes = life.episodes();
     let built = episodes.iter().find(|e| !e.removes);
     let removed = episodes.iter().find(|e| e.removes);
-    let known = |s: i64| if s == i64::MAX || s == i64::MIN { PhaseHead::NO_TIME } else { s };
+    let known = |s: i64| if s == i64::MAX || s == i64::MIN { ScheduleStateHead::NO_TIME } else { s };
     // A property says when something is finished, not when it was begun.
     let is_finish_only = matches!(life.source, Some(DateSource::PropertyActual | DateSource::PropertyPlanned));
     let last = |removes: bool| {
@@ -276,12 +277,12 @@ fn schedule_of(life: &Life, floats: &[Option<Floats>]) -> ElementScheduleRecord 
     let task = last(false).or(last(true)).map(|e| e.task);
     let float = task.and_then(|t| floats[t as usize]);
     ElementScheduleRecord {
-        start_s: built.filter(|_| !is_finish_only).map_or(PhaseHead::NO_TIME, |e| known(e.start_s)),
-        finish_s: built.map_or(PhaseHead::NO_TIME, |e| known(e.finish_s)),
-        removal_start_s: removed.map_or(PhaseHead::NO_TIME, |e| known(e.start_s)),
-        removal_finish_s: removed.map_or(PhaseHead::NO_TIME, |e| known(e.finish_s)),
-        total_float_s: float.map_or(PhaseHead::NO_TIME, |f| f.total_s),
-        free_float_s: float.map_or(PhaseHead::NO_TIME, |f| f.free_s),
+        start_s: built.filter(|_| !is_finish_only).map_or(ScheduleStateHead::NO_TIME, |e| known(e.start_s)),
+        finish_s: built.map_or(ScheduleStateHead::NO_TIME, |e| known(e.finish_s)),
+        removal_start_s: removed.map_or(ScheduleStateHead::NO_TIME, |e| known(e.start_s)),
+        removal_finish_s: removed.map_or(ScheduleStateHead::NO_TIME, |e| known(e.finish_s)),
+        total_float_s: float.map_or(ScheduleStateHead::NO_TIME, |f| f.total_s),
+        free_float_s: float.map_or(ScheduleStateHead::NO_TIME, |f| f.free_s),
         source: life.source.unwrap_or(DateSource::None).into(),
         task: task.unwrap_or(NONE),
     }

@@ -9,14 +9,14 @@
 //! # Sources of dates
 //!
 //! In order of rank, for each element: reported progress, tasks (actual, scheduled, early or computed dates), property
-//! sets, construction phases, status. Tasks, times, sequences with lags and calendars are those of IFC2X3, IFC4 and IFC4X3;
-//! dates that are missing are computed by a forward pass, with floats.
+//! sets, construction phases, status. Tasks, times, sequences with lags and calendars are those of IFC2X3, IFC4 and
+//! IFC4X3; dates that are missing are computed by a forward pass, with floats.
 //!
-//! Rules of property dates, construction phases (models name them, but do not date them), closed rooms, time zone and date
-//! order are [`Rules`], a file like `config/schedule.toml`. A date that can be read in two ways is an error that shows both
-//! readings, unless other dates of the file or the rules decide. A date with an offset or `Z` is converted to `site_zone`
-//! of the rules, and is an error without one. What is wrong with a task or a date is a finding with its GlobalId, and does
-//! not stop the rest.
+//! Rules of property dates, construction phases (models name them, but do not date them), closed rooms, time zone and
+//! date order are [`Rules`], a file like `config/schedule.toml`. A date that can be read in two ways is an error that
+//! shows both readings, unless other dates of the file or the rules decide. A date with an offset or `Z` is converted
+//! to `site_zone` of the rules, and is an error without one. What is wrong with a task or a date is a finding with its
+//! GlobalId, and does not stop the rest.
 //!
 //! # Instants and periods
 //!

@@ -23,8 +23,8 @@ pub(crate) struct Episode {
     pub(crate) removes: bool,
 }
 
-/// The lives of all elements: reported progress before tasks, tasks before properties, these before construction phases
-/// and status.
+/// The lives of all elements: reported progress before tasks, tasks before properties, these before construction
+/// phases and status.
 pub(crate) fn lives(
     site: &Site<'_>,
     rules: &Rules,

@@ -4,8 +4,8 @@ use crate::closures::{Closure, Why};
 use crate::tasks::{Floats, TaskDates};
 use crate::works::Effect;
 use messages::{
-    Diagnostic, DiagnosticRecord, ElementScheduleRecord, ElementState, PhaseBuilder, PhaseHead, SpaceState,
-    SpaceStateRecord, TextList,
+    Diagnostic, DiagnosticRecord, ElementScheduleRecord, ElementState, ScheduleStateBuilder, ScheduleStateHead,
+    SpaceState, SpaceStateRecord, TextList,
 };
 
 /// When anything changes, and what: made once from site and rules.
@@ -168,7 +168,8 @@ impl Timeline {
         &self.instants_s
     }
 
-    /// The instants at which a phase says something else than before, sorted: changes, and where spaces begin to be closing.
+    /// The instants at which a schedule state says something else than before, sorted: changes, and where spaces begin
+    /// to be closing.
     pub fn wakes_s(&self) -> Vec<i64> {
         let closing = self.spaces.changes().filter(|change| change.3 == SpaceState::Blocked);
         let closing = closing.map(|change| change.0.saturating_sub(self.closing_lead_s));
@@ -246,20 +247,21 @@ impl Timeline {
         changes
     }
 
-    /// The phase at an instant, or the union over a period.
+    /// The schedule state at an instant, or the union over a period.
     ///
     /// In a union a space is blocked if it is at any instant. An element that is worked on at any instant, or that does not
     /// stand throughout, is in progress: an obstacle, but no floor.
     ///
     /// It is valid until anything changes in it: what counts or, where progress was reported, what was planned.
-    pub fn phase(&self, period: Period) -> PhaseBuilder {
-        let mut builder = PhaseBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
-        let none = PhaseHead::NO_TIME;
+    pub fn schedule_state(&self, period: Period) -> ScheduleStateBuilder {
+        let mut builder =
+            ScheduleStateBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
+        let none = ScheduleStateHead::NO_TIME;
         let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
         let changes = || [Some(&self.instants_s), self.plan.as_ref().map(|p| &p.instants_s)].into_iter().flatten();
         let last = |s: &Vec<i64>| s.partition_point(|s| *s <= period.from_s).checked_sub(1).map(|k| s[k]);
         let next = |s: &Vec<i64>| s.get(s.partition_point(|s| *s < end_s)).copied();
-        builder.head = PhaseHead {
+        builder.head = ScheduleStateHead {
             plan_time_s: period.from_s,
             plan_until_s: period.until_s.unwrap_or(none),
             valid_from_s: changes().filter_map(last).max().unwrap_or(none),
@@ -286,21 +288,22 @@ impl Timeline {
         builder
     }
 
-    /// The phase at an instant, or in which everything stands if there is none.
-    pub fn phase_at(&self, at_s: Option<i64>) -> PhaseBuilder {
-        at_s.map_or_else(|| self.everything_built(), |at_s| self.phase(Period::instant(at_s)))
+    /// The schedule state at an instant, or in which everything stands if there is none.
+    pub fn schedule_state_at(&self, at_s: Option<i64>) -> ScheduleStateBuilder {
+        at_s.map_or_else(|| self.everything_built(), |at_s| self.schedule_state(Period::instant(at_s)))
     }
 
-    /// The phase in which everything stands, with what is known of the schedule.
-    pub fn everything_built(&self) -> PhaseBuilder {
-        let mut builder = PhaseBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
+    /// The schedule state in which everything stands, with what is known of the schedule.
+    pub fn everything_built(&self) -> ScheduleStateBuilder {
+        let mut builder =
+            ScheduleStateBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
         builder.head.n_changes = self.instants_s.len() as u32;
         self.describe(&mut builder);
         builder
     }
 
     /// Schedule and findings, which do not depend on the plan time.
-    fn describe(&self, builder: &mut PhaseBuilder) {
+    fn describe(&self, builder: &mut ScheduleStateBuilder) {
         builder.schedule.clone_from(&self.schedule);
         builder.diagnostics = self.findings.iter().map(|f| DiagnosticRecord::of(f, &mut builder.texts)).collect();
     }
@@ -310,7 +313,7 @@ impl Timeline {
             state: SpaceState::Open.into(),
             reserved: 0,
             reasons: TextList::default(),
-            closes_at_s: PhaseHead::NO_TIME,
+            closes_at_s: ScheduleStateHead::NO_TIME,
         };
         if self.spaces.within(space, period).contains(&SpaceState::Blocked) {
             let why = self.why(space, period);

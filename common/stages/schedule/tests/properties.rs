@@ -182,15 +182,15 @@ proptest! {
         let timeline = plan.evaluate();
         let (from_s, until_s) = (MONDAY_S + from_h * HOUR_S, MONDAY_S + (from_h + hours) * HOUR_S);
         let inside: Vec<i64> = (from_s..until_s).step_by(HOUR_S as usize / 2).chain(probes(&timeline)).filter(|s| (from_s..until_s).contains(s)).collect();
-        Plan::phase(&timeline, Period { from_s, until_s: Some(until_s) }, |phase| {
+        Plan::schedule_state(&timeline, Period { from_s, until_s: Some(until_s) }, |schedule_state| {
             for element in 0..N_ELEMENTS {
                 let states: Vec<ElementState> = inside.iter().map(|s| timeline.element(element, *s)).collect();
-                let union = phase.planned(element);
+                let union = schedule_state.planned(element);
                 assert_eq!(union.is_obstacle(), states.iter().any(|s| s.is_obstacle()));
                 assert_eq!(union == ElementState::Built, states.iter().all(|s| *s == ElementState::Built));
             }
             for space in 0..N_SPACES {
-                assert_eq!(phase.is_blocked(space), inside.iter().any(|s| timeline.is_blocked(space, *s)));
+                assert_eq!(schedule_state.is_blocked(space), inside.iter().any(|s| timeline.is_blocked(space, *s)));
             }
         });
     }

@@ -3,7 +3,7 @@
 
 mod support;
 
-use messages::{ElementState, LinkKind, PhaseHead, SequenceKind, link_flags};
+use messages::{ElementState, LinkKind, ScheduleStateHead, SequenceKind, link_flags};
 use schedule::{Delay, Edits, Period, Rules, parse_actuals};
 use support::{Plan, at, dates, finding, states, text};
 
@@ -346,14 +346,14 @@ fn reported_progress_beats_the_plan_for_tasks_and_elements() {
         ["not_started", "in_progress"],
         "nobody knows when it ends"
     );
-    let phase = timeline.phase(Period::instant(at("2024-03-05T00:00"))).finish();
-    let phase = messages::Phase::open(phase.bytes()).unwrap();
+    let schedule_state = timeline.schedule_state(Period::instant(at("2024-03-05T00:00"))).finish();
+    let schedule_state = messages::ScheduleState::open(schedule_state.bytes()).unwrap();
     assert_eq!(
-        (phase.planned(wall), phase.effective(wall)),
+        (schedule_state.planned(wall), schedule_state.effective(wall)),
         (messages::ElementState::InProgress, messages::ElementState::NotStarted),
         "the plan stays the plan"
     );
-    assert_eq!(phase.head.valid_until_s, at("2024-03-06T00:00"));
+    assert_eq!(schedule_state.head.valid_until_s, at("2024-03-06T00:00"));
     for (table, word) in [
         ("id,start,finish\nnobody,2024-03-06,", "nobody"),
         ("id,start,finish\ntask,,", "neither"),
@@ -375,11 +375,11 @@ fn a_day_is_the_union_of_its_instants() {
     let timeline = plan.evaluate();
     let day = |from: &str, until: &str| Period { from_s: at(from), until_s: Some(at(until)) };
     let look = |period: Period| {
-        Plan::phase(&timeline, period, |p| {
+        Plan::schedule_state(&timeline, period, |p| {
             (p.planned(slab).name(), p.is_blocked(room), p.head.valid_from_s, p.head.valid_until_s)
         })
     };
-    let none = PhaseHead::NO_TIME;
+    let none = ScheduleStateHead::NO_TIME;
     assert_eq!(look(day("2024-03-04", "2024-03-05")), ("in_progress", true, none, none));
     assert_eq!(look(day("2024-03-03", "2024-03-04")), ("not_started", false, none, at("2024-03-04T10:00")));
     assert_eq!(look(day("2024-03-04T11:00", "2024-03-05")), ("built", false, at("2024-03-04T11:00"), none));
@@ -393,10 +393,10 @@ fn spaces_that_are_closing_soon_say_when() {
     let task = plan.dated("task", "2024-03-04T10:00:00", "2024-03-04T11:00:00");
     plan.link(task, LinkKind::Space, room, 0);
     let timeline = plan.evaluate();
-    let closes = |t: &str| Plan::phase(&timeline, Period::instant(at(t)), |p| p.spaces[room].closes_at_s);
+    let closes = |t: &str| Plan::schedule_state(&timeline, Period::instant(at(t)), |p| p.spaces[room].closes_at_s);
     assert_eq!(
         (closes("2024-03-04T09:30"), closes("2024-03-04T09:29:59")),
-        (at("2024-03-04T10:00"), PhaseHead::NO_TIME)
+        (at("2024-03-04T10:00"), ScheduleStateHead::NO_TIME)
     );
-    assert_eq!(closes("2024-03-04T10:30"), PhaseHead::NO_TIME, "it is blocked already");
+    assert_eq!(closes("2024-03-04T10:30"), ScheduleStateHead::NO_TIME, "it is blocked already");
 }

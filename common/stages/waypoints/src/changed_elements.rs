@@ -2,13 +2,15 @@
 
 use geometry::{Slab, footprint};
 use grid::overlapped_cells;
-use messages::{ElementState, Grid, Phase, PhaseHead, Site};
+use messages::{ElementState, Grid, ScheduleState, ScheduleStateHead, Site};
 
 /// Elements that are built now and were finished after a time, ascending.
-pub(crate) fn changed_elements(site: &Site<'_>, phase: &Phase<'_>, since_s: i64) -> Vec<usize> {
+pub(crate) fn changed_elements(site: &Site<'_>, schedule_state: &ScheduleState<'_>, since_s: i64) -> Vec<usize> {
     let is_new = |&element: &usize| {
-        let finish_s = phase.schedule_of(element).finish_s;
-        phase.effective(element) == ElementState::Built && finish_s != PhaseHead::NO_TIME && finish_s > since_s
+        let finish_s = schedule_state.schedule_of(element).finish_s;
+        schedule_state.effective(element) == ElementState::Built
+            && finish_s != ScheduleStateHead::NO_TIME
+            && finish_s > since_s
     };
     (0..site.elements.len()).filter(is_new).collect()
 }

@@ -1,7 +1,7 @@
 //! Inputs of the waypoint planner.
 
 use crate::options::PlanOptions;
-use messages::{Grid, Grids, Phase, Site};
+use messages::{Grid, Grids, ScheduleState, Site};
 
 /// The archives and options of a plan. The grids are those of the index, in its order, and all belong to the site.
 #[derive(Clone, Copy)]
@@ -9,7 +9,7 @@ pub struct PlanInput<'a> {
     /// Geometry and attributes.
     pub site: &'a Site<'a>,
     /// States at the plan time.
-    pub phase: &'a Phase<'a>,
+    pub schedule_state: &'a ScheduleState<'a>,
     /// Index of the grids, with robot and door passages.
     pub index: &'a Grids<'a>,
     /// One grid per map storey, in their order.

@@ -81,7 +81,7 @@ pub(crate) fn mesh_check(
 fn stands(storey: &StoreyInputs<'_>, element: usize) -> bool {
     let door = storey.site.elements[element].door;
     let is_open = |p: &messages::DoorPassageRecord| p.door == door && !p.passage.get().is_closed();
-    storey.phase.effective(element).is_obstacle() && !storey.passages.iter().any(is_open)
+    storey.schedule_state.effective(element).is_obstacle() && !storey.passages.iter().any(is_open)
 }
 
 /// Points on target elements between the floor of the storey and that of the next.
@@ -92,7 +92,7 @@ fn target_points(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> Vec<
     let heights_m = [metres(floor), next.map_or(f64::INFINITY, metres)];
     let is_target = |element: usize| {
         let class = site.elements[element].class();
-        storey.phase.effective(element) == ElementState::Built
+        storey.schedule_state.effective(element) == ElementState::Built
             && class != Class::None
             && request.options.classes & (1 << class.id()) != 0
             && stands(storey, element)

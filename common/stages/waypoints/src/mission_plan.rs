@@ -45,12 +45,13 @@ impl Planner {
     /// The set-cover instance of each storey.
     pub fn instances(&mut self, input: &PlanInput<'_>) -> Vec<StoreyInstance> {
         self.plan(input);
-        let PlanInput { site, phase, options, .. } = *input;
+        let PlanInput { site, schedule_state, options, .. } = *input;
         let free_spaces: Vec<&FreeSpace> = self.free_spaces.iter().map(|g| &g.1).collect();
         let portals = find_portals(input, &free_spaces);
         let (reached, _) = reached(input, &free_spaces, &portals);
-        let refusals: Vec<Option<Refusal>> = (0..site.spaces.len()).map(|k| refused(site, phase, options, k)).collect();
-        let changed = options.changed_since_s.map(|since_s| changed_elements(site, phase, since_s));
+        let refusals: Vec<Option<Refusal>> =
+            (0..site.spaces.len()).map(|k| refused(site, schedule_state, options, k)).collect();
+        let changed = options.changed_since_s.map(|since_s| changed_elements(site, schedule_state, since_s));
         let jobs = input.grids.iter().enumerate();
         let jobs =
             jobs.map(|(at, grid)| StoreyJob::new(input, at, grid, &refusals, &reached, &portals, changed.as_deref()));
@@ -65,14 +66,15 @@ impl Planner {
 
     /// Makes the plan. Storeys whose map, spaces or entries changed are planned again, the others are taken from the cache.
     pub fn plan(&mut self, input: &PlanInput<'_>) -> ArchiveBuffer {
-        let PlanInput { site, phase, index, grids, options } = *input;
+        let PlanInput { site, schedule_state, index, grids, options } = *input;
         let robot = &index.head.robot;
         self.update_free_spaces(grids, robot);
         let free_spaces: Vec<&FreeSpace> = self.free_spaces.iter().map(|g| &g.1).collect();
         let portals = find_portals(input, &free_spaces);
         let (reached, properties) = reached(input, &free_spaces, &portals);
-        let refusals: Vec<Option<Refusal>> = (0..site.spaces.len()).map(|k| refused(site, phase, options, k)).collect();
-        let changed = options.changed_since_s.map(|since_s| changed_elements(site, phase, since_s));
+        let refusals: Vec<Option<Refusal>> =
+            (0..site.spaces.len()).map(|k| refused(site, schedule_state, options, k)).collect();
+        let changed = options.changed_since_s.map(|since_s| changed_elements(site, schedule_state, since_s));
         let jobs: Vec<StoreyJob<'_>> = grids
             .iter()
             .enumerate()
@@ -111,10 +113,10 @@ impl Planner {
 
 /// Portals between storeys: stairs, ramps, lifts and steps.
 fn find_portals(input: &PlanInput<'_>, free_spaces: &[&FreeSpace]) -> Vec<Portal> {
-    let PlanInput { site, phase, index, grids, options } = *input;
+    let PlanInput { site, schedule_state, index, grids, options } = *input;
     let robot = &index.head.robot;
-    let mut tour_distances = portals(site, phase, robot, options, free_spaces);
-    tour_distances.extend(steps(site, phase, robot, grids, free_spaces));
+    let mut tour_distances = portals(site, schedule_state, robot, options, free_spaces);
+    tour_distances.extend(steps(site, schedule_state, robot, grids, free_spaces));
     tour_distances
 }
 
@@ -214,7 +216,7 @@ impl<'a> StoreyJob<'a> {
         numbers(&mut self.changed.unwrap_or_default().iter().map(|&k| k as u64), &mut hash);
         if input.options.mesh_check {
             // The mesh check depends on more than the map.
-            let states = (0..input.site.elements.len()).map(|element| input.phase.effective(element) as u64);
+            let states = (0..input.site.elements.len()).map(|element| input.schedule_state.effective(element) as u64);
             numbers(&mut states.into_iter(), &mut hash);
         }
         hash.digest()
@@ -233,7 +235,7 @@ impl<'a> StoreyJob<'a> {
         let targets = self.changed.map(|elements| cells_of(input.site, self.grid, elements));
         let storey = StoreyInputs {
             site: input.site,
-            phase: input.phase,
+            schedule_state: input.schedule_state,
             grid: self.grid,
             free_space,
             robot: &input.index.head.robot,

@@ -12,7 +12,7 @@ use crate::storey_plan::StoreyPlan;
 use frames::metres;
 use messages::{
     Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, NONE, Named,
-    NoWaypoint, NodeKind, PhaseHead, PlanBuilder, PlanHead, RouteEdgeRecord, RouteNodeRecord, Severity, Site,
+    NoWaypoint, NodeKind, PlanBuilder, PlanHead, RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site,
     SpacePlanRecord, StoreyPlanRecord, WaypointKind, WaypointRecord,
 };
 
@@ -90,13 +90,13 @@ fn head(input: &PlanInput<'_>, plans: &[&StoreyPlan]) -> PlanHead {
     let driven_m: f64 = plans.iter().map(|p| p.tour_m).sum();
     PlanHead {
         site_hash: input.site.content_hash(),
-        phase_hash: input.phase.content_hash(),
-        plan_time_s: input.phase.head.plan_time_s,
+        schedule_state_hash: input.schedule_state.content_hash(),
+        plan_time_s: input.schedule_state.head.plan_time_s,
         sensor: options.sensor,
         coverage_goal: if options.scans { options.coverage } else { 0.0 },
         overlap_goal: options.overlap,
         mission_s: [driven_m / options.speed_m_s, n_scans as f64 * options.scan_s],
-        changed_since_s: options.changed_since_s.unwrap_or(PhaseHead::NO_TIME),
+        changed_since_s: options.changed_since_s.unwrap_or(ScheduleStateHead::NO_TIME),
         closed_tours: u32::from(options.closed_tours),
         reserved: 0,
     }
@@ -224,7 +224,8 @@ fn add_graph(
             [at.x_m(), at.y_m(), metres(input.grids[end.storey].head.floor_z_tenths)]
         });
         let is_stepped = matches!(portal.kind, EdgeKind::Stair | EdgeKind::Escalator);
-        let traversal = is_stepped.then(|| stair_traversal(input.site, input.phase, portal.element, ends)).flatten();
+        let traversal =
+            is_stepped.then(|| stair_traversal(input.site, input.schedule_state, portal.element, ends)).flatten();
         let line = traversal.as_ref().map_or(ends.as_slice(), |traversal| &traversal.line);
         builder.points.extend_from_slice(line);
         let n_points = line.len() as u32;

@@ -7,7 +7,7 @@ use crate::sloped_slabs::sloped_slabs;
 use crate::stair_ends::{ends_at, is_flight, stair_treads};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::upward_triangles;
-use messages::{EdgeKind, ElementState, NONE, Phase, RobotProfile, Site, element_flags};
+use messages::{EdgeKind, ElementState, NONE, RobotProfile, ScheduleState, Site, element_flags};
 use std::collections::BTreeMap;
 
 /// Maximum distance in height of treads and landings from the floor of their storey, in tenths of a millimetre.
@@ -31,14 +31,14 @@ const LANDING_DOOR_M: f64 = 1.0;
 /// The portals between neighbouring storeys, by element; only of built elements.
 pub(crate) fn portals(
     site: &Site<'_>,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     robot: &RobotProfile,
     options: &PlanOptions,
     free_spaces: &[&FreeSpace],
 ) -> Vec<Portal> {
     let mut wholes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, element) in site.elements.iter().enumerate().filter(|(_, e)| e.has(element_flags::VERTICAL)) {
-        if element.n_parts > 0 && phase.effective(index) == ElementState::Built {
+        if element.n_parts > 0 && schedule_state.effective(index) == ElementState::Built {
             wholes.entry(whole_of(site, index)).or_default().push(index);
         }
     }
@@ -66,7 +66,7 @@ pub(crate) fn portals(
             below = Some(here);
         }
     }
-    portals.extend(sloped_slabs(site, phase, robot, free_spaces));
+    portals.extend(sloped_slabs(site, schedule_state, robot, free_spaces));
     portals
 }
 
@@ -259,17 +259,18 @@ mod tests {
             }
             let site = self.site.finish();
             let site = Site::open(site.bytes()).unwrap();
-            let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), 0);
-            self.states.iter().enumerate().for_each(|(k, state)| phase.set_element(k, *state, *state));
-            let phase = phase.finish();
-            let phase = Phase::open(phase.bytes()).unwrap();
+            let mut schedule_state =
+                ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), 0);
+            self.states.iter().enumerate().for_each(|(k, state)| schedule_state.set_element(k, *state, *state));
+            let schedule_state = schedule_state.finish();
+            let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
             let buffer = drawn(&hall());
             let free_spaces: Vec<FreeSpace> =
                 (0..site.map_storeys.len()).map(|_| FreeSpace::of(&Grid::open(buffer.bytes()).unwrap(), 0.3)).collect();
             let robot = RobotProfile { climbs_stairs: u32::from(climbs), ..RobotProfile::DEFAULT };
             let options =
                 PlanOptions { lifts: lifts.iter().map(|l| (*l).to_owned()).collect(), ..PlanOptions::default() };
-            portals(&site, &phase, &robot, &options, &free_spaces.iter().collect::<Vec<_>>())
+            portals(&site, &schedule_state, &robot, &options, &free_spaces.iter().collect::<Vec<_>>())
         }
     }
 

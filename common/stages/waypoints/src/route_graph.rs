@@ -305,11 +305,12 @@ mod tests {
         let robot = RobotProfile { radius_m, ..RobotProfile::DEFAULT };
         let free_space = FreeSpace::of(grid, radius_m);
         let reached = vec![true; free_space.n_parts() as usize + 1];
-        let phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), 0).finish();
-        let phase = Phase::open(phase.bytes()).unwrap();
+        let schedule_state =
+            ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), 0).finish();
+        let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
         let storey = StoreyInputs {
             site,
-            phase: &phase,
+            schedule_state: &schedule_state,
             grid,
             free_space: &free_space,
             robot: &robot,

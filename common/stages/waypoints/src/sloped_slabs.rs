@@ -5,7 +5,7 @@ use crate::portal::{Portal, Staging, length_m, slope_rad, staging};
 use frames::{Map, Point2, metres};
 use geometry::ramp_faces;
 use grid::Class;
-use messages::{EdgeKind, ElementState, Phase, RobotProfile, Site, element_flags};
+use messages::{EdgeKind, ElementState, RobotProfile, ScheduleState, Site, element_flags};
 
 /// Maximum height difference between the end of a ramp and a floor, in tenths of a millimetre.
 const LEVEL_TENTHS: i64 = 500;
@@ -13,14 +13,14 @@ const LEVEL_TENTHS: i64 = 500;
 /// Portals for built slabs that are ramps: both ends meet the floor of a level.
 pub(crate) fn sloped_slabs(
     site: &Site<'_>,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     robot: &RobotProfile,
     free_spaces: &[&FreeSpace],
 ) -> Vec<Portal> {
     let is_slab = |k: &usize| {
         let e = &site.elements[*k];
         let is_floor = e.has(element_flags::FLOOR) && !e.has(element_flags::VERTICAL);
-        is_floor && e.class() == Class::Slab && e.n_parts > 0 && phase.effective(*k) == ElementState::Built
+        is_floor && e.class() == Class::Slab && e.n_parts > 0 && schedule_state.effective(*k) == ElementState::Built
     };
     let slabs = (0..site.elements.len()).filter(is_slab);
     slabs.filter_map(|element| portal(site, robot, free_spaces, element)).collect()

@@ -4,7 +4,7 @@ use crate::free_space::FreeSpace;
 use crate::options::PlanOptions;
 use crate::spaces::{Refusal, closed_door};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
-use messages::{DoorPassageRecord, Grid, NoWaypoint, Phase, RobotProfile, Site};
+use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, ScheduleState, Site};
 
 /// The centre of a space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ pub(crate) struct SpaceCentre {
 #[derive(Clone, Copy)]
 pub(crate) struct StoreyInputs<'a> {
     pub(crate) site: &'a Site<'a>,
-    pub(crate) phase: &'a Phase<'a>,
+    pub(crate) schedule_state: &'a ScheduleState<'a>,
     pub(crate) grid: &'a Grid<'a>,
     pub(crate) free_space: &'a FreeSpace,
     pub(crate) robot: &'a RobotProfile,

@@ -2,7 +2,8 @@
 
 use crate::options::PlanOptions;
 use messages::{
-    DoorPassage, DoorPassageRecord, NONE, NoWaypoint, Phase, PhaseHead, RobotProfile, Site, plan_time, space_flags,
+    DoorPassage, DoorPassageRecord, NONE, NoWaypoint, RobotProfile, ScheduleState, ScheduleStateHead, Site, plan_time,
+    space_flags,
 };
 
 /// Why a space gets no waypoint.
@@ -22,9 +23,14 @@ impl Refusal {
 }
 
 /// Reason why a space gets no waypoint, independent of the map.
-pub(crate) fn refused(site: &Site<'_>, phase: &Phase<'_>, options: &PlanOptions, index: usize) -> Option<Refusal> {
+pub(crate) fn refused(
+    site: &Site<'_>,
+    schedule_state: &ScheduleState<'_>,
+    options: &PlanOptions,
+    index: usize,
+) -> Option<Refusal> {
     let space = &site.spaces[index];
-    let closes_at_s = phase.spaces[index].closes_at_s;
+    let closes_at_s = schedule_state.spaces[index].closes_at_s;
     let refusal = |why, reason: &str| Some(Refusal::new(why, reason));
     if space.has(space_flags::METADATA_ONLY) {
         refusal(NoWaypoint::MetadataOnly, "it is a gross area, or made of other spaces")
@@ -34,10 +40,10 @@ pub(crate) fn refused(site: &Site<'_>, phase: &Phase<'_>, options: &PlanOptions,
         refusal(NoWaypoint::NoBody, "it has no body")
     } else if space.map_storey == NONE {
         refusal(NoWaypoint::NotMapped, "its floor is on no map storey")
-    } else if phase.is_blocked(index) {
-        let why = phase.why(index).collect::<Vec<_>>().join(", ");
+    } else if schedule_state.is_blocked(index) {
+        let why = schedule_state.why(index).collect::<Vec<_>>().join(", ");
         refusal(NoWaypoint::Blocked, &format!("it is blocked: {why}"))
-    } else if closes_at_s != PhaseHead::NO_TIME {
+    } else if closes_at_s != ScheduleStateHead::NO_TIME {
         let at = plan_time(closes_at_s).map_or(String::new(), |at| format!(" at {at}"));
         refusal(NoWaypoint::Closing, &format!("it will be blocked{at}"))
     } else if !options.wants_storey(space.map_storey) {

@@ -3,7 +3,7 @@
 use frames::{TENTHS_PER_M, metres};
 use geometry::{Bounds, Footprint, MultiPolygon, Point, Slab, Tread, footprint, treads};
 use grid::Class;
-use messages::{ElementState, NONE, Phase, Site};
+use messages::{ElementState, NONE, ScheduleState, Site};
 
 /// The traversal of a stair.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,11 +53,11 @@ const TOLERANCE_M: f64 = 0.01;
 /// body without steps.
 pub(crate) fn stair_traversal(
     site: &Site<'_>,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     whole: usize,
     ends: [[f64; 3]; 2],
 ) -> Option<StairTraversal> {
-    let is_built = |index: usize| phase.effective(index) == ElementState::Built;
+    let is_built = |index: usize| schedule_state.effective(index) == ElementState::Built;
     let parts = (0..site.elements.len()).filter(|&e| is_part_of(site, e, whole) && is_built(e));
     let carries = |e: &usize| site.elements[*e].class() != Class::Railing;
     let parts: Vec<usize> = parts.filter(carries).collect();
@@ -263,7 +263,7 @@ fn off_line_m(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {
 pub(crate) mod tests {
     use super::*;
     use bytemuck::Zeroable;
-    use messages::{ArchiveBuffer, ElementRecord, PartRecord, PhaseBuilder, SiteBuilder};
+    use messages::{ArchiveBuffer, ElementRecord, PartRecord, ScheduleStateBuilder, SiteBuilder};
 
     pub(crate) const RISE_M: f64 = 0.175;
     pub(crate) const GOING_M: f64 = 0.28;
@@ -330,10 +330,13 @@ pub(crate) mod tests {
         fn stair_traversal(&self, ends: [[f64; 3]; 2], absent: &[usize]) -> Option<StairTraversal> {
             let site = self.site();
             let site = Site::open(site.bytes()).unwrap();
-            let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), 0);
-            absent.iter().for_each(|&e| phase.set_element(e, ElementState::NotStarted, ElementState::NotStarted));
-            let phase = phase.finish();
-            stair_traversal(&site, &Phase::open(phase.bytes()).unwrap(), 0, ends)
+            let mut schedule_state =
+                ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), 0);
+            absent
+                .iter()
+                .for_each(|&e| schedule_state.set_element(e, ElementState::NotStarted, ElementState::NotStarted));
+            let schedule_state = schedule_state.finish();
+            stair_traversal(&site, &ScheduleState::open(schedule_state.bytes()).unwrap(), 0, ends)
         }
     }
 

@@ -4,7 +4,7 @@ use crate::free_space::FreeSpace;
 use crate::portal::{Portal, Staging, length_m, staging};
 use frames::{Map, Point2, metres};
 use grid::Cell;
-use messages::{EdgeKind, ElementState, Grid, NONE, Phase, RobotProfile, Site, element_flags};
+use messages::{EdgeKind, ElementState, Grid, NONE, RobotProfile, ScheduleState, Site, element_flags};
 
 /// Maximum height of a step between two levels, in tenths of a millimetre.
 const MAX_STEP_TENTHS: i32 = 6_000;
@@ -25,7 +25,7 @@ const DIRECTIONS: [[i64; 2]; 4] = [[1, 0], [-1, 0], [0, 1], [0, -1]];
 /// that is at min_cells as wide as the robot.
 pub(crate) fn steps(
     site: &Site<'_>,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     robot: &RobotProfile,
     grids: &[Grid<'_>],
     free_spaces: &[&FreeSpace],
@@ -46,7 +46,7 @@ pub(crate) fn steps(
             let shared = if rise_m <= robot.step_height_m { pair.shared() } else { Vec::new() };
             let ends = if shared.is_empty() { pair.beside(robot) } else { shared };
             for ends in ends {
-                let element = floor_at(site, phase, free_spaces[high].middle(ends[1].cell), z(high));
+                let element = floor_at(site, schedule_state, free_spaces[high].middle(ends[1].cell), z(high));
                 let length_m = length_m(site, free_spaces, ends);
                 found.push(Portal { element, kind: EdgeKind::Step, ends, length_m, slope_rad: 0.0, usable });
             }
@@ -56,14 +56,14 @@ pub(crate) fn steps(
 }
 
 /// A built element with floor at a point and height, or [`NONE`].
-fn floor_at(site: &Site<'_>, phase: &Phase<'_>, at: Point2<Map>, z: i32) -> usize {
+fn floor_at(site: &Site<'_>, schedule_state: &ScheduleState<'_>, at: Point2<Map>, z: i32) -> usize {
     let is_there = |k: usize| {
         let element = &site.elements[k];
         let spans =
             |axis: usize, m: f64| metres(element.min_tenths[axis]) <= m && m <= metres(element.max_tenths[axis]);
         element.has(element_flags::FLOOR)
             && element.n_parts > 0
-            && phase.effective(k) == ElementState::Built
+            && schedule_state.effective(k) == ElementState::Built
             && spans(0, at.x_m())
             && spans(1, at.y_m())
             && element.min_tenths[2] <= z + LEVEL_TENTHS
@@ -198,7 +198,7 @@ mod tests {
     use super::*;
     use crate::free_space::tests::drawn;
     use bytemuck::Zeroable;
-    use messages::{FloorKind, MapStoreyRecord, PhaseBuilder, SiteBuilder};
+    use messages::{FloorKind, MapStoreyRecord, ScheduleStateBuilder, SiteBuilder};
 
     /// Kinds and use of the steps between two levels, drawn as text, the upper one so much higher.
     fn found(low: &str, high: &str, rise_tenths: i32, robot: RobotProfile) -> Vec<(EdgeKind, bool, [u32; 2])> {
@@ -209,12 +209,12 @@ mod tests {
         }
         let site = builder.finish();
         let site = Site::open(site.bytes()).unwrap();
-        let phase = PhaseBuilder::everything_built(site.content_hash(), 0, 0).finish();
-        let phase = Phase::open(phase.bytes()).unwrap();
+        let schedule_state = ScheduleStateBuilder::everything_built(site.content_hash(), 0, 0).finish();
+        let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
         let buffers = [drawn(high), drawn(low)];
         let grids = buffers.each_ref().map(|b| Grid::open(b.bytes()).unwrap());
         let free_spaces = grids.each_ref().map(|g| FreeSpace::of(g, robot.radius_m));
-        let steps = steps(&site, &phase, &robot, &grids, &free_spaces.each_ref());
+        let steps = steps(&site, &schedule_state, &robot, &grids, &free_spaces.each_ref());
         steps.iter().map(|s| (s.kind, s.usable, s.ends.map(|e| e.storey as u32))).collect()
     }
 

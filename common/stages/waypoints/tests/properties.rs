@@ -220,7 +220,7 @@ proptest! {
     }
 
     #[test]
-    fn a_planner_that_saw_other_phases_plans_as_a_fresh_one(
+    fn a_planner_that_saw_other_schedule_states_plans_as_a_fresh_one(
         text in drawings(vec!['F', '0', '1', '2'], 7),
         upper in drawings(vec!['F', '0', '1', '2'], 5),
         steps in steps(),

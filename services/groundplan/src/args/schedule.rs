@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// How dates are understood, and what is added to the plan.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ScheduleArgs {
-    /// Rules of dates, phases and closed spaces [default: see config/schedule.toml]
+    /// Rules of dates, construction phases and closed spaces [default: see config/schedule.toml]
     #[arg(long, value_name = "FILE")]
     schedule: Option<PathBuf>,
 

@@ -3,7 +3,7 @@
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::wait::{ask, join, wait_for_phase};
+use crate::wait::{ask, join, wait_for_schedule_state};
 use daemon::{ActualsSource, ScheduleRequest};
 use std::path::PathBuf;
 
@@ -34,7 +34,7 @@ impl Run for Args {
         let request = ScheduleRequest::SetActuals { file, source: ActualsSource::Reported };
         let answer = ask(&bus, &mut waiter, &request)?;
         if answer.state.epoch > 0 {
-            wait_for_phase(&bus, &mut waiter, &answer.state)?;
+            wait_for_schedule_state(&bus, &mut waiter, &answer.state)?;
         }
         Ok(Outcome::silent())
     }

@@ -4,7 +4,7 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::plan_date;
 use crate::run::{Outcome, Run};
-use crate::wait::{ask, join, wait_for_phase};
+use crate::wait::{ask, join, wait_for_schedule_state};
 use daemon::ScheduleRequest;
 
 /// Arguments of `date`.
@@ -55,7 +55,7 @@ impl Run for Args {
         let answer = ask(&bus, &mut waiter, &request)?;
         // Without a site there is nothing to wait for: the plan time is kept for when there is one.
         if !self.no_wait && answer.state.epoch > 0 && request != ScheduleRequest::TellPlanTime {
-            wait_for_phase(&bus, &mut waiter, &answer.state)?;
+            wait_for_schedule_state(&bus, &mut waiter, &answer.state)?;
         }
         let time = answer.plan_time_s.map(plan_date::text);
         let text = match (&request, time) {

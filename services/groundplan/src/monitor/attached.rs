@@ -14,7 +14,7 @@ pub(crate) struct Attached {
     joined: Stamp,
     status: StatusReader,
     sites: Subscriber<topics::Site>,
-    phases: Subscriber<topics::Phase>,
+    schedule_states: Subscriber<topics::ScheduleState>,
     indices: Subscriber<topics::Grids>,
     alignments: Subscriber<topics::Alignment>,
     /// Topics of which only the header is shown.
@@ -42,7 +42,7 @@ impl Attached {
             joined: Stamp::now(),
             status: bus.status_reader()?,
             sites: bus.subscriber(topics::Site)?,
-            phases: bus.subscriber(topics::Phase)?,
+            schedule_states: bus.subscriber(topics::ScheduleState)?,
             indices: bus.subscriber(topics::Grids)?,
             alignments: bus.subscriber(topics::Alignment)?,
             others: others.into_iter().map(|topic| bus.raw_subscriber(topic)).collect::<Result<_, _>>()?,
@@ -73,8 +73,8 @@ impl Attached {
             let site = site.view();
             state.see_names(site.map_storeys.iter().map(|s| site.text(s.name).to_owned()).collect());
         }
-        if let Some(phase) = seen(&self.phases, self.joined, state, &mut is_new)? {
-            state.see_phase(Stamp::now(), &phase.view());
+        if let Some(schedule_state) = seen(&self.schedule_states, self.joined, state, &mut is_new)? {
+            state.see_schedule_state(Stamp::now(), &schedule_state.view());
         }
         if let Some(index) = seen(&self.indices, self.joined, state, &mut is_new)? {
             let n_storeys = index.view().slots.len();

@@ -58,7 +58,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map:
 fn head_lines(snapshot: &Snapshot) -> Vec<Line<'_>> {
     let (word, style) = match snapshot.verdict {
         "current" => ("maps are current", GOOD),
-        "overtaken" => ("a newer phase is here, its maps are not yet", Style::new().fg(Color::Yellow)),
+        "overtaken" => ("a newer schedule state is here, its maps are not yet", Style::new().fg(Color::Yellow)),
         "hold" => ("stand still: maps are late", BAD),
         _ => (snapshot.why_no_map.as_deref().unwrap_or("no map"), BAD),
     };

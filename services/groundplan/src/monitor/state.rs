@@ -5,7 +5,7 @@ use crate::alignment_report::Brief;
 use crate::plan_date;
 use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, TopicName, Verdict};
 use export::text_or_null;
-use messages::{Grid, Grids, Phase, SampleHeader, Stage, StatusRecord};
+use messages::{Grid, Grids, SampleHeader, ScheduleState, Stage, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
@@ -119,10 +119,10 @@ impl State {
         self.alignment = Some(alignment);
     }
 
-    /// A phase has come.
-    pub(crate) fn see_phase(&mut self, now: Stamp, phase: &Phase<'_>) {
-        let head = phase.head;
-        self.set.see_phase(now, phase.content_hash(), head, ());
+    /// A schedule state has come.
+    pub(crate) fn see_schedule_state(&mut self, now: Stamp, schedule_state: &ScheduleState<'_>) {
+        let head = schedule_state.head;
+        self.set.see_schedule_state(now, schedule_state.content_hash(), head, ());
         self.plan_time_s = plan_date::known(head.plan_time_s);
         self.plan = Some(PlanLine {
             plan_time: plan_date::optional_text(head.plan_time_s),
@@ -261,7 +261,9 @@ fn changed(before: &Grid<'_>, now: &Grid<'_>) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use messages::{ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, PhaseBuilder};
+    use messages::{
+        ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, ScheduleStateBuilder,
+    };
     use messages::{ArchiveKind, RobotProfile};
 
     fn heartbeat(daemon: Daemon, process_id: u32, error: &str) -> StatusRecord {
@@ -296,22 +298,26 @@ mod tests {
     }
 
     #[test]
-    fn maps_are_current_when_phase_index_and_grids_match_and_changed_cells_are_counted() {
+    fn maps_are_current_when_schedule_state_index_and_grids_match_and_changed_cells_are_counted() {
         let mut state = State::new();
         state.joined(1);
         let now = Stamp::now();
         assert_eq!(state.snapshot_at(now).verdict, "no_map");
         state.see_names(vec!["Ground".to_owned()]);
-        let phase = PhaseBuilder::everything_built(1, 0, 0).finish();
-        let phase = Phase::open(phase.bytes()).unwrap();
-        state.see_phase(now, &phase);
+        let schedule_state = ScheduleStateBuilder::everything_built(1, 0, 0).finish();
+        let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
+        state.see_schedule_state(now, &schedule_state);
         let grids = [grid(-1), grid(100)];
         let [before, after] = [0, 1].map(|k| Grid::open(grids[k].bytes()).unwrap());
         let slot = GridSlot::new(0).unwrap();
         state.see_grid(slot, 1, &before, None);
         state.see_grid(slot, 2, &after, Some(&before));
-        let head =
-            GridsHead { site_hash: 1, phase_hash: phase.content_hash(), plan_time_s: 0, robot: RobotProfile::DEFAULT };
+        let head = GridsHead {
+            site_hash: 1,
+            schedule_state_hash: schedule_state.content_hash(),
+            plan_time_s: 0,
+            robot: RobotProfile::DEFAULT,
+        };
         let slots = &[GridSlotRecord { map_storey: 0, cell_tenths: 1_000, content_hash: after.content_hash() }];
         let index =
             GridsBuilder { head, slots, robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
@@ -330,11 +336,11 @@ mod tests {
     fn only_what_came_while_somebody_looked_has_a_latency_and_counts_for_the_rate() {
         let mut state = State::new();
         let joined = Stamp(5_000_000_000);
-        let header = |stamp_ns| SampleHeader { stamp_ns, ..SampleHeader::of(ArchiveKind::Phase) };
-        state.see_sample(joined, joined, TopicName::Phase, header(1_000_000_000));
+        let header = |stamp_ns| SampleHeader { stamp_ns, ..SampleHeader::of(ArchiveKind::ScheduleState) };
+        state.see_sample(joined, joined, TopicName::ScheduleState, header(1_000_000_000));
         let line = state.snapshot_at(joined).topics.remove(0);
         assert_eq!((line.latency_ms, line.rate_hz, line.age_s), (None, 0.0, 4.0));
-        state.see_sample(Stamp(6_002_000_000), joined, TopicName::Phase, header(6_000_000_000));
+        state.see_sample(Stamp(6_002_000_000), joined, TopicName::ScheduleState, header(6_000_000_000));
         let line = state.snapshot_at(Stamp(6_500_000_000)).topics.remove(0);
         assert_eq!((line.latency_ms, line.rate_hz, line.samples), (Some(2.0), 0.1, 2));
     }

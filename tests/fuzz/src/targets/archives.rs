@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 static WHOLE: LazyLock<[ArchiveBuffer; 8]> = LazyLock::new(|| {
     [
         support::site(),
-        support::phase(),
+        support::schedule_state(),
         support::grid(),
         support::grids(),
         support::plan(),

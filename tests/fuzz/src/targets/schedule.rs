@@ -1,13 +1,13 @@
 //! Schedules: tasks, times, sequences and calendars of an IFC file, under rules that may stand before it as TOML.
 
 use super::site;
-use messages::{Phase, Site};
+use messages::{ScheduleState, Site};
 use schedule::{Delay, Edits, Period, Rules, Timeline, evaluate, parse_actuals};
 
 /// Instants at which a timeline is looked at.
 const INSTANTS_MAX: usize = 6;
 
-/// Evaluates the schedule of the file as planned, with a delay or with a report, and looks at phases of it.
+/// Evaluates the schedule of the file as planned, with a delay or with a report, and looks at schedule states of it.
 pub fn run(bytes: &[u8]) {
     let begin = memchr::memmem::find(bytes, b"ISO-10303-21").unwrap_or(0);
     let (rules, file) = bytes.split_at(begin);
@@ -47,9 +47,9 @@ fn look(site: &Site<'_>, timeline: &Timeline) {
     let ends = [i64::MIN, 0, i64::MAX];
     for at_s in instants_s.iter().copied().take(INSTANTS_MAX).chain(ends) {
         for until_s in [None, Some(at_s.saturating_add(86_400))] {
-            let phase = timeline.phase(Period { from_s: at_s, until_s }).finish();
-            let phase = Phase::open(phase.bytes()).expect("what was written can be read");
-            phase.check_site(site).expect("it is of this site");
+            let schedule_state = timeline.schedule_state(Period { from_s: at_s, until_s }).finish();
+            let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("what was written can be read");
+            schedule_state.check_site(site).expect("it is of this site");
         }
     }
     let _ = timeline.everything_built().finish();

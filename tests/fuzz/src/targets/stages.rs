@@ -7,7 +7,9 @@ use deviations::{DeviationInput, deviations};
 use export::{DeviationExport, ExportInput, deviation_files, files};
 use frames::{PlanTime, PoseCovariance, Rigid2};
 use geometry::Footprint;
-use messages::{ArchiveBuffer, Deviations, Grid, Grids, Phase, PhaseBuilder, Plan, RobotProfile, Site, SlamMap};
+use messages::{
+    ArchiveBuffer, Deviations, Grid, Grids, Plan, RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SlamMap,
+};
 use occupancy::OccupancyMap;
 use raster::Rasterizer;
 use schedule::{Edits, Rules, evaluate};
@@ -25,7 +27,7 @@ const COMPARED_CELL_M: f64 = 0.05;
 /// The archives of the house, from one another.
 struct Archives {
     site: ArchiveBuffer,
-    phase: ArchiveBuffer,
+    schedule_state: ArchiveBuffer,
     grids: Vec<ArchiveBuffer>,
     index: ArchiveBuffer,
     footprints: Vec<Vec<(u32, Footprint)>>,
@@ -37,12 +39,12 @@ struct Archives {
 static WHOLE: LazyLock<Archives> = LazyLock::new(|| {
     let site = site::house();
     let view = Site::open(site.bytes()).expect("the house is whole");
-    let phase = phase_of(&view);
-    let Drawn { grids, index, footprints } = drawn(&view, &phase).expect("the house is small");
-    let plan = planned(&view, &phase, &grids, &index);
+    let schedule_state = schedule_state_of(&view);
+    let Drawn { grids, index, footprints } = drawn(&view, &schedule_state).expect("the house is small");
+    let plan = planned(&view, &schedule_state, &grids, &index);
     let slam_map = robots_map().to_archive();
-    let deviations = compared(&view, &phase, &robots_map(), 0);
-    Archives { phase, grids, index, footprints, plan, slam_map, deviations, site }
+    let deviations = compared(&view, &schedule_state, &robots_map(), 0);
+    Archives { schedule_state, grids, index, footprints, plan, slam_map, deviations, site }
 });
 
 /// A search of all poses takes as long as a hundred other executions: it is made for this value of the second byte alone.
@@ -66,9 +68,9 @@ pub fn run(bytes: &[u8]) {
     match choice % 7 {
         0 => of_site(&changed(&whole.site), *what),
         1 => {
-            let phase = changed(&whole.phase);
-            if opened_phase(&site, &phase).is_some() {
-                all(&site, &phase, world);
+            let schedule_state = changed(&whole.schedule_state);
+            if opened_schedule_state(&site, &schedule_state).is_some() {
+                all(&site, &schedule_state, world);
             }
         }
         2 => {
@@ -77,18 +79,26 @@ pub fn run(bytes: &[u8]) {
             from_grids(&site, whole, &grids, &whole.index, world);
         }
         3 => from_grids(&site, whole, &whole.grids, &changed(&whole.index), world),
-        4 => exported(&site, &whole.phase, &whole.grids, &whole.index, &changed(&whole.plan), &whole.footprints, world),
-        5 => export_deviations(&site, &whole.phase, &changed(&whole.deviations)),
+        4 => exported(
+            &site,
+            &whole.schedule_state,
+            &whole.grids,
+            &whole.index,
+            &changed(&whole.plan),
+            &whole.footprints,
+            world,
+        ),
+        5 => export_deviations(&site, &whole.schedule_state, &changed(&whole.deviations)),
         _ => {
             let map = changed(&whole.slam_map);
             let Ok(map) = SlamMap::open(map.bytes()) else { return };
             let map = OccupancyMap::of_archive(&map);
             if map.cells.len() as f64 * map.resolution_m * map.resolution_m <= 100.0 {
                 if *what == ALIGN {
-                    align(&site, &whole.phase, &map);
+                    align(&site, &whole.schedule_state, &map);
                 }
                 if COMPARED_FROM <= *what {
-                    export_deviations(&site, &whole.phase, &compared(&site, &whole.phase, &map, 0));
+                    export_deviations(&site, &whole.schedule_state, &compared(&site, &whole.schedule_state, &map, 0));
                 }
             }
         }
@@ -98,26 +108,26 @@ pub fn run(bytes: &[u8]) {
 /// Everything that is made of a site.
 fn of_site(site: &ArchiveBuffer, what: u8) {
     let Ok(site) = Site::open(site.bytes()) else { return };
-    let phase = if what & 4 == 0 { everything_built(&site) } else { phase_of(&site) };
+    let schedule_state = if what & 4 == 0 { everything_built(&site) } else { schedule_state_of(&site) };
     let is_compared = COMPARED_FROM <= what;
     if !is_compared && what != ALIGN {
-        return all(&site, &phase, what & 1 == 1);
+        return all(&site, &schedule_state, what & 1 == 1);
     }
     if is_small(&site, COMPARED_CELL_M) && is_compact(&site) {
         if what == ALIGN {
-            return align(&site, &phase, &robots_map());
+            return align(&site, &schedule_state, &robots_map());
         }
         for storey in 0..site.map_storeys.len() {
-            export_deviations(&site, &phase, &compared(&site, &phase, &robots_map(), storey));
+            export_deviations(&site, &schedule_state, &compared(&site, &schedule_state, &robots_map(), storey));
         }
     }
 }
 
-/// All files of a site at a phase.
-fn all(site: &Site<'_>, phase: &ArchiveBuffer, world: bool) {
-    let Some(Drawn { grids, index, footprints }) = drawn(site, phase) else { return };
-    let plan = planned(site, phase, &grids, &index);
-    exported(site, phase, &grids, &index, &plan, &footprints, world);
+/// All files of a site at a schedule state.
+fn all(site: &Site<'_>, schedule_state: &ArchiveBuffer, world: bool) {
+    let Some(Drawn { grids, index, footprints }) = drawn(site, schedule_state) else { return };
+    let plan = planned(site, schedule_state, &grids, &index);
+    exported(site, schedule_state, &grids, &index, &plan, &footprints, world);
 }
 
 /// Plan and files of grids that were not drawn here.
@@ -127,25 +137,25 @@ fn from_grids(site: &Site<'_>, whole: &Archives, grids: &[ArchiveBuffer], index:
         .is_ok_and(|index| index.check_site(site).is_ok() && index.slots.len() == grids.len())
         && grids.iter().all(|grid| Grid::open(grid.bytes()).is_ok_and(|grid| grid.check_site(site).is_ok()));
     if is_consistent {
-        let plan = planned(site, &whole.phase, grids, index);
-        exported(site, &whole.phase, grids, index, &plan, &whole.footprints, world);
+        let plan = planned(site, &whole.schedule_state, grids, index);
+        exported(site, &whole.schedule_state, grids, index, &plan, &whole.footprints, world);
     }
 }
 
-fn opened_phase<'a>(site: &Site<'_>, phase: &'a ArchiveBuffer) -> Option<Phase<'a>> {
-    Phase::open(phase.bytes()).ok().filter(|phase| phase.check_site(site).is_ok())
+fn opened_schedule_state<'a>(site: &Site<'_>, schedule_state: &'a ArchiveBuffer) -> Option<ScheduleState<'a>> {
+    ScheduleState::open(schedule_state.bytes()).ok().filter(|schedule_state| schedule_state.check_site(site).is_ok())
 }
 
-/// The phase at the first change, or in which everything stands.
-fn phase_of(site: &Site<'_>) -> ArchiveBuffer {
+/// The schedule state at the first change, or in which everything stands.
+fn schedule_state_of(site: &Site<'_>) -> ArchiveBuffer {
     match evaluate(site, &Rules::default(), &Edits::default()) {
-        Ok(timeline) => timeline.phase_at(timeline.instants_s().first().copied()).finish(),
+        Ok(timeline) => timeline.schedule_state_at(timeline.instants_s().first().copied()).finish(),
         Err(_) => everything_built(site),
     }
 }
 
 fn everything_built(site: &Site<'_>) -> ArchiveBuffer {
-    PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish()
+    ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len()).finish()
 }
 
 /// True if the maps of the site have few cells.
@@ -169,17 +179,17 @@ struct Drawn {
     footprints: Vec<Vec<(u32, Footprint)>>,
 }
 
-/// Grids and index of a phase, unless they are large or cannot be.
-fn drawn(site: &Site<'_>, phase: &ArchiveBuffer) -> Option<Drawn> {
+/// Grids and index of a schedule state, unless they are large or cannot be.
+fn drawn(site: &Site<'_>, schedule_state: &ArchiveBuffer) -> Option<Drawn> {
     if !is_small(site, RESOLUTION_M) {
         return None;
     }
-    let phase = opened_phase(site, phase).expect("it was written for this site");
+    let schedule_state = opened_schedule_state(site, schedule_state).expect("it was written for this site");
     let mut rasterizer = Rasterizer::new(site, &RobotProfile::DEFAULT, RESOLUTION_M).ok()?;
-    rasterizer.draw(site, &phase);
+    rasterizer.draw(site, &schedule_state);
     let grids: Vec<_> = rasterizer.drawn().map(|grid| ArchiveBuffer::copy_of(grid.archive)).collect();
     let footprints = (0..rasterizer.n_storeys()).map(|k| rasterizer.footprints(k).to_vec()).collect();
-    let index = rasterizer.index(site, &phase, "default", &[]).finish();
+    let index = rasterizer.index(site, &schedule_state, "default", &[]).finish();
     Some(Drawn { grids, index, footprints })
 }
 
@@ -188,18 +198,29 @@ fn opened_grids(grids: &[ArchiveBuffer]) -> Vec<Grid<'_>> {
 }
 
 /// The plan of the grids, with a short search.
-fn planned(site: &Site<'_>, phase: &ArchiveBuffer, grids: &[ArchiveBuffer], index: &ArchiveBuffer) -> ArchiveBuffer {
+fn planned(
+    site: &Site<'_>,
+    schedule_state: &ArchiveBuffer,
+    grids: &[ArchiveBuffer],
+    index: &ArchiveBuffer,
+) -> ArchiveBuffer {
     let options = PlanOptions { search_steps: 2, tour_kicks: 2, tour_neighbours: 2, ..PlanOptions::default() };
-    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+    let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("it was opened before");
     let index = Grids::open(index.bytes()).expect("what was written can be read");
     let grids = opened_grids(grids);
-    Planner::default().plan(&PlanInput { site, phase: &phase, index: &index, grids: &grids, options: &options })
+    Planner::default().plan(&PlanInput {
+        site,
+        schedule_state: &schedule_state,
+        index: &index,
+        grids: &grids,
+        options: &options,
+    })
 }
 
 /// All files, if the plan is one of the site.
 fn exported(
     site: &Site<'_>,
-    phase: &ArchiveBuffer,
+    schedule_state: &ArchiveBuffer,
     grids: &[ArchiveBuffer],
     index: &ArchiveBuffer,
     plan: &ArchiveBuffer,
@@ -210,13 +231,13 @@ fn exported(
     if plan.check_site(site).is_err() {
         return;
     }
-    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+    let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("it was opened before");
     let index = Grids::open(index.bytes()).expect("it was opened before");
     let footprints: Vec<&[(u32, Footprint)]> = footprints.iter().map(Vec::as_slice).collect();
     let options = WorldOptions::default();
     let input = ExportInput {
         site,
-        phase: &phase,
+        schedule_state: &schedule_state,
         index: &index,
         grids: &opened_grids(grids),
         plan: &plan,
@@ -250,20 +271,20 @@ fn robots_map() -> OccupancyMap {
 }
 
 /// Pose of the map in the site, if found.
-fn align(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap) {
-    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+fn align(site: &Site<'_>, schedule_state: &ArchiveBuffer, map: &OccupancyMap) {
+    let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("it was opened before");
     let Ok(mut references) = References::new(site, &RobotProfile::DEFAULT) else { return };
-    let Ok(maps) = references.at(site, &phase) else { return };
+    let Ok(maps) = references.at(site, &schedule_state) else { return };
     let maps: Vec<_> = maps.collect();
     let _ = align_maps(&maps, &PreparedMap::of_slam(map), None);
 }
 
 /// Deviations between the storey and the map.
-fn compared(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap, map_storey: usize) -> ArchiveBuffer {
-    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+fn compared(site: &Site<'_>, schedule_state: &ArchiveBuffer, map: &OccupancyMap, map_storey: usize) -> ArchiveBuffer {
+    let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("it was opened before");
     deviations(&DeviationInput {
         site,
-        phase: &phase,
+        schedule_state: &schedule_state,
         robot: &RobotProfile::DEFAULT,
         map_storey,
         slam: map,
@@ -275,13 +296,13 @@ fn compared(site: &Site<'_>, phase: &ArchiveBuffer, map: &OccupancyMap, map_stor
 }
 
 /// The files of deviations, if they are of the site.
-fn export_deviations(site: &Site<'_>, phase: &ArchiveBuffer, found: &ArchiveBuffer) {
+fn export_deviations(site: &Site<'_>, schedule_state: &ArchiveBuffer, found: &ArchiveBuffer) {
     let Ok(found) = Deviations::open(found.bytes()) else { return };
     if found.check_site(site).is_err() {
         return;
     }
-    let phase = Phase::open(phase.bytes()).expect("it was opened before");
+    let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("it was opened before");
     let created = PlanTime::from_civil_seconds(0).expect("1970 is a year");
-    let made = deviation_files(&DeviationExport { site, phase: &phase, deviations: &found, created });
+    let made = deviation_files(&DeviationExport { site, schedule_state: &schedule_state, deviations: &found, created });
     assert_eq!(made.len(), 4);
 }

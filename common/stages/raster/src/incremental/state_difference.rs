@@ -4,9 +4,9 @@ use super::storey_inputs::StoreyInputs;
 use crate::layers::floor::set_bit;
 use crate::model::presence::Presence;
 use grid::CellRect;
-use messages::Phase;
+use messages::ScheduleState;
 
-/// The inputs from a phase on which a grid depends, as drawn last.
+/// The inputs from a schedule state on which a grid depends, as drawn last.
 #[derive(Debug, Default)]
 pub(crate) struct DrawnState {
     /// [`Presence`] of every dependent, then whether each space is blocked, then whether there is a plan time.
@@ -15,7 +15,7 @@ pub(crate) struct DrawnState {
     pub(crate) finished_floors: Vec<u64>,
 }
 
-/// Cells in which a phase may differ from the drawn one.
+/// Cells in which a schedule state may differ from the drawn one.
 #[derive(Debug, Default)]
 pub(crate) struct StateDifference {
     /// Cells whose flags may differ.
@@ -35,12 +35,12 @@ pub(crate) struct StateDifference {
 }
 
 impl StateDifference {
-    /// Compares a phase with the drawn state and replaces that; false if nothing differs.
+    /// Compares a schedule state with the drawn state and replaces that; false if nothing differs.
     pub(crate) fn compare(
         &mut self,
         drawn_state: &mut DrawnState,
         inputs: StoreyInputs<'_>,
-        phase: &Phase<'_>,
+        schedule_state: &ScheduleState<'_>,
     ) -> bool {
         let storey = inputs.storey;
         let is_first = drawn_state.state_bytes.is_empty();
@@ -51,7 +51,7 @@ impl StateDifference {
         self.clear();
         let mut differs = is_first;
         for (dependent, drawn) in storey.dependents.iter().zip(&mut *state_bytes) {
-            let presence = Presence::of(phase.effective(dependent.element as usize));
+            let presence = Presence::of(schedule_state.effective(dependent.element as usize));
             let before = std::mem::replace(drawn, presence as u8);
             let overhead =
                 dependent.overhead.filter(|_| presence == Presence::WorkedOn || before == Presence::WorkedOn as u8);
@@ -75,13 +75,13 @@ impl StateDifference {
             }
         }
         for (space, drawn) in storey.spaces.iter().zip(&mut state_bytes[n_dependents..]) {
-            let blocked = u8::from(phase.is_blocked(space.space as usize));
+            let blocked = u8::from(schedule_state.is_blocked(space.space as usize));
             if std::mem::replace(drawn, blocked) != blocked {
                 differs = true;
                 self.cells.extend(space.rect);
             }
         }
-        let dated = u8::from(phase.head.plan_time().is_some());
+        let dated = u8::from(schedule_state.head.plan_time().is_some());
         if std::mem::replace(&mut state_bytes[n_dependents + n_spaces], dated) != dated {
             // Without a plan time a storey without floor is not all unknown.
             differs = true;

@@ -5,7 +5,7 @@ use super::storey_inputs::StoreyInputs;
 use crate::layers::cell_flags::BASE_FLOOR;
 use crate::layers::floor::{BuiltFloorCache, enclosed_floor, sides_with_floor};
 use grid::join_rects;
-use messages::{FloorKind, Phase, RegionRecord};
+use messages::{FloorKind, RegionRecord, ScheduleState};
 
 /// The floor of a storey as drawn last.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ impl StoreyFloor {
         flags: &mut [u8],
         difference: &mut StateDifference,
         finished_floors: &[u64],
-        (inputs, phase): (StoreyInputs<'_>, &Phase<'_>),
+        (inputs, schedule_state): (StoreyInputs<'_>, &ScheduleState<'_>),
         is_first: bool,
     ) {
         let StoreyInputs { site, robot, storey } = inputs;
@@ -51,7 +51,7 @@ impl StoreyFloor {
             }
         }
         if storey.floor_kind == FloorKind::AssumedFromEnclosure {
-            enclose(flags, difference, inputs, phase);
+            enclose(flags, difference, inputs, schedule_state);
         }
         if is_first || !difference.floor_cells.is_empty() {
             self.has_floor = flags.iter().any(|f| f & BASE_FLOOR != 0);
@@ -65,7 +65,7 @@ impl StoreyFloor {
         &mut self,
         flags: &[u8],
         difference: &mut StateDifference,
-        (inputs, phase): (StoreyInputs<'_>, &Phase<'_>),
+        (inputs, schedule_state): (StoreyInputs<'_>, &ScheduleState<'_>),
         is_first: bool,
     ) {
         self.open_passages.resize(inputs.storey.passages.len(), false);
@@ -74,7 +74,7 @@ impl StoreyFloor {
             if !is_first && !difference.cells.iter().any(|rect| rect.meets(&around)) {
                 continue;
             }
-            let is_open = phase.effective(passage.host as usize).is_obstacle()
+            let is_open = schedule_state.effective(passage.host as usize).is_obstacle()
                 && sides_with_floor(&passage.plan, &inputs.storey.spec, |i| flags[i] & BASE_FLOOR != 0) == 2;
             if std::mem::replace(open, is_open) != is_open {
                 difference.cells.extend(passage.rect);
@@ -84,8 +84,13 @@ impl StoreyFloor {
 }
 
 /// Sets [`BASE_FLOOR`] to the cells that obstacles enclose, on a storey without floor faces and spaces.
-fn enclose(flags: &mut [u8], difference: &mut StateDifference, inputs: StoreyInputs<'_>, phase: &Phase<'_>) {
-    let enclosed = enclosed_floor(inputs.storey, |element| phase.effective(element as usize).is_obstacle());
+fn enclose(
+    flags: &mut [u8],
+    difference: &mut StateDifference,
+    inputs: StoreyInputs<'_>,
+    schedule_state: &ScheduleState<'_>,
+) {
+    let enclosed = enclosed_floor(inputs.storey, |element| schedule_state.effective(element as usize).is_obstacle());
     for (flags, inside) in flags.iter_mut().zip(enclosed.cells) {
         *flags = *flags & !BASE_FLOOR | if inside { BASE_FLOOR } else { 0 };
     }

@@ -19,7 +19,9 @@ use crate::model::door::StoreyDoor;
 use crate::model::gap;
 use crate::model::presence::Presence;
 use grid::{CellRect, Class, GridSpec, Growth, join_rects};
-use messages::{ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, Phase, RegionRecord};
+use messages::{
+    ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, RegionRecord, ScheduleState,
+};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// The grid of a storey as drawn last.
@@ -102,7 +104,7 @@ impl StoreyGrid {
         self.content_hash
     }
 
-    /// Hash of all inputs from the phase.
+    /// Hash of all inputs from the schedule state.
     pub(crate) fn input_hash(&self) -> u64 {
         xxh3_64(&self.drawn_state.state_bytes)
     }
@@ -117,16 +119,16 @@ impl StoreyGrid {
         &self.storey_floor.regions
     }
 
-    /// Draws the grid of a phase.
-    pub(crate) fn draw(&mut self, inputs: StoreyInputs<'_>, phase: &Phase<'_>) {
+    /// Draws the grid of a schedule state.
+    pub(crate) fn draw(&mut self, inputs: StoreyInputs<'_>, schedule_state: &ScheduleState<'_>) {
         let is_first = self.drawn_state.state_bytes.is_empty();
         let Self { flags, drawn_state, storey_floor, difference, .. } = self;
-        if !difference.compare(drawn_state, inputs, phase) {
+        if !difference.compare(drawn_state, inputs, schedule_state) {
             return;
         }
-        storey_floor.update_floor(flags, difference, &drawn_state.finished_floors, (inputs, phase), is_first);
-        storey_floor.update_passages(flags, difference, (inputs, phase), is_first);
-        let has_no_floor_yet = phase.head.plan_time().is_some() && !self.storey_floor.has_floor;
+        storey_floor.update_floor(flags, difference, &drawn_state.finished_floors, (inputs, schedule_state), is_first);
+        storey_floor.update_passages(flags, difference, (inputs, schedule_state), is_first);
+        let has_no_floor_yet = schedule_state.head.plan_time().is_some() && !self.storey_floor.has_floor;
         if is_first || has_no_floor_yet != self.has_no_floor_yet {
             self.has_no_floor_yet = has_no_floor_yet;
             self.difference.cells.clear();
@@ -140,14 +142,14 @@ impl StoreyGrid {
         join_rects(&mut self.difference.cells);
         for index in 0..self.difference.cells.len() {
             let rect = self.difference.cells[index];
-            self.draw_cells(inputs, phase, &rect);
+            self.draw_cells(inputs, schedule_state, &rect);
         }
         if has_no_floor_yet {
             cell_flags::fill_without_floor(&mut self.writer().layers());
         } else {
             self.derive(inputs);
         }
-        self.update_door_passages(inputs, phase);
+        self.update_door_passages(inputs, schedule_state);
         self.content_hash = self.writer().seal();
     }
 
@@ -156,7 +158,7 @@ impl StoreyGrid {
     }
 
     /// Draws flags, class, floor and planning of a rectangle from the runs that meet it.
-    fn draw_cells(&mut self, inputs: StoreyInputs<'_>, phase: &Phase<'_>, rect: &CellRect) {
+    fn draw_cells(&mut self, inputs: StoreyInputs<'_>, schedule_state: &ScheduleState<'_>, rect: &CellRect) {
         let StoreyInputs { site, robot, storey } = inputs;
         let width = storey.spec.width as usize;
         let Self { archive, flags, storey_floor, difference, .. } = self;
@@ -173,9 +175,9 @@ impl StoreyGrid {
             let cells = rect.clip(&passage.runs, width);
             cells.for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= FLOOR));
         }
-        let is_hung = |door: &Option<StoreyDoor>| door.as_ref().is_none_or(|d| d.is_hung(phase));
+        let is_hung = |door: &Option<StoreyDoor>| door.as_ref().is_none_or(|d| d.is_hung(schedule_state));
         for obstacle in storey.obstacles.iter().filter(|o| meets(o.rect)) {
-            let presence = Presence::of(phase.effective(obstacle.element as usize));
+            let presence = Presence::of(schedule_state.effective(obstacle.element as usize));
             // A door is absent without its host wall.
             if !presence.is_obstacle() || !is_hung(&obstacle.door) {
                 continue;
@@ -184,7 +186,10 @@ impl StoreyGrid {
             let stands_here = obstacle.door.as_ref().is_none_or(|d| d.stands_here);
             let is_open_door = obstacle.class == Class::Door
                 && stands_here
-                && obstacle.door.as_ref().is_none_or(|d| d.can_pass(phase, robot) && presence == Presence::Built);
+                && obstacle
+                    .door
+                    .as_ref()
+                    .is_none_or(|d| d.can_pass(schedule_state, robot) && presence == Presence::Built);
             let set = match (is_open_door, obstacle.class == Class::Door) {
                 (true, _) => DOOR,
                 (false, true) => DOOR | OCCUPIED,
@@ -208,11 +213,11 @@ impl StoreyGrid {
             rect.clip(runs, width).for_each(|cells| flags[cells].iter_mut().for_each(|f| *f |= flag));
         };
         for structure in storey.lidar.iter().filter(|l| meets(l.rect)) {
-            if Presence::of(phase.effective(structure.element as usize)) == Presence::Built {
+            if Presence::of(schedule_state.effective(structure.element as usize)) == Presence::Built {
                 set_runs(&structure.runs, STRUCTURE);
             }
         }
-        for space in storey.spaces.iter().filter(|s| meets(s.rect) && phase.is_blocked(s.space as usize)) {
+        for space in storey.spaces.iter().filter(|s| meets(s.rect) && schedule_state.is_blocked(s.space as usize)) {
             set_runs(&space.runs, BLOCKED);
         }
         for &index in &difference.worked_on {
@@ -257,7 +262,7 @@ impl StoreyGrid {
     }
 
     /// Updates the passages of doors around which cells differ.
-    fn update_door_passages(&mut self, inputs: StoreyInputs<'_>, phase: &Phase<'_>) {
+    fn update_door_passages(&mut self, inputs: StoreyInputs<'_>, schedule_state: &ScheduleState<'_>) {
         let StoreyInputs { robot, storey, .. } = inputs;
         let Self { archive, flags, doors, nearby, difference, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
@@ -270,8 +275,8 @@ impl StoreyGrid {
             if around.is_some_and(|around| !difference.cells.iter().any(|rect| rect.meets(&around))) {
                 continue;
             }
-            let presence = Presence::of(phase.effective(element as usize));
-            let record = door_passage(door, phase, robot, storey, presence, layers, nearby);
+            let presence = Presence::of(schedule_state.effective(element as usize));
+            let record = door_passage(door, schedule_state, robot, storey, presence, layers, nearby);
             match doors.get_mut(index) {
                 Some(door) => *door = record,
                 None => doors.push(record),

@@ -9,7 +9,7 @@ use crate::model::storey_slice::StoreySlice;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
 use grid::{Class, GridSpec};
-use messages::{BoxRecord, DoorPassage, DoorPassageRecord, NONE, Phase, RobotProfile};
+use messages::{BoxRecord, DoorPassage, DoorPassageRecord, NONE, RobotProfile, ScheduleState};
 
 /// Cells of width lost to rasterised obstacles on both sides of a doorway, including the sampling error: for doorways along
 /// the raster, and at an angle to it.
@@ -25,14 +25,14 @@ pub(crate) struct DoorLayers<'a> {
 /// The passage of a door on a map with these layers, where its element has this presence.
 pub(crate) fn door_passage(
     door: &StoreyDoor,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     robot: &RobotProfile,
     storey: &StoreySlice,
     presence: Presence,
     layers: DoorLayers<'_>,
     nearby: &mut CoveredSamples,
 ) -> DoorPassageRecord {
-    let way = doorway(&door.leaves, door.leaf_index, phase);
+    let way = doorway(&door.leaves, door.leaf_index, schedule_state);
     let mut record = DoorPassageRecord {
         door: door.door,
         map_storey: storey.map_storey,
@@ -46,7 +46,7 @@ pub(crate) fn door_passage(
         reasons: 0,
         obstacle: NONE,
     };
-    if !presence.is_obstacle() || !door.is_hung(phase) {
+    if !presence.is_obstacle() || !door.is_hung(schedule_state) {
         record.passage = DoorPassage::Absent.into();
         return record;
     }
@@ -60,7 +60,7 @@ pub(crate) fn door_passage(
         record.reasons |= if is_one { reason.bit() } else { 0 };
     }
     if !is_narrow && record.width_in_map_m < 2.0 * robot.radius_m {
-        add_reason_of_cells(&mut record, doorway_clearance(&way.plan, storey, phase, nearby), robot);
+        add_reason_of_cells(&mut record, doorway_clearance(&way.plan, storey, schedule_state, nearby), robot);
     }
     record.passage = record.closed_by().next().unwrap_or(DoorPassage::Passable).into();
     record

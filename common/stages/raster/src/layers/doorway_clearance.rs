@@ -6,7 +6,7 @@ use crate::model::storey_slice::StoreySlice;
 use frames::TENTHS_PER_M;
 use geometry::{Footprint, OrientedBox};
 use grid::Class;
-use messages::{NONE, Phase};
+use messages::{NONE, ScheduleState};
 
 /// Distance between samples along a line across the doorway: 1 cm.
 const STEP: f64 = 0.01 * TENTHS_PER_M as f64;
@@ -34,18 +34,18 @@ pub(crate) struct DoorwayClearance {
 /// Indices of the obstacles near a doorway, each with the number of samples that it covers; a reused buffer.
 pub(crate) type CoveredSamples = Vec<(u32, u32)>;
 
-/// The width that the obstacles of a phase, without doors, leave of a doorway.
+/// The width that the obstacles of a schedule state, without doors, leave of a doorway.
 pub(crate) fn doorway_clearance(
     way: &OrientedBox,
     storey: &StoreySlice,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     nearby: &mut CoveredSamples,
 ) -> DoorwayClearance {
     nearby.clear();
     let cells = cells_beside(way, &storey.spec);
     let is_near = |rect| cells.zip(rect).is_some_and(|(a, b): (grid::CellRect, _)| a.meets(&b));
     for (index, obstacle) in (0..).zip(&storey.obstacles) {
-        let presence = Presence::of(phase.effective(obstacle.element as usize));
+        let presence = Presence::of(schedule_state.effective(obstacle.element as usize));
         if obstacle.class != Class::Door && presence.is_obstacle() && is_near(obstacle.rect) {
             nearby.push((index, 0));
         }

@@ -2,7 +2,7 @@
 
 use super::door_leaves::{Leaf, doorway};
 use grid::{CellRect, Run};
-use messages::{Phase, RobotProfile};
+use messages::{RobotProfile, ScheduleState};
 
 /// Widths that differ by less are equal: a door of exactly the robot's width and margin is passable.
 const WIDTH_TOLERANCE_M: f64 = 1e-6;
@@ -32,13 +32,13 @@ impl StoreyDoor {
     }
 
     /// True if the robot can open the hung door and fits through, independent of the resolution of the map.
-    pub(crate) fn can_pass(&self, phase: &Phase<'_>, robot: &RobotProfile) -> bool {
-        self.leaf().opens && is_wide_enough(robot, doorway(&self.leaves, self.leaf_index, phase).clear_width_m)
+    pub(crate) fn can_pass(&self, schedule_state: &ScheduleState<'_>, robot: &RobotProfile) -> bool {
+        self.leaf().opens && is_wide_enough(robot, doorway(&self.leaves, self.leaf_index, schedule_state).clear_width_m)
     }
 
     /// True if the host wall stands, or there is none.
-    pub(crate) fn is_hung(&self, phase: &Phase<'_>) -> bool {
-        self.leaf().host_stands(phase)
+    pub(crate) fn is_hung(&self, schedule_state: &ScheduleState<'_>) -> bool {
+        self.leaf().host_stands(schedule_state)
     }
 }
 

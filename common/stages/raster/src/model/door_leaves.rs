@@ -3,7 +3,7 @@
 use super::presence::Presence;
 use frames::TENTHS_PER_M;
 use geometry::OrientedBox;
-use messages::{ClearWidth, DoorRecord, NONE, Phase, RobotProfile, Site};
+use messages::{ClearWidth, DoorRecord, NONE, RobotProfile, ScheduleState, Site};
 
 /// Limit of leaves of one opening; a longer row consists of separate doors.
 const MAX_LEAVES: usize = 32;
@@ -45,13 +45,13 @@ impl Leaf {
     }
 
     /// True if the host wall stands, or there is none.
-    pub(crate) fn host_stands(&self, phase: &Phase<'_>) -> bool {
-        self.host == NONE || phase.effective(self.host as usize).is_obstacle()
+    pub(crate) fn host_stands(&self, schedule_state: &ScheduleState<'_>) -> bool {
+        self.host == NONE || schedule_state.effective(self.host as usize).is_obstacle()
     }
 
     /// True if the robot can pass it: it is built and opens, or it is absent.
-    fn is_open(&self, phase: &Phase<'_>) -> bool {
-        match Presence::of(phase.effective(self.element as usize)) {
+    fn is_open(&self, schedule_state: &ScheduleState<'_>) -> bool {
+        match Presence::of(schedule_state.effective(self.element as usize)) {
             Presence::Built => self.opens,
             Presence::WorkedOn => false,
             Presence::Absent => true,
@@ -59,7 +59,7 @@ impl Leaf {
     }
 }
 
-/// The passable opening at a door in a phase: one leaf, or several adjoining leaves.
+/// The passable opening at a door in a schedule state: one leaf, or several adjoining leaves.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Doorway {
     /// Box around the passages of these leaves.
@@ -94,8 +94,8 @@ pub(crate) fn leaves_of(site: &Site<'_>, robot: &RobotProfile, door: u32) -> Opt
 }
 
 /// The doorway through the leaf at this index: with its neighbours on both sides as far as the first leaf that is not open.
-pub(crate) fn doorway(leaves: &[Leaf], index: usize, phase: &Phase<'_>) -> Doorway {
-    let is_open = |k: usize| leaves[k].is_open(phase);
+pub(crate) fn doorway(leaves: &[Leaf], index: usize, schedule_state: &ScheduleState<'_>) -> Doorway {
+    let is_open = |k: usize| leaves[k].is_open(schedule_state);
     let (mut first, mut last) = (index, index);
     // A leaf that is worked on or cannot be opened is a doorway of its own, which is closed.
     if is_open(index) {

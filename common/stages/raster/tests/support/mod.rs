@@ -144,18 +144,18 @@ impl House {
         self.builder.finish()
     }
 
-    pub(crate) fn map_at(self, change: impl Fn(&mut PhaseBuilder), robot: &RobotProfile) -> Drawn {
+    pub(crate) fn map_at(self, change: impl Fn(&mut ScheduleStateBuilder), robot: &RobotProfile) -> Drawn {
         let resolution_m = self.resolution_m;
         let site = self.site();
         let site = Site::open(site.bytes()).unwrap();
-        let mut phase = PhaseBuilder::everything_built(0, site.elements.len(), site.spaces.len());
-        change(&mut phase);
-        let phase = phase.finish();
-        let phase = Phase::open(phase.bytes()).unwrap();
+        let mut schedule_state = ScheduleStateBuilder::everything_built(0, site.elements.len(), site.spaces.len());
+        change(&mut schedule_state);
+        let schedule_state = schedule_state.finish();
+        let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
         let mut rasterizer = Rasterizer::new(&site, robot, resolution_m).unwrap();
-        rasterizer.draw(&site, &phase);
+        rasterizer.draw(&site, &schedule_state);
         let grid = ArchiveBuffer::copy_of(rasterizer.drawn().next().unwrap().archive);
-        let index = rasterizer.index(&site, &phase, "test", &[]).finish();
+        let index = rasterizer.index(&site, &schedule_state, "test", &[]).finish();
         Drawn { grid, index }
     }
 }

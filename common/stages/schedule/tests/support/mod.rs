@@ -203,10 +203,14 @@ impl Plan {
         evaluate(&Site::open(site.bytes()).unwrap(), rules, edits)
     }
 
-    /// The phase of a timeline, opened.
-    pub(crate) fn phase<T>(timeline: &Timeline, period: Period, look: impl FnOnce(&Phase<'_>) -> T) -> T {
-        let phase = timeline.phase(period).finish();
-        look(&Phase::open(phase.bytes()).unwrap())
+    /// The schedule state of a timeline, opened.
+    pub(crate) fn schedule_state<T>(
+        timeline: &Timeline,
+        period: Period,
+        look: impl FnOnce(&ScheduleState<'_>) -> T,
+    ) -> T {
+        let schedule_state = timeline.schedule_state(period).finish();
+        look(&ScheduleState::open(schedule_state.bytes()).unwrap())
     }
 }
 

@@ -13,13 +13,13 @@ use messages::*;
 /// What a planner reads.
 pub(crate) struct Archives {
     pub(crate) site: ArchiveBuffer,
-    pub(crate) phase: ArchiveBuffer,
+    pub(crate) schedule_state: ArchiveBuffer,
     pub(crate) index: ArchiveBuffer,
     pub(crate) grids: Vec<ArchiveBuffer>,
     pub(crate) names: Vec<char>,
 }
 
-/// A time at which phases are.
+/// A time at which schedule states are.
 pub(crate) const NOW_S: i64 = 1_000_000;
 
 impl Archives {
@@ -29,7 +29,7 @@ impl Archives {
         builder.add_storeys();
         let site = builder.site.finish();
         let view = Site::open(site.bytes()).unwrap();
-        let phase = phase(house, &names, &view, &builder.walls);
+        let schedule_state = schedule_state(house, &names, &view, &builder.walls);
         let grids: Vec<ArchiveBuffer> = (0..house.storeys.len()).map(|storey| grid(house, &names, storey)).collect();
         let slots: Vec<GridSlotRecord> = grids
             .iter()
@@ -41,7 +41,7 @@ impl Archives {
             .collect();
         let head = GridsHead {
             site_hash: view.content_hash(),
-            phase_hash: Phase::open(phase.bytes()).unwrap().content_hash(),
+            schedule_state_hash: ScheduleState::open(schedule_state.bytes()).unwrap().content_hash(),
             plan_time_s: NOW_S,
             robot: house.robot,
         };
@@ -55,7 +55,7 @@ impl Archives {
             regions: &[],
         }
         .finish();
-        Self { site, phase, index, grids, names }
+        Self { site, schedule_state, index, grids, names }
     }
 }
 
@@ -260,27 +260,28 @@ fn plan_of(drawing: &Drawing, name: char) -> MultiPolygon {
     union(&rings, FillRule::NonZero)
 }
 
-fn phase(house: &House, names: &[char], site: &Site<'_>, walls: &[(char, usize)]) -> ArchiveBuffer {
-    let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
-    phase.head.plan_time_s = NOW_S;
-    phase.schedule = vec![ElementScheduleRecord::NOTHING; site.elements.len()];
+fn schedule_state(house: &House, names: &[char], site: &Site<'_>, walls: &[(char, usize)]) -> ArchiveBuffer {
+    let mut schedule_state =
+        ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
+    schedule_state.head.plan_time_s = NOW_S;
+    schedule_state.schedule = vec![ElementScheduleRecord::NOTHING; site.elements.len()];
     for (digit, element) in walls {
         if house.absent.contains(digit) {
-            phase.set_element(*element, ElementState::NotStarted, ElementState::NotStarted);
+            schedule_state.set_element(*element, ElementState::NotStarted, ElementState::NotStarted);
         }
         if let Some(&finish_s) = house.finished.get(digit) {
-            phase.schedule[*element].finish_s = finish_s;
+            schedule_state.schedule[*element].finish_s = finish_s;
         }
     }
     for (place, name) in names.iter().enumerate() {
         if let Some(why) = house.blocked.get(name) {
-            phase.block_space(place, &[why]);
+            schedule_state.block_space(place, &[why]);
         }
         if let Some(&at_s) = house.closing.get(name) {
-            phase.spaces[place].closes_at_s = at_s;
+            schedule_state.spaces[place].closes_at_s = at_s;
         }
     }
-    phase.finish()
+    schedule_state.finish()
 }
 
 /// What the robot finds at a door of this width and operation.

@@ -18,10 +18,10 @@ impl Archives {
     /// Calls `work` with what a planner reads.
     pub(crate) fn with<T>(&self, options: &PlanOptions, work: impl FnOnce(&PlanInput<'_>) -> T) -> T {
         let site = Site::open(self.site.bytes()).unwrap();
-        let phase = Phase::open(self.phase.bytes()).unwrap();
+        let schedule_state = ScheduleState::open(self.schedule_state.bytes()).unwrap();
         let index = Grids::open(self.index.bytes()).unwrap();
         let grids: Vec<Grid<'_>> = self.grids.iter().map(|g| Grid::open(g.bytes()).unwrap()).collect();
-        work(&PlanInput { site: &site, phase: &phase, index: &index, grids: &grids, options })
+        work(&PlanInput { site: &site, schedule_state: &schedule_state, index: &index, grids: &grids, options })
     }
 
     pub(crate) fn grid(&self, storey: usize) -> Grid<'_> {
@@ -106,7 +106,7 @@ impl Planned {
             export::files(
                 &ExportInput {
                     site: input.site,
-                    phase: input.phase,
+                    schedule_state: input.schedule_state,
                     index: input.index,
                     grids: input.grids,
                     plan: &plan,

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::run::Outcome;
 use alignment::{AlignmentSources, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
 use frames::Map;
-use messages::{Alignment, NONE, PhaseHead, Verdict};
+use messages::{Alignment, NONE, ScheduleStateHead, Verdict};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
 use serde_json::json;
@@ -70,7 +70,7 @@ struct StoreyMap {
 /// The map itself, or the localization maps of a folder that `convert` wrote, with their plan time.
 fn storeys(reference: &Path, only: Option<u32>) -> Result<(Vec<StoreyMap>, i64), Failure> {
     if !reference.is_dir() {
-        return Ok((vec![StoreyMap { path: reference.to_owned(), index: NONE }], PhaseHead::NO_TIME));
+        return Ok((vec![StoreyMap { path: reference.to_owned(), index: NONE }], ScheduleStateHead::NO_TIME));
     }
     let path = reference.join("manifest.json");
     let unusable = |why: String| Failure::usage(format!("{}: {why}", path.display()));
@@ -87,7 +87,7 @@ fn storeys(reference: &Path, only: Option<u32>) -> Result<(Vec<StoreyMap>, i64),
     }
     let plan_time = manifest.plan_time.as_deref().map(str::parse::<frames::PlanTime>).transpose();
     let plan_time_s = plan_time.map_err(|error| unusable(error.to_string()))?;
-    Ok((storeys, plan_time_s.map_or(PhaseHead::NO_TIME, frames::PlanTime::civil_seconds)))
+    Ok((storeys, plan_time_s.map_or(ScheduleStateHead::NO_TIME, frames::PlanTime::civil_seconds)))
 }
 
 #[derive(Deserialize)]

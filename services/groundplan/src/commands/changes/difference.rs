@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::maps::with_maps;
 use crate::plan_date;
 use daemon::Robot;
-use messages::{DoorPassage, NONE, Phase, Site};
+use messages::{DoorPassage, NONE, ScheduleState, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
 use serde::Serialize;
@@ -79,17 +79,17 @@ impl Side {
         robot: &Robot,
         at_s: i64,
     ) -> Result<Self, Failure> {
-        let phase = timeline.phase(Period::instant(at_s)).finish();
-        let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
-        with_maps(site, &phase, rasterizer, robot, &PlanOptions::centres_only(), |maps| {
+        let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
+        let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
+        with_maps(site, &schedule_state, rasterizer, robot, &PlanOptions::centres_only(), |maps| {
             let mut doors = vec![DoorPassage::Absent; site.doors.len()];
             for record in export::each_door(site, maps.index.doors) {
                 doors[record.door as usize] = record.passage.get();
             }
             Ok(Self {
                 at_s,
-                stands: (0..site.elements.len()).map(|k| phase.effective(k).is_obstacle()).collect(),
-                blocked: (0..site.spaces.len()).map(|k| phase.is_blocked(k)).collect(),
+                stands: (0..site.elements.len()).map(|k| schedule_state.effective(k).is_obstacle()).collect(),
+                blocked: (0..site.spaces.len()).map(|k| schedule_state.is_blocked(k)).collect(),
                 doors,
                 reasons: (0..site.spaces.len()).map(|k| maps.plan.reason(k).to_owned()).collect(),
                 has_waypoint: maps.plan.spaces.iter().map(|s| s.centre != NONE).collect(),

@@ -1,7 +1,7 @@
-//! From phases to the files of an output folder.
+//! From schedule states to the files of an output folder.
 
 use super::args::Args;
-use super::phase_summary::PhaseSummary;
+use super::plan_time_summary::PlanTimeSummary;
 use crate::args::report_set_aside;
 use crate::failure::Failure;
 use crate::maps::{Maps, with_maps, world_files};
@@ -9,17 +9,17 @@ use crate::plan_date;
 use crate::progress::ProgressLine;
 use daemon::Robot;
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder};
-use messages::{ArchiveBuffer, Grid, Phase, Site};
+use messages::{ArchiveBuffer, Grid, ScheduleState, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
 use std::collections::BTreeMap;
 use waypoints::PlanOptions;
 use world::WorldOptions;
 
-/// What came of a phase.
+/// What came of a schedule state.
 struct Drawn {
     files: Vec<ExportFile>,
-    summary: PhaseSummary,
+    summary: PlanTimeSummary,
     /// True if the robot can stand at the start that it is given, or why it cannot; false without a start or any floor.
     start: Result<bool, String>,
 }
@@ -35,14 +35,14 @@ pub(super) struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// One phase is the whole output.
+    /// One schedule state is the whole output.
     pub(super) fn replace(
         &mut self,
         folder: &OutputFolder,
         progress: &ProgressLine,
-        phase: &ArchiveBuffer,
-    ) -> Result<PhaseSummary, Failure> {
-        let Drawn { files, summary, start } = self.draw(phase, progress)?;
+        schedule_state: &ArchiveBuffer,
+    ) -> Result<PlanTimeSummary, Failure> {
+        let Drawn { files, summary, start } = self.draw(schedule_state, progress)?;
         start.map_err(Failure::usage)?;
         report_set_aside(folder.replace(&files).map_err(Failure::work)?);
         Ok(summary)
@@ -54,7 +54,7 @@ impl Job<'_> {
         folder: &OutputFolder,
         progress: &ProgressLine,
         timeline: &Timeline,
-    ) -> Result<Vec<PhaseSummary>, Failure> {
+    ) -> Result<Vec<PlanTimeSummary>, Failure> {
         if timeline.instants_s().is_empty() {
             return Err(Failure::work("nothing of the model has a date, so nothing ever changes: leave --date out"));
         }
@@ -63,8 +63,8 @@ impl Job<'_> {
         let (mut dated, mut sums) = (Vec::new(), BTreeMap::new());
         let (mut stands, mut why_not) = (false, None);
         for &at_s in timeline.instants_s() {
-            let phase = timeline.phase(Period::instant(at_s)).finish();
-            let Drawn { files, summary, start } = self.draw(&phase, progress)?;
+            let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
+            let Drawn { files, summary, start } = self.draw(&schedule_state, progress)?;
             match start {
                 Ok(now) => stands |= now,
                 Err(why) => why_not = Some(why),
@@ -72,7 +72,7 @@ impl Job<'_> {
             let directory = plan_date::text(at_s).replace(':', "-");
             beside.write(&directory, &files).map_err(Failure::work)?;
             sums.extend(export::sums(&directory, &files));
-            let valid_until = Phase::open(phase.bytes()).map_err(Failure::work)?.head.valid_until_s;
+            let valid_until = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?.head.valid_until_s;
             let valid_until = messages::plan_time(valid_until).map(|t| t.to_string());
             dated.push(DatedFolder { plan_time: plan_date::text(at_s), valid_until, directory });
             summaries.push(summary);
@@ -86,22 +86,22 @@ impl Job<'_> {
         Ok(summaries)
     }
 
-    /// From a phase to its files.
-    fn draw(&mut self, phase: &ArchiveBuffer, progress: &ProgressLine) -> Result<Drawn, Failure> {
+    /// From a schedule state to its files.
+    fn draw(&mut self, schedule_state: &ArchiveBuffer, progress: &ProgressLine) -> Result<Drawn, Failure> {
         let Self { site, arguments, robot, options, world, ref mut rasterizer } = *self;
-        let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
+        let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
         progress.stage("drawing");
-        with_maps(site, &phase, rasterizer, robot, options, |maps: &Maps<'_>| {
+        with_maps(site, &schedule_state, rasterizer, robot, options, |maps: &Maps<'_>| {
             // Before anything is built a map is blank for a reason.
             let is_written = |grid: &&Grid<'_>| options.storeys.contains(&grid.head.map_storey);
             let written: Vec<Grid<'_>> = maps.grids.iter().filter(is_written).copied().collect();
-            if !arguments.allow_empty && phase.head.plan_time().is_none() {
+            if !arguments.allow_empty && schedule_state.head.plan_time().is_none() {
                 raster::check_not_blank(site, &written).map_err(Failure::work)?;
             }
             progress.stage("writing");
             let input = ExportInput {
                 site,
-                phase: &phase,
+                schedule_state: &schedule_state,
                 index: maps.index,
                 grids: &written,
                 plan: maps.plan,
@@ -109,10 +109,11 @@ impl Job<'_> {
                 resolution_m: arguments.robot.resolution,
                 with_geometry: arguments.with_geometry,
             };
-            let start = options.start.map_or(Ok(false), |start| maps.check_start(site, &phase, options, start));
+            let start =
+                options.start.map_or(Ok(false), |start| maps.check_start(site, &schedule_state, options, start));
             Ok(Drawn {
                 files: export::files(&input, world_files(&input, world)),
-                summary: PhaseSummary::of(&input),
+                summary: PlanTimeSummary::of(&input),
                 start,
             })
         })

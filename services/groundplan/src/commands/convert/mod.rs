@@ -3,7 +3,7 @@
 mod args;
 mod drawing;
 mod notices;
-mod phase_summary;
+mod plan_time_summary;
 mod rooms;
 mod storey_choice;
 mod summary;
@@ -19,7 +19,7 @@ use drawing::Job;
 use export::SiteFrameFile;
 use ingest::SiteFrame;
 use jiff::tz::TimeZone;
-use messages::{ArchiveBuffer, Diagnostic, DiagnosticCode, DiagnosticRecord, PhaseBuilder, Severity, Site};
+use messages::{ArchiveBuffer, Diagnostic, DiagnosticCode, DiagnosticRecord, ScheduleStateBuilder, Severity, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
 use std::path::Path;
@@ -75,19 +75,19 @@ impl Run for Args {
                 site: &site,
                 rasterizer,
             };
-            let phases = match wanted {
+            let schedule_states = match wanted {
                 Wanted::Everything => {
-                    let phase = everything_built(&site, timeline);
-                    vec![job.replace(&folder, &progress, &phase)?]
+                    let schedule_state = everything_built(&site, timeline);
+                    vec![job.replace(&folder, &progress, &schedule_state)?]
                 }
                 Wanted::At(period) => {
-                    let phase = timeline?.phase(period).finish();
-                    vec![job.replace(&folder, &progress, &phase)?]
+                    let schedule_state = timeline?.schedule_state(period).finish();
+                    vec![job.replace(&folder, &progress, &schedule_state)?]
                 }
                 Wanted::EveryChange => job.replace_by_all(&folder, &progress, &timeline?)?,
             };
             debug!(elapsed_us = micros(started), "output swapped in");
-            let summary = Summary::of(&site, &self.out, phases, started.elapsed(), self.json);
+            let summary = Summary::of(&site, &self.out, schedule_states, started.elapsed(), self.json);
             Ok(summary.text().into())
         })
     }
@@ -128,13 +128,15 @@ impl Args {
     }
 }
 
-/// The phase in which everything stands, with what is known of the schedule; dates that cannot be used do not matter here.
+/// The schedule state in which everything stands, with what is known of the schedule; dates that cannot be used do not
+/// matter here.
 fn everything_built(site: &Site<'_>, timeline: Result<Timeline, Failure>) -> ArchiveBuffer {
     let failure = match timeline {
         Ok(timeline) => return timeline.everything_built().finish(),
         Err(failure) => failure,
     };
-    let mut phase = PhaseBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
+    let mut schedule_state =
+        ScheduleStateBuilder::everything_built(site.content_hash(), site.elements.len(), site.spaces.len());
     let diagnostic = Diagnostic {
         severity: Severity::Warning,
         code: DiagnosticCode::ScheduleUnusable,
@@ -142,8 +144,8 @@ fn everything_built(site: &Site<'_>, timeline: Result<Timeline, Failure>) -> Arc
         source: None,
         message: format!("the schedule cannot be used: {failure:#}"),
     };
-    phase.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut phase.texts));
-    phase.finish()
+    schedule_state.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut schedule_state.texts));
+    schedule_state.finish()
 }
 
 fn micros(since: Instant) -> u64 {

@@ -2,7 +2,7 @@
 
 use export::ExportInput;
 use frames::metres;
-use messages::{DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, Phase, Severity, Site};
+use messages::{DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, ScheduleState, Severity, Site};
 
 /// What is said of a model from which no floor can be made.
 const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp), no space and no wall: its maps show obstacles, \
@@ -23,14 +23,14 @@ pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
         let name = if name.is_empty() { id } else { name };
         kinds.add(id, format!("warning: storey {name:?} is not mapped: {why}"));
     }
-    if export::schedule_ignored(site, input.phase) {
+    if export::schedule_ignored(site, input.schedule_state) {
         kinds.add("schedule", "warning: the model holds a schedule; this map shows everything built".to_owned());
     }
     for (word, diagnostic) in worst_first(site.diagnostics) {
         kinds.add(diagnostic.code.get().name(), format!("{word}: {}", of_diagnostic(site, diagnostic)));
     }
-    for (word, diagnostic) in worst_first(input.phase.diagnostics) {
-        kinds.add(diagnostic.code.get().name(), format!("{word}: {}", of_schedule(input.phase, diagnostic)));
+    for (word, diagnostic) in worst_first(input.schedule_state.diagnostics) {
+        kinds.add(diagnostic.code.get().name(), format!("{word}: {}", of_schedule(input.schedule_state, diagnostic)));
     }
     for diagnostic in input.plan.diagnostics.iter().filter(|d| d.severity == Severity::Error) {
         let message = input.plan.text(diagnostic.message);
@@ -77,8 +77,8 @@ fn of_diagnostic(site: &Site<'_>, d: &DiagnosticRecord) -> String {
     about(&who, site.text(d.message))
 }
 
-fn of_schedule(phase: &Phase<'_>, d: &DiagnosticRecord) -> String {
-    about(&[phase.text(d.global_id), phase.text(d.name)], phase.text(d.message))
+fn of_schedule(schedule_state: &ScheduleState<'_>, d: &DiagnosticRecord) -> String {
+    about(&[schedule_state.text(d.global_id), schedule_state.text(d.name)], schedule_state.text(d.message))
 }
 
 /// A message behind the words that say what it is about; those that are empty leave no trace.

@@ -1,6 +1,6 @@
 //! Summary of a conversion, as text and JSON.
 
-use super::phase_summary::PhaseSummary;
+use super::plan_time_summary::PlanTimeSummary;
 use super::rooms::{RoomLine, rooms_lines};
 use export::SiteFrameFile;
 use messages::{Severity, Site};
@@ -37,15 +37,15 @@ pub(super) struct Summary {
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum MapsMade {
-    One(PhaseSummary),
-    Several { phases: Vec<PhaseSummary> },
+    One(PlanTimeSummary),
+    Several { schedule_states: Vec<PlanTimeSummary> },
 }
 
 impl Summary {
     pub(super) fn of(
         site: &Site<'_>,
         out: &Path,
-        mut phases: Vec<PhaseSummary>,
+        mut schedule_states: Vec<PlanTimeSummary>,
         elapsed: Duration,
         json: bool,
     ) -> Self {
@@ -55,13 +55,17 @@ impl Summary {
             out: out.to_owned(),
             elapsed_s: (elapsed.as_secs_f64() * 1000.0).round() / 1000.0,
             frame: SiteFrameFile::of(site),
-            spaces_not_mapped: phases.last_mut().map(|p| std::mem::take(&mut p.rooms)).unwrap_or_default(),
+            spaces_not_mapped: schedule_states.last_mut().map(|p| std::mem::take(&mut p.rooms)).unwrap_or_default(),
             storeys_not_mapped: not_mapped.map(|s| site.text(s.name).to_owned()).collect(),
             elements: site.elements.len(),
             spaces: site.spaces.len(),
             errors: severity(Severity::Error),
             warnings: severity(Severity::Warning),
-            maps: if phases.len() == 1 { MapsMade::One(phases.remove(0)) } else { MapsMade::Several { phases } },
+            maps: if schedule_states.len() == 1 {
+                MapsMade::One(schedule_states.remove(0))
+            } else {
+                MapsMade::Several { schedule_states }
+            },
             json,
         }
     }
@@ -71,18 +75,18 @@ impl Summary {
         if self.json {
             return serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
         }
-        let phases = match &self.maps {
+        let schedule_states = match &self.maps {
             MapsMade::One(one) => std::slice::from_ref(one),
-            MapsMade::Several { phases } => phases,
+            MapsMade::Several { schedule_states } => schedule_states,
         };
         let mut lines = vec![frame_line(&self.frame)];
-        lines.extend(phases.iter().flat_map(PhaseSummary::lines));
+        lines.extend(schedule_states.iter().flat_map(PlanTimeSummary::lines));
         lines.extend(rooms_lines(&self.spaces_not_mapped));
         // What many dates share is said once, with the last.
-        let notices = phases.last().map(|p| p.notices.as_slice()).unwrap_or_default();
+        let notices = schedule_states.last().map(|p| p.notices.as_slice()).unwrap_or_default();
         lines.extend(notices.iter().take(MAX_NOTICES).map(|notice| format!("  {notice}")));
         if !notices.is_empty() {
-            let report = if phases.len() == 1 { "report.json" } else { "<date>/report.json" };
+            let report = if schedule_states.len() == 1 { "report.json" } else { "<date>/report.json" };
             lines.push(format!("  all in {}", self.out.join(report).display()));
         }
         lines.push(format!("{} written in {:.2} s", self.out.display(), self.elapsed_s));

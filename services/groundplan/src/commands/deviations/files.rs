@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::plan_date;
 use ::deviations::{DeviationInput, deviations};
 use alignment::{AlignmentSources, PreparedMap, References, align_maps};
-use messages::{Alignment, Deviations, Phase, Verdict};
+use messages::{Alignment, Deviations, ScheduleState, Verdict};
 use occupancy::OccupancyMap;
 use std::path::Path;
 
@@ -24,16 +24,16 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
     let model = ModelArgs::new(arguments.models.clone(), arguments.allow_boxes);
     with_timeline(&model, &schedule, |site, timeline, progress| {
-        let phase = timeline.phase_at(at_s).finish();
-        let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
+        let schedule_state = timeline.schedule_state_at(at_s).finish();
+        let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
         progress.stage("aligning");
         let mut references = References::new(site, &robot.profile).map_err(Failure::work)?;
-        let mut maps: Vec<_> = references.at(site, &phase).map_err(Failure::work)?.enumerate().collect();
+        let mut maps: Vec<_> = references.at(site, &schedule_state).map_err(Failure::work)?.enumerate().collect();
         maps.retain(|(storey, _)| arguments.place.storey.is_none_or(|only| only as usize == *storey));
         let storeys: Vec<u32> = maps.iter().map(|(storey, _)| *storey as u32).collect();
         let maps: Vec<_> = maps.into_iter().map(|(_, map)| map).collect();
         let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().as_ref());
-        let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, plan_time_s: phase.head.plan_time_s };
+        let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, plan_time_s: schedule_state.head.plan_time_s };
         let archive = found.archive(&storeys, &found.pose_status(&storeys), sources);
         let Some(pose) = found.poses.first().filter(|_| found.verdict == Verdict::Accepted) else {
             let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
@@ -46,7 +46,7 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
         let slam_map_hash = map.content_hash().map_err(Failure::work)?;
         let found = deviations(&DeviationInput {
             site,
-            phase: &phase,
+            schedule_state: &schedule_state,
             robot: &robot.profile,
             map_storey: storeys[pose.reference] as usize,
             slam: &map,
@@ -56,6 +56,6 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
             covariance: pose.covariance,
         });
         let found = Deviations::open(found.bytes()).map_err(Failure::work)?;
-        write(arguments, site, &phase, &found)
+        write(arguments, site, &schedule_state, &found)
     })
 }

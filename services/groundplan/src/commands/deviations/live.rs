@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(20);
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Takes the deviations that fit the newest site and phase.
+/// Takes the deviations that fit the newest site and schedule state.
 ///
 /// # Errors
 /// No daemons, no pose that was accepted, a folder that cannot be written.
@@ -27,11 +27,11 @@ pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
         if let Some(state) = states.state()
             && let Some(sample) = found.take_if(|found| state.made(&found.header().inputs))
         {
-            let (site, phase) = state.views().map_err(Failure::work)?;
+            let (site, schedule_state) = state.views().map_err(Failure::work)?;
             let sample = sample.check().map_err(Failure::work)?;
             let found = sample.view();
             found.check_site(&site).map_err(Failure::work)?;
-            return write(arguments, &site, &phase, &found);
+            return write(arguments, &site, &schedule_state, &found);
         }
         if begun.elapsed() > PATIENCE {
             return Err(Failure::work("nothing was compared: see groundplan align and groundplan status"));

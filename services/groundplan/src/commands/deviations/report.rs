@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::plan_date;
 use export::{DeviationExport, DeviationsDocument, deviation_files, with_manifest};
 use frames::PlanTime;
-use messages::{Deviations, Judgement, Observation, Phase, PhaseHead, Site};
+use messages::{Deviations, Judgement, Observation, ScheduleState, ScheduleStateHead, Site};
 use serde_json::json;
 use std::fmt::Write;
 
@@ -17,14 +17,14 @@ use std::fmt::Write;
 pub(super) fn write(
     arguments: &Args,
     site: &Site<'_>,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     found: &Deviations<'_>,
 ) -> Result<String, Failure> {
     // Topics want to know when they were made; a comparison without a date has only that of the machine.
     let now = || PlanTime::from_civil_seconds(jiff::Timestamp::now().as_second());
-    let created = messages::plan_time(phase.head.plan_time_s).or_else(now);
+    let created = messages::plan_time(schedule_state.head.plan_time_s).or_else(now);
     let created = created.ok_or_else(|| Failure::work("the machine's clock tells no date"))?;
-    let input = DeviationExport { site, phase, deviations: found, created };
+    let input = DeviationExport { site, schedule_state, deviations: found, created };
     if let Some(folder) = &arguments.out {
         let folder = arguments.overwrite.folder_at(folder)?;
         let manifest = json!({
@@ -44,7 +44,7 @@ fn text(site: &Site<'_>, found: &Deviations<'_>) -> String {
     let head = found.head;
     let storey = site.text(site.map_storeys[head.map_storey as usize].name);
     let date = match head.plan_time_s {
-        PhaseHead::NO_TIME => "everything built".to_owned(),
+        ScheduleStateHead::NO_TIME => "everything built".to_owned(),
         at_s => plan_date::text(at_s),
     };
     let mut out = format!("storey {} {storey} at {date}\n", head.map_storey);

@@ -33,7 +33,9 @@ impl Run for Args {
         let begun = Instant::now();
         while !sets.take()? {
             if begun.elapsed() > PATIENCE {
-                return Err(Failure::work("site, phase and grids do not come together: see groundplan status"));
+                return Err(Failure::work(
+                    "site, schedule state and grids do not come together: see groundplan status",
+                ));
             }
             waiter.wait(LOOK).map_err(Failure::work)?;
         }

@@ -39,7 +39,8 @@ impl Sets {
     ) -> Result<Vec<ExportFile>, Failure> {
         let missing = || Failure::work("there are no maps yet");
         let set: SiteSet<'_> = self.reader.set().ok_or_else(missing)?;
-        let SiteViews { site, state: phase, index, grids, mission_plan } = set.views().map_err(Failure::work)?;
+        let SiteViews { site, state: schedule_state, index, grids, mission_plan } =
+            set.views().map_err(Failure::work)?;
         let plan = mission_plan.ok_or_else(missing)?;
         let inputs = set.index.bytes().header().inputs;
         let profile = index.head.robot;
@@ -52,7 +53,7 @@ impl Sets {
             self.cut.iter().flat_map(|(_, cut)| (0..grids.len()).map(|k| cut.footprints(k))).collect();
         let input = ExportInput {
             site: &site,
-            phase: &phase,
+            schedule_state: &schedule_state,
             index: &index,
             grids: &grids,
             plan: &plan,

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::plan_date;
 use export::{ScheduleFindings, ScheduleReport};
-use messages::{Phase, PhaseHead, Site, SpaceState};
+use messages::{ScheduleState, ScheduleStateHead, Site, SpaceState};
 use schedule::Period;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -52,7 +52,12 @@ struct Report<'s> {
 }
 
 /// What differs in the union over a day from its midnight.
-pub(super) fn whole_day<'s>(site: &'s Site<'_>, midnight: &Phase<'_>, day: Period, of_day: &Phase<'_>) -> WholeDay<'s> {
+pub(super) fn whole_day<'s>(
+    site: &'s Site<'_>,
+    midnight: &ScheduleState<'_>,
+    day: Period,
+    of_day: &ScheduleState<'_>,
+) -> WholeDay<'s> {
     let elements = (0..site.elements.len()).filter(|k| of_day.effective(*k) != midnight.effective(*k));
     let spaces = (0..site.spaces.len()).map(|k| (k, space_of(of_day, k)));
     let spaces = spaces.filter(|(k, space)| *space != space_of(midnight, *k));
@@ -65,43 +70,43 @@ pub(super) fn whole_day<'s>(site: &'s Site<'_>, midnight: &Phase<'_>, day: Perio
 
 pub(super) fn json_of<'s>(
     site: &'s Site<'_>,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     period: Period,
     whole_day: Option<WholeDay<'s>>,
 ) -> Result<String, Failure> {
     let elements = site.elements.iter().enumerate();
     let spaces = site.spaces.iter().enumerate();
-    let closing = spaces.clone().filter(|(k, _)| phase.spaces[*k].closes_at_s != PhaseHead::NO_TIME);
+    let closing = spaces.clone().filter(|(k, _)| schedule_state.spaces[*k].closes_at_s != ScheduleStateHead::NO_TIME);
     let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
     let states = States {
         at: plan_date::text(period.from_s),
         until: period.until_s.map(plan_date::text),
         whole_day,
-        elements: elements.map(|(k, e)| (site.text(e.global_id), phase.effective(k).name())).collect(),
-        spaces: spaces.map(|(k, s)| (site.text(s.global_id), space_of(phase, k))).collect(),
+        elements: elements.map(|(k, e)| (site.text(e.global_id), schedule_state.effective(k).name())).collect(),
+        spaces: spaces.map(|(k, s)| (site.text(s.global_id), space_of(schedule_state, k))).collect(),
         report: Report {
-            valid_from: time(phase.head.valid_from_s),
-            valid_until: time(phase.head.valid_until_s),
+            valid_from: time(schedule_state.head.valid_from_s),
+            valid_until: time(schedule_state.head.valid_until_s),
             closing: closing
-                .map(|(k, s)| (site.text(s.global_id), plan_date::text(phase.spaces[k].closes_at_s)))
+                .map(|(k, s)| (site.text(s.global_id), plan_date::text(schedule_state.spaces[k].closes_at_s)))
                 .collect(),
-            counts: counts(phase),
-            schedule: ScheduleReport::of(site, phase),
-            findings: ScheduleFindings::of(site, phase),
+            counts: counts(schedule_state),
+            schedule: ScheduleReport::of(site, schedule_state),
+            findings: ScheduleFindings::of(site, schedule_state),
         },
     };
     Ok(serde_json::to_string(&states).map_err(Failure::work)? + "\n")
 }
 
-fn space_of(phase: &Phase<'_>, space: usize) -> Space {
-    let state = if phase.is_blocked(space) { SpaceState::Blocked } else { SpaceState::Open };
-    Space { state: state.name(), why: phase.why(space).map(str::to_owned).collect() }
+fn space_of(schedule_state: &ScheduleState<'_>, space: usize) -> Space {
+    let state = if schedule_state.is_blocked(space) { SpaceState::Blocked } else { SpaceState::Open };
+    Space { state: state.name(), why: schedule_state.why(space).map(str::to_owned).collect() }
 }
 
-pub(super) fn counts(phase: &Phase<'_>) -> BTreeMap<&'static str, usize> {
+pub(super) fn counts(schedule_state: &ScheduleState<'_>) -> BTreeMap<&'static str, usize> {
     let mut counts = BTreeMap::new();
-    for k in 0..phase.n_elements() {
-        *counts.entry(phase.effective(k).name()).or_default() += 1;
+    for k in 0..schedule_state.n_elements() {
+        *counts.entry(schedule_state.effective(k).name()).or_default() += 1;
     }
     counts
 }

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::plan_date;
 use crate::run::{Outcome, Run};
 use document::{json_of, whole_day};
-use messages::{Phase, Site};
+use messages::{ScheduleState, Site};
 use schedule::{Period, Timeline};
 use text::text_of;
 
@@ -87,10 +87,18 @@ fn at(
     (period, day): (Period, Option<Period>),
     json: bool,
 ) -> Result<String, Failure> {
-    let phase = timeline.phase(period).finish();
-    let phase = Phase::open(phase.bytes()).map_err(Failure::work)?;
-    let of_day = day.map(|day| timeline.phase(day).finish());
-    let of_day = of_day.as_ref().map(|phase| Phase::open(phase.bytes())).transpose().map_err(Failure::work)?;
-    let whole_day = day.zip(of_day.as_ref()).map(|(day, of_day)| whole_day(site, &phase, day, of_day));
-    if json { json_of(site, &phase, period, whole_day) } else { Ok(text_of(site, timeline, &phase, period, whole_day)) }
+    let schedule_state = timeline.schedule_state(period).finish();
+    let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
+    let of_day = day.map(|day| timeline.schedule_state(day).finish());
+    let of_day = of_day
+        .as_ref()
+        .map(|schedule_state| ScheduleState::open(schedule_state.bytes()))
+        .transpose()
+        .map_err(Failure::work)?;
+    let whole_day = day.zip(of_day.as_ref()).map(|(day, of_day)| whole_day(site, &schedule_state, day, of_day));
+    if json {
+        json_of(site, &schedule_state, period, whole_day)
+    } else {
+        Ok(text_of(site, timeline, &schedule_state, period, whole_day))
+    }
 }

@@ -4,7 +4,7 @@ use super::document::{WholeDay, counts};
 use crate::plan_date;
 use crate::task_name::task_name;
 use frames::counted;
-use messages::{DateSource, Diagnostic, Phase, PhaseHead, Severity, Site};
+use messages::{DateSource, Diagnostic, ScheduleState, ScheduleStateHead, Severity, Site};
 use schedule::{Period, Timeline};
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -16,7 +16,7 @@ const MAX_FINDINGS: usize = 8;
 pub(super) fn text_of(
     site: &Site<'_>,
     timeline: &Timeline,
-    phase: &Phase<'_>,
+    schedule_state: &ScheduleState<'_>,
     period: Period,
     whole_day: Option<WholeDay<'_>>,
 ) -> String {
@@ -27,14 +27,14 @@ pub(super) fn text_of(
         out,
         "{}{until}  (last change {}, next {})",
         plan_date::text(period.from_s),
-        time(phase.head.valid_from_s),
-        time(phase.head.valid_until_s)
+        time(schedule_state.head.valid_from_s),
+        time(schedule_state.head.valid_until_s)
     );
     if let Some(whole_day) = whole_day {
         out.push_str(&whole_day.text());
     }
     let counts: Vec<String> =
-        counts(phase).into_iter().map(|(state, n)| format!("{n} {}", state.replace('_', " "))).collect();
+        counts(schedule_state).into_iter().map(|(state, n)| format!("{n} {}", state.replace('_', " "))).collect();
     let _ = writeln!(out, "elements: {}", counts.join(", "));
     let summaries: HashSet<usize> = site.tasks.iter().map(|t| t.parent as usize).collect();
     let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
@@ -46,19 +46,20 @@ pub(super) fn text_of(
         let float = timeline.float(k).map_or(String::new(), |f| format!(", float {}", hours(f.total_s)));
         let _ = writeln!(out, "  at work: {} until {}{float}", task_name(site, k), time(dates.finish_s));
     }
-    let n_blocked = (0..site.spaces.len()).filter(|k| phase.is_blocked(*k)).count();
+    let n_blocked = (0..site.spaces.len()).filter(|k| schedule_state.is_blocked(*k)).count();
     let _ = writeln!(out, "spaces: {} open, {n_blocked} blocked", site.spaces.len() - n_blocked);
     for (k, space) in site.spaces.iter().enumerate() {
         let name = format!("{} {}", site.text(space.name), site.text(space.long_name));
-        if phase.is_blocked(k) {
-            let why: Vec<String> = phase.why(k).map(|w| reason(site, w)).collect();
+        if schedule_state.is_blocked(k) {
+            let why: Vec<String> = schedule_state.why(k).map(|w| reason(site, w)).collect();
             let _ = writeln!(out, "  blocked: {:<24} {}", name.trim(), why.join("; "));
-        } else if phase.spaces[k].closes_at_s != PhaseHead::NO_TIME {
-            let _ = writeln!(out, "  closing: {:<24} at {}", name.trim(), time(phase.spaces[k].closes_at_s));
+        } else if schedule_state.spaces[k].closes_at_s != ScheduleStateHead::NO_TIME {
+            let _ = writeln!(out, "  closing: {:<24} at {}", name.trim(), time(schedule_state.spaces[k].closes_at_s));
         }
     }
     write_findings(&mut out, timeline);
-    let n_existing = (0..phase.n_elements()).filter(|k| phase.schedule_of(*k).source == DateSource::None).count();
+    let n_existing =
+        (0..schedule_state.n_elements()).filter(|k| schedule_state.schedule_of(*k).source == DateSource::None).count();
     if n_existing > 0 {
         let _ = writeln!(out, "  {} without any date", counted(n_existing, "element"));
     }

@@ -3,7 +3,7 @@
 use crate::alignment_report;
 use crate::plan_date::optional_text;
 use bus::{RawSample, TopicName};
-use messages::{Alignment, ArchiveError, Grid, Grids, Phase, Plan, Site, SlamMap};
+use messages::{Alignment, ArchiveError, Grid, Grids, Plan, ScheduleState, Site, SlamMap};
 use serde_json::{Value, json};
 
 /// A hash as text.
@@ -23,8 +23,8 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
             let (elements, spaces, tasks) = (site.elements.len(), site.spaces.len(), site.tasks.len());
             json!({"elements": elements, "spaces": spaces, "map_storeys": site.map_storeys.len(), "tasks": tasks})
         }
-        TopicName::Phase => {
-            let head = Phase::open(sample.bytes())?.head;
+        TopicName::ScheduleState => {
+            let head = ScheduleState::open(sample.bytes())?.head;
             json!({
                 "plan_time": optional_text(head.plan_time_s),
                 "valid_from": optional_text(head.valid_from_s),
@@ -83,7 +83,7 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
         "bytes": header.payload_length,
         "content_hash": hash_text(header.content_hash),
         "site_hash": hash_text(header.inputs.site),
-        "phase_hash": hash_text(header.inputs.phase),
+        "phase_hash": hash_text(header.inputs.schedule_state),
         "content": content,
     }))
 }

@@ -26,7 +26,7 @@ pub(super) fn list(site: &SiteArgs, json: bool) -> Result<String, Failure> {
     let slots = GridSlot::all().map(TopicName::Grid);
     let others = [
         TopicName::Site,
-        TopicName::Phase,
+        TopicName::ScheduleState,
         TopicName::Grids,
         TopicName::Plan,
         TopicName::SlamMap,

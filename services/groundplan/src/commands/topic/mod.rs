@@ -34,7 +34,7 @@ pub enum TopicCommand {
     },
     /// Print the last sample of a topic as JSON: what it is, what it was made from
     Echo {
-        /// site, phase, grids, grid/00 ..
+        /// site, schedule-state, grids, grid/00 ..
         topic: String,
         /// Go on with every sample that comes, one a line, until SIGTERM
         #[arg(long)]
@@ -48,7 +48,7 @@ pub enum TopicCommand {
     },
     /// Measure how often samples of a topic come, how large they are, and how long they take
     Hz {
-        /// site, phase, grids, grid/00 ..
+        /// site, schedule-state, grids, grid/00 ..
         topic: String,
         /// Measure for this time [default: until SIGTERM]
         #[arg(long = "for", value_name = "SECONDS")]

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 /// The maps of one plan time.
 #[derive(Debug, Serialize)]
-pub(super) struct PhaseSummary {
+pub(super) struct PlanTimeSummary {
     plan_time: Option<String>,
     plan_until: Option<String>,
     storeys: Vec<StoreyLine>,
@@ -38,15 +38,15 @@ struct StoreyLine {
     closed_doors: usize,
 }
 
-impl PhaseSummary {
+impl PlanTimeSummary {
     pub(super) fn of(input: &ExportInput<'_>) -> Self {
-        let head = input.phase.head;
+        let head = input.schedule_state.head;
         Self {
             plan_time: head.plan_time().map(|t| t.to_string()),
             plan_until: head.plan_until().map(|t| t.to_string()),
             storeys: input.grids.iter().map(|grid| storey_line(input, grid)).collect(),
             waypoints: input.plan.waypoints.len(),
-            schedule_ignored: export::schedule_ignored(input.site, input.phase),
+            schedule_ignored: export::schedule_ignored(input.site, input.schedule_state),
             rooms: export::spaces_not_mapped(input).into_iter().map(|room| RoomLine::of(input.site, room)).collect(),
             notices: notices(input),
         }
@@ -103,7 +103,7 @@ fn storey_line(input: &ExportInput<'_>, grid: &Grid<'_>) -> StoreyLine {
         free_m2: (grid.planning.iter().filter(|&&p| p == 0).count() as f64 * cell_m2 * 10.0).round() / 10.0,
         obstacles: input.footprints[index as usize]
             .iter()
-            .filter(|(e, _)| input.phase.effective(*e as usize).is_obstacle())
+            .filter(|(e, _)| input.schedule_state.effective(*e as usize).is_obstacle())
             .count(),
         waypoints: input.plan.waypoints.iter().filter(|w| w.map_storey == index).count(),
         closed_doors: closed.count(),

@@ -1,4 +1,4 @@
-//! The `phase` archive: states of elements and spaces at a plan time.
+//! The `schedule-state` archive: states of elements and spaces at a plan time.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text, TextList};
 use crate::archive_writer::ArchiveWriter;
@@ -20,28 +20,28 @@ mod section {
     pub(super) const LISTED_TEXTS: u32 = 8;
 }
 
-/// Facts of the phase: one record. Times are seconds of the civil calendar since 1970-01-01T00:00.
+/// Facts of the schedule state: one record. Times are seconds of the civil calendar since 1970-01-01T00:00.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
-pub struct PhaseHead {
+pub struct ScheduleStateHead {
     /// Content hash of the site it belongs to.
     pub site_hash: u64,
-    /// The plan time; [`PhaseHead::NO_TIME`] if everything stands regardless of dates.
+    /// The plan time; [`ScheduleStateHead::NO_TIME`] if everything stands regardless of dates.
     pub plan_time_s: i64,
-    /// End of the period that the states are the union of, exclusive; [`PhaseHead::NO_TIME`] for an instant.
+    /// End of the period that the states are the union of, exclusive; [`ScheduleStateHead::NO_TIME`] for an instant.
     pub plan_until_s: i64,
-    /// Last change at or before the plan time, or [`PhaseHead::NO_TIME`].
+    /// Last change at or before the plan time, or [`ScheduleStateHead::NO_TIME`].
     pub valid_from_s: i64,
-    /// Next change after it, at or after the end of a period, or [`PhaseHead::NO_TIME`].
+    /// Next change after it, at or after the end of a period, or [`ScheduleStateHead::NO_TIME`].
     pub valid_until_s: i64,
     /// Number of instants at which anything changes.
     pub n_changes: u32,
     /// 1 if the states follow the published prototype's rule.
     pub paper: u32,
 }
-const _: () = assert!(size_of::<PhaseHead>() == 48);
+const _: () = assert!(size_of::<ScheduleStateHead>() == 48);
 
-impl PhaseHead {
+impl ScheduleStateHead {
     /// No such time.
     pub const NO_TIME: i64 = i64::MIN;
 
@@ -55,7 +55,7 @@ impl PhaseHead {
         plan_time(self.plan_until_s)
     }
 
-    /// The head of a phase in which everything stands.
+    /// The head of a schedule state in which everything stands.
     fn of_everything(site_hash: u64) -> Self {
         let none = Self::NO_TIME;
         Self {
@@ -70,9 +70,9 @@ impl PhaseHead {
     }
 }
 
-/// A time of a phase; `None` for [`PhaseHead::NO_TIME`].
+/// A time of a schedule state; `None` for [`ScheduleStateHead::NO_TIME`].
 pub fn plan_time(seconds: i64) -> Option<PlanTime> {
-    (seconds != PhaseHead::NO_TIME).then(|| PlanTime::from_civil_seconds(seconds)).flatten()
+    (seconds != ScheduleStateHead::NO_TIME).then(|| PlanTime::from_civil_seconds(seconds)).flatten()
 }
 
 /// State of an element.
@@ -145,12 +145,12 @@ pub struct SpaceStateRecord {
     pub reserved: u32,
     /// Why it is blocked; none if open.
     pub reasons: TextList,
-    /// When an open space that is closing soon will be blocked, or [`PhaseHead::NO_TIME`].
+    /// When an open space that is closing soon will be blocked, or [`ScheduleStateHead::NO_TIME`].
     pub closes_at_s: i64,
 }
 const _: () = assert!(size_of::<SpaceStateRecord>() == 24);
 
-/// When an element is built and removed, whatever the plan time. Missing times are [`PhaseHead::NO_TIME`].
+/// When an element is built and removed, whatever the plan time. Missing times are [`ScheduleStateHead::NO_TIME`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct ElementScheduleRecord {
@@ -176,12 +176,12 @@ const _: () = assert!(size_of::<ElementScheduleRecord>() == 56);
 impl ElementScheduleRecord {
     /// Nothing is known: the element exists.
     pub const NOTHING: Self = Self {
-        start_s: PhaseHead::NO_TIME,
-        finish_s: PhaseHead::NO_TIME,
-        removal_start_s: PhaseHead::NO_TIME,
-        removal_finish_s: PhaseHead::NO_TIME,
-        total_float_s: PhaseHead::NO_TIME,
-        free_float_s: PhaseHead::NO_TIME,
+        start_s: ScheduleStateHead::NO_TIME,
+        finish_s: ScheduleStateHead::NO_TIME,
+        removal_start_s: ScheduleStateHead::NO_TIME,
+        removal_finish_s: ScheduleStateHead::NO_TIME,
+        total_float_s: ScheduleStateHead::NO_TIME,
+        free_float_s: ScheduleStateHead::NO_TIME,
         source: Tag::numbered(DateSource::None as u32),
         task: NONE,
     };
@@ -233,12 +233,12 @@ impl DateSource {
 
 /// States at a plan time, read in place.
 #[derive(Debug, Clone, Copy)]
-pub struct Phase<'a> {
+pub struct ScheduleState<'a> {
     archive: Archive<'a>,
     strings: &'a str,
     listed_texts: &'a [Text],
-    /// Facts of the phase.
-    pub head: &'a PhaseHead,
+    /// Facts of the schedule state.
+    pub head: &'a ScheduleStateHead,
     planned: &'a [Tag<ElementState>],
     effective: &'a [Tag<ElementState>],
     /// One record per space of the site.
@@ -249,31 +249,34 @@ pub struct Phase<'a> {
     pub diagnostics: &'a [DiagnosticRecord],
 }
 
-impl<'a> Phase<'a> {
+impl<'a> ScheduleState<'a> {
     /// Validates and views an archive.
     ///
     /// # Errors
-    /// Bytes that are no whole phase archive, or states that do not exist.
+    /// Bytes that are no whole schedule state archive, or states that do not exist.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let phase = Self::of(Archive::open(bytes, ArchiveKind::Phase)?)?;
-        check_tags(phase.planned.iter().chain(phase.effective).copied(), "state of an element")?;
-        check_tags(phase.spaces.iter().map(|s| s.state), "state of a space")?;
-        check_tags(phase.schedule.iter().map(|s| s.source), "source of dates")?;
-        check_diagnostics(phase.diagnostics)?;
-        let diagnostics = phase.diagnostics.iter().flat_map(DiagnosticRecord::texts);
-        let texts = phase.listed_texts.iter().copied().chain(diagnostics);
+        let schedule_state = Self::of(Archive::open(bytes, ArchiveKind::ScheduleState)?)?;
+        check_tags(schedule_state.planned.iter().chain(schedule_state.effective).copied(), "state of an element")?;
+        check_tags(schedule_state.spaces.iter().map(|s| s.state), "state of a space")?;
+        check_tags(schedule_state.schedule.iter().map(|s| s.source), "source of dates")?;
+        check_diagnostics(schedule_state.diagnostics)?;
+        let diagnostics = schedule_state.diagnostics.iter().flat_map(DiagnosticRecord::texts);
+        let texts = schedule_state.listed_texts.iter().copied().chain(diagnostics);
         // Spaces that share their reasons would be walked again and again.
-        let n_reasons: u64 = phase.spaces.iter().map(|s| u64::from(s.reasons.count)).sum();
-        let n_elements = phase.planned.len();
-        let fits =
-            n_elements == phase.effective.len() && (phase.schedule.is_empty() || phase.schedule.len() == n_elements);
+        let n_reasons: u64 = schedule_state.spaces.iter().map(|s| u64::from(s.reasons.count)).sum();
+        let n_elements = schedule_state.planned.len();
+        let fits = n_elements == schedule_state.effective.len()
+            && (schedule_state.schedule.is_empty() || schedule_state.schedule.len() == n_elements);
         let whole = |t: Text| {
-            phase.strings.get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize)).is_some()
+            schedule_state
+                .strings
+                .get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize))
+                .is_some()
         };
-        let listed = phase.spaces.iter().all(|s| s.reasons.of(phase.listed_texts).is_some())
-            && n_reasons <= phase.listed_texts.len() as u64;
+        let listed = schedule_state.spaces.iter().all(|s| s.reasons.of(schedule_state.listed_texts).is_some())
+            && n_reasons <= schedule_state.listed_texts.len() as u64;
         if fits && listed && texts.into_iter().all(whole) {
-            Ok(phase)
+            Ok(schedule_state)
         } else {
             Err(ArchiveError::Index { what: "a state" })
         }
@@ -299,7 +302,7 @@ impl<'a> Phase<'a> {
         self.archive.content_hash()
     }
 
-    /// The same phase as if nothing had been reported or observed: what counts is the plan alone.
+    /// The same schedule state as if nothing had been reported or observed: what counts is the plan alone.
     pub fn as_planned(&self) -> Self {
         Self { effective: self.planned, ..*self }
     }
@@ -342,21 +345,21 @@ impl<'a> Phase<'a> {
 
     /// Why a space is blocked; empty if it is open.
     pub fn why(&self, space: usize) -> impl Iterator<Item = &'a str> + use<'a> {
-        let phase = *self;
+        let schedule_state = *self;
         // Boundaries were checked when the archive was opened.
         let TextList { first, count } = self.spaces[space].reasons;
         let texts = &self.listed_texts[first as usize..][..count as usize];
-        texts.iter().map(move |&text| phase.text(text))
+        texts.iter().map(move |&text| schedule_state.text(text))
     }
 }
 
-/// Records of a `phase` archive to be.
+/// Records of a `schedule-state` archive to be.
 #[derive(Debug)]
-pub struct PhaseBuilder {
+pub struct ScheduleStateBuilder {
     /// Texts.
     pub texts: TextPool,
-    /// Facts of the phase.
-    pub head: PhaseHead,
+    /// Facts of the schedule state.
+    pub head: ScheduleStateHead,
     /// Planned state of each element.
     pub planned: Vec<ElementState>,
     /// Effective state of each element.
@@ -369,18 +372,18 @@ pub struct PhaseBuilder {
     pub diagnostics: Vec<DiagnosticRecord>,
 }
 
-impl PhaseBuilder {
-    /// The phase in which every element stands and every space is open.
+impl ScheduleStateBuilder {
+    /// The schedule state in which every element stands and every space is open.
     pub fn everything_built(site_hash: u64, n_elements: usize, n_spaces: usize) -> Self {
         let open = SpaceStateRecord {
             state: SpaceState::Open.into(),
             reserved: 0,
             reasons: TextList::default(),
-            closes_at_s: PhaseHead::NO_TIME,
+            closes_at_s: ScheduleStateHead::NO_TIME,
         };
         Self {
             texts: TextPool::default(),
-            head: PhaseHead::of_everything(site_hash),
+            head: ScheduleStateHead::of_everything(site_hash),
             planned: vec![ElementState::Built; n_elements],
             effective: vec![ElementState::Built; n_elements],
             spaces: vec![open; n_spaces],
@@ -398,7 +401,7 @@ impl PhaseBuilder {
     /// Blocks a space for these reasons.
     pub fn block_space(&mut self, space: usize, why: &[&str]) {
         let reasons = self.texts.add_list(why.iter().copied());
-        let closes_at_s = PhaseHead::NO_TIME;
+        let closes_at_s = ScheduleStateHead::NO_TIME;
         self.spaces[space] = SpaceStateRecord { state: SpaceState::Blocked.into(), reserved: 0, reasons, closes_at_s };
     }
 
@@ -421,15 +424,15 @@ impl PhaseBuilder {
     }
 }
 
-impl ArchiveWriter for PhaseBuilder {
-    type Payload = payload::Phase;
+impl ArchiveWriter for ScheduleStateBuilder {
+    type Payload = payload::ScheduleState;
 
     fn length(&self) -> usize {
         self.sections().length()
     }
 
     fn write(&self, out: &mut [u8]) -> u64 {
-        self.sections().write(out, ArchiveKind::Phase)
+        self.sections().write(out, ArchiveKind::ScheduleState)
     }
 }
 
@@ -439,15 +442,20 @@ mod tests {
 
     #[test]
     fn states_and_reasons_come_back() {
-        let mut builder = PhaseBuilder::everything_built(7, 2, 2);
+        let mut builder = ScheduleStateBuilder::everything_built(7, 2, 2);
         builder.set_element(1, ElementState::Built, ElementState::InProgress);
         builder.block_space(0, &["task:abc", "private"]);
         let buffer = builder.finish();
-        let phase = Phase::open(buffer.bytes()).unwrap();
-        assert_eq!((phase.planned(1), phase.effective(1)), (ElementState::Built, ElementState::InProgress));
-        assert_eq!(phase.why(0).collect::<Vec<_>>(), ["task:abc", "private"]);
-        assert_eq!(phase.as_planned().effective(1), ElementState::Built);
-        assert!(phase.is_blocked(0) && !phase.is_blocked(1) && phase.why(1).next().is_none());
-        assert_eq!(phase.head.plan_time(), None);
+        let schedule_state = ScheduleState::open(buffer.bytes()).unwrap();
+        assert_eq!(
+            (schedule_state.planned(1), schedule_state.effective(1)),
+            (ElementState::Built, ElementState::InProgress)
+        );
+        assert_eq!(schedule_state.why(0).collect::<Vec<_>>(), ["task:abc", "private"]);
+        assert_eq!(schedule_state.as_planned().effective(1), ElementState::Built);
+        assert!(
+            schedule_state.is_blocked(0) && !schedule_state.is_blocked(1) && schedule_state.why(1).next().is_none()
+        );
+        assert_eq!(schedule_state.head.plan_time(), None);
     }
 }
