@@ -187,11 +187,11 @@ impl Live {
     }
 
     /// Until the waypoints are those of the newest grids.
-    fn wait_for_plan(&mut self) {
-        let plans = self.bus.subscriber(topics::Plan).unwrap();
+    fn wait_for_mission_plan(&mut self) {
+        let mission_plans = self.bus.subscriber(topics::MissionPlan).unwrap();
         let indices = self.bus.subscriber(topics::Grids).unwrap();
         let index = self.next(&indices).header().content_hash;
-        while self.next(&plans).header().inputs.grids != index {}
+        while self.next(&mission_plans).header().inputs.grids != index {}
     }
 
     fn idle(&mut self) {
@@ -201,7 +201,7 @@ impl Live {
             // Hundredths of a second, user and system.
             (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
         };
-        self.wait_for_plan();
+        self.wait_for_mission_plan();
         let processes = self.processes();
         let before: Vec<f64> = processes.values().map(|p| ticks(*p)).collect();
         std::thread::sleep(IDLE);

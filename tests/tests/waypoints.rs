@@ -62,7 +62,7 @@ fn the_daemon_plans_what_convert_plans_with_the_same_options() {
         [&"convert", &demo_model(), &"-o", &converted, &"--date", &DATE, &"--waypoints", &options];
     assert!(groundplan(&arguments).status.success());
     assert!(contents(&from_bus) == contents(&converted));
-    let echo: Value = serde_json::from_str(&live.text(&[&"topic", &"echo", &"plan"])).unwrap();
+    let echo: Value = serde_json::from_str(&live.text(&[&"topic", &"echo", &"mission-plan"])).unwrap();
     let waypoints = read(&converted);
     assert_eq!(echo["content"]["waypoints"], waypoints["waypoints"].as_array().unwrap().len());
     for (published, written) in
@@ -76,21 +76,21 @@ fn the_daemon_plans_what_convert_plans_with_the_same_options() {
 #[test]
 fn options_that_cannot_be_planned_change_nothing() {
     let mut live = Live::of(&demo_model(), &format!("[schedule]\nplan_time = {DATE:?}\n"));
-    let before = live.text(&[&"topic", &"echo", &"plan"]);
+    let before = live.text(&[&"topic", &"echo", &"mission-plan"]);
     let options = live.home.path().join("options.toml");
     std::fs::write(&options, "[scan]\ncoverage = 2.0\n").unwrap();
     let refused = live.run(&[&"waypoints", &options]);
     assert!(!refused.status.success());
     let why = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(why.contains("coverage"), "{why}");
-    assert_eq!(live.text(&[&"topic", &"echo", &"plan"]), before);
+    assert_eq!(live.text(&[&"topic", &"echo", &"mission-plan"]), before);
     live.down();
 }
 
 #[test]
 fn names_that_match_nothing_are_refused_with_the_nearest_and_the_earlier_plan_stays() {
     let mut live = Live::of(&demo_model(), &format!("[schedule]\nplan_time = {DATE:?}\n"));
-    let plan = |live: &Live| live.text(&[&"topic", &"echo", &"plan"]);
+    let plan = |live: &Live| live.text(&[&"topic", &"echo", &"mission-plan"]);
     let (before, exported_before) = (plan(&live), exported(&live));
     let options = live.home.path().join("options.toml");
     let refused = |arguments: &[&dyn AsRef<std::ffi::OsStr>], words: [&str; 2]| {

@@ -6,7 +6,9 @@
 use crate::latched::RawSample;
 use crate::names::{Daemon, GridSlot, TopicName};
 use crate::stamp::Stamp;
-use messages::{ArchiveError, GridSlotRecord, Grids, GridsHead, Plan, PlanHead, ScheduleState, ScheduleStateHead};
+use messages::{
+    ArchiveError, GridSlotRecord, Grids, GridsHead, MissionPlan, MissionPlanHead, ScheduleState, ScheduleStateHead,
+};
 use std::time::Duration;
 
 /// A newer schedule state without its grids stops the robot after this long.
@@ -70,9 +72,9 @@ struct IndexSeen {
     grids: Vec<u64>,
 }
 
-/// A plan that was seen.
+/// A mission plan that was seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct PlanSeen {
+struct MissionPlanSeen {
     grids: u64,
     schedule_state: u64,
     site: u64,
@@ -125,7 +127,7 @@ pub struct ConsistentSet<T> {
     schedule_state: Held<ScheduleStateSeen, T>,
     index: Held<IndexSeen, T>,
     grids: [Held<u64, T>; GridSlot::COUNT],
-    plan: Held<PlanSeen, T>,
+    mission_plan: Held<MissionPlanSeen, T>,
     heard: [Stamp; WATCHED.len()],
 }
 
@@ -136,7 +138,7 @@ impl<T> ConsistentSet<T> {
             schedule_state: Held::EMPTY,
             index: Held::EMPTY,
             grids: [const { Held::EMPTY }; GridSlot::COUNT],
-            plan: Held::EMPTY,
+            mission_plan: Held::EMPTY,
             heard: [now; WATCHED.len()],
         }
     }
@@ -166,10 +168,11 @@ impl<T> ConsistentSet<T> {
         self.advance();
     }
 
-    /// A plan has come; `grids_hash` is the content hash of the index that it was made from, as in its sample's header.
-    pub fn see_plan(&mut self, grids_hash: u64, head: &PlanHead, sample: T) {
-        self.plan.see(
-            PlanSeen { grids: grids_hash, schedule_state: head.schedule_state_hash, site: head.site_hash },
+    /// A mission plan has come; `grids_hash` is the content hash of the index that it was made from, as in its sample's
+    /// header.
+    pub fn see_mission_plan(&mut self, grids_hash: u64, head: &MissionPlanHead, sample: T) {
+        self.mission_plan.see(
+            MissionPlanSeen { grids: grids_hash, schedule_state: head.schedule_state_hash, site: head.site_hash },
             sample,
         );
         self.advance();
@@ -234,10 +237,10 @@ impl<T> ConsistentSet<T> {
         self.grids[slot.index()].used.as_ref().map(|s| &s.sample)
     }
 
-    /// The plan, if it is of the set's schedule state and grids.
-    pub fn plan(&self) -> Option<&T> {
-        let plan = self.plan.used.as_ref()?;
-        is_of(&plan.facts, &self.schedule_state.used, &self.index.used).then_some(&plan.sample)
+    /// The mission plan, if it is of the set's schedule state and grids.
+    pub fn mission_plan(&self) -> Option<&T> {
+        let mission_plan = self.mission_plan.used.as_ref()?;
+        is_of(&mission_plan.facts, &self.schedule_state.used, &self.index.used).then_some(&mission_plan.sample)
     }
 
     /// Makes the newest samples the set, if they match.
@@ -253,7 +256,7 @@ impl<T> ConsistentSet<T> {
                 }
             }
         }
-        self.plan.promote(|p| is_of(p, &self.schedule_state.used, &self.index.used));
+        self.mission_plan.promote(|p| is_of(p, &self.schedule_state.used, &self.index.used));
     }
 
     /// True if the newest schedule state, the newest index and grids at hand match, and are not the set already.
@@ -270,12 +273,12 @@ impl<T> ConsistentSet<T> {
 }
 
 fn is_of<T>(
-    plan: &PlanSeen,
+    mission_plan: &MissionPlanSeen,
     schedule_state: &Option<Seen<ScheduleStateSeen, T>>,
     index: &Option<Seen<IndexSeen, T>>,
 ) -> bool {
     let (Some(schedule_state), Some(index)) = (schedule_state, index) else { return false };
-    (plan.site, plan.schedule_state, plan.grids)
+    (mission_plan.site, mission_plan.schedule_state, mission_plan.grids)
         == (schedule_state.facts.site, schedule_state.facts.hash, index.facts.hash)
 }
 
@@ -297,9 +300,9 @@ impl ConsistentSet<RawSample> {
                 self.see_grids(header.content_hash, &head, &slots, sample);
             }
             TopicName::Grid(slot) => self.see_grid(slot, header.content_hash, sample),
-            TopicName::Plan => {
-                let head = *Plan::open(sample.bytes())?.head;
-                self.see_plan(header.inputs.grids, &head, sample);
+            TopicName::MissionPlan => {
+                let head = *MissionPlan::open(sample.bytes())?.head;
+                self.see_mission_plan(header.inputs.grids, &head, sample);
             }
             TopicName::Site | TopicName::SlamMap | TopicName::Alignment | TopicName::Deviations => {}
         }
@@ -358,9 +361,9 @@ mod tests {
             self
         }
 
-        fn plan(&mut self, schedule_state: u64) -> &mut Self {
-            let head = PlanHead { site_hash: SITE, schedule_state_hash: schedule_state, ..Zeroable::zeroed() };
-            self.set.see_plan(schedule_state + 100, &head, format!("plan {schedule_state}"));
+        fn mission_plan(&mut self, schedule_state: u64) -> &mut Self {
+            let head = MissionPlanHead { site_hash: SITE, schedule_state_hash: schedule_state, ..Zeroable::zeroed() };
+            self.set.see_mission_plan(schedule_state + 100, &head, format!("mission plan {schedule_state}"));
             self
         }
 
@@ -376,31 +379,35 @@ mod tests {
             self
         }
 
-        fn holds(&mut self, schedule_state: &str, grids: &[&str], plan: Option<&str>) -> &mut Self {
+        fn holds(&mut self, schedule_state: &str, grids: &[&str], mission_plan: Option<&str>) -> &mut Self {
             assert_eq!(self.set.schedule_state().map(String::as_str), Some(schedule_state));
             let found: Vec<_> = GridSlot::all().filter_map(|s| self.set.grid(s)).collect();
             assert_eq!(found, grids);
-            assert_eq!(self.set.plan().map(String::as_str), plan);
+            assert_eq!(self.set.mission_plan().map(String::as_str), mission_plan);
             self
         }
     }
 
     fn complete() -> Scene {
         let mut scene = Scene::new();
-        scene.schedule_state(0, 10, 100).grid(0, 20).grid(1, 21).index(10, &[20, 21]).plan(10);
+        scene.schedule_state(0, 10, 100).grid(0, 20).grid(1, 21).index(10, &[20, 21]).mission_plan(10);
         scene
     }
 
     #[test]
     fn a_set_is_used_when_all_its_parts_are_there_in_any_order() {
-        complete().says(1, Verdict::Current).holds("schedule state 10", &["grid 20", "grid 21"], Some("plan 10"));
+        complete().says(1, Verdict::Current).holds(
+            "schedule state 10",
+            &["grid 20", "grid 21"],
+            Some("mission plan 10"),
+        );
         let mut scene = Scene::new();
-        scene.plan(10).index(10, &[20, 21]).grid(1, 21).says(1, Verdict::NoMap(NoMap::Incomplete));
+        scene.mission_plan(10).index(10, &[20, 21]).grid(1, 21).says(1, Verdict::NoMap(NoMap::Incomplete));
         scene.schedule_state(2, 10, 100).says(2, Verdict::NoMap(NoMap::Incomplete));
         scene.grid(0, 20).says(3, Verdict::Current).holds(
             "schedule state 10",
             &["grid 20", "grid 21"],
-            Some("plan 10"),
+            Some("mission plan 10"),
         );
     }
 
@@ -408,27 +415,35 @@ mod tests {
     fn grids_that_come_before_their_index_do_not_disturb_the_set() {
         let mut scene = complete();
         scene.schedule_state(10, 11, 200).grid(0, 30).says(20, Verdict::Overtaken);
-        scene.holds("schedule state 10", &["grid 20", "grid 21"], Some("plan 10"));
+        scene.holds("schedule state 10", &["grid 20", "grid 21"], Some("mission plan 10"));
         assert_eq!(scene.set.newest_schedule_state().map(String::as_str), Some("schedule state 11"));
         // The storey that did not change is not sent again.
         scene.index(11, &[30, 21]).says(30, Verdict::Current);
         scene.holds("schedule state 11", &["grid 30", "grid 21"], None);
-        scene.plan(11).holds("schedule state 11", &["grid 30", "grid 21"], Some("plan 11"));
+        scene.mission_plan(11).holds("schedule state 11", &["grid 30", "grid 21"], Some("mission plan 11"));
     }
 
     #[test]
     fn a_plan_that_comes_before_its_grids_waits_for_them() {
         let mut scene = complete();
-        scene.schedule_state(10, 11, 200).plan(11).holds("schedule state 10", &["grid 20", "grid 21"], Some("plan 10"));
-        scene.grid(0, 30).index(11, &[30, 21]).holds("schedule state 11", &["grid 30", "grid 21"], Some("plan 11"));
+        scene.schedule_state(10, 11, 200).mission_plan(11).holds(
+            "schedule state 10",
+            &["grid 20", "grid 21"],
+            Some("mission plan 10"),
+        );
+        scene.grid(0, 30).index(11, &[30, 21]).holds(
+            "schedule state 11",
+            &["grid 30", "grid 21"],
+            Some("mission plan 11"),
+        );
     }
 
     #[test]
     fn a_plan_of_other_grids_of_the_same_schedule_state_is_none() {
         let mut scene = complete();
-        let head = PlanHead { site_hash: SITE, schedule_state_hash: 10, ..Zeroable::zeroed() };
-        scene.set.see_plan(999, &head, "other robot".to_owned());
-        scene.holds("schedule state 10", &["grid 20", "grid 21"], Some("plan 10"));
+        let head = MissionPlanHead { site_hash: SITE, schedule_state_hash: 10, ..Zeroable::zeroed() };
+        scene.set.see_mission_plan(999, &head, "other robot".to_owned());
+        scene.holds("schedule state 10", &["grid 20", "grid 21"], Some("mission plan 10"));
     }
 
     #[test]
@@ -452,7 +467,7 @@ mod tests {
         scene.schedule_state(500, 10, 100).says(2000, Verdict::Current).holds(
             "schedule state 10",
             &["grid 20", "grid 21"],
-            Some("plan 10"),
+            Some("mission plan 10"),
         );
         scene.index(10, &[20, 21]).grid(0, 20).says(2000, Verdict::Current);
     }

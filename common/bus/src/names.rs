@@ -100,7 +100,7 @@ pub enum TopicName {
     /// Index of the grids.
     Grids,
     /// Waypoints.
-    Plan,
+    MissionPlan,
     /// A map that a robot made.
     SlamMap,
     /// Where that map lies.
@@ -112,9 +112,17 @@ pub enum TopicName {
 impl TopicName {
     /// All topics, the slots of the grids included.
     pub fn all() -> impl Iterator<Item = Self> {
-        [Self::Site, Self::ScheduleState, Self::Grids, Self::Plan, Self::SlamMap, Self::Alignment, Self::Deviations]
-            .into_iter()
-            .chain(GridSlot::all().map(Self::Grid))
+        [
+            Self::Site,
+            Self::ScheduleState,
+            Self::Grids,
+            Self::MissionPlan,
+            Self::SlamMap,
+            Self::Alignment,
+            Self::Deviations,
+        ]
+        .into_iter()
+        .chain(GridSlot::all().map(Self::Grid))
     }
 
     /// Archives that it carries.
@@ -124,7 +132,7 @@ impl TopicName {
             Self::ScheduleState => ArchiveKind::ScheduleState,
             Self::Grid(_) => ArchiveKind::Grid,
             Self::Grids => ArchiveKind::Grids,
-            Self::Plan => ArchiveKind::Plan,
+            Self::MissionPlan => ArchiveKind::MissionPlan,
             Self::SlamMap => ArchiveKind::SlamMap,
             Self::Alignment => ArchiveKind::Alignment,
             Self::Deviations => ArchiveKind::Deviations,
@@ -137,7 +145,7 @@ impl TopicName {
             Self::Site => Daemon::IfcIngest,
             Self::ScheduleState => Daemon::ScheduleEval,
             Self::Grid(_) | Self::Grids => Daemon::Rasterize,
-            Self::Plan => Daemon::WaypointGen,
+            Self::MissionPlan => Daemon::WaypointGen,
             Self::SlamMap => Daemon::Robot,
             Self::Alignment | Self::Deviations => Daemon::SlamAlign,
         }
@@ -151,7 +159,7 @@ impl fmt::Display for TopicName {
             Self::ScheduleState => f.write_str("schedule-state"),
             Self::Grid(slot) => write!(f, "grid/{:02}", slot.index()),
             Self::Grids => f.write_str("grids"),
-            Self::Plan => f.write_str("plan"),
+            Self::MissionPlan => f.write_str("mission-plan"),
             Self::SlamMap => f.write_str("slam-map"),
             Self::Alignment => f.write_str("alignment"),
             Self::Deviations => f.write_str("deviations"),

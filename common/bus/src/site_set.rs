@@ -6,7 +6,9 @@
 use crate::latched::{CheckedSample, RawSample};
 use crate::names::{GridSlot, TopicName};
 use crate::topics;
-use messages::{ArchiveError, Checked, Grid, GridSlotRecord, Grids, InputHashes, OtherSite, Plan, ScheduleState, Site};
+use messages::{
+    ArchiveError, Checked, Grid, GridSlotRecord, Grids, InputHashes, MissionPlan, OtherSite, ScheduleState, Site,
+};
 
 /// A sample of a topic that has a part in the set.
 #[derive(Debug)]
@@ -20,7 +22,7 @@ pub enum SiteSample {
     /// The index of the grids.
     Index(CheckedSample<topics::Grids>),
     /// The mission plan.
-    MissionPlan(CheckedSample<topics::Plan>),
+    MissionPlan(CheckedSample<topics::MissionPlan>),
 }
 
 impl SiteSample {
@@ -40,7 +42,9 @@ impl SiteSample {
                 sample.map(|s| s.check().map(|grid| Self::Grid(slot, grid))).transpose()?
             }
             TopicName::Grids => sample.of(topics::Grids).map(|s| s.check().map(Self::Index)).transpose()?,
-            TopicName::Plan => sample.of(topics::Plan).map(|s| s.check().map(Self::MissionPlan)).transpose()?,
+            TopicName::MissionPlan => {
+                sample.of(topics::MissionPlan).map(|s| s.check().map(Self::MissionPlan)).transpose()?
+            }
             TopicName::SlamMap | TopicName::Alignment | TopicName::Deviations => None,
         })
     }
@@ -54,7 +58,7 @@ pub struct SiteSamples {
     /// By slot; as many as were seen.
     grids: Vec<Option<CheckedSample<topics::Grid>>>,
     index: Option<CheckedSample<topics::Grids>>,
-    mission_plan: Option<CheckedSample<topics::Plan>>,
+    mission_plan: Option<CheckedSample<topics::MissionPlan>>,
 }
 
 /// Site and schedule state that belong together.
@@ -78,7 +82,7 @@ pub struct SiteSet<'a> {
     /// The grids that the index names, in its order.
     pub grids: Vec<&'a CheckedSample<topics::Grid>>,
     /// The mission plan, if it is made from these grids.
-    pub mission_plan: Option<&'a CheckedSample<topics::Plan>>,
+    pub mission_plan: Option<&'a CheckedSample<topics::MissionPlan>>,
 }
 
 /// Views of a set: every index of one archive into another is within bounds.
@@ -93,7 +97,7 @@ pub struct SiteViews<'a> {
     /// The grids that the index names, in its order.
     pub grids: Vec<Grid<'a>>,
     /// The mission plan, if it is made from these grids.
-    pub mission_plan: Option<Plan<'a>>,
+    pub mission_plan: Option<MissionPlan<'a>>,
 }
 
 impl SiteSamples {
@@ -148,14 +152,16 @@ impl SiteSamples {
     }
 
     /// The newest mission plan, whatever it is made from.
-    pub fn mission_plan(&self) -> Option<&CheckedSample<topics::Plan>> {
+    pub fn mission_plan(&self) -> Option<&CheckedSample<topics::MissionPlan>> {
         self.mission_plan.as_ref()
     }
 
     /// The newest mission plan, if it is made from the grids that the newest index names.
-    pub fn mission_plan_of_index(&self) -> Option<&CheckedSample<topics::Plan>> {
+    pub fn mission_plan_of_index(&self) -> Option<&CheckedSample<topics::MissionPlan>> {
         let index = self.index.as_ref()?;
-        self.mission_plan.as_ref().filter(|plan| plan.bytes().header().inputs.grids == index.content_hash())
+        self.mission_plan
+            .as_ref()
+            .filter(|mission_plan| mission_plan.bytes().header().inputs.grids == index.content_hash())
     }
 
     /// The newest site and the newest schedule state, if they belong together; if not, the one that is missing is on its
@@ -214,7 +220,7 @@ impl<'a> SiteSet<'a> {
         let grids: Vec<Grid<'a>> = self.grids.iter().map(|grid| grid.view()).collect();
         grids.iter().try_for_each(|grid| grid.check_site(&site))?;
         let mission_plan = self.mission_plan.map(Checked::view);
-        mission_plan.iter().try_for_each(|plan| plan.check_site(&site))?;
+        mission_plan.iter().try_for_each(|mission_plan| mission_plan.check_site(&site))?;
         Ok(SiteViews { site, state, index, grids, mission_plan })
     }
 }

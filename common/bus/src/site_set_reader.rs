@@ -38,7 +38,9 @@ impl SiteSetReader {
         let slots = GridSlot::all().map(TopicName::Grid);
         Self::of_topics(
             bus,
-            [TopicName::Site, TopicName::ScheduleState, TopicName::Grids, TopicName::Plan].into_iter().chain(slots),
+            [TopicName::Site, TopicName::ScheduleState, TopicName::Grids, TopicName::MissionPlan]
+                .into_iter()
+                .chain(slots),
         )
     }
 

@@ -13,9 +13,9 @@
 //! ```compile_fail
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let (bus, origin): (bus::Bus, bus::Origin) = todo!();
-//! // States are no plan.
+//! // States are no mission plan.
 //! let states = messages::ScheduleStateBuilder::everything_built(7, 3, 1);
-//! bus.publisher(bus::topics::Plan, 4096)?.publish(&states, origin)?;
+//! bus.publisher(bus::topics::MissionPlan, 4096)?.publish(&states, origin)?;
 //! # Ok(())
 //! # }
 //! ```
@@ -57,7 +57,7 @@ topics! {
     /// Index of the grids.
     Grids
     /// Waypoints.
-    Plan
+    MissionPlan
     /// A map that a robot made.
     SlamMap
     /// The pose of that map.

@@ -6,8 +6,8 @@ mod common;
 use bus::{Bus, Daemon, Keeper, Origin, Publisher, SiteSample, SiteSamples, SiteSetReader, Topic, topics};
 use common::{Attended, Fixture, grid, until};
 use messages::{
-    ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, InputHashes, PlanBuilder, PlanHead,
-    RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SiteBuilder,
+    ArchiveBuffer, GridHead, GridSlotRecord, GridWriter, GridsBuilder, GridsHead, InputHashes, MissionPlanBuilder,
+    MissionPlanHead, RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SiteBuilder,
 };
 
 /// Publishes everything that a set consists of.
@@ -17,7 +17,7 @@ struct Producers {
     states: Publisher<topics::ScheduleState>,
     indices: Publisher<topics::Grids>,
     grids: [Publisher<topics::Grid>; 2],
-    plans: Publisher<topics::Plan>,
+    mission_plans: Publisher<topics::MissionPlan>,
     epoch: u64,
 }
 
@@ -31,7 +31,7 @@ impl Producers {
             states: schedule.bus.publisher(topics::ScheduleState, 4096).unwrap(),
             indices: rasterize.bus.publisher(topics::Grids, 4096).unwrap(),
             grids: [0, 1].map(|slot| rasterize.bus.publisher(grid(slot), 4096).unwrap()),
-            plans: waypoints.bus.publisher(topics::Plan, 4096).unwrap(),
+            mission_plans: waypoints.bus.publisher(topics::MissionPlan, 4096).unwrap(),
             _attended: attended,
             epoch: 0,
         }
@@ -116,16 +116,19 @@ fn a_set_is_there_when_all_that_belongs_together_is_and_only_then() {
     let set = reader.set().unwrap();
     assert_eq!((set.grids.len(), set.mission_plan.is_some()), (2, false));
 
-    // A plan of other grids has no part in it.
+    // A mission plan of other grids has no part in it.
     let index_hash = set.index.content_hash();
     let state_hash = set.state.content_hash();
-    let plan = PlanBuilder::new(PlanHead { site_hash: set.site.content_hash(), ..bytemuck::Zeroable::zeroed() }, 0);
-    let plan = plan.finish();
-    out.publish(|p| &p.plans, &plan, InputHashes { grids: 7, ..NONE });
-    wait_for(&mut reader, "the plan of others", &|r| r.samples().mission_plan().is_some());
+    let mission_plan = MissionPlanBuilder::new(
+        MissionPlanHead { site_hash: set.site.content_hash(), ..bytemuck::Zeroable::zeroed() },
+        0,
+    );
+    let mission_plan = mission_plan.finish();
+    out.publish(|p| &p.mission_plans, &mission_plan, InputHashes { grids: 7, ..NONE });
+    wait_for(&mut reader, "the mission plan of others", &|r| r.samples().mission_plan().is_some());
     assert!(reader.set().unwrap().mission_plan.is_none());
-    out.publish(|p| &p.plans, &plan, InputHashes { grids: index_hash, ..NONE });
-    wait_for(&mut reader, "the plan", &|r| r.set().is_some_and(|set| set.mission_plan.is_some()));
+    out.publish(|p| &p.mission_plans, &mission_plan, InputHashes { grids: index_hash, ..NONE });
+    wait_for(&mut reader, "the mission plan", &|r| r.set().is_some_and(|set| set.mission_plan.is_some()));
 
     // A newer state: there is no set until its index is there, and a storey that did not change is not sent again.
     out.publish(|p| &p.states, &late, NONE);

@@ -301,7 +301,7 @@ fn output(daemon: Daemon) -> ArchiveKind {
         Daemon::IfcIngest => ArchiveKind::Site,
         Daemon::ScheduleEval => ArchiveKind::ScheduleState,
         Daemon::Rasterize | Daemon::Groundplan => ArchiveKind::Grids,
-        Daemon::WaypointGen => ArchiveKind::Plan,
+        Daemon::WaypointGen => ArchiveKind::MissionPlan,
         Daemon::SlamAlign => ArchiveKind::Alignment,
         Daemon::Robot => ArchiveKind::SlamMap,
     }

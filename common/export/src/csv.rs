@@ -9,7 +9,7 @@ use std::fmt::Write;
 pub(crate) fn waypoints(input: &ExportInput<'_>) -> String {
     let mut text =
         "id,order,kind,storey,x_m,y_m,z_m,sensor_z_m,yaw_rad,qx,qy,qz,qw,space,name,clearance_m,covers_m2,overlap,leg_m\n".to_owned();
-    for w in input.plan.waypoints {
+    for w in input.mission_plan.waypoints {
         let [x, y, z] = w.position_in_map_m.map(rounded);
         let (qz, qw) = libm::sincos(w.yaw_rad / 2.0);
         let space = quoted(&space_id(input, w.space).unwrap_or_default());

@@ -87,7 +87,7 @@ impl<'a> Geographic<'a> {
             let geometry = place.map(|coordinates| json!({"type": "Point", "coordinates": coordinates}));
             json!({"type": "Feature", "geometry": geometry, "properties": properties})
         };
-        let features: Vec<Value> = input.plan.waypoints.iter().map(feature).collect();
+        let features: Vec<Value> = input.mission_plan.waypoints.iter().map(feature).collect();
         json!({"type": "FeatureCollection", "features": features})
     }
 }

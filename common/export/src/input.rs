@@ -1,7 +1,7 @@
 //! Inputs of an export, and its output files.
 
 use geometry::Footprint;
-use messages::{Grid, Grids, Plan, ScheduleState, Site};
+use messages::{Grid, Grids, MissionPlan, ScheduleState, Site};
 
 /// Everything that files are made from.
 #[derive(Clone, Copy)]
@@ -15,7 +15,7 @@ pub struct ExportInput<'a> {
     /// Grids of the map storeys that are written, in their order.
     pub grids: &'a [Grid<'a>],
     /// Waypoints.
-    pub plan: &'a Plan<'a>,
+    pub mission_plan: &'a MissionPlan<'a>,
     /// Footprints of the elements in the slab of each map storey of the site, by element.
     pub footprints: &'a [&'a [(u32, Footprint)]],
     /// Metres per cell.

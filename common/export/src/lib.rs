@@ -55,9 +55,9 @@ mod labels;
 mod letters;
 mod manifest;
 mod maps;
+mod mission_plan_picture;
 mod output_folder;
 mod pictures;
-mod plan_picture;
 mod reach;
 mod report;
 mod route;
@@ -114,7 +114,7 @@ pub fn files(input: &ExportInput<'_>, more: Vec<ExportFile>) -> Vec<ExportFile> 
         ));
         let route = route::nav2_route(input, grid.head.map_storey);
         files.push(ExportFile::new(format!("{folder}/route.geojson"), json::text(&route)));
-        files.push(plan_picture::file(&folder, input, grid));
+        files.push(mission_plan_picture::file(&folder, input, grid));
     }
     files.extend(more);
     let manifest = Manifest::of(input, sums("", &files));

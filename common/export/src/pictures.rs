@@ -64,8 +64,8 @@ fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Canvas {
 
 /// A space's waypoint, or the centroid of its floor if it has none.
 fn centre(input: &ExportInput<'_>, space: usize) -> frames::Point2<frames::Map> {
-    let waypoint = input.plan.spaces[space].centre;
-    let [x_m, y_m] = match input.plan.waypoints.get(waypoint as usize) {
+    let waypoint = input.mission_plan.spaces[space].centre;
+    let [x_m, y_m] = match input.mission_plan.waypoints.get(waypoint as usize) {
         Some(w) if waypoint != NONE => [w.position_in_map_m[0], w.position_in_map_m[1]],
         _ => input.site.spaces[space].centroid_m,
     };

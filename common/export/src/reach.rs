@@ -3,7 +3,7 @@
 use crate::input::ExportInput;
 use crate::manifest::status_of;
 use crate::text::rounded;
-use messages::{FloorPartRecord, NONE, Plan, space_flags};
+use messages::{FloorPartRecord, MissionPlan, NONE, space_flags};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -38,7 +38,7 @@ pub struct FloorPart {
 
 impl FloorReach {
     /// Of a map storey.
-    pub fn of(plan: &Plan<'_>, map_storey: u32) -> Self {
+    pub fn of(mission_plan: &MissionPlan<'_>, map_storey: u32) -> Self {
         let part = |p: &FloorPartRecord| FloorPart {
             area_m2: rounded(p.area_m2),
             room_m2: rounded(p.room_m2),
@@ -46,12 +46,12 @@ impl FloorReach {
             reached: p.is_reached == 1,
             has_way_in: p.has_way_in == 1,
         };
-        let storey = plan.storeys.iter().find(|s| s.map_storey == map_storey);
+        let storey = mission_plan.storeys.iter().find(|s| s.map_storey == map_storey);
         let (reached_m2, unreached_m2) = storey.map_or((0.0, 0.0), |s| (s.reached_m2, s.unreached_m2));
         Self {
             standing_m2: rounded(reached_m2 + unreached_m2),
             reached_m2: rounded(reached_m2),
-            parts: plan.floor_parts.iter().filter(|p| p.map_storey == map_storey).map(part).collect(),
+            parts: mission_plan.floor_parts.iter().filter(|p| p.map_storey == map_storey).map(part).collect(),
         }
     }
 

@@ -146,7 +146,7 @@ fn storey_counts(input: &ExportInput<'_>) -> Vec<StoreyCounts> {
             name: text_or_null(site.text(storey.name)),
             elements: count(cuts.iter().map(|(element, _)| site.elements[*element as usize].class())),
             spaces: site.spaces.iter().filter(|s| s.map_storey == index).count(),
-            reach: FloorReach::of(input.plan, index),
+            reach: FloorReach::of(input.mission_plan, index),
         })
         .collect()
 }
@@ -201,11 +201,11 @@ fn regions(input: &ExportInput<'_>) -> Vec<Region> {
 
 fn spaces_without_waypoint(input: &ExportInput<'_>) -> Vec<SpaceReport> {
     let site = input.site;
-    let without = site.spaces.iter().enumerate().filter(|(k, _)| !input.plan.reason(*k).is_empty());
+    let without = site.spaces.iter().enumerate().filter(|(k, _)| !input.mission_plan.reason(*k).is_empty());
     let report = |(k, s): (usize, &messages::SpaceRecord)| SpaceReport {
         global_id: site.text(s.global_id).to_owned(),
         name: text_or_null(site.text(s.name)),
-        reason: input.plan.reason(k).to_owned(),
+        reason: input.mission_plan.reason(k).to_owned(),
     };
     without.map(report).collect()
 }

@@ -84,7 +84,7 @@ struct Edge {
 
 impl SiteGraph {
     pub(crate) fn of(input: &ExportInput<'_>) -> Self {
-        let nodes = input.plan.nodes.iter().zip(0..).map(|(node, id)| {
+        let nodes = input.mission_plan.nodes.iter().zip(0..).map(|(node, id)| {
             let [x_m, y_m, z_m] = node.position_in_map_m.map(rounded);
             Node {
                 id,
@@ -100,7 +100,7 @@ impl SiteGraph {
                 space_name: space_name(input.site, node.space),
             }
         });
-        let edges = input.plan.edges.iter().enumerate().map(|(at, edge)| {
+        let edges = input.mission_plan.edges.iter().enumerate().map(|(at, edge)| {
             let class = edge.kind.get();
             let is_level = matches!(class, EdgeKind::Floor | EdgeKind::Door);
             Edge {
@@ -117,7 +117,8 @@ impl SiteGraph {
                 n_risers: n_risers(edge),
                 usable: edge.usable == 1,
                 line_m: plan_of(input, edge),
-                line_z_m: (!is_level).then(|| input.plan.points_of(edge).iter().map(|p| rounded(p[2])).collect()),
+                line_z_m: (!is_level)
+                    .then(|| input.mission_plan.points_of(edge).iter().map(|p| rounded(p[2])).collect()),
             }
         });
         Self {
@@ -133,9 +134,9 @@ impl SiteGraph {
 /// The graph of a storey as Nav2's route server reads it: edges in both directions, ids that no two features share, and no
 /// null anywhere.
 pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
-    let plan = input.plan;
+    let mission_plan = input.mission_plan;
     let mut features = Vec::new();
-    for (id, node) in plan.nodes.iter().enumerate().filter(|(_, n)| n.map_storey == map_storey) {
+    for (id, node) in mission_plan.nodes.iter().enumerate().filter(|(_, n)| n.map_storey == map_storey) {
         let [x, y, _] = node.position_in_map_m.map(rounded);
         let mut metadata = Map::new();
         metadata.insert("class".to_owned(), json!(node.kind.get().name()));
@@ -150,8 +151,9 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
             "properties": {"id": id, "frame": "map", "metadata": metadata, "operations": {}},
         }));
     }
-    let is_here = |e: &RouteEdgeRecord| e.nodes.iter().all(|&n| plan.nodes[n as usize].map_storey == map_storey);
-    for (at, edge) in plan.edges.iter().enumerate().filter(|(_, e)| is_here(e) && e.usable == 1) {
+    let is_here =
+        |e: &RouteEdgeRecord| e.nodes.iter().all(|&n| mission_plan.nodes[n as usize].map_storey == map_storey);
+    for (at, edge) in mission_plan.edges.iter().enumerate().filter(|(_, e)| is_here(e) && e.usable == 1) {
         let mut metadata = Map::new();
         metadata.insert("class".to_owned(), json!(edge.kind.get().name()));
         metadata.insert("length_m".to_owned(), json!(rounded(edge.length_m)));
@@ -172,16 +174,19 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
             line.reverse();
         }
     }
-    let leads_away =
-        |e: &RouteEdgeRecord| !is_here(e) && e.nodes.iter().any(|&n| plan.nodes[n as usize].map_storey == map_storey);
-    features.extend(plan.edges.iter().enumerate().filter(|(_, e)| leads_away(e)).map(|(at, e)| way_up(input, at, e)));
+    let leads_away = |e: &RouteEdgeRecord| {
+        !is_here(e) && e.nodes.iter().any(|&n| mission_plan.nodes[n as usize].map_storey == map_storey)
+    };
+    features.extend(
+        mission_plan.edges.iter().enumerate().filter(|(_, e)| leads_away(e)).map(|(at, e)| way_up(input, at, e)),
+    );
     json!({"type": "FeatureCollection", "name": "route", "features": features})
 }
 
 /// A way to another storey, for whoever reads the file. It is a collection of one line, because Nav2 takes every line for an
 /// edge of its graph, and the other end of this one is in another storey's graph.
 fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord) -> Value {
-    let storey_of = |node: u32| input.plan.nodes[node as usize].map_storey;
+    let storey_of = |node: u32| input.mission_plan.nodes[node as usize].map_storey;
     let [from, to] = edge.nodes;
     let mut metadata = Map::new();
     metadata.insert("class".to_owned(), json!(edge.kind.get().name()));
@@ -192,7 +197,7 @@ fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord) -> Value {
     metadata.extend(edge_of(input, edge).map(|guid| ("ifc_guid".to_owned(), json!(guid))));
     metadata.extend(clear_width_m(input, edge).map(|width| ("clear_width_m".to_owned(), json!(width))));
     metadata.extend(n_risers(edge).map(|n| ("n_risers".to_owned(), json!(n))));
-    let line: Vec<[f64; 3]> = input.plan.points_of(edge).iter().map(|p| p.map(rounded)).collect();
+    let line: Vec<[f64; 3]> = input.mission_plan.points_of(edge).iter().map(|p| p.map(rounded)).collect();
     json!({
         "type": "Feature",
         "geometry": {"type": "GeometryCollection", "geometries": [{"type": "LineString", "coordinates": line}]},
@@ -201,7 +206,7 @@ fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord) -> Value {
 }
 
 fn plan_of(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Vec<[f64; 2]> {
-    input.plan.points_of(edge).iter().map(|[x, y, _]| [*x, *y].map(rounded)).collect()
+    input.mission_plan.points_of(edge).iter().map(|[x, y, _]| [*x, *y].map(rounded)).collect()
 }
 
 fn n_risers(edge: &RouteEdgeRecord) -> Option<u32> {
@@ -210,7 +215,7 @@ fn n_risers(edge: &RouteEdgeRecord) -> Option<u32> {
 
 /// Behind the numbers of all nodes, one for either direction.
 fn edge_id(input: &ExportInput<'_>, at: usize) -> u32 {
-    (input.plan.nodes.len() + 2 * at) as u32
+    (input.mission_plan.nodes.len() + 2 * at) as u32
 }
 
 fn element_id(input: &ExportInput<'_>, element: u32) -> Option<String> {
@@ -249,7 +254,7 @@ fn edge_of(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> Option<String> {
 }
 
 fn rise_m(input: &ExportInput<'_>, edge: &RouteEdgeRecord) -> f64 {
-    let [from, to] = edge.nodes.map(|n| input.plan.nodes[n as usize].position_in_map_m[2]);
+    let [from, to] = edge.nodes.map(|n| input.mission_plan.nodes[n as usize].position_in_map_m[2]);
     rounded(to - from)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::input::ExportInput;
 use crate::text::{rounded, text_or_null};
-use messages::{NoWaypoint, ScanSensor, Site, StoreyPlanRecord, WaypointKind, WaypointRecord};
+use messages::{MissionPlanStoreyRecord, NoWaypoint, ScanSensor, Site, WaypointKind, WaypointRecord};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -95,7 +95,7 @@ struct Notice {
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Waypoint {
-    /// Number in the plan.
+    /// Number in the mission plan.
     id: u32,
     /// Place in the tour over all storeys, from 0.
     order: u32,
@@ -149,13 +149,13 @@ struct SpaceOutcome {
 
 impl Waypoints {
     pub(crate) fn of(input: &ExportInput<'_>) -> Self {
-        let (site, plan) = (input.site, input.plan);
+        let (site, mission_plan) = (input.site, input.mission_plan);
         let id = |index: usize| site.text(site.spaces[index].global_id).to_owned();
-        let ScanSensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad, .. } = plan.head.sensor;
-        let said = |text| text_or_null(plan.text(text));
+        let ScanSensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad, .. } = mission_plan.head.sensor;
+        let said = |text| text_or_null(mission_plan.text(text));
         let notice = |d: &messages::DiagnosticRecord| Notice {
             code: d.code.get().name(),
-            message: plan.text(d.message).to_owned(),
+            message: mission_plan.text(d.message).to_owned(),
             element: said(d.global_id),
             name: said(d.name),
         };
@@ -164,19 +164,19 @@ impl Waypoints {
             frame_epoch: site.head.frame_epoch,
             plan_time: input.schedule_state.head.plan_time().map(|t| t.to_string()),
             sensor: Sensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad },
-            coverage_goal: plan.head.coverage_goal,
-            overlap_goal: plan.head.overlap_goal,
-            driving_s: rounded(plan.head.mission_s[0]),
-            scanning_s: rounded(plan.head.mission_s[1]),
-            storeys: plan.storeys.iter().filter(|s| input.writes(s.map_storey)).map(storey).collect(),
-            notices: plan.diagnostics.iter().map(notice).collect(),
-            waypoints: plan.waypoints.iter().map(|w| waypoint(input, w)).collect(),
+            coverage_goal: mission_plan.head.coverage_goal,
+            overlap_goal: mission_plan.head.overlap_goal,
+            driving_s: rounded(mission_plan.head.mission_s[0]),
+            scanning_s: rounded(mission_plan.head.mission_s[1]),
+            storeys: mission_plan.storeys.iter().filter(|s| input.writes(s.map_storey)).map(storey).collect(),
+            notices: mission_plan.diagnostics.iter().map(notice).collect(),
+            waypoints: mission_plan.waypoints.iter().map(|w| waypoint(input, w)).collect(),
             spaces: (0..site.spaces.len()).map(|index| (id(index), space(input, index))).collect(),
         }
     }
 }
 
-fn storey(record: &StoreyPlanRecord) -> StoreyOutcome {
+fn storey(record: &MissionPlanStoreyRecord) -> StoreyOutcome {
     let is_checked = record.n_mesh_points > 0;
     StoreyOutcome {
         storey: record.map_storey,
@@ -197,13 +197,13 @@ fn storey(record: &StoreyPlanRecord) -> StoreyOutcome {
 
 fn space(input: &ExportInput<'_>, index: usize) -> SpaceOutcome {
     let map_storey = input.site.spaces[index].map_storey;
-    let record = &input.plan.spaces[index];
+    let record = &input.mission_plan.spaces[index];
     let why = Some(record.why.get()).filter(|why| *why != NoWaypoint::Has);
     let door = input.site.doors.get(record.door as usize);
     SpaceOutcome {
         storey: (map_storey != messages::NONE).then_some(map_storey),
         coverage: share(record.n_seen, record.n_faces),
-        reason: text_or_null(input.plan.reason(index)),
+        reason: text_or_null(input.mission_plan.reason(index)),
         why: why.map(NoWaypoint::name),
         door: door.map(|d| input.site.text(input.site.elements[d.element as usize].global_id).to_owned()),
     }
@@ -263,14 +263,14 @@ pub(crate) fn geojson(input: &ExportInput<'_>) -> Value {
         let properties = serde_json::to_value(waypoint(input, w)).unwrap_or_default();
         json!({"type": "Feature", "geometry": {"type": "Point", "coordinates": [x, y, z]}, "properties": properties})
     };
-    let features: Vec<Value> = input.plan.waypoints.iter().map(feature).collect();
+    let features: Vec<Value> = input.mission_plan.waypoints.iter().map(feature).collect();
     json!({"type": "FeatureCollection", "frame": "map", "features": features})
 }
 
 /// The waypoints of one storey as Nav2's RViz panel reads them: z = 0, quaternion w first.
 pub(crate) fn nav2_yaml(input: &ExportInput<'_>, map_storey: u32) -> String {
     let mut of_storey: Vec<&WaypointRecord> =
-        input.plan.waypoints.iter().filter(|w| w.map_storey == map_storey).collect();
+        input.mission_plan.waypoints.iter().filter(|w| w.map_storey == map_storey).collect();
     of_storey.sort_by_key(|w| w.order);
     nav2_poses(of_storey.into_iter().map(|w| {
         let [x, y, _] = w.position_in_map_m.map(rounded);

@@ -35,7 +35,7 @@ pub enum ArchiveKind {
     /// Index of a set of grids.
     Grids = 4,
     /// Waypoints.
-    Plan = 5,
+    MissionPlan = 5,
     /// A map that a robot made.
     SlamMap = 6,
     /// Where a robot's map lies in the model's map.
@@ -319,27 +319,27 @@ pub(crate) fn content_hash_of(archive: &[u8]) -> u64 {
 
 /// A section to be: its id, the size of a record, their number.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct SectionPlan {
+pub(crate) struct SectionLayout {
     pub(crate) id: u32,
     pub(crate) record_len: usize,
     pub(crate) count: usize,
 }
 
-impl SectionPlan {
+impl SectionLayout {
     pub(crate) fn of<T>(id: u32, records: &[T]) -> Self {
         Self { id, record_len: size_of::<T>(), count: records.len() }
     }
 }
 
 /// Byte ranges of planned sections, and the archive's length. Allocates nothing.
-pub(crate) fn layout<const N: usize>(sections: &[SectionPlan; N]) -> ([Range<usize>; N], usize) {
+pub(crate) fn layout<const N: usize>(sections: &[SectionLayout; N]) -> ([Range<usize>; N], usize) {
     let mut end = table_end(N);
     let ranges = std::array::from_fn(|k| place(&sections[k], &mut end));
     (ranges, end)
 }
 
 /// As [`layout`], of any number of sections.
-fn layout_of(sections: &[SectionPlan]) -> (Vec<Range<usize>>, usize) {
+fn layout_of(sections: &[SectionLayout]) -> (Vec<Range<usize>>, usize) {
     let mut end = table_end(sections.len());
     let ranges = sections.iter().map(|section| place(section, &mut end)).collect();
     (ranges, end)
@@ -350,7 +350,7 @@ fn table_end(n_sections: usize) -> usize {
 }
 
 /// Where a section lies, if the one before ended at `end`.
-fn place(section: &SectionPlan, end: &mut usize) -> Range<usize> {
+fn place(section: &SectionLayout, end: &mut usize) -> Range<usize> {
     let start = end.next_multiple_of(64);
     *end = start + section.record_len * section.count;
     start..*end
@@ -358,19 +358,20 @@ fn place(section: &SectionPlan, end: &mut usize) -> Range<usize> {
 
 /// Length in bytes of an archive of sections with these (record length, count).
 pub fn sections_len(sections: &[(usize, usize)]) -> usize {
-    let plans: Vec<_> = sections.iter().map(|&(record_len, count)| SectionPlan { id: 0, record_len, count }).collect();
-    layout_of(&plans).1
+    let layouts: Vec<_> =
+        sections.iter().map(|&(record_len, count)| SectionLayout { id: 0, record_len, count }).collect();
+    layout_of(&layouts).1
 }
 
 /// Writes the section table and zeroes the gaps before sections; `out` has the length that [`layout`] gave.
-pub(crate) fn write_table(out: &mut [u8], sections: &[SectionPlan], ranges: &[Range<usize>]) {
+pub(crate) fn write_table(out: &mut [u8], sections: &[SectionLayout], ranges: &[Range<usize>]) {
     let mut end = 64;
-    for (plan, range) in sections.iter().zip(ranges) {
+    for (layout, range) in sections.iter().zip(ranges) {
         let entry = SectionEntry {
-            id: plan.id,
-            record_len: plan.record_len as u32,
+            id: layout.id,
+            record_len: layout.record_len as u32,
             offset: range.start as u64,
-            count: plan.count as u64,
+            count: layout.count as u64,
         };
         out[end..end + size_of::<SectionEntry>()].copy_from_slice(bytemuck::bytes_of(&entry));
         end += size_of::<SectionEntry>();
@@ -399,29 +400,29 @@ pub(crate) fn seal(out: &mut [u8], kind: ArchiveKind, n_sections: usize) -> u64 
 /// Sections of an archive that is written in one go from records at hand.
 #[derive(Default)]
 pub(crate) struct SectionList<'a> {
-    plans: Vec<SectionPlan>,
+    layouts: Vec<SectionLayout>,
     contents: Vec<&'a [u8]>,
 }
 
 impl<'a> SectionList<'a> {
     pub(crate) fn add<T: NoUninit>(&mut self, id: u32, records: &'a [T]) {
-        self.plans.push(SectionPlan::of(id, records));
+        self.layouts.push(SectionLayout::of(id, records));
         self.contents.push(bytemuck::cast_slice(records));
     }
 
     pub(crate) fn length(&self) -> usize {
-        layout_of(&self.plans).1
+        layout_of(&self.layouts).1
     }
 
     /// Writes the archive into memory of exactly [`Self::length`] bytes; its content hash.
     pub(crate) fn write(&self, out: &mut [u8], kind: ArchiveKind) -> u64 {
-        let (ranges, length) = layout_of(&self.plans);
+        let (ranges, length) = layout_of(&self.layouts);
         assert_eq!(out.len(), length, "the memory has the archive's length");
-        write_table(out, &self.plans, &ranges);
+        write_table(out, &self.layouts, &ranges);
         for (range, content) in ranges.into_iter().zip(&self.contents) {
             out[range].copy_from_slice(content);
         }
-        seal(out, kind, self.plans.len())
+        seal(out, kind, self.layouts.len())
     }
 }
 
@@ -436,14 +437,14 @@ mod tests {
         list.add(2, "grüße".as_bytes());
         list.add::<u64>(3, &[]);
         let mut buffer = ArchiveBuffer::zeroed(list.length());
-        list.write(buffer.bytes_mut(), ArchiveKind::Plan);
+        list.write(buffer.bytes_mut(), ArchiveKind::MissionPlan);
         buffer
     }
 
     #[test]
     fn what_is_written_is_read() {
         let buffer = sample();
-        let archive = Archive::open(buffer.bytes(), ArchiveKind::Plan).unwrap();
+        let archive = Archive::open(buffer.bytes(), ArchiveKind::MissionPlan).unwrap();
         assert_eq!(archive.section::<u32>(1).unwrap(), [1, 2, 3]);
         assert_eq!(archive.strings(2).unwrap(), "grüße");
         assert!(archive.section::<u64>(3).unwrap().is_empty());
@@ -456,10 +457,13 @@ mod tests {
         let mut buffer = sample();
         assert!(matches!(Archive::open(buffer.bytes(), ArchiveKind::Site), Err(ArchiveError::Kind { .. })));
         buffer.bytes_mut()[4] += 1;
-        assert!(matches!(Archive::open(buffer.bytes(), ArchiveKind::Plan), Err(ArchiveError::Version { .. })));
+        assert!(matches!(Archive::open(buffer.bytes(), ArchiveKind::MissionPlan), Err(ArchiveError::Version { .. })));
         buffer.bytes_mut()[0] += 1;
-        assert_eq!(Archive::open(buffer.bytes(), ArchiveKind::Plan).unwrap_err(), ArchiveError::NoArchive);
-        assert_eq!(Archive::open(&buffer.bytes()[1..], ArchiveKind::Plan).unwrap_err(), ArchiveError::Misaligned);
+        assert_eq!(Archive::open(buffer.bytes(), ArchiveKind::MissionPlan).unwrap_err(), ArchiveError::NoArchive);
+        assert_eq!(
+            Archive::open(&buffer.bytes()[1..], ArchiveKind::MissionPlan).unwrap_err(),
+            ArchiveError::Misaligned
+        );
     }
 
     proptest! {
@@ -471,10 +475,10 @@ mod tests {
             let changed = buffer.bytes()[at] != value;
             buffer.bytes_mut()[at] = value;
             // The reserved words are the only ones that nobody reads.
-            let opened = Archive::open(buffer.bytes(), ArchiveKind::Plan);
+            let opened = Archive::open(buffer.bytes(), ArchiveKind::MissionPlan);
             prop_assert_eq!(opened.is_err(), changed && !(32..64).contains(&at));
             let cut = ArchiveBuffer::copy_of(&whole.bytes()[..length.min(whole.bytes().len() - 1)]);
-            prop_assert!(Archive::open(cut.bytes(), ArchiveKind::Plan).is_err());
+            prop_assert!(Archive::open(cut.bytes(), ArchiveKind::MissionPlan).is_err());
         }
     }
 }

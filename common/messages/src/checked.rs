@@ -2,7 +2,7 @@
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind};
 use crate::payload::{self, Payload};
-use crate::{Alignment, Deviations, Grid, Grids, Plan, ScheduleState, Site, SlamMap};
+use crate::{Alignment, Deviations, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap};
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -22,7 +22,7 @@ macro_rules! payloads {
         }
     )*};
 }
-payloads!(Site ScheduleState Grid Grids Plan SlamMap Alignment Deviations);
+payloads!(Site ScheduleState Grid Grids MissionPlan SlamMap Alignment Deviations);
 
 /// An archive that was validated once, with the memory that it lies in: viewed as often as needed, never hashed again.
 ///
@@ -87,7 +87,10 @@ mod tests {
         let last = damaged.bytes().len() - 1;
         damaged.bytes_mut()[last] ^= 1;
         assert!(Checked::<payload::ScheduleState>::new(damaged).is_err());
-        assert!(Checked::<payload::Plan>::new(builder.to_buffer()).is_err(), "a schedule state is no plan");
+        assert!(
+            Checked::<payload::MissionPlan>::new(builder.to_buffer()).is_err(),
+            "a schedule state is no mission plan"
+        );
     }
 
     #[test]

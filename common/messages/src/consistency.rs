@@ -1,7 +1,8 @@
 //! Checks that archives belong to the same site.
 
 use crate::{
-    Deviations, EdgeKind, Grid, Grids, NONE, NodeKind, Plan, RouteEdgeRecord, RouteNodeRecord, ScheduleState, Site,
+    Deviations, EdgeKind, Grid, Grids, MissionPlan, NONE, NodeKind, RouteEdgeRecord, RouteNodeRecord, ScheduleState,
+    Site,
 };
 
 /// Archives that speak of different sites.
@@ -57,8 +58,8 @@ impl Grid<'_> {
     }
 }
 
-impl Plan<'_> {
-    /// Checks that the plan speaks of this site: after that every space of the site has a record.
+impl MissionPlan<'_> {
+    /// Checks that the mission plan speaks of this site: after that every space of the site has a record.
     ///
     /// # Errors
     /// Another site's hash, or records that the site does not have.
@@ -88,7 +89,7 @@ impl Plan<'_> {
             && self.floor_parts.iter().all(|p| has_storey(p.map_storey))
             && self.nodes.iter().all(|n| has_storey(n.map_storey) && has_space(n.space) && node_is_of(n))
             && self.edges.iter().all(edge_is_of);
-        check(belongs, "plan")
+        check(belongs, "mission plan")
     }
 }
 

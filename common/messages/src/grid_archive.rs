@@ -1,6 +1,6 @@
 //! The `grid` archive: layers of one map storey, written in place.
 
-use crate::archive::{Archive, ArchiveError, ArchiveKind, SectionPlan, layout, seal, write_table};
+use crate::archive::{Archive, ArchiveError, ArchiveKind, SectionLayout, layout, seal, write_table};
 use crate::site_records::FloorKind;
 use crate::tag::{Tag, check_tags};
 use bytemuck::{Pod, Zeroable};
@@ -167,7 +167,7 @@ pub struct GridWriter<'a> {
 impl<'a> GridWriter<'a> {
     /// Bytes that a grid of this many cells needs.
     pub fn len_of(n_cells: usize) -> usize {
-        layout(&plans(n_cells)).1
+        layout(&layouts(n_cells)).1
     }
 
     /// Begins a grid in memory of exactly [`Self::len_of`] bytes at a multiple of 64. Its layers hold zeros.
@@ -175,10 +175,10 @@ impl<'a> GridWriter<'a> {
     /// # Panics
     /// If the memory has another length than the grid needs.
     pub fn new(out: &'a mut [u8], head: &GridHead) -> Self {
-        let plans = plans(head.spec().n_cells());
-        let (ranges, length) = layout(&plans);
+        let layouts = layouts(head.spec().n_cells());
+        let (ranges, length) = layout(&layouts);
         assert_eq!(out.len(), length, "the memory has the grid's length");
-        write_table(out, &plans, &ranges);
+        write_table(out, &layouts, &ranges);
         out[ranges[0].clone()].copy_from_slice(bytemuck::bytes_of(head));
         ranges[1..].iter().for_each(|layer| out[layer.clone()].fill(0));
         Self { out, ranges }
@@ -189,7 +189,7 @@ impl<'a> GridWriter<'a> {
     /// # Panics
     /// If the memory has another length than the grid needs.
     pub fn resume(out: &'a mut [u8], n_cells: usize) -> Self {
-        let (ranges, length) = layout(&plans(n_cells));
+        let (ranges, length) = layout(&layouts(n_cells));
         assert_eq!(out.len(), length, "the memory has the grid's length");
         Self { out, ranges }
     }
@@ -224,16 +224,16 @@ impl<'a> GridWriter<'a> {
 /// Head and layers.
 const N_SECTIONS: usize = 7;
 
-fn plans(n_cells: usize) -> [SectionPlan; N_SECTIONS] {
-    let plan = |id, record_len, count| SectionPlan { id, record_len, count };
+fn layouts(n_cells: usize) -> [SectionLayout; N_SECTIONS] {
+    let layout = |id, record_len, count| SectionLayout { id, record_len, count };
     [
-        plan(section::HEAD, size_of::<GridHead>(), 1),
-        plan(section::CLASS, 1, n_cells),
-        plan(section::PLANNING, 1, n_cells),
-        plan(section::LOCALIZATION, 1, n_cells),
-        plan(section::KEEPOUT, 1, n_cells),
-        plan(section::FLOOR, 1, n_cells),
-        plan(section::SPACE, 2, n_cells),
+        layout(section::HEAD, size_of::<GridHead>(), 1),
+        layout(section::CLASS, 1, n_cells),
+        layout(section::PLANNING, 1, n_cells),
+        layout(section::LOCALIZATION, 1, n_cells),
+        layout(section::KEEPOUT, 1, n_cells),
+        layout(section::FLOOR, 1, n_cells),
+        layout(section::SPACE, 2, n_cells),
     ]
 }
 

@@ -1,6 +1,6 @@
 //! The `grids` archive: index of a set of grids that belong together.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionPlan, layout, seal, write_table};
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionLayout, layout, seal, write_table};
 use crate::archive_writer::ArchiveWriter;
 use crate::payload;
 use crate::robot::RobotProfile;
@@ -248,14 +248,14 @@ impl GridsBuilder<'_> {
         self.to_buffer()
     }
 
-    fn plans(&self) -> [SectionPlan; 6] {
+    fn layouts(&self) -> [SectionLayout; 6] {
         [
-            SectionPlan::of(section::HEAD, std::slice::from_ref(&self.head)),
-            SectionPlan::of(section::SLOTS, self.slots),
-            SectionPlan::of(section::ROBOT_NAME, self.robot_name.as_bytes()),
-            SectionPlan::of(section::DOORS, self.doors),
-            SectionPlan::of(section::REGIONS, self.regions),
-            SectionPlan::of(section::ROBOT_FOOTPRINT, self.robot_footprint_m),
+            SectionLayout::of(section::HEAD, std::slice::from_ref(&self.head)),
+            SectionLayout::of(section::SLOTS, self.slots),
+            SectionLayout::of(section::ROBOT_NAME, self.robot_name.as_bytes()),
+            SectionLayout::of(section::DOORS, self.doors),
+            SectionLayout::of(section::REGIONS, self.regions),
+            SectionLayout::of(section::ROBOT_FOOTPRINT, self.robot_footprint_m),
         ]
     }
 }
@@ -264,14 +264,14 @@ impl ArchiveWriter for GridsBuilder<'_> {
     type Payload = payload::Grids;
 
     fn length(&self) -> usize {
-        layout(&self.plans()).1
+        layout(&self.layouts()).1
     }
 
     fn write(&self, out: &mut [u8]) -> u64 {
-        let plans = self.plans();
-        let (ranges, length) = layout(&plans);
+        let layouts = self.layouts();
+        let (ranges, length) = layout(&layouts);
         assert_eq!(out.len(), length, "the memory has the archive's length");
-        write_table(out, &plans, &ranges);
+        write_table(out, &layouts, &ranges);
         let contents = [
             bytemuck::bytes_of(&self.head),
             bytemuck::cast_slice(self.slots),
@@ -283,7 +283,7 @@ impl ArchiveWriter for GridsBuilder<'_> {
         for (range, content) in ranges.iter().zip(contents) {
             out[range.clone()].copy_from_slice(content);
         }
-        seal(out, ArchiveKind::Grids, plans.len())
+        seal(out, ArchiveKind::Grids, layouts.len())
     }
 }
 

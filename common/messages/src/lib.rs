@@ -10,7 +10,7 @@
 //! | `schedule-state` | [`ScheduleState`] | [`ScheduleStateBuilder`] | schedule-eval |
 //! | `grid` | [`Grid`] | [`GridWriter`] | rasterize |
 //! | `grids` | [`Grids`] | [`GridsBuilder`] | rasterize |
-//! | `plan` | [`Plan`] | [`PlanBuilder`] | waypoint-gen |
+//! | `mission-plan` | [`MissionPlan`] | [`MissionPlanBuilder`] | waypoint-gen |
 //! | `slam-map` | [`SlamMap`] | [`SlamMap::write`] | the robot |
 //! | `alignment` | [`Alignment`] | [`AlignmentBuilder`] | slam-align |
 //! | `deviations` | [`Deviations`] | [`DeviationsBuilder`] | slam-align |
@@ -33,10 +33,10 @@ mod deviations;
 mod diagnostic_record;
 mod grid_archive;
 mod grids;
+mod mission_plan;
+mod mission_plan_records;
 mod nearest_names;
 pub mod payload;
-mod plan;
-mod plan_records;
 mod robot;
 mod sample_header;
 mod schedule_records;
@@ -63,10 +63,10 @@ pub use diagnostic_record::DiagnosticRecord;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Report, Severity};
 pub use grid_archive::{Grid, GridHead, GridLayers, GridWriter};
 pub use grids::{DoorPassage, DoorPassageRecord, GridSlotRecord, Grids, GridsBuilder, GridsHead, RegionRecord};
+pub use mission_plan::{MissionPlan, MissionPlanBuilder};
+pub use mission_plan_records::*;
 pub use nearest_names::{nearest_names, nearest_names_hint};
 pub use payload::Payload;
-pub use plan::{Plan, PlanBuilder};
-pub use plan_records::*;
 pub use robot::{Opens, RobotLimitError, RobotProfile};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_records::*;

@@ -35,9 +35,9 @@ pub enum Grid {}
 /// `grids`: the index of a set of grids.
 #[derive(Debug)]
 pub enum Grids {}
-/// `plan`: waypoints, tour, route graph.
+/// `mission-plan`: waypoints, tour, route graph.
 #[derive(Debug)]
-pub enum Plan {}
+pub enum MissionPlan {}
 /// `slam-map`: a robot's occupancy map.
 #[derive(Debug)]
 pub enum SlamMap {}

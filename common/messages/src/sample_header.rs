@@ -116,8 +116,8 @@ mod tests {
 
     #[test]
     fn another_layout_is_refused_with_both_versions() {
-        let header = SampleHeader { layout_version: 99, ..SampleHeader::of(ArchiveKind::Plan) };
-        let text = header.check(ArchiveKind::Plan, 0).unwrap_err().to_string();
+        let header = SampleHeader { layout_version: 99, ..SampleHeader::of(ArchiveKind::MissionPlan) };
+        let text = header.check(ArchiveKind::MissionPlan, 0).unwrap_err().to_string();
         assert!(text.contains("99") && text.contains(&LAYOUT_VERSION.to_string()), "{text}");
     }
 
@@ -126,7 +126,7 @@ mod tests {
         let header = SampleHeader { payload_length: 64, ..SampleHeader::of(ArchiveKind::Grid) };
         assert_eq!(header.check(ArchiveKind::Grid, 64), Ok(()));
         assert_eq!(header.check(ArchiveKind::Grid, 63), Err(SampleError::Truncated { length: 63, expected: 64 }));
-        assert!(matches!(header.check(ArchiveKind::Plan, 64), Err(SampleError::Kind { .. })));
+        assert!(matches!(header.check(ArchiveKind::MissionPlan, 64), Err(SampleError::Kind { .. })));
         assert_eq!(SampleHeader { magic: 0, ..header }.check(ArchiveKind::Grid, 64), Err(SampleError::NoHeader));
     }
 }

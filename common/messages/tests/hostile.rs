@@ -3,17 +3,26 @@
 mod support;
 
 use messages::{
-    Alignment, ArchiveBuffer, ArchiveError, Deviations, FloorKind, Grid, Grids, MapStoreyRecord, PartRecord, Plan,
-    ScheduleState, Site, SiteBuilder,
+    Alignment, ArchiveBuffer, ArchiveError, Deviations, FloorKind, Grid, Grids, MapStoreyRecord, MissionPlan,
+    PartRecord, ScheduleState, Site, SiteBuilder,
 };
 use proptest::prelude::*;
-use support::{alignment, deviations, grid, grids, plan, reseal, schedule_state, site, slam_map, walk};
+use support::{alignment, deviations, grid, grids, mission_plan, reseal, schedule_state, site, slam_map, walk};
 
 /// Miri takes a thousand times as long.
 const CASES: u32 = if cfg!(miri) { 6 } else { 20_000 };
 
 fn archive() -> impl Strategy<Value = ArchiveBuffer> {
-    prop::sample::select(vec![site(), schedule_state(), grid(), grids(), plan(), slam_map(), alignment(), deviations()])
+    prop::sample::select(vec![
+        site(),
+        schedule_state(),
+        grid(),
+        grids(),
+        mission_plan(),
+        slam_map(),
+        alignment(),
+        deviations(),
+    ])
 }
 
 /// What tends to hurt.
@@ -27,7 +36,7 @@ fn word() -> impl Strategy<Value = u32> {
 
 #[test]
 fn whole_archives_are_read_to_the_end() {
-    for archive in [site(), schedule_state(), grid(), grids(), plan(), slam_map(), alignment(), deviations()] {
+    for archive in [site(), schedule_state(), grid(), grids(), mission_plan(), slam_map(), alignment(), deviations()] {
         assert!(walk(archive.bytes()) > 4);
         let mut again = archive.clone();
         reseal(again.bytes_mut());
@@ -162,8 +171,8 @@ fn grids_with_an_unknown_class_floor_or_passage_are_refused() {
 
 #[test]
 fn a_plan_with_an_unknown_kind_is_refused() {
-    let archive = plan();
-    let view = Plan::open(archive.bytes()).unwrap();
+    let archive = mission_plan();
+    let view = MissionPlan::open(archive.bytes()).unwrap();
     let fields = [
         (place_of(&archive, &view.waypoints[0].kind), "kind of waypoint"),
         (place_of(&archive, &view.spaces[0].why), "reason for having no waypoint"),
@@ -172,7 +181,7 @@ fn a_plan_with_an_unknown_kind_is_refused() {
         (place_of(&archive, &view.diagnostics[0].code), "code of a diagnostic"),
         (place_of(&archive, &view.diagnostics[0].severity), "severity"),
     ];
-    check_tags(&archive, |bytes| Plan::open(bytes).map(|_| ()), &fields);
+    check_tags(&archive, |bytes| MissionPlan::open(bytes).map(|_| ()), &fields);
 }
 
 #[test]

@@ -95,7 +95,7 @@ impl<'a> Scene<'a> {
             markers_m: Vec::new(),
         };
         if options.markers {
-            scene.markers_m = input.plan.waypoints.iter().map(|w| w.position_in_map_m.map(rounded)).collect();
+            scene.markers_m = input.mission_plan.waypoints.iter().map(|w| w.position_in_map_m.map(rounded)).collect();
         }
         scene.add_models(statics);
         scene
@@ -187,7 +187,7 @@ fn hung_doors(
 
 /// The waypoint that comes first.
 fn spawn(input: &ExportInput<'_>) -> Option<SpawnPose> {
-    let first = input.plan.waypoints.iter().min_by_key(|w| w.order)?;
+    let first = input.mission_plan.waypoints.iter().min_by_key(|w| w.order)?;
     Some(SpawnPose {
         at_m: first.position_in_map_m.map(rounded),
         yaw_rad: first.yaw_rad,

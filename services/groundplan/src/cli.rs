@@ -44,7 +44,8 @@ pub enum Command {
     Actuals(actuals::Args),
     /// Set the robot of the running daemons; returns when the new grids are out
     Robot(robot::Args),
-    /// Tell the running daemons what waypoints to plan; returns when the plan is out. Without arguments, what is configured
+    /// Tell the running daemons what waypoints to plan; returns when the mission plan is out. Without arguments, what
+    /// is configured
     Waypoints(waypoints::Args),
     /// Give the running daemons a map that the robot made, and align it; exit code 0 if accepted
     SlamMap(slam_map::Args),

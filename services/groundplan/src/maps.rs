@@ -4,9 +4,9 @@ use crate::failure::Failure;
 use daemon::Robot;
 use export::{ExportFile, ExportInput};
 use geometry::Footprint;
-use messages::{Grid, Grids, Plan, ScheduleState, Site};
+use messages::{Grid, Grids, MissionPlan, ScheduleState, Site};
 use raster::Rasterizer;
-use waypoints::{PlanInput, PlanOptions, Planner, Start};
+use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, Start};
 use world::WorldOptions;
 
 /// The files of the simulation world, if there is to be one.
@@ -18,7 +18,7 @@ pub(crate) fn world_files(input: &ExportInput<'_>, options: Option<&WorldOptions
 pub(crate) struct Maps<'a> {
     pub(crate) grids: &'a [Grid<'a>],
     pub(crate) index: &'a Grids<'a>,
-    pub(crate) plan: &'a Plan<'a>,
+    pub(crate) mission_plan: &'a MissionPlan<'a>,
     /// By map storey.
     pub(crate) footprints: &'a [&'a [(u32, Footprint)]],
 }
@@ -32,10 +32,10 @@ impl Maps<'_> {
         &self,
         site: &Site<'_>,
         schedule_state: &ScheduleState<'_>,
-        options: &PlanOptions,
+        options: &MissionPlanOptions,
         start: Start,
     ) -> Result<bool, String> {
-        let input = PlanInput { site, schedule_state, index: self.index, grids: self.grids, options };
+        let input = MissionPlanInput { site, schedule_state, index: self.index, grids: self.grids, options };
         waypoints::check_start(&input, start)
     }
 }
@@ -49,7 +49,7 @@ pub(crate) fn with_maps<T>(
     schedule_state: &ScheduleState<'_>,
     rasterizer: &mut Rasterizer,
     robot: &Robot,
-    options: &PlanOptions,
+    options: &MissionPlanOptions,
     work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     rasterizer.draw(site, schedule_state);
@@ -57,9 +57,9 @@ pub(crate) fn with_maps<T>(
     let index = Grids::open(index.bytes()).map_err(Failure::work)?;
     let grids: Vec<Grid<'_>> =
         rasterizer.drawn().map(|grid| Grid::open(grid.archive)).collect::<Result<_, _>>().map_err(Failure::work)?;
-    let input = PlanInput { site, schedule_state, index: &index, grids: &grids, options };
-    let plan = Planner::default().plan(&input);
-    let plan = Plan::open(plan.bytes()).map_err(Failure::work)?;
+    let input = MissionPlanInput { site, schedule_state, index: &index, grids: &grids, options };
+    let mission_plan = MissionPlanner::default().plan(&input);
+    let mission_plan = MissionPlan::open(mission_plan.bytes()).map_err(Failure::work)?;
     let footprints: Vec<_> = (0..grids.len()).map(|k| rasterizer.footprints(k)).collect();
-    work(&Maps { grids: &grids, index: &index, plan: &plan, footprints: &footprints })
+    work(&Maps { grids: &grids, index: &index, mission_plan: &mission_plan, footprints: &footprints })
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use tracing::info;
-use waypoints::{PlanInput, PlanOptions, Planner, check_names};
+use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, check_names};
 
 daemon::inputs! {
     /// What waypoints are planned on. The index is published after its grids: they are taken when it comes.
@@ -23,14 +23,14 @@ pub(crate) struct WaypointService {
     configured: Option<PathBuf>,
     /// What a client asked for.
     asked: Asked,
-    options: PlanOptions,
+    options: MissionPlanOptions,
     state: StateFile,
     epochs: Epochs,
     stages: Stages,
-    output: LatchedOutput<topics::Plan>,
+    output: LatchedOutput<topics::MissionPlan>,
     grids: Vec<RawSubscriber>,
     samples: SiteSamples,
-    planner: Planner,
+    planner: MissionPlanner,
 }
 
 /// What a client asked for goes before the configuration, and survives the daemon.
@@ -57,14 +57,14 @@ impl WaypointService {
             state,
             epochs: Epochs::at(&config.state, "waypoint-gen-epochs.json")?,
             stages,
-            output: LatchedOutput::new(topics::Plan),
+            output: LatchedOutput::new(topics::MissionPlan),
             grids: Vec::new(),
             samples: SiteSamples::default(),
-            planner: Planner::default(),
+            planner: MissionPlanner::default(),
         })
     }
 
-    /// Other options: on disk before anybody sees a plan of them.
+    /// Other options: on disk before anybody sees a mission plan of them.
     fn ask(&mut self, asked: Asked) -> Result<Done, Failure> {
         let options = options_of(self.configured.as_deref(), &asked)?;
         if let Some(site) = self.samples.site() {
@@ -77,10 +77,10 @@ impl WaypointService {
     }
 
     /// Refuses a start that the robot could have and where it cannot stand, on the maps that are there.
-    fn check_start(&self, options: &PlanOptions) -> Result<(), Failure> {
+    fn check_start(&self, options: &MissionPlanOptions) -> Result<(), Failure> {
         let (Some(start), Some(set)) = (options.start, self.samples.set()) else { return Ok(()) };
         let SiteViews { site, state, index, grids, .. } = set.views()?;
-        let input = PlanInput { site: &site, schedule_state: &state, index: &index, grids: &grids, options };
+        let input = MissionPlanInput { site: &site, schedule_state: &state, index: &index, grids: &grids, options };
         waypoints::check_start(&input, start)?;
         Ok(())
     }
@@ -107,9 +107,14 @@ impl WaypointService {
         check_names(&site, &self.options)?;
         self.stages.set(Stage::Writing);
         let begun = Instant::now();
-        let input =
-            PlanInput { site: &site, schedule_state: &state, index: &index, grids: &grids, options: &self.options };
-        let plan = Checked::new(self.planner.plan(&input))?;
+        let input = MissionPlanInput {
+            site: &site,
+            schedule_state: &state,
+            index: &index,
+            grids: &grids,
+            options: &self.options,
+        };
+        let mission_plan = Checked::new(self.planner.plan(&input))?;
         let inputs = InputHashes {
             site: site.content_hash(),
             schedule_state: state.content_hash(),
@@ -117,12 +122,19 @@ impl WaypointService {
             robot: set.index.bytes().header().inputs.robot,
             ..InputHashes::default()
         };
-        self.output.publish(&mut self.epochs, plan, set.site.bytes().header().frame_epoch, inputs)?;
-        let plan = self.output.last().map(Checked::view);
-        let waypoints = plan.map_or(0, |plan| plan.waypoints.len());
-        let scans = plan.map_or(0, |plan| plan.storeys.iter().map(|s| s.n_scans).sum::<u32>());
+        self.output.publish(&mut self.epochs, mission_plan, set.site.bytes().header().frame_epoch, inputs)?;
+        let mission_plan = self.output.last().map(Checked::view);
+        let waypoints = mission_plan.map_or(0, |mission_plan| mission_plan.waypoints.len());
+        let scans = mission_plan.map_or(0, |mission_plan| mission_plan.storeys.iter().map(|s| s.n_scans).sum::<u32>());
         let elapsed_us = u64::try_from(begun.elapsed().as_micros()).unwrap_or(u64::MAX);
-        info!(service = "waypoint-gen", epoch = self.output.epoch(), waypoints, scans, elapsed_us, "plan published");
+        info!(
+            service = "waypoint-gen",
+            epoch = self.output.epoch(),
+            waypoints,
+            scans,
+            elapsed_us,
+            "mission plan published"
+        );
         self.stages.set(Stage::Published);
         Ok(self.done())
     }
@@ -132,11 +144,11 @@ impl WaypointService {
     }
 }
 
-fn options_of(configured: Option<&Path>, asked: &Asked) -> Result<PlanOptions, Failure> {
+fn options_of(configured: Option<&Path>, asked: &Asked) -> Result<MissionPlanOptions, Failure> {
     let file = asked.options.as_deref().or(configured);
     let mut options = file.map_or_else(
-        || Ok(PlanOptions::default()),
-        |path| daemon::read_parsed("options of waypoints", path, PlanOptions::parse),
+        || Ok(MissionPlanOptions::default()),
+        |path| daemon::read_parsed("options of waypoints", path, MissionPlanOptions::parse),
     )?;
     if !asked.spaces.is_empty() {
         options.spaces.clone_from(&asked.spaces);

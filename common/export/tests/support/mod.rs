@@ -11,7 +11,7 @@ pub(crate) struct House {
     pub(crate) schedule_state: ArchiveBuffer,
     pub(crate) grid: ArchiveBuffer,
     pub(crate) index: ArchiveBuffer,
-    pub(crate) plan: ArchiveBuffer,
+    pub(crate) mission_plan: ArchiveBuffer,
     pub(crate) footprints: Vec<(u32, Footprint)>,
 }
 
@@ -21,13 +21,13 @@ impl House {
         let site = Site::open(self.site.bytes()).unwrap();
         let schedule_state = ScheduleState::open(self.schedule_state.bytes()).unwrap();
         let index = Grids::open(self.index.bytes()).unwrap();
-        let plan = Plan::open(self.plan.bytes()).unwrap();
+        let mission_plan = MissionPlan::open(self.mission_plan.bytes()).unwrap();
         work(&ExportInput {
             site: &site,
             schedule_state: &schedule_state,
             index: &index,
             grids: &[Grid::open(self.grid.bytes()).unwrap()],
-            plan: &plan,
+            mission_plan: &mission_plan,
             footprints: &[&self.footprints],
             resolution_m: 0.5,
             with_geometry: true,
@@ -78,7 +78,14 @@ pub(crate) fn house() -> House {
     };
     let wall = footprint([[0, 0], [30_000, 0], [30_000, 5_000], [0, 5_000]]);
     let door = footprint([[5_000, 0], [10_000, 0], [10_000, 500], [5_000, 500]]);
-    House { schedule_state, grid: grid(), index, plan: plan(), footprints: vec![(0, wall), (1, door)], site }
+    House {
+        schedule_state,
+        grid: grid(),
+        index,
+        mission_plan: mission_plan(),
+        footprints: vec![(0, wall), (1, door)],
+        site,
+    }
 }
 
 fn site() -> ArchiveBuffer {
@@ -222,8 +229,8 @@ fn grid() -> ArchiveBuffer {
 }
 
 /// A centre, a scan outside of the room, the way through the door, a stair that this robot does not climb.
-fn plan() -> ArchiveBuffer {
-    let head = PlanHead {
+fn mission_plan() -> ArchiveBuffer {
+    let head = MissionPlanHead {
         site_hash: 1,
         schedule_state_hash: 2,
         plan_time_s: ScheduleStateHead::NO_TIME,
@@ -235,10 +242,11 @@ fn plan() -> ArchiveBuffer {
         closed_tours: 0,
         reserved: 0,
     };
-    let mut b = PlanBuilder::new(head, 2);
+    let mut b = MissionPlanBuilder::new(head, 2);
     let reason = b.texts.add("it is a gross area, or made of other spaces");
-    b.spaces[0] = SpacePlanRecord { n_faces: 8, n_seen: 7, why: NoWaypoint::Has.into(), centre: 0, ..b.spaces[0] };
-    b.spaces[1] = SpacePlanRecord { reason, why: NoWaypoint::MetadataOnly.into(), ..b.spaces[1] };
+    b.spaces[0] =
+        MissionPlanSpaceRecord { n_faces: 8, n_seen: 7, why: NoWaypoint::Has.into(), centre: 0, ..b.spaces[0] };
+    b.spaces[1] = MissionPlanSpaceRecord { reason, why: NoWaypoint::MetadataOnly.into(), ..b.spaces[1] };
     let centre = WaypointRecord {
         position_in_map_m: [1.75, 1.75, 0.1],
         sensor_z_m: 1.3,
@@ -249,7 +257,7 @@ fn plan() -> ArchiveBuffer {
     };
     let scan = WaypointRecord { kind: WaypointKind::Scan.into(), id: 1, order: 1, space: NONE, leg_m: 0.5, ..centre };
     b.waypoints.extend([centre, scan]);
-    b.storeys.push(StoreyPlanRecord {
+    b.storeys.push(MissionPlanStoreyRecord {
         tour_m: 0.5,
         tour_bound_m: 0.5,
         n_faces: 8,

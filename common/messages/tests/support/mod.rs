@@ -117,10 +117,10 @@ pub(crate) fn grids() -> ArchiveBuffer {
     .finish()
 }
 
-pub(crate) fn plan() -> ArchiveBuffer {
-    let head = PlanHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, ..Zeroable::zeroed() };
-    let mut b = PlanBuilder::new(head, 1);
-    b.spaces[0] = SpacePlanRecord {
+pub(crate) fn mission_plan() -> ArchiveBuffer {
+    let head = MissionPlanHead { site_hash: 1, schedule_state_hash: 2, plan_time_s: 3, ..Zeroable::zeroed() };
+    let mut b = MissionPlanBuilder::new(head, 1);
+    b.spaces[0] = MissionPlanSpaceRecord {
         reason: b.texts.add("blocked"),
         centre: 0,
         why: NoWaypoint::Blocked.into(),
@@ -128,7 +128,7 @@ pub(crate) fn plan() -> ArchiveBuffer {
     };
     b.waypoints.push(WaypointRecord { kind: WaypointKind::Centre.into(), ..Zeroable::zeroed() });
     b.tour_points = vec![[0.0, 0.0], [1.0, 0.0]];
-    b.storeys.push(StoreyPlanRecord { n_tour_points: 2, ..Zeroable::zeroed() });
+    b.storeys.push(MissionPlanStoreyRecord { n_tour_points: 2, ..Zeroable::zeroed() });
     b.nodes = vec![RouteNodeRecord { of: NONE, ..Zeroable::zeroed() }; 2];
     b.floor_parts.push(FloorPartRecord { area_m2: 1.0, is_reached: 1, ..Zeroable::zeroed() });
     b.points = vec![[0.0; 3], [1.0, 0.0, 0.5]];
@@ -217,15 +217,19 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
             + index.regions.len();
         n += index.doors.iter().filter(|d| d.passage.get().is_closed()).count();
     }
-    if let Ok(plan) = Plan::open(bytes) {
-        n += (0..plan.spaces.len()).map(|k| plan.reason(k).len()).sum::<usize>() + plan.waypoints.len();
-        n += plan.storeys.iter().map(|s| plan.tour_of(s).len()).sum::<usize>();
-        n += plan
+    if let Ok(mission_plan) = MissionPlan::open(bytes) {
+        n += (0..mission_plan.spaces.len()).map(|k| mission_plan.reason(k).len()).sum::<usize>()
+            + mission_plan.waypoints.len();
+        n += mission_plan.storeys.iter().map(|s| mission_plan.tour_of(s).len()).sum::<usize>();
+        n += mission_plan
             .edges
             .iter()
-            .map(|e| plan.points_of(e).len() + usize::from(plan.nodes[e.nodes[0] as usize].kind == NodeKind::Door))
+            .map(|e| {
+                mission_plan.points_of(e).len()
+                    + usize::from(mission_plan.nodes[e.nodes[0] as usize].kind == NodeKind::Door)
+            })
             .sum::<usize>();
-        n += plan.diagnostics.iter().map(|d| plan.text(d.message).len()).sum::<usize>();
+        n += mission_plan.diagnostics.iter().map(|d| mission_plan.text(d.message).len()).sum::<usize>();
     }
     if let Ok(map) = SlamMap::open(bytes) {
         n += map.occupancy.iter().filter(|&&o| o >= 0).count() + usize::from(map.head.resolution_m > 0.0);

@@ -1,7 +1,7 @@
 //! Parts of a storey's free space: room area, access from outside, and the default part of a robot without a start.
 
 use crate::free_space::FreeSpace;
-use crate::input::PlanInput;
+use crate::input::MissionPlanInput;
 use crate::portal::Portal;
 use crate::reachability::Reachability;
 use crate::start_pose::cells_around;
@@ -26,7 +26,7 @@ const DOOR_REACH_M: f64 = 0.5;
 
 /// Properties of each part of a storey, beginning with the unreachable part 0.
 pub(crate) fn part_properties(
-    input: &PlanInput<'_>,
+    input: &MissionPlanInput<'_>,
     storey: usize,
     free_space: &FreeSpace,
     portals: &[Portal],
@@ -105,7 +105,7 @@ fn parts_at(free_space: &FreeSpace, grid: &Grid<'_>, door: &DoorRecord, radius_m
 
 /// Records of the parts of all storeys, storey by storey, by decreasing size.
 pub(crate) fn floor_parts(
-    input: &PlanInput<'_>,
+    input: &MissionPlanInput<'_>,
     free_spaces: &[&FreeSpace],
     reached: &Reachability,
     properties: &[Vec<PartProperties>],

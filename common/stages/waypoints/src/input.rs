@@ -1,11 +1,12 @@
 //! Inputs of the waypoint planner.
 
-use crate::options::PlanOptions;
+use crate::options::MissionPlanOptions;
 use messages::{Grid, Grids, ScheduleState, Site};
 
-/// The archives and options of a plan. The grids are those of the index, in its order, and all belong to the site.
+/// The archives and options of a mission plan. The grids are those of the index, in its order, and all belong to the
+/// site.
 #[derive(Clone, Copy)]
-pub struct PlanInput<'a> {
+pub struct MissionPlanInput<'a> {
     /// Geometry and attributes.
     pub site: &'a Site<'a>,
     /// States at the plan time.
@@ -14,6 +15,6 @@ pub struct PlanInput<'a> {
     pub index: &'a Grids<'a>,
     /// One grid per map storey, in their order.
     pub grids: &'a [Grid<'a>],
-    /// Options of a plan.
-    pub options: &'a PlanOptions,
+    /// Options of a mission plan.
+    pub options: &'a MissionPlanOptions,
 }

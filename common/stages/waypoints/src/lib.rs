@@ -1,7 +1,7 @@
 //! Waypoint planning: site, schedule state and grids in, mission plan out: space centres, scans, tours, route graph.
 //!
-//! [`PlanOptions`] (a file like `config/waypoints.toml`) select what is planned and describe the sensor: kinds of waypoints,
-//! spaces, coverage, overlap, lifts, only elements built since a date.
+//! [`MissionPlanOptions`] (a file like `config/waypoints.toml`) select what is planned and describe the sensor: kinds
+//! of waypoints, spaces, coverage, overlap, lifts, only elements built since a date.
 //!
 //! ```text
 //! groundplan convert house.ifc -o maps --waypoints scanner.toml
@@ -62,16 +62,16 @@ mod tour_distances;
 mod route_graph;
 mod skeleton;
 
-mod mission_plan;
-mod plan_archive;
+mod mission_plan_archive;
+mod mission_planner;
 mod steps;
-mod storey_plan;
+mod storey_planner;
 mod tour_stops;
 
-pub use input::PlanInput;
-pub use mission_plan::{Planner, StoreyInstance};
+pub use input::MissionPlanInput;
+pub use mission_planner::{MissionPlanner, StoreyInstance};
 pub use name_check::{UnknownName, check_names};
-pub use options::{OptionsError, PlanOptions, Start};
+pub use options::{MissionPlanOptions, OptionsError, Start};
 pub use set_cover::cover;
 pub use set_cover_instance::SetCoverInstance;
 pub use start_pose::check_start;

@@ -1,6 +1,6 @@
 //! Checks the names in options against the site.
 
-use crate::options::PlanOptions;
+use crate::options::MissionPlanOptions;
 use messages::{Site, nearest_names_hint};
 use wildmatch::WildMatch;
 
@@ -53,11 +53,13 @@ fn hint(asked: &str, names: &[String]) -> String {
 ///
 /// # Errors
 /// The first name that matches nothing, with the most similar names.
-pub fn check_names(site: &Site<'_>, options: &PlanOptions) -> Result<(), UnknownName> {
+pub fn check_names(site: &Site<'_>, options: &MissionPlanOptions) -> Result<(), UnknownName> {
     for asked in &options.spaces {
         let pattern = WildMatch::new(asked);
-        if !(0..site.spaces.len()).any(|k| PlanOptions::space_names(site, k).iter().any(|n| pattern.matches(n))) {
-            let all: Vec<String> = (0..site.spaces.len()).flat_map(|k| PlanOptions::space_names(site, k)).collect();
+        if !(0..site.spaces.len()).any(|k| MissionPlanOptions::space_names(site, k).iter().any(|n| pattern.matches(n)))
+        {
+            let all: Vec<String> =
+                (0..site.spaces.len()).flat_map(|k| MissionPlanOptions::space_names(site, k)).collect();
             return Err(UnknownName::Space { asked: asked.clone(), hint: hint(asked, &all) });
         }
     }

@@ -10,7 +10,7 @@ use wildmatch::WildMatch;
 
 /// Options of a plan.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlanOptions {
+pub struct MissionPlanOptions {
     /// Plan the centres of spaces.
     pub centres: bool,
     /// Plan scans.
@@ -124,7 +124,7 @@ struct TourToml {
     scan_s: Option<f64>,
 }
 
-impl Default for PlanOptions {
+impl Default for MissionPlanOptions {
     fn default() -> Self {
         Self {
             centres: true,
@@ -157,7 +157,7 @@ const STEPS_PER_QUALITY: u32 = 200;
 const KICKS_PER_QUALITY: u32 = 200;
 const NEIGHBOURS_PER_QUALITY: u32 = 12;
 
-impl PlanOptions {
+impl MissionPlanOptions {
     /// Options for centres only, which are planned fast.
     pub fn centres_only() -> Self {
         Self { scans: false, ..Self::default() }
@@ -203,8 +203,8 @@ impl PlanOptions {
 }
 
 impl OptionsToml {
-    fn into_options(self) -> Result<PlanOptions, String> {
-        let defaults = PlanOptions::default();
+    fn into_options(self) -> Result<MissionPlanOptions, String> {
+        let defaults = MissionPlanOptions::default();
         let within = |key: &str, value: Option<f64>, defaults: f64, lo: f64, hi: f64| match value.unwrap_or(defaults) {
             v if (lo..=hi).contains(&v) => Ok(v),
             v => Err(format!("{key} is {v}, it must be from {lo} to {hi}")),
@@ -238,7 +238,7 @@ impl OptionsToml {
         if start.is_some_and(|s| !s.x_m.is_finite() || !s.y_m.is_finite()) {
             return Err("start is no place".to_owned());
         }
-        Ok(PlanOptions {
+        Ok(MissionPlanOptions {
             centres: kinds.iter().any(|k| k == "centre"),
             scans: kinds.iter().any(|k| k == "scan"),
             spaces: self.spaces,
@@ -291,8 +291,8 @@ mod tests {
     #[test]
     fn the_shipped_file_says_what_is_usual() {
         let shipped = include_str!("../../../../config/waypoints.toml");
-        assert_eq!(PlanOptions::parse(shipped).unwrap(), PlanOptions::default());
-        assert_eq!(PlanOptions::parse("").unwrap(), PlanOptions::default());
+        assert_eq!(MissionPlanOptions::parse(shipped).unwrap(), MissionPlanOptions::default());
+        assert_eq!(MissionPlanOptions::parse("").unwrap(), MissionPlanOptions::default());
     }
 
     #[test]
@@ -308,12 +308,12 @@ mod tests {
             ("[tour]\nstart = { storey = 0, x_m = nan, y_m = 0.0 }", "start"),
             ("[tour]\nclose = true", "close"),
         ] {
-            let error = PlanOptions::parse(text).unwrap_err();
+            let error = MissionPlanOptions::parse(text).unwrap_err();
             let text =
                 format!("{error} {}", std::error::Error::source(&error).map_or(String::new(), |s| s.to_string()));
             assert!(text.contains(word), "{text}");
         }
-        let only = PlanOptions::parse("[scan]\nclasses = [\"wall\", \"column\"]").unwrap();
+        let only = MissionPlanOptions::parse("[scan]\nclasses = [\"wall\", \"column\"]").unwrap();
         assert_eq!(only.classes, 0b110);
     }
 }

@@ -1,7 +1,7 @@
 //! Portals between storeys (stairs, ramps, lifts) and their staging poses.
 
 use crate::free_space::FreeSpace;
-use crate::options::PlanOptions;
+use crate::options::MissionPlanOptions;
 use crate::portal::{Portal, Staging, length_m, plan_area_m2, slope_rad, staging};
 use crate::sloped_slabs::sloped_slabs;
 use crate::stair_ends::{ends_at, is_flight, stair_treads};
@@ -33,7 +33,7 @@ pub(crate) fn portals(
     site: &Site<'_>,
     schedule_state: &ScheduleState<'_>,
     robot: &RobotProfile,
-    options: &PlanOptions,
+    options: &MissionPlanOptions,
     free_spaces: &[&FreeSpace],
 ) -> Vec<Portal> {
     let mut wholes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -179,7 +179,7 @@ fn stops_at(site: &Site<'_>, element: usize, floor: i64, is_here: impl Fn(i64) -
 fn usable(
     site: &Site<'_>,
     robot: &RobotProfile,
-    options: &PlanOptions,
+    options: &MissionPlanOptions,
     whole: usize,
     kind: EdgeKind,
     slope_rad: f64,
@@ -268,8 +268,10 @@ mod tests {
             let free_spaces: Vec<FreeSpace> =
                 (0..site.map_storeys.len()).map(|_| FreeSpace::of(&Grid::open(buffer.bytes()).unwrap(), 0.3)).collect();
             let robot = RobotProfile { climbs_stairs: u32::from(climbs), ..RobotProfile::DEFAULT };
-            let options =
-                PlanOptions { lifts: lifts.iter().map(|l| (*l).to_owned()).collect(), ..PlanOptions::default() };
+            let options = MissionPlanOptions {
+                lifts: lifts.iter().map(|l| (*l).to_owned()).collect(),
+                ..MissionPlanOptions::default()
+            };
             portals(&site, &schedule_state, &robot, &options, &free_spaces.iter().collect::<Vec<_>>())
         }
     }
@@ -364,7 +366,7 @@ mod tests {
             }
             let site = building.site.finish();
             let site = Site::open(site.bytes()).unwrap();
-            let (robot, options) = (RobotProfile::DEFAULT, PlanOptions::default());
+            let (robot, options) = (RobotProfile::DEFAULT, MissionPlanOptions::default());
             let ends = [end(0, 1.05), end(1, 3.05)];
             let slope_rad = slope_rad(&site, &[0], &[&free_space, &free_space], ends);
             usable(&site, &robot, &options, 0, EdgeKind::Ramp, slope_rad)

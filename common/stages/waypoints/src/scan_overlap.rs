@@ -1,6 +1,6 @@
 //! Connecting scans: added so that each scan overlaps enough with earlier ones to be registered.
 
-use crate::options::PlanOptions;
+use crate::options::MissionPlanOptions;
 use crate::scans::ScanSelection;
 use crate::space_centre::StoreyInputs;
 use crate::tour_stops::{TourGoal, goal_of};
@@ -10,7 +10,7 @@ use frames::{Map, Point2};
 /// of the distances.
 pub(crate) struct ScanConnector<'a> {
     pub(crate) storey: &'a StoreyInputs<'a>,
-    pub(crate) options: &'a PlanOptions,
+    pub(crate) options: &'a MissionPlanOptions,
     pub(crate) scans: &'a ScanSelection,
     /// Faces seen before the tour.
     pub(crate) seen_before: &'a [bool],

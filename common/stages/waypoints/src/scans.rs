@@ -1,6 +1,6 @@
 //! Candidate scan poses, their visible faces, and the selection.
 
-use crate::options::PlanOptions;
+use crate::options::MissionPlanOptions;
 use crate::set_cover::cover;
 use crate::set_cover_instance::SetCoverInstance;
 use crate::space_centre::{SpaceCentre, StoreyInputs};
@@ -38,7 +38,7 @@ impl ScanSelection {
     /// be made in a cell, `is_target` whether the face between an occupied and a free cell is a target.
     pub(crate) fn plan(
         storey: &StoreyInputs<'_>,
-        options: &PlanOptions,
+        options: &MissionPlanOptions,
         centres: &[SpaceCentre],
         may_scan: impl Fn(usize) -> bool + Sync,
         is_target: impl Fn(usize, usize) -> bool,
@@ -85,7 +85,7 @@ impl ScanSelection {
 }
 
 /// Headings of a sensor with a limited field of view; neighbouring views overlap by half.
-fn headings(options: &PlanOptions) -> Vec<f64> {
+fn headings(options: &MissionPlanOptions) -> Vec<f64> {
     let n = (2.0 * TAU / options.sensor.field_of_view_rad).ceil() as u32;
     (0..n).map(|k| TAU * f64::from(k) / f64::from(n)).map(|a| if a > TAU / 2.0 { a - TAU } else { a }).collect()
 }

@@ -1,7 +1,7 @@
 //! Centre waypoint of a space: the place nearest to the centroid of its floor at which the robot can stand.
 
 use crate::free_space::FreeSpace;
-use crate::options::PlanOptions;
+use crate::options::MissionPlanOptions;
 use crate::spaces::{Refusal, closed_door};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, ScheduleState, Site};
@@ -61,7 +61,7 @@ impl StoreyInputs<'_> {
 pub(crate) fn sensor_height_m(
     site: &Site<'_>,
     robot: &RobotProfile,
-    options: &PlanOptions,
+    options: &MissionPlanOptions,
     space: Option<usize>,
 ) -> f64 {
     let half = space.map(|s| metres(site.spaces[s].height_tenths) / 2.0);

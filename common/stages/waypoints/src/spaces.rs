@@ -1,6 +1,6 @@
 //! Reasons for spaces without waypoints.
 
-use crate::options::PlanOptions;
+use crate::options::MissionPlanOptions;
 use messages::{
     DoorPassage, DoorPassageRecord, NONE, NoWaypoint, RobotProfile, ScheduleState, ScheduleStateHead, Site, plan_time,
     space_flags,
@@ -26,7 +26,7 @@ impl Refusal {
 pub(crate) fn refused(
     site: &Site<'_>,
     schedule_state: &ScheduleState<'_>,
-    options: &PlanOptions,
+    options: &MissionPlanOptions,
     index: usize,
 ) -> Option<Refusal> {
     let space = &site.spaces[index];

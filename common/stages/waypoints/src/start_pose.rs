@@ -1,7 +1,7 @@
 //! The start of a robot: the cell of a given start pose, or the reason why the robot cannot stand there.
 
 use crate::free_space::FreeSpace;
-use crate::input::PlanInput;
+use crate::input::MissionPlanInput;
 use crate::options::Start;
 use frames::{Map, Point2};
 use grid::Cell;
@@ -44,7 +44,7 @@ fn cell_at_start(free_space: &FreeSpace, start: Start) -> Option<usize> {
 ///
 /// # Errors
 /// A text with the reason and the nearest possible start.
-pub fn check_start(input: &PlanInput<'_>, start: Start) -> Result<bool, String> {
+pub fn check_start(input: &MissionPlanInput<'_>, start: Start) -> Result<bool, String> {
     let Some(grid) = input.grids.get(start.storey as usize) else { return Ok(false) };
     if grid.floor.iter().all(|&floor| floor == 0) {
         return Ok(false);
@@ -57,7 +57,7 @@ pub fn check_start(input: &PlanInput<'_>, start: Start) -> Result<bool, String> 
 }
 
 /// Text with the reason why the robot cannot stand at a start on an existing storey, and the nearest possible start.
-pub(crate) fn why_blocked(input: &PlanInput<'_>, free_space: &FreeSpace, start: Start) -> String {
+pub(crate) fn why_blocked(input: &MissionPlanInput<'_>, free_space: &FreeSpace, start: Start) -> String {
     let (site, grid) = (input.site, &input.grids[start.storey as usize]);
     let p = Point2::<Map>::new(start.x_m, start.y_m);
     let why = match free_space.spec.cell_at(p).map(|cell| free_space.spec.index(cell)) {

@@ -1,6 +1,6 @@
 //! The request for a storey, the tour goals that follow from it, and the stops of its tour.
 
-use crate::options::PlanOptions;
+use crate::options::MissionPlanOptions;
 use crate::scans::ScanSelection;
 use crate::space_centre::StoreyInputs;
 use frames::{Map, Point2};
@@ -8,7 +8,7 @@ use messages::WaypointKind;
 
 /// What is to be planned on a storey.
 pub(crate) struct StoreyRequest<'a> {
-    pub(crate) options: &'a PlanOptions,
+    pub(crate) options: &'a MissionPlanOptions,
     /// Selected open spaces of this storey.
     pub(crate) spaces: &'a [usize],
     /// Whether scans may be made in a cell, by its space plus 1; 0 is outside of spaces.

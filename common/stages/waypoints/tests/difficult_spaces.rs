@@ -5,10 +5,10 @@ mod support;
 
 use messages::{NoWaypoint, WaypointRecord};
 use support::{House, Planned, brute_force, quick};
-use waypoints::{PlanOptions, Start};
+use waypoints::{MissionPlanOptions, Start};
 
 /// Plans with fine cells, and draws the picture.
-fn pictured(name: &str, drawing: &str, options: &PlanOptions) -> Planned {
+fn pictured(name: &str, drawing: &str, options: &MissionPlanOptions) -> Planned {
     let house = House { cell_tenths: 500, ..House::drawn(&[drawing]) };
     let planned = house.planned(options);
     let path = planned.write_picture(name, options);
@@ -22,8 +22,8 @@ fn at(waypoint: &WaypointRecord) -> [f64; 2] {
 
 /// The faces of the only storey that the scans see, of those that can be seen.
 fn coverage(planned: &Planned) -> f64 {
-    let plan = planned.plan();
-    f64::from(plan.storeys[0].n_seen) / f64::from(plan.storeys[0].n_faces)
+    let mission_plan = planned.mission_plan();
+    f64::from(mission_plan.storeys[0].n_seen) / f64::from(mission_plan.storeys[0].n_faces)
 }
 
 /// The centre lies in its space, and no cell of the space on which the robot can stand is nearer to the centroid.
@@ -74,7 +74,7 @@ fn an_l_shaped_room_has_its_centre_inside_and_is_covered_whole() {
     assert_moved_to_the_nearest(&planned, 'a');
     assert!(coverage(&planned) >= 0.99, "{}", coverage(&planned));
     // Nothing of either arm is left out of what could be seen.
-    let storey = planned.plan().storeys[0];
+    let storey = planned.mission_plan().storeys[0];
     assert!(f64::from(storey.n_faces) >= 0.98 * f64::from(storey.n_targets), "{storey:?}");
 }
 
@@ -128,8 +128,8 @@ fn a_room_behind_a_closed_door_is_refused_with_the_door_and_its_clear_width() {
     assert_eq!((why, planned.space('b').door), (NoWaypoint::ClosedDoor, 0));
     assert_eq!(reason, "its door door-0 is closed to the robot: 0.50 m clear, the robot needs 0.70 m");
     assert_eq!(planned.why('a'), (NoWaypoint::Has, String::new()));
-    assert!(planned.plan().waypoints.iter().all(|w| planned.name_of(w) == Some('a')));
-    assert!(planned.plan().storeys[0].unreached_m2 > 0.5);
+    assert!(planned.mission_plan().waypoints.iter().all(|w| planned.name_of(w) == Some('a')));
+    assert!(planned.mission_plan().storeys[0].unreached_m2 > 0.5);
 }
 
 const TWO_COMPONENTS: &str = "
@@ -150,21 +150,21 @@ fn of_two_parts_without_a_way_between_them_the_larger_one_is_planned() {
     let planned = pictured("two-components", TWO_COMPONENTS, &quick());
     assert!(planned.centre('a').is_some());
     assert_eq!(planned.why('b'), (NoWaypoint::Unreachable, "no way leads there from where the robot is".to_owned()));
-    assert!(planned.plan().waypoints.iter().all(|w| planned.name_of(w) == Some('a')));
+    assert!(planned.mission_plan().waypoints.iter().all(|w| planned.name_of(w) == Some('a')));
 }
 
 #[test]
 fn of_two_parts_without_a_way_between_them_the_one_with_the_robot_is_planned() {
     let start = Some(Start { storey: 0, x_m: 4.5, y_m: 1.0 });
-    let planned = pictured("two-components-start", TWO_COMPONENTS, &PlanOptions { start, ..quick() });
+    let planned = pictured("two-components-start", TWO_COMPONENTS, &MissionPlanOptions { start, ..quick() });
     assert!(planned.centre('b').is_some());
     assert_eq!(planned.why('a').0, NoWaypoint::Unreachable);
-    assert!(planned.plan().waypoints.iter().all(|w| planned.name_of(w) == Some('b')));
+    assert!(planned.mission_plan().waypoints.iter().all(|w| planned.name_of(w) == Some('b')));
     // The tour begins where the robot is, and the way from there counts.
-    let plan = planned.plan();
-    let first = plan.tour_of(&plan.storeys[0])[0];
+    let mission_plan = planned.mission_plan();
+    let first = mission_plan.tour_of(&mission_plan.storeys[0])[0];
     assert!((first[0] - 4.5).hypot(first[1] - 1.0) < 0.05, "{first:?}");
-    assert!(plan.waypoints[0].leg_m > 0.0 || at(&plan.waypoints[0]) == first);
+    assert!(mission_plan.waypoints[0].leg_m > 0.0 || at(&mission_plan.waypoints[0]) == first);
 }
 
 const NO_SPACE: &str = "
@@ -185,11 +185,13 @@ const NO_SPACE: &str = "
 #[test]
 fn a_storey_without_any_space_is_scanned_and_has_no_centres() {
     let planned = pictured("no-space", NO_SPACE, &quick());
-    let plan = planned.plan();
-    assert_eq!((plan.spaces.len(), plan.storeys[0].n_parts), (0, 1));
-    assert_eq!(planned.scans().len(), plan.waypoints.len());
+    let mission_plan = planned.mission_plan();
+    assert_eq!((mission_plan.spaces.len(), mission_plan.storeys[0].n_parts), (0, 1));
+    assert_eq!(planned.scans().len(), mission_plan.waypoints.len());
     assert!(coverage(&planned) >= 0.99, "{}", coverage(&planned));
-    assert!(plan.waypoints.iter().all(|w| w.space == messages::NONE && w.centroid_in_map_m == w.position_in_map_m));
+    assert!(
+        mission_plan.waypoints.iter().all(|w| w.space == messages::NONE && w.centroid_in_map_m == w.position_in_map_m)
+    );
 }
 
 const FURNITURE_FILLED: &str = "

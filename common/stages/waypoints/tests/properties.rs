@@ -6,7 +6,7 @@ mod support;
 use messages::{NoWaypoint, WaypointKind};
 use proptest::prelude::*;
 use support::{Archives, House, Planned, brute_force};
-use waypoints::{PlanOptions, Planner, Start};
+use waypoints::{MissionPlanOptions, MissionPlanner, Start};
 
 const WIDTH: usize = 30;
 const HEIGHT: usize = 18;
@@ -120,8 +120,8 @@ fn take(house: &mut House, step: &Step) {
     }
 }
 
-fn options(changed_since_s: Option<i64>, start: Option<Start>) -> PlanOptions {
-    PlanOptions { search_steps: 3, tour_kicks: 3, changed_since_s, start, ..PlanOptions::default() }
+fn options(changed_since_s: Option<i64>, start: Option<Start>) -> MissionPlanOptions {
+    MissionPlanOptions { search_steps: 3, tour_kicks: 3, changed_since_s, start, ..MissionPlanOptions::default() }
 }
 
 /// Every waypoint is clear by the radius, reachable, and inside its space.
@@ -130,18 +130,18 @@ fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Re
     let (spec, radius_m) = (grid.spec(), house.robot.radius_m);
     let width = spec.width as usize;
     let standing = brute_force::standing(&grid, radius_m);
-    let plan = planned.plan();
+    let mission_plan = planned.mission_plan();
     let reached = match start {
         None if !house.storeys[0].has_floor_outside() => brute_force::first_part(&grid, &standing),
         _ => {
             // The part with the tour's first place: a door beside floor of no room is an outer one, at which a robot begins.
-            let Some(first) = plan.tour_points.first() else { return Ok(()) };
+            let Some(first) = mission_plan.tour_points.first() else { return Ok(()) };
             let cell = spec.index(spec.cell_at(frames::Point2::new(first[0], first[1])).unwrap());
             prop_assert!(standing[cell], "it begins where the robot can stand");
             brute_force::flood(&standing, width, cell)
         }
     };
-    for waypoint in plan.waypoints {
+    for waypoint in mission_plan.waypoints {
         let at = [waypoint.position_in_map_m[0], waypoint.position_in_map_m[1]];
         let clearance_m = brute_force::clearance_m(&grid, at);
         prop_assert!(clearance_m >= radius_m - brute_force::TOLERANCE_M, "{clearance_m} m at {at:?}");
@@ -156,7 +156,7 @@ fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Re
         }
     }
     // A space without a centre has none that is clear and reachable; one with a centre has it inside.
-    for (place, space) in plan.spaces.iter().enumerate() {
+    for (place, space) in mission_plan.spaces.iter().enumerate() {
         let own = (0..spec.n_cells()).filter(|&c| usize::from(grid.space[c]) == place + 1);
         let n_standing = own.filter(|&c| reached[c]).count();
         if space.why != NoWaypoint::Has {
@@ -168,23 +168,27 @@ fn check_waypoints(planned: &Planned, house: &House, start: Option<Start>) -> Re
 
 /// Nodes are reachable, those of one part are connected, and lines of the graph and the tour run over free floor.
 fn check_lines(planned: &Planned, reached: &[bool]) -> Result<(), TestCaseError> {
-    let (plan, grid) = (planned.plan(), planned.archives.grid(0));
-    let mut found = vec![false; plan.nodes.len()];
+    let (mission_plan, grid) = (planned.mission_plan(), planned.archives.grid(0));
+    let mut found = vec![false; mission_plan.nodes.len()];
     found.iter_mut().take(1).for_each(|f| *f = true);
-    for _ in 0..plan.nodes.len() {
-        for [a, b] in plan.edges.iter().map(|e| e.nodes.map(|n| n as usize)) {
+    for _ in 0..mission_plan.nodes.len() {
+        for [a, b] in mission_plan.edges.iter().map(|e| e.nodes.map(|n| n as usize)) {
             let either = found[a] || found[b];
             (found[a], found[b]) = (either, either);
         }
     }
     prop_assert!(found.iter().all(|f| *f), "of {} nodes are connected {:?}", found.len(), found);
-    for node in plan.nodes {
+    for node in mission_plan.nodes {
         let at = [node.position_in_map_m[0], node.position_in_map_m[1]];
         prop_assert!(brute_force::is_at_or_beside(&grid, reached, at), "the node at {at:?} is unreachable");
     }
-    let in_plan = |edge| plan.points_of(edge).iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>();
-    let lines: Vec<Vec<[f64; 2]>> =
-        plan.edges.iter().map(in_plan).chain([plan.tour_of(&plan.storeys[0]).to_vec()]).collect();
+    let in_plan = |edge| mission_plan.points_of(edge).iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>();
+    let lines: Vec<Vec<[f64; 2]>> = mission_plan
+        .edges
+        .iter()
+        .map(in_plan)
+        .chain([mission_plan.tour_of(&mission_plan.storeys[0]).to_vec()])
+        .collect();
     for ends in lines.iter().flat_map(|line| line.windows(2)) {
         for k in 0..=20 {
             let at = [0, 1].map(|c| ends[0][c] + (ends[1][c] - ends[0][c]) * f64::from(k) / 20.0);
@@ -232,13 +236,13 @@ proptest! {
         house.absent.extend(['1', '2']);
         house.robot.climbs_stairs = 1;
         let start = start.map(|(x_m, y_m)| Start { storey: 0, x_m, y_m });
-        let options = PlanOptions { lifts: vec!["*".to_owned()], ..options(changed_since_s, start) };
-        let mut planner = Planner::default();
+        let options = MissionPlanOptions { lifts: vec!["*".to_owned()], ..options(changed_since_s, start) };
+        let mut planner = MissionPlanner::default();
         for step in &steps {
             take(&mut house, step);
             let archives = Archives::of(&house);
             let walked = archives.with(&options, |input| planner.plan(input));
-            let fresh = archives.with(&options, |input| Planner::default().plan(input));
+            let fresh = archives.with(&options, |input| MissionPlanner::default().plan(input));
             prop_assert!(walked.bytes() == fresh.bytes(), "after {:?} in\n{}", step, text);
         }
     }

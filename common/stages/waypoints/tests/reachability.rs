@@ -4,10 +4,12 @@
 mod support;
 
 use frames::{Map, Point2};
-use messages::{EdgeKind, Grid, NoWaypoint, NodeKind, Plan, RobotProfile, RouteEdgeRecord, Severity, WaypointKind};
+use messages::{
+    EdgeKind, Grid, MissionPlan, NoWaypoint, NodeKind, RobotProfile, RouteEdgeRecord, Severity, WaypointKind,
+};
 use std::collections::BTreeSet;
 use support::{Archives, House, Planned, brute_force, quick};
-use waypoints::{PlanOptions, Planner, Start};
+use waypoints::{MissionPlanOptions, MissionPlanner, Start};
 
 /// A flight of stairs and a lift lead from the ground to two rooms above that are not connected.
 const GROUND: &str = "
@@ -46,7 +48,7 @@ fn two_storeys(climbs: bool, lifts: &[&str], start: Option<Start>) -> Planned {
     let mut house = House::drawn(&[GROUND, UPPER]);
     house.robot = RobotProfile { climbs_stairs: u32::from(climbs), ..RobotProfile::DEFAULT };
     let lifts = lifts.iter().map(|l| (*l).to_owned()).collect();
-    house.planned(&PlanOptions { lifts, start, ..quick() })
+    house.planned(&MissionPlanOptions { lifts, start, ..quick() })
 }
 
 #[test]
@@ -58,7 +60,7 @@ fn rooms_above_are_reached_by_who_climbs_and_by_who_may_take_the_lift() {
     assert_eq!(centres(&two_storeys(true, &["IfcTransportElement-?"], AT_A)), "abcd");
     let planned = two_storeys(true, &[], AT_A);
     assert_eq!(planned.why('d').0, NoWaypoint::Unreachable);
-    assert!(planned.plan().waypoints.iter().all(|w| planned.name_of(w) != Some('d')));
+    assert!(planned.mission_plan().waypoints.iter().all(|w| planned.name_of(w) != Some('d')));
 }
 
 #[test]
@@ -73,9 +75,9 @@ fn without_a_start_the_robot_is_put_onto_every_storey_that_no_way_leads_to() {
 fn stairs_and_lifts_are_edges_of_the_graph_whether_or_not_the_robot_takes_them() {
     for (climbs, lifts, usable) in [(false, &[][..], [0, 0]), (true, &[], [1, 0]), (true, &["*"], [1, 1])] {
         let planned = two_storeys(climbs, lifts, AT_A);
-        let plan = planned.plan();
+        let mission_plan = planned.mission_plan();
         let edge = |kind: EdgeKind| {
-            let mut edges = plan.edges.iter().filter(|e| e.kind == kind);
+            let mut edges = mission_plan.edges.iter().filter(|e| e.kind == kind);
             let edge = edges.next().unwrap();
             assert!(edges.next().is_none());
             edge
@@ -83,7 +85,7 @@ fn stairs_and_lifts_are_edges_of_the_graph_whether_or_not_the_robot_takes_them()
         let (stair, lift) = (edge(EdgeKind::Stair), edge(EdgeKind::Lift));
         assert_eq!([stair.usable, lift.usable], usable);
         for edge in [stair, lift] {
-            let [low, high] = edge.nodes.map(|n| plan.nodes[n as usize]);
+            let [low, high] = edge.nodes.map(|n| mission_plan.nodes[n as usize]);
             assert_eq!([low.kind.get(), high.kind.get()], [NodeKind::Staging; 2]);
             assert_eq!([low.map_storey, high.map_storey], [0, 1]);
             assert!((edge.length_m - 3.0).abs() < 0.1, "one stands above the other: {}", edge.length_m);
@@ -96,15 +98,15 @@ fn a_stair_to_a_room_that_is_filled_up_is_no_place_to_go_to_any_more() {
     let filled = UPPER.replace('c', "1").replacen('1', "c", 1);
     let mut house = House::drawn(&[GROUND, &filled]);
     house.absent.insert('1');
-    let options = PlanOptions { start: AT_A, ..quick() };
-    let mut planner = Planner::default();
+    let options = MissionPlanOptions { start: AT_A, ..quick() };
+    let mut planner = MissionPlanner::default();
     let mut n_stagings = |house: &House| {
         let archives = Archives::of(house);
         let bytes = archives.with(&options, |input| planner.plan(input));
-        let plan = Plan::open(bytes.bytes()).unwrap();
+        let mission_plan = MissionPlan::open(bytes.bytes()).unwrap();
         let site = archives.site();
         let is_of_stair = |of: u32| site.text(site.elements[of as usize].global_id) == "IfcStair-S";
-        plan.nodes.iter().filter(|n| n.kind == NodeKind::Staging && is_of_stair(n.of)).count()
+        mission_plan.nodes.iter().filter(|n| n.kind == NodeKind::Staging && is_of_stair(n.of)).count()
     };
     assert_eq!(n_stagings(&house), 2);
     house.absent.clear();
@@ -117,10 +119,10 @@ fn a_stair_to_a_room_that_is_filled_up_is_no_place_to_go_to_any_more() {
 fn storeys_are_visited_in_the_order_in_which_they_are_come_to() {
     let above = Some(Start { storey: 1, x_m: 1.5, y_m: 1.0 });
     let planned = two_storeys(true, &[], above);
-    let storeys: Vec<u32> = planned.plan().waypoints.iter().map(|w| w.map_storey).collect();
+    let storeys: Vec<u32> = planned.mission_plan().waypoints.iter().map(|w| w.map_storey).collect();
     assert_eq!((storeys[0], *storeys.last().unwrap()), (1, 0));
     assert!(storeys.windows(2).all(|s| s[1] <= s[0]));
-    let orders: Vec<u32> = planned.plan().waypoints.iter().map(|w| w.order).collect();
+    let orders: Vec<u32> = planned.mission_plan().waypoints.iter().map(|w| w.order).collect();
     assert_eq!(orders, (0..orders.len() as u32).collect::<Vec<_>>());
 }
 
@@ -130,11 +132,18 @@ fn a_robot_in_a_wall_gets_nowhere_and_is_told() {
     // In the middle of two and a half metres of wall, outside of the building, outside of the map.
     for [x_m, y_m] in [[4.4, 1.1], [-0.1, 1.0], [-50.0, 0.0], [4e9, 1e300]] {
         let start = Some(Start { storey: 0, x_m, y_m });
-        let planned = House::drawn(&[&thick]).planned(&PlanOptions { start, ..quick() });
-        let plan = planned.plan();
-        assert_eq!((planned.codes(), plan.waypoints.len()), (vec!["start_blocked".to_owned()], 0), "{x_m} {y_m}");
-        assert_eq!((plan.diagnostics[0].severity.get(), plan.storeys[0].n_tour_points), (Severity::Error, 0));
-        assert_eq!(plan.storeys[0].reached_m2, 0.0);
+        let planned = House::drawn(&[&thick]).planned(&MissionPlanOptions { start, ..quick() });
+        let mission_plan = planned.mission_plan();
+        assert_eq!(
+            (planned.codes(), mission_plan.waypoints.len()),
+            (vec!["start_blocked".to_owned()], 0),
+            "{x_m} {y_m}"
+        );
+        assert_eq!(
+            (mission_plan.diagnostics[0].severity.get(), mission_plan.storeys[0].n_tour_points),
+            (Severity::Error, 0)
+        );
+        assert_eq!(mission_plan.storeys[0].reached_m2, 0.0);
         assert_eq!(planned.why('a').0, NoWaypoint::Unreachable);
     }
 }
@@ -142,7 +151,7 @@ fn a_robot_in_a_wall_gets_nowhere_and_is_told() {
 #[test]
 fn a_start_on_no_storey_is_blocked_and_one_beside_a_wall_is_not() {
     let at = |storey: u32, x_m: f64, y_m: f64| {
-        House::drawn(&[GROUND]).planned(&PlanOptions { start: Some(Start { storey, x_m, y_m }), ..quick() })
+        House::drawn(&[GROUND]).planned(&MissionPlanOptions { start: Some(Start { storey, x_m, y_m }), ..quick() })
     };
     assert_eq!(at(1, 1.5, 1.0).codes(), ["start_blocked"]);
     // Where it stands is known to a few decimetres only.
@@ -153,17 +162,18 @@ fn a_start_on_no_storey_is_blocked_and_one_beside_a_wall_is_not() {
 #[test]
 fn closed_tours_come_back() {
     for start in [None, AT_A] {
-        let planned = |closed_tours| House::drawn(&[GROUND]).planned(&PlanOptions { closed_tours, start, ..quick() });
+        let planned =
+            |closed_tours| House::drawn(&[GROUND]).planned(&MissionPlanOptions { closed_tours, start, ..quick() });
         let (open, closed) = (planned(false), planned(true));
         let ends = |planned: &Planned| {
-            let plan = planned.plan();
-            let tour = plan.tour_of(&plan.storeys[0]);
+            let mission_plan = planned.mission_plan();
+            let tour = mission_plan.tour_of(&mission_plan.storeys[0]);
             (tour[0], *tour.last().unwrap())
         };
         assert_eq!(ends(&closed).0, ends(&closed).1);
         assert_ne!(ends(&open).0, ends(&open).1);
-        assert!(closed.plan().storeys[0].tour_m > open.plan().storeys[0].tour_m);
-        assert_eq!((open.plan().head.closed_tours, closed.plan().head.closed_tours), (0, 1));
+        assert!(closed.mission_plan().storeys[0].tour_m > open.mission_plan().storeys[0].tour_m);
+        assert_eq!((open.mission_plan().head.closed_tours, closed.mission_plan().head.closed_tours), (0, 1));
     }
 }
 
@@ -174,18 +184,18 @@ fn length_m(points: &[[f64; 2]]) -> f64 {
 
 #[test]
 fn a_tour_passes_its_stops_in_order_over_free_floor_and_is_as_long_as_it_says() {
-    let planned = House::drawn(&[GROUND]).planned(&PlanOptions { start: AT_A, ..quick() });
-    let (plan, grid) = (planned.plan(), planned.archives.grid(0));
-    let storey = &plan.storeys[0];
-    let tour = plan.tour_of(storey);
+    let planned = House::drawn(&[GROUND]).planned(&MissionPlanOptions { start: AT_A, ..quick() });
+    let (mission_plan, grid) = (planned.mission_plan(), planned.archives.grid(0));
+    let storey = &mission_plan.storeys[0];
+    let tour = mission_plan.tour_of(storey);
     assert!((length_m(tour) - storey.tour_m).abs() < 1e-6, "{} {}", length_m(tour), storey.tour_m);
-    let legs_m: f64 = plan.waypoints.iter().map(|w| w.leg_m).sum();
+    let legs_m: f64 = mission_plan.waypoints.iter().map(|w| w.leg_m).sum();
     assert!((legs_m - storey.tour_m).abs() < 1e-6, "{legs_m}");
     assert!(storey.tour_bound_m <= storey.tour_m + 0.01);
-    assert!((plan.head.mission_s[0] - storey.tour_m / 0.5).abs() < 1e-6);
-    assert_eq!(plan.head.mission_s[1], f64::from(storey.n_scans) * 60.0);
+    assert!((mission_plan.head.mission_s[0] - storey.tour_m / 0.5).abs() < 1e-6);
+    assert_eq!(mission_plan.head.mission_s[1], f64::from(storey.n_scans) * 60.0);
     let mut rest = tour.iter();
-    for waypoint in plan.waypoints {
+    for waypoint in mission_plan.waypoints {
         let [x, y, _] = waypoint.position_in_map_m;
         assert!(rest.any(|p| *p == [x, y]), "the tour passes all stops in their order");
     }
@@ -206,10 +216,10 @@ fn assert_free(grid: &Grid<'_>, line: &[[f64; 2]], radius_m: f64) {
 }
 
 /// Nodes connected with a node over edges that the robot can use.
-fn connected(plan: &Plan<'_>, first: u32) -> BTreeSet<u32> {
+fn connected(mission_plan: &MissionPlan<'_>, first: u32) -> BTreeSet<u32> {
     let mut found = BTreeSet::from([first]);
     loop {
-        let more = plan.edges.iter().filter(|e| e.usable == 1);
+        let more = mission_plan.edges.iter().filter(|e| e.usable == 1);
         let more = more.flat_map(|e| [(e.nodes[0], e.nodes[1]), (e.nodes[1], e.nodes[0])]);
         let new: Vec<u32> = more.filter(|(a, b)| found.contains(a) && !found.contains(b)).map(|(_, b)| b).collect();
         if new.is_empty() {
@@ -220,16 +230,16 @@ fn connected(plan: &Plan<'_>, first: u32) -> BTreeSet<u32> {
 }
 
 fn assert_edge_is_whole(planned: &Planned, edge: &RouteEdgeRecord) {
-    let plan = planned.plan();
-    let line = plan.points_of(edge);
-    let ends = edge.nodes.map(|n| plan.nodes[n as usize].position_in_map_m);
+    let mission_plan = planned.mission_plan();
+    let line = mission_plan.points_of(edge);
+    let ends = edge.nodes.map(|n| mission_plan.nodes[n as usize].position_in_map_m);
     assert_eq!([line[0], *line.last().unwrap()], ends);
     let points: &[[f64; 2]] = &line.iter().map(|[x, y, _]| [*x, *y]).collect::<Vec<_>>();
     if !matches!(edge.kind.get(), EdgeKind::Floor | EdgeKind::Door) {
         return;
     }
     assert!((length_m(points) - edge.length_m).abs() < 1e-9);
-    let storey = plan.nodes[edge.nodes[0] as usize].map_storey;
+    let storey = mission_plan.nodes[edge.nodes[0] as usize].map_storey;
     assert_free(&planned.archives.grid(storey as usize), points, 0.3);
     assert!(edge.clearance_m >= 0.3 - brute_force::TOLERANCE_M, "{edge:?}");
 }
@@ -237,12 +247,12 @@ fn assert_edge_is_whole(planned: &Planned, edge: &RouteEdgeRecord) {
 #[test]
 fn the_graph_joins_all_that_can_be_reached_over_free_floor() {
     let planned = two_storeys(true, &["*"], AT_A);
-    let plan = planned.plan();
-    assert_eq!(connected(&plan, 0).len(), plan.nodes.len());
-    plan.edges.iter().for_each(|edge| assert_edge_is_whole(&planned, edge));
-    let of_kind = |kind: NodeKind| plan.nodes.iter().filter(|n| n.kind == kind).count();
+    let mission_plan = planned.mission_plan();
+    assert_eq!(connected(&mission_plan, 0).len(), mission_plan.nodes.len());
+    mission_plan.edges.iter().for_each(|edge| assert_edge_is_whole(&planned, edge));
+    let of_kind = |kind: NodeKind| mission_plan.nodes.iter().filter(|n| n.kind == kind).count();
     assert_eq!((of_kind(NodeKind::Space), of_kind(NodeKind::Door)), (4, 1));
-    for node in plan.nodes {
+    for node in mission_plan.nodes {
         let grid = planned.archives.grid(node.map_storey as usize);
         let [x, y, z] = node.position_in_map_m;
         assert_eq!(z, f64::from(node.map_storey) * 3.0);
@@ -255,14 +265,14 @@ fn the_graph_joins_all_that_can_be_reached_over_free_floor() {
 #[test]
 fn a_door_is_a_node_between_two_ways_through_it() {
     let planned = House::drawn(&[GROUND]).planned(&quick());
-    let plan = planned.plan();
-    let door = plan.nodes.iter().position(|n| n.kind == NodeKind::Door).unwrap() as u32;
-    let through: Vec<&RouteEdgeRecord> = plan.edges.iter().filter(|e| e.kind == EdgeKind::Door).collect();
+    let mission_plan = planned.mission_plan();
+    let door = mission_plan.nodes.iter().position(|n| n.kind == NodeKind::Door).unwrap() as u32;
+    let through: Vec<&RouteEdgeRecord> = mission_plan.edges.iter().filter(|e| e.kind == EdgeKind::Door).collect();
     assert_eq!(through.len(), 2);
     assert!(through.iter().all(|e| e.nodes.contains(&door) && e.of == 0), "{through:?}");
     let sides = through.iter().map(|e| e.nodes.into_iter().find(|n| *n != door).unwrap());
-    let sides: Vec<_> = sides.map(|n| plan.nodes[n as usize]).collect();
-    let middle_x = plan.nodes[door as usize].position_in_map_m[0];
+    let sides: Vec<_> = sides.map(|n| mission_plan.nodes[n as usize]).collect();
+    let middle_x = mission_plan.nodes[door as usize].position_in_map_m[0];
     assert!((middle_x - 2.9).abs() < 0.1, "{middle_x}");
     let side_xs: Vec<f64> = sides.iter().map(|n| n.position_in_map_m[0]).collect();
     assert!(side_xs.iter().any(|x| *x < middle_x - 0.3) && side_xs.iter().any(|x| middle_x + 0.3 < *x), "{side_xs:?}");
@@ -270,9 +280,9 @@ fn a_door_is_a_node_between_two_ways_through_it() {
 
 #[test]
 fn a_waypoint_looks_where_it_was_come_from_to_or_where_the_first_leg_leads() {
-    let planned = House::drawn(&[GROUND]).planned(&PlanOptions { scans: false, start: AT_A, ..quick() });
-    let plan = planned.plan();
-    let tour = plan.tour_of(&plan.storeys[0]);
+    let planned = House::drawn(&[GROUND]).planned(&MissionPlanOptions { scans: false, start: AT_A, ..quick() });
+    let mission_plan = planned.mission_plan();
+    let tour = mission_plan.tour_of(&mission_plan.storeys[0]);
     for waypoint in planned.of_kind(WaypointKind::Centre) {
         let [x, y, _] = waypoint.position_in_map_m;
         let at = tour.iter().position(|p| *p == [x, y]).unwrap();

@@ -4,7 +4,7 @@ mod support;
 
 use messages::{NONE, NoWaypoint, RobotProfile, SpaceRecord, space_flags};
 use support::{House, quick};
-use waypoints::PlanOptions;
+use waypoints::MissionPlanOptions;
 
 /// Two rooms with a door of a metre between them.
 const TWO_ROOMS: &str = "
@@ -21,8 +21,8 @@ const TWO_ROOMS: &str = "
 #aaaaaaaaaa#bbbbbbbb#
 #####################";
 
-fn quick_centres() -> PlanOptions {
-    PlanOptions { scans: false, ..quick() }
+fn quick_centres() -> MissionPlanOptions {
+    MissionPlanOptions { scans: false, ..quick() }
 }
 
 /// What becomes of room b after a change; room a has its centre all the same.
@@ -83,7 +83,7 @@ fn a_blocked_space_says_why_and_a_closing_one_when() {
 
 #[test]
 fn a_space_that_was_not_asked_for_says_so() {
-    let options = PlanOptions { spaces: vec!["a".to_owned()], ..quick_centres() };
+    let options = MissionPlanOptions { spaces: vec!["a".to_owned()], ..quick_centres() };
     let planned = House::drawn(&[TWO_ROOMS]).planned(&options);
     assert_eq!(planned.why('b'), because(NoWaypoint::NotAsked, "it was not asked for"));
 }

@@ -7,7 +7,7 @@ use messages::{Grid, ScanSensor, WaypointKind};
 use std::f64::consts::{FRAC_PI_2, PI};
 use support::brute_force::{self, Side, sides};
 use support::{House, Planned, quick};
-use waypoints::PlanOptions;
+use waypoints::MissionPlanOptions;
 
 const FLAT: &str = "
 ##############################
@@ -36,23 +36,27 @@ fn flat() -> House {
 
 /// Sides that some scan sees, step by step along the line.
 fn seen<'s>(planned: &Planned, grid: &Grid<'_>, sides: &'s [Side]) -> Vec<&'s Side> {
-    let plan = planned.plan();
+    let mission_plan = planned.mission_plan();
     let scans = planned.scans();
-    sides.iter().filter(|side| scans.iter().any(|w| brute_force::sees(grid, &plan.head.sensor, w, side))).collect()
+    sides
+        .iter()
+        .filter(|side| scans.iter().any(|w| brute_force::sees(grid, &mission_plan.head.sensor, w, side)))
+        .collect()
 }
 
-/// The plan's numbers against those of the slow version, within a hundredth.
+/// The mission plan's numbers against those of the slow version, within a hundredth.
 fn assert_coverage(planned: &Planned) {
     let grid = planned.archives.grid(0);
     let sides = sides(&grid);
-    let storey = planned.plan().storeys[0];
+    let storey = planned.mission_plan().storeys[0];
     assert_eq!(storey.n_targets as usize, sides.len());
     let n_seen = seen(planned, &grid, &sides).len();
     let off = (n_seen as f64 - f64::from(storey.n_seen)).abs();
-    assert!(off <= 0.01 * f64::from(storey.n_seen), "{n_seen} are seen, the plan says {}", storey.n_seen);
+    assert!(off <= 0.01 * f64::from(storey.n_seen), "{n_seen} are seen, the mission plan says {}", storey.n_seen);
     assert!(storey.n_seen <= storey.n_faces && storey.n_faces <= storey.n_targets, "{storey:?}");
     for scan in planned.scans() {
-        let n = sides.iter().filter(|s| brute_force::sees(&grid, &planned.plan().head.sensor, &scan, s)).count();
+        let n =
+            sides.iter().filter(|s| brute_force::sees(&grid, &planned.mission_plan().head.sensor, &scan, s)).count();
         let off = (n as f64 - f64::from(scan.n_faces)).abs();
         assert!(off <= 0.02 * f64::from(scan.n_faces) + 2.0, "{n} are seen, the scan says {}", scan.n_faces);
     }
@@ -62,17 +66,17 @@ fn assert_coverage(planned: &Planned) {
 fn coverage_is_what_rays_say_step_by_step() {
     assert_coverage(&flat().planned(&quick()));
     let narrow = ScanSensor { field_of_view_rad: 1.6, ..ScanSensor::DEFAULT };
-    assert_coverage(&flat().planned(&PlanOptions { sensor: narrow, ..quick() }));
+    assert_coverage(&flat().planned(&MissionPlanOptions { sensor: narrow, ..quick() }));
     let short = ScanSensor { range_m: 2.5, min_range_m: 0.6, max_incidence_rad: 0.9, ..ScanSensor::DEFAULT };
-    assert_coverage(&flat().planned(&PlanOptions { sensor: short, ..quick() }));
+    assert_coverage(&flat().planned(&MissionPlanOptions { sensor: short, ..quick() }));
 }
 
 #[test]
 fn scans_reach_the_goal_for_the_storey_and_for_each_space() {
-    let planned = flat().planned(&PlanOptions { coverage: 0.95, space_coverage: 0.9, ..quick() });
-    let storey = planned.plan().storeys[0];
+    let planned = flat().planned(&MissionPlanOptions { coverage: 0.95, space_coverage: 0.9, ..quick() });
+    let storey = planned.mission_plan().storeys[0];
     assert!(f64::from(storey.n_seen) >= 0.95 * f64::from(storey.n_faces), "{storey:?}");
-    for space in planned.plan().spaces {
+    for space in planned.mission_plan().spaces {
         assert!(f64::from(space.n_seen) >= 0.9 * f64::from(space.n_faces), "{space:?}");
     }
 }
@@ -85,7 +89,7 @@ fn what_can_be_seen_from_anywhere_is_nearly_what_the_tried_places_see() {
     let standing = brute_force::standing(&grid, 0.3);
     let reached = brute_force::first_part(&grid, &standing);
     let (sides, scans) = (sides(&grid), planned.scans());
-    let sensor = planned.plan().head.sensor;
+    let sensor = planned.mission_plan().head.sensor;
     // Every second cell in both directions: a place between them sees little else.
     let cells =
         (0..spec.n_cells()).filter(|&c| reached[c] && spec.cell_of(c).column % 2 + spec.cell_of(c).row % 2 == 0);
@@ -96,21 +100,21 @@ fn what_can_be_seen_from_anywhere_is_nearly_what_the_tried_places_see() {
         })
         .collect();
     let n = sides.iter().filter(|s| places.iter().any(|p| brute_force::sees(&grid, &sensor, p, s))).count();
-    let n_faces = planned.plan().storeys[0].n_faces;
+    let n_faces = planned.mission_plan().storeys[0].n_faces;
     assert!(f64::from(n_faces) >= 0.99 * n as f64, "{n_faces} from tried places, {n} from all");
 }
 
 #[test]
 fn a_sensor_with_a_limited_field_of_view_looks_in_several_directions() {
     let sensor = ScanSensor { field_of_view_rad: FRAC_PI_2, ..ScanSensor::DEFAULT };
-    let (around, narrow) = (flat().planned(&quick()), flat().planned(&PlanOptions { sensor, ..quick() }));
+    let (around, narrow) = (flat().planned(&quick()), flat().planned(&MissionPlanOptions { sensor, ..quick() }));
     assert!(narrow.scans().len() > around.scans().len());
     let mut yaws: Vec<i64> = narrow.scans().iter().map(|w| (w.yaw_rad * 1e6).round() as i64).collect();
     assert!(narrow.scans().iter().all(|w| -PI <= w.yaw_rad && w.yaw_rad <= PI));
     yaws.sort_unstable();
     yaws.dedup();
     assert!(yaws.len() >= 3, "{yaws:?}");
-    let storey = narrow.plan().storeys[0];
+    let storey = narrow.mission_plan().storeys[0];
     assert!(f64::from(storey.n_seen) >= 0.99 * f64::from(storey.n_faces), "{storey:?}");
 }
 
@@ -130,7 +134,7 @@ fn what_is_nearer_than_the_sensor_measures_needs_another_place() {
 ############";
     let scans = |min_range_m: f64| {
         let sensor = ScanSensor { min_range_m, ..ScanSensor::DEFAULT };
-        let planned = House::drawn(&[closet]).planned(&PlanOptions { sensor, ..quick() });
+        let planned = House::drawn(&[closet]).planned(&MissionPlanOptions { sensor, ..quick() });
         assert_coverage(&planned);
         planned.scans().len()
     };
@@ -142,14 +146,14 @@ fn what_is_nearer_than_the_sensor_measures_needs_another_place() {
 fn only_faces_of_what_was_finished_since_are_targets() {
     let mut house = flat();
     house.finished.insert('1', 500_000);
-    let since = |s: i64| house.planned(&PlanOptions { changed_since_s: Some(s), ..quick() });
+    let since = |s: i64| house.planned(&MissionPlanOptions { changed_since_s: Some(s), ..quick() });
     let (all, changed, nothing) = (house.planned(&quick()), since(499_999), since(500_000));
     assert_eq!(
-        (nothing.plan().storeys[0].n_targets, nothing.scans().len()),
+        (nothing.mission_plan().storeys[0].n_targets, nothing.scans().len()),
         (0, 0),
         "what was finished then is not new"
     );
-    assert_eq!(nothing.plan().head.changed_since_s, 500_000);
+    assert_eq!(nothing.mission_plan().head.changed_since_s, 500_000);
 
     let grid = all.archives.grid(0);
     let site = all.archives.site();
@@ -162,31 +166,31 @@ fn only_faces_of_what_was_finished_since_are_targets() {
         inside(0, at.x_m()) && inside(1, at.y_m())
     };
     let n_of_wall = sides(&grid).iter().filter(is_of_wall).count();
-    assert_eq!(changed.plan().storeys[0].n_targets as usize, n_of_wall);
-    assert!(changed.plan().storeys[0].n_seen as usize * 100 >= 99 * n_of_wall, "both of its sides");
+    assert_eq!(changed.mission_plan().storeys[0].n_targets as usize, n_of_wall);
+    assert!(changed.mission_plan().storeys[0].n_seen as usize * 100 >= 99 * n_of_wall, "both of its sides");
     assert!(changed.scans().len() < all.scans().len());
     assert_eq!(changed.of_kind(WaypointKind::Centre).len(), 3, "centres are planned as ever");
 
     house.absent.insert('1');
-    let gone = house.planned(&PlanOptions { changed_since_s: Some(0), ..quick() });
-    assert_eq!(gone.plan().storeys[0].n_targets, 0, "what does not stand is nothing new");
+    let gone = house.planned(&MissionPlanOptions { changed_since_s: Some(0), ..quick() });
+    assert_eq!(gone.mission_plan().storeys[0].n_targets, 0, "what does not stand is nothing new");
 }
 
 #[test]
 fn only_selected_spaces_are_planned() {
     for wanted in ["c", "space-c", "?pace-[c]", "space-*c"] {
-        let planned = flat().planned(&PlanOptions { spaces: vec![wanted.to_owned()], ..quick() });
+        let planned = flat().planned(&MissionPlanOptions { spaces: vec![wanted.to_owned()], ..quick() });
         if wanted == "?pace-[c]" {
-            assert!(planned.plan().waypoints.is_empty(), "brackets are no pattern");
+            assert!(planned.mission_plan().waypoints.is_empty(), "brackets are no pattern");
             continue;
         }
-        assert!(planned.plan().waypoints.iter().all(|w| planned.name_of(w) == Some('c')), "{wanted}");
+        assert!(planned.mission_plan().waypoints.iter().all(|w| planned.name_of(w) == Some('c')), "{wanted}");
         assert!(planned.centre('c').is_some() && !planned.scans().is_empty());
         // Faces that look into other rooms are no targets.
         let grid = planned.archives.grid(0);
         let c = planned.archives.names.iter().position(|n| *n == 'c').unwrap() as u16 + 1;
         let n_of_c = sides(&grid).iter().filter(|s| grid.space[s.front] == c).count();
-        assert_eq!(planned.plan().storeys[0].n_targets as usize, n_of_c);
+        assert_eq!(planned.mission_plan().storeys[0].n_targets as usize, n_of_c);
     }
 }
 
@@ -212,38 +216,38 @@ fn no_scan_is_made_in_a_space_outdoors_or_blocked() {
 #[test]
 fn only_the_classes_that_were_asked_for_are_targets() {
     let furniture = 1 << grid::Class::Furniture.id();
-    let planned = flat().planned(&PlanOptions { classes: furniture, ..quick() });
+    let planned = flat().planned(&MissionPlanOptions { classes: furniture, ..quick() });
     let grid = planned.archives.grid(0);
     let n = sides(&grid).iter().filter(|s| grid.class[s.cell] == grid::Class::Furniture.id()).count();
-    assert_eq!(planned.plan().storeys[0].n_targets as usize, n);
+    assert_eq!(planned.mission_plan().storeys[0].n_targets as usize, n);
 }
 
 #[test]
 fn what_flies_is_at_half_the_height_of_its_space() {
     let upper = FLAT.replace('a', "d").replace('b', "e").replace('c', "f");
     let house = House::drawn(&[FLAT, &upper]);
-    let (flies, drives) = (house.planned(&PlanOptions { flies: true, ..quick() }), house.planned(&quick()));
-    for waypoint in flies.plan().waypoints.iter().filter(|w| w.space != messages::NONE) {
+    let (flies, drives) = (house.planned(&MissionPlanOptions { flies: true, ..quick() }), house.planned(&quick()));
+    for waypoint in flies.mission_plan().waypoints.iter().filter(|w| w.space != messages::NONE) {
         let floor_m = f64::from(waypoint.map_storey) * 3.0;
         assert_eq!((waypoint.position_in_map_m[2], waypoint.sensor_z_m), (floor_m, floor_m + 1.25));
     }
-    for waypoint in drives.plan().waypoints {
+    for waypoint in drives.mission_plan().waypoints {
         assert_eq!(waypoint.sensor_z_m, f64::from(waypoint.map_storey) * 3.0 + 1.2);
     }
 }
 
 #[test]
 fn centres_and_scans_can_be_planned_alone() {
-    let centres = flat().planned(&PlanOptions { scans: false, ..quick() });
+    let centres = flat().planned(&MissionPlanOptions { scans: false, ..quick() });
     assert_eq!((centres.scans().len(), centres.of_kind(WaypointKind::Centre).len()), (0, 3));
-    let scans = flat().planned(&PlanOptions { centres: false, ..quick() });
+    let scans = flat().planned(&MissionPlanOptions { centres: false, ..quick() });
     assert_eq!(scans.of_kind(WaypointKind::Centre).len(), 0);
-    assert!(!scans.scans().is_empty() && scans.plan().spaces.iter().all(|s| s.centre == messages::NONE));
+    assert!(!scans.scans().is_empty() && scans.mission_plan().spaces.iter().all(|s| s.centre == messages::NONE));
 }
 
 #[test]
 fn a_scan_that_follows_others_sees_some_of_what_they_saw() {
-    let planned = flat().planned(&PlanOptions { overlap: 0.2, ..quick() });
+    let planned = flat().planned(&MissionPlanOptions { overlap: 0.2, ..quick() });
     assert!(planned.codes().is_empty(), "{:?}", planned.codes());
     let scans = planned.scans();
     assert!(scans.len() > 1 && scans[1..].iter().all(|s| s.overlap >= 0.2), "{scans:?}");

@@ -4,17 +4,17 @@ mod support;
 
 use messages::{FloorPartRecord, NoWaypoint, SpaceRecord, space_flags};
 use support::{House, quick};
-use waypoints::{PlanOptions, Start, UnknownName, check_names, check_start};
+use waypoints::{MissionPlanOptions, Start, UnknownName, check_names, check_start};
 
-fn centres() -> PlanOptions {
-    PlanOptions { scans: false, ..quick() }
+fn centres() -> MissionPlanOptions {
+    MissionPlanOptions { scans: false, ..quick() }
 }
 
 /// Parts of a storey, from large to small: room area in square metres, whether it is reached, whether it has a way in.
 fn parts(house: &House, storey: u32) -> Vec<(f64, bool, bool)> {
     let planned = house.planned(&centres());
-    let plan = planned.plan();
-    let here = plan.floor_parts.iter().filter(|p| p.map_storey == storey);
+    let mission_plan = planned.mission_plan();
+    let here = mission_plan.floor_parts.iter().filter(|p| p.map_storey == storey);
     let of = |p: &FloorPartRecord| ((p.room_m2 * 100.0).round() / 100.0, p.is_reached == 1, p.has_way_in == 1);
     here.map(of).collect()
 }
@@ -110,11 +110,12 @@ fn a_terrace_with_an_outer_door_is_no_first_part() {
 fn figures_of_the_parts_are_those_of_the_storey() {
     let house = House::drawn(&[TWO_ROOMS]);
     let planned = house.planned(&centres());
-    let plan = planned.plan();
-    let sum =
-        |reached: u32| plan.floor_parts.iter().filter(|p| p.is_reached == reached).map(|p| p.area_m2).sum::<f64>();
-    assert!((sum(1) - plan.storeys[0].reached_m2).abs() < 1e-9);
-    assert!((sum(0) - plan.storeys[0].unreached_m2).abs() < 1e-9);
+    let mission_plan = planned.mission_plan();
+    let sum = |reached: u32| {
+        mission_plan.floor_parts.iter().filter(|p| p.is_reached == reached).map(|p| p.area_m2).sum::<f64>()
+    };
+    assert!((sum(1) - mission_plan.storeys[0].reached_m2).abs() < 1e-9);
+    assert!((sum(0) - mission_plan.storeys[0].unreached_m2).abs() < 1e-9);
 }
 
 #[test]
@@ -123,15 +124,24 @@ fn a_storey_that_is_not_asked_for_is_a_way_and_has_no_waypoints() {
     let mut house = House::drawn(&[&stairs, &stairs.replace('a', "c").replace('b', "d")]);
     house.robot.climbs_stairs = 1;
     let all = house.planned(&centres());
-    let upper = house.planned(&PlanOptions { storeys: vec![1], ..centres() });
+    let upper = house.planned(&MissionPlanOptions { storeys: vec![1], ..centres() });
     assert_eq!((upper.why('b').0, upper.why('d').0), (NoWaypoint::NotAsked, NoWaypoint::Has));
-    let plan = upper.plan();
-    assert!(plan.waypoints.iter().all(|w| w.map_storey == 1) && plan.nodes.iter().all(|n| n.map_storey == 1));
-    assert!(plan.edges.iter().all(|e| e.kind != messages::EdgeKind::Stair), "it leads to a storey that is left out");
-    assert!(plan.nodes.iter().any(|n| n.kind == messages::NodeKind::Staging), "one stands before it all the same");
+    let mission_plan = upper.mission_plan();
+    assert!(
+        mission_plan.waypoints.iter().all(|w| w.map_storey == 1)
+            && mission_plan.nodes.iter().all(|n| n.map_storey == 1)
+    );
+    assert!(
+        mission_plan.edges.iter().all(|e| e.kind != messages::EdgeKind::Stair),
+        "it leads to a storey that is left out"
+    );
+    assert!(
+        mission_plan.nodes.iter().any(|n| n.kind == messages::NodeKind::Staging),
+        "one stands before it all the same"
+    );
     assert_eq!(
-        plan.storeys[1].reached_m2,
-        all.plan().storeys[1].reached_m2,
+        mission_plan.storeys[1].reached_m2,
+        all.mission_plan().storeys[1].reached_m2,
         "what is reached is a fact of the building"
     );
 }
@@ -140,20 +150,23 @@ fn a_storey_that_is_not_asked_for_is_a_way_and_has_no_waypoints() {
 fn spaces_lifts_and_storeys_that_do_not_exist_are_errors_with_the_nearest_names() {
     let archives = support::Archives::of(&House::drawn(&[TWO_ROOMS]));
     let site = archives.site();
-    let check = |options: PlanOptions| check_names(&site, &options);
-    assert_eq!(check(PlanOptions { spaces: vec!["a".to_owned(), "space-?".to_owned()], ..quick() }), Ok(()));
-    let typo = check(PlanOptions { spaces: vec!["a".to_owned(), "spcae-b".to_owned()], ..quick() }).unwrap_err();
+    let check = |options: MissionPlanOptions| check_names(&site, &options);
+    assert_eq!(check(MissionPlanOptions { spaces: vec!["a".to_owned(), "space-?".to_owned()], ..quick() }), Ok(()));
+    let typo = check(MissionPlanOptions { spaces: vec!["a".to_owned(), "spcae-b".to_owned()], ..quick() }).unwrap_err();
     assert!(matches!(&typo, UnknownName::Space { asked, .. } if asked == "spcae-b"));
     assert!(
         typo.to_string().contains("\"spcae-b\" matches no space") && typo.to_string().contains("\"space-b\""),
         "{typo}"
     );
-    assert_eq!(check(PlanOptions { lifts: vec!["*".to_owned()], ..quick() }), Ok(()), "all there are");
+    assert_eq!(check(MissionPlanOptions { lifts: vec!["*".to_owned()], ..quick() }), Ok(()), "all there are");
     assert!(
-        check(PlanOptions { lifts: vec!["Lift 1".to_owned()], ..quick() }).unwrap_err().to_string().contains("no lift")
+        check(MissionPlanOptions { lifts: vec!["Lift 1".to_owned()], ..quick() })
+            .unwrap_err()
+            .to_string()
+            .contains("no lift")
     );
     let start = Some(Start { storey: 3, x_m: 1.0, y_m: 1.0 });
-    let why = check(PlanOptions { start, ..quick() }).unwrap_err().to_string();
+    let why = check(MissionPlanOptions { start, ..quick() }).unwrap_err().to_string();
     assert!(why.contains("there is no storey 3") && why.contains("\"Storey 0\""), "{why}");
 }
 
@@ -162,7 +175,7 @@ fn a_start_off_the_floor_is_an_error_that_names_the_nearest_place() {
     let archives = support::Archives::of(&House::drawn(&[TWO_ROOMS]));
     let check = |x_m: f64, y_m: f64| {
         let start = Start { storey: 0, x_m, y_m };
-        archives.with(&PlanOptions { start: Some(start), ..quick() }, |input| check_start(input, start))
+        archives.with(&MissionPlanOptions { start: Some(start), ..quick() }, |input| check_start(input, start))
     };
     assert_eq!(check(1.2, 1.0), Ok(true));
     assert_eq!(check(0.3, 1.0), Ok(true), "it is moved by less than 0.3 m");

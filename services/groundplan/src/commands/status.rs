@@ -28,11 +28,12 @@ pub struct Args {
 
 #[derive(Debug, Serialize)]
 struct Status {
-    /// True if every daemon lives without an error, and there are grids and a plan.
+    /// True if every daemon lives without an error, and there are grids and a mission plan.
     healthy: bool,
     daemons: BTreeMap<&'static str, DaemonStatus>,
     grids: Option<GridsStatus>,
-    plan: Option<PlanStatus>,
+    #[serde(rename = "plan")]
+    mission_plan: Option<MissionPlanStatus>,
     /// Where the robot's map lies; `None` while there is no such map.
     alignment: Option<Brief>,
 }
@@ -55,7 +56,7 @@ struct GridsStatus {
 }
 
 #[derive(Debug, Serialize)]
-struct PlanStatus {
+struct MissionPlanStatus {
     epoch: u64,
     waypoints: usize,
     scans: u32,
@@ -72,7 +73,7 @@ impl Run for Args {
         let (bus, mut waiter) = join(&self.site.config()?)?;
         let reader = bus.status_reader().map_err(Failure::work)?;
         let grids = bus.subscriber(topics::Grids).map_err(Failure::work)?;
-        let plans = bus.subscriber(topics::Plan).map_err(Failure::work)?;
+        let mission_plans = bus.subscriber(topics::MissionPlan).map_err(Failure::work)?;
         let alignments = bus.subscriber(topics::Alignment).map_err(Failure::work)?;
         let mut seen: BTreeMap<u32, StatusRecord> = BTreeMap::new();
         let (mut samples, mut alignment) = (SiteSamples::default(), None);
@@ -83,8 +84,8 @@ impl Run for Args {
             }
             // What is damaged is not shown; its reader says so.
             let index = grids.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
-            let plan = plans.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
-            let news = index.map(SiteSample::Index).into_iter().chain(plan.map(SiteSample::MissionPlan));
+            let mission_plan = mission_plans.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
+            let news = index.map(SiteSample::Index).into_iter().chain(mission_plan.map(SiteSample::MissionPlan));
             news.for_each(|sample| samples.see(sample));
             alignment = alignments.take().map_err(Failure::work)?.or(alignment);
             let rest = deadline.saturating_duration_since(Instant::now());
@@ -102,12 +103,12 @@ impl Run for Args {
                 storeys: index.slots.len(),
             }
         });
-        let plan = samples.mission_plan().map(|sample| {
-            let (header, plan) = (sample.bytes().header(), sample.view());
-            PlanStatus {
+        let mission_plan = samples.mission_plan().map(|sample| {
+            let (header, mission_plan) = (sample.bytes().header(), sample.view());
+            MissionPlanStatus {
                 epoch: header.epoch,
-                waypoints: plan.waypoints.len(),
-                scans: plan.storeys.iter().map(|s| s.n_scans).sum(),
+                waypoints: mission_plan.waypoints.len(),
+                scans: mission_plan.storeys.iter().map(|s| s.n_scans).sum(),
                 is_current: samples.mission_plan_of_index().is_some(),
             }
         });
@@ -115,8 +116,9 @@ impl Run for Args {
         let alignment = alignment.map(|sample| Brief::of(sample.bytes().header().epoch, &sample.view()));
         let daemons: BTreeMap<&'static str, DaemonStatus> =
             Daemon::SUPERVISED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
-        let healthy = grids.is_some() && plan.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());
-        let status = Status { healthy, daemons, grids, plan, alignment };
+        let healthy =
+            grids.is_some() && mission_plan.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());
+        let status = Status { healthy, daemons, grids, mission_plan, alignment };
         let text =
             if self.json { serde_json::to_string(&status).map_err(Failure::work)? + "\n" } else { status.text() };
         Ok(Outcome { text, is_well: healthy })
@@ -157,13 +159,13 @@ impl Status {
             }
             None => writeln!(out, "no grids"),
         };
-        let _ = match &self.plan {
-            Some(plan) => {
-                let late = if plan.is_current { "" } else { ", of earlier grids" };
-                let waypoints = counted(plan.waypoints, "waypoint");
-                writeln!(out, "{waypoints}, {} of them scans, epoch {}{late}", plan.scans, plan.epoch)
+        let _ = match &self.mission_plan {
+            Some(mission_plan) => {
+                let late = if mission_plan.is_current { "" } else { ", of earlier grids" };
+                let waypoints = counted(mission_plan.waypoints, "waypoint");
+                writeln!(out, "{waypoints}, {} of them scans, epoch {}{late}", mission_plan.scans, mission_plan.epoch)
             }
-            None => writeln!(out, "no plan"),
+            None => writeln!(out, "no mission plan"),
         };
         if let Some(alignment) = &self.alignment {
             let _ = writeln!(out, "{}", alignment.text());

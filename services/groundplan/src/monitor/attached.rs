@@ -37,7 +37,7 @@ pub(crate) enum AttachError {
 
 impl Attached {
     pub(crate) fn to(bus: &Bus) -> Result<Self, PortError> {
-        let others = [TopicName::Plan, TopicName::SlamMap, TopicName::Deviations];
+        let others = [TopicName::MissionPlan, TopicName::SlamMap, TopicName::Deviations];
         Ok(Self {
             joined: Stamp::now(),
             status: bus.status_reader()?,

@@ -148,7 +148,7 @@ fn draw_map(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option
 
 #[cfg(test)]
 mod tests {
-    use super::super::snapshot::{DaemonLine, PlanLine, StoreyLine, TopicLine};
+    use super::super::snapshot::{DaemonLine, PlanTimeLine, StoreyLine, TopicLine};
     use super::*;
     use crate::alignment_report::{Brief, Pose};
     use ratatui::Terminal;
@@ -191,7 +191,7 @@ mod tests {
                 daemon("rasterize", false, 0),
             ],
             topics: vec![topic("site", 1_200_000, None), topic("grid/00", 1_375_000, Some(0.04))],
-            plan: Some(PlanLine {
+            plan: Some(PlanTimeLine {
                 plan_time: at("2024-04-29T10:00:00"),
                 valid_from: at("2024-04-29T08:00:00"),
                 valid_until: None,

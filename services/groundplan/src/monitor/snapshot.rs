@@ -10,7 +10,7 @@ pub(crate) struct Snapshot {
     pub(crate) bus_generation: Option<u64>,
     pub(crate) daemons: Vec<DaemonLine>,
     pub(crate) topics: Vec<TopicLine>,
-    pub(crate) plan: Option<PlanLine>,
+    pub(crate) plan: Option<PlanTimeLine>,
     /// What a robot may do with the maps: `current`, `overtaken`, `hold` or `no_map`, and why.
     pub(crate) verdict: &'static str,
     pub(crate) why_no_map: Option<String>,
@@ -53,7 +53,7 @@ pub(crate) struct TopicLine {
 
 /// The plan time.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub(crate) struct PlanLine {
+pub(crate) struct PlanTimeLine {
     /// `None` if everything is built.
     pub(crate) plan_time: Option<String>,
     pub(crate) valid_from: Option<String>,

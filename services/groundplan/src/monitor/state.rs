@@ -1,6 +1,6 @@
 //! State of the monitor: received samples and derived values.
 
-use super::snapshot::{DaemonLine, PlanLine, Snapshot, StoreyLine, TopicLine};
+use super::snapshot::{DaemonLine, PlanTimeLine, Snapshot, StoreyLine, TopicLine};
 use crate::alignment_report::Brief;
 use crate::plan_date;
 use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, TopicName, Verdict};
@@ -18,7 +18,7 @@ pub(crate) struct State {
     generation: Option<u64>,
     daemons: BTreeMap<Daemon, DaemonSeen>,
     topics: BTreeMap<TopicName, TopicSeen>,
-    plan: Option<PlanLine>,
+    plan: Option<PlanTimeLine>,
     plan_time_s: Option<i64>,
     robot: Option<String>,
     alignment: Option<Brief>,
@@ -124,7 +124,7 @@ impl State {
         let head = schedule_state.head;
         self.set.see_schedule_state(now, schedule_state.content_hash(), head, ());
         self.plan_time_s = plan_date::known(head.plan_time_s);
-        self.plan = Some(PlanLine {
+        self.plan = Some(PlanTimeLine {
             plan_time: plan_date::optional_text(head.plan_time_s),
             valid_from: plan_date::optional_text(head.valid_from_s),
             valid_until: plan_date::optional_text(head.valid_until_s),

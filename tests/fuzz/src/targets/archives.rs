@@ -15,7 +15,7 @@ static WHOLE: LazyLock<[ArchiveBuffer; 8]> = LazyLock::new(|| {
         support::schedule_state(),
         support::grid(),
         support::grids(),
-        support::plan(),
+        support::mission_plan(),
         support::slam_map(),
         support::alignment(),
         support::deviations(),

@@ -11,7 +11,7 @@ use raster::Rasterizer;
 use schedule::{Delay, Edits, Rules, evaluate, parse_actuals};
 use std::path::Path;
 use std::sync::LazyLock;
-use waypoints::PlanOptions;
+use waypoints::MissionPlanOptions;
 use world::WorldOptions;
 
 /// Coarse: what a robot's numbers do to a map shows at any resolution.
@@ -37,7 +37,7 @@ pub fn run(bytes: &[u8]) {
         b"robot" => robot(text),
         b"site" => drop(SiteConfig::parse(text, Path::new("/home"))),
         b"rules" => rules(text),
-        b"waypoints" => drop(PlanOptions::parse(text)),
+        b"waypoints" => drop(MissionPlanOptions::parse(text)),
         b"world" => drop(WorldOptions::parse(text)),
         b"delay" => delay(text),
         b"date" => drop(text.parse::<PlanTime>()),

@@ -8,13 +8,14 @@ use export::{DeviationExport, ExportInput, deviation_files, files};
 use frames::{PlanTime, PoseCovariance, Rigid2};
 use geometry::Footprint;
 use messages::{
-    ArchiveBuffer, Deviations, Grid, Grids, Plan, RobotProfile, ScheduleState, ScheduleStateBuilder, Site, SlamMap,
+    ArchiveBuffer, Deviations, Grid, Grids, MissionPlan, RobotProfile, ScheduleState, ScheduleStateBuilder, Site,
+    SlamMap,
 };
 use occupancy::OccupancyMap;
 use raster::Rasterizer;
 use schedule::{Edits, Rules, evaluate};
 use std::sync::LazyLock;
-use waypoints::{PlanInput, PlanOptions, Planner};
+use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner};
 use world::WorldOptions;
 
 /// Coarse, so that a map has a few hundred cells.
@@ -31,7 +32,7 @@ struct Archives {
     grids: Vec<ArchiveBuffer>,
     index: ArchiveBuffer,
     footprints: Vec<Vec<(u32, Footprint)>>,
-    plan: ArchiveBuffer,
+    mission_plan: ArchiveBuffer,
     slam_map: ArchiveBuffer,
     deviations: ArchiveBuffer,
 }
@@ -41,10 +42,10 @@ static WHOLE: LazyLock<Archives> = LazyLock::new(|| {
     let view = Site::open(site.bytes()).expect("the house is whole");
     let schedule_state = schedule_state_of(&view);
     let Drawn { grids, index, footprints } = drawn(&view, &schedule_state).expect("the house is small");
-    let plan = planned(&view, &schedule_state, &grids, &index);
+    let mission_plan = planned(&view, &schedule_state, &grids, &index);
     let slam_map = robots_map().to_archive();
     let deviations = compared(&view, &schedule_state, &robots_map(), 0);
-    Archives { schedule_state, grids, index, footprints, plan, slam_map, deviations, site }
+    Archives { schedule_state, grids, index, footprints, mission_plan, slam_map, deviations, site }
 });
 
 /// A search of all poses takes as long as a hundred other executions: it is made for this value of the second byte alone.
@@ -84,7 +85,7 @@ pub fn run(bytes: &[u8]) {
             &whole.schedule_state,
             &whole.grids,
             &whole.index,
-            &changed(&whole.plan),
+            &changed(&whole.mission_plan),
             &whole.footprints,
             world,
         ),
@@ -126,8 +127,8 @@ fn of_site(site: &ArchiveBuffer, what: u8) {
 /// All files of a site at a schedule state.
 fn all(site: &Site<'_>, schedule_state: &ArchiveBuffer, world: bool) {
     let Some(Drawn { grids, index, footprints }) = drawn(site, schedule_state) else { return };
-    let plan = planned(site, schedule_state, &grids, &index);
-    exported(site, schedule_state, &grids, &index, &plan, &footprints, world);
+    let mission_plan = planned(site, schedule_state, &grids, &index);
+    exported(site, schedule_state, &grids, &index, &mission_plan, &footprints, world);
 }
 
 /// Plan and files of grids that were not drawn here.
@@ -137,8 +138,8 @@ fn from_grids(site: &Site<'_>, whole: &Archives, grids: &[ArchiveBuffer], index:
         .is_ok_and(|index| index.check_site(site).is_ok() && index.slots.len() == grids.len())
         && grids.iter().all(|grid| Grid::open(grid.bytes()).is_ok_and(|grid| grid.check_site(site).is_ok()));
     if is_consistent {
-        let plan = planned(site, &whole.schedule_state, grids, index);
-        exported(site, &whole.schedule_state, grids, index, &plan, &whole.footprints, world);
+        let mission_plan = planned(site, &whole.schedule_state, grids, index);
+        exported(site, &whole.schedule_state, grids, index, &mission_plan, &whole.footprints, world);
     }
 }
 
@@ -197,18 +198,19 @@ fn opened_grids(grids: &[ArchiveBuffer]) -> Vec<Grid<'_>> {
     grids.iter().map(|grid| Grid::open(grid.bytes()).expect("it was opened before")).collect()
 }
 
-/// The plan of the grids, with a short search.
+/// The mission plan of the grids, with a short search.
 fn planned(
     site: &Site<'_>,
     schedule_state: &ArchiveBuffer,
     grids: &[ArchiveBuffer],
     index: &ArchiveBuffer,
 ) -> ArchiveBuffer {
-    let options = PlanOptions { search_steps: 2, tour_kicks: 2, tour_neighbours: 2, ..PlanOptions::default() };
+    let options =
+        MissionPlanOptions { search_steps: 2, tour_kicks: 2, tour_neighbours: 2, ..MissionPlanOptions::default() };
     let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("it was opened before");
     let index = Grids::open(index.bytes()).expect("what was written can be read");
     let grids = opened_grids(grids);
-    Planner::default().plan(&PlanInput {
+    MissionPlanner::default().plan(&MissionPlanInput {
         site,
         schedule_state: &schedule_state,
         index: &index,
@@ -217,18 +219,18 @@ fn planned(
     })
 }
 
-/// All files, if the plan is one of the site.
+/// All files, if the mission plan is one of the site.
 fn exported(
     site: &Site<'_>,
     schedule_state: &ArchiveBuffer,
     grids: &[ArchiveBuffer],
     index: &ArchiveBuffer,
-    plan: &ArchiveBuffer,
+    mission_plan: &ArchiveBuffer,
     footprints: &[Vec<(u32, Footprint)>],
     world: bool,
 ) {
-    let Ok(plan) = Plan::open(plan.bytes()) else { return };
-    if plan.check_site(site).is_err() {
+    let Ok(mission_plan) = MissionPlan::open(mission_plan.bytes()) else { return };
+    if mission_plan.check_site(site).is_err() {
         return;
     }
     let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("it was opened before");
@@ -240,7 +242,7 @@ fn exported(
         schedule_state: &schedule_state,
         index: &index,
         grids: &opened_grids(grids),
-        plan: &plan,
+        mission_plan: &mission_plan,
         footprints: &footprints,
         resolution_m: RESOLUTION_M,
         with_geometry: world,

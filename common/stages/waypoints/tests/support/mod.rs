@@ -28,7 +28,7 @@ pub(crate) use planned::Planned;
 
 use messages::{RobotProfile, SpaceRecord};
 use std::collections::{BTreeMap, BTreeSet};
-use waypoints::PlanOptions;
+use waypoints::MissionPlanOptions;
 
 /// Side of a character, in tenths of a millimetre.
 pub(crate) const CHARACTER: i32 = 2_000;
@@ -72,7 +72,7 @@ impl House {
         }
     }
 
-    pub(crate) fn planned(&self, options: &PlanOptions) -> Planned {
+    pub(crate) fn planned(&self, options: &MissionPlanOptions) -> Planned {
         Planned::new(Archives::of(self), options)
     }
 
@@ -88,8 +88,8 @@ impl House {
 }
 
 /// Options with which small buildings are planned fast.
-pub(crate) fn quick() -> PlanOptions {
-    PlanOptions { search_steps: 20, tour_kicks: 20, ..PlanOptions::default() }
+pub(crate) fn quick() -> MissionPlanOptions {
+    MissionPlanOptions { search_steps: 20, tour_kicks: 20, ..MissionPlanOptions::default() }
 }
 
 /// The space that a character names.

@@ -6,9 +6,9 @@ use frames::{Map, Point2};
 use geometry::Footprint;
 use messages::*;
 use std::path::{Path, PathBuf};
-use waypoints::{PlanInput, PlanOptions, Planner};
+use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner};
 
-/// A building and its plan.
+/// A building and its mission plan.
 pub(crate) struct Planned {
     pub(crate) archives: Archives,
     pub(crate) bytes: ArchiveBuffer,
@@ -16,12 +16,12 @@ pub(crate) struct Planned {
 
 impl Archives {
     /// Calls `work` with what a planner reads.
-    pub(crate) fn with<T>(&self, options: &PlanOptions, work: impl FnOnce(&PlanInput<'_>) -> T) -> T {
+    pub(crate) fn with<T>(&self, options: &MissionPlanOptions, work: impl FnOnce(&MissionPlanInput<'_>) -> T) -> T {
         let site = Site::open(self.site.bytes()).unwrap();
         let schedule_state = ScheduleState::open(self.schedule_state.bytes()).unwrap();
         let index = Grids::open(self.index.bytes()).unwrap();
         let grids: Vec<Grid<'_>> = self.grids.iter().map(|g| Grid::open(g.bytes()).unwrap()).collect();
-        work(&PlanInput { site: &site, schedule_state: &schedule_state, index: &index, grids: &grids, options })
+        work(&MissionPlanInput { site: &site, schedule_state: &schedule_state, index: &index, grids: &grids, options })
     }
 
     pub(crate) fn grid(&self, storey: usize) -> Grid<'_> {
@@ -34,13 +34,13 @@ impl Archives {
 }
 
 impl Planned {
-    pub(crate) fn new(archives: Archives, options: &PlanOptions) -> Self {
-        let bytes = archives.with(options, |input| Planner::default().plan(input));
+    pub(crate) fn new(archives: Archives, options: &MissionPlanOptions) -> Self {
+        let bytes = archives.with(options, |input| MissionPlanner::default().plan(input));
         Self { archives, bytes }
     }
 
-    pub(crate) fn plan(&self) -> Plan<'_> {
-        Plan::open(self.bytes.bytes()).unwrap()
+    pub(crate) fn mission_plan(&self) -> MissionPlan<'_> {
+        MissionPlan::open(self.bytes.bytes()).unwrap()
     }
 
     fn place(&self, space: char) -> usize {
@@ -48,24 +48,24 @@ impl Planned {
     }
 
     /// What became of a space.
-    pub(crate) fn space(&self, space: char) -> SpacePlanRecord {
-        self.plan().spaces[self.place(space)]
+    pub(crate) fn space(&self, space: char) -> MissionPlanSpaceRecord {
+        self.mission_plan().spaces[self.place(space)]
     }
 
     /// Why a space has no centre, and the words for it.
     pub(crate) fn why(&self, space: char) -> (NoWaypoint, String) {
         let why = self.space(space).why.get();
-        (why, self.plan().reason(self.place(space)).to_owned())
+        (why, self.mission_plan().reason(self.place(space)).to_owned())
     }
 
     /// The centre of a space.
     pub(crate) fn centre(&self, space: char) -> Option<WaypointRecord> {
-        let plan = self.plan();
-        plan.waypoints.get(self.space(space).centre as usize).copied()
+        let mission_plan = self.mission_plan();
+        mission_plan.waypoints.get(self.space(space).centre as usize).copied()
     }
 
     pub(crate) fn of_kind(&self, kind: WaypointKind) -> Vec<WaypointRecord> {
-        self.plan().waypoints.iter().filter(|w| w.kind == kind).copied().collect()
+        self.mission_plan().waypoints.iter().filter(|w| w.kind == kind).copied().collect()
     }
 
     pub(crate) fn scans(&self) -> Vec<WaypointRecord> {
@@ -79,8 +79,8 @@ impl Planned {
 
     /// Codes of the diagnostics.
     pub(crate) fn codes(&self) -> Vec<String> {
-        let plan = self.plan();
-        plan.diagnostics.iter().map(|d| d.code.get().name().to_owned()).collect()
+        let mission_plan = self.mission_plan();
+        mission_plan.diagnostics.iter().map(|d| d.code.get().name().to_owned()).collect()
     }
 
     /// True if a point lies inside of a space.
@@ -98,8 +98,8 @@ impl Planned {
     }
 
     /// Writes the map, what scans see, the tour and its stops of the lowest storey for people to look at.
-    pub(crate) fn write_picture(&self, name: &str, options: &PlanOptions) -> PathBuf {
-        let plan = self.plan();
+    pub(crate) fn write_picture(&self, name: &str, options: &MissionPlanOptions) -> PathBuf {
+        let mission_plan = self.mission_plan();
         let nothing: Vec<&[(u32, Footprint)]> = vec![&[]; self.archives.grids.len()];
         let files = self.archives.with(options, |input| {
             let resolution_m = input.grids[0].spec().resolution_m();
@@ -109,7 +109,7 @@ impl Planned {
                     schedule_state: input.schedule_state,
                     index: input.index,
                     grids: input.grids,
-                    plan: &plan,
+                    mission_plan: &mission_plan,
                     footprints: &nothing,
                     resolution_m,
                     with_geometry: false,

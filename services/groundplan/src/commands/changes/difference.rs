@@ -10,7 +10,7 @@ use raster::Rasterizer;
 use schedule::{Period, Timeline};
 use serde::Serialize;
 use std::fmt::Write;
-use waypoints::PlanOptions;
+use waypoints::MissionPlanOptions;
 
 /// What differs between two dates.
 #[derive(Debug, Serialize)]
@@ -81,7 +81,7 @@ impl Side {
     ) -> Result<Self, Failure> {
         let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
-        with_maps(site, &schedule_state, rasterizer, robot, &PlanOptions::centres_only(), |maps| {
+        with_maps(site, &schedule_state, rasterizer, robot, &MissionPlanOptions::centres_only(), |maps| {
             let mut doors = vec![DoorPassage::Absent; site.doors.len()];
             for record in export::each_door(site, maps.index.doors) {
                 doors[record.door as usize] = record.passage.get();
@@ -91,8 +91,8 @@ impl Side {
                 stands: (0..site.elements.len()).map(|k| schedule_state.effective(k).is_obstacle()).collect(),
                 blocked: (0..site.spaces.len()).map(|k| schedule_state.is_blocked(k)).collect(),
                 doors,
-                reasons: (0..site.spaces.len()).map(|k| maps.plan.reason(k).to_owned()).collect(),
-                has_waypoint: maps.plan.spaces.iter().map(|s| s.centre != NONE).collect(),
+                reasons: (0..site.spaces.len()).map(|k| maps.mission_plan.reason(k).to_owned()).collect(),
+                has_waypoint: maps.mission_plan.spaces.iter().map(|s| s.centre != NONE).collect(),
             })
         })
     }

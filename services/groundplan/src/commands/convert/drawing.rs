@@ -13,7 +13,7 @@ use messages::{ArchiveBuffer, Grid, ScheduleState, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
 use std::collections::BTreeMap;
-use waypoints::PlanOptions;
+use waypoints::MissionPlanOptions;
 use world::WorldOptions;
 
 /// What came of a schedule state.
@@ -28,7 +28,7 @@ struct Drawn {
 pub(super) struct Job<'a> {
     pub(super) arguments: &'a Args,
     pub(super) robot: &'a Robot,
-    pub(super) options: &'a PlanOptions,
+    pub(super) options: &'a MissionPlanOptions,
     pub(super) world: Option<&'a WorldOptions>,
     pub(super) site: &'a Site<'a>,
     pub(super) rasterizer: Rasterizer,
@@ -104,7 +104,7 @@ impl Job<'_> {
                 schedule_state: &schedule_state,
                 index: maps.index,
                 grids: &written,
-                plan: maps.plan,
+                mission_plan: maps.mission_plan,
                 footprints: maps.footprints,
                 resolution_m: arguments.robot.resolution,
                 with_geometry: arguments.with_geometry,

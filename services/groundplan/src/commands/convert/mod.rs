@@ -26,7 +26,7 @@ use std::path::Path;
 use std::time::Instant;
 use summary::Summary;
 use tracing::debug;
-use waypoints::PlanOptions;
+use waypoints::MissionPlanOptions;
 
 /// Which maps are asked for.
 enum Wanted {
@@ -108,9 +108,9 @@ impl Args {
     }
 
     /// What waypoints are planned.
-    fn waypoint_options(&self) -> Result<PlanOptions, Failure> {
-        let Some(path) = self.waypoints.as_deref() else { return Ok(PlanOptions::default()) };
-        daemon::read_parsed("options of waypoints", path, PlanOptions::parse).map_err(Failure::usage)
+    fn waypoint_options(&self) -> Result<MissionPlanOptions, Failure> {
+        let Some(path) = self.waypoints.as_deref() else { return Ok(MissionPlanOptions::default()) };
+        daemon::read_parsed("options of waypoints", path, MissionPlanOptions::parse).map_err(Failure::usage)
     }
 
     /// The site's frame: of `--frame`, else of an earlier run into the same folder.

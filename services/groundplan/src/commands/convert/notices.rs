@@ -32,8 +32,8 @@ pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     for (word, diagnostic) in worst_first(input.schedule_state.diagnostics) {
         kinds.add(diagnostic.code.get().name(), format!("{word}: {}", of_schedule(input.schedule_state, diagnostic)));
     }
-    for diagnostic in input.plan.diagnostics.iter().filter(|d| d.severity == Severity::Error) {
-        let message = input.plan.text(diagnostic.message);
+    for diagnostic in input.mission_plan.diagnostics.iter().filter(|d| d.severity == Severity::Error) {
+        let message = input.mission_plan.text(diagnostic.message);
         kinds.add(diagnostic.code.get().name(), format!("error: {message}"));
     }
     let doors = export::each_door(site, input.index.doors);

@@ -45,7 +45,7 @@ impl PlanTimeSummary {
             plan_time: head.plan_time().map(|t| t.to_string()),
             plan_until: head.plan_until().map(|t| t.to_string()),
             storeys: input.grids.iter().map(|grid| storey_line(input, grid)).collect(),
-            waypoints: input.plan.waypoints.len(),
+            waypoints: input.mission_plan.waypoints.len(),
             schedule_ignored: export::schedule_ignored(input.site, input.schedule_state),
             rooms: export::spaces_not_mapped(input).into_iter().map(|room| RoomLine::of(input.site, room)).collect(),
             notices: notices(input),
@@ -99,13 +99,13 @@ fn storey_line(input: &ExportInput<'_>, grid: &Grid<'_>) -> StoreyLine {
         floor: record.floor.get().name(),
         size_cells: [grid.head.width, grid.head.height],
         status: export::status_of(grid),
-        reach: FloorReach::of(input.plan, index),
+        reach: FloorReach::of(input.mission_plan, index),
         free_m2: (grid.planning.iter().filter(|&&p| p == 0).count() as f64 * cell_m2 * 10.0).round() / 10.0,
         obstacles: input.footprints[index as usize]
             .iter()
             .filter(|(e, _)| input.schedule_state.effective(*e as usize).is_obstacle())
             .count(),
-        waypoints: input.plan.waypoints.iter().filter(|w| w.map_storey == index).count(),
+        waypoints: input.mission_plan.waypoints.iter().filter(|w| w.map_storey == index).count(),
         closed_doors: closed.count(),
     }
 }

@@ -41,7 +41,7 @@ impl Sets {
         let set: SiteSet<'_> = self.reader.set().ok_or_else(missing)?;
         let SiteViews { site, state: schedule_state, index, grids, mission_plan } =
             set.views().map_err(Failure::work)?;
-        let plan = mission_plan.ok_or_else(missing)?;
+        let mission_plan = mission_plan.ok_or_else(missing)?;
         let inputs = set.index.bytes().header().inputs;
         let profile = index.head.robot;
         let made_from = [inputs.site, inputs.robot];
@@ -56,7 +56,7 @@ impl Sets {
             schedule_state: &schedule_state,
             index: &index,
             grids: &grids,
-            plan: &plan,
+            mission_plan: &mission_plan,
             footprints: &footprints,
             resolution_m: config.robot.resolution_m,
             with_geometry: false,

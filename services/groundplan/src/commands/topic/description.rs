@@ -3,7 +3,7 @@
 use crate::alignment_report;
 use crate::plan_date::optional_text;
 use bus::{RawSample, TopicName};
-use messages::{Alignment, ArchiveError, Grid, Grids, Plan, ScheduleState, Site, SlamMap};
+use messages::{Alignment, ArchiveError, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap};
 use serde_json::{Value, json};
 
 /// A hash as text.
@@ -48,10 +48,10 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
             let grids: Vec<String> = index.slots.iter().map(|s| hash_text(s.content_hash)).collect();
             json!({"plan_time": optional_text(index.head.plan_time_s), "robot": index.robot_name, "grids": grids})
         }
-        TopicName::Plan => {
-            let plan = Plan::open(sample.bytes())?;
+        TopicName::MissionPlan => {
+            let mission_plan = MissionPlan::open(sample.bytes())?;
             let share = |n: u32, of: u32| (of > 0).then(|| f64::from(n) / f64::from(of));
-            let storeys: Vec<Value> = plan
+            let storeys: Vec<Value> = mission_plan
                 .storeys
                 .iter()
                 .map(|s| {
@@ -64,8 +64,8 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
                     })
                 })
                 .collect();
-            let covered = plan.spaces.iter().map(|s| share(s.n_seen, s.n_faces)).collect::<Vec<_>>();
-            json!({"waypoints": plan.waypoints.len(), "storeys": storeys, "space_coverage": covered})
+            let covered = mission_plan.spaces.iter().map(|s| share(s.n_seen, s.n_faces)).collect::<Vec<_>>();
+            json!({"waypoints": mission_plan.waypoints.len(), "storeys": storeys, "space_coverage": covered})
         }
         TopicName::SlamMap => {
             let head = SlamMap::open(sample.bytes())?.head;

@@ -28,7 +28,7 @@ pub(super) fn list(site: &SiteArgs, json: bool) -> Result<String, Failure> {
         TopicName::Site,
         TopicName::ScheduleState,
         TopicName::Grids,
-        TopicName::Plan,
+        TopicName::MissionPlan,
         TopicName::SlamMap,
         TopicName::Alignment,
         TopicName::Deviations,

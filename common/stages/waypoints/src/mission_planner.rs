@@ -3,8 +3,8 @@
 use crate::changed_elements::{cells_of, changed_elements};
 use crate::floor_parts::{PartProperties, first_part, floor_parts, part_properties};
 use crate::free_space::FreeSpace;
-use crate::input::PlanInput;
-use crate::plan_archive::assemble;
+use crate::input::MissionPlanInput;
+use crate::mission_plan_archive::assemble;
 use crate::portal::Portal;
 use crate::portals::portals;
 use crate::reachability::Reachability;
@@ -12,7 +12,7 @@ use crate::set_cover_instance::SetCoverInstance;
 use crate::space_centre::StoreyInputs;
 use crate::spaces::{Refusal, refused};
 use crate::steps::steps;
-use crate::storey_plan::{StoreyPlan, instance_of, plan_storey};
+use crate::storey_planner::{PlannedStorey, instance_of, plan_storey};
 use crate::tour_stops::StoreyRequest;
 use messages::{ArchiveBuffer, DoorPassageRecord, Grid, NoWaypoint, RobotProfile, space_flags};
 use rayon::prelude::*;
@@ -20,12 +20,12 @@ use xxhash_rust::xxh3::Xxh3;
 
 /// A planner that caches free space and plan of each storey by the hash of their inputs.
 ///
-/// A plan is a function of its input: the cache has no influence on the result.
+/// A mission plan is a function of its input: the cache has no influence on the result.
 #[derive(Default)]
-pub struct Planner {
+pub struct MissionPlanner {
     /// Each with the hash of its inputs.
     free_spaces: Vec<(u64, FreeSpace)>,
-    storeys: Vec<(u64, StoreyPlan)>,
+    storeys: Vec<(u64, PlannedStorey)>,
 }
 
 /// The set-cover instance of a storey, for comparing solvers.
@@ -41,11 +41,11 @@ pub struct StoreyInstance {
     pub reached_m2: f64,
 }
 
-impl Planner {
+impl MissionPlanner {
     /// The set-cover instance of each storey.
-    pub fn instances(&mut self, input: &PlanInput<'_>) -> Vec<StoreyInstance> {
+    pub fn instances(&mut self, input: &MissionPlanInput<'_>) -> Vec<StoreyInstance> {
         self.plan(input);
-        let PlanInput { site, schedule_state, options, .. } = *input;
+        let MissionPlanInput { site, schedule_state, options, .. } = *input;
         let free_spaces: Vec<&FreeSpace> = self.free_spaces.iter().map(|g| &g.1).collect();
         let portals = find_portals(input, &free_spaces);
         let (reached, _) = reached(input, &free_spaces, &portals);
@@ -56,17 +56,18 @@ impl Planner {
         let jobs =
             jobs.map(|(at, grid)| StoreyJob::new(input, at, grid, &refusals, &reached, &portals, changed.as_deref()));
         jobs.zip(&self.storeys)
-            .map(|(job, (_, plan))| {
+            .map(|(job, (_, planned))| {
                 let (instance, centroids) = job.with(input, free_spaces[job.at], instance_of);
                 let map_storey = job.grid.head.map_storey;
-                StoreyInstance { map_storey, instance, centroids, reached_m2: plan.reached_m2 }
+                StoreyInstance { map_storey, instance, centroids, reached_m2: planned.reached_m2 }
             })
             .collect()
     }
 
-    /// Makes the plan. Storeys whose map, spaces or entries changed are planned again, the others are taken from the cache.
-    pub fn plan(&mut self, input: &PlanInput<'_>) -> ArchiveBuffer {
-        let PlanInput { site, schedule_state, index, grids, options } = *input;
+    /// Makes the mission plan. Storeys whose map, spaces or entries changed are planned again, the others are taken
+    /// from the cache.
+    pub fn plan(&mut self, input: &MissionPlanInput<'_>) -> ArchiveBuffer {
+        let MissionPlanInput { site, schedule_state, index, grids, options } = *input;
         let robot = &index.head.robot;
         self.update_free_spaces(grids, robot);
         let free_spaces: Vec<&FreeSpace> = self.free_spaces.iter().map(|g| &g.1).collect();
@@ -81,19 +82,19 @@ impl Planner {
             .map(|(at, grid)| StoreyJob::new(input, at, grid, &refusals, &reached, &portals, changed.as_deref()))
             .collect();
         let kept = &mut self.storeys;
-        kept.resize_with(jobs.len(), || (0, StoreyPlan::default()));
-        let old: Vec<(u64, StoreyPlan)> = std::mem::take(kept);
+        kept.resize_with(jobs.len(), || (0, PlannedStorey::default()));
+        let old: Vec<(u64, PlannedStorey)> = std::mem::take(kept);
         *kept = jobs
             .par_iter()
             .zip(old)
-            .map(|(job, (input_hash, plan))| {
+            .map(|(job, (input_hash, planned))| {
                 let now = job.input_hash(input);
-                (now, if now == input_hash { plan } else { job.plan(input, free_spaces[job.at]) })
+                (now, if now == input_hash { planned } else { job.plan(input, free_spaces[job.at]) })
             })
             .collect();
-        let plans: Vec<&StoreyPlan> = kept.iter().map(|k| &k.1).collect();
+        let planned_storeys: Vec<&PlannedStorey> = kept.iter().map(|k| &k.1).collect();
         let parts = floor_parts(input, &free_spaces, &reached, &properties);
-        assemble(input, &free_spaces, &plans, refusals, &reached, &portals, parts).finish()
+        assemble(input, &free_spaces, &planned_storeys, refusals, &reached, &portals, parts).finish()
     }
 
     fn update_free_spaces(&mut self, grids: &[Grid<'_>], robot: &RobotProfile) {
@@ -112,8 +113,8 @@ impl Planner {
 }
 
 /// Portals between storeys: stairs, ramps, lifts and steps.
-fn find_portals(input: &PlanInput<'_>, free_spaces: &[&FreeSpace]) -> Vec<Portal> {
-    let PlanInput { site, schedule_state, index, grids, options } = *input;
+fn find_portals(input: &MissionPlanInput<'_>, free_spaces: &[&FreeSpace]) -> Vec<Portal> {
+    let MissionPlanInput { site, schedule_state, index, grids, options } = *input;
     let robot = &index.head.robot;
     let mut tour_distances = portals(site, schedule_state, robot, options, free_spaces);
     tour_distances.extend(steps(site, schedule_state, robot, grids, free_spaces));
@@ -122,7 +123,7 @@ fn find_portals(input: &PlanInput<'_>, free_spaces: &[&FreeSpace]) -> Vec<Portal
 
 /// Reachability, and the properties of each storey's parts.
 fn reached(
-    input: &PlanInput<'_>,
+    input: &MissionPlanInput<'_>,
     free_spaces: &[&FreeSpace],
     portals: &[Portal],
 ) -> (Reachability, Vec<Vec<PartProperties>>) {
@@ -154,7 +155,7 @@ struct StoreyJob<'a> {
 
 impl<'a> StoreyJob<'a> {
     fn new(
-        input: &PlanInput<'a>,
+        input: &MissionPlanInput<'a>,
         at: usize,
         grid: &'a Grid<'a>,
         refusals: &[Option<Refusal>],
@@ -190,7 +191,7 @@ impl<'a> StoreyJob<'a> {
     }
 
     /// Hash of all inputs of the storey's plan.
-    fn input_hash(&self, input: &PlanInput<'_>) -> u64 {
+    fn input_hash(&self, input: &MissionPlanInput<'_>) -> u64 {
         let mut hash = Xxh3::new();
         let numbers = |list: &mut dyn Iterator<Item = u64>, hash: &mut Xxh3| {
             let mut n = 0u64;
@@ -222,13 +223,13 @@ impl<'a> StoreyJob<'a> {
         hash.digest()
     }
 
-    fn plan(&self, input: &PlanInput<'_>, free_space: &FreeSpace) -> StoreyPlan {
+    fn plan(&self, input: &MissionPlanInput<'_>, free_space: &FreeSpace) -> PlannedStorey {
         self.with(input, free_space, plan_storey)
     }
 
     fn with<T>(
         &self,
-        input: &PlanInput<'_>,
+        input: &MissionPlanInput<'_>,
         free_space: &FreeSpace,
         inputs: fn(&StoreyInputs<'_>, &StoreyRequest<'_>) -> T,
     ) -> T {

@@ -1,4 +1,4 @@
-//! Records of the `plan` archive.
+//! Records of the `mission-plan` archive.
 
 use crate::archive::Text;
 use crate::tag::Tag;
@@ -40,10 +40,10 @@ impl ScanSensor {
     }
 }
 
-/// What the plan was made from: one record.
+/// What the mission plan was made from: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
-pub struct PlanHead {
+pub struct MissionPlanHead {
     /// Content hash of the site.
     pub site_hash: u64,
     /// Content hash of the schedule state.
@@ -66,7 +66,7 @@ pub struct PlanHead {
     /// Zero.
     pub reserved: u32,
 }
-const _: () = assert!(size_of::<PlanHead>() == 120);
+const _: () = assert!(size_of::<MissionPlanHead>() == 120);
 
 /// What a waypoint is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
@@ -98,7 +98,7 @@ pub struct WaypointRecord {
     pub overlap: f64,
     /// Way from the waypoint before it on this storey; 0 for the first.
     pub leg_m: f64,
-    /// Number in the plan.
+    /// Number in the mission plan.
     pub id: u32,
     /// Place in the tour, from 0 over all storeys.
     pub order: u32,
@@ -176,7 +176,7 @@ impl NoWaypoint {
 /// What became of a space.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
-pub struct SpacePlanRecord {
+pub struct MissionPlanSpaceRecord {
     /// Why it has no waypoint, in words; empty if it has one.
     pub reason: Text,
     /// Why it has no waypoint.
@@ -192,12 +192,12 @@ pub struct SpacePlanRecord {
     /// Zero.
     pub reserved: u32,
 }
-const _: () = assert!(size_of::<SpacePlanRecord>() == 32);
+const _: () = assert!(size_of::<MissionPlanSpaceRecord>() == 32);
 
 /// What became of a map storey.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
-pub struct StoreyPlanRecord {
+pub struct MissionPlanStoreyRecord {
     /// Length of the tour through all its waypoints.
     pub tour_m: f64,
     /// No tour through them is shorter than this.
@@ -231,7 +231,7 @@ pub struct StoreyPlanRecord {
     /// Number of points of its tour.
     pub n_tour_points: u32,
 }
-const _: () = assert!(size_of::<StoreyPlanRecord>() == 80);
+const _: () = assert!(size_of::<MissionPlanStoreyRecord>() == 80);
 
 /// A connected part of the floor of a map storey on which the middle of the robot can stand.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
@@ -356,8 +356,8 @@ pub struct RouteEdgeRecord {
     pub nodes: [u32; 2],
     /// What it is.
     pub kind: Tag<EdgeKind>,
-    /// Door of the site, for a door; element of the site, between storeys; else `NONE`. A step to a floor that no element
-    /// carries has none.
+    /// Door of the site, for a door; element of the site, between storeys; else `NONE`. A step to a floor that no
+    /// element carries has none.
     pub of: u32,
     /// First point of the way.
     pub first_point: u32,

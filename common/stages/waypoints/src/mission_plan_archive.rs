@@ -1,32 +1,32 @@
 //! Assembles the `mission-plan` archive.
 
 use crate::free_space::FreeSpace;
-use crate::input::PlanInput;
+use crate::input::MissionPlanInput;
 use crate::portal::Portal;
 use crate::reachability::Reachability;
 use crate::space_centre::sensor_height_m;
 use crate::spaces::Refusal;
 use crate::stair_traversal::stair_traversal;
 use crate::start_pose::why_blocked;
-use crate::storey_plan::StoreyPlan;
+use crate::storey_planner::PlannedStorey;
 use frames::metres;
 use messages::{
-    Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, NONE, Named,
-    NoWaypoint, NodeKind, PlanBuilder, PlanHead, RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site,
-    SpacePlanRecord, StoreyPlanRecord, WaypointKind, WaypointRecord,
+    Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, MissionPlanBuilder,
+    MissionPlanHead, MissionPlanSpaceRecord, MissionPlanStoreyRecord, NONE, Named, NoWaypoint, NodeKind,
+    RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site, WaypointKind, WaypointRecord,
 };
 
 /// Assembles the archive: storeys in the order in which they are reached, refusals, and the graph over all storeys.
 pub(crate) fn assemble(
-    input: &PlanInput<'_>,
+    input: &MissionPlanInput<'_>,
     free_spaces: &[&FreeSpace],
-    plans: &[&StoreyPlan],
+    planned_storeys: &[&PlannedStorey],
     refusals: Vec<Option<Refusal>>,
     reached: &Reachability,
     portals: &[Portal],
     parts: Vec<FloorPartRecord>,
-) -> PlanBuilder {
-    let mut builder = PlanBuilder::new(head(input, plans), input.site.spaces.len());
+) -> MissionPlanBuilder {
+    let mut builder = MissionPlanBuilder::new(head(input, planned_storeys), input.site.spaces.len());
     builder.floor_parts = parts;
     for (space, refusal) in refusals.into_iter().enumerate() {
         if let Some(refusal) = refusal {
@@ -37,39 +37,39 @@ pub(crate) fn assemble(
     }
     // Storeys in the order in which they are reached; the others have no waypoints.
     for &at in &reached.order {
-        add_stops(&mut builder, input, &input.grids[at], plans[at]);
+        add_stops(&mut builder, input, &input.grids[at], planned_storeys[at]);
     }
-    for (at, plan) in plans.iter().enumerate() {
-        for (space, refusal) in &plan.refused {
+    for (at, planned) in planned_storeys.iter().enumerate() {
+        for (space, refusal) in &planned.refused {
             refuse(&mut builder, *space, refusal);
         }
-        for (record, seen) in builder.spaces.iter_mut().zip(&plan.space_coverage[1..]) {
+        for (record, seen) in builder.spaces.iter_mut().zip(&planned.space_coverage[1..]) {
             record.n_faces += seen.n_faces;
             record.n_seen += seen.n_seen;
         }
-        builder.storeys.push(storey_record(&mut builder.tour_points, input.grids[at].head.map_storey, plan));
+        builder.storeys.push(storey_record(&mut builder.tour_points, input.grids[at].head.map_storey, planned));
     }
-    add_graph(&mut builder, input, free_spaces, plans, portals);
+    add_graph(&mut builder, input, free_spaces, planned_storeys, portals);
     if let Some(start) = input.options.start.filter(|_| reached.start_is_blocked) {
         let free_space = free_spaces.get(start.storey as usize);
         let why =
             free_space.map_or("[tour] start: there is no such storey".to_owned(), |g| why_blocked(input, g, start));
         warn(&mut builder, Severity::Error, DiagnosticCode::StartBlocked, why);
     }
-    let (goal, n_unconnected) = (input.options.overlap, plans.iter().map(|p| p.n_unconnected).sum::<usize>());
+    let (goal, n_unconnected) = (input.options.overlap, planned_storeys.iter().map(|p| p.n_unconnected).sum::<usize>());
     if n_unconnected > 0 {
         let message = format!(
             "scans that see less than {goal} of what scans before them saw, and that nothing can join: {n_unconnected}"
         );
         warn(&mut builder, Severity::Warning, DiagnosticCode::ScanNotJoined, message);
     }
-    for &element in plans.iter().flat_map(|plan| &plan.mesh.unseen) {
+    for &element in planned_storeys.iter().flat_map(|planned| &planned.mesh.unseen) {
         unseen_element(&mut builder, input.site, &input.site.elements[element as usize]);
     }
     builder
 }
 
-fn unseen_element(builder: &mut PlanBuilder, site: &Site<'_>, element: &ElementRecord) {
+fn unseen_element(builder: &mut MissionPlanBuilder, site: &Site<'_>, element: &ElementRecord) {
     let diagnostic = Diagnostic {
         severity: Severity::Warning,
         code: DiagnosticCode::ElementUnseen,
@@ -84,11 +84,11 @@ fn unseen_element(builder: &mut PlanBuilder, site: &Site<'_>, element: &ElementR
     builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
 }
 
-fn head(input: &PlanInput<'_>, plans: &[&StoreyPlan]) -> PlanHead {
+fn head(input: &MissionPlanInput<'_>, planned_storeys: &[&PlannedStorey]) -> MissionPlanHead {
     let options = input.options;
-    let n_scans = plans.iter().flat_map(|p| &p.stops).filter(|s| s.kind == WaypointKind::Scan).count();
-    let driven_m: f64 = plans.iter().map(|p| p.tour_m).sum();
-    PlanHead {
+    let n_scans = planned_storeys.iter().flat_map(|p| &p.stops).filter(|s| s.kind == WaypointKind::Scan).count();
+    let driven_m: f64 = planned_storeys.iter().map(|p| p.tour_m).sum();
+    MissionPlanHead {
         site_hash: input.site.content_hash(),
         schedule_state_hash: input.schedule_state.content_hash(),
         plan_time_s: input.schedule_state.head.plan_time_s,
@@ -102,20 +102,20 @@ fn head(input: &PlanInput<'_>, plans: &[&StoreyPlan]) -> PlanHead {
     }
 }
 
-fn refuse(builder: &mut PlanBuilder, space: usize, refusal: &Refusal) {
+fn refuse(builder: &mut MissionPlanBuilder, space: usize, refusal: &Refusal) {
     let reason = builder.texts.add(&refusal.reason);
     let record = &mut builder.spaces[space];
-    *record = SpacePlanRecord { reason, why: refusal.why.into(), door: refusal.door, ..*record };
+    *record = MissionPlanSpaceRecord { reason, why: refusal.why.into(), door: refusal.door, ..*record };
 }
 
-fn warn(builder: &mut PlanBuilder, severity: Severity, code: DiagnosticCode, message: String) {
+fn warn(builder: &mut MissionPlanBuilder, severity: Severity, code: DiagnosticCode, message: String) {
     let diagnostic = Diagnostic { severity, code, entity: None, source: None, message };
     builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
 }
 
-fn add_stops(builder: &mut PlanBuilder, input: &PlanInput<'_>, grid: &Grid<'_>, plan: &StoreyPlan) {
+fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, grid: &Grid<'_>, planned: &PlannedStorey) {
     let floor_m = metres(grid.head.floor_z_tenths);
-    for stop in &plan.stops {
+    for stop in &planned.stops {
         let space = stop.space.map(|s| &input.site.spaces[s]);
         let centroid = space.map_or(stop.at.coordinates_m(), |s| s.centroid_m);
         let id = builder.waypoints.len() as u32;
@@ -143,43 +143,43 @@ fn add_stops(builder: &mut PlanBuilder, input: &PlanInput<'_>, grid: &Grid<'_>, 
     }
 }
 
-fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, plan: &StoreyPlan) -> StoreyPlanRecord {
+fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, planned: &PlannedStorey) -> MissionPlanStoreyRecord {
     let first_tour_point = tour_points.len() as u32;
-    tour_points.extend(plan.tour.iter().map(|p| p.coordinates_m()));
-    let scans = || plan.stops.iter().filter(|s| s.kind == WaypointKind::Scan);
-    StoreyPlanRecord {
-        tour_m: plan.tour_m,
-        tour_bound_m: plan.bound_m,
-        reached_m2: plan.reached_m2,
-        unreached_m2: plan.unreached_m2,
+    tour_points.extend(planned.tour.iter().map(|p| p.coordinates_m()));
+    let scans = || planned.stops.iter().filter(|s| s.kind == WaypointKind::Scan);
+    MissionPlanStoreyRecord {
+        tour_m: planned.tour_m,
+        tour_bound_m: planned.bound_m,
+        reached_m2: planned.reached_m2,
+        unreached_m2: planned.unreached_m2,
         map_storey,
-        n_targets: plan.n_targets,
-        n_faces: plan.space_coverage.iter().map(|s| s.n_faces).sum(),
-        n_seen: plan.space_coverage.iter().map(|s| s.n_seen).sum(),
-        n_places: plan.n_places,
+        n_targets: planned.n_targets,
+        n_faces: planned.space_coverage.iter().map(|s| s.n_faces).sum(),
+        n_seen: planned.space_coverage.iter().map(|s| s.n_seen).sum(),
+        n_places: planned.n_places,
         n_scans: scans().count() as u32,
         n_connecting: scans().filter(|s| s.connects).count() as u32,
-        n_parts: plan.n_parts,
-        n_mesh_points: plan.mesh.n_points,
-        n_mesh_seen: plan.mesh.n_seen,
+        n_parts: planned.n_parts,
+        n_mesh_points: planned.mesh.n_points,
+        n_mesh_seen: planned.mesh.n_seen,
         first_tour_point,
-        n_tour_points: plan.tour.len() as u32,
+        n_tour_points: planned.tour.len() as u32,
     }
 }
 
 fn add_graph(
-    builder: &mut PlanBuilder,
-    input: &PlanInput<'_>,
+    builder: &mut MissionPlanBuilder,
+    input: &MissionPlanInput<'_>,
     free_spaces: &[&FreeSpace],
-    plans: &[&StoreyPlan],
+    planned_storeys: &[&PlannedStorey],
     portals: &[Portal],
 ) {
-    for (at, plan) in plans.iter().enumerate() {
+    for (at, planned) in planned_storeys.iter().enumerate() {
         let first = builder.nodes.len();
-        for node in &plan.graph.nodes {
+        for node in &planned.graph.nodes {
             builder.nodes.push(node_record(input, free_spaces, at, node.at, node.kind, node.of, node.clearance_m));
         }
-        for edge in &plan.graph.edges {
+        for edge in &planned.graph.edges {
             let first_point = builder.points.len() as u32;
             let floor_m = metres(input.grids[at].head.floor_z_tenths);
             builder.points.extend(edge.line.iter().map(|p| [p.x_m(), p.y_m(), floor_m]));
@@ -246,7 +246,7 @@ fn add_graph(
 }
 
 fn node_record(
-    input: &PlanInput<'_>,
+    input: &MissionPlanInput<'_>,
     free_spaces: &[&FreeSpace],
     storey: usize,
     at: frames::Point2<frames::Map>,

@@ -1,10 +1,10 @@
-//! The `plan` archive: waypoints, tours, the route graph.
+//! The `mission-plan` archive: waypoints, tours, the route graph.
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList};
 use crate::archive_writer::ArchiveWriter;
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
+use crate::mission_plan_records::*;
 use crate::payload;
-use crate::plan_records::*;
 use crate::tag::check_tags;
 use crate::text_pool::TextPool;
 
@@ -24,17 +24,17 @@ mod section {
 
 /// Waypoints, tours and the route graph, read in place.
 #[derive(Debug, Clone, Copy)]
-pub struct Plan<'a> {
+pub struct MissionPlan<'a> {
     archive: Archive<'a>,
     strings: &'a str,
-    /// What the plan was made from.
-    pub head: &'a PlanHead,
+    /// What the mission plan was made from.
+    pub head: &'a MissionPlanHead,
     /// The waypoints, in order of their ids.
     pub waypoints: &'a [WaypointRecord],
     /// One record per space of the site.
-    pub spaces: &'a [SpacePlanRecord],
+    pub spaces: &'a [MissionPlanSpaceRecord],
     /// One record per map storey, in their order.
-    pub storeys: &'a [StoreyPlanRecord],
+    pub storeys: &'a [MissionPlanStoreyRecord],
     /// Points of the storeys' tours in `map`, in metres.
     pub tour_points: &'a [[f64; 2]],
     /// Places of the route graph, storey by storey.
@@ -49,17 +49,17 @@ pub struct Plan<'a> {
     pub floor_parts: &'a [FloorPartRecord],
 }
 
-impl<'a> Plan<'a> {
+impl<'a> MissionPlan<'a> {
     /// Validates and views an archive.
     ///
     /// # Errors
-    /// Bytes that are no whole plan archive, or records that point outside.
+    /// Bytes that are no whole mission plan archive, or records that point outside.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ArchiveError> {
-        let plan = Self::of(Archive::open(bytes, ArchiveKind::Plan)?)?;
-        plan.check_tags()?;
-        plan.check_waypoints()?;
-        plan.check_graph()?;
-        Ok(plan)
+        let mission_plan = Self::of(Archive::open(bytes, ArchiveKind::MissionPlan)?)?;
+        mission_plan.check_tags()?;
+        mission_plan.check_waypoints()?;
+        mission_plan.check_graph()?;
+        Ok(mission_plan)
     }
 
     /// The sections of an archive; what is in them is not looked at.
@@ -97,7 +97,7 @@ impl<'a> Plan<'a> {
     }
 
     /// The points of a storey's tour.
-    pub fn tour_of(&self, storey: &StoreyPlanRecord) -> &'a [[f64; 2]] {
+    pub fn tour_of(&self, storey: &MissionPlanStoreyRecord) -> &'a [[f64; 2]] {
         &self.tour_points[storey.first_tour_point as usize..][..storey.n_tour_points as usize]
     }
 
@@ -147,19 +147,19 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Records of a `plan` archive to be.
+/// Records of a `mission-plan` archive to be.
 #[derive(Debug)]
-pub struct PlanBuilder {
+pub struct MissionPlanBuilder {
     /// Texts.
     pub texts: TextPool,
-    /// What the plan was made from.
-    pub head: PlanHead,
+    /// What the mission plan was made from.
+    pub head: MissionPlanHead,
     /// The waypoints, in order of their ids.
     pub waypoints: Vec<WaypointRecord>,
     /// One record per space of the site.
-    pub spaces: Vec<SpacePlanRecord>,
+    pub spaces: Vec<MissionPlanSpaceRecord>,
     /// One record per map storey, in their order.
-    pub storeys: Vec<StoreyPlanRecord>,
+    pub storeys: Vec<MissionPlanStoreyRecord>,
     /// Points of the storeys' tours.
     pub tour_points: Vec<[f64; 2]>,
     /// Places of the route graph.
@@ -174,10 +174,10 @@ pub struct PlanBuilder {
     pub floor_parts: Vec<FloorPartRecord>,
 }
 
-impl PlanBuilder {
+impl MissionPlanBuilder {
     /// Nothing but a head and `n_spaces` spaces without waypoints.
-    pub fn new(head: PlanHead, n_spaces: usize) -> Self {
-        let nothing = SpacePlanRecord {
+    pub fn new(head: MissionPlanHead, n_spaces: usize) -> Self {
+        let nothing = MissionPlanSpaceRecord {
             reason: crate::Text::default(),
             why: NoWaypoint::NotAsked.into(),
             door: NONE,
@@ -223,14 +223,14 @@ impl PlanBuilder {
     }
 }
 
-impl ArchiveWriter for PlanBuilder {
-    type Payload = payload::Plan;
+impl ArchiveWriter for MissionPlanBuilder {
+    type Payload = payload::MissionPlan;
 
     fn length(&self) -> usize {
         self.sections().length()
     }
 
     fn write(&self, out: &mut [u8]) -> u64 {
-        self.sections().write(out, ArchiveKind::Plan)
+        self.sections().write(out, ArchiveKind::MissionPlan)
     }
 }

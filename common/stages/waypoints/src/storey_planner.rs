@@ -1,7 +1,7 @@
 //! Plans one storey: centres, scans, tours and route graph from map, reachability and options.
 
 use crate::mesh_visibility::{MeshCoverage, mesh_check};
-use crate::options::PlanOptions;
+use crate::options::MissionPlanOptions;
 use crate::path_search::{PathGrid, length_m};
 use crate::route_graph::{Anchor, RouteGraph, graph};
 use crate::scan_overlap::ScanConnector;
@@ -24,7 +24,7 @@ pub(crate) struct SpaceCoverage {
 
 /// The plan of a storey.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct StoreyPlan {
+pub(crate) struct PlannedStorey {
     /// Spaces without a centre, and why.
     pub(crate) refused: Vec<(usize, Refusal)>,
     /// All waypoints, in the order of the tour.
@@ -46,34 +46,34 @@ pub(crate) struct StoreyPlan {
 }
 
 /// Plans a storey.
-pub(crate) fn plan_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> StoreyPlan {
-    let mut plan = StoreyPlan::default();
+pub(crate) fn plan_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> PlannedStorey {
+    let mut planned = PlannedStorey::default();
     let cell_m2 = storey.free_space.spec.resolution_m().powi(2);
     for part in 1..=storey.free_space.n_parts() {
         let size_m2 = f64::from(storey.free_space.size(part)) * cell_m2;
-        let total = if storey.reached[part as usize] { &mut plan.reached_m2 } else { &mut plan.unreached_m2 };
+        let total = if storey.reached[part as usize] { &mut planned.reached_m2 } else { &mut planned.unreached_m2 };
         *total += size_m2;
     }
-    plan.space_coverage = vec![SpaceCoverage::default(); storey.site.spaces.len() + 1];
+    planned.space_coverage = vec![SpaceCoverage::default(); storey.site.spaces.len() + 1];
     if !request.options.wants_storey(storey.grid.head.map_storey) {
-        return plan;
+        return planned;
     }
     let mut centres: Vec<(usize, SpaceCentre)> = Vec::new();
     for &space in request.spaces {
         match centre_of(storey, space) {
             Ok(centre) => centres.push((space, centre)),
-            Err(refusal) => plan.refused.push((space, refusal)),
+            Err(refusal) => planned.refused.push((space, refusal)),
         }
     }
     let scans = request.options.scans.then(|| plan_scans(storey, request, &centres));
     if let Some(scans) = &scans {
-        plan.n_targets = scans.faces.all.len() as u32;
-        plan.n_places = scans.places.len() as u32;
+        planned.n_targets = scans.faces.all.len() as u32;
+        planned.n_places = scans.places.len() as u32;
     }
     let path_grid = PathGrid::of(storey.free_space, |part| storey.reached[part as usize]);
     if let Some(path_grid) = &path_grid {
         let inputs = TourInputs { storey, request, path_grid, scans: scans.as_ref() };
-        tours(&inputs, &centres, &mut plan);
+        tours(&inputs, &centres, &mut planned);
         let space =
             |(space, centre): &(usize, SpaceCentre)| Anchor { at: centre.at, kind: NodeKind::Space, of: *space as u32 };
         let staging = |&(cell, element): &(usize, u32)| Anchor {
@@ -82,12 +82,12 @@ pub(crate) fn plan_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>
             of: element,
         };
         let anchors = request.stagings.iter().map(staging).chain(centres.iter().map(space)).collect();
-        plan.graph = graph(storey, path_grid, anchors);
+        planned.graph = graph(storey, path_grid, anchors);
     }
     if let Some(scans) = scans.filter(|_| request.options.mesh_check) {
-        plan.mesh = mesh_check(storey, request, &scans, &plan.stops);
+        planned.mesh = mesh_check(storey, request, &scans, &planned.stops);
     }
-    plan
+    planned
 }
 
 /// The set-cover instance of a storey, and the sets at centres of spaces.
@@ -135,7 +135,7 @@ struct SeenSoFar {
 }
 
 /// Plans tours through all parts: parts with an entry first, then by size.
-fn tours(inputs: &TourInputs<'_>, centres: &[(usize, SpaceCentre)], plan: &mut StoreyPlan) {
+fn tours(inputs: &TourInputs<'_>, centres: &[(usize, SpaceCentre)], planned: &mut PlannedStorey) {
     let TourInputs { storey, request, scans, .. } = *inputs;
     let goals = goals(storey, request, centres, scans);
     let part_at = |p: &Point2<Map>| {
@@ -145,7 +145,7 @@ fn tours(inputs: &TourInputs<'_>, centres: &[(usize, SpaceCentre)], plan: &mut S
     let mut parts: Vec<u32> = goals.iter().map(|g| g.part).collect();
     parts.sort_by_key(|&p| (entry(p).is_none(), std::cmp::Reverse(storey.free_space.size(p)), p));
     parts.dedup();
-    plan.n_parts = parts.len() as u32;
+    planned.n_parts = parts.len() as u32;
     let mut seen_so_far = SeenSoFar {
         floor: vec![false; if scans.is_some() { storey.free_space.spec.n_cells() } else { 0 }],
         faces: vec![false; scans.map_or(0, |s| s.faces.all.len())],
@@ -154,16 +154,16 @@ fn tours(inputs: &TourInputs<'_>, centres: &[(usize, SpaceCentre)], plan: &mut S
         let own: Vec<TourGoal> = goals.iter().filter(|g| g.part == part).copied().collect();
         let start = entry(part);
         let OrderedGoals { goals: own, bound_m, n_unconnected } = order_goals(inputs, own, start, &seen_so_far.faces);
-        plan.n_unconnected += n_unconnected;
-        add_tour(inputs, &own, start, plan, &mut seen_so_far);
+        planned.n_unconnected += n_unconnected;
+        add_tour(inputs, &own, start, planned, &mut seen_so_far);
         // Orders are compared by lengths in whole millimetres.
-        plan.bound_m = (plan.bound_m + bound_m).min(plan.tour_m);
+        planned.bound_m = (planned.bound_m + bound_m).min(planned.tour_m);
     }
     if let Some(scans) = scans {
         let mut held = vec![false; scans.faces.all.len()];
         scans.instance.sets.iter().flatten().for_each(|&f| held[f as usize] = true);
         for (k, face) in scans.faces.all.iter().enumerate().filter(|(k, _)| held[*k]) {
-            let seen = &mut plan.space_coverage[usize::from(face.space)];
+            let seen = &mut planned.space_coverage[usize::from(face.space)];
             seen.n_faces += 1;
             seen.n_seen += u32::from(seen_so_far.faces[k]);
         }
@@ -271,7 +271,7 @@ fn add_tour(
     inputs: &TourInputs<'_>,
     goals: &[TourGoal],
     start: Option<Point2<Map>>,
-    plan: &mut StoreyPlan,
+    planned: &mut PlannedStorey,
     seen_so_far: &mut SeenSoFar,
 ) {
     let TourInputs { storey, request, path_grid, scans } = *inputs;
@@ -298,22 +298,22 @@ fn add_tour(
         if let (Some(scans), Some(pose)) = (scans, goal.pose) {
             scan_stop(storey, request.options, scans, pose, seen_so_far, &mut stop);
         }
-        plan.stops.push(stop);
+        planned.stops.push(stop);
     }
-    plan.tour_m += legs.iter().map(|leg| length_m(leg)).sum::<f64>();
+    planned.tour_m += legs.iter().map(|leg| length_m(leg)).sum::<f64>();
     // The lines of several parts are joined to one; lengths do not include the gaps between them.
     if points.len() == 1 {
-        plan.tour.extend(&points);
+        planned.tour.extend(&points);
     }
     for leg in &legs {
-        let skip = usize::from(plan.tour.last() == leg.first());
-        plan.tour.extend(&leg[skip..]);
+        let skip = usize::from(planned.tour.last() == leg.first());
+        planned.tour.extend(&leg[skip..]);
     }
 }
 
 fn scan_stop(
     storey: &StoreyInputs<'_>,
-    options: &PlanOptions,
+    options: &MissionPlanOptions,
     scans: &ScanSelection,
     pose: usize,
     seen_so_far: &mut SeenSoFar,

@@ -1,18 +1,19 @@
-//! Quality and time of waypoint planning against one scan per space centroid: a JSON document per storey on standard output; with
-//! `--instances DIR` the set-cover instances, for an exact solver.
+//! Quality and time of waypoint planning against one scan per space centroid: a JSON document per storey on standard
+//! output; with `--instances DIR` the set-cover instances, for an exact solver.
 //!
-//! usage: cargo bench -p end-to-end --bench plan -- [--instances DIR] [--quality N] [--tour-kicks N] MODEL.ifc...
+//! usage: cargo bench -p end-to-end --bench mission_plan -- [--instances DIR] [--quality N] [--tour-kicks N]
+//! MODEL.ifc...
 
 #![expect(clippy::print_stdout, reason = "figures are what it is for")]
 
 use ingest::{IngestOptions, SourceFile};
-use messages::{Grid, Grids, Plan, RobotProfile, ScheduleState, ScheduleStateBuilder, Site};
+use messages::{Grid, Grids, MissionPlan, RobotProfile, ScheduleState, ScheduleStateBuilder, Site};
 use raster::Rasterizer;
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use waypoints::{PlanInput, PlanOptions, Planner, SetCoverInstance};
+use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, SetCoverInstance};
 
 struct Arguments {
     models: Vec<PathBuf>,
@@ -59,25 +60,30 @@ fn measure(arguments: &Arguments, model: &Path) {
     let index = rasterizer.index(&site, &schedule_state, "default", &[]).finish();
     let index = Grids::open(index.bytes()).expect("an index");
     let grids: Vec<Grid<'_>> = rasterizer.drawn().map(|g| Grid::open(g.archive).expect("a grid")).collect();
-    let mut options = PlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");
+    let mut options = MissionPlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");
     if let Some(kicks) = arguments.tour_kicks {
         // The longer search knows all ways.
         (options.tour_kicks, options.tour_neighbours) = (kicks, u32::MAX);
     }
-    let input =
-        PlanInput { site: &site, schedule_state: &schedule_state, index: &index, grids: &grids, options: &options };
+    let input = MissionPlanInput {
+        site: &site,
+        schedule_state: &schedule_state,
+        index: &index,
+        grids: &grids,
+        options: &options,
+    };
 
     // Storeys are measured one by one: planned alone, beside a planner that knows the others.
-    let mut planner = Planner::default();
-    let plan_bytes = planner.plan(&input);
-    let plan = Plan::open(plan_bytes.bytes()).expect("a plan");
+    let mut planner = MissionPlanner::default();
+    let mission_plan_bytes = planner.plan(&input);
+    let mission_plan = MissionPlan::open(mission_plan_bytes.bytes()).expect("a mission plan");
     let (wall, cpu) = (Instant::now(), cpu_s());
-    let again = Planner::default().plan(&input);
+    let again = MissionPlanner::default().plan(&input);
     let (wall_s, cpu_s) = (wall.elapsed().as_secs_f64(), cpu_s() - cpu);
-    assert_eq!(again.bytes(), plan_bytes.bytes(), "a plan is a function of its input");
-    let reached_m2: f64 = plan.storeys.iter().map(|s| s.reached_m2).sum();
+    assert_eq!(again.bytes(), mission_plan_bytes.bytes(), "a mission plan is a function of its input");
+    let reached_m2: f64 = mission_plan.storeys.iter().map(|s| s.reached_m2).sum();
     eprintln!("{name}: {wall_s:.3} s, {cpu_s:.3} s CPU for {reached_m2:.0} m2");
-    for (storey, (record, of)) in plan.storeys.iter().zip(planner.instances(&input)).enumerate() {
+    for (storey, (record, of)) in mission_plan.storeys.iter().zip(planner.instances(&input)).enumerate() {
         if record.n_faces == 0 {
             continue;
         }
@@ -95,7 +101,7 @@ fn measure(arguments: &Arguments, model: &Path) {
         let centroid_seen = seen_by(&instance, &of.centroids);
         let share = |n: usize| n as f64 / f64::from(record.n_faces);
         let line = json!({
-            "model": name, "storey": storey, "reached_m2": record.reached_m2, "storeys_in_run": plan.storeys.len(),
+            "model": name, "storey": storey, "reached_m2": record.reached_m2, "storeys_in_run": mission_plan.storeys.len(),
             "faces": record.n_faces, "places": record.n_places, "scans": chosen.len(),
             "connecting": record.n_connecting, "coverage": share(seen_by(&instance, &chosen)),
             "centroids": of.centroids.len(), "centroid_coverage": share(centroid_seen),

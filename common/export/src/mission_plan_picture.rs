@@ -55,14 +55,14 @@ fn colour(grid: &Grid<'_>, index: usize, is_seen: bool) -> Rgb {
 fn seen_cells(input: &ExportInput<'_>, grid: &Grid<'_>) -> Vec<bool> {
     let spec = grid.spec();
     let mut seen = vec![false; spec.n_cells()];
-    let scans = input.plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey);
+    let scans = input.mission_plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey);
     let mut scans = scans.filter(|w| w.kind == WaypointKind::Scan).peekable();
     if scans.peek().is_none() {
         return seen;
     }
     let opaque: Vec<bool> = grid.planning.iter().map(|&p| p != 0).collect();
     let sight = LineOfSight::new(&opaque, spec.width as usize);
-    let sensor = input.plan.head.sensor;
+    let sensor = input.mission_plan.head.sensor;
     for scan in scans {
         let [x, y, _] = scan.position_in_map_m;
         let origin = spec.origin_m();
@@ -78,15 +78,15 @@ fn seen_cells(input: &ExportInput<'_>, grid: &Grid<'_>) -> Vec<bool> {
 
 fn pixel(spec: &GridSpec, [x, y]: [f64; 2]) -> Point {
     let origin = spec.origin_m();
-    // A plan of absurd numbers draws outside of the picture.
+    // A mission plan of absurd numbers draws outside of the picture.
     let cell = |k: usize, m: f64| ((m - origin[k]) / spec.resolution_m()).floor().clamp(-1e6, 1e6) as i32;
     Point::new(cell(0, x), spec.height as i32 - 1 - cell(1, y))
 }
 
 fn draw_tour(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
     let spec = grid.spec();
-    let tours = input.plan.storeys.iter().filter(|s| s.map_storey == grid.head.map_storey);
-    for ends in tours.flat_map(|storey| input.plan.tour_of(storey).windows(2)) {
+    let tours = input.mission_plan.storeys.iter().filter(|s| s.map_storey == grid.head.map_storey);
+    for ends in tours.flat_map(|storey| input.mission_plan.tour_of(storey).windows(2)) {
         draw_line(canvas, pixel(&spec, ends[0]), pixel(&spec, ends[1]), TOUR);
     }
 }
@@ -99,7 +99,9 @@ fn draw_line(canvas: &mut Canvas, from: Point, to: Point, ink: Rgb888) {
 
 fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
     let spec = grid.spec();
-    for (number, stop) in input.plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey).enumerate() {
+    for (number, stop) in
+        input.mission_plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey).enumerate()
+    {
         let [x, y, _] = stop.position_in_map_m;
         let at = pixel(&spec, [x, y]);
         let is_scan = stop.kind == WaypointKind::Scan;
