@@ -95,7 +95,7 @@ pub struct AlignConfig {
     pub max_jump_m: f64,
     /// The same for its yaw, in degrees.
     pub max_jump_deg: f64,
-    /// True if what the robot sees before its time counts from then on: the maps have it, the plan stays the plan.
+    /// True if what the robot sees before its time counts from then on: maps show it, planned states stay.
     pub apply: bool,
 }
 

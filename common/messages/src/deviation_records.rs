@@ -93,7 +93,7 @@ impl Observation {
     }
 }
 
-/// What an observation means beside the plan.
+/// An observation compared with the planned state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum Judgement {

@@ -302,7 +302,7 @@ impl<'a> ScheduleState<'a> {
         self.archive.content_hash()
     }
 
-    /// The same schedule state as if nothing had been reported or observed: what counts is the plan alone.
+    /// The same schedule state as if nothing had been reported or observed: the effective states are the planned ones.
     pub fn as_planned(&self) -> Self {
         Self { effective: self.planned, ..*self }
     }
@@ -312,7 +312,7 @@ impl<'a> ScheduleState<'a> {
         self.effective[element].get()
     }
 
-    /// State of an element of the site by the plan alone.
+    /// Planned state of an element of the site.
     pub fn planned(&self, element: usize) -> ElementState {
         self.planned[element].get()
     }

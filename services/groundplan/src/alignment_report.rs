@@ -1,6 +1,6 @@
 //! An alignment as JSON, as text and as a line, from its archive: the same for files and for the running daemon.
 
-use crate::plan_date::optional_text;
+use crate::date_argument::optional_text;
 use messages::{Alignment, Evidence, NONE, PoseRecord, SampleHeader, Verdict};
 use serde::Serialize;
 use serde_json::{Value, json};

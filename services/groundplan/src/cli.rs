@@ -49,7 +49,7 @@ pub enum Command {
     Waypoints(waypoints::Args),
     /// Give the running daemons a map that the robot made, and align it; exit code 0 if accepted
     SlamMap(slam_map::Args),
-    /// Tell what stands, is missing or has moved against the plan, as a robot's map shows it
+    /// Compare a robot's map with the planned site: what stands, is missing or has moved
     Deviations(deviations::Args),
     /// Say that the pose that waits is right, or that elements that the robot saw through are not there
     Confirm(confirm::Args),

@@ -8,9 +8,9 @@ pub mod run;
 
 mod alignment_report;
 mod alignment_request;
+mod date_argument;
 mod maps;
 mod monitor;
-mod plan_date;
 mod progress;
 mod supervise;
 mod task_name;

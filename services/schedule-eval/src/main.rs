@@ -1,6 +1,6 @@
 //! Schedule evaluation: `site` and the plan time in, `schedule-state` out.
 
-mod plan_clock;
+mod plan_time_clock;
 mod service;
 
 use service::ScheduleService;

@@ -1,6 +1,6 @@
 //! The schedule-eval service: holds the plan time and publishes the schedule state.
 
-use crate::plan_clock::{PlanClock, Reached, Reading};
+use crate::plan_time_clock::{PlanTimeClock, Reached, Reading};
 use bus::{Bus, CheckedSample, topics};
 use daemon::{
     ActualsSource, Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, ScheduleAnswer, ScheduleRequest,
@@ -29,7 +29,7 @@ pub(crate) struct ScheduleService {
     rules: Rules,
     synchronised_while: Option<PathBuf>,
     clock_file: StateFile,
-    clock: PlanClock,
+    clock: PlanTimeClock,
     /// What was reported, and what was observed.
     tables: [PathBuf; 2],
     edits: Edits,
@@ -60,7 +60,7 @@ impl ScheduleService {
         let rules = read_rules(config)?;
         let zone = rules.site_zone.as_ref();
         let first = config.schedule.plan_time.as_deref().map(|text| PlanTime::parse(text, zone)).transpose()?;
-        let first = first.map(|written| PlanClock::Fixed { at_s: written.at.civil_seconds() });
+        let first = first.map(|written| PlanTimeClock::Fixed { at_s: written.at.civil_seconds() });
         let clock_file = StateFile::at(&config.state, "plan-clock.json")?;
         let clock = clock_file.load()?.or(first).unwrap_or_default();
         let tables = ["actuals.csv", "observed.csv"].map(|name| config.state.join(name));
@@ -93,7 +93,7 @@ impl ScheduleService {
     }
 
     /// A new mode: on disk before anybody sees it, because a map must never go back in time when a process dies.
-    fn set_clock(&mut self, clock: PlanClock) -> Result<Done, Failure> {
+    fn set_clock(&mut self, clock: PlanTimeClock) -> Result<Done, Failure> {
         self.clock_file.save(&clock)?;
         self.clock = clock;
         self.publish()
@@ -103,7 +103,7 @@ impl ScheduleService {
         if self.rules.site_zone.is_none() {
             return Err("to follow the clock, set site_zone in the schedule rules".into());
         }
-        self.set_clock(PlanClock::Wall { reached: Reached::default() })
+        self.set_clock(PlanTimeClock::Wall { reached: Reached::default() })
     }
 
     fn simulate(&mut self, rate: f64, from_s: Option<i64>) -> Result<Done, Failure> {
@@ -111,16 +111,16 @@ impl ScheduleService {
             return Err(format!("a rate of {rate} is none: it must be more than 0").into());
         }
         let (reading, since_ms) = self.read_clock();
-        let from_s = from_s.or(reading.plan_s).ok_or("there is no plan time to start from: say which")?;
-        self.set_clock(PlanClock::Simulated { from_s, rate, since_ms, reached: Reached::default() })
+        let from_s = from_s.or(reading.plan_time_s).ok_or("there is no plan time to start from: say which")?;
+        self.set_clock(PlanTimeClock::Simulated { from_s, rate, since_ms, reached: Reached::default() })
     }
 
     fn next_change(&mut self) -> Result<Done, Failure> {
         let evaluated = self.evaluated.as_ref().ok_or("there is no site yet")?;
-        let now_s = self.read_clock().0.plan_s.unwrap_or(i64::MIN);
+        let now_s = self.read_clock().0.plan_time_s.unwrap_or(i64::MIN);
         let next = evaluated.timeline.instants_s().iter().find(|s| **s > now_s).copied();
         let at_s = next.ok_or("nothing changes any more")?;
-        self.set_clock(PlanClock::Fixed { at_s })
+        self.set_clock(PlanTimeClock::Fixed { at_s })
     }
 
     /// Progress that was reported, or observed; a file that cannot be used changes nothing.
@@ -190,7 +190,7 @@ impl ScheduleService {
         let Some(evaluated) = &self.evaluated else { return Ok(self.done()) };
         self.stages.set(Stage::Writing);
         if self.clock.is_moving() && reading.trusted {
-            let clock = self.clock.having_reached(Reached { plan_s: reading.plan_s, wall_ms });
+            let clock = self.clock.having_reached(Reached { plan_time_s: reading.plan_time_s, wall_ms });
             self.clock_file.save(&clock)?;
             self.clock = clock;
         }
@@ -206,7 +206,7 @@ impl ScheduleService {
 
     /// The plan time of the schedule state to be shown: while it moves, the last instant at which anything changed.
     fn shown_s(&self, reading: Reading) -> Option<i64> {
-        let now_s = reading.plan_s?;
+        let now_s = reading.plan_time_s?;
         let evaluated = self.evaluated.as_ref().filter(|_| self.clock.is_moving());
         let wakes_s = evaluated.map_or(&[][..], |e| &e.wakes_s);
         let n_past = wakes_s.partition_point(|s| *s <= now_s);
@@ -234,7 +234,7 @@ impl ScheduleService {
     fn done(&self) -> Done {
         let (reading, wall_ms) = self.read_clock();
         let wakes_s = self.evaluated.as_ref().map_or(&[][..], |e| &e.wakes_s);
-        let next_s = reading.plan_s.and_then(|now_s| wakes_s.get(wakes_s.partition_point(|s| *s <= now_s)));
+        let next_s = reading.plan_time_s.and_then(|now_s| wakes_s.get(wakes_s.partition_point(|s| *s <= now_s)));
         let wait_ms = next_s.and_then(|next_s| self.clock.until_ms(*next_s, wall_ms, &self.zone()));
         let warning = (!reading.trusted).then(|| {
             "clock_untrusted: the machine's clock went back, or is not synchronised; the plan time stands".to_owned()
@@ -301,14 +301,14 @@ impl Service for ScheduleService {
 
     fn answer(&mut self, request: ScheduleRequest, _reporter: &Reporter) -> Result<Done<ScheduleAnswer>, Failure> {
         let done = match request {
-            ScheduleRequest::SetPlanTime { at_s } => self.set_clock(PlanClock::Fixed { at_s })?,
+            ScheduleRequest::SetPlanTime { at_s } => self.set_clock(PlanTimeClock::Fixed { at_s })?,
             ScheduleRequest::NextChange => self.next_change()?,
             ScheduleRequest::FollowWallClock => self.follow_wall_clock()?,
             ScheduleRequest::Simulate { rate, from_s } => self.simulate(rate, from_s)?,
             ScheduleRequest::TellPlanTime => self.done(),
             ScheduleRequest::SetActuals { file, source } => self.set_actuals(file.as_deref(), source)?,
         };
-        let plan_time_s = self.read_clock().0.plan_s;
+        let plan_time_s = self.read_clock().0.plan_time_s;
         let answer = ScheduleAnswer { state: done.published, plan_time_s, clock: self.clock.name() };
         Ok(done.answered(answer))
     }

@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 /// The maps of all storeys of a site for a robot, as planned at a schedule state.
 ///
-/// They follow the rule of the localization layer, and the plan alone: what was observed is compared with them, so that an
-/// observation never changes what it is compared with.
+/// They follow the rule of the localization layer, and the planned states alone: what was observed is compared with
+/// them, so that an observation never changes what it is compared with.
 pub struct References {
     sources: (u64, RobotProfile),
     rasterizer: Rasterizer,

@@ -7,7 +7,7 @@ use crate::rules::Rules;
 use messages::{Site, nearest_names_hint};
 use serde::Deserialize;
 
-/// Additions to the plan.
+/// Overrides of a schedule.
 #[derive(Debug, Clone, Default)]
 pub struct Edits {
     /// Tasks to delay.
@@ -39,7 +39,7 @@ pub struct Delay {
 pub struct Actual {
     /// GlobalId of a task or an element, or Identification of a task.
     pub id: String,
-    /// When it began; may be empty. [`ABSENT`] for an element that is not there, whatever the plan says.
+    /// When it began; may be empty. [`ABSENT`] for an element that is not there, also where it is planned.
     #[serde(default)]
     pub start: String,
     /// When it ended; empty while work goes on.

@@ -30,8 +30,8 @@ pub fn evaluate(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Timelin
     if !edits.has_reports() {
         return Ok(effective);
     }
-    let plan = worked_out(site, rules, &Edits { delays: edits.delays.clone(), ..Edits::default() })?;
-    Ok(effective.with_plan(plan))
+    let planned = worked_out(site, rules, &Edits { delays: edits.delays.clone(), ..Edits::default() })?;
+    Ok(effective.with_planned_states(planned))
 }
 
 fn worked_out(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Timeline, EvaluateError> {
@@ -182,7 +182,7 @@ impl Reports {
         }
     }
 
-    /// What reports about elements make of them: a missing start or length is that of the plan.
+    /// Effects of reported progress on elements; a missing start or duration is the planned one.
     fn effects(&self, works: &Works) -> BTreeMap<usize, Effect> {
         let source = DateSource::Reported;
         let effect = |(&element, report): (&usize, &Option<[Option<WrittenDate>; 2]>)| {
@@ -249,7 +249,7 @@ fn timeline(site: &Site<'_>, rules: &Rules, parts: Parts<'_>) -> Timeline {
         schedule: parts.lives.iter().map(|life| schedule_of(life, &parts.floats)).collect(),
         effects: parts.lives.into_iter().map(|life| life.effects).collect(),
         elements,
-        plan: None,
+        planned_states: None,
         spaces,
         closures: parts.closures,
         task_ids: site.tasks.iter().map(|t| site.text(t.global_id).to_owned()).collect(),

@@ -14,7 +14,7 @@ pub struct Timeline {
     pub(crate) site_hash: u64,
     pub(crate) elements: Steps<ElementState>,
     /// What would be without reported progress; `None` if nothing was reported.
-    pub(crate) plan: Option<Plan>,
+    pub(crate) planned_states: Option<PlannedStates>,
     pub(crate) spaces: Steps<SpaceState>,
     pub(crate) closures: Vec<Vec<Closure>>,
     /// What happens to each element, and which task does it; sorted.
@@ -33,7 +33,7 @@ pub struct Timeline {
 
 /// The elements as they were planned.
 #[derive(Debug)]
-pub(crate) struct Plan {
+pub(crate) struct PlannedStates {
     elements: Steps<ElementState>,
     instants_s: Vec<i64>,
 }
@@ -156,11 +156,11 @@ impl Period {
 
 impl Timeline {
     /// With what was planned, where that differs from what counts.
-    pub(crate) fn with_plan(self, plan: Self) -> Self {
-        let mut instants_s: Vec<i64> = plan.elements.changes().map(|change| change.0).collect();
+    pub(crate) fn with_planned_states(self, planned_states: Self) -> Self {
+        let mut instants_s: Vec<i64> = planned_states.elements.changes().map(|change| change.0).collect();
         instants_s.sort_unstable();
         instants_s.dedup();
-        Self { plan: Some(Plan { elements: plan.elements, instants_s }), ..self }
+        Self { planned_states: Some(PlannedStates { elements: planned_states.elements, instants_s }), ..self }
     }
 
     /// The instants at which anything changes, sorted, civil seconds since 1970.
@@ -173,7 +173,7 @@ impl Timeline {
     pub fn wakes_s(&self) -> Vec<i64> {
         let closing = self.spaces.changes().filter(|change| change.3 == SpaceState::Blocked);
         let closing = closing.map(|change| change.0.saturating_sub(self.closing_lead_s));
-        let planned = self.plan.iter().flat_map(|plan| &plan.instants_s);
+        let planned = self.planned_states.iter().flat_map(|planned_states| &planned_states.instants_s);
         let mut wakes_s: Vec<i64> = self.instants_s.iter().chain(planned).copied().chain(closing).collect();
         wakes_s.sort_unstable();
         wakes_s.dedup();
@@ -258,7 +258,8 @@ impl Timeline {
             ScheduleStateBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
         let none = ScheduleStateHead::NO_TIME;
         let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
-        let changes = || [Some(&self.instants_s), self.plan.as_ref().map(|p| &p.instants_s)].into_iter().flatten();
+        let changes =
+            || [Some(&self.instants_s), self.planned_states.as_ref().map(|p| &p.instants_s)].into_iter().flatten();
         let last = |s: &Vec<i64>| s.partition_point(|s| *s <= period.from_s).checked_sub(1).map(|k| s[k]);
         let next = |s: &Vec<i64>| s.get(s.partition_point(|s| *s < end_s)).copied();
         builder.head = ScheduleStateHead {
@@ -273,10 +274,10 @@ impl Timeline {
         for (k, effective) in builder.effective.iter_mut().enumerate() {
             *effective = union_of(self.elements.within(k, period));
         }
-        match &self.plan {
-            Some(plan) => {
+        match &self.planned_states {
+            Some(planned_states) => {
                 for (k, planned) in builder.planned.iter_mut().enumerate() {
-                    *planned = union_of(plan.elements.within(k, period));
+                    *planned = union_of(planned_states.elements.within(k, period));
                 }
             }
             None => builder.planned.copy_from_slice(&builder.effective),

@@ -6,7 +6,7 @@ mod support;
 use messages::{ElementState, LinkKind, SequenceKind};
 use proptest::prelude::*;
 use schedule::{Delay, Edits, Period, Rules, Timeline};
-use support::Plan;
+use support::ScheduledSite;
 
 /// Monday, 4 March 2024.
 const MONDAY_S: i64 = 19_786 * 86_400;
@@ -49,34 +49,34 @@ fn schedules(kinds: usize) -> impl Strategy<Value = Vec<Drawn>> {
     prop::collection::vec(drawn(kinds), 1..10)
 }
 
-fn plan_of(tasks: &[Drawn], with_calendar: bool) -> Plan {
-    let mut plan = Plan::starting();
+fn scheduled_site_of(tasks: &[Drawn], with_calendar: bool) -> ScheduledSite {
+    let mut site = ScheduledSite::starting();
     for k in 0..N_SPACES {
-        plan.space(&format!("space-{k}"));
+        site.space(&format!("space-{k}"));
     }
     for k in 0..N_ELEMENTS {
-        plan.element("IfcWall");
-        plan.bounds(k % N_SPACES, k);
+        site.element("IfcWall");
+        site.bounds(k % N_SPACES, k);
     }
     for (k, drawn) in tasks.iter().enumerate() {
         let name = format!("task-{k}");
         let task = if drawn.is_dated {
             let (start_s, length_s) = (MONDAY_S + drawn.start_h * HOUR_S, drawn.length_h * HOUR_S);
-            plan.dated(&name, &support::text(start_s), &support::text(start_s + length_s))
+            site.dated(&name, &support::text(start_s), &support::text(start_s + length_s))
         } else {
-            plan.lasting(&name, &format!("PT{}H", drawn.length_h))
+            site.lasting(&name, &format!("PT{}H", drawn.length_h))
         };
-        plan.kind(task, KINDS[drawn.kind]);
-        drawn.elements.iter().for_each(|e| plan.builds(task, *e));
-        drawn.spaces.iter().for_each(|s| plan.link(task, LinkKind::Space, *s, 0));
+        site.kind(task, KINDS[drawn.kind]);
+        drawn.elements.iter().for_each(|e| site.builds(task, *e));
+        drawn.spaces.iter().for_each(|s| site.link(task, LinkKind::Space, *s, 0));
         for (predecessor, relation, lag_h) in drawn.waits_for.iter().filter(|_| k > 0) {
-            plan.sequence(predecessor % k.max(1), task, RELATIONS[*relation], &format!("PT{lag_h}H"));
+            site.sequence(predecessor % k.max(1), task, RELATIONS[*relation], &format!("PT{lag_h}H"));
         }
     }
     if with_calendar {
-        plan.office_hours(&(0..tasks.len()).collect::<Vec<_>>());
+        site.office_hours(&(0..tasks.len()).collect::<Vec<_>>());
     }
-    plan
+    site
 }
 
 /// Instants around all changes, in order.
@@ -115,7 +115,7 @@ fn slow_state(timeline: &Timeline, tasks: &[Drawn], element: usize, at_s: i64) -
 proptest! {
     #[test]
     fn evaluation_at_a_date_equals_a_slow_direct_one(tasks in schedules(5), with_calendar in any::<bool>()) {
-        let timeline = plan_of(&tasks, with_calendar).evaluate();
+        let timeline = scheduled_site_of(&tasks, with_calendar).evaluate();
         for at_s in probes(&timeline) {
             for element in 0..N_ELEMENTS {
                 prop_assert_eq!(timeline.element(element, at_s), slow_state(&timeline, &tasks, element, at_s));
@@ -134,7 +134,7 @@ proptest! {
 
     #[test]
     fn every_change_instant_changes_something(tasks in schedules(5)) {
-        let timeline = plan_of(&tasks, true).evaluate();
+        let timeline = scheduled_site_of(&tasks, true).evaluate();
         let look = |at_s: i64| {
             let elements: Vec<ElementState> = (0..N_ELEMENTS).map(|e| timeline.element(e, at_s)).collect();
             (elements, (0..N_SPACES).map(|s| timeline.is_blocked(s, at_s)).collect::<Vec<_>>())
@@ -149,7 +149,7 @@ proptest! {
 
     #[test]
     fn without_removal_the_built_set_only_grows(tasks in schedules(3)) {
-        let timeline = plan_of(&tasks, true).evaluate();
+        let timeline = scheduled_site_of(&tasks, true).evaluate();
         let built = |at_s: &i64| [0, 1, 2, 3, 4, 5].map(|e| timeline.element(e, *at_s) == ElementState::Built);
         let over_time: Vec<_> = probes(&timeline).iter().map(built).collect();
         for pair in over_time.windows(2) {
@@ -159,10 +159,10 @@ proptest! {
 
     #[test]
     fn a_delay_never_makes_anything_earlier(tasks in schedules(3), delayed in 0usize..10, hours in 0i64..100) {
-        let plan = plan_of(&tasks, true);
-        let before = plan.evaluate();
+        let site = scheduled_site_of(&tasks, true);
+        let before = site.evaluate();
         let delay = Delay::parse(&format!("task-{}={hours}h", delayed % tasks.len())).unwrap();
-        let after = plan.evaluate_with(&Rules::default(), &Edits { delays: vec![delay], ..Edits::default() }).unwrap();
+        let after = site.evaluate_with(&Rules::default(), &Edits { delays: vec![delay], ..Edits::default() }).unwrap();
         for k in 0..tasks.len() {
             let (Some(old), Some(new)) = (before.task(k), after.task(k)) else { continue };
             prop_assert!(old.start_s <= new.start_s && old.finish_s <= new.finish_s, "task {k}: {old:?} {new:?}");
@@ -178,11 +178,11 @@ proptest! {
 
     #[test]
     fn a_period_is_the_union_of_its_instants(tasks in schedules(5), from_h in 0i64..200, hours in 1i64..72) {
-        let plan = plan_of(&tasks, true);
-        let timeline = plan.evaluate();
+        let site = scheduled_site_of(&tasks, true);
+        let timeline = site.evaluate();
         let (from_s, until_s) = (MONDAY_S + from_h * HOUR_S, MONDAY_S + (from_h + hours) * HOUR_S);
         let inside: Vec<i64> = (from_s..until_s).step_by(HOUR_S as usize / 2).chain(probes(&timeline)).filter(|s| (from_s..until_s).contains(s)).collect();
-        Plan::schedule_state(&timeline, Period { from_s, until_s: Some(until_s) }, |schedule_state| {
+        ScheduledSite::schedule_state(&timeline, Period { from_s, until_s: Some(until_s) }, |schedule_state| {
             for element in 0..N_ELEMENTS {
                 let states: Vec<ElementState> = inside.iter().map(|s| timeline.element(element, *s)).collect();
                 let union = schedule_state.planned(element);

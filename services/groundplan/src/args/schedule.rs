@@ -8,7 +8,7 @@ use messages::Site;
 use schedule::{Delay, Edits, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
 
-/// How dates are understood, and what is added to the plan.
+/// Rules of dates, and overrides of the schedule.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ScheduleArgs {
     /// Rules of dates, construction phases and closed spaces [default: see config/schedule.toml]
@@ -19,7 +19,7 @@ pub struct ScheduleArgs {
     #[arg(long, value_name = "TASK=5d")]
     delay: Vec<String>,
 
-    /// Reported progress, which beats the plan: a CSV table with the columns id, start, finish
+    /// Reported progress, which replaces planned dates: a CSV table with the columns id, start, finish
     #[arg(long, value_name = "FILE.csv")]
     actual: Option<PathBuf>,
 }

@@ -1,8 +1,8 @@
 //! `groundplan date`: the plan time of the running daemons.
 
 use crate::args::SiteArgs;
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join, wait_for_schedule_state};
 use daemon::ScheduleRequest;
@@ -42,7 +42,7 @@ impl Run for Args {
     /// No daemons, a date that is none, nothing that changes any more.
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.config()?;
-        let instant_s = |text| plan_date::instant_at_site_s(text, &config);
+        let instant_s = |text| date_argument::instant_at_site_s(text, &config);
         let date_s = self.date.as_deref().map(instant_s).transpose()?;
         let request = match (date_s, self.simulate) {
             (from_s, Some(rate)) => ScheduleRequest::Simulate { rate, from_s },
@@ -57,7 +57,7 @@ impl Run for Args {
         if !self.no_wait && answer.state.epoch > 0 && request != ScheduleRequest::TellPlanTime {
             wait_for_schedule_state(&bus, &mut waiter, &answer.state)?;
         }
-        let time = answer.plan_time_s.map(plan_date::text);
+        let time = answer.plan_time_s.map(date_argument::text);
         let text = match (&request, time) {
             (ScheduleRequest::SetPlanTime { .. } | ScheduleRequest::NextChange, Some(time)) => time + "\n",
             (_, time) => {

@@ -2,8 +2,8 @@
 
 use crate::alignment_report::Brief;
 use crate::args::SiteArgs;
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use crate::run::{Outcome, Run};
 use crate::wait::join;
 use bus::{Daemon, HEARTBEAT_PERIOD, SiteSample, SiteSamples, topics};
@@ -98,7 +98,7 @@ impl Run for Args {
             let index = sample.view();
             GridsStatus {
                 epoch: sample.bytes().header().epoch,
-                plan_time: plan_date::optional_text(index.head.plan_time_s),
+                plan_time: date_argument::optional_text(index.head.plan_time_s),
                 robot: index.robot_name.to_owned(),
                 storeys: index.slots.len(),
             }

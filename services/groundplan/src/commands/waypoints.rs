@@ -1,8 +1,8 @@
 //! `groundplan waypoints`: other waypoints of the running daemons.
 
 use crate::args::SiteArgs;
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join};
 use daemon::WaypointRequest;
@@ -36,7 +36,7 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let options = self.options.as_deref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
         let config = self.site.config()?;
-        let instant_s = |text| plan_date::instant_at_site_s(text, &config);
+        let instant_s = |text| date_argument::instant_at_site_s(text, &config);
         let changed_since_s = self.changed_since.as_deref().map(instant_s).transpose()?;
         let (bus, mut waiter) = join(&config)?;
         let request = WaypointRequest::SetWaypoints { options, spaces: self.space.clone(), changed_since_s };

@@ -62,14 +62,15 @@ fn head_lines(snapshot: &Snapshot) -> Vec<Line<'_>> {
         "hold" => ("stand still: maps are late", BAD),
         _ => (snapshot.why_no_map.as_deref().unwrap_or("no map"), BAD),
     };
-    let plan = snapshot.plan.clone().unwrap_or_default();
-    let time = plan.plan_time.as_deref().unwrap_or("everything built").to_owned();
+    let plan_time_line = snapshot.plan_time_line.clone().unwrap_or_default();
+    let time = plan_time_line.plan_time.as_deref().unwrap_or("everything built").to_owned();
     let robot = snapshot.robot.as_deref().unwrap_or("none");
     let first =
         Line::from(vec![time.bold(), "  ".into(), Span::styled(word, style), format!("  robot {robot}").into()]);
     let none = || "never".to_owned();
-    let (since, next) = (plan.valid_from.unwrap_or_else(none), plan.valid_until.unwrap_or_else(none));
-    let second = Line::from(format!("last change {since}, next {next}, {} in all", plan.changes)).dim();
+    let (since, next) =
+        (plan_time_line.valid_from.unwrap_or_else(none), plan_time_line.valid_until.unwrap_or_else(none));
+    let second = Line::from(format!("last change {since}, next {next}, {} in all", plan_time_line.changes)).dim();
     let third = snapshot.alignment.as_ref().map(|alignment| {
         let style = if alignment.state == "held" || alignment.is_waiting { BAD } else { Style::new() };
         Line::styled(alignment.text(), style)
@@ -191,7 +192,7 @@ mod tests {
                 daemon("rasterize", false, 0),
             ],
             topics: vec![topic("site", 1_200_000, None), topic("grid/00", 1_375_000, Some(0.04))],
-            plan: Some(PlanTimeLine {
+            plan_time_line: Some(PlanTimeLine {
                 plan_time: at("2024-04-29T10:00:00"),
                 valid_from: at("2024-04-29T08:00:00"),
                 valid_until: None,

@@ -10,7 +10,8 @@ pub(crate) struct Snapshot {
     pub(crate) bus_generation: Option<u64>,
     pub(crate) daemons: Vec<DaemonLine>,
     pub(crate) topics: Vec<TopicLine>,
-    pub(crate) plan: Option<PlanTimeLine>,
+    #[serde(rename = "plan")]
+    pub(crate) plan_time_line: Option<PlanTimeLine>,
     /// What a robot may do with the maps: `current`, `overtaken`, `hold` or `no_map`, and why.
     pub(crate) verdict: &'static str,
     pub(crate) why_no_map: Option<String>,

@@ -2,7 +2,7 @@
 
 use super::snapshot::{DaemonLine, PlanTimeLine, Snapshot, StoreyLine, TopicLine};
 use crate::alignment_report::Brief;
-use crate::plan_date;
+use crate::date_argument;
 use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, TopicName, Verdict};
 use export::text_or_null;
 use messages::{Grid, Grids, SampleHeader, ScheduleState, Stage, StatusRecord};
@@ -18,7 +18,7 @@ pub(crate) struct State {
     generation: Option<u64>,
     daemons: BTreeMap<Daemon, DaemonSeen>,
     topics: BTreeMap<TopicName, TopicSeen>,
-    plan: Option<PlanTimeLine>,
+    plan_time_line: Option<PlanTimeLine>,
     plan_time_s: Option<i64>,
     robot: Option<String>,
     alignment: Option<Brief>,
@@ -47,7 +47,7 @@ impl State {
             generation: None,
             daemons: BTreeMap::new(),
             topics: BTreeMap::new(),
-            plan: None,
+            plan_time_line: None,
             plan_time_s: None,
             robot: None,
             alignment: None,
@@ -123,11 +123,11 @@ impl State {
     pub(crate) fn see_schedule_state(&mut self, now: Stamp, schedule_state: &ScheduleState<'_>) {
         let head = schedule_state.head;
         self.set.see_schedule_state(now, schedule_state.content_hash(), head, ());
-        self.plan_time_s = plan_date::known(head.plan_time_s);
-        self.plan = Some(PlanTimeLine {
-            plan_time: plan_date::optional_text(head.plan_time_s),
-            valid_from: plan_date::optional_text(head.valid_from_s),
-            valid_until: plan_date::optional_text(head.valid_until_s),
+        self.plan_time_s = date_argument::known(head.plan_time_s);
+        self.plan_time_line = Some(PlanTimeLine {
+            plan_time: date_argument::optional_text(head.plan_time_s),
+            valid_from: date_argument::optional_text(head.valid_from_s),
+            valid_until: date_argument::optional_text(head.valid_until_s),
             changes: head.n_changes,
         });
     }
@@ -172,7 +172,7 @@ impl State {
             bus_generation: self.generation,
             daemons: self.daemon_lines(now),
             topics: self.topics.iter().map(|(topic, seen)| seen.line(*topic, now)).collect(),
-            plan: self.plan.clone(),
+            plan_time_line: self.plan_time_line.clone(),
             verdict: match verdict {
                 _ if why_no_map.is_some() => "no_map",
                 Verdict::Current => "current",

@@ -17,12 +17,12 @@ pub(crate) fn text(seconds: i64) -> String {
     plan_time(seconds).unwrap().to_string()
 }
 
-/// A site to be.
-pub(crate) struct Plan {
+/// A site with a schedule, before it is written.
+pub(crate) struct ScheduledSite {
     pub(crate) builder: SiteBuilder,
 }
 
-impl Plan {
+impl ScheduledSite {
     /// A file without anything.
     pub(crate) fn new() -> Self {
         let mut builder = SiteBuilder::default();
@@ -33,10 +33,10 @@ impl Plan {
 
     /// A file with a work schedule that starts on Monday, 4 March 2024 at 08:00.
     pub(crate) fn starting() -> Self {
-        let mut plan = Self::new();
-        let (global_id, start) = (plan.text("schedule"), plan.text("2024-03-04T08:00:00"));
-        plan.builder.work_controls.push(WorkControlRecord { global_id, start, ..WorkControlRecord::zeroed() });
-        plan
+        let mut site = Self::new();
+        let (global_id, start) = (site.text("schedule"), site.text("2024-03-04T08:00:00"));
+        site.builder.work_controls.push(WorkControlRecord { global_id, start, ..WorkControlRecord::zeroed() });
+        site
     }
 
     pub(crate) fn text(&mut self, text: &str) -> Text {

@@ -1,9 +1,9 @@
 //! What differs between two dates: elements, doors, and spaces that can be reached.
 
 use super::list::{CauseJson, Causes};
+use crate::date_argument;
 use crate::failure::Failure;
 use crate::maps::with_maps;
-use crate::plan_date;
 use daemon::Robot;
 use messages::{DoorPassage, NONE, ScheduleState, Site};
 use raster::Rasterizer;
@@ -122,8 +122,8 @@ pub(super) fn difference<'s>(
         changed.map(door).collect()
     };
     Difference {
-        from: plan_date::text(before.at_s),
-        to: plan_date::text(after.at_s),
+        from: date_argument::text(before.at_s),
+        to: date_argument::text(after.at_s),
         elements_added: only(&after.stands, &before.stands).into_iter().map(element).collect(),
         elements_removed: only(&before.stands, &after.stands).into_iter().map(element).collect(),
         doors_opened: doors(after, before),

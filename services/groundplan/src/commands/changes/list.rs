@@ -1,6 +1,6 @@
 //! When anything changes, and the tasks that change it.
 
-use crate::plan_date;
+use crate::date_argument;
 use crate::task_name::task_name;
 use messages::{ElementState, Site, SpaceState};
 use schedule::{Cause, Change, Timeline};
@@ -53,13 +53,13 @@ pub(super) fn causes_of<'s>(site: &'s Site<'_>, timeline: &Timeline, change: &Ch
             spaces: cause.spaces.iter().map(|k| site.text(site.spaces[*k as usize].global_id)).collect(),
         }
     };
-    Causes { at: plan_date::text(change.at_s), tasks: timeline.causes(change).into_iter().map(cause).collect() }
+    Causes { at: date_argument::text(change.at_s), tasks: timeline.causes(change).into_iter().map(cause).collect() }
 }
 
 pub(super) fn document<'s>(site: &'s Site<'_>, timeline: &Timeline, changes: &[Change]) -> Changes<'s> {
     let blocked = |b: bool| if b { SpaceState::Blocked } else { SpaceState::Open }.name();
     let change = |c: &Change| ChangeJson {
-        at: plan_date::text(c.at_s),
+        at: date_argument::text(c.at_s),
         elements: c
             .elements
             .iter()
@@ -74,7 +74,7 @@ pub(super) fn document<'s>(site: &'s Site<'_>, timeline: &Timeline, changes: &[C
             .collect(),
     };
     Changes {
-        change_instants: changes.iter().map(|c| plan_date::text(c.at_s)).collect(),
+        change_instants: changes.iter().map(|c| date_argument::text(c.at_s)).collect(),
         changes: changes.iter().map(change).collect(),
         causes: changes.iter().map(|change| causes_of(site, timeline, change)).collect(),
     }
@@ -103,7 +103,7 @@ pub(super) fn text(site: &Site<'_>, timeline: &Timeline, changes: &[Change]) -> 
                 parts.push(format!("{word}: {}", names.join(", ")));
             }
         }
-        let _ = writeln!(out, "{}  {}", plan_date::text(change.at_s), parts.join("; "));
+        let _ = writeln!(out, "{}  {}", date_argument::text(change.at_s), parts.join("; "));
         for cause in timeline.causes(change) {
             let event = if cause.starts { "start of" } else { "finish of" };
             let _ = writeln!(out, "    {event} {}", task_name(site, cause.task as usize));

@@ -4,8 +4,8 @@ mod difference;
 mod list;
 
 use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, ScheduleInput, with_timeline};
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use crate::run::{Outcome, Run};
 use difference::{Side, difference};
 use raster::Rasterizer;
@@ -54,7 +54,7 @@ impl Run for Args {
     /// Bad arguments, models that cannot be read, dates that can be read in two ways, maps that cannot be drawn.
     fn run(&self) -> Result<Outcome, Failure> {
         let schedule = ScheduleInput::read(&self.schedule)?;
-        let instant_s = |text: &String| plan_date::instant_s(text, schedule.site_zone());
+        let instant_s = |text: &String| date_argument::instant_s(text, schedule.site_zone());
         let diff_s: Vec<i64> = self.diff.iter().map(instant_s).collect::<Result<_, _>>()?;
         let robot = self.robot.robot()?;
         with_timeline(&self.model, &schedule, |site, timeline, progress| {

@@ -3,9 +3,9 @@
 use super::args::Args;
 use super::plan_time_summary::PlanTimeSummary;
 use crate::args::report_set_aside;
+use crate::date_argument;
 use crate::failure::Failure;
 use crate::maps::{Maps, with_maps, world_files};
-use crate::plan_date;
 use crate::progress::ProgressLine;
 use daemon::Robot;
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder};
@@ -69,12 +69,12 @@ impl Job<'_> {
                 Ok(now) => stands |= now,
                 Err(why) => why_not = Some(why),
             }
-            let directory = plan_date::text(at_s).replace(':', "-");
+            let directory = date_argument::text(at_s).replace(':', "-");
             beside.write(&directory, &files).map_err(Failure::work)?;
             sums.extend(export::sums(&directory, &files));
             let valid_until = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?.head.valid_until_s;
             let valid_until = messages::plan_time(valid_until).map(|t| t.to_string());
-            dated.push(DatedFolder { plan_time: plan_date::text(at_s), valid_until, directory });
+            dated.push(DatedFolder { plan_time: date_argument::text(at_s), valid_until, directory });
             summaries.push(summary);
         }
         // A start may be blocked at some dates; at all of them it is wrong.

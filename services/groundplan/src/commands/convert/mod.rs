@@ -9,8 +9,8 @@ mod storey_choice;
 mod summary;
 
 use crate::args::ScheduleInput;
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use crate::progress::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
@@ -103,7 +103,7 @@ impl Args {
             None => Ok(Wanted::Everything),
             Some("all") if until.is_some() => Err(Failure::usage("--until ends a period, and --date all has none")),
             Some("all") => Ok(Wanted::EveryChange),
-            Some(date) => Ok(Wanted::At(plan_date::period(date, until, site_zone)?)),
+            Some(date) => Ok(Wanted::At(date_argument::period(date, until, site_zone)?)),
         }
     }
 

@@ -4,8 +4,8 @@ use super::args::Args;
 use super::report::write;
 use crate::alignment_report;
 use crate::args::{ModelArgs, ScheduleInput, robot_of_profile, with_timeline};
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use ::deviations::{DeviationInput, deviations};
 use alignment::{AlignmentSources, PreparedMap, References, align_maps};
 use messages::{Alignment, Deviations, ScheduleState, Verdict};
@@ -19,7 +19,7 @@ use std::path::Path;
 pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> {
     let robot = robot_of_profile(arguments.robot.as_deref())?;
     let schedule = ScheduleInput::read(&arguments.schedule)?;
-    let instant_s = |text| plan_date::instant_s(text, schedule.site_zone());
+    let instant_s = |text| date_argument::instant_s(text, schedule.site_zone());
     let at_s = arguments.date.as_deref().map(instant_s).transpose()?;
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
     let model = ModelArgs::new(arguments.models.clone(), arguments.allow_boxes);

@@ -2,8 +2,8 @@
 
 use super::args::Args;
 use crate::args::report_set_aside;
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use export::{DeviationExport, DeviationsDocument, deviation_files, with_manifest};
 use frames::PlanTime;
 use messages::{Deviations, Judgement, Observation, ScheduleState, ScheduleStateHead, Site};
@@ -28,7 +28,7 @@ pub(super) fn write(
     if let Some(folder) = &arguments.out {
         let folder = arguments.overwrite.folder_at(folder)?;
         let manifest = json!({
-            "plan_time": plan_date::optional_text(found.head.plan_time_s),
+            "plan_time": date_argument::optional_text(found.head.plan_time_s),
             "slam_map_hash": format!("{:016x}", found.head.slam_map_hash),
         });
         report_set_aside(folder.replace(&with_manifest(manifest, deviation_files(&input))).map_err(Failure::work)?);
@@ -45,7 +45,7 @@ fn text(site: &Site<'_>, found: &Deviations<'_>) -> String {
     let storey = site.text(site.map_storeys[head.map_storey as usize].name);
     let date = match head.plan_time_s {
         ScheduleStateHead::NO_TIME => "everything built".to_owned(),
-        at_s => plan_date::text(at_s),
+        at_s => date_argument::text(at_s),
     };
     let mut out = format!("storey {} {storey} at {date}\n", head.map_storey);
     let count = |observation: Observation| {

@@ -1,7 +1,7 @@
 //! States at a date as JSON.
 
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use export::{ScheduleFindings, ScheduleReport};
 use messages::{ScheduleState, ScheduleStateHead, Site, SpaceState};
 use schedule::Period;
@@ -62,7 +62,7 @@ pub(super) fn whole_day<'s>(
     let spaces = (0..site.spaces.len()).map(|k| (k, space_of(of_day, k)));
     let spaces = spaces.filter(|(k, space)| *space != space_of(midnight, *k));
     WholeDay {
-        until: day.until_s.map(plan_date::text).unwrap_or_default(),
+        until: day.until_s.map(date_argument::text).unwrap_or_default(),
         elements: elements.map(|k| (site.text(site.elements[k].global_id), of_day.effective(k).name())).collect(),
         spaces: spaces.map(|(k, space)| (site.text(site.spaces[k].global_id), space)).collect(),
     }
@@ -79,8 +79,8 @@ pub(super) fn json_of<'s>(
     let closing = spaces.clone().filter(|(k, _)| schedule_state.spaces[*k].closes_at_s != ScheduleStateHead::NO_TIME);
     let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
     let states = States {
-        at: plan_date::text(period.from_s),
-        until: period.until_s.map(plan_date::text),
+        at: date_argument::text(period.from_s),
+        until: period.until_s.map(date_argument::text),
         whole_day,
         elements: elements.map(|(k, e)| (site.text(e.global_id), schedule_state.effective(k).name())).collect(),
         spaces: spaces.map(|(k, s)| (site.text(s.global_id), space_of(schedule_state, k))).collect(),
@@ -88,7 +88,7 @@ pub(super) fn json_of<'s>(
             valid_from: time(schedule_state.head.valid_from_s),
             valid_until: time(schedule_state.head.valid_until_s),
             closing: closing
-                .map(|(k, s)| (site.text(s.global_id), plan_date::text(schedule_state.spaces[k].closes_at_s)))
+                .map(|(k, s)| (site.text(s.global_id), date_argument::text(schedule_state.spaces[k].closes_at_s)))
                 .collect(),
             counts: counts(schedule_state),
             schedule: ScheduleReport::of(site, schedule_state),

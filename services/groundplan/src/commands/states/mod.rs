@@ -4,8 +4,8 @@ mod document;
 mod text;
 
 use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use crate::run::{Outcome, Run};
 use document::{json_of, whole_day};
 use messages::{ScheduleState, Site};
@@ -66,7 +66,7 @@ impl Run for Args {
         if until.is_some() && self.date.len() > 1 {
             return Err(Failure::usage("--until ends one period: give one --date"));
         }
-        let period = |text: &String| plan_date::instant_or_period(text, until, schedule.site_zone());
+        let period = |text: &String| date_argument::instant_or_period(text, until, schedule.site_zone());
         let periods: Vec<(Period, Option<Period>)> = self.date.iter().map(period).collect::<Result<_, _>>()?;
         with_timeline(&self.model, &schedule, |site, timeline, _| {
             let all: Vec<String> =

@@ -1,7 +1,7 @@
 //! States at a date for people.
 
 use super::document::{WholeDay, counts};
-use crate::plan_date;
+use crate::date_argument;
 use crate::task_name::task_name;
 use frames::counted;
 use messages::{DateSource, Diagnostic, ScheduleState, ScheduleStateHead, Severity, Site};
@@ -22,11 +22,11 @@ pub(super) fn text_of(
 ) -> String {
     let mut out = String::new();
     let time = |seconds: i64| messages::plan_time(seconds).map_or("-".to_owned(), |t| t.to_string());
-    let until = period.until_s.map_or(String::new(), |s| format!(" until {}", plan_date::text(s)));
+    let until = period.until_s.map_or(String::new(), |s| format!(" until {}", date_argument::text(s)));
     let _ = writeln!(
         out,
         "{}{until}  (last change {}, next {})",
-        plan_date::text(period.from_s),
+        date_argument::text(period.from_s),
         time(schedule_state.head.valid_from_s),
         time(schedule_state.head.valid_until_s)
     );

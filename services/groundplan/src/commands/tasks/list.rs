@@ -1,6 +1,6 @@
 //! The tasks of a schedule with their dates, what they act on, and what is wrong with them.
 
-use crate::plan_date;
+use crate::date_argument;
 use messages::{Diagnostic, NONE, Severity, Site, TaskRecord};
 use schedule::{TaskDates, TaskTargets, Timeline};
 use schemars::JsonSchema;
@@ -93,7 +93,7 @@ pub(super) fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64
     let targets = timeline.task_targets(site);
     let order = nested_order(site.tasks).into_iter().filter(|(k, _)| wanted.is_empty() || wanted.contains(k));
     let entry = |(k, depth): (usize, usize)| TaskEntry { depth, ..entry_of(site, timeline, at_s, k, &targets[k]) };
-    TaskList { at: at_s.map(plan_date::text), tasks: order.map(entry).collect() }
+    TaskList { at: at_s.map(date_argument::text), tasks: order.map(entry).collect() }
 }
 
 /// Every task with its depth, behind the one that it is nested in.
@@ -149,8 +149,8 @@ fn entry_of<'s>(
         depth: 0,
         is_summary: site.tasks.iter().any(|t| t.parent as usize == task),
         predefined_type: text(record.predefined_type),
-        start: dates.map(|d| plan_date::text(d.start_s)),
-        finish: dates.map(|d| plan_date::text(d.finish_s)),
+        start: dates.map(|d| date_argument::text(d.start_s)),
+        finish: dates.map(|d| date_argument::text(d.finish_s)),
         dates_from: dates.map(|d| d.source.name()),
         total_float_h: timeline.float(task).map(|f| (f.total_s as f64 / 36.0).round() / 100.0),
         completion: (record.completion >= 0.0).then_some(record.completion),

@@ -4,8 +4,8 @@ mod list;
 mod text;
 
 use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
+use crate::date_argument;
 use crate::failure::Failure;
-use crate::plan_date;
 use crate::run::{Outcome, Run};
 use list::list;
 use schedule::find_task;
@@ -56,7 +56,7 @@ impl Run for Args {
     /// Bad arguments, models that cannot be read, dates that can be read in two ways, a task that does not exist.
     fn run(&self) -> Result<Outcome, Failure> {
         let schedule = ScheduleInput::read(&self.schedule)?;
-        let instant_s = |text| plan_date::instant_s(text, schedule.site_zone());
+        let instant_s = |text| date_argument::instant_s(text, schedule.site_zone());
         let at_s = self.date.as_deref().map(instant_s).transpose()?;
         with_timeline(&self.model, &schedule, |site, timeline, _| {
             let wanted = self.task.iter().map(|name| find_task(site, name));

@@ -1,7 +1,7 @@
 //! What a sample holds, as JSON.
 
 use crate::alignment_report;
-use crate::plan_date::optional_text;
+use crate::date_argument::optional_text;
 use bus::{RawSample, TopicName};
 use messages::{Alignment, ArchiveError, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap};
 use serde_json::{Value, json};

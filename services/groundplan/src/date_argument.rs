@@ -39,8 +39,8 @@ fn written(text: &str, site_zone: Option<&TimeZone>) -> Result<WrittenPlanTime, 
     PlanTime::parse(text, site_zone).map_err(Failure::usage)
 }
 
-/// What `states` tells of: an instant, or all from `date` until the end of `until`; and for a date without a time the whole day,
-/// which is what `convert` draws.
+/// What `states` tells of: an instant, or all from `date` until the end of `until`; and for a date without a time the
+/// whole day, which is what `convert` draws.
 ///
 /// # Errors
 /// A text that is no date, an end that is not after the start.

@@ -1,5 +1,5 @@
-//! Modes of the plan time: all built, fixed, wall clock, simulated. Pure functions of clock readings; the plan time never goes
-//! back by itself.
+//! Modes of the plan time: all built, fixed, wall clock, simulated. Pure functions of clock readings; the plan time
+//! never goes back by itself.
 //!
 //! Everything is a function of readings: a plan time never goes back by itself, whatever the readings do.
 
@@ -13,7 +13,7 @@ const BELIEVED_BACK_MS: i64 = 1_000;
 /// The mode of the plan time; this is what survives a daemon.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum PlanClock {
+pub(crate) enum PlanTimeClock {
     /// No plan time: everything is built.
     #[default]
     Everything,
@@ -44,7 +44,8 @@ pub(crate) enum PlanClock {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Reached {
     /// The plan time, civil seconds since 1970; `None` if nothing was published yet.
-    pub(crate) plan_s: Option<i64>,
+    #[serde(rename = "plan_s")]
+    pub(crate) plan_time_s: Option<i64>,
     /// What the machine's clock said, milliseconds since 1970 in UTC.
     pub(crate) wall_ms: i64,
 }
@@ -53,12 +54,12 @@ pub(crate) struct Reached {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Reading {
     /// The plan time, civil seconds since 1970; `None` if everything is built.
-    pub(crate) plan_s: Option<i64>,
+    pub(crate) plan_time_s: Option<i64>,
     /// False if the machine's clock went back, or is not synchronised: the plan time stands until it is right again.
     pub(crate) trusted: bool,
 }
 
-impl PlanClock {
+impl PlanTimeClock {
     /// The plan time when the machine's clock says `wall_ms`, milliseconds since 1970 in UTC.
     ///
     /// A clock that moves stands where it got while `wall_ms` is more than a second before what it was then, or while
@@ -67,11 +68,11 @@ impl PlanClock {
         let moving = |reached: Reached, now_s: i64| {
             let trusted = synchronised && reached.wall_ms - wall_ms <= BELIEVED_BACK_MS;
             let now_s = if trusted { Some(now_s) } else { None };
-            Reading { plan_s: now_s.max(reached.plan_s), trusted }
+            Reading { plan_time_s: now_s.max(reached.plan_time_s), trusted }
         };
         match *self {
-            Self::Everything => Reading { plan_s: None, trusted: true },
-            Self::Fixed { at_s } => Reading { plan_s: Some(at_s), trusted: true },
+            Self::Everything => Reading { plan_time_s: None, trusted: true },
+            Self::Fixed { at_s } => Reading { plan_time_s: Some(at_s), trusted: true },
             Self::Wall { reached } => moving(reached, civil_s(wall_ms, zone)),
             Self::Simulated { from_s, rate, since_ms, reached } => {
                 let passed_s = (wall_ms.saturating_sub(since_ms) as f64 / 1e3 * rate).floor();
@@ -81,12 +82,12 @@ impl PlanClock {
     }
 
     /// How long until the plan time is `plan_s`, in milliseconds of the machine's clock; `None` if it does not move.
-    pub(crate) fn until_ms(&self, plan_s: i64, wall_ms: i64, zone: &TimeZone) -> Option<i64> {
+    pub(crate) fn until_ms(&self, plan_time_s: i64, wall_ms: i64, zone: &TimeZone) -> Option<i64> {
         match *self {
             Self::Everything | Self::Fixed { .. } => None,
-            Self::Wall { .. } => Some(plan_s.saturating_mul(1_000).saturating_sub(civil_ms(wall_ms, zone))),
+            Self::Wall { .. } => Some(plan_time_s.saturating_mul(1_000).saturating_sub(civil_ms(wall_ms, zone))),
             Self::Simulated { from_s, rate, since_ms, .. } => {
-                let at_ms = since_ms as f64 + plan_s.saturating_sub(from_s) as f64 / rate * 1e3;
+                let at_ms = since_ms as f64 + plan_time_s.saturating_sub(from_s) as f64 / rate * 1e3;
                 // As a float it saturates.
                 Some((at_ms.ceil() as i64).saturating_sub(wall_ms))
             }
@@ -152,8 +153,8 @@ mod tests {
 
     #[test]
     fn the_wall_clock_is_read_in_the_zone_of_the_site() {
-        let clock = PlanClock::Wall { reached: Reached::default() };
-        let read = |at: &str| clock.read(ms(at), &amsterdam(), true).plan_s;
+        let clock = PlanTimeClock::Wall { reached: Reached::default() };
+        let read = |at: &str| clock.read(ms(at), &amsterdam(), true).plan_time_s;
         assert_eq!(read("2024-07-01T06:00:00Z"), civil("2024-07-01T08:00:00"));
         assert_eq!(read("2024-01-01T06:00:00Z"), civil("2024-01-01T07:00:00"));
         let until = clock.until_ms(civil("2024-07-01T08:00:00").unwrap(), ms("2024-07-01T05:59:59.250Z"), &amsterdam());
@@ -161,54 +162,58 @@ mod tests {
     }
 
     #[test]
-    fn the_hour_that_is_shown_twice_does_not_take_the_plan_back() {
-        let at = |text: &str| Reached { plan_s: civil(text), wall_ms: ms("2024-10-27T00:59:59Z") };
-        let clock = PlanClock::Wall { reached: at("2024-10-27T02:59:59") };
+    fn the_hour_that_is_shown_twice_does_not_take_the_plan_time_back() {
+        let at = |text: &str| Reached { plan_time_s: civil(text), wall_ms: ms("2024-10-27T00:59:59Z") };
+        let clock = PlanTimeClock::Wall { reached: at("2024-10-27T02:59:59") };
         let reading = clock.read(ms("2024-10-27T01:00:00Z"), &amsterdam(), true);
-        assert_eq!(reading, Reading { plan_s: civil("2024-10-27T02:59:59"), trusted: true });
+        assert_eq!(reading, Reading { plan_time_s: civil("2024-10-27T02:59:59"), trusted: true });
     }
 
     #[test]
-    fn a_clock_that_steps_back_or_is_not_synchronised_is_not_trusted_and_the_plan_stands() {
-        let reached = Reached { plan_s: Some(5_000), wall_ms: 5_000_000 };
-        let clock = PlanClock::Wall { reached };
+    fn a_clock_that_steps_back_or_is_not_synchronised_is_not_trusted_and_the_plan_time_stands() {
+        let reached = Reached { plan_time_s: Some(5_000), wall_ms: 5_000_000 };
+        let clock = PlanTimeClock::Wall { reached };
         let read = |wall_ms: i64, synchronised: bool| clock.read(wall_ms, &UTC, synchronised);
-        assert_eq!(read(5_001_000, true), Reading { plan_s: Some(5_001), trusted: true });
-        assert_eq!(read(4_999_500, true), Reading { plan_s: Some(5_000), trusted: true }, "half a second is nothing");
-        assert_eq!(read(4_900_000, true), Reading { plan_s: Some(5_000), trusted: false });
-        assert_eq!(read(9_000_000, false), Reading { plan_s: Some(5_000), trusted: false });
+        assert_eq!(read(5_001_000, true), Reading { plan_time_s: Some(5_001), trusted: true });
+        assert_eq!(
+            read(4_999_500, true),
+            Reading { plan_time_s: Some(5_000), trusted: true },
+            "half a second is nothing"
+        );
+        assert_eq!(read(4_900_000, true), Reading { plan_time_s: Some(5_000), trusted: false });
+        assert_eq!(read(9_000_000, false), Reading { plan_time_s: Some(5_000), trusted: false });
     }
 
     #[test]
     fn a_simulated_clock_runs_at_its_rate_and_goes_on_after_a_restart() {
         let reached = Reached::default();
-        let clock = PlanClock::Simulated { from_s: 1_000, rate: 3_600.0, since_ms: 10_000, reached };
-        assert_eq!(clock.read(12_500, &UTC, true).plan_s, Some(1_000 + 9_000));
+        let clock = PlanTimeClock::Simulated { from_s: 1_000, rate: 3_600.0, since_ms: 10_000, reached };
+        assert_eq!(clock.read(12_500, &UTC, true).plan_time_s, Some(1_000 + 9_000));
         assert_eq!(clock.until_ms(1_000 + 3_600, 10_400, &UTC), Some(600));
         let text = serde_json::to_string(&clock).unwrap();
-        assert_eq!(serde_json::from_str::<PlanClock>(&text).unwrap(), clock);
+        assert_eq!(serde_json::from_str::<PlanTimeClock>(&text).unwrap(), clock);
     }
 
     proptest! {
         #[test]
-        fn the_plan_never_goes_back(
+        fn the_plan_time_never_goes_back(
             is_wall in any::<bool>(),
             rate in 0.1f64..1e5,
             readings in prop::collection::vec(0i64..4_000_000_000_000, 1..20),
         ) {
             let reached = Reached::default();
             let mut clock = if is_wall {
-                PlanClock::Wall { reached }
+                PlanTimeClock::Wall { reached }
             } else {
-                PlanClock::Simulated { from_s: 0, rate, since_ms: readings[0], reached }
+                PlanTimeClock::Simulated { from_s: 0, rate, since_ms: readings[0], reached }
             };
             let mut last = None;
             for wall_ms in readings {
                 let now = clock.read(wall_ms, &amsterdam(), true);
-                prop_assert!(last <= now.plan_s);
-                last = now.plan_s;
+                prop_assert!(last <= now.plan_time_s);
+                last = now.plan_time_s;
                 if now.trusted {
-                    clock = clock.having_reached(Reached { plan_s: now.plan_s, wall_ms });
+                    clock = clock.having_reached(Reached { plan_time_s: now.plan_time_s, wall_ms });
                 }
             }
         }
@@ -220,11 +225,11 @@ mod tests {
             ahead_s in 0i64..100_000_000,
             wall_ms in 1_600_000_000_000i64..1_900_000_000_000,
         ) {
-            let clock = PlanClock::Simulated { from_s, rate, since_ms: wall_ms, reached: Reached::default() };
+            let clock = PlanTimeClock::Simulated { from_s, rate, since_ms: wall_ms, reached: Reached::default() };
             let change_s = from_s + ahead_s;
             let wait_ms = clock.until_ms(change_s, wall_ms, &UTC).unwrap();
             // One millisecond for what a float of this size leaves out.
-            prop_assert!(clock.read(wall_ms + wait_ms + 1, &UTC, true).plan_s >= Some(change_s));
+            prop_assert!(clock.read(wall_ms + wait_ms + 1, &UTC, true).plan_time_s >= Some(change_s));
         }
     }
 }
