@@ -10,7 +10,7 @@ use frames::PlanTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use messages::{Checked, InputHashes, Site, Stage};
-use schedule::{Edits, EvaluateError, Rules, Timeline, evaluate, parse_actuals};
+use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate, parse_actuals};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -32,7 +32,7 @@ pub(crate) struct ScheduleService {
     clock: PlanTimeClock,
     /// What was reported, and what was observed.
     tables: [PathBuf; 2],
-    edits: Edits,
+    overrides: Overrides,
     epochs: Epochs,
     stages: Stages,
     output: LatchedOutput<topics::ScheduleState>,
@@ -46,7 +46,7 @@ pub(crate) struct ScheduleService {
 /// The schedule of the site at hand.
 struct Evaluated {
     timeline: Timeline,
-    wakes_s: Vec<i64>,
+    update_instants_s: Vec<i64>,
     site_hash: u64,
     frame_epoch: u64,
 }
@@ -70,7 +70,7 @@ impl ScheduleService {
             synchronised_while: config.clock.synchronised_while.clone(),
             clock_file,
             clock,
-            edits: Edits { actuals, observed, ..Edits::default() },
+            overrides: Overrides { actuals, observed, ..Overrides::default() },
             tables,
             epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
             stages,
@@ -133,27 +133,27 @@ impl ScheduleService {
             format!("{}: {}", file.unwrap_or(Path::new("")).display(), daemon::chain(e))
         };
         let actuals = parse_actuals(&bytes).map_err(|e| named(&e))?;
-        let mut edits = self.edits.clone();
+        let mut overrides = self.overrides.clone();
         let table = match source {
             ActualsSource::Reported => {
-                edits.actuals = actuals;
+                overrides.actuals = actuals;
                 &self.tables[0]
             }
             ActualsSource::Observed => {
-                edits.observed = actuals;
+                overrides.observed = actuals;
                 &self.tables[1]
             }
         };
-        let evaluated = self.evaluate(&self.rules, &edits)?.transpose().map_err(|e| named(&e))?;
+        let evaluated = self.evaluate(&self.rules, &overrides)?.transpose().map_err(|e| named(&e))?;
         write_durably(table, &bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
-        self.edits = edits;
+        self.overrides = overrides;
         self.evaluated = evaluated;
         self.publish()
     }
 
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
         let rules = read_rules(config)?;
-        let evaluated = self.evaluate(&rules, &self.edits)?.transpose()?;
+        let evaluated = self.evaluate(&rules, &self.overrides)?.transpose()?;
         self.rules = rules;
         self.synchronised_while.clone_from(&config.clock.synchronised_while);
         self.evaluated = evaluated;
@@ -161,9 +161,13 @@ impl ScheduleService {
     }
 
     /// The schedule with other rules or additions; `None` if there is no site yet.
-    fn evaluate(&self, rules: &Rules, edits: &Edits) -> Result<Option<Result<Evaluated, EvaluateError>>, Failure> {
+    fn evaluate(
+        &self,
+        rules: &Rules,
+        overrides: &Overrides,
+    ) -> Result<Option<Result<Evaluated, EvaluateError>>, Failure> {
         match &self.site {
-            Some(site) => Ok(Some(evaluated(site, rules, edits))),
+            Some(site) => Ok(Some(evaluated(site, rules, overrides))),
             // The bus was created anew, and the site is on its way.
             None if self.evaluated.is_some() => Err("the site is not there at the moment: try again".into()),
             None => Ok(None),
@@ -176,7 +180,7 @@ impl ScheduleService {
             return self.tick();
         }
         self.stages.set(Stage::Reading);
-        let evaluated = evaluated(&site, &self.rules, &self.edits)?;
+        let evaluated = evaluated(&site, &self.rules, &self.overrides)?;
         let changes = evaluated.timeline.instants_s().len();
         info!(service = "schedule-eval", tasks = site.view().tasks.len(), changes, "schedule evaluated");
         (self.site, self.evaluated) = (Some(site), Some(evaluated));
@@ -208,11 +212,11 @@ impl ScheduleService {
     fn shown_s(&self, reading: Reading) -> Option<i64> {
         let now_s = reading.plan_time_s?;
         let evaluated = self.evaluated.as_ref().filter(|_| self.clock.is_moving());
-        let wakes_s = evaluated.map_or(&[][..], |e| &e.wakes_s);
-        let n_past = wakes_s.partition_point(|s| *s <= now_s);
+        let update_instants_s = evaluated.map_or(&[][..], |e| &e.update_instants_s);
+        let n_past = update_instants_s.partition_point(|s| *s <= now_s);
         // Before the first change all instants are alike: the second before it stands for them.
-        let before_all = wakes_s.first().map_or(now_s, |first| first - 1);
-        Some(n_past.checked_sub(1).map_or(before_all, |k| wakes_s[k]))
+        let before_all = update_instants_s.first().map_or(now_s, |first| first - 1);
+        Some(n_past.checked_sub(1).map_or(before_all, |k| update_instants_s[k]))
     }
 
     /// Publishes if the plan time has come to something new.
@@ -233,8 +237,10 @@ impl ScheduleService {
     /// What counts now, and when to look again.
     fn done(&self) -> Done {
         let (reading, wall_ms) = self.read_clock();
-        let wakes_s = self.evaluated.as_ref().map_or(&[][..], |e| &e.wakes_s);
-        let next_s = reading.plan_time_s.and_then(|now_s| wakes_s.get(wakes_s.partition_point(|s| *s <= now_s)));
+        let update_instants_s = self.evaluated.as_ref().map_or(&[][..], |e| &e.update_instants_s);
+        let next_s = reading
+            .plan_time_s
+            .and_then(|now_s| update_instants_s.get(update_instants_s.partition_point(|s| *s <= now_s)));
         let wait_ms = next_s.and_then(|next_s| self.clock.until_ms(*next_s, wall_ms, &self.zone()));
         let warning = (!reading.trusted).then(|| {
             "clock_untrusted: the machine's clock went back, or is not synchronised; the plan time stands".to_owned()
@@ -248,12 +254,16 @@ impl ScheduleService {
     }
 }
 
-fn evaluated(site: &CheckedSample<topics::Site>, rules: &Rules, edits: &Edits) -> Result<Evaluated, EvaluateError> {
+fn evaluated(
+    site: &CheckedSample<topics::Site>,
+    rules: &Rules,
+    overrides: &Overrides,
+) -> Result<Evaluated, EvaluateError> {
     let frame_epoch = site.bytes().header().frame_epoch;
     let site: Site<'_> = site.view();
-    let timeline = evaluate(&site, rules, edits)?;
-    let wakes_s = timeline.wakes_s();
-    Ok(Evaluated { timeline, wakes_s, site_hash: site.content_hash(), frame_epoch })
+    let timeline = evaluate(&site, rules, overrides)?;
+    let update_instants_s = timeline.update_instants_s();
+    Ok(Evaluated { timeline, update_instants_s, site_hash: site.content_hash(), frame_epoch })
 }
 
 fn read_rules(config: &SiteConfig) -> Result<Rules, Failure> {

@@ -6,7 +6,7 @@
 use bytemuck::Zeroable;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use messages::*;
-use schedule::{Edits, Period, Rules, Timeline, evaluate};
+use schedule::{Overrides, Period, Rules, Timeline, evaluate};
 use std::hint::black_box;
 
 const N_ELEMENTS: usize = 100_000;
@@ -111,7 +111,7 @@ fn benches(c: &mut Criterion) {
     let site = site();
     let site = Site::open(site.bytes()).expect("the site is whole");
     let rules = Rules::default();
-    let timeline = || -> Timeline { evaluate(&site, &rules, &Edits::default()).expect("its dates are clear") };
+    let timeline = || -> Timeline { evaluate(&site, &rules, &Overrides::default()).expect("its dates are clear") };
     let made = timeline();
     assert!(made.instants_s().len() > 1_000 && made.task(N_TASKS - 1).is_some(), "it is a schedule");
     let at_s = made.instants_s()[made.instants_s().len() / 2];

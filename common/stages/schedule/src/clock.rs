@@ -20,14 +20,14 @@ const MAX_DAYS: i64 = 200 * 365;
 /// thousand holidays over a hundred years takes a third of it.
 const MAX_STEPS: i64 = 100_000_000;
 
-/// The calendars of a site, worked out.
+/// The working times of all calendars of a site.
 pub(crate) struct Calendars {
-    /// By calendar; those that no task is assigned to are not worked out.
+    /// By calendar; `None` for calendars without tasks.
     times: Vec<Option<WorkingTime>>,
     duration_day: DurationDay,
 }
 
-/// How time passes for a task.
+/// The clock of a task.
 #[derive(Clone, Copy)]
 pub(crate) enum Clock<'a> {
     /// Day and night.
@@ -90,7 +90,7 @@ fn work_times<'a>(site: &Site<'a>, calendar: &CalendarRecord) -> &'a [WorkTimeRe
         [..calendar.n_working as usize + calendar.n_exceptions as usize]
 }
 
-/// How much work a calendar is over so many days.
+/// Cost of a calendar over so many days.
 fn steps(site: &Site<'_>, calendar: &CalendarRecord, days: i64) -> i64 {
     let periods = work_times(site, calendar).iter().map(|time| 1 + i64::from(time.n_periods)).sum::<i64>();
     periods.saturating_mul(days)
@@ -153,7 +153,7 @@ impl Clock<'_> {
     /// How long a day is.
     pub(crate) fn day(self) -> DayLength {
         match self {
-            // Where nobody ever works a day must not become nothing.
+            // A calendar without working time must not make a day zero seconds.
             Self::Working(time, DurationDay::WorkingDay) if time.day_s() > 0 => {
                 DayLength::Working { day_s: time.day_s() }
             }

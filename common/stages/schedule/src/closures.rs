@@ -2,9 +2,9 @@
 
 use crate::construction_phases::ConstructionPhases;
 use crate::findings::{Entity, Findings};
-use crate::rules::{Mode, Rules};
-use crate::said::AllSaid;
-use crate::works::Works;
+use crate::property_dates::ScheduleProperties;
+use crate::rules::{Rules, RulesMode};
+use crate::task_effects::TaskEffects;
 use messages::{DiagnosticCode, Severity, Site, SpaceRecord, nearest_names_hint};
 use wildmatch::WildMatch;
 
@@ -13,19 +13,19 @@ use wildmatch::WildMatch;
 pub(crate) struct Closure {
     pub(crate) start_s: i64,
     pub(crate) finish_s: i64,
-    pub(crate) why: Why,
+    pub(crate) why: ClosureReason,
 }
 
-/// Why a space is closed, in the order in which reasons are given.
+/// The reason of a closure, in the order in which reasons are listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Why {
-    /// A task is at work in it.
+pub(crate) enum ClosureReason {
+    /// A task occupies it.
     Task(u32),
     /// It is not released yet.
     BeforeRoomDate,
-    /// Nothing says when it is released (mode `paper` alone).
+    /// It has no date of release (mode `paper` only).
     NoRoomDate,
-    /// The rules close it: index of the rule.
+    /// A rule closes it: index of the rule.
     Closed(u32),
 }
 
@@ -33,35 +33,35 @@ pub(crate) enum Why {
 pub(crate) fn closures(
     site: &Site<'_>,
     rules: &Rules,
-    works: &Works,
-    said: &AllSaid,
+    task_effects: &TaskEffects,
+    properties: &ScheduleProperties,
     findings: &mut Findings<'_>,
 ) -> Vec<Vec<Closure>> {
     let construction_phases = ConstructionPhases::of(rules);
     let patterns: Vec<WildMatch> = rules.closed_spaces.iter().map(|c| WildMatch::new(&c.pattern)).collect();
     let mut used = vec![false; patterns.len()];
     let all = site.spaces.iter().enumerate().map(|(k, space)| {
-        let mut closures: Vec<Closure> = works.spaces[k]
+        let mut closures: Vec<Closure> = task_effects.spaces[k]
             .iter()
-            .map(|o| Closure { start_s: o.start_s, finish_s: o.finish_s, why: Why::Task(o.task) })
+            .map(|o| Closure { start_s: o.start_s, finish_s: o.finish_s, why: ClosureReason::Task(o.task) })
             .collect();
-        let room_date = said.spaces[k].actual.or(said.spaces[k].planned);
+        let room_date = properties.spaces[k].actual.or(properties.spaces[k].planned);
         let opens_s = match rules.mode {
-            Mode::Standard => room_date.map(|d| d.finish_s()).or_else(|| {
-                said.spaces[k].construction_phase.and_then(|name| construction_phases.finish_s(site.text(name)))
+            RulesMode::Standard => room_date.map(|d| d.finish_s()).or_else(|| {
+                properties.spaces[k].construction_phase.and_then(|name| construction_phases.finish_s(site.text(name)))
             }),
-            Mode::Paper => room_date.map(|d| d.end_of_day_s()),
+            RulesMode::Paper => room_date.map(|d| d.end_of_day_s()),
         };
         if let Some(finish_s) = opens_s {
-            closures.push(Closure { start_s: i64::MIN, finish_s, why: Why::BeforeRoomDate });
-        } else if rules.mode == Mode::Paper {
-            closures.push(Closure { start_s: i64::MIN, finish_s: i64::MAX, why: Why::NoRoomDate });
+            closures.push(Closure { start_s: i64::MIN, finish_s, why: ClosureReason::BeforeRoomDate });
+        } else if rules.mode == RulesMode::Paper {
+            closures.push(Closure { start_s: i64::MIN, finish_s: i64::MAX, why: ClosureReason::NoRoomDate });
         }
         for (index, (closed, pattern)) in (0u32..).zip(rules.closed_spaces.iter().zip(&patterns)) {
             if site.text(space.global_id) == closed.pattern || names(site, space).iter().any(|n| pattern.matches(n)) {
                 used[index as usize] = true;
                 let (start_s, finish_s) = (closed.from_s, closed.until_s);
-                closures.push(Closure { start_s, finish_s, why: Why::Closed(index) });
+                closures.push(Closure { start_s, finish_s, why: ClosureReason::Closed(index) });
             }
         }
         closures.sort_unstable();
@@ -74,22 +74,22 @@ pub(crate) fn closures(
         let message = format!("closed_spaces: no space is called {:?}{nearest}", closed.pattern);
         findings.add(Severity::Warning, DiagnosticCode::ClosedSpaceUnknown, None, message);
     }
-    if rules.mode == Mode::Paper {
-        report_undated(site, said, findings);
+    if rules.mode == RulesMode::Paper {
+        report_undated(site, properties, findings);
     }
     all
 }
 
-/// What people call a space: its name, its long name, both.
+/// Names by which a rule may refer to a space: name, long name, both.
 fn names(site: &Site<'_>, space: &SpaceRecord) -> [String; 3] {
     let (name, long_name) = (site.text(space.name), site.text(space.long_name));
     [name.to_owned(), long_name.to_owned(), format!("{name} {long_name}")]
 }
 
-/// The prototype's script stops at a room without a date.
-fn report_undated(site: &Site<'_>, said: &AllSaid, findings: &mut Findings<'_>) {
-    for (space, said) in site.spaces.iter().zip(&said.spaces) {
-        if said.actual.or(said.planned).is_none() {
+/// The prototype stops at a room without a date.
+fn report_undated(site: &Site<'_>, properties: &ScheduleProperties, findings: &mut Findings<'_>) {
+    for (space, properties) in site.spaces.iter().zip(&properties.spaces) {
+        if properties.actual.or(properties.planned).is_none() {
             let entity = Entity::of(space.global_id, space.name, 0, space.source);
             let message = "the room has no date, so nobody knows when it opens; it stays blocked".to_owned();
             findings.add(Severity::Warning, DiagnosticCode::RoomUndated, Some(entity), message);
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn closures_that_meet_are_one() {
-        let closure = |start_s, finish_s| Closure { start_s, finish_s, why: Why::BeforeRoomDate };
+        let closure = |start_s, finish_s| Closure { start_s, finish_s, why: ClosureReason::BeforeRoomDate };
         let found = steps(&[closure(i64::MIN, 5), closure(5, 8), closure(6, 7), closure(9, 9), closure(10, i64::MAX)]);
         assert_eq!(found, [(i64::MIN, true), (8, false), (10, true)]);
         assert!(steps(&[]).is_empty());

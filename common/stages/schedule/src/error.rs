@@ -1,9 +1,9 @@
 //! Errors of the evaluation of a schedule.
 
-/// Why nothing can be said about any date.
+/// Why a schedule cannot be evaluated.
 #[derive(Debug, thiserror::Error)]
 pub enum EvaluateError {
-    /// Dates that fit two orders, and nothing tells which is meant.
+    /// Dates that fit two orders, and nothing decides between them.
     #[error(transparent)]
     AmbiguousDates(Box<AmbiguousDates>),
     /// Dates of both orders.

@@ -3,106 +3,108 @@
 use crate::clock::Calendars;
 use crate::closures::{self, closures};
 use crate::dates::WrittenDate;
-use crate::edits::{ABSENT, Actual, Edits, find_task, reported_date, task_names};
+use crate::element_timeline::{ElementTimeline, element_timelines};
 use crate::error::EvaluateError;
 use crate::findings::{Entity, Findings};
-use crate::lives::{Life, lives};
-use crate::rules::{Mode, Rules};
-use crate::said::{AllSaid, all_said};
-use crate::tasks::{self, Floats, TaskDates, TaskFacts, Tasks, TimeTexts};
+use crate::overrides::{ABSENT, Actual, Overrides, find_task, reported_date, task_names};
+use crate::property_dates::{ScheduleProperties, schedule_properties};
+use crate::rules::{Rules, RulesMode};
+use crate::task_effects::{Effect, TaskEffects, task_effects};
+use crate::tasks::{self, Floats, TaskDates, TaskTimeTexts, TaskTimes, Tasks};
 use crate::timeline::{Steps, Timeline};
-use crate::works::{Effect, Works, works};
 use messages::{
     DateSource, DiagnosticCode, ElementScheduleRecord, NONE, ScheduleStateHead, Severity, Site, SpaceState,
     nearest_names_hint,
 };
 use std::collections::BTreeMap;
 
-/// Works out everything that the site, the rules and the additions say about time.
+/// Evaluates the schedule of a site with rules and overrides.
 ///
-/// Reported progress makes what counts differ from what was planned; the schedule states tell both.
+/// With reported progress the effective states differ from the planned ones; schedule states carry both.
 ///
 /// # Errors
-/// Dates that can be read in two ways, additions that name nothing; see [`EvaluateError`]. What is wrong with single
-/// tasks, elements or dates is a finding of the timeline and does not stop the rest.
-pub fn evaluate(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Timeline, EvaluateError> {
-    let effective = worked_out(site, rules, edits)?;
-    if !edits.has_reports() {
+/// Dates that can be read in two ways, overrides of unknown tasks or elements; see [`EvaluateError`]. Problems of
+/// single tasks, elements or dates are findings of the timeline and do not stop the evaluation.
+pub fn evaluate(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Timeline, EvaluateError> {
+    let effective = evaluate_once(site, rules, overrides)?;
+    if !overrides.has_reports() {
         return Ok(effective);
     }
-    let planned = worked_out(site, rules, &Edits { delays: edits.delays.clone(), ..Edits::default() })?;
+    let planned = evaluate_once(site, rules, &Overrides { delays: overrides.delays.clone(), ..Overrides::default() })?;
     Ok(effective.with_planned_states(planned))
 }
 
-fn worked_out(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Timeline, EvaluateError> {
+fn evaluate_once(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Timeline, EvaluateError> {
     let mut findings = Findings::new(site);
-    let said = all_said(site, rules, &mut findings)?;
-    let reports = Reports::of(site, rules, edits)?;
-    let Planned { dates, floats } = match rules.mode {
-        Mode::Standard => planned(site, rules, edits, &reports, &mut findings)?,
-        Mode::Paper => Planned { dates: vec![None; site.tasks.len()], floats: vec![None; site.tasks.len()] },
+    let properties = schedule_properties(site, rules, &mut findings)?;
+    let reports = Reports::of(site, rules, overrides)?;
+    let TaskSchedule { dates, floats } = match rules.mode {
+        RulesMode::Standard => task_schedule(site, rules, overrides, &reports, &mut findings)?,
+        RulesMode::Paper => TaskSchedule { dates: vec![None; site.tasks.len()], floats: vec![None; site.tasks.len()] },
     };
-    let works = works(site, &dates, rules.inputs);
-    let lives = match rules.mode {
-        Mode::Standard => lives(site, rules, &works, &said, &reports.effects(&works), &mut findings),
-        Mode::Paper => paper_lives(site, &said),
+    let task_effects = task_effects(site, &dates, rules.inputs);
+    let element_timelines = match rules.mode {
+        RulesMode::Standard => {
+            element_timelines(site, rules, &task_effects, &properties, &reports.effects(&task_effects), &mut findings)
+        }
+        RulesMode::Paper => paper_element_timelines(site, &properties),
     };
-    let closures = closures(site, rules, &works, &said, &mut findings);
-    Ok(timeline(site, rules, Parts { dates, floats, lives, closures, findings }))
+    let closures = closures(site, rules, &task_effects, &properties, &mut findings);
+    Ok(timeline(site, rules, TimelineParts { dates, floats, element_timelines, closures, findings }))
 }
 
 /// Dates and floats of all tasks.
-struct Planned {
+struct TaskSchedule {
     dates: Vec<Option<TaskDates>>,
     floats: Vec<Option<Floats>>,
 }
 
-fn planned(
+fn task_schedule(
     site: &Site<'_>,
     rules: &Rules,
-    edits: &Edits,
+    overrides: &Overrides,
     reports: &Reports,
     findings: &mut Findings<'_>,
-) -> Result<Planned, EvaluateError> {
-    let texts: Vec<TimeTexts<'_>> = site.tasks.iter().map(|t| TimeTexts::of(site, t)).collect();
+) -> Result<TaskSchedule, EvaluateError> {
+    let texts: Vec<TaskTimeTexts<'_>> = site.tasks.iter().map(|t| TaskTimeTexts::of(site, t)).collect();
     let mut span_s = tasks::written_span_s(site, rules, &texts);
     for at_s in reports.tasks.values().flatten().flatten().map(|d| d.start_s()) {
         let span = span_s.unwrap_or(at_s..at_s + 1);
         span_s = Some(span.start.min(at_s)..span.end.max(at_s + 1));
     }
     let calendars = Calendars::new(site, span_s, rules.duration_day, findings);
-    let mut facts = tasks::facts(site, rules, &texts, &calendars, findings);
-    reports.add_to(&mut facts);
+    let mut task_times = tasks::task_times(site, rules, &texts, &calendars, findings);
+    reports.add_to(&mut task_times);
     let mut children = vec![Vec::new(); site.tasks.len()];
     for (k, task) in (0..).zip(site.tasks).filter(|(_, t)| t.parent != NONE) {
         children[task.parent as usize].push(k);
     }
-    let tasks = Tasks { site, rules, facts: &facts, calendars: &calendars, children: &children };
+    let tasks = Tasks { site, rules, task_times: &task_times, calendars: &calendars, children: &children };
     let mut dates = tasks::resolve(&tasks, findings);
-    if !edits.delays.is_empty() {
-        let delay_s = delays(&tasks, &dates, edits, findings)?;
+    if !overrides.delays.is_empty() {
+        let delay_s = delays(&tasks, &dates, overrides, findings)?;
         dates = tasks::delay(&tasks, &dates, &delay_s);
     }
     let floats = tasks::floats(&tasks, &dates);
-    Ok(Planned { dates, floats })
+    Ok(TaskSchedule { dates, floats })
 }
 
 /// The delay of each task in seconds of its own clock.
 fn delays(
     tasks: &Tasks<'_>,
     dates: &[Option<TaskDates>],
-    edits: &Edits,
+    overrides: &Overrides,
     findings: &mut Findings<'_>,
 ) -> Result<Vec<i64>, EvaluateError> {
     let mut delay_s = vec![0i64; dates.len()];
-    for delay in &edits.delays {
+    for delay in &overrides.delays {
         let task = find_task(tasks.site, &delay.task)?;
-        let facts = &tasks.facts[task];
-        let clock = tasks.calendars.clock(facts.clock);
+        let task_times = &tasks.task_times[task];
+        let clock = tasks.calendars.clock(task_times.clock);
         delay_s[task] = delay_s[task].saturating_add(delay.by.seconds(clock.day()));
         let why = match dates[task] {
             None => "it has no dates",
-            Some(_) if facts.actual_start.is_some() || facts.actual_finish.is_some() => "it has actual dates",
+            Some(_) if task_times.actual_start.is_some() || task_times.actual_finish.is_some() => "it has actual dates",
             Some(_) => continue,
         };
         let message = format!("the task cannot be delayed: {why}");
@@ -116,24 +118,24 @@ fn delays(
     Ok(delay_s)
 }
 
-/// Reported progress, by what it is about: start and finish.
+/// Reported start and finish by task and by element.
 #[derive(Default)]
 struct Reports {
     tasks: BTreeMap<usize, [Option<WrittenDate>; 2]>,
-    /// `None` for an element that is not there.
+    /// `None` for an element that is absent.
     elements: BTreeMap<usize, Option<[Option<WrittenDate>; 2]>>,
 }
 
 impl Reports {
-    fn of(site: &Site<'_>, rules: &Rules, edits: &Edits) -> Result<Self, EvaluateError> {
+    fn of(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Self, EvaluateError> {
         let mut reports = Self::default();
-        if !edits.has_reports() {
+        if !overrides.has_reports() {
             return Ok(reports);
         }
         let elements: BTreeMap<&str, usize> =
             site.elements.iter().enumerate().map(|(k, e)| (site.text(e.global_id), k)).collect();
-        let observed = edits.observed.iter().filter(|o| elements.contains_key(o.id.as_str()));
-        for actual @ Actual { id, start, finish, line } in observed.chain(&edits.actuals) {
+        let observed = overrides.observed.iter().filter(|o| elements.contains_key(o.id.as_str()));
+        for actual @ Actual { id, start, finish, line } in observed.chain(&overrides.actuals) {
             let wrong = |why: &str| EvaluateError::Reported { line: *line, id: id.clone(), why: why.to_owned() };
             if start == ABSENT {
                 let element = elements.get(id.as_str()).ok_or_else(|| {
@@ -171,36 +173,36 @@ impl Reports {
         Ok(reports)
     }
 
-    /// Actual dates of tasks; what a report leaves out stays as it was.
-    fn add_to(&self, facts: &mut [TaskFacts]) {
+    /// Sets actual dates of tasks; a date that is not reported stays.
+    fn add_to(&self, task_times: &mut [TaskTimes]) {
         for (&task, [start, finish]) in &self.tasks {
-            let facts = &mut facts[task];
-            facts.actual_start = start.or(facts.actual_start);
-            facts.actual_finish = finish.or(facts.actual_finish);
-            facts.has_time = true;
-            facts.is_faulty &= start.is_none() || finish.is_none();
+            let task_times = &mut task_times[task];
+            task_times.actual_start = start.or(task_times.actual_start);
+            task_times.actual_finish = finish.or(task_times.actual_finish);
+            task_times.has_time = true;
+            task_times.is_faulty &= start.is_none() || finish.is_none();
         }
     }
 
     /// Effects of reported progress on elements; a missing start or duration is the planned one.
-    fn effects(&self, works: &Works) -> BTreeMap<usize, Effect> {
+    fn effects(&self, task_effects: &TaskEffects) -> BTreeMap<usize, Effect> {
         let source = DateSource::Reported;
         let effect = |(&element, report): (&usize, &Option<[Option<WrittenDate>; 2]>)| {
             let Some([start, finish]) = report else {
                 let never_s = i64::MAX;
                 return (element, Effect { start_s: never_s, finish_s: never_s, removes: false, task: NONE, source });
             };
-            let planned: Vec<&Effect> = works.elements[element].iter().filter(|e| !e.removes).collect();
-            let plan_start_s = planned.iter().map(|e| e.start_s).min();
-            let plan_finish_s = planned.iter().map(|e| e.finish_s).max();
-            let length_s = plan_start_s.zip(plan_finish_s).map(|(s, f)| f - s);
+            let planned: Vec<&Effect> = task_effects.elements[element].iter().filter(|e| !e.removes).collect();
+            let planned_start_s = planned.iter().map(|e| e.start_s).min();
+            let planned_finish_s = planned.iter().map(|e| e.finish_s).max();
+            let length_s = planned_start_s.zip(planned_finish_s).map(|(s, f)| f - s);
             let (start_s, finish_s) = match (start.map(|d| d.start_s()), finish.map(|d| d.finish_s())) {
                 (Some(start_s), Some(finish_s)) => (start_s, finish_s),
-                // Without a planned length nobody knows when it ends.
+                // Without a planned duration the finish is not known.
                 (Some(start_s), None) => (start_s, length_s.map_or(i64::MAX, |l| start_s.saturating_add(l))),
                 (None, finish_s) => {
                     let finish_s = finish_s.unwrap_or(i64::MAX);
-                    (plan_start_s.filter(|s| *s <= finish_s).unwrap_or(finish_s), finish_s)
+                    (planned_start_s.filter(|s| *s <= finish_s).unwrap_or(finish_s), finish_s)
                 }
             };
             (element, Effect { start_s, finish_s, removes: false, task: NONE, source })
@@ -209,32 +211,34 @@ impl Reports {
     }
 }
 
-/// The published prototype's rule: a wall or door is drawn from the day behind its date on, everything else is dropped.
-fn paper_lives(site: &Site<'_>, said: &AllSaid) -> Vec<Life> {
-    let life = |(element, said): (&messages::ElementRecord, &crate::said::Said)| {
-        let drawn = ["IfcWall", "IfcDoor"].iter().any(|entity| site.is_a(element, entity));
-        let date = said.actual.or(said.planned).filter(|_| drawn);
-        let start_s = date.map_or(i64::MAX, WrittenDate::end_of_day_s);
-        let source = if date.is_some() { DateSource::PropertyPlanned } else { DateSource::None };
-        let effect = Effect { start_s, finish_s: start_s, removes: false, task: NONE, source };
-        Life { effects: vec![effect], source: Some(source) }
-    };
-    site.elements.iter().zip(&said.elements).map(life).collect()
+/// The rule of the published prototype: a wall or door exists from the day after its date on, everything else is left
+/// out.
+fn paper_element_timelines(site: &Site<'_>, properties: &ScheduleProperties) -> Vec<ElementTimeline> {
+    let element_timeline =
+        |(element, properties): (&messages::ElementRecord, &crate::property_dates::ObjectProperties)| {
+            let drawn = ["IfcWall", "IfcDoor"].iter().any(|entity| site.is_a(element, entity));
+            let date = properties.actual.or(properties.planned).filter(|_| drawn);
+            let start_s = date.map_or(i64::MAX, WrittenDate::end_of_day_s);
+            let source = if date.is_some() { DateSource::PropertyPlanned } else { DateSource::None };
+            let effect = Effect { start_s, finish_s: start_s, removes: false, task: NONE, source };
+            ElementTimeline { effects: vec![effect], source: Some(source) }
+        };
+    site.elements.iter().zip(&properties.elements).map(element_timeline).collect()
 }
 
-/// What a timeline is made of.
-struct Parts<'a> {
+/// Parts of a timeline.
+struct TimelineParts<'a> {
     dates: Vec<Option<TaskDates>>,
     floats: Vec<Option<Floats>>,
-    lives: Vec<Life>,
+    element_timelines: Vec<ElementTimeline>,
     closures: Vec<Vec<closures::Closure>>,
     findings: Findings<'a>,
 }
 
-fn timeline(site: &Site<'_>, rules: &Rules, parts: Parts<'_>) -> Timeline {
+fn timeline(site: &Site<'_>, rules: &Rules, parts: TimelineParts<'_>) -> Timeline {
     let (mut elements, mut spaces) = (Steps::default(), Steps::default());
-    for life in &parts.lives {
-        let (first, steps) = life.steps(rules.undated);
+    for element_timeline in &parts.element_timelines {
+        let (first, steps) = element_timeline.steps(rules.undated);
         elements.push(first, steps.into_iter().filter(|s| s.0 < i64::MAX));
     }
     for closures in &parts.closures {
@@ -246,8 +250,12 @@ fn timeline(site: &Site<'_>, rules: &Rules, parts: Parts<'_>) -> Timeline {
     instants_s.dedup();
     Timeline {
         site_hash: site.content_hash(),
-        schedule: parts.lives.iter().map(|life| schedule_of(life, &parts.floats)).collect(),
-        effects: parts.lives.into_iter().map(|life| life.effects).collect(),
+        schedule: parts
+            .element_timelines
+            .iter()
+            .map(|element_timeline| schedule_of(element_timeline, &parts.floats))
+            .collect(),
+        effects: parts.element_timelines.into_iter().map(|element_timeline| element_timeline.effects).collect(),
         elements,
         planned_states: None,
         spaces,
@@ -259,20 +267,21 @@ fn timeline(site: &Site<'_>, rules: &Rules, parts: Parts<'_>) -> Timeline {
         floats: parts.floats,
         findings: parts.findings.finish(),
         closing_lead_s: rules.closing_lead_s,
-        is_paper: rules.mode == Mode::Paper,
+        is_paper: rules.mode == RulesMode::Paper,
     }
 }
 
 /// When an element is first built, and when it is removed after that.
-fn schedule_of(life: &Life, floats: &[Option<Floats>]) -> ElementScheduleRecord {
-    let episodes = life.episodes();
+fn schedule_of(element_timeline: &ElementTimeline, floats: &[Option<Floats>]) -> ElementScheduleRecord {
+    let episodes = element_timeline.episodes();
     let built = episodes.iter().find(|e| !e.removes);
     let removed = episodes.iter().find(|e| e.removes);
     let known = |s: i64| if s == i64::MAX || s == i64::MIN { ScheduleStateHead::NO_TIME } else { s };
     // A property says when something is finished, not when it was begun.
-    let is_finish_only = matches!(life.source, Some(DateSource::PropertyActual | DateSource::PropertyPlanned));
+    let is_finish_only =
+        matches!(element_timeline.source, Some(DateSource::PropertyActual | DateSource::PropertyPlanned));
     let last = |removes: bool| {
-        life.effects.iter().filter(|e| e.removes == removes && e.task != NONE).max_by_key(|e| e.finish_s)
+        element_timeline.effects.iter().filter(|e| e.removes == removes && e.task != NONE).max_by_key(|e| e.finish_s)
     };
     let task = last(false).or(last(true)).map(|e| e.task);
     let float = task.and_then(|t| floats[t as usize]);
@@ -283,7 +292,7 @@ fn schedule_of(life: &Life, floats: &[Option<Floats>]) -> ElementScheduleRecord 
         removal_finish_s: removed.map_or(ScheduleStateHead::NO_TIME, |e| known(e.finish_s)),
         total_float_s: float.map_or(ScheduleStateHead::NO_TIME, |f| f.total_s),
         free_float_s: float.map_or(ScheduleStateHead::NO_TIME, |f| f.free_s),
-        source: life.source.unwrap_or(DateSource::None).into(),
+        source: element_timeline.source.unwrap_or(DateSource::None).into(),
         task: task.unwrap_or(NONE),
     }
 }

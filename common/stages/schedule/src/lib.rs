@@ -45,27 +45,27 @@ mod closures;
 mod construction_phases;
 mod dates;
 mod durations;
-mod edits;
+mod element_timeline;
 mod error;
 mod evaluate;
 mod findings;
-mod lives;
+mod overrides;
+mod property_dates;
 mod rules;
-mod said;
+mod task_effects;
 mod task_targets;
 mod tasks;
 mod timeline;
 mod working_time;
-mod works;
 
 pub use dates::DateOrder;
-pub use edits::{ABSENT, Actual, Delay, EditError, Edits, find_task, parse_actuals};
 pub use error::{AmbiguousDates, EvaluateError};
 pub use evaluate::evaluate;
+pub use overrides::{ABSENT, Actual, Delay, OverrideError, Overrides, find_task, parse_actuals};
 pub use rules::{
-    ClosedSpace, ConstructionPhase, ConstructionPhaseProperties, DateKind, DurationDay, Inputs, Mode, PropertyDate,
-    Rules, RulesError, Undated,
+    ClosedSpace, ConstructionPhase, ConstructionPhaseProperties, DateKind, DurationDay, InputEffect, PropertyDate,
+    Rules, RulesError, RulesMode, Undated,
 };
-pub use task_targets::{Cause, Operation, TaskTargets};
+pub use task_targets::{Cause, TaskOperation, TaskTargets};
 pub use tasks::{Floats, TaskDates};
 pub use timeline::{Change, Period, Timeline};

@@ -4,21 +4,21 @@ use crate::dates::{DateOrder, WrittenDate, parse_iso};
 use jiff::tz::TimeZone;
 use serde::Deserialize;
 
-/// How dates are understood.
+/// Rules for reading dates and closing spaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rules {
     /// Order of text dates; `None` takes what the file's dates can only mean.
     pub date_format: Option<DateOrder>,
-    /// What a day means in working time.
+    /// The length of a day in working time.
     pub duration_day: DurationDay,
     /// For dates that carry a zone.
     pub site_zone: Option<TimeZone>,
     /// What an element without any date is.
     pub undated: Undated,
-    /// Whose rules count.
-    pub mode: Mode,
+    /// Which evaluation is used.
+    pub mode: RulesMode,
     /// What an input of a constructing task becomes.
-    pub inputs: Inputs,
+    pub inputs: InputEffect,
     /// Properties that hold dates, in order of rank within their kind.
     pub property_dates: Vec<PropertyDate>,
     /// Properties that name construction phases.
@@ -54,21 +54,21 @@ pub enum Undated {
     Absent,
 }
 
-/// Whose rules count.
+/// Which evaluation is used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Mode {
-    /// Ours.
+pub enum RulesMode {
+    /// The evaluation of this crate.
     #[default]
     Standard,
-    /// Those of the published prototype: walls, doors and rooms by property dates; everything else is dropped.
+    /// That of the published prototype: walls, doors and rooms by property dates; everything else is left out.
     Paper,
 }
 
 /// What an input (IfcRelAssignsToProcess) of a constructing task becomes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Inputs {
+pub enum InputEffect {
     /// The same as an output.
     #[default]
     Same,
@@ -130,7 +130,7 @@ pub struct ConstructionPhase {
 pub struct ClosedSpace {
     /// GlobalId, or a pattern of Name, LongName or both: `*` for any text, `?` for one character.
     pub pattern: String,
-    /// What is given as the reason.
+    /// The reason of the closure.
     pub reason: String,
     /// From this time on, civil seconds since 1970.
     pub from_s: i64,
@@ -144,7 +144,7 @@ pub enum RulesError {
     /// Not TOML, an unknown key, or a value of the wrong type: the source has line and column.
     #[error("the rules cannot be read")]
     Toml(#[source] Box<toml::de::Error>),
-    /// A value that means nothing.
+    /// A value that is not valid.
     #[error("{0}")]
     Value(String),
 }
@@ -159,9 +159,9 @@ struct RulesToml {
     #[serde(default)]
     undated: Undated,
     #[serde(default)]
-    mode: Mode,
+    mode: RulesMode,
     #[serde(default)]
-    inputs: Inputs,
+    inputs: InputEffect,
     property_dates: Option<Vec<PropertyDate>>,
     #[serde(default, rename = "phase_properties")]
     construction_phase_properties: ConstructionPhaseProperties,
@@ -217,8 +217,8 @@ impl Default for Rules {
             duration_day: DurationDay::default(),
             site_zone: None,
             undated: Undated::default(),
-            mode: Mode::default(),
-            inputs: Inputs::default(),
+            mode: RulesMode::default(),
+            inputs: InputEffect::default(),
             property_dates: published_dates(),
             construction_phase_properties: ConstructionPhaseProperties::default(),
             construction_phases: Vec::new(),

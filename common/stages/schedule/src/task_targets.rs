@@ -1,22 +1,22 @@
 //! Targets of tasks (elements built or removed, spaces closed), and the tasks behind each change.
 
-use crate::closures::Why;
+use crate::closures::ClosureReason;
 use crate::timeline::{Change, Timeline};
 use messages::{LinkKind, NONE, Site};
 use std::collections::BTreeMap;
 
-/// What a task does to an element.
+/// The effect of a task on an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Operation {
-    /// It makes it stand.
+pub enum TaskOperation {
+    /// It constructs them.
     Constructs,
-    /// It takes it away.
+    /// It removes them.
     Removes,
-    /// Neither, or the task has no dates or another source goes before it: the state of the element does not follow it.
+    /// None: the task is of another type, has no dates, or another source of dates ranks before it.
     NoEffect,
 }
 
-impl Operation {
+impl TaskOperation {
     /// The word in JSON.
     pub fn name(self) -> &'static str {
         match self {
@@ -27,11 +27,11 @@ impl Operation {
     }
 }
 
-/// What a task acts on.
+/// Elements and spaces on which a task acts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TaskTargets {
     /// Elements whose states follow the task, directly or as parts of what it is linked to, and those that the file links; sorted.
-    pub elements: BTreeMap<u32, Operation>,
+    pub elements: BTreeMap<u32, TaskOperation>,
     /// Spaces that are closed while it is at work, and those that the file links; sorted.
     pub spaces: Vec<u32>,
 }
@@ -50,18 +50,18 @@ pub struct Cause {
 }
 
 impl Timeline {
-    /// What every task acts on, by task.
+    /// The targets of every task, by task.
     pub fn task_targets(&self, site: &Site<'_>) -> Vec<TaskTargets> {
         let mut targets = vec![TaskTargets::default(); site.tasks.len()];
         for (element, effects) in (0..).zip(&self.effects) {
             for effect in effects.iter().filter(|e| e.task != NONE) {
-                let operation = if effect.removes { Operation::Removes } else { Operation::Constructs };
+                let operation = if effect.removes { TaskOperation::Removes } else { TaskOperation::Constructs };
                 targets[effect.task as usize].elements.insert(element, operation);
             }
         }
         for (space, closures) in (0..).zip(&self.closures) {
             for closure in closures {
-                if let Why::Task(task) = closure.why {
+                if let ClosureReason::Task(task) = closure.why {
                     targets[task as usize].spaces.push(space);
                 }
             }
@@ -70,7 +70,7 @@ impl Timeline {
             let targets = &mut targets[link.task as usize];
             match link.kind.get() {
                 LinkKind::Element => {
-                    targets.elements.entry(link.target).or_insert(Operation::NoEffect);
+                    targets.elements.entry(link.target).or_insert(TaskOperation::NoEffect);
                 }
                 LinkKind::Space => targets.spaces.push(link.target),
                 // What is in a storey is listed, where the task has an effect on it.
@@ -104,7 +104,7 @@ impl Timeline {
         }
         for &(space, ..) in &change.spaces {
             for closure in &self.closures[space as usize] {
-                if let Why::Task(task) = closure.why {
+                if let ClosureReason::Task(task) = closure.why {
                     note(task, [closure.start_s, closure.finish_s], &|cause| cause.spaces.push(space));
                 }
             }

@@ -1,23 +1,23 @@
 //! States at any instant or period, by lookup in sorted changes.
 
-use crate::closures::{Closure, Why};
+use crate::closures::{Closure, ClosureReason};
+use crate::task_effects::Effect;
 use crate::tasks::{Floats, TaskDates};
-use crate::works::Effect;
 use messages::{
     Diagnostic, DiagnosticRecord, ElementScheduleRecord, ElementState, ScheduleStateBuilder, ScheduleStateHead,
     SpaceState, SpaceStateRecord, TextList,
 };
 
-/// When anything changes, and what: made once from site and rules.
+/// All changes of elements and spaces over time, evaluated once from site and rules.
 #[derive(Debug)]
 pub struct Timeline {
     pub(crate) site_hash: u64,
     pub(crate) elements: Steps<ElementState>,
-    /// What would be without reported progress; `None` if nothing was reported.
+    /// Planned states of the elements; `None` if they equal the effective ones.
     pub(crate) planned_states: Option<PlannedStates>,
     pub(crate) spaces: Steps<SpaceState>,
     pub(crate) closures: Vec<Vec<Closure>>,
-    /// What happens to each element, and which task does it; sorted.
+    /// Effects on each element with their tasks, sorted.
     pub(crate) effects: Vec<Vec<Effect>>,
     /// GlobalIds of the tasks, and reasons of the closing rules.
     pub(crate) task_ids: Vec<String>,
@@ -155,7 +155,7 @@ impl Period {
 }
 
 impl Timeline {
-    /// With what was planned, where that differs from what counts.
+    /// Adds the planned states, where they differ from the effective ones.
     pub(crate) fn with_planned_states(self, planned_states: Self) -> Self {
         let mut instants_s: Vec<i64> = planned_states.elements.changes().map(|change| change.0).collect();
         instants_s.sort_unstable();
@@ -168,19 +168,19 @@ impl Timeline {
         &self.instants_s
     }
 
-    /// The instants at which a schedule state says something else than before, sorted: changes, and where spaces begin
-    /// to be closing.
-    pub fn wakes_s(&self) -> Vec<i64> {
+    /// The instants at which the schedule state changes, sorted: change instants, and those at which spaces begin to be
+    /// closing soon.
+    pub fn update_instants_s(&self) -> Vec<i64> {
         let closing = self.spaces.changes().filter(|change| change.3 == SpaceState::Blocked);
         let closing = closing.map(|change| change.0.saturating_sub(self.closing_lead_s));
         let planned = self.planned_states.iter().flat_map(|planned_states| &planned_states.instants_s);
-        let mut wakes_s: Vec<i64> = self.instants_s.iter().chain(planned).copied().chain(closing).collect();
-        wakes_s.sort_unstable();
-        wakes_s.dedup();
-        wakes_s
+        let mut update_instants_s: Vec<i64> = self.instants_s.iter().chain(planned).copied().chain(closing).collect();
+        update_instants_s.sort_unstable();
+        update_instants_s.dedup();
+        update_instants_s
     }
 
-    /// What is wrong with the schedule.
+    /// Diagnostics of the schedule.
     pub fn findings(&self) -> &[Diagnostic] {
         &self.findings
     }
@@ -215,21 +215,23 @@ impl Timeline {
         let until_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
         let begun = &self.closures[space];
         let begun = &begun[..begun.partition_point(|c| c.start_s < until_s)];
-        let mut reasons: Vec<(Why, String)> =
+        let mut reasons: Vec<(ClosureReason, String)> =
             begun.iter().filter(|c| period.from_s < c.finish_s).map(|c| (c.why, self.reason(c.why))).collect();
         // Tasks by GlobalId, then what is not a task.
-        reasons.sort_by(|(a, x), (b, y)| (!matches!(a, Why::Task(_)), x).cmp(&(!matches!(b, Why::Task(_)), y)));
+        reasons.sort_by(|(a, x), (b, y)| {
+            (!matches!(a, ClosureReason::Task(_)), x).cmp(&(!matches!(b, ClosureReason::Task(_)), y))
+        });
         let mut reasons: Vec<String> = reasons.into_iter().map(|(_, text)| text).collect();
         reasons.dedup();
         reasons
     }
 
-    fn reason(&self, why: Why) -> String {
+    fn reason(&self, why: ClosureReason) -> String {
         match why {
-            Why::Task(task) => format!("task:{}", self.task_ids[task as usize]),
-            Why::BeforeRoomDate => "before_room_date".to_owned(),
-            Why::NoRoomDate => "no_room_date".to_owned(),
-            Why::Closed(rule) => self.closing_reasons[rule as usize].clone(),
+            ClosureReason::Task(task) => format!("task:{}", self.task_ids[task as usize]),
+            ClosureReason::BeforeRoomDate => "before_room_date".to_owned(),
+            ClosureReason::NoRoomDate => "no_room_date".to_owned(),
+            ClosureReason::Closed(rule) => self.closing_reasons[rule as usize].clone(),
         }
     }
 
@@ -249,10 +251,10 @@ impl Timeline {
 
     /// The schedule state at an instant, or the union over a period.
     ///
-    /// In a union a space is blocked if it is at any instant. An element that is worked on at any instant, or that does not
-    /// stand throughout, is in progress: an obstacle, but no floor.
+    /// In a union a space is blocked if it is at any instant. An element that is in progress at any instant, or not
+    /// built throughout, is in progress: an obstacle, but no floor.
     ///
-    /// It is valid until anything changes in it: what counts or, where progress was reported, what was planned.
+    /// It is valid until the next change of an effective or planned state.
     pub fn schedule_state(&self, period: Period) -> ScheduleStateBuilder {
         let mut builder =
             ScheduleStateBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
@@ -289,12 +291,12 @@ impl Timeline {
         builder
     }
 
-    /// The schedule state at an instant, or in which everything stands if there is none.
+    /// The schedule state at an instant; without one everything is built.
     pub fn schedule_state_at(&self, at_s: Option<i64>) -> ScheduleStateBuilder {
         at_s.map_or_else(|| self.everything_built(), |at_s| self.schedule_state(Period::instant(at_s)))
     }
 
-    /// The schedule state in which everything stands, with what is known of the schedule.
+    /// The schedule state in which everything is built, with the dates and diagnostics of the schedule.
     pub fn everything_built(&self) -> ScheduleStateBuilder {
         let mut builder =
             ScheduleStateBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
@@ -331,11 +333,11 @@ impl Timeline {
     }
 }
 
-/// The state that stands for all states in a period.
+/// The state over a period, from all states in it.
 fn union_of(states: &[ElementState]) -> ElementState {
     match states {
         [one] => *one,
-        // It changes: whoever is there meanwhile meets it or the work on it.
+        // It changes: within the period the robot meets the element or the work on it.
         _ => ElementState::InProgress,
     }
 }

@@ -60,7 +60,7 @@ fn dates_that_fit_two_orders_are_an_error_with_both_readings() {
     site.properties(a, &[("Wall Schedule", "ConstructionDate", "08/04/2024")]);
     site.properties(b, &[("Wall Schedule", "ConstructionDate", "04/04/2024")]);
     let evaluate = |site: &ScheduledSite, rules: &str| {
-        site.evaluate_with(&schedule::Rules::parse(rules).unwrap(), &schedule::Edits::default())
+        site.evaluate_with(&schedule::Rules::parse(rules).unwrap(), &schedule::Overrides::default())
     };
     let error = evaluate(&site, "").unwrap_err().to_string();
     for word in ["site.ifc", "08/04/2024", "2024-04-08", "2024-08-04", "element-0", "date_format"] {

@@ -5,7 +5,7 @@ mod support;
 
 use messages::{ElementState, LinkKind, SequenceKind};
 use proptest::prelude::*;
-use schedule::{Delay, Edits, Period, Rules, Timeline};
+use schedule::{Delay, Overrides, Period, Rules, Timeline};
 use support::ScheduledSite;
 
 /// Monday, 4 March 2024.
@@ -162,7 +162,7 @@ proptest! {
         let site = scheduled_site_of(&tasks, true);
         let before = site.evaluate();
         let delay = Delay::parse(&format!("task-{}={hours}h", delayed % tasks.len())).unwrap();
-        let after = site.evaluate_with(&Rules::default(), &Edits { delays: vec![delay], ..Edits::default() }).unwrap();
+        let after = site.evaluate_with(&Rules::default(), &Overrides { delays: vec![delay], ..Overrides::default() }).unwrap();
         for k in 0..tasks.len() {
             let (Some(old), Some(new)) = (before.task(k), after.task(k)) else { continue };
             prop_assert!(old.start_s <= new.start_s && old.finish_s <= new.finish_s, "task {k}: {old:?} {new:?}");

@@ -4,7 +4,7 @@
 mod support;
 
 use messages::{ElementState, LinkKind, ScheduleStateHead, SequenceKind, link_flags};
-use schedule::{Delay, Edits, Period, Rules, parse_actuals};
+use schedule::{Delay, Overrides, Period, Rules, parse_actuals};
 use support::{ScheduledSite, at, dates, finding, states, text};
 
 /// Two tasks of three and two working days in this relation; dates of the second.
@@ -269,8 +269,8 @@ fn a_delay_moves_what_depends_on_the_task_and_uses_up_float_first() {
     site.sequence(b, c, SequenceKind::FinishStart, "");
     site.office_hours(&[a, b, c]);
     let delayed = |by: &str| {
-        let edits = Edits { delays: vec![Delay::parse(by).unwrap()], ..Edits::default() };
-        site.evaluate_with(&Rules::default(), &edits).unwrap()
+        let overrides = Overrides { delays: vec![Delay::parse(by).unwrap()], ..Overrides::default() };
+        site.evaluate_with(&Rules::default(), &overrides).unwrap()
     };
     let timeline = delayed("a=1d");
     assert_eq!(dates(&timeline, a), Some(pair("2024-03-05T08:00", "2024-03-06T17:00")));
@@ -278,7 +278,7 @@ fn a_delay_moves_what_depends_on_the_task_and_uses_up_float_first() {
     assert_eq!(dates(&timeline, c), Some(pair("2024-03-08T08:00", "2024-03-08T17:00")), "one day of float");
     assert_eq!(dates(&delayed("a=12h"), b), Some(pair("2024-03-07T13:00", "2024-03-08T12:00")));
     assert_eq!(dates(&delayed("a=12h"), c), Some(pair("2024-03-08T13:00", "2024-03-11T12:00")));
-    let unknown = Edits { delays: vec![Delay::parse("nobody=1d").unwrap()], ..Edits::default() };
+    let unknown = Overrides { delays: vec![Delay::parse("nobody=1d").unwrap()], ..Overrides::default() };
     assert!(site.evaluate_with(&Rules::default(), &unknown).unwrap_err().to_string().contains("nobody"));
 }
 
@@ -301,12 +301,12 @@ fn what_a_robot_observed_beats_the_plan_and_is_beaten_by_reports() {
     let (wall, door) = (site.element("IfcWall"), site.element("IfcDoor"));
     site.builds(task, wall);
     let with = |actuals: &str, observed: &str| {
-        let edits = Edits {
+        let overrides = Overrides {
             actuals: parse_actuals(actuals.as_bytes()).unwrap(),
             observed: parse_actuals(observed.as_bytes()).unwrap(),
-            ..Edits::default()
+            ..Overrides::default()
         };
-        site.evaluate_with(&Rules::default(), &edits)
+        site.evaluate_with(&Rules::default(), &overrides)
     };
     let observed = "id,start,finish\nelement-0,,2024-03-01T09:00:00\nelement-1,absent,\nof-an-earlier-model,absent,\n";
     let timeline = with("id,start,finish\n", observed).unwrap();
@@ -328,8 +328,8 @@ fn reported_progress_beats_the_plan_for_tasks_and_elements() {
     site.builds(task, wall);
     site.builds(other, door);
     let report = |table: &str| {
-        let edits = Edits { actuals: parse_actuals(table.as_bytes()).unwrap(), ..Edits::default() };
-        site.evaluate_with(&Rules::default(), &edits)
+        let overrides = Overrides { actuals: parse_actuals(table.as_bytes()).unwrap(), ..Overrides::default() };
+        site.evaluate_with(&Rules::default(), &overrides)
     };
     let timeline =
         report("id,start,finish\ntask,2024-03-06,2024-03-06\nelement-1,2024-03-08,\nelement-2,2024-03-09,").unwrap();

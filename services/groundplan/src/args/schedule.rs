@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::progress::ProgressLine;
 use jiff::tz::TimeZone;
 use messages::Site;
-use schedule::{Delay, Edits, Rules, Timeline, parse_actuals};
+use schedule::{Delay, Overrides, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
 
 /// Rules of dates, and overrides of the schedule.
@@ -42,7 +42,7 @@ struct FileError {
 /// What the command line says about time.
 pub(crate) struct ScheduleInput {
     rules: Rules,
-    edits: Edits,
+    overrides: Overrides,
 }
 
 impl ScheduleInput {
@@ -63,7 +63,10 @@ impl ScheduleInput {
             parse_actuals(&bytes).map_err(|e| usage(path, e.into()))
         })?;
         let delays = arguments.delay.iter().map(|text| Delay::parse(text)).collect::<Result<_, _>>();
-        Ok(Self { rules, edits: Edits { delays: delays.map_err(Failure::usage)?, actuals, ..Edits::default() } })
+        Ok(Self {
+            rules,
+            overrides: Overrides { delays: delays.map_err(Failure::usage)?, actuals, ..Overrides::default() },
+        })
     }
 
     /// The zone of the site, for dates with an offset.
@@ -76,7 +79,7 @@ impl ScheduleInput {
     /// # Errors
     /// Dates that can be read in two ways, additions that name nothing: the rules or arguments must say more.
     pub(crate) fn timeline(&self, site: &Site<'_>) -> Result<Timeline, Failure> {
-        schedule::evaluate(site, &self.rules, &self.edits).map_err(Failure::usage)
+        schedule::evaluate(site, &self.rules, &self.overrides).map_err(Failure::usage)
     }
 }
 

@@ -8,7 +8,7 @@ use export::SiteFrameFile;
 use frames::PlanTime;
 use messages::{ArchiveBuffer, Site};
 use raster::Rasterizer;
-use schedule::{Delay, Edits, Rules, evaluate, parse_actuals};
+use schedule::{Delay, Overrides, Rules, evaluate, parse_actuals};
 use std::path::Path;
 use std::sync::LazyLock;
 use waypoints::MissionPlanOptions;
@@ -65,19 +65,20 @@ fn robot(text: &str) {
 
 fn rules(text: &str) {
     let Ok(rules) = Rules::parse(text) else { return };
-    let _ = evaluate(&house(), &rules, &Edits::default());
+    let _ = evaluate(&house(), &rules, &Overrides::default());
 }
 
 fn delay(text: &str) {
     let Ok(delay) = Delay::parse(text) else { return };
-    let _ = evaluate(&house(), &Rules::default(), &Edits { delays: vec![delay], ..Edits::default() });
+    let _ = evaluate(&house(), &Rules::default(), &Overrides { delays: vec![delay], ..Overrides::default() });
 }
 
 fn actuals(table: &[u8]) {
     let Ok(actuals) = parse_actuals(table) else { return };
-    for edits in
-        [Edits { actuals: actuals.clone(), ..Edits::default() }, Edits { observed: actuals, ..Edits::default() }]
-    {
-        let _ = evaluate(&house(), &Rules::default(), &edits);
+    for overrides in [
+        Overrides { actuals: actuals.clone(), ..Overrides::default() },
+        Overrides { observed: actuals, ..Overrides::default() },
+    ] {
+        let _ = evaluate(&house(), &Rules::default(), &overrides);
     }
 }

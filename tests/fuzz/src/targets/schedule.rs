@@ -2,7 +2,7 @@
 
 use super::site;
 use messages::{ScheduleState, Site};
-use schedule::{Delay, Edits, Period, Rules, Timeline, evaluate, parse_actuals};
+use schedule::{Delay, Overrides, Period, Rules, Timeline, evaluate, parse_actuals};
 
 /// Instants at which a timeline is looked at.
 const INSTANTS_MAX: usize = 6;
@@ -14,20 +14,20 @@ pub fn run(bytes: &[u8]) {
     let rules = std::str::from_utf8(rules).ok().and_then(|text| Rules::parse(text).ok()).unwrap_or_default();
     let Ok(site) = site::of_bytes(file) else { return };
     let site = Site::open(site.bytes()).expect("what was written can be read");
-    if let Ok(timeline) = evaluate(&site, &rules, &edits(&site, bytes.len())) {
+    if let Ok(timeline) = evaluate(&site, &rules, &overrides(&site, bytes.len())) {
         look(&site, &timeline);
     }
 }
 
 /// Nothing, a delay of the first task or a report of it; which of them is any function of the input.
-fn edits(site: &Site<'_>, choice: usize) -> Edits {
+fn overrides(site: &Site<'_>, choice: usize) -> Overrides {
     let first = site.tasks.first().map_or("", |task| site.text(task.global_id));
     match choice % 3 {
-        0 => Edits::default(),
-        1 => Edits { delays: Delay::parse(&format!("{first}=3d")).into_iter().collect(), ..Edits::default() },
+        0 => Overrides::default(),
+        1 => Overrides { delays: Delay::parse(&format!("{first}=3d")).into_iter().collect(), ..Overrides::default() },
         _ => {
             let table = format!("id,start,finish\n{first},2024-03-05,\n");
-            Edits { actuals: parse_actuals(table.as_bytes()).unwrap_or_default(), ..Edits::default() }
+            Overrides { actuals: parse_actuals(table.as_bytes()).unwrap_or_default(), ..Overrides::default() }
         }
     }
 }
@@ -37,7 +37,7 @@ fn look(site: &Site<'_>, timeline: &Timeline) {
     let instants_s = timeline.instants_s();
     assert!(instants_s.is_sorted());
     assert_eq!(timeline.changes().len(), instants_s.len());
-    let _ = timeline.wakes_s();
+    let _ = timeline.update_instants_s();
     for task in 0..site.tasks.len() {
         if let Some(dates) = timeline.task(task) {
             assert!(dates.start_s <= dates.finish_s, "a task ends before it starts");

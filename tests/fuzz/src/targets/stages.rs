@@ -13,7 +13,7 @@ use messages::{
 };
 use occupancy::OccupancyMap;
 use raster::Rasterizer;
-use schedule::{Edits, Rules, evaluate};
+use schedule::{Overrides, Rules, evaluate};
 use std::sync::LazyLock;
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner};
 use world::WorldOptions;
@@ -149,7 +149,7 @@ fn opened_schedule_state<'a>(site: &Site<'_>, schedule_state: &'a ArchiveBuffer)
 
 /// The schedule state at the first change, or in which everything stands.
 fn schedule_state_of(site: &Site<'_>) -> ArchiveBuffer {
-    match evaluate(site, &Rules::default(), &Edits::default()) {
+    match evaluate(site, &Rules::default(), &Overrides::default()) {
         Ok(timeline) => timeline.schedule_state_at(timeline.instants_s().first().copied()).finish(),
         Err(_) => everything_built(site),
     }

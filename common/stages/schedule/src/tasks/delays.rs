@@ -21,16 +21,16 @@ pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i
             if tasks.is_summary(k) {
                 continue;
             }
-            let facts = &tasks.facts[k];
-            if facts.actual_start.is_some() || facts.actual_finish.is_some() {
+            let task_times = &tasks.task_times[k];
+            if task_times.actual_start.is_some() || task_times.actual_finish.is_some() {
                 continue;
             }
             let own_s = total_delay_s(tasks, delay_s, k);
-            let clock = tasks.calendars.clock(facts.clock);
+            let clock = tasks.calendars.clock(task_times.clock);
             let shifted = |s: i64| clock.add(s, own_s).unwrap_or(s);
             let mut start_s = shifted(planned.start_s);
             let finish_s = shifted(planned.finish_s);
-            // In a circle nobody knows who pushes whom.
+            // In a cycle there is no order in which delays propagate.
             for sequence in incoming[k].iter().filter(|_| !is_cycle) {
                 let predecessor = sequence.predecessor as usize;
                 let (Some(before), Some(after)) = (dates[predecessor], moved[predecessor]) else { continue };

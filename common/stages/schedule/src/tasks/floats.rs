@@ -30,7 +30,7 @@ pub(crate) fn floats(tasks: &Tasks<'_>, dates: &[Option<TaskDates>]) -> Vec<Opti
     for (group, is_cycle) in dependencies(site).groups().rev() {
         let k = group[0] as usize;
         let Some(own) = dates[k].filter(|_| !is_cycle) else { continue };
-        let clock = tasks.calendars.clock(tasks.facts[k].clock);
+        let clock = tasks.calendars.clock(tasks.task_times[k].clock);
         let duration_s = clock.between(own.start_s, own.finish_s);
         let (mut late_finish_s, mut free_s) = (end_s, clock.between(own.finish_s, end_s));
         for (sequence, is_own) in sequences_behind(tasks, &outgoing, k) {

@@ -1,17 +1,17 @@
 //! Task dates: written dates, forward pass over sequences, delays, float.
 
 mod delays;
-mod facts;
 mod floats;
 mod graph;
 mod resolve;
+mod task_times;
 
 pub(crate) use delays::delay;
-pub(crate) use facts::{TaskFacts, TaskKind, TimeTexts, facts, kind_of, written_span_s};
 pub use floats::Floats;
 pub(crate) use floats::floats;
 use graph::Order;
 pub(crate) use resolve::resolve;
+pub(crate) use task_times::{TaskKind, TaskTimeTexts, TaskTimes, kind_of, task_times, written_span_s};
 
 use crate::clock::Calendars;
 use crate::rules::Rules;
@@ -28,11 +28,11 @@ pub struct TaskDates {
     pub source: DateSource,
 }
 
-/// What is known of the tasks while their dates are worked out.
+/// Data of all tasks for the computation of their dates.
 pub(crate) struct Tasks<'a> {
     pub(crate) site: &'a Site<'a>,
     pub(crate) rules: &'a Rules,
-    pub(crate) facts: &'a [TaskFacts],
+    pub(crate) task_times: &'a [TaskTimes],
     pub(crate) calendars: &'a Calendars,
     /// Tasks nested in each task.
     pub(crate) children: &'a [Vec<u32>],
@@ -45,13 +45,15 @@ impl Tasks<'_> {
 
     /// Working time of a task: as written, else between its dates.
     fn duration_s(&self, task: usize, dates: TaskDates) -> i64 {
-        let facts = &self.facts[task];
-        facts.duration_s.unwrap_or_else(|| self.calendars.clock(facts.clock).between(dates.start_s, dates.finish_s))
+        let task_times = &self.task_times[task];
+        task_times
+            .duration_s
+            .unwrap_or_else(|| self.calendars.clock(task_times.clock).between(dates.start_s, dates.finish_s))
     }
 
     /// The lag of a sequence in seconds, and the clock on which it passes: that of the successor's calendar.
     fn lag(&self, sequence: &SequenceRecord, predecessor: TaskDates) -> Option<(i64, crate::clock::Clock<'_>)> {
-        let calendar = self.facts[sequence.successor as usize].calendar;
+        let calendar = self.task_times[sequence.successor as usize].calendar;
         let elapsed = sequence.lag_kind == messages::DurationKind::ElapsedTime;
         let clock = self.calendars.clock(calendar.filter(|_| !elapsed));
         let text = self.site.text(sequence.lag);
@@ -69,7 +71,7 @@ impl Tasks<'_> {
         let base = if from_start { predecessor.start_s } else { predecessor.finish_s };
         let (lag_s, clock) = self.lag(sequence, predecessor)?;
         let bound = clock.add(base, lag_s)?;
-        let own = self.calendars.clock(self.facts[sequence.successor as usize].clock);
+        let own = self.calendars.clock(self.task_times[sequence.successor as usize].clock);
         if to_start { Some(bound) } else { own.add(bound, -duration_s) }
     }
 }

@@ -3,24 +3,24 @@
 //! # Source
 //! Kelley and Walker, "Critical-Path Planning and Scheduling", 1959; precedence diagrams with lags after Fondahl, 1961.
 
-use super::facts::inherited;
-use super::{Order, TaskDates, TaskFacts, Tasks, with_ancestors};
+use super::task_times::inherited;
+use super::{Order, TaskDates, TaskTimes, Tasks, with_ancestors};
 use crate::findings::{Entity, Findings};
 use messages::{DateSource, DiagnosticCode, NONE, Severity, Site};
 
-/// Names of tasks in a circle that are told.
+/// Task names in a diagnostic about a cycle.
 const MAX_NAMES: usize = 8;
 
-/// What stands in a task's own words.
+/// Dates or duration that a task has in the file.
 enum Written {
     Dates(TaskDates),
-    /// No date at all, but this duration: to be computed.
+    /// A duration without dates, which are to be computed.
     Duration(i64),
-    /// Nothing to work with, and why.
+    /// Neither, with the reason.
     Nothing(&'static str),
 }
 
-/// Works out the dates of all tasks; `None` for those that have none.
+/// Computes the dates of all tasks; `None` for tasks without.
 pub(crate) fn resolve(tasks: &Tasks<'_>, findings: &mut Findings<'_>) -> Vec<Option<TaskDates>> {
     let mut pass = Pass::new(tasks, findings);
     pass.report_cycles();
@@ -110,7 +110,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
     fn task(&mut self, k: usize) {
         let nested: Vec<TaskDates> = self.tasks.children[k].iter().filter_map(|c| self.dates[*c as usize]).collect();
         let found = match &self.written[k] {
-            _ if self.tasks.facts[k].is_faulty && nested.is_empty() => Err(None),
+            _ if self.tasks.task_times[k].is_faulty && nested.is_empty() => Err(None),
             _ if !nested.is_empty() => Ok(roll_up(&nested)),
             Written::Dates(dates) => Ok(*dates),
             Written::Duration(_) | Written::Nothing(_) if self.tasks.is_summary(k) => {
@@ -142,7 +142,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
     /// The forward pass for one task: the earliest start that schedule and predecessors allow.
     fn compute(&self, k: usize, duration_s: i64) -> Result<TaskDates, String> {
         let site = self.tasks.site;
-        let clock = self.tasks.calendars.clock(self.tasks.facts[k].clock);
+        let clock = self.tasks.calendars.clock(self.tasks.task_times[k].clock);
         let mut start_s = self.schedule_start_s(k);
         for &sequence in &self.incoming[k] {
             let sequence = &site.sequences[sequence as usize];
@@ -185,7 +185,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
             in_sequence[sequence.successor as usize] = true;
         }
         for (k, in_sequence) in in_sequence.into_iter().enumerate() {
-            if self.dates[k].is_some() || self.tasks.facts[k].has_time || self.tasks.is_summary(k) || in_sequence {
+            if self.dates[k].is_some() || self.tasks.task_times[k].has_time || self.tasks.is_summary(k) || in_sequence {
                 continue;
             }
             let written = |at: usize| match self.written[at] {
@@ -285,21 +285,21 @@ fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, findings: &mut Findings<'_>) 
     times.collect()
 }
 
-/// What a task says itself.
+/// Dates or duration of a task in the file.
 fn written(tasks: &Tasks<'_>, k: usize) -> Written {
-    let facts = &tasks.facts[k];
-    let TaskFacts { start, finish, duration_s, .. } = *facts;
-    let clock = tasks.calendars.clock(facts.clock);
+    let task_times = &tasks.task_times[k];
+    let TaskTimes { start, finish, duration_s, .. } = *task_times;
+    let clock = tasks.calendars.clock(task_times.clock);
     let start_s = start.map(|d| d.start_s());
     let finish_s = finish.map(|d| d.finish_s());
     let dates = |start_s, finish_s, source| Written::Dates(TaskDates { start_s, finish_s, source });
-    let planned = facts.planned.unwrap_or(DateSource::Schedule);
+    let planned = task_times.planned.unwrap_or(DateSource::Schedule);
     let ended = Written::Nothing("its calendar has no working time left");
     // A milestone with one date has both.
-    let duration_s = duration_s.or((facts.is_milestone && (start.is_some() || finish.is_some())).then_some(0));
-    if let Some(actual) = facts.actual_start {
+    let duration_s = duration_s.or((task_times.is_milestone && (start.is_some() || finish.is_some())).then_some(0));
+    if let Some(actual) = task_times.actual_start {
         let actual_s = actual.start_s();
-        if let Some(finish) = facts.actual_finish {
+        if let Some(finish) = task_times.actual_finish {
             return dates(actual_s, finish.finish_s(), DateSource::Actual);
         }
         let between = start_s.zip(finish_s).map(|(s, f)| clock.between(s, f));
@@ -308,7 +308,7 @@ fn written(tasks: &Tasks<'_>, k: usize) -> Written {
         };
         return clock.add(actual_s, duration_s).map_or(ended, |finish_s| dates(actual_s, finish_s, DateSource::Actual));
     }
-    if let Some(actual) = facts.actual_finish {
+    if let Some(actual) = task_times.actual_finish {
         let actual_s = actual.finish_s();
         let by_duration = duration_s.and_then(|d| clock.add(actual_s, -d));
         let start_s = start_s.filter(|s| *s <= actual_s).or(by_duration).unwrap_or(actual_s);

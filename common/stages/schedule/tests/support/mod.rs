@@ -5,7 +5,7 @@
 use bytemuck::Zeroable;
 use frames::PlanTime;
 use messages::*;
-use schedule::{Edits, EvaluateError, Period, Rules, Timeline, evaluate};
+use schedule::{EvaluateError, Overrides, Period, Rules, Timeline, evaluate};
 
 /// Civil seconds of a date.
 pub(crate) fn at(text: &str) -> i64 {
@@ -191,16 +191,16 @@ impl ScheduledSite {
     }
 
     pub(crate) fn evaluate(&self) -> Timeline {
-        self.evaluate_with(&Rules::default(), &Edits::default()).unwrap()
+        self.evaluate_with(&Rules::default(), &Overrides::default()).unwrap()
     }
 
     pub(crate) fn ruled(&self, rules: &str) -> Timeline {
-        self.evaluate_with(&Rules::parse(rules).unwrap(), &Edits::default()).unwrap()
+        self.evaluate_with(&Rules::parse(rules).unwrap(), &Overrides::default()).unwrap()
     }
 
-    pub(crate) fn evaluate_with(&self, rules: &Rules, edits: &Edits) -> Result<Timeline, EvaluateError> {
+    pub(crate) fn evaluate_with(&self, rules: &Rules, overrides: &Overrides) -> Result<Timeline, EvaluateError> {
         let site = self.builder.finish();
-        evaluate(&Site::open(site.bytes()).unwrap(), rules, edits)
+        evaluate(&Site::open(site.bytes()).unwrap(), rules, overrides)
     }
 
     /// The schedule state of a timeline, opened.

@@ -125,7 +125,7 @@ fn entry_of<'s>(
     let record = &site.tasks[task];
     let text = |t| Some(site.text(t)).filter(|text| !text.is_empty());
     let dates = timeline.task(task);
-    let element = |(&k, operation): (&u32, &schedule::Operation)| {
+    let element = |(&k, operation): (&u32, &schedule::TaskOperation)| {
         let element = &site.elements[k as usize];
         ElementEntry {
             global_id: site.text(element.global_id),

@@ -2,15 +2,15 @@
 
 use crate::construction_phases::ConstructionPhases;
 use crate::findings::{Entity, Findings};
+use crate::property_dates::{ObjectProperties, ScheduleProperties};
 use crate::rules::{Rules, Undated};
-use crate::said::{AllSaid, Said};
-use crate::works::{Effect, Works, wholes};
+use crate::task_effects::{Effect, TaskEffects, wholes};
 use messages::{DateSource, DiagnosticCode, ElementState, NONE, Severity, Site};
 use std::collections::BTreeMap;
 
-/// What happens to an element, sorted; nothing for one that exists.
+/// Effects on an element in time, sorted; none for one that exists throughout.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Life {
+pub(crate) struct ElementTimeline {
     pub(crate) effects: Vec<Effect>,
     pub(crate) source: Option<DateSource>,
 }
@@ -23,55 +23,56 @@ pub(crate) struct Episode {
     pub(crate) removes: bool,
 }
 
-/// The lives of all elements: reported progress before tasks, tasks before properties, these before construction
-/// phases and status.
-pub(crate) fn lives(
+/// The timelines of all elements. Reported progress ranks before tasks, tasks before property dates, these before
+/// construction phases, these before status.
+pub(crate) fn element_timelines(
     site: &Site<'_>,
     rules: &Rules,
-    works: &Works,
-    said: &AllSaid,
+    task_effects: &TaskEffects,
+    properties: &ScheduleProperties,
     reported: &BTreeMap<usize, Effect>,
     findings: &mut Findings<'_>,
-) -> Vec<Life> {
+) -> Vec<ElementTimeline> {
     let construction_phases = ConstructionPhases::of(rules);
-    let lives = (0..site.elements.len()).map(|k| {
+    let element_timelines = (0..site.elements.len()).map(|k| {
         if let Some(effect) = reported.get(&k) {
-            return Life { effects: vec![*effect], source: Some(DateSource::Reported) };
+            return ElementTimeline { effects: vec![*effect], source: Some(DateSource::Reported) };
         }
-        if let Some(source) = works.elements[k].iter().map(|e| e.source).max() {
-            return Life { effects: works.elements[k].clone(), source: Some(source) };
+        if let Some(source) = task_effects.elements[k].iter().map(|e| e.source).max() {
+            return ElementTimeline { effects: task_effects.elements[k].clone(), source: Some(source) };
         }
-        let of_kind = |source, date: fn(&Said) -> Option<crate::dates::WrittenDate>| {
-            let found = wholes(site, k).find_map(|w| date(&said.elements[w]))?;
+        let of_kind = |source, date: fn(&ObjectProperties) -> Option<crate::dates::WrittenDate>| {
+            let found = wholes(site, k).find_map(|w| date(&properties.elements[w]))?;
             let finish_s = found.finish_s();
             let effect = Effect { start_s: finish_s, finish_s, removes: false, task: NONE, source };
-            Some(Life { effects: vec![effect], source: Some(source) })
+            Some(ElementTimeline { effects: vec![effect], source: Some(source) })
         };
         of_kind(DateSource::PropertyActual, |s| s.actual)
             .or_else(|| of_kind(DateSource::PropertyPlanned, |s| s.planned))
             .or_else(|| {
-                wholes(site, k).find_map(|w| construction_phase_timeline(&construction_phases, site, &said.elements[w]))
+                wholes(site, k)
+                    .find_map(|w| construction_phase_timeline(&construction_phases, site, &properties.elements[w]))
             })
             .or_else(|| {
-                let status = wholes(site, k).find_map(|w| said.elements[w].status)?;
-                let says_something = !matches!(site.text(status), "NOTKNOWN" | "UNSET" | "OTHER");
-                says_something.then(|| Life { effects: Vec::new(), source: Some(DateSource::Status) })
+                let status = wholes(site, k).find_map(|w| properties.elements[w].status)?;
+                let has_meaning = !matches!(site.text(status), "NOTKNOWN" | "UNSET" | "OTHER");
+                has_meaning.then(|| ElementTimeline { effects: Vec::new(), source: Some(DateSource::Status) })
             })
             .unwrap_or_default()
     });
-    let lives: Vec<Life> = lives.collect();
-    report(site, &construction_phases, said, &lives, findings);
-    lives
+    let element_timelines: Vec<ElementTimeline> = element_timelines.collect();
+    report(site, &construction_phases, properties, &element_timelines, findings);
+    element_timelines
 }
 
-/// What the construction phases of an element say; `None` if they say nothing.
+/// The timeline from the construction phases of an element; `None` if none of them is in the rules.
 fn construction_phase_timeline(
     construction_phases: &ConstructionPhases<'_>,
     site: &Site<'_>,
-    said: &Said,
-) -> Option<Life> {
+    properties: &ObjectProperties,
+) -> Option<ElementTimeline> {
     let span = |name: Option<messages::Text>| name.and_then(|t| construction_phases.spans.get(site.text(t)).copied());
-    let (created, demolished) = (span(said.created), span(said.demolished));
+    let (created, demolished) = (span(properties.created), span(properties.demolished));
     if created.is_none() && demolished.is_none() {
         return None;
     }
@@ -81,10 +82,10 @@ fn construction_phase_timeline(
     };
     let mut effects: Vec<Effect> = [effect(created, false), effect(demolished, true)].into_iter().flatten().collect();
     effects.sort_unstable();
-    Some(Life { effects, source: Some(DateSource::ConstructionPhase) })
+    Some(ElementTimeline { effects, source: Some(DateSource::ConstructionPhase) })
 }
 
-impl Life {
+impl ElementTimeline {
     /// The episodes, by start.
     pub(crate) fn episodes(&self) -> Vec<Episode> {
         let mut episodes: Vec<Episode> = Vec::new();
@@ -128,34 +129,34 @@ impl Life {
     }
 }
 
-/// Lists what a status says without a date, and construction phases that the rules do not know.
+/// Reports statuses without a date, ambiguous dates, and construction phases that the rules do not know.
 fn report(
     site: &Site<'_>,
     construction_phases: &ConstructionPhases<'_>,
-    said: &AllSaid,
-    lives: &[Life],
+    properties: &ScheduleProperties,
+    element_timelines: &[ElementTimeline],
     findings: &mut Findings<'_>,
 ) {
     let mut unknown: BTreeMap<&str, usize> = BTreeMap::new();
     for (k, element) in site.elements.iter().enumerate() {
-        let said = &said.elements[k];
+        let properties = &properties.elements[k];
         let entity = Entity::of(element.global_id, element.name, element.step_id, element.source);
-        for name in [said.created, said.demolished].into_iter().flatten().map(|t| site.text(t)) {
+        for name in [properties.created, properties.demolished].into_iter().flatten().map(|t| site.text(t)) {
             if !construction_phases.spans.contains_key(name) {
                 *unknown.entry(name).or_default() += 1;
             }
         }
-        let status = said.status.map(|t| site.text(t)).filter(|s| ["DEMOLISH", "TEMPORARY"].contains(s));
-        if let Some(status) = status.filter(|_| lives[k].source == Some(DateSource::Status)) {
+        let status = properties.status.map(|t| site.text(t)).filter(|s| ["DEMOLISH", "TEMPORARY"].contains(s));
+        if let Some(status) = status.filter(|_| element_timelines[k].source == Some(DateSource::Status)) {
             let message = format!("its status is {status}, but nothing says when; it is taken as existing");
             findings.add(Severity::Warning, DiagnosticCode::StatusWithoutDate, Some(entity), message);
         }
-        if said.is_ambiguous {
+        if properties.is_ambiguous {
             let message = "its date fits two orders; other dates of the file decided".to_owned();
             findings.add(Severity::Info, DiagnosticCode::DateAmbiguous, Some(entity), message);
         }
     }
-    for name in said.spaces.iter().filter_map(|s| s.construction_phase).map(|t| site.text(t)) {
+    for name in properties.spaces.iter().filter_map(|s| s.construction_phase).map(|t| site.text(t)) {
         if !construction_phases.spans.contains_key(name) {
             *unknown.entry(name).or_default() += 1;
         }

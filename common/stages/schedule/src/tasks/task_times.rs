@@ -9,22 +9,22 @@ use crate::rules::Rules;
 use frames::counted;
 use messages::{DateSource, DiagnosticCode, DurationKind, NONE, Severity, Site, TaskRecord, task_flags};
 
-/// What a task does with what it is linked to.
+/// The kind of effect of a task on linked elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum TaskKind {
-    /// It makes it stand.
+    /// It constructs them.
     Construct,
-    /// It takes it away.
+    /// It removes them.
     Remove,
-    /// It brings it as an output, and takes it away as an input.
+    /// It brings outputs and removes inputs.
     Carry,
-    /// Neither; it occupies the spaces all the same.
+    /// No effect on elements; it still occupies spaces.
     Other,
 }
 
-/// What is said about one task.
+/// Times of one task.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct TaskFacts {
+pub(crate) struct TaskTimes {
     pub(crate) actual_start: Option<WrittenDate>,
     pub(crate) actual_finish: Option<WrittenDate>,
     pub(crate) start: Option<WrittenDate>,
@@ -37,15 +37,15 @@ pub(crate) struct TaskFacts {
     /// The calendar in which its duration counts; day and night without one.
     pub(crate) clock: Option<usize>,
     pub(crate) is_milestone: bool,
-    /// Something that it says cannot be read: the task counts for nothing.
+    /// One of its texts cannot be read: the task is ignored.
     pub(crate) is_faulty: bool,
     /// It has any date or duration.
     pub(crate) has_time: bool,
 }
 
-/// The texts that say when a task is: of the file, actual ones perhaps reported later.
+/// Date and duration texts of a task in the file.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct TimeTexts<'a> {
+pub(crate) struct TaskTimeTexts<'a> {
     pub(crate) actual_start: &'a str,
     pub(crate) actual_finish: &'a str,
     start: &'a str,
@@ -54,7 +54,7 @@ pub(crate) struct TimeTexts<'a> {
     planned: DateSource,
 }
 
-impl<'a> TimeTexts<'a> {
+impl<'a> TaskTimeTexts<'a> {
     pub(crate) fn of(site: &Site<'a>, task: &TaskRecord) -> Self {
         let text = |t| site.text(t);
         let first = |a: &'a str, b: &'a str| if a.is_empty() { b } else { a };
@@ -71,7 +71,11 @@ impl<'a> TimeTexts<'a> {
 }
 
 /// First and last written date of all tasks and work schedules; what cannot be read is left to those who use it.
-pub(crate) fn written_span_s(site: &Site<'_>, rules: &Rules, texts: &[TimeTexts<'_>]) -> Option<std::ops::Range<i64>> {
+pub(crate) fn written_span_s(
+    site: &Site<'_>,
+    rules: &Rules,
+    texts: &[TaskTimeTexts<'_>],
+) -> Option<std::ops::Range<i64>> {
     let of_tasks = texts.iter().flat_map(|t| [t.actual_start, t.actual_finish, t.start, t.finish]);
     let of_controls = site.work_controls.iter().flat_map(|c| [site.text(c.start), site.text(c.finish)]);
     let dates = of_tasks.chain(of_controls).filter(|text| !text.is_empty());
@@ -80,21 +84,22 @@ pub(crate) fn written_span_s(site: &Site<'_>, rules: &Rules, texts: &[TimeTexts<
     Some(seconds.fold(first..first + 1, |span, s| span.start.min(s)..span.end.max(s + 1)))
 }
 
-/// Reads what is said about all tasks.
-pub(crate) fn facts(
+/// Reads the times of all tasks.
+pub(crate) fn task_times(
     site: &Site<'_>,
     rules: &Rules,
-    texts: &[TimeTexts<'_>],
+    texts: &[TaskTimeTexts<'_>],
     calendars: &Calendars,
     findings: &mut Findings<'_>,
-) -> Vec<TaskFacts> {
-    let mut reader = Reader { site, rules, calendars, findings, days_of: Vec::new(), without_calendar: Vec::new() };
-    let facts = (0..site.tasks.len()).map(|k| reader.task(k, &texts[k])).collect();
+) -> Vec<TaskTimes> {
+    let mut reader =
+        TaskTimeReader { site, rules, calendars, findings, days_of: Vec::new(), without_calendar: Vec::new() };
+    let task_times = (0..site.tasks.len()).map(|k| reader.task(k, &texts[k])).collect();
     reader.report_days();
-    facts
+    task_times
 }
 
-struct Reader<'a, 'f, 's> {
+struct TaskTimeReader<'a, 'f, 's> {
     site: &'a Site<'a>,
     rules: &'a Rules,
     calendars: &'a Calendars,
@@ -105,37 +110,37 @@ struct Reader<'a, 'f, 's> {
     without_calendar: Vec<usize>,
 }
 
-impl Reader<'_, '_, '_> {
-    fn task(&mut self, index: usize, texts: &TimeTexts<'_>) -> TaskFacts {
+impl TaskTimeReader<'_, '_, '_> {
+    fn task(&mut self, index: usize, texts: &TaskTimeTexts<'_>) -> TaskTimes {
         let task = &self.site.tasks[index];
         let calendar = inherited(self.site, index, |t| (t.calendar != NONE).then_some(t.calendar as usize));
         let elapsed = task.duration_kind == DurationKind::ElapsedTime;
         let clock = calendar.filter(|_| !elapsed);
-        let mut facts = TaskFacts {
+        let mut task_times = TaskTimes {
             calendar,
             clock,
             is_milestone: task.has(task_flags::MILESTONE),
             has_time: [texts.actual_start, texts.actual_finish, texts.start, texts.finish, texts.duration]
                 .iter()
                 .any(|text| !text.is_empty()),
-            ..TaskFacts::default()
+            ..TaskTimes::default()
         };
-        let duration = self.read(task, "ScheduleDuration", texts.duration, &mut facts.is_faulty, |t| {
+        let duration = self.read(task, "ScheduleDuration", texts.duration, &mut task_times.is_faulty, |t| {
             durations::parse(t).map_err(|e| e.to_string())
         });
-        facts.duration_s = duration.map(|d| self.length_s(index, d, clock));
+        task_times.duration_s = duration.map(|d| self.length_s(index, d, clock));
         let zone = self.rules.site_zone.as_ref();
         let mut date = |what: &str, text: &str| {
-            self.read(task, what, text, &mut facts.is_faulty, |t| {
+            self.read(task, what, text, &mut task_times.is_faulty, |t| {
                 parse_iso(t, zone).map_err(|e: DateError| e.to_string())
             })
         };
-        facts.actual_start = date("ActualStart", texts.actual_start);
-        facts.actual_finish = date("ActualFinish", texts.actual_finish);
-        facts.start = date("the planned start", texts.start);
-        facts.finish = date("the planned finish", texts.finish);
-        facts.planned = facts.start.or(facts.finish).map(|_| texts.planned);
-        if task.completion >= 1.0 && facts.actual_finish.is_none() {
+        task_times.actual_start = date("ActualStart", texts.actual_start);
+        task_times.actual_finish = date("ActualFinish", texts.actual_finish);
+        task_times.start = date("the planned start", texts.start);
+        task_times.finish = date("the planned finish", texts.finish);
+        task_times.planned = task_times.start.or(task_times.finish).map(|_| texts.planned);
+        if task.completion >= 1.0 && task_times.actual_finish.is_none() {
             let message = "the task is complete, but has no ActualFinish; its planned finish counts".to_owned();
             self.findings.add(
                 Severity::Warning,
@@ -144,7 +149,7 @@ impl Reader<'_, '_, '_> {
                 message,
             );
         }
-        facts
+        task_times
     }
 
     /// Reads a text; one that cannot be read makes the task faulty.
@@ -186,7 +191,7 @@ impl Reader<'_, '_, '_> {
         duration.seconds(self.calendars.clock(clock).day())
     }
 
-    /// One line each for what many tasks share.
+    /// One diagnostic each for what many tasks have in common.
     fn report_days(&mut self) {
         if let Some(&first) = self.days_of.first() {
             let means = match self.rules.duration_day {
@@ -212,8 +217,8 @@ impl Reader<'_, '_, '_> {
 
 /// What a task does, by its type or that of its nearest ancestor that has one.
 pub(crate) fn kind_of(site: &Site<'_>, task: usize) -> TaskKind {
-    let said = |t: &TaskRecord| Some(site.text(t.predefined_type)).filter(|k| !k.is_empty() && *k != "NOTDEFINED");
-    match inherited(site, task, said) {
+    let own_type = |t: &TaskRecord| Some(site.text(t.predefined_type)).filter(|k| !k.is_empty() && *k != "NOTDEFINED");
+    match inherited(site, task, own_type) {
         None | Some("CONSTRUCTION" | "INSTALLATION") => TaskKind::Construct,
         Some("DEMOLITION" | "REMOVAL" | "DISMANTLE" | "DISPOSAL") => TaskKind::Remove,
         Some("MOVE" | "LOGISTIC") => TaskKind::Carry,

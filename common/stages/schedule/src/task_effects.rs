@@ -1,22 +1,22 @@
 //! Task effects on elements, and occupation of spaces by tasks.
 
-use crate::rules::Inputs;
+use crate::rules::InputEffect;
 use crate::tasks::{TaskDates, TaskKind, kind_of};
 use messages::{DateSource, LinkKind, NONE, Site, link_flags};
 
-/// Something happens to an element from `start_s` until `finish_s`.
+/// A task or date constructs or removes an element from `start_s` until `finish_s`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Effect {
     pub(crate) start_s: i64,
     pub(crate) finish_s: i64,
-    /// It is taken away; otherwise it is made to stand.
+    /// True if the element is removed, false if it is constructed.
     pub(crate) removes: bool,
     /// The task, or `NONE`.
     pub(crate) task: u32,
     pub(crate) source: DateSource,
 }
 
-/// A task is at work in a space.
+/// A task occupies a space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Occupation {
     pub(crate) start_s: i64,
@@ -25,7 +25,7 @@ pub(crate) struct Occupation {
 }
 
 /// Effects by element, occupations by space; both sorted.
-pub(crate) struct Works {
+pub(crate) struct TaskEffects {
     pub(crate) elements: Vec<Vec<Effect>>,
     pub(crate) spaces: Vec<Vec<Occupation>>,
 }
@@ -38,13 +38,13 @@ struct Link {
     from_above: bool,
 }
 
-/// Follows the links of all tasks that have dates.
+/// Effects of all tasks that have dates, and the spaces that they occupy.
 ///
 /// An element's own links win over those of its whole, these over those of the space or storey that holds it, these
 /// over those of the building; the first that gives a date counts.
-pub(crate) fn works(site: &Site<'_>, dates: &[Option<TaskDates>], inputs: Inputs) -> Works {
+pub(crate) fn task_effects(site: &Site<'_>, dates: &[Option<TaskDates>], inputs: InputEffect) -> TaskEffects {
     let links = Links::of(site);
-    let near = Near::of(site);
+    let adjacent = AdjacentSpaces::of(site);
     let kinds: Vec<TaskKind> = (0..site.tasks.len()).map(|k| kind_of(site, k)).collect();
     let effects = |links: &[Link], from_above: bool| -> Vec<Effect> {
         let of_rank = links.iter().filter(|l| l.from_above == from_above);
@@ -61,25 +61,30 @@ pub(crate) fn works(site: &Site<'_>, dates: &[Option<TaskDates>], inputs: Inputs
     let elements = (0..site.elements.len()).map(|k| {
         let own = wholes(site, k).map(|w| effects(&links.elements[w], false)).find(|e| !e.is_empty());
         own.unwrap_or_else(|| {
-            let around = links.around(site, k);
-            let held = effects(&around, false);
-            if held.is_empty() { effects(&around, true) } else { held }
+            let inherited_links = links.inherited_links(site, k);
+            let held = effects(&inherited_links, false);
+            if held.is_empty() { effects(&inherited_links, true) } else { held }
         })
     });
-    Works { elements: elements.collect(), spaces: occupations(site, dates, &links, &near) }
+    TaskEffects { elements: elements.collect(), spaces: occupations(site, dates, &links, &adjacent) }
 }
 
-/// Whether a task takes away what it is linked to; `None` if it does neither.
-fn removes(kind: TaskKind, is_input: bool, inputs: Inputs) -> Option<bool> {
+/// True if a task removes what it is linked to, false if it constructs it; `None` if it does neither.
+fn removes(kind: TaskKind, is_input: bool, inputs: InputEffect) -> Option<bool> {
     match kind {
-        TaskKind::Construct => Some(is_input && inputs == Inputs::Consume),
+        TaskKind::Construct => Some(is_input && inputs == InputEffect::Consume),
         TaskKind::Remove => Some(true),
         TaskKind::Carry => Some(is_input),
         TaskKind::Other => None,
     }
 }
 
-fn occupations(site: &Site<'_>, dates: &[Option<TaskDates>], links: &Links, near: &Near) -> Vec<Vec<Occupation>> {
+fn occupations(
+    site: &Site<'_>,
+    dates: &[Option<TaskDates>],
+    links: &Links,
+    adjacent: &AdjacentSpaces,
+) -> Vec<Vec<Occupation>> {
     let mut spaces: Vec<Vec<Occupation>> = vec![Vec::new(); site.spaces.len()];
     let mut occupy = |space: usize, link: &Link| {
         if let Some(d) = dates[link.task as usize].filter(|d| d.start_s < d.finish_s) {
@@ -93,14 +98,14 @@ fn occupations(site: &Site<'_>, dates: &[Option<TaskDates>], links: &Links, near
         }
     }
     for k in 0..site.elements.len() {
-        let spaces_near = &near.spaces[k];
-        if spaces_near.is_empty() {
+        let adjacent_spaces = &adjacent.spaces[k];
+        if adjacent_spaces.is_empty() {
             continue;
         }
         let is_linked = wholes(site, k).any(|w| !links.elements[w].is_empty());
-        let around = if is_linked { Vec::new() } else { links.around(site, k) };
-        for link in links.elements[k].iter().chain(&around) {
-            spaces_near.iter().for_each(|s| occupy(*s as usize, link));
+        let inherited_links = if is_linked { Vec::new() } else { links.inherited_links(site, k) };
+        for link in links.elements[k].iter().chain(&inherited_links) {
+            adjacent_spaces.iter().for_each(|s| occupy(*s as usize, link));
         }
     }
     for list in &mut spaces {
@@ -142,7 +147,7 @@ impl Links {
     }
 
     /// Links of the space and the storey that hold an element, and its own that come from above.
-    fn around(&self, site: &Site<'_>, element: usize) -> Vec<Link> {
+    fn inherited_links(&self, site: &Site<'_>, element: usize) -> Vec<Link> {
         let space = wholes(site, element).map(|w| site.elements[w].space).find(|s| *s != NONE);
         let storey = site.elements[element].storey;
         let of_space = space.map(|s| self.spaces[s as usize].as_slice()).unwrap_or_default();
@@ -153,11 +158,11 @@ impl Links {
 }
 
 /// Spaces that an element or a part of it is in, bounds or touches.
-struct Near {
+struct AdjacentSpaces {
     spaces: Vec<Vec<u32>>,
 }
 
-impl Near {
+impl AdjacentSpaces {
     fn of(site: &Site<'_>) -> Self {
         let mut spaces: Vec<Vec<u32>> = vec![Vec::new(); site.elements.len()];
         let contained = site.elements.iter().zip(0..).filter(|(e, _)| e.space != NONE).map(|(e, k)| (e.space, k));

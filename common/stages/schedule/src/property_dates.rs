@@ -3,14 +3,14 @@
 use crate::dates::{self, DateError, DateOrder, WrittenDate};
 use crate::error::{AmbiguousDates, EvaluateError};
 use crate::findings::{Entity, Findings};
-use crate::rules::{DateKind, Mode, Rules};
+use crate::rules::{DateKind, Rules, RulesMode};
 use jiff::tz::TimeZone;
 use messages::{AttributeKind, AttributeRecord, DiagnosticCode, ElementRecord, Severity, Site, Text};
 use std::collections::BTreeMap;
 
-/// What is said about one element or space.
+/// Schedule properties of one element or space.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Said {
+pub(crate) struct ObjectProperties {
     pub(crate) actual: Option<WrittenDate>,
     pub(crate) planned: Option<WrittenDate>,
     pub(crate) created: Option<Text>,
@@ -22,13 +22,13 @@ pub(crate) struct Said {
     pub(crate) is_ambiguous: bool,
 }
 
-/// What is said about all elements, and about all spaces.
-pub(crate) struct AllSaid {
-    pub(crate) elements: Vec<Said>,
-    pub(crate) spaces: Vec<Said>,
+/// Schedule properties of all elements and spaces.
+pub(crate) struct ScheduleProperties {
+    pub(crate) elements: Vec<ObjectProperties>,
+    pub(crate) spaces: Vec<ObjectProperties>,
 }
 
-/// An element or space with its attributes.
+/// An element or space with its properties.
 struct Object<'a> {
     attributes: &'a [AttributeRecord],
     /// `None` for a space.
@@ -38,18 +38,22 @@ struct Object<'a> {
     source: u32,
 }
 
-/// A date as a property holds it.
+/// A date property, not parsed yet.
 struct DateText {
     object: usize,
     rule: usize,
     attribute: AttributeRecord,
 }
 
-/// Reads the properties of everything.
+/// Reads the schedule properties of all elements and spaces.
 ///
 /// # Errors
-/// Dates of a file that fit two orders, with nothing to tell which is meant.
-pub(crate) fn all_said(site: &Site<'_>, rules: &Rules, findings: &mut Findings<'_>) -> Result<AllSaid, EvaluateError> {
+/// Dates of a file that fit two orders, if nothing else decides.
+pub(crate) fn schedule_properties(
+    site: &Site<'_>,
+    rules: &Rules,
+    findings: &mut Findings<'_>,
+) -> Result<ScheduleProperties, EvaluateError> {
     let elements = site.elements.iter().map(|e| Object {
         attributes: site.element_attributes(e),
         element: Some(e),
@@ -65,20 +69,21 @@ pub(crate) fn all_said(site: &Site<'_>, rules: &Rules, findings: &mut Findings<'
         source: s.source,
     });
     let objects: Vec<Object<'_>> = elements.chain(spaces).collect();
-    let mut said = vec![Said::default(); objects.len()];
-    let texts = collect(site, rules, &objects, &mut said);
+    let mut properties = vec![ObjectProperties::default(); objects.len()];
+    let texts = collect(site, rules, &objects, &mut properties);
     let orders = orders(site, rules, &objects, &texts)?;
     for text in &texts {
         let object = &objects[text.object];
         let order = orders[object.source as usize];
         let rule = &rules.property_dates[text.rule];
-        let said = &mut said[text.object];
+        let properties = &mut properties[text.object];
         match read(site, rules, &text.attribute, order.0) {
             Ok(date) => {
-                let kind = if rule.kind == DateKind::Actual { &mut said.actual } else { &mut said.planned };
+                let kind = if rule.kind == DateKind::Actual { &mut properties.actual } else { &mut properties.planned };
                 // Rules rank in their order, and so were the texts collected.
                 kind.get_or_insert(date);
-                said.is_ambiguous |= order.1 && readings(site.text(text.attribute.text)).is_some_and(|[a, b]| a != b);
+                properties.is_ambiguous |=
+                    order.1 && readings(site.text(text.attribute.text)).is_some_and(|[a, b]| a != b);
             }
             Err(why) => {
                 let (severity, code) = match why {
@@ -92,12 +97,17 @@ pub(crate) fn all_said(site: &Site<'_>, rules: &Rules, findings: &mut Findings<'
             }
         }
     }
-    let spaces = said.split_off(site.elements.len());
-    Ok(AllSaid { elements: said, spaces })
+    let spaces = properties.split_off(site.elements.len());
+    Ok(ScheduleProperties { elements: properties, spaces })
 }
 
-/// Takes down construction phases and status, and collects what the rules call dates, rule by rule.
-fn collect(site: &Site<'_>, rules: &Rules, objects: &[Object<'_>], said: &mut [Said]) -> Vec<DateText> {
+/// Sets construction phases and status, and collects the date properties that the rules name, rule by rule.
+fn collect(
+    site: &Site<'_>,
+    rules: &Rules,
+    objects: &[Object<'_>],
+    properties: &mut [ObjectProperties],
+) -> Vec<DateText> {
     let construction_phases = &rules.construction_phase_properties;
     let mut texts = Vec::new();
     let mut sets: BTreeMap<(u32, u32), SetUse> = BTreeMap::new();
@@ -110,10 +120,10 @@ fn collect(site: &Site<'_>, rules: &Rules, objects: &[Object<'_>], said: &mut [S
                 continue;
             }
             let name = site.text(attribute.name);
-            let said = &mut said[index];
-            let mut note = |wanted: bool, slot: fn(&mut Said) -> &mut Option<Text>| {
+            let properties = &mut properties[index];
+            let mut note = |wanted: bool, slot: fn(&mut ObjectProperties) -> &mut Option<Text>| {
                 if wanted && attribute.text.length > 0 {
-                    slot(said).get_or_insert(attribute.text);
+                    slot(properties).get_or_insert(attribute.text);
                 }
             };
             note(used.construction_phases && name == construction_phases.created, |s| &mut s.created);
@@ -137,7 +147,7 @@ fn collect(site: &Site<'_>, rules: &Rules, objects: &[Object<'_>], said: &mut [S
     texts
 }
 
-/// What a property set is good for.
+/// How the rules use a property set.
 struct SetUse {
     any: bool,
     construction_phases: bool,
@@ -186,7 +196,7 @@ fn orders(
     texts: &[DateText],
 ) -> Result<Vec<(DateOrder, bool)>, EvaluateError> {
     // The published prototype knows day/month/year alone.
-    let fixed = rules.date_format.or((rules.mode == Mode::Paper).then_some(DateOrder::Dmy));
+    let fixed = rules.date_format.or((rules.mode == RulesMode::Paper).then_some(DateOrder::Dmy));
     if let Some(order) = fixed {
         return Ok(vec![(order, false); site.sources.len().max(1)]);
     }

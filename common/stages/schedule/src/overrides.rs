@@ -9,23 +9,24 @@ use serde::Deserialize;
 
 /// Overrides of a schedule.
 #[derive(Debug, Clone, Default)]
-pub struct Edits {
+pub struct Overrides {
     /// Tasks to delay.
     pub delays: Vec<Delay>,
-    /// What was reported.
+    /// Reported progress.
     pub actuals: Vec<Actual>,
-    /// What a robot observed of elements; reports go before. Elements that the model no longer has are left out.
+    /// Progress of elements that a robot observed; reports rank before it. Elements that the model no longer has are
+    /// ignored.
     pub observed: Vec<Actual>,
 }
 
-impl Edits {
-    /// True if what counts may differ from what was planned.
+impl Overrides {
+    /// True if effective states may differ from planned ones.
     pub(crate) fn has_reports(&self) -> bool {
         !(self.actuals.is_empty() && self.observed.is_empty())
     }
 }
 
-/// What if a task is delayed?
+/// A what-if delay of a task.
 #[derive(Debug, Clone)]
 pub struct Delay {
     /// GlobalId, Identification or Name of the task.
@@ -33,7 +34,7 @@ pub struct Delay {
     pub(crate) by: WrittenDuration,
 }
 
-/// When work on a task or an element really began and ended.
+/// Actual start and finish of a task or an element.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Actual {
@@ -53,9 +54,9 @@ pub struct Actual {
 /// The start of an element that is not there.
 pub const ABSENT: &str = "absent";
 
-/// Additions that cannot be used.
+/// Overrides that cannot be used.
 #[derive(Debug, thiserror::Error)]
-pub enum EditError {
+pub enum OverrideError {
     /// Not `TASK=5d`.
     #[error(
         "delay {text:?}: write TASK=5d with the task's GlobalId, identification or name, and days (d), hours (h) or weeks (w)"
@@ -80,12 +81,12 @@ impl Delay {
     ///
     /// # Errors
     /// No such form, or a negative delay.
-    pub fn parse(text: &str) -> Result<Self, EditError> {
-        let wrong = || EditError::Delay { text: text.to_owned() };
+    pub fn parse(text: &str) -> Result<Self, OverrideError> {
+        let wrong = || OverrideError::Delay { text: text.to_owned() };
         let (task, by) = text.rsplit_once('=').ok_or_else(wrong)?;
         let by = parse_shift(by.trim()).map_err(|_| wrong())?;
         if by.seconds(crate::durations::DayLength::Elapsed) < 0 {
-            return Err(EditError::Negative { text: text.to_owned() });
+            return Err(OverrideError::Negative { text: text.to_owned() });
         }
         Ok(Self { task: task.trim().to_owned(), by })
     }
@@ -95,7 +96,7 @@ impl Delay {
 ///
 /// # Errors
 /// Other columns, or bytes that are no CSV table.
-pub fn parse_actuals(bytes: &[u8]) -> Result<Vec<Actual>, EditError> {
+pub fn parse_actuals(bytes: &[u8]) -> Result<Vec<Actual>, OverrideError> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(bytes);
     let columns = reader.headers()?.clone();
     let mut actuals = Vec::new();
@@ -107,7 +108,7 @@ pub fn parse_actuals(bytes: &[u8]) -> Result<Vec<Actual>, EditError> {
     Ok(actuals)
 }
 
-/// The task that somebody means: by GlobalId, else by identification, else by name if only one has it.
+/// The task that an identifier refers to: by GlobalId, else by identification, else by name if only one has it.
 ///
 /// # Errors
 /// None that is called that, with the nearest names, or several.
@@ -150,9 +151,9 @@ mod tests {
     fn delays_name_a_task_and_a_length() {
         let delay = Delay::parse("Walls = ground floor=5d").unwrap();
         assert_eq!(delay.task, "Walls = ground floor");
-        assert!(matches!(Delay::parse("Walls"), Err(EditError::Delay { .. })));
-        assert!(matches!(Delay::parse("Walls=soon"), Err(EditError::Delay { .. })));
-        assert!(matches!(Delay::parse("Walls=-2d"), Err(EditError::Negative { .. })));
+        assert!(matches!(Delay::parse("Walls"), Err(OverrideError::Delay { .. })));
+        assert!(matches!(Delay::parse("Walls=soon"), Err(OverrideError::Delay { .. })));
+        assert!(matches!(Delay::parse("Walls=-2d"), Err(OverrideError::Negative { .. })));
     }
 
     #[test]
