@@ -16,8 +16,8 @@ import pathlib
 import iceoryx2 as iox2
 import numpy as np
 
-# Reasons for which the bell of a daemon rings.
-DATA, NEWCOMER = 0, 1
+# Numbers of the wake-up events of a daemon.
+DATA, LATE_JOINER = 0, 1
 # Layers of a grid. planning and localization: 0 free, 100 occupied, -1 unknown. keepout: 100 must not enter, -1 elsewhere.
 SECTIONS = {2: ("class", np.uint8), 3: ("planning", np.int8), 4: ("localization", np.int8),
             5: ("keepout", np.int8), 6: ("floor", np.uint8), 7: ("space", np.uint16)}
@@ -103,14 +103,14 @@ def main():
     iox2.set_log_level(iox2.LogLevel.Error)
     generation = current_generation(options.root)
     node, _life = join(options.root, options.prefix, generation)
-    bell = node.service_builder(iox2.ServiceName.new("bell/rasterize")).event().open()
-    listener = bell.listener_builder().create()
+    event_service = node.service_builder(iox2.ServiceName.new("event/rasterize")).event().open()
+    listener = event_service.listener_builder().create()
     topic = node.service_builder(iox2.ServiceName.new(f"grid/{options.storey:02}"))
     # ctypes does not know of 64 bytes, so the alignment is said here.
     service = topic.publish_subscribe(iox2.Slice[Block]).user_header(Header)
     subscriber = service.payload_alignment(iox2.Alignment.new(64)).open().subscriber_builder().create()
     # The producer sleeps; it hands out its last sample when it is told that somebody wants it.
-    bell.notifier_builder().create().notify_with_custom_event_id(iox2.EventId.new(NEWCOMER))
+    event_service.notifier_builder().create().notify_with_custom_event_id(iox2.EventId.new(LATE_JOINER))
     while True:
         sample = subscriber.receive()
         if sample is not None:

@@ -11,7 +11,7 @@ use crate::topics::Topic;
 use crate::waiter::Waiter;
 use std::sync::Arc;
 
-/// A participant of a bus. Clones are the same participant; ends that it opened live on without it.
+/// A participant of a bus. Clones are the same participant; ports that it opened outlive it.
 #[derive(Clone)]
 pub struct Bus {
     daemon: Daemon,

@@ -8,7 +8,7 @@ use crate::reply_kind::ReplyKind;
 /// A reply to a command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reply {
-    /// On the way; more replies follow. Of many, only the last few are kept for a slow client.
+    /// Progress; more replies follow. A slow client gets only the last ones.
     Progress(Vec<u8>),
     /// The effect is on disk. The last reply.
     Done(Vec<u8>),
@@ -108,7 +108,7 @@ impl CommandClient {
     /// Sends a command. Its replies wake the bus's [`crate::Waiter`].
     ///
     /// # Errors
-    /// Nobody serves it, too many bytes, [`crate::MAX_OPEN`] commands are open.
+    /// The daemon is not running, too many bytes, [`crate::MAX_OPEN`] commands are open.
     pub fn send(&self, bytes: &[u8]) -> Result<OpenCommand, CommandError> {
         check_length(bytes)?;
         Ok(OpenCommand { exchange: self.port.send(bytes)? })

@@ -51,7 +51,7 @@ pub enum DomainError {
         /// As this program has it.
         wanted: &'static str,
     },
-    /// Nobody has created the bus.
+    /// No keeper has created the bus.
     #[error("no keeper has created the bus in `{root}`: run `groundplan up`")]
     NoKeeper {
         /// Its folder, or the name of the double.
@@ -215,7 +215,7 @@ pub enum ReceiveError {
 /// Why a command is not carried out, or not known to be.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {
-    /// Nobody answers commands to it.
+    /// No process serves commands to it.
     #[error("{daemon} is not running")]
     NotServed {
         /// The daemon.

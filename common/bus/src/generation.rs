@@ -2,7 +2,7 @@
 //!
 //! A process killed at the wrong moment of a creation leaves a service, or a whole domain of the bus library, that can
 //! neither be opened nor removed. Nothing is repaired in place: the keeper makes the next generation under another
-//! prefix and folder, and a generation is removed when nobody lives in it.
+//! prefix and folder, and a generation without members is removed.
 //!
 //! | file in the domain's folder | what |
 //! |---|---|
@@ -23,7 +23,7 @@ use std::time::Duration;
 /// The library whose formats a domain has; formats of one version do not open those of another.
 pub(crate) const LIBRARY: &str = "iceoryx2-0.10.0";
 
-/// Where POSIX shared memory lives.
+/// The folder of POSIX shared memory.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Name of the file that says which generation is current.
@@ -131,14 +131,14 @@ impl Place {
         remove(&path, fs::remove_file(&path))
     }
 
-    /// Lives in a generation for as long as the lock is held.
+    /// Joins a generation as a member for as long as the lock is held.
     pub(crate) fn live_in(&self, generation: u64) -> Result<Lock, DomainError> {
         let path = self.lock_path(generation);
         let lock = try_lock(&path, FlockOperation::LockShared)?;
         lock.ok_or_else(|| DomainError::File { path, source: io::ErrorKind::WouldBlock.into() })
     }
 
-    /// True if some process lives in the generation.
+    /// True if the generation has a member.
     pub(crate) fn is_inhabited(&self, generation: u64) -> Result<bool, DomainError> {
         let path = self.lock_path(generation);
         Ok(path.exists() && try_lock(&path, FlockOperation::NonBlockingLockExclusive)?.is_none())
@@ -158,7 +158,7 @@ impl Place {
         Ok(numbers)
     }
 
-    /// Removes segments that have been empty for `age`: whoever made them died before it gave them a size.
+    /// Removes segments that have been empty for `age`: their creators died before they set a size.
     ///
     /// The bus library waits without end for such a segment to grow, in every process that opens it or cleans up.
     pub(crate) fn remove_empty_segments(&self, age: Duration) -> Result<(), DomainError> {
@@ -173,7 +173,7 @@ impl Place {
         Ok(())
     }
 
-    /// Removes a generation in which nobody lives; false if somebody does.
+    /// Removes a generation without members; false if it has one.
     pub(crate) fn remove(&self, generation: u64) -> Result<bool, DomainError> {
         let path = self.lock_path(generation);
         let Some(_lock) = try_lock(&path, FlockOperation::NonBlockingLockExclusive)? else { return Ok(false) };
@@ -182,7 +182,7 @@ impl Place {
         for segment in segments(&self.prefix_of(generation))? {
             remove(&segment, fs::remove_file(&segment))?;
         }
-        // Last: while the lock has a name, nobody can take the number for a generation that is gone.
+        // Last: while the lock file exists, the number is not taken for that of a removed generation.
         remove(&path, fs::remove_file(&path))?;
         Ok(true)
     }

@@ -10,14 +10,15 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// A segment that has been empty for this long has no maker any more.
+/// A segment that has been empty for this long was left by a dead process.
 const EMPTY_FOR: Duration = Duration::from_secs(1);
 
-/// Holds a bus. Everybody else only opens what it created, so that only its own death can leave a creation half done.
+/// Holds a bus. All other processes only open services, so that only the death of the keeper can leave one half
+/// created.
 ///
-/// On its start it takes over the services that living participants hold; when that fails, or nobody lives, it makes a new
-/// generation, which participants follow ([`crate::Wake::superseded`]). Dropped, it takes the bus down; what living
-/// participants still hold is removed by the next keeper.
+/// On its start it takes over the services that participants hold; when that fails, or there are none, it creates a new
+/// generation, which participants join ([`crate::Wake::superseded`]). Dropped, it removes the bus; what participants
+/// still hold is removed by the next keeper.
 pub struct Keeper {
     /// First: services go before their generation is removed.
     services: Option<ipc::Services>,
@@ -33,7 +34,7 @@ impl Keeper {
         self.generation
     }
 
-    /// Cleans up behind participants that died, and removes generations in which nobody lives. About once a second: a
+    /// Removes resources of dead participants, and generations without members. To be called about once a second: a
     /// dead daemon is only noticed here. Returns the number of dead participants.
     ///
     /// # Errors
@@ -58,7 +59,7 @@ impl Keeper {
         let current = place.current().unwrap_or_default();
         let taken_over = match current {
             Some(generation) if place.is_inhabited(generation)? => {
-                // Whatever it is that cannot be opened: nothing is repaired in place.
+                // Nothing is repaired in place, whichever service cannot be opened.
                 ipc::Services::create(place, generation).ok().map(|services| (services, generation))
             }
             _ => None,
@@ -89,7 +90,7 @@ impl Keeper {
 
 impl Drop for Keeper {
     fn drop(&mut self) {
-        // Nobody to tell: what cannot be removed now is removed by the next keeper.
+        // What cannot be removed now is removed by the next keeper.
         let _ = self.place.withdraw();
         self.services = None;
         let _ = self.remove_others();

@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// What the publisher says about a sample; the rest of the header comes from the archive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Origin {
-    /// Number of the sample, over all lives of the producer.
+    /// Number of the sample; it also rises across restarts of the producer.
     pub epoch: u64,
     /// Counts the changes of the site's map frame.
     pub frame_epoch: u64,
@@ -26,7 +26,7 @@ pub struct Origin {
 
 /// The publishing end of a topic. The only one: a second is refused.
 ///
-/// The last sample stays available to newcomers until the publisher is dropped, while its process waits on the bus's
+/// The last sample stays available to late joiners until the publisher is dropped, while its process waits on the bus's
 /// [`crate::Waiter`], which serves them.
 pub struct Publisher<T> {
     topic: T,
@@ -46,8 +46,8 @@ impl<T: Topic> Publisher<T> {
 
     /// Memory for an archive of at most `length` bytes, at a multiple of 64. One loan at a time.
     ///
-    /// The bytes are whatever earlier samples left: the writer writes every byte of its archive. More than ever before
-    /// makes a larger segment; about 48 such steps are possible in the life of a publisher, each at least doubles it.
+    /// The bytes are those of earlier samples: the writer writes every byte of its archive. More than ever before makes
+    /// a larger segment; about 48 such steps are possible in the life of a publisher, each at least doubles it.
     ///
     /// # Errors
     /// No room in shared memory, a loan that is still out, more than [`MAX_SAMPLE_BYTES`]. The last sample stays.
@@ -190,7 +190,7 @@ impl RawSubscriber {
     }
 }
 
-/// A sample, read in place: its memory stays as it is while this is held, whatever happens to its publisher.
+/// A sample, read in place: its memory does not change while this is held, also if its publisher dies.
 pub struct RawSample {
     topic: TopicName,
     memory: ipc::TopicSample,

@@ -1,10 +1,10 @@
 //! Archives in shared memory: latched topics, a status stream, commands. The only crate that names iceoryx2, and the only
 //! one with unsafe code.
 //!
-//! A [`Keeper`] creates a [`Domain`]'s services; everybody else joins as a [`Bus`], opens ends, and sleeps in its
-//! [`Waiter`]. A [`Publisher`] lends memory in which an archive is written in place, or copies one that is in the heap; a
-//! [`Subscriber`] reads it in place, and gets the last one however late it comes. A [`SiteSetReader`] gives the samples of a
-//! site that belong together; [`ConsistentSet`] tells a robot whether it may use the maps that it has.
+//! A [`Keeper`] creates a [`Domain`]'s services; all other processes join as a [`Bus`], open ports, and wait in its
+//! [`Waiter`]. A [`Publisher`] lends memory in which an archive is written in place, or copies one that is in the heap;
+//! a [`Subscriber`] reads it in place, and gets the last one when it joins late. A [`SiteSetReader`] gives the samples
+//! of a site that belong together; [`ConsistentSet`] tells a robot whether it may use the maps that it has.
 //!
 //! Other programs attach as subscribers: the example `read_grid` in Rust, `scripts/python_subscriber.py` with the iceoryx2 wheel
 //! and numpy; both read grids in place. For people:
@@ -31,7 +31,7 @@
 //!
 //! let (consumer, _waiter) = Bus::join(&domain, Daemon::Rasterize)?;
 //! let late = consumer.subscriber(topics::ScheduleState)?;
-//! // The producer's waiter gives newcomers the last sample.
+//! // The producer's waiter delivers the last sample to late joiners.
 //! waiter.wait(Duration::from_secs(1))?;
 //! let sample = late.take()?.expect("the last sample is there");
 //! assert_eq!(sample.check()?.view().n_elements(), 3);
@@ -39,7 +39,6 @@
 //! # }
 //! ```
 
-mod bell;
 mod bus;
 mod command;
 mod consistent_set;
@@ -59,6 +58,7 @@ mod stamp;
 mod status;
 pub mod topics;
 mod waiter;
+mod wakeup;
 
 pub use bus::Bus;
 pub use command::{Command, CommandClient, CommandServer, OpenCommand, Reply};
@@ -74,4 +74,4 @@ pub use site_set_reader::{SiteSetError, SiteSetReader};
 pub use stamp::Stamp;
 pub use status::{StatusReader, StatusWriter};
 pub use topics::Topic;
-pub use waiter::{Nudger, Stopper, Waiter, Wake};
+pub use waiter::{Stopper, Waiter, Wake, Waker};

@@ -1,10 +1,10 @@
 //! Waiting for events: samples, commands, replies, heartbeats, stop, new generation, deadline.
 
-use crate::bell::{BellName, Ring};
 use crate::error::WaitError;
 use crate::ipc;
 use crate::names::Daemon;
 use crate::signal::Signal;
+use crate::wakeup::{EventService, Wakeup};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use std::io;
@@ -12,24 +12,24 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// What woke a participant. Several may be true; all are false when the time was up.
+/// Why a participant woke. Several may be true; all are false after a timeout.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Wake {
     /// Shut down. Stays true.
     pub stopped: bool,
-    /// Samples of other daemons, replies or heartbeats may be there: take until there are no more.
-    pub news: bool,
-    /// Commands may be there.
+    /// Samples of other daemons, replies or heartbeats may be available: take until there are no more.
+    pub data: bool,
+    /// Commands may be available.
     pub commands: bool,
-    /// A [`Nudger`] woke it.
-    pub nudged: bool,
+    /// A [`Waker`] woke it.
+    pub woken: bool,
     /// The bus has another generation, or went down. Stays true, wakes once: drop everything that was opened, join again
     /// and publish the last samples again.
     pub superseded: bool,
 }
 
 impl Wake {
-    /// True if the time was up.
+    /// True after a timeout.
     pub fn timed_out(self) -> bool {
         self == Self::default()
     }
@@ -37,11 +37,11 @@ impl Wake {
 
 /// Wakes a waiter from any thread.
 #[derive(Clone)]
-pub struct Nudger(Arc<Signal>);
+pub struct Waker(Arc<Signal>);
 
-impl Nudger {
+impl Waker {
     /// Wakes it, or makes its next wait return at once.
-    pub fn nudge(&self) {
+    pub fn wake_up(&self) {
         self.0.raise();
     }
 }
@@ -57,25 +57,25 @@ impl Stopper {
     }
 }
 
-/// The one place where a participant sleeps. It also gives newcomers the last samples: a process that does not come back
-/// here leaves late subscribers without.
+/// The only place where a participant blocks. It also delivers last samples to late joiners: they get none while the
+/// process does not call this.
 pub struct Waiter {
     daemon: Daemon,
     member: Arc<ipc::Membership>,
-    nudge: Arc<Signal>,
+    wake_up: Arc<Signal>,
     stop: Arc<Signal>,
     stop_on: Vec<OwnedFd>,
 }
 
 impl Waiter {
     pub(crate) fn new(daemon: Daemon, member: Arc<ipc::Membership>) -> io::Result<Self> {
-        let (nudge, stop) = (Arc::new(Signal::new()?), Arc::new(Signal::new()?));
-        Ok(Self { daemon, member, nudge, stop, stop_on: Vec::new() })
+        let (wake_up, stop) = (Arc::new(Signal::new()?), Arc::new(Signal::new()?));
+        Ok(Self { daemon, member, wake_up, stop, stop_on: Vec::new() })
     }
 
     /// Wakes this waiter, for instance when a worker is done.
-    pub fn nudger(&self) -> Nudger {
-        Nudger(Arc::clone(&self.nudge))
+    pub fn waker(&self) -> Waker {
+        Waker(Arc::clone(&self.wake_up))
     }
 
     /// Stops this waiter.
@@ -88,7 +88,7 @@ impl Waiter {
         self.stop_on.push(descriptor);
     }
 
-    /// Sleeps until something happens, or for `timeout`.
+    /// Waits for an event, at most for `timeout`.
     ///
     /// Wakes for every topic, stream and command that the bus has opened, also in other threads.
     ///
@@ -97,23 +97,24 @@ impl Waiter {
     pub fn wait(&mut self, timeout: Duration) -> Result<Wake, WaitError> {
         let deadline = Instant::now() + timeout;
         loop {
-            let wake = self.look(deadline.saturating_duration_since(Instant::now()))?;
-            // A wake-up that was meant for others is none.
+            let wake = self.poll_once(deadline.saturating_duration_since(Instant::now()))?;
+            // Events that do not concern this participant are skipped.
             if !wake.timed_out() || Instant::now() >= deadline {
                 return Ok(Wake { superseded: self.member.is_superseded(), ..wake });
             }
         }
     }
 
-    /// Sleeps once and sorts what happened.
-    fn look(&self, timeout: Duration) -> Result<Wake, WaitError> {
-        // In this order a bell that another thread opens now ends the sleep.
-        self.member.more_bells().clear();
-        let bells = self.member.bells();
-        let more_bells = self.member.more_bells().descriptor();
-        let fixed = [more_bells, self.stop.descriptor(), self.nudge.descriptor(), self.member.changes()];
+    /// Polls once and classifies the events.
+    fn poll_once(&self, timeout: Duration) -> Result<Wake, WaitError> {
+        // In this order an event port that another thread opens now ends the wait.
+        self.member.event_ports_added().clear();
+        let event_ports = self.member.event_ports();
+        let event_ports_added = self.member.event_ports_added().descriptor();
+        let fixed = [event_ports_added, self.stop.descriptor(), self.wake_up.descriptor(), self.member.changes()];
         let stops = self.stop_on.iter().map(AsFd::as_fd);
-        let descriptors = fixed.into_iter().chain(stops).chain(bells.iter().map(|(_, bell)| bell.descriptor()));
+        let descriptors =
+            fixed.into_iter().chain(stops).chain(event_ports.iter().map(|(_, event_port)| event_port.descriptor()));
         let mut polled: Vec<_> = descriptors.map(|d| PollFd::from_borrowed_fd(d, PollFlags::IN)).collect();
         let timeout = Timespec {
             tv_sec: i64::try_from(timeout.as_secs()).unwrap_or(i64::MAX),
@@ -126,23 +127,23 @@ impl Waiter {
         }
         let ready: Vec<bool> = polled.iter().map(|p| !p.revents().is_empty()).collect();
         let (fixed, rest) = ready.split_at(fixed.len());
-        let (stops, rung) = rest.split_at(self.stop_on.len());
-        let mut wake = Wake { stopped: fixed[1] || stops.contains(&true), nudged: fixed[2], ..Wake::default() };
-        if wake.nudged {
-            self.nudge.clear();
+        let (stops, notified) = rest.split_at(self.stop_on.len());
+        let mut wake = Wake { stopped: fixed[1] || stops.contains(&true), woken: fixed[2], ..Wake::default() };
+        if wake.woken {
+            self.wake_up.clear();
         }
-        wake.superseded = fixed[3] && self.member.look_at_changes();
-        let mut newcomers = false;
-        for ((name, bell), _) in bells.iter().zip(rung).filter(|(_, rung)| **rung) {
-            let rings = bell.look();
-            let own = *name == BellName::Of(self.daemon);
-            // A daemon hears its own bell too.
-            newcomers |= own && rings.any(&[Ring::Newcomer]);
-            wake.commands |= own && rings.any(&[Ring::Command]);
-            wake.news |= !own && rings.any(&[Ring::Data, Ring::Reply, Ring::Dead]);
+        wake.superseded = fixed[3] && self.member.read_changes();
+        let mut late_joiners = false;
+        for ((name, event_port), _) in event_ports.iter().zip(notified).filter(|(_, notified)| **notified) {
+            let wakeups = event_port.take();
+            let own = *name == EventService::Of(self.daemon);
+            // A daemon receives its own events too.
+            late_joiners |= own && wakeups.any(&[Wakeup::LateJoiner]);
+            wake.commands |= own && wakeups.any(&[Wakeup::Command]);
+            wake.data |= !own && wakeups.any(&[Wakeup::Data, Wakeup::Reply, Wakeup::Dead]);
         }
-        if newcomers {
-            self.member.serve_newcomers();
+        if late_joiners {
+            self.member.serve_late_joiners();
         }
         Ok(wake)
     }

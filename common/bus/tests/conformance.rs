@@ -329,7 +329,7 @@ fn a_command_that_nobody_serves_fails_at_once() {
     let to_daemon = client.command_client(Daemon::ScheduleEval).unwrap();
     let refused = to_daemon.send(b"date").map(|_| ());
     assert!(matches!(refused, Err(CommandError::NotServed { daemon: Daemon::ScheduleEval })), "{refused:?}");
-    // And works as soon as somebody does.
+    // It works as soon as a process serves it.
     let (daemon, _waiter) = Bus::join(domain, Daemon::ScheduleEval).unwrap();
     let _server = daemon.command_server().unwrap();
     to_daemon.send(b"date").unwrap();
@@ -392,9 +392,9 @@ fn waiting_ends_for_a_stop_a_nudge_and_the_time() {
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     let _subscriber = bus.subscriber(topics::Site).unwrap();
     while !waiter.wait(Duration::from_millis(1)).unwrap().timed_out() {}
-    let nudger = waiter.nudger();
-    let thread = std::thread::spawn(move || nudger.nudge());
-    assert!(waiter.wait(DEADLINE).unwrap().nudged);
+    let waker = waiter.waker();
+    let thread = std::thread::spawn(move || waker.wake_up());
+    assert!(waiter.wait(DEADLINE).unwrap().woken);
     thread.join().unwrap();
     assert!(waiter.wait(Duration::ZERO).unwrap().timed_out(), "a nudge wakes once");
     let (reader, writer) = std::io::pipe().unwrap();
@@ -452,7 +452,7 @@ fn a_worker_publishes_while_the_loop_waits() {
         }
         publisher
     });
-    // Newcomers are served by the loop at the same time.
+    // Late joiners are served by the loop at the same time.
     let (bus, mut waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     let subscribers: Vec<_> = (0..8).map(|_| bus.subscriber(topics::ScheduleState).unwrap()).collect();
     for subscriber in &subscribers {
@@ -519,7 +519,7 @@ fn ends_and_samples_go_to_other_threads() {
         bus::Publisher<topics::ScheduleState>,
         bus::Subscriber<topics::ScheduleState>,
         bus::StatusWriter,
-        bus::Nudger,
+        bus::Waker,
         bus::Stopper,
     )>();
     is_send::<(

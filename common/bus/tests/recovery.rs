@@ -68,7 +68,7 @@ fn skipped(why: &str) {
 }
 
 fn say(word: &str) {
-    // A line of its own, whatever the test runner has written before.
+    // A line of its own, after output of the test runner.
     #[expect(clippy::print_stdout, reason = "the test that started this process reads it")]
     {
         println!("\n{word}");

@@ -10,8 +10,8 @@ use crate::service::{Service, Stages};
 use crate::service_thread::{self, Job, Outcome, ServiceThread};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::{
-    Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, Nudger, RawSample, RawSubscriber, StatusWriter, TopicName,
-    Waiter,
+    Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, RawSample, RawSubscriber, StatusWriter, TopicName, Waiter,
+    Waker,
 };
 use messages::{ArchiveKind, Stage, StatusRecord};
 use std::collections::BTreeMap;
@@ -143,8 +143,8 @@ impl<R: Request> Life<R> {
         }
         info!(service = self.daemon.name(), generation = bus.generation(), "joined the bus");
         crate::ready("joined the bus");
-        let nudger = waiter.nudger();
-        self.send(Job::Attach(bus.clone(), nudger.clone()))?;
+        let waker = waiter.waker();
+        self.send(Job::Attach(bus.clone(), waker.clone()))?;
         let mut next_beat = Instant::now();
         loop {
             let now = Instant::now();
@@ -154,7 +154,7 @@ impl<R: Request> Life<R> {
                 next_beat = now + HEARTBEAT_PERIOD;
             }
             self.look_for_configuration();
-            self.give_work(is_beat || self.alarm.is_some_and(|alarm| alarm <= now), &nudger)?;
+            self.give_work(is_beat || self.alarm.is_some_and(|alarm| alarm <= now), &waker)?;
             // An alarm that rings while the service works waits until it is done.
             let alarm = self.alarm.filter(|_| !self.is_busy);
             let next = alarm.map_or(next_beat, |alarm| alarm.min(next_beat));
@@ -201,7 +201,7 @@ impl<R: Request> Life<R> {
     }
 
     /// Gives the idle service what is most urgent: an input, so that requests meet the newest; a request; a tick.
-    fn give_work(&mut self, is_tick: bool, nudger: &Nudger) -> Result<(), Failure> {
+    fn give_work(&mut self, is_tick: bool, waker: &Waker) -> Result<(), Failure> {
         if self.is_busy {
             return Ok(());
         }
@@ -212,7 +212,7 @@ impl<R: Request> Life<R> {
             self.epochs[topic.kind() as usize] = sample.header().epoch;
             return self.send(Job::Sample(sample));
         }
-        if let Some((request, reporter)) = self.requests.next(nudger) {
+        if let Some((request, reporter)) = self.requests.next(waker) {
             return self.send(Job::Request(request, reporter));
         }
         if is_tick { self.send(Job::Tick) } else { Ok(()) }

@@ -1,6 +1,6 @@
 //! Progress of a request: the service reports it, the loop sends it to the client.
 
-use bus::Nudger;
+use bus::Waker;
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -20,7 +20,7 @@ pub struct Progress {
 #[derive(Clone, Default)]
 pub struct Reporter {
     newest: Arc<Mutex<Newest>>,
-    nudger: Option<Nudger>,
+    waker: Option<Waker>,
 }
 
 #[derive(Default)]
@@ -31,8 +31,8 @@ struct Newest {
 
 impl Reporter {
     /// Reports to a loop, which the nudger wakes.
-    pub(crate) fn new(nudger: Nudger) -> Self {
-        Self { nudger: Some(nudger), ..Self::default() }
+    pub(crate) fn new(waker: Waker) -> Self {
+        Self { waker: Some(waker), ..Self::default() }
     }
 
     /// Reports what is being done, and the share of the whole work that is done, from 0 to 1. A share below an earlier
@@ -45,7 +45,7 @@ impl Reporter {
         }
         *newest = Newest { progress: Progress { doing: doing.to_owned(), percent }, is_sent: false };
         drop(newest);
-        self.nudger.iter().for_each(Nudger::nudge);
+        self.waker.iter().for_each(Waker::wake_up);
     }
 
     /// The newest report, unless it was taken before.

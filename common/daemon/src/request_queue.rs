@@ -2,7 +2,7 @@
 
 use crate::progress::Reporter;
 use crate::request::{Request, parse_request};
-use bus::{Command, CommandError, CommandServer, Nudger};
+use bus::{Command, CommandError, CommandServer, Waker};
 use std::collections::VecDeque;
 use tracing::debug;
 
@@ -48,9 +48,9 @@ impl<R: Request> RequestQueue<R> {
     }
 
     /// The next request for the idle service, and where it reports its progress.
-    pub(crate) fn next(&mut self, nudger: &Nudger) -> Option<(R, Reporter)> {
+    pub(crate) fn next(&mut self, waker: &Waker) -> Option<(R, Reporter)> {
         let (command, request) = self.waiting.pop_front()?;
-        let reporter = Reporter::new(nudger.clone());
+        let reporter = Reporter::new(waker.clone());
         self.current = Some(Current { command, reporter: reporter.clone() });
         Some((request, reporter))
     }

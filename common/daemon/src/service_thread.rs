@@ -5,12 +5,12 @@ use crate::failure::Failure;
 use crate::input::Input;
 use crate::progress::Reporter;
 use crate::service::{Done, Event, Service};
-use bus::{Bus, Nudger, RawSample};
+use bus::{Bus, RawSample, Waker};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 /// What the service is given. Samples are validated on its thread, because that takes time.
 pub(crate) enum Job<R> {
-    Attach(Bus, Nudger),
+    Attach(Bus, Waker),
     Sample(RawSample),
     Request(R, Reporter),
     Configuration(Box<SiteConfig>),
@@ -42,12 +42,12 @@ pub(crate) fn start<S: Service + 'static>(name: &str, service: S) -> Result<Serv
 }
 
 fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: Sender<Outcome>) {
-    let mut outbox = Outbox { outcomes: Some(outcomes), nudger: None };
+    let mut outbox = Outbox { outcomes: Some(outcomes), waker: None };
     for job in jobs {
         let unasked = |done: Done| done.answered(Vec::new());
         let outcome = match job {
-            Job::Attach(bus, nudger) => {
-                outbox.nudger = Some(nudger);
+            Job::Attach(bus, waker) => {
+                outbox.waker = Some(waker);
                 service.attach(&bus).and_then(|()| service.handle(Event::Attached)).map(unasked)
             }
             Job::Sample(sample) => {
@@ -60,7 +60,7 @@ fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: 
         if outbox.outcomes.as_ref().is_some_and(|outcomes| outcomes.send(outcome).is_err()) {
             return;
         }
-        outbox.nudger.iter().for_each(Nudger::nudge);
+        outbox.waker.iter().for_each(Waker::wake_up);
     }
 }
 
@@ -72,12 +72,12 @@ fn in_bytes<A: serde::Serialize>(done: Done<A>) -> Outcome {
 /// Where outcomes go. A service that panics closes it, and the loop hears of that at once.
 struct Outbox {
     outcomes: Option<Sender<Outcome>>,
-    nudger: Option<Nudger>,
+    waker: Option<Waker>,
 }
 
 impl Drop for Outbox {
     fn drop(&mut self) {
         drop(self.outcomes.take());
-        self.nudger.iter().for_each(Nudger::nudge);
+        self.waker.iter().for_each(Waker::wake_up);
     }
 }

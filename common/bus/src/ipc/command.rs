@@ -1,14 +1,14 @@
 //! Commands and streamed replies in shared memory.
 
-use super::bell::Bell;
+use super::event_port::EventPort;
 use super::membership::Membership;
 use super::node::check_memory;
 use super::wire::WireCommand;
 use super::{memory, services};
-use crate::bell::{BellName, Ring};
 use crate::error::{CommandError, PortError};
 use crate::names::Daemon;
 use crate::reply_kind::ReplyKind;
+use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::LoanError;
@@ -60,14 +60,14 @@ fn used(payload: &[u8], length: u64) -> &[u8] {
 /// The answering end of a daemon's commands.
 pub(crate) struct Server {
     port: ServerPort<Service, [u8], WireCommand, [u8], WireCommand>,
-    bell: Arc<Bell>,
+    event_port: Arc<EventPort>,
     daemon: Daemon,
     membership: Arc<Membership>,
 }
 
 impl Server {
     pub(crate) fn open(membership: &Arc<Membership>, daemon: Daemon) -> Result<Self, PortError> {
-        let bell = membership.bell(BellName::Of(daemon))?;
+        let event_port = membership.event_port(EventService::Of(daemon))?;
         let port = open(membership, daemon)?
             .server_builder()
             .initial_max_slice_len(INITIAL_BYTES)
@@ -78,14 +78,14 @@ impl Server {
                 ServerCreateError::ExceedsMaxSupportedServers => PortError::Taken { what: format!("command/{daemon}") },
                 e => refused_port(daemon, e),
             })?;
-        Ok(Self { port, bell, daemon, membership: Arc::clone(membership) })
+        Ok(Self { port, event_port, daemon, membership: Arc::clone(membership) })
     }
 
     pub(crate) fn receive(&self) -> Result<Option<Served>, CommandError> {
         let request = self.port.receive().map_err(|e| refused(self.daemon, e))?;
         Ok(request.map(|request| Served {
             request,
-            bell: RingAtEnd(Arc::clone(&self.bell)),
+            event_port: NotifyAtEnd(Arc::clone(&self.event_port)),
             daemon: self.daemon,
             _membership: Arc::clone(&self.membership),
         }))
@@ -96,17 +96,17 @@ impl Server {
 pub(crate) struct Served {
     request: ActiveRequest<Service, [u8], WireCommand, [u8], WireCommand>,
     /// Behind the request: the client is woken when it is closed.
-    bell: RingAtEnd,
+    event_port: NotifyAtEnd,
     daemon: Daemon,
     _membership: Arc<Membership>,
 }
 
 /// Wakes clients when it goes away.
-struct RingAtEnd(Arc<Bell>);
+struct NotifyAtEnd(Arc<EventPort>);
 
-impl Drop for RingAtEnd {
+impl Drop for NotifyAtEnd {
     fn drop(&mut self) {
-        self.0.ring(Ring::Reply);
+        self.0.notify(Wakeup::Reply);
     }
 }
 
@@ -130,7 +130,7 @@ impl Served {
         let mut reply = reply.write_from_slice(payload);
         *reply.user_header_mut() = WireCommand { length: bytes.len() as u64, kind: kind as u32, reserved: 0 };
         reply.send().map_err(|e| refused(self.daemon, e))?;
-        self.bell.0.ring(Ring::Reply);
+        self.event_port.0.notify(Wakeup::Reply);
         Ok(())
     }
 }
@@ -139,14 +139,14 @@ impl Served {
 pub(crate) struct Client {
     port: ClientPort<Service, [u8], WireCommand, [u8], WireCommand>,
     service: services::CommandService,
-    bell: Arc<Bell>,
+    event_port: Arc<EventPort>,
     daemon: Daemon,
     membership: Arc<Membership>,
 }
 
 impl Client {
     pub(crate) fn open(membership: &Arc<Membership>, daemon: Daemon) -> Result<Self, PortError> {
-        let bell = membership.bell(BellName::Of(daemon))?;
+        let event_port = membership.event_port(EventService::Of(daemon))?;
         let service = open(membership, daemon)?;
         let port = service
             .client_builder()
@@ -155,7 +155,7 @@ impl Client {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(|e| refused_port(daemon, e))?;
-        Ok(Self { port, service, bell, daemon, membership: Arc::clone(membership) })
+        Ok(Self { port, service, event_port, daemon, membership: Arc::clone(membership) })
     }
 
     pub(crate) fn send(&self, bytes: &[u8]) -> Result<Exchange, CommandError> {
@@ -179,7 +179,7 @@ impl Client {
             let daemon = self.daemon;
             return Err(if full { CommandError::TooMany { daemon } } else { CommandError::NotServed { daemon } });
         }
-        self.bell.ring(Ring::Command);
+        self.event_port.notify(Wakeup::Command);
         Ok(Exchange { pending, daemon: self.daemon, _membership: Arc::clone(&self.membership) })
     }
 }

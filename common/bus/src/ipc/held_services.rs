@@ -1,11 +1,11 @@
-//! The services of a generation, as the keeper holds them.
+//! The services of a generation, held by the keeper.
 
 use super::node::{node, refused, require_memory};
 use super::services;
-use crate::bell::BellName;
 use crate::error::DomainError;
 use crate::generation::{Lock, Place};
 use crate::names::{Daemon, TopicName};
+use crate::wakeup::EventService;
 use iceoryx2::node::Node;
 use iceoryx2::service::ipc_threadsafe::Service;
 
@@ -14,13 +14,13 @@ pub(crate) struct Services {
     _topics: Vec<services::TopicService>,
     _status: services::StatusService,
     _commands: Vec<services::CommandService>,
-    _bells: Vec<services::BellService>,
+    _bells: Vec<services::EventServiceFactory>,
     node: Node<Service>,
     _life: Lock,
 }
 
 impl Services {
-    /// Creates the services of a generation, or opens those that participants kept.
+    /// Creates the services of a generation, or opens those that participants still hold.
     pub(crate) fn create(place: &Place, generation: u64) -> Result<Self, DomainError> {
         require_memory()?;
         let life = place.live_in(generation)?;
@@ -32,11 +32,11 @@ impl Services {
         let commands = Daemon::ALL
             .map(|d| services::command(&node, d).open_or_create().map_err(|e| refused(format!("command/{d}"), e)));
         let commands = commands.into_iter().collect::<Result<_, _>>()?;
-        let names = Daemon::ALL.map(BellName::Of).into_iter().chain([BellName::Status]);
-        let bells = names
-            .map(|n| services::bell(&node, n.text()).open_or_create().map_err(|e| refused(format!("bell/{n:?}"), e)));
-        let bells = bells.collect::<Result<_, _>>()?;
-        Ok(Self { _topics: topics, _status: status, _commands: commands, _bells: bells, node, _life: life })
+        let names = Daemon::ALL.map(EventService::Of).into_iter().chain([EventService::Status]);
+        let event_ports = names
+            .map(|n| services::event(&node, n.text()).open_or_create().map_err(|e| refused(format!("event/{n:?}"), e)));
+        let event_ports = event_ports.collect::<Result<_, _>>()?;
+        Ok(Self { _topics: topics, _status: status, _commands: commands, _bells: event_ports, node, _life: life })
     }
 
     /// Returns what dead participants left; the number of them.

@@ -1,14 +1,14 @@
 //! Latched topics in shared memory.
 
-use super::bell::Bell;
+use super::event_port::EventPort;
 use super::membership::{Latches, Membership};
 use super::memory;
 use super::node::check_memory;
 use super::services;
 use super::wire::{WireBlock, WireHeader};
-use crate::bell::{BellName, Ring};
 use crate::error::{PortError, PublishError, ReceiveError};
 use crate::names::TopicName;
+use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::port::LoanError;
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
@@ -35,22 +35,22 @@ fn open(membership: &Membership, topic: TopicName) -> Result<services::TopicServ
 /// The publishing end of a topic.
 pub(crate) struct TopicWriter {
     port: Publisher<Service, [WireBlock], WireHeader>,
-    bell: Arc<Bell>,
+    event_port: Arc<EventPort>,
     topic: TopicName,
-    made: Mutex<MadePages>,
+    populated: Mutex<PopulatedPages>,
     _membership: Arc<Membership>,
 }
 
 /// Chunks of the data segment whose pages exist: making them again would cost as much as reading them.
 #[derive(Default)]
-struct MadePages {
+struct PopulatedPages {
     /// Bytes of the longest loan: a longer one may bring a new segment, at an address that was in use before.
     longest: usize,
     /// Address and bytes.
     chunks: Vec<(usize, usize)>,
 }
 
-impl MadePages {
+impl PopulatedPages {
     /// Makes the pages of a loan that do not exist yet.
     fn make(&mut self, memory: &mut [MaybeUninit<WireBlock>]) -> std::io::Result<()> {
         let (address, length) = (memory.as_ptr() as usize, size_of_val(memory));
@@ -72,8 +72,8 @@ impl MadePages {
 
 impl TopicWriter {
     pub(crate) fn open(membership: &Arc<Membership>, topic: TopicName, length: usize) -> Result<Arc<Self>, PortError> {
-        // The bell first: a newcomer that rings now is heard.
-        let bell = membership.bell(BellName::Of(topic.producer()))?;
+        // The event port first: the event of a subscriber that joins now is received.
+        let event_port = membership.event_port(EventService::Of(topic.producer()))?;
         let port = open(membership, topic)?
             .publisher_builder()
             .initial_max_slice_len(length.div_ceil(BLOCK_BYTES).max(1))
@@ -85,15 +85,15 @@ impl TopicWriter {
                 PublisherCreateError::ExceedsMaxSupportedPublishers => PortError::Taken { what: topic.to_string() },
                 e => PortError::Refused { what: topic.to_string(), reason: format!("{e:?}") },
             })?;
-        let made = Mutex::default();
-        let writer = Arc::new(Self { port, bell, topic, made, _membership: Arc::clone(membership) });
+        let populated = Mutex::default();
+        let writer = Arc::new(Self { port, event_port, topic, populated, _membership: Arc::clone(membership) });
         let mut writers = membership.writers.lock().unwrap_or_else(PoisonError::into_inner);
         let latches: Weak<dyn Latches> = Arc::<Self>::downgrade(&writer);
         writers.push(latches);
         Ok(writer)
     }
 
-    /// Memory for a sample, with whatever earlier samples left in it.
+    /// Memory for a sample, with the bytes of earlier samples in it.
     pub(crate) fn loan(&self, length: usize) -> Result<Memory, PublishError> {
         let no_memory = || PublishError::NoMemory { length, free_bytes: memory::free_bytes() };
         // The library writes a few words into fresh memory before this function sees it.
@@ -105,9 +105,9 @@ impl TopicWriter {
             LoanError::OutOfMemory => no_memory(),
             e => PublishError::Refused { topic: self.topic, reason: format!("{e:?}") },
         })?;
-        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        made.make(sample.payload_mut()).map_err(|_| no_memory())?;
-        drop(made);
+        let mut populated = self.populated.lock().unwrap_or_else(PoisonError::into_inner);
+        populated.make(sample.payload_mut()).map_err(|_| no_memory())?;
+        drop(populated);
         // SAFETY: the payload is mapped and its pages exist; every bit pattern is a value of the plain `WireBlock`.
         let mut sample = unsafe { sample.assume_init() };
         let tail = length..sample.payload().len() * BLOCK_BYTES;
@@ -120,19 +120,19 @@ impl TopicWriter {
         let mut sample = memory.sample;
         *sample.user_header_mut() = WireHeader(header);
         let sent = sample.send().map_err(|e| PublishError::Refused { topic: self.topic, reason: format!("{e:?}") })?;
-        self.bell.ring(Ring::Data);
+        self.event_port.notify(Wakeup::Data);
         Ok(sent)
     }
 }
 
 impl Latches for TopicWriter {
-    fn serve_newcomers(&self) {
-        // A newcomer that cannot be connected to is gone again.
+    fn serve_late_joiners(&self) {
+        // A late joiner that cannot be connected has left.
         let _ = self.port.update_connections();
     }
 
-    fn bell(&self) -> Arc<Bell> {
-        Arc::clone(&self.bell)
+    fn event_port(&self) -> Arc<EventPort> {
+        Arc::clone(&self.event_port)
     }
 }
 
@@ -161,13 +161,13 @@ pub(crate) struct TopicReader {
 impl TopicReader {
     pub(crate) fn open(membership: &Arc<Membership>, topic: TopicName) -> Result<Self, PortError> {
         let what = || topic.to_string();
-        let bell = membership.bell(BellName::Of(topic.producer()))?;
+        let event_port = membership.event_port(EventService::Of(topic.producer()))?;
         let port = open(membership, topic)?.subscriber_builder().create().map_err(|e| match e {
             SubscriberCreateError::ExceedsMaxSupportedSubscribers => PortError::Full { what: what() },
             e => PortError::Refused { what: what(), reason: format!("{e:?}") },
         })?;
-        // The producer sleeps: history comes when it is told that somebody wants it.
-        bell.ring(Ring::Newcomer);
+        // The producer delivers the last sample when this event wakes it.
+        event_port.notify(Wakeup::LateJoiner);
         Ok(Self { port, topic, membership: Arc::clone(membership) })
     }
 

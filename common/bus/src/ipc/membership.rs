@@ -1,13 +1,13 @@
 //! A participant in a generation of a domain.
 
-use super::bell::Bell;
+use super::event_port::EventPort;
 use super::node::{check_memory, node, refused, require_memory};
 use super::{memory, services};
-use crate::bell::{BellName, Ring};
 use crate::error::{DomainError, PortError};
 use crate::generation::{CURRENT, Lock, Place};
 use crate::names::Daemon;
 use crate::signal::Signal;
+use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::node::Node;
 use iceoryx2::service::ipc_threadsafe::Service;
 use rustix::fs::inotify;
@@ -19,12 +19,12 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 /// How often a participant starts again because the generation changed while it joined.
 const MAX_JOIN_ATTEMPTS: usize = 8;
 
-/// A publishing end, which gives newcomers its last sample.
+/// A publisher that delivers its last sample to late joiners.
 pub(super) trait Latches: Send + Sync {
     /// Puts the last sample into the queues of subscribers that have come since.
-    fn serve_newcomers(&self);
-    /// The bell of its daemon.
-    fn bell(&self) -> Arc<Bell>;
+    fn serve_late_joiners(&self);
+    /// The event port of its daemon.
+    fn event_port(&self) -> Arc<EventPort>;
 }
 
 /// A participant in a generation of a domain.
@@ -32,12 +32,12 @@ pub(crate) struct Membership {
     pub(super) node: Node<Service>,
     place: Place,
     generation: u64,
-    bells: Mutex<BTreeMap<BellName, Arc<Bell>>>,
+    event_ports: Mutex<BTreeMap<EventService, Arc<EventPort>>>,
     pub(super) writers: Mutex<Vec<Weak<dyn Latches>>>,
-    more_bells: Signal,
+    event_ports_added: Signal,
     changes: OwnedFd,
     superseded: AtomicBool,
-    /// Last, so that it outlives all of the above: a generation is removed when nobody holds this.
+    /// Last, so that it outlives all of the above: a generation without holders of this lock is removed.
     _life: Lock,
 }
 
@@ -51,7 +51,8 @@ impl Membership {
         }
         // Before the first look at the generation: a change in between is then seen as one.
         let changes = watch(place)?;
-        let more_bells = Signal::new().map_err(|source| DomainError::File { path: place.root().to_owned(), source })?;
+        let event_ports_added =
+            Signal::new().map_err(|source| DomainError::File { path: place.root().to_owned(), source })?;
         for _ in 0..MAX_JOIN_ATTEMPTS {
             let generation = place.current()?.ok_or_else(no_keeper)?;
             let life = place.live_in(generation)?;
@@ -63,15 +64,15 @@ impl Membership {
                 node,
                 place: place.clone(),
                 generation,
-                bells: Mutex::default(),
+                event_ports: Mutex::default(),
                 writers: Mutex::default(),
-                more_bells,
+                event_ports_added,
                 changes,
                 superseded: AtomicBool::new(false),
                 _life: life,
             };
             // One service tells whether the keeper's are there at all.
-            let own = services::bell(&membership.node, daemon.name()).open();
+            let own = services::event(&membership.node, daemon.name()).open();
             return match own {
                 Ok(_) => Ok(Arc::new(membership)),
                 Err(iceoryx2::service::builder::event::EventOpenError::DoesNotExist) => Err(no_keeper()),
@@ -90,9 +91,9 @@ impl Membership {
         self.superseded.load(Ordering::Relaxed)
     }
 
-    /// Raised when a bell was opened: whoever waits must listen to it too.
-    pub(crate) fn more_bells(&self) -> &Signal {
-        &self.more_bells
+    /// Raised when an event port was opened: a waiting thread must listen to it too.
+    pub(crate) fn event_ports_added(&self) -> &Signal {
+        &self.event_ports_added
     }
 
     /// Readable when the domain's folder changed.
@@ -101,7 +102,7 @@ impl Membership {
     }
 
     /// Looks what changed; true if this generation was the current one until now.
-    pub(crate) fn look_at_changes(&self) -> bool {
+    pub(crate) fn read_changes(&self) -> bool {
         let mut buffer = [0u8; 4096];
         while rustix::io::read(&self.changes, &mut buffer).is_ok_and(|n| n > 0) {}
         // A file that cannot be read is no news: the keeper's next change rings again.
@@ -109,40 +110,40 @@ impl Membership {
         gone && !self.superseded.swap(true, Ordering::Relaxed)
     }
 
-    /// The bell of a daemon, opened once.
-    pub(crate) fn bell(&self, name: BellName) -> Result<Arc<Bell>, PortError> {
-        let mut bells = self.bells.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(bell) = bells.get(&name) {
-            return Ok(Arc::clone(bell));
+    /// The event port of a service, opened once.
+    pub(crate) fn event_port(&self, name: EventService) -> Result<Arc<EventPort>, PortError> {
+        let mut event_ports = self.event_ports.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(event_port) = event_ports.get(&name) {
+            return Ok(Arc::clone(event_port));
         }
         check_memory()?;
-        let bell = Arc::new(Bell::open(&self.node, name)?);
-        bells.insert(name, Arc::clone(&bell));
-        self.more_bells.raise();
-        Ok(bell)
+        let event_port = Arc::new(EventPort::open(&self.node, name)?);
+        event_ports.insert(name, Arc::clone(&event_port));
+        self.event_ports_added.raise();
+        Ok(event_port)
     }
 
     /// All bells that are open.
-    pub(crate) fn bells(&self) -> Vec<(BellName, Arc<Bell>)> {
-        let bells = self.bells.lock().unwrap_or_else(PoisonError::into_inner);
-        bells.iter().map(|(name, bell)| (*name, Arc::clone(bell))).collect()
+    pub(crate) fn event_ports(&self) -> Vec<(EventService, Arc<EventPort>)> {
+        let event_ports = self.event_ports.lock().unwrap_or_else(PoisonError::into_inner);
+        event_ports.iter().map(|(name, event_port)| (*name, Arc::clone(event_port))).collect()
     }
 
-    /// Gives newcomers the last samples of this participant's topics.
-    pub(crate) fn serve_newcomers(&self) {
-        // In a full memory the connection of a newcomer cannot be made; it is served with the next sample or newcomer.
+    /// Delivers the last samples of this participant's topics to late joiners.
+    pub(crate) fn serve_late_joiners(&self) {
+        // In a full memory a late joiner cannot be connected; it is served with the next sample or late joiner.
         if memory::free_bytes() < memory::RESERVE_BYTES / 2 {
             return;
         }
         let mut writers = self.writers.lock().unwrap_or_else(PoisonError::into_inner);
         writers.retain(|w| w.strong_count() > 0);
-        let mut bell = None;
+        let mut event_port = None;
         for writer in writers.iter().filter_map(Weak::upgrade) {
-            writer.serve_newcomers();
-            bell = Some(writer.bell());
+            writer.serve_late_joiners();
+            event_port = Some(writer.event_port());
         }
-        if let Some(bell) = bell {
-            bell.ring(Ring::Data);
+        if let Some(event_port) = event_port {
+            event_port.notify(Wakeup::Data);
         }
     }
 }

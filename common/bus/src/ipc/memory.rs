@@ -64,7 +64,7 @@ fn give_back(start: usize, end: usize) {
 
 fn advise(from: usize, to: usize, advice: Advice) -> Result<(), Errno> {
     // SAFETY: the range holds only pages that a loan overlaps, which are mapped while it is held. Populating changes no
-    // byte; removing is asked for only inside the loan, whose bytes nobody has written or may read yet.
+    // byte; pages are removed only inside the loan, whose bytes are not written and not readable yet.
     unsafe { madvise(from as *mut _, to - from, advice) }
 }
 

@@ -1,8 +1,8 @@
 //! The bus in shared memory: the only module with unsafe code.
 #![expect(unsafe_code, reason = "shared memory; every block says why it is sound")]
 
-mod bell;
 mod command;
+mod event_port;
 mod held_services;
 mod latched;
 mod membership;

@@ -20,7 +20,7 @@ pub(crate) type StatusService = port_factory::publish_subscribe::PortFactory<Ser
 pub(crate) type CommandBuilder = request_response::Builder<[u8], WireCommand, [u8], WireCommand, Service>;
 pub(crate) type CommandService =
     port_factory::request_response::PortFactory<Service, [u8], WireCommand, [u8], WireCommand>;
-pub(crate) type BellService = port_factory::event::PortFactory<Service>;
+pub(crate) type EventServiceFactory = port_factory::event::PortFactory<Service>;
 
 fn name_of(text: &str) -> ServiceName {
     ServiceName::new(text).expect("names of services are short and not empty")
@@ -70,12 +70,12 @@ pub(crate) fn command(node: &Node<Service>, daemon: Daemon) -> CommandBuilder {
 }
 
 /// Events around a daemon, or around the status stream.
-pub(crate) fn bell(node: &Node<Service>, name: &str) -> event::Builder<Service> {
-    node.service_builder(&name_of(&format!("bell/{name}")))
+pub(crate) fn event(node: &Node<Service>, name: &str) -> event::Builder<Service> {
+    node.service_builder(&name_of(&format!("event/{name}")))
         .event()
         .event_id_max_value(MAX_EVENT)
         .max_listeners(MAX_NODES)
         .max_notifiers(MAX_NODES)
         .max_nodes(MAX_NODES)
-        .notifier_dead_event(EventId::new(crate::bell::Ring::Dead as usize))
+        .notifier_dead_event(EventId::new(crate::wakeup::Wakeup::Dead as usize))
 }

@@ -1,12 +1,12 @@
 //! The status stream in shared memory.
 
-use super::bell::Bell;
+use super::event_port::EventPort;
 use super::membership::Membership;
 use super::node::check_memory;
 use super::wire::WireStatus;
 use super::{memory, services};
-use crate::bell::{BellName, Ring};
 use crate::error::{PortError, ReceiveError};
+use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::BackpressureStrategy;
@@ -27,20 +27,20 @@ fn open(membership: &Membership) -> Result<services::StatusService, PortError> {
 /// The sending end.
 pub(crate) struct StatusTarget {
     port: Publisher<Service, WireStatus, ()>,
-    bell: Arc<Bell>,
+    event_port: Arc<EventPort>,
     _membership: Arc<Membership>,
 }
 
 impl StatusTarget {
     pub(crate) fn open(membership: &Arc<Membership>) -> Result<Self, PortError> {
-        let bell = membership.bell(BellName::Status)?;
+        let event_port = membership.event_port(EventService::Status)?;
         let port = open(membership)?
             .publisher_builder()
             .max_loaned_samples(1)
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(refused)?;
-        Ok(Self { port, bell, _membership: Arc::clone(membership) })
+        Ok(Self { port, event_port, _membership: Arc::clone(membership) })
     }
 
     /// False if it could not be sent.
@@ -50,7 +50,7 @@ impl StatusTarget {
             return false;
         }
         let sent = self.port.send_copy(WireStatus(record)).is_ok();
-        self.bell.ring(Ring::Data);
+        self.event_port.notify(Wakeup::Data);
         sent
     }
 }
@@ -58,15 +58,15 @@ impl StatusTarget {
 /// The receiving end.
 pub(crate) struct StatusSource {
     port: Subscriber<Service, WireStatus, ()>,
-    _bell: Arc<Bell>,
+    _bell: Arc<EventPort>,
     _membership: Arc<Membership>,
 }
 
 impl StatusSource {
     pub(crate) fn open(membership: &Arc<Membership>) -> Result<Self, PortError> {
-        let bell = membership.bell(BellName::Status)?;
+        let event_port = membership.event_port(EventService::Status)?;
         let port = open(membership)?.subscriber_builder().create().map_err(refused)?;
-        Ok(Self { port, _bell: bell, _membership: Arc::clone(membership) })
+        Ok(Self { port, _bell: event_port, _membership: Arc::clone(membership) })
     }
 
     pub(crate) fn receive(&self) -> Result<Option<StatusRecord>, ReceiveError> {

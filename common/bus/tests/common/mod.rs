@@ -78,10 +78,10 @@ impl Drop for Attended {
 }
 
 /// Sleeps on the waiter until there is something.
-pub(crate) fn until<T>(waiter: &mut Waiter, what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+pub(crate) fn until<T>(waiter: &mut Waiter, what: &str, mut take: impl FnMut() -> Option<T>) -> T {
     let deadline = Instant::now() + DEADLINE;
     loop {
-        if let Some(found) = look() {
+        if let Some(found) = take() {
             return found;
         }
         let left = deadline.saturating_duration_since(Instant::now());
@@ -91,10 +91,10 @@ pub(crate) fn until<T>(waiter: &mut Waiter, what: &str, mut look: impl FnMut() -
 }
 
 /// Asks again and again, where nothing rings.
-pub(crate) fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+pub(crate) fn eventually<T>(what: &str, mut take: impl FnMut() -> Option<T>) -> T {
     let deadline = Instant::now() + DEADLINE;
     loop {
-        if let Some(found) = look() {
+        if let Some(found) = take() {
             return found;
         }
         assert!(Instant::now() < deadline, "waited in vain for {what}");

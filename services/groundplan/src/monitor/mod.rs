@@ -11,7 +11,7 @@ mod state;
 
 use crate::failure::Failure;
 use attached::Attached;
-use bus::{Bus, Daemon, Nudger, Waiter};
+use bus::{Bus, Daemon, Waiter, Waker};
 use daemon::{SiteConfig, StopSignal};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use screen::View;
@@ -44,7 +44,7 @@ enum Output {
         terminal: Box<ratatui::DefaultTerminal>,
         view: View,
         keys: Receiver<Event>,
-        nudger: Arc<Mutex<Option<Nudger>>>,
+        waker: Arc<Mutex<Option<Waker>>>,
     },
 }
 
@@ -52,25 +52,25 @@ impl Output {
     fn screen() -> Result<Self, Failure> {
         let terminal =
             ratatui::try_init().map_err(|e| Failure::work(format!("this is no terminal: {e}; try --json")))?;
-        let nudger: Arc<Mutex<Option<Nudger>>> = Arc::default();
+        let waker: Arc<Mutex<Option<Waker>>> = Arc::default();
         let (pressed, keys) = channel();
-        let of_thread = Arc::clone(&nudger);
+        let of_thread = Arc::clone(&waker);
         let read = move || {
             while let Ok(event) = event::read() {
                 if pressed.send(event).is_err() {
                     return;
                 }
-                of_thread.lock().unwrap_or_else(PoisonError::into_inner).iter().for_each(Nudger::nudge);
+                of_thread.lock().unwrap_or_else(PoisonError::into_inner).iter().for_each(Waker::wake_up);
             }
         };
         std::thread::Builder::new().name("keys".to_owned()).spawn(read).map_err(Failure::work)?;
-        Ok(Self::Screen { terminal: Box::new(terminal), view: View::default(), keys, nudger })
+        Ok(Self::Screen { terminal: Box::new(terminal), view: View::default(), keys, waker })
     }
 
     /// From now on keys wake this waiter.
     fn wake_by_keys(&self, waiter: Option<&Waiter>) {
-        if let Self::Screen { nudger, .. } = self {
-            *nudger.lock().unwrap_or_else(PoisonError::into_inner) = waiter.map(Waiter::nudger);
+        if let Self::Screen { waker, .. } = self {
+            *waker.lock().unwrap_or_else(PoisonError::into_inner) = waiter.map(Waiter::waker);
         }
     }
 
@@ -173,7 +173,7 @@ fn attend(
         let rest = if is_new { LEAST_PAUSE } else { LONGEST_PAUSE }.saturating_sub(drawn.elapsed());
         let rest = ends.map_or(rest, |ends| rest.min(ends.saturating_duration_since(Instant::now())));
         let wake = waiter.wait(rest).map_err(Failure::work)?;
-        is_new |= wake.nudged;
+        is_new |= wake.woken;
         if wake.stopped || output.take_keys(attached.n_storeys()) || ends.is_some_and(|ends| ends <= Instant::now()) {
             return Ok(End::Quit);
         }

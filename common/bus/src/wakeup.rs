@@ -2,16 +2,16 @@
 
 use crate::names::Daemon;
 
-/// Whose bell.
+/// The event services of a domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum BellName {
-    /// Samples from, newcomers at, commands to and replies from a daemon.
+pub(crate) enum EventService {
+    /// Events of a daemon: samples that it published, late joiners, commands to it, replies of it.
     Of(Daemon),
     /// The status stream.
     Status,
 }
 
-impl BellName {
+impl EventService {
     pub(crate) fn text(self) -> &'static str {
         match self {
             Self::Of(daemon) => daemon.name(),
@@ -20,15 +20,15 @@ impl BellName {
     }
 }
 
-/// Why a bell rings; numbers of events.
+/// Wake-up events, with the numbers that iceoryx2 transfers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub(crate) enum Ring {
-    /// The daemon published a sample; on the status bell: somebody did.
+pub(crate) enum Wakeup {
+    /// The daemon published a sample; of the status stream: a daemon sent a heartbeat.
     Data = 0,
-    /// A subscriber has come and needs the last samples.
-    Newcomer = 1,
-    /// A participant that could ring this bell has died.
+    /// A subscriber joined and needs the last samples.
+    LateJoiner = 1,
+    /// A participant with a notifier of this service died.
     Dead = 2,
     /// A command for the daemon.
     Command = 3,
@@ -36,16 +36,16 @@ pub(crate) enum Ring {
     Reply = 4,
 }
 
-/// Rings since the last look.
+/// Events received since the last call, as a set.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Rings(pub(crate) u8);
+pub(crate) struct Wakeups(pub(crate) u8);
 
-impl Rings {
+impl Wakeups {
     pub(crate) fn add(&mut self, number: usize) {
         self.0 |= 1u8.checked_shl(number as u32).unwrap_or(0);
     }
 
-    pub(crate) fn any(self, rings: &[Ring]) -> bool {
-        rings.iter().any(|&r| self.0 & (1 << r as u8) != 0)
+    pub(crate) fn any(self, wakeups: &[Wakeup]) -> bool {
+        wakeups.iter().any(|&r| self.0 & (1 << r as u8) != 0)
     }
 }
