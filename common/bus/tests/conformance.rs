@@ -10,7 +10,7 @@ use bus::{
 };
 use common::{Attended, DEADLINE, Fixture, grid, origin, publish, sample_of, schedule_state, until};
 use messages::{
-    ArchiveBuffer, GridsBuilder, GridsHead, RobotProfile, ScheduleState, ScheduleStateBuilder, Stage, StatusRecord,
+    Activity, ArchiveBuffer, GridsBuilder, GridsHead, RobotProfile, ScheduleState, ScheduleStateBuilder, StatusRecord,
 };
 use std::time::Duration;
 
@@ -247,13 +247,13 @@ fn heartbeats_arrive_in_order_and_the_oldest_give_way() {
     let (_keeper, domain) = up(&fixture);
     let (bus, mut waiter) = Bus::join(domain, Daemon::Groundplan).unwrap();
     let reader = bus.status_reader().unwrap();
-    let record = StatusRecord { stage: Stage::Writing.into(), memory_bytes: 5, ..bytemuck::Zeroable::zeroed() };
+    let record = StatusRecord { activity: Activity::Writing.into(), memory_bytes: 5, ..bytemuck::Zeroable::zeroed() };
     let (other, _waiter) = Bus::join(domain, Daemon::Rasterize).unwrap();
     let writer = other.status_writer().unwrap();
     assert!(writer.send(record) && writer.send(record));
     for sequence in 1..=2 {
         let seen = until(&mut waiter, "a heartbeat", || reader.take().unwrap());
-        assert_eq!((seen.sequence, seen.stage.get(), seen.memory_bytes), (sequence, Stage::Writing, 5));
+        assert_eq!((seen.sequence, seen.activity.get(), seen.memory_bytes), (sequence, Activity::Writing, 5));
         assert_eq!((Daemon::from_id(seen.daemon), seen.process_id), (Some(Daemon::Rasterize), std::process::id()));
     }
     for _ in 0..1000 {

@@ -69,7 +69,7 @@ pub use requests::{
 };
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, in_background, run};
-pub use service::{AnswerOf, Done, Event, Service, Stages};
+pub use service::{AnswerOf, CurrentActivity, Done, Event, Service};
 pub use state::{Epochs, StateError, StateFile, write_durably};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};

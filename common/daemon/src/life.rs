@@ -6,14 +6,14 @@ use crate::input::Input;
 use crate::log::Log;
 use crate::request::Request;
 use crate::request_queue::RequestQueue;
-use crate::service::{Service, Stages};
+use crate::service::{CurrentActivity, Service};
 use crate::service_thread::{self, Job, Outcome, ServiceThread};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::{
     Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, RawSample, RawSubscriber, StatusWriter, TopicName, Waiter,
     Waker,
 };
-use messages::{ArchiveKind, Stage, StatusRecord};
+use messages::{Activity, ArchiveKind, StatusRecord};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
@@ -27,7 +27,7 @@ const RETRY: Duration = Duration::from_millis(200);
 pub(crate) struct Life<R> {
     daemon: Daemon,
     inputs: &'static [TopicName],
-    stages: Stages,
+    activity: CurrentActivity,
     to_service: Sender<Job<R>>,
     from_service: Receiver<Outcome>,
     is_busy: bool,
@@ -80,14 +80,14 @@ impl<R: Request> Life<R> {
     /// Starts the service's thread.
     pub(crate) fn of<S: Service<Request = R> + 'static>(
         service: S,
-        stages: Stages,
+        activity: CurrentActivity,
         reload: Reload,
     ) -> Result<Self, Failure> {
         let ServiceThread { jobs, outcomes } = service_thread::start(R::DAEMON.name(), service)?;
         Ok(Self {
             daemon: R::DAEMON,
             inputs: S::Input::TOPICS,
-            stages,
+            activity,
             to_service: jobs,
             from_service: outcomes,
             is_busy: false,
@@ -267,7 +267,7 @@ impl<R: Request> Life<R> {
                 if self.error != text {
                     warn!(service = self.daemon.name(), error = text, "what it was asked cannot be done");
                 }
-                self.stages.set(Stage::Idle);
+                self.activity.set(Activity::Idle);
                 let replied = self.requests.finish(Err(&text));
                 self.error = text;
                 replied
@@ -284,11 +284,11 @@ impl<R: Request> Life<R> {
     }
 
     fn beat(&self, status: &StatusWriter) {
-        let mut record = StatusRecord::of(self.stages.get(), resident_bytes());
+        let mut record = StatusRecord::of(self.activity.get(), resident_bytes());
         let text = if self.error.is_empty() { self.warning.as_deref().unwrap_or_default() } else { &self.error };
         record.set_error(text);
         record.epochs = self.epochs;
-        crate::systemd::alive(if text.is_empty() { self.stages.get().name() } else { text });
+        crate::systemd::alive(if text.is_empty() { self.activity.get().name() } else { text });
         if !status.send(record) {
             warn!(service = self.daemon.name(), "a heartbeat found no room in shared memory");
         }

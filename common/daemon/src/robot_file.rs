@@ -1,6 +1,6 @@
 //! Reads robot profiles from TOML.
 
-use messages::{Opens, RobotProfile};
+use messages::{DoorCapability, RobotProfile};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -145,9 +145,9 @@ fn opens_bits(words: &[String]) -> Result<u32, String> {
         return Ok(0);
     }
     let bit = |word: &String| {
-        let known = Opens::ALL.into_iter().find(|o| o.name() == word);
+        let known = DoorCapability::ALL.into_iter().find(|o| o.name() == word);
         known.map(|o| o as u32).ok_or_else(|| {
-            let names = Opens::ALL.map(Opens::name).join(", ");
+            let names = DoorCapability::ALL.map(DoorCapability::name).join(", ");
             format!("opens has {word:?}, it may hold {names}, or \"none\" alone")
         })
     };

@@ -5,7 +5,7 @@ use crate::failure::{Failure, chain};
 use crate::life::{Life, Reload};
 use crate::log::Log;
 use crate::request::Request;
-use crate::service::{Service, Stages};
+use crate::service::{CurrentActivity, Service};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::Daemon;
 use clap::{CommandFactory, FromArgMatches, Parser};
@@ -36,7 +36,7 @@ pub fn in_background() {
 
 /// Runs the daemon whose requests the service takes, until it is told to stop: exit code 0; 1 if it cannot go on, 2 for a
 /// configuration that cannot be used.
-pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, Stages) -> Result<S, Failure>) -> ExitCode {
+pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>) -> ExitCode {
     let daemon = S::Request::DAEMON;
     let arguments = arguments(daemon);
     let unusable = |why: &(dyn std::error::Error + 'static)| {
@@ -71,14 +71,14 @@ fn live<S: Service + 'static>(
     arguments: &Arguments,
     config: SiteConfig,
     log: Log,
-    make: impl FnOnce(&SiteConfig, Stages) -> Result<S, Failure>,
+    make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>,
 ) -> Result<(), Failure> {
     let domain = config.bus.domain()?;
     let stop = StopSignal::listen(arguments.with_stdin)?;
     let reload = Reload { signal: ReloadSignal::listen()?, path: arguments.config.clone(), config, log };
-    let stages = Stages::default();
-    let service = make(&reload.config, stages.clone())?;
-    let mut life = Life::of(service, stages, reload)?;
+    let activity = CurrentActivity::default();
+    let service = make(&reload.config, activity.clone())?;
+    let mut life = Life::of(service, activity, reload)?;
     // A service at work is not waited for: what it writes it writes whole.
     life.all_generations(&domain, stop)
 }

@@ -6,7 +6,7 @@ use crate::input::Input;
 use crate::progress::Reporter;
 use crate::request::{Published, Request};
 use bus::Bus;
-use messages::Stage;
+use messages::Activity;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -85,16 +85,16 @@ impl Done {
 
 /// Where a service says what it is doing.
 #[derive(Debug, Clone, Default)]
-pub struct Stages(Arc<Mutex<Stage>>);
+pub struct CurrentActivity(Arc<Mutex<Activity>>);
 
-impl Stages {
+impl CurrentActivity {
     /// From now on.
-    pub fn set(&self, stage: Stage) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = stage;
+    pub fn set(&self, activity: Activity) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = activity;
     }
 
     /// What it said last.
-    pub fn get(&self) -> Stage {
+    pub fn get(&self) -> Activity {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -7,7 +7,7 @@ use crate::life::{Life, Reload};
 use crate::log::Log;
 use crate::progress::Reporter;
 use crate::request::Request;
-use crate::service::{Done, Event, Service, Stages};
+use crate::service::{CurrentActivity, Done, Event, Service};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::{Bus, Daemon, Domain, Keeper, Waiter};
 use serde::{Deserialize, Serialize};
@@ -128,7 +128,7 @@ pub(crate) fn live(service: Diary) -> Live {
         std::fs::write(&path, "state = \"state\"\n").unwrap();
         let config = SiteConfig::read(&path).unwrap();
         let reload = Reload { signal: ReloadSignal::listen().unwrap(), path, config, log };
-        let mut life = Life::of(Diary { asked: Some(asked), ..service }, Stages::default(), reload).unwrap();
+        let mut life = Life::of(Diary { asked: Some(asked), ..service }, CurrentActivity::default(), reload).unwrap();
         let result = life.all_generations(&of_daemon, StopSignal::listen(false).unwrap());
         let _ = ended.send(result.map_or_else(|why| why.to_string(), |()| "stopped".to_owned()));
     });

@@ -5,7 +5,7 @@ use crate::input::{ExportFile, ExportInput};
 use crate::site_frame::{MapFromWorld, SiteFrameFile};
 use crate::text::{hex, text_or_null};
 use frames::metres;
-use messages::{FloorKind, Opens, RobotProfile, ScheduleState, Site};
+use messages::{DoorCapability, FloorKind, RobotProfile, ScheduleState, Site};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -306,7 +306,11 @@ impl Robot {
             footprint_m: (!input.index.robot_footprint_m.is_empty()).then(|| input.index.robot_footprint_m.to_vec()),
             max_slope_rad,
             climbs_stairs: climbs_stairs == 1,
-            opens: Opens::ALL.into_iter().filter(|o| input.index.head.robot.opens(*o)).map(Opens::name).collect(),
+            opens: DoorCapability::ALL
+                .into_iter()
+                .filter(|o| input.index.head.robot.opens(*o))
+                .map(DoorCapability::name)
+                .collect(),
             door_margin_m,
             edge_margin_m,
             work_margin_m,

@@ -97,7 +97,7 @@ impl NotMapped {
 }
 
 /// A room has floor if as much of its cells are floor.
-const LEAST_FLOOR_SHARE: f64 = 0.02;
+const MIN_FLOOR_SHARE: f64 = 0.02;
 
 /// Rooms with a body that are on no map, from large to small: no gross areas, nothing outdoors. Of storeys that are not written, or
 /// have no floor anywhere yet, nothing is said.
@@ -113,7 +113,7 @@ pub fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<RoomNotMapped> {
             }
         }
         for (space, [all, floor]) in cells.into_iter().enumerate().filter(|(_, [all, _])| *all > 0) {
-            without_floor[space] = f64::from(floor) < f64::from(all) * LEAST_FLOOR_SHARE;
+            without_floor[space] = f64::from(floor) < f64::from(all) * MIN_FLOOR_SHARE;
         }
     }
     let room = |space: usize| {

@@ -70,10 +70,10 @@ fn storey(name: &str) -> Storey {
 
 fn seen(head: DeviationsHead) -> ArchiveBuffer {
     let mut d = DeviationsBuilder::new(head);
-    let record = |element: u32, observation: Observation, judgement: Judgement| ElementDeviationRecord {
+    let record = |element: u32, observation: Observation, verdict: DeviationVerdict| ElementDeviationRecord {
         element,
         observation: observation.into(),
-        judgement: judgement.into(),
+        verdict: verdict.into(),
         planned: ElementState::Built.into(),
         sample_m: 0.05,
         n_samples: 40,
@@ -86,18 +86,18 @@ fn seen(head: DeviationsHead) -> ArchiveBuffer {
         ElementDeviationRecord {
             offset_m: 0.3,
             displacement_m: [0.0, 0.3],
-            ..record(0, Observation::Displaced, Judgement::Displaced)
+            ..record(0, Observation::Displaced, DeviationVerdict::Displaced)
         },
         ElementDeviationRecord {
             planned: ElementState::NotStarted.into(),
-            ..record(1, Observation::Observed, Judgement::Early)
+            ..record(1, Observation::Observed, DeviationVerdict::Early)
         },
         ElementDeviationRecord {
             reason: UnseenReason::NotSeen.into(),
             n_visible: 0,
             n_confirmed: 0,
             n_contradicted: 0,
-            ..record(2, Observation::Unseen, Judgement::Unknown)
+            ..record(2, Observation::Unseen, DeviationVerdict::Unknown)
         },
     ];
     d.points = vec![[25_000, 5_000], [30_000, 5_000], [30_000, 10_000], [25_000, 10_000]];
@@ -110,7 +110,7 @@ fn seen(head: DeviationsHead) -> ArchiveBuffer {
         space: NONE,
         ..Zeroable::zeroed()
     }];
-    d.seen = [Seen::Unknown, Seen::Free, Seen::Occupied].repeat(400);
+    d.seen = [SlamCell::Unknown, SlamCell::Free, SlamCell::Occupied].repeat(400);
     d.finish()
 }
 

@@ -16,7 +16,7 @@ mod section {
 /// How sure an alignment is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
-pub enum Verdict {
+pub enum AlignmentVerdict {
     /// One pose, and no other comes near.
     Accepted = 0,
     /// Several poses that cannot be told apart, or one that is not held in place.
@@ -25,7 +25,7 @@ pub enum Verdict {
     Refused = 2,
 }
 
-impl Verdict {
+impl AlignmentVerdict {
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -65,7 +65,7 @@ impl PoseState {
 /// What speaks for a pose; all from 0 to 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
 #[repr(C)]
-pub struct Evidence {
+pub struct PoseEvidence {
     /// How well walls lie on walls: what poses are compared by.
     pub score: f64,
     /// How much of the SLAM map's walls the model has.
@@ -87,7 +87,7 @@ pub struct PoseRecord {
     /// The middle of what the SLAM map shows, in its frame.
     pub about_m: [f64; 2],
     /// What speaks for it.
-    pub evidence: Evidence,
+    pub evidence: PoseEvidence,
     /// Map storey; [`NONE`] for a map without a site.
     pub map_storey: u32,
     /// Zero.
@@ -116,7 +116,7 @@ pub struct AlignmentHead {
     /// Why the newest judgement is not `accepted`; empty if it is.
     pub reason: Text,
     /// How sure the newest map is.
-    pub verdict: Tag<Verdict>,
+    pub verdict: Tag<AlignmentVerdict>,
     /// What the pose that counts rests on.
     pub state: Tag<PoseState>,
     /// 1 if a pose waits to be confirmed.
@@ -176,7 +176,7 @@ impl<'a> Alignment<'a> {
     }
 
     /// How sure the newest map is.
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> AlignmentVerdict {
         self.head.verdict.get()
     }
 
@@ -208,7 +208,7 @@ impl PoseRecord {
         map_from_slam: [0.0; 3],
         covariance: [0.0; 9],
         about_m: [0.0; 2],
-        evidence: Evidence { score: 0.0, precision: 0.0, recall: 0.0, free: 0.0 },
+        evidence: PoseEvidence { score: 0.0, precision: 0.0, recall: 0.0, free: 0.0 },
         map_storey: NONE,
         reserved: 0,
     };
@@ -224,7 +224,7 @@ impl PoseRecord {
     }
 
     fn is_finite(&self) -> bool {
-        let Evidence { score, precision, recall, free } = self.evidence;
+        let PoseEvidence { score, precision, recall, free } = self.evidence;
         let evidence = [score, precision, recall, free];
         let numbers = self.map_from_slam.iter().chain(&self.covariance).chain(&self.about_m).chain(&evidence);
         numbers.into_iter().all(|n| n.is_finite())
@@ -288,7 +288,7 @@ mod tests {
             scale: 1.0,
             scale_deviation: 0.001,
             reason: Text::default(),
-            verdict: Verdict::Ambiguous.into(),
+            verdict: AlignmentVerdict::Ambiguous.into(),
             state: PoseState::Held.into(),
             is_waiting: 0,
             reserved: 0,
@@ -299,7 +299,10 @@ mod tests {
     fn poses_and_reasons_come_back() {
         let buffer = AlignmentBuilder { head: head(), reason: "two fit", candidates: &[PoseRecord::NONE; 2] }.finish();
         let view = Alignment::open(buffer.bytes()).unwrap();
-        assert_eq!((view.verdict(), view.state(), view.reason()), (Verdict::Ambiguous, PoseState::Held, "two fit"));
+        assert_eq!(
+            (view.verdict(), view.state(), view.reason()),
+            (AlignmentVerdict::Ambiguous, PoseState::Held, "two fit")
+        );
         assert_eq!(view.pose().unwrap().map_from_slam, [1.0, 2.0, 0.5]);
         assert!(view.waiting().is_none() && view.candidates.len() == 2);
     }

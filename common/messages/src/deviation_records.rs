@@ -55,7 +55,7 @@ impl DeviationsHead {
 /// What a cell of the SLAM map says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u8)]
-pub enum Seen {
+pub enum SlamCell {
     /// Nobody looked.
     Unknown = 0,
     /// Nothing stands there.
@@ -96,7 +96,7 @@ impl Observation {
 /// An observation compared with the planned state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
-pub enum Judgement {
+pub enum DeviationVerdict {
     /// As planned.
     OnPlan = 1,
     /// Planned to be built, or removed, and is not yet.
@@ -109,8 +109,8 @@ pub enum Judgement {
     Unknown = 5,
 }
 
-impl Judgement {
-    /// All judgements.
+impl DeviationVerdict {
+    /// All verdicts.
     pub const ALL: [Self; 5] = [Self::OnPlan, Self::Late, Self::Early, Self::Displaced, Self::Unknown];
 
     /// Its word in files.
@@ -183,7 +183,7 @@ pub struct ElementDeviationRecord {
     /// What the robot saw of it.
     pub observation: Tag<Observation>,
     /// What that means beside the plan.
-    pub judgement: Tag<Judgement>,
+    pub verdict: Tag<DeviationVerdict>,
     /// Why nothing can be said of it.
     pub reason: Tag<UnseenReason>,
     /// Samples on sides that no other element covers.

@@ -4,7 +4,7 @@ use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionL
 use crate::archive_writer::ArchiveWriter;
 use crate::deviation_records::*;
 use crate::payload;
-use crate::site::FARTHEST_TENTHS;
+use crate::site::MAX_COORDINATE_TENTHS;
 use crate::site_records::RingRecord;
 use crate::tag::{Tag, check_tags};
 use grid::MAX_CELLS;
@@ -36,7 +36,7 @@ pub struct Deviations<'a> {
     /// How the SLAM map is bent, by place.
     pub residuals: &'a [ResidualRecord],
     /// The SLAM map in the axes of `map`: row-major from the lower left; [`DeviationsHead::spec`] says where.
-    pub seen: &'a [Tag<Seen>],
+    pub seen: &'a [Tag<SlamCell>],
 }
 
 impl<'a> Deviations<'a> {
@@ -82,7 +82,7 @@ impl<'a> Deviations<'a> {
     fn check_tags(&self) -> Result<(), ArchiveError> {
         check_tags(self.seen.iter().copied(), "state of a cell")?;
         check_tags(self.elements.iter().map(|e| e.observation), "observation")?;
-        check_tags(self.elements.iter().map(|e| e.judgement), "judgement")?;
+        check_tags(self.elements.iter().map(|e| e.verdict), "judgement")?;
         check_tags(self.elements.iter().map(|e| e.reason), "reason for not seeing")?;
         check_tags(self.elements.iter().map(|e| e.planned), "state of an element")
     }
@@ -96,7 +96,7 @@ impl<'a> Deviations<'a> {
         let is_near = |first: i32, n: u32| {
             let end = i64::from(first) + i64::from(n);
             i64::from(first).abs().max(end.abs()).saturating_mul(i64::from(head.cell_tenths))
-                <= 2 * i64::from(FARTHEST_TENTHS)
+                <= 2 * i64::from(MAX_COORDINATE_TENTHS)
         };
         let whole = numbers.chain(&lengths).all(|n| is_metres(*n))
             && head.cell_tenths > 0
@@ -126,7 +126,7 @@ impl<'a> Deviations<'a> {
             // Obstacles that share rings, or rings that share points, would be walked again and again.
             && all(&mut self.obstacles.iter().map(|o| o.n_rings)) <= self.rings.len() as u64
             && all(&mut self.rings.iter().map(|r| r.n_points)) <= self.points.len() as u64
-            && self.points.as_flattened().iter().all(|c| c.unsigned_abs() <= FARTHEST_TENTHS)
+            && self.points.as_flattened().iter().all(|c| c.unsigned_abs() <= MAX_COORDINATE_TENTHS)
             && self.residuals.iter().all(|r| {
                 r.at_m.iter().chain(&r.residual_m).chain([&r.deviation_m]).all(|n| is_metres(*n))
             });
@@ -136,7 +136,7 @@ impl<'a> Deviations<'a> {
 
 /// A number that files can be made from: finite, and within a site.
 fn is_metres(number: f64) -> bool {
-    number.abs() <= f64::from(FARTHEST_TENTHS)
+    number.abs() <= f64::from(MAX_COORDINATE_TENTHS)
 }
 
 /// Records of a `deviations` archive to be.
@@ -149,7 +149,7 @@ pub struct DeviationsBuilder {
     pub rings: Vec<RingRecord>,
     pub points: Vec<[i32; 2]>,
     pub residuals: Vec<ResidualRecord>,
-    pub seen: Vec<Seen>,
+    pub seen: Vec<SlamCell>,
 }
 
 impl DeviationsBuilder {
@@ -163,7 +163,7 @@ impl DeviationsBuilder {
             rings: Vec::new(),
             points: Vec::new(),
             residuals: Vec::new(),
-            seen: vec![Seen::Unknown; n_cells],
+            seen: vec![SlamCell::Unknown; n_cells],
         }
     }
 
@@ -206,7 +206,7 @@ mod tests {
     fn one_obstacle() -> DeviationsBuilder {
         let mut builder =
             DeviationsBuilder::new(DeviationsHead { cell_tenths: 500, width: 2, height: 1, ..Zeroable::zeroed() });
-        builder.seen = vec![Seen::Free, Seen::Occupied];
+        builder.seen = vec![SlamCell::Free, SlamCell::Occupied];
         builder.points = vec![[0, 0], [500, 0], [0, 500]];
         builder.rings = vec![RingRecord { first_point: 0, n_points: 3 }];
         builder.obstacles = vec![ObstacleRecord { area_m2: 0.1, n_rings: 1, space: NONE, ..Zeroable::zeroed() }];
@@ -228,7 +228,7 @@ mod tests {
             change(&mut builder);
             Deviations::open(builder.finish().bytes()).is_err()
         };
-        assert!(refused(|b| b.seen.push(Seen::Free)));
+        assert!(refused(|b| b.seen.push(SlamCell::Free)));
         assert!(refused(|b| b.head.cell_tenths = 0));
         assert!(refused(|b| b.head.lidar_z_m = f64::NAN));
         assert!(refused(|b| b.obstacles[0].first_ring = 1));

@@ -49,7 +49,9 @@ mod status;
 mod tag;
 mod text_pool;
 
-pub use alignment::{Alignment, AlignmentBuilder, AlignmentHead, Evidence, PoseRecord, PoseState, Verdict};
+pub use alignment::{
+    Alignment, AlignmentBuilder, AlignmentHead, AlignmentVerdict, PoseEvidence, PoseRecord, PoseState,
+};
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, TextList,
     sections_len,
@@ -67,7 +69,7 @@ pub use mission_plan::{MissionPlan, MissionPlanBuilder};
 pub use mission_plan_records::*;
 pub use nearest_names::{nearest_names, nearest_names_hint};
 pub use payload::Payload;
-pub use robot::{Opens, RobotLimitError, RobotProfile};
+pub use robot::{DoorCapability, RobotLimitError, RobotProfile};
 pub use sample_header::{InputHashes, SampleError, SampleHeader};
 pub use schedule_records::*;
 pub use schedule_state::{
@@ -78,6 +80,6 @@ pub use site::Site;
 pub use site_builder::SiteBuilder;
 pub use site_records::*;
 pub use slam_map::{SlamMap, SlamMapHead};
-pub use status::{Stage, StatusRecord};
+pub use status::{Activity, StatusRecord};
 pub use tag::{Enumeration, Tag, TagOf};
 pub use text_pool::TextPool;

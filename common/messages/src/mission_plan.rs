@@ -45,7 +45,7 @@ pub struct MissionPlan<'a> {
     pub points: &'a [[f64; 3]],
     /// What somebody should know.
     pub diagnostics: &'a [DiagnosticRecord],
-    /// Parts of the floors of at least [`FloorPartRecord::LEAST_M2`], storey by storey, from large to small.
+    /// Parts of the floors of at least [`FloorPartRecord::MIN_AREA_M2`], storey by storey, from large to small.
     pub floor_parts: &'a [FloorPartRecord],
 }
 

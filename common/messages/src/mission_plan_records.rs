@@ -256,7 +256,7 @@ const _: () = assert!(size_of::<FloorPartRecord>() == 48);
 
 impl FloorPartRecord {
     /// Smaller parts are not told: a place to stand and no way.
-    pub const LEAST_M2: f64 = 0.1;
+    pub const MIN_AREA_M2: f64 = 0.1;
 }
 
 /// What a node of the route graph is.

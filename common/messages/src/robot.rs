@@ -28,7 +28,7 @@ pub struct RobotProfile {
     pub lidar_range_m: f64,
     /// Height of the scanning sensor above the floor.
     pub sensor_height_m: f64,
-    /// Door operations it manages: bits of [`Opens`].
+    /// Door operations it manages: bits of [`DoorCapability`].
     pub opens: u32,
     /// 1 if it climbs stairs.
     pub climbs_stairs: u32,
@@ -61,7 +61,7 @@ pub enum RobotLimitError {
 /// Kinds of door operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
-pub enum Opens {
+pub enum DoorCapability {
     /// Leaves on hinges; an unknown operation counts as this.
     Swing = 1,
     /// Sliding leaves.
@@ -74,7 +74,7 @@ pub enum Opens {
     Rolling = 16,
 }
 
-impl Opens {
+impl DoorCapability {
     /// All kinds.
     pub const ALL: [Self; 5] = [Self::Swing, Self::Sliding, Self::Folding, Self::Revolving, Self::Rolling];
 
@@ -104,7 +104,7 @@ impl RobotProfile {
         lidar_height_m: 0.3,
         lidar_range_m: 0.0,
         sensor_height_m: 1.2,
-        opens: Opens::Swing as u32 | Opens::Sliding as u32,
+        opens: DoorCapability::Swing as u32 | DoorCapability::Sliding as u32,
         climbs_stairs: 0,
     };
 
@@ -137,7 +137,7 @@ impl RobotProfile {
     }
 
     /// True if it manages this kind of door.
-    pub fn opens(&self, operation: Opens) -> bool {
+    pub fn opens(&self, operation: DoorCapability) -> bool {
         self.opens & operation as u32 != 0
     }
 

@@ -2,7 +2,7 @@
 
 use crate::archive::{Archive, ArchiveError, ArchiveKind, NONE, Text};
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
-use crate::robot::Opens;
+use crate::robot::DoorCapability;
 use crate::schedule_records::*;
 use crate::site_records::*;
 use crate::tag::check_tags;
@@ -230,7 +230,8 @@ impl<'a> Site<'a> {
         check_tags(self.sequences.iter().map(|s| s.kind), "kind of sequence")?;
         check_tags(self.task_links.iter().map(|l| l.kind), "kind of link")?;
         check_diagnostics(self.diagnostics)?;
-        let is_door_operation = |d: &DoorRecord| d.opens == 0 || Opens::ALL.iter().any(|o| *o as u32 == d.opens);
+        let is_door_operation =
+            |d: &DoorRecord| d.opens == 0 || DoorCapability::ALL.iter().any(|o| *o as u32 == d.opens);
         if self.doors.iter().all(is_door_operation) {
             Ok(())
         } else {
@@ -275,9 +276,9 @@ impl<'a> Site<'a> {
 
     /// Coordinates whose differences do not overflow, bounds that are rectangles, boxes that are finite.
     fn check_numbers(&self) -> Result<(), ArchiveError> {
-        let is_near = |c: &i32| c.unsigned_abs() <= FARTHEST_TENTHS;
+        let is_near = |c: &i32| c.unsigned_abs() <= MAX_COORDINATE_TENTHS;
         let is_box = |b: &BoxRecord| {
-            let is_near = |c: &f64| c.abs() <= f64::from(FARTHEST_TENTHS);
+            let is_near = |c: &f64| c.abs() <= f64::from(MAX_COORDINATE_TENTHS);
             b.centre.iter().chain(&b.half).all(is_near) && b.axis.iter().all(|a| a.abs() <= 1.001)
         };
         let elements = self.elements.iter().flat_map(|e| e.min_tenths.iter().chain(&e.max_tenths));
@@ -417,7 +418,7 @@ impl<'a> Site<'a> {
 
 /// The farthest that a coordinate may be from the origin of the map, in tenths of a millimetre: 100 km, and differences of two
 /// do not overflow.
-pub(crate) const FARTHEST_TENTHS: u32 = 1_000_000_000;
+pub(crate) const MAX_COORDINATE_TENTHS: u32 = 1_000_000_000;
 
 impl BoxRecord {
     /// The rectangle.

@@ -342,7 +342,7 @@ pub struct DoorRecord {
     pub spaces: [u32; 2],
     /// Operation type as the schema spells it; empty if unknown.
     pub operation: Text,
-    /// [`crate::Opens`] as a number; 0 if it does not open.
+    /// [`crate::DoorCapability`] as a number; 0 if it does not open.
     pub opens: u32,
     /// Where the clear width comes from.
     pub clear_width_from: Tag<ClearWidth>,

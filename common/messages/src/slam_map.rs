@@ -29,13 +29,13 @@ impl SlamMapHead {
     /// Sides of cells.
     pub const RESOLUTION_M: [f64; 2] = [0.001, 10.0];
     /// Places of corners are nearer than this to the frame's origin.
-    pub const FARTHEST_M: f64 = 1e7;
+    pub const MAX_COORDINATE_M: f64 = 1e7;
 
     fn is_usable(&self) -> bool {
         let [least_m, most_m] = Self::RESOLUTION_M;
         least_m <= self.resolution_m
             && self.resolution_m <= most_m
-            && self.origin.iter().all(|c| c.abs() < Self::FARTHEST_M)
+            && self.origin.iter().all(|c| c.abs() < Self::MAX_COORDINATE_M)
             && u64::from(self.width) * u64::from(self.height) <= Self::MAX_CELLS
     }
 }

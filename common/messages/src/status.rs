@@ -6,7 +6,7 @@ use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 /// What a daemon is doing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
-pub enum Stage {
+pub enum Activity {
     /// Waits for inputs or commands.
     #[default]
     Idle = 0,
@@ -20,7 +20,7 @@ pub enum Stage {
     Published = 4,
 }
 
-impl Stage {
+impl Activity {
     /// Its word in reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -42,7 +42,7 @@ pub struct StatusRecord {
     /// Its process.
     pub process_id: u32,
     /// What it is doing.
-    pub stage: Tag<Stage>,
+    pub activity: Tag<Activity>,
     /// Bytes of `error` that are used.
     pub error_length: u32,
     /// Counts the heartbeats of the process.
@@ -63,8 +63,8 @@ impl StatusRecord {
     pub const MAX_ERROR_BYTES: usize = 344;
 
     /// A heartbeat without an error; what the bus fills in is zero.
-    pub fn of(stage: Stage, memory_bytes: u64) -> Self {
-        Self { stage: stage.into(), memory_bytes, ..Zeroable::zeroed() }
+    pub fn of(activity: Activity, memory_bytes: u64) -> Self {
+        Self { activity: activity.into(), memory_bytes, ..Zeroable::zeroed() }
     }
 
     /// Sets the last error; an empty text says that there is none.

@@ -203,7 +203,7 @@ fn deviations_with_an_unknown_observation_are_refused() {
     let fields = [
         (place_of(&archive, &view.seen[0]), "state of a cell"),
         (place_of(&archive, &element.observation), "observation"),
-        (place_of(&archive, &element.judgement), "judgement"),
+        (place_of(&archive, &element.verdict), "judgement"),
         (place_of(&archive, &element.reason), "reason for not seeing"),
         (place_of(&archive, &element.planned), "state of an element"),
     ];

@@ -1,7 +1,7 @@
 //! An alignment as JSON, as text and as a line, from its archive: the same for files and for the running daemon.
 
 use crate::date_argument::optional_text;
-use messages::{Alignment, Evidence, NONE, PoseRecord, SampleHeader, Verdict};
+use messages::{Alignment, AlignmentVerdict, NONE, PoseEvidence, PoseRecord, SampleHeader};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -59,7 +59,7 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
         let _ = write!(out, ": {}", alignment.reason());
     }
     out.push('\n');
-    if alignment.verdict() == Verdict::Ambiguous {
+    if alignment.verdict() == AlignmentVerdict::Ambiguous {
         let best = alignment.candidates.first().map_or(0.0, |pose| pose.evidence.score);
         let near = alignment.candidates.iter().filter(|pose| pose.evidence.score > NEAR_BEST * best);
         near.for_each(|pose| line(&mut out, pose, ""));
@@ -154,7 +154,7 @@ fn inverse(pose: &PoseRecord) -> Value {
 }
 
 /// The parts of a score.
-pub(crate) fn evidence(evidence: &Evidence) -> Value {
-    let Evidence { precision, recall, free, .. } = evidence;
+pub(crate) fn evidence(evidence: &PoseEvidence) -> Value {
+    let PoseEvidence { precision, recall, free, .. } = evidence;
     json!({"precision": precision, "recall": recall, "free": free})
 }

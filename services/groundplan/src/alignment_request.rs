@@ -7,7 +7,7 @@ use crate::run::Outcome;
 use crate::wait::{ask, join};
 use bus::{CheckedSample, topics};
 use daemon::AlignRequest;
-use messages::Verdict;
+use messages::AlignmentVerdict;
 use std::time::{Duration, Instant};
 
 /// The alignment is there when the answer is, but for the way to this process.
@@ -52,5 +52,5 @@ pub(crate) fn outcome_of(sample: &CheckedSample<topics::Alignment>, json: bool) 
         ),
         false => alignment_report::text(&alignment),
     };
-    Outcome { text, is_well: alignment.verdict() == Verdict::Accepted }
+    Outcome { text, is_well: alignment.verdict() == AlignmentVerdict::Accepted }
 }

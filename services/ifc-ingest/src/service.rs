@@ -2,11 +2,11 @@
 
 use bus::{Bus, topics};
 use daemon::{
-    Done, Epochs, Event, Failure, IngestRequest, LatchedOutput, NoInput, Published, Reporter, Service, SiteConfig,
-    Stages, StateFile, write_durably,
+    CurrentActivity, Done, Epochs, Event, Failure, IngestRequest, LatchedOutput, NoInput, Published, Reporter, Service,
+    SiteConfig, StateFile, write_durably,
 };
 use ingest::{IngestOptions, SiteFrame, SourceFile, ingest};
-use messages::{ArchiveBuffer, Checked, InputHashes, Stage, payload};
+use messages::{Activity, ArchiveBuffer, Checked, InputHashes, payload};
 use serde::{Deserialize, Serialize};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub(crate) struct IngestService {
     state: StateFile,
     cache: PathBuf,
     epochs: Epochs,
-    stages: Stages,
+    activity: CurrentActivity,
     output: LatchedOutput<topics::Site>,
     models: Vec<PathBuf>,
     allow_boxes: bool,
@@ -49,7 +49,7 @@ impl IngestService {
     ///
     /// # Errors
     /// State that cannot be used. A cache that cannot be used is made anew.
-    pub(crate) fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+    pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "loaded.json")?;
         let mut epochs = Epochs::at(&config.state, "ifc-ingest-epochs.json")?;
         let cache = config.state.join("site.gpar");
@@ -64,12 +64,12 @@ impl IngestService {
             }
             None => Vec::new(),
         };
-        Ok(Self { state, cache, epochs, stages, output, models, allow_boxes: config.allow_boxes, stamps })
+        Ok(Self { state, cache, epochs, activity, output, models, allow_boxes: config.allow_boxes, stamps })
     }
 
     /// Reads these files and publishes their site. A file that is broken leaves the last good site where it is.
     fn load(&mut self, models: Vec<PathBuf>, reporter: &Reporter) -> Result<Done, Failure> {
-        self.stages.set(Stage::Reading);
+        self.activity.set(Activity::Reading);
         reporter.report("reading files", 0.0);
         let stamps: Vec<Option<FileStamp>> = models.iter().map(|path| stamp(path)).collect();
         let is_revision = models == self.models;
@@ -79,7 +79,7 @@ impl IngestService {
             Ok(SourceFile { path: path.clone(), bytes })
         };
         let files: Vec<SourceFile> = models.iter().map(read).collect::<Result<_, _>>()?;
-        let stages = self.stages.clone();
+        let activity = self.activity.clone();
         // A robot is localised in the frame of its site: a revision keeps it, another site has another.
         let old = self.frame();
         let options = IngestOptions {
@@ -89,14 +89,15 @@ impl IngestService {
             prefer_last: false,
             allow_boxes: self.allow_boxes,
             progress: &|progress| {
-                let stage = if progress.stage == ingest::Stage::Meshing { Stage::Meshing } else { Stage::Reading };
-                stages.set(stage);
+                let stage =
+                    if progress.stage == ingest::Stage::Meshing { Activity::Meshing } else { Activity::Reading };
+                activity.set(stage);
                 reporter.report(&progress.doing(), FILES_READ + (SITE_MADE - FILES_READ) * progress.share);
             },
         };
         reporter.report("reading files", FILES_READ);
         let site = ingest(&files, &options)?;
-        self.stages.set(Stage::Writing);
+        self.activity.set(Activity::Writing);
         reporter.report("writing the site", SITE_MADE);
         write_durably(&self.cache, site.bytes())
             .map_err(|e| format!("{} cannot be written: {e}", self.cache.display()))?;
@@ -116,7 +117,7 @@ impl IngestService {
     }
 
     fn done(&self) -> Done {
-        self.stages.set(Stage::Published);
+        self.activity.set(Activity::Published);
         Done { published: self.output.published(), ..Done::default() }
     }
 
@@ -179,7 +180,7 @@ impl Service for IngestService {
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         self.output.attach(bus, &mut self.epochs)?;
         if self.output.last().is_some() {
-            self.stages.set(Stage::Published);
+            self.activity.set(Activity::Published);
         }
         Ok(())
     }

@@ -2,8 +2,10 @@
 
 use crate::saved_robot::SavedRobot;
 use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
-use daemon::{Done, Epochs, Event, Failure, Published, RasterizeRequest, Reporter, Robot, Service, SiteConfig, Stages};
-use messages::{InputHashes, RobotProfile, Stage};
+use daemon::{
+    CurrentActivity, Done, Epochs, Event, Failure, Published, RasterizeRequest, Reporter, Robot, Service, SiteConfig,
+};
+use messages::{Activity, InputHashes, RobotProfile};
 use raster::Rasterizer;
 use rayon::prelude::*;
 use std::path::Path;
@@ -22,7 +24,7 @@ pub struct RasterizeService {
     /// What an operator should know about the robot.
     warning: Option<String>,
     epochs: Epochs,
-    stages: Stages,
+    activity: CurrentActivity,
     bus: Option<Bus>,
     index: Option<Publisher<topics::Grids>>,
     grids: Vec<Publisher<topics::Grid>>,
@@ -42,7 +44,7 @@ impl RasterizeService {
     ///
     /// # Errors
     /// A robot profile, a resolution or state that cannot be used.
-    pub fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+    pub fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let (saved, robot, warning) = SavedRobot::open(&config.state, &config.robot)?;
         grid::GridSpec::cell_tenths_of(config.robot.resolution_m)?;
         Ok(Self {
@@ -51,7 +53,7 @@ impl RasterizeService {
             saved,
             warning,
             epochs: Epochs::at(&config.state, "rasterize-epochs.json")?,
-            stages,
+            activity,
             bus: None,
             index: None,
             grids: Vec::new(),
@@ -65,7 +67,7 @@ impl RasterizeService {
     }
 
     fn see_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
-        self.stages.set(Stage::Reading);
+        self.activity.set(Activity::Reading);
         let rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
         if rasterizer.n_storeys() > GridSlot::COUNT {
             let n = rasterizer.n_storeys();
@@ -85,7 +87,7 @@ impl RasterizeService {
     /// Cuts the site for the robot, and draws it.
     fn cut(&mut self) -> Result<Done, Failure> {
         let Some((site, rasterizer)) = &mut self.site else { return Ok(self.done()) };
-        self.stages.set(Stage::Reading);
+        self.activity.set(Activity::Reading);
         *rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
         self.published.fill(None);
         self.draw()
@@ -117,7 +119,7 @@ impl RasterizeService {
             return Ok(Done::default());
         }
         schedule_state.check_site(&site)?;
-        self.stages.set(Stage::Writing);
+        self.activity.set(Activity::Writing);
         self.is_pending = true;
         rasterizer.draw(&site, &schedule_state);
         let inputs = InputHashes {
@@ -150,7 +152,7 @@ impl RasterizeService {
         let publisher = self.index.as_ref().ok_or("it is not attached to a bus")?;
         let sent = publisher.publish(&index, Origin { epoch, frame_epoch, inputs })?;
         info!(service = "rasterize", epoch, storeys, published = n_published, "grids published");
-        self.stages.set(Stage::Published);
+        self.activity.set(Activity::Published);
         self.is_pending = false;
         self.last = Published { content_hash: sent.content_hash, epoch };
         Ok(self.done())

@@ -7,8 +7,8 @@ mod support;
 
 use bus::{Bus, CheckedSample, Daemon, Domain, Keeper, Origin, Publisher, Subscriber, Topic, Waiter, topics};
 use daemon::{
-    AlignConfig, BusConfig, ClockConfig, Event, LogConfig, RobotConfig, ScheduleConfig, Service, SiteConfig, Stages,
-    WaypointConfig, WorldConfig,
+    AlignConfig, BusConfig, ClockConfig, CurrentActivity, Event, LogConfig, RobotConfig, ScheduleConfig, Service,
+    SiteConfig, WaypointConfig, WorldConfig,
 };
 use grid::Class;
 use messages::*;
@@ -28,7 +28,7 @@ fn house() -> ArchiveBuffer {
     house.slab([-0.2, -1.5], [4.2, -0.2], 0.0);
     house.add(Class::Mep, [1.0, 1.0, 2.2], [2.0, 2.0, 2.4]);
     house.opening(0);
-    house.door(0.8, Opens::Swing);
+    house.door(0.8, DoorCapability::Swing);
     house.space([0.0, 0.0], [2.0, 3.0]);
     house.space([2.0, 0.0], [4.0, 3.0]);
     house.builder.spaces.iter_mut().for_each(|s| s.map_storey = 0);
@@ -105,7 +105,7 @@ fn walk_twice() {
     let (bus, _waiter) = Bus::join(&domain, Daemon::Rasterize).unwrap();
     let (sites_in, schedule_states_in) =
         (bus.subscriber(topics::Site).unwrap(), bus.subscriber(topics::ScheduleState).unwrap());
-    let mut service = RasterizeService::new(&config, Stages::default()).unwrap();
+    let mut service = RasterizeService::new(&config, CurrentActivity::default()).unwrap();
     service.attach(&bus).unwrap();
     sites.publish(&site);
     service.handle(Event::Input(RasterizeInput::Site(take(&sites_in)))).unwrap();

@@ -3,13 +3,13 @@
 use crate::plan_time_clock::{PlanTimeClock, Reached, Reading};
 use bus::{Bus, CheckedSample, topics};
 use daemon::{
-    ActualsSource, Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, ScheduleAnswer, ScheduleRequest,
-    Service, SiteConfig, Stages, StateFile, write_durably,
+    ActualsSource, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, ScheduleAnswer,
+    ScheduleRequest, Service, SiteConfig, StateFile, write_durably,
 };
 use frames::PlanTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
-use messages::{Checked, InputHashes, Site, Stage};
+use messages::{Activity, Checked, InputHashes, Site};
 use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate, parse_actuals};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ pub(crate) struct ScheduleService {
     tables: [PathBuf; 2],
     overrides: Overrides,
     epochs: Epochs,
-    stages: Stages,
+    activity: CurrentActivity,
     output: LatchedOutput<topics::ScheduleState>,
     /// What the schedule was evaluated from; kept to evaluate it again when rules or progress change.
     site: Option<CheckedSample<topics::Site>>,
@@ -56,7 +56,7 @@ impl ScheduleService {
     ///
     /// # Errors
     /// Rules, a plan time or state that cannot be used.
-    pub(crate) fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+    pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let rules = read_rules(config)?;
         let zone = rules.site_zone.as_ref();
         let first = config.schedule.plan_time.as_deref().map(|text| PlanTime::parse(text, zone)).transpose()?;
@@ -73,7 +73,7 @@ impl ScheduleService {
             overrides: Overrides { actuals, observed, ..Overrides::default() },
             tables,
             epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
-            stages,
+            activity,
             output: LatchedOutput::new(topics::ScheduleState),
             site: None,
             evaluated: None,
@@ -179,7 +179,7 @@ impl ScheduleService {
             self.site = Some(site);
             return self.tick();
         }
-        self.stages.set(Stage::Reading);
+        self.activity.set(Activity::Reading);
         let evaluated = evaluated(&site, &self.rules, &self.overrides)?;
         let changes = evaluated.timeline.instants_s().len();
         info!(service = "schedule-eval", tasks = site.view().tasks.len(), changes, "schedule evaluated");
@@ -192,7 +192,7 @@ impl ScheduleService {
         let (reading, wall_ms) = self.read_clock();
         let at_s = self.shown_s(reading);
         let Some(evaluated) = &self.evaluated else { return Ok(self.done()) };
-        self.stages.set(Stage::Writing);
+        self.activity.set(Activity::Writing);
         if self.clock.is_moving() && reading.trusted {
             let clock = self.clock.having_reached(Reached { plan_time_s: reading.plan_time_s, wall_ms });
             self.clock_file.save(&clock)?;
@@ -204,7 +204,7 @@ impl ScheduleService {
         self.published_at_s = Some(at_s);
         self.output.publish(&mut self.epochs, schedule_state, frame_epoch, inputs)?;
         info!(service = "schedule-eval", epoch = self.output.epoch(), bytes = n_bytes, "schedule state published");
-        self.stages.set(Stage::Published);
+        self.activity.set(Activity::Published);
         Ok(self.done())
     }
 
@@ -225,7 +225,7 @@ impl ScheduleService {
         match self.published_at_s {
             Some(published_s) if published_s == at_s && self.output.is_pending() => {
                 self.output.retry(&mut self.epochs)?;
-                self.stages.set(Stage::Published);
+                self.activity.set(Activity::Published);
                 Ok(self.done())
             }
             Some(published_s) if published_s == at_s => Ok(Done { published: Published::default(), ..self.done() }),

@@ -1,7 +1,7 @@
 //! Persistent state of slam-align.
 
 use deviations::AppliedObservations;
-use messages::{Evidence, PoseRecord};
+use messages::{PoseEvidence, PoseRecord};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -40,14 +40,14 @@ impl Kept {
             map_from_slam: kept.map_from_slam,
             covariance: kept.covariance,
             about_m: kept.about_m,
-            evidence: Evidence { score, precision, recall, free },
+            evidence: PoseEvidence { score, precision, recall, free },
             map_storey: kept.map_storey,
             reserved: 0,
         })
     }
 
     pub(crate) fn set_pose(&mut self, pose: &PoseRecord, frame_epoch: u64) {
-        let Evidence { score, precision, recall, free } = pose.evidence;
+        let PoseEvidence { score, precision, recall, free } = pose.evidence;
         self.pose = Some(KeptPose {
             frame_epoch,
             map_storey: pose.map_storey,

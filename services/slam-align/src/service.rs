@@ -9,12 +9,12 @@ use alignment::{AlignmentSources, PoseStatus};
 use alignment::{Follower, MaxJump};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
 use daemon::{
-    ActualsSource, AlignConfig, AlignRequest, Done, Epochs, Event, Failure, LatchedOutput, Patience, PoseHint,
-    Published, Reporter, ScheduleRequest, Service, SiteConfig, Stages, StateFile, write_durably,
+    ActualsSource, AlignConfig, AlignRequest, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Patience,
+    PoseHint, Published, Reporter, ScheduleRequest, Service, SiteConfig, StateFile, write_durably,
 };
 use deviations::AppliedObservations;
 use frames::Map;
-use messages::{ArchiveBuffer, Checked, InputHashes, PoseRecord, PoseState, Stage, Verdict, payload};
+use messages::{Activity, AlignmentVerdict, ArchiveBuffer, Checked, InputHashes, PoseRecord, PoseState, payload};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -40,7 +40,7 @@ pub(crate) struct AlignService {
     table: PathBuf,
     kept: Kept,
     epochs: Epochs,
-    stages: Stages,
+    activity: CurrentActivity,
     bus: Option<Bus>,
     alignment: LatchedOutput<topics::Alignment>,
     deviations: LatchedOutput<topics::Deviations>,
@@ -81,7 +81,7 @@ impl AlignService {
     ///
     /// # Errors
     /// State that cannot be used.
-    pub(crate) fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+    pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "alignment.json")?;
         let kept: Kept = state.load()?.unwrap_or_default();
         Ok(Self {
@@ -91,7 +91,7 @@ impl AlignService {
             state,
             kept,
             epochs: Epochs::at(&config.state, "slam-align-epochs.json")?,
-            stages,
+            activity,
             bus: None,
             alignment: LatchedOutput::new(topics::Alignment),
             deviations: LatchedOutput::new(topics::Deviations),
@@ -169,7 +169,7 @@ impl AlignService {
         if Basis::of(&self.samples).is_none() {
             return Ok(());
         }
-        self.stages.set(Stage::Reading);
+        self.activity.set(Activity::Reading);
         self.to_do.refresh = false;
         match task {
             Task::Draw => {}
@@ -195,7 +195,7 @@ impl AlignService {
             self.follow(&map);
         }
         if let Some(alignment) = found.alignment {
-            let best = alignment.poses.first().filter(|_| alignment.verdict == Verdict::Accepted);
+            let best = alignment.poses.first().filter(|_| alignment.verdict == AlignmentVerdict::Accepted);
             self.follower.searched(best.map(|pose| pose.record(&self.storeys())), is_asked);
             let (verdict, poses) = (alignment.verdict.name(), alignment.poses.len());
             info!(service = "slam-align", verdict, poses, reason = alignment.reason, "all poses searched");
@@ -336,7 +336,7 @@ impl AlignService {
             self.to_do.compare = true;
             let (frame_epoch, inputs) = self.origin();
             self.alignment.publish(&mut self.epochs, Checked::new(alignment)?, frame_epoch, inputs)?;
-            self.stages.set(Stage::Published);
+            self.activity.set(Activity::Published);
         }
         // What others localise by survives this daemon; a movement that nobody can see is not worth a write.
         if let Some(pose) = pose.filter(|pose| self.kept.is_worth_keeping(pose)) {

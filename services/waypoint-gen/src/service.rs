@@ -2,10 +2,10 @@
 
 use bus::{Bus, GridSlot, RawSubscriber, SiteSample, SiteSamples, SiteViews, TopicName, topics};
 use daemon::{
-    Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, Service, SiteConfig, Stages, StateFile,
+    CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, Service, SiteConfig, StateFile,
     WaypointRequest,
 };
-use messages::{Checked, InputHashes, Stage};
+use messages::{Activity, Checked, InputHashes};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -26,7 +26,7 @@ pub(crate) struct WaypointService {
     options: MissionPlanOptions,
     state: StateFile,
     epochs: Epochs,
-    stages: Stages,
+    activity: CurrentActivity,
     output: LatchedOutput<topics::MissionPlan>,
     grids: Vec<RawSubscriber>,
     samples: SiteSamples,
@@ -47,7 +47,7 @@ impl WaypointService {
     ///
     /// # Errors
     /// Options or state that cannot be used.
-    pub(crate) fn new(config: &SiteConfig, stages: Stages) -> Result<Self, Failure> {
+    pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "waypoints.json")?;
         let asked: Asked = state.load()?.unwrap_or_default();
         Ok(Self {
@@ -56,7 +56,7 @@ impl WaypointService {
             asked,
             state,
             epochs: Epochs::at(&config.state, "waypoint-gen-epochs.json")?,
-            stages,
+            activity,
             output: LatchedOutput::new(topics::MissionPlan),
             grids: Vec::new(),
             samples: SiteSamples::default(),
@@ -105,7 +105,7 @@ impl WaypointService {
         let Some(set) = self.samples.set() else { return Ok(Done::default()) };
         let SiteViews { site, state, index, grids, .. } = set.views()?;
         check_names(&site, &self.options)?;
-        self.stages.set(Stage::Writing);
+        self.activity.set(Activity::Writing);
         let begun = Instant::now();
         let input = MissionPlanInput {
             site: &site,
@@ -135,7 +135,7 @@ impl WaypointService {
             elapsed_us,
             "mission plan published"
         );
-        self.stages.set(Stage::Published);
+        self.activity.set(Activity::Published);
         Ok(self.done())
     }
 
@@ -182,7 +182,7 @@ impl Service for WaypointService {
             Event::Configuration(config) => self.configure(&config),
             Event::Tick if self.output.is_pending() => {
                 self.output.retry(&mut self.epochs)?;
-                self.stages.set(Stage::Published);
+                self.activity.set(Activity::Published);
                 Ok(self.done())
             }
             Event::Attached | Event::Tick => Ok(Done::default()),

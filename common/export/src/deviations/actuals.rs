@@ -2,7 +2,7 @@
 
 use super::input::DeviationExport;
 use crate::csv::quoted;
-use messages::{Judgement, plan_time};
+use messages::{DeviationVerdict, plan_time};
 use std::fmt::Write;
 
 /// One line for each element that is early: it was finished by the plan time, and nobody knows when it was begun. What seems to be
@@ -10,7 +10,7 @@ use std::fmt::Write;
 pub(super) fn table(input: &DeviationExport<'_>) -> String {
     let mut text = "id,start,finish\n".to_owned();
     let Some(seen) = plan_time(input.deviations.head.plan_time_s) else { return text };
-    for element in input.deviations.elements.iter().filter(|e| e.judgement == Judgement::Early) {
+    for element in input.deviations.elements.iter().filter(|e| e.verdict == DeviationVerdict::Early) {
         // Writing to a string does not fail.
         let _ = writeln!(text, "{},,{seen}", quoted(input.global_id(element)));
     }

@@ -2,7 +2,7 @@
 
 use super::input::DeviationExport;
 use crate::text::{rounded, text_or_null};
-use messages::{ElementDeviationRecord, Judgement, Observation, ObstacleRecord, ResidualRecord, UnseenReason};
+use messages::{DeviationVerdict, ElementDeviationRecord, Observation, ObstacleRecord, ResidualRecord, UnseenReason};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -36,8 +36,9 @@ pub struct DeviationsDocument {
     cells_outside: u32,
     /// Number of elements by observation.
     observations: BTreeMap<&'static str, usize>,
-    /// Number of elements by judgement.
-    judgements: BTreeMap<&'static str, usize>,
+    /// Number of elements by verdict.
+    #[serde(rename = "judgements")]
+    verdicts: BTreeMap<&'static str, usize>,
     /// The evidence, by GlobalId.
     elements: BTreeMap<String, ElementEvidence>,
     /// What stands on the storey and is no element of the model, from large to small.
@@ -70,7 +71,8 @@ struct ElementEvidence {
     /// `observed`, `absent`, `displaced` or `unseen`.
     observation: &'static str,
     /// `on_plan`, `late`, `early`, `displaced` or `unknown`.
-    judgement: &'static str,
+    #[serde(rename = "judgement")]
+    verdict: &'static str,
     /// Why it is unseen: `glass`, `no_section`, `not_seen`, `door`, `covered`, `inconclusive` or `stand_in`; null if it is not.
     reason: Option<&'static str>,
     /// Share of its visible sides that was met in its place; null if none is visible.
@@ -94,7 +96,8 @@ struct ElementEvidence {
 #[derive(Debug, Serialize, JsonSchema)]
 struct Obstacle {
     /// `not_in_the_model`.
-    judgement: &'static str,
+    #[serde(rename = "judgement")]
+    verdict: &'static str,
     /// Of what was seen of it.
     area_m2: f64,
     /// Its longer side.
@@ -124,7 +127,7 @@ impl DeviationsDocument {
         let head = deviations.head;
         let motion = |m: [f64; 3]| Motion { x_m: m[0], y_m: m[1], yaw_rad: m[2] };
         let observed = |o: Observation| deviations.elements.iter().filter(|e| e.observation == o).count();
-        let judged = |j: Judgement| deviations.elements.iter().filter(|e| e.judgement == j).count();
+        let judged = |j: DeviationVerdict| deviations.elements.iter().filter(|e| e.verdict == j).count();
         Self {
             frame: "map",
             frame_epoch: site.head.frame_epoch,
@@ -139,7 +142,7 @@ impl DeviationsDocument {
             residual_rms_m: rounded(head.residual_rms_m),
             cells_outside: head.n_outside,
             observations: Observation::ALL.into_iter().map(|o| (o.name(), observed(o))).collect(),
-            judgements: Judgement::ALL.into_iter().map(|j| (j.name(), judged(j))).collect(),
+            verdicts: DeviationVerdict::ALL.into_iter().map(|j| (j.name(), judged(j))).collect(),
             elements: deviations.elements.iter().map(|e| (input.global_id(e).to_owned(), evidence(input, e))).collect(),
             obstacles: deviations.obstacles.iter().map(|o| obstacle(input, o)).collect(),
             residuals: deviations.residuals.iter().map(residual).collect(),
@@ -157,7 +160,7 @@ fn evidence(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> ElementE
         name: text_or_null(input.site.text(element.name)),
         planned: e.planned.get().name(),
         observation: e.observation.get().name(),
-        judgement: e.judgement.get().name(),
+        verdict: e.verdict.get().name(),
         reason: Some(e.reason.get()).filter(|r| *r != UnseenReason::Seen).map(UnseenReason::name),
         confirmed: (e.n_visible > 0).then(|| rounded(f64::from(e.n_confirmed) / f64::from(e.n_visible))),
         sides_m: length(e.n_samples),
@@ -174,7 +177,7 @@ fn obstacle(input: &DeviationExport<'_>, o: &ObstacleRecord) -> Obstacle {
     let ring = |ring: &[[i32; 2]]| ring.iter().map(|p| p.map(frames::metres)).collect();
     let space = input.site.spaces.get(o.space as usize);
     Obstacle {
-        judgement: "not_in_the_model",
+        verdict: "not_in_the_model",
         area_m2: rounded(o.area_m2),
         length_m: rounded(o.length_m),
         centroid_m: o.centroid_m.map(rounded),

@@ -9,7 +9,7 @@ use embedded_graphics::primitives::{Line, PrimitiveStyle, StyledDrawable};
 use frames::{TENTHS_PER_M, tenths};
 use geometry::{MultiPolygon, Polygon, Slab, footprint};
 use grid::{GridSpec, overlapped_cells};
-use messages::{Judgement, Observation, Seen, Tag};
+use messages::{DeviationVerdict, Observation, SlamCell, Tag};
 
 const UNKNOWN: Rgb = [228, 228, 228];
 const FREE: Rgb = [255, 255, 255];
@@ -34,13 +34,13 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     if spec.n_cells() == 0 {
         return png(&Canvas::new(1, vec![UNKNOWN]));
     }
-    let ground = |s: &Tag<Seen>| if *s == Seen::Free { FREE } else { UNKNOWN };
+    let ground = |s: &Tag<SlamCell>| if *s == SlamCell::Free { FREE } else { UNKNOWN };
     let mut pixels: Vec<Rgb> = input.deviations.seen.iter().map(ground).collect();
     let lidar_z = tenths(head.lidar_z_m).unwrap_or(0);
     let plane = Slab { lo: lidar_z, hi: lidar_z + 2 };
     for record in input.deviations.elements {
         let section = footprint(input.site.element_meshes(&input.site.elements[record.element as usize]), plane);
-        let colour = colour(record.observation.get(), record.judgement.get());
+        let colour = colour(record.observation.get(), record.verdict.get());
         paint(&mut pixels, &spec, &section.area, &section.lines, colour);
     }
     for obstacle in input.deviations.obstacles {
@@ -50,7 +50,7 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     }
     // What the robot met lies over all: it can be seen whether it fits.
     for (pixel, seen) in pixels.iter_mut().zip(input.deviations.seen) {
-        if *seen == Seen::Occupied {
+        if *seen == SlamCell::Occupied {
             *pixel = if *pixel == OBSTACLE { [150, 10, 10] } else { SURFACE };
         }
     }
@@ -59,11 +59,11 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     png(&canvas)
 }
 
-fn colour(observation: Observation, judgement: Judgement) -> Rgb {
-    match (observation, judgement) {
-        (Observation::Observed, Judgement::Early) => EARLY,
+fn colour(observation: Observation, verdict: DeviationVerdict) -> Rgb {
+    match (observation, verdict) {
+        (Observation::Observed, DeviationVerdict::Early) => EARLY,
         (Observation::Observed, _) => OBSERVED,
-        (Observation::Absent, Judgement::Late) => ABSENT,
+        (Observation::Absent, DeviationVerdict::Late) => ABSENT,
         (Observation::Absent, _) => NOT_YET,
         (Observation::Displaced, _) => DISPLACED,
         (Observation::Unseen, _) => UNSEEN,

@@ -2,7 +2,7 @@
 
 use super::input::DeviationExport;
 use geometry::Bounds;
-use messages::{ElementDeviationRecord, Judgement, ObstacleRecord};
+use messages::{DeviationVerdict, ElementDeviationRecord, ObstacleRecord};
 use sha2::{Digest, Sha256};
 
 /// A topic to be.
@@ -38,19 +38,19 @@ pub(super) fn topics(input: &DeviationExport<'_>) -> Vec<Topic> {
 }
 
 fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option<Topic> {
-    let judgement = e.judgement.get();
+    let verdict = e.verdict.get();
     let element = &input.site.elements[e.element as usize];
     let [dx, dy] = e.displacement_m.map(|m| m * 1e3);
-    let said = match judgement {
-        Judgement::OnPlan | Judgement::Unknown => return None,
-        Judgement::Late if e.n_contradicted > e.n_confirmed => {
+    let said = match verdict {
+        DeviationVerdict::OnPlan | DeviationVerdict::Unknown => return None,
+        DeviationVerdict::Late if e.n_contradicted > e.n_confirmed => {
             "is planned to stand, and the robot saw through its place"
         }
-        Judgement::Late => "is planned to be removed, and stands",
-        Judgement::Early => "stands before its time",
-        Judgement::Displaced => "does not stand in its place",
+        DeviationVerdict::Late => "is planned to be removed, and stands",
+        DeviationVerdict::Early => "stands before its time",
+        DeviationVerdict::Displaced => "does not stand in its place",
     };
-    let by = if judgement == Judgement::Displaced {
+    let by = if verdict == DeviationVerdict::Displaced {
         format!(" Displaced by {:.0} mm: {dx:.0} mm along x, {dy:.0} mm along y of the map.", libm::hypot(dx, dy))
     } else {
         String::new()
@@ -59,8 +59,8 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
     let (kind, name) = (input.site.text(element.ifc_type), input.site.text(element.name));
     let length = |n: u32| f64::from(n) * e.sample_m;
     Some(Topic {
-        guid: uuid(&["element", global_id, judgement.name()]),
-        viewpoint: uuid(&["viewpoint", global_id, judgement.name()]),
+        guid: uuid(&["element", global_id, verdict.name()]),
+        viewpoint: uuid(&["viewpoint", global_id, verdict.name()]),
         title: format!("{kind} {name} {said}"),
         description: format!(
             "{kind} {global_id} {said}.{by} Storey {}, planned state {}. Of {:.2} m of its sides the robot judged {:.2} m: {:.2} m in \
@@ -72,7 +72,7 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
             length(e.n_confirmed),
             length(e.n_contradicted),
         ),
-        label: judgement.name(),
+        label: verdict.name(),
         component: Some(Component { global_id: global_id.to_owned(), step_id: element.step_id }),
         bounds_m: [element.min_tenths, element.max_tenths].map(|[x, y, _]| [x, y].map(frames::metres)),
         outlines_m: Vec::new(),

@@ -159,7 +159,7 @@ fn site() -> ArchiveBuffer {
         opening: NONE,
         spaces: [0, NONE],
         operation,
-        opens: Opens::Swing as u32,
+        opens: DoorCapability::Swing as u32,
         clear_width_from: ClearWidth::Assumed.into(),
         overall_width_m: 0.6,
         overall_height_m: 2.0,

@@ -158,10 +158,10 @@ pub(crate) fn deviations() -> ArchiveBuffer {
         ..Zeroable::zeroed()
     };
     let mut b = DeviationsBuilder::new(head);
-    b.seen = [Seen::Unknown, Seen::Free, Seen::Occupied].repeat(2);
+    b.seen = [SlamCell::Unknown, SlamCell::Free, SlamCell::Occupied].repeat(2);
     b.elements.push(ElementDeviationRecord {
         observation: Observation::Displaced.into(),
-        judgement: Judgement::Displaced.into(),
+        verdict: DeviationVerdict::Displaced.into(),
         n_samples: 9,
         n_visible: 8,
         n_contradicted: 7,
@@ -239,7 +239,7 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
     }
     if let Ok(deviations) = Deviations::open(bytes) {
         let spec = deviations.head.spec();
-        n += deviations.seen.iter().filter(|s| s.get() != Seen::Unknown).count() + deviations.residuals.len();
+        n += deviations.seen.iter().filter(|s| s.get() != SlamCell::Unknown).count() + deviations.residuals.len();
         n += usize::from(spec.n_cells() == 0 || spec.centre_of(spec.cell_of(spec.n_cells() - 1)).x_m().is_finite());
         n += deviations.elements.iter().filter(|e| e.n_visible <= e.n_samples).count();
         n += deviations.obstacles.iter().flat_map(|o| deviations.rings_of(o)).map(<[_]>::len).sum::<usize>();

@@ -8,7 +8,7 @@ use crate::search::{Candidate, PoseGuess, sampled_points, search};
 use crate::thresholds::MIN_WALL_POINTS;
 use crate::verdict::verdict_of;
 use frames::{Map, PoseCovariance, Rigid2, Slam};
-use messages::{Evidence, Verdict};
+use messages::{AlignmentVerdict, PoseEvidence};
 use occupancy::{OccupancyMap, Raster};
 
 /// A map that is ready to be compared; `Frame` is that of the model's map or of the robot's.
@@ -52,7 +52,7 @@ pub struct AlignedPose {
     /// Pose of the SLAM map in the model's map.
     pub map_from_slam: Rigid2<Map, Slam>,
     /// Its score with the parts.
-    pub evidence: Evidence,
+    pub evidence: PoseEvidence,
     /// The mean of the SLAM map's free cells, in its frame.
     pub about_m: [f64; 2],
     /// Of where that place lies in the model's map and of yaw.
@@ -83,7 +83,7 @@ impl AlignedPose {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alignment {
     /// The verdict.
-    pub verdict: Verdict,
+    pub verdict: AlignmentVerdict,
     /// The reason if not accepted, else empty.
     pub reason: String,
     /// Poses that were found, best first.
@@ -96,7 +96,7 @@ impl Alignment {
     /// The state before the first search.
     pub fn nothing_yet() -> Self {
         let reason = "no pose was searched yet".to_owned();
-        Self { verdict: Verdict::Refused, reason, poses: Vec::new(), scale: None }
+        Self { verdict: AlignmentVerdict::Refused, reason, poses: Vec::new(), scale: None }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Conversion of alignments and occupancy maps to archives.
 
 use crate::alignment::{AlignedPose, Alignment};
-use messages::{AlignmentBuilder, AlignmentHead, ArchiveBuffer, NONE, PoseRecord, PoseState, Text, Verdict};
+use messages::{AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, NONE, PoseRecord, PoseState, Text};
 
 /// The inputs of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +43,7 @@ impl AlignedPose {
 impl Alignment {
     /// The status without tracking: the best pose is published if it is accepted.
     pub fn pose_status(&self, storeys: &[u32]) -> PoseStatus {
-        let pose = self.poses.first().filter(|_| self.verdict == Verdict::Accepted).map(|p| p.record(storeys));
+        let pose = self.poses.first().filter(|_| self.verdict == AlignmentVerdict::Accepted).map(|p| p.record(storeys));
         let state = if pose.is_some() { PoseState::Found } else { PoseState::None };
         PoseStatus { pose, state, waiting: None }
     }

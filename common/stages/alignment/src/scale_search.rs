@@ -4,7 +4,7 @@ use crate::alignment::{Alignment, Hint, PreparedMap, align_maps};
 use crate::scale::Scale;
 use crate::thresholds::{MAX_SCALE, RIVAL_SHARE, SCALE_STEP};
 use frames::Map;
-use messages::Verdict;
+use messages::AlignmentVerdict;
 use occupancy::OccupancyMap;
 
 /// Aligns a SLAM map after dividing its lengths by every scale of a geometric series from 1 / 1.25 to 1.25. The poses are
@@ -27,8 +27,8 @@ pub fn align_maps_at_any_scale(
     let is_other = |scale: f64| libm::fabs(libm::log(scale / exact)) > 2.0 * libm::log(SCALE_STEP);
     let rivals = tried.iter().filter(|(scale, other)| is_other(*scale) && score(other) >= RIVAL_SHARE * score(&found));
     let n_rivals = rivals.count();
-    if found.verdict == Verdict::Accepted && n_rivals > 0 {
-        found.verdict = Verdict::Ambiguous;
+    if found.verdict == AlignmentVerdict::Accepted && n_rivals > 0 {
+        found.verdict = AlignmentVerdict::Ambiguous;
         found.reason = format!("the map fits at {} other scales almost as well", n_rivals);
     }
     found

@@ -4,7 +4,7 @@ use crate::features::Features;
 use crate::pose::Pose;
 use crate::thresholds::MAX_MATCH_M;
 use crate::wall_points::WallPoint;
-use messages::Evidence;
+use messages::PoseEvidence;
 use occupancy::Cell;
 
 /// Scales over which a score is averaged, in metres: a distorted map still scores on the coarse ones.
@@ -29,7 +29,7 @@ pub(crate) struct ComparedMaps<'a> {
 const FREE_STEP: usize = 4;
 
 /// The evidence for a pose.
-pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose, scales: &[f64]) -> Evidence {
+pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose, scales: &[f64]) -> PoseEvidence {
     let close = |squared: f64| {
         scales.iter().map(|tau| libm::exp(-squared / (2.0 * tau * tau))).sum::<f64>() / scales.len() as f64
     };
@@ -56,7 +56,7 @@ pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose, scales: &[f64]) -> 
     }
     let recall = if n_seen > MIN_SEEN { recall / n_seen as f64 } else { 0.0 };
     let score = PRECISION_SHARE * precision + (1.0 - PRECISION_SHARE) * recall;
-    Evidence { score, precision, recall, free: free(maps, pose) }
+    PoseEvidence { score, precision, recall, free: free(maps, pose) }
 }
 
 fn free(maps: &ComparedMaps<'_>, pose: &Pose) -> f64 {

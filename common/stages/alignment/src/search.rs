@@ -11,7 +11,7 @@ use crate::score::{ComparedMaps, SCALES, evidence};
 use crate::thresholds::{MIN_WALL_POINTS, N_REFINED};
 use crate::wall_points::WallPoint;
 use frames::wrapped;
-use messages::Evidence;
+use messages::PoseEvidence;
 
 /// Wall points that are drawn.
 const N_WALL_POINTS: usize = 1500;
@@ -25,7 +25,7 @@ const COARSE_SCALE: [f64; 1] = [0.3];
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Candidate {
     pub(crate) refined: Refined,
-    pub(crate) evidence: Evidence,
+    pub(crate) evidence: PoseEvidence,
 }
 
 /// An initial guess of the pose, with bounds.

@@ -5,7 +5,7 @@ mod support;
 
 use alignment::{Alignment, Hint, PreparedMap, align_maps};
 use frames::{Map, Rigid2, Slam, wrapped};
-use messages::Verdict;
+use messages::AlignmentVerdict;
 use occupancy::{Cell, OccupancyMap};
 use proptest::prelude::*;
 use support::{PLACES, Walls, flat, inside, scanned};
@@ -71,7 +71,7 @@ proptest! {
         let truth = Rigid2::new([x_m, y_m], yaw_rad);
         let slam = scanned(&flat(), &PLACES, truth, resolution_m, origin_yaw_rad);
         let found = align(&model(&flat()), &slam, None);
-        prop_assert_eq!(found.verdict, Verdict::Accepted, "{}", found.reason);
+        prop_assert_eq!(found.verdict, AlignmentVerdict::Accepted, "{}", found.reason);
         prop_assert!(is_at(found.poses[0].map_from_slam, truth, PLACES[0]), "{:?}", found.poses[0]);
         // The place that the covariance is told for is where the map is.
         let about = found.poses[0].map_from_slam.apply(found.poses[0].about_m);
@@ -84,13 +84,13 @@ fn a_building_that_is_its_own_half_turn_is_ambiguous_until_somebody_gives_a_hint
     let truth = Rigid2::new([3.0, -7.0], 0.4);
     let slam = scanned(&twin(), &[[1.0, 1.0], [9.0, 5.0], [5.0, 2.0], [5.0, 4.6]], truth, 0.05, 0.0);
     let found = align(&model(&twin()), &slam, None);
-    assert_eq!(found.verdict, Verdict::Ambiguous);
+    assert_eq!(found.verdict, AlignmentVerdict::Ambiguous);
     assert!(found.poses.iter().any(|p| is_at(p.map_from_slam, truth, [5.0, 3.0])), "the true pose is among them");
     let other_yaw_rad = truth.yaw_rad() - std::f64::consts::PI;
     assert!(found.poses.iter().any(|p| (p.map_from_slam.yaw_rad() - other_yaw_rad).abs() < 0.01));
     let map_from_slam = Rigid2::new([3.4, -6.8], 0.3);
     let found = align(&model(&twin()), &slam, Some(&Hint { map_from_slam, radius_m: 2.0, radius_rad: 0.4 }));
-    assert_eq!(found.verdict, Verdict::Accepted, "{}", found.reason);
+    assert_eq!(found.verdict, AlignmentVerdict::Accepted, "{}", found.reason);
     assert!(is_at(found.poses[0].map_from_slam, truth, [5.0, 3.0]));
 }
 
@@ -103,13 +103,13 @@ fn maps_that_show_too_little_are_refused_with_the_reason() {
     for (what, slam) in [("free", all(Cell::Free)), ("unknown", all(Cell::Unknown)), ("occupied", all(Cell::Occupied))]
     {
         let found = align(&reference, &slam, None);
-        assert_eq!(found.verdict, Verdict::Refused, "{what}");
+        assert_eq!(found.verdict, AlignmentVerdict::Refused, "{what}");
         assert!(found.reason.contains("too little of walls"), "{what}: {}", found.reason);
     }
     let nothing = OccupancyMap { width: 0, cells: Vec::new(), resolution_m: 0.05, origin: [0.0; 3] };
-    assert_eq!(align(&reference, &nothing, None).verdict, Verdict::Refused);
+    assert_eq!(align(&reference, &nothing, None).verdict, AlignmentVerdict::Refused);
     let found = align(&reference, &one_wall, None);
-    assert_ne!(found.verdict, Verdict::Accepted, "{:?}", found.poses);
+    assert_ne!(found.verdict, AlignmentVerdict::Accepted, "{:?}", found.poses);
     assert!(!found.reason.is_empty());
 }
 
@@ -118,7 +118,7 @@ fn another_building_is_not_accepted() {
     let truth = Rigid2::new([0.0; 2], 1.0);
     let slam = scanned(&twin(), &[[1.0, 1.0], [9.0, 5.0], [5.0, 2.0]], truth, 0.05, 0.0);
     let found = align(&model(&flat()), &slam, None);
-    assert_ne!(found.verdict, Verdict::Accepted);
+    assert_ne!(found.verdict, AlignmentVerdict::Accepted);
     assert!(!found.reason.is_empty());
 }
 
@@ -128,10 +128,10 @@ fn of_several_storeys_the_right_one_is_named_and_two_that_are_alike_are_ambiguou
     let slam = PreparedMap::of_slam(&scanned(&flat(), &PLACES, truth, 0.05, 0.0));
     let storeys = [twin(), flat()].map(|walls| PreparedMap::of_model(&model(&walls)));
     let found = align_maps(&storeys, &slam, None);
-    assert_eq!((found.verdict, found.poses[0].reference), (Verdict::Accepted, 1), "{}", found.reason);
+    assert_eq!((found.verdict, found.poses[0].reference), (AlignmentVerdict::Accepted, 1), "{}", found.reason);
     let storeys = [flat(), twin(), flat()].map(|walls| PreparedMap::of_model(&model(&walls)));
     let found = align_maps(&storeys, &slam, None);
-    assert_eq!(found.verdict, Verdict::Ambiguous);
+    assert_eq!(found.verdict, AlignmentVerdict::Ambiguous);
     let mut alike = [found.poses[0].reference, found.poses[1].reference];
     alike.sort_unstable();
     assert_eq!(alike, [0, 2]);

@@ -1,6 +1,6 @@
 //! Selects the observations that may change the maps: additions if configured, absences only after confirmation by an operator.
 
-use messages::{Deviations, Judgement, Observation, ScheduleStateHead, Site, nearest_names_hint, plan_time};
+use messages::{DeviationVerdict, Deviations, Observation, ScheduleStateHead, Site, nearest_names_hint, plan_time};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -28,7 +28,7 @@ impl AppliedObservations {
                 observed.absent.remove(id);
             }
             // Without a plan time everything is planned to stand.
-            if record.judgement == Judgement::Early && at_s != ScheduleStateHead::NO_TIME {
+            if record.verdict == DeviationVerdict::Early && at_s != ScheduleStateHead::NO_TIME {
                 let first_s = observed.early.entry(id.to_owned()).or_insert(at_s);
                 *first_s = at_s.min(*first_s);
             }

@@ -1,20 +1,20 @@
 //! Verdict on an observation, given the planned state.
 
-use messages::{ElementState, Judgement, Observation};
+use messages::{DeviationVerdict, ElementState, Observation};
 
 /// Verdict on an element. Elements being built or removed may be seen or not.
-pub(crate) fn deviation_verdict(observation: Observation, planned: ElementState) -> Judgement {
+pub(crate) fn deviation_verdict(observation: Observation, planned: ElementState) -> DeviationVerdict {
     match (observation, planned) {
-        (Observation::Unseen, _) => Judgement::Unknown,
-        (_, ElementState::BeingRemoved) => Judgement::OnPlan,
-        (Observation::Displaced, ElementState::Built | ElementState::InProgress) => Judgement::Displaced,
+        (Observation::Unseen, _) => DeviationVerdict::Unknown,
+        (_, ElementState::BeingRemoved) => DeviationVerdict::OnPlan,
+        (Observation::Displaced, ElementState::Built | ElementState::InProgress) => DeviationVerdict::Displaced,
         // A surface beside the place of an element that should not stand may be anything.
-        (Observation::Displaced, ElementState::NotStarted | ElementState::Removed) => Judgement::Unknown,
-        (Observation::Observed, ElementState::NotStarted) => Judgement::Early,
-        (Observation::Observed, ElementState::Removed) => Judgement::Late,
-        (Observation::Absent, ElementState::Built) => Judgement::Late,
-        (Observation::Observed, ElementState::Built | ElementState::InProgress) => Judgement::OnPlan,
-        (Observation::Absent, _) => Judgement::OnPlan,
+        (Observation::Displaced, ElementState::NotStarted | ElementState::Removed) => DeviationVerdict::Unknown,
+        (Observation::Observed, ElementState::NotStarted) => DeviationVerdict::Early,
+        (Observation::Observed, ElementState::Removed) => DeviationVerdict::Late,
+        (Observation::Absent, ElementState::Built) => DeviationVerdict::Late,
+        (Observation::Observed, ElementState::Built | ElementState::InProgress) => DeviationVerdict::OnPlan,
+        (Observation::Absent, _) => DeviationVerdict::OnPlan,
     }
 }
 
@@ -26,20 +26,20 @@ mod tests {
     fn what_was_not_seen_is_never_judged_and_what_is_there_or_not_is_judged_by_the_plan() {
         use ElementState::*;
         for planned in [NotStarted, InProgress, Built, BeingRemoved, Removed] {
-            assert_eq!(deviation_verdict(Observation::Unseen, planned), Judgement::Unknown);
+            assert_eq!(deviation_verdict(Observation::Unseen, planned), DeviationVerdict::Unknown);
         }
         let check = |observation, planned, expected| assert_eq!(deviation_verdict(observation, planned), expected);
-        check(Observation::Observed, Built, Judgement::OnPlan);
-        check(Observation::Observed, NotStarted, Judgement::Early);
-        check(Observation::Observed, InProgress, Judgement::OnPlan);
-        check(Observation::Observed, Removed, Judgement::Late);
-        check(Observation::Observed, BeingRemoved, Judgement::OnPlan);
-        check(Observation::Absent, Built, Judgement::Late);
-        check(Observation::Absent, NotStarted, Judgement::OnPlan);
-        check(Observation::Absent, InProgress, Judgement::OnPlan);
-        check(Observation::Absent, Removed, Judgement::OnPlan);
-        check(Observation::Displaced, Built, Judgement::Displaced);
-        check(Observation::Displaced, InProgress, Judgement::Displaced);
-        check(Observation::Displaced, BeingRemoved, Judgement::OnPlan);
+        check(Observation::Observed, Built, DeviationVerdict::OnPlan);
+        check(Observation::Observed, NotStarted, DeviationVerdict::Early);
+        check(Observation::Observed, InProgress, DeviationVerdict::OnPlan);
+        check(Observation::Observed, Removed, DeviationVerdict::Late);
+        check(Observation::Observed, BeingRemoved, DeviationVerdict::OnPlan);
+        check(Observation::Absent, Built, DeviationVerdict::Late);
+        check(Observation::Absent, NotStarted, DeviationVerdict::OnPlan);
+        check(Observation::Absent, InProgress, DeviationVerdict::OnPlan);
+        check(Observation::Absent, Removed, DeviationVerdict::OnPlan);
+        check(Observation::Displaced, Built, DeviationVerdict::Displaced);
+        check(Observation::Displaced, InProgress, DeviationVerdict::Displaced);
+        check(Observation::Displaced, BeingRemoved, DeviationVerdict::OnPlan);
     }
 }

@@ -13,7 +13,7 @@ use geometry::{Bounds, MultiPolygon};
 use grid::GridSpec;
 use messages::{
     ArchiveBuffer, DeviationsBuilder, DeviationsHead, ElementDeviationRecord, NONE, Observation, ObstacleRecord,
-    ResidualRecord, RingRecord, Seen,
+    ResidualRecord, RingRecord, SlamCell,
 };
 use occupancy::Cell;
 
@@ -35,9 +35,9 @@ pub(super) fn archive(
     for (index, seen) in builder.seen.iter_mut().enumerate() {
         let middle = spec.centre_of(spec.cell_of(index));
         *seen = match slam.at(middle.coordinates_m()) {
-            Cell::Free => Seen::Free,
-            Cell::Occupied => Seen::Occupied,
-            Cell::Unknown => Seen::Unknown,
+            Cell::Free => SlamCell::Free,
+            Cell::Occupied => SlamCell::Occupied,
+            Cell::Unknown => SlamCell::Unknown,
         };
     }
     let elements =
@@ -108,7 +108,7 @@ fn record(input: &DeviationInput<'_>, element: u32, is_observable: bool, e: &Evi
         sample_m: SAMPLE_M,
         element,
         observation: e.observation.into(),
-        judgement: deviation_verdict(e.observation, planned).into(),
+        verdict: deviation_verdict(e.observation, planned).into(),
         reason: e.reason.into(),
         n_samples: e.n_samples,
         n_visible: count(e.n_visible),

@@ -22,9 +22,9 @@ struct Found {
 }
 
 impl Found {
-    fn observation(&self, element: usize) -> (Observation, Judgement) {
+    fn observation(&self, element: usize) -> (Observation, DeviationVerdict) {
         let record = self.of(element);
-        (record.observation.get(), record.judgement.get())
+        (record.observation.get(), record.verdict.get())
     }
 
     fn of(&self, element: usize) -> &ElementDeviationRecord {
@@ -77,7 +77,7 @@ fn as_built(built: &Walls) -> Found {
     compared(Storey::of(&flat()), &scanned(built, &PLACES, map_from_slam(), 0.05, 0.0), map_from_slam(), |_| {})
 }
 
-const ON_PLAN: (Observation, Judgement) = (Observation::Observed, Judgement::OnPlan);
+const ON_PLAN: (Observation, DeviationVerdict) = (Observation::Observed, DeviationVerdict::OnPlan);
 
 fn assert_all_on_plan(found: &Found, but: &[usize]) {
     for element in (0..flat().len()).filter(|e| !but.contains(e)) {
@@ -99,7 +99,12 @@ fn a_wall_that_was_not_built_is_absent_and_late() {
         let mut built = flat();
         built.remove(element);
         let found = as_built(&built);
-        assert_eq!(found.observation(element), (Observation::Absent, Judgement::Late), "{:?}", found.of(element));
+        assert_eq!(
+            found.observation(element),
+            (Observation::Absent, DeviationVerdict::Late),
+            "{:?}",
+            found.of(element)
+        );
         assert!(found.of(element).n_contradicted > 10 && found.of(element).offset_m == 0.0);
         assert_all_on_plan(&found, &[element]);
         assert!(found.obstacles.is_empty());
@@ -114,7 +119,11 @@ fn a_wall_that_was_built_elsewhere_is_displaced_by_as_much_and_is_no_obstacle() 
         built[element] = [0, 1, 2, 3].map(|k| built[element][k] + by[k % 2]);
         let found = as_built(&built);
         let record = found.of(element);
-        assert_eq!(found.observation(element), (Observation::Displaced, Judgement::Displaced), "{by:?}: {record:?}");
+        assert_eq!(
+            found.observation(element),
+            (Observation::Displaced, DeviationVerdict::Displaced),
+            "{by:?}: {record:?}"
+        );
         let off = [0, 1].map(|k| record.displacement_m[k] - by[k]);
         assert!(off[0].hypot(off[1]) < 0.04, "{by:?}: {record:?}");
         assert_all_on_plan(&found, &[element]);
@@ -141,7 +150,7 @@ fn what_nobody_looked_at_is_unseen_and_never_absent() {
     // Only the left rooms are visited, and the wall that is missing lies right.
     let slam = scanned(&built, &PLACES[..2], map_from_slam(), 0.05, 0.0);
     let found = compared(Storey::of(&flat()), &slam, map_from_slam(), |_| {});
-    assert_eq!(found.observation(9), (Observation::Unseen, Judgement::Unknown));
+    assert_eq!(found.observation(9), (Observation::Unseen, DeviationVerdict::Unknown));
     assert_eq!((found.reason(9), found.of(9).n_visible), ("not_seen", 0));
     assert_eq!(found.observation(10), ON_PLAN);
 }
@@ -208,11 +217,11 @@ fn the_plan_decides_what_an_observation_means() {
             |schedule_state: &mut ScheduleStateBuilder| schedule_state.set_element(element, state, ElementState::Built);
         compared(Storey::of(&flat()), &slam, map_from_slam(), plan).observation(element)
     };
-    assert_eq!(judged(6, ElementState::NotStarted), (Observation::Observed, Judgement::Early));
-    assert_eq!(judged(6, ElementState::Removed), (Observation::Observed, Judgement::Late));
+    assert_eq!(judged(6, ElementState::NotStarted), (Observation::Observed, DeviationVerdict::Early));
+    assert_eq!(judged(6, ElementState::Removed), (Observation::Observed, DeviationVerdict::Late));
     assert_eq!(judged(6, ElementState::InProgress), ON_PLAN);
-    assert_eq!(judged(4, ElementState::NotStarted), (Observation::Absent, Judgement::OnPlan));
-    assert_eq!(judged(4, ElementState::Built), (Observation::Absent, Judgement::Late));
+    assert_eq!(judged(4, ElementState::NotStarted), (Observation::Absent, DeviationVerdict::OnPlan));
+    assert_eq!(judged(4, ElementState::Built), (Observation::Absent, DeviationVerdict::Late));
 }
 
 #[test]
@@ -226,8 +235,8 @@ fn what_stands_in_the_place_of_something_that_is_not_there_yet_does_not_make_it_
         schedule_state.set_element(lining, ElementState::NotStarted, ElementState::NotStarted);
         schedule_state.set_element(next, ElementState::NotStarted, ElementState::NotStarted);
     });
-    assert_eq!(found.observation(lining).1, Judgement::Unknown, "{:?}", found.of(lining));
-    assert_eq!(found.observation(next).1, Judgement::Unknown, "{:?}", found.of(next));
+    assert_eq!(found.observation(lining).1, DeviationVerdict::Unknown, "{:?}", found.of(lining));
+    assert_eq!(found.observation(next).1, DeviationVerdict::Unknown, "{:?}", found.of(next));
     assert_all_on_plan(&found, &[]);
 }
 
@@ -237,7 +246,7 @@ fn a_layer_on_a_wall_is_neither_observed_nor_absent_whether_it_is_there_or_not()
     let lining = storey.add(Class::Wall, [4.15, 5.35, 9.0, 5.4], [0.0, 2.5]);
     let slam = scanned(&flat(), &PLACES, map_from_slam(), 0.05, 0.0);
     let found = compared(storey, &slam, map_from_slam(), |_| {});
-    assert_eq!(found.observation(lining), (Observation::Unseen, Judgement::Unknown), "{:?}", found.of(lining));
+    assert_eq!(found.observation(lining), (Observation::Unseen, DeviationVerdict::Unknown), "{:?}", found.of(lining));
 }
 
 #[test]
@@ -286,7 +295,7 @@ proptest! {
             }
         }
         let found = compared(Storey::of(&flat()), &slam, pose, |_| {});
-        prop_assert_eq!(found.observation(element), (Observation::Unseen, Judgement::Unknown));
+        prop_assert_eq!(found.observation(element), (Observation::Unseen, DeviationVerdict::Unknown));
         prop_assert_eq!(found.of(element).n_visible, 0);
     }
 }

@@ -2,7 +2,7 @@
 
 use frames::TENTHS_PER_M;
 use geometry::{MultiPolygon, OrientedBox};
-use messages::{ClearWidth, NONE, Opens, SiteBuilder};
+use messages::{ClearWidth, DoorCapability, NONE, SiteBuilder};
 
 /// Width taken by frame and leaf where the model does not give them.
 const ASSUMED_FRAME_WIDTH_M: f64 = 0.10;
@@ -24,21 +24,21 @@ pub(crate) fn map_storey_of(builder: &SiteBuilder, threshold_z: i32, storey: u32
 }
 
 /// How a door opens, by its operation type; `None` if it does not open. Unknown operations count as swing.
-pub(crate) fn opens(operation: &str, predefined_type: &str) -> Option<Opens> {
+pub(crate) fn opens(operation: &str, predefined_type: &str) -> Option<DoorCapability> {
     if predefined_type == "TRAPDOOR" {
         return None;
     }
     let has = |word: &str| operation.to_ascii_uppercase().contains(word);
     Some(if has("REVOLV") {
-        Opens::Revolving
+        DoorCapability::Revolving
     } else if has("SLID") {
-        Opens::Sliding
+        DoorCapability::Sliding
     } else if has("FOLD") {
-        Opens::Folding
+        DoorCapability::Folding
     } else if has("ROLL") || has("LIFT") {
-        Opens::Rolling
+        DoorCapability::Rolling
     } else {
-        Opens::Swing
+        DoorCapability::Swing
     })
 }
 
@@ -49,13 +49,13 @@ pub(crate) fn operation_is_known(operation: &str) -> bool {
 }
 
 /// Clear width of the open door in metres, and its source.
-pub(crate) fn clear_width_m(overall_m: f64, door: &ifc::Door, opens: Option<Opens>) -> (f64, ClearWidth) {
+pub(crate) fn clear_width_m(overall_m: f64, door: &ifc::Door, opens: Option<DoorCapability>) -> (f64, ClearWidth) {
     let (Some(lining), Some(leaf)) = (door.lining_thickness_m, door.panel_depth_m) else {
         return ((overall_m - ASSUMED_FRAME_WIDTH_M).max(0.0), ClearWidth::Assumed);
     };
     let n_leaves = match opens {
         // A sliding leaf leaves the passage; a swung one stands in it with its thickness.
-        Some(Opens::Sliding | Opens::Rolling) => 0.0,
+        Some(DoorCapability::Sliding | DoorCapability::Rolling) => 0.0,
         _ if door.operation_type.starts_with("DOUBLE") => 2.0,
         _ => 1.0,
     };
@@ -82,15 +82,15 @@ mod tests {
     #[test]
     fn operations_of_all_schemas_are_understood() {
         for (operation, expected) in [
-            ("SINGLE_SWING_LEFT", Opens::Swing),
-            ("DOUBLE_DOOR_SINGLE_SWING_OPPOSITE_LEFT", Opens::Swing),
-            ("SLIDING_TO_LEFT", Opens::Sliding),
-            ("FOLDING_TO_RIGHT", Opens::Folding),
-            ("REVOLVING_VERTICAL", Opens::Revolving),
-            ("ROLLINGUP", Opens::Rolling),
-            ("LIFTING_HORIZONTAL", Opens::Rolling),
-            ("NOTDEFINED", Opens::Swing),
-            ("", Opens::Swing),
+            ("SINGLE_SWING_LEFT", DoorCapability::Swing),
+            ("DOUBLE_DOOR_SINGLE_SWING_OPPOSITE_LEFT", DoorCapability::Swing),
+            ("SLIDING_TO_LEFT", DoorCapability::Sliding),
+            ("FOLDING_TO_RIGHT", DoorCapability::Folding),
+            ("REVOLVING_VERTICAL", DoorCapability::Revolving),
+            ("ROLLINGUP", DoorCapability::Rolling),
+            ("LIFTING_HORIZONTAL", DoorCapability::Rolling),
+            ("NOTDEFINED", DoorCapability::Swing),
+            ("", DoorCapability::Swing),
         ] {
             assert_eq!(opens(operation, ""), Some(expected), "{operation}");
         }

@@ -18,7 +18,7 @@ fn at_date(house: House, change: impl Fn(&mut ScheduleStateBuilder)) -> support:
 #[test]
 fn leaves_of_one_opening_are_passable_together() {
     let mut house = House::new();
-    house.leaves([Opens::Swing, Opens::Swing]);
+    house.leaves([DoorCapability::Swing, DoorCapability::Swing]);
     let map = house.map();
     assert_eq!(map.passages(), [DoorPassage::Passable; 2]);
     assert_eq!(IN_LEAVES.map(|[x, y]| map.planning(x, y)), [FREE; 2]);
@@ -32,7 +32,7 @@ fn leaves_of_one_opening_are_passable_together() {
 #[test]
 fn a_leaf_that_does_not_open_leaves_the_other_one_alone() {
     let mut house = House::new();
-    house.leaves([Opens::Swing, Opens::Revolving]);
+    house.leaves([DoorCapability::Swing, DoorCapability::Revolving]);
     let map = house.map();
     assert_eq!(map.passages(), [DoorPassage::TooNarrow, DoorPassage::CannotOpen]);
     assert_eq!(IN_LEAVES.map(|[x, y]| map.planning(x, y)), [OCCUPIED; 2]);
@@ -42,7 +42,7 @@ fn a_leaf_that_does_not_open_leaves_the_other_one_alone() {
 fn a_leaf_that_is_not_hung_yet_leaves_its_width_to_the_other() {
     let with = |state: ElementState| {
         let mut house = House::new();
-        let [_, second] = house.leaves([Opens::Swing, Opens::Swing]);
+        let [_, second] = house.leaves([DoorCapability::Swing, DoorCapability::Swing]);
         house.opening(0);
         at_date(house, |p| p.set_element(second, state, state)).passages()
     };
@@ -55,14 +55,14 @@ fn a_leaf_that_is_not_hung_yet_leaves_its_width_to_the_other() {
 fn a_door_without_floor_on_either_side_says_so() {
     let mut house = House::new();
     house.builder.elements[SLAB].n_parts = 0;
-    house.door(0.8, Opens::Swing);
+    house.door(0.8, DoorCapability::Swing);
     assert_eq!(house.map().passage(), DoorPassage::NoFloor);
 }
 
 #[test]
 fn a_door_in_a_wall_without_an_opening_says_so() {
     let mut house = House::new();
-    house.door(0.8, Opens::Swing);
+    house.door(0.8, DoorCapability::Swing);
     let wall = house.add(Class::Wall, [1.5, -0.2, 0.0], [2.4, 0.0, 2.5]);
     let map = house.map();
     assert_eq!((map.passage(), map.doors()[0].obstacle), (DoorPassage::NoOpening, wall as u32));
@@ -71,7 +71,7 @@ fn a_door_in_a_wall_without_an_opening_says_so() {
 #[test]
 fn what_stands_in_a_doorway_is_named_with_the_width_that_it_leaves() {
     let mut house = House::new();
-    house.door(0.8, Opens::Swing);
+    house.door(0.8, DoorCapability::Swing);
     let column = house.add(Class::Column, [1.5, -0.2, 0.0], [2.0, 0.0, 2.5]);
     let map = house.map();
     let door = map.doors()[0];
@@ -83,7 +83,7 @@ fn what_stands_in_a_doorway_is_named_with_the_width_that_it_leaves() {
 fn every_reason_is_told() {
     let mut house = House::new();
     house.builder.elements[SLAB].n_parts = 0;
-    house.door(0.5, Opens::Revolving);
+    house.door(0.5, DoorCapability::Revolving);
     let reasons: Vec<DoorPassage> = house.map().doors()[0].closed_by().collect();
     assert_eq!(reasons, [DoorPassage::NoFloor, DoorPassage::CannotOpen, DoorPassage::TooNarrow]);
 }
@@ -94,7 +94,7 @@ fn at_the_resolution_that_a_door_needs_it_is_open() {
         let map = |resolution_m: f64| {
             let mut house = House::new();
             house.resolution_m = resolution_m;
-            house.door(0.8, Opens::Swing);
+            house.door(0.8, DoorCapability::Swing);
             house.add(Class::Wall, [1.5, -0.2, 0.0], [low, 0.0, 2.5]);
             house.add(Class::Wall, [high, -0.2, 0.0], [2.4, 0.0, 2.5]);
             house.map()

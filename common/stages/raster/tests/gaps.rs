@@ -79,7 +79,7 @@ impl Laboratory {
             element: leaf as u32,
             opening,
             spaces: [NONE; 2],
-            opens: Opens::Swing as u32,
+            opens: DoorCapability::Swing as u32,
             clear_width_m: 0.8,
             passage,
             ..bytemuck::Zeroable::zeroed()

@@ -56,8 +56,8 @@ fn house(boxes: &[BoxElement], floor: FloorKind, is_floor_in_opening: bool, n_le
     }
     house.opening(0);
     let door = match n_leaves {
-        1 => house.door(0.8, Opens::Swing),
-        _ => house.leaves([Opens::Swing, Opens::Sliding])[0],
+        1 => house.door(0.8, DoorCapability::Swing),
+        _ => house.leaves([DoorCapability::Swing, DoorCapability::Sliding])[0],
     };
     let hung = OpeningRecord { host: 1, filling: door as u32, bottom_z_tenths: t(0.5), ..house.builder.openings[0] };
     house.builder.openings.push(hung);

@@ -52,7 +52,7 @@ fn the_keep_out_filter_makes_no_unknown_cell_free() {
     hole.opening(0);
     assert_filter_frees_nothing(&hole.map().grid());
     let mut door = House::new();
-    door.door(0.8, Opens::Swing);
+    door.door(0.8, DoorCapability::Swing);
     door.space([0.0, 0.0], [4.0, 3.0]);
     assert_filter_frees_nothing(&door.map_at(|p| p.block_space(0, &["private"]), &robot).grid());
     let in_progress =
@@ -78,22 +78,22 @@ fn a_margin_does_not_leak_through_a_wall() {
 
 #[test]
 fn a_door_is_passable_only_for_a_robot_that_fits_and_can_open_it() {
-    let door = |width: f64, opens: Opens| {
+    let door = |width: f64, opens: DoorCapability| {
         let mut house = House::new();
         house.door(width, opens);
         let map = house.map();
         (map.planning(1.95, -0.1), map.passage())
     };
-    assert_eq!(door(0.8, Opens::Swing), (FREE, DoorPassage::Passable));
-    assert_eq!(door(0.7, Opens::Sliding), (FREE, DoorPassage::Passable), "exactly diameter and margin");
-    assert_eq!(door(0.69, Opens::Swing), (OCCUPIED, DoorPassage::TooNarrow));
-    assert_eq!(door(0.8, Opens::Revolving), (OCCUPIED, DoorPassage::CannotOpen));
+    assert_eq!(door(0.8, DoorCapability::Swing), (FREE, DoorPassage::Passable));
+    assert_eq!(door(0.7, DoorCapability::Sliding), (FREE, DoorPassage::Passable), "exactly diameter and margin");
+    assert_eq!(door(0.69, DoorCapability::Swing), (OCCUPIED, DoorPassage::TooNarrow));
+    assert_eq!(door(0.8, DoorCapability::Revolving), (OCCUPIED, DoorPassage::CannotOpen));
 }
 
 #[test]
 fn a_door_without_floor_beyond_stays_free_and_what_lies_beyond_is_forbidden() {
     let mut house = House::new();
-    house.door(0.8, Opens::Swing);
+    house.door(0.8, DoorCapability::Swing);
     let map = house.map();
     assert_eq!((map.planning(1.95, -0.1), map.planning(1.95, -0.35)), (FREE, UNKNOWN));
     assert_eq!(map.keepout(1.95, -0.35), OCCUPIED);
@@ -104,7 +104,7 @@ fn a_door_without_floor_beyond_stays_free_and_what_lies_beyond_is_forbidden() {
 #[test]
 fn a_leaf_that_stands_open_and_a_threshold_outside_are_no_floor() {
     let mut house = House::new();
-    let door = house.door(0.8, Opens::Swing);
+    let door = house.door(0.8, DoorCapability::Swing);
     house.opening(0);
     house.builder.doors[0].opening = 0;
     house.builder.openings[0].filling = door as u32;
@@ -137,7 +137,7 @@ fn an_opening_is_floor_where_floor_lies_on_both_sides() {
 #[test]
 fn a_door_whose_wall_is_not_built_is_not_there() {
     let mut house = House::new();
-    let door = house.door(0.69, Opens::Swing);
+    let door = house.door(0.69, DoorCapability::Swing);
     house.opening(0);
     house.builder.doors[0].opening = 0;
     house.builder.openings[0].filling = door as u32;
@@ -214,7 +214,7 @@ fn a_slab_that_is_not_poured_yet_is_a_drop_off_inside_the_storey() {
 #[test]
 fn a_door_that_is_being_hung_is_closed() {
     let mut house = House::new();
-    let door = house.door(0.8, Opens::Swing);
+    let door = house.door(0.8, DoorCapability::Swing);
     let map = house.map_at(but(door, ElementState::InProgress), &RobotProfile::DEFAULT);
     assert_eq!((map.planning(1.95, -0.1), map.passage()), (OCCUPIED, DoorPassage::InProgress));
 }
@@ -223,7 +223,7 @@ fn a_door_that_is_being_hung_is_closed() {
 fn blocking_a_room_changes_neither_its_door_nor_what_a_lidar_sees() {
     let draw = |blocked: bool| {
         let mut house = House::new();
-        house.door(0.8, Opens::Swing);
+        house.door(0.8, DoorCapability::Swing);
         house.space([0.0, 0.0], [4.0, 3.0]);
         house.builder.spaces[0].map_storey = 0;
         house.map_at(
@@ -292,7 +292,7 @@ fn the_number_of_threads_changes_nothing() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut house = House::new();
-            house.door(0.8, Opens::Swing);
+            house.door(0.8, DoorCapability::Swing);
             house.map().grid.bytes().to_vec()
         })
     };

@@ -137,7 +137,7 @@ pub(crate) fn floor_parts(
             }
         };
         let mut parts: Vec<FloorPartRecord> = (1..=free_space.n_parts()).map(record).collect();
-        parts.retain(|p| p.area_m2 >= FloorPartRecord::LEAST_M2);
+        parts.retain(|p| p.area_m2 >= FloorPartRecord::MIN_AREA_M2);
         parts.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2));
         records.extend(parts);
     }

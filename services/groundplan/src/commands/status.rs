@@ -8,7 +8,7 @@ use crate::run::{Outcome, Run};
 use crate::wait::join;
 use bus::{Daemon, HEARTBEAT_PERIOD, SiteSample, SiteSamples, topics};
 use frames::counted;
-use messages::{Stage, StatusRecord};
+use messages::{Activity, StatusRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -42,7 +42,8 @@ struct Status {
 struct DaemonStatus {
     alive: bool,
     process_id: u32,
-    stage: &'static str,
+    #[serde(rename = "stage")]
+    activity: &'static str,
     memory_bytes: u64,
     error: Option<String>,
 }
@@ -128,11 +129,11 @@ impl Run for Args {
 impl DaemonStatus {
     fn of(record: Option<&StatusRecord>) -> Self {
         let Some(record) = record else {
-            return Self { alive: false, process_id: 0, stage: "silent", memory_bytes: 0, error: None };
+            return Self { alive: false, process_id: 0, activity: "silent", memory_bytes: 0, error: None };
         };
         let error = Some(record.error().to_owned()).filter(|e| !e.is_empty());
-        let stage = record.stage.known().map_or("unknown", Stage::name);
-        Self { alive: true, process_id: record.process_id, stage, memory_bytes: record.memory_bytes, error }
+        let activity = record.activity.known().map_or("unknown", Activity::name);
+        Self { alive: true, process_id: record.process_id, activity, memory_bytes: record.memory_bytes, error }
     }
 }
 
@@ -141,7 +142,7 @@ impl Status {
         let mut out = String::new();
         for (name, daemon) in &self.daemons {
             let megabytes = daemon.memory_bytes / 1_000_000;
-            let _ = writeln!(out, "{name:<14} {:<10} process {:<8} {megabytes} MB", daemon.stage, daemon.process_id);
+            let _ = writeln!(out, "{name:<14} {:<10} process {:<8} {megabytes} MB", daemon.activity, daemon.process_id);
             if let Some(error) = &daemon.error {
                 let _ = writeln!(out, "  {error}");
             }

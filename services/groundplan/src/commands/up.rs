@@ -3,7 +3,7 @@
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::supervise::{KeptProcess, Running, check_versions};
+use crate::supervise::{Running, SupervisedProcess, check_versions};
 use bus::Daemon;
 use daemon::StopSignal;
 use std::time::Duration;
@@ -31,8 +31,8 @@ impl Run for Args {
         check_versions()?;
         let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
         let _running = Running::claim(&config.state)?;
-        let mut keeper = KeptProcess::new("groundplan");
-        let mut daemons = Daemon::SUPERVISED.map(|daemon| KeptProcess::new(daemon.name()));
+        let mut keeper = SupervisedProcess::new("groundplan");
+        let mut daemons = Daemon::SUPERVISED.map(|daemon| SupervisedProcess::new(daemon.name()));
         while !stop.is_raised_within(LOOK) {
             keeper.keep(&path)?;
             for daemon in &mut daemons {
@@ -40,8 +40,8 @@ impl Run for Args {
             }
         }
         // The bus goes when nobody is on it any more.
-        daemons.iter_mut().for_each(KeptProcess::close);
-        daemons.iter_mut().for_each(KeptProcess::stop);
+        daemons.iter_mut().for_each(SupervisedProcess::close);
+        daemons.iter_mut().for_each(SupervisedProcess::stop);
         keeper.close();
         keeper.stop();
         Ok(Outcome::silent())

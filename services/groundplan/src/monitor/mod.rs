@@ -22,9 +22,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A terminal is drawn, and a line is printed, at most this often.
-const LEAST_PAUSE: Duration = Duration::from_millis(100);
+const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(100);
 /// Ages on the screen are never older than this.
-const LONGEST_PAUSE: Duration = Duration::from_millis(500);
+const MAX_REDRAW_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Shows a site until somebody quits or the time is over; as JSON a line for each change.
 ///
@@ -136,7 +136,7 @@ fn show(config: &SiteConfig, mut stop: StopSignal, ends: Option<Instant>, output
             Err(why) => {
                 state.no_bus(&daemon::chain(&why));
                 output.show(&state, None)?;
-                if stop.is_raised_within(LONGEST_PAUSE) || output.take_keys(0) {
+                if stop.is_raised_within(MAX_REDRAW_INTERVAL) || output.take_keys(0) {
                     return Ok(());
                 }
             }
@@ -164,13 +164,13 @@ fn attend(
         is_new |= attached.take(bus, state).map_err(Failure::work)?;
         let since = drawn.elapsed();
         // A line tells of a change; a screen also of time that passes.
-        let is_due =
-            is_new && since >= LEAST_PAUSE || matches!(output, Output::Screen { .. }) && since >= LONGEST_PAUSE;
+        let is_due = is_new && since >= MIN_REDRAW_INTERVAL
+            || matches!(output, Output::Screen { .. }) && since >= MAX_REDRAW_INTERVAL;
         if is_due {
             output.show(state, Some(&attached))?;
             (drawn, is_new) = (Instant::now(), false);
         }
-        let rest = if is_new { LEAST_PAUSE } else { LONGEST_PAUSE }.saturating_sub(drawn.elapsed());
+        let rest = if is_new { MIN_REDRAW_INTERVAL } else { MAX_REDRAW_INTERVAL }.saturating_sub(drawn.elapsed());
         let rest = ends.map_or(rest, |ends| rest.min(ends.saturating_duration_since(Instant::now())));
         let wake = waiter.wait(rest).map_err(Failure::work)?;
         is_new |= wake.woken;

@@ -84,7 +84,7 @@ fn head_row<'a>(words: impl IntoIterator<Item = &'a str>) -> Row<'a> {
 
 fn draw_daemons(frame: &mut Frame<'_>, snapshot: &Snapshot, area: Rect) {
     let rows = snapshot.daemons.iter().map(|d| {
-        let state = if d.alive { d.stage } else { "silent" };
+        let state = if d.alive { d.activity } else { "silent" };
         let cells = [
             d.name.to_owned(),
             state.to_owned(),
@@ -96,7 +96,7 @@ fn draw_daemons(frame: &mut Frame<'_>, snapshot: &Snapshot, area: Rect) {
     });
     let widths = [13, 10, 8, 7, 4].map(Constraint::Length);
     frame.render_widget(
-        Table::new(rows, widths).header(head_row(["daemon", "stage", "process", "memory", "died"])),
+        Table::new(rows, widths).header(head_row(["daemon", "activity", "process", "memory", "died"])),
         area,
     );
 }
@@ -159,7 +159,7 @@ mod tests {
         let daemon = |name, alive, restarts| DaemonLine {
             name,
             alive,
-            stage: "published",
+            activity: "published",
             process_id: 4711,
             restarts,
             memory_bytes: 25_400_000,

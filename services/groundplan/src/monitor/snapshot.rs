@@ -28,7 +28,8 @@ pub(crate) struct Snapshot {
 pub(crate) struct DaemonLine {
     pub(crate) name: &'static str,
     pub(crate) alive: bool,
-    pub(crate) stage: &'static str,
+    #[serde(rename = "stage")]
+    pub(crate) activity: &'static str,
     pub(crate) process_id: u32,
     /// Deaths that were seen.
     pub(crate) restarts: u32,

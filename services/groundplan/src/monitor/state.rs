@@ -5,7 +5,7 @@ use crate::alignment_report::Brief;
 use crate::date_argument;
 use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, TopicName, Verdict};
 use export::text_or_null;
-use messages::{Grid, Grids, SampleHeader, ScheduleState, Stage, StatusRecord};
+use messages::{Activity, Grid, Grids, SampleHeader, ScheduleState, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
@@ -195,7 +195,7 @@ impl State {
                 DaemonLine {
                     name: daemon.name(),
                     alive: self.generation.is_some() && silent < HEARTBEAT_PERIOD * MISSED_HEARTBEATS,
-                    stage: record.stage.known().map_or("unknown", Stage::name),
+                    activity: record.activity.known().map_or("unknown", Activity::name),
                     process_id: record.process_id,
                     restarts: *restarts,
                     memory_bytes: record.memory_bytes,
@@ -206,7 +206,7 @@ impl State {
             None => DaemonLine {
                 name: daemon.name(),
                 alive: false,
-                stage: "silent",
+                activity: "silent",
                 process_id: 0,
                 restarts: 0,
                 memory_bytes: 0,
@@ -267,7 +267,7 @@ mod tests {
     use messages::{ArchiveKind, RobotProfile};
 
     fn heartbeat(daemon: Daemon, process_id: u32, error: &str) -> StatusRecord {
-        let mut record = StatusRecord::of(Stage::Published, 1 << 20);
+        let mut record = StatusRecord::of(Activity::Published, 1 << 20);
         record.set_error(error);
         StatusRecord { daemon: daemon as u32, process_id, ..record }
     }

@@ -5,5 +5,5 @@ mod process;
 mod running;
 
 pub(crate) use executables::{check_versions, executable, version_of};
-pub(crate) use process::{KeptProcess, PATIENCE};
+pub(crate) use process::{PATIENCE, SupervisedProcess};
 pub(crate) use running::{Running, running};

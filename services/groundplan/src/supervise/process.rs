@@ -8,15 +8,15 @@ use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
 /// A daemon that died is started again after this time; each further death doubles it.
-const FIRST_BACK_OFF: Duration = Duration::from_millis(200);
-const LONGEST_BACK_OFF: Duration = Duration::from_secs(10);
+const MIN_BACK_OFF: Duration = Duration::from_millis(200);
+const MAX_BACK_OFF: Duration = Duration::from_secs(10);
 /// A daemon that lived this long has recovered.
 const RECOVERED: Duration = Duration::from_secs(10);
 /// Daemons that do not leave by themselves within this time are killed.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
 
 /// A process that is kept alive.
-pub(crate) struct KeptProcess {
+pub(crate) struct SupervisedProcess {
     name: &'static str,
     child: Option<Child>,
     started: Instant,
@@ -24,7 +24,7 @@ pub(crate) struct KeptProcess {
     restarts: u32,
 }
 
-impl KeptProcess {
+impl SupervisedProcess {
     /// One that has not been started.
     pub(crate) fn new(name: &'static str) -> Self {
         Self { name, child: None, started: Instant::now(), back_off: Duration::ZERO, restarts: 0 }
@@ -48,7 +48,7 @@ impl KeptProcess {
                     return Err(Failure::usage(format!("{} cannot use {}", self.name, config.display())));
                 }
                 Some(status) => {
-                    self.back_off = (self.back_off * 2).clamp(FIRST_BACK_OFF, LONGEST_BACK_OFF);
+                    self.back_off = (self.back_off * 2).clamp(MIN_BACK_OFF, MAX_BACK_OFF);
                     self.restarts += 1;
                     warn!(service = self.name, %status, restarts = self.restarts, "died; it is started again");
                     (self.child, self.started) = (None, Instant::now());

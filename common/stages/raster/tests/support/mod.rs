@@ -68,19 +68,19 @@ impl House {
         index
     }
 
-    pub(crate) fn door(&mut self, clear_width_m: f64, opens: Opens) -> usize {
+    pub(crate) fn door(&mut self, clear_width_m: f64, opens: DoorCapability) -> usize {
         self.leaf([1.5, 2.4], clear_width_m, opens)
     }
 
     /// Two leaves that share the opening in the south wall, each too narrow for the robot.
-    pub(crate) fn leaves(&mut self, opens: [Opens; 2]) -> [usize; 2] {
+    pub(crate) fn leaves(&mut self, opens: [DoorCapability; 2]) -> [usize; 2] {
         let leaves = [self.leaf([1.5, 1.95], 0.35, opens[0]), self.leaf([1.95, 2.4], 0.35, opens[1])];
         self.builder.doors[0].beside = [NONE, 1];
         self.builder.doors[1].beside = [0, NONE];
         leaves
     }
 
-    fn leaf(&mut self, [from, to]: [f64; 2], clear_width_m: f64, opens: Opens) -> usize {
+    fn leaf(&mut self, [from, to]: [f64; 2], clear_width_m: f64, opens: DoorCapability) -> usize {
         let element = self.add(Class::Door, [from, -0.15, 0.0], [to, -0.05, 2.1]);
         let (middle, half) = ((from + to) / 2.0, (to - from) / 2.0);
         let passage = BoxRecord { centre: [middle * 1e4, -1_000.0], axis: [1.0, 0.0], half: [half * 1e4, 1_000.0] };

@@ -167,7 +167,7 @@ impl Builder<'_> {
             opening: NONE,
             spaces,
             operation,
-            opens: if character == 'X' { Opens::Revolving } else { Opens::Swing } as u32,
+            opens: if character == 'X' { DoorCapability::Revolving } else { DoorCapability::Swing } as u32,
             clear_width_from: ClearWidth::Assumed.into(),
             overall_width_m: width_m,
             overall_height_m: 2.1,
@@ -362,13 +362,13 @@ fn grid(house: &House, names: &[char], storey: usize) -> ArchiveBuffer {
 
 /// Squares of doors that this robot cannot pass.
 fn closed_doors(house: &House, drawing: &Drawing) -> Vec<[usize; 2]> {
-    let opens = |operation: Opens| house.robot.opens & operation as u32 != 0;
-    let mut closed = if opens(Opens::Revolving) { Vec::new() } else { drawing.squares(|c| c == 'X') };
+    let opens = |operation: DoorCapability| house.robot.opens & operation as u32 != 0;
+    let mut closed = if opens(DoorCapability::Revolving) { Vec::new() } else { drawing.squares(|c| c == 'X') };
     let needed_m = 2.0 * house.robot.radius_m + house.robot.door_margin_m;
     for group in drawing.groups('D') {
         let [low, high] = bounds(&group);
         let width_m = frames::metres((high[0] - low[0]).max(high[1] - low[1]));
-        if !opens(Opens::Swing) || width_m - 0.1 + 1e-6 < needed_m {
+        if !opens(DoorCapability::Swing) || width_m - 0.1 + 1e-6 < needed_m {
             closed.extend(group);
         }
     }

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::run::Outcome;
 use alignment::{AlignmentSources, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
 use frames::Map;
-use messages::{Alignment, NONE, ScheduleStateHead, Verdict};
+use messages::{Alignment, AlignmentVerdict, NONE, ScheduleStateHead};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
 use serde_json::json;
@@ -57,7 +57,7 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     } else {
         alignment_report::text(&alignment)
     };
-    Ok(Outcome { text, is_well: alignment.verdict() == Verdict::Accepted })
+    Ok(Outcome { text, is_well: alignment.verdict() == AlignmentVerdict::Accepted })
 }
 
 /// A map of the model.

@@ -8,7 +8,7 @@ use crate::date_argument;
 use crate::failure::Failure;
 use ::deviations::{DeviationInput, deviations};
 use alignment::{AlignmentSources, PreparedMap, References, align_maps};
-use messages::{Alignment, Deviations, ScheduleState, Verdict};
+use messages::{Alignment, AlignmentVerdict, Deviations, ScheduleState};
 use occupancy::OccupancyMap;
 use std::path::Path;
 
@@ -35,7 +35,7 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
         let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().as_ref());
         let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, plan_time_s: schedule_state.head.plan_time_s };
         let archive = found.archive(&storeys, &found.pose_status(&storeys), sources);
-        let Some(pose) = found.poses.first().filter(|_| found.verdict == Verdict::Accepted) else {
+        let Some(pose) = found.poses.first().filter(|_| found.verdict == AlignmentVerdict::Accepted) else {
             let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
             return Err(Failure::work(format!(
                 "where the map lies is {}",

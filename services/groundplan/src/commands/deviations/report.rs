@@ -6,7 +6,7 @@ use crate::date_argument;
 use crate::failure::Failure;
 use export::{DeviationExport, DeviationsDocument, deviation_files, with_manifest};
 use frames::PlanTime;
-use messages::{Deviations, Judgement, Observation, ScheduleState, ScheduleStateHead, Site};
+use messages::{DeviationVerdict, Deviations, Observation, ScheduleState, ScheduleStateHead, Site};
 use serde_json::json;
 use std::fmt::Write;
 
@@ -55,8 +55,8 @@ fn text(site: &Site<'_>, found: &Deviations<'_>) -> String {
     // Writing to a string does not fail.
     let _ = writeln!(out, "elements: {}", Observation::ALL.map(count).join(", "));
     for record in found.elements {
-        let (judgement, observation) = (record.judgement.get(), record.observation.get());
-        if matches!(judgement, Judgement::OnPlan | Judgement::Unknown) {
+        let (verdict, observation) = (record.verdict.get(), record.observation.get());
+        if matches!(verdict, DeviationVerdict::OnPlan | DeviationVerdict::Unknown) {
             continue;
         }
         let element = &site.elements[record.element as usize];
@@ -68,7 +68,7 @@ fn text(site: &Site<'_>, found: &Deviations<'_>) -> String {
         let _ = writeln!(
             out,
             "  {:<9} {id}  {kind} {:?}: {}{by}",
-            judgement.name(),
+            verdict.name(),
             site.text(element.name),
             observation.name()
         );

@@ -11,11 +11,11 @@ pub(super) const SHARED: &str = "/dev/shm";
 /// `statfs` of a file system in memory.
 pub(super) const TMPFS_MAGIC: i64 = 0x0102_1994;
 /// A small building with its daemons.
-const LEAST_SHARED_BYTES: u64 = 256 << 20;
+const MIN_SHARED_BYTES: u64 = 256 << 20;
 /// Enough for a site of ten storeys.
-const AMPLE_SHARED_BYTES: u64 = 1 << 30;
+const RECOMMENDED_SHARED_BYTES: u64 = 1 << 30;
 /// A daemon holds about a hundred descriptors, a monitor more.
-const LEAST_FILES: u64 = 1_024;
+const MIN_OPEN_FILES: u64 = 1_024;
 
 /// Looks at memory, kernel, limits and executables.
 pub(super) fn of_machine() -> Vec<Check> {
@@ -46,11 +46,11 @@ fn shared_memory(memory: &SharedMemory) -> Check {
     let sizes = format!("{} MB free of {} MB", free >> 20, size >> 20);
     match (is_tmpfs, free) {
         (false, _) => failure(WHAT, format!("{SHARED} is no tmpfs: maps would be written to a disk")),
-        (_, ..LEAST_SHARED_BYTES) => failure(
+        (_, ..MIN_SHARED_BYTES) => failure(
             WHAT,
             format!("{sizes}: too little for a building; a container needs --shm-size=2g or {SHARED} mounted"),
         ),
-        (_, ..AMPLE_SHARED_BYTES) => warning(WHAT, format!("{sizes}: enough for a small building")),
+        (_, ..RECOMMENDED_SHARED_BYTES) => warning(WHAT, format!("{sizes}: enough for a small building")),
         _ => ok(WHAT, sizes),
     }
 }
@@ -78,8 +78,8 @@ fn open_files() -> Option<u64> {
 
 fn files(limit: Option<u64>) -> Check {
     match limit {
-        Some(limit @ ..LEAST_FILES) => {
-            warning("open files", format!("{limit} a process; raise LimitNOFILE to {LEAST_FILES}"))
+        Some(limit @ ..MIN_OPEN_FILES) => {
+            warning("open files", format!("{limit} a process; raise LimitNOFILE to {MIN_OPEN_FILES}"))
         }
         Some(limit) => ok("open files", format!("{limit} a process")),
         None => ok("open files", "no limit"),
@@ -119,19 +119,19 @@ pub(super) fn remove_ipc() -> Check {
 
 #[cfg(test)]
 mod tests {
-    use super::super::check::Verdict;
+    use super::super::check::CheckResult;
     use super::*;
 
     #[test]
     fn the_shared_memory_of_a_container_is_too_small() {
         let check = |place| shared_memory(&SharedMemory { place });
         let container = check(Some((true, 64 << 20, 64 << 20)));
-        assert_eq!(container.verdict, Verdict::Failure);
+        assert_eq!(container.verdict, CheckResult::Failure);
         assert!(container.found.contains("--shm-size"), "{}", container.found);
-        assert_eq!(check(Some((true, 8 << 30, 512 << 20))).verdict, Verdict::Warning);
-        assert_eq!(check(Some((true, 8 << 30, 4 << 30))).verdict, Verdict::Ok);
-        assert_eq!(check(Some((false, 8 << 30, 4 << 30))).verdict, Verdict::Failure);
-        assert_eq!(check(None).verdict, Verdict::Failure);
+        assert_eq!(check(Some((true, 8 << 30, 512 << 20))).verdict, CheckResult::Warning);
+        assert_eq!(check(Some((true, 8 << 30, 4 << 30))).verdict, CheckResult::Ok);
+        assert_eq!(check(Some((false, 8 << 30, 4 << 30))).verdict, CheckResult::Failure);
+        assert_eq!(check(None).verdict, CheckResult::Failure);
     }
 
     #[test]
@@ -139,12 +139,12 @@ mod tests {
         let check = |release: &str| kernel(release).verdict;
         assert_eq!(
             [check("5.13.19-generic"), check("5.14.0"), check("6.1"), check("odd")],
-            [Verdict::Warning, Verdict::Ok, Verdict::Ok, Verdict::Warning]
+            [CheckResult::Warning, CheckResult::Ok, CheckResult::Ok, CheckResult::Warning]
         );
     }
 
     #[test]
     fn few_open_files_are_warned_of() {
-        assert_eq!(files(Some(256)).verdict, Verdict::Warning);
+        assert_eq!(files(Some(256)).verdict, CheckResult::Warning);
     }
 }

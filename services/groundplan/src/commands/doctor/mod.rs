@@ -7,7 +7,7 @@ mod site;
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use check::{Check, Verdict, failure};
+use check::{Check, CheckResult, failure};
 use machine::of_machine;
 use site::of_site;
 
@@ -34,16 +34,16 @@ impl Run for Args {
             Ok(config) => checks.extend(of_site(&config)),
             Err(why) => checks.push(failure("configuration", format!("{why:#}"))),
         }
-        let is_well = checks.iter().all(|check| check.verdict != Verdict::Failure);
+        let is_well = checks.iter().all(|check| check.verdict != CheckResult::Failure);
         if self.json {
             let text = serde_json::to_string(&checks).map_err(Failure::work)? + "\n";
             return Ok(Outcome { text, is_well });
         }
         let line = |check: &Check| {
             let word = match check.verdict {
-                Verdict::Ok => "ok",
-                Verdict::Warning => "warning",
-                Verdict::Failure => "FAILS",
+                CheckResult::Ok => "ok",
+                CheckResult::Warning => "warning",
+                CheckResult::Failure => "FAILS",
             };
             format!("{word:<8} {:<16} {}\n", check.what, check.found)
         };

@@ -113,12 +113,12 @@ fn clock(synchronised_while: Option<&Path>) -> Check {
 
 #[cfg(test)]
 mod tests {
-    use super::super::check::Verdict;
+    use super::super::check::CheckResult;
     use super::*;
 
     #[test]
     fn what_a_dead_bus_left_is_named_and_what_lives_is_not() {
-        assert_eq!(leftovers("nobody_has_this_prefix_", false).verdict, Verdict::Ok);
-        assert_eq!(leftovers("", true).verdict, Verdict::Ok);
+        assert_eq!(leftovers("nobody_has_this_prefix_", false).verdict, CheckResult::Ok);
+        assert_eq!(leftovers("", true).verdict, CheckResult::Ok);
     }
 }
