@@ -4,7 +4,7 @@
 mod support;
 
 use bus::{Bus, CommandError, Daemon, Domain, OpenCommand, Reply, Waiter};
-use daemon::{Answer, AskError, Client, IngestRequest, RasterizeRequest, ScheduleRequest};
+use daemon::{Answer, Client, ClientError, IngestRequest, RasterizeRequest, ScheduleRequest};
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -95,12 +95,12 @@ fn bytes_that_are_no_request_of_a_daemon_get_an_error_with_its_name_and_it_lives
         }
     }
     let client = Client::<ScheduleRequest>::of(&bus).unwrap();
-    let open = client.send(&ScheduleRequest::TellPlanTime).unwrap();
+    let open = client.send(&ScheduleRequest::GetPlanTime).unwrap();
     let answer = wait_for(&mut waiter, || open.take().unwrap());
     assert!(matches!(&answer, Answer::Done(answer) if answer.clock == "fixed" && answer.state.epoch > 0), "{answer:?}");
     let open = client.send(&ScheduleRequest::Simulate { rate: -1.0, from_s: None }).unwrap();
     let refused = wait_for(&mut waiter, || open.take().err());
-    assert!(matches!(&refused, AskError::Refused { daemon: Daemon::ScheduleEval, .. }), "{refused}");
+    assert!(matches!(&refused, ClientError::Refused { daemon: Daemon::ScheduleEval, .. }), "{refused}");
     assert_eq!(before, Daemon::SUPERVISED.map(|daemon| process(daemon.name())));
     drop((open, client, bus, waiter));
     live.down();

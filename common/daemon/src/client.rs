@@ -48,8 +48,8 @@ impl<R: Request> Client<R> {
     ///
     /// # Errors
     /// The daemon does not run, or the bus refuses.
-    pub fn send(&self, request: &R) -> Result<OpenRequest<R>, AskError> {
-        let bytes = serde_json::to_vec(request).map_err(|source| AskError::Words { daemon: R::DAEMON, source })?;
+    pub fn send(&self, request: &R) -> Result<OpenRequest<R>, ClientError> {
+        let bytes = serde_json::to_vec(request).map_err(|source| ClientError::Words { daemon: R::DAEMON, source })?;
         Ok(OpenRequest { command: self.port.send(&bytes)?, requests: PhantomData })
     }
 }
@@ -74,14 +74,14 @@ impl<R: Request> OpenRequest<R> {
     ///
     /// # Errors
     /// The daemon refuses, went away or answers in other words.
-    pub fn take(&self) -> Result<Option<Answer<R::Answer>>, AskError> {
+    pub fn take(&self) -> Result<Option<Answer<R::Answer>>, ClientError> {
         let daemon = R::DAEMON;
-        let words = |source| AskError::Words { daemon, source };
+        let words = |source| ClientError::Words { daemon, source };
         Ok(match self.command.take()? {
             Some(Reply::Done(bytes)) => Some(Answer::Done(serde_json::from_slice(&bytes).map_err(words)?)),
             Some(Reply::Progress(bytes)) => Some(Answer::Progress(serde_json::from_slice(&bytes).map_err(words)?)),
             Some(Reply::Failed(text)) => {
-                return Err(AskError::Refused { daemon, why: String::from_utf8_lossy(&text).into_owned() });
+                return Err(ClientError::Refused { daemon, why: String::from_utf8_lossy(&text).into_owned() });
             }
             None => None,
         })
@@ -90,7 +90,7 @@ impl<R: Request> OpenRequest<R> {
 
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
-pub enum AskError {
+pub enum ClientError {
     /// The client's end cannot be opened.
     #[error(transparent)]
     Port(#[from] PortError),
@@ -124,34 +124,34 @@ pub enum AskError {
     Wait(Failure),
 }
 
-/// How long a daemon is waited for.
+/// Timeouts of a request.
 #[derive(Debug, Clone, Copy)]
-pub struct Patience {
-    /// While it is just starting.
+pub struct RequestTimeouts {
+    /// For the daemon to start.
     pub starting: Duration,
-    /// In all.
+    /// For the answer, from the first attempt.
     pub answer: Duration,
 }
 
-/// Asks a daemon and waits for its answer; `progress` is told how far it is, `pause` waits for a moment between two looks.
-/// Daemons ask each other in one direction only, that of the data: none waits for itself.
+/// Sends a request and waits for its answer; `progress` gets its progress, `pause` sleeps between two polls. Daemons
+/// send requests in one direction only, that of the data: no daemon waits for itself.
 ///
 /// # Errors
 /// The daemon does not run, refuses, or does not answer.
 pub fn ask<R: Request>(
     bus: &Bus,
     request: &R,
-    patience: Patience,
+    timeouts: RequestTimeouts,
     mut progress: impl FnMut(&Progress),
     mut pause: impl FnMut() -> Result<(), Failure>,
-) -> Result<R::Answer, AskError> {
+) -> Result<R::Answer, ClientError> {
     let client = Client::<R>::of(bus)?;
     let begun = Instant::now();
     let open = loop {
         match client.send(request) {
             Ok(open) => break open,
-            Err(AskError::Command(CommandError::NotServed { .. })) if begun.elapsed() < patience.starting => {
-                pause().map_err(AskError::Wait)?;
+            Err(ClientError::Command(CommandError::NotServed { .. })) if begun.elapsed() < timeouts.starting => {
+                pause().map_err(ClientError::Wait)?;
             }
             Err(why) => return Err(why),
         }
@@ -160,8 +160,8 @@ pub fn ask<R: Request>(
         match open.take()? {
             Some(Answer::Done(answer)) => return Ok(answer),
             Some(Answer::Progress(news)) => progress(&news),
-            None if begun.elapsed() > patience.answer => return Err(AskError::Silent { daemon: R::DAEMON }),
-            None => pause().map_err(AskError::Wait)?,
+            None if begun.elapsed() > timeouts.answer => return Err(ClientError::Silent { daemon: R::DAEMON }),
+            None => pause().map_err(ClientError::Wait)?,
         }
     }
 }

@@ -59,7 +59,7 @@ pub struct BusConfig {
 pub struct ScheduleConfig {
     /// Rules of dates, as for `groundplan states --schedule`.
     pub rules: Option<PathBuf>,
-    /// Plan time until somebody sets another; without one everything is built.
+    /// Plan time until another is set; without one everything is built.
     pub plan_time: Option<String>,
 }
 
@@ -91,7 +91,7 @@ pub struct AlignConfig {
     pub storey: Option<u32>,
     /// About where the robot's map lies.
     pub hint: Option<PoseHint>,
-    /// Metres by which the pose may change, at the middle of the SLAM map, without anybody's word.
+    /// Metres by which the pose may change, at the middle of the SLAM map, without confirmation.
     pub max_jump_m: f64,
     /// The same for its yaw, in degrees.
     pub max_jump_deg: f64,

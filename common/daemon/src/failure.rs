@@ -1,6 +1,6 @@
 //! Failures of services, and errors as one line of text.
 
-/// Why a service could not do what it was asked; its earlier output stands.
+/// Why a service could not handle an event; its earlier output stays valid.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// An error with its causes.

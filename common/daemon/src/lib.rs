@@ -37,7 +37,6 @@ mod config_file;
 mod failure;
 mod input;
 mod latched_output;
-mod life;
 mod log;
 mod progress;
 mod request;
@@ -46,6 +45,7 @@ mod requests;
 mod robot_file;
 mod run;
 mod service;
+mod service_loop;
 mod service_thread;
 mod state;
 mod stop;
@@ -53,7 +53,7 @@ mod systemd;
 #[cfg(test)]
 mod testing;
 
-pub use client::{Answer, AskError, Client, OpenRequest, Patience, ask};
+pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
 pub use config::{
     AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
     SiteConfig, WaypointConfig, WorldConfig,

@@ -6,14 +6,14 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, Registry, fmt, reload};
 
-/// What is logged unless somebody says otherwise: what our own crates have to say.
-const USUAL: &str =
+/// The default filter: information from the crates of this workspace, warnings from others.
+const DEFAULT_FILTER: &str =
     "warn,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info,waypoint_gen=info,slam_align=info";
 
 /// A log that cannot be had.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum LogError {
-    /// Not in the words of RUST_LOG.
+    /// Not in the syntax of RUST_LOG.
     #[error("log level {level:?}")]
     Level {
         /// As configured.
@@ -61,11 +61,11 @@ impl Log {
     }
 }
 
-/// RUST_LOG goes before the configuration.
+/// RUST_LOG overrides the configuration.
 fn filter(config: &LogConfig) -> Result<EnvFilter, LogError> {
     if let Ok(filter) = EnvFilter::try_from_default_env() {
         return Ok(filter);
     }
-    let level = config.level.as_deref().unwrap_or(USUAL);
+    let level = config.level.as_deref().unwrap_or(DEFAULT_FILTER);
     EnvFilter::try_new(level).map_err(|source| LogError::Level { level: level.to_owned(), source })
 }

@@ -2,10 +2,10 @@
 
 use crate::config::SiteConfig;
 use crate::failure::{Failure, chain};
-use crate::life::{Life, Reload};
 use crate::log::Log;
 use crate::request::Request;
 use crate::service::{CurrentActivity, Service};
+use crate::service_loop::{Reload, ServiceLoop};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::Daemon;
 use clap::{CommandFactory, FromArgMatches, Parser};
@@ -21,16 +21,16 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub config: PathBuf,
 
-    /// Stop when standard input ends: die with whoever started it
+    /// Stop when standard input ends, so that the daemon ends with the process that started it
     #[arg(long)]
     pub with_stdin: bool,
 }
 
-/// Lets all other processes go first: for daemons on whose results nobody waits within milliseconds. Called before any thread
-/// is started, because threads inherit it.
+/// Lowers the priority of this process: for daemons whose results are not needed within milliseconds. Called before any
+/// thread is started, because threads inherit it.
 pub fn in_background() {
     const NICENESS: i32 = 19;
-    // To give way is always allowed.
+    // Lowering the priority is always allowed.
     let _ = rustix::process::nice(NICENESS);
 }
 
@@ -52,7 +52,7 @@ pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity)
         Ok(log) => log,
         Err(why) => return unusable(&why),
     };
-    match live(&arguments, config, log, make) {
+    match run_daemon(&arguments, config, log, make) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             error!(service = daemon.name(), error = chain(failure.as_ref()), "cannot go on");
@@ -67,7 +67,7 @@ fn arguments(daemon: Daemon) -> Arguments {
     Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
 }
 
-fn live<S: Service + 'static>(
+fn run_daemon<S: Service + 'static>(
     arguments: &Arguments,
     config: SiteConfig,
     log: Log,
@@ -78,7 +78,7 @@ fn live<S: Service + 'static>(
     let reload = Reload { signal: ReloadSignal::listen()?, path: arguments.config.clone(), config, log };
     let activity = CurrentActivity::default();
     let service = make(&reload.config, activity.clone())?;
-    let mut life = Life::of(service, activity, reload)?;
-    // A service at work is not waited for: what it writes it writes whole.
-    life.all_generations(&domain, stop)
+    let mut service_loop = ServiceLoop::of(service, activity, reload)?;
+    // A busy service is not waited for: it replaces files whole.
+    service_loop.run_until_stopped(&domain, stop)
 }

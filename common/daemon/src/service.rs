@@ -18,8 +18,7 @@ pub trait Service: Send {
     /// The requests that it takes; they name the daemon.
     type Request: Request;
 
-    /// Opens its ends of the bus, on the start and on every new generation of the bus, and publishes its last output
-    /// again.
+    /// Opens its ports, on the start and on every new generation of the bus, and publishes its last output again.
     ///
     /// # Errors
     /// The bus refuses.
@@ -34,14 +33,14 @@ pub trait Service: Send {
     /// Does what a client asks for; its effect is on disk when this returns. The reporter takes the share that is done.
     ///
     /// # Errors
-    /// What it was asked cannot be done. The error goes to the client and into the heartbeat, and the daemon goes on.
+    /// The event cannot be handled. The error goes to the client and into the heartbeat, and the daemon continues.
     fn answer(&mut self, request: Self::Request, reporter: &Reporter) -> Result<Done<AnswerOf<Self>>, Failure>;
 }
 
 /// What a service answers.
 pub type AnswerOf<S> = <<S as Service>::Request as Request>::Answer;
 
-/// Something that happened.
+/// An event for a service.
 #[derive(Debug)]
 pub enum Event<I> {
     /// It is attached to the bus: time to begin what needs no input.
@@ -63,7 +62,7 @@ pub struct Done<A = ()> {
     pub published: Published,
     /// Tick no later than after this time; a heartbeat comes without asking.
     pub wake_in: Option<Duration>,
-    /// Something that somebody should know although nothing failed, such as a clock that is not trusted.
+    /// A warning for the operator although nothing failed, such as a clock that is not trusted.
     pub warning: Option<String>,
 }
 
@@ -83,17 +82,17 @@ impl Done {
     }
 }
 
-/// Where a service says what it is doing.
+/// The activity of a service, shared with its loop.
 #[derive(Debug, Clone, Default)]
 pub struct CurrentActivity(Arc<Mutex<Activity>>);
 
 impl CurrentActivity {
-    /// From now on.
+    /// Sets the activity.
     pub fn set(&self, activity: Activity) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = activity;
     }
 
-    /// What it said last.
+    /// The last activity.
     pub fn get(&self) -> Activity {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -42,12 +42,12 @@ pub(crate) fn start<S: Service + 'static>(name: &str, service: S) -> Result<Serv
 }
 
 fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: Sender<Outcome>) {
-    let mut outbox = Outbox { outcomes: Some(outcomes), waker: None };
+    let mut sender = ResultSender { outcomes: Some(outcomes), waker: None };
     for job in jobs {
         let unasked = |done: Done| done.answered(Vec::new());
         let outcome = match job {
             Job::Attach(bus, waker) => {
-                outbox.waker = Some(waker);
+                sender.waker = Some(waker);
                 service.attach(&bus).and_then(|()| service.handle(Event::Attached)).map(unasked)
             }
             Job::Sample(sample) => {
@@ -57,10 +57,10 @@ fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: 
             Job::Configuration(config) => service.handle(Event::Configuration(config)).map(unasked),
             Job::Tick => service.handle(Event::Tick).map(unasked),
         };
-        if outbox.outcomes.as_ref().is_some_and(|outcomes| outcomes.send(outcome).is_err()) {
+        if sender.outcomes.as_ref().is_some_and(|outcomes| outcomes.send(outcome).is_err()) {
             return;
         }
-        outbox.waker.iter().for_each(Waker::wake_up);
+        sender.waker.iter().for_each(Waker::wake_up);
     }
 }
 
@@ -70,12 +70,12 @@ fn in_bytes<A: serde::Serialize>(done: Done<A>) -> Outcome {
 }
 
 /// Where outcomes go. A service that panics closes it, and the loop hears of that at once.
-struct Outbox {
+struct ResultSender {
     outcomes: Option<Sender<Outcome>>,
     waker: Option<Waker>,
 }
 
-impl Drop for Outbox {
+impl Drop for ResultSender {
     fn drop(&mut self) {
         drop(self.outcomes.take());
         self.waker.iter().for_each(Waker::wake_up);

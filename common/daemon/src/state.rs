@@ -17,7 +17,7 @@ pub enum StateError {
         /// Why.
         source: io::Error,
     },
-    /// Something else stands there.
+    /// The file holds something else.
     #[error("state {} is damaged: remove it to start anew", path.display())]
     Damaged {
         /// The file.
@@ -83,7 +83,7 @@ pub fn write_durably(path: &Path, bytes: &[u8]) -> io::Result<()> {
     File::open(path.parent().unwrap_or(Path::new("/")))?.sync_all()
 }
 
-/// Numbers of samples that never fall, whatever dies: reserved on disk before they are used.
+/// Epochs of a daemon. They never fall, also across crashes: they are reserved on disk before they are used.
 #[derive(Debug)]
 pub struct Epochs {
     file: StateFile,
@@ -91,7 +91,7 @@ pub struct Epochs {
     reserved: u64,
 }
 
-/// Numbers that are reserved at a time: a death loses at most so many.
+/// Epochs reserved at a time: a crash loses at most so many.
 const BLOCK: u64 = 1_024;
 
 impl Epochs {
@@ -128,7 +128,7 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let mut last = 0;
         for _ in 0..3 {
-            // A new life each time.
+            // A new process each time.
             let mut epochs = Epochs::at(home.path(), "epochs.json").unwrap();
             for _ in 0..1_500 {
                 let epoch = epochs.take().unwrap();
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn damaged_state_is_told_and_not_taken_for_none() {
+    fn damaged_state_is_an_error_and_not_taken_for_none() {
         let home = tempfile::tempdir().unwrap();
         let file = StateFile::at(home.path(), "state.json").unwrap();
         assert!(file.load::<u64>().unwrap().is_none());

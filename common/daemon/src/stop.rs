@@ -27,7 +27,7 @@ impl StopSignal {
         if with_stdin {
             let mut writer = writer;
             let watch = move || {
-                // Whatever comes is no reason to stop, its end is.
+                // Input is ignored, its end stops the daemon.
                 let _ = io::copy(&mut io::stdin(), &mut io::sink());
                 let _ = writer.write_all(b"s");
             };

@@ -4,20 +4,20 @@ use sd_notify::NotifyState;
 
 /// It does its work from now on.
 pub fn ready(status: &str) {
-    tell(&[NotifyState::Ready, NotifyState::Status(status)]);
+    notify(&[NotifyState::Ready, NotifyState::Status(status)]);
 }
 
 /// It is alive.
 pub fn alive(status: &str) {
-    tell(&[NotifyState::Watchdog, NotifyState::Status(status)]);
+    notify(&[NotifyState::Watchdog, NotifyState::Status(status)]);
 }
 
 /// It leaves.
 pub fn stopping() {
-    tell(&[NotifyState::Stopping]);
+    notify(&[NotifyState::Stopping]);
 }
 
-fn tell(states: &[NotifyState<'_>]) {
-    // Nobody listens if systemd is gone, and then nobody needs to know.
+fn notify(states: &[NotifyState<'_>]) {
+    // Without systemd there is no receiver, which is no error.
     let _ = sd_notify::notify(states);
 }

@@ -3,11 +3,11 @@
 use crate::config::SiteConfig;
 use crate::failure::Failure;
 use crate::input::NoInput;
-use crate::life::{Life, Reload};
 use crate::log::Log;
 use crate::progress::Reporter;
 use crate::request::Request;
 use crate::service::{CurrentActivity, Done, Event, Service};
+use crate::service_loop::{Reload, ServiceLoop};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::{Bus, Daemon, Domain, Keeper, Waiter};
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
 /// Requests of the service under test.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub(crate) enum Asked {
+pub(crate) enum TestRequest {
     /// Report so many steps, and answer their number.
     Count {
         /// How many.
@@ -32,31 +32,31 @@ pub(crate) enum Asked {
     Refuse,
 }
 
-impl Request for Asked {
+impl Request for TestRequest {
     const DAEMON: Daemon = Daemon::ScheduleEval;
     type Answer = u32;
 }
 
 /// Notes when it was asked what.
 #[derive(Default)]
-pub(crate) struct Diary {
-    pub(crate) asked: Option<Sender<(Instant, &'static str)>>,
+pub(crate) struct RecordingService {
+    pub(crate) recorded: Option<Sender<(Instant, &'static str)>>,
     pub(crate) wake_in: Option<Duration>,
     pub(crate) panics_at_tick: bool,
     /// If there is one, a count waits for it after the first step.
     pub(crate) gate: Option<Receiver<()>>,
 }
 
-impl Diary {
+impl RecordingService {
     fn note(&self, what: &'static str) {
         // A test that has seen enough reads no more.
-        let _ = self.asked.as_ref().map(|asked| asked.send((Instant::now(), what)));
+        let _ = self.recorded.as_ref().map(|recorded| recorded.send((Instant::now(), what)));
     }
 }
 
-impl Service for Diary {
+impl Service for RecordingService {
     type Input = NoInput;
-    type Request = Asked;
+    type Request = TestRequest;
 
     fn attach(&mut self, _bus: &Bus) -> Result<(), Failure> {
         Ok(())
@@ -74,8 +74,8 @@ impl Service for Diary {
         Ok(Done { wake_in, ..Done::default() })
     }
 
-    fn answer(&mut self, request: Asked, reporter: &Reporter) -> Result<Done<u32>, Failure> {
-        let Asked::Count { steps } = request else { return Err("no".into()) };
+    fn answer(&mut self, request: TestRequest, reporter: &Reporter) -> Result<Done<u32>, Failure> {
+        let TestRequest::Count { steps } = request else { return Err("no".into()) };
         for step in 1..=steps {
             reporter.report("counting", f64::from(step) / f64::from(steps));
             if let (1, Some(gate)) = (step, &self.gate) {
@@ -88,14 +88,14 @@ impl Service for Diary {
 }
 
 /// A running daemon.
-pub(crate) struct Live {
-    pub(crate) diary: Receiver<(Instant, &'static str)>,
+pub(crate) struct TestDaemon {
+    pub(crate) events: Receiver<(Instant, &'static str)>,
     /// Why it ended, if it did by itself.
     pub(crate) end: Receiver<String>,
     domain: Domain,
 }
 
-impl Live {
+impl TestDaemon {
     /// A client on its bus.
     pub(crate) fn client(&self) -> (Bus, Waiter) {
         let begun = Instant::now();
@@ -109,12 +109,12 @@ impl Live {
 }
 
 /// Runs the service as a daemon until it ends by itself or the test process does.
-pub(crate) fn live(service: Diary) -> Live {
+pub(crate) fn spawn_daemon(service: RecordingService) -> TestDaemon {
     // One log for all tests of this process.
     static LOG: Mutex<Option<Log>> = Mutex::new(None);
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     let log = LOG.lock().unwrap().get_or_insert_with(|| Log::start(&Default::default()).unwrap()).clone();
-    let (asked, diary) = channel();
+    let (recorded, events) = channel();
     let (ended, end) = channel();
     let root = tempfile::Builder::new().prefix("bus").tempdir_in("/dev/shm").unwrap();
     let prefix = format!("gl{:x}x{}_", std::process::id(), NUMBER.fetch_add(1, Ordering::Relaxed));
@@ -128,11 +128,16 @@ pub(crate) fn live(service: Diary) -> Live {
         std::fs::write(&path, "state = \"state\"\n").unwrap();
         let config = SiteConfig::read(&path).unwrap();
         let reload = Reload { signal: ReloadSignal::listen().unwrap(), path, config, log };
-        let mut life = Life::of(Diary { asked: Some(asked), ..service }, CurrentActivity::default(), reload).unwrap();
-        let result = life.all_generations(&of_daemon, StopSignal::listen(false).unwrap());
+        let mut life = ServiceLoop::of(
+            RecordingService { recorded: Some(recorded), ..service },
+            CurrentActivity::default(),
+            reload,
+        )
+        .unwrap();
+        let result = life.run_until_stopped(&of_daemon, StopSignal::listen(false).unwrap());
         let _ = ended.send(result.map_or_else(|why| why.to_string(), |()| "stopped".to_owned()));
     });
-    Live { diary, end, domain }
+    TestDaemon { events, end, domain }
 }
 
 /// Waits until there is one.

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use bus::{Bus, Daemon, Waiter, topics};
-use daemon::{Patience, Progress, Published, Request, SiteConfig};
+use daemon::{Progress, Published, Request, RequestTimeouts, SiteConfig};
 use messages::InputHashes;
 use std::time::{Duration, Instant};
 
@@ -39,9 +39,9 @@ pub(crate) fn ask_with_progress<R: Request>(
     request: &R,
     progress: impl FnMut(&Progress),
 ) -> Result<R::Answer, Failure> {
-    let patience = Patience { starting: STARTING, answer: PATIENCE };
+    let timeouts = RequestTimeouts { starting: STARTING, answer: PATIENCE };
     let pause = || waiter.wait(LOOK).map(drop).map_err(Into::into);
-    daemon::ask(bus, request, patience, progress, pause).map_err(Failure::work)
+    daemon::ask(bus, request, timeouts, progress, pause).map_err(Failure::work)
 }
 
 /// Waits until grids of a schedule state are out; while the plan time moves a later schedule state is as good.

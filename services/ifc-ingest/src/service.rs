@@ -45,7 +45,7 @@ struct FileStamp {
 }
 
 impl IngestService {
-    /// From the configuration and what survived: loaded files go before configured ones.
+    /// From the configuration and the persisted state: loaded files override configured ones.
     ///
     /// # Errors
     /// State that cannot be used. A cache that cannot be used is made anew.
@@ -122,7 +122,7 @@ impl IngestService {
     }
 
     /// Reads the files again if they look different from when they were read, or tried, last.
-    fn look(&mut self) -> Result<Done, Failure> {
+    fn reload_if_changed(&mut self) -> Result<Done, Failure> {
         let now: Vec<Option<FileStamp>> = self.models.iter().map(|path| stamp(path)).collect();
         if self.models.is_empty() || now == self.stamps {
             if !self.output.is_pending() {
@@ -187,7 +187,7 @@ impl Service for IngestService {
 
     fn handle(&mut self, event: Event<NoInput>) -> Result<Done, Failure> {
         match event {
-            Event::Attached | Event::Tick | Event::Configuration(_) => self.look(),
+            Event::Attached | Event::Tick | Event::Configuration(_) => self.reload_if_changed(),
             Event::Input(never) => match never {},
         }
     }

@@ -40,7 +40,7 @@ pub struct RasterizeService {
 }
 
 impl RasterizeService {
-    /// From the configuration and what survived: a robot that was set goes before the configured one.
+    /// From the configuration and the persisted state: a robot that was set overrides the configured one.
     ///
     /// # Errors
     /// A robot profile, a resolution or state that cannot be used.
@@ -66,7 +66,7 @@ impl RasterizeService {
         })
     }
 
-    fn see_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
+    fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
         self.activity.set(Activity::Reading);
         let rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
         if rasterizer.n_storeys() > GridSlot::COUNT {
@@ -81,11 +81,11 @@ impl RasterizeService {
     fn set_robot(&mut self, profile: &Path) -> Result<Done, Failure> {
         self.robot = self.saved.set(profile)?;
         self.warning = None;
-        self.cut()
+        self.prepare_and_draw()
     }
 
-    /// Cuts the site for the robot, and draws it.
-    fn cut(&mut self) -> Result<Done, Failure> {
+    /// Prepares the site for the robot, and draws it.
+    fn prepare_and_draw(&mut self) -> Result<Done, Failure> {
         let Some((site, rasterizer)) = &mut self.site else { return Ok(self.done()) };
         self.activity.set(Activity::Reading);
         *rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
@@ -100,7 +100,7 @@ impl RasterizeService {
         }
         grid::GridSpec::cell_tenths_of(config.robot.resolution_m)?;
         self.resolution_m = config.robot.resolution_m;
-        self.cut()
+        self.prepare_and_draw()
     }
 
     /// Draws what differs from what is published, publishes those storeys, then the index that names them.
@@ -168,7 +168,7 @@ impl Service for RasterizeService {
     type Request = RasterizeRequest;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
-        // Ends and samples of an earlier generation are of no use; the inputs come again.
+        // Ports and samples of an earlier generation cannot be used; the inputs come again.
         (self.index, self.site, self.schedule_state) = (None, None, None);
         self.grids.clear();
         self.published.clear();
@@ -179,7 +179,7 @@ impl Service for RasterizeService {
 
     fn handle(&mut self, event: Event<RasterizeInput>) -> Result<Done, Failure> {
         let done = match event {
-            Event::Input(RasterizeInput::Site(site)) => self.see_site(site),
+            Event::Input(RasterizeInput::Site(site)) => self.handle_site(site),
             Event::Input(RasterizeInput::ScheduleState(schedule_state)) => {
                 self.schedule_state = Some(schedule_state);
                 self.draw()

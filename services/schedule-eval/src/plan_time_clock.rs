@@ -1,14 +1,14 @@
 //! Modes of the plan time: all built, fixed, wall clock, simulated. Pure functions of clock readings; the plan time
 //! never goes back by itself.
 //!
-//! Everything is a function of readings: a plan time never goes back by itself, whatever the readings do.
+//! Everything is a function of readings: the plan time never goes back by itself, for any readings.
 
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
 
-/// A wall clock that stands back by more than this is not believed.
-const BELIEVED_BACK_MS: i64 = 1_000;
+/// A wall clock that went back by more than this is not trusted.
+const MAX_STEP_BACK_MS: i64 = 1_000;
 
 /// The mode of the plan time; this is what survives a daemon.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -25,7 +25,7 @@ pub(crate) enum PlanTimeClock {
     /// Follows the clock of this machine, in the site's time zone.
     Wall {
         /// As far as it got.
-        reached: Reached,
+        reached: ReachedPlanTime,
     },
     /// Starts at an instant and runs at a rate.
     Simulated {
@@ -36,13 +36,13 @@ pub(crate) enum PlanTimeClock {
         /// The start, milliseconds since 1970 in UTC.
         since_ms: i64,
         /// As far as it got.
-        reached: Reached,
+        reached: ReachedPlanTime,
     },
 }
 
-/// As far as a moving plan time got, on disk before anybody saw it.
+/// The last plan time of a moving clock, on disk before it is published.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Reached {
+pub(crate) struct ReachedPlanTime {
     /// The plan time, civil seconds since 1970; `None` if nothing was published yet.
     #[serde(rename = "plan_s")]
     pub(crate) plan_time_s: Option<i64>,
@@ -65,8 +65,8 @@ impl PlanTimeClock {
     /// A clock that moves stands where it got while `wall_ms` is more than a second before what it was then, or while
     /// `synchronised` is false. In the hour that a civil clock shows twice it stands, too.
     pub(crate) fn read(&self, wall_ms: i64, zone: &TimeZone, synchronised: bool) -> Reading {
-        let moving = |reached: Reached, now_s: i64| {
-            let trusted = synchronised && reached.wall_ms - wall_ms <= BELIEVED_BACK_MS;
+        let moving = |reached: ReachedPlanTime, now_s: i64| {
+            let trusted = synchronised && reached.wall_ms - wall_ms <= MAX_STEP_BACK_MS;
             let now_s = if trusted { Some(now_s) } else { None };
             Reading { plan_time_s: now_s.max(reached.plan_time_s), trusted }
         };
@@ -96,7 +96,7 @@ impl PlanTimeClock {
     }
 
     /// The same clock, having got this far.
-    pub(crate) fn having_reached(self, now: Reached) -> Self {
+    pub(crate) fn with_reached(self, now: ReachedPlanTime) -> Self {
         match self {
             Self::Everything | Self::Fixed { .. } => self,
             Self::Wall { .. } => Self::Wall { reached: now },
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn the_wall_clock_is_read_in_the_zone_of_the_site() {
-        let clock = PlanTimeClock::Wall { reached: Reached::default() };
+        let clock = PlanTimeClock::Wall { reached: ReachedPlanTime::default() };
         let read = |at: &str| clock.read(ms(at), &amsterdam(), true).plan_time_s;
         assert_eq!(read("2024-07-01T06:00:00Z"), civil("2024-07-01T08:00:00"));
         assert_eq!(read("2024-01-01T06:00:00Z"), civil("2024-01-01T07:00:00"));
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn the_hour_that_is_shown_twice_does_not_take_the_plan_time_back() {
-        let at = |text: &str| Reached { plan_time_s: civil(text), wall_ms: ms("2024-10-27T00:59:59Z") };
+        let at = |text: &str| ReachedPlanTime { plan_time_s: civil(text), wall_ms: ms("2024-10-27T00:59:59Z") };
         let clock = PlanTimeClock::Wall { reached: at("2024-10-27T02:59:59") };
         let reading = clock.read(ms("2024-10-27T01:00:00Z"), &amsterdam(), true);
         assert_eq!(reading, Reading { plan_time_s: civil("2024-10-27T02:59:59"), trusted: true });
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_clock_that_steps_back_or_is_not_synchronised_is_not_trusted_and_the_plan_time_stands() {
-        let reached = Reached { plan_time_s: Some(5_000), wall_ms: 5_000_000 };
+        let reached = ReachedPlanTime { plan_time_s: Some(5_000), wall_ms: 5_000_000 };
         let clock = PlanTimeClock::Wall { reached };
         let read = |wall_ms: i64, synchronised: bool| clock.read(wall_ms, &UTC, synchronised);
         assert_eq!(read(5_001_000, true), Reading { plan_time_s: Some(5_001), trusted: true });
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_simulated_clock_runs_at_its_rate_and_goes_on_after_a_restart() {
-        let reached = Reached::default();
+        let reached = ReachedPlanTime::default();
         let clock = PlanTimeClock::Simulated { from_s: 1_000, rate: 3_600.0, since_ms: 10_000, reached };
         assert_eq!(clock.read(12_500, &UTC, true).plan_time_s, Some(1_000 + 9_000));
         assert_eq!(clock.until_ms(1_000 + 3_600, 10_400, &UTC), Some(600));
@@ -201,7 +201,7 @@ mod tests {
             rate in 0.1f64..1e5,
             readings in prop::collection::vec(0i64..4_000_000_000_000, 1..20),
         ) {
-            let reached = Reached::default();
+            let reached = ReachedPlanTime::default();
             let mut clock = if is_wall {
                 PlanTimeClock::Wall { reached }
             } else {
@@ -213,7 +213,7 @@ mod tests {
                 prop_assert!(last <= now.plan_time_s);
                 last = now.plan_time_s;
                 if now.trusted {
-                    clock = clock.having_reached(Reached { plan_time_s: now.plan_time_s, wall_ms });
+                    clock = clock.with_reached(ReachedPlanTime { plan_time_s: now.plan_time_s, wall_ms });
                 }
             }
         }
@@ -225,7 +225,7 @@ mod tests {
             ahead_s in 0i64..100_000_000,
             wall_ms in 1_600_000_000_000i64..1_900_000_000_000,
         ) {
-            let clock = PlanTimeClock::Simulated { from_s, rate, since_ms: wall_ms, reached: Reached::default() };
+            let clock = PlanTimeClock::Simulated { from_s, rate, since_ms: wall_ms, reached: ReachedPlanTime::default() };
             let change_s = from_s + ahead_s;
             let wait_ms = clock.until_ms(change_s, wall_ms, &UTC).unwrap();
             // One millisecond for what a float of this size leaves out.

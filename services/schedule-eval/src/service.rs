@@ -1,6 +1,6 @@
 //! The schedule-eval service: holds the plan time and publishes the schedule state.
 
-use crate::plan_time_clock::{PlanTimeClock, Reached, Reading};
+use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime, Reading};
 use bus::{Bus, CheckedSample, topics};
 use daemon::{
     ActualsSource, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, ScheduleAnswer,
@@ -21,16 +21,16 @@ daemon::inputs! {
     pub(crate) enum ScheduleInput { Site }
 }
 
-/// Holds the plan time; its file in the state folder is what counts after a restart.
+/// Holds the plan time, which is restored from its state file after a restart.
 ///
-/// While the plan time moves, a schedule state is that of the instant at which it last changed: it is the same however
-/// often anybody looks, and says how long it holds.
+/// While the plan time moves, the schedule state is that of the last change instant: it does not depend on how often it
+/// is evaluated, and has its validity.
 pub(crate) struct ScheduleService {
     rules: Rules,
     synchronised_while: Option<PathBuf>,
     clock_file: StateFile,
     clock: PlanTimeClock,
-    /// What was reported, and what was observed.
+    /// Tables of reported and of observed progress.
     tables: [PathBuf; 2],
     overrides: Overrides,
     epochs: Epochs,
@@ -43,7 +43,7 @@ pub(crate) struct ScheduleService {
     published_at_s: Option<Option<i64>>,
 }
 
-/// The schedule of the site at hand.
+/// The evaluated schedule of the current site.
 struct Evaluated {
     timeline: Timeline,
     update_instants_s: Vec<i64>,
@@ -92,7 +92,7 @@ impl ScheduleService {
         (self.clock.read(wall_ms, &self.zone(), synchronised), wall_ms)
     }
 
-    /// A new mode: on disk before anybody sees it, because a map must never go back in time when a process dies.
+    /// Sets a mode: on disk before it is published, because a map must never go back in time when a process dies.
     fn set_clock(&mut self, clock: PlanTimeClock) -> Result<Done, Failure> {
         self.clock_file.save(&clock)?;
         self.clock = clock;
@@ -103,7 +103,7 @@ impl ScheduleService {
         if self.rules.site_zone.is_none() {
             return Err("to follow the clock, set site_zone in the schedule rules".into());
         }
-        self.set_clock(PlanTimeClock::Wall { reached: Reached::default() })
+        self.set_clock(PlanTimeClock::Wall { reached: ReachedPlanTime::default() })
     }
 
     fn simulate(&mut self, rate: f64, from_s: Option<i64>) -> Result<Done, Failure> {
@@ -112,14 +112,14 @@ impl ScheduleService {
         }
         let (reading, since_ms) = self.read_clock();
         let from_s = from_s.or(reading.plan_time_s).ok_or("there is no plan time to start from: say which")?;
-        self.set_clock(PlanTimeClock::Simulated { from_s, rate, since_ms, reached: Reached::default() })
+        self.set_clock(PlanTimeClock::Simulated { from_s, rate, since_ms, reached: ReachedPlanTime::default() })
     }
 
     fn next_change(&mut self) -> Result<Done, Failure> {
         let evaluated = self.evaluated.as_ref().ok_or("there is no site yet")?;
         let now_s = self.read_clock().0.plan_time_s.unwrap_or(i64::MIN);
         let next = evaluated.timeline.instants_s().iter().find(|s| **s > now_s).copied();
-        let at_s = next.ok_or("nothing changes any more")?;
+        let at_s = next.ok_or("no later change in the schedule")?;
         self.set_clock(PlanTimeClock::Fixed { at_s })
     }
 
@@ -160,7 +160,7 @@ impl ScheduleService {
         self.publish()
     }
 
-    /// The schedule with other rules or additions; `None` if there is no site yet.
+    /// The schedule with other rules or overrides; `None` if there is no site yet.
     fn evaluate(
         &self,
         rules: &Rules,
@@ -174,7 +174,7 @@ impl ScheduleService {
         }
     }
 
-    fn see_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
+    fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
         if self.evaluated.as_ref().is_some_and(|e| e.site_hash == site.content_hash()) {
             self.site = Some(site);
             return self.tick();
@@ -190,11 +190,11 @@ impl ScheduleService {
     /// The schedule state at the plan time, if there is a site.
     fn publish(&mut self) -> Result<Done, Failure> {
         let (reading, wall_ms) = self.read_clock();
-        let at_s = self.shown_s(reading);
+        let at_s = self.effective_plan_time_s(reading);
         let Some(evaluated) = &self.evaluated else { return Ok(self.done()) };
         self.activity.set(Activity::Writing);
         if self.clock.is_moving() && reading.trusted {
-            let clock = self.clock.having_reached(Reached { plan_time_s: reading.plan_time_s, wall_ms });
+            let clock = self.clock.with_reached(ReachedPlanTime { plan_time_s: reading.plan_time_s, wall_ms });
             self.clock_file.save(&clock)?;
             self.clock = clock;
         }
@@ -209,7 +209,7 @@ impl ScheduleService {
     }
 
     /// The plan time of the schedule state to be shown: while it moves, the last instant at which anything changed.
-    fn shown_s(&self, reading: Reading) -> Option<i64> {
+    fn effective_plan_time_s(&self, reading: Reading) -> Option<i64> {
         let now_s = reading.plan_time_s?;
         let evaluated = self.evaluated.as_ref().filter(|_| self.clock.is_moving());
         let update_instants_s = evaluated.map_or(&[][..], |e| &e.update_instants_s);
@@ -219,9 +219,9 @@ impl ScheduleService {
         Some(n_past.checked_sub(1).map_or(before_all, |k| update_instants_s[k]))
     }
 
-    /// Publishes if the plan time has come to something new.
+    /// Publishes if the plan time has passed a change.
     fn tick(&mut self) -> Result<Done, Failure> {
-        let at_s = self.shown_s(self.read_clock().0);
+        let at_s = self.effective_plan_time_s(self.read_clock().0);
         match self.published_at_s {
             Some(published_s) if published_s == at_s && self.output.is_pending() => {
                 self.output.retry(&mut self.epochs)?;
@@ -234,7 +234,7 @@ impl ScheduleService {
         }
     }
 
-    /// What counts now, and when to look again.
+    /// The current state, and when the next change is due.
     fn done(&self) -> Done {
         let (reading, wall_ms) = self.read_clock();
         let update_instants_s = self.evaluated.as_ref().map_or(&[][..], |e| &e.update_instants_s);
@@ -303,7 +303,7 @@ impl Service for ScheduleService {
 
     fn handle(&mut self, event: Event<ScheduleInput>) -> Result<Done, Failure> {
         match event {
-            Event::Input(ScheduleInput::Site(site)) => self.see_site(site),
+            Event::Input(ScheduleInput::Site(site)) => self.handle_site(site),
             Event::Configuration(config) => self.configure(&config),
             Event::Attached | Event::Tick => self.tick(),
         }
@@ -315,7 +315,7 @@ impl Service for ScheduleService {
             ScheduleRequest::NextChange => self.next_change()?,
             ScheduleRequest::FollowWallClock => self.follow_wall_clock()?,
             ScheduleRequest::Simulate { rate, from_s } => self.simulate(rate, from_s)?,
-            ScheduleRequest::TellPlanTime => self.done(),
+            ScheduleRequest::GetPlanTime => self.done(),
             ScheduleRequest::SetActuals { file, source } => self.set_actuals(file.as_deref(), source)?,
         };
         let plan_time_s = self.read_clock().0.plan_time_s;

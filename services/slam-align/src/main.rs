@@ -1,6 +1,6 @@
 //! Alignment: `site`, `schedule-state` and the robot's map in, where that map lies and what differs out.
 
-mod kept;
+mod persisted_state;
 mod robot_map;
 mod service;
 mod worker;

@@ -1,16 +1,16 @@
 //! The slam-align service: tracks the pose, searches in the background, publishes accepted poses.
 
-use crate::kept::Kept;
+use crate::persisted_state::PersistedState;
 use crate::robot_map::RobotMap;
-use crate::worker::{Job, Outcome, Task, Where, Worker};
+use crate::worker::{Job, JobOutcome, SearchArea, Worker, WorkerTask};
 use alignment::track_map;
 use alignment::{Alignment, Hint, PreparedMap};
 use alignment::{AlignmentSources, PoseStatus};
 use alignment::{Follower, MaxJump};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
 use daemon::{
-    ActualsSource, AlignConfig, AlignRequest, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Patience,
-    PoseHint, Published, Reporter, ScheduleRequest, Service, SiteConfig, StateFile, write_durably,
+    ActualsSource, AlignConfig, AlignRequest, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, PoseHint,
+    Published, Reporter, RequestTimeouts, ScheduleRequest, Service, SiteConfig, StateFile, write_durably,
 };
 use deviations::AppliedObservations;
 use frames::Map;
@@ -20,12 +20,13 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
-/// How often a search is looked after.
-const LOOK: Duration = Duration::from_millis(20);
+/// Interval at which the worker is polled.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Schedule evaluation answers within milliseconds, and is started again within seconds.
-const PATIENCE: Patience = Patience { starting: Duration::from_secs(30), answer: Duration::from_secs(30) };
-const ASK_AGAIN: Duration = Duration::from_millis(2);
+const TIMEOUTS: RequestTimeouts =
+    RequestTimeouts { starting: Duration::from_secs(30), answer: Duration::from_secs(30) };
+const RETRY_INTERVAL: Duration = Duration::from_millis(2);
 
 daemon::inputs! {
     /// What poses and deviations are made from. The index of the grids names the robot.
@@ -36,9 +37,9 @@ daemon::inputs! {
 pub(crate) struct AlignService {
     config: AlignConfig,
     state: StateFile,
-    /// What was observed, for schedule evaluation.
+    /// Table of observed progress, for schedule-eval.
     table: PathBuf,
-    kept: Kept,
+    persisted: PersistedState,
     epochs: Epochs,
     activity: CurrentActivity,
     bus: Option<Bus>,
@@ -50,46 +51,46 @@ pub(crate) struct AlignService {
     worker: Worker,
     /// Of the site as planned, by map storey.
     references: Vec<Arc<PreparedMap<Map>>>,
-    basis: Basis,
+    reference_inputs: ReferenceInputs,
     follower: Follower,
-    /// What the last search found, of whatever map.
-    searched: Alignment,
-    to_do: ToDo,
+    /// The result of the last search.
+    last_search: Alignment,
+    pending: PendingWork,
 }
 
-/// What the references were made from. Kept, because the samples themselves are with the worker while it works.
+/// Inputs of the references. Copied, because the samples are lent to the worker while it works.
 #[derive(Debug, Clone, Copy, Default)]
-struct Basis {
+struct ReferenceInputs {
     inputs: InputHashes,
     plan_time_s: i64,
     frame_epoch: u64,
 }
 
-/// What the worker is to do next.
+/// Work for the worker.
 #[derive(Debug, Clone, Copy, Default)]
-struct ToDo {
-    /// The site looks different.
+struct PendingWork {
+    /// The site has changed: draw the references again.
     refresh: bool,
-    /// There is a map of which no pose was searched.
+    /// A new map: search its pose.
     search: bool,
-    /// There is a pose whose map was not compared with the site.
+    /// A new pose: compare its map with the site.
     compare: bool,
 }
 
 impl AlignService {
-    /// From the configuration and what survived.
+    /// From the configuration and the persisted state.
     ///
     /// # Errors
     /// State that cannot be used.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "alignment.json")?;
-        let kept: Kept = state.load()?.unwrap_or_default();
+        let persisted: PersistedState = state.load()?.unwrap_or_default();
         Ok(Self {
-            follower: Follower::new(max_jump(&config.align), kept.pose()),
+            follower: Follower::new(max_jump(&config.align), persisted.pose()),
             config: config.align.clone(),
             table: config.state.join("slam-align-observed.csv"),
             state,
-            kept,
+            persisted,
             epochs: Epochs::at(&config.state, "slam-align-epochs.json")?,
             activity,
             bus: None,
@@ -99,33 +100,33 @@ impl AlignService {
             map: None,
             worker: Worker::start()?,
             references: Vec::new(),
-            basis: Basis::default(),
-            searched: Alignment::nothing_yet(),
-            to_do: ToDo::default(),
+            reference_inputs: ReferenceInputs::default(),
+            last_search: Alignment::nothing_yet(),
+            pending: PendingWork::default(),
         })
     }
 
-    fn see_site(&mut self, site: CheckedSample<topics::Site>) -> Result<(), Failure> {
+    fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<(), Failure> {
         let frame_epoch = site.bytes().header().frame_epoch;
-        if self.kept.is_of_another_frame(frame_epoch) {
+        if self.persisted.is_of_another_frame(frame_epoch) {
             warn!(service = "slam-align", frame_epoch, "the map frame is another: the pose is forgotten");
             self.follower.forget();
-            self.keep(|kept| kept.forget_pose())?;
+            self.persist(|persisted| persisted.forget_pose())?;
         }
         let n_storeys = site.view().map_storeys.len();
         if self.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
             self.follower.forget();
         }
         self.samples.see(SiteSample::Site(site));
-        self.to_do.refresh = true;
+        self.pending.refresh = true;
         Ok(())
     }
 
     /// A newer map of the robot: followed at once, searched later.
-    fn see_map(&mut self, map: RobotMap) -> Result<(), Failure> {
+    fn handle_slam_map(&mut self, map: RobotMap) -> Result<(), Failure> {
         let begun = Instant::now();
         let map = self.map.insert(Arc::new(map)).clone();
-        self.to_do.search = true;
+        self.pending.search = true;
         if !self.references.is_empty() {
             self.follow(&map);
             let elapsed_us = u64::try_from(begun.elapsed().as_micros()).unwrap_or(u64::MAX);
@@ -141,12 +142,12 @@ impl AlignService {
         self.follower.tracked(tracked.map(|pose| pose.record(&self.storeys())));
     }
 
-    /// Places of the references are map storeys.
+    /// Indices of the references are map storeys.
     fn storeys(&self) -> Vec<u32> {
         (0..self.references.len() as u32).collect()
     }
 
-    /// Gives the worker what is to be done, and takes what it has done.
+    /// Starts the next job and takes results of the last one.
     fn proceed(&mut self) -> Result<Done, Failure> {
         while let Some(outcome) = self.worker.take()? {
             self.finish(outcome, false)?;
@@ -154,42 +155,42 @@ impl AlignService {
         if let Some(map) = self.map.clone().filter(|_| !self.worker.is_busy()) {
             let is_good = matches!(self.follower.state(), PoseState::Found | PoseState::Tracked);
             match self.follower.pose().copied() {
-                _ if self.to_do.search => self.begin(Task::Search(map, self.place()))?,
-                _ if self.to_do.refresh => self.begin(Task::Draw)?,
-                Some(pose) if self.to_do.compare && is_good => self.begin(Task::Compare(map, pose))?,
+                _ if self.pending.search => self.begin(WorkerTask::Search(map, self.search_area()))?,
+                _ if self.pending.refresh => self.begin(WorkerTask::Draw)?,
+                Some(pose) if self.pending.compare && is_good => self.begin(WorkerTask::Compare(map, pose))?,
                 _ => {}
             }
         }
-        let wake_in = self.worker.is_busy().then_some(LOOK);
+        let wake_in = self.worker.is_busy().then_some(POLL_INTERVAL);
         Ok(Done { wake_in, warning: self.warning(), ..self.done() })
     }
 
     /// Starts a job, if the samples belong together; if not, those that are missing are on their way.
-    fn begin(&mut self, task: Task) -> Result<(), Failure> {
-        if Basis::of(&self.samples).is_none() {
+    fn begin(&mut self, task: WorkerTask) -> Result<(), Failure> {
+        if ReferenceInputs::of(&self.samples).is_none() {
             return Ok(());
         }
         self.activity.set(Activity::Reading);
-        self.to_do.refresh = false;
+        self.pending.refresh = false;
         match task {
-            Task::Draw => {}
-            Task::Search(..) => self.to_do.search = false,
-            Task::Compare(..) => self.to_do.compare = false,
+            WorkerTask::Draw => {}
+            WorkerTask::Search(..) => self.pending.search = false,
+            WorkerTask::Compare(..) => self.pending.compare = false,
         }
         self.worker.begin(Job { samples: std::mem::take(&mut self.samples), task })
     }
 
-    /// Takes what the worker has done; somebody may have asked for it.
-    fn finish(&mut self, outcome: Outcome, is_asked: bool) -> Result<(), Failure> {
-        let Outcome { samples, found } = outcome;
-        let basis = Basis::of(&samples);
+    /// Takes the result of a job; `is_asked` if a client waits for it.
+    fn finish(&mut self, outcome: JobOutcome, is_asked: bool) -> Result<(), Failure> {
+        let JobOutcome { samples, found } = outcome;
+        let reference_inputs = ReferenceInputs::of(&samples);
         // Newer samples have come meanwhile, or these are still the newest.
         self.samples.take_back(samples);
         let found = found?;
         self.references = found.references;
-        self.basis = basis.unwrap_or_default();
+        self.reference_inputs = reference_inputs.unwrap_or_default();
         if let Some(deviations) = found.deviations {
-            return self.tell(deviations);
+            return self.publish_deviations(deviations);
         }
         if let Some(map) = self.map.clone() {
             self.follow(&map);
@@ -199,21 +200,21 @@ impl AlignService {
             self.follower.searched(best.map(|pose| pose.record(&self.storeys())), is_asked);
             let (verdict, poses) = (alignment.verdict.name(), alignment.poses.len());
             info!(service = "slam-align", verdict, poses, reason = alignment.reason, "all poses searched");
-            self.searched = alignment;
+            self.last_search = alignment;
         }
-        self.to_do.compare = true;
+        self.pending.compare = true;
         self.publish()
     }
 
-    /// Publishes what differs, and lets count of it what is to count.
-    fn tell(&mut self, deviations: ArchiveBuffer) -> Result<(), Failure> {
+    /// Publishes deviations, and applies the confirmed observations.
+    fn publish_deviations(&mut self, deviations: ArchiveBuffer) -> Result<(), Failure> {
         let is_news = !self.deviations.is_last(&deviations);
         let deviations = Checked::<payload::Deviations>::new(deviations)?;
         let view = deviations.view();
         let (elements, obstacles) = (view.elements.len(), view.obstacles.len());
         let observed = match self.samples.site() {
             Some(site) if view.check_site(&site.view()).is_ok() => {
-                self.kept.observed.with_additions(&site.view(), &view)
+                self.persisted.observed.with_additions(&site.view(), &view)
             }
             // A newer site has come meanwhile, and is compared next.
             _ => return Ok(()),
@@ -223,46 +224,50 @@ impl AlignService {
             self.deviations.publish(&mut self.epochs, deviations, frame_epoch, inputs)?;
             info!(service = "slam-align", elements, obstacles, "deviations published");
         }
-        self.count(observed)
+        self.set_observed(observed)
     }
 
-    /// From now on this counts of what was seen; on disk, here and in schedule evaluation, when this returns.
-    fn count(&mut self, observed: AppliedObservations) -> Result<(), Failure> {
+    /// Applies these observations; on disk, here and in schedule-eval, when this returns.
+    fn set_observed(&mut self, observed: AppliedObservations) -> Result<(), Failure> {
         let applies = self.config.apply;
-        if observed.table(applies) != self.kept.observed.table(applies)
+        if observed.table(applies) != self.persisted.observed.table(applies)
             && let Err(why) = self.apply(&observed)
         {
-            // It is tried again.
-            self.to_do.compare = true;
+            // It is tried again at the next comparison.
+            self.pending.compare = true;
             return Err(why);
         }
-        if observed == self.kept.observed { Ok(()) } else { self.keep(|kept| kept.observed = observed) }
+        if observed == self.persisted.observed {
+            Ok(())
+        } else {
+            self.persist(|persisted| persisted.observed = observed)
+        }
     }
 
-    /// Tells schedule evaluation what was observed.
+    /// Sends the observed progress to schedule-eval.
     fn apply(&self, observed: &AppliedObservations) -> Result<(), Failure> {
         write_durably(&self.table, observed.table(self.config.apply).as_bytes())?;
         let bus = self.bus.as_ref().ok_or("it is not attached to a bus")?;
         let request = ScheduleRequest::SetActuals { file: Some(self.table.clone()), source: ActualsSource::Observed };
         let pause = || {
-            std::thread::sleep(ASK_AGAIN);
+            std::thread::sleep(RETRY_INTERVAL);
             Ok(())
         };
-        daemon::ask(bus, &request, PATIENCE, |_| {}, pause)?;
-        info!(service = "slam-align", "what was observed counts");
+        daemon::ask(bus, &request, TIMEOUTS, |_| {}, pause)?;
+        info!(service = "slam-align", "observations applied");
         Ok(())
     }
 
-    /// What the configuration knows of the pose.
-    fn place(&self) -> Where {
-        Where { hint: self.config.hint.map(hint_of), storey: self.config.storey }
+    /// The search area of the configuration.
+    fn search_area(&self) -> SearchArea {
+        SearchArea { hint: self.config.hint.map(hint_of), storey: self.config.storey }
     }
 
-    /// Searches all poses now, because somebody asked; without a site it is done when there is one.
-    fn search_now(&mut self, place: Where) -> Result<Done, Failure> {
+    /// Searches all poses now, on request; without a site it is done when there is one.
+    fn search_now(&mut self, search_area: SearchArea) -> Result<Done, Failure> {
         let map = self.map.clone().ok_or("there is no SLAM map yet: give one with slam-map")?;
-        self.settle()?;
-        self.begin(Task::Search(map, place))?;
+        self.wait_for_worker()?;
+        self.begin(WorkerTask::Search(map, search_area))?;
         if self.worker.is_busy() {
             let outcome = self.worker.wait()?;
             self.finish(outcome, true)?;
@@ -270,8 +275,8 @@ impl AlignService {
         self.proceed()
     }
 
-    /// Waits for what the worker is at: then the samples are here.
-    fn settle(&mut self) -> Result<(), Failure> {
+    /// Waits for the running job: then the samples are back.
+    fn wait_for_worker(&mut self) -> Result<(), Failure> {
         if self.worker.is_busy() {
             let outcome = self.worker.wait()?;
             self.finish(outcome, false)?;
@@ -281,66 +286,66 @@ impl AlignService {
 
     fn read_map(&mut self, file: PathBuf) -> Result<Done, Failure> {
         let map = RobotMap::read(&file)?;
-        self.keep(|kept| kept.map = Some(file))?;
-        self.see_map(map)?;
-        self.search_now(self.place())
+        self.persist(|persisted| persisted.map = Some(file))?;
+        self.handle_slam_map(map)?;
+        self.search_now(self.search_area())
     }
 
-    /// Takes somebody's word for a pose, or for elements that are not there.
+    /// Confirms the pending pose, or elements that are absent.
     fn confirm(&mut self, absent: &[String]) -> Result<Done, Failure> {
         if absent.is_empty() {
             let pose = self.follower.confirm().ok_or("no pose waits to be confirmed")?;
-            self.keep_pose(&pose)?;
+            self.persist_pose(&pose)?;
             info!(service = "slam-align", map_storey = pose.map_storey, "pose confirmed");
-            (self.to_do.refresh, self.to_do.compare) = (true, true);
+            (self.pending.refresh, self.pending.compare) = (true, true);
             self.publish()?;
             return self.proceed();
         }
-        self.settle()?;
+        self.wait_for_worker()?;
         let (Some(site), Some(deviations)) = (self.samples.site(), self.deviations.last()) else {
             return Err("nothing was compared yet".into());
         };
         let deviations = deviations.view();
         deviations.check_site(&site.view())?;
-        let observed = self.kept.observed.with_absent(absent, &site.view(), &deviations)?;
-        self.count(observed)?;
+        let observed = self.persisted.observed.with_absent(absent, &site.view(), &deviations)?;
+        self.set_observed(observed)?;
         self.proceed()
     }
 
-    /// Changes what survives; on disk when this returns.
-    fn keep(&mut self, change: impl FnOnce(&mut Kept)) -> Result<(), Failure> {
-        let mut kept = self.kept.clone();
-        change(&mut kept);
-        self.state.save(&kept)?;
-        self.kept = kept;
+    /// Changes the persisted state; on disk when this returns.
+    fn persist(&mut self, change: impl FnOnce(&mut PersistedState)) -> Result<(), Failure> {
+        let mut persisted = self.persisted.clone();
+        change(&mut persisted);
+        self.state.save(&persisted)?;
+        self.persisted = persisted;
         Ok(())
     }
 
-    fn keep_pose(&mut self, pose: &PoseRecord) -> Result<(), Failure> {
-        let frame_epoch = self.basis.frame_epoch;
-        self.keep(|kept| kept.set_pose(pose, frame_epoch))
+    fn persist_pose(&mut self, pose: &PoseRecord) -> Result<(), Failure> {
+        let frame_epoch = self.reference_inputs.frame_epoch;
+        self.persist(|persisted| persisted.set_pose(pose, frame_epoch))
     }
 
-    /// Publishes the pose that counts, if it differs from what is published.
+    /// Publishes the current pose, if it differs from the published one.
     fn publish(&mut self) -> Result<(), Failure> {
         let Some(map) = self.map.as_ref().filter(|_| !self.references.is_empty()) else { return Ok(()) };
         let sources = AlignmentSources {
-            site_hash: self.basis.inputs.site,
+            site_hash: self.reference_inputs.inputs.site,
             slam_map_hash: map.content_hash,
-            plan_time_s: self.basis.plan_time_s,
+            plan_time_s: self.reference_inputs.plan_time_s,
         };
         let pose = self.follower.pose().copied();
         let pose_status = PoseStatus { pose, state: self.follower.state(), waiting: self.follower.waiting().copied() };
-        let alignment = self.searched.archive(&self.storeys(), &pose_status, sources);
+        let alignment = self.last_search.archive(&self.storeys(), &pose_status, sources);
         if !self.alignment.is_last(&alignment) {
-            self.to_do.compare = true;
+            self.pending.compare = true;
             let (frame_epoch, inputs) = self.origin();
             self.alignment.publish(&mut self.epochs, Checked::new(alignment)?, frame_epoch, inputs)?;
             self.activity.set(Activity::Published);
         }
-        // What others localise by survives this daemon; a movement that nobody can see is not worth a write.
-        if let Some(pose) = pose.filter(|pose| self.kept.is_worth_keeping(pose)) {
-            self.keep_pose(&pose)?;
+        // The pose must survive this daemon; moves below the threshold are not written.
+        if let Some(pose) = pose.filter(|pose| self.persisted.is_worth_saving(pose)) {
+            self.persist_pose(&pose)?;
         }
         Ok(())
     }
@@ -348,7 +353,7 @@ impl AlignService {
     /// Frame epoch and inputs of what is published next.
     fn origin(&self) -> (u64, InputHashes) {
         let slam_map = self.map.as_ref().map_or(0, |map| map.content_hash);
-        let Basis { inputs, frame_epoch, .. } = self.basis;
+        let ReferenceInputs { inputs, frame_epoch, .. } = self.reference_inputs;
         (frame_epoch, InputHashes { slam_map, ..inputs })
     }
 
@@ -370,24 +375,24 @@ impl AlignService {
         self.config = config.align.clone();
         self.follower.set_max_jump(max_jump(&self.config));
         if is_applied_otherwise {
-            self.apply(&self.kept.observed)?;
+            self.apply(&self.persisted.observed)?;
         }
-        if is_other_map && self.kept.map.is_none() {
+        if is_other_map && self.persisted.map.is_none() {
             self.read_first_map()?;
         }
         self.proceed()
     }
 
-    /// The map that somebody gave last, or that is configured.
+    /// Reads the map of the last request, or the configured one.
     fn read_first_map(&mut self) -> Result<(), Failure> {
-        match self.kept.map.clone().or_else(|| self.config.map.clone()) {
-            Some(file) => self.see_map(RobotMap::read(&file)?),
+        match self.persisted.map.clone().or_else(|| self.config.map.clone()) {
+            Some(file) => self.handle_slam_map(RobotMap::read(&file)?),
             None => Ok(()),
         }
     }
 }
 
-impl Basis {
+impl ReferenceInputs {
     /// `None` unless site, schedule state and index of grids belong together; if not, those that are missing are on their
     /// way.
     fn of(samples: &SiteSamples) -> Option<Self> {
@@ -427,12 +432,12 @@ impl Service for AlignService {
 
     fn handle(&mut self, event: Event<AlignInput>) -> Result<Done, Failure> {
         match event {
-            Event::Input(AlignInput::Site(site)) => self.see_site(site)?,
+            Event::Input(AlignInput::Site(site)) => self.handle_site(site)?,
             Event::Input(AlignInput::ScheduleState(state)) => {
                 self.samples.see(SiteSample::ScheduleState(state));
-                self.to_do.refresh = true;
+                self.pending.refresh = true;
             }
-            Event::Input(AlignInput::SlamMap(map)) => self.see_map(RobotMap::of_archive(&map.view())?)?,
+            Event::Input(AlignInput::SlamMap(map)) => self.handle_slam_map(RobotMap::of_archive(&map.view())?)?,
             Event::Input(AlignInput::Grids(index)) => self.samples.see(SiteSample::Index(index)),
             Event::Configuration(config) => return self.configure(&config),
             Event::Attached if self.map.is_none() => self.read_first_map()?,
@@ -448,7 +453,7 @@ impl Service for AlignService {
     fn answer(&mut self, request: AlignRequest, _reporter: &Reporter) -> Result<Done<Published>, Failure> {
         let done = match request {
             AlignRequest::ReadSlamMap { file } => self.read_map(file)?,
-            AlignRequest::Align { hint, storey } => self.search_now(Where { hint: hint.map(hint_of), storey })?,
+            AlignRequest::Align { hint, storey } => self.search_now(SearchArea { hint: hint.map(hint_of), storey })?,
             AlignRequest::Confirm { absent } => self.confirm(&absent)?,
         };
         Ok(done.answered_by_published())

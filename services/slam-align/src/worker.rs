@@ -11,70 +11,70 @@ use messages::{ArchiveBuffer, PoseRecord, RobotProfile, ScheduleState, Site};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
-/// Where a pose is looked for.
+/// Where a pose is searched.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Where {
+pub(crate) struct SearchArea {
     pub(crate) hint: Option<Hint>,
     /// Only on this map storey.
     pub(crate) storey: Option<u32>,
 }
 
-/// What is to be done.
+/// A job of the worker.
 pub(crate) struct Job {
     /// Site, schedule state and index of grids, which belong together.
     pub(crate) samples: SiteSamples,
-    pub(crate) task: Task,
+    pub(crate) task: WorkerTask,
 }
 
-/// Of the site as planned.
-pub(crate) enum Task {
-    /// Make its maps.
+/// The work of a job, on the planned site.
+pub(crate) enum WorkerTask {
+    /// Draw the reference maps.
     Draw,
     /// Search the pose of a map.
-    Search(Arc<RobotMap>, Where),
-    /// Tell what differs from a map in a pose.
+    Search(Arc<RobotMap>, SearchArea),
+    /// Compare the site with a map in a pose.
     Compare(Arc<RobotMap>, PoseRecord),
 }
 
-/// What came of it.
-pub(crate) struct Outcome {
+/// The result of a job, with its samples.
+pub(crate) struct JobOutcome {
     /// Those of the job.
     pub(crate) samples: SiteSamples,
-    pub(crate) found: Result<Found, Failure>,
+    pub(crate) found: Result<JobResult, Failure>,
 }
 
 /// Maps of the site, and an alignment with them.
-pub(crate) struct Found {
+pub(crate) struct JobResult {
     /// By map storey.
     pub(crate) references: Vec<Arc<PreparedMap<Map>>>,
-    /// What was searched; storeys count as in the references.
+    /// The result of a search; storeys are indices of the references.
     pub(crate) alignment: Option<Alignment>,
-    /// What was compared.
+    /// The result of a comparison.
     pub(crate) deviations: Option<ArchiveBuffer>,
 }
 
-/// The thread, and whether it works.
+/// The worker thread, and whether it is busy.
 pub(crate) struct Worker {
     jobs: Sender<Job>,
-    outcomes: Receiver<Outcome>,
+    outcomes: Receiver<JobOutcome>,
     is_busy: bool,
 }
 
 impl Worker {
     /// Starts the thread.
     pub(crate) fn start() -> Result<Self, Failure> {
-        let (jobs, to_do) = channel::<Job>();
+        let (jobs, pending) = channel::<Job>();
         let (done, outcomes) = channel();
         let thread = std::thread::Builder::new().name("slam-align-work".to_owned());
         thread.spawn(move || {
-            // Maps and the pose that is followed do not wait for it; threads of the pool inherit that.
+            // Tracking and publication must not wait for it; threads of the pool inherit the priority.
             daemon::in_background();
             let Ok(pool) = rayon::ThreadPoolBuilder::new().build() else { return };
             let mut references = None;
             pool.install(|| {
-                for Job { samples, task } in to_do {
+                for Job { samples, task } in pending {
                     let found = work(&mut references, &samples, &task);
-                    if done.send(Outcome { samples, found }).is_err() {
+                    if done.send(JobOutcome { samples, found }).is_err() {
                         return;
                     }
                 }
@@ -87,14 +87,14 @@ impl Worker {
         self.is_busy
     }
 
-    /// Gives the idle thread something to do.
+    /// Starts a job on the idle thread.
     pub(crate) fn begin(&mut self, job: Job) -> Result<(), Failure> {
         self.is_busy = true;
         self.jobs.send(job).map_err(|_| "the search has panicked".into())
     }
 
-    /// What came of the last job, if it is done.
-    pub(crate) fn take(&mut self) -> Result<Option<Outcome>, Failure> {
+    /// The result of the last job, if it is done.
+    pub(crate) fn take(&mut self) -> Result<Option<JobOutcome>, Failure> {
         match self.outcomes.try_recv() {
             Ok(outcome) => {
                 self.is_busy = false;
@@ -105,15 +105,15 @@ impl Worker {
         }
     }
 
-    /// Waits for the job that the thread is at.
-    pub(crate) fn wait(&mut self) -> Result<Outcome, Failure> {
+    /// Waits for the running job.
+    pub(crate) fn wait(&mut self) -> Result<JobOutcome, Failure> {
         let outcome = self.outcomes.recv().map_err(|_| "the search has panicked")?;
         self.is_busy = false;
         Ok(outcome)
     }
 }
 
-fn work(references: &mut Option<References>, samples: &SiteSamples, task: &Task) -> Result<Found, Failure> {
+fn work(references: &mut Option<References>, samples: &SiteSamples, task: &WorkerTask) -> Result<JobResult, Failure> {
     let state = samples.state().ok_or("site and schedule state do not belong together")?;
     let index = samples.index_of(state.site).ok_or("the index of the grids is of another site")?;
     let (site, schedule_state) = state.views()?;
@@ -124,19 +124,19 @@ fn work(references: &mut Option<References>, samples: &SiteSamples, task: &Task)
     let references = references.as_mut().ok_or("there is nothing to compare with")?;
     let maps: Vec<Arc<PreparedMap<Map>>> = references.at(&site, &schedule_state)?.collect();
     let (alignment, deviations) = match task {
-        Task::Draw => (None, None),
-        Task::Search(map, place) => (Some(align(&maps, map, place)?), None),
-        Task::Compare(map, pose) => (None, Some(compare(&site, &schedule_state, &robot, map, pose)?)),
+        WorkerTask::Draw => (None, None),
+        WorkerTask::Search(map, search_area) => (Some(align(&maps, map, search_area)?), None),
+        WorkerTask::Compare(map, pose) => (None, Some(compare(&site, &schedule_state, &robot, map, pose)?)),
     };
-    Ok(Found { references: maps, alignment, deviations })
+    Ok(JobResult { references: maps, alignment, deviations })
 }
 
-fn align(references: &[Arc<PreparedMap<Map>>], map: &RobotMap, place: &Where) -> Result<Alignment, Failure> {
-    let Some(storey) = place.storey else {
-        return Ok(align_maps(references, &map.prepared, place.hint.as_ref()));
+fn align(references: &[Arc<PreparedMap<Map>>], map: &RobotMap, search_area: &SearchArea) -> Result<Alignment, Failure> {
+    let Some(storey) = search_area.storey else {
+        return Ok(align_maps(references, &map.prepared, search_area.hint.as_ref()));
     };
     let only = references.get(storey as usize).ok_or_else(|| format!("the site has no storey {storey}"))?;
-    let mut alignment = align_maps(std::slice::from_ref(only), &map.prepared, place.hint.as_ref());
+    let mut alignment = align_maps(std::slice::from_ref(only), &map.prepared, search_area.hint.as_ref());
     alignment.poses.iter_mut().for_each(|pose| pose.reference = storey as usize);
     Ok(alignment)
 }

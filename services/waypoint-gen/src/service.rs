@@ -21,8 +21,8 @@ daemon::inputs! {
 pub(crate) struct WaypointService {
     /// Options of the configuration.
     configured: Option<PathBuf>,
-    /// What a client asked for.
-    asked: Asked,
+    /// Options of the last request.
+    requested: RequestedOptions,
     options: MissionPlanOptions,
     state: StateFile,
     epochs: Epochs,
@@ -33,27 +33,27 @@ pub(crate) struct WaypointService {
     planner: MissionPlanner,
 }
 
-/// What a client asked for goes before the configuration, and survives the daemon.
+/// Options of a request. They override the configuration, and survive the daemon.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-struct Asked {
+struct RequestedOptions {
     options: Option<PathBuf>,
     spaces: Vec<String>,
     changed_since_s: Option<i64>,
 }
 
 impl WaypointService {
-    /// From the configuration and what survived: what a client asked for goes before what is configured.
+    /// From the configuration and the persisted state: requested options override configured ones.
     ///
     /// # Errors
     /// Options or state that cannot be used.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "waypoints.json")?;
-        let asked: Asked = state.load()?.unwrap_or_default();
+        let requested: RequestedOptions = state.load()?.unwrap_or_default();
         Ok(Self {
-            options: options_of(config.waypoints.options.as_deref(), &asked)?,
+            options: options_of(config.waypoints.options.as_deref(), &requested)?,
             configured: config.waypoints.options.clone(),
-            asked,
+            requested,
             state,
             epochs: Epochs::at(&config.state, "waypoint-gen-epochs.json")?,
             activity,
@@ -64,15 +64,15 @@ impl WaypointService {
         })
     }
 
-    /// Other options: on disk before anybody sees a mission plan of them.
-    fn ask(&mut self, asked: Asked) -> Result<Done, Failure> {
-        let options = options_of(self.configured.as_deref(), &asked)?;
+    /// Sets other options: on disk before a mission plan of them is published.
+    fn set_requested(&mut self, requested: RequestedOptions) -> Result<Done, Failure> {
+        let options = options_of(self.configured.as_deref(), &requested)?;
         if let Some(site) = self.samples.site() {
             check_names(&site.view(), &options)?;
         }
         self.check_start(&options)?;
-        self.state.save(&asked)?;
-        (self.asked, self.options) = (asked, options);
+        self.state.save(&requested)?;
+        (self.requested, self.options) = (requested, options);
         self.plan()
     }
 
@@ -86,7 +86,7 @@ impl WaypointService {
     }
 
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
-        let options = options_of(config.waypoints.options.as_deref(), &self.asked)?;
+        let options = options_of(config.waypoints.options.as_deref(), &self.requested)?;
         self.configured.clone_from(&config.waypoints.options);
         if options == self.options {
             return Ok(Done::default());
@@ -144,16 +144,16 @@ impl WaypointService {
     }
 }
 
-fn options_of(configured: Option<&Path>, asked: &Asked) -> Result<MissionPlanOptions, Failure> {
-    let file = asked.options.as_deref().or(configured);
+fn options_of(configured: Option<&Path>, requested: &RequestedOptions) -> Result<MissionPlanOptions, Failure> {
+    let file = requested.options.as_deref().or(configured);
     let mut options = file.map_or_else(
         || Ok(MissionPlanOptions::default()),
         |path| daemon::read_parsed("options of waypoints", path, MissionPlanOptions::parse),
     )?;
-    if !asked.spaces.is_empty() {
-        options.spaces.clone_from(&asked.spaces);
+    if !requested.spaces.is_empty() {
+        options.spaces.clone_from(&requested.spaces);
     }
-    options.changed_since_s = asked.changed_since_s.or(options.changed_since_s);
+    options.changed_since_s = requested.changed_since_s.or(options.changed_since_s);
     Ok(options)
 }
 
@@ -191,6 +191,6 @@ impl Service for WaypointService {
 
     fn answer(&mut self, request: WaypointRequest, _reporter: &Reporter) -> Result<Done<Published>, Failure> {
         let WaypointRequest::SetWaypoints { options, spaces, changed_since_s } = request;
-        Ok(self.ask(Asked { options, spaces, changed_since_s })?.answered_by_published())
+        Ok(self.set_requested(RequestedOptions { options, spaces, changed_since_s })?.answered_by_published())
     }
 }

@@ -26,7 +26,7 @@ pub enum ScheduleRequest {
         from_s: Option<i64>,
     },
     /// The plan time that is in effect; nothing changes.
-    TellPlanTime,
+    GetPlanTime,
     /// Progress that was reported or observed, a CSV table with the columns id, start, finish; without a file there is
     /// none.
     SetActuals {

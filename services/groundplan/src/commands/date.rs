@@ -49,12 +49,12 @@ impl Run for Args {
             (Some(at_s), None) => ScheduleRequest::SetPlanTime { at_s },
             (None, None) if self.next => ScheduleRequest::NextChange,
             (None, None) if self.wall => ScheduleRequest::FollowWallClock,
-            (None, None) => ScheduleRequest::TellPlanTime,
+            (None, None) => ScheduleRequest::GetPlanTime,
         };
         let (bus, mut waiter) = join(&config)?;
         let answer = ask(&bus, &mut waiter, &request)?;
         // Without a site there is nothing to wait for: the plan time is kept for when there is one.
-        if !self.no_wait && answer.state.epoch > 0 && request != ScheduleRequest::TellPlanTime {
+        if !self.no_wait && answer.state.epoch > 0 && request != ScheduleRequest::GetPlanTime {
             wait_for_schedule_state(&bus, &mut waiter, &answer.state)?;
         }
         let time = answer.plan_time_s.map(date_argument::text);

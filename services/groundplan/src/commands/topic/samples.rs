@@ -22,13 +22,13 @@ pub(super) fn stoppable(site: &SiteArgs) -> Result<(Bus, Waiter), Failure> {
 pub(super) fn samples(
     site: &SiteArgs,
     topics: &[TopicName],
-    patience: Duration,
+    timeout: Duration,
 ) -> Result<Vec<(TopicName, RawSample)>, Failure> {
     let (bus, mut waiter) = join(&site.config()?)?;
     let subscribers: Vec<_> =
         topics.iter().map(|t| bus.raw_subscriber(*t)).collect::<Result<_, _>>().map_err(Failure::work)?;
     let mut found: Vec<Option<RawSample>> = topics.iter().map(|_| None).collect();
-    let deadline = Instant::now() + patience;
+    let deadline = Instant::now() + timeout;
     while found.iter().any(Option::is_none) && Instant::now() < deadline {
         for (subscriber, found) in subscribers.iter().zip(&mut found) {
             if let Some(sample) = subscriber.take().map_err(Failure::work)? {

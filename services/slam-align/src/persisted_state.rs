@@ -5,20 +5,20 @@ use messages::{PoseEvidence, PoseRecord};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// What a restarted daemon goes on from.
+/// State that survives a restart.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub(crate) struct Kept {
-    /// The map file that somebody gave last.
+pub(crate) struct PersistedState {
+    /// The map file of the last request.
     pub(crate) map: Option<PathBuf>,
-    /// What counts of what was seen.
+    /// Observations that are applied to the maps.
     pub(crate) observed: AppliedObservations,
-    pose: Option<KeptPose>,
+    pose: Option<PersistedPose>,
 }
 
-/// The pose that counted last.
+/// The last valid pose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct KeptPose {
+struct PersistedPose {
     frame_epoch: u64,
     map_storey: u32,
     map_from_slam: [f64; 3],
@@ -28,27 +28,27 @@ struct KeptPose {
     evidence: [f64; 4],
 }
 
-/// A pose is saved again when it has moved so far.
-const WORTH_M: f64 = 0.01;
-const WORTH_RAD: f64 = 0.002;
+/// A pose is saved again when it has moved by this much.
+const MIN_MOVE_M: f64 = 0.01;
+const MIN_TURN_RAD: f64 = 0.002;
 
-impl Kept {
+impl PersistedState {
     pub(crate) fn pose(&self) -> Option<PoseRecord> {
-        let kept = self.pose.as_ref()?;
-        let [score, precision, recall, free] = kept.evidence;
+        let persisted = self.pose.as_ref()?;
+        let [score, precision, recall, free] = persisted.evidence;
         Some(PoseRecord {
-            map_from_slam: kept.map_from_slam,
-            covariance: kept.covariance,
-            about_m: kept.about_m,
+            map_from_slam: persisted.map_from_slam,
+            covariance: persisted.covariance,
+            about_m: persisted.about_m,
             evidence: PoseEvidence { score, precision, recall, free },
-            map_storey: kept.map_storey,
+            map_storey: persisted.map_storey,
             reserved: 0,
         })
     }
 
     pub(crate) fn set_pose(&mut self, pose: &PoseRecord, frame_epoch: u64) {
         let PoseEvidence { score, precision, recall, free } = pose.evidence;
-        self.pose = Some(KeptPose {
+        self.pose = Some(PersistedPose {
             frame_epoch,
             map_storey: pose.map_storey,
             map_from_slam: pose.map_from_slam,
@@ -68,12 +68,12 @@ impl Kept {
     }
 
     /// True if a pose differs from the one that was saved.
-    pub(crate) fn is_worth_keeping(&self, pose: &PoseRecord) -> bool {
-        self.pose().is_none_or(|kept| {
-            let [a, b] = [&kept, pose].map(|p| p.map_from_slam().apply(pose.about_m));
-            kept.map_storey != pose.map_storey
-                || libm::hypot(a[0] - b[0], a[1] - b[1]) > WORTH_M
-                || libm::fabs(kept.map_from_slam[2] - pose.map_from_slam[2]) > WORTH_RAD
+    pub(crate) fn is_worth_saving(&self, pose: &PoseRecord) -> bool {
+        self.pose().is_none_or(|persisted| {
+            let [a, b] = [&persisted, pose].map(|p| p.map_from_slam().apply(pose.about_m));
+            persisted.map_storey != pose.map_storey
+                || libm::hypot(a[0] - b[0], a[1] - b[1]) > MIN_MOVE_M
+                || libm::fabs(persisted.map_from_slam[2] - pose.map_from_slam[2]) > MIN_TURN_RAD
         })
     }
 }
@@ -85,12 +85,12 @@ mod tests {
     #[test]
     fn a_pose_survives_and_only_what_moves_is_saved_again() {
         let pose = PoseRecord { map_from_slam: [1.0, 2.0, 0.3], map_storey: 1, ..PoseRecord::NONE };
-        let mut kept = Kept::default();
-        assert!(kept.is_worth_keeping(&pose) && !kept.is_of_another_frame(7));
-        kept.set_pose(&pose, 7);
-        let read: Kept = serde_json::from_str(&serde_json::to_string(&kept).unwrap()).unwrap();
+        let mut persisted = PersistedState::default();
+        assert!(persisted.is_worth_saving(&pose) && !persisted.is_of_another_frame(7));
+        persisted.set_pose(&pose, 7);
+        let read: PersistedState = serde_json::from_str(&serde_json::to_string(&persisted).unwrap()).unwrap();
         assert_eq!((read.pose(), read.is_of_another_frame(8), read.is_of_another_frame(7)), (Some(pose), true, false));
-        assert!(!read.is_worth_keeping(&PoseRecord { map_from_slam: [1.004, 2.0, 0.3], ..pose }));
-        assert!(read.is_worth_keeping(&PoseRecord { map_from_slam: [1.02, 2.0, 0.3], ..pose }));
+        assert!(!read.is_worth_saving(&PoseRecord { map_from_slam: [1.004, 2.0, 0.3], ..pose }));
+        assert!(read.is_worth_saving(&PoseRecord { map_from_slam: [1.02, 2.0, 0.3], ..pose }));
     }
 }

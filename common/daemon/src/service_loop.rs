@@ -1,4 +1,5 @@
-//! The event loop of a daemon: latest sample of each input, requests, heartbeats, timers, re-attachment to new bus generations.
+//! The event loop of a daemon: latest sample of each input, requests, heartbeats, timers, re-attachment to new bus
+//! generations.
 
 use crate::config::SiteConfig;
 use crate::failure::{Failure, chain};
@@ -20,33 +21,33 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 use tracing::{debug, info, warn};
 
-/// How often a bus that is not there is looked for.
+/// Interval at which a missing bus is tried.
 const RETRY: Duration = Duration::from_millis(200);
 
-/// A daemon's side of the loop.
-pub(crate) struct Life<R> {
+/// The event loop of a daemon.
+pub(crate) struct ServiceLoop<R> {
     daemon: Daemon,
     inputs: &'static [TopicName],
     activity: CurrentActivity,
     to_service: Sender<Job<R>>,
     from_service: Receiver<Outcome>,
     is_busy: bool,
-    /// Samples that the service has not seen.
+    /// Samples that the service has not handled.
     newest: BTreeMap<TopicName, RawSample>,
     requests: RequestQueue<R>,
-    /// What went wrong last, and what the service warns of.
+    /// The last error, and the warning of the service.
     error: String,
     warning: Option<String>,
-    /// When the service wants to be woken.
-    alarm: Option<Instant>,
+    /// When the service is to be woken.
+    wake_at: Option<Instant>,
     reload: Reload,
-    /// A configuration that the service has not seen.
+    /// A configuration that the service has not handled.
     configuration: Option<Box<SiteConfig>>,
-    /// Of the newest inputs that the service was given, and of what it published.
+    /// Epochs of the newest inputs of the service and of its output.
     epochs: [u64; 16],
 }
 
-/// Reading the configuration again.
+/// Reloads the configuration.
 pub(crate) struct Reload {
     pub(crate) signal: ReloadSignal,
     pub(crate) path: PathBuf,
@@ -55,7 +56,7 @@ pub(crate) struct Reload {
 }
 
 impl Reload {
-    /// The configuration, if it is to be used from now on.
+    /// Reads the configuration, if it can be applied while the daemon runs.
     fn read(&mut self) -> Result<Box<SiteConfig>, Failure> {
         let config = SiteConfig::read(&self.path)?;
         if config.bus != self.config.bus || config.state != self.config.state {
@@ -71,12 +72,12 @@ impl Reload {
 }
 
 /// How a generation of the bus ended.
-enum End {
+enum GenerationEnd {
     Stopped,
     Superseded,
 }
 
-impl<R: Request> Life<R> {
+impl<R: Request> ServiceLoop<R> {
     /// Starts the service's thread.
     pub(crate) fn of<S: Service<Request = R> + 'static>(
         service: S,
@@ -95,14 +96,14 @@ impl<R: Request> Life<R> {
             requests: RequestQueue::new(),
             error: String::new(),
             warning: None,
-            alarm: None,
+            wake_at: None,
             reload,
             configuration: None,
             epochs: [0; 16],
         })
     }
 
-    pub(crate) fn all_generations(&mut self, domain: &Domain, mut stop: StopSignal) -> Result<(), Failure> {
+    pub(crate) fn run_until_stopped(&mut self, domain: &Domain, mut stop: StopSignal) -> Result<(), Failure> {
         let service = self.daemon.name();
         loop {
             let (bus, mut waiter) = match Bus::join(domain, self.daemon) {
@@ -117,21 +118,21 @@ impl<R: Request> Life<R> {
             };
             waiter.stop_on(stop.descriptor()?);
             let end = self.generation(&bus, &mut waiter);
-            // Ends of a generation that is gone are of no use.
+            // Ports of an earlier generation cannot be used.
             self.newest.clear();
             self.requests.clear();
             match end? {
-                End::Stopped => {
+                GenerationEnd::Stopped => {
                     crate::stopping();
                     info!(service, "stopped");
                     return Ok(());
                 }
-                End::Superseded => info!(service, "the bus has a new generation"),
+                GenerationEnd::Superseded => info!(service, "the bus has a new generation"),
             }
         }
     }
 
-    fn generation(&mut self, bus: &Bus, waiter: &mut Waiter) -> Result<End, Failure> {
+    fn generation(&mut self, bus: &Bus, waiter: &mut Waiter) -> Result<GenerationEnd, Failure> {
         let server = bus.command_server()?;
         let status = bus.status_writer()?;
         let subscribers: Vec<RawSubscriber> =
@@ -145,25 +146,25 @@ impl<R: Request> Life<R> {
         crate::ready("joined the bus");
         let waker = waiter.waker();
         self.send(Job::Attach(bus.clone(), waker.clone()))?;
-        let mut next_beat = Instant::now();
+        let mut next_heartbeat = Instant::now();
         loop {
             let now = Instant::now();
-            let is_beat = next_beat <= now;
-            if is_beat {
-                self.beat(&status);
-                next_beat = now + HEARTBEAT_PERIOD;
+            let is_heartbeat_due = next_heartbeat <= now;
+            if is_heartbeat_due {
+                self.send_heartbeat(&status);
+                next_heartbeat = now + HEARTBEAT_PERIOD;
             }
-            self.look_for_configuration();
-            self.give_work(is_beat || self.alarm.is_some_and(|alarm| alarm <= now), &waker)?;
-            // An alarm that rings while the service works waits until it is done.
-            let alarm = self.alarm.filter(|_| !self.is_busy);
-            let next = alarm.map_or(next_beat, |alarm| alarm.min(next_beat));
+            self.reload_configuration();
+            self.dispatch(is_heartbeat_due || self.wake_at.is_some_and(|wake_at| wake_at <= now), &waker)?;
+            // A wake-up that is due while the service works waits until it is done.
+            let wake_at = self.wake_at.filter(|_| !self.is_busy);
+            let next = wake_at.map_or(next_heartbeat, |wake_at| wake_at.min(next_heartbeat));
             let wake = waiter.wait(next.saturating_duration_since(Instant::now()))?;
             if wake.stopped {
-                return Ok(End::Stopped);
+                return Ok(GenerationEnd::Stopped);
             }
             if wake.superseded {
-                return Ok(End::Superseded);
+                return Ok(GenerationEnd::Superseded);
             }
             loop {
                 match self.from_service.try_recv() {
@@ -171,8 +172,8 @@ impl<R: Request> Life<R> {
                     Err(TryRecvError::Empty) => break,
                     Err(TryRecvError::Disconnected) => return Err("the service has panicked".into()),
                 }
-                // What has changed is told at once.
-                self.beat(&status);
+                // A change is reported at once.
+                self.send_heartbeat(&status);
             }
             self.requests.send_progress();
             self.take_samples(&subscribers);
@@ -185,7 +186,7 @@ impl<R: Request> Life<R> {
             match subscriber.take() {
                 Ok(Some(sample)) => drop(self.newest.insert(subscriber.topic(), sample)),
                 Ok(None) => {}
-                Err(why) => self.fail(&why),
+                Err(why) => self.report_bus_error(&why),
             }
         }
     }
@@ -195,13 +196,13 @@ impl<R: Request> Life<R> {
             match self.requests.take(server) {
                 Ok(true) => {}
                 Ok(false) => return,
-                Err(why) => return self.fail(&why),
+                Err(why) => return self.report_bus_error(&why),
             }
         }
     }
 
-    /// Gives the idle service what is most urgent: an input, so that requests meet the newest; a request; a tick.
-    fn give_work(&mut self, is_tick: bool, waker: &Waker) -> Result<(), Failure> {
+    /// Sends the idle service its next event: an input, so that requests meet the newest; then a request; then a tick.
+    fn dispatch(&mut self, is_tick: bool, waker: &Waker) -> Result<(), Failure> {
         if self.is_busy {
             return Ok(());
         }
@@ -218,7 +219,7 @@ impl<R: Request> Life<R> {
         if is_tick { self.send(Job::Tick) } else { Ok(()) }
     }
 
-    fn look_for_configuration(&mut self) {
+    fn reload_configuration(&mut self) {
         if !self.reload.signal.take() {
             return;
         }
@@ -243,7 +244,7 @@ impl<R: Request> Life<R> {
         self.is_busy = false;
         let replied = match outcome {
             Ok(done) => {
-                self.alarm = done.wake_in.map(|time| Instant::now() + time);
+                self.wake_at = done.wake_in.map(|time| Instant::now() + time);
                 if done.warning != self.warning {
                     if let Some(warning) = &done.warning {
                         warn!(service = self.daemon.name(), warning, "the service warns");
@@ -263,9 +264,9 @@ impl<R: Request> Life<R> {
             }
             Err(failure) => {
                 let text = chain(failure.as_ref());
-                // What is tried again every second is told once.
+                // An error of retries is logged once.
                 if self.error != text {
-                    warn!(service = self.daemon.name(), error = text, "what it was asked cannot be done");
+                    warn!(service = self.daemon.name(), error = text, "the event cannot be handled");
                 }
                 self.activity.set(Activity::Idle);
                 let replied = self.requests.finish(Err(&text));
@@ -274,16 +275,16 @@ impl<R: Request> Life<R> {
             }
         };
         if let Err(why) = replied {
-            self.fail(&why);
+            self.report_bus_error(&why);
         }
     }
 
-    fn fail(&mut self, why: &(dyn std::error::Error + 'static)) {
+    fn report_bus_error(&mut self, why: &(dyn std::error::Error + 'static)) {
         self.error = chain(why);
         warn!(service = self.daemon.name(), error = self.error, "the bus refuses");
     }
 
-    fn beat(&self, status: &StatusWriter) {
+    fn send_heartbeat(&self, status: &StatusWriter) {
         let mut record = StatusRecord::of(self.activity.get(), resident_bytes());
         let text = if self.error.is_empty() { self.warning.as_deref().unwrap_or_default() } else { &self.error };
         record.set_error(text);
@@ -315,9 +316,9 @@ fn resident_bytes() -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::client::{Answer, AskError, Client};
+    use crate::client::{Answer, Client, ClientError};
     use crate::progress::Progress;
-    use crate::testing::{Asked, DEADLINE, Diary, Live, live, wait_for};
+    use crate::testing::{DEADLINE, RecordingService, TestDaemon, TestRequest, spawn_daemon, wait_for};
     use bus::{Daemon, Reply};
     use std::sync::mpsc::channel;
     use std::time::Duration;
@@ -325,25 +326,27 @@ mod tests {
     #[test]
     fn a_service_is_woken_when_it_asked_for_it_and_not_before() {
         let wake_in = Duration::from_millis(150);
-        let Live { diary, .. } = live(Diary { wake_in: Some(wake_in), ..Diary::default() });
-        let (attached, first) = diary.recv_timeout(DEADLINE).unwrap();
-        let (woken, second) = diary.recv_timeout(DEADLINE).unwrap();
+        let TestDaemon { events, .. } =
+            spawn_daemon(RecordingService { wake_in: Some(wake_in), ..RecordingService::default() });
+        let (attached, first) = events.recv_timeout(DEADLINE).unwrap();
+        let (woken, second) = events.recv_timeout(DEADLINE).unwrap();
         assert_eq!((first, second), ("attached", "tick"));
         assert!(wake_in <= woken - attached);
     }
 
     #[test]
     fn a_service_that_panics_ends_its_daemon() {
-        let Live { end, .. } = live(Diary { panics_at_tick: true, ..Diary::default() });
+        let TestDaemon { end, .. } =
+            spawn_daemon(RecordingService { panics_at_tick: true, ..RecordingService::default() });
         assert_eq!(end.recv_timeout(DEADLINE).unwrap(), "the service has panicked");
     }
 
     #[test]
     fn progress_comes_before_the_answer_and_its_end_is_not_left_out() {
-        let live = live(Diary::default());
-        let (bus, mut waiter) = live.client();
-        let client = Client::<Asked>::of(&bus).unwrap();
-        let open = wait_for(&mut waiter, || client.send(&Asked::Count { steps: 500 }).ok());
+        let test_daemon = spawn_daemon(RecordingService::default());
+        let (bus, mut waiter) = test_daemon.client();
+        let client = Client::<TestRequest>::of(&bus).unwrap();
+        let open = wait_for(&mut waiter, || client.send(&TestRequest::Count { steps: 500 }).ok());
         let mut percents = Vec::new();
         let answer = loop {
             match wait_for(&mut waiter, || open.take().unwrap()) {
@@ -358,29 +361,29 @@ mod tests {
     #[test]
     fn a_client_that_leaves_neither_stops_nor_fails_the_work() {
         let (go, gate) = channel();
-        let live = live(Diary { gate: Some(gate), ..Diary::default() });
-        let (bus, mut waiter) = live.client();
-        let client = Client::<Asked>::of(&bus).unwrap();
-        let open = wait_for(&mut waiter, || client.send(&Asked::Count { steps: 50 }).ok());
+        let test_daemon = spawn_daemon(RecordingService { gate: Some(gate), ..RecordingService::default() });
+        let (bus, mut waiter) = test_daemon.client();
+        let client = Client::<TestRequest>::of(&bus).unwrap();
+        let open = wait_for(&mut waiter, || client.send(&TestRequest::Count { steps: 50 }).ok());
         let news = wait_for(&mut waiter, || open.take().unwrap());
         assert_eq!(news, Answer::Progress(Progress { doing: "counting".to_owned(), percent: 2 }));
         drop(open);
         go.send(()).unwrap();
         go.send(()).unwrap();
-        let open = wait_for(&mut waiter, || client.send(&Asked::Count { steps: 3 }).ok());
+        let open = wait_for(&mut waiter, || client.send(&TestRequest::Count { steps: 3 }).ok());
         let answer = wait_for(&mut waiter, || match open.take().unwrap() {
             Some(Answer::Done(answer)) => Some(answer),
             _ => None,
         });
         assert_eq!(answer, 3);
-        let counted = live.diary.try_iter().filter(|(_, what)| *what == "counted").count();
+        let counted = test_daemon.events.try_iter().filter(|(_, what)| *what == "counted").count();
         assert_eq!(counted, 2, "the request of the client that left was carried out");
     }
 
     #[test]
     fn bytes_that_are_no_request_get_an_error_and_the_daemon_goes_on() {
-        let live = live(Diary::default());
-        let (bus, mut waiter) = live.client();
+        let test_daemon = spawn_daemon(RecordingService::default());
+        let (bus, mut waiter) = test_daemon.client();
         let port = bus.command_client(Daemon::ScheduleEval).unwrap();
         for bytes in [&b"\"next_change\""[..], b"\xff\x00", b"", b"{\"count\":{\"steps\":-1}}"] {
             let open = wait_for(&mut waiter, || port.send(bytes).ok());
@@ -388,9 +391,9 @@ mod tests {
             let text = String::from_utf8(text).unwrap();
             assert!(text.starts_with("this is no request of schedule-eval: "), "{text}");
         }
-        let client = Client::<Asked>::of(&bus).unwrap();
-        let open = wait_for(&mut waiter, || client.send(&Asked::Refuse).ok());
+        let client = Client::<TestRequest>::of(&bus).unwrap();
+        let open = wait_for(&mut waiter, || client.send(&TestRequest::Refuse).ok());
         let refused = wait_for(&mut waiter, || open.take().err());
-        assert!(matches!(&refused, AskError::Refused { why, .. } if why == "no"), "{refused}");
+        assert!(matches!(&refused, ClientError::Refused { why, .. } if why == "no"), "{refused}");
     }
 }
