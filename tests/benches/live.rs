@@ -347,21 +347,21 @@ fn payloads() {
         let (bus, mut own_waiter) = Bus::join(&domain, Daemon::ScheduleEval).unwrap();
         let publisher = bus.publisher(topics::ScheduleState, length).unwrap();
         let (other, mut waiter) = Bus::join(&domain, Daemon::Groundplan).unwrap();
-        let (said, heard) = std::sync::mpsc::channel();
+        let (latency_sender, latency_receiver) = std::sync::mpsc::channel();
         let receiver = std::thread::spawn(move || {
             let subscriber = other.subscriber(topics::ScheduleState).unwrap();
-            said.send(0.0).unwrap();
+            latency_sender.send(0.0).unwrap();
             loop {
                 waiter.wait(Duration::from_secs(10)).unwrap();
                 while let Some(sample) = subscriber.take().unwrap() {
                     let latency = Stamp::now().since(Stamp(sample.header().stamp_ns));
-                    if said.send(latency.as_secs_f64() * 1e6).is_err() {
+                    if latency_sender.send(latency.as_secs_f64() * 1e6).is_err() {
                         return;
                     }
                 }
             }
         });
-        heard.recv().unwrap();
+        latency_receiver.recv().unwrap();
         let archive = messages::ScheduleStateBuilder::everything_built(1, 0, 0).finish();
         let (mut latencies, mut loans) = (Vec::new(), Vec::new());
         for k in 0..300 {
@@ -372,7 +372,7 @@ fn payloads() {
             write_head(loan.bytes_mut(), &archive);
             epoch += 1;
             loan.publish(Origin { epoch, frame_epoch: 0, inputs: InputHashes::default() }).unwrap();
-            let latency = heard.recv_timeout(Duration::from_secs(10)).unwrap();
+            let latency = latency_receiver.recv_timeout(Duration::from_secs(10)).unwrap();
             // The first ones touch their pages for the first time.
             if k >= 50 {
                 latencies.push(latency);
@@ -384,7 +384,7 @@ fn payloads() {
             &format!("publish -> had by a waiting subscriber, {} KiB", length >> 10),
             format!("p50 {p50:.0} us, p99 {p99:.0} us; a loan takes {loan:.0} us"),
         );
-        drop(heard);
+        drop(latency_receiver);
         epoch += 1;
         publisher
             .publish_copy(archive.bytes(), Origin { epoch, frame_epoch: 0, inputs: InputHashes::default() })

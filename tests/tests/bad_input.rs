@@ -49,18 +49,18 @@ fn outcome(bytes: &[u8]) -> (i32, String) {
     std::fs::write(out.join("manifest.json"), EARLIER).unwrap();
     std::fs::write(&model, bytes).unwrap();
     let output = groundplan(&[&"convert", &model, &"-o", &out]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let code = output.status.code().unwrap_or_else(|| panic!("killed by a signal: {said}"));
-    assert!(code <= 2 && !said.contains("panicked"), "{said}");
+    let output_text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let code = output.status.code().unwrap_or_else(|| panic!("killed by a signal: {output_text}"));
+    assert!(code <= 2 && !output_text.contains("panicked"), "{output_text}");
     let manifest = std::fs::read_to_string(out.join("manifest.json")).unwrap();
-    assert_eq!(manifest == EARLIER, code != 0, "{said}");
-    (code, said)
+    assert_eq!(manifest == EARLIER, code != 0, "{output_text}");
+    (code, output_text)
 }
 
 /// The file is refused, and the message has the word.
 fn refused(bytes: impl AsRef<[u8]>, word: &str) {
-    let (code, said) = outcome(bytes.as_ref());
-    assert!(code == 1 && said.contains(word), "exit {code}, expected {word:?} in: {said}");
+    let (code, output_text) = outcome(bytes.as_ref());
+    assert!(code == 1 && output_text.contains(word), "exit {code}, expected {word:?} in: {output_text}");
 }
 
 #[test]
@@ -81,8 +81,8 @@ fn what_is_no_ifc_file_is_named_for_what_it_is() {
 fn a_file_that_is_cut_off_is_refused_wherever_it_is_cut() {
     let demo = std::fs::read(demo_model()).unwrap();
     for part in [10, 200, 5_000, demo.len() / 2, demo.len() - 40] {
-        let (code, said) = outcome(&demo[..part]);
-        assert_eq!(code, 1, "cut at {part}: {said}");
+        let (code, output_text) = outcome(&demo[..part]);
+        assert_eq!(code, 1, "cut at {part}: {output_text}");
     }
 }
 
@@ -106,14 +106,14 @@ fn a_model_whose_map_would_be_blank_is_an_error() {
 fn a_blank_map_says_what_the_model_and_each_of_its_storeys_lacks() {
     let upper = "#28=IFCBUILDINGSTOREY('0000000000000000000028',$,'Upper',$,$,#7,$,$,.ELEMENT.,3.);\n";
     let nothing = house(upper).replace("#11=IFCWALL('000000000000000000000B',$,'W',$,$,#7,#12,$,$);", "");
-    let (code, said) = outcome(nothing.as_bytes());
+    let (code, output_text) = outcome(nothing.as_bytes());
     assert_eq!(code, 1);
     for reason in ["the model has no elements", "storey \"Ground\": ", "storey \"Upper\": "] {
-        assert!(said.contains(reason), "{reason}: {said}");
+        assert!(output_text.contains(reason), "{reason}: {output_text}");
     }
     let bodiless = house("").replace(",#7,#12,$,$)", ",#7,$,$,$)");
-    let (_, said) = outcome(bodiless.as_bytes());
-    assert!(said.contains("of 1 element none has a body"), "{said}");
+    let (_, output_text) = outcome(bodiless.as_bytes());
+    assert!(output_text.contains("of 1 element none has a body"), "{output_text}");
 }
 
 /// The maps of all storeys.
@@ -141,12 +141,12 @@ fn what_old_exporters_write_gives_the_same_maps() {
 
 #[test]
 fn a_model_without_storeys_is_mapped_at_its_lowest_level() {
-    let (code, said) = outcome(
+    let (code, output_text) = outcome(
         house("")
             .replace("#8=IFCBUILDINGSTOREY('0000000000000000000008',$,'Ground',$,$,#7,$,$,.ELEMENT.,0.);", "")
             .as_bytes(),
     );
-    assert_eq!(code, 0, "{said}");
+    assert_eq!(code, 0, "{output_text}");
 }
 
 #[test]
@@ -209,9 +209,9 @@ fn arguments_that_make_no_sense_are_usage_errors() {
         }
         all.extend(arguments.iter().map(|a| a as &dyn AsRef<std::ffi::OsStr>));
         let output = groundplan(&all);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains(word), "{arguments:?}: {said}");
+        let output_text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {output_text}");
+        assert!(output_text.contains(word), "{arguments:?}: {output_text}");
     }
     assert!(!Path::new(&out).exists());
 }

@@ -240,25 +240,31 @@ fn refused(more: &[&dyn AsRef<std::ffi::OsStr>]) -> String {
     let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"convert", &model, &"-o", &out];
     arguments.extend(more);
     let output = groundplan(&arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!((output.status.code(), out.exists()), (Some(2), false), "{said}");
-    said
+    let output_text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!((output.status.code(), out.exists()), (Some(2), false), "{output_text}");
+    output_text
 }
 
 #[test]
 fn names_that_match_nothing_and_a_start_off_the_floor_are_refused_with_what_is_near() {
-    let said = refused(&[&"--storeys", &"Uper floor"]);
-    assert!(said.contains("nearest: \"Upper floor\""), "{said}");
+    let output_text = refused(&[&"--storeys", &"Uper floor"]);
+    assert!(output_text.contains("nearest: \"Upper floor\""), "{output_text}");
     let home = tempfile::tempdir().unwrap();
     let options = home.path().join("options.toml");
     std::fs::write(&options, "spaces = [\"Plnat room\"]\n").unwrap();
-    let said = refused(&[&"--waypoints", &options]);
-    assert!(said.contains("\"Plnat room\" matches no space") && said.contains("\"Plant room\""), "{said}");
+    let output_text = refused(&[&"--waypoints", &options]);
+    assert!(
+        output_text.contains("\"Plnat room\" matches no space") && output_text.contains("\"Plant room\""),
+        "{output_text}"
+    );
     std::fs::write(&options, "[tour]\nstart = { storey = 0, x_m = -5.0, y_m = 3.0 }\n").unwrap();
-    let said = refused(&[&"--waypoints", &options]);
-    assert!(said.contains("[tour] start") && said.contains("nearest place where it can is x"), "{said}");
-    let said = refused(&[&"--waypoints", &options, &"--date", &"all"]);
-    assert!(said.contains("[tour] start"), "{said}");
+    let output_text = refused(&[&"--waypoints", &options]);
+    assert!(
+        output_text.contains("[tour] start") && output_text.contains("nearest place where it can is x"),
+        "{output_text}"
+    );
+    let output_text = refused(&[&"--waypoints", &options, &"--date", &"all"]);
+    assert!(output_text.contains("[tour] start"), "{output_text}");
 }
 
 #[test]
@@ -281,9 +287,9 @@ fn the_terminal_and_the_report_tell_what_is_reached_of_each_storey() {
         &"--robot",
         &support::root().join("config/robots/wheeled-low.toml"),
     ]);
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(said.starts_with("map: the model neither turned nor shifted\n"), "{said}");
+    let output_text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output_text.starts_with("map: the model neither turned nor shifted\n"), "{output_text}");
     // A base that opens nothing is shut in.
-    let line = said.lines().find(|l| l.starts_with("storey  0")).unwrap();
+    let line = output_text.lines().find(|l| l.starts_with("storey  0")).unwrap();
     assert!(line.contains(" m2 reached, ") && line.ends_with(" parts"), "{line}");
 }

@@ -284,12 +284,12 @@ fn full_shared_memory_is_told_and_the_last_map_stays() {
             announce("SKIPPED: there is no unshare");
             return;
         };
-        let said = String::from_utf8_lossy(&output.stderr);
-        if said.contains("Operation not permitted") || said.contains("permission denied") {
-            announce(&format!("SKIPPED: a private /dev/shm cannot be mounted: {said}"));
+        let output_text = String::from_utf8_lossy(&output.stderr);
+        if output_text.contains("Operation not permitted") || output_text.contains("permission denied") {
+            announce(&format!("SKIPPED: a private /dev/shm cannot be mounted: {output_text}"));
             return;
         }
-        assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stdout));
+        assert!(output.status.success(), "{output_text}{}", String::from_utf8_lossy(&output.stdout));
         return;
     }
     let live = Live::start();
@@ -328,8 +328,8 @@ fn full_shared_memory_is_told_and_the_last_map_stays() {
         }
     };
     configure(&format!("{config}[robot]\nresolution_m = 0.025\n"));
-    let told = wait_for_error(&|error| !error.is_empty());
-    assert!(told.contains("shared memory") || told.contains("no room"), "{told}");
+    let message = wait_for_error(&|error| !error.is_empty());
+    assert!(message.contains("shared memory") || message.contains("no room"), "{message}");
     assert!(indices.take().unwrap().is_none(), "the last maps stay");
     std::fs::remove_file(filler).unwrap();
     // Nobody asks again: it goes on by itself.

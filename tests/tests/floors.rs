@@ -13,7 +13,7 @@ fn converted(house: &House) -> Maps {
 
 /// The lines about an assumed floor.
 fn warnings(maps: &Maps) -> Vec<&str> {
-    maps.said.lines().map(str::trim).filter(|line| line.contains("so it is assumed")).collect()
+    maps.stdout.lines().map(str::trim).filter(|line| line.contains("so it is assumed")).collect()
 }
 
 #[test]
@@ -24,7 +24,7 @@ fn an_assumed_floor_is_told_once_with_from_what_and_how_much() {
     let maps = converted(&house);
     let expected = "warning: the model has too little floor (slabs, coverings, ramps), so it is assumed: \
                     \"Ground\" 24.0 m2 from its spaces";
-    assert_eq!(warnings(&maps), [expected], "{}", maps.said);
+    assert_eq!(warnings(&maps), [expected], "{}", maps.stdout);
     assert_eq!(maps.manifest["storeys"][0]["floor"], "assumed");
     assert_eq!(maps.storey(0).planning(3.0, 2.0), FREE);
 
@@ -52,10 +52,10 @@ fn a_model_of_beams_alone_says_that_nothing_is_free_because_it_holds_no_floor() 
     let expected = "warning: the model holds no floor (slab, covering, ramp), no space and no wall: its maps show obstacles, \
                     no cell is free and there are no waypoints";
     assert_eq!(warnings(&maps), Vec::<&str>::new(), "nothing is assumed");
-    assert_eq!(maps.said.matches(expected).count(), 1, "{}", maps.said);
-    let line = maps.said.lines().find(|line| line.starts_with("storey  0")).unwrap();
+    assert_eq!(maps.stdout.matches(expected).count(), 1, "{}", maps.stdout);
+    let line = maps.stdout.lines().find(|line| line.starts_with("storey  0")).unwrap();
     assert!(line.contains("0.0 m2 free, 2 obstacles, 0 waypoints, no floor in the model"), "{line}");
-    assert!(!maps.said.contains("yet"), "{}", maps.said);
+    assert!(!maps.stdout.contains("yet"), "{}", maps.stdout);
     assert_eq!(maps.manifest["storeys"][0]["status"], "no_floor");
     let storey = maps.storey(0);
     assert_eq!([storey.planning(3.0, 0.1), storey.planning(3.0, 1.5)], [OCCUPIED, UNKNOWN]);
@@ -120,7 +120,7 @@ fn of_two_levels_a_foot_apart_a_stair_joins_that_at_which_it_begins() {
         house.add("IFCSLAB", "Upper floor", PLAIN, [[top_m, 2.0, 2.6], [14.0, 10.0, 2.8]]);
         house.add_prism("IFCSTAIRFLIGHT", "Stair", "$,$,$,$,$,$", &flight_outline(2.0, foot_m, n), y);
         let maps = converted(&house);
-        assert_eq!(maps.manifest["storeys"].as_array().unwrap().len(), 3, "{}", maps.said);
+        assert_eq!(maps.manifest["storeys"].as_array().unwrap().len(), 3, "{}", maps.stdout);
         let mut ends = ways(&maps, "stair");
         ends.iter_mut().for_each(|ends| ends.sort_unstable());
         ends
@@ -144,7 +144,7 @@ fn a_sloped_slab_that_meets_floor_at_both_ends_is_a_ramp() {
     let ramp = [[6.0, 0.0], [11.0, 0.4]];
     for kind in [PLAIN, "$,.FLOOR."] {
         let maps = with(&ramp, kind);
-        assert_eq!(ways(&maps, "ramp"), [[0, 40]], "{}", maps.said);
+        assert_eq!(ways(&maps, "ramp"), [[0, 40]], "{}", maps.stdout);
         let graph = maps.json("site-graph.json");
         let edge = graph["edges"].as_array().unwrap().iter().find(|e| e["class"] == "ramp").unwrap().clone();
         let [slope_rad, rise_m, length_m] = ["slope_rad", "rise_m", "length_m"].map(|key| edge[key].as_f64().unwrap());
@@ -155,7 +155,7 @@ fn a_sloped_slab_that_meets_floor_at_both_ends_is_a_ramp() {
     // A roof beside the hall that ends nowhere, one that ends above the platform, and a slope that is too steep.
     for slope in [[[6.0, 0.0], [10.0, 0.32]], [[6.0, 0.15], [11.0, 0.55]], [[7.0, 0.0], [11.0, 0.45]]] {
         let maps = with(&slope, "$,.ROOF.");
-        assert_eq!((ways(&maps, "ramp").len(), n_levels(&maps)), (0, 1), "{slope:?}: {}", maps.said);
+        assert_eq!((ways(&maps, "ramp").len(), n_levels(&maps)), (0, 1), "{slope:?}: {}", maps.stdout);
     }
 }
 
@@ -172,7 +172,7 @@ fn rooms_without_floor_under_them_are_listed_with_area_and_reason() {
         "on no map: 1 room, 5.0 m2: Attic 5.0 m2\n",
         "on no map, without floor under them: 1 room, 16.0 m2: Void 16.0 m2\n",
     ] {
-        assert_eq!(maps.said.matches(line).count(), 1, "{line}: {}", maps.said);
+        assert_eq!(maps.stdout.matches(line).count(), 1, "{line}: {}", maps.stdout);
     }
     let report = maps.json("report.json");
     let rooms: Vec<_> = report["spaces_not_mapped"].as_array().unwrap().iter().collect();
@@ -194,7 +194,7 @@ fn an_assumed_floor_ends_where_the_floor_of_another_level_is_built() {
         let maps = converted(&house);
         let floors: Vec<&str> =
             maps.manifest["storeys"].as_array().unwrap().iter().map(|s| s["floor"].as_str().unwrap()).collect();
-        assert_eq!(floors, ["assumed", "built"], "{}", maps.said);
+        assert_eq!(floors, ["assumed", "built"], "{}", maps.stdout);
         (maps.storey(0), maps.storey(1))
     };
     // A pit is a drop-off of the hall, and a platform is in its way.

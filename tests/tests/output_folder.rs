@@ -49,9 +49,9 @@ fn a_folder_with_files_of_a_person_is_refused_and_nothing_in_it_is_touched() {
     }
     assert!(contents(&out) == before);
 
-    let (code, said) = run(&out, &["--force"]);
-    assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("notes.txt") && said.contains("maps.kept-1"), "{said}");
+    let (code, output_text) = run(&out, &["--force"]);
+    assert_eq!(code, Some(0), "{output_text}");
+    assert!(output_text.contains("notes.txt") && output_text.contains("maps.kept-1"), "{output_text}");
     let kept: Vec<String> =
         contents(&home.path().join("maps.kept-1")).into_iter().map(|(p, _)| p.display().to_string()).collect();
     assert_eq!(kept, ["notes.txt", "storeys/00-ground-floor/slam.pgm", "waypoints.csv"]);

@@ -75,13 +75,13 @@ fn the_link_follows_the_maps_and_a_program_runs_for_each() {
     watch.stop();
 
     // A later watch goes on where this one ended.
-    let told = std::fs::read_to_string(&log).unwrap();
+    let message = std::fs::read_to_string(&log).unwrap();
     let watch = Watch::start(&live, &out, &program_path);
     live.text(&[&"date", &"2024-04-27T12:00:00"]);
     wait_for(&out, "2024-04-27T12:00:00");
     watch.stop();
     let now = std::fs::read_to_string(&log).unwrap();
-    assert!(now.lines().count() <= told.lines().count() + 1, "what is there already is not told again: {now}");
+    assert!(now.lines().count() <= message.lines().count() + 1, "what is there already is not told again: {now}");
     live.down();
 }
 

@@ -1,8 +1,8 @@
 //! Folders of an output folder, and the sums of the files in them.
 
 use crate::input::ExportFile;
-use crate::letters;
 use crate::text::sha256_hex;
+use crate::transliteration;
 use messages::{MapStoreyRecord, Site};
 use std::collections::BTreeMap;
 
@@ -17,5 +17,5 @@ pub fn sums(folder: &str, files: &[ExportFile]) -> BTreeMap<String, String> {
 
 /// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.
 pub(crate) fn storey_folder(site: &Site<'_>, index: u32, storey: &MapStoreyRecord) -> String {
-    format!("storeys/{index:02}-{}", letters::slug(site.text(storey.name)))
+    format!("storeys/{index:02}-{}", transliteration::slug(site.text(storey.name)))
 }

@@ -1,7 +1,7 @@
 //! Draws the centre cross and the name of a space where they are legible.
 
-use crate::canvas::{Canvas, Rgb};
-use crate::letters::latin;
+use crate::image::{Image, Rgb};
+use crate::transliteration::latin;
 use embedded_graphics::Drawable;
 use embedded_graphics::geometry::{OriginDimensions, Point, Size};
 use embedded_graphics::mono_font::iso_8859_1::{FONT_4X6, FONT_5X8, FONT_6X10};
@@ -18,9 +18,9 @@ const HALO: Rgb = [255, 255, 255];
 const ARM: i32 = 3;
 
 /// Draws a cross at `at` and the space's name beside it, inside what is `clear` as far as possible.
-pub(crate) fn mark(canvas: &mut Canvas, at: Point, name: &str, long_name: &str, clear: impl Fn(Point) -> bool) {
+pub(crate) fn mark(image: &mut Image, at: Point, name: &str, long_name: &str, clear: impl Fn(Point) -> bool) {
     let (name, long_name) = (latin(name.trim()), latin(long_name.trim()));
-    let mut ink = Ink { points: Vec::new(), size: canvas.size() };
+    let mut ink = Ink { points: Vec::new(), size: image.size() };
     ink.points.extend((-ARM..=ARM).flat_map(|k| [at + Point::new(k, 0), at + Point::new(0, k)]));
     let choices = choices(&name, &long_name);
     let free = choices.iter().find_map(|label| {
@@ -35,7 +35,7 @@ pub(crate) fn mark(canvas: &mut Canvas, at: Point, name: &str, long_name: &str, 
     if let Some((label, corner)) = free.or_else(least) {
         label.draw(corner, &mut ink);
     }
-    ink.onto(canvas);
+    ink.onto(image);
 }
 
 /// What can be written, best first: all of it in large letters, at last the short name in small ones.
@@ -99,17 +99,17 @@ struct Ink {
 }
 
 impl Ink {
-    fn onto(self, canvas: &mut Canvas) {
+    fn onto(self, image: &mut Image) {
         for p in &self.points {
             for around in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| *p + Point::new(dx, dy))) {
                 // On pale ground ink is readable as it is.
-                if canvas.get(around).is_some_and(|colour| colour.iter().any(|&channel| channel < 150)) {
-                    canvas.set(around, HALO);
+                if image.get(around).is_some_and(|colour| colour.iter().any(|&channel| channel < 150)) {
+                    image.set(around, HALO);
                 }
             }
         }
         for p in self.points {
-            canvas.set(p, INK);
+            image.set(p, INK);
         }
     }
 }
@@ -136,10 +136,10 @@ mod tests {
 
     /// Rows of a picture of `width` x `height` in which a space from `left` on is marked at `at`; ink is `#`.
     fn drawn(width: i32, height: i32, left: i32, at: Point, long_name: &str) -> Vec<String> {
-        let mut canvas = Canvas::new(width as usize, vec![[255; 3]; (width * height) as usize]);
+        let mut image = Image::new(width as usize, vec![[255; 3]; (width * height) as usize]);
         let inside = |p: Point| left <= p.x && p.x < width && 0 <= p.y && p.y < height;
-        mark(&mut canvas, at, "7", long_name, inside);
-        let letter = |p: Point| if canvas.get(p) == Some(INK) { '#' } else { '.' };
+        mark(&mut image, at, "7", long_name, inside);
+        let letter = |p: Point| if image.get(p) == Some(INK) { '#' } else { '.' };
         (0..height).map(|y| (0..width).map(|x| letter(Point::new(x, y))).collect()).collect()
     }
 
@@ -158,10 +158,10 @@ mod tests {
 
     #[test]
     fn ink_on_dark_ground_has_a_rim() {
-        let mut canvas = Canvas::new(9, vec![[100; 3]; 81]);
-        mark(&mut canvas, Point::new(4, 4), "", "", |_| true);
-        assert_eq!([4, 2].map(|x| canvas.get(Point::new(x, 4))), [Some(INK); 2]);
-        assert_eq!(canvas.get(Point::new(2, 3)), Some(HALO));
-        assert_eq!(canvas.get(Point::new(0, 0)), Some([100; 3]));
+        let mut image = Image::new(9, vec![[100; 3]; 81]);
+        mark(&mut image, Point::new(4, 4), "", "", |_| true);
+        assert_eq!([4, 2].map(|x| image.get(Point::new(x, 4))), [Some(INK); 2]);
+        assert_eq!(image.get(Point::new(2, 3)), Some(HALO));
+        assert_eq!(image.get(Point::new(0, 0)), Some([100; 3]));
     }
 }

@@ -42,17 +42,16 @@
 //! which files were added or altered since is refused with their names; with `--force` these files are moved to
 //! `OUT.kept-1` beside it, and never deleted.
 
-mod canvas;
 mod csv;
 mod deviations;
 mod diagnostics;
 mod door_report;
 mod folders;
 mod geographic;
+mod image;
 mod input;
 mod json;
 mod labels;
-mod letters;
 mod manifest;
 mod maps;
 mod mission_plan_picture;
@@ -66,6 +65,7 @@ mod semantic;
 mod semantic_geometry;
 mod site_frame;
 mod text;
+mod transliteration;
 mod waypoints;
 
 pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};

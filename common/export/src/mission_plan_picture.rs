@@ -1,6 +1,6 @@
 //! `waypoints.png`: the map, cells that scans see, the tour and its stops; one pixel per cell, row 0 at the top.
 
-use crate::canvas::{Canvas, Rgb, picture};
+use crate::image::{Image, Rgb, picture};
 use crate::input::{ExportFile, ExportInput};
 use embedded_graphics::Drawable;
 use embedded_graphics::geometry::{OriginDimensions, Point, Size};
@@ -32,10 +32,10 @@ pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> Ex
     let spec = grid.spec();
     let seen = seen_cells(input, grid);
     let pixels = (0..spec.n_cells()).map(|index| colour(grid, index, seen[index])).collect();
-    let mut canvas = Canvas::new(spec.width as usize, pixels);
-    draw_tour(input, grid, &mut canvas);
-    draw_stops(input, grid, &mut canvas);
-    ExportFile::new(format!("{folder}/waypoints.png"), picture(&canvas))
+    let mut image = Image::new(spec.width as usize, pixels);
+    draw_tour(input, grid, &mut image);
+    draw_stops(input, grid, &mut image);
+    ExportFile::new(format!("{folder}/waypoints.png"), picture(&image))
 }
 
 fn colour(grid: &Grid<'_>, index: usize, is_seen: bool) -> Rgb {
@@ -83,21 +83,21 @@ fn pixel(spec: &GridSpec, [x, y]: [f64; 2]) -> Point {
     Point::new(cell(0, x), spec.height as i32 - 1 - cell(1, y))
 }
 
-fn draw_tour(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
+fn draw_tour(input: &ExportInput<'_>, grid: &Grid<'_>, image: &mut Image) {
     let spec = grid.spec();
     let tours = input.mission_plan.storeys.iter().filter(|s| s.map_storey == grid.head.map_storey);
     for ends in tours.flat_map(|storey| input.mission_plan.tour_of(storey).windows(2)) {
-        draw_line(canvas, pixel(&spec, ends[0]), pixel(&spec, ends[1]), TOUR);
+        draw_line(image, pixel(&spec, ends[0]), pixel(&spec, ends[1]), TOUR);
     }
 }
 
 /// A line of any length: that of a stroke, whose length is squared in 32 bits, ends at 46,340 pixels.
-fn draw_line(canvas: &mut Canvas, from: Point, to: Point, ink: Rgb888) {
+fn draw_line(image: &mut Image, from: Point, to: Point, ink: Rgb888) {
     // Drawing into memory does not fail.
-    let _ = canvas.draw_iter(Line::new(from, to).points().map(|at| Pixel(at, ink)));
+    let _ = image.draw_iter(Line::new(from, to).points().map(|at| Pixel(at, ink)));
 }
 
-fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
+fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, image: &mut Image) {
     let spec = grid.spec();
     for (number, stop) in
         input.mission_plan.waypoints.iter().filter(|w| w.map_storey == grid.head.map_storey).enumerate()
@@ -112,24 +112,24 @@ fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, canvas: &mut Canvas) {
         };
         // Drawing into memory does not fail.
         if is_scan {
-            let _ = Circle::with_center(at, 7).draw_styled(&PrimitiveStyle::with_fill(ink), canvas);
+            let _ = Circle::with_center(at, 7).draw_styled(&PrimitiveStyle::with_fill(ink), image);
         } else {
             for arm in [Point::new(3, 3), Point::new(3, -3)] {
-                draw_line(canvas, at - arm, at + arm, ink);
+                draw_line(image, at - arm, at + arm, ink);
             }
         }
         let letters = MonoTextStyle::new(&FONT_4X6, ink);
-        let _ = Text::with_baseline(&number.to_string(), at + Point::new(5, -8), letters, Baseline::Top).draw(canvas);
+        let _ = Text::with_baseline(&number.to_string(), at + Point::new(5, -8), letters, Baseline::Top).draw(image);
     }
 }
 
-impl OriginDimensions for Canvas {
+impl OriginDimensions for Image {
     fn size(&self) -> Size {
-        Canvas::size(self)
+        Image::size(self)
     }
 }
 
-impl DrawTarget for Canvas {
+impl DrawTarget for Image {
     type Color = Rgb888;
     type Error = Infallible;
 

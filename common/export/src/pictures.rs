@@ -1,6 +1,6 @@
 //! `semantic.png` and `classes.png`: one pixel per cell, row 0 at the top.
 
-use crate::canvas::{Canvas, Rgb, picture, png_bytes, rows_from_top};
+use crate::image::{Image, Rgb, picture, png_bytes, rows_from_top};
 use crate::input::{ExportFile, ExportInput};
 use crate::labels::mark;
 use embedded_graphics::geometry::Point;
@@ -38,11 +38,11 @@ pub(crate) fn files(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> [
 }
 
 /// Colours of all cells, with a cross and the name at each space's centre.
-fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Canvas {
+fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Image {
     let (site, spec) = (input.site, grid.spec());
     let (other_levels, closed) = (other_levels(input, grid), cells_of_closed_doors(input, grid));
     let pixels = (0..spec.n_cells()).map(|index| colour(input, grid, &other_levels, &closed, index)).collect();
-    let mut canvas = Canvas::new(spec.width as usize, pixels);
+    let mut image = Image::new(spec.width as usize, pixels);
     let from_top = |row: u32| (spec.height - 1 - row) as i32;
     for (index, space) in site.spaces.iter().enumerate() {
         if space.map_storey != grid.head.map_storey || space.n_rings == 0 {
@@ -57,9 +57,9 @@ fn semantic(input: &ExportInput<'_>, grid: &Grid<'_>) -> Canvas {
             }
         };
         let at = Point::new(cell.column as i32, from_top(cell.row));
-        mark(&mut canvas, at, site.text(space.name), site.text(space.long_name), clear);
+        mark(&mut image, at, site.text(space.name), site.text(space.long_name), clear);
     }
-    canvas
+    image
 }
 
 /// A space's waypoint, or the centroid of its floor if it has none.

@@ -152,12 +152,12 @@ impl Waypoints {
         let (site, mission_plan) = (input.site, input.mission_plan);
         let id = |index: usize| site.text(site.spaces[index].global_id).to_owned();
         let ScanSensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad, .. } = mission_plan.head.sensor;
-        let said = |text| text_or_null(mission_plan.text(text));
+        let optional = |text| text_or_null(mission_plan.text(text));
         let notice = |d: &messages::DiagnosticRecord| Notice {
             code: d.code.get().name(),
             message: mission_plan.text(d.message).to_owned(),
-            element: said(d.global_id),
-            name: said(d.name),
+            element: optional(d.global_id),
+            name: optional(d.name),
         };
         Self {
             frame: "map",

@@ -139,7 +139,7 @@ fn unpacked(bytes: &[u8]) -> BTreeMap<String, String> {
 }
 
 /// Texts of all elements of this name, and values of all attributes of it.
-fn said(xml: &str, name: &str) -> Vec<String> {
+fn values(xml: &str, name: &str) -> Vec<String> {
     let (mut found, mut inside) = (Vec::new(), false);
     let mut reader = quick_xml::Reader::from_str(xml);
     loop {
@@ -167,40 +167,40 @@ fn said(xml: &str, name: &str) -> Vec<String> {
 fn every_deviation_is_a_topic_with_its_component_and_nothing_else_is() {
     let files = files(&storey("north <wall> \"A\" & B\u{7}"));
     let topics = unpacked(&files["deviations.bcfzip"]);
-    assert!(said(&topics["bcf.version"], "VersionId").contains(&"2.1".to_owned()));
+    assert!(values(&topics["bcf.version"], "VersionId").contains(&"2.1".to_owned()));
     let markups: Vec<&String> =
         topics.iter().filter(|(path, _)| path.ends_with("/markup.bcf")).map(|(_, t)| t).collect();
     let views: Vec<&String> =
         topics.iter().filter(|(path, _)| path.ends_with("/viewpoint.bcfv")).map(|(_, t)| t).collect();
     assert_eq!((markups.len(), views.len(), topics.len()), (3, 3, 7));
-    let mut components: Vec<String> = views.iter().flat_map(|v| said(v, "IfcGuid")).collect();
+    let mut components: Vec<String> = views.iter().flat_map(|v| values(v, "IfcGuid")).collect();
     components.sort();
     assert_eq!(components, [EARLY, WALL]);
     for markup in &markups {
-        let guid = &said(markup, "Guid")[0];
+        let guid = &values(markup, "Guid")[0];
         assert!(topics.contains_key(&format!("{guid}/viewpoint.bcfv")), "{guid}");
         assert_eq!(guid.as_bytes()[14], b'8', "a UUID that says it is made from other data");
-        assert_eq!(said(markup, "CreationDate"), ["2024-03-09T16:00:00"]);
-        assert_eq!(said(markup, "Filename"), ["house & garden.ifc"]);
+        assert_eq!(values(markup, "CreationDate"), ["2024-03-09T16:00:00"]);
+        assert_eq!(values(markup, "Filename"), ["house & garden.ifc"]);
     }
-    let titles: Vec<String> = markups.iter().flat_map(|m| said(m, "Title")).collect();
+    let titles: Vec<String> = markups.iter().flat_map(|m| values(m, "Title")).collect();
     assert!(titles.contains(&"IfcWall north <wall> \"A\" & B\u{fffd} stands before its time".to_owned()), "{titles:?}");
-    let described: String = markups.iter().flat_map(|m| said(m, "Description")).collect();
+    let described: String = markups.iter().flat_map(|m| values(m, "Description")).collect();
     assert!(described.contains("Displaced by 300 mm: 0 mm along x, 300 mm along y"), "{described}");
 }
 
 #[test]
 fn views_look_from_above_in_the_coordinates_of_the_files() {
     let topics = unpacked(&files(&storey("wall"))["deviations.bcfzip"]);
-    let view = topics.values().find(|t| said(t, "IfcGuid").contains(&WALL.to_owned())).unwrap();
+    let view = topics.values().find(|t| values(t, "IfcGuid").contains(&WALL.to_owned())).unwrap();
     // The middle of the wall is (1, 0.05) in the map, which is turned by a quarter and moved by (1, 2, 3).
-    let number = |name: &str, k: usize| said(view, name)[k].parse::<f64>().unwrap();
+    let number = |name: &str, k: usize| values(view, name)[k].parse::<f64>().unwrap();
     let eye = ["X", "Y", "Z"].map(|axis| number(axis, 0));
     assert!((eye[0] + 1.95).abs() < 1e-3 && eye[1].abs() < 1e-3 && (eye[2] - 20.3).abs() < 1e-3, "{eye:?}");
     assert_eq!(["X", "Y", "Z"].map(|axis| number(axis, 1)), [0.0, 0.0, -1.0]);
     assert_eq!(["X", "Y", "Z"].map(|axis| number(axis, 2)), [1.0, 0.0, 0.0]);
-    let obstacle = topics.iter().find(|(path, t)| path.ends_with("bcfv") && said(t, "IfcGuid").is_empty()).unwrap();
-    assert_eq!(said(obstacle.1, "Line").len(), 4);
+    let obstacle = topics.iter().find(|(path, t)| path.ends_with("bcfv") && values(t, "IfcGuid").is_empty()).unwrap();
+    assert_eq!(values(obstacle.1, "Line").len(), 4);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 
 /// A scale is worth telling if it differs from 1 by more than this, and by more than three standard deviations.
-const WORTH_TELLING: f64 = 0.005;
+const MIN_SCALE_DEVIATION: f64 = 0.005;
 
 /// People read the poses that come so near to the best; programs get all.
 const NEAR_BEST: f64 = 0.9;
@@ -67,7 +67,7 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
     if let Some(pose) = alignment.pose() {
         line(&mut out, pose, alignment.state().name());
         let (scale, deviation) = (alignment.head.scale, alignment.head.scale_deviation);
-        if (scale - 1.0).abs() > WORTH_TELLING.max(3.0 * deviation) {
+        if (scale - 1.0).abs() > MIN_SCALE_DEVIATION.max(3.0 * deviation) {
             let _ = writeln!(out, "  lengths of the SLAM map are {scale:.4} of the model's (+-{deviation:.4})");
         }
     }
@@ -103,7 +103,7 @@ impl Pose {
 
 /// An alignment in a line, for `status` and the monitor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(crate) struct Brief {
+pub(crate) struct AlignmentSummary {
     pub(crate) epoch: u64,
     pub(crate) verdict: &'static str,
     /// What the pose rests on: `found`, `tracked`, `held` or `none`.
@@ -114,7 +114,7 @@ pub(crate) struct Brief {
     pub(crate) is_waiting: bool,
 }
 
-impl Brief {
+impl AlignmentSummary {
     /// Of an alignment and the epoch of its sample.
     pub(crate) fn of(epoch: u64, alignment: &Alignment<'_>) -> Self {
         let pose = alignment.pose();

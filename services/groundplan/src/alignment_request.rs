@@ -11,8 +11,8 @@ use messages::AlignmentVerdict;
 use std::time::{Duration, Instant};
 
 /// The alignment is there when the answer is, but for the way to this process.
-const PATIENCE: Duration = Duration::from_secs(30);
-const LOOK: Duration = Duration::from_millis(50);
+const TIMEOUT: Duration = Duration::from_secs(30);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The alignment after a request.
 ///
@@ -35,10 +35,10 @@ pub(crate) fn alignment_after(
         {
             return sample.check().map_err(Failure::work);
         }
-        if begun.elapsed() > PATIENCE {
+        if begun.elapsed() > TIMEOUT {
             return Err(Failure::work("no alignment has come: see groundplan status"));
         }
-        waiter.wait(LOOK).map_err(Failure::work)?;
+        waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
     }
 }
 

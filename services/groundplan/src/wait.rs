@@ -7,10 +7,10 @@ use messages::InputHashes;
 use std::time::{Duration, Instant};
 
 /// A daemon that does not answer within this time is not asked further.
-const PATIENCE: Duration = Duration::from_secs(600);
+const TIMEOUT: Duration = Duration::from_secs(600);
 /// A daemon that is just starting is waited for.
-const STARTING: Duration = Duration::from_secs(10);
-const LOOK: Duration = Duration::from_millis(100);
+const START_TIMEOUT: Duration = Duration::from_secs(10);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Joins the bus of a site as a client.
 ///
@@ -39,8 +39,8 @@ pub(crate) fn ask_with_progress<R: Request>(
     request: &R,
     progress: impl FnMut(&Progress),
 ) -> Result<R::Answer, Failure> {
-    let timeouts = RequestTimeouts { starting: STARTING, answer: PATIENCE };
-    let pause = || waiter.wait(LOOK).map(drop).map_err(Into::into);
+    let timeouts = RequestTimeouts { starting: START_TIMEOUT, answer: TIMEOUT };
+    let pause = || waiter.wait(POLL_INTERVAL).map(drop).map_err(Into::into);
     daemon::ask(bus, request, timeouts, progress, pause).map_err(Failure::work)
 }
 
@@ -78,9 +78,9 @@ pub(crate) fn wait_for_grids(
         {
             return Ok(());
         }
-        if begun.elapsed() > PATIENCE {
+        if begun.elapsed() > TIMEOUT {
             return Err(Failure::work("no new grids have come: see groundplan status"));
         }
-        waiter.wait(LOOK).map_err(Failure::work)?;
+        waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
     }
 }

@@ -106,14 +106,14 @@ pub fn mutate(
     seed: u32,
     any: impl FnOnce(&mut [u8], usize, usize) -> usize,
 ) -> usize {
-    let mut chance = Chance(u64::from(seed) | 1 << 32);
+    let mut random = RandomGenerator(u64::from(seed) | 1 << 32);
     let records = records(&data[..size]);
-    if records.is_empty() || chance.below(8) == 0 {
+    if records.is_empty() || random.below(8) == 0 {
         return any(data, size, max_size);
     }
     let mut text = data[..size].to_vec();
-    for _ in 0..=chance.below(3) {
-        change(&mut text, &mut chance);
+    for _ in 0..=random.below(3) {
+        change(&mut text, &mut random);
     }
     if text.len() > max_size {
         return any(data, size, max_size);
@@ -123,79 +123,79 @@ pub fn mutate(
 }
 
 /// One change.
-fn change(text: &mut Vec<u8>, chance: &mut Chance) {
+fn change(text: &mut Vec<u8>, random: &mut RandomGenerator) {
     let records = records(text);
-    let Some(record) = chance.of(&records).cloned() else { return };
-    match chance.below(16) {
+    let Some(record) = random.of(&records).cloned() else { return };
+    match random.below(16) {
         0 => drop(text.drain(record)),
         1 => {
-            let copy = with_another_id(&text[record.clone()], chance);
+            let copy = with_another_id(&text[record.clone()], random);
             text.splice(record.end..record.end, copy);
         }
         2..=4 => {
-            let made = from_template(text, &records, chance);
+            let made = from_template(text, &records, random);
             // It takes the place of a record that others refer to, or joins the file.
-            match (chance.below(2), id_of(text, &record)) {
+            match (random.below(2), id_of(text, &record)) {
                 (0, Some(id)) => {
                     let at = record.start + id.end..record.end;
                     text.splice(at, [b"=", made.as_slice(), b";"].concat());
                 }
                 _ => {
-                    let line = [format!("#{}=", 1000 + chance.below(64)).as_bytes(), &made, b";"].concat();
+                    let line = [format!("#{}=", 1000 + random.below(64)).as_bytes(), &made, b";"].concat();
                     text.splice(record.end..record.end, line);
                 }
             }
         }
         _ => {
             let tokens = tokens(&text[record.clone()]);
-            let Some(token) = chance.of(&tokens).cloned() else { return };
+            let Some(token) = random.of(&tokens).cloned() else { return };
             let token = record.start + token.start..record.start + token.end;
-            let new = replacement(text, &token, &records, chance);
+            let new = replacement(text, &token, &records, random);
             text.splice(token, new);
         }
     }
 }
 
 /// What an argument becomes: mostly of its own kind.
-fn replacement(text: &[u8], token: &Range<usize>, records: &[Range<usize>], chance: &mut Chance) -> Vec<u8> {
-    if chance.below(6) == 0 {
-        return chance.of(&WORDS).map(|w| w.as_bytes().to_vec()).unwrap_or_default();
+fn replacement(text: &[u8], token: &Range<usize>, records: &[Range<usize>], random: &mut RandomGenerator) -> Vec<u8> {
+    if random.below(6) == 0 {
+        return random.of(&WORDS).map(|w| w.as_bytes().to_vec()).unwrap_or_default();
     }
     match text[token.start] {
-        b'#' => reference(text, records, chance),
-        b'0'..=b'9' | b'-' | b'+' => match (chance.below(3), std::str::from_utf8(&text[token.clone()])) {
+        b'#' => reference(text, records, random),
+        b'0'..=b'9' | b'-' | b'+' => match (random.below(3), std::str::from_utf8(&text[token.clone()])) {
             (0, Ok(number)) => number.parse::<f64>().map_or(Vec::new(), |x| {
-                let factor = [2.0, 0.5, -1.0, 1000.0, 0.001][chance.below(5)];
+                let factor = [2.0, 0.5, -1.0, 1000.0, 0.001][random.below(5)];
                 format!("{:?}", x * factor).into_bytes()
             }),
-            _ => chance.of(&NUMBERS).map(|w| w.as_bytes().to_vec()).unwrap_or_default(),
+            _ => random.of(&NUMBERS).map(|w| w.as_bytes().to_vec()).unwrap_or_default(),
         },
         _ => {
             // An argument of another record, so that enumerations and texts are ones that occur.
-            let Some(other) = chance.of(records) else { return Vec::new() };
+            let Some(other) = random.of(records) else { return Vec::new() };
             let tokens = tokens(&text[other.clone()]);
-            chance.of(&tokens).map(|t| text[other.start + t.start..other.start + t.end].to_vec()).unwrap_or_default()
+            random.of(&tokens).map(|t| text[other.start + t.start..other.start + t.end].to_vec()).unwrap_or_default()
         }
     }
 }
 
-fn reference(text: &[u8], records: &[Range<usize>], chance: &mut Chance) -> Vec<u8> {
-    let id = chance.of(records).and_then(|r| Some(text[r.clone()][id_of(text, r)?].to_vec()));
+fn reference(text: &[u8], records: &[Range<usize>], random: &mut RandomGenerator) -> Vec<u8> {
+    let id = random.of(records).and_then(|r| Some(text[r.clone()][id_of(text, r)?].to_vec()));
     id.unwrap_or_else(|| b"$".to_vec())
 }
 
-fn from_template(text: &[u8], records: &[Range<usize>], chance: &mut Chance) -> Vec<u8> {
-    let template = chance.of(&RECORDS).copied().unwrap_or_default();
+fn from_template(text: &[u8], records: &[Range<usize>], random: &mut RandomGenerator) -> Vec<u8> {
+    let template = random.of(&RECORDS).copied().unwrap_or_default();
     let mut made = Vec::new();
     for byte in template.bytes() {
-        if byte == b'@' { made.extend(reference(text, records, chance)) } else { made.push(byte) }
+        if byte == b'@' { made.extend(reference(text, records, random)) } else { made.push(byte) }
     }
     made
 }
 
-fn with_another_id(record: &[u8], chance: &mut Chance) -> Vec<u8> {
+fn with_another_id(record: &[u8], random: &mut RandomGenerator) -> Vec<u8> {
     let equals = record.iter().position(|&b| b == b'=').unwrap_or(0);
-    [format!("#{}", 1000 + chance.below(64)).as_bytes(), &record[equals..]].concat()
+    [format!("#{}", 1000 + random.below(64)).as_bytes(), &record[equals..]].concat()
 }
 
 /// `#12` in `#12=..`, within the record.
@@ -244,9 +244,9 @@ fn tokens(record: &[u8]) -> Vec<Range<usize>> {
 }
 
 /// Numbers from a seed (splitmix64).
-struct Chance(u64);
+struct RandomGenerator(u64);
 
-impl Chance {
+impl RandomGenerator {
     fn below(&mut self, n: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

@@ -80,7 +80,7 @@ pub(crate) struct Maps {
     home: tempfile::TempDir,
     pub(crate) manifest: Value,
     /// What the program said on standard output.
-    pub(crate) said: String,
+    pub(crate) stdout: String,
 }
 
 /// Converts, and expects success.
@@ -92,7 +92,7 @@ pub(crate) fn convert(model: &Path, more: &[&str]) -> Maps {
     let output = groundplan(&arguments);
     assert!(output.status.success(), "{}: {}", model.display(), String::from_utf8_lossy(&output.stderr));
     let manifest = serde_json::from_slice(&std::fs::read(out.join("manifest.json")).unwrap()).unwrap();
-    Maps { home, manifest, said: String::from_utf8(output.stdout).unwrap() }
+    Maps { home, manifest, stdout: String::from_utf8(output.stdout).unwrap() }
 }
 
 impl Maps {

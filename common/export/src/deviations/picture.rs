@@ -1,7 +1,7 @@
 //! `deviations.png`: the SLAM map, elements coloured by observation, obstacles that are not in the model.
 
 use super::input::DeviationExport;
-use crate::canvas::{Canvas, Rgb, picture as png};
+use crate::image::{Image, Rgb, picture as png};
 use embedded_graphics::geometry::Point;
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::Primitive;
@@ -32,7 +32,7 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     let head = input.deviations.head;
     let spec = head.spec();
     if spec.n_cells() == 0 {
-        return png(&Canvas::new(1, vec![UNKNOWN]));
+        return png(&Image::new(1, vec![UNKNOWN]));
     }
     let ground = |s: &Tag<SlamCell>| if *s == SlamCell::Free { FREE } else { UNKNOWN };
     let mut pixels: Vec<Rgb> = input.deviations.seen.iter().map(ground).collect();
@@ -54,9 +54,9 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
             *pixel = if *pixel == OBSTACLE { [150, 10, 10] } else { SURFACE };
         }
     }
-    let mut canvas = Canvas::new(spec.width as usize, pixels);
-    draw_displacements(input, &spec, &mut canvas);
-    png(&canvas)
+    let mut image = Image::new(spec.width as usize, pixels);
+    draw_displacements(input, &spec, &mut image);
+    png(&image)
 }
 
 fn colour(observation: Observation, verdict: DeviationVerdict) -> Rgb {
@@ -78,7 +78,7 @@ fn paint(pixels: &mut [Rgb], spec: &GridSpec, area: &MultiPolygon, lines: &[[[i3
 }
 
 /// A line from where an element should be to where it is.
-fn draw_displacements(input: &DeviationExport<'_>, spec: &GridSpec, canvas: &mut Canvas) {
+fn draw_displacements(input: &DeviationExport<'_>, spec: &GridSpec, image: &mut Image) {
     let pixel = |p: [f64; 2]| {
         let cell = |k: usize| (p[k] * f64::from(TENTHS_PER_M) / f64::from(spec.cell_tenths)).floor();
         let [column, row] = [0, 1].map(|k| cell(k) - f64::from(spec.first_cell[k]));
@@ -90,6 +90,6 @@ fn draw_displacements(input: &DeviationExport<'_>, spec: &GridSpec, canvas: &mut
         let moved = [0, 1].map(|k| middle[k] + record.displacement_m[k]);
         let line = Line::new(pixel(middle), pixel(moved)).into_styled(PrimitiveStyle::with_stroke(MOVED, 1));
         // Drawing into memory does not fail.
-        let _ = line.primitive.draw_styled(&line.style, canvas);
+        let _ = line.primitive.draw_styled(&line.style, image);
     }
 }

@@ -41,7 +41,7 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
     let verdict = e.verdict.get();
     let element = &input.site.elements[e.element as usize];
     let [dx, dy] = e.displacement_m.map(|m| m * 1e3);
-    let said = match verdict {
+    let phrase = match verdict {
         DeviationVerdict::OnPlan | DeviationVerdict::Unknown => return None,
         DeviationVerdict::Late if e.n_contradicted > e.n_confirmed => {
             "is planned to stand, and the robot saw through its place"
@@ -61,9 +61,9 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
     Some(Topic {
         guid: uuid(&["element", global_id, verdict.name()]),
         viewpoint: uuid(&["viewpoint", global_id, verdict.name()]),
-        title: format!("{kind} {name} {said}"),
+        title: format!("{kind} {name} {phrase}"),
         description: format!(
-            "{kind} {global_id} {said}.{by} Storey {}, planned state {}. Of {:.2} m of its sides the robot judged {:.2} m: {:.2} m in \
+            "{kind} {global_id} {phrase}.{by} Storey {}, planned state {}. Of {:.2} m of its sides the robot judged {:.2} m: {:.2} m in \
              place, {:.2} m with free space inside.",
             input.storey(),
             e.planned.get().name(),

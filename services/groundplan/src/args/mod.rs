@@ -2,7 +2,7 @@
 
 mod models;
 mod overwrite;
-mod place;
+mod pose_hint;
 mod robot;
 mod schedule;
 mod site;
@@ -10,7 +10,7 @@ mod world;
 
 pub use models::ModelArgs;
 pub use overwrite::OverwriteArgs;
-pub use place::PlaceArgs;
+pub use pose_hint::PoseHintArgs;
 pub use robot::RobotArgs;
 pub use schedule::ScheduleArgs;
 pub use site::SiteArgs;

@@ -3,12 +3,12 @@
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::supervise::{PATIENCE, running};
+use crate::supervise::{TIMEOUT, running};
 use rustix::process::{Signal, kill_process};
 use std::time::{Duration, Instant};
 
 /// How often it is looked whether they are gone.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Arguments of `down`.
 #[derive(Debug, Clone, clap::Args)]
@@ -27,12 +27,12 @@ impl Run for Args {
         let config = self.site.config()?;
         let pid = running(&config.state).ok_or_else(|| Failure::work("the site is not up"))?;
         kill_process(pid, Signal::TERM).map_err(Failure::work)?;
-        let deadline = Instant::now() + 3 * PATIENCE;
+        let deadline = Instant::now() + 3 * TIMEOUT;
         while running(&config.state).is_some() {
             if Instant::now() >= deadline {
                 return Err(Failure::work(format!("process {} does not leave", pid.as_raw_nonzero())));
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_INTERVAL);
         }
         Ok(Outcome::silent())
     }

@@ -1,6 +1,6 @@
 //! `groundplan status`: who lives, what they do, what is wrong.
 
-use crate::alignment_report::Brief;
+use crate::alignment_report::AlignmentSummary;
 use crate::args::SiteArgs;
 use crate::date_argument;
 use crate::failure::Failure;
@@ -35,7 +35,7 @@ struct Status {
     #[serde(rename = "plan")]
     mission_plan: Option<MissionPlanStatus>,
     /// Where the robot's map lies; `None` while there is no such map.
-    alignment: Option<Brief>,
+    alignment: Option<AlignmentSummary>,
 }
 
 #[derive(Debug, Serialize)]
@@ -114,7 +114,7 @@ impl Run for Args {
             }
         });
         let alignment = alignment.and_then(|sample| sample.check().ok());
-        let alignment = alignment.map(|sample| Brief::of(sample.bytes().header().epoch, &sample.view()));
+        let alignment = alignment.map(|sample| AlignmentSummary::of(sample.bytes().header().epoch, &sample.view()));
         let daemons: BTreeMap<&'static str, DaemonStatus> =
             Daemon::SUPERVISED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
         let healthy =

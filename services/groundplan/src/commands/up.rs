@@ -9,7 +9,7 @@ use daemon::StopSignal;
 use std::time::Duration;
 
 /// How often the daemons are looked after.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Arguments of `up`.
 #[derive(Debug, Clone, clap::Args)]
@@ -33,10 +33,10 @@ impl Run for Args {
         let _running = Running::claim(&config.state)?;
         let mut keeper = SupervisedProcess::new("groundplan");
         let mut daemons = Daemon::SUPERVISED.map(|daemon| SupervisedProcess::new(daemon.name()));
-        while !stop.is_raised_within(LOOK) {
-            keeper.keep(&path)?;
+        while !stop.is_raised_within(POLL_INTERVAL) {
+            keeper.supervise(&path)?;
             for daemon in &mut daemons {
-                daemon.keep(&path)?;
+                daemon.supervise(&path)?;
             }
         }
         // The bus goes when nobody is on it any more.

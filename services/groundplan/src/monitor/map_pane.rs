@@ -8,7 +8,7 @@ use ratatui::style::Color;
 
 /// The grid of the storey that is shown.
 #[derive(Clone, Copy)]
-pub(crate) struct MapOf<'a> {
+pub(crate) struct GridPixels<'a> {
     pub(crate) grid: Grid<'a>,
 }
 
@@ -55,7 +55,7 @@ impl Pixel {
     }
 }
 
-impl MapOf<'_> {
+impl GridPixels<'_> {
     /// Draws the map as large as it fits, upper edge up.
     pub(crate) fn draw(&self, area: Rect, shows_keepout: bool, buffer: &mut Buffer) {
         let (width, height) = (self.grid.head.width as usize, self.grid.head.height as usize);
@@ -102,7 +102,7 @@ mod tests {
         layers.class[..100].fill(Class::Wall.id());
         layers.planning[..100].fill(100);
         writer.seal();
-        let map = MapOf { grid: Grid::open(buffer.bytes()).unwrap() };
+        let map = GridPixels { grid: Grid::open(buffer.bytes()).unwrap() };
         let area = Rect::new(0, 0, 10, 4);
         let mut drawn = Buffer::empty(area);
         map.draw(area, false, &mut drawn);

@@ -3,14 +3,13 @@
 //! `state` turns what is seen into a `snapshot::Snapshot`; `screen` draws it; `map_pane` draws the map itself. This file
 //! holds the bus, the terminal and the keys together.
 
-mod attached;
 mod map_pane;
 mod screen;
 mod snapshot;
 mod state;
+mod subscriptions;
 
 use crate::failure::Failure;
-use attached::Attached;
 use bus::{Bus, Daemon, Waiter, Waker};
 use daemon::{SiteConfig, StopSignal};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
@@ -20,6 +19,7 @@ use std::io::Write;
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+use subscriptions::Subscriptions;
 
 /// A terminal is drawn, and a line is printed, at most this often.
 const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(100);
@@ -94,7 +94,7 @@ impl Output {
         quits
     }
 
-    fn show(&mut self, state: &State, attached: Option<&Attached>) -> Result<(), Failure> {
+    fn show(&mut self, state: &State, subscriptions: Option<&Subscriptions>) -> Result<(), Failure> {
         let snapshot = state.snapshot();
         match self {
             Self::Lines => {
@@ -102,7 +102,7 @@ impl Output {
                 std::io::stdout().write_all(line.as_bytes()).map_err(Failure::work)
             }
             Self::Screen { terminal, view, .. } => {
-                let map = attached.and_then(|a| a.map(view.storey));
+                let map = subscriptions.and_then(|a| a.map(view.storey));
                 terminal.draw(|frame| screen::draw(frame, &snapshot, view, map.as_ref())).map_err(Failure::work)?;
                 Ok(())
             }
@@ -127,7 +127,7 @@ fn show(config: &SiteConfig, mut stop: StopSignal, ends: Option<Instant>, output
                 waiter.stop_on(stop.descriptor().map_err(Failure::work)?);
                 output.wake_by_keys(Some(&waiter));
                 state.joined(bus.generation());
-                if attend(&bus, &mut waiter, ends, &mut state, output)? == End::Quit {
+                if run_generation(&bus, &mut waiter, ends, &mut state, output)? == End::Quit {
                     return Ok(());
                 }
                 output.wake_by_keys(None);
@@ -151,30 +151,33 @@ enum End {
     Superseded,
 }
 
-fn attend(
+fn run_generation(
     bus: &Bus,
     waiter: &mut Waiter,
     ends: Option<Instant>,
     state: &mut State,
     output: &mut Output,
 ) -> Result<End, Failure> {
-    let mut attached = Attached::to(bus).map_err(Failure::work)?;
+    let mut subscriptions = Subscriptions::to(bus).map_err(Failure::work)?;
     let (mut drawn, mut is_new) = (Instant::now(), true);
     loop {
-        is_new |= attached.take(bus, state).map_err(Failure::work)?;
+        is_new |= subscriptions.take(bus, state).map_err(Failure::work)?;
         let since = drawn.elapsed();
         // A line tells of a change; a screen also of time that passes.
         let is_due = is_new && since >= MIN_REDRAW_INTERVAL
             || matches!(output, Output::Screen { .. }) && since >= MAX_REDRAW_INTERVAL;
         if is_due {
-            output.show(state, Some(&attached))?;
+            output.show(state, Some(&subscriptions))?;
             (drawn, is_new) = (Instant::now(), false);
         }
         let rest = if is_new { MIN_REDRAW_INTERVAL } else { MAX_REDRAW_INTERVAL }.saturating_sub(drawn.elapsed());
         let rest = ends.map_or(rest, |ends| rest.min(ends.saturating_duration_since(Instant::now())));
         let wake = waiter.wait(rest).map_err(Failure::work)?;
         is_new |= wake.woken;
-        if wake.stopped || output.take_keys(attached.n_storeys()) || ends.is_some_and(|ends| ends <= Instant::now()) {
+        if wake.stopped
+            || output.take_keys(subscriptions.n_storeys())
+            || ends.is_some_and(|ends| ends <= Instant::now())
+        {
             return Ok(End::Quit);
         }
         if wake.superseded {

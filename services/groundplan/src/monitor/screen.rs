@@ -1,6 +1,6 @@
 //! Layout of the dashboard.
 
-use super::map_pane::MapOf;
+use super::map_pane::GridPixels;
 use super::snapshot::Snapshot;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -29,7 +29,7 @@ const GOOD: Style = Style::new().fg(Color::Green);
 const BAD: Style = Style::new().fg(Color::Red);
 
 /// Draws everything; 80 columns and 24 rows are enough.
-pub(crate) fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option<&MapOf<'_>>) {
+pub(crate) fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option<&GridPixels<'_>>) {
     let n_storeys = snapshot.storeys.len() as u16;
     let n_errors = snapshot.errors.len().clamp(1, 3) as u16;
     let [head, body, errors, keys] = Layout::vertical([
@@ -124,7 +124,7 @@ fn draw_topics(frame: &mut Frame<'_>, snapshot: &Snapshot, area: Rect) {
         let latency = t.latency_ms.map_or("-".to_owned(), |ms| format!("{ms:.2} ms"));
         Row::new([t.topic.clone(), size(t.bytes), format!("{:.1}", t.rate_hz), latency, format!("{:.0} s", t.age_s)])
     });
-    let widths = [9, 9, 5, 10, 8].map(Constraint::Length);
+    let widths = [14, 8, 4, 9, 7].map(Constraint::Length);
     frame.render_widget(Table::new(rows, widths).header(head_row(["topic", "size", "Hz", "latency", "age"])), area);
 }
 
@@ -137,7 +137,7 @@ fn size(bytes: u64) -> String {
     }
 }
 
-fn draw_map(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option<&MapOf<'_>>, area: Rect) {
+fn draw_map(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option<&GridPixels<'_>>, area: Rect) {
     let name = snapshot.storeys.get(view.storey).map_or("no map", |s| s.name.as_deref().unwrap_or("without a name"));
     let block = Block::bordered().title(name);
     let inside = block.inner(area);
@@ -151,7 +151,7 @@ fn draw_map(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option
 mod tests {
     use super::super::snapshot::{DaemonLine, PlanTimeLine, StoreyLine, TopicLine};
     use super::*;
-    use crate::alignment_report::{Brief, Pose};
+    use crate::alignment_report::{AlignmentSummary, Pose};
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
@@ -201,7 +201,7 @@ mod tests {
             verdict: "current",
             why_no_map: None,
             robot: at("default"),
-            alignment: Some(Brief {
+            alignment: Some(AlignmentSummary {
                 epoch: 5,
                 verdict: "accepted",
                 state: "tracked",

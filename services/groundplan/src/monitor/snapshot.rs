@@ -1,6 +1,6 @@
 //! Contents of the dashboard, printed by `--json`.
 
-use crate::alignment_report::Brief;
+use crate::alignment_report::AlignmentSummary;
 use serde::Serialize;
 
 /// The running site at a moment.
@@ -17,7 +17,7 @@ pub(crate) struct Snapshot {
     pub(crate) why_no_map: Option<String>,
     pub(crate) robot: Option<String>,
     /// Where the robot's map lies; `None` while there is no such map.
-    pub(crate) alignment: Option<Brief>,
+    pub(crate) alignment: Option<AlignmentSummary>,
     pub(crate) storeys: Vec<StoreyLine>,
     /// The last errors, the newest first.
     pub(crate) errors: Vec<String>,

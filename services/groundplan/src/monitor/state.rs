@@ -1,7 +1,7 @@
 //! State of the monitor: received samples and derived values.
 
 use super::snapshot::{DaemonLine, PlanTimeLine, Snapshot, StoreyLine, TopicLine};
-use crate::alignment_report::Brief;
+use crate::alignment_report::AlignmentSummary;
 use crate::date_argument;
 use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, TopicName, Verdict};
 use export::text_or_null;
@@ -16,25 +16,25 @@ const MAX_ERRORS: usize = 8;
 /// What was seen of a site.
 pub(crate) struct State {
     generation: Option<u64>,
-    daemons: BTreeMap<Daemon, DaemonSeen>,
-    topics: BTreeMap<TopicName, TopicSeen>,
+    daemons: BTreeMap<Daemon, DaemonState>,
+    topics: BTreeMap<TopicName, TopicState>,
     plan_time_line: Option<PlanTimeLine>,
     plan_time_s: Option<i64>,
     robot: Option<String>,
-    alignment: Option<Brief>,
+    alignment: Option<AlignmentSummary>,
     names: Vec<String>,
     storeys: BTreeMap<usize, StoreyLine>,
     set: ConsistentSet<()>,
     errors: VecDeque<String>,
 }
 
-struct DaemonSeen {
+struct DaemonState {
     record: StatusRecord,
-    heard: Stamp,
+    received: Stamp,
     restarts: u32,
 }
 
-struct TopicSeen {
+struct TopicState {
     header: SampleHeader,
     samples: u64,
     latency: Option<Duration>,
@@ -76,51 +76,51 @@ impl State {
     }
 
     /// A heartbeat has come.
-    pub(crate) fn see_status(&mut self, now: Stamp, record: StatusRecord) {
+    pub(crate) fn on_status(&mut self, now: Stamp, record: StatusRecord) {
         let Some(daemon) = Daemon::from_id(record.daemon) else { return };
         self.set.see_heartbeat(now, daemon);
         let error = record.error();
         let before = self.daemons.get(&daemon);
-        if !error.is_empty() && before.is_none_or(|seen| seen.record.error() != error) {
+        if !error.is_empty() && before.is_none_or(|entry| entry.record.error() != error) {
             self.add_error(&format!("{daemon}: {error}"));
         }
         let restarts = self
             .daemons
             .get(&daemon)
-            .map_or(0, |seen| seen.restarts + u32::from(seen.record.process_id != record.process_id));
-        self.daemons.insert(daemon, DaemonSeen { record, heard: now, restarts });
+            .map_or(0, |entry| entry.restarts + u32::from(entry.record.process_id != record.process_id));
+        self.daemons.insert(daemon, DaemonState { record, received: now, restarts });
     }
 
     /// A sample has come. One that was published before this program looked has no latency.
-    pub(crate) fn see_sample(&mut self, now: Stamp, joined: Stamp, topic: TopicName, header: SampleHeader) {
+    pub(crate) fn on_sample(&mut self, now: Stamp, joined: Stamp, topic: TopicName, header: SampleHeader) {
         let published = Stamp(header.stamp_ns);
         let latency = (joined < published).then(|| now.since(published));
-        let seen = self.topics.entry(topic).or_insert_with(|| TopicSeen {
+        let entry = self.topics.entry(topic).or_insert_with(|| TopicState {
             header,
             samples: 0,
             latency,
             recent: VecDeque::new(),
         });
-        seen.header = header;
-        seen.latency = latency.or(seen.latency);
-        seen.samples += 1;
+        entry.header = header;
+        entry.latency = latency.or(entry.latency);
+        entry.samples += 1;
         if latency.is_some() {
-            seen.recent.push_back(now);
+            entry.recent.push_back(now);
         }
     }
 
     /// Names of the map storeys.
-    pub(crate) fn see_names(&mut self, names: Vec<String>) {
+    pub(crate) fn on_storey_names(&mut self, names: Vec<String>) {
         self.names = names;
     }
 
     /// An alignment has come.
-    pub(crate) fn see_alignment(&mut self, alignment: Brief) {
+    pub(crate) fn on_alignment(&mut self, alignment: AlignmentSummary) {
         self.alignment = Some(alignment);
     }
 
     /// A schedule state has come.
-    pub(crate) fn see_schedule_state(&mut self, now: Stamp, schedule_state: &ScheduleState<'_>) {
+    pub(crate) fn on_schedule_state(&mut self, now: Stamp, schedule_state: &ScheduleState<'_>) {
         let head = schedule_state.head;
         self.set.see_schedule_state(now, schedule_state.content_hash(), head, ());
         self.plan_time_s = date_argument::known(head.plan_time_s);
@@ -133,7 +133,7 @@ impl State {
     }
 
     /// An index of grids has come.
-    pub(crate) fn see_index(&mut self, index: &Grids<'_>) {
+    pub(crate) fn on_index(&mut self, index: &Grids<'_>) {
         self.set.see_grids(index.content_hash(), index.head, index.slots, ());
         self.robot = Some(index.robot_name.to_owned());
         let n_storeys = index.slots.len();
@@ -141,7 +141,7 @@ impl State {
     }
 
     /// A grid has come; `before` is the last one of its slot.
-    pub(crate) fn see_grid(&mut self, slot: GridSlot, epoch: u64, grid: &Grid<'_>, before: Option<&Grid<'_>>) {
+    pub(crate) fn on_grid(&mut self, slot: GridSlot, epoch: u64, grid: &Grid<'_>, before: Option<&Grid<'_>>) {
         self.set.see_grid(slot, grid.content_hash(), ());
         let cell_m2 = grid.spec().resolution_m().powi(2);
         let line = StoreyLine {
@@ -171,7 +171,7 @@ impl State {
         Snapshot {
             bus_generation: self.generation,
             daemons: self.daemon_lines(now),
-            topics: self.topics.iter().map(|(topic, seen)| seen.line(*topic, now)).collect(),
+            topics: self.topics.iter().map(|(topic, entry)| entry.line(*topic, now)).collect(),
             plan_time_line: self.plan_time_line.clone(),
             verdict: match verdict {
                 _ if why_no_map.is_some() => "no_map",
@@ -190,8 +190,8 @@ impl State {
     fn daemon_lines(&self, now: Stamp) -> Vec<DaemonLine> {
         let others = self.daemons.keys().copied().filter(|d| !Daemon::SUPERVISED.contains(d));
         let line = |daemon: Daemon| match self.daemons.get(&daemon) {
-            Some(DaemonSeen { record, heard, restarts }) => {
-                let silent = now.since(*heard);
+            Some(DaemonState { record, received, restarts }) => {
+                let silent = now.since(*received);
                 DaemonLine {
                     name: daemon.name(),
                     alive: self.generation.is_some() && silent < HEARTBEAT_PERIOD * MISSED_HEARTBEATS,
@@ -226,7 +226,7 @@ impl State {
     }
 }
 
-impl TopicSeen {
+impl TopicState {
     fn line(&self, topic: TopicName, now: Stamp) -> TopicLine {
         let recent = self.recent.iter().filter(|at| now.since(**at) < RATE_OVER).count();
         TopicLine {
@@ -287,7 +287,7 @@ mod tests {
         state.joined(1);
         let now = Stamp::now();
         for (process, error) in [(7, ""), (7, ""), (8, "it is broken"), (8, "it is broken"), (8, "")] {
-            state.see_status(now, heartbeat(Daemon::Rasterize, process, error));
+            state.on_status(now, heartbeat(Daemon::Rasterize, process, error));
         }
         let snapshot = state.snapshot_at(now + Duration::from_secs(1));
         let line = &snapshot.daemons[2];
@@ -303,15 +303,15 @@ mod tests {
         state.joined(1);
         let now = Stamp::now();
         assert_eq!(state.snapshot_at(now).verdict, "no_map");
-        state.see_names(vec!["Ground".to_owned()]);
+        state.on_storey_names(vec!["Ground".to_owned()]);
         let schedule_state = ScheduleStateBuilder::everything_built(1, 0, 0).finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).unwrap();
-        state.see_schedule_state(now, &schedule_state);
+        state.on_schedule_state(now, &schedule_state);
         let grids = [grid(-1), grid(100)];
         let [before, after] = [0, 1].map(|k| Grid::open(grids[k].bytes()).unwrap());
         let slot = GridSlot::new(0).unwrap();
-        state.see_grid(slot, 1, &before, None);
-        state.see_grid(slot, 2, &after, Some(&before));
+        state.on_grid(slot, 1, &before, None);
+        state.on_grid(slot, 2, &after, Some(&before));
         let head = GridsHead {
             site_hash: 1,
             schedule_state_hash: schedule_state.content_hash(),
@@ -322,7 +322,7 @@ mod tests {
         let index =
             GridsBuilder { head, slots, robot_name: "default", robot_footprint_m: &[], doors: &[], regions: &[] }
                 .finish();
-        state.see_index(&Grids::open(index.bytes()).unwrap());
+        state.on_index(&Grids::open(index.bytes()).unwrap());
         let snapshot = state.snapshot_at(now);
         assert_eq!((snapshot.verdict, &snapshot.why_no_map), ("current", &None));
         let storey = &snapshot.storeys[0];
@@ -337,10 +337,10 @@ mod tests {
         let mut state = State::new();
         let joined = Stamp(5_000_000_000);
         let header = |stamp_ns| SampleHeader { stamp_ns, ..SampleHeader::of(ArchiveKind::ScheduleState) };
-        state.see_sample(joined, joined, TopicName::ScheduleState, header(1_000_000_000));
+        state.on_sample(joined, joined, TopicName::ScheduleState, header(1_000_000_000));
         let line = state.snapshot_at(joined).topics.remove(0);
         assert_eq!((line.latency_ms, line.rate_hz, line.age_s), (None, 0.0, 4.0));
-        state.see_sample(Stamp(6_002_000_000), joined, TopicName::ScheduleState, header(6_000_000_000));
+        state.on_sample(Stamp(6_002_000_000), joined, TopicName::ScheduleState, header(6_000_000_000));
         let line = state.snapshot_at(Stamp(6_500_000_000)).topics.remove(0);
         assert_eq!((line.latency_ms, line.rate_hz, line.samples), (Some(2.0), 0.1, 2));
     }

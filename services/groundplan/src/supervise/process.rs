@@ -13,7 +13,7 @@ const MAX_BACK_OFF: Duration = Duration::from_secs(10);
 /// A daemon that lived this long has recovered.
 const RECOVERED: Duration = Duration::from_secs(10);
 /// Daemons that do not leave by themselves within this time are killed.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
+pub(crate) const TIMEOUT: Duration = Duration::from_secs(3);
 
 /// A process that is kept alive.
 pub(crate) struct SupervisedProcess {
@@ -34,7 +34,7 @@ impl SupervisedProcess {
     ///
     /// # Errors
     /// A process that cannot be started, or says that it cannot use the configuration.
-    pub(crate) fn keep(&mut self, config: &Path) -> Result<(), Failure> {
+    pub(crate) fn supervise(&mut self, config: &Path) -> Result<(), Failure> {
         if let Some(child) = &mut self.child {
             match child.try_wait().map_err(Failure::work)? {
                 None => {
@@ -79,7 +79,7 @@ impl SupervisedProcess {
     /// Waits until it has left, and kills it if it does not.
     pub(crate) fn stop(&mut self) {
         let Some(child) = &mut self.child else { return };
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + TIMEOUT;
         while child.try_wait().is_ok_and(|status| status.is_none()) {
             if Instant::now() >= deadline {
                 warn!(service = self.name, "does not leave; it is killed");

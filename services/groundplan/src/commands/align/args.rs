@@ -1,6 +1,6 @@
 //! Arguments and help of `align`, and the transform that it writes.
 
-use crate::args::{OverwriteArgs, PlaceArgs, SiteArgs};
+use crate::args::{OverwriteArgs, PoseHintArgs, SiteArgs};
 use crate::failure::Failure;
 use messages::PoseRecord;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ pub struct Args {
 
     /// Where it may lie.
     #[command(flatten)]
-    pub(super) place: PlaceArgs,
+    pub(super) place: PoseHintArgs,
 
     /// Write the static transform from `map`, the robot's frame, to `site_map`, the model's; only if accepted
     #[arg(long, value_name = "FILE.yaml")]

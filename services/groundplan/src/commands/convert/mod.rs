@@ -1,8 +1,8 @@
 //! `groundplan convert`: the stages one after the other, archives in the heap.
 
 mod args;
-mod drawing;
 mod notices;
+mod output;
 mod plan_time_summary;
 mod rooms;
 mod storey_choice;
@@ -15,11 +15,11 @@ use crate::progress::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
 use daemon::WorldConfig;
-use drawing::Job;
 use export::SiteFrameFile;
 use ingest::SiteFrame;
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Diagnostic, DiagnosticCode, DiagnosticRecord, ScheduleStateBuilder, Severity, Site};
+use output::Job;
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
 use std::path::Path;
@@ -29,7 +29,7 @@ use tracing::debug;
 use waypoints::MissionPlanOptions;
 
 /// Which maps are asked for.
-enum Wanted {
+enum RequestedMaps {
     /// Everything is built, whatever the schedule says.
     Everything,
     /// At a date.
@@ -50,7 +50,7 @@ impl Run for Args {
         let mut options = self.waypoint_options()?;
         let world = self.world.options(&WorldConfig::default())?;
         let schedule = ScheduleInput::read(&self.schedule)?;
-        let wanted = self.wanted(schedule.site_zone())?;
+        let requested_maps = self.requested_maps(schedule.site_zone())?;
         let folder = self.overwrite.folder_at(&self.out)?;
         let frame = self.frame()?;
         let progress = ProgressLine::new();
@@ -75,16 +75,16 @@ impl Run for Args {
                 site: &site,
                 rasterizer,
             };
-            let schedule_states = match wanted {
-                Wanted::Everything => {
+            let schedule_states = match requested_maps {
+                RequestedMaps::Everything => {
                     let schedule_state = everything_built(&site, timeline);
                     vec![job.replace(&folder, &progress, &schedule_state)?]
                 }
-                Wanted::At(period) => {
+                RequestedMaps::At(period) => {
                     let schedule_state = timeline?.schedule_state(period).finish();
                     vec![job.replace(&folder, &progress, &schedule_state)?]
                 }
-                Wanted::EveryChange => job.replace_by_all(&folder, &progress, &timeline?)?,
+                RequestedMaps::EveryChange => job.replace_by_all(&folder, &progress, &timeline?)?,
             };
             debug!(elapsed_us = micros(started), "output swapped in");
             let summary = Summary::of(&site, &self.out, schedule_states, started.elapsed(), self.json);
@@ -94,16 +94,16 @@ impl Run for Args {
 }
 
 impl Args {
-    fn wanted(&self, site_zone: Option<&TimeZone>) -> Result<Wanted, Failure> {
+    fn requested_maps(&self, site_zone: Option<&TimeZone>) -> Result<RequestedMaps, Failure> {
         let until = self.until.as_deref();
         match self.date.as_deref() {
             None if self.schedule.changes_dates() => {
                 Err(Failure::usage("--delay and --actual change dates: say which with --date"))
             }
-            None => Ok(Wanted::Everything),
+            None => Ok(RequestedMaps::Everything),
             Some("all") if until.is_some() => Err(Failure::usage("--until ends a period, and --date all has none")),
-            Some("all") => Ok(Wanted::EveryChange),
-            Some(date) => Ok(Wanted::At(date_argument::period(date, until, site_zone)?)),
+            Some("all") => Ok(RequestedMaps::EveryChange),
+            Some(date) => Ok(RequestedMaps::At(date_argument::period(date, until, site_zone)?)),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Arguments and help of `deviations`.
 
-use crate::args::{OverwriteArgs, PlaceArgs, ScheduleArgs, SiteArgs};
+use crate::args::{OverwriteArgs, PoseHintArgs, ScheduleArgs, SiteArgs};
 use std::path::PathBuf;
 
 /// Arguments of `deviations`.
@@ -33,7 +33,7 @@ pub struct Args {
 
     /// Where the map may lie.
     #[command(flatten)]
-    pub(super) place: PlaceArgs,
+    pub(super) place: PoseHintArgs,
 
     /// Rules and additions.
     #[command(flatten)]

@@ -8,8 +8,8 @@ use bus::{SiteSetReader, topics};
 use std::time::{Duration, Instant};
 
 /// A comparison follows an alignment after seconds.
-const PATIENCE: Duration = Duration::from_secs(20);
-const LOOK: Duration = Duration::from_millis(50);
+const TIMEOUT: Duration = Duration::from_secs(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Takes the deviations that fit the newest site and schedule state.
 ///
@@ -33,9 +33,9 @@ pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
             found.check_site(&site).map_err(Failure::work)?;
             return write(arguments, &site, &schedule_state, &found);
         }
-        if begun.elapsed() > PATIENCE {
+        if begun.elapsed() > TIMEOUT {
             return Err(Failure::work("nothing was compared: see groundplan align and groundplan status"));
         }
-        waiter.wait(LOOK).map_err(Failure::work)?;
+        waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
     }
 }

@@ -18,7 +18,7 @@ use std::process::Command;
 use std::time::Duration;
 use world::WorldOptions;
 
-const LOOK: Duration = Duration::from_millis(500);
+const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Writes every set of maps until it is told to stop; sets that come faster than they are written are left out.
 ///
@@ -48,7 +48,7 @@ pub(super) fn follow(arguments: &Args) -> Result<Outcome, Failure> {
                 return Ok(Outcome::silent());
             }
         }
-        if stop.is_raised_within(LOOK) {
+        if stop.is_raised_within(POLL_INTERVAL) {
             return Ok(Outcome::silent());
         }
     }
@@ -81,7 +81,7 @@ fn follow_generation(
             watched.write(config, &mut sets, epoch)?;
             last = Some(epoch);
         }
-        let wake = waiter.wait(LOOK).map_err(Failure::work)?;
+        let wake = waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
         if wake.stopped || wake.superseded {
             return Ok(wake.stopped);
         }

@@ -13,8 +13,8 @@ use sets::Sets;
 use std::time::{Duration, Instant};
 
 /// Samples that belong together are waited for.
-const PATIENCE: Duration = Duration::from_secs(30);
-const LOOK: Duration = Duration::from_millis(50);
+const TIMEOUT: Duration = Duration::from_secs(30);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 impl Run for Args {
     /// Writes the output folder at the plan time that the daemons hold: the same bytes as `convert --date` at that instant.
@@ -32,12 +32,12 @@ impl Run for Args {
         let mut sets = Sets::of(&bus)?;
         let begun = Instant::now();
         while !sets.take()? {
-            if begun.elapsed() > PATIENCE {
+            if begun.elapsed() > TIMEOUT {
                 return Err(Failure::work(
                     "site, schedule state and grids do not come together: see groundplan status",
                 ));
             }
-            waiter.wait(LOOK).map_err(Failure::work)?;
+            waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
         }
         let files = sets.files(&config, world.as_ref())?;
         report_set_aside(folder.replace(&files).map_err(Failure::work)?);

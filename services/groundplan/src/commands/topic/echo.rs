@@ -1,7 +1,7 @@
 //! `groundplan topic echo`: samples of a topic as JSON.
 
 use super::description::describe;
-use super::samples::{LOOK, samples, stoppable};
+use super::samples::{POLL_INTERVAL, samples, stoppable};
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use bus::TopicName;
@@ -10,11 +10,11 @@ use std::time::Duration;
 
 /// A topic whose last sample has not come within this time has none. Producers that give way to all other processes may take
 /// long to serve a newcomer.
-const PATIENCE: Duration = Duration::from_secs(5);
+const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Prints the last sample.
 pub(super) fn echo(site: &SiteArgs, topic: TopicName, json: bool) -> Result<String, Failure> {
-    let found = samples(site, &[topic], PATIENCE)?.pop();
+    let found = samples(site, &[topic], TIMEOUT)?.pop();
     let (_, sample) = found.ok_or_else(|| Failure::work(format!("{topic} has no sample")))?;
     let described = describe(&sample).map_err(Failure::work)?;
     let text = if json { serde_json::to_string(&described) } else { serde_json::to_string_pretty(&described) };
@@ -33,7 +33,7 @@ pub(super) fn follow(site: &SiteArgs, topic: TopicName) -> Result<String, Failur
                 return Ok(String::new());
             }
         }
-        let wake = waiter.wait(LOOK).map_err(Failure::work)?;
+        let wake = waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
         if wake.stopped || wake.superseded {
             return Ok(String::new());
         }

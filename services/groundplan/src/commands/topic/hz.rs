@@ -1,6 +1,6 @@
 //! `groundplan topic hz`: how often samples of a topic come, how large they are, how long they take.
 
-use super::samples::{LOOK, stoppable};
+use super::samples::{POLL_INTERVAL, stoppable};
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use bus::{Stamp, TopicName};
@@ -36,7 +36,7 @@ pub(super) fn hz(site: &SiteArgs, topic: TopicName, seconds: Option<f64>, json: 
                 bytes.push(sample.header().payload_length as f64);
             }
         }
-        let rest = ends.map_or(LOOK, |ends| LOOK.min(ends.saturating_duration_since(Instant::now())));
+        let rest = ends.map_or(POLL_INTERVAL, |ends| POLL_INTERVAL.min(ends.saturating_duration_since(Instant::now())));
         let wake = waiter.wait(rest).map_err(Failure::work)?;
         if wake.stopped || wake.superseded || ends.is_some_and(|ends| ends <= Instant::now()) {
             break;

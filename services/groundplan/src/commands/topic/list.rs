@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::time::Duration;
 
 /// Most of the topics that are asked for have no sample; see `echo`.
-const PATIENCE: Duration = Duration::from_millis(500);
+const TIMEOUT: Duration = Duration::from_millis(500);
 
 /// A topic that has a sample.
 #[derive(Debug, Serialize)]
@@ -34,7 +34,7 @@ pub(super) fn list(site: &SiteArgs, json: bool) -> Result<String, Failure> {
         TopicName::Deviations,
     ];
     let topics: Vec<TopicName> = others.into_iter().chain(slots).collect();
-    let listed = samples(site, &topics, PATIENCE)?.into_iter().map(|(topic, sample)| {
+    let listed = samples(site, &topics, TIMEOUT)?.into_iter().map(|(topic, sample)| {
         let header = sample.header();
         Listed {
             topic: topic.to_string(),
@@ -50,7 +50,7 @@ pub(super) fn list(site: &SiteArgs, json: bool) -> Result<String, Failure> {
         return Ok(serde_json::to_string(&listed).map_err(Failure::work)? + "\n");
     }
     let line = |l: &Listed| {
-        format!("{:<10} {:<13} epoch {:<8} {:>12} bytes  {:.1} s old\n", l.topic, l.producer, l.epoch, l.bytes, l.age_s)
+        format!("{:<14} {:<13} epoch {:<8} {:>12} bytes  {:.1} s old\n", l.topic, l.producer, l.epoch, l.bytes, l.age_s)
     };
     Ok(listed.iter().map(line).collect())
 }

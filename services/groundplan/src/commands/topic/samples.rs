@@ -8,7 +8,7 @@ use daemon::StopSignal;
 use std::time::{Duration, Instant};
 
 /// How often it is looked for samples.
-pub(super) const LOOK: Duration = Duration::from_millis(200);
+pub(super) const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
 /// A client that SIGTERM and SIGINT stop.
 pub(super) fn stoppable(site: &SiteArgs) -> Result<(Bus, Waiter), Failure> {
@@ -35,7 +35,9 @@ pub(super) fn samples(
                 *found = Some(sample);
             }
         }
-        waiter.wait(deadline.saturating_duration_since(Instant::now()).min(LOOK / 4)).map_err(Failure::work)?;
+        waiter
+            .wait(deadline.saturating_duration_since(Instant::now()).min(POLL_INTERVAL / 4))
+            .map_err(Failure::work)?;
     }
     Ok(topics.iter().zip(found).filter_map(|(topic, sample)| Some((*topic, sample?))).collect())
 }

@@ -5,7 +5,7 @@ use daemon::PoseHint;
 
 /// Where a robot's map may lie in the model's.
 #[derive(Debug, Clone, clap::Args)]
-pub struct PlaceArgs {
+pub struct PoseHintArgs {
     /// Index of the storey [default: all are tried]
     #[arg(long, value_name = "INDEX")]
     pub(crate) storey: Option<u32>,
@@ -19,7 +19,7 @@ pub struct PlaceArgs {
     hint_radius: Vec<f64>,
 }
 
-impl PlaceArgs {
+impl PoseHintArgs {
     /// The guess, as a daemon is given it.
     pub(crate) fn pose_hint(&self) -> Option<PoseHint> {
         let &[x_m, y_m, yaw_deg] = self.hint.as_deref()?.first_chunk::<3>()?;

@@ -1,8 +1,8 @@
 //! Subscriptions of the monitor to all topics.
 
-use super::map_pane::MapOf;
+use super::map_pane::GridPixels;
 use super::state::State;
-use crate::alignment_report::Brief;
+use crate::alignment_report::AlignmentSummary;
 use bus::{
     Bus, CheckedSample, GridSlot, PortError, RawSubscriber, ReceiveError, SiteSample, SiteSamples, Stamp, StatusReader,
     Subscriber, Topic, TopicName, topics,
@@ -10,7 +10,7 @@ use bus::{
 use messages::Checked;
 
 /// Subscriptions to everything that is published; of each grid the newest sample is held.
-pub(crate) struct Attached {
+pub(crate) struct Subscriptions {
     joined: Stamp,
     status: StatusReader,
     sites: Subscriber<topics::Site>,
@@ -26,7 +26,7 @@ pub(crate) struct Attached {
 
 /// The bus refuses.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum AttachError {
+pub(crate) enum SubscriptionError {
     /// An end cannot be opened.
     #[error(transparent)]
     Port(#[from] PortError),
@@ -35,7 +35,7 @@ pub(crate) enum AttachError {
     Receive(#[from] ReceiveError),
 }
 
-impl Attached {
+impl Subscriptions {
     pub(crate) fn to(bus: &Bus) -> Result<Self, PortError> {
         let others = [TopicName::MissionPlan, TopicName::SlamMap, TopicName::Deviations];
         Ok(Self {
@@ -57,47 +57,47 @@ impl Attached {
     }
 
     /// The map of a storey, if its grid is there.
-    pub(crate) fn map(&self, storey: usize) -> Option<MapOf<'_>> {
-        Some(MapOf { grid: self.samples.grid(GridSlot::new(storey)?)?.view() })
+    pub(crate) fn map(&self, storey: usize) -> Option<GridPixels<'_>> {
+        Some(GridPixels { grid: self.samples.grid(GridSlot::new(storey)?)?.view() })
     }
 
     /// Takes what has come; true if anything has.
-    pub(crate) fn take(&mut self, bus: &Bus, state: &mut State) -> Result<bool, AttachError> {
+    pub(crate) fn take(&mut self, bus: &Bus, state: &mut State) -> Result<bool, SubscriptionError> {
         let mut is_new = false;
         while let Some(record) = self.status.take()? {
-            state.see_status(Stamp::now(), record);
+            state.on_status(Stamp::now(), record);
             is_new = true;
         }
         // What is damaged is not shown; its reader says so.
-        if let Some(site) = seen(&self.sites, self.joined, state, &mut is_new)? {
+        if let Some(site) = take_sample(&self.sites, self.joined, state, &mut is_new)? {
             let site = site.view();
-            state.see_names(site.map_storeys.iter().map(|s| site.text(s.name).to_owned()).collect());
+            state.on_storey_names(site.map_storeys.iter().map(|s| site.text(s.name).to_owned()).collect());
         }
-        if let Some(schedule_state) = seen(&self.schedule_states, self.joined, state, &mut is_new)? {
-            state.see_schedule_state(Stamp::now(), &schedule_state.view());
+        if let Some(schedule_state) = take_sample(&self.schedule_states, self.joined, state, &mut is_new)? {
+            state.on_schedule_state(Stamp::now(), &schedule_state.view());
         }
-        if let Some(index) = seen(&self.indices, self.joined, state, &mut is_new)? {
+        if let Some(index) = take_sample(&self.indices, self.joined, state, &mut is_new)? {
             let n_storeys = index.view().slots.len();
             self.grids.truncate(n_storeys);
             self.samples.truncate_grids(n_storeys);
             for slot in GridSlot::all().take(n_storeys).skip(self.grids.len()) {
                 self.grids.push(bus.subscriber(topics::Grid(slot))?);
             }
-            state.see_index(&index.view());
+            state.on_index(&index.view());
         }
-        if let Some(alignment) = seen(&self.alignments, self.joined, state, &mut is_new)? {
-            state.see_alignment(Brief::of(alignment.bytes().header().epoch, &alignment.view()));
+        if let Some(alignment) = take_sample(&self.alignments, self.joined, state, &mut is_new)? {
+            state.on_alignment(AlignmentSummary::of(alignment.bytes().header().epoch, &alignment.view()));
         }
         for subscriber in &self.others {
             if let Some(sample) = subscriber.take()? {
                 is_new = true;
-                state.see_sample(Stamp::now(), self.joined, sample.topic(), *sample.header());
+                state.on_sample(Stamp::now(), self.joined, sample.topic(), *sample.header());
             }
         }
         for (slot, subscriber) in GridSlot::all().zip(&self.grids) {
-            if let Some(grid) = seen(subscriber, self.joined, state, &mut is_new)? {
+            if let Some(grid) = take_sample(subscriber, self.joined, state, &mut is_new)? {
                 let before = self.samples.grid(slot).map(Checked::view);
-                state.see_grid(slot, grid.bytes().header().epoch, &grid.view(), before.as_ref());
+                state.on_grid(slot, grid.bytes().header().epoch, &grid.view(), before.as_ref());
                 self.samples.see(SiteSample::Grid(slot, grid));
             }
         }
@@ -106,7 +106,7 @@ impl Attached {
 }
 
 /// The newest sample of a topic, if one has come that is whole; its header is shown in any case.
-fn seen<T: Topic>(
+fn take_sample<T: Topic>(
     subscriber: &Subscriber<T>,
     joined: Stamp,
     state: &mut State,
@@ -114,6 +114,6 @@ fn seen<T: Topic>(
 ) -> Result<Option<CheckedSample<T>>, ReceiveError> {
     let Some(sample) = subscriber.take()? else { return Ok(None) };
     *is_new = true;
-    state.see_sample(Stamp::now(), joined, subscriber.topic().name(), *sample.header());
+    state.on_sample(Stamp::now(), joined, subscriber.topic().name(), *sample.header());
     Ok(sample.check().ok())
 }

@@ -6,12 +6,12 @@ use embedded_graphics::geometry::{Point, Size};
 pub(crate) type Rgb = [u8; 3];
 
 /// Pixels stored from the bottom row, as grids are; addressed from the top, as pictures are.
-pub(crate) struct Canvas {
+pub(crate) struct Image {
     width: usize,
     pixels: Vec<Rgb>,
 }
 
-impl Canvas {
+impl Image {
     pub(crate) fn new(width: usize, pixels: Vec<Rgb>) -> Self {
         Self { width, pixels }
     }
@@ -43,9 +43,9 @@ impl Canvas {
 }
 
 /// The canvas as a PNG file.
-pub(crate) fn picture(canvas: &Canvas) -> Vec<u8> {
-    let colours: Vec<u8> = rows_from_top(&canvas.pixels, canvas.width).flatten().flatten().copied().collect();
-    png_bytes(canvas.width as u32, canvas.height() as u32, png::ColorType::Rgb, &colours)
+pub(crate) fn picture(image: &Image) -> Vec<u8> {
+    let colours: Vec<u8> = rows_from_top(&image.pixels, image.width).flatten().flatten().copied().collect();
+    png_bytes(image.width as u32, image.height() as u32, png::ColorType::Rgb, &colours)
 }
 
 /// Rows of a layer, the last first.
@@ -74,10 +74,10 @@ mod tests {
 
     #[test]
     fn the_top_of_the_picture_is_the_last_row_of_the_grid() {
-        let mut canvas = Canvas::new(2, vec![WHITE; 4]);
-        canvas.set(Point::new(1, 0), GREEN);
-        canvas.set(Point::new(9, 9), GREEN);
-        assert_eq!(canvas.pixels, [WHITE, WHITE, WHITE, GREEN]);
-        assert_eq!(canvas.get(Point::new(-1, 0)), None);
+        let mut image = Image::new(2, vec![WHITE; 4]);
+        image.set(Point::new(1, 0), GREEN);
+        image.set(Point::new(9, 9), GREEN);
+        assert_eq!(image.pixels, [WHITE, WHITE, WHITE, GREEN]);
+        assert_eq!(image.get(Point::new(-1, 0)), None);
     }
 }
