@@ -4,10 +4,10 @@ use bus::Waker;
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// How far a daemon has come with a request.
+/// Progress of a daemon with a request.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Progress {
-    /// What it is doing, in words.
+    /// What it is doing.
     pub doing: String,
     /// Percent of the whole work that is done, at most 100; it does not fall.
     pub percent: u8,
@@ -15,8 +15,8 @@ pub struct Progress {
 
 /// Where a service reports the progress of a request, from any thread.
 ///
-/// Reporting neither waits nor fails, whether the client still listens or not: the loop sends the newest report when it
-/// looks, and those in between are left out. The default one reports to no client.
+/// Reporting neither waits nor fails, also when the client is gone: the loop sends only the newest report. The default
+/// one reports to no client.
 #[derive(Clone, Default)]
 pub struct Reporter {
     newest: Arc<Mutex<Newest>>,

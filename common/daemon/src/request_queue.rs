@@ -55,7 +55,8 @@ impl<R: Request> RequestQueue<R> {
         Some((request, reporter))
     }
 
-    /// Sends what the service reported since the last time. What cannot be sent is left out: the answer counts.
+    /// Sends what the service reported since the last time. Progress that cannot be sent is left out; only the answer
+    /// matters.
     pub(crate) fn send_progress(&self) {
         let Some(Current { command, reporter }) = &self.current else { return };
         let Some(progress) = reporter.take() else { return };

@@ -296,7 +296,7 @@ impl<R: Request> ServiceLoop<R> {
     }
 }
 
-/// The archives whose epoch a daemon's heartbeat tells.
+/// The kind of archive whose epoch is in the heartbeat of a daemon.
 fn output(daemon: Daemon) -> ArchiveKind {
     match daemon {
         Daemon::IfcIngest => ArchiveKind::Site,
@@ -308,7 +308,7 @@ fn output(daemon: Daemon) -> ArchiveKind {
     }
 }
 
-/// Resident memory of this process; 0 if the system does not tell.
+/// Resident memory of this process; 0 if it is not known.
 fn resident_bytes() -> u64 {
     let pages = std::fs::read_to_string("/proc/self/statm").ok();
     pages.and_then(|t| t.split(' ').nth(1)?.parse::<u64>().ok()).unwrap_or(0) * 4_096

@@ -8,7 +8,7 @@ use crate::service::{Done, Event, Service};
 use bus::{Bus, RawSample, Waker};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// What the service is given. Samples are validated on its thread, because that takes time.
+/// A job of the service. Samples are validated on its thread, because that takes time.
 pub(crate) enum Job<R> {
     Attach(Bus, Waker),
     Sample(RawSample),
@@ -17,10 +17,10 @@ pub(crate) enum Job<R> {
     Tick,
 }
 
-/// What came of a job; the answer is as it goes to the client, and empty where no client asked.
+/// The result of a job; the answer is serialised for the client, and empty for jobs without a client.
 pub(crate) type Outcome = Result<Done<Vec<u8>>, Failure>;
 
-/// The ends of the loop. A service that panics closes them.
+/// Channels of the loop. A panic of the service closes them.
 pub(crate) struct ServiceThread<R> {
     pub(crate) jobs: Sender<Job<R>>,
     pub(crate) outcomes: Receiver<Outcome>,
@@ -29,11 +29,11 @@ pub(crate) struct ServiceThread<R> {
 /// Starts the thread.
 ///
 /// # Errors
-/// The system has no threads to give.
+/// The system cannot start a thread.
 pub(crate) fn start<S: Service + 'static>(name: &str, service: S) -> Result<ServiceThread<S::Request>, Failure> {
     let (to_service, jobs) = channel();
     let (outcomes, from_service) = channel();
-    // The service lives on a thread of the pool that its parallel work runs on: handing work to a pool from outside
+    // The service runs on a thread of the pool that its parallel work runs on: handing work to a pool from outside
     // costs an allocation now and then, and a thread.
     let pool = rayon::ThreadPoolBuilder::new().build()?;
     let thread = std::thread::Builder::new().name(name.to_owned());
@@ -69,7 +69,7 @@ fn in_bytes<A: serde::Serialize>(done: Done<A>) -> Outcome {
     Ok(done.answered(bytes))
 }
 
-/// Where outcomes go. A service that panics closes it, and the loop hears of that at once.
+/// The sender of outcomes. A panic of the service closes it and wakes the loop.
 struct ResultSender {
     outcomes: Option<Sender<Outcome>>,
     waker: Option<Waker>,

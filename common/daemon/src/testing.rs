@@ -37,7 +37,7 @@ impl Request for TestRequest {
     type Answer = u32;
 }
 
-/// Notes when it was asked what.
+/// Records its events.
 #[derive(Default)]
 pub(crate) struct RecordingService {
     pub(crate) recorded: Option<Sender<(Instant, &'static str)>>,

@@ -9,7 +9,7 @@ use serde::Serialize;
 pub(crate) struct Diagnostic {
     /// `info`, `warning` or `error`.
     severity: &'static str,
-    /// Stable word for programs.
+    /// Stable code for programs.
     code: &'static str,
     /// The file, if one is meant.
     file: Option<String>,

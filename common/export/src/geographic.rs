@@ -49,7 +49,7 @@ pub(crate) struct Geographic<'a> {
 }
 
 impl<'a> Geographic<'a> {
-    /// Looks the site's projected system up, and tries it at the origin of the map.
+    /// Finds the site's projected system, and tests it at the origin of the map.
     ///
     /// The error is a sentence for people: why there are no latitudes and longitudes.
     pub(crate) fn of(site: &'a Site<'a>) -> Result<Self, String> {

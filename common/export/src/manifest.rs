@@ -42,7 +42,7 @@ impl DatesManifest {
     }
 }
 
-/// Files with a manifest that lists them, for output that is not a site's maps: `head` is an object of what else it tells.
+/// Files with a manifest that lists them, for output that is not a site's maps: `head` is an object of its other keys.
 pub fn with_manifest(head: serde_json::Value, mut files: Vec<ExportFile>) -> Vec<ExportFile> {
     let mut manifest = serde_json::json!({"tool": TOOL, "version": VERSION});
     for (key, value) in head.as_object().into_iter().flatten() {
@@ -53,7 +53,7 @@ pub fn with_manifest(head: serde_json::Value, mut files: Vec<ExportFile>) -> Vec
     files
 }
 
-/// The word by which a manifest is known to be of this program.
+/// The value that identifies manifests of this program.
 pub(crate) const TOOL: &str = "groundplan";
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 

@@ -99,8 +99,8 @@ impl NotMapped {
 /// A room has floor if as much of its cells are floor.
 const MIN_FLOOR_SHARE: f64 = 0.02;
 
-/// Rooms with a body that are on no map, from large to small: no gross areas, nothing outdoors. Of storeys that are not written, or
-/// have no floor anywhere yet, nothing is said.
+/// Rooms with a body that are on no map, from large to small: no gross areas, nothing outdoors. Of storeys that are not
+/// written, or have no floor anywhere yet, there is no report.
 pub fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<RoomNotMapped> {
     let site = input.site;
     let mut without_floor = vec![false; site.spaces.len()];

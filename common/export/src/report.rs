@@ -42,7 +42,7 @@ pub struct Report {
     spaces_without_waypoint: Vec<SpaceReport>,
     /// Latitudes and longitudes of the waypoints, or why there are none.
     geographic: GeographicReport,
-    /// Everything else that somebody should know.
+    /// All other diagnostics.
     diagnostics: Vec<Diagnostic>,
 }
 

@@ -183,8 +183,8 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
     json!({"type": "FeatureCollection", "name": "route", "features": features})
 }
 
-/// A way to another storey, for whoever reads the file. It is a collection of one line, because Nav2 takes every line for an
-/// edge of its graph, and the other end of this one is in another storey's graph.
+/// A connection to another storey, for readers of the file. It is a collection of one line, because Nav2 takes every
+/// line for an edge of its graph, and the other end of this one is in another storey's graph.
 fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord) -> Value {
     let storey_of = |node: u32| input.mission_plan.nodes[node as usize].map_storey;
     let [from, to] = edge.nodes;

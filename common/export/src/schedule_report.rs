@@ -17,13 +17,13 @@ pub struct ScheduleReport {
     undated: Vec<String>,
     /// Objects whose date fits two orders; other dates of the file decided.
     ambiguous: Vec<String>,
-    /// Objects that have a word where a date should be.
+    /// Objects with a placeholder in place of a date.
     placeholders: Vec<String>,
     /// Objects with a date that could not be used.
     unreadable: Vec<String>,
     /// Tasks without dates.
     undated_tasks: Vec<String>,
-    /// Elements that are to be demolished or temporary, but nothing says when.
+    /// Elements that are to be demolished or temporary, without a date.
     status_without_date: Vec<String>,
 }
 

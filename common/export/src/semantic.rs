@@ -117,7 +117,7 @@ struct Attributes {
     /// Names of its materials.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     materials: Vec<String>,
-    /// True if a lidar looks through it.
+    /// True if it is transparent to a lidar.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     glass: bool,
     /// True if its body could not be made and a box stands in.
@@ -171,7 +171,7 @@ struct Door {
     passage: BTreeMap<u32, &'static str>,
 }
 
-/// Measures of a stair; nulls where neither the file nor its body tells.
+/// Measures of a stair; nulls where neither the file nor its body has them.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Stair {
     /// Number of risers.

@@ -30,7 +30,7 @@ pub struct Waypoints {
     scanning_s: f64,
     /// What became of each map storey that is written.
     storeys: Vec<StoreyOutcome>,
-    /// What somebody should know.
+    /// Notices.
     notices: Vec<Notice>,
     /// The waypoints.
     waypoints: Vec<Waypoint>,
@@ -83,7 +83,7 @@ struct StoreyOutcome {
 
 #[derive(Debug, Serialize, JsonSchema)]
 struct Notice {
-    /// Stable word for programs.
+    /// Stable code for programs.
     code: &'static str,
     /// One sentence for people.
     message: String,
@@ -141,7 +141,7 @@ struct SpaceOutcome {
     coverage: Option<f64>,
     /// Why it has no waypoint; null if it has one.
     reason: Option<String>,
-    /// The same as a word for programs: `blocked`, `closed_door`, `too_narrow` ..
+    /// The same as a code for programs: `blocked`, `closed_door`, `too_narrow` ..
     why: Option<&'static str>,
     /// GlobalId of the door that is closed to the robot.
     door: Option<String>,

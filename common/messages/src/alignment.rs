@@ -13,15 +13,15 @@ mod section {
     pub(super) const CANDIDATES: u32 = 3;
 }
 
-/// How sure an alignment is.
+/// Verdict on an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum AlignmentVerdict {
-    /// One pose, and no other comes near.
+    /// One pose without a rival.
     Accepted = 0,
-    /// Several poses that cannot be told apart, or one that is not held in place.
+    /// Several poses that fit equally well, or one that is not constrained in all directions.
     Ambiguous = 1,
-    /// No pose is to be believed.
+    /// No pose fits.
     Refused = 2,
 }
 
@@ -36,7 +36,7 @@ impl AlignmentVerdict {
     }
 }
 
-/// What the pose that counts rests on.
+/// How the current pose was obtained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum PoseState {
@@ -46,7 +46,7 @@ pub enum PoseState {
     Found = 1,
     /// The last pose was refined with the newest map.
     Tracked = 2,
-    /// The newest map does not bear it out: the last pose stays.
+    /// The newest map does not confirm it: the last pose is kept.
     Held = 3,
 }
 
@@ -62,15 +62,15 @@ impl PoseState {
     }
 }
 
-/// What speaks for a pose; all from 0 to 1.
+/// Evidence for a pose; all from 0 to 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct PoseEvidence {
-    /// How well walls lie on walls: what poses are compared by.
+    /// Agreement of walls: the score by which poses are compared.
     pub score: f64,
-    /// How much of the SLAM map's walls the model has.
+    /// Share of the SLAM map's walls that the model has.
     pub precision: f64,
-    /// How much of the model's walls that the robot has seen the SLAM map has.
+    /// Share of the visible walls of the model that the SLAM map has.
     pub recall: f64,
     /// Share of the SLAM map's free cells that are free in the model.
     pub free: f64,
@@ -82,11 +82,11 @@ pub struct PoseEvidence {
 pub struct PoseRecord {
     /// `map_from_slam`: x, y in metres, yaw in radians.
     pub map_from_slam: [f64; 3],
-    /// Covariance of where [`PoseRecord::about_m`] comes to lie (x, y) and of yaw, row-major.
+    /// Covariance of the position of [`PoseRecord::about_m`] (x, y) and of yaw, row-major.
     pub covariance: [f64; 9],
-    /// The middle of what the SLAM map shows, in its frame.
+    /// The middle of the mapped area, in the frame of the SLAM map.
     pub about_m: [f64; 2],
-    /// What speaks for it.
+    /// Evidence for it.
     pub evidence: PoseEvidence,
     /// Map storey; [`NONE`] for a map without a site.
     pub map_storey: u32,
@@ -95,7 +95,7 @@ pub struct PoseRecord {
 }
 const _: () = assert!(size_of::<PoseRecord>() == 152);
 
-/// What was found: one record.
+/// Head of an alignment: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct AlignmentHead {
@@ -105,21 +105,21 @@ pub struct AlignmentHead {
     pub slam_map_hash: u64,
     /// The plan time of the reference, or [`crate::ScheduleStateHead::NO_TIME`].
     pub plan_time_s: i64,
-    /// The pose that counts; zeros unless [`AlignmentHead::state`] says that there is one.
+    /// The current pose; zeros unless [`AlignmentHead::state`] says that there is one.
     pub pose: PoseRecord,
-    /// A pose that waits for somebody to confirm it; zeros unless [`AlignmentHead::is_waiting`].
+    /// A pose that waits for an operator to confirm it; zeros unless [`AlignmentHead::is_waiting`].
     pub waiting: PoseRecord,
-    /// Side of what the robot maps, as a share of the model's: 1 if its lengths are right.
+    /// Scale of the SLAM map against the model; 1 if its lengths are right.
     pub scale: f64,
     /// Standard deviation of the scale.
     pub scale_deviation: f64,
-    /// Why the newest judgement is not `accepted`; empty if it is.
+    /// Why the newest verdict is not `accepted`; empty if it is.
     pub reason: Text,
-    /// How sure the newest map is.
+    /// Verdict on the newest map.
     pub verdict: Tag<AlignmentVerdict>,
-    /// What the pose that counts rests on.
+    /// How the current pose was obtained.
     pub state: Tag<PoseState>,
-    /// 1 if a pose waits to be confirmed.
+    /// 1 if there is a pending pose.
     pub is_waiting: u32,
     /// Zero.
     pub reserved: u32,
@@ -131,14 +131,14 @@ const _: () = assert!(size_of::<AlignmentHead>() == 368);
 pub struct Alignment<'a> {
     archive: Archive<'a>,
     strings: &'a str,
-    /// What was found.
+    /// Head of the alignment.
     pub head: &'a AlignmentHead,
     /// Poses that fit the newest map, best first.
     pub candidates: &'a [PoseRecord],
 }
 
 impl<'a> Alignment<'a> {
-    /// Most poses that are told.
+    /// Candidates that are listed.
     pub const MAX_CANDIDATES: usize = 64;
 
     /// Validates and views an archive.
@@ -160,7 +160,7 @@ impl<'a> Alignment<'a> {
         if whole { Ok(alignment) } else { Err(ArchiveError::Index { what: "a pose" }) }
     }
 
-    /// The sections of an archive; what is in them is not looked at.
+    /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             archive,
@@ -175,22 +175,22 @@ impl<'a> Alignment<'a> {
         self.archive.content_hash()
     }
 
-    /// How sure the newest map is.
+    /// Verdict on the newest map.
     pub fn verdict(&self) -> AlignmentVerdict {
         self.head.verdict.get()
     }
 
-    /// What the pose that counts rests on.
+    /// How the current pose was obtained.
     pub fn state(&self) -> PoseState {
         self.head.state.get()
     }
 
-    /// The pose that counts: the only one to be used.
+    /// The current pose: the only one to be used.
     pub fn pose(&self) -> Option<&'a PoseRecord> {
         (self.state() != PoseState::None).then_some(&self.head.pose)
     }
 
-    /// A pose that waits for somebody to confirm it.
+    /// The pending pose, which an operator must confirm.
     pub fn waiting(&self) -> Option<&'a PoseRecord> {
         (self.head.is_waiting == 1).then_some(&self.head.waiting)
     }
@@ -234,11 +234,11 @@ impl PoseRecord {
 /// An `alignment` archive to be.
 #[derive(Debug)]
 pub struct AlignmentBuilder<'a> {
-    /// What was found; its reason is filled in.
+    /// Head of the alignment; its reason is filled in.
     pub head: AlignmentHead,
     /// Why the newest map is not accepted.
     pub reason: &'a str,
-    /// Poses that fit, best first; those beyond [`Alignment::MAX_CANDIDATES`] are not told.
+    /// Poses that fit, best first; those beyond [`Alignment::MAX_CANDIDATES`] are left out.
     pub candidates: &'a [PoseRecord],
 }
 

@@ -26,7 +26,7 @@ pub struct Block([u8; 64]);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum ArchiveKind {
-    /// Geometry and facts of a site.
+    /// Geometry and schedule of a site.
     Site = 1,
     /// States of elements and spaces at a plan time.
     ScheduleState = 2,
@@ -38,9 +38,9 @@ pub enum ArchiveKind {
     MissionPlan = 5,
     /// A map that a robot made.
     SlamMap = 6,
-    /// Where a robot's map lies in the model's map.
+    /// Pose of a robot's SLAM map in the model's map.
     Alignment = 7,
-    /// What differs between model and robot's map, per element.
+    /// Deviations between model and SLAM map, per element.
     Deviations = 8,
 }
 
@@ -66,7 +66,7 @@ pub struct Preamble {
 const _: () = assert!(size_of::<Preamble>() == 64);
 
 impl Preamble {
-    /// The preamble of bytes at a multiple of 64; the content behind it is not looked at.
+    /// The preamble of bytes at a multiple of 64; the content behind it is not validated.
     ///
     /// # Errors
     /// Bytes that do not begin as an archive of the wanted kind and this layout version, or are shorter than it says.
@@ -312,12 +312,12 @@ impl<'a> Archive<'a> {
     }
 }
 
-/// The content hash that the preamble of an archive says.
+/// The content hash in the preamble of an archive.
 pub(crate) fn content_hash_of(archive: &[u8]) -> u64 {
     bytemuck::from_bytes::<Preamble>(&archive[..64]).content_hash
 }
 
-/// A section to be: its id, the size of a record, their number.
+/// Layout of a section: its id, the size of a record, their number.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SectionLayout {
     pub(crate) id: u32,
@@ -331,7 +331,7 @@ impl SectionLayout {
     }
 }
 
-/// Byte ranges of planned sections, and the archive's length. Allocates nothing.
+/// Byte ranges of these sections, and the archive's length. Allocates nothing.
 pub(crate) fn layout<const N: usize>(sections: &[SectionLayout; N]) -> ([Range<usize>; N], usize) {
     let mut end = table_end(N);
     let ranges = std::array::from_fn(|k| place(&sections[k], &mut end));

@@ -1,9 +1,9 @@
-//! Archives to be, each with its kind as a type.
+//! Writers of archives, each with its kind as a type.
 
 use crate::archive::ArchiveBuffer;
 use crate::payload::Payload;
 
-/// An archive to be, written where it will lie: in the heap, or in shared memory.
+/// A writer of an archive into given memory: in the heap, or in shared memory.
 pub trait ArchiveWriter {
     /// The kind of archive that it writes.
     type Payload: Payload;

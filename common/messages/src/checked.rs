@@ -42,7 +42,7 @@ impl<P: Payload, B: AsRef<[u8]>> Checked<P, B> {
         Ok(Self { bytes, payload: PhantomData })
     }
 
-    /// The view. It looks the sections up, which takes about a microsecond.
+    /// The view. It finds the sections, which takes about a microsecond.
     ///
     /// # Panics
     /// If the memory does not hold what was validated.

@@ -5,7 +5,7 @@ use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use grid::GridSpec;
 
-/// What was compared, and how: one record. Lengths in metres, angles in radians.
+/// Inputs and pose of a comparison: one record. Lengths in metres, angles in radians.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct DeviationsHead {
@@ -19,17 +19,17 @@ pub struct DeviationsHead {
     pub plan_time_s: i64,
     /// `map_from_slam`: x, y, yaw.
     pub map_from_slam: [f64; 3],
-    /// Standard deviations of where the middle of the SLAM map lies (x, y) and of yaw.
+    /// Standard deviations of the position of the middle of the SLAM map (x, y) and of yaw.
     pub pose_deviation: [f64; 3],
     /// Height of the lidar's plane in `map`.
     pub lidar_z_m: f64,
     /// Side of the SLAM map's cells.
     pub slam_cell_m: f64,
-    /// Root mean square of the local residuals: how far the SLAM map is bent.
+    /// Root mean square of the local residuals: the distortion of the SLAM map.
     pub residual_rms_m: f64,
     /// Map storey of the site.
     pub map_storey: u32,
-    /// Occupied cells of the SLAM map that lie outside of the storey and were not looked at.
+    /// Occupied cells of the SLAM map that lie outside of the storey and were not compared.
     pub n_outside: u32,
     /// Side of a cell of [`crate::Deviations::seen`] in tenths of a millimetre.
     pub cell_tenths: i32,
@@ -52,29 +52,29 @@ impl DeviationsHead {
     }
 }
 
-/// What a cell of the SLAM map says.
+/// State of a cell of the SLAM map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u8)]
 pub enum SlamCell {
-    /// Nobody looked.
+    /// Not observed.
     Unknown = 0,
-    /// Nothing stands there.
+    /// No obstacle.
     Free = 1,
-    /// Something does.
+    /// An obstacle.
     Occupied = 2,
 }
 
-/// What the robot saw of an element.
+/// Observation of an element by the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum Observation {
-    /// It stands where the model has it.
+    /// It is in its place.
     Observed = 1,
-    /// The robot saw through the place where it would be.
+    /// The robot saw through its place.
     Absent = 2,
-    /// It stands beside the place where the model has it.
+    /// It is beside its place.
     Displaced = 3,
-    /// Nothing can be said.
+    /// Not observed.
     Unseen = 4,
 }
 
@@ -82,7 +82,7 @@ impl Observation {
     /// All observations.
     pub const ALL: [Self; 4] = [Self::Observed, Self::Absent, Self::Displaced, Self::Unseen];
 
-    /// Its word in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Observed => "observed",
@@ -101,9 +101,9 @@ pub enum DeviationVerdict {
     OnPlan = 1,
     /// Planned to be built, or removed, and is not yet.
     Late = 2,
-    /// There before its time.
+    /// Built before it is planned.
     Early = 3,
-    /// There, and not in its place.
+    /// Built, but not in its place.
     Displaced = 4,
     /// It was not seen.
     Unknown = 5,
@@ -113,7 +113,7 @@ impl DeviationVerdict {
     /// All verdicts.
     pub const ALL: [Self; 5] = [Self::OnPlan, Self::Late, Self::Early, Self::Displaced, Self::Unknown];
 
-    /// Its word in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::OnPlan => "on_plan",
@@ -125,7 +125,7 @@ impl DeviationVerdict {
     }
 }
 
-/// Why nothing can be said of an element.
+/// Why an element is unseen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum UnseenReason {
@@ -135,20 +135,20 @@ pub enum UnseenReason {
     Glass = 1,
     /// It does not cross the lidar's plane.
     NoSection = 2,
-    /// Nobody looked at its place.
+    /// Its place was not observed.
     NotSeen = 3,
     /// A door, or a part of one: its leaf moves.
     Door = 4,
     /// Other elements cover all of its sides, or it is a thin layer on them.
     Covered = 5,
-    /// Too little of it was seen, or what was seen does not agree.
+    /// Too few samples, or contradicting ones.
     Inconclusive = 6,
     /// The model has a box instead of its shape.
     StandIn = 7,
 }
 
 impl UnseenReason {
-    /// Its word in files; empty for what is seen.
+    /// Its name in files; empty for `Seen`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Seen => "",
@@ -180,11 +180,11 @@ pub struct ElementDeviationRecord {
     pub sample_m: f64,
     /// Element of the site.
     pub element: u32,
-    /// What the robot saw of it.
+    /// Observation of it by the robot.
     pub observation: Tag<Observation>,
-    /// What that means beside the plan.
+    /// The observation compared with the planned state.
     pub verdict: Tag<DeviationVerdict>,
-    /// Why nothing can be said of it.
+    /// Why it is unseen.
     pub reason: Tag<UnseenReason>,
     /// Samples on sides that no other element covers.
     pub n_samples: u32,

@@ -19,7 +19,7 @@ mod section {
     pub(super) const SEEN: u32 = 7;
 }
 
-/// What differs between a site at a plan time and a SLAM map, read in place.
+/// Deviations between a site at a plan time and a SLAM map, read in place.
 #[derive(Debug, Clone, Copy)]
 pub struct Deviations<'a> {
     archive: Archive<'a>,
@@ -53,7 +53,7 @@ impl<'a> Deviations<'a> {
         Ok(deviations)
     }
 
-    /// The sections of an archive; what is in them is not looked at.
+    /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             archive,

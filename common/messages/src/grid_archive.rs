@@ -17,7 +17,7 @@ mod section {
     pub(super) const SPACE: u32 = 7;
 }
 
-/// Where the grid lies and what was cut: one record.
+/// Specification and slab of the grid: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct GridHead {
@@ -45,7 +45,7 @@ pub struct GridHead {
 const _: () = assert!(size_of::<GridHead>() == 48);
 
 impl GridHead {
-    /// A head of nothing, without a floor.
+    /// An empty head, without a floor.
     pub const EMPTY: Self = Self {
         cell_tenths: 0,
         first_cell: [0; 2],
@@ -70,7 +70,7 @@ impl GridHead {
 #[derive(Debug, Clone, Copy)]
 pub struct Grid<'a> {
     archive: Archive<'a>,
-    /// Where the grid lies and what was cut.
+    /// Specification and slab of the grid.
     pub head: &'a GridHead,
     /// `grid::Class` as a number.
     pub class: &'a [u8],
@@ -110,7 +110,7 @@ impl<'a> Grid<'a> {
         Ok(grid)
     }
 
-    /// The sections of an archive; what is in them is not looked at.
+    /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             archive,

@@ -17,7 +17,7 @@ mod section {
     pub(super) const ROBOT_FOOTPRINT: u32 = 6;
 }
 
-/// What the set was made from: one record.
+/// Inputs of the set: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct GridsHead {
@@ -45,7 +45,7 @@ pub struct GridSlotRecord {
 }
 const _: () = assert!(size_of::<GridSlotRecord>() == 16);
 
-/// What a robot finds at a door of a map storey.
+/// Passage of a robot through a door of a map storey.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct DoorPassageRecord {
@@ -121,12 +121,12 @@ impl DoorPassage {
         1 << self as u32
     }
 
-    /// True if the door keeps this robot out. One that is not there leaves a hole.
+    /// True if the door is closed to this robot. A door that does not exist yet leaves a passable opening.
     pub fn is_closed(self) -> bool {
         !matches!(self, Self::Passable | Self::Absent)
     }
 
-    /// Its word in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Passable => "passable",
@@ -173,7 +173,7 @@ const _: () = assert!(size_of::<RegionRecord>() == 40);
 #[derive(Debug, Clone, Copy)]
 pub struct Grids<'a> {
     archive: Archive<'a>,
-    /// What the set was made from.
+    /// Inputs of the set.
     pub head: &'a GridsHead,
     /// One record per grid.
     pub slots: &'a [GridSlotRecord],
@@ -206,7 +206,7 @@ impl<'a> Grids<'a> {
         Ok(grids)
     }
 
-    /// The sections of an archive; what is in them is not looked at.
+    /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             archive,
@@ -228,7 +228,7 @@ impl<'a> Grids<'a> {
 /// Records of a `grids` archive to be.
 #[derive(Debug, Clone, Copy)]
 pub struct GridsBuilder<'a> {
-    /// What the set was made from.
+    /// Inputs of the set.
     pub head: GridsHead,
     /// One record per grid.
     pub slots: &'a [GridSlotRecord],

@@ -15,7 +15,7 @@
 //! | `alignment` | [`Alignment`] | [`AlignmentBuilder`] | slam-align |
 //! | `deviations` | [`Deviations`] | [`DeviationsBuilder`] | slam-align |
 //!
-//! Beside an archive travels its [`SampleHeader`]: what belongs to the moment, not to the content. Daemons report
+//! Beside an archive travels its [`SampleHeader`]: data of the publication, not of the content. Daemons report
 //! themselves with a [`StatusRecord`].
 //!
 //! Records are `repr(C)` without hidden padding; their sizes are asserted. An enumeration is a [`Tag`]: an archive with a number

@@ -27,7 +27,7 @@ mod section {
 pub struct MissionPlan<'a> {
     archive: Archive<'a>,
     strings: &'a str,
-    /// What the mission plan was made from.
+    /// Inputs of the mission plan.
     pub head: &'a MissionPlanHead,
     /// The waypoints, in order of their ids.
     pub waypoints: &'a [WaypointRecord],
@@ -43,7 +43,7 @@ pub struct MissionPlan<'a> {
     pub edges: &'a [RouteEdgeRecord],
     /// Points of the edges in `map`, in metres.
     pub points: &'a [[f64; 3]],
-    /// What somebody should know.
+    /// Diagnostics.
     pub diagnostics: &'a [DiagnosticRecord],
     /// Parts of the floors of at least [`FloorPartRecord::MIN_AREA_M2`], storey by storey, from large to small.
     pub floor_parts: &'a [FloorPartRecord],
@@ -62,7 +62,7 @@ impl<'a> MissionPlan<'a> {
         Ok(mission_plan)
     }
 
-    /// The sections of an archive; what is in them is not looked at.
+    /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             archive,
@@ -152,7 +152,7 @@ impl<'a> MissionPlan<'a> {
 pub struct MissionPlanBuilder {
     /// Texts.
     pub texts: TextPool,
-    /// What the mission plan was made from.
+    /// Inputs of the mission plan.
     pub head: MissionPlanHead,
     /// The waypoints, in order of their ids.
     pub waypoints: Vec<WaypointRecord>,
@@ -168,7 +168,7 @@ pub struct MissionPlanBuilder {
     pub edges: Vec<RouteEdgeRecord>,
     /// Points of the edges.
     pub points: Vec<[f64; 3]>,
-    /// What somebody should know.
+    /// Diagnostics.
     pub diagnostics: Vec<DiagnosticRecord>,
     /// Parts of the floors, storey by storey, from large to small.
     pub floor_parts: Vec<FloorPartRecord>,

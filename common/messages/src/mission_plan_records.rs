@@ -4,7 +4,7 @@ use crate::archive::Text;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
-/// What scans are made with; lengths in metres, angles in radians.
+/// The sensor of scans; lengths in metres, angles in radians.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct ScanSensor {
@@ -40,7 +40,7 @@ impl ScanSensor {
     }
 }
 
-/// What the mission plan was made from: one record.
+/// Inputs of the mission plan: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct MissionPlanHead {
@@ -50,7 +50,7 @@ pub struct MissionPlanHead {
     pub schedule_state_hash: u64,
     /// Plan time as in [`crate::ScheduleStateHead`].
     pub plan_time_s: i64,
-    /// What scans are made with.
+    /// The sensor of scans.
     pub sensor: ScanSensor,
     /// Share of the faces that scans were to see.
     pub coverage_goal: f64,
@@ -68,7 +68,7 @@ pub struct MissionPlanHead {
 }
 const _: () = assert!(size_of::<MissionPlanHead>() == 120);
 
-/// What a waypoint is for.
+/// Kind of a waypoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum WaypointKind {
@@ -145,14 +145,14 @@ pub enum NoWaypoint {
     ClosedDoor = 10,
     /// No way leads there.
     Unreachable = 11,
-    /// Nobody asked for one.
+    /// None was requested.
     NotAsked = 12,
     /// All of its floor lies in other spaces of the same place.
     Shared = 13,
 }
 
 impl NoWaypoint {
-    /// Its word in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Has => "",
@@ -173,7 +173,7 @@ impl NoWaypoint {
     }
 }
 
-/// What became of a space.
+/// Outcome of a space.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct MissionPlanSpaceRecord {
@@ -194,7 +194,7 @@ pub struct MissionPlanSpaceRecord {
 }
 const _: () = assert!(size_of::<MissionPlanSpaceRecord>() == 32);
 
-/// What became of a map storey.
+/// Outcome of a map storey.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct MissionPlanStoreyRecord {
@@ -255,11 +255,11 @@ pub struct FloorPartRecord {
 const _: () = assert!(size_of::<FloorPartRecord>() == 48);
 
 impl FloorPartRecord {
-    /// Smaller parts are not told: a place to stand and no way.
+    /// Smaller parts are left out.
     pub const MIN_AREA_M2: f64 = 0.1;
 }
 
-/// What a node of the route graph is.
+/// Kind of a node of the route graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum NodeKind {
@@ -274,7 +274,7 @@ pub enum NodeKind {
 }
 
 impl NodeKind {
-    /// Its word in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Junction => "junction",
@@ -305,7 +305,7 @@ pub struct RouteNodeRecord {
 }
 const _: () = assert!(size_of::<RouteNodeRecord>() == 48);
 
-/// What an edge of the route graph is.
+/// Kind of an edge of the route graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum EdgeKind {
@@ -326,7 +326,7 @@ pub enum EdgeKind {
 }
 
 impl EdgeKind {
-    /// Its word in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Floor => "floor",

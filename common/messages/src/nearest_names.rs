@@ -8,14 +8,14 @@ const MAX_NAMES: usize = 3;
 const MAX_CHARACTERS: usize = 200;
 /// Least similarity of a name that is shown, from 0 to 1.
 const MIN_SIMILARITY: f64 = 0.6;
-/// Fewer characters are compared with whole names only.
+/// Shorter texts are compared with whole names only.
 const MIN_PART_CHARACTERS: usize = 4;
-/// What similarity to a part of a name counts: whole names go before.
+/// Weight of similarity to a part of a name: whole names rank before.
 const PART_SHARE: f64 = 0.9;
 
 /// The names that come nearest to `wanted`, the nearest first; none if all are quite different.
 ///
-/// Case does not count. A name is near, too, if it contains what is wanted, or has words that come near it.
+/// Case is ignored. A name is near, too, if it contains the wanted text or similar words.
 ///
 /// # Source
 /// Damerau, "A technique for computer detection and correction of spelling errors", CACM 7, 1964; as a share of the longer name.

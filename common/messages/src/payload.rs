@@ -1,4 +1,4 @@
-//! The kinds of archives as types: what a topic carries, what a writer makes.
+//! The kinds of archives as types: the payload of a topic, the result of a writer.
 
 use crate::archive::{ArchiveError, ArchiveKind};
 
@@ -44,6 +44,6 @@ pub enum SlamMap {}
 /// `alignment`: the pose of a robot's map.
 #[derive(Debug)]
 pub enum Alignment {}
-/// `deviations`: what differs between model and robot's map.
+/// `deviations`: deviations between model and SLAM map.
 #[derive(Debug)]
 pub enum Deviations {}

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// What a robot measures and can do; lengths in metres, angles in radians.
+/// Measures and capabilities of a robot; lengths in metres, angles in radians.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct RobotProfile {
@@ -78,7 +78,7 @@ impl DoorCapability {
     /// All kinds.
     pub const ALL: [Self; 5] = [Self::Swing, Self::Sliding, Self::Folding, Self::Revolving, Self::Rolling];
 
-    /// Its word in robot profiles and reports.
+    /// Its name in robot profiles and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Swing => "swing",

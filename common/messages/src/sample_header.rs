@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 /// First bytes of every header.
 const MAGIC: u32 = u32::from_le_bytes(*b"GPSH");
 
-/// Content hashes of what a sample was made from; 0 where that input has no part in it.
+/// Content hashes of the inputs of a sample; 0 for those that it does not depend on.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct InputHashes {
@@ -20,7 +20,7 @@ pub struct InputHashes {
     pub robot: u64,
     /// The robot's own map.
     pub slam_map: u64,
-    /// Only that part of the inputs which can change the content; 0 if the producer does not tell.
+    /// Only that part of the inputs which can change the content; 0 if the producer does not compute it.
     pub own: u64,
 }
 
@@ -53,7 +53,7 @@ pub struct SampleHeader {
 }
 const _: () = assert!(size_of::<SampleHeader>() == 128 && align_of::<SampleHeader>() == 8);
 
-/// Why a sample is not what a reader wants.
+/// Why a sample is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SampleError {
     /// Does not begin with `GPSH`.

@@ -20,13 +20,13 @@ mod section {
     pub(super) const LISTED_TEXTS: u32 = 8;
 }
 
-/// Facts of the schedule state: one record. Times are seconds of the civil calendar since 1970-01-01T00:00.
+/// Head of the schedule state: one record. Times are seconds of the civil calendar since 1970-01-01T00:00.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct ScheduleStateHead {
     /// Content hash of the site it belongs to.
     pub site_hash: u64,
-    /// The plan time; [`ScheduleStateHead::NO_TIME`] if everything stands regardless of dates.
+    /// The plan time; [`ScheduleStateHead::NO_TIME`] if everything is built regardless of dates.
     pub plan_time_s: i64,
     /// End of the period that the states are the union of, exclusive; [`ScheduleStateHead::NO_TIME`] for an instant.
     pub plan_until_s: i64,
@@ -34,7 +34,7 @@ pub struct ScheduleStateHead {
     pub valid_from_s: i64,
     /// Next change after it, at or after the end of a period, or [`ScheduleStateHead::NO_TIME`].
     pub valid_until_s: i64,
-    /// Number of instants at which anything changes.
+    /// Number of change instants.
     pub n_changes: u32,
     /// 1 if the states follow the published prototype's rule.
     pub paper: u32,
@@ -45,7 +45,7 @@ impl ScheduleStateHead {
     /// No such time.
     pub const NO_TIME: i64 = i64::MIN;
 
-    /// The plan time; `None` if everything stands regardless of dates.
+    /// The plan time; `None` if everything is built regardless of dates.
     pub fn plan_time(&self) -> Option<PlanTime> {
         plan_time(self.plan_time_s)
     }
@@ -55,7 +55,7 @@ impl ScheduleStateHead {
         plan_time(self.plan_until_s)
     }
 
-    /// The head of a schedule state in which everything stands.
+    /// The head of a schedule state in which everything is built.
     fn of_everything(site_hash: u64) -> Self {
         let none = Self::NO_TIME;
         Self {
@@ -150,7 +150,8 @@ pub struct SpaceStateRecord {
 }
 const _: () = assert!(size_of::<SpaceStateRecord>() == 24);
 
-/// When an element is built and removed, whatever the plan time. Missing times are [`ScheduleStateHead::NO_TIME`].
+/// When an element is built and removed, independent of the plan time. Missing times are
+/// [`ScheduleStateHead::NO_TIME`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct ElementScheduleRecord {
@@ -174,7 +175,7 @@ pub struct ElementScheduleRecord {
 const _: () = assert!(size_of::<ElementScheduleRecord>() == 56);
 
 impl ElementScheduleRecord {
-    /// Nothing is known: the element exists.
+    /// No date: the element exists.
     pub const NOTHING: Self = Self {
         start_s: ScheduleStateHead::NO_TIME,
         finish_s: ScheduleStateHead::NO_TIME,
@@ -191,7 +192,7 @@ impl ElementScheduleRecord {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum DateSource {
-    /// Nothing is known: the element exists.
+    /// No date: the element exists.
     None = 0,
     /// Progress that was reported for the element itself.
     Reported = 1,
@@ -237,15 +238,15 @@ pub struct ScheduleState<'a> {
     archive: Archive<'a>,
     strings: &'a str,
     listed_texts: &'a [Text],
-    /// Facts of the schedule state.
+    /// Head of the schedule state.
     pub head: &'a ScheduleStateHead,
     planned: &'a [Tag<ElementState>],
     effective: &'a [Tag<ElementState>],
     /// One record per space of the site.
     pub spaces: &'a [SpaceStateRecord],
-    /// One record per element of the site; empty if nobody asked for the schedule.
+    /// One record per element of the site; empty without a schedule.
     pub schedule: &'a [ElementScheduleRecord],
-    /// What is wrong with the schedule; entities are those of the site.
+    /// Diagnostics of the schedule; entities are those of the site.
     pub diagnostics: &'a [DiagnosticRecord],
 }
 
@@ -282,7 +283,7 @@ impl<'a> ScheduleState<'a> {
         }
     }
 
-    /// The sections of an archive; what is in them is not looked at.
+    /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             archive,
@@ -358,7 +359,7 @@ impl<'a> ScheduleState<'a> {
 pub struct ScheduleStateBuilder {
     /// Texts.
     pub texts: TextPool,
-    /// Facts of the schedule state.
+    /// Head of the schedule state.
     pub head: ScheduleStateHead,
     /// Planned state of each element.
     pub planned: Vec<ElementState>,
@@ -368,12 +369,12 @@ pub struct ScheduleStateBuilder {
     pub spaces: Vec<SpaceStateRecord>,
     /// When each element is built; may be empty.
     pub schedule: Vec<ElementScheduleRecord>,
-    /// What is wrong with the schedule.
+    /// Diagnostics of the schedule.
     pub diagnostics: Vec<DiagnosticRecord>,
 }
 
 impl ScheduleStateBuilder {
-    /// The schedule state in which every element stands and every space is open.
+    /// The schedule state in which every element is built and every space is open.
     pub fn everything_built(site_hash: u64, n_elements: usize, n_spaces: usize) -> Self {
         let open = SpaceStateRecord {
             state: SpaceState::Open.into(),
@@ -392,7 +393,7 @@ impl ScheduleStateBuilder {
         }
     }
 
-    /// Sets what is planned for an element and what counts.
+    /// Sets the planned and the effective state of an element.
     pub fn set_element(&mut self, element: usize, planned: ElementState, effective: ElementState) {
         self.planned[element] = planned;
         self.effective[element] = effective;

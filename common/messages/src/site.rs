@@ -18,7 +18,7 @@ pub struct Site<'a> {
     archive: Archive<'a>,
     strings: &'a str,
     listed_texts: &'a [Text],
-    /// Facts of the whole site.
+    /// Data of the whole site.
     pub head: &'a SiteHead,
     /// Files.
     pub sources: &'a [SourceRecord],
@@ -56,7 +56,7 @@ pub struct Site<'a> {
     pub attributes: &'a [AttributeRecord],
     /// Names of materials.
     pub materials: &'a [Text],
-    /// What somebody should know.
+    /// Diagnostics.
     pub diagnostics: &'a [DiagnosticRecord],
     /// Work plans and schedules.
     pub work_controls: &'a [WorkControlRecord],
@@ -91,7 +91,7 @@ impl<'a> Site<'a> {
         Ok(site)
     }
 
-    /// The sections of an archive; what is in them is not looked at.
+    /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             archive,

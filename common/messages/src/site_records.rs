@@ -38,7 +38,7 @@ pub(crate) mod section {
     pub(crate) const TASK_LINKS: u32 = 38;
 }
 
-/// Facts of the whole site: one record.
+/// Data of the whole site: one record.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct SiteHead {
@@ -139,7 +139,7 @@ pub enum FloorKind {
 }
 
 impl FloorKind {
-    /// Its word in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Built => "built",

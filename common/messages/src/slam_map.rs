@@ -65,7 +65,7 @@ impl<'a> SlamMap<'a> {
         }
     }
 
-    /// The sections of an archive; what is in them is not looked at.
+    /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         let (head, occupancy) = (archive.record(section::HEAD)?, archive.section(section::OCCUPANCY)?);
         Ok(Self { archive, head, occupancy })

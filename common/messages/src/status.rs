@@ -3,7 +3,7 @@
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
-/// What a daemon is doing.
+/// Activity of a daemon.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum Activity {
@@ -21,7 +21,7 @@ pub enum Activity {
 }
 
 impl Activity {
-    /// Its word in reports.
+    /// Its name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Idle => "idle",

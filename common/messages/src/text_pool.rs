@@ -3,7 +3,7 @@
 use crate::archive::{Text, TextList};
 use std::collections::HashMap;
 
-/// Texts of an archive, each kept once.
+/// Texts of an archive, each stored once.
 #[derive(Debug, Default)]
 pub struct TextPool {
     bytes: String,

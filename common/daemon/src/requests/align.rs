@@ -6,7 +6,7 @@ use bus::Daemon;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// What slam-align takes; it answers with the alignment that it published.
+/// Requests to slam-align; the answer is the published alignment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum AlignRequest {

@@ -5,7 +5,7 @@ use bus::Daemon;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// What ifc-ingest takes; it answers with the site that it published.
+/// Requests to ifc-ingest; the answer is the published site.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum IngestRequest {

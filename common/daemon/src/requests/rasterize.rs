@@ -5,7 +5,7 @@ use bus::Daemon;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// What rasterize takes; it answers with the index of grids that it published.
+/// Requests to rasterize; the answer is the published index of grids.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum RasterizeRequest {

@@ -5,7 +5,7 @@ use bus::Daemon;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// What schedule-eval takes.
+/// Requests to schedule-eval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ScheduleRequest {
@@ -49,7 +49,7 @@ pub enum ActualsSource {
     Observed,
 }
 
-/// What schedule-eval answers.
+/// Answer of schedule-eval.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScheduleAnswer {
     /// The schedule state that it published.

@@ -5,8 +5,8 @@ use crate::csv::quoted;
 use messages::{DeviationVerdict, plan_time};
 use std::fmt::Write;
 
-/// One line for each element that is early: it was finished by the plan time, and nobody knows when it was begun. What seems to be
-/// missing is never reported: it would erase an obstacle.
+/// One line for each element that is early: it was finished by the plan time, and the start is not known. What seems to
+/// be missing is never reported: it would erase an obstacle.
 pub(super) fn table(input: &DeviationExport<'_>) -> String {
     let mut text = "id,start,finish\n".to_owned();
     let Some(seen) = plan_time(input.deviations.head.plan_time_s) else { return text };

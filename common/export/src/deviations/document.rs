@@ -32,7 +32,7 @@ pub struct DeviationsDocument {
     slam_cell_m: f64,
     /// Root mean square of how far its surfaces are off around each place: how far it is bent.
     residual_rms_m: f64,
-    /// Occupied cells of it outside of the storey, which were not looked at.
+    /// Occupied cells of it outside of the storey, which were not compared.
     cells_outside: u32,
     /// Number of elements by observation.
     observations: BTreeMap<&'static str, usize>,

@@ -26,7 +26,7 @@ pub(super) struct Topic {
 /// An element as BCF names it.
 pub(super) struct Component {
     pub(super) global_id: String,
-    /// Its line in the file, for programs that know no GlobalIds.
+    /// Its line in the file, for programs that do not use GlobalIds.
     pub(super) step_id: u32,
 }
 

@@ -1,8 +1,8 @@
 //! An output folder that appears whole or not at all, and never at the expense of files of others.
 //!
-//! A folder is replaced only if its manifest says that groundplan wrote it. Of what is replaced, only files are deleted that
-//! this manifest lists and that still have the listed content; everything else is a reason to refuse, or is moved to a folder
-//! beside the output.
+//! A folder is replaced only if its manifest says that groundplan wrote it. Of a replaced folder, only files are
+//! deleted that this manifest lists and that still have the listed content; everything else is a reason to refuse, or
+//! is moved to a folder beside the output.
 
 mod inspection;
 
@@ -86,7 +86,7 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Looks at the place, writes nothing.
+    /// Inspects the place, writes nothing.
     ///
     /// # Errors
     /// A file, a folder that holds something else than output of groundplan, or output to which files were added or in which
@@ -95,7 +95,7 @@ impl OutputFolder {
         let asked = || path.to_owned();
         let mut entries = match fs::read_dir(path) {
             Ok(entries) => entries,
-            // A link to nowhere is a file of somebody, too.
+            // A dangling link is a foreign file, too.
             Err(error) if error.kind() == io::ErrorKind::NotFound && !path.is_symlink() => {
                 return Ok(Self { path: asked() });
             }
@@ -117,7 +117,7 @@ impl OutputFolder {
 
     /// Writes the files beside the place, then swaps: no file of an earlier run remains, no half folder is ever seen.
     ///
-    /// Tells which files of others stood in the way.
+    /// Returns the foreign files that were set aside.
     ///
     /// # Errors
     /// The file system refuses; then the place is as it was.
@@ -172,7 +172,7 @@ impl OutputFolder {
 
     /// Deletes what groundplan wrote in a folder beside the place; what remains is moved to a folder of its own.
     fn discard(&self, old: &Path) -> Option<SetAside> {
-        // A file may have been added or altered while the new output was made: it is looked at again.
+        // A file may have been added or altered while the new output was made: it is inspected again.
         if let Some(listed) = listed_files(old)
             && let Ok(found) = inspect(old, Some(&listed))
         {
@@ -229,7 +229,7 @@ impl FolderBeside<'_> {
         write_all(&self.path.join(folder), files)
     }
 
-    /// Swaps the output with what stands at its place. Tells which files of others stood there.
+    /// Swaps the output with what stands at its place. Returns the foreign files that were there.
     ///
     /// # Errors
     /// The file system refuses; then the place is as it was.
