@@ -20,7 +20,7 @@ What the building exercises:
   both ways of linking products, tasks on rooms, dates in property sets, elements without any date.
 
 All lengths are millimetres. Plans are in building coordinates, x to the east, y to the north; heights are above the storey's
-finished floor. Whatever has a key starting with `G` is on the ground floor, with `U` on the upper floor.
+finished floor. Everything with a key starting with `G` is on the ground floor, with `U` on the upper floor.
 The same script gives the same bytes: GlobalIds are hashes of keys, time stamps are fixed.
 """
 import argparse

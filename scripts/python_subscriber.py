@@ -51,7 +51,7 @@ def current_generation(root):
 
 
 def join(root, prefix, generation):
-    """A node in a generation, and the lock that says that somebody lives there: its files stay while it is held."""
+    """A node in a generation, and the lock of a member: the files of the generation stay while it is held."""
     life = open(root / f"{generation}.lock", "a")
     fcntl.flock(life, fcntl.LOCK_SH)
     config = iox2.config.default()
@@ -106,10 +106,10 @@ def main():
     event_service = node.service_builder(iox2.ServiceName.new("event/rasterize")).event().open()
     listener = event_service.listener_builder().create()
     topic = node.service_builder(iox2.ServiceName.new(f"grid/{options.storey:02}"))
-    # ctypes does not know of 64 bytes, so the alignment is said here.
+    # ctypes has no alignment of 64 bytes, so it is set here.
     service = topic.publish_subscribe(iox2.Slice[Block]).user_header(Header)
     subscriber = service.payload_alignment(iox2.Alignment.new(64)).open().subscriber_builder().create()
-    # The producer sleeps; it hands out its last sample when it is told that somebody wants it.
+    # The producer delivers its last sample when this event wakes it.
     event_service.notifier_builder().create().notify_with_custom_event_id(iox2.EventId.new(LATE_JOINER))
     while True:
         sample = subscriber.receive()

@@ -7,23 +7,23 @@ from .storey import ROUNDED_M, are_clear, depth_m
 
 # Ways over cells are at most this much longer than straight ones: steps to eight neighbours.
 OCTILE = 1.0824
-# Smaller parts of a floor are not told.
+# Smaller parts of a floor are left out.
 LEAST_PART_M2 = 0.1
 CAN_PASS = ("passable", "absent")
 
 
 def check_numbers(export):
-    n, told = len(export.waypoints), {s["storey"]: s for s in export.plan["storeys"]}
+    n, exported = len(export.waypoints), {s["storey"]: s for s in export.plan["storeys"]}
     if [w["order"] for w in export.waypoints] != list(range(n)):
         yield "order", f"the waypoints are not in the places 0 to {n - 1} of the tour"
     if len({w["id"] for w in export.waypoints}) != n:
         yield "order", "two waypoints have one id"
-    if set(told) != set(export.storeys):
-        yield "order", f"the plan is of the storeys {sorted(told)}, the maps of {sorted(export.storeys)}"
-    for index, outcome in told.items():
+    if set(exported) != set(export.storeys):
+        yield "order", f"the plan is of the storeys {sorted(exported)}, the maps of {sorted(export.storeys)}"
+    for index, outcome in exported.items():
         n_scans = len(export.on(index, "scan"))
         if outcome["scans"] != n_scans:
-            yield "order", f"storey {index} has {n_scans} scans, told are {outcome['scans']}"
+            yield "order", f"storey {index} has {n_scans} scans, the export has {outcome['scans']}"
 
 
 def check_poses(export):
@@ -42,7 +42,7 @@ def check_poses(export):
         elif clearance_m < radius_m - ROUNDED_M:
             yield "clear", f"{name} is {clearance_m:.3f} m from what is not free, the robot needs {radius_m} m"
         elif abs(w["clearance_m"] - clearance_m) > ROUNDED_M:
-            yield "clear", f"{name} is {clearance_m:.3f} m from what is not free, told are {w['clearance_m']} m"
+            yield "clear", f"{name} is {clearance_m:.3f} m from what is not free, the export has {w['clearance_m']} m"
         elif w["part"] == 0:
             yield "reach", f"{name} has no place around it on which the robot can stand"
 
@@ -59,7 +59,7 @@ def check_inside(export, w, name):
 
 
 def check_reach(export):
-    """Waypoints can be got to from one part of each storey at most, and what is told of reached floor is so."""
+    """Waypoints can be got to from one part of each storey at most, and what is exported of reached floor is so."""
     groups = {}
 
     def group(part):
@@ -75,7 +75,7 @@ def check_reach(export):
     for index in export.storeys:
         on_it = {group((index, part)) for part in export.reached(index)}
         elsewhere = {group((i, part)) for i in export.storeys if i != index for part in export.reached(i)}
-        # Ways over storeys that are left out are not told.
+        # Ways over storeys that are left out are left out.
         if len(on_it - elsewhere) > 1 and not export.manifest["storeys_left_out"]:
             yield "reach", f"there are waypoints in parts of storey {index} that no way joins"
     yield from check_parts(export)
@@ -84,31 +84,31 @@ def check_reach(export):
         n_cells, reached = export.storeys[outcome["storey"]].n_cells, export.reached(outcome["storey"])
         name, standing_m2 = f"storey {outcome['storey']}", n_cells.sum() * cell_m2
         if outcome["parts"] != len(reached):
-            yield "reach", f"the waypoints of {name} are in {len(reached)} parts, told are {outcome['parts']}"
+            yield "reach", f"the waypoints of {name} are in {len(reached)} parts, the export has {outcome['parts']}"
         if abs(outcome["reached_m2"] + outcome["unreached_m2"] - standing_m2) > 0.001 * standing_m2 + cell_m2:
-            yield "reach", f"the robot can stand on {standing_m2:.2f} m2 of {name}, told are " \
+            yield "reach", f"the robot can stand on {standing_m2:.2f} m2 of {name}, the export has " \
                 f"{outcome['reached_m2']} and {outcome['unreached_m2']}"
         if n_cells[reached].sum() * cell_m2 > 1.001 * outcome["reached_m2"] + cell_m2:
-            yield "reach", f"the robot gets to more of {name} than the {outcome['reached_m2']} m2 told"
+            yield "reach", f"the robot gets to more of {name} than the {outcome['reached_m2']} m2 exported"
 
 
 def check_parts(export):
     """The parts of the floors in report.json are those of the maps, and waypoints are in parts that the robot gets to."""
     cell_m2 = export.resolution_m ** 2
     for entry in (e for e in export.report["storeys"] if e["index"] in export.storeys):
-        storey, told, name = export.storeys[entry["index"]], entry["reach"]["parts"], f"storey {entry['index']}"
-        parts = [storey.part_at(storey.places(part["at_m"])[0]) for part in told]
+        storey, exported, name = export.storeys[entry["index"]], entry["reach"]["parts"], f"storey {entry['index']}"
+        parts = [storey.part_at(storey.places(part["at_m"])[0]) for part in exported]
         sizes_m2 = [storey.n_cells[part] * cell_m2 for part in parts]
         if 0 in parts or len(set(parts)) != len(parts) or (storey.n_cells * cell_m2 >= LEAST_PART_M2).sum() != len(parts):
-            yield "parts", f"the {len(parts)} parts of {name} that are told are not those of its map"
-        elif any(abs(part["area_m2"] - size_m2) > 0.001 + ROUNDED_M for part, size_m2 in zip(told, sizes_m2)):
+            yield "parts", f"the {len(parts)} parts of {name} that are the export has not those of its map"
+        elif any(abs(part["area_m2"] - size_m2) > 0.001 + ROUNDED_M for part, size_m2 in zip(exported, sizes_m2)):
             yield "parts", f"parts of {name} have other areas on its map"
-        elif not set(export.reached(entry["index"])) <= {p for p, part in zip(parts, told) if part["reached"]} | small(storey, cell_m2):
-            yield "parts", f"there are waypoints in parts of {name} that are told not to be reached"
+        elif not set(export.reached(entry["index"])) <= {p for p, part in zip(parts, exported) if part["reached"]} | small(storey, cell_m2):
+            yield "parts", f"there are waypoints in parts of {name} that are exported as not reached"
 
 
 def small(storey, cell_m2):
-    """Parts that are too small to be told."""
+    """Parts that are too small to be listed."""
     return set(np.flatnonzero(storey.n_cells * cell_m2 < LEAST_PART_M2).tolist())
 
 
@@ -162,7 +162,7 @@ def check_tours(export):
         waypoints = export.on(index)
         legs_m = sum(w["leg_m"] for w in waypoints)
         if abs(outcome["tour_m"] - legs_m) > ROUNDED_M + 1e-4 * len(waypoints):
-            yield "tour", f"the legs of storey {index} are {legs_m:.3f} m long, the tour is told to be {outcome['tour_m']} m"
+            yield "tour", f"the legs of storey {index} are {legs_m:.3f} m long, the tour is exported as {outcome['tour_m']} m"
         if outcome["tour_bound_m"] > outcome["tour_m"] + ROUNDED_M:
             yield "tour", f"the tour of storey {index} is shorter than the bound for any: {outcome['tour_bound_m']} m"
         for before, w in zip(waypoints, waypoints[1:]):
@@ -177,10 +177,10 @@ def check_leg(storey, before, w):
     straight_m = float(np.hypot(*(w["place"] - before["place"]))) * storey.resolution_m
     slack_m = 2 * storey.resolution_m
     if w["leg_m"] < straight_m - ROUNDED_M:
-        yield "leg", f"{name} is {straight_m:.3f} m as the crow flies, told are {w['leg_m']} m"
+        yield "leg", f"{name} is {straight_m:.3f} m as the crow flies, the export has {w['leg_m']} m"
     elif w["leg_m"] > straight_m + ROUNDED_M or not are_clear(storey.stands, before["place"][None], w["place"][None])[0]:
         way_m = storey.way_m(before["place"], w["place"], OCTILE * w["leg_m"] + slack_m)
         if math.isinf(way_m):
-            yield "leg", f"{name} is told to be {w['leg_m']} m long, and there is no way that short"
+            yield "leg", f"{name} is exported as {w['leg_m']} m long, and there is no way that short"
         elif w["leg_m"] > 1.01 * way_m + slack_m:
-            yield "leg", f"{name} is told to be {w['leg_m']} m long, and there is one of {way_m:.3f} m"
+            yield "leg", f"{name} is exported as {w['leg_m']} m long, and there is one of {way_m:.3f} m"

@@ -20,7 +20,7 @@ def check_nodes(export):
         if clearance_m < radius_m - ROUNDED_M or node["part"] == 0:
             yield "node", f"{name} is {clearance_m:.3f} m from what is not free, or on keep-out"
         elif abs(node["clearance_m"] - clearance_m) > ROUNDED_M:
-            yield "node", f"{name} is {clearance_m:.3f} m from what is not free, told are {node['clearance_m']} m"
+            yield "node", f"{name} is {clearance_m:.3f} m from what is not free, the export has {node['clearance_m']} m"
         known = export.spaces if node["kind"] == "space" else export.elements
         if (node["kind"] == "junction") != (node["of"] is None) or node["of"] not in known and node["of"] is not None:
             yield "node", f"{name} is a {node['kind']} of {node['of']}"
@@ -72,7 +72,7 @@ def check_level_edge(export, edge, ends):
         return
     length_m = sum(math.dist(a, b) for a, b in zip(edge["line_m"], edge["line_m"][1:]))
     if abs(edge["length_m"] - length_m) > ROUNDED_M:
-        yield "edge", f"{name} is {length_m:.4f} m long, told are {edge['length_m']} m"
+        yield "edge", f"{name} is {length_m:.4f} m long, the export has {edge['length_m']} m"
     line = storey.places(edge["line_m"])
     # The robot fits at the nodes, though perhaps not at the middles of their cells.
     can_be = storey.stands.copy()
@@ -84,13 +84,13 @@ def check_level_edge(export, edge, ends):
     # Both look along the line in steps.
     clearance_m = storey.clearance_m(along(line))
     if abs(clearance_m - edge["clearance_m"]) > storey.resolution_m / 2:
-        yield "edge", f"{name} is {clearance_m:.3f} m from what is not free, told are {edge['clearance_m']} m"
+        yield "edge", f"{name} is {clearance_m:.3f} m from what is not free, the export has {edge['clearance_m']} m"
     if edge["class"] == "door":
         yield from check_door(export, edge, ends, line)
         return
     doors = [guid for guid in doors_on(export, ends[0]["storey"]) if beside_m(storey, export.elements[guid], line) == 0]
     if edge["of"] is not None or doors:
-        yield "door", f"{name} is told to lead over floor alone, and there is the door {edge['of'] or doors[0]}"
+        yield "door", f"{name} is exported to lead over floor alone, and there is the door {edge['of'] or doors[0]}"
 
 
 def doors_on(export, index):
@@ -114,7 +114,7 @@ def check_door(export, edge, ends, line):
     if attributes["passage"].get(str(ends[0]["storey"])) not in CAN_PASS:
         yield "door", f"{name} leads through the door {edge['of']}, which is closed to the robot"
     if edge["clear_width_m"] is None or abs(edge["clear_width_m"] - attributes["clear_width_m"]) > ROUNDED_M:
-        yield "door", f"the door of {name} is {attributes['clear_width_m']} m wide, told are {edge['clear_width_m']} m"
+        yield "door", f"the door of {name} is {attributes['clear_width_m']} m wide, the export has {edge['clear_width_m']} m"
     if beside_m(storey, door, line) > DOOR_M:
         yield "door", f"{name} does not come to its door {edge['of']}"
     for node in (n for n in ends if n["kind"] != "door" and None not in attributes["spaces"]):
@@ -142,12 +142,12 @@ def check_portal(export, edge, ends):
     length_m = sum(math.dist(p, q) for p, q in zip(line, line[1:]))
     # Every point is rounded.
     if abs(edge["length_m"] - length_m) > ROUNDED_M * len(line):
-        yield "portal", f"{name} is {length_m:.4f} m long, told are {edge['length_m']} m"
+        yield "portal", f"{name} is {length_m:.4f} m long, the export has {edge['length_m']} m"
     for node, point in zip(ends, (line[0], line[-1])):
         if abs(node["z_m"] - point[2]) > ROUNDED_M:
             yield "portal", f"the line of {name} does not end at the height of node {node['id']}"
     if abs(b["z_m"] - a["z_m"] - edge["rise_m"]) > ROUNDED_M:
-        yield "portal", f"{name} rises by {b['z_m'] - a['z_m']:.4f} m, told are {edge['rise_m']} m"
+        yield "portal", f"{name} rises by {b['z_m'] - a['z_m']:.4f} m, the export has {edge['rise_m']} m"
     can_take = {"stair": robot["climbs_stairs"], "lift": True, "escalator": False,
                 "ramp": (edge["slope_rad"] or 0) <= robot["max_slope_rad"] + 2e-3,
                 "step": rise_m <= robot["step_height_m"] + ROUNDED_M or robot["climbs_stairs"] and rise_m <= 0.25}
@@ -180,17 +180,17 @@ def check_routes(export):
         ids = [f["properties"]["id"] for f in features]
         if len(set(ids)) != len(ids):
             yield "route", f"two features of the route of storey {index} have one id"
-        told = {}
+        exported = {}
         for feature in features:
             properties, geometry = feature["properties"], feature["geometry"]
             # A way to another storey is a collection of one line, which Nav2 skips.
             geometry = geometry["geometries"][0] if geometry["type"] == "GeometryCollection" else geometry
             coordinates = geometry["coordinates"]
             if geometry is not feature["geometry"] or geometry["type"] == "Point":
-                told[properties["id"]] = coordinates
+                exported[properties["id"]] = coordinates
             else:
                 edge = properties["startid"], properties["endid"], properties["cost"], str(coordinates)
-                told[edge] = properties["metadata"]["class"]
+                exported[edge] = properties["metadata"]["class"]
         nodes = [node for node in export.graph["nodes"] if node["storey"] == index]
         wanted = {node["id"]: [node["x_m"], node["y_m"]] for node in nodes}
         for edge in export.graph["edges"]:
@@ -199,6 +199,6 @@ def check_routes(export):
                     wanted[a, b, edge["length_m"], str([line])] = edge["class"]
             elif (edge["from"] in wanted) != (edge["to"] in wanted):
                 wanted[edge["id"]] = [[*point, z_m] for point, z_m in zip(edge["line_m"], edge["line_z_m"])]
-        if told != wanted:
-            n = sum(told.get(k) != wanted.get(k) for k in {**told, **wanted})
+        if exported != wanted:
+            n = sum(exported.get(k) != wanted.get(k) for k in {**exported, **wanted})
             yield "route", f"{n} nodes or edges of storey {index} are not the same in route.geojson and site-graph.json"

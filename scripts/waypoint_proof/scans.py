@@ -74,9 +74,9 @@ def seen_from_anywhere(storey, sensor, faces, known, parts, places):
 
 
 def check_scans(export):
-    told, plan = {s["storey"]: s for s in export.plan["storeys"]}, export.plan
+    exported, plan = {s["storey"]: s for s in export.plan["storeys"]}, export.plan
     for index, storey in export.storeys.items():
-        scans, outcome = export.on(index, "scan"), told.get(index)
+        scans, outcome = export.on(index, "scan"), exported.get(index)
         if outcome is None:
             continue
         sensor = Sensor(plan["sensor"]["min_range_m"] / storey.resolution_m, plan["sensor"]["range_m"] / storey.resolution_m,
@@ -91,9 +91,9 @@ def check_scans(export):
             overlap = known[own].sum() / max(1, len(own))
             known[own] = True
             if abs(len(own) - w["faces"]) > N_FACES:
-                yield "faces", f"the scan {w['id']} sees {len(own)} faces, told are {w['faces']}"
+                yield "faces", f"the scan {w['id']} sees {len(own)} faces, the export has {w['faces']}"
             if abs(overlap - w["overlap"]) > OVERLAP_TOLERANCE + N_FACES / max(1, len(own)):
-                yield "overlap", f"scans before {w['id']} saw {overlap:.3f} of its faces, told are {w['overlap']}"
+                yield "overlap", f"scans before {w['id']} saw {overlap:.3f} of its faces, the export has {w['overlap']}"
         others = np.array([w["place"] for w in export.on(index)]).reshape(-1, 2)
         can = seen_from_anywhere(storey, sensor, faces, known, export.reached(index), others)
         export.seen[index] = int(known.sum()), int(can.sum())
@@ -104,11 +104,11 @@ def check_scans(export):
 def check_coverage(goal, index, outcome, n_seen, n_faces):
     if goal == 0 or n_faces == 0 == outcome["faces"]:
         return
-    coverage, told = n_seen / max(1, n_faces), outcome["coverage"]
+    coverage, exported = n_seen / max(1, n_faces), outcome["coverage"]
     if abs(n_seen - outcome["faces_seen"]) > N_FACES:
-        yield "coverage", f"the scans of storey {index} see {n_seen} faces, told are {outcome['faces_seen']}"
-    if told is None or abs(coverage - told) > COVERAGE_TOLERANCE:
-        yield "coverage", f"the scans of storey {index} see {coverage:.4f} of what can be seen, told are {told}"
+        yield "coverage", f"the scans of storey {index} see {n_seen} faces, the export has {outcome['faces_seen']}"
+    if exported is None or abs(coverage - exported) > COVERAGE_TOLERANCE:
+        yield "coverage", f"the scans of storey {index} see {coverage:.4f} of what can be seen, the export has {exported}"
     if coverage < goal - COVERAGE_TOLERANCE:
         yield "coverage", f"the scans of storey {index} see {coverage:.4f} of what can be seen, the goal was {goal}"
 
@@ -123,5 +123,5 @@ def check_spaces(export, index, faces, known, can):
         own = is_own[faces.fronts[:, 1], faces.fronts[:, 0]]
         n_seen, n_faces = (known & own).sum(), max(1, (can & own).sum())
         if abs(n_seen / n_faces - outcome["coverage"]) > COVERAGE_TOLERANCE + N_FACES / n_faces:
-            told = outcome["coverage"]
-            yield "coverage", f"the scans see {n_seen / n_faces:.4f} of what can be seen of space {space_id}, told are {told}"
+            exported = outcome["coverage"]
+            yield "coverage", f"the scans see {n_seen / n_faces:.4f} of what can be seen of space {space_id}, the export has {exported}"

@@ -55,7 +55,7 @@ fn a_map_in_another_frame_is_found_on_its_storey_and_on_no_other() {
     assert_ne!(other["verdict"], "accepted");
     assert!(!other["reason"].as_str().unwrap().is_empty());
     let (_, hinted) = align(&localization(&maps, 0), &slam, &["--hint", "50", "50", "0"]);
-    assert_ne!(hinted["verdict"], "accepted", "not where somebody says it is");
+    assert_ne!(hinted["verdict"], "accepted", "not at the hint");
 }
 
 /// The maps that were moved into the robot's frame show what the robot's map shows.

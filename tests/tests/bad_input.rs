@@ -41,7 +41,7 @@ fn step(schema: &str, records: &str) -> String {
 /// The manifest of an earlier output.
 const EARLIER: &str = r#"{"tool": "groundplan", "files": {}}"#;
 
-/// Converts the bytes over earlier output: (exit code, what it said); a failure must leave the earlier output.
+/// Converts the bytes over earlier output: (exit code, standard error); a failure must leave the earlier output.
 fn outcome(bytes: &[u8]) -> (i32, String) {
     let home = tempfile::tempdir().unwrap();
     let (model, out) = (home.path().join("model.ifc"), home.path().join("out"));

@@ -233,7 +233,7 @@ fn chosen_storeys_alone_are_written_and_keep_their_index() {
     assert!(edges.iter().flat_map(|e| [&e["from"], &e["to"]]).all(|n| nodes.contains(&n.as_u64().unwrap())));
 }
 
-/// What is said when a conversion is refused as bad usage.
+/// Standard error of a conversion that is refused as bad usage.
 fn refused(more: &[&dyn AsRef<std::ffi::OsStr>]) -> String {
     let home = tempfile::tempdir().unwrap();
     let (model, out) = (demo_model(), home.path().join("out"));

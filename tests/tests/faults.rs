@@ -236,7 +236,7 @@ fn a_subscriber_that_hangs_with_a_sample_in_hand_holds_nobody_up() {
     let mut follower = Command::new(client);
     follower.args(["monitor", "--json", "--config"]).arg(live.config());
     let mut follower = follower.stdout(std::process::Stdio::null()).spawn().unwrap();
-    // It has joined when it has said something; here it is enough that it had the time of a few dates.
+    // It has joined when it has printed a line; here the time of a few dates is enough.
     live.text(&[&"date", &DATES[0]]);
     live.text(&[&"date", &DATES[1]]);
     signal("-STOP", u64::from(follower.id()));
@@ -252,7 +252,7 @@ fn a_subscriber_that_hangs_with_a_sample_in_hand_holds_nobody_up() {
 }
 
 #[test]
-fn a_damaged_cache_is_told_and_everything_is_read_anew() {
+fn a_damaged_cache_is_reported_and_everything_is_read_anew() {
     let mut live = Live::start();
     live.down();
     let cache = live.home.path().join("state/site.gpar");
@@ -269,15 +269,15 @@ fn a_damaged_cache_is_told_and_everything_is_read_anew() {
     }
 }
 
-/// A private /dev/shm of 48 MB that somebody fills up.
+/// A private /dev/shm of 48 MB that is filled up.
 #[test]
-fn full_shared_memory_is_told_and_the_last_map_stays() {
+fn full_shared_memory_is_reported_and_the_last_map_stays() {
     let inside = std::env::var_os("GROUNDPLAN_TEST_INSIDE").is_some();
     if !inside {
         // The same test again, where /dev/shm is another.
         let own = std::env::current_exe().unwrap();
         let script = "mount -t tmpfs -o size=48m tmpfs /dev/shm && exec \"$0\" --exact --nocapture \
-                      full_shared_memory_is_told_and_the_last_map_stays";
+                      full_shared_memory_is_reported_and_the_last_map_stays";
         let mut command = Command::new("unshare");
         command.args(["-m", "sh", "-c", script]).arg(own).env("GROUNDPLAN_TEST_INSIDE", "1");
         let Ok(output) = command.output() else {
@@ -332,7 +332,7 @@ fn full_shared_memory_is_told_and_the_last_map_stays() {
     assert!(message.contains("shared memory") || message.contains("no room"), "{message}");
     assert!(indices.take().unwrap().is_none(), "the last maps stay");
     std::fs::remove_file(filler).unwrap();
-    // Nobody asks again: it goes on by itself.
+    // Without a request it goes on by itself.
     wait_for_error(&str::is_empty);
     live.wait_until_healthy();
     assert_ne!(live.index()["content"]["grids"], before["content"]["grids"]);
@@ -341,7 +341,7 @@ fn full_shared_memory_is_told_and_the_last_map_stays() {
     while live.index()["content"]["grids"] != before["content"]["grids"] {
         assert!(begun.elapsed() < DEADLINE, "{}", live.index());
     }
-    assert_eq!(processes, DAEMONS.map(|d| process_of(&live, d)), "nobody died of it");
+    assert_eq!(processes, DAEMONS.map(|d| process_of(&live, d)), "no daemon died of it");
     drop((heartbeats, indices, bus, waiter));
     check_recovered(&live, DATES[3]);
     end(live);

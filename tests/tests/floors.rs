@@ -1,4 +1,4 @@
-//! What is floor of small models, and what is said where the model has none.
+//! Floors of small models, and warnings where the model has none.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
@@ -17,7 +17,7 @@ fn warnings(maps: &Maps) -> Vec<&str> {
 }
 
 #[test]
-fn an_assumed_floor_is_told_once_with_from_what_and_how_much() {
+fn an_assumed_floor_is_reported_once_with_its_source_and_area() {
     let mut house = House::new("IFC4");
     house.add_walls([0.0, 0.0, 6.0, 4.0], [0.0, 3.0]);
     house.add_room("Hall", [[0.0, 0.0, 0.0], [6.0, 4.0, 3.0]]);

@@ -10,7 +10,7 @@ use std::fmt::Write;
 use std::path::Path;
 use support::{contents, convert, demo_model, groundplan};
 
-/// Converts the demo building into a folder: exit code, and what is said on standard error.
+/// Converts the demo building into a folder: exit code and standard error.
 fn run(out: &Path, more: &[&str]) -> (Option<i32>, String) {
     let model = demo_model();
     let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> =

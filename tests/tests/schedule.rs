@@ -23,7 +23,7 @@ fn failure(arguments: &[&dyn AsRef<OsStr>]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// The rules that a truth says the reader must be told.
+/// The rules whose violation must be reported, by the expected result.
 fn rules_of(config: &Value, paper: bool) -> String {
     let mut rules = String::new();
     if paper {
@@ -130,7 +130,7 @@ fn dates_that_fit_two_orders_are_refused_with_both_readings() {
     let out = home.path().join("out");
     let output = groundplan(&[&"convert", &model, &"-o", &out]);
     assert!(output.status.success(), "without a date they do not matter");
-    assert!(String::from_utf8_lossy(&output.stdout).contains("both"), "but somebody should know");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("both"), "but it is a warning");
 }
 
 fn at(date: &str) -> Maps {

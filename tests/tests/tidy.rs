@@ -136,7 +136,7 @@ fn foreign_kernels_are_fenced() {
 }
 
 #[test]
-fn nobody_depends_on_a_service() {
+fn no_package_depends_on_a_service() {
     let is_service = |name: &&String| root().join("services").join(name).exists();
     let folders = [root().join("tests"), root().join("tests/fuzz")];
     for folder in crates().into_iter().chain(folders) {

@@ -64,7 +64,7 @@ fn the_link_follows_the_maps_and_a_program_runs_for_each() {
         let folder = wait_for(&out, date);
         let begun = Instant::now();
         while !std::fs::read_to_string(&log).unwrap_or_default().contains(&*folder.to_string_lossy()) {
-            assert!(begun.elapsed() < DEADLINE, "nobody was told of {}", folder.display());
+            assert!(begun.elapsed() < DEADLINE, "the hook was not run for {}", folder.display());
         }
     }
     let folder = wait_for(&out, "2024-06-03T12:00:00");
@@ -81,7 +81,7 @@ fn the_link_follows_the_maps_and_a_program_runs_for_each() {
     wait_for(&out, "2024-04-27T12:00:00");
     watch.stop();
     let now = std::fs::read_to_string(&log).unwrap();
-    assert!(now.lines().count() <= message.lines().count() + 1, "what is there already is not told again: {now}");
+    assert!(now.lines().count() <= message.lines().count() + 1, "what is there already is not reported again: {now}");
     live.down();
 }
 

@@ -34,8 +34,8 @@ pub fn in_background() {
     let _ = rustix::process::nice(NICENESS);
 }
 
-/// Runs the daemon whose requests the service takes, until it is told to stop: exit code 0; 1 if it cannot go on, 2 for a
-/// configuration that cannot be used.
+/// Runs the daemon of a service until it is stopped: exit code 0; 1 if it cannot go on, 2 for a configuration that
+/// cannot be used.
 pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>) -> ExitCode {
     let daemon = S::Request::DAEMON;
     let arguments = arguments(daemon);

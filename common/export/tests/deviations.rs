@@ -12,7 +12,8 @@ use std::io::{Cursor, Read};
 const WALL: &str = "2O2Fr$t4X7Zf8NOew3FLOH";
 const EARLY: &str = "0xScRe4drECQ4DMSqUjd6d";
 
-/// Two walls, one displaced and one early, a door that nobody saw, and an obstacle; all of it a quarter turn from the world.
+/// Two walls, one displaced and one early, a door that was not observed, and an obstacle; all of it a quarter turn from
+/// the world.
 struct Storey {
     site: ArchiveBuffer,
     schedule_state: ArchiveBuffer,

@@ -474,7 +474,7 @@ mod tests {
             let at = at % buffer.bytes().len();
             let changed = buffer.bytes()[at] != value;
             buffer.bytes_mut()[at] = value;
-            // The reserved words are the only ones that nobody reads.
+            // Only the reserved words are not read.
             let opened = Archive::open(buffer.bytes(), ArchiveKind::MissionPlan);
             prop_assert_eq!(opened.is_err(), changed && !(32..64).contains(&at));
             let cut = ArchiveBuffer::copy_of(&whole.bytes()[..length.min(whole.bytes().len() - 1)]);

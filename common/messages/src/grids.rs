@@ -61,8 +61,8 @@ pub struct DoorPassageRecord {
     pub width_in_map_m: f64,
     /// Clear width of the leaves that count together, this door among them, in metres.
     pub clear_width_m: f64,
-    /// Width that obstacles leave of the way through it, whatever the resolution, in metres. Measured where the cells are
-    /// too narrow, else 0.
+    /// Width that obstacles leave of the way through it, independent of the resolution, in metres. Measured where the
+    /// cells are too narrow, else 0.
     pub width_between_obstacles_m: f64,
     /// A resolution at which it is passable, in metres, where the resolution alone closes it; else 0.
     pub needed_resolution_m: f64,

@@ -10,7 +10,7 @@ use daemon::AlignRequest;
 use messages::AlignmentVerdict;
 use std::time::{Duration, Instant};
 
-/// The alignment is there when the answer is, but for the way to this process.
+/// Timeout of the alignment after the answer.
 const TIMEOUT: Duration = Duration::from_secs(30);
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 

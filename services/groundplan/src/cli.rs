@@ -22,7 +22,7 @@ pub struct Cli {
 pub enum Command {
     /// Turn building models into maps per storey, semantic JSON and waypoints
     Convert(convert::Args),
-    /// Tell which elements stand and which spaces may be entered at a date
+    /// List the states of elements and spaces at a date
     States(states::Args),
     /// List when anything changes, or what differs between two dates
     Changes(changes::Args),
@@ -30,36 +30,37 @@ pub enum Command {
     Tasks(tasks::Args),
     /// Find the pose of a robot's SLAM map in the model's: of files, or of the map that the running daemon follows
     Align(align::Args),
-    /// Start the daemons of a site and look after them until SIGTERM
+    /// Start and supervise the daemons of a site until SIGTERM
     Up(up::Args),
     /// Stop the daemons of a site
     Down(down::Args),
-    /// Tell who lives and what is wrong; exit code 0 if all is well
+    /// Show which daemons run and their errors; exit code 0 if all is well
     Status(status::Args),
     /// Load models into the running daemons; without any, read those again that are loaded
     Load(load::Args),
-    /// Set the plan time of the running daemons, or let it move; returns when the new grids are out. Without arguments, tell it
+    /// Set the plan time of the running daemons, or let it move; returns when the new grids are published. Without
+    /// arguments, print it
     Date(date::Args),
     /// Give the running daemons the progress that was reported; returns when the new grids are out
     Actuals(actuals::Args),
     /// Set the robot of the running daemons; returns when the new grids are out
     Robot(robot::Args),
-    /// Tell the running daemons what waypoints to plan; returns when the mission plan is out. Without arguments, what
+    /// Set what waypoints the running daemons plan; returns when the mission plan is published. Without arguments, what
     /// is configured
     Waypoints(waypoints::Args),
     /// Give the running daemons a map that the robot made, and align it; exit code 0 if accepted
     SlamMap(slam_map::Args),
     /// Compare a robot's map with the planned site: what stands, is missing or has moved
     Deviations(deviations::Args),
-    /// Say that the pose that waits is right, or that elements that the robot saw through are not there
+    /// Confirm the pending pose, or that elements that the robot saw through are absent
     Confirm(confirm::Args),
-    /// Watch the running daemons in the terminal: who lives, what is published, the maps themselves
+    /// Show the running daemons in the terminal: their state, topics and maps
     Monitor(monitor::Args),
-    /// Look at what is on the bus
+    /// Inspect topics of the bus
     Topic(topic::Args),
     /// Write the files of `convert` from the running daemons, at the plan time that they hold
     Export(export::Args),
-    /// Tell what this machine lacks to run the daemons; exit code 0 if nothing
+    /// Check that this machine can run the daemons; exit code 0 if it can
     Doctor(doctor::Args),
     /// Print the completion script of a shell
     Completions(completions::Args),

@@ -39,7 +39,7 @@ fn written(text: &str, site_zone: Option<&TimeZone>) -> Result<WrittenPlanTime, 
     PlanTime::parse(text, site_zone).map_err(Failure::usage)
 }
 
-/// What `states` tells of: an instant, or all from `date` until the end of `until`; and for a date without a time the
+/// What `states` lists: an instant, or all from `date` until the end of `until`; and for a date without a time the
 /// whole day, which is what `convert` draws.
 ///
 /// # Errors

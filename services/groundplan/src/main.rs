@@ -29,7 +29,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What `RUST_LOG` says; otherwise supervisors tell what they do, and other commands are silent.
+/// The filter of `RUST_LOG`; without it supervisors log their actions, and other commands are silent.
 fn filter(command: &Command) -> tracing_subscriber::EnvFilter {
     let usual = if matches!(command, Command::Up(_) | Command::Keeper(_)) { "warn,groundplan=info" } else { "error" };
     tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| usual.into())

@@ -1,18 +1,18 @@
-//! What every command is: arguments that run, and what comes of them.
+//! The interface of commands: arguments that run, and their outcome.
 
 use crate::failure::Failure;
 
-/// What came of a command that did not fail.
+/// The outcome of a command that did not fail.
 #[derive(Debug)]
 pub struct Outcome {
     /// What is printed on standard output.
     pub text: String,
-    /// True for exit code 0; false where the command did its work, and its text tells of something bad.
+    /// True for exit code 0; false where the command did its work, but its result is negative.
     pub is_well: bool,
 }
 
 impl Outcome {
-    /// All is well, and there is nothing to say.
+    /// Success without output.
     pub(crate) fn silent() -> Self {
         Self::from(String::new())
     }
@@ -29,6 +29,6 @@ pub(crate) trait Run {
     /// Does the work of the command.
     ///
     /// # Errors
-    /// Bad usage or configuration, or work that failed; the command's own `run` says which.
+    /// Bad usage or configuration, or work that failed; see the command's own `run`.
     fn run(&self) -> Result<Outcome, Failure>;
 }

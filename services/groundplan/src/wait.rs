@@ -6,9 +6,9 @@ use daemon::{Progress, Published, Request, RequestTimeouts, SiteConfig};
 use messages::InputHashes;
 use std::time::{Duration, Instant};
 
-/// A daemon that does not answer within this time is not asked further.
+/// Timeout of answers and of new grids.
 const TIMEOUT: Duration = Duration::from_secs(600);
-/// A daemon that is just starting is waited for.
+/// Timeout of a daemon that is just starting.
 const START_TIMEOUT: Duration = Duration::from_secs(10);
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
@@ -29,7 +29,7 @@ pub(crate) fn ask<R: Request>(bus: &Bus, waiter: &mut Waiter, request: &R) -> Re
     ask_with_progress(bus, waiter, request, |_| {})
 }
 
-/// The same; `progress` is told how far the daemon is.
+/// The same; `progress` gets the progress of the daemon.
 ///
 /// # Errors
 /// As [`ask`].

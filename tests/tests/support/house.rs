@@ -15,7 +15,7 @@ pub(crate) struct House {
 /// Records up to here are those of every model.
 const FIRST: usize = 20;
 
-/// Attributes behind the representation that nobody gave.
+/// Attributes behind the representation that are not given.
 pub(crate) const PLAIN: &str = "$,$";
 
 impl House {

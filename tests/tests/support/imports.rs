@@ -140,7 +140,7 @@ impl Source {
     }
 }
 
-/// True if what follows these tokens is `pub`, in whatever scope.
+/// True if the item behind these tokens is `pub`, in any scope.
 fn is_public(before: &[&str]) -> bool {
     match before {
         [.., "pub"] => true,

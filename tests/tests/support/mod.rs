@@ -79,7 +79,7 @@ pub(crate) fn groundplan(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Output {
 pub(crate) struct Maps {
     home: tempfile::TempDir,
     pub(crate) manifest: Value,
-    /// What the program said on standard output.
+    /// Standard output of the program.
     pub(crate) stdout: String,
 }
 

@@ -44,7 +44,7 @@ impl Calendars {
         duration_day: DurationDay,
         findings: &mut Findings<'_>,
     ) -> Self {
-        // Without any date no task has dates, whatever its calendar.
+        // Without any date no task has dates, also with a calendar.
         let Some(dates_s) = dates_s else { return Self { times: Vec::new(), duration_day } };
         let first = dates_s.start.div_euclid(DAY_S) - DAYS_BEFORE;
         let last = dates_s.end.div_euclid(DAY_S).saturating_add(DAYS_AFTER).min(first + MAX_DAYS);

@@ -344,7 +344,7 @@ fn reported_progress_beats_the_plan_for_tasks_and_elements() {
     assert_eq!(
         states(&timeline, chair, &["2024-03-08", "2050-01-01"]),
         ["not_started", "in_progress"],
-        "nobody knows when it ends"
+        "its finish is not known"
     );
     let schedule_state = timeline.schedule_state(Period::instant(at("2024-03-05T00:00"))).finish();
     let schedule_state = messages::ScheduleState::open(schedule_state.bytes()).unwrap();

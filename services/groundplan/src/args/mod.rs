@@ -1,4 +1,4 @@
-//! Groups of arguments that several commands share, and what each of them means.
+//! Groups of arguments that several commands share.
 
 mod models;
 mod overwrite;

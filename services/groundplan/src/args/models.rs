@@ -1,4 +1,4 @@
-//! The models of a site: which IFC files, and how they become one site.
+//! Arguments of the IFC files of a site, and how they are joined.
 
 use crate::failure::Failure;
 use crate::progress::ProgressLine;

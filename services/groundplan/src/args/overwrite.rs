@@ -1,4 +1,4 @@
-//! The output folder of a command, and what becomes of files of others in it.
+//! Arguments of the output folder, and the policy for foreign files in it.
 
 use crate::failure::Failure;
 use export::{ForeignFilePolicy, OutputFolder, SetAside};
@@ -24,7 +24,7 @@ impl OverwriteArgs {
     }
 }
 
-/// Says on standard error which files of others were moved where.
+/// Reports on standard error which foreign files were moved where.
 pub(crate) fn report_set_aside(set_aside: Option<SetAside>) {
     if let Some(SetAside { folder, files }) = set_aside {
         eprintln!("groundplan: files that it did not write are now in {}: {files}", folder.display());

@@ -1,4 +1,4 @@
-//! For which robot, at which resolution maps are drawn.
+//! Arguments of the robot profile and the resolution of maps.
 
 use crate::failure::Failure;
 use daemon::Robot;

@@ -39,7 +39,7 @@ struct FileError {
     source: Box<dyn std::error::Error + Send + Sync>,
 }
 
-/// What the command line says about time.
+/// Schedule arguments of the command line.
 pub(crate) struct ScheduleInput {
     rules: Rules,
     overrides: Overrides,
@@ -77,7 +77,7 @@ impl ScheduleInput {
     /// Works out the schedule of a site.
     ///
     /// # Errors
-    /// Dates that can be read in two ways, additions that name nothing: the rules or arguments must say more.
+    /// Dates that can be read in two ways, or overrides of unknown tasks or elements.
     pub(crate) fn timeline(&self, site: &Site<'_>) -> Result<Timeline, Failure> {
         schedule::evaluate(site, &self.rules, &self.overrides).map_err(Failure::usage)
     }

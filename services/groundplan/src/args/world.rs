@@ -1,4 +1,4 @@
-//! What the simulation world is like.
+//! Arguments of the simulation world.
 
 use crate::failure::Failure;
 use daemon::WorldConfig;
@@ -8,7 +8,7 @@ use world::{DoorMode, Materials, WorldOptions};
 /// The simulation world.
 #[derive(Debug, Clone, clap::Args)]
 pub struct WorldArgs {
-    /// Write the simulation world too; with a file, as that says [default: see config/world.toml]
+    /// Write the simulation world too, with the options of a file [default: see config/world.toml]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     world: Option<Option<PathBuf>>,
 

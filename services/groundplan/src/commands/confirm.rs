@@ -1,4 +1,4 @@
-//! `groundplan confirm`: a pose that waits is right, or elements are not there.
+//! `groundplan confirm`: confirms the pending pose or absent elements.
 
 use crate::alignment_request::{alignment_after, outcome_of};
 use crate::args::SiteArgs;
@@ -9,8 +9,8 @@ use daemon::AlignRequest;
 /// Arguments of `confirm`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// These elements are not there although they are planned to be: the maps leave them out until they are seen [default: the
-    /// pose that waits is right]
+    /// These elements are absent although they are planned to be there: maps leave them out until they are observed
+    /// [default: the pending pose]
     #[arg(value_name = "GLOBALID")]
     absent: Vec<String>,
 
@@ -24,10 +24,10 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Says that the pose that waits is right, or that elements are not there.
+    /// Confirms the pending pose, or that elements are absent.
     ///
     /// # Errors
-    /// No daemons, no pose that waits, elements that the robot has not seen through.
+    /// No daemons, no pending pose, elements that the robot has not seen through.
     fn run(&self) -> Result<Outcome, Failure> {
         let sample = alignment_after(&self.site, &AlignRequest::Confirm { absent: self.absent.clone() })?;
         Ok(Outcome { is_well: true, ..outcome_of(&sample, self.json) })

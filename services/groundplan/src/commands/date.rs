@@ -36,10 +36,10 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Sets the plan time, goes on to the next change, lets it move, or tells it.
+    /// Sets the plan time, goes on to the next change, lets it move, or prints it.
     ///
     /// # Errors
-    /// No daemons, a date that is none, nothing that changes any more.
+    /// No daemons, an invalid date, no later change in the schedule.
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.config()?;
         let instant_s = |text| date_argument::instant_at_site_s(text, &config);

@@ -7,7 +7,7 @@ use crate::supervise::{TIMEOUT, running};
 use rustix::process::{Signal, kill_process};
 use std::time::{Duration, Instant};
 
-/// How often it is looked whether they are gone.
+/// Interval at which the processes are polled.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Arguments of `down`.

@@ -1,4 +1,4 @@
-//! `groundplan keeper`: creates the bus, cleans up behind the dead, does nothing else.
+//! `groundplan keeper`: creates the bus and removes resources of dead participants.
 
 use crate::args::SiteArgs;
 use crate::failure::Failure;
@@ -8,7 +8,7 @@ use daemon::StopSignal;
 use std::time::Duration;
 use tracing::{info, warn};
 
-/// How often the dead are looked for.
+/// Interval at which dead participants are removed.
 const TICK: Duration = Duration::from_secs(1);
 
 /// Arguments of `keeper`.
@@ -24,7 +24,7 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Holds the bus until it is told to stop.
+    /// Holds the bus until it is stopped.
     ///
     /// # Errors
     /// A bus that cannot be created.

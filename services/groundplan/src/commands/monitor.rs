@@ -23,7 +23,7 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Shows the running site until somebody quits; with `--json` prints a line for each change.
+    /// Shows the running site until the user quits; with `--json` prints a line for each change.
     ///
     /// # Errors
     /// No terminal, a bus that refuses.

@@ -1,4 +1,4 @@
-//! `groundplan status`: who lives, what they do, what is wrong.
+//! `groundplan status`: running daemons, their activity and errors.
 
 use crate::alignment_report::AlignmentSummary;
 use crate::args::SiteArgs;
@@ -28,7 +28,7 @@ pub struct Args {
 
 #[derive(Debug, Serialize)]
 struct Status {
-    /// True if every daemon lives without an error, and there are grids and a mission plan.
+    /// True if every daemon runs without an error, and there are grids and a mission plan.
     healthy: bool,
     daemons: BTreeMap<&'static str, DaemonStatus>,
     grids: Option<GridsStatus>,
@@ -83,7 +83,7 @@ impl Run for Args {
             while let Some(record) = reader.take().map_err(Failure::work)? {
                 seen.insert(record.daemon, record);
             }
-            // What is damaged is not shown; its reader says so.
+            // Damaged samples are not shown; their reader reports them.
             let index = grids.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
             let mission_plan = mission_plans.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
             let news = index.map(SiteSample::Index).into_iter().chain(mission_plan.map(SiteSample::MissionPlan));

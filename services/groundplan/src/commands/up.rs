@@ -1,4 +1,4 @@
-//! `groundplan up`: starts the daemons of a site and looks after them.
+//! `groundplan up`: starts and supervises the daemons of a site.
 
 use crate::args::SiteArgs;
 use crate::failure::Failure;
@@ -8,7 +8,7 @@ use bus::Daemon;
 use daemon::StopSignal;
 use std::time::Duration;
 
-/// How often the daemons are looked after.
+/// Interval at which the daemons are polled.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Arguments of `up`.
@@ -20,7 +20,7 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Starts the keeper and the daemons, and starts again whoever dies, until it is told to stop.
+    /// Starts the keeper and the daemons, and restarts those that die, until it is stopped.
     ///
     /// # Errors
     /// Executables that are missing or of another version, a configuration that cannot be used, a site that is up already.
@@ -39,7 +39,7 @@ impl Run for Args {
                 daemon.supervise(&path)?;
             }
         }
-        // The bus goes when nobody is on it any more.
+        // The keeper stops last, when the bus has no participants.
         daemons.iter_mut().for_each(SupervisedProcess::close);
         daemons.iter_mut().for_each(SupervisedProcess::stop);
         keeper.close();

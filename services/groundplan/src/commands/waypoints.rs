@@ -29,7 +29,7 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Tells what waypoints to plan.
+    /// Sets what waypoints to plan.
     ///
     /// # Errors
     /// No daemons, a file or date that cannot be used.

@@ -1,6 +1,6 @@
-//! The running site at a glance: an ordinary subscriber that watches everything and disturbs nobody.
+//! The dashboard of a running site: an ordinary subscriber to all topics.
 //!
-//! `state` turns what is seen into a `snapshot::Snapshot`; `screen` draws it; `map_pane` draws the map itself. This file
+//! `state` turns samples into a `snapshot::Snapshot`; `screen` draws it; `map_pane` draws the map itself. This file
 //! holds the bus, the terminal and the keys together.
 
 mod map_pane;
@@ -26,7 +26,7 @@ const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(100);
 /// Ages on the screen are never older than this.
 const MAX_REDRAW_INTERVAL: Duration = Duration::from_millis(500);
 
-/// Shows a site until somebody quits or the time is over; as JSON a line for each change.
+/// Shows a site until the user quits or the time is over; as JSON a line for each change.
 ///
 /// # Errors
 /// No terminal, a bus that refuses.
@@ -74,7 +74,7 @@ impl Output {
         }
     }
 
-    /// Takes the keys; true if somebody quits.
+    /// Handles the keys; true if the user quits.
     fn take_keys(&mut self, n_storeys: usize) -> bool {
         let Self::Screen { view, keys, .. } = self else { return false };
         let mut quits = false;
@@ -163,7 +163,7 @@ fn run_generation(
     loop {
         is_new |= subscriptions.take(bus, state).map_err(Failure::work)?;
         let since = drawn.elapsed();
-        // A line tells of a change; a screen also of time that passes.
+        // Lines are printed for changes; a screen also shows the passing time.
         let is_due = is_new && since >= MIN_REDRAW_INTERVAL
             || matches!(output, Output::Screen { .. }) && since >= MAX_REDRAW_INTERVAL;
         if is_due {

@@ -8,7 +8,7 @@ use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Row, Table};
 
-/// What somebody chose to see.
+/// The selection of the user.
 #[derive(Debug, Default)]
 pub(crate) struct View {
     pub(crate) storey: usize,
@@ -58,7 +58,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map:
 fn head_lines(snapshot: &Snapshot) -> Vec<Line<'_>> {
     let (word, style) = match snapshot.verdict {
         "current" => ("maps are current", GOOD),
-        "overtaken" => ("a newer schedule state is here, its maps are not yet", Style::new().fg(Color::Yellow)),
+        "overtaken" => ("a newer schedule state has no maps yet", Style::new().fg(Color::Yellow)),
         "hold" => ("stand still: maps are late", BAD),
         _ => (snapshot.why_no_map.as_deref().unwrap_or("no map"), BAD),
     };

@@ -13,7 +13,7 @@ use std::time::Duration;
 const RATE_OVER: Duration = Duration::from_secs(10);
 const MAX_ERRORS: usize = 8;
 
-/// What was seen of a site.
+/// State of the monitor: the last samples and heartbeats.
 pub(crate) struct State {
     generation: Option<u64>,
     daemons: BTreeMap<Daemon, DaemonState>,
@@ -91,7 +91,7 @@ impl State {
         self.daemons.insert(daemon, DaemonState { record, received: now, restarts });
     }
 
-    /// A sample has come. One that was published before this program looked has no latency.
+    /// A sample has come. A sample that was published before the monitor joined has no latency.
     pub(crate) fn on_sample(&mut self, now: Stamp, joined: Stamp, topic: TopicName, header: SampleHeader) {
         let published = Stamp(header.stamp_ns);
         let latency = (joined < published).then(|| now.since(published));
@@ -293,7 +293,7 @@ mod tests {
         let line = &snapshot.daemons[2];
         assert_eq!((line.restarts, line.alive, &line.error), (1, true, &None));
         assert_eq!(snapshot.errors, ["rasterize: it is broken"]);
-        assert!(!snapshot.daemons[0].alive, "nobody heard of it");
+        assert!(!snapshot.daemons[0].alive, "it sent no heartbeat");
         assert!(!state.snapshot_at(now + Duration::from_secs(4)).daemons[2].alive);
     }
 
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_came_while_somebody_looked_has_a_latency_and_counts_for_the_rate() {
+    fn only_samples_published_after_joining_have_a_latency_and_count_for_the_rate() {
         let mut state = State::new();
         let joined = Stamp(5_000_000_000);
         let header = |stamp_ns| SampleHeader { stamp_ns, ..SampleHeader::of(ArchiveKind::ScheduleState) };

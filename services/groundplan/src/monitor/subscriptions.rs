@@ -68,7 +68,7 @@ impl Subscriptions {
             state.on_status(Stamp::now(), record);
             is_new = true;
         }
-        // What is damaged is not shown; its reader says so.
+        // Damaged samples are not shown; their reader reports them.
         if let Some(site) = take_sample(&self.sites, self.joined, state, &mut is_new)? {
             let site = site.view();
             state.on_storey_names(site.map_storeys.iter().map(|s| site.text(s.name).to_owned()).collect());

@@ -19,7 +19,7 @@ pub(crate) fn executable(name: &str) -> Result<PathBuf, Failure> {
     }
 }
 
-/// The version of an executable, as it tells it.
+/// The version that an executable prints.
 ///
 /// # Errors
 /// It cannot be run.

@@ -1,4 +1,4 @@
-//! A process that is started, and started again when it dies.
+//! A process that is restarted when it dies.
 
 use super::executables::executable;
 use crate::failure::Failure;
@@ -15,7 +15,7 @@ const RECOVERED: Duration = Duration::from_secs(10);
 /// Daemons that do not leave by themselves within this time are killed.
 pub(crate) const TIMEOUT: Duration = Duration::from_secs(3);
 
-/// A process that is kept alive.
+/// A supervised process.
 pub(crate) struct SupervisedProcess {
     name: &'static str,
     child: Option<Child>,
@@ -25,7 +25,7 @@ pub(crate) struct SupervisedProcess {
 }
 
 impl SupervisedProcess {
-    /// One that has not been started.
+    /// A process that has not been started.
     pub(crate) fn new(name: &'static str) -> Self {
         Self { name, child: None, started: Instant::now(), back_off: Duration::ZERO, restarts: 0 }
     }
@@ -33,7 +33,7 @@ impl SupervisedProcess {
     /// Starts it if it does not run, not too often.
     ///
     /// # Errors
-    /// A process that cannot be started, or says that it cannot use the configuration.
+    /// A process that cannot be started, or that cannot use the configuration.
     pub(crate) fn supervise(&mut self, config: &Path) -> Result<(), Failure> {
         if let Some(child) = &mut self.child {
             match child.try_wait().map_err(Failure::work)? {

@@ -1,10 +1,10 @@
-//! The process that keeps a site up, in a file of the site's state.
+//! The process that supervises a site, by its file in the state folder.
 
 use crate::failure::Failure;
 use rustix::process::{Pid, test_kill_process};
 use std::path::{Path, PathBuf};
 
-/// The file that says which process keeps a site up; removed with this value.
+/// The file with the id of the process that supervises a site; removed with this value.
 pub(crate) struct Running(PathBuf);
 
 impl Running {
@@ -30,7 +30,7 @@ impl Drop for Running {
     }
 }
 
-/// The process that keeps a site up.
+/// The process that supervises a site.
 pub(crate) fn running(state: &Path) -> Option<Pid> {
     let pid: i32 = std::fs::read_to_string(state.join("up.pid")).ok()?.trim().parse().ok()?;
     let is_ours = std::fs::read_to_string(format!("/proc/{pid}/comm")).is_ok_and(|name| name.trim() == "groundplan");

@@ -50,7 +50,7 @@ impl WorkingTime {
         Self { periods_s, worked_s, day_s }
     }
 
-    /// Working seconds of a usual day: those that most days have, of equals the more; 0 if nobody ever works.
+    /// Working seconds of a usual day: those that most days have, of equals the more; 0 without working time.
     pub(crate) fn day_s(&self) -> i64 {
         self.day_s
     }

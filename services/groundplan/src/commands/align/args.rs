@@ -38,7 +38,7 @@ pub struct Args {
     #[command(flatten)]
     pub(super) overwrite: OverwriteArgs,
 
-    /// Nobody vouches for the lengths of the SLAM map: try scales from 0.8 to 1.25
+    /// The scale of the SLAM map is not reliable: try scales from 0.8 to 1.25
     #[arg(long, requires = "reference")]
     pub(super) free_scale: bool,
 
@@ -65,7 +65,7 @@ Nav2 map file of any resolution and origin. The answer is the motion `map_from_s
 p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as well, or why there is none.
 
   accepted    one pose fits, and no other comes near
-  ambiguous   several fit alike: a symmetric building, repeated rooms; all are told
+  ambiguous   several fit alike: a symmetric building, repeated rooms; all are listed
   refused     another building or storey, too little overlap, too little structure
 
 Exit codes: 0 accepted, 1 ambiguous, refused or failed, 2 bad usage.

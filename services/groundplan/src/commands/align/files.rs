@@ -103,7 +103,7 @@ struct ManifestStorey {
 }
 
 fn sha256(path: &Path) -> Result<String, Failure> {
-    // A folder is told by its manifest, which has the sums of all its files.
+    // A folder is identified by its manifest, which has the sums of all its files.
     let path = if path.is_dir() { path.join("manifest.json") } else { path.to_owned() };
     let bytes = std::fs::read(path).map_err(Failure::work)?;
     Ok(Sha256::digest(bytes).iter().fold(String::new(), |mut hex, byte| {

@@ -44,7 +44,7 @@ pub(super) fn files(reference: &Path, map: &Path, pose: &PoseRecord) -> Result<V
     }
     waypoints["frame"] = "slam".into();
     for key in ["spaces", "storeys", "tours"] {
-        // What they tell is told in the model's frame.
+        // Their content is in the model's frame.
         if let Some(object) = waypoints.as_object_mut() {
             object.remove(key);
         }

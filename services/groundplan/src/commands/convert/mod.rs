@@ -30,7 +30,7 @@ use waypoints::MissionPlanOptions;
 
 /// Which maps are asked for.
 enum RequestedMaps {
-    /// Everything is built, whatever the schedule says.
+    /// Everything is built, without a date.
     Everything,
     /// At a date.
     At(Period),
@@ -128,8 +128,8 @@ impl Args {
     }
 }
 
-/// The schedule state in which everything stands, with what is known of the schedule; dates that cannot be used do not
-/// matter here.
+/// The schedule state in which everything is built, with dates and diagnostics of the schedule; unusable dates are no
+/// error here.
 fn everything_built(site: &Site<'_>, timeline: Result<Timeline, Failure>) -> ArchiveBuffer {
     let failure = match timeline {
         Ok(timeline) => return timeline.everything_built().finish(),

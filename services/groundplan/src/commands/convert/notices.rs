@@ -4,7 +4,7 @@ use export::ExportInput;
 use frames::metres;
 use messages::{DiagnosticRecord, DoorPassageRecord, FloorKind, Grid, NONE, ScheduleState, Severity, Site};
 
-/// What is said of a model from which no floor can be made.
+/// The notice about a model from which no floor can be made.
 const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp), no space and no wall: its maps show obstacles, \
                         no cell is free and there are no waypoints";
 
@@ -62,7 +62,7 @@ fn assumed_floors(input: &ExportInput<'_>) -> Option<String> {
     (!storeys.is_empty()).then(|| format!("{why}: {}", storeys.join(", ")))
 }
 
-/// Errors, then warnings, each with its word.
+/// Errors, then warnings, each with its severity.
 fn worst_first(diagnostics: &[DiagnosticRecord]) -> impl Iterator<Item = (&'static str, &DiagnosticRecord)> {
     let of = |severity: Severity| {
         diagnostics.iter().filter(move |d| d.severity == severity).map(move |d| (severity.name(), d))
@@ -81,7 +81,7 @@ fn of_schedule(schedule_state: &ScheduleState<'_>, d: &DiagnosticRecord) -> Stri
     about(&[schedule_state.text(d.global_id), schedule_state.text(d.name)], schedule_state.text(d.message))
 }
 
-/// A message behind the words that say what it is about; those that are empty leave no trace.
+/// A message behind the names of its entity; empty names are left out.
 fn about(who: &[&str], message: &str) -> String {
     let words: Vec<&str> = who.iter().copied().filter(|word| !word.is_empty()).collect();
     if words.is_empty() { message.to_owned() } else { format!("{}: {message}", words.join(" ")) }

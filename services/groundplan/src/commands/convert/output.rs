@@ -1,4 +1,4 @@
-//! From schedule states to the files of an output folder.
+//! Writes the files of schedule states into an output folder.
 
 use super::args::Args;
 use super::plan_time_summary::PlanTimeSummary;
@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use waypoints::MissionPlanOptions;
 use world::WorldOptions;
 
-/// What came of a schedule state.
+/// The maps of a schedule state.
 struct Drawn {
     files: Vec<ExportFile>,
     summary: PlanTimeSummary,

@@ -1,4 +1,4 @@
-//! What is told of the maps of one plan time: a line per storey.
+//! Summary of the maps of one plan time: a line per storey.
 
 use super::notices::notices;
 use super::rooms::RoomLine;

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rooms_on_no_map_are_told_with_their_area() {
+    fn rooms_on_no_map_are_listed_with_their_area() {
         let room = |k: usize, reason| RoomLine {
             global_id: format!("room-{k}"),
             name: (k > 0).then(|| format!("Room {k}")),

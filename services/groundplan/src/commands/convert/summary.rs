@@ -21,7 +21,7 @@ pub(super) struct Summary {
     frame: SiteFrameFile,
     /// Rooms that are on no map, from large to small; of many dates at the last.
     spaces_not_mapped: Vec<RoomLine>,
-    /// Names of storeys without a map; the report says why.
+    /// Names of storeys without a map; the report has the reasons.
     storeys_not_mapped: Vec<String>,
     elements: usize,
     spaces: usize,
@@ -70,7 +70,7 @@ impl Summary {
         }
     }
 
-    /// What is said on standard output: one JSON document, or text for people.
+    /// The output: one JSON document, or text for people.
     pub(super) fn text(&self) -> String {
         if self.json {
             return serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
@@ -82,7 +82,7 @@ impl Summary {
         let mut lines = vec![frame_line(&self.frame)];
         lines.extend(schedule_states.iter().flat_map(PlanTimeSummary::lines));
         lines.extend(rooms_lines(&self.spaces_not_mapped));
-        // What many dates share is said once, with the last.
+        // Notices that many dates share are printed once, with the last.
         let notices = schedule_states.last().map(|p| p.notices.as_slice()).unwrap_or_default();
         lines.extend(notices.iter().take(MAX_NOTICES).map(|notice| format!("  {notice}")));
         if !notices.is_empty() {
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_turn_and_the_shift_of_the_map_are_told() {
+    fn the_turn_and_the_shift_of_the_map_are_printed() {
         let line = |x_m: f64, yaw_rad: f64| {
             let text = format!(
                 r#"{{"map_from_world": {{"x_m": {x_m:?}, "y_m": 0.0, "z_m": 0.0, "yaw_rad": {yaw_rad:?}}}, "frame_epoch": 1}}"#

@@ -54,7 +54,7 @@ pub struct Args {
 
 const AFTER_HELP: &str = "\
 Observed: it stands where the model has it; absent: the robot saw through its place; displaced: it stands beside it;
-unseen: nothing can be said, as of glass, doors, and whatever does not cross the lidar's plane or was hidden.
+unseen: nothing can be said, as of glass, doors, and what does not cross the lidar's plane or was hidden.
 Compared with the planned states at the date: on plan, late, early, displaced, unknown. Nothing changes a map by itself: give
 actuals.csv to --actual, or see [align] apply and `groundplan confirm`.
 

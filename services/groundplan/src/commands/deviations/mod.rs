@@ -17,7 +17,9 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let text = match &self.slam {
             None if self.models.is_empty() => live::take(self),
-            None => Err(Failure::usage("--slam is needed with models; without both the running daemon tells")),
+            None => Err(Failure::usage(
+                "--slam is needed with models; without both, deviations of the running daemon are printed",
+            )),
             Some(slam) => files::compare(self, slam),
         }?;
         Ok(text.into())

@@ -20,7 +20,7 @@ pub(super) fn write(
     schedule_state: &ScheduleState<'_>,
     found: &Deviations<'_>,
 ) -> Result<String, Failure> {
-    // Topics want to know when they were made; a comparison without a date has only that of the machine.
+    // Topics have a creation date; a comparison without a date has only that of the machine.
     let now = || PlanTime::from_civil_seconds(jiff::Timestamp::now().as_second());
     let created = messages::plan_time(schedule_state.head.plan_time_s).or_else(now);
     let created = created.ok_or_else(|| Failure::work("the machine's clock tells no date"))?;

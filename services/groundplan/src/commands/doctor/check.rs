@@ -1,4 +1,4 @@
-//! One thing that was looked at, and what was found.
+//! One check with its result.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ pub(super) enum CheckResult {
     Failure,
 }
 
-/// One thing that was looked at.
+/// One check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(super) struct Check {
     pub(super) what: &'static str,

@@ -1,4 +1,4 @@
-//! What a machine must have, whatever the site. Facts are gathered first; what they mean is a function of them.
+//! Requirements on the machine, independent of the site. Facts are gathered first; checks are functions of them.
 
 use super::check::{Check, failure, ok, warning};
 use crate::supervise::{executable, version_of};
@@ -17,7 +17,7 @@ const RECOMMENDED_SHARED_BYTES: u64 = 1 << 30;
 /// A daemon holds about a hundred descriptors, a monitor more.
 const MIN_OPEN_FILES: u64 = 1_024;
 
-/// Looks at memory, kernel, limits and executables.
+/// Checks memory, kernel, limits and executables.
 pub(super) fn of_machine() -> Vec<Check> {
     vec![shared_memory(&SharedMemory::here()), kernel(&kernel_release()), files(open_files()), executables()]
 }
@@ -65,7 +65,9 @@ fn kernel(release: &str) -> Check {
         (Some(major), Some(minor)) if (major, minor) >= (5, 14) => ok("kernel", release),
         (Some(_), Some(_)) => warning(
             "kernel",
-            format!("{release}: before 5.14 a daemon that finds shared memory full is killed instead of told"),
+            format!(
+                "{release}: before 5.14 a daemon that finds shared memory full is killed instead of getting an error"
+            ),
         ),
         _ => warning("kernel", format!("{release:?}: unknown")),
     }
@@ -102,14 +104,14 @@ fn executables() -> Check {
     ok(WHAT, format!("version {own}"))
 }
 
-/// systemd removes a user's shared memory when the last session ends, unless it is told not to.
+/// systemd removes a user's shared memory when the last session ends, unless RemoveIPC=no.
 pub(super) fn remove_ipc() -> Check {
     let text = std::fs::read_to_string("/etc/systemd/logind.conf").unwrap_or_default();
     let keeps = text.lines().any(|line| line.trim().eq_ignore_ascii_case("RemoveIPC=no"));
     let is_system_user = rustix::process::getuid().as_raw() < 1_000;
     match (Path::new("/run/systemd/system").exists(), keeps || is_system_user) {
         (false, _) => ok("RemoveIPC", "no systemd"),
-        (true, true) => ok("RemoveIPC", "shared memory stays when somebody logs out"),
+        (true, true) => ok("RemoveIPC", "shared memory stays when users log out"),
         (true, false) => warning(
             "RemoveIPC",
             "systemd removes this user's shared memory at the last logout: set RemoveIPC=no in logind.conf, or use the system's units",

@@ -24,7 +24,7 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Looks at this machine and the site's configuration; all is well if nothing fails.
+    /// Checks this machine and the site's configuration; all is well if nothing fails.
     ///
     /// # Errors
     /// JSON that cannot be written.

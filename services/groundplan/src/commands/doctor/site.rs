@@ -107,7 +107,7 @@ fn clock(synchronised_while: Option<&Path>) -> Check {
         Some(path) => {
             warning("clock", format!("{} is not there: a plan time that follows the clock stands", path.display()))
         }
-        None => ok("clock", "taken for synchronised; [clock] synchronised_while tells otherwise"),
+        None => ok("clock", "assumed to be synchronised; set [clock] synchronised_while to check it"),
     }
 }
 

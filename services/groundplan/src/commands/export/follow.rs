@@ -20,7 +20,7 @@ use world::WorldOptions;
 
 const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
-/// Writes every set of maps until it is told to stop; sets that come faster than they are written are left out.
+/// Writes every set of maps until it is stopped; sets that come faster than they are written are left out.
 ///
 /// # Errors
 /// A folder that cannot be written. A command that fails is reported and does not stop it.
@@ -61,7 +61,7 @@ struct Watched {
     world: Option<WorldOptions>,
     on_change: Option<PathBuf>,
     overwrite: OverwriteArgs,
-    /// Epochs that are not deleted, because they hold files of others; each is told once.
+    /// Epochs that are not deleted, because they hold foreign files; each is reported once.
     reported: BTreeSet<u64>,
 }
 
@@ -158,7 +158,7 @@ impl Watched {
     }
 }
 
-/// A line for each epoch, for whoever reads it; a reader that is gone does not matter.
+/// A line for each epoch; a closed standard output is no error.
 fn println_now(folder: &Path) {
     use std::io::Write;
     let _ = writeln!(io::stdout(), "{}", folder.display());

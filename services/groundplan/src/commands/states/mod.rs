@@ -20,7 +20,7 @@ pub struct Args {
     #[arg(long, value_name = "DATE", required = true)]
     date: Vec<String>,
 
-    /// Tell the union from the date until this one, as `convert` draws it; a day counts whole
+    /// List the union from the date until this one, as `convert` draws it; days count whole
     #[arg(long, value_name = "DATE")]
     until: Option<String>,
 
@@ -42,7 +42,7 @@ Dates are local to the site, or carry an offset, which is converted to the site'
 States are those of an instant: 2024-04-15 is its midnight, or 2024-04-15T08:30:00.
 A map serves a whole day: `convert --date 2024-04-15` draws the union of all instants of the day,
 which is `--date 2024-04-15 --until 2024-04-15` here. For a date without a time, what differs during
-the day is told, too (\"whole_day\" in JSON). In a union a space is blocked if it is at any instant,
+the day is listed, too (\"whole_day\" in JSON). In a union a space is blocked if it is at any instant,
 and an element that does not stand throughout is in_progress.
 States of elements: not_started, in_progress, built, being_removed, removed.
 Reasons of blocked spaces: task:GlobalId, before_room_date, or what the rules say (private).
@@ -56,7 +56,7 @@ Examples:
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
 
 impl Run for Args {
-    /// Tells the states at every date that is asked for.
+    /// Prints the states at every given date.
     ///
     /// # Errors
     /// Bad arguments, models that cannot be read, dates that can be read in two ways.

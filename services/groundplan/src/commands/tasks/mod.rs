@@ -18,7 +18,7 @@ pub struct Args {
     #[arg(long, value_name = "TASK")]
     task: Vec<String>,
 
-    /// Tell the status at this date: 2024-04-15 (its midnight) or 2024-04-15T08:30:00
+    /// Status of the tasks at this date: 2024-04-15 (its midnight) or 2024-04-15T08:30:00
     #[arg(long, value_name = "DATE")]
     date: Option<String>,
 

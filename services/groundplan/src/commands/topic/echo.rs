@@ -21,7 +21,7 @@ pub(super) fn echo(site: &SiteArgs, topic: TopicName, json: bool) -> Result<Stri
     Ok(text.map_err(Failure::work)? + "\n")
 }
 
-/// Prints every sample that comes, the last one first, until it is told to stop.
+/// Prints every sample, beginning with the last one, until it is stopped.
 pub(super) fn follow(site: &SiteArgs, topic: TopicName) -> Result<String, Failure> {
     let (bus, mut waiter) = stoppable(site)?;
     let subscriber = bus.raw_subscriber(topic).map_err(Failure::work)?;

@@ -20,7 +20,7 @@ struct Rate {
     latency_ms_max: Option<f64>,
 }
 
-/// Counts samples that are published while it looks.
+/// Counts the samples that are published meanwhile.
 pub(super) fn hz(site: &SiteArgs, topic: TopicName, seconds: Option<f64>, json: bool) -> Result<String, Failure> {
     let (bus, mut waiter) = stoppable(site)?;
     let subscriber = bus.raw_subscriber(topic).map_err(Failure::work)?;

@@ -15,12 +15,12 @@ use messages::nearest_names_hint;
 /// Arguments of `topic`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// What to look at.
+    /// Subcommands.
     #[command(subcommand)]
     command: TopicCommand,
 }
 
-/// What to look at.
+/// Subcommands.
 #[derive(Debug, Clone, clap::Subcommand)]
 pub enum TopicCommand {
     /// List the topics that have a sample

@@ -7,7 +7,7 @@ use bus::{Bus, RawSample, TopicName, Waiter};
 use daemon::StopSignal;
 use std::time::{Duration, Instant};
 
-/// How often it is looked for samples.
+/// Interval at which topics are polled.
 pub(super) const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
 /// A client that SIGTERM and SIGINT stop.
