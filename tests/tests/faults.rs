@@ -62,7 +62,7 @@ impl Witness {
                 TopicName::Grids => drop(Grids::open(sample.bytes()).unwrap()),
                 _ => drop(Grid::open(sample.bytes()).unwrap()),
             }
-            self.set.see(Stamp::now(), sample).unwrap();
+            self.set.insert(Stamp::now(), sample).unwrap();
         }
         let (Some(schedule_state), Some(index)) = (self.set.schedule_state(), self.set.index()) else { return };
         if index.header().content_hash == self.last_index {

@@ -1,7 +1,7 @@
 //! The newest site, schedule state, grids and mission plan that belong together, and whether a robot may use them. Samples of
 //! topics arrive in any order; no bus and no clock inside: times are arguments.
 //!
-//! Samples of different topics arrive in any order. Logic over what was seen: no bus, no clock of its own.
+//! Samples arrive in any order. This is logic without a bus and without a clock of its own.
 
 use crate::latched::RawSample;
 use crate::names::{Daemon, GridSlot, TopicName};
@@ -23,9 +23,9 @@ pub const MISSED_HEARTBEATS: u32 = 3;
 /// Daemons without which maps grow old unnoticed.
 const WATCHED: [Daemon; 2] = [Daemon::ScheduleEval, Daemon::Rasterize];
 
-/// What a consumer may do now.
+/// How a robot may use the maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+pub enum MapVerdict {
     /// The set is of the newest schedule state: use it.
     Current,
     /// A newer schedule state is here, its grids are not yet: use the set, but do not enter what
@@ -34,12 +34,12 @@ pub enum Verdict {
     /// The grids of the newest schedule state are late: stand still.
     Hold,
     /// There is no map.
-    NoMap(NoMap),
+    NoMap(NoMapReason),
 }
 
 /// Why there is no map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum NoMap {
+pub enum NoMapReason {
     /// Schedule state, index and grids have never matched yet.
     #[error("grids, index and schedule state have not come together yet")]
     Incomplete,
@@ -54,65 +54,65 @@ pub enum NoMap {
     },
 }
 
-/// A schedule state that was seen.
+/// Key of a schedule state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct ScheduleStateSeen {
+struct ScheduleStateKey {
     hash: u64,
     site: u64,
     valid_until_s: i64,
     at: Stamp,
 }
 
-/// An index that was seen.
+/// Key of an index.
 #[derive(Debug)]
-struct IndexSeen {
+struct IndexKey {
     hash: u64,
     schedule_state: u64,
     site: u64,
     grids: Vec<u64>,
 }
 
-/// A mission plan that was seen.
+/// Key of a mission plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct MissionPlanSeen {
+struct MissionPlanKey {
     grids: u64,
     schedule_state: u64,
     site: u64,
 }
 
-/// What was seen, and the sample behind it.
+/// A sample with the key by which it is matched.
 #[derive(Debug)]
-struct Seen<F, T> {
-    facts: F,
+struct KeyedSample<F, T> {
+    key: F,
     sample: T,
 }
 
 /// Two samples of a topic: the one in the set, and the newest if it is not in the set yet.
 #[derive(Debug)]
-struct Held<F, T> {
-    used: Option<Seen<F, T>>,
-    newest: Option<Seen<F, T>>,
+struct TopicSamples<F, T> {
+    used: Option<KeyedSample<F, T>>,
+    newest: Option<KeyedSample<F, T>>,
 }
 
-impl<F, T> Held<F, T> {
+impl<F, T> TopicSamples<F, T> {
     const EMPTY: Self = Self { used: None, newest: None };
 
-    fn see(&mut self, facts: F, sample: T) {
-        self.newest = Some(Seen { facts, sample });
+    fn insert(&mut self, key: F, sample: T) {
+        self.newest = Some(KeyedSample { key, sample });
     }
 
-    fn newest(&self) -> Option<&Seen<F, T>> {
+    fn newest(&self) -> Option<&KeyedSample<F, T>> {
         self.newest.as_ref().or(self.used.as_ref())
     }
 
     /// True if one of the two fits.
     fn has(&self, fits: impl Fn(&F) -> bool) -> bool {
-        self.newest.iter().chain(&self.used).any(|s| fits(&s.facts))
+        self.newest.iter().chain(&self.used).any(|s| fits(&s.key))
     }
 
     /// Moves the newest into the set if it fits; else the one in the set stays.
     fn promote(&mut self, fits: impl Fn(&F) -> bool) {
-        if self.newest.as_ref().is_some_and(|s| fits(&s.facts)) {
+        if self.newest.as_ref().is_some_and(|s| fits(&s.key)) {
             self.used = self.newest.take();
         }
     }
@@ -124,10 +124,10 @@ impl<F, T> Held<F, T> {
 /// are held. A set that is complete stays until the next one is.
 #[derive(Debug)]
 pub struct ConsistentSet<T> {
-    schedule_state: Held<ScheduleStateSeen, T>,
-    index: Held<IndexSeen, T>,
-    grids: [Held<u64, T>; GridSlot::COUNT],
-    mission_plan: Held<MissionPlanSeen, T>,
+    schedule_state: TopicSamples<ScheduleStateKey, T>,
+    index: TopicSamples<IndexKey, T>,
+    grids: [TopicSamples<u64, T>; GridSlot::COUNT],
+    mission_plan: TopicSamples<MissionPlanKey, T>,
     heard: [Stamp; WATCHED.len()],
 }
 
@@ -135,51 +135,51 @@ impl<T> ConsistentSet<T> {
     /// Nothing seen; heartbeats count from `now`.
     pub fn new(now: Stamp) -> Self {
         Self {
-            schedule_state: Held::EMPTY,
-            index: Held::EMPTY,
-            grids: [const { Held::EMPTY }; GridSlot::COUNT],
-            mission_plan: Held::EMPTY,
+            schedule_state: TopicSamples::EMPTY,
+            index: TopicSamples::EMPTY,
+            grids: [const { TopicSamples::EMPTY }; GridSlot::COUNT],
+            mission_plan: TopicSamples::EMPTY,
             heard: [now; WATCHED.len()],
         }
     }
 
     /// A schedule state has come; `hash` is its content hash. One that says the same as the last one is not new.
-    pub fn see_schedule_state(&mut self, now: Stamp, hash: u64, head: &ScheduleStateHead, sample: T) {
-        let facts = ScheduleStateSeen { hash, site: head.site_hash, valid_until_s: head.valid_until_s, at: now };
+    pub fn insert_schedule_state(&mut self, now: Stamp, hash: u64, head: &ScheduleStateHead, sample: T) {
+        let key = ScheduleStateKey { hash, site: head.site_hash, valid_until_s: head.valid_until_s, at: now };
         // A restarted producer repeats itself; a set in use stays what it is.
-        if self.schedule_state.newest().is_none_or(|s| s.facts.hash != hash) {
-            self.schedule_state.see(facts, sample);
+        if self.schedule_state.newest().is_none_or(|s| s.key.hash != hash) {
+            self.schedule_state.insert(key, sample);
             self.advance();
         }
     }
 
     /// An index of grids has come; `hash` is its content hash. Its n-th record speaks of slot n; there are never more
     /// than [`GridSlot::COUNT`].
-    pub fn see_grids(&mut self, hash: u64, head: &GridsHead, slots: &[GridSlotRecord], sample: T) {
+    pub fn insert_index(&mut self, hash: u64, head: &GridsHead, slots: &[GridSlotRecord], sample: T) {
         let grids = slots.iter().map(|s| s.content_hash).collect();
         self.index
-            .see(IndexSeen { hash, schedule_state: head.schedule_state_hash, site: head.site_hash, grids }, sample);
+            .insert(IndexKey { hash, schedule_state: head.schedule_state_hash, site: head.site_hash, grids }, sample);
         self.advance();
     }
 
     /// A grid has come; `hash` is its content hash.
-    pub fn see_grid(&mut self, slot: GridSlot, hash: u64, sample: T) {
-        self.grids[slot.index()].see(hash, sample);
+    pub fn insert_grid(&mut self, slot: GridSlot, hash: u64, sample: T) {
+        self.grids[slot.index()].insert(hash, sample);
         self.advance();
     }
 
     /// A mission plan has come; `grids_hash` is the content hash of the index that it was made from, as in its sample's
     /// header.
-    pub fn see_mission_plan(&mut self, grids_hash: u64, head: &MissionPlanHead, sample: T) {
-        self.mission_plan.see(
-            MissionPlanSeen { grids: grids_hash, schedule_state: head.schedule_state_hash, site: head.site_hash },
+    pub fn insert_mission_plan(&mut self, grids_hash: u64, head: &MissionPlanHead, sample: T) {
+        self.mission_plan.insert(
+            MissionPlanKey { grids: grids_hash, schedule_state: head.schedule_state_hash, site: head.site_hash },
             sample,
         );
         self.advance();
     }
 
     /// A heartbeat has come.
-    pub fn see_heartbeat(&mut self, now: Stamp, daemon: Daemon) {
+    pub fn insert_heartbeat(&mut self, now: Stamp, daemon: Daemon) {
         for (heard, watched) in self.heard.iter_mut().zip(WATCHED) {
             if watched == daemon {
                 *heard = now;
@@ -188,32 +188,32 @@ impl<T> ConsistentSet<T> {
     }
 
     /// What the consumer may do. `plan_time_s` is the plan time in civil seconds; `None` if the clock stands.
-    pub fn verdict(&self, now: Stamp, plan_time_s: Option<i64>) -> Verdict {
+    pub fn verdict(&self, now: Stamp, plan_time_s: Option<i64>) -> MapVerdict {
         for (heard, daemon) in self.heard.iter().zip(WATCHED) {
             if now.since(*heard) >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS {
-                return Verdict::NoMap(NoMap::Silent { daemon });
+                return MapVerdict::NoMap(NoMapReason::Silent { daemon });
             }
         }
         let (Some(used), Some(newest)) = (&self.schedule_state.used, self.schedule_state.newest()) else {
-            return Verdict::NoMap(NoMap::Incomplete);
+            return MapVerdict::NoMap(NoMapReason::Incomplete);
         };
-        let until = newest.facts.valid_until_s;
+        let until = newest.key.valid_until_s;
         if until != ScheduleStateHead::NO_TIME && plan_time_s.is_some_and(|now| now > until) {
-            return Verdict::NoMap(NoMap::Expired);
+            return MapVerdict::NoMap(NoMapReason::Expired);
         }
-        if newest.facts.hash == used.facts.hash {
-            Verdict::Current
-        } else if now.since(newest.facts.at) < GRIDS_LATE {
-            Verdict::Overtaken
+        if newest.key.hash == used.key.hash {
+            MapVerdict::Current
+        } else if now.since(newest.key.at) < GRIDS_LATE {
+            MapVerdict::Overtaken
         } else {
-            Verdict::Hold
+            MapVerdict::Hold
         }
     }
 
     /// When to ask for the verdict again if nothing comes before.
     pub fn next_change(&self, now: Stamp) -> Stamp {
         let silent = self.heard.iter().map(|heard| *heard + HEARTBEAT_PERIOD * MISSED_HEARTBEATS);
-        let late = self.schedule_state.newest.iter().map(|s| s.facts.at + GRIDS_LATE);
+        let late = self.schedule_state.newest.iter().map(|s| s.key.at + GRIDS_LATE);
         silent.chain(late).filter(|at| *at > now).min().unwrap_or(now + HEARTBEAT_PERIOD)
     }
 
@@ -222,7 +222,7 @@ impl<T> ConsistentSet<T> {
         self.schedule_state.used.as_ref().map(|s| &s.sample)
     }
 
-    /// The last schedule state that came: what it blocks is not to be entered, whatever the set says.
+    /// The newest schedule state: spaces that it blocks must not be entered, also if those of the set are open.
     pub fn newest_schedule_state(&self) -> Option<&T> {
         self.schedule_state.newest().map(|s| &s.sample)
     }
@@ -240,7 +240,7 @@ impl<T> ConsistentSet<T> {
     /// The mission plan, if it is of the set's schedule state and grids.
     pub fn mission_plan(&self) -> Option<&T> {
         let mission_plan = self.mission_plan.used.as_ref()?;
-        is_of(&mission_plan.facts, &self.schedule_state.used, &self.index.used).then_some(&mission_plan.sample)
+        is_of(&mission_plan.key, &self.schedule_state.used, &self.index.used).then_some(&mission_plan.sample)
     }
 
     /// Makes the newest samples the set, if they match.
@@ -248,7 +248,7 @@ impl<T> ConsistentSet<T> {
         if self.is_complete() {
             self.schedule_state.promote(|_| true);
             self.index.promote(|_| true);
-            let wanted = self.index.used.as_ref().map_or(&[][..], |s| &s.facts.grids);
+            let wanted = self.index.used.as_ref().map_or(&[][..], |s| &s.key.grids);
             for (slot, held) in self.grids.iter_mut().enumerate() {
                 match wanted.get(slot) {
                     Some(hash) => held.promote(|h| h == hash),
@@ -264,22 +264,21 @@ impl<T> ConsistentSet<T> {
         let (Some(schedule_state), Some(index)) = (self.schedule_state.newest(), self.index.newest()) else {
             return false;
         };
-        let matches =
-            index.facts.schedule_state == schedule_state.facts.hash && index.facts.site == schedule_state.facts.site;
-        let grids = &index.facts.grids;
+        let matches = index.key.schedule_state == schedule_state.key.hash && index.key.site == schedule_state.key.site;
+        let grids = &index.key.grids;
         let all_there = self.grids.iter().zip(grids).all(|(held, hash)| held.has(|h| h == hash));
         matches && grids.len() <= GridSlot::COUNT && all_there
     }
 }
 
 fn is_of<T>(
-    mission_plan: &MissionPlanSeen,
-    schedule_state: &Option<Seen<ScheduleStateSeen, T>>,
-    index: &Option<Seen<IndexSeen, T>>,
+    mission_plan: &MissionPlanKey,
+    schedule_state: &Option<KeyedSample<ScheduleStateKey, T>>,
+    index: &Option<KeyedSample<IndexKey, T>>,
 ) -> bool {
     let (Some(schedule_state), Some(index)) = (schedule_state, index) else { return false };
     (mission_plan.site, mission_plan.schedule_state, mission_plan.grids)
-        == (schedule_state.facts.site, schedule_state.facts.hash, index.facts.hash)
+        == (schedule_state.key.site, schedule_state.key.hash, index.key.hash)
 }
 
 impl ConsistentSet<RawSample> {
@@ -287,22 +286,22 @@ impl ConsistentSet<RawSample> {
     ///
     /// # Errors
     /// A damaged archive: the set stays as it is. Grids are not looked into, their views do that.
-    pub fn see(&mut self, now: Stamp, sample: RawSample) -> Result<(), ArchiveError> {
+    pub fn insert(&mut self, now: Stamp, sample: RawSample) -> Result<(), ArchiveError> {
         let header = *sample.header();
         match sample.topic() {
             TopicName::ScheduleState => {
                 let head = *ScheduleState::open(sample.bytes())?.head;
-                self.see_schedule_state(now, header.content_hash, &head, sample);
+                self.insert_schedule_state(now, header.content_hash, &head, sample);
             }
             TopicName::Grids => {
                 let grids = Grids::open(sample.bytes())?;
                 let (head, slots) = (*grids.head, grids.slots.to_vec());
-                self.see_grids(header.content_hash, &head, &slots, sample);
+                self.insert_index(header.content_hash, &head, &slots, sample);
             }
-            TopicName::Grid(slot) => self.see_grid(slot, header.content_hash, sample),
+            TopicName::Grid(slot) => self.insert_grid(slot, header.content_hash, sample),
             TopicName::MissionPlan => {
                 let head = *MissionPlan::open(sample.bytes())?.head;
-                self.see_mission_plan(header.inputs.grids, &head, sample);
+                self.insert_mission_plan(header.inputs.grids, &head, sample);
             }
             TopicName::Site | TopicName::SlamMap | TopicName::Alignment | TopicName::Deviations => {}
         }
@@ -326,12 +325,12 @@ mod tests {
         Stamp(1_000_000_000_000) + Duration::from_millis(milliseconds)
     }
 
-    /// A set that heard everybody until `until_ms`, and is fed by letters.
-    struct Scene {
+    /// A set with heartbeats of all daemons until `until_ms`.
+    struct TestSet {
         set: ConsistentSet<String>,
     }
 
-    impl Scene {
+    impl TestSet {
         fn new() -> Self {
             Self { set: ConsistentSet::new(at(0)) }
         }
@@ -339,12 +338,12 @@ mod tests {
         fn schedule_state(&mut self, ms: u64, hash: u64, valid_until_s: i64) -> &mut Self {
             let everything = ScheduleStateBuilder::everything_built(SITE, 0, 0).head;
             let head = ScheduleStateHead { valid_until_s, ..everything };
-            self.set.see_schedule_state(at(ms), hash, &head, format!("schedule state {hash}"));
+            self.set.insert_schedule_state(at(ms), hash, &head, format!("schedule state {hash}"));
             self
         }
 
         fn grid(&mut self, index: usize, hash: u64) -> &mut Self {
-            self.set.see_grid(slot(index), hash, format!("grid {hash}"));
+            self.set.insert_grid(slot(index), hash, format!("grid {hash}"));
             self
         }
 
@@ -357,24 +356,24 @@ mod tests {
             };
             let record = |&content_hash| GridSlotRecord { map_storey: 0, cell_tenths: 500, content_hash };
             let slots: Vec<_> = hashes.iter().map(record).collect();
-            self.set.see_grids(schedule_state + 100, &head, &slots, format!("index {schedule_state}"));
+            self.set.insert_index(schedule_state + 100, &head, &slots, format!("index {schedule_state}"));
             self
         }
 
         fn mission_plan(&mut self, schedule_state: u64) -> &mut Self {
             let head = MissionPlanHead { site_hash: SITE, schedule_state_hash: schedule_state, ..Zeroable::zeroed() };
-            self.set.see_mission_plan(schedule_state + 100, &head, format!("mission plan {schedule_state}"));
+            self.set.insert_mission_plan(schedule_state + 100, &head, format!("mission plan {schedule_state}"));
             self
         }
 
-        fn hear(&mut self, ms: u64) -> &mut Self {
+        fn heartbeat(&mut self, ms: u64) -> &mut Self {
             for daemon in Daemon::ALL {
-                self.set.see_heartbeat(at(ms), daemon);
+                self.set.insert_heartbeat(at(ms), daemon);
             }
             self
         }
 
-        fn says(&mut self, ms: u64, verdict: Verdict) -> &mut Self {
+        fn expect_verdict(&mut self, ms: u64, verdict: MapVerdict) -> &mut Self {
             assert_eq!(self.set.verdict(at(ms), Some(50)), verdict);
             self
         }
@@ -388,23 +387,27 @@ mod tests {
         }
     }
 
-    fn complete() -> Scene {
-        let mut scene = Scene::new();
-        scene.schedule_state(0, 10, 100).grid(0, 20).grid(1, 21).index(10, &[20, 21]).mission_plan(10);
-        scene
+    fn complete() -> TestSet {
+        let mut test_set = TestSet::new();
+        test_set.schedule_state(0, 10, 100).grid(0, 20).grid(1, 21).index(10, &[20, 21]).mission_plan(10);
+        test_set
     }
 
     #[test]
     fn a_set_is_used_when_all_its_parts_are_there_in_any_order() {
-        complete().says(1, Verdict::Current).holds(
+        complete().expect_verdict(1, MapVerdict::Current).holds(
             "schedule state 10",
             &["grid 20", "grid 21"],
             Some("mission plan 10"),
         );
-        let mut scene = Scene::new();
-        scene.mission_plan(10).index(10, &[20, 21]).grid(1, 21).says(1, Verdict::NoMap(NoMap::Incomplete));
-        scene.schedule_state(2, 10, 100).says(2, Verdict::NoMap(NoMap::Incomplete));
-        scene.grid(0, 20).says(3, Verdict::Current).holds(
+        let mut test_set = TestSet::new();
+        test_set
+            .mission_plan(10)
+            .index(10, &[20, 21])
+            .grid(1, 21)
+            .expect_verdict(1, MapVerdict::NoMap(NoMapReason::Incomplete));
+        test_set.schedule_state(2, 10, 100).expect_verdict(2, MapVerdict::NoMap(NoMapReason::Incomplete));
+        test_set.grid(0, 20).expect_verdict(3, MapVerdict::Current).holds(
             "schedule state 10",
             &["grid 20", "grid 21"],
             Some("mission plan 10"),
@@ -413,25 +416,25 @@ mod tests {
 
     #[test]
     fn grids_that_come_before_their_index_do_not_disturb_the_set() {
-        let mut scene = complete();
-        scene.schedule_state(10, 11, 200).grid(0, 30).says(20, Verdict::Overtaken);
-        scene.holds("schedule state 10", &["grid 20", "grid 21"], Some("mission plan 10"));
-        assert_eq!(scene.set.newest_schedule_state().map(String::as_str), Some("schedule state 11"));
+        let mut test_set = complete();
+        test_set.schedule_state(10, 11, 200).grid(0, 30).expect_verdict(20, MapVerdict::Overtaken);
+        test_set.holds("schedule state 10", &["grid 20", "grid 21"], Some("mission plan 10"));
+        assert_eq!(test_set.set.newest_schedule_state().map(String::as_str), Some("schedule state 11"));
         // The storey that did not change is not sent again.
-        scene.index(11, &[30, 21]).says(30, Verdict::Current);
-        scene.holds("schedule state 11", &["grid 30", "grid 21"], None);
-        scene.mission_plan(11).holds("schedule state 11", &["grid 30", "grid 21"], Some("mission plan 11"));
+        test_set.index(11, &[30, 21]).expect_verdict(30, MapVerdict::Current);
+        test_set.holds("schedule state 11", &["grid 30", "grid 21"], None);
+        test_set.mission_plan(11).holds("schedule state 11", &["grid 30", "grid 21"], Some("mission plan 11"));
     }
 
     #[test]
     fn a_plan_that_comes_before_its_grids_waits_for_them() {
-        let mut scene = complete();
-        scene.schedule_state(10, 11, 200).mission_plan(11).holds(
+        let mut test_set = complete();
+        test_set.schedule_state(10, 11, 200).mission_plan(11).holds(
             "schedule state 10",
             &["grid 20", "grid 21"],
             Some("mission plan 10"),
         );
-        scene.grid(0, 30).index(11, &[30, 21]).holds(
+        test_set.grid(0, 30).index(11, &[30, 21]).holds(
             "schedule state 11",
             &["grid 30", "grid 21"],
             Some("mission plan 11"),
@@ -440,21 +443,24 @@ mod tests {
 
     #[test]
     fn a_plan_of_other_grids_of_the_same_schedule_state_is_none() {
-        let mut scene = complete();
+        let mut test_set = complete();
         let head = MissionPlanHead { site_hash: SITE, schedule_state_hash: 10, ..Zeroable::zeroed() };
-        scene.set.see_mission_plan(999, &head, "other robot".to_owned());
-        scene.holds("schedule state 10", &["grid 20", "grid 21"], Some("mission plan 10"));
+        test_set.set.insert_mission_plan(999, &head, "other robot".to_owned());
+        test_set.holds("schedule state 10", &["grid 20", "grid 21"], Some("mission plan 10"));
     }
 
     #[test]
     fn late_grids_make_the_robot_stand_still_until_they_come() {
-        let mut scene = complete();
-        scene.schedule_state(10, 11, 200).says(1009, Verdict::Overtaken).says(1010, Verdict::Hold);
-        assert_eq!(scene.set.next_change(at(500)), at(1010));
+        let mut test_set = complete();
+        test_set
+            .schedule_state(10, 11, 200)
+            .expect_verdict(1009, MapVerdict::Overtaken)
+            .expect_verdict(1010, MapVerdict::Hold);
+        assert_eq!(test_set.set.next_change(at(500)), at(1010));
         // Grids of yet another schedule state do not help.
-        scene.grid(0, 30).index(9, &[30, 21]).says(1020, Verdict::Hold);
-        scene.schedule_state(1100, 12, 200).says(1100, Verdict::Overtaken);
-        scene.index(12, &[30, 21]).says(1200, Verdict::Current).holds(
+        test_set.grid(0, 30).index(9, &[30, 21]).expect_verdict(1020, MapVerdict::Hold);
+        test_set.schedule_state(1100, 12, 200).expect_verdict(1100, MapVerdict::Overtaken);
+        test_set.index(12, &[30, 21]).expect_verdict(1200, MapVerdict::Current).holds(
             "schedule state 12",
             &["grid 30", "grid 21"],
             None,
@@ -463,28 +469,28 @@ mod tests {
 
     #[test]
     fn a_schedule_state_that_is_sent_again_is_not_newer() {
-        let mut scene = complete();
-        scene.schedule_state(500, 10, 100).says(2000, Verdict::Current).holds(
+        let mut test_set = complete();
+        test_set.schedule_state(500, 10, 100).expect_verdict(2000, MapVerdict::Current).holds(
             "schedule state 10",
             &["grid 20", "grid 21"],
             Some("mission plan 10"),
         );
-        scene.index(10, &[20, 21]).grid(0, 20).says(2000, Verdict::Current);
+        test_set.index(10, &[20, 21]).grid(0, 20).expect_verdict(2000, MapVerdict::Current);
     }
 
     #[test]
     fn another_site_is_another_set() {
-        let mut scene = Scene::new();
-        scene.schedule_state(0, 10, 100).grid(0, 20);
+        let mut test_set = TestSet::new();
+        test_set.schedule_state(0, 10, 100).grid(0, 20);
         let head = GridsHead { site_hash: 2, schedule_state_hash: 10, plan_time_s: 0, robot: RobotProfile::DEFAULT };
-        scene.set.see_grids(110, &head, &[], "other site".to_owned());
-        scene.says(1, Verdict::NoMap(NoMap::Incomplete));
+        test_set.set.insert_index(110, &head, &[], "other site".to_owned());
+        test_set.expect_verdict(1, MapVerdict::NoMap(NoMapReason::Incomplete));
     }
 
     #[test]
     fn a_building_with_fewer_storeys_leaves_no_old_grid_behind() {
-        let mut scene = complete();
-        scene.schedule_state(10, 11, 200).index(11, &[20]).says(20, Verdict::Current).holds(
+        let mut test_set = complete();
+        test_set.schedule_state(10, 11, 200).index(11, &[20]).expect_verdict(20, MapVerdict::Current).holds(
             "schedule state 11",
             &["grid 20"],
             None,
@@ -493,22 +499,27 @@ mod tests {
 
     #[test]
     fn a_schedule_state_past_its_validity_is_no_map() {
-        let mut scene = Scene::new();
-        scene.schedule_state(0, 10, 49).index(10, &[]).says(1, Verdict::NoMap(NoMap::Expired));
-        scene.schedule_state(2, 11, 50).index(11, &[]).says(3, Verdict::Current);
-        scene.schedule_state(4, 12, ScheduleStateHead::NO_TIME).index(12, &[]).says(5, Verdict::Current);
-        scene.schedule_state(6, 13, 49);
-        assert_eq!(scene.set.verdict(at(7), None), Verdict::Overtaken, "a clock that stands passes nothing");
+        let mut test_set = TestSet::new();
+        test_set.schedule_state(0, 10, 49).index(10, &[]).expect_verdict(1, MapVerdict::NoMap(NoMapReason::Expired));
+        test_set.schedule_state(2, 11, 50).index(11, &[]).expect_verdict(3, MapVerdict::Current);
+        test_set
+            .schedule_state(4, 12, ScheduleStateHead::NO_TIME)
+            .index(12, &[])
+            .expect_verdict(5, MapVerdict::Current);
+        test_set.schedule_state(6, 13, 49);
+        assert_eq!(test_set.set.verdict(at(7), None), MapVerdict::Overtaken, "a clock that stands passes nothing");
     }
 
     #[test]
     fn three_missed_heartbeats_are_no_map() {
-        let mut scene = complete();
-        scene.says(2999, Verdict::Current).says(3000, Verdict::NoMap(NoMap::Silent { daemon: Daemon::ScheduleEval }));
-        scene.hear(2900).says(3000, Verdict::Current).says(5899, Verdict::Current);
-        scene.set.see_heartbeat(at(5000), Daemon::ScheduleEval);
-        scene.says(5900, Verdict::NoMap(NoMap::Silent { daemon: Daemon::Rasterize }));
-        assert_eq!(scene.set.next_change(at(5000)), at(5900));
-        scene.hear(6000).says(6000, Verdict::Current);
+        let mut test_set = complete();
+        test_set
+            .expect_verdict(2999, MapVerdict::Current)
+            .expect_verdict(3000, MapVerdict::NoMap(NoMapReason::Silent { daemon: Daemon::ScheduleEval }));
+        test_set.heartbeat(2900).expect_verdict(3000, MapVerdict::Current).expect_verdict(5899, MapVerdict::Current);
+        test_set.set.insert_heartbeat(at(5000), Daemon::ScheduleEval);
+        test_set.expect_verdict(5900, MapVerdict::NoMap(NoMapReason::Silent { daemon: Daemon::Rasterize }));
+        assert_eq!(test_set.set.next_change(at(5000)), at(5900));
+        test_set.heartbeat(6000).expect_verdict(6000, MapVerdict::Current);
     }
 }

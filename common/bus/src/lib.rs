@@ -62,7 +62,7 @@ mod wakeup;
 
 pub use bus::Bus;
 pub use command::{Command, CommandClient, CommandServer, OpenCommand, Reply};
-pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, NoMap, Verdict};
+pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, NoMapReason};
 pub use domain::Domain;
 pub use error::{CommandError, DomainError, PortError, PublishError, ReceiveError, WaitError};
 pub use keeper::Keeper;

@@ -1,7 +1,7 @@
 //! The newest samples of a site, each validated once, and the set of those that belong together.
 //!
-//! Samples of different topics come in any order, and no bus is inside. A set is there only while the newest samples match;
-//! [`crate::ConsistentSet`] holds the last one that did, and tells a robot how long it may use it.
+//! Samples of different topics come in any order, and there is no bus inside. A set is there only while the newest
+//! samples match; [`crate::ConsistentSet`] holds the last one that did, and says how long a robot may use it.
 
 use crate::latched::{CheckedSample, RawSample};
 use crate::names::{GridSlot, TopicName};
@@ -50,12 +50,13 @@ impl SiteSample {
     }
 }
 
-/// The newest sample of each topic that has a part in the set. An older one is given up as soon as the next is seen.
+/// The newest sample of each topic that has a part in the set. An older one is released as soon as the next is
+/// inserted.
 #[derive(Debug, Default)]
 pub struct SiteSamples {
     site: Option<CheckedSample<topics::Site>>,
     state: Option<CheckedSample<topics::ScheduleState>>,
-    /// By slot; as many as were seen.
+    /// By slot.
     grids: Vec<Option<CheckedSample<topics::Grid>>>,
     index: Option<CheckedSample<topics::Grids>>,
     mission_plan: Option<CheckedSample<topics::MissionPlan>>,
@@ -101,8 +102,8 @@ pub struct SiteViews<'a> {
 }
 
 impl SiteSamples {
-    /// A sample has come.
-    pub fn see(&mut self, sample: SiteSample) {
+    /// Inserts a sample.
+    pub fn insert(&mut self, sample: SiteSample) {
         match sample {
             SiteSample::Site(sample) => self.site = Some(sample),
             SiteSample::ScheduleState(sample) => self.state = Some(sample),
@@ -122,7 +123,7 @@ impl SiteSamples {
         self.grids.truncate(n_storeys);
     }
 
-    /// Takes samples that were seen before, for topics of which there is none newer.
+    /// Takes earlier samples for topics without a newer one.
     pub fn take_back(&mut self, earlier: Self) {
         self.site = self.site.take().or(earlier.site);
         self.state = self.state.take().or(earlier.state);
@@ -141,17 +142,17 @@ impl SiteSamples {
         self.site.as_ref()
     }
 
-    /// The newest grid of a slot, whether the index names it or not.
+    /// The newest grid of a slot, also if the index does not name it.
     pub fn grid(&self, slot: GridSlot) -> Option<&CheckedSample<topics::Grid>> {
         self.grids.get(slot.index())?.as_ref()
     }
 
-    /// The newest index of grids, whatever it names.
+    /// The newest index of grids.
     pub fn index(&self) -> Option<&CheckedSample<topics::Grids>> {
         self.index.as_ref()
     }
 
-    /// The newest mission plan, whatever it is made from.
+    /// The newest mission plan, of any grids.
     pub fn mission_plan(&self) -> Option<&CheckedSample<topics::MissionPlan>> {
         self.mission_plan.as_ref()
     }
@@ -171,7 +172,7 @@ impl SiteSamples {
         (state.view().head.site_hash == site.content_hash()).then_some(SiteState { site, state })
     }
 
-    /// The newest index of grids, if it is of this site: it names the robot, whatever the state.
+    /// The newest index of grids, if it is of this site, with any schedule state: it names the robot.
     pub fn index_of(&self, site: &CheckedSample<topics::Site>) -> Option<&CheckedSample<topics::Grids>> {
         self.index.as_ref().filter(|index| index.view().head.site_hash == site.content_hash())
     }

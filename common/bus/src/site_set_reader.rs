@@ -66,7 +66,7 @@ impl SiteSetReader {
             let Some(sample) = subscriber.take()? else { continue };
             let topic = sample.topic();
             let sample = SiteSample::check(sample).map_err(|source| SiteSetError::Archive { topic, source })?;
-            sample.into_iter().for_each(|sample| self.samples.see(sample));
+            sample.into_iter().for_each(|sample| self.samples.insert(sample));
         }
         Ok(())
     }

@@ -5,8 +5,8 @@
 mod common;
 
 use bus::{
-    Bus, CommandError, ConsistentSet, Daemon, Domain, DomainError, Keeper, MAX_HELD, MAX_OPEN, PortError, PublishError,
-    ReceiveError, Reply, Stamp, TopicName, Verdict, topics,
+    Bus, CommandError, ConsistentSet, Daemon, Domain, DomainError, Keeper, MAX_HELD, MAX_OPEN, MapVerdict, PortError,
+    PublishError, ReceiveError, Reply, Stamp, TopicName, topics,
 };
 use common::{Attended, DEADLINE, Fixture, grid, origin, publish, sample_of, schedule_state, until};
 use messages::{
@@ -492,20 +492,20 @@ fn a_consumer_uses_what_belongs_together() {
         until(&mut waiter, "the verdict", || {
             for topic in &topics {
                 while let Some(sample) = topic.take().unwrap() {
-                    set.see(Stamp(1), sample).unwrap();
+                    set.insert(Stamp(1), sample).unwrap();
                 }
             }
             while let Some(daemon) = heartbeats.take().unwrap().and_then(|h| Daemon::from_id(h.daemon)) {
-                set.see_heartbeat(Stamp(1), daemon);
+                set.insert_heartbeat(Stamp(1), daemon);
             }
             (set.verdict(Stamp(2), plan_time_s) == verdict).then_some(())
         });
     };
-    wait_for(Verdict::Current, Some(0));
+    wait_for(MapVerdict::Current, Some(0));
     schedule_states.publish_copy(archives[1].bytes(), origin(2)).unwrap();
-    wait_for(Verdict::Overtaken, None);
+    wait_for(MapVerdict::Overtaken, None);
     grids.publish_copy(index_of(hash(1)).bytes(), origin(2)).unwrap();
-    wait_for(Verdict::Current, None);
+    wait_for(MapVerdict::Current, None);
     let sample = set.schedule_state().unwrap();
     assert_eq!((sample.header().epoch, ScheduleState::open(sample.bytes()).unwrap().spaces.len()), (2, 4));
 }

@@ -164,10 +164,10 @@ fn samples_that_are_taken_back_give_way_to_newer_ones() {
     let mut seen = |out: &mut Producers, samples: &mut SiteSamples, plan_time_s: i64| {
         out.publish(|p| &p.states, &state_of(&site("site"), plan_time_s), NONE);
         let sample = until(&mut waiter, "the state", || states.take().unwrap());
-        samples.see(SiteSample::check(sample).unwrap().unwrap());
+        samples.insert(SiteSample::check(sample).unwrap().unwrap());
         out.publish(|p| &p.grids[1], &grid_of(plan_time_s as i8), NONE);
         let sample = until(&mut waiter, "the grid", || grids.take().unwrap());
-        samples.see(SiteSample::check(sample).unwrap().unwrap());
+        samples.insert(SiteSample::check(sample).unwrap().unwrap());
     };
     let (mut earlier, mut newer, mut none) = (SiteSamples::default(), SiteSamples::default(), SiteSamples::default());
     seen(&mut out, &mut earlier, 1);

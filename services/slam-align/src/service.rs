@@ -117,7 +117,7 @@ impl AlignService {
         if self.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
             self.follower.forget();
         }
-        self.samples.see(SiteSample::Site(site));
+        self.samples.insert(SiteSample::Site(site));
         self.pending.refresh = true;
         Ok(())
     }
@@ -434,11 +434,11 @@ impl Service for AlignService {
         match event {
             Event::Input(AlignInput::Site(site)) => self.handle_site(site)?,
             Event::Input(AlignInput::ScheduleState(state)) => {
-                self.samples.see(SiteSample::ScheduleState(state));
+                self.samples.insert(SiteSample::ScheduleState(state));
                 self.pending.refresh = true;
             }
             Event::Input(AlignInput::SlamMap(map)) => self.handle_slam_map(RobotMap::of_archive(&map.view())?)?,
-            Event::Input(AlignInput::Grids(index)) => self.samples.see(SiteSample::Index(index)),
+            Event::Input(AlignInput::Grids(index)) => self.samples.insert(SiteSample::Index(index)),
             Event::Configuration(config) => return self.configure(&config),
             Event::Attached if self.map.is_none() => self.read_first_map()?,
             Event::Attached => {}

@@ -99,7 +99,7 @@ impl WaypointService {
     fn plan(&mut self) -> Result<Done, Failure> {
         for subscriber in &self.grids {
             if let Some(sample) = subscriber.take()? {
-                SiteSample::check(sample)?.into_iter().for_each(|grid| self.samples.see(grid));
+                SiteSample::check(sample)?.into_iter().for_each(|grid| self.samples.insert(grid));
             }
         }
         let Some(set) = self.samples.set() else { return Ok(Done::default()) };
@@ -172,7 +172,7 @@ impl Service for WaypointService {
     fn handle(&mut self, event: Event<WaypointInput>) -> Result<Done, Failure> {
         match event {
             Event::Input(input) => {
-                self.samples.see(match input {
+                self.samples.insert(match input {
                     WaypointInput::Site(site) => SiteSample::Site(site),
                     WaypointInput::ScheduleState(state) => SiteSample::ScheduleState(state),
                     WaypointInput::Grids(index) => SiteSample::Index(index),

@@ -87,7 +87,7 @@ impl Run for Args {
             let index = grids.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
             let mission_plan = mission_plans.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
             let news = index.map(SiteSample::Index).into_iter().chain(mission_plan.map(SiteSample::MissionPlan));
-            news.for_each(|sample| samples.see(sample));
+            news.for_each(|sample| samples.insert(sample));
             alignment = alignments.take().map_err(Failure::work)?.or(alignment);
             let rest = deadline.saturating_duration_since(Instant::now());
             if rest == Duration::ZERO {

@@ -3,7 +3,7 @@
 use super::snapshot::{DaemonLine, PlanTimeLine, Snapshot, StoreyLine, TopicLine};
 use crate::alignment_report::AlignmentSummary;
 use crate::date_argument;
-use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp, TopicName, Verdict};
+use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, Stamp, TopicName};
 use export::text_or_null;
 use messages::{Activity, Grid, Grids, SampleHeader, ScheduleState, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};
@@ -78,7 +78,7 @@ impl State {
     /// A heartbeat has come.
     pub(crate) fn on_status(&mut self, now: Stamp, record: StatusRecord) {
         let Some(daemon) = Daemon::from_id(record.daemon) else { return };
-        self.set.see_heartbeat(now, daemon);
+        self.set.insert_heartbeat(now, daemon);
         let error = record.error();
         let before = self.daemons.get(&daemon);
         if !error.is_empty() && before.is_none_or(|entry| entry.record.error() != error) {
@@ -122,7 +122,7 @@ impl State {
     /// A schedule state has come.
     pub(crate) fn on_schedule_state(&mut self, now: Stamp, schedule_state: &ScheduleState<'_>) {
         let head = schedule_state.head;
-        self.set.see_schedule_state(now, schedule_state.content_hash(), head, ());
+        self.set.insert_schedule_state(now, schedule_state.content_hash(), head, ());
         self.plan_time_s = date_argument::known(head.plan_time_s);
         self.plan_time_line = Some(PlanTimeLine {
             plan_time: date_argument::optional_text(head.plan_time_s),
@@ -134,7 +134,7 @@ impl State {
 
     /// An index of grids has come.
     pub(crate) fn on_index(&mut self, index: &Grids<'_>) {
-        self.set.see_grids(index.content_hash(), index.head, index.slots, ());
+        self.set.insert_index(index.content_hash(), index.head, index.slots, ());
         self.robot = Some(index.robot_name.to_owned());
         let n_storeys = index.slots.len();
         self.storeys.retain(|slot, _| *slot < n_storeys);
@@ -142,7 +142,7 @@ impl State {
 
     /// A grid has come; `before` is the last one of its slot.
     pub(crate) fn on_grid(&mut self, slot: GridSlot, epoch: u64, grid: &Grid<'_>, before: Option<&Grid<'_>>) {
-        self.set.see_grid(slot, grid.content_hash(), ());
+        self.set.insert_grid(slot, grid.content_hash(), ());
         let cell_m2 = grid.spec().resolution_m().powi(2);
         let line = StoreyLine {
             index: slot.index(),
@@ -165,8 +165,8 @@ impl State {
         let verdict = self.set.verdict(now, self.plan_time_s);
         let why_no_map = match verdict {
             _ if self.generation.is_none() => Some("there is no bus".to_owned()),
-            Verdict::NoMap(why) => Some(why.to_string()),
-            Verdict::Current | Verdict::Overtaken | Verdict::Hold => None,
+            MapVerdict::NoMap(why) => Some(why.to_string()),
+            MapVerdict::Current | MapVerdict::Overtaken | MapVerdict::Hold => None,
         };
         Snapshot {
             bus_generation: self.generation,
@@ -175,9 +175,9 @@ impl State {
             plan_time_line: self.plan_time_line.clone(),
             verdict: match verdict {
                 _ if why_no_map.is_some() => "no_map",
-                Verdict::Current => "current",
-                Verdict::Overtaken => "overtaken",
-                Verdict::Hold | Verdict::NoMap(_) => "hold",
+                MapVerdict::Current => "current",
+                MapVerdict::Overtaken => "overtaken",
+                MapVerdict::Hold | MapVerdict::NoMap(_) => "hold",
             },
             why_no_map,
             robot: self.robot.clone(),

@@ -98,7 +98,7 @@ impl Subscriptions {
             if let Some(grid) = take_sample(subscriber, self.joined, state, &mut is_new)? {
                 let before = self.samples.grid(slot).map(Checked::view);
                 state.on_grid(slot, grid.bytes().header().epoch, &grid.view(), before.as_ref());
-                self.samples.see(SiteSample::Grid(slot, grid));
+                self.samples.insert(SiteSample::Grid(slot, grid));
             }
         }
         Ok(is_new)
