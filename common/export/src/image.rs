@@ -42,7 +42,7 @@ impl Image {
     }
 }
 
-/// The canvas as a PNG file.
+/// The image as a PNG file.
 pub(crate) fn picture(image: &Image) -> Vec<u8> {
     let colours: Vec<u8> = rows_from_top(&image.pixels, image.width).flatten().flatten().copied().collect();
     png_bytes(image.width as u32, image.height() as u32, png::ColorType::Rgb, &colours)
