@@ -1,10 +1,10 @@
-//! Codes of diagnostics: the stable words for programs.
+//! Codes of diagnostics, which are stable for programs.
 
 use bytemuck::{CheckedBitPattern, NoUninit};
 
 macro_rules! codes {
     ($($(#[$doc:meta])* $variant:ident = $name:literal,)*) => {
-        /// What a diagnostic is about; its name is the word in files.
+        /// The code of a diagnostic; its name is that in files.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, CheckedBitPattern, NoUninit)]
         #[repr(u32)]
         pub enum DiagnosticCode {
@@ -15,7 +15,7 @@ macro_rules! codes {
             /// All codes.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// Its word in files.
+            /// Its name in files.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
@@ -57,7 +57,7 @@ codes! {
     MapConversionUnusable = "map_conversion_unusable",
     /// A placement that cannot be used.
     PlacementUnusable = "placement_unusable",
-    /// An IfcProxy, of which nobody knows what it is.
+    /// An IfcProxy, of which the kind is not known.
     ProxyNotDrawn = "proxy_not_drawn",
     /// A record that is no STEP.
     RecordMalformed = "record_malformed",
@@ -138,7 +138,7 @@ codes! {
     /// Durations in days, which a calendar counts.
     DurationInDays = "duration_in_days",
     /// A construction phase without dates.
-    PhaseUnknown = "phase_unknown",
+    ConstructionPhaseUnknown = "phase_unknown",
     /// A room without the date that rules look for.
     RoomUndated = "room_undated",
     /// A work schedule without tasks.

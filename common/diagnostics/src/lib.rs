@@ -1,4 +1,4 @@
-//! Diagnostics: what is said about imperfect input that does not stop the work.
+//! Diagnostics of imperfect input that does not stop the work.
 //!
 //! A [`Diagnostic`] has a [`Severity`], a [`DiagnosticCode`] for programs, the entity that it is about, and a sentence for
 //! people. A [`Report`] collects them with a limit per code. Codes are one enumeration for all stages, because files and
@@ -12,7 +12,7 @@ pub use report::Report;
 
 use bytemuck::{CheckedBitPattern, NoUninit};
 
-/// Something about the input, or about what was made of it.
+/// A diagnostic of the input, or of a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
     /// How bad it is.
@@ -45,14 +45,14 @@ impl Diagnostic {
 pub enum Severity {
     /// For the record.
     Info = 0,
-    /// The result is right, but a person should look.
+    /// The result is right, but should be checked.
     Warning = 1,
     /// Something is missing from the result, or could not be used.
     Error = 2,
 }
 
 impl Severity {
-    /// Its word in files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Info => "info",

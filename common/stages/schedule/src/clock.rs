@@ -1,8 +1,8 @@
 //! Time of a task: continuous, or the working hours of its calendar.
 
 use crate::dates::DAY_S;
+use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::durations::DayLength;
-use crate::findings::{Entity, Findings};
 use crate::rules::DurationDay;
 use crate::working_time::{Pattern, WorkRule, WorkingTime};
 use messages::{CalendarRecord, DiagnosticCode, NONE, RecurrenceKind, Severity, Site, WorkTimeRecord};
@@ -42,7 +42,7 @@ impl Calendars {
         site: &Site<'_>,
         dates_s: Option<Range<i64>>,
         duration_day: DurationDay,
-        findings: &mut Findings<'_>,
+        diagnostics: &mut ScheduleDiagnostics<'_>,
     ) -> Self {
         // Without any date no task has dates, also with a calendar.
         let Some(dates_s) = dates_s else { return Self { times: Vec::new(), duration_day } };
@@ -64,13 +64,13 @@ impl Calendars {
                      count working time in it have no dates",
                     (last - first) / 365
                 );
-                findings.add(Severity::Error, DiagnosticCode::CalendarTooLarge, Some(entity), message);
+                diagnostics.add(Severity::Error, DiagnosticCode::CalendarTooLarge, Some(entity), message);
                 return Some(WorkingTime::new(&[], &[], first..first));
             }
             let time = working_time(site, calendar, first..last);
             if time.day_s() == 0 {
                 let message = "the calendar has no working time; tasks that count working time in it have no dates";
-                findings.add(Severity::Error, DiagnosticCode::CalendarWithoutWork, Some(entity), message.to_owned());
+                diagnostics.add(Severity::Error, DiagnosticCode::CalendarWithoutWork, Some(entity), message.to_owned());
             }
             Some(time)
         });

@@ -1,7 +1,7 @@
 //! Closures of spaces, with reasons.
 
 use crate::construction_phases::ConstructionPhases;
-use crate::findings::{Entity, Findings};
+use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::property_dates::ScheduleProperties;
 use crate::rules::{Rules, RulesMode};
 use crate::task_effects::TaskEffects;
@@ -35,7 +35,7 @@ pub(crate) fn closures(
     rules: &Rules,
     task_effects: &TaskEffects,
     properties: &ScheduleProperties,
-    findings: &mut Findings<'_>,
+    diagnostics: &mut ScheduleDiagnostics<'_>,
 ) -> Vec<Vec<Closure>> {
     let construction_phases = ConstructionPhases::of(rules);
     let patterns: Vec<WildMatch> = rules.closed_spaces.iter().map(|c| WildMatch::new(&c.pattern)).collect();
@@ -72,10 +72,10 @@ pub(crate) fn closures(
         let called = site.spaces.iter().flat_map(|s| [s.name, s.long_name, s.global_id]).map(|t| site.text(t));
         let nearest = nearest_names_hint(&closed.pattern, called);
         let message = format!("closed_spaces: no space is called {:?}{nearest}", closed.pattern);
-        findings.add(Severity::Warning, DiagnosticCode::ClosedSpaceUnknown, None, message);
+        diagnostics.add(Severity::Warning, DiagnosticCode::ClosedSpaceUnknown, None, message);
     }
     if rules.mode == RulesMode::Paper {
-        report_undated(site, properties, findings);
+        report_undated(site, properties, diagnostics);
     }
     all
 }
@@ -87,12 +87,12 @@ fn names(site: &Site<'_>, space: &SpaceRecord) -> [String; 3] {
 }
 
 /// The prototype stops at a room without a date.
-fn report_undated(site: &Site<'_>, properties: &ScheduleProperties, findings: &mut Findings<'_>) {
+fn report_undated(site: &Site<'_>, properties: &ScheduleProperties, diagnostics: &mut ScheduleDiagnostics<'_>) {
     for (space, properties) in site.spaces.iter().zip(&properties.spaces) {
         if properties.actual.or(properties.planned).is_none() {
             let entity = Entity::of(space.global_id, space.name, 0, space.source);
             let message = "the room has no date, so nobody knows when it opens; it stays blocked".to_owned();
-            findings.add(Severity::Warning, DiagnosticCode::RoomUndated, Some(entity), message);
+            diagnostics.add(Severity::Warning, DiagnosticCode::RoomUndated, Some(entity), message);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Element timelines: merges reported progress, task effects, property dates and construction phases by priority.
 
 use crate::construction_phases::ConstructionPhases;
-use crate::findings::{Entity, Findings};
+use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::property_dates::{ObjectProperties, ScheduleProperties};
 use crate::rules::{Rules, Undated};
 use crate::task_effects::{Effect, TaskEffects, wholes};
@@ -31,7 +31,7 @@ pub(crate) fn element_timelines(
     task_effects: &TaskEffects,
     properties: &ScheduleProperties,
     reported: &BTreeMap<usize, Effect>,
-    findings: &mut Findings<'_>,
+    diagnostics: &mut ScheduleDiagnostics<'_>,
 ) -> Vec<ElementTimeline> {
     let construction_phases = ConstructionPhases::of(rules);
     let element_timelines = (0..site.elements.len()).map(|k| {
@@ -61,7 +61,7 @@ pub(crate) fn element_timelines(
             .unwrap_or_default()
     });
     let element_timelines: Vec<ElementTimeline> = element_timelines.collect();
-    report(site, &construction_phases, properties, &element_timelines, findings);
+    report(site, &construction_phases, properties, &element_timelines, diagnostics);
     element_timelines
 }
 
@@ -135,7 +135,7 @@ fn report(
     construction_phases: &ConstructionPhases<'_>,
     properties: &ScheduleProperties,
     element_timelines: &[ElementTimeline],
-    findings: &mut Findings<'_>,
+    diagnostics: &mut ScheduleDiagnostics<'_>,
 ) {
     let mut unknown: BTreeMap<&str, usize> = BTreeMap::new();
     for (k, element) in site.elements.iter().enumerate() {
@@ -149,11 +149,11 @@ fn report(
         let status = properties.status.map(|t| site.text(t)).filter(|s| ["DEMOLISH", "TEMPORARY"].contains(s));
         if let Some(status) = status.filter(|_| element_timelines[k].source == Some(DateSource::Status)) {
             let message = format!("its status is {status}, but nothing says when; it is taken as existing");
-            findings.add(Severity::Warning, DiagnosticCode::StatusWithoutDate, Some(entity), message);
+            diagnostics.add(Severity::Warning, DiagnosticCode::StatusWithoutDate, Some(entity), message);
         }
         if properties.is_ambiguous {
             let message = "its date fits two orders; other dates of the file decided".to_owned();
-            findings.add(Severity::Info, DiagnosticCode::DateAmbiguous, Some(entity), message);
+            diagnostics.add(Severity::Info, DiagnosticCode::DateAmbiguous, Some(entity), message);
         }
     }
     for name in properties.spaces.iter().filter_map(|s| s.construction_phase).map(|t| site.text(t)) {
@@ -165,6 +165,6 @@ fn report(
         let message = format!(
             "{n} objects name the phase {name:?}, which has no dates in the rules ([[phases]]); it says nothing"
         );
-        findings.add(Severity::Info, DiagnosticCode::PhaseUnknown, None, message);
+        diagnostics.add(Severity::Info, DiagnosticCode::ConstructionPhaseUnknown, None, message);
     }
 }

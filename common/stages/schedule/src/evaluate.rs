@@ -3,9 +3,9 @@
 use crate::clock::Calendars;
 use crate::closures::{self, closures};
 use crate::dates::WrittenDate;
+use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::element_timeline::{ElementTimeline, element_timelines};
 use crate::error::EvaluateError;
-use crate::findings::{Entity, Findings};
 use crate::overrides::{ABSENT, Actual, Overrides, find_task, reported_date, task_names};
 use crate::property_dates::{ScheduleProperties, schedule_properties};
 use crate::rules::{Rules, RulesMode};
@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 ///
 /// # Errors
 /// Dates that can be read in two ways, overrides of unknown tasks or elements; see [`EvaluateError`]. Problems of
-/// single tasks, elements or dates are findings of the timeline and do not stop the evaluation.
+/// single tasks, elements or dates are diagnostics of the timeline and do not stop the evaluation.
 pub fn evaluate(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Timeline, EvaluateError> {
     let effective = evaluate_once(site, rules, overrides)?;
     if !overrides.has_reports() {
@@ -35,22 +35,27 @@ pub fn evaluate(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result
 }
 
 fn evaluate_once(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Timeline, EvaluateError> {
-    let mut findings = Findings::new(site);
-    let properties = schedule_properties(site, rules, &mut findings)?;
+    let mut diagnostics = ScheduleDiagnostics::new(site);
+    let properties = schedule_properties(site, rules, &mut diagnostics)?;
     let reports = Reports::of(site, rules, overrides)?;
     let TaskSchedule { dates, floats } = match rules.mode {
-        RulesMode::Standard => task_schedule(site, rules, overrides, &reports, &mut findings)?,
+        RulesMode::Standard => task_schedule(site, rules, overrides, &reports, &mut diagnostics)?,
         RulesMode::Paper => TaskSchedule { dates: vec![None; site.tasks.len()], floats: vec![None; site.tasks.len()] },
     };
     let task_effects = task_effects(site, &dates, rules.inputs);
     let element_timelines = match rules.mode {
-        RulesMode::Standard => {
-            element_timelines(site, rules, &task_effects, &properties, &reports.effects(&task_effects), &mut findings)
-        }
+        RulesMode::Standard => element_timelines(
+            site,
+            rules,
+            &task_effects,
+            &properties,
+            &reports.effects(&task_effects),
+            &mut diagnostics,
+        ),
         RulesMode::Paper => paper_element_timelines(site, &properties),
     };
-    let closures = closures(site, rules, &task_effects, &properties, &mut findings);
-    Ok(timeline(site, rules, TimelineParts { dates, floats, element_timelines, closures, findings }))
+    let closures = closures(site, rules, &task_effects, &properties, &mut diagnostics);
+    Ok(timeline(site, rules, TimelineParts { dates, floats, element_timelines, closures, diagnostics }))
 }
 
 /// Dates and floats of all tasks.
@@ -64,7 +69,7 @@ fn task_schedule(
     rules: &Rules,
     overrides: &Overrides,
     reports: &Reports,
-    findings: &mut Findings<'_>,
+    diagnostics: &mut ScheduleDiagnostics<'_>,
 ) -> Result<TaskSchedule, EvaluateError> {
     let texts: Vec<TaskTimeTexts<'_>> = site.tasks.iter().map(|t| TaskTimeTexts::of(site, t)).collect();
     let mut span_s = tasks::written_span_s(site, rules, &texts);
@@ -72,17 +77,17 @@ fn task_schedule(
         let span = span_s.unwrap_or(at_s..at_s + 1);
         span_s = Some(span.start.min(at_s)..span.end.max(at_s + 1));
     }
-    let calendars = Calendars::new(site, span_s, rules.duration_day, findings);
-    let mut task_times = tasks::task_times(site, rules, &texts, &calendars, findings);
+    let calendars = Calendars::new(site, span_s, rules.duration_day, diagnostics);
+    let mut task_times = tasks::task_times(site, rules, &texts, &calendars, diagnostics);
     reports.add_to(&mut task_times);
     let mut children = vec![Vec::new(); site.tasks.len()];
     for (k, task) in (0..).zip(site.tasks).filter(|(_, t)| t.parent != NONE) {
         children[task.parent as usize].push(k);
     }
     let tasks = Tasks { site, rules, task_times: &task_times, calendars: &calendars, children: &children };
-    let mut dates = tasks::resolve(&tasks, findings);
+    let mut dates = tasks::resolve(&tasks, diagnostics);
     if !overrides.delays.is_empty() {
-        let delay_s = delays(&tasks, &dates, overrides, findings)?;
+        let delay_s = delays(&tasks, &dates, overrides, diagnostics)?;
         dates = tasks::delay(&tasks, &dates, &delay_s);
     }
     let floats = tasks::floats(&tasks, &dates);
@@ -94,7 +99,7 @@ fn delays(
     tasks: &Tasks<'_>,
     dates: &[Option<TaskDates>],
     overrides: &Overrides,
-    findings: &mut Findings<'_>,
+    diagnostics: &mut ScheduleDiagnostics<'_>,
 ) -> Result<Vec<i64>, EvaluateError> {
     let mut delay_s = vec![0i64; dates.len()];
     for delay in &overrides.delays {
@@ -108,7 +113,7 @@ fn delays(
             Some(_) => continue,
         };
         let message = format!("the task cannot be delayed: {why}");
-        findings.add(
+        diagnostics.add(
             Severity::Warning,
             DiagnosticCode::DelayWithoutEffect,
             Some(Entity::task(&tasks.site.tasks[task])),
@@ -232,7 +237,7 @@ struct TimelineParts<'a> {
     floats: Vec<Option<Floats>>,
     element_timelines: Vec<ElementTimeline>,
     closures: Vec<Vec<closures::Closure>>,
-    findings: Findings<'a>,
+    diagnostics: ScheduleDiagnostics<'a>,
 }
 
 fn timeline(site: &Site<'_>, rules: &Rules, parts: TimelineParts<'_>) -> Timeline {
@@ -265,7 +270,7 @@ fn timeline(site: &Site<'_>, rules: &Rules, parts: TimelineParts<'_>) -> Timelin
         instants_s,
         tasks: parts.dates,
         floats: parts.floats,
-        findings: parts.findings.finish(),
+        diagnostics: parts.diagnostics.finish(),
         closing_lead_s: rules.closing_lead_s,
         is_paper: rules.mode == RulesMode::Paper,
     }

@@ -15,8 +15,8 @@
 //! Rules of property dates, construction phases (models name them, but do not date them), closed rooms, time zone and
 //! date order are [`Rules`], a file like `config/schedule.toml`. A date that can be read in two ways is an error that
 //! shows both readings, unless other dates of the file or the rules decide. A date with an offset or `Z` is converted
-//! to `site_zone` of the rules, and is an error without one. What is wrong with a task or a date is a finding with its
-//! GlobalId, and does not stop the rest.
+//! to `site_zone` of the rules, and is an error without one. What is wrong with a task or a date is a diagnostic with
+//! its GlobalId, and does not stop the rest.
 //!
 //! # Instants and periods
 //!
@@ -44,11 +44,11 @@ mod clock;
 mod closures;
 mod construction_phases;
 mod dates;
+mod diagnostics;
 mod durations;
 mod element_timeline;
 mod error;
 mod evaluate;
-mod findings;
 mod overrides;
 mod property_dates;
 mod rules;

@@ -1,8 +1,8 @@
 //! Reads construction dates, construction phases and status from property sets by configured rules.
 
 use crate::dates::{self, DateError, DateOrder, WrittenDate};
+use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::error::{AmbiguousDates, EvaluateError};
-use crate::findings::{Entity, Findings};
 use crate::rules::{DateKind, Rules, RulesMode};
 use jiff::tz::TimeZone;
 use messages::{AttributeKind, AttributeRecord, DiagnosticCode, ElementRecord, Severity, Site, Text};
@@ -52,7 +52,7 @@ struct DateText {
 pub(crate) fn schedule_properties(
     site: &Site<'_>,
     rules: &Rules,
-    findings: &mut Findings<'_>,
+    diagnostics: &mut ScheduleDiagnostics<'_>,
 ) -> Result<ScheduleProperties, EvaluateError> {
     let elements = site.elements.iter().map(|e| Object {
         attributes: site.element_attributes(e),
@@ -93,7 +93,7 @@ pub(crate) fn schedule_properties(
                     DateError::NoSiteZone(_) => (Severity::Error, DiagnosticCode::DateZone),
                 };
                 let message = format!("{}.{}: {why}; it is skipped", rule.set, rule.property);
-                findings.add(severity, code, Some(object.entity), message);
+                diagnostics.add(severity, code, Some(object.entity), message);
             }
         }
     }

@@ -26,7 +26,7 @@ pub struct Timeline {
     pub(crate) schedule: Vec<ElementScheduleRecord>,
     pub(crate) tasks: Vec<Option<TaskDates>>,
     pub(crate) floats: Vec<Option<Floats>>,
-    pub(crate) findings: Vec<Diagnostic>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
     pub(crate) closing_lead_s: i64,
     pub(crate) is_paper: bool,
 }
@@ -181,8 +181,8 @@ impl Timeline {
     }
 
     /// Diagnostics of the schedule.
-    pub fn findings(&self) -> &[Diagnostic] {
-        &self.findings
+    pub fn diagnostics(&self) -> &[Diagnostic] {
+        &self.diagnostics
     }
 
     /// Dates of a task of the site, if it has any.
@@ -305,10 +305,10 @@ impl Timeline {
         builder
     }
 
-    /// Schedule and findings, which do not depend on the plan time.
+    /// Schedule and diagnostics, which do not depend on the plan time.
     fn describe(&self, builder: &mut ScheduleStateBuilder) {
         builder.schedule.clone_from(&self.schedule);
-        builder.diagnostics = self.findings.iter().map(|f| DiagnosticRecord::of(f, &mut builder.texts)).collect();
+        builder.diagnostics = self.diagnostics.iter().map(|f| DiagnosticRecord::of(f, &mut builder.texts)).collect();
     }
 
     fn space_state(&self, texts: &mut messages::TextPool, space: usize, period: Period) -> SpaceStateRecord {

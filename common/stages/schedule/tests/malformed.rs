@@ -4,7 +4,7 @@ mod support;
 
 use messages::{Diagnostic, DiagnosticCode, SequenceKind, Severity};
 use schedule::EvaluateError;
-use support::{ScheduledSite, dates, finding};
+use support::{ScheduledSite, dates, diagnostic};
 
 #[test]
 fn tasks_in_a_circle_are_named_and_written_dates_stand() {
@@ -17,10 +17,10 @@ fn tasks_in_a_circle_are_named_and_written_dates_stand() {
     let timeline = site.evaluate();
     assert_eq!([a, b, behind].map(|t| dates(&timeline, t)), [None, None, None]);
     assert!(dates(&timeline, dated).is_some());
-    let circle = finding(&timeline, "task_cycle").unwrap();
+    let circle = diagnostic(&timeline, "task_cycle").unwrap();
     assert!(circle.message.contains("Walls") && circle.message.contains("Doors") && circle.severity == Severity::Error);
     let undated: Vec<&str> =
-        timeline.findings().iter().filter(|f| f.code == DiagnosticCode::TaskUndated).map(Diagnostic::name).collect();
+        timeline.diagnostics().iter().filter(|f| f.code == DiagnosticCode::TaskUndated).map(Diagnostic::name).collect();
     assert_eq!(undated, ["Walls", "Doors", "Paint"]);
 }
 
@@ -32,7 +32,7 @@ fn a_task_that_ends_before_it_starts_is_ignored_and_named() {
     let timeline = site.evaluate();
     assert!(dates(&timeline, task).is_none() && timeline.instants_s().is_empty());
     assert!(
-        finding(&timeline, "task_reversed")
+        diagnostic(&timeline, "task_reversed")
             .is_some_and(|f| f.name() == "Walls" && f.message.contains("2024-03-04T08:00:00"))
     );
 }
@@ -45,7 +45,7 @@ fn a_date_that_cannot_be_read_makes_its_task_count_for_nothing() {
     let timeline = site.evaluate();
     assert!(dates(&timeline, task).is_none() && dates(&timeline, lasting).is_none());
     let found: Vec<&str> = timeline
-        .findings()
+        .diagnostics()
         .iter()
         .filter(|f| f.code == DiagnosticCode::TaskDateUnreadable)
         .map(Diagnostic::name)
@@ -70,9 +70,9 @@ fn dates_that_fit_two_orders_are_an_error_with_both_readings() {
     // One date that has a single reading decides, and the others are listed.
     site.properties(b, &[("Wall Schedule", "ConstructionDate", "15/04/2024")]);
     let timeline = evaluate(&site, "").unwrap();
-    assert!(finding(&timeline, "date_ambiguous").is_some_and(|f| f.global_id() == "element-0"));
+    assert!(diagnostic(&timeline, "date_ambiguous").is_some_and(|f| f.global_id() == "element-0"));
     let wrong = evaluate(&site, "date_format = \"mdy\"").unwrap();
-    assert!(finding(&wrong, "date_order").is_some_and(|f| f.global_id() == "element-1"));
+    assert!(diagnostic(&wrong, "date_order").is_some_and(|f| f.global_id() == "element-1"));
     // Two that contradict each other decide nothing.
     site.properties(a, &[("Wall Schedule", "ConstructionDate", "04/25/2024")]);
     assert!(matches!(evaluate(&site, ""), Err(EvaluateError::ContradictingDates { .. })));
@@ -85,8 +85,8 @@ fn placeholders_are_told_from_dates_that_cannot_be_read() {
     site.properties(a, &[("Wall Schedule", "ConstructionDate", "InstallationDate")]);
     site.properties(b, &[("Wall Schedule", "ConstructionDate", "31/02/2024")]);
     let timeline = site.evaluate();
-    assert!(finding(&timeline, "date_placeholder").is_some_and(|f| f.global_id() == "element-0"));
-    assert!(finding(&timeline, "date_unreadable").is_some_and(|f| f.global_id() == "element-1"));
+    assert!(diagnostic(&timeline, "date_placeholder").is_some_and(|f| f.global_id() == "element-0"));
+    assert!(diagnostic(&timeline, "date_unreadable").is_some_and(|f| f.global_id() == "element-1"));
     assert_eq!(support::states(&timeline, b, &["1970-01-01"]), ["built"], "the next source counts: it exists");
 }
 
@@ -96,7 +96,7 @@ fn working_time_without_a_calendar_counts_day_and_night_and_is_reported() {
     let task = site.lasting("Walls", "P1D");
     let timeline = site.evaluate();
     assert_eq!(dates(&timeline, task).unwrap().1, "2024-03-05T08:00:00");
-    assert!(finding(&timeline, "calendar_missing").is_some_and(|f| f.name() == "Walls"));
+    assert!(diagnostic(&timeline, "calendar_missing").is_some_and(|f| f.name() == "Walls"));
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn a_calendar_without_work_gives_no_dates_and_is_named() {
     site.builder.calendars[calendar].n_working = 0;
     let timeline = site.evaluate();
     assert!(dates(&timeline, task).is_none());
-    assert!(finding(&timeline, "calendar_without_work").is_some_and(|f| f.global_id() == "calendar"));
+    assert!(diagnostic(&timeline, "calendar_without_work").is_some_and(|f| f.global_id() == "calendar"));
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_calendar_of_more_work_times_than_can_be_worked_out_gives_no_dates_and_is_na
     site.builder.calendars[calendar].n_exceptions = 99_999;
     let timeline = site.evaluate();
     assert!(dates(&timeline, task).is_none());
-    assert!(finding(&timeline, "calendar_too_large").is_some_and(|f| f.message.contains("100000 work times")));
+    assert!(diagnostic(&timeline, "calendar_too_large").is_some_and(|f| f.message.contains("100000 work times")));
 }
 
 #[test]
@@ -129,21 +129,21 @@ fn a_predecessor_without_dates_leaves_its_successor_without_and_both_are_named()
     let (a, b) = (site.task("Walls"), site.lasting("Doors", "P1D"));
     site.sequence(a, b, SequenceKind::FinishStart, "");
     let timeline = site.evaluate();
-    let why: Vec<&str> = timeline.findings().iter().map(|f| f.message.as_str()).collect();
+    let why: Vec<&str> = timeline.diagnostics().iter().map(|f| f.message.as_str()).collect();
     assert!(dates(&timeline, b).is_none() && why.iter().any(|m| m.contains("predecessor \"Walls\"")), "{why:?}");
 }
 
 #[test]
 fn a_work_schedule_without_tasks_is_named() {
     let site = ScheduledSite::starting();
-    assert!(finding(&site.evaluate(), "schedule_empty").is_some_and(|f| f.global_id() == "schedule"));
+    assert!(diagnostic(&site.evaluate(), "schedule_empty").is_some_and(|f| f.global_id() == "schedule"));
 }
 
 #[test]
 fn dates_with_a_zone_need_the_zone_of_the_site() {
     let mut site = ScheduledSite::new();
     let task = site.dated("Walls", "2024-07-01T08:00:00Z", "2024-07-01T10:00:00+02:00");
-    assert!(finding(&site.evaluate(), "task_date_unreadable").is_some_and(|f| f.message.contains("site_zone")));
+    assert!(diagnostic(&site.evaluate(), "task_date_unreadable").is_some_and(|f| f.message.contains("site_zone")));
     let timeline = site.ruled("site_zone = \"Europe/Amsterdam\"");
     let both = |t: &str| Some((t.to_owned(), t.to_owned()));
     assert_eq!(dates(&timeline, task), both("2024-07-01T10:00:00"));

@@ -5,7 +5,7 @@ mod support;
 
 use messages::{ElementState, LinkKind, ScheduleStateHead, SequenceKind, link_flags};
 use schedule::{Delay, Overrides, Period, Rules, parse_actuals};
-use support::{ScheduledSite, at, dates, finding, states, text};
+use support::{ScheduledSite, at, dates, diagnostic, states, text};
 
 /// Two tasks of three and two working days in this relation; dates of the second.
 fn second(kind: SequenceKind, lag: &str, change: impl Fn(&mut ScheduledSite)) -> (String, String) {
@@ -48,7 +48,7 @@ fn a_day_is_a_working_day_or_24_hours_by_configuration() {
     site.office_hours(&[task]);
     assert_eq!(dates(&site.evaluate(), task), Some(pair("2024-03-04T08:00", "2024-03-04T17:00")));
     assert_eq!(dates(&site.ruled("duration_day = \"24h\""), task), Some(pair("2024-03-04T08:00", "2024-03-06T17:00")));
-    assert!(finding(&site.evaluate(), "duration_in_days").is_some());
+    assert!(diagnostic(&site.evaluate(), "duration_in_days").is_some());
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn whole_days_end_at_the_next_midnight_and_summaries_roll_up() {
     let timeline = site.evaluate();
     assert_eq!(dates(&timeline, a), Some(pair("2024-03-04", "2024-03-06")));
     assert_eq!(dates(&timeline, root), Some(pair("2024-03-04", "2024-03-09")));
-    assert!(finding(&timeline, "summary_dates_differ").is_some_and(|f| f.name() == "root"));
+    assert!(diagnostic(&timeline, "summary_dates_differ").is_some_and(|f| f.name() == "root"));
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn actual_dates_beat_planned_ones_and_push_what_is_computed() {
     let timeline = site.evaluate();
     assert_eq!(dates(&timeline, first), Some(pair("2024-03-06T08:00", "2024-03-07T17:00")), "it lasts as planned");
     assert_eq!(dates(&timeline, second), Some(pair("2024-03-08T08:00", "2024-03-08T17:00")));
-    assert!(finding(&timeline, "completion_without_finish").is_some());
+    assert!(diagnostic(&timeline, "completion_without_finish").is_some());
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn rooms_open_at_the_end_of_their_date_and_reasons_are_sorted() {
     assert_eq!(why("2024-04-16"), ["private"]);
     assert!(why("2024-04-21").is_empty() && !timeline.is_blocked(lab, at("2024-04-21")));
     let unknown = site.ruled("[[closed_spaces]]\nmatch = \"Attic\"");
-    assert!(finding(&unknown, "closed_space_unknown").is_some_and(|f| f.message.contains("Attic")));
+    assert!(diagnostic(&unknown, "closed_space_unknown").is_some_and(|f| f.message.contains("Attic")));
 }
 
 #[test]
@@ -229,7 +229,7 @@ fn tasks_rank_before_properties_these_before_construction_phases_and_status_says
         let before = timeline.element(*wall, at(from) - 1);
         assert!(before != ElementState::Built || *wall == walls[4], "wall {wall}");
     }
-    assert!(finding(&timeline, "status_without_date").is_some_and(|f| f.global_id() == "element-4"));
+    assert!(diagnostic(&timeline, "status_without_date").is_some_and(|f| f.global_id() == "element-4"));
     assert_eq!(
         states(&site.ruled("undated = \"absent\""), walls[3], &["2024-07-01"]),
         ["built"],
@@ -257,7 +257,7 @@ fn the_published_rule_draws_walls_and_doors_from_the_day_behind_their_date() {
     assert_eq!(states(&timeline, undated, &["2030-01-01"]), ["not_started"]);
     assert_eq!(states(&timeline, slab, &["2030-01-01"]), ["not_started"]);
     assert!(timeline.is_blocked(room, at("2024-04-08")) && !timeline.is_blocked(room, at("2024-04-09")));
-    assert!(timeline.is_blocked(other, at("2030-01-01")) && finding(&timeline, "room_undated").is_some());
+    assert!(timeline.is_blocked(other, at("2030-01-01")) && diagnostic(&timeline, "room_undated").is_some());
 }
 
 #[test]

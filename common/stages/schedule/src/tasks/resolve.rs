@@ -5,7 +5,7 @@
 
 use super::task_times::inherited;
 use super::{Order, TaskDates, TaskTimes, Tasks, with_ancestors};
-use crate::findings::{Entity, Findings};
+use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use messages::{DateSource, DiagnosticCode, NONE, Severity, Site};
 
 /// Task names in a diagnostic about a cycle.
@@ -21,8 +21,8 @@ enum Written {
 }
 
 /// Computes the dates of all tasks; `None` for tasks without.
-pub(crate) fn resolve(tasks: &Tasks<'_>, findings: &mut Findings<'_>) -> Vec<Option<TaskDates>> {
-    let mut pass = Pass::new(tasks, findings);
+pub(crate) fn resolve(tasks: &Tasks<'_>, diagnostics: &mut ScheduleDiagnostics<'_>) -> Vec<Option<TaskDates>> {
+    let mut pass = Pass::new(tasks, diagnostics);
     pass.report_cycles();
     let order = pass.order();
     for (group, is_cycle) in order.groups() {
@@ -39,7 +39,7 @@ pub(crate) fn resolve(tasks: &Tasks<'_>, findings: &mut Findings<'_>) -> Vec<Opt
 
 struct Pass<'t, 'a, 'f, 's> {
     tasks: &'t Tasks<'a>,
-    findings: &'f mut Findings<'s>,
+    diagnostics: &'f mut ScheduleDiagnostics<'s>,
     written: Vec<Written>,
     /// Sequences by successor.
     incoming: Vec<Vec<u32>>,
@@ -51,16 +51,16 @@ struct Pass<'t, 'a, 'f, 's> {
 }
 
 impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
-    fn new(tasks: &'t Tasks<'a>, findings: &'f mut Findings<'s>) -> Self {
+    fn new(tasks: &'t Tasks<'a>, diagnostics: &'f mut ScheduleDiagnostics<'s>) -> Self {
         let site = tasks.site;
         let n = site.tasks.len();
         let mut incoming = vec![Vec::new(); n];
         for (k, sequence) in (0..).zip(site.sequences) {
             incoming[sequence.successor as usize].push(k);
         }
-        let starts_s = start_times(site, tasks, findings);
+        let starts_s = start_times(site, tasks, diagnostics);
         let written = (0..n).map(|k| written(tasks, k)).collect();
-        Self { tasks, findings, written, incoming, starts_s, dates: vec![None; n], why: vec![None; n] }
+        Self { tasks, diagnostics, written, incoming, starts_s, dates: vec![None; n], why: vec![None; n] }
     }
 
     /// Summary tasks depend on what is nested in them, computed ones on their predecessors.
@@ -89,7 +89,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 names.join(", ")
             );
             let first = &site.tasks[group[0] as usize];
-            self.findings.add(Severity::Error, DiagnosticCode::TaskCycle, Some(Entity::task(first)), message);
+            self.diagnostics.add(Severity::Error, DiagnosticCode::TaskCycle, Some(Entity::task(first)), message);
         }
     }
 
@@ -127,7 +127,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                     text(dates.finish_s),
                     text(dates.start_s)
                 );
-                self.findings.add(
+                self.diagnostics.add(
                     Severity::Error,
                     DiagnosticCode::TaskReversed,
                     Some(Entity::task(&self.tasks.site.tasks[k])),
@@ -202,7 +202,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
             let task = &self.tasks.site.tasks[k];
             if let (None, Some(why)) = (self.dates[k], &self.why[k]) {
                 let message = format!("the task has no dates: {why}; it has no effect");
-                self.findings.add(Severity::Warning, DiagnosticCode::TaskUndated, Some(Entity::task(task)), message);
+                self.diagnostics.add(Severity::Warning, DiagnosticCode::TaskUndated, Some(Entity::task(task)), message);
             }
             // Dates of a summary that differ from what is nested in it.
             if let (true, Some(dates), Written::Dates(own)) =
@@ -210,7 +210,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 && (own.start_s, own.finish_s) != (dates.start_s, dates.finish_s)
             {
                 let message = "its own dates differ from those of the tasks nested in it, which count".to_owned();
-                self.findings.add(
+                self.diagnostics.add(
                     Severity::Warning,
                     DiagnosticCode::SummaryDatesDiffer,
                     Some(Entity::task(task)),
@@ -253,7 +253,7 @@ fn depth(site: &Site<'_>, task: usize) -> usize {
     with_ancestors(site, task).skip(1).count()
 }
 
-fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, findings: &mut Findings<'_>) -> Vec<Option<i64>> {
+fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, diagnostics: &mut ScheduleDiagnostics<'_>) -> Vec<Option<i64>> {
     let mut used = vec![false; site.work_controls.len()];
     for task in site.tasks.iter().filter(|t| t.control != NONE) {
         used[task.control as usize] = true;
@@ -263,7 +263,7 @@ fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, findings: &mut Findings<'_>) 
         let entity = Entity::of(control.global_id, control.name, control.step_id, control.source);
         if !used && control.is_plan == 0 {
             let message = "the work schedule has no task".to_owned();
-            findings.add(Severity::Warning, DiagnosticCode::ScheduleEmpty, Some(entity), message);
+            diagnostics.add(Severity::Warning, DiagnosticCode::ScheduleEmpty, Some(entity), message);
         }
         let text = site.text(control.start);
         if text.is_empty() || !used {
@@ -272,7 +272,7 @@ fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, findings: &mut Findings<'_>) 
         match crate::dates::parse_iso(text, zone) {
             Ok(date) => Some(date.start_s()),
             Err(why) => {
-                findings.add(
+                diagnostics.add(
                     Severity::Error,
                     DiagnosticCode::ScheduleStartUnreadable,
                     Some(entity),

@@ -3,8 +3,8 @@
 use super::with_ancestors;
 use crate::clock::Calendars;
 use crate::dates::{DateError, WrittenDate, parse_iso};
+use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::durations::{self, WrittenDuration};
-use crate::findings::{Entity, Findings};
 use crate::rules::Rules;
 use frames::counted;
 use messages::{DateSource, DiagnosticCode, DurationKind, NONE, Severity, Site, TaskRecord, task_flags};
@@ -90,10 +90,10 @@ pub(crate) fn task_times(
     rules: &Rules,
     texts: &[TaskTimeTexts<'_>],
     calendars: &Calendars,
-    findings: &mut Findings<'_>,
+    diagnostics: &mut ScheduleDiagnostics<'_>,
 ) -> Vec<TaskTimes> {
     let mut reader =
-        TaskTimeReader { site, rules, calendars, findings, days_of: Vec::new(), without_calendar: Vec::new() };
+        TaskTimeReader { site, rules, calendars, diagnostics, days_of: Vec::new(), without_calendar: Vec::new() };
     let task_times = (0..site.tasks.len()).map(|k| reader.task(k, &texts[k])).collect();
     reader.report_days();
     task_times
@@ -103,7 +103,7 @@ struct TaskTimeReader<'a, 'f, 's> {
     site: &'a Site<'a>,
     rules: &'a Rules,
     calendars: &'a Calendars,
-    findings: &'f mut Findings<'s>,
+    diagnostics: &'f mut ScheduleDiagnostics<'s>,
     /// Tasks whose length depends on what a day means.
     days_of: Vec<usize>,
     /// Tasks that count working time without a calendar.
@@ -142,7 +142,7 @@ impl TaskTimeReader<'_, '_, '_> {
         task_times.planned = task_times.start.or(task_times.finish).map(|_| texts.planned);
         if task.completion >= 1.0 && task_times.actual_finish.is_none() {
             let message = "the task is complete, but has no ActualFinish; its planned finish counts".to_owned();
-            self.findings.add(
+            self.diagnostics.add(
                 Severity::Warning,
                 DiagnosticCode::CompletionWithoutFinish,
                 Some(Entity::task(task)),
@@ -169,7 +169,7 @@ impl TaskTimeReader<'_, '_, '_> {
             Err(why) => {
                 *is_faulty = true;
                 let message = format!("{what}: {why}; the task is ignored");
-                self.findings.add(
+                self.diagnostics.add(
                     Severity::Error,
                     DiagnosticCode::TaskDateUnreadable,
                     Some(Entity::task(task)),
@@ -203,14 +203,14 @@ impl TaskTimeReader<'_, '_, '_> {
                 counted(self.days_of.len(), "task")
             );
             let entity = Entity::task(&self.site.tasks[first]);
-            self.findings.add(Severity::Info, DiagnosticCode::DurationInDays, Some(entity), message);
+            self.diagnostics.add(Severity::Info, DiagnosticCode::DurationInDays, Some(entity), message);
         }
         if let Some(&first) = self.without_calendar.first() {
             let n = self.without_calendar.len();
             let message =
                 format!("{} with working time and without a calendar; a day has 24 hours", counted(n, "task"));
             let entity = Entity::task(&self.site.tasks[first]);
-            self.findings.add(Severity::Warning, DiagnosticCode::CalendarMissing, Some(entity), message);
+            self.diagnostics.add(Severity::Warning, DiagnosticCode::CalendarMissing, Some(entity), message);
         }
     }
 }

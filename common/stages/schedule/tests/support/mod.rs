@@ -219,9 +219,9 @@ pub(crate) fn dates(timeline: &Timeline, task: usize) -> Option<(String, String)
     timeline.task(task).map(|d| (text(d.start_s), text(d.finish_s)))
 }
 
-/// The first finding of a code.
-pub(crate) fn finding<'t>(timeline: &'t Timeline, code: &str) -> Option<&'t Diagnostic> {
-    timeline.findings().iter().find(|f| f.code.name() == code)
+/// The first diagnostic of a code.
+pub(crate) fn diagnostic<'t>(timeline: &'t Timeline, code: &str) -> Option<&'t Diagnostic> {
+    timeline.diagnostics().iter().find(|f| f.code.name() == code)
 }
 
 /// Names of the states of an element over time.

@@ -1,4 +1,4 @@
-//! Notices on standard output after a conversion, one per kind of finding; `report.json` has all.
+//! Notices on standard output after a conversion, one per kind of diagnostic; `report.json` has all.
 
 use export::ExportInput;
 use frames::metres;
@@ -97,7 +97,7 @@ fn of_door(input: &ExportInput<'_>, record: &DoorPassageRecord) -> String {
     format!("door closed: {}", about(&who, &why.join("; ")))
 }
 
-/// Findings by kind, in the order of each kind's first.
+/// Diagnostics by kind, in the order of each kind's first.
 #[derive(Default)]
 struct Kinds(Vec<(String, String, usize)>);
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// How many notices are printed; all findings are in `report.json`.
+/// Notices that are printed; all diagnostics are in `report.json`.
 const MAX_NOTICES: usize = 8;
 
 /// What was made.

@@ -9,8 +9,8 @@ use schedule::{Period, Timeline};
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// How many findings people see; all are in the JSON document.
-const MAX_FINDINGS: usize = 8;
+/// Diagnostics in the text; all are in the JSON document.
+const MAX_DIAGNOSTICS: usize = 8;
 
 /// For people: counts, work in progress, blocked spaces with the names of the tasks, what is wrong.
 pub(super) fn text_of(
@@ -57,7 +57,7 @@ pub(super) fn text_of(
             let _ = writeln!(out, "  closing: {:<24} at {}", name.trim(), time(schedule_state.spaces[k].closes_at_s));
         }
     }
-    write_findings(&mut out, timeline);
+    write_diagnostics(&mut out, timeline);
     let n_existing =
         (0..schedule_state.n_elements()).filter(|k| schedule_state.schedule_of(*k).source == DateSource::None).count();
     if n_existing > 0 {
@@ -66,15 +66,16 @@ pub(super) fn text_of(
     out
 }
 
-/// What is wrong with the schedule: the first findings.
-fn write_findings(out: &mut String, timeline: &Timeline) {
-    let findings: Vec<&Diagnostic> = timeline.findings().iter().filter(|f| f.severity > Severity::Info).collect();
-    for finding in findings.iter().take(MAX_FINDINGS) {
-        let who = [finding.global_id(), finding.name()].join(" ");
-        let _ = writeln!(out, "  {}: {}{}", finding.code.name(), who.trim(), separated(who.trim(), &finding.message));
+/// The first diagnostics of the schedule.
+fn write_diagnostics(out: &mut String, timeline: &Timeline) {
+    let diagnostics: Vec<&Diagnostic> = timeline.diagnostics().iter().filter(|f| f.severity > Severity::Info).collect();
+    for diagnostic in diagnostics.iter().take(MAX_DIAGNOSTICS) {
+        let who = [diagnostic.global_id(), diagnostic.name()].join(" ");
+        let _ =
+            writeln!(out, "  {}: {}{}", diagnostic.code.name(), who.trim(), separated(who.trim(), &diagnostic.message));
     }
-    if findings.len() > MAX_FINDINGS {
-        let _ = writeln!(out, "  and {}: see --json", counted(findings.len() - MAX_FINDINGS, "more finding"));
+    if diagnostics.len() > MAX_DIAGNOSTICS {
+        let _ = writeln!(out, "  and {}: see --json", counted(diagnostics.len() - MAX_DIAGNOSTICS, "more finding"));
     }
 }
 

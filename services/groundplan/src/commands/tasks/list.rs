@@ -157,7 +157,7 @@ fn entry_of<'s>(
         status: at_s.zip(dates).map(|(at_s, dates)| status(at_s, dates)),
         elements: targets.elements.iter().map(element).collect(),
         spaces: targets.spaces.iter().map(space).collect(),
-        warnings: timeline.findings().iter().filter(is_about).map(WarningEntry::of).collect(),
+        warnings: timeline.diagnostics().iter().filter(is_about).map(WarningEntry::of).collect(),
     }
 }
 
@@ -172,8 +172,8 @@ fn status(at_s: i64, dates: TaskDates) -> &'static str {
 }
 
 impl WarningEntry {
-    fn of(finding: &Diagnostic) -> Self {
-        Self { code: finding.code.name(), severity: finding.severity.name(), message: finding.message.clone() }
+    fn of(diagnostic: &Diagnostic) -> Self {
+        Self { code: diagnostic.code.name(), severity: diagnostic.severity.name(), message: diagnostic.message.clone() }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use messages::{Diagnostic, DiagnosticCode, Named, Report, Severity, Site, TaskRecord, Text};
 
-/// Whom a finding is about.
+/// The entity of a diagnostic.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Entity {
     global_id: Text,
@@ -21,14 +21,14 @@ impl Entity {
     }
 }
 
-/// Collects findings in the order in which they are made.
+/// Collects diagnostics in the order in which they are made.
 #[derive(Debug)]
-pub(crate) struct Findings<'a> {
+pub(crate) struct ScheduleDiagnostics<'a> {
     site: &'a Site<'a>,
     report: Report,
 }
 
-impl<'a> Findings<'a> {
+impl<'a> ScheduleDiagnostics<'a> {
     pub(crate) fn new(site: &'a Site<'a>) -> Self {
         Self { site, report: Report::default() }
     }
@@ -40,7 +40,7 @@ impl<'a> Findings<'a> {
         self.report.push(Diagnostic { severity, code, entity, source, message });
     }
 
-    /// All findings, with one line per code for those that were too many.
+    /// All diagnostics, with one line per code for those that were too many.
     pub(crate) fn finish(self) -> Vec<Diagnostic> {
         self.report.finish()
     }
