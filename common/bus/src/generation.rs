@@ -132,14 +132,14 @@ impl Place {
     }
 
     /// Joins a generation as a member for as long as the lock is held.
-    pub(crate) fn live_in(&self, generation: u64) -> Result<Lock, DomainError> {
+    pub(crate) fn join_members(&self, generation: u64) -> Result<Lock, DomainError> {
         let path = self.lock_path(generation);
         let lock = try_lock(&path, FlockOperation::LockShared)?;
         lock.ok_or_else(|| DomainError::File { path, source: io::ErrorKind::WouldBlock.into() })
     }
 
     /// True if the generation has a member.
-    pub(crate) fn is_inhabited(&self, generation: u64) -> Result<bool, DomainError> {
+    pub(crate) fn has_members(&self, generation: u64) -> Result<bool, DomainError> {
         let path = self.lock_path(generation);
         Ok(path.exists() && try_lock(&path, FlockOperation::NonBlockingLockExclusive)?.is_none())
     }
@@ -269,15 +269,15 @@ mod tests {
     }
 
     #[test]
-    fn a_generation_is_removed_only_when_nobody_lives_in_it() {
+    fn a_generation_is_removed_only_when_it_has_no_member() {
         let folder = tempfile::tempdir().unwrap();
         let place = place(&folder);
         fs::create_dir(place.folder_of(7)).unwrap();
-        let life = place.live_in(7).unwrap();
-        assert!(place.is_inhabited(7).unwrap() && !place.remove(7).unwrap());
+        let member_lock = place.join_members(7).unwrap();
+        assert!(place.has_members(7).unwrap() && !place.remove(7).unwrap());
         assert_eq!(place.numbers().unwrap(), [7]);
-        drop(life);
-        assert!(!place.is_inhabited(7).unwrap() && place.remove(7).unwrap());
+        drop(member_lock);
+        assert!(!place.has_members(7).unwrap() && place.remove(7).unwrap());
         assert_eq!(place.numbers().unwrap(), []);
     }
 

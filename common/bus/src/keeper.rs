@@ -58,7 +58,7 @@ impl Keeper {
         // A file of another version, or one that is damaged, says only that its generation is not ours.
         let current = place.current().unwrap_or_default();
         let taken_over = match current {
-            Some(generation) if place.is_inhabited(generation)? => {
+            Some(generation) if place.has_members(generation)? => {
                 // Nothing is repaired in place, whichever service cannot be opened.
                 ipc::Services::create(place, generation).ok().map(|services| (services, generation))
             }

@@ -1,4 +1,4 @@
-//! The record of a diagnostic, the same in `site`, `schedule-state` and `plan`.
+//! The record of a diagnostic, the same in `site`, `schedule-state` and `mission-plan`.
 
 use crate::archive::{ArchiveError, NONE, Text};
 use crate::tag::{Tag, check_tags};

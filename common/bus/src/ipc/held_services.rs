@@ -14,16 +14,16 @@ pub(crate) struct Services {
     _topics: Vec<services::TopicService>,
     _status: services::StatusService,
     _commands: Vec<services::CommandService>,
-    _bells: Vec<services::EventServiceFactory>,
+    _event_services: Vec<services::EventServiceFactory>,
     node: Node<Service>,
-    _life: Lock,
+    _member_lock: Lock,
 }
 
 impl Services {
     /// Creates the services of a generation, or opens those that participants still hold.
     pub(crate) fn create(place: &Place, generation: u64) -> Result<Self, DomainError> {
         require_memory()?;
-        let life = place.live_in(generation)?;
+        let member_lock = place.join_members(generation)?;
         let node = node(place, generation, "keeper")?;
         let topics = TopicName::all()
             .map(|t| services::topic(&node, t).open_or_create().map_err(|e| refused(format!("topic `{t}`"), e)));
@@ -36,7 +36,14 @@ impl Services {
         let event_ports = names
             .map(|n| services::event(&node, n.text()).open_or_create().map_err(|e| refused(format!("event/{n:?}"), e)));
         let event_ports = event_ports.collect::<Result<_, _>>()?;
-        Ok(Self { _topics: topics, _status: status, _commands: commands, _bells: event_ports, node, _life: life })
+        Ok(Self {
+            _topics: topics,
+            _status: status,
+            _commands: commands,
+            _event_services: event_ports,
+            node,
+            _member_lock: member_lock,
+        })
     }
 
     /// Returns what dead participants left; the number of them.

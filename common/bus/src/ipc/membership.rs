@@ -38,7 +38,7 @@ pub(crate) struct Membership {
     changes: OwnedFd,
     superseded: AtomicBool,
     /// Last, so that it outlives all of the above: a generation without holders of this lock is removed.
-    _life: Lock,
+    _member_lock: Lock,
 }
 
 impl Membership {
@@ -55,7 +55,7 @@ impl Membership {
             Signal::new().map_err(|source| DomainError::File { path: place.root().to_owned(), source })?;
         for _ in 0..MAX_JOIN_ATTEMPTS {
             let generation = place.current()?.ok_or_else(no_keeper)?;
-            let life = place.live_in(generation)?;
+            let member_lock = place.join_members(generation)?;
             if place.current()? != Some(generation) {
                 continue;
             }
@@ -69,7 +69,7 @@ impl Membership {
                 event_ports_added,
                 changes,
                 superseded: AtomicBool::new(false),
-                _life: life,
+                _member_lock: member_lock,
             };
             // One service tells whether the keeper's are there at all.
             let own = services::event(&membership.node, daemon.name()).open();

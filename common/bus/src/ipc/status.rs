@@ -58,7 +58,7 @@ impl StatusTarget {
 /// The receiving end.
 pub(crate) struct StatusSource {
     port: Subscriber<Service, WireStatus, ()>,
-    _bell: Arc<EventPort>,
+    _event_port: Arc<EventPort>,
     _membership: Arc<Membership>,
 }
 
@@ -66,7 +66,7 @@ impl StatusSource {
     pub(crate) fn open(membership: &Arc<Membership>) -> Result<Self, PortError> {
         let event_port = membership.event_port(EventService::Status)?;
         let port = open(membership)?.subscriber_builder().create().map_err(refused)?;
-        Ok(Self { port, _bell: event_port, _membership: Arc::clone(membership) })
+        Ok(Self { port, _event_port: event_port, _membership: Arc::clone(membership) })
     }
 
     pub(crate) fn receive(&self) -> Result<Option<StatusRecord>, ReceiveError> {

@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_search_that_somebody_asked_for_waits_at_once() {
+    fn a_requested_search_waits_at_once() {
         let mut follower = at_zero();
         follower.searched(Some(PoseRecord { map_storey: 1, ..at(0.0) }), true);
         assert_eq!(follower.waiting().map(|w| w.map_storey), Some(1));

@@ -122,8 +122,8 @@ mod tests {
 
     #[test]
     fn storeys_that_are_unknown_not_mapped_or_ambiguous_are_errors() {
-        let said = asked(&["Gruond floor"]).unwrap_err();
-        assert!(said.contains("nearest: \"Ground floor\"") && said.contains("2 \"0\" id-2"), "{said}");
+        let error = asked(&["Gruond floor"]).unwrap_err();
+        assert!(error.contains("nearest: \"Ground floor\"") && error.contains("2 \"0\" id-2"), "{error}");
         assert!(asked(&["7"]).unwrap_err().contains("matches no storey"));
         assert!(asked(&["Roof"]).unwrap_err().contains("not mapped: nothing to walk on"));
         assert!(asked(&["0"]).unwrap_err().contains("GlobalId"), "index of one, name of another");

@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_dead_bus_left_is_named_and_what_lives_is_not() {
+    fn leftovers_of_a_dead_bus_are_named_and_those_in_use_are_not() {
         assert_eq!(leftovers("nobody_has_this_prefix_", false).verdict, CheckResult::Ok);
         assert_eq!(leftovers("", true).verdict, CheckResult::Ok);
     }
