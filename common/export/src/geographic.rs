@@ -54,7 +54,7 @@ impl<'a> Geographic<'a> {
     /// The error is a sentence for people: why there are no latitudes and longitudes.
     pub(crate) fn of(site: &'a Site<'a>) -> Result<Self, String> {
         let Some(earth_from_world) = site.earth_from_world() else {
-            return Err("no file says where on earth the model lies (IfcMapConversion)".to_owned());
+            return Err("no file has a map conversion (IfcMapConversion)".to_owned());
         };
         let crs = site.text(site.head.earth_crs);
         let geographic = Self { site, earth_from_world, projection: Projection::of(crs)? };
@@ -105,11 +105,11 @@ impl Projection {
             epsg_code(name).ok_or_else(|| format!("{name:?} names no system by its EPSG code, such as EPSG:25832"))?;
         let definition = crs_definitions::from_code(code).ok_or_else(|| format!("EPSG:{code} is not in the table"))?;
         if !has_known_datum(definition.proj4) {
-            return Err(format!("how the datum of EPSG:{code} lies to WGS 84 is not in the table"));
+            return Err(format!("the datum transformation of EPSG:{code} to WGS 84 is not in the table"));
         }
         if UNCERTAIN.binary_search(&code).is_ok() {
             return Err(format!(
-                "how EPSG:{code} lies to WGS 84 is not certain: the table and the register of EPSG differ by more than 20 m"
+                "the datum transformation of EPSG:{code} to WGS 84 is not certain: the table and the register of EPSG differ by more than 20 m"
             ));
         }
         let projected = Proj::from_proj_string(definition.proj4)

@@ -43,7 +43,7 @@ pub enum MapFault {
     },
     /// The map is too large.
     #[error(
-        "it is {wide_m:.0} x {high_m:.0} m: at most {MAX_AREA_M2:.0} m2 can be aligned, cut off what nobody has seen"
+        "it is {wide_m:.0} x {high_m:.0} m: at most {MAX_AREA_M2:.0} m2 can be aligned, cut off cells that were not observed"
     )]
     Extent {
         /// In the direction of its rows.

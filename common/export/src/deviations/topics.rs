@@ -47,7 +47,7 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
             "is planned to stand, and the robot saw through its place"
         }
         DeviationVerdict::Late => "is planned to be removed, and stands",
-        DeviationVerdict::Early => "stands before its time",
+        DeviationVerdict::Early => "is built before it is planned",
         DeviationVerdict::Displaced => "does not stand in its place",
     };
     let by = if verdict == DeviationVerdict::Displaced {

@@ -92,7 +92,7 @@ fn add_door(
     let operation = opens(&door.operation_type, &element.predefined_type);
     let (clear_width_m, clear_width_from) = clear_width_m(overall_width_m, door, operation);
     if !operation_is_known(&door.operation_type) {
-        let message = "the door does not say how it opens, swing is assumed".to_owned();
+        let message = "the door has no operation type, swing is assumed".to_owned();
         let entity = Some(element.id.clone());
         let code = DiagnosticCode::DoorOperationUnknown;
         add_diagnostic(

@@ -91,7 +91,7 @@ fn report_undated(site: &Site<'_>, properties: &ScheduleProperties, diagnostics:
     for (space, properties) in site.spaces.iter().zip(&properties.spaces) {
         if properties.actual.or(properties.planned).is_none() {
             let entity = Entity::of(space.global_id, space.name, 0, space.source);
-            let message = "the room has no date, so nobody knows when it opens; it stays blocked".to_owned();
+            let message = "the room has no date of release; it stays blocked".to_owned();
             diagnostics.add(Severity::Warning, DiagnosticCode::RoomUndated, Some(entity), message);
         }
     }

@@ -148,7 +148,7 @@ fn report(
         }
         let status = properties.status.map(|t| site.text(t)).filter(|s| ["DEMOLISH", "TEMPORARY"].contains(s));
         if let Some(status) = status.filter(|_| element_timelines[k].source == Some(DateSource::Status)) {
-            let message = format!("its status is {status}, but nothing says when; it is taken as existing");
+            let message = format!("its status is {status}, but it has no date; it is taken as existing");
             diagnostics.add(Severity::Warning, DiagnosticCode::StatusWithoutDate, Some(entity), message);
         }
         if properties.is_ambiguous {
@@ -163,7 +163,7 @@ fn report(
     }
     for (name, n) in unknown {
         let message = format!(
-            "{n} objects name the phase {name:?}, which has no dates in the rules ([[phases]]); it says nothing"
+            "{n} objects name the construction phase {name:?}, which has no dates in the rules ([[phases]]); it is ignored"
         );
         diagnostics.add(Severity::Info, DiagnosticCode::ConstructionPhaseUnknown, None, message);
     }
