@@ -5,7 +5,7 @@
 #[path = "support/imports.rs"]
 mod imports;
 
-use imports::{circles, imports, modules, named_paths as paths_of_code};
+use imports::{circles, imports, modules, named_paths as paths_of_code, names};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -202,6 +202,38 @@ fn tests_comments_texts_and_re_exports_of_children_are_no_imports() {
     );
     let b = "use crate::a::S; fn f(c: char) -> bool { c == '\"' || c == '\\'' } fn g<'a>(s: &'a S) -> impl Sized + use<'a> {}";
     assert_eq!(circles_of(&[lib, ("a", &a), ("b", b)]), Vec::<String>::new());
+}
+
+/// Words that no name has: the list at the end of the glossary, without those that have another meaning of their own.
+const UNUSED_WORDS: [&str; 12] = [
+    "bell",
+    "bells",
+    "canvas",
+    "chance",
+    "judgement",
+    "lives",
+    "newcomer",
+    "newcomers",
+    "nobody",
+    "nudge",
+    "patience",
+    "somebody",
+];
+
+#[test]
+fn names_use_the_words_of_the_glossary() {
+    for folder in crates().into_iter().chain([root().join("tests/fuzz")]) {
+        for (module, text) in modules(&folder.join("src")) {
+            for words in names(&text) {
+                let place = || format!("{} in {}::{}", words.join("_"), name_of(&folder), module.join("::"));
+                let unused = words.iter().find(|word| UNUSED_WORDS.contains(&word.as_str()));
+                assert_eq!(unused, None, "{}", place());
+                let phase = words.iter().position(|word| ["phase", "phases"].contains(&word.as_str()));
+                let is_construction = phase.is_none_or(|at| at > 0 && words[at - 1] == "construction");
+                assert!(is_construction, "{}: a construction phase, or a schedule state", place());
+            }
+        }
+    }
 }
 
 #[test]

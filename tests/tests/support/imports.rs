@@ -97,6 +97,25 @@ pub(crate) fn named_paths(text: &str) -> impl Iterator<Item = Segments> {
     uses.into_iter().map(|import| import.path).chain(paths)
 }
 
+/// The words of all names in a text, each name split into its words in lower case; no comments and texts.
+pub(crate) fn names(text: &str) -> impl Iterator<Item = Vec<String>> {
+    tokens(text).into_iter().filter(|token| is_word(token)).map(words)
+}
+
+/// The words of a name like `mission_plan` or `MissionPlan`.
+fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut last_is_upper = true;
+    for c in name.chars() {
+        if c == '_' || c.is_uppercase() && !last_is_upper {
+            words.push(String::new());
+        }
+        last_is_upper = c.is_uppercase();
+        words.last_mut().expect("there is a word").extend(c.to_lowercase().filter(|c| *c != '_'));
+    }
+    words
+}
+
 /// A name that a `use` brings in.
 struct Import {
     path: Segments,
