@@ -30,7 +30,7 @@ struct Newest {
 }
 
 impl Reporter {
-    /// Reports to a loop, which the nudger wakes.
+    /// Reports to a loop, which the waker wakes.
     pub(crate) fn new(waker: Waker) -> Self {
         Self { waker: Some(waker), ..Self::default() }
     }

@@ -65,7 +65,7 @@ impl WorldDoor {
     }
 }
 
-/// True for a door with a passage whose host wall stands, or that has none.
+/// True for an element that is a door with a passage in an opening.
 pub(crate) fn is_door(input: &ExportInput<'_>, element: u32) -> bool {
     let site = input.site;
     let record = &site.elements[element as usize];
@@ -323,7 +323,7 @@ impl DoorSurroundings<'_> {
         }
     }
 
-    /// Links with joint limits before collisions; those with too little range are fixed.
+    /// The links with their joint limits reduced to where the leaves would hit something; links with too little range are fixed.
     fn limited(&self, links: Vec<Link>) -> (Vec<Link>, Vec<[Option<usize>; 2]>) {
         let limit = |mut link: Link| {
             if link.kind == JointKind::Fixed {

@@ -1,7 +1,7 @@
 //! All thresholds of an alignment, each with its reason.
 //!
-//! Lengths in metres, angles in radians. The method is that of `align`; values without another reason are those of the
-//! prototype that it was measured with.
+//! Lengths in metres, angles in radians. Values without another reason are those of the prototype with which the method was
+//! measured.
 
 /// Wall points farther from each other than this are no match, in metres.
 pub(crate) const MAX_MATCH_M: f64 = 0.6;
@@ -18,7 +18,7 @@ pub(crate) const SAME_RAD: f64 = 0.06;
 /// Minimum score of a pose.
 pub(crate) const MIN_SCORE: f64 = 0.45;
 // The following were chosen on 402 simulated pairs of 22 storeys and 350 pairs of SLAM maps with other buildings. Together they
-// accept 162 right poses and no wrong one; what each alone keeps out is told with it.
+// accept 162 right poses and no wrong one; each threshold names what it alone refuses.
 
 /// A pose is accepted only if so much of the SLAM map's walls are the reference's, and so much of the reference's walls that the
 /// robot has seen are in the SLAM map. Two poses in other buildings had 0.47 and 0.68, 0.36 and 0.80.

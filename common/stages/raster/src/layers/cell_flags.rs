@@ -14,7 +14,7 @@ pub(crate) const FLOOR: u8 = 8;
 pub(crate) const BLOCKED: u8 = 16;
 /// Finished structure at the lidar's height.
 pub(crate) const STRUCTURE: u8 = 32;
-/// Below work.
+/// Under an element between this floor and the next that is worked on.
 pub(crate) const WORK: u8 = 64;
 /// Within the outline of the complete storey.
 pub(crate) const OUTLINE: u8 = 128;

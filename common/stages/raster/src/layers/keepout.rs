@@ -1,5 +1,5 @@
-//! Keep-out mask from cell flags: drop-offs, blocked spaces, work below overhead elements, with margins grown through free
-//! cells.
+//! Keep-out mask from cell flags: drop-offs, blocked spaces, cells under elements that are worked on, with margins grown
+//! through free cells.
 
 use super::cell_flags::{BLOCKED, NAV_OCCUPIED, NAV_UNKNOWN, OUTLINE, WORK, is_edge, is_free, is_void};
 use super::tile::{inner_rows, rows};
