@@ -1,20 +1,19 @@
 //! The slam-align service: tracks the pose, searches in the background, publishes accepted poses.
 
+mod publication;
+
 use crate::persisted_state::PersistedState;
+use crate::reference_inputs::ReferenceInputs;
 use crate::robot_map::RobotMap;
 use crate::worker::{Job, JobOutcome, SearchArea, Worker, WorkerTask};
-use alignment::track_map;
-use alignment::{Alignment, Hint, PreparedMap};
-use alignment::{AlignmentSources, PoseStatus};
-use alignment::{Follower, MaxJump};
+use alignment::{Alignment, Follower, Hint, MaxJump, PreparedMap, track_map};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
 use daemon::{
-    ActualsSource, AlignConfig, AlignRequest, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, PoseHint,
-    Published, Reporter, RequestTimeouts, ScheduleRequest, Service, SiteConfig, StateFile, write_durably,
+    AlignConfig, AlignRequest, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, PoseHint, Published,
+    Reporter, Service, SiteConfig, StateFile,
 };
-use deviations::AppliedObservations;
 use frames::Map;
-use messages::{Activity, AlignmentVerdict, ArchiveBuffer, Checked, InputHashes, PoseRecord, PoseState, payload};
+use messages::{Activity, AlignmentVerdict, PoseState};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -22,11 +21,6 @@ use tracing::{info, warn};
 
 /// Interval at which the worker is polled.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
-
-/// Schedule evaluation answers within milliseconds, and is started again within seconds.
-const TIMEOUTS: RequestTimeouts =
-    RequestTimeouts { starting: Duration::from_secs(30), answer: Duration::from_secs(30) };
-const RETRY_INTERVAL: Duration = Duration::from_millis(2);
 
 daemon::inputs! {
     /// What poses and deviations are made from. The index of the grids names the robot.
@@ -56,14 +50,6 @@ pub(crate) struct AlignService {
     /// The result of the last search.
     last_search: Alignment,
     pending: PendingWork,
-}
-
-/// Inputs of the references. Copied, because the samples are lent to the worker while it works.
-#[derive(Debug, Clone, Copy, Default)]
-struct ReferenceInputs {
-    inputs: InputHashes,
-    plan_time_s: i64,
-    frame_epoch: u64,
 }
 
 /// Work for the worker.
@@ -206,58 +192,6 @@ impl AlignService {
         self.publish()
     }
 
-    /// Publishes deviations, and applies the confirmed observations.
-    fn publish_deviations(&mut self, deviations: ArchiveBuffer) -> Result<(), Failure> {
-        let is_news = !self.deviations.is_last(&deviations);
-        let deviations = Checked::<payload::Deviations>::new(deviations)?;
-        let view = deviations.view();
-        let (elements, obstacles) = (view.elements.len(), view.obstacles.len());
-        let observed = match self.samples.site() {
-            Some(site) if view.check_site(&site.view()).is_ok() => {
-                self.persisted.observed.with_additions(&site.view(), &view)
-            }
-            // A newer site has come meanwhile, and is compared next.
-            _ => return Ok(()),
-        };
-        if is_news {
-            let (frame_epoch, inputs) = self.origin();
-            self.deviations.publish(&mut self.epochs, deviations, frame_epoch, inputs)?;
-            info!(service = "slam-align", elements, obstacles, "deviations published");
-        }
-        self.set_observed(observed)
-    }
-
-    /// Applies these observations; on disk, here and in schedule-eval, when this returns.
-    fn set_observed(&mut self, observed: AppliedObservations) -> Result<(), Failure> {
-        let applies = self.config.apply;
-        if observed.table(applies) != self.persisted.observed.table(applies)
-            && let Err(why) = self.apply(&observed)
-        {
-            // It is tried again at the next comparison.
-            self.pending.compare = true;
-            return Err(why);
-        }
-        if observed == self.persisted.observed {
-            Ok(())
-        } else {
-            self.persist(|persisted| persisted.observed = observed)
-        }
-    }
-
-    /// Sends the observed progress to schedule-eval.
-    fn apply(&self, observed: &AppliedObservations) -> Result<(), Failure> {
-        write_durably(&self.table, observed.table(self.config.apply).as_bytes())?;
-        let bus = self.bus.as_ref().ok_or("it is not attached to a bus")?;
-        let request = ScheduleRequest::SetActuals { file: Some(self.table.clone()), source: ActualsSource::Observed };
-        let pause = || {
-            std::thread::sleep(RETRY_INTERVAL);
-            Ok(())
-        };
-        daemon::ask(bus, &request, TIMEOUTS, |_| {}, pause)?;
-        info!(service = "slam-align", "observations applied");
-        Ok(())
-    }
-
     /// The search area of the configuration.
     fn search_area(&self) -> SearchArea {
         SearchArea { hint: self.config.hint.map(hint_of), storey: self.config.storey }
@@ -312,51 +246,6 @@ impl AlignService {
         self.proceed()
     }
 
-    /// Changes the persisted state; on disk when this returns.
-    fn persist(&mut self, change: impl FnOnce(&mut PersistedState)) -> Result<(), Failure> {
-        let mut persisted = self.persisted.clone();
-        change(&mut persisted);
-        self.state.save(&persisted)?;
-        self.persisted = persisted;
-        Ok(())
-    }
-
-    fn persist_pose(&mut self, pose: &PoseRecord) -> Result<(), Failure> {
-        let frame_epoch = self.reference_inputs.frame_epoch;
-        self.persist(|persisted| persisted.set_pose(pose, frame_epoch))
-    }
-
-    /// Publishes the current pose, if it differs from the published one.
-    fn publish(&mut self) -> Result<(), Failure> {
-        let Some(map) = self.map.as_ref().filter(|_| !self.references.is_empty()) else { return Ok(()) };
-        let sources = AlignmentSources {
-            site_hash: self.reference_inputs.inputs.site,
-            slam_map_hash: map.content_hash,
-            plan_time_s: self.reference_inputs.plan_time_s,
-        };
-        let pose = self.follower.pose().copied();
-        let pose_status = PoseStatus { pose, state: self.follower.state(), waiting: self.follower.waiting().copied() };
-        let alignment = self.last_search.archive(&self.storeys(), &pose_status, sources);
-        if !self.alignment.is_last(&alignment) {
-            self.pending.compare = true;
-            let (frame_epoch, inputs) = self.origin();
-            self.alignment.publish(&mut self.epochs, Checked::new(alignment)?, frame_epoch, inputs)?;
-            self.activity.set(Activity::Published);
-        }
-        // The pose must survive this daemon; moves below the threshold are not written.
-        if let Some(pose) = pose.filter(|pose| self.persisted.is_worth_saving(pose)) {
-            self.persist_pose(&pose)?;
-        }
-        Ok(())
-    }
-
-    /// Frame epoch and inputs of what is published next.
-    fn origin(&self) -> (u64, InputHashes) {
-        let slam_map = self.map.as_ref().map_or(0, |map| map.content_hash);
-        let ReferenceInputs { inputs, frame_epoch, .. } = self.reference_inputs;
-        (frame_epoch, InputHashes { slam_map, ..inputs })
-    }
-
     fn done(&self) -> Done {
         Done { published: self.alignment.published(), ..Done::default() }
     }
@@ -389,21 +278,6 @@ impl AlignService {
             Some(file) => self.handle_slam_map(RobotMap::read(&file)?),
             None => Ok(()),
         }
-    }
-}
-
-impl ReferenceInputs {
-    /// `None` unless site, schedule state and index of grids belong together; if not, those that are missing are on their
-    /// way.
-    fn of(samples: &SiteSamples) -> Option<Self> {
-        let state = samples.state()?;
-        let robot = samples.index_of(state.site)?.bytes().header().inputs.robot;
-        let (site, schedule_state) = (state.site.content_hash(), state.state.content_hash());
-        Some(Self {
-            inputs: InputHashes { site, schedule_state, robot, ..InputHashes::default() },
-            plan_time_s: state.state.view().head.plan_time_s,
-            frame_epoch: state.site.bytes().header().frame_epoch,
-        })
     }
 }
 
