@@ -128,13 +128,13 @@ pub(crate) fn spawn_daemon(service: RecordingService) -> TestDaemon {
         std::fs::write(&path, "state = \"state\"\n").unwrap();
         let config = SiteConfig::read(&path).unwrap();
         let reload = Reload { signal: ReloadSignal::listen().unwrap(), path, config, log };
-        let mut life = ServiceLoop::of(
+        let mut service_loop = ServiceLoop::of(
             RecordingService { recorded: Some(recorded), ..service },
             CurrentActivity::default(),
             reload,
         )
         .unwrap();
-        let result = life.run_until_stopped(&of_daemon, StopSignal::listen(false).unwrap());
+        let result = service_loop.run_until_stopped(&of_daemon, StopSignal::listen(false).unwrap());
         let _ = ended.send(result.map_or_else(|why| why.to_string(), |()| "stopped".to_owned()));
     });
     TestDaemon { events, end, domain }

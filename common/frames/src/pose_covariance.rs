@@ -3,8 +3,8 @@
 use crate::Rigid2;
 use nalgebra::Matrix3;
 
-/// Covariance of x, y and yaw of a motion of the plane: m², m rad and rad². The place for which it is told is
-/// named beside it.
+/// Covariance of x, y and yaw of a motion of the plane: m², m rad and rad². It holds for one
+/// place, which is named beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseCovariance(Matrix3<f64>);
 

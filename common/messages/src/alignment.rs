@@ -150,9 +150,8 @@ impl<'a> Alignment<'a> {
         let head = alignment.head;
         check_tags([head.verdict], "verdict")?;
         check_tags([head.state], "state of a pose")?;
-        let reason = (head.reason.offset as usize)..(head.reason.offset as usize) + head.reason.length as usize;
         let numbers = [head.scale, head.scale_deviation];
-        let whole = alignment.strings.get(reason).is_some()
+        let whole = head.reason.of(alignment.strings).is_some()
             && head.is_waiting <= 1
             && alignment.candidates.len() <= Self::MAX_CANDIDATES
             && numbers.iter().all(|n| n.is_finite())
@@ -197,8 +196,7 @@ impl<'a> Alignment<'a> {
 
     /// Why the newest map is not accepted; empty if it is.
     pub fn reason(&self) -> &'a str {
-        // Boundaries were checked when the archive was opened.
-        &self.strings[self.head.reason.offset as usize..][..self.head.reason.length as usize]
+        self.head.reason.of(self.strings).expect("it was checked when the archive was opened")
     }
 }
 

@@ -117,6 +117,14 @@ pub struct Text {
     pub length: u32,
 }
 
+impl Text {
+    /// Its characters, if they lie in the string section.
+    pub(crate) fn of(self, strings: &str) -> Option<&str> {
+        let start = self.offset as usize;
+        strings.get(start..start.saturating_add(self.length as usize))
+    }
+}
+
 /// A list of texts: entries `first..first + count` of the archive's section of listed texts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]

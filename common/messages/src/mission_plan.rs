@@ -92,8 +92,7 @@ impl<'a> MissionPlan<'a> {
 
     /// The text of a record.
     pub fn text(&self, text: crate::Text) -> &'a str {
-        // Boundaries were checked when the archive was opened.
-        &self.strings[text.offset as usize..][..text.length as usize]
+        text.of(self.strings).expect("texts were checked when the archive was opened")
     }
 
     /// The points of a storey's tour.
@@ -126,9 +125,7 @@ impl<'a> MissionPlan<'a> {
             && self.floor_parts.iter().flat_map(|p| [p.area_m2, p.room_m2, p.at_m[0], p.at_m[1]]).all(f64::is_finite);
         let diagnostics = self.diagnostics.iter().flat_map(DiagnosticRecord::texts);
         let mut texts = self.spaces.iter().map(|s| s.reason).chain(diagnostics);
-        let whole = texts.all(|t| {
-            self.strings.get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize)).is_some()
-        });
+        let whole = texts.all(|text| text.of(self.strings).is_some());
         if inside && finite && whole { Ok(()) } else { Err(ArchiveError::Index { what: "a waypoint" }) }
     }
 

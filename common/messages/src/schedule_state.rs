@@ -268,12 +268,7 @@ impl<'a> ScheduleState<'a> {
         let n_elements = schedule_state.planned.len();
         let fits = n_elements == schedule_state.effective.len()
             && (schedule_state.schedule.is_empty() || schedule_state.schedule.len() == n_elements);
-        let whole = |t: Text| {
-            schedule_state
-                .strings
-                .get(t.offset as usize..(t.offset as usize).saturating_add(t.length as usize))
-                .is_some()
-        };
+        let whole = |text: Text| text.of(schedule_state.strings).is_some();
         let listed = schedule_state.spaces.iter().all(|s| s.reasons.of(schedule_state.listed_texts).is_some())
             && n_reasons <= schedule_state.listed_texts.len() as u64;
         if fits && listed && texts.into_iter().all(whole) {
@@ -340,16 +335,14 @@ impl<'a> ScheduleState<'a> {
 
     /// The text of a diagnostic.
     pub fn text(&self, text: Text) -> &'a str {
-        // Boundaries were checked when the archive was opened.
-        &self.strings[text.offset as usize..][..text.length as usize]
+        text.of(self.strings).expect("texts were checked when the archive was opened")
     }
 
     /// Why a space is blocked; empty if it is open.
     pub fn why(&self, space: usize) -> impl Iterator<Item = &'a str> + use<'a> {
         let schedule_state = *self;
-        // Boundaries were checked when the archive was opened.
-        let TextList { first, count } = self.spaces[space].reasons;
-        let texts = &self.listed_texts[first as usize..][..count as usize];
+        let reasons = self.spaces[space].reasons;
+        let texts = reasons.of(self.listed_texts).expect("lists were checked when the archive was opened");
         texts.iter().map(move |&text| schedule_state.text(text))
     }
 }

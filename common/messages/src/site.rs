@@ -134,15 +134,13 @@ impl<'a> Site<'a> {
 
     /// The text.
     pub fn text(&self, text: Text) -> &'a str {
-        // Boundaries were checked when the archive was opened.
-        &self.strings[text.offset as usize..][..text.length as usize]
+        text.of(self.strings).expect("texts were checked when the archive was opened")
     }
 
     /// The entity of an element and its supertypes.
     pub fn supertypes(&self, element: &ElementRecord) -> impl Iterator<Item = &'a str> + Clone + use<'a> {
         let site = *self;
-        // Boundaries were checked when the archive was opened.
-        let texts = &self.listed_texts[span(element.supertypes.first, element.supertypes.count)];
+        let texts = element.supertypes.of(self.listed_texts).expect("lists were checked when the archive was opened");
         texts.iter().map(move |&text| site.text(text))
     }
 
@@ -404,10 +402,7 @@ impl<'a> Site<'a> {
         let tasks = self.tasks.iter().flat_map(TaskRecord::texts);
         let mut schedule = controls.chain(calendars).chain(sequences).chain(tasks);
         let mut all = storeys.chain(map_storeys).chain(elements).chain(spaces).chain(attributes).chain(diagnostics);
-        let whole = |t: Text| {
-            let start = t.offset as usize;
-            self.strings.get(start..start.saturating_add(t.length as usize)).is_some()
-        };
+        let whole = |text: Text| text.of(self.strings).is_some();
         if all.all(whole) && schedule.all(whole) && others.chain(self.materials.iter().copied()).all(whole) {
             Ok(())
         } else {
