@@ -1,4 +1,4 @@
-//! What differs between two dates: elements, doors, and spaces that can be reached.
+//! Difference between two dates: elements, passable doors and reachable spaces that come and go.
 
 use super::list::{CauseJson, Causes};
 use crate::date_argument;

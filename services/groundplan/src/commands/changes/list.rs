@@ -1,4 +1,4 @@
-//! When anything changes, and the tasks that change it.
+//! List of the change instants of a schedule, each with the tasks that cause it.
 
 use crate::date_argument;
 use crate::task_name::task_name;

@@ -1,4 +1,4 @@
-//! What the configuration of a site needs.
+//! Checks of the configuration of a site: models, robot, state folder, bus and clock.
 
 use super::check::{Check, failure, ok, warning};
 use super::machine::{SHARED, TMPFS_MAGIC, remove_ipc};

@@ -1,5 +1,4 @@
-//! `groundplan export --watch`: a folder per epoch, a link to the newest, a hook for each. Deletes only unmodified epochs and the
-//! link.
+//! `groundplan export --watch`: a folder per epoch, a link to the newest, a hook for each.
 //!
 //! Nothing is deleted but epochs as they were written, and the link.
 
@@ -75,9 +74,7 @@ fn follow_generation(
     let mut sets = Sets::of(bus)?;
     let mut last = None;
     loop {
-        if sets.take()?
-            && let Some(epoch) = sets.epoch().filter(|epoch| last != Some(*epoch))
-        {
+        if let Some(epoch) = sets.take()?.filter(|epoch| last != Some(*epoch)) {
             watched.write(config, &mut sets, epoch)?;
             last = Some(epoch);
         }

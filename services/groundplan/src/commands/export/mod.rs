@@ -31,7 +31,7 @@ impl Run for Args {
         let (bus, mut waiter) = join(&config)?;
         let mut sets = Sets::of(&bus)?;
         let begun = Instant::now();
-        while !sets.take()? {
+        while sets.take()?.is_none() {
             if begun.elapsed() > TIMEOUT {
                 return Err(Failure::work(
                     "site, schedule state and grids do not come together: see groundplan status",

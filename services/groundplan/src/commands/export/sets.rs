@@ -20,15 +20,12 @@ impl Sets {
         Ok(Self { reader: SiteSetReader::of(bus).map_err(Failure::work)?, cut: None })
     }
 
-    /// Takes what has come; true if the newest samples belong together.
-    pub(super) fn take(&mut self) -> Result<bool, Failure> {
+    /// Takes what has come. If the newest samples belong together, this is the epoch of their mission plan, which is
+    /// the last of a set.
+    pub(super) fn take(&mut self) -> Result<Option<u64>, Failure> {
         self.reader.take().map_err(Failure::work)?;
-        Ok(self.epoch().is_some())
-    }
-
-    /// Epoch of the mission plan, which is the last of a set.
-    pub(super) fn epoch(&self) -> Option<u64> {
-        Some(self.reader.set()?.mission_plan?.bytes().header().epoch)
+        let mission_plan = self.reader.set().and_then(|set| set.mission_plan);
+        Ok(mission_plan.map(|mission_plan| mission_plan.bytes().header().epoch))
     }
 
     /// The files of the samples, which belong together.

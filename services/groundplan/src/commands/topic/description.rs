@@ -1,4 +1,4 @@
-//! What a sample holds, as JSON.
+//! Description of a sample as JSON, for `topic echo`.
 
 use crate::alignment_report;
 use crate::date_argument::optional_text;
