@@ -1,34 +1,64 @@
-//! Installed files and their places.
+//! Installed files and their places; what systemd says of the units.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
 
-use std::path::Path;
-use std::process::Command;
-use support::{client, root};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use support::{announce, client, files_in, root};
+
+/// Exposure, in tenths, that `systemd-analyze security` may find in a unit: all are on the bus only.
+const EXPOSURE_MAX: &str = "15";
 
 /// Installs the programs of this build below a folder.
-fn install(folder: &Path, built: &Path) -> std::process::Output {
-    let script = root().join("scripts/install");
-    Command::new(script).arg("--root").arg(folder).arg("--no-build").env("CARGO_TARGET_DIR", built).output().unwrap()
+fn install(folder: &Path, prefix: &str) {
+    let mut script = Command::new(root().join("scripts/install"));
+    script.arg("--root").arg(folder).args(["--prefix", prefix, "--built"]).arg(client().parent().unwrap());
+    let output = script.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Unit files of all services.
+fn services(folder: &Path) -> Vec<PathBuf> {
+    files_in(folder).into_iter().filter(|path| path.extension().is_some_and(|e| e == "service")).collect()
+}
+
+/// Runs `systemd-analyze` in a folder of units; `None`, and a loud word, where there is none.
+fn systemd_analyze(folder: &Path, arguments: &[&str], units: &[PathBuf]) -> Option<Output> {
+    let mut command = Command::new("systemd-analyze");
+    match command.args(arguments).args(units).current_dir(folder).output() {
+        Ok(output) => Some(output),
+        Err(_) => {
+            announce(&format!("SKIPPED: systemd-analyze {} of the units: it is not installed", arguments[0]));
+            None
+        }
+    }
 }
 
 #[test]
 fn everything_is_put_in_place_and_a_changed_configuration_stays() {
     let home = tempfile::tempdir().unwrap();
-    let built = home.path().join("built");
-    std::fs::create_dir(&built).unwrap();
-    std::os::unix::fs::symlink(client().parent().unwrap(), built.join("release")).unwrap();
-    let folder = home.path().join("root");
-    let output = install(&folder, &built);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    for file in
-        ["usr/local/bin/rasterize", "usr/local/share/man/man1/groundplan-monitor.1", "etc/groundplan/demo/demo.ifc"]
-    {
+    let folder = home.path();
+    install(folder, "/usr/local");
+    for file in [
+        "usr/local/bin/rasterize",
+        "usr/local/share/man/man1/groundplan-monitor.1",
+        "usr/local/share/bash-completion/completions/groundplan",
+        "usr/local/share/groundplan/schemas/site.schema.json",
+        "etc/groundplan/demo/demo.ifc",
+        "etc/sysusers.d/groundplan.conf",
+        "etc/tmpfiles.d/groundplan.conf",
+        "etc/systemd/system/groundplan-.service.d/10-common.conf",
+    ] {
         assert!(folder.join(file).is_file(), "{file}");
     }
     let unit = std::fs::read_to_string(folder.join("etc/systemd/system/groundplan-rasterize.service")).unwrap();
     assert!(unit.contains("ExecStart=/usr/local/bin/rasterize --config /etc/groundplan/site.toml"), "{unit}");
+    let notices = std::fs::read_to_string(folder.join("usr/local/share/doc/groundplan/NOTICES")).unwrap();
+    for part in ["ifc-lite-core 28", "its source is https://crates.io/crates/ifc-lite-core/", "Mozilla Public License"]
+    {
+        assert!(notices.contains(part), "{part}");
+    }
 
     let config = folder.join("etc/groundplan/site.toml");
     let site: toml::Table = std::fs::read_to_string(&config).unwrap().parse().unwrap();
@@ -38,25 +68,59 @@ fn everything_is_put_in_place_and_a_changed_configuration_stays() {
         assert!(file.is_file(), "{} is named by site.toml", file.display());
     }
     std::fs::write(&config, "state = \"elsewhere\"\n").unwrap();
-    assert!(install(&folder, &built).status.success());
+    install(folder, "/usr/local");
     assert_eq!(std::fs::read_to_string(&config).unwrap(), "state = \"elsewhere\"\n");
     assert!(folder.join("etc/groundplan/site.toml.new").is_file());
 }
 
 #[test]
 fn units_start_what_is_installed_share_memory_and_one_user() {
-    let target = std::fs::read_to_string(root().join("config/systemd/groundplan.target")).unwrap();
+    let folder = root().join("config/systemd");
+    let target = std::fs::read_to_string(folder.join("groundplan.target")).unwrap();
     for daemon in ["keeper", "ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen", "slam-align"] {
         let name = format!("groundplan-{daemon}.service");
         assert!(target.contains(&name));
-        let unit = std::fs::read_to_string(root().join("config/systemd").join(&name)).unwrap();
-        for line in
-            ["Type=notify", "User=groundplan", "RuntimeDirectoryPreserve=yes", "Restart=on-failure", "WatchdogSec=10s"]
-        {
-            assert!(unit.lines().any(|l| l == line), "{name}: {line}");
-        }
+        assert!(services(&folder).contains(&folder.join(&name)), "{name}");
+    }
+    let common = std::fs::read_to_string(folder.join("groundplan-.service.d/10-common.conf")).unwrap();
+    for line in [
+        "Type=notify",
+        "User=groundplan",
+        "RuntimeDirectoryPreserve=yes",
+        "Restart=on-failure",
+        "RestartPreventExitStatus=2",
+        "StartLimitIntervalSec=0",
+        "WatchdogSec=10s",
+    ] {
+        assert!(common.lines().any(|l| l == line), "{line}");
+    }
+    for path in services(&folder) {
+        let unit = std::fs::read_to_string(&path).unwrap() + &common;
         for harm in ["PrivateTmp=", "DynamicUser=", "PrivateIPC="] {
-            assert!(!unit.lines().any(|l| l.starts_with(harm)), "{name}: {harm}");
+            assert!(!unit.lines().any(|l| l.starts_with(harm)), "{}: {harm}", path.display());
         }
+    }
+}
+
+#[test]
+fn systemd_finds_no_fault_in_the_units_and_little_exposure() {
+    let home = tempfile::tempdir().unwrap();
+    install(home.path(), "/usr");
+    let folder = home.path().join("usr/lib/systemd/system");
+    let units = services(&folder);
+    for unit in &units {
+        // The programs lie below the folder.
+        let text = std::fs::read_to_string(unit).unwrap();
+        let bin = format!("={}/usr/bin/", home.path().display());
+        std::fs::write(unit, text.replace("=/usr/bin/", &bin)).unwrap();
+    }
+    let Some(verified) = systemd_analyze(&folder, &["verify"], &units) else { return };
+    let said = String::from_utf8_lossy(&verified.stderr);
+    let faults: Vec<&str> = said.lines().filter(|line| line.contains("groundplan")).collect();
+    assert!(faults.is_empty(), "{faults:#?}");
+    for unit in units {
+        let arguments = ["security", "--no-pager", "--offline=yes", "--threshold", EXPOSURE_MAX];
+        let judged = systemd_analyze(&folder, &arguments, std::slice::from_ref(&unit)).unwrap();
+        assert!(judged.status.success(), "{}", String::from_utf8_lossy(&judged.stdout));
     }
 }
