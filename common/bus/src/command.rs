@@ -60,6 +60,11 @@ impl Command {
         self.served.bytes()
     }
 
+    /// Number of the user who sent it: the one whom the system named to the relay, or the bus's own user.
+    pub fn caller_uid(&self) -> u32 {
+        self.served.caller_uid()
+    }
+
     /// True if the client no longer waits for the answer.
     pub fn is_cancelled(&self) -> bool {
         self.served.is_cancelled()
@@ -111,7 +116,7 @@ impl CommandClient {
     /// The daemon is not running, too many bytes, [`crate::MAX_OPEN`] commands are open.
     pub fn send(&self, bytes: &[u8]) -> Result<OpenCommand, CommandError> {
         check_length(bytes)?;
-        Ok(OpenCommand { exchange: self.port.send(bytes)? })
+        Ok(OpenCommand { exchange: self.port.send(bytes, rustix::process::geteuid().as_raw())? })
     }
 }
 

@@ -21,6 +21,18 @@ pub enum DomainError {
         /// Bytes that a socket's name leaves for it.
         max: usize,
     },
+    /// The folder holds files of others, who would be kept out of it.
+    #[error(
+        "the folder `{}` of the bus holds `{}`, which is not the bus's: configure a folder of its own",
+        root.display(),
+        other.display()
+    )]
+    RootInUse {
+        /// The folder.
+        root: PathBuf,
+        /// A file in it.
+        other: PathBuf,
+    },
     /// A file of the domain cannot be read, written or locked.
     #[error("the bus's `{}` cannot be used", path.display())]
     File {
@@ -57,6 +69,44 @@ pub enum DomainError {
         /// Its folder, or the name of the double.
         root: String,
     },
+    /// Only the bus's own user takes part in it.
+    #[error("the bus belongs to {owner}: run this as that user")]
+    Foreign {
+        /// The bus's user.
+        owner: String,
+    },
+    /// Another user's bus, without a relay.
+    #[error("the bus belongs to {owner}, and its relay in `{}` cannot be used: {reason}", folder.display())]
+    NoRelay {
+        /// The bus's user.
+        owner: String,
+        /// The relay's folder.
+        folder: PathBuf,
+        /// What is the matter.
+        reason: String,
+    },
+    /// Another user's bus, whose relay does not serve this one.
+    #[error("the bus belongs to {owner}, and {}", access_hint(groups))]
+    NoAccess {
+        /// The bus's user.
+        owner: String,
+        /// Groups that its relay serves.
+        groups: Vec<String>,
+    },
+    /// The folder of the relay's sockets.
+    #[error("the folder `{}` of the relay is not an absolute path of at most {max} bytes", folder.display())]
+    RelayFolder {
+        /// As given.
+        folder: PathBuf,
+        /// Bytes that a socket's name leaves for it.
+        max: usize,
+    },
+    /// There is one already.
+    #[error("another relay serves `{}`", folder.display())]
+    RelayRuns {
+        /// Its folder.
+        folder: PathBuf,
+    },
     /// There is one already.
     #[error("another keeper holds the bus in `{root}`")]
     KeeperRuns {
@@ -81,6 +131,26 @@ pub enum DomainError {
     },
 }
 
+fn access_hint(groups: &[String]) -> String {
+    match groups {
+        [] => "its relay serves no group: name view_group and control_group in [relay] of the site's configuration"
+            .to_owned(),
+        groups => format!(
+            "this user is in none of the groups that may use it ({}): `usermod -aG GROUP USER`, and log in again",
+            groups.join(", ")
+        ),
+    }
+}
+
+/// What a user without the right to command is told to do.
+fn control_hint(group: &str) -> String {
+    if group.is_empty() {
+        "no group may: name control_group in [relay] of the site's configuration".to_owned()
+    } else {
+        format!("commands are for the group {group}: `usermod -aG {group} USER`, and log in again")
+    }
+}
+
 /// Why a publisher, subscriber, server or client cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
@@ -92,6 +162,22 @@ pub enum PortError {
         /// For what.
         topic: TopicName,
     },
+    /// The end is for the bus's own user.
+    #[error("`{what}` is for {owner} alone, to whom the bus belongs")]
+    OwnerOnly {
+        /// Which topic or stream.
+        what: String,
+        /// The bus's user.
+        owner: String,
+    },
+    /// This user may look at the bus, and send no commands.
+    #[error("the bus belongs to {owner}, and this user may look at it only: {}", control_hint(group))]
+    ViewOnly {
+        /// The bus's user.
+        owner: String,
+        /// The group that may send commands; empty if there is none.
+        group: String,
+    },
     /// Another process has this end.
     #[error("`{what}` is taken by another process")]
     Taken {
@@ -99,10 +185,14 @@ pub enum PortError {
         what: String,
     },
     /// As many as the service was made for.
-    #[error("`{what}` has as many participants as it can have")]
+    #[error(
+        "`{what}` has {max} participants, as many as it can have: stop one, such as a monitor or an export that follows"
+    )]
     Full {
         /// Which topic or command.
         what: String,
+        /// How many.
+        max: usize,
     },
     /// Shared memory is full.
     #[error("only {free_bytes} bytes of shared memory are free")]

@@ -10,13 +10,16 @@
 //! | `generation` | number, layout version and library of the current generation; renamed into place |
 //! | `<n>.lock` | held shared by every process that lives in generation n |
 //! | `<n>/` | the bus library's files of generation n |
+//! | `renew` | a participant's wish for the generation after n, because something of it was deleted |
+//! | `board/` | what daemons report about themselves |
 
 use crate::error::DomainError;
 use messages::LAYOUT_VERSION;
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
-use std::fs::{self, File};
+use std::fs::{self, File, Metadata, Permissions};
 use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -29,8 +32,14 @@ pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// Name of the file that says which generation is current.
 pub(crate) const CURRENT: &str = "generation";
 
+/// Name of the file that asks the keeper for a new generation.
+const RENEW: &str = "renew";
+
 /// Names of sockets have 107 bytes; what the bus library and the generation append leaves this for the folder.
 const MAX_ROOT_BYTES: usize = 48;
+
+/// Mode of the domain's folder: its user alone takes part.
+const ROOT_MODE: u32 = 0o700;
 
 /// Prefix and folder of a domain.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,6 +52,35 @@ pub(crate) struct Place {
 #[derive(Debug)]
 pub(crate) struct Lock {
     file: File,
+}
+
+/// What a path names, whatever it is called: a file that was deleted and made again is another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct FileIdentity {
+    device: u64,
+    inode: u64,
+}
+
+impl FileIdentity {
+    /// What is there; `None` if nothing is.
+    pub(crate) fn at(path: &Path) -> Result<Option<Self>, DomainError> {
+        match fs::symlink_metadata(path) {
+            Ok(metadata) => Ok(Some(Self::of(&metadata))),
+            Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Ok(None),
+            Err(source) => Err(DomainError::File { path: path.to_owned(), source }),
+        }
+    }
+
+    fn of(metadata: &Metadata) -> Self {
+        Self { device: metadata.dev(), inode: metadata.ino() }
+    }
+}
+
+impl Lock {
+    /// What is locked.
+    pub(crate) fn identity(&self) -> io::Result<FileIdentity> {
+        Ok(FileIdentity::of(&self.file.metadata()?))
+    }
 }
 
 impl Drop for Lock {
@@ -79,23 +117,47 @@ impl Place {
         self.root.join(generation.to_string())
     }
 
-    fn lock_path(&self, generation: u64) -> PathBuf {
+    /// The lock of a generation's members.
+    pub(crate) fn lock_path(&self, generation: u64) -> PathBuf {
         self.root.join(format!("{generation}.lock"))
     }
 
-    /// Makes the domain's folder.
+    /// The file that says which generation is current.
+    pub(crate) fn current_path(&self) -> PathBuf {
+        self.root.join(CURRENT)
+    }
+
+    /// The keeper's lock.
+    pub(crate) fn keeper_lock_path(&self) -> PathBuf {
+        self.root.join("keeper.lock")
+    }
+
+    /// Makes the domain's folder, or keeps others out of the one that is there.
     pub(crate) fn make_root(&self) -> Result<(), DomainError> {
-        fs::create_dir_all(&self.root).map_err(|source| DomainError::File { path: self.root.clone(), source })
+        let failed = |source| DomainError::File { path: self.root.clone(), source };
+        fs::DirBuilder::new().recursive(true).mode(ROOT_MODE).create(&self.root).map_err(failed)?;
+        let metadata = fs::metadata(&self.root).map_err(failed)?;
+        if metadata.permissions().mode() & 0o777 == ROOT_MODE {
+            return Ok(());
+        }
+        // A folder that is named by mistake, such as `/run`, is not taken away from its other users.
+        for entry in fs::read_dir(&self.root).map_err(failed)? {
+            let name = entry.map_err(failed)?.file_name();
+            if !is_own_file(&name.to_string_lossy()) {
+                return Err(DomainError::RootInUse { root: self.root.clone(), other: name.into() });
+            }
+        }
+        fs::set_permissions(&self.root, Permissions::from_mode(ROOT_MODE)).map_err(failed)
     }
 
     /// Becomes the keeper; `None` if there is one.
     pub(crate) fn lock_as_keeper(&self) -> Result<Option<Lock>, DomainError> {
-        try_lock(&self.root.join("keeper.lock"), FlockOperation::NonBlockingLockExclusive)
+        try_lock(&self.keeper_lock_path(), FlockOperation::NonBlockingLockExclusive)
     }
 
     /// The current generation; `None` if there is none.
     pub(crate) fn current(&self) -> Result<Option<u64>, DomainError> {
-        let path = self.root.join(CURRENT);
+        let path = self.current_path();
         let text = match fs::read_to_string(&path) {
             Ok(text) => text,
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -117,17 +179,36 @@ impl Place {
 
     /// Makes a generation the current one: participants of others see that and follow.
     pub(crate) fn announce(&self, generation: u64) -> Result<(), DomainError> {
-        let path = self.root.join(CURRENT);
+        let path = self.current_path();
         let beside = self.root.join("generation.new");
         let text = format!("generation={generation}\nlayout={LAYOUT_VERSION}\nlibrary={LIBRARY}\n");
-        fs::write(&beside, text)
-            .and_then(|()| fs::rename(&beside, &path))
-            .map_err(|source| DomainError::File { path, source })
+        let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, &path));
+        written.map_err(|source| {
+            // What is half written helps nobody.
+            let _ = fs::remove_file(&beside);
+            DomainError::File { path, source }
+        })
+    }
+
+    /// Asks the keeper for the generation after this one, because something of it is missing.
+    pub(crate) fn ask_for_renewal(&self, generation: u64, missing: &Path) -> Result<(), DomainError> {
+        let path = self.root.join(RENEW);
+        let text = format!("{generation}\n{}\n", missing.display());
+        fs::write(&path, text).map_err(|source| DomainError::File { path, source })
+    }
+
+    /// What is missing of this generation in the eyes of a participant; the request is taken away.
+    pub(crate) fn take_renewal_request(&self, generation: u64) -> Result<Option<PathBuf>, DomainError> {
+        let path = self.root.join(RENEW);
+        let Ok(text) = fs::read_to_string(&path) else { return Ok(None) };
+        remove(&path, fs::remove_file(&path))?;
+        let (number, missing) = text.split_once('\n').unwrap_or_default();
+        Ok((number.parse() == Ok(generation)).then(|| PathBuf::from(missing.trim_end())))
     }
 
     /// Says that there is no generation to join.
     pub(crate) fn withdraw(&self) -> Result<(), DomainError> {
-        let path = self.root.join(CURRENT);
+        let path = self.current_path();
         remove(&path, fs::remove_file(&path))
     }
 
@@ -150,8 +231,13 @@ impl Place {
         let mut numbers = Vec::new();
         for entry in fs::read_dir(&self.root).map_err(failed)? {
             let name = entry.map_err(failed)?.file_name();
-            let name = name.to_str().unwrap_or_default();
-            numbers.extend(name.strip_suffix(".lock").unwrap_or(name).parse::<u64>().ok());
+            numbers.extend(number_of(&name.to_string_lossy()));
+        }
+        // A folder that was deleted leaves segments behind.
+        for segment in segments(&self.prefix)? {
+            let name = segment.file_name().unwrap_or_default().to_string_lossy();
+            let number = name.strip_prefix(&self.prefix).and_then(|rest| rest.split_once('_'));
+            numbers.extend(number.and_then(|(number, _)| number.parse::<u64>().ok()));
         }
         numbers.sort_unstable();
         numbers.dedup();
@@ -173,6 +259,28 @@ impl Place {
         Ok(())
     }
 
+    /// Takes the segments away from other users: the bus library makes one that all may write.
+    pub(crate) fn close_segments(&self) -> Result<(), DomainError> {
+        for segment in segments(&self.prefix)? {
+            // One that is gone needs nothing.
+            let Ok(metadata) = fs::symlink_metadata(&segment) else { continue };
+            let mode = metadata.permissions().mode();
+            // The bits of the owner stay: they tell that a segment is not finished.
+            if mode & 0o077 != 0 {
+                let closed = fs::set_permissions(&segment, Permissions::from_mode(mode & 0o700));
+                remove(&segment, closed)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Segments of a generation whose names end so.
+    pub(crate) fn segments_of(&self, generation: u64, suffix: &str) -> Result<Vec<PathBuf>, DomainError> {
+        let mut found = segments(&self.prefix_of(generation))?;
+        found.retain(|segment| segment.to_string_lossy().ends_with(suffix));
+        Ok(found)
+    }
+
     /// Removes a generation without members; false if it has one.
     pub(crate) fn remove(&self, generation: u64) -> Result<bool, DomainError> {
         let path = self.lock_path(generation);
@@ -186,6 +294,16 @@ impl Place {
         remove(&path, fs::remove_file(&path))?;
         Ok(true)
     }
+}
+
+/// The generation that a file of the domain's folder belongs to.
+fn number_of(name: &str) -> Option<u64> {
+    name.strip_suffix(".lock").unwrap_or(name).parse().ok()
+}
+
+/// True for files that the bus and its daemons put into the domain's folder.
+fn is_own_file(name: &str) -> bool {
+    ["keeper.lock", CURRENT, "generation.new", RENEW, "board"].contains(&name) || number_of(name).is_some()
 }
 
 /// Segments whose names have the prefix.

@@ -2,10 +2,12 @@
 
 use crate::domain::Domain;
 use crate::error::DomainError;
-use crate::generation::{Lock, Place};
+use crate::generation::{FileIdentity, Lock, Place};
+use crate::held_files::HeldFiles;
 use crate::ipc;
 use crate::signal::Signal;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -24,8 +26,9 @@ pub struct Keeper {
     services: Option<ipc::Services>,
     place: Place,
     generation: u64,
+    held_files: HeldFiles,
     _sweeper: Sweeper,
-    _lock: Lock,
+    lock: Lock,
 }
 
 impl Keeper {
@@ -40,8 +43,35 @@ impl Keeper {
     /// # Errors
     /// Files that cannot be removed.
     pub fn tick(&self) -> Result<u64, DomainError> {
+        self.place.close_segments()?;
         self.remove_others()?;
         Ok(self.services.as_ref().map_or(0, ipc::Services::remove_dead))
+    }
+
+    /// Makes a new generation if a file of this one was deleted or replaced from outside: by hand, or by a login manager
+    /// that removes a user's shared memory. To be called about once a second, before [`Keeper::tick`]. Returns the first
+    /// file that was missed.
+    ///
+    /// # Errors
+    /// Another keeper has made the folder of the bus its own; no room in shared memory. The generation stays as it is, and
+    /// the next call tries again.
+    pub fn renew_if_damaged(&mut self) -> Result<Option<PathBuf>, DomainError> {
+        let Some(missing) = self.held_files.missing(&self.place)? else { return Ok(None) };
+        self.place.make_root()?;
+        let lock_path = self.place.keeper_lock_path();
+        let held = self.lock.identity().map_err(|source| DomainError::File { path: lock_path.clone(), source })?;
+        if FileIdentity::at(&lock_path)? != Some(held) {
+            let lock = self.place.lock_as_keeper()?;
+            self.lock =
+                lock.ok_or_else(|| DomainError::KeeperRuns { root: self.place.root().display().to_string() })?;
+        }
+        let generation = self.place.numbers()?.into_iter().chain([self.generation]).max().unwrap_or(0) + 1;
+        let services = ipc::Services::create(&self.place, generation)?;
+        self.held_files = HeldFiles::of(&self.place, generation, &self.lock)?;
+        self.place.close_segments()?;
+        self.place.announce(generation)?;
+        (self.services, self.generation) = (Some(services), generation);
+        Ok(Some(missing))
     }
 
     /// Creates the services of a bus.
@@ -71,9 +101,11 @@ impl Keeper {
                 (ipc::Services::create(place, generation)?, generation)
             }
         };
+        let held_files = HeldFiles::of(place, generation, &lock)?;
+        place.close_segments()?;
         place.announce(generation)?;
-        let keeper =
-            Self { services: Some(services), place: place.clone(), generation, _sweeper: sweeper, _lock: lock };
+        let place = place.clone();
+        let keeper = Self { services: Some(services), place, generation, held_files, _sweeper: sweeper, lock };
         keeper.remove_others()?;
         Ok(keeper)
     }
@@ -90,8 +122,10 @@ impl Keeper {
 
 impl Drop for Keeper {
     fn drop(&mut self) {
-        // What cannot be removed now is removed by the next keeper.
-        let _ = self.place.withdraw();
+        // What cannot be removed now is removed by the next keeper. A keeper that made the folder anew keeps its generation.
+        if self.place.current().is_ok_and(|current| current == Some(self.generation)) {
+            let _ = self.place.withdraw();
+        }
         self.services = None;
         let _ = self.remove_others();
         let _ = self.place.remove(self.generation);

@@ -45,6 +45,7 @@ mod consistent_set;
 mod domain;
 mod error;
 mod generation;
+mod held_files;
 mod ipc;
 mod keeper;
 mod latched;

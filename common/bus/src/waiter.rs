@@ -97,7 +97,8 @@ impl Waiter {
     pub fn wait(&mut self, timeout: Duration) -> Result<Wake, WaitError> {
         let deadline = Instant::now() + timeout;
         loop {
-            let wake = self.poll_once(deadline.saturating_duration_since(Instant::now()))?;
+            let mut wake = self.poll_once(deadline.saturating_duration_since(Instant::now()))?;
+            wake.superseded |= self.member.look_at_times();
             // Events that do not concern this participant are skipped.
             if !wake.timed_out() || Instant::now() >= deadline {
                 return Ok(Wake { superseded: self.member.is_superseded(), ..wake });

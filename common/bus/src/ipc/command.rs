@@ -115,6 +115,10 @@ impl Served {
         used(self.request.payload(), self.request.user_header().length)
     }
 
+    pub(crate) fn caller_uid(&self) -> u32 {
+        self.request.user_header().uid
+    }
+
     pub(crate) fn is_cancelled(&self) -> bool {
         !self.request.is_connected() || self.request.has_disconnect_hint()
     }
@@ -128,7 +132,7 @@ impl Served {
         let mut reply = self.request.loan_slice_uninit(payload.len()).map_err(|e| refused(self.daemon, e))?;
         populate(reply.payload_mut())?;
         let mut reply = reply.write_from_slice(payload);
-        *reply.user_header_mut() = WireCommand { length: bytes.len() as u64, kind: kind as u32, reserved: 0 };
+        *reply.user_header_mut() = WireCommand { length: bytes.len() as u64, kind: kind as u32, uid: 0 };
         reply.send().map_err(|e| refused(self.daemon, e))?;
         self.event_port.0.notify(Wakeup::Reply);
         Ok(())
@@ -158,7 +162,8 @@ impl Client {
         Ok(Self { port, service, event_port, daemon, membership: Arc::clone(membership) })
     }
 
-    pub(crate) fn send(&self, bytes: &[u8]) -> Result<Exchange, CommandError> {
+    /// Sends a command in the name of a user.
+    pub(crate) fn send(&self, bytes: &[u8], uid: u32) -> Result<Exchange, CommandError> {
         require_room(bytes.len())?;
         let too_many = CommandError::TooMany { daemon: self.daemon };
         let payload = not_empty(bytes);
@@ -168,7 +173,7 @@ impl Client {
         })?;
         populate(request.payload_mut())?;
         let mut request = request.write_from_slice(payload);
-        *request.user_header_mut() = WireCommand { length: bytes.len() as u64, kind: 0, reserved: 0 };
+        *request.user_header_mut() = WireCommand { length: bytes.len() as u64, kind: 0, uid };
         let pending = request.send().map_err(|e| match e {
             RequestSendError::ExceedsMaxActiveRequests => too_many,
             e => refused(self.daemon, e),

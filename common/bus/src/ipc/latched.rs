@@ -7,6 +7,7 @@ use super::node::check_memory;
 use super::services;
 use super::wire::{WireBlock, WireHeader};
 use crate::error::{PortError, PublishError, ReceiveError};
+use crate::limits::{MAX_NODES, MAX_SUBSCRIBERS};
 use crate::names::TopicName;
 use crate::wakeup::{EventService, Wakeup};
 use iceoryx2::port::LoanError;
@@ -20,6 +21,7 @@ use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::ipc_threadsafe::Service;
 use messages::SampleHeader;
 use std::mem::MaybeUninit;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 const BLOCK_BYTES: usize = size_of::<WireBlock>();
@@ -27,7 +29,9 @@ const BLOCK_BYTES: usize = size_of::<WireBlock>();
 fn open(membership: &Membership, topic: TopicName) -> Result<services::TopicService, PortError> {
     check_memory()?;
     services::topic(&membership.node, topic).open().map_err(|e| match e {
-        PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => PortError::Full { what: topic.to_string() },
+        PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => {
+            PortError::Full { what: topic.to_string(), max: MAX_NODES }
+        }
         e => PortError::Refused { what: topic.to_string(), reason: format!("{e:?}") },
     })
 }
@@ -38,6 +42,7 @@ pub(crate) struct TopicWriter {
     event_port: Arc<EventPort>,
     topic: TopicName,
     populated: Mutex<PopulatedPages>,
+    segment: PathBuf,
     _membership: Arc<Membership>,
 }
 
@@ -85,8 +90,11 @@ impl TopicWriter {
                 PublisherCreateError::ExceedsMaxSupportedPublishers => PortError::Taken { what: topic.to_string() },
                 e => PortError::Refused { what: topic.to_string(), reason: format!("{e:?}") },
             })?;
-        let populated = Mutex::default();
-        let writer = Arc::new(Self { port, event_port, topic, populated, _membership: Arc::clone(membership) });
+        let segment = membership
+            .segment_of(port.id().value())
+            .map_err(|reason| PortError::Refused { what: topic.to_string(), reason: reason.to_string() })?;
+        let (populated, membership_of_port) = (Mutex::default(), Arc::clone(membership));
+        let writer = Arc::new(Self { port, event_port, topic, populated, segment, _membership: membership_of_port });
         let mut writers = membership.writers.lock().unwrap_or_else(PoisonError::into_inner);
         let latches: Weak<dyn Latches> = Arc::<Self>::downgrade(&writer);
         writers.push(latches);
@@ -134,6 +142,10 @@ impl Latches for TopicWriter {
     fn event_port(&self) -> Arc<EventPort> {
         Arc::clone(&self.event_port)
     }
+
+    fn segment(&self) -> &Path {
+        &self.segment
+    }
 }
 
 /// Memory of a sample to be.
@@ -163,7 +175,9 @@ impl TopicReader {
         let what = || topic.to_string();
         let event_port = membership.event_port(EventService::Of(topic.producer()))?;
         let port = open(membership, topic)?.subscriber_builder().create().map_err(|e| match e {
-            SubscriberCreateError::ExceedsMaxSupportedSubscribers => PortError::Full { what: what() },
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => {
+                PortError::Full { what: what(), max: MAX_SUBSCRIBERS }
+            }
             e => PortError::Refused { what: what(), reason: format!("{e:?}") },
         })?;
         // The producer delivers the last sample when this event wakes it.

@@ -4,7 +4,7 @@ use super::event_port::EventPort;
 use super::node::{check_memory, node, refused, require_memory};
 use super::{memory, services};
 use crate::error::{DomainError, PortError};
-use crate::generation::{CURRENT, Lock, Place};
+use crate::generation::{FileIdentity, Lock, Place};
 use crate::names::Daemon;
 use crate::signal::Signal;
 use crate::wakeup::{EventService, Wakeup};
@@ -13,8 +13,13 @@ use iceoryx2::service::ipc_threadsafe::Service;
 use rustix::fs::inotify;
 use std::collections::BTreeMap;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, Instant};
+
+/// Interval at which a participant looks whether its generation is still there.
+const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 
 /// How often a participant starts again because the generation changed while it joined.
 const MAX_JOIN_ATTEMPTS: usize = 8;
@@ -25,6 +30,8 @@ pub(super) trait Latches: Send + Sync {
     fn serve_late_joiners(&self);
     /// The event port of its daemon.
     fn event_port(&self) -> Arc<EventPort>;
+    /// The segment that it lends samples from.
+    fn segment(&self) -> &Path;
 }
 
 /// A participant in a generation of a domain.
@@ -37,8 +44,9 @@ pub(crate) struct Membership {
     event_ports_added: Signal,
     changes: OwnedFd,
     superseded: AtomicBool,
+    last_look: Mutex<Instant>,
     /// Last, so that it outlives all of the above: a generation without holders of this lock is removed.
-    _member_lock: Lock,
+    member_lock: Lock,
 }
 
 impl Membership {
@@ -69,7 +77,8 @@ impl Membership {
                 event_ports_added,
                 changes,
                 superseded: AtomicBool::new(false),
-                _member_lock: member_lock,
+                last_look: Mutex::new(Instant::now()),
+                member_lock,
             };
             // One service tells whether the keeper's are there at all.
             let own = services::event(&membership.node, daemon.name()).open();
@@ -91,6 +100,13 @@ impl Membership {
         self.superseded.load(Ordering::Relaxed)
     }
 
+    /// The segment from which a publisher of this participant, by its number, lends samples.
+    pub(super) fn segment_of(&self, publisher: u128) -> Result<PathBuf, DomainError> {
+        let suffix = format!("_{publisher}__mgmt.data");
+        let found = self.place.segments_of(self.generation, &suffix)?.pop();
+        found.ok_or_else(|| refused("segment of a publisher", "it was deleted as soon as it was made"))
+    }
+
     /// Raised when an event port was opened: a waiting thread must listen to it too.
     pub(crate) fn event_ports_added(&self) -> &Signal {
         &self.event_ports_added
@@ -105,9 +121,37 @@ impl Membership {
     pub(crate) fn read_changes(&self) -> bool {
         let mut buffer = [0u8; 4096];
         while rustix::io::read(&self.changes, &mut buffer).is_ok_and(|n| n > 0) {}
+        self.look()
+    }
+
+    /// As [`Membership::read_changes`], at most once a second: what was deleted may have taken the watch with it. Asks for
+    /// another generation when a segment of this participant was deleted.
+    pub(crate) fn look_at_times(&self) -> bool {
+        let mut last_look = self.last_look.lock().unwrap_or_else(PoisonError::into_inner);
+        if last_look.elapsed() < LOOK_INTERVAL {
+            return false;
+        }
+        *last_look = Instant::now();
+        let writers = self.writers.lock().unwrap_or_else(PoisonError::into_inner);
+        for writer in writers.iter().filter_map(Weak::upgrade) {
+            if FileIdentity::at(writer.segment()).is_ok_and(|found| found.is_none()) {
+                // What cannot be asked now is asked at the next look.
+                let _ = self.place.ask_for_renewal(self.generation, writer.segment());
+                break;
+            }
+        }
+        drop(writers);
+        self.look()
+    }
+
+    /// True if this generation was the current one until now.
+    fn look(&self) -> bool {
         // A file that cannot be read is no news: the keeper's next change rings again.
-        let gone = self.place.current().is_ok_and(|now| now != Some(self.generation));
-        gone && !self.superseded.swap(true, Ordering::Relaxed)
+        let is_other = self.place.current().is_ok_and(|now| now != Some(self.generation));
+        // A folder that was deleted and made again counts generations anew; this one's lock is then another.
+        let lock = self.member_lock.identity().ok();
+        let is_lost = FileIdentity::at(&self.place.lock_path(self.generation)).is_ok_and(|found| found != lock);
+        (is_other || is_lost) && !self.superseded.swap(true, Ordering::Relaxed)
     }
 
     /// The event port of a service, opened once.
@@ -149,9 +193,12 @@ impl Membership {
 }
 
 fn watch(place: &Place) -> Result<OwnedFd, DomainError> {
-    let failed = |e: rustix::io::Errno| DomainError::File { path: place.root().join(CURRENT), source: e.into() };
+    let failed = |e: rustix::io::Errno| DomainError::File { path: place.current_path(), source: e.into() };
     let changes = inotify::init(inotify::CreateFlags::CLOEXEC | inotify::CreateFlags::NONBLOCK).map_err(failed)?;
-    let what = inotify::WatchFlags::MOVED_TO | inotify::WatchFlags::DELETE;
+    let what = inotify::WatchFlags::MOVED_TO
+        | inotify::WatchFlags::DELETE
+        | inotify::WatchFlags::DELETE_SELF
+        | inotify::WatchFlags::MOVE_SELF;
     inotify::add_watch(&changes, place.root(), what).map_err(failed)?;
     Ok(changes)
 }

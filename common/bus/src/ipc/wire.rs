@@ -54,13 +54,13 @@ pub(crate) struct WireCommand {
     pub(crate) length: u64,
     /// Of a reply: 1 progress, 2 done, 3 failed. Of a command: 0.
     pub(crate) kind: u32,
-    /// Zero.
-    pub(crate) reserved: u32,
+    /// Of a command: number of the user who sent it. Of a reply: 0.
+    pub(crate) uid: u32,
 }
 
 // SAFETY: `repr(C)` and `Pod`: no padding, pointers or drop code.
 unsafe impl ZeroCopySend for WireCommand {
     unsafe fn type_name() -> &'static str {
-        "groundplan.command_header.v1"
+        "groundplan.command_header.v2"
     }
 }

@@ -3,7 +3,7 @@
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use bus::Keeper;
+use bus::{DomainError, Keeper};
 use daemon::StopSignal;
 use std::time::Duration;
 use tracing::{info, warn};
@@ -32,11 +32,21 @@ impl Run for Args {
         let config = self.site.config()?;
         let domain = config.bus.domain().map_err(Failure::usage)?;
         let mut stop = StopSignal::listen(self.with_stdin).map_err(Failure::work)?;
-        let keeper = Keeper::start(&domain).map_err(Failure::work)?;
+        let mut keeper = Keeper::start(&domain).map_err(Failure::work)?;
         info!(service = "keeper", generation = keeper.generation(), "bus created");
         daemon::ready("holds the bus");
         while !stop.is_raised_within(TICK) {
             daemon::alive("holds the bus");
+            match keeper.renew_if_damaged() {
+                Ok(None) => {}
+                Ok(Some(missing)) => {
+                    let (missing, generation) = (missing.display(), keeper.generation());
+                    warn!(service = "keeper", %missing, generation, "a file of the bus was deleted; the bus is created anew");
+                }
+                // The other one holds the bus that participants see.
+                Err(why @ DomainError::KeeperRuns { .. }) => return Err(Failure::work(why)),
+                Err(why) => warn!(service = "keeper", error = daemon::chain(&why), "cannot create the bus anew"),
+            }
             match keeper.tick() {
                 Ok(0) => {}
                 Ok(dead) => info!(service = "keeper", dead, "cleaned up behind dead participants"),
