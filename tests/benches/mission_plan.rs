@@ -44,6 +44,7 @@ fn measure(arguments: &Arguments, model: &Path) {
     let name = files[0].name();
     let ingest = IngestOptions {
         frame: None,
+        frame_of: None,
         frame_epoch: 1,
         places: &[],
         prefer_last: true,

@@ -44,6 +44,7 @@ mod request_queue;
 mod requests;
 mod robot_file;
 mod run;
+mod schedule_inputs;
 mod service;
 mod service_loop;
 mod service_thread;
@@ -69,6 +70,7 @@ pub use requests::{
 };
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, in_background, run};
+pub use schedule_inputs::{progress_in_force, progress_table, read_progress, rules_in_force};
 pub use service::{AnswerOf, CurrentActivity, Done, Event, Service};
 pub use state::{Epochs, StateError, StateFile, write_durably};
 pub use stop::{ReloadSignal, StopSignal};

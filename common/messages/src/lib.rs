@@ -43,6 +43,8 @@ mod schedule_records;
 mod schedule_state;
 mod site;
 mod site_builder;
+mod site_comparison;
+mod site_outline;
 mod site_records;
 mod slam_map;
 mod status;
@@ -78,6 +80,8 @@ pub use schedule_state::{
 };
 pub use site::Site;
 pub use site_builder::SiteBuilder;
+pub use site_comparison::{Difference, SiteComparison, StoreyDifference, StoreyPresence, is_same_building};
+pub use site_outline::{ElementOutline, GeoreferenceOutline, SiteOutline, StoreyOutline};
 pub use site_records::*;
 pub use slam_map::{SlamMap, SlamMapHead};
 pub use status::{Activity, StatusRecord};

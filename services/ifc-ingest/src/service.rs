@@ -84,6 +84,7 @@ impl IngestService {
         let old = self.frame();
         let options = IngestOptions {
             frame: old.filter(|_| is_revision),
+            frame_of: None,
             frame_epoch: old.map_or(1, |f| f.frame_epoch.saturating_add(1)),
             places: &[],
             prefer_last: false,

@@ -1,5 +1,6 @@
 //! Schedule evaluation: `site` and the plan time in, `schedule-state` out.
 
+mod machine_time;
 mod plan_time_clock;
 mod service;
 

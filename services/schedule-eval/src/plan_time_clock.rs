@@ -1,14 +1,24 @@
-//! Modes of the plan time: all built, fixed, wall clock, simulated. Pure functions of clock readings; the plan time
-//! never goes back by itself.
+//! Modes of the plan time: all built, fixed, wall clock, simulated. Everything is a function of readings of the machine's
+//! clock: the plan time never goes back by itself, for any readings.
 //!
-//! Everything is a function of readings: the plan time never goes back by itself, for any readings.
+//! A clock that went ahead is not followed if it is more than a day ahead of the time that the machine has been running since
+//! the last reading, or, where the machine was off in between, more than 31 days ahead of that reading.
 
+use crate::machine_time::MachineTime;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
 
 /// A wall clock that went back by more than this is not trusted.
 const MAX_STEP_BACK_MS: i64 = 1_000;
+
+const DAY_MS: i64 = 86_400_000;
+
+/// A wall clock that is more than this ahead of the time that the machine has been running is not trusted.
+const MAX_STEP_AHEAD_MS: i64 = DAY_MS;
+
+/// The same where the machine was off in between, and nothing tells for how long: a month of standstill is normal.
+const MAX_STEP_AHEAD_OFF_MS: i64 = 31 * DAY_MS;
 
 /// The mode of the plan time; this is what survives a daemon.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -46,8 +56,40 @@ pub(crate) struct ReachedPlanTime {
     /// The plan time, civil seconds since 1970; `None` if nothing was published yet.
     #[serde(rename = "plan_s")]
     pub(crate) plan_time_s: Option<i64>,
-    /// What the machine's clock said, milliseconds since 1970 in UTC.
-    pub(crate) wall_ms: i64,
+    /// What the machine told then.
+    #[serde(flatten)]
+    pub(crate) machine: MachineTime,
+}
+
+/// Why the machine's clock is not followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ClockDistrust {
+    /// What tells that it is synchronised says that it is not.
+    NotSynchronised,
+    /// It went back.
+    WentBack,
+    /// It went ahead by so much more than the time that passed.
+    WentAhead {
+        /// Milliseconds.
+        by_ms: i64,
+    },
+}
+
+impl std::fmt::Display for ClockDistrust {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotSynchronised => write!(f, "clock_untrusted: the machine's clock is not synchronised")?,
+            Self::WentBack => write!(f, "clock_untrusted: the machine's clock went back")?,
+            Self::WentAhead { by_ms } => {
+                let days = frames::counted(usize::try_from(by_ms / DAY_MS).unwrap_or(0), "day");
+                write!(
+                    f,
+                    "clock_untrusted: the machine's clock went ahead by {days}; if it is right, set the date again"
+                )?;
+            }
+        }
+        write!(f, "; the plan time stands")
+    }
 }
 
 /// What a clock says.
@@ -55,29 +97,37 @@ pub(crate) struct ReachedPlanTime {
 pub(crate) struct Reading {
     /// The plan time, civil seconds since 1970; `None` if everything is built.
     pub(crate) plan_time_s: Option<i64>,
-    /// False if the machine's clock went back, or is not synchronised: the plan time stands until it is right again.
-    pub(crate) trusted: bool,
+    /// Why the machine's clock is not followed: the plan time stands until it is right again, or an operator sets it.
+    pub(crate) distrust: Option<ClockDistrust>,
 }
 
 impl PlanTimeClock {
-    /// The plan time when the machine's clock says `wall_ms`, milliseconds since 1970 in UTC.
+    /// The plan time when the machine tells `now`.
     ///
-    /// A clock that moves stands where it got while `wall_ms` is more than a second before what it was then, or while
-    /// `synchronised` is false. In the hour that a civil clock shows twice it stands, too.
-    pub(crate) fn read(&self, wall_ms: i64, zone: &TimeZone, synchronised: bool) -> Reading {
+    /// A clock that moves stands where it got while the machine's clock is not trusted: it is more than a second before what it
+    /// was then, or too far ahead, or `synchronised` is false. In the hour that a civil clock shows twice it stands, too.
+    pub(crate) fn read(&self, now: MachineTime, zone: &TimeZone, synchronised: bool) -> Reading {
         let moving = |reached: ReachedPlanTime, now_s: i64| {
-            let trusted = synchronised && reached.wall_ms - wall_ms <= MAX_STEP_BACK_MS;
-            let now_s = if trusted { Some(now_s) } else { None };
-            Reading { plan_time_s: now_s.max(reached.plan_time_s), trusted }
+            let distrust = if synchronised { reached.distrust(now) } else { Some(ClockDistrust::NotSynchronised) };
+            let now_s = if distrust.is_none() { Some(now_s) } else { None };
+            Reading { plan_time_s: now_s.max(reached.plan_time_s), distrust }
         };
         match *self {
-            Self::Everything => Reading { plan_time_s: None, trusted: true },
-            Self::Fixed { at_s } => Reading { plan_time_s: Some(at_s), trusted: true },
-            Self::Wall { reached } => moving(reached, civil_s(wall_ms, zone)),
+            Self::Everything => Reading { plan_time_s: None, distrust: None },
+            Self::Fixed { at_s } => Reading { plan_time_s: Some(at_s), distrust: None },
+            Self::Wall { reached } => moving(reached, civil_s(now.wall_ms, zone)),
             Self::Simulated { from_s, rate, since_ms, reached } => {
-                let passed_s = (wall_ms.saturating_sub(since_ms) as f64 / 1e3 * rate).floor();
+                let passed_s = (now.wall_ms.saturating_sub(since_ms) as f64 / 1e3 * rate).floor();
                 moving(reached, from_s.saturating_add(passed_s as i64))
             }
+        }
+    }
+
+    /// How far it got, if it moves by itself.
+    pub(crate) fn reached(&self) -> Option<ReachedPlanTime> {
+        match *self {
+            Self::Everything | Self::Fixed { .. } => None,
+            Self::Wall { reached } | Self::Simulated { reached, .. } => Some(reached),
         }
     }
 
@@ -120,6 +170,23 @@ impl PlanTimeClock {
     }
 }
 
+impl ReachedPlanTime {
+    /// Why the machine's clock is not to be followed from here.
+    fn distrust(&self, now: MachineTime) -> Option<ClockDistrust> {
+        // Nothing was shown yet: there is nothing to stand at.
+        self.plan_time_s?;
+        let ahead_ms = now.wall_ms.saturating_sub(self.machine.wall_ms);
+        if ahead_ms < -MAX_STEP_BACK_MS {
+            return Some(ClockDistrust::WentBack);
+        }
+        let (by_ms, max_ms) = match now.running_since_ms(&self.machine) {
+            Some(running_ms) => (ahead_ms.saturating_sub(running_ms), MAX_STEP_AHEAD_MS),
+            None => (ahead_ms, MAX_STEP_AHEAD_OFF_MS),
+        };
+        (by_ms > max_ms).then_some(ClockDistrust::WentAhead { by_ms })
+    }
+}
+
 fn civil_s(wall_ms: i64, zone: &TimeZone) -> i64 {
     civil_ms(wall_ms, zone).div_euclid(1_000)
 }
@@ -151,10 +218,19 @@ mod tests {
         Some(time.civil_seconds())
     }
 
+    /// The machine at an instant in UTC, in its first boot, which began in 1970.
+    fn machine(wall_ms: i64) -> MachineTime {
+        MachineTime { wall_ms, since_boot_ms: wall_ms, boot: Some(1) }
+    }
+
+    fn reached(plan_time_s: i64, machine: MachineTime) -> ReachedPlanTime {
+        ReachedPlanTime { plan_time_s: Some(plan_time_s), machine }
+    }
+
     #[test]
     fn the_wall_clock_is_read_in_the_zone_of_the_site() {
         let clock = PlanTimeClock::Wall { reached: ReachedPlanTime::default() };
-        let read = |at: &str| clock.read(ms(at), &amsterdam(), true).plan_time_s;
+        let read = |at: &str| clock.read(machine(ms(at)), &amsterdam(), true).plan_time_s;
         assert_eq!(read("2024-07-01T06:00:00Z"), civil("2024-07-01T08:00:00"));
         assert_eq!(read("2024-01-01T06:00:00Z"), civil("2024-01-01T07:00:00"));
         let until = clock.until_ms(civil("2024-07-01T08:00:00").unwrap(), ms("2024-07-01T05:59:59.250Z"), &amsterdam());
@@ -163,59 +239,128 @@ mod tests {
 
     #[test]
     fn the_hour_that_is_shown_twice_does_not_take_the_plan_time_back() {
-        let at = |text: &str| ReachedPlanTime { plan_time_s: civil(text), wall_ms: ms("2024-10-27T00:59:59Z") };
-        let clock = PlanTimeClock::Wall { reached: at("2024-10-27T02:59:59") };
-        let reading = clock.read(ms("2024-10-27T01:00:00Z"), &amsterdam(), true);
-        assert_eq!(reading, Reading { plan_time_s: civil("2024-10-27T02:59:59"), trusted: true });
+        let before = machine(ms("2024-10-27T00:59:59Z"));
+        let clock = PlanTimeClock::Wall { reached: reached(civil("2024-10-27T02:59:59").unwrap(), before) };
+        let reading = clock.read(machine(ms("2024-10-27T01:00:00Z")), &amsterdam(), true);
+        assert_eq!(reading, Reading { plan_time_s: civil("2024-10-27T02:59:59"), distrust: None });
     }
 
     #[test]
     fn a_clock_that_steps_back_or_is_not_synchronised_is_not_trusted_and_the_plan_time_stands() {
-        let reached = ReachedPlanTime { plan_time_s: Some(5_000), wall_ms: 5_000_000 };
-        let clock = PlanTimeClock::Wall { reached };
-        let read = |wall_ms: i64, synchronised: bool| clock.read(wall_ms, &UTC, synchronised);
-        assert_eq!(read(5_001_000, true), Reading { plan_time_s: Some(5_001), trusted: true });
-        assert_eq!(
-            read(4_999_500, true),
-            Reading { plan_time_s: Some(5_000), trusted: true },
-            "half a second is nothing"
-        );
-        assert_eq!(read(4_900_000, true), Reading { plan_time_s: Some(5_000), trusted: false });
-        assert_eq!(read(9_000_000, false), Reading { plan_time_s: Some(5_000), trusted: false });
+        let clock = PlanTimeClock::Wall { reached: reached(5_000, machine(5_000_000)) };
+        let check = |wall_ms: i64, synchronised: bool, plan_time_s: i64, distrust: Option<ClockDistrust>| {
+            let reading = clock.read(machine(wall_ms), &UTC, synchronised);
+            assert_eq!(reading, Reading { plan_time_s: Some(plan_time_s), distrust }, "at {wall_ms}");
+        };
+        check(5_001_000, true, 5_001, None);
+        // Half a second is nothing.
+        check(4_999_500, true, 5_000, None);
+        check(4_900_000, true, 5_000, Some(ClockDistrust::WentBack));
+        check(9_000_000, false, 5_000, Some(ClockDistrust::NotSynchronised));
+    }
+
+    #[test]
+    fn a_clock_that_goes_ahead_of_the_running_time_by_more_than_a_day_is_not_followed() {
+        let anchor = MachineTime { wall_ms: 1_000 * DAY_MS, since_boot_ms: DAY_MS, boot: Some(1) };
+        let clock = PlanTimeClock::Wall { reached: reached(1_000 * DAY_MS / 1_000, anchor) };
+        let check = |days: i64, running_days: i64, boot: Option<u64>, is_followed: bool| {
+            let (wall_ms, since_boot_ms) = (anchor.wall_ms + days * DAY_MS, DAY_MS + running_days * DAY_MS);
+            let reading = clock.read(MachineTime { wall_ms, since_boot_ms, boot }, &UTC, true);
+            let plan_time_s = if is_followed { wall_ms } else { anchor.wall_ms } / 1_000;
+            assert_eq!(reading.plan_time_s, Some(plan_time_s), "{days} {running_days} {boot:?}");
+            assert_eq!(reading.distrust.is_none(), is_followed);
+        };
+        // It was suspended, or nothing changed for a year.
+        check(400, 400, Some(1), true);
+        check(1, 0, Some(1), true);
+        check(2, 0, Some(1), false);
+        // It was off: the count since the boot tells nothing.
+        check(2, 0, Some(2), true);
+        check(31, 0, None, true);
+        check(32, 0, Some(2), false);
+        let text = ClockDistrust::WentAhead { by_ms: 40 * DAY_MS }.to_string();
+        assert!(text.starts_with("clock_untrusted: ") && text.contains("40 days"), "{text}");
+    }
+
+    #[test]
+    fn a_reading_of_an_earlier_version_survives() {
+        let text = r#"{"wall":{"reached":{"plan_s":5000,"wall_ms":5000000}}}"#;
+        let clock: PlanTimeClock = serde_json::from_str(text).unwrap();
+        let at = MachineTime { wall_ms: 5_000_000, since_boot_ms: 0, boot: None };
+        assert_eq!(clock, PlanTimeClock::Wall { reached: reached(5_000, at) });
+        let text = serde_json::to_string(&PlanTimeClock::Wall { reached: reached(1, machine(2)) }).unwrap();
+        assert_eq!(text, r#"{"wall":{"reached":{"plan_s":1,"wall_ms":2,"since_boot_ms":2,"boot":1}}}"#);
     }
 
     #[test]
     fn a_simulated_clock_runs_at_its_rate_and_goes_on_after_a_restart() {
         let reached = ReachedPlanTime::default();
         let clock = PlanTimeClock::Simulated { from_s: 1_000, rate: 3_600.0, since_ms: 10_000, reached };
-        assert_eq!(clock.read(12_500, &UTC, true).plan_time_s, Some(1_000 + 9_000));
+        assert_eq!(clock.read(machine(12_500), &UTC, true).plan_time_s, Some(1_000 + 9_000));
         assert_eq!(clock.until_ms(1_000 + 3_600, 10_400, &UTC), Some(600));
         let text = serde_json::to_string(&clock).unwrap();
         assert_eq!(serde_json::from_str::<PlanTimeClock>(&text).unwrap(), clock);
     }
 
     proptest! {
+        /// Readings of machines that are switched off and on, with clocks that jump.
         #[test]
         fn the_plan_time_never_goes_back(
             is_wall in any::<bool>(),
             rate in 0.1f64..1e5,
-            readings in prop::collection::vec(0i64..4_000_000_000_000, 1..20),
+            readings in prop::collection::vec((0i64..4_000_000_000_000, 0i64..4_000_000_000, 0u64..3), 1..20),
         ) {
             let reached = ReachedPlanTime::default();
             let mut clock = if is_wall {
                 PlanTimeClock::Wall { reached }
             } else {
-                PlanTimeClock::Simulated { from_s: 0, rate, since_ms: readings[0], reached }
+                PlanTimeClock::Simulated { from_s: 0, rate, since_ms: readings[0].0, reached }
             };
             let mut last = None;
-            for wall_ms in readings {
-                let now = clock.read(wall_ms, &amsterdam(), true);
+            for (wall_ms, since_boot_ms, boot) in readings {
+                let machine = MachineTime { wall_ms, since_boot_ms, boot: Some(boot) };
+                let now = clock.read(machine, &amsterdam(), true);
                 prop_assert!(last <= now.plan_time_s);
                 last = now.plan_time_s;
-                if now.trusted {
-                    clock = clock.with_reached(ReachedPlanTime { plan_time_s: now.plan_time_s, wall_ms });
+                if now.distrust.is_none() {
+                    clock = clock.with_reached(ReachedPlanTime { plan_time_s: now.plan_time_s, machine });
                 }
             }
+        }
+
+        /// A clock that drifts by up to a minute between readings, however long they are apart, then jumps.
+        #[test]
+        fn within_a_boot_a_clock_is_followed_until_it_jumps_and_again_when_it_is_right(
+            steps in prop::collection::vec((0i64..40 * DAY_MS, -60_000i64..60_000), 1..20),
+            jump_ms in DAY_MS + 3_600_000..10_000 * DAY_MS,
+            after_ms in 1i64..100 * DAY_MS,
+        ) {
+            let mut now = MachineTime { wall_ms: 1_700_000_000_000, since_boot_ms: 1_000, boot: Some(7) };
+            let mut clock = PlanTimeClock::Wall { reached: reached(civil_s(now.wall_ms, &UTC), now) };
+            for (passed_ms, drift_ms) in steps {
+                now.since_boot_ms += passed_ms;
+                now.wall_ms += (passed_ms + drift_ms).max(0);
+                let reading = clock.read(now, &UTC, true);
+                prop_assert_eq!(reading.distrust, None);
+                clock = clock.with_reached(ReachedPlanTime { plan_time_s: reading.plan_time_s, machine: now });
+            }
+            let stands_s = clock.read(now, &UTC, true).plan_time_s;
+            let later = |jump_ms: i64| MachineTime {
+                wall_ms: now.wall_ms + after_ms + jump_ms,
+                since_boot_ms: now.since_boot_ms + after_ms,
+                ..now
+            };
+            let jumped = clock.read(later(jump_ms), &UTC, true);
+            prop_assert_eq!(jumped, Reading {
+                plan_time_s: stands_s,
+                distrust: Some(ClockDistrust::WentAhead { by_ms: jump_ms }),
+            });
+            let right = clock.read(later(0), &UTC, true);
+            prop_assert_eq!(right.distrust, None);
+            prop_assert!(right.plan_time_s >= stands_s);
+            // An operator takes the clock as it is.
+            let taken = PlanTimeClock::Wall { reached: ReachedPlanTime::default() }.read(later(jump_ms), &UTC, true);
+            prop_assert_eq!(taken.plan_time_s, Some(civil_s(later(jump_ms).wall_ms, &UTC)));
         }
 
         #[test]
@@ -229,7 +374,7 @@ mod tests {
             let change_s = from_s + ahead_s;
             let wait_ms = clock.until_ms(change_s, wall_ms, &UTC).unwrap();
             // One millisecond for what a float of this size leaves out.
-            prop_assert!(clock.read(wall_ms + wait_ms + 1, &UTC, true).plan_time_s >= Some(change_s));
+            prop_assert!(clock.read(machine(wall_ms + wait_ms + 1), &UTC, true).plan_time_s >= Some(change_s));
         }
     }
 }

@@ -1,17 +1,17 @@
 //! The schedule-eval service: holds the plan time and publishes the schedule state.
 
+use crate::machine_time::{self, MachineTime};
 use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime, Reading};
 use bus::{Bus, CheckedSample, topics};
 use daemon::{
     ActualsSource, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, ScheduleAnswer,
-    ScheduleRequest, Service, SiteConfig, StateFile, write_durably,
+    ScheduleRequest, Service, SiteConfig, StateFile, progress_in_force, progress_table, read_progress, rules_in_force,
+    write_durably,
 };
 use frames::PlanTime;
-use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use messages::{Activity, Checked, InputHashes, Site};
 use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate, parse_actuals};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tracing::info;
@@ -21,6 +21,10 @@ daemon::inputs! {
     pub(crate) enum ScheduleInput { Site }
 }
 
+/// A plan time that moves is on disk with each change, and at least this often: the reading by which a clock that went ahead
+/// while the machine was off is noticed.
+const KEPT_EVERY_MS: i64 = 3_600_000;
+
 /// Holds the plan time, which is restored from its state file after a restart.
 ///
 /// While the plan time moves, the schedule state is that of the last change instant: it does not depend on how often it
@@ -28,10 +32,12 @@ daemon::inputs! {
 pub(crate) struct ScheduleService {
     rules: Rules,
     synchronised_while: Option<PathBuf>,
+    /// Which boot of the machine this is.
+    boot: Option<u64>,
     clock_file: StateFile,
     clock: PlanTimeClock,
-    /// Tables of reported and of observed progress.
-    tables: [PathBuf; 2],
+    /// The state folder, for the tables of progress.
+    state: PathBuf,
     overrides: Overrides,
     epochs: Epochs,
     activity: CurrentActivity,
@@ -57,21 +63,21 @@ impl ScheduleService {
     /// # Errors
     /// Rules, a plan time or state that cannot be used.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
-        let rules = read_rules(config)?;
+        let rules = rules_in_force(config, Rules::parse)?;
         let zone = rules.site_zone.as_ref();
         let first = config.schedule.plan_time.as_deref().map(|text| PlanTime::parse(text, zone)).transpose()?;
         let first = first.map(|written| PlanTimeClock::Fixed { at_s: written.at.civil_seconds() });
         let clock_file = StateFile::at(&config.state, "plan-clock.json")?;
         let clock = clock_file.load()?.or(first).unwrap_or_default();
-        let tables = ["actuals.csv", "observed.csv"].map(|name| config.state.join(name));
-        let [actuals, observed] = [read_actuals(&tables[0])?, read_actuals(&tables[1])?];
+        let [actuals, observed] = progress_in_force(&config.state, parse_actuals)?;
         Ok(Self {
             rules,
             synchronised_while: config.clock.synchronised_while.clone(),
+            boot: machine_time::boot(),
             clock_file,
             clock,
             overrides: Overrides { actuals, observed, ..Overrides::default() },
-            tables,
+            state: config.state.clone(),
             epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
             activity,
             output: LatchedOutput::new(topics::ScheduleState),
@@ -86,10 +92,10 @@ impl ScheduleService {
         self.rules.site_zone.clone().unwrap_or(TimeZone::UTC)
     }
 
-    fn read_clock(&self) -> (Reading, i64) {
-        let wall_ms = Timestamp::now().as_millisecond();
+    fn read_clock(&self) -> (Reading, MachineTime) {
+        let now = MachineTime::now(self.boot);
         let synchronised = self.synchronised_while.as_deref().is_none_or(Path::exists);
-        (self.clock.read(wall_ms, &self.zone(), synchronised), wall_ms)
+        (self.clock.read(now, &self.zone(), synchronised), now)
     }
 
     /// Sets a mode: on disk before it is published, because a map must never go back in time when a process dies.
@@ -110,8 +116,9 @@ impl ScheduleService {
         if !(rate.is_finite() && rate > 0.0) {
             return Err(format!("a rate of {rate} is none: it must be more than 0").into());
         }
-        let (reading, since_ms) = self.read_clock();
+        let (reading, now) = self.read_clock();
         let from_s = from_s.or(reading.plan_time_s).ok_or("there is no plan time to start from: say which")?;
+        let since_ms = now.wall_ms;
         self.set_clock(PlanTimeClock::Simulated { from_s, rate, since_ms, reached: ReachedPlanTime::default() })
     }
 
@@ -126,7 +133,7 @@ impl ScheduleService {
     /// Progress that was reported, or observed; a file that cannot be used changes nothing.
     fn set_actuals(&mut self, file: Option<&Path>, source: ActualsSource) -> Result<Done, Failure> {
         let bytes = match file {
-            Some(file) => read_table(file).map_err(|e| format!("{} cannot be read: {e}", file.display()))?,
+            Some(file) => read_progress(file).map_err(|e| format!("{} cannot be read: {e}", file.display()))?,
             None => Vec::new(),
         };
         let named = |e: &(dyn std::error::Error + 'static)| {
@@ -134,25 +141,20 @@ impl ScheduleService {
         };
         let actuals = parse_actuals(&bytes).map_err(|e| named(&e))?;
         let mut overrides = self.overrides.clone();
-        let table = match source {
-            ActualsSource::Reported => {
-                overrides.actuals = actuals;
-                &self.tables[0]
-            }
-            ActualsSource::Observed => {
-                overrides.observed = actuals;
-                &self.tables[1]
-            }
-        };
+        match source {
+            ActualsSource::Reported => overrides.actuals = actuals,
+            ActualsSource::Observed => overrides.observed = actuals,
+        }
         let evaluated = self.evaluate(&self.rules, &overrides)?.transpose().map_err(|e| named(&e))?;
-        write_durably(table, &bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
+        let table = progress_table(&self.state, source);
+        write_durably(&table, &bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
         self.overrides = overrides;
         self.evaluated = evaluated;
         self.publish()
     }
 
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
-        let rules = read_rules(config)?;
+        let rules = rules_in_force(config, Rules::parse)?;
         let evaluated = self.evaluate(&rules, &self.overrides)?.transpose()?;
         self.rules = rules;
         self.synchronised_while.clone_from(&config.clock.synchronised_while);
@@ -189,15 +191,13 @@ impl ScheduleService {
 
     /// The schedule state at the plan time, if there is a site.
     fn publish(&mut self) -> Result<Done, Failure> {
-        let (reading, wall_ms) = self.read_clock();
+        let (reading, now) = self.read_clock();
         let at_s = self.effective_plan_time_s(reading);
+        if self.evaluated.is_some() {
+            self.keep_clock(reading, now)?;
+        }
         let Some(evaluated) = &self.evaluated else { return Ok(self.done()) };
         self.activity.set(Activity::Writing);
-        if self.clock.is_moving() && reading.trusted {
-            let clock = self.clock.with_reached(ReachedPlanTime { plan_time_s: reading.plan_time_s, wall_ms });
-            self.clock_file.save(&clock)?;
-            self.clock = clock;
-        }
         let schedule_state = Checked::new(evaluated.timeline.schedule_state_at(at_s).finish())?;
         let (n_bytes, frame_epoch) = (schedule_state.bytes().bytes().len(), evaluated.frame_epoch);
         let inputs = InputHashes { site: evaluated.site_hash, ..InputHashes::default() };
@@ -206,6 +206,16 @@ impl ScheduleService {
         info!(service = "schedule-eval", epoch = self.output.epoch(), bytes = n_bytes, "schedule state published");
         self.activity.set(Activity::Published);
         Ok(self.done())
+    }
+
+    /// Saves how far a plan time that moves got.
+    fn keep_clock(&mut self, reading: Reading, machine: MachineTime) -> Result<(), Failure> {
+        if self.clock.is_moving() && reading.distrust.is_none() {
+            let clock = self.clock.with_reached(ReachedPlanTime { plan_time_s: reading.plan_time_s, machine });
+            self.clock_file.save(&clock)?;
+            self.clock = clock;
+        }
+        Ok(())
     }
 
     /// The plan time of the schedule state to be shown: while it moves, the last instant at which anything changed.
@@ -221,7 +231,12 @@ impl ScheduleService {
 
     /// Publishes if the plan time has passed a change.
     fn tick(&mut self) -> Result<Done, Failure> {
-        let at_s = self.effective_plan_time_s(self.read_clock().0);
+        let (reading, now) = self.read_clock();
+        let at_s = self.effective_plan_time_s(reading);
+        let kept_ms = self.clock.reached().filter(|kept| kept.plan_time_s.is_some()).map(|kept| kept.machine.wall_ms);
+        if kept_ms.is_some_and(|kept_ms| now.wall_ms.saturating_sub(kept_ms) >= KEPT_EVERY_MS) {
+            self.keep_clock(reading, now)?;
+        }
         match self.published_at_s {
             Some(published_s) if published_s == at_s && self.output.is_pending() => {
                 self.output.retry(&mut self.epochs)?;
@@ -236,15 +251,13 @@ impl ScheduleService {
 
     /// The current state, and when the next change is due.
     fn done(&self) -> Done {
-        let (reading, wall_ms) = self.read_clock();
+        let (reading, now) = self.read_clock();
         let update_instants_s = self.evaluated.as_ref().map_or(&[][..], |e| &e.update_instants_s);
         let next_s = reading
             .plan_time_s
             .and_then(|now_s| update_instants_s.get(update_instants_s.partition_point(|s| *s <= now_s)));
-        let wait_ms = next_s.and_then(|next_s| self.clock.until_ms(*next_s, wall_ms, &self.zone()));
-        let warning = (!reading.trusted).then(|| {
-            "clock_untrusted: the machine's clock went back, or is not synchronised; the plan time stands".to_owned()
-        });
+        let wait_ms = next_s.and_then(|next_s| self.clock.until_ms(*next_s, now.wall_ms, &self.zone()));
+        let warning = reading.distrust.map(|distrust| distrust.to_string());
         Done {
             answer: (),
             published: self.output.published(),
@@ -264,31 +277,6 @@ fn evaluated(
     let timeline = evaluate(&site, rules, overrides)?;
     let update_instants_s = timeline.update_instants_s();
     Ok(Evaluated { timeline, update_instants_s, site_hash: site.content_hash(), frame_epoch })
-}
-
-fn read_rules(config: &SiteConfig) -> Result<Rules, Failure> {
-    let Some(path) = &config.schedule.rules else { return Ok(Rules::default()) };
-    Ok(daemon::read_parsed("rules", path, Rules::parse)?)
-}
-
-/// Bytes of the largest table of reported progress.
-const MAX_TABLE_BYTES: u64 = 16 << 20;
-
-fn read_table(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(MAX_TABLE_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_TABLE_BYTES {
-        return Err(std::io::Error::other(format!("it has more than {MAX_TABLE_BYTES} bytes")));
-    }
-    Ok(bytes)
-}
-
-fn read_actuals(path: &Path) -> Result<Vec<schedule::Actual>, Failure> {
-    match read_table(path) {
-        Ok(bytes) => Ok(parse_actuals(&bytes)?),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
-        Err(error) => Err(format!("{} cannot be read: {error}", path.display()).into()),
-    }
 }
 
 impl Service for ScheduleService {

@@ -3,6 +3,7 @@
 use crate::progress::Progress;
 use crate::site_frame::SiteFrame;
 use frames::{UprightRigid3, World};
+use messages::SiteOutline;
 use std::path::PathBuf;
 
 /// A file of the site, read.
@@ -26,6 +27,9 @@ impl SourceFile {
 pub struct IngestOptions<'a> {
     /// The site's frame from an earlier run; `None` fixes it anew.
     pub frame: Option<SiteFrame>,
+    /// The site that `frame` is of: another building, which shares few of its elements, gets a frame of its own. `None` keeps
+    /// the frame for any model.
+    pub frame_of: Option<&'a SiteOutline>,
     /// Epoch of a frame that is fixed anew, from 1.
     pub frame_epoch: u32,
     /// Placement of each file by index; further files have none.

@@ -8,7 +8,7 @@
 //! different bodies are refused, or the last file counts ([`IngestOptions::prefer_last`]).
 //!
 //! The map frame makes the dominant wall direction parallel to the axes. It is fixed once, independent of the date, and kept
-//! by later runs ([`IngestOptions::frame`]).
+//! by later runs ([`IngestOptions::frame`]); another building has another ([`IngestOptions::frame_of`]).
 //!
 //! A part of a storey that lies more than 5 cm higher or lower, has 5 m2 of floor with 1.3 m of headroom, and a room on it
 //! or a way to it, is a map storey of its own ("Ground floor -0.25 m"), behind those of the files' storeys.
@@ -51,7 +51,7 @@ pub use site_frame::SiteFrame;
 
 use ifc::GeometryStatus;
 use merge::{FileModel, Merged};
-use messages::ArchiveBuffer;
+use messages::{ArchiveBuffer, SiteOutline, is_same_building};
 
 /// Reads the files as one site and writes its archive.
 ///
@@ -80,7 +80,13 @@ pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<Archi
         return Err(IngestError::TooManySpaces { n_spaces });
     }
     let own_frame = SiteFrame::of(&merged.model, options.frame_epoch);
-    let frame = options.frame.unwrap_or(own_frame);
+    let is_of_building = |site: &SiteOutline| {
+        let elements = &merged.model.elements;
+        let n_shared = elements.iter().filter(|e| site.elements.contains_key(&*e.id.global_id)).count();
+        is_same_building(n_shared, elements.len(), site.elements.len())
+    };
+    let kept = options.frame.filter(|_| options.frame_of.is_none_or(is_of_building));
+    let frame = kept.unwrap_or(own_frame);
     merged.diagnostics.extend(frame.misfit(&own_frame).map(|d| (messages::NONE, d)));
     Ok(site_archive::site_of(files, &merged, frame).finish())
 }

@@ -1,8 +1,8 @@
 //! Federation of several small IFC texts.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
-use ingest::{FilePlacement, IngestError, IngestOptions, SourceFile, ingest};
-use messages::{ArchiveBuffer, DiagnosticCode, Site};
+use ingest::{FilePlacement, IngestError, IngestOptions, SiteFrame, SourceFile, ingest};
+use messages::{ArchiveBuffer, DiagnosticCode, Site, SiteOutline};
 
 /// A file with one wall of 2 x 1 x 3 m whose middle is `at` (in metres) of the file's world.
 struct File {
@@ -48,6 +48,7 @@ fn site(files: &[&File], places: &[Option<FilePlacement>]) -> Result<ArchiveBuff
     let sources: Vec<SourceFile> = files.iter().map(|f| f.source()).collect();
     let options = IngestOptions {
         frame: None,
+        frame_of: None,
         frame_epoch: 1,
         places,
         prefer_last: false,
@@ -187,6 +188,7 @@ fn walls(n: usize, n_broken: usize) -> SourceFile {
 fn a_file_of_whose_bodies_most_cannot_be_meshed_is_refused_unless_boxes_are_allowed() {
     let options = |allow_boxes| IngestOptions {
         frame: None,
+        frame_of: None,
         frame_epoch: 1,
         places: &[],
         prefer_last: false,
@@ -201,4 +203,31 @@ fn a_file_of_whose_bodies_most_cannot_be_meshed_is_refused_unless_boxes_are_allo
         assert!(error.contains(word), "{word}: {error}");
     }
     assert!(ingest(&[walls(3, 2)], &options(true)).is_ok());
+}
+
+#[test]
+fn a_frame_is_kept_for_revisions_of_its_building_alone() {
+    let site_of = |frame_of: Option<&SiteOutline>| {
+        let frame = SiteFrame { map_from_world: frames::UprightRigid3::new([0.0; 3], 0.3), frame_epoch: 5 };
+        let options = IngestOptions {
+            frame: Some(frame),
+            frame_of,
+            frame_epoch: 6,
+            places: &[],
+            prefer_last: false,
+            allow_boxes: false,
+            progress: &|_| {},
+        };
+        ingest(&[walls(4, 0)], &options).unwrap()
+    };
+    let epoch_of = |site: &ArchiveBuffer| Site::open(site.bytes()).unwrap().head.frame_epoch;
+    let first = site_of(None);
+    assert_eq!(epoch_of(&first), 5, "without a site to compare with it is kept");
+    let mut outline = SiteOutline::of(&Site::open(first.bytes()).unwrap());
+    assert_eq!(epoch_of(&site_of(Some(&outline))), 5);
+    let renamed = outline.elements.into_iter().map(|(id, element)| (id.replace("wall", "pier"), element));
+    outline.elements = renamed.collect();
+    let another = site_of(Some(&outline));
+    assert_eq!(epoch_of(&another), 6);
+    assert_eq!(Site::open(another.bytes()).unwrap().head.map_from_world_yaw_rad, 0.0);
 }

@@ -20,6 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = SourceFile { path: model.clone(), bytes: std::fs::read(model)? };
     let options = IngestOptions {
         frame: None,
+        frame_of: None,
         frame_epoch: 1,
         places: &[],
         prefer_last: false,

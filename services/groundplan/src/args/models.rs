@@ -57,6 +57,7 @@ impl ModelArgs {
         let places = self.places()?;
         let options = IngestOptions {
             frame,
+            frame_of: None,
             frame_epoch,
             places: &places,
             prefer_last: self.prefer_last,

@@ -8,6 +8,7 @@ pub(super) fn of_bytes(bytes: &[u8]) -> Result<ArchiveBuffer, IngestError> {
     let file = SourceFile { path: "fuzzed.ifc".into(), bytes: bytes.to_vec() };
     let options = IngestOptions {
         frame: None,
+        frame_of: None,
         frame_epoch: 1,
         places: &[],
         prefer_last: false,
