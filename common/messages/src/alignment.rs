@@ -62,6 +62,33 @@ impl PoseState {
     }
 }
 
+/// What the pose of an alignment is worth for the newest SLAM map in the current frame. Only an effective pose may be used
+/// to move a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
+#[repr(u32)]
+pub enum PoseValidity {
+    /// The newest map bears the pose out.
+    Effective = 0,
+    /// Another pose waits for an operator, who says which of both is right.
+    WaitsForConfirm = 1,
+    /// The newest map does not bear the pose out, or waits for a search.
+    Held = 2,
+    /// The newest map was searched, and no pose was accepted.
+    Refused = 3,
+}
+
+impl PoseValidity {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Effective => "effective",
+            Self::WaitsForConfirm => "waits_for_confirm",
+            Self::Held => "held",
+            Self::Refused => "refused",
+        }
+    }
+}
+
 /// Evidence for a pose; all from 0 to 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
 #[repr(C)]
@@ -101,8 +128,11 @@ const _: () = assert!(size_of::<PoseRecord>() == 152);
 pub struct AlignmentHead {
     /// Content hash of the site; 0 for maps without one.
     pub site_hash: u64,
-    /// Content hash of the SLAM map.
+    /// Content hash of the newest SLAM map, for which the pose is valid or not.
     pub slam_map_hash: u64,
+    /// Content hash of the SLAM map that verdict, reason and candidates are of; another one than the newest while that waits
+    /// for its search, 0 if none was searched.
+    pub searched_map_hash: u64,
     /// The plan time of the reference, or [`crate::ScheduleStateHead::NO_TIME`].
     pub plan_time_s: i64,
     /// The current pose; zeros unless [`AlignmentHead::state`] says that there is one.
@@ -115,16 +145,16 @@ pub struct AlignmentHead {
     pub scale_deviation: f64,
     /// Why the newest verdict is not `accepted`; empty if it is.
     pub reason: Text,
-    /// Verdict on the newest map.
+    /// Verdict on the map that was searched last.
     pub verdict: Tag<AlignmentVerdict>,
     /// How the current pose was obtained.
     pub state: Tag<PoseState>,
     /// 1 if there is a pending pose.
     pub is_waiting: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// What the current pose is worth.
+    pub validity: Tag<PoseValidity>,
 }
-const _: () = assert!(size_of::<AlignmentHead>() == 368);
+const _: () = assert!(size_of::<AlignmentHead>() == 376);
 
 /// An alignment, read in place.
 #[derive(Debug, Clone, Copy)]
@@ -150,6 +180,7 @@ impl<'a> Alignment<'a> {
         let head = alignment.head;
         check_tags([head.verdict], "verdict")?;
         check_tags([head.state], "state of a pose")?;
+        check_tags([head.validity], "validity of a pose")?;
         let numbers = [head.scale, head.scale_deviation];
         let whole = head.reason.of(alignment.strings).is_some()
             && head.is_waiting <= 1
@@ -174,7 +205,17 @@ impl<'a> Alignment<'a> {
         self.archive.content_hash()
     }
 
-    /// Verdict on the newest map.
+    /// What the current pose is worth for the newest map.
+    pub fn validity(&self) -> PoseValidity {
+        self.head.validity.get()
+    }
+
+    /// True if the newest map was searched; false while it waits for that, and the verdict is of an earlier map.
+    pub fn is_searched(&self) -> bool {
+        self.head.searched_map_hash == self.head.slam_map_hash
+    }
+
+    /// Verdict on the map that was searched last, see [`Alignment::is_searched`].
     pub fn verdict(&self) -> AlignmentVerdict {
         self.head.verdict.get()
     }
@@ -184,7 +225,7 @@ impl<'a> Alignment<'a> {
         self.head.state.get()
     }
 
-    /// The current pose: the only one to be used.
+    /// The current pose: the only one to be used, and only while [`Alignment::validity`] is effective.
     pub fn pose(&self) -> Option<&'a PoseRecord> {
         (self.state() != PoseState::None).then_some(&self.head.pose)
     }
@@ -194,7 +235,7 @@ impl<'a> Alignment<'a> {
         (self.head.is_waiting == 1).then_some(&self.head.waiting)
     }
 
-    /// Why the newest map is not accepted; empty if it is.
+    /// Why the map that was searched last is not accepted; empty if it is.
     pub fn reason(&self) -> &'a str {
         self.head.reason.of(self.strings).expect("it was checked when the archive was opened")
     }
@@ -280,6 +321,7 @@ mod tests {
         AlignmentHead {
             site_hash: 1,
             slam_map_hash: 2,
+            searched_map_hash: 1,
             plan_time_s: 3,
             pose: PoseRecord { map_from_slam: [1.0, 2.0, 0.5], ..PoseRecord::NONE },
             waiting: PoseRecord::NONE,
@@ -289,7 +331,7 @@ mod tests {
             verdict: AlignmentVerdict::Ambiguous.into(),
             state: PoseState::Held.into(),
             is_waiting: 0,
-            reserved: 0,
+            validity: PoseValidity::Held.into(),
         }
     }
 
@@ -303,6 +345,7 @@ mod tests {
         );
         assert_eq!(view.pose().unwrap().map_from_slam, [1.0, 2.0, 0.5]);
         assert!(view.waiting().is_none() && view.candidates.len() == 2);
+        assert!(view.validity() == PoseValidity::Held && !view.is_searched());
     }
 
     #[test]
@@ -311,6 +354,7 @@ mod tests {
             AlignmentHead { scale: f64::NAN, ..head() },
             AlignmentHead { verdict: Tag::numbered(3), ..head() },
             AlignmentHead { state: Tag::numbered(4), ..head() },
+            AlignmentHead { validity: Tag::numbered(4), ..head() },
             AlignmentHead { pose: PoseRecord { about_m: [f64::INFINITY; 2], ..PoseRecord::NONE }, ..head() },
         ] {
             let buffer = AlignmentBuilder { head: wrong, reason: "", candidates: &[] }.finish();

@@ -6,7 +6,7 @@ use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Version of all layouts of this crate; a reader refuses any other.
-pub const LAYOUT_VERSION: u32 = 6;
+pub const LAYOUT_VERSION: u32 = 7;
 
 /// An index that points at nothing.
 pub const NONE: u32 = u32::MAX;

@@ -52,7 +52,7 @@ mod tag;
 mod text_pool;
 
 pub use alignment::{
-    Alignment, AlignmentBuilder, AlignmentHead, AlignmentVerdict, PoseEvidence, PoseRecord, PoseState,
+    Alignment, AlignmentBuilder, AlignmentHead, AlignmentVerdict, PoseEvidence, PoseRecord, PoseState, PoseValidity,
 };
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, TextList,

@@ -1,7 +1,7 @@
 //! An alignment as JSON, as text and as a line, from its archive: the same for files and for the running daemon.
 
 use crate::date_argument::optional_text;
-use messages::{Alignment, AlignmentVerdict, NONE, PoseEvidence, PoseRecord, SampleHeader};
+use messages::{Alignment, AlignmentVerdict, NONE, PoseEvidence, PoseRecord, PoseValidity, SampleHeader};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -28,7 +28,9 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
         .collect();
     let waiting = alignment.waiting().map(|w| json!({"storey": storey(w), "map_from_slam": motion(w)}));
     json!({
+        "validity": alignment.validity().name(),
         "verdict": alignment.verdict().name(),
+        "of_newest_map": alignment.is_searched(),
         "reason": alignment.reason(),
         "state": alignment.state().name(),
         "storey": counting.and_then(storey),
@@ -74,7 +76,32 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
     if let Some(pose) = alignment.waiting() {
         line(&mut out, pose, "waits for groundplan confirm");
     }
+    if alignment.validity() == PoseValidity::Held {
+        let _ = writeln!(out, "held: {}", why_held(alignment));
+    }
     out
+}
+
+/// Why the pose must not be used; `None` if it is effective.
+pub(crate) fn why_not_effective(alignment: &Alignment<'_>) -> Option<String> {
+    match alignment.validity() {
+        PoseValidity::Effective => None,
+        PoseValidity::WaitsForConfirm => Some("another pose waits for `groundplan confirm`".to_owned()),
+        PoseValidity::Held => Some(format!("the pose is held: {}", why_held(alignment))),
+        PoseValidity::Refused => Some(why_not_accepted(alignment)),
+    }
+}
+
+/// Why no pose of the map that was searched last is accepted.
+pub(crate) fn why_not_accepted(alignment: &Alignment<'_>) -> String {
+    format!("the SLAM map is {}: {}", alignment.verdict().name(), alignment.reason())
+}
+
+fn why_held(alignment: &Alignment<'_>) -> &'static str {
+    match alignment.is_searched() {
+        true => "the newest SLAM map does not bear the pose out",
+        false => "the newest SLAM map waits for its search",
+    }
 }
 
 fn line(out: &mut String, pose: &PoseRecord, what: &str) {
@@ -106,6 +133,8 @@ impl Pose {
 pub(crate) struct AlignmentSummary {
     pub(crate) epoch: u64,
     pub(crate) verdict: &'static str,
+    /// What the pose is worth: `effective`, `waits_for_confirm`, `held` or `refused`. Only an effective one may be used.
+    pub(crate) validity: &'static str,
     /// What the pose rests on: `found`, `tracked`, `held` or `none`.
     pub(crate) state: &'static str,
     pub(crate) storey: Option<u32>,
@@ -121,6 +150,7 @@ impl AlignmentSummary {
         Self {
             epoch,
             verdict: alignment.verdict().name(),
+            validity: alignment.validity().name(),
             state: alignment.state().name(),
             storey: pose.and_then(storey),
             map_from_slam: pose.map(|pose| Pose::of(pose.map_from_slam)),
@@ -128,13 +158,19 @@ impl AlignmentSummary {
         }
     }
 
+    /// True if the pose may be used.
+    pub(crate) fn is_effective(&self) -> bool {
+        self.validity == PoseValidity::Effective.name()
+    }
+
     pub(crate) fn text(&self) -> String {
         let waits = if self.is_waiting { ", another pose waits" } else { "" };
-        let Self { epoch, verdict, state, .. } = self;
+        let Self { epoch, verdict, .. } = self;
+        let validity = self.validity.replace('_', " ");
         match (self.storey, self.map_from_slam) {
             (Some(storey), Some(Pose { x_m, y_m, yaw_rad })) => {
                 let place = format!("x {x_m:.2} m, y {y_m:.2} m, yaw {:.2} degrees", yaw_rad.to_degrees());
-                format!("SLAM map on storey {storey} at {place}, {state}, epoch {epoch}{waits}")
+                format!("SLAM map on storey {storey} at {place}, {validity}, epoch {epoch}{waits}")
             }
             _ => format!("SLAM map {verdict}, no pose, epoch {epoch}{waits}"),
         }

@@ -7,7 +7,7 @@ use crate::run::Outcome;
 use crate::wait::{ask, join};
 use bus::{CheckedSample, topics};
 use daemon::AlignRequest;
-use messages::AlignmentVerdict;
+use messages::{Alignment, AlignmentVerdict, PoseValidity};
 use std::time::{Duration, Instant};
 
 /// Timeout of the alignment after the answer.
@@ -42,15 +42,31 @@ pub(crate) fn alignment_after(
     }
 }
 
-/// The alignment as it is printed; all is well if the pose is accepted.
+/// Exit codes of commands that print a live alignment.
+const WAITS_FOR_CONFIRM: u8 = 3;
+const HELD: u8 = 4;
+const NOT_ACCEPTED: u8 = 5;
+
+/// The alignment as it is printed; the exit code is 0 only if its pose may be used.
 pub(crate) fn outcome_of(sample: &CheckedSample<topics::Alignment>, json: bool) -> Outcome {
     let alignment = sample.view();
     let text = match json {
-        true => format!(
-            "{:#}\n",
-            alignment_report::document(&alignment, alignment_report::inputs_of(sample.bytes().header()))
-        ),
+        true => {
+            let header = sample.bytes().header();
+            let mut document = alignment_report::document(&alignment, alignment_report::inputs_of(header));
+            document["epoch"] = header.epoch.into();
+            format!("{document:#}\n")
+        }
         false => alignment_report::text(&alignment),
     };
-    Outcome { text, is_well: alignment.verdict() == AlignmentVerdict::Accepted }
+    Outcome { text, exit_code: exit_code(&alignment) }
+}
+
+fn exit_code(alignment: &Alignment<'_>) -> u8 {
+    match (alignment.validity(), alignment.verdict()) {
+        (PoseValidity::Effective, AlignmentVerdict::Accepted) => 0,
+        (PoseValidity::WaitsForConfirm, _) => WAITS_FOR_CONFIRM,
+        (PoseValidity::Held, _) => HELD,
+        (PoseValidity::Effective | PoseValidity::Refused, _) => NOT_ACCEPTED,
+    }
 }

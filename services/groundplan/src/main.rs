@@ -19,8 +19,7 @@ fn main() -> ExitCode {
                 eprintln!("groundplan: standard output: {error}");
                 ExitCode::FAILURE
             }
-            _ if outcome.is_well => ExitCode::SUCCESS,
-            _ => ExitCode::FAILURE,
+            _ => ExitCode::from(outcome.exit_code),
         },
         Err(failure) => {
             eprintln!("groundplan: {failure:#}");

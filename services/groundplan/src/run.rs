@@ -7,8 +7,8 @@ use crate::failure::Failure;
 pub struct Outcome {
     /// What is printed on standard output.
     pub text: String,
-    /// True for exit code 0; false where the command did its work, but its result is negative.
-    pub is_well: bool,
+    /// 0, or another where the command did its work, but its result is negative; the help of the command lists them.
+    pub exit_code: u8,
 }
 
 impl Outcome {
@@ -16,11 +16,16 @@ impl Outcome {
     pub(crate) fn silent() -> Self {
         Self::from(String::new())
     }
+
+    /// This output; the exit code is 0 if all is well, and 1 otherwise.
+    pub(crate) fn judged(text: String, is_well: bool) -> Self {
+        Self { text, exit_code: u8::from(!is_well) }
+    }
 }
 
 impl From<String> for Outcome {
     fn from(text: String) -> Self {
-        Self { text, is_well: true }
+        Self { text, exit_code: 0 }
     }
 }
 

@@ -49,6 +49,8 @@ pub(crate) struct AlignService {
     follower: Follower,
     /// The result of the last search.
     last_search: Alignment,
+    /// The map that it searched.
+    searched_map_hash: u64,
     pending: PendingWork,
 }
 
@@ -88,6 +90,7 @@ impl AlignService {
             references: Vec::new(),
             reference_inputs: ReferenceInputs::default(),
             last_search: Alignment::nothing_yet(),
+            searched_map_hash: 0,
             pending: PendingWork::default(),
         })
     }
@@ -181,12 +184,12 @@ impl AlignService {
         if let Some(map) = self.map.clone() {
             self.follow(&map);
         }
-        if let Some(alignment) = found.alignment {
+        if let Some((alignment, searched_map_hash)) = found.alignment {
             let best = alignment.poses.first().filter(|_| alignment.verdict == AlignmentVerdict::Accepted);
             self.follower.searched(best.map(|pose| pose.record(&self.storeys())), is_asked);
             let (verdict, poses) = (alignment.verdict.name(), alignment.poses.len());
             info!(service = "slam-align", verdict, poses, reason = alignment.reason, "all poses searched");
-            self.last_search = alignment;
+            (self.last_search, self.searched_map_hash) = (alignment, searched_map_hash);
         }
         self.pending.compare = true;
         self.publish()

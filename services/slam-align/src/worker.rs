@@ -47,8 +47,8 @@ pub(crate) struct JobOutcome {
 pub(crate) struct JobResult {
     /// By map storey.
     pub(crate) references: Vec<Arc<PreparedMap<Map>>>,
-    /// The result of a search; storeys are indices of the references.
-    pub(crate) alignment: Option<Alignment>,
+    /// The result of a search; storeys are indices of the references. With the content hash of the map that was searched.
+    pub(crate) alignment: Option<(Alignment, u64)>,
     /// The result of a comparison.
     pub(crate) deviations: Option<ArchiveBuffer>,
 }
@@ -125,7 +125,7 @@ fn work(references: &mut Option<References>, samples: &SiteSamples, task: &Worke
     let maps: Vec<Arc<PreparedMap<Map>>> = references.at(&site, &schedule_state)?.collect();
     let (alignment, deviations) = match task {
         WorkerTask::Draw => (None, None),
-        WorkerTask::Search(map, search_area) => (Some(align(&maps, map, search_area)?), None),
+        WorkerTask::Search(map, search_area) => (Some((align(&maps, map, search_area)?, map.content_hash)), None),
         WorkerTask::Compare(map, pose) => (None, Some(compare(&site, &schedule_state, &robot, map, pose)?)),
     };
     Ok(JobResult { references: maps, alignment, deviations })

@@ -1,15 +1,19 @@
 //! Conversion of alignments and occupancy maps to archives.
 
 use crate::alignment::{AlignedPose, Alignment};
-use messages::{AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, NONE, PoseRecord, PoseState, Text};
+use messages::{
+    AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, NONE, PoseRecord, PoseState, PoseValidity, Text,
+};
 
 /// The inputs of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AlignmentSources {
     /// Content hash of the site; 0 for maps without one.
     pub site_hash: u64,
-    /// Content hash of the SLAM map.
+    /// Content hash of the newest SLAM map.
     pub slam_map_hash: u64,
+    /// Content hash of the SLAM map that was searched; 0 if none was.
+    pub searched_map_hash: u64,
     /// Plan time of the reference.
     pub plan_time_s: i64,
 }
@@ -23,6 +27,22 @@ pub struct PoseStatus {
     pub state: PoseState,
     /// A pose that waits for confirmation by an operator.
     pub waiting: Option<PoseRecord>,
+}
+
+impl PoseStatus {
+    /// What the published pose is worth; `verdict` is that on the newest map, `None` while it waits for its search.
+    ///
+    /// A pose that is tracked stays effective where the search is ambiguous: in a building that repeats itself, a hint told
+    /// once which place it is.
+    pub fn validity(&self, verdict: Option<AlignmentVerdict>) -> PoseValidity {
+        match (verdict, self.state) {
+            _ if self.waiting.is_some() => PoseValidity::WaitsForConfirm,
+            (Some(AlignmentVerdict::Refused), _) => PoseValidity::Refused,
+            (_, PoseState::Found | PoseState::Tracked) => PoseValidity::Effective,
+            (_, PoseState::Held) | (None, PoseState::None) => PoseValidity::Held,
+            (Some(_), PoseState::None) => PoseValidity::Refused,
+        }
+    }
 }
 
 impl AlignedPose {
@@ -50,10 +70,12 @@ impl Alignment {
 
     /// The `alignment` archive.
     pub fn archive(&self, storeys: &[u32], pose_status: &PoseStatus, sources: AlignmentSources) -> ArchiveBuffer {
+        let verdict = (sources.searched_map_hash == sources.slam_map_hash).then_some(self.verdict);
         let candidates: Vec<PoseRecord> = self.poses.iter().map(|p| p.record(storeys)).collect();
         let head = AlignmentHead {
             site_hash: sources.site_hash,
             slam_map_hash: sources.slam_map_hash,
+            searched_map_hash: sources.searched_map_hash,
             plan_time_s: sources.plan_time_s,
             pose: pose_status.pose.unwrap_or(PoseRecord::NONE),
             waiting: pose_status.waiting.unwrap_or(PoseRecord::NONE),
@@ -64,8 +86,39 @@ impl Alignment {
             verdict: self.verdict.into(),
             state: pose_status.state.into(),
             is_waiting: u32::from(pose_status.waiting.is_some()),
-            reserved: 0,
+            validity: pose_status.validity(verdict).into(),
         };
         AlignmentBuilder { head, reason: &self.reason, candidates: &candidates }.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_pose_that_the_newest_map_bears_out_is_effective() {
+        use AlignmentVerdict::{Accepted, Ambiguous, Refused};
+        let validity = |state, is_waiting: bool, verdict| {
+            let waiting = is_waiting.then_some(PoseRecord::NONE);
+            PoseStatus { pose: Some(PoseRecord::NONE), state, waiting }.validity(verdict)
+        };
+        for (state, verdict, expected) in [
+            (PoseState::Found, Some(Accepted), PoseValidity::Effective),
+            (PoseState::Tracked, Some(Accepted), PoseValidity::Effective),
+            (PoseState::Tracked, Some(Ambiguous), PoseValidity::Effective),
+            (PoseState::Tracked, None, PoseValidity::Effective),
+            (PoseState::Tracked, Some(Refused), PoseValidity::Refused),
+            (PoseState::Held, Some(Accepted), PoseValidity::Held),
+            (PoseState::Held, Some(Ambiguous), PoseValidity::Held),
+            (PoseState::Held, Some(Refused), PoseValidity::Refused),
+            (PoseState::Held, None, PoseValidity::Held),
+            (PoseState::None, None, PoseValidity::Held),
+            (PoseState::None, Some(Ambiguous), PoseValidity::Refused),
+            (PoseState::None, Some(Refused), PoseValidity::Refused),
+        ] {
+            assert_eq!(validity(state, false, verdict), expected, "{state:?} {verdict:?}");
+            assert_eq!(validity(state, true, verdict), PoseValidity::WaitsForConfirm, "{state:?} {verdict:?}");
+        }
     }
 }

@@ -122,7 +122,7 @@ impl Run for Args {
         let status = Status { healthy, daemons, grids, mission_plan, alignment };
         let text =
             if self.json { serde_json::to_string(&status).map_err(Failure::work)? + "\n" } else { status.text() };
-        Ok(Outcome { text, is_well: healthy })
+        Ok(Outcome::judged(text, healthy))
     }
 }
 

@@ -72,7 +72,7 @@ fn head_lines(snapshot: &Snapshot) -> Vec<Line<'_>> {
         (plan_time_line.valid_from.unwrap_or_else(none), plan_time_line.valid_until.unwrap_or_else(none));
     let second = Line::from(format!("last change {since}, next {next}, {} in all", plan_time_line.changes)).dim();
     let third = snapshot.alignment.as_ref().map(|alignment| {
-        let style = if alignment.state == "held" || alignment.is_waiting { BAD } else { Style::new() };
+        let style = if alignment.is_effective() { Style::new() } else { BAD };
         Line::styled(alignment.text(), style)
     });
     [first, second].into_iter().chain(third).collect()
@@ -204,6 +204,7 @@ mod tests {
             alignment: Some(AlignmentSummary {
                 epoch: 5,
                 verdict: "accepted",
+                validity: "effective",
                 state: "tracked",
                 storey: Some(1),
                 map_from_slam: Some(Pose::of([1.5, -20.25, 0.5])),

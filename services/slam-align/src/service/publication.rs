@@ -22,6 +22,7 @@ impl AlignService {
         let sources = AlignmentSources {
             site_hash: self.reference_inputs.inputs.site,
             slam_map_hash: map.content_hash,
+            searched_map_hash: self.searched_map_hash,
             plan_time_s: self.reference_inputs.plan_time_s,
         };
         let pose = self.follower.pose().copied();

@@ -1,9 +1,10 @@
-//! Arguments and help of `align`, and the transform that it writes.
+//! Arguments and help of `align`.
 
+use super::transform;
 use crate::args::{OverwriteArgs, PoseHintArgs, SiteArgs};
 use crate::failure::Failure;
-use messages::PoseRecord;
-use std::path::{Path, PathBuf};
+use messages::Alignment;
+use std::path::PathBuf;
 
 /// Arguments of `align`.
 #[derive(Debug, Clone, clap::Args)]
@@ -22,7 +23,8 @@ pub struct Args {
     #[command(flatten)]
     pub(super) place: PoseHintArgs,
 
-    /// Write the static transform from `map`, the robot's frame, to `site_map`, the model's; only if accepted
+    /// Write the static transform from `map`, the robot's frame, to `site_map`, the model's; only for exit code 0. Otherwise a
+    /// transform of an earlier pose that is there is renamed to FILE.yaml.stale, so that no robot reads it
     #[arg(long, value_name = "FILE.yaml")]
     transform: Option<PathBuf>,
 
@@ -68,38 +70,26 @@ p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as 
   ambiguous   several fit alike: a symmetric building, repeated rooms; all are listed
   refused     another building or storey, too little overlap, too little structure
 
-Exit codes: 0 accepted, 1 ambiguous, refused or failed, 2 bad usage.
+Of the running daemon the validity is printed, too: whether the pose may be used for the newest map.
+
+  effective          the newest map bears the pose out
+  waits_for_confirm  another pose waits for `groundplan confirm`
+  held               the newest map does not bear the pose out, or waits for its search
+  refused            the newest map was searched, and no pose is accepted
+
+Exit codes: 0 accepted and effective, 1 failed, and of files ambiguous or refused, 2 bad usage; of the running daemon
+3 waits_for_confirm, 4 held, 5 refused or ambiguous.
 
 Examples:
   groundplan align --reference maps --slam robot.yaml
   groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json";
 
 impl Args {
-    /// Writes the static transform of an accepted pose, if it is asked for.
+    /// Writes the static transform of an alignment, if it is asked for and the pose is accepted and effective.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub(super) fn write_transform(&self, pose: &PoseRecord) -> Result<(), Failure> {
-        self.transform.as_deref().map_or(Ok(()), |path| write(path, transform(pose).as_bytes()))
+    pub(super) fn write_transform(&self, alignment: &Alignment<'_>) -> Result<(), Failure> {
+        self.transform.as_deref().map_or(Ok(()), |path| transform::write(path, alignment))
     }
-}
-
-/// A static transform as ROS writes one: where the model's frame lies in the robot's.
-fn transform(pose: &PoseRecord) -> String {
-    let [x_m, y_m, yaw_rad] = pose.map_from_slam().inverse().x_y_yaw();
-    let (sin, cos) = libm::sincos(yaw_rad / 2.0);
-    format!(
-        "# ros2 run tf2_ros static_transform_publisher --x {x_m} --y {y_m} --yaw {yaw_rad} --frame-id map \\\n\
-         #   --child-frame-id site_map\n\
-         header:\n  frame_id: map\nchild_frame_id: site_map\n\
-         transform:\n  translation: {{x: {x_m}, y: {y_m}, z: 0.0}}\n  rotation: {{x: 0.0, y: 0.0, z: {sin}, w: {cos}}}\n"
-    )
-}
-
-/// Writes a file that the command line names.
-///
-/// # Errors
-/// A file that cannot be written.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    std::fs::write(path, bytes).map_err(|error| Failure::work(format!("{}: {error}", path.display())))
 }

@@ -1,6 +1,6 @@
 //! Aligning maps in files.
 
-use super::args::{Args, write};
+use super::args::Args;
 use super::slam_frame;
 use crate::alignment_report;
 use crate::args::report_set_aside;
@@ -34,12 +34,12 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
         true => align_maps_at_any_scale(&maps, &map, hint.as_ref()),
     };
     let numbers: Vec<u32> = storeys.iter().map(|s| s.index).collect();
-    let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, plan_time_s };
+    let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
     let archive = found.archive(&numbers, &found.pose_status(&numbers), sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
+    arguments.write_transform(&alignment)?;
     if let Some(pose) = alignment.pose() {
         let directory = storeys.iter().find(|s| s.index == pose.map_storey && s.index != NONE).map(|s| &s.path);
-        arguments.write_transform(pose)?;
         if let (Some(folder), Some(map)) = (&arguments.resample, directory) {
             let files = slam_frame::files(reference, map, pose)?;
             let folder = arguments.overwrite.folder_at(folder)?;
@@ -49,7 +49,8 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     if let (Some(path), Some(pose)) = (&arguments.overlay, found.poses.first()) {
         let scaled = found.scale.filter(|_| arguments.free_scale).map_or(1.0, |s| s.value);
         let slam_map = if scaled == 1.0 { slam_map } else { PreparedMap::of_slam(&map.divided_by(scaled)) };
-        write(path, &overlay(&maps[pose.reference], &slam_map, pose).map_err(Failure::work)?)?;
+        let image = overlay(&maps[pose.reference], &slam_map, pose).map_err(Failure::work)?;
+        std::fs::write(path, image).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
     }
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
@@ -57,7 +58,7 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     } else {
         alignment_report::text(&alignment)
     };
-    Ok(Outcome { text, is_well: alignment.verdict() == AlignmentVerdict::Accepted })
+    Ok(Outcome::judged(text, alignment.verdict() == AlignmentVerdict::Accepted))
 }
 
 /// A map of the model.

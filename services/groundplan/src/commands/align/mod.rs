@@ -4,6 +4,7 @@ mod args;
 mod files;
 mod pairs;
 mod slam_frame;
+mod transform;
 
 use crate::alignment_request::{alignment_after, outcome_of};
 use crate::failure::Failure;
@@ -35,9 +36,7 @@ impl Args {
         let place = &self.place;
         let sample =
             alignment_after(&self.site, &AlignRequest::Align { hint: place.pose_hint(), storey: place.storey })?;
-        if let Some(pose) = sample.view().pose() {
-            self.write_transform(pose)?;
-        }
+        self.write_transform(&sample.view())?;
         Ok(outcome_of(&sample, self.json))
     }
 }

@@ -33,7 +33,8 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
         let storeys: Vec<u32> = maps.iter().map(|(storey, _)| *storey as u32).collect();
         let maps: Vec<_> = maps.into_iter().map(|(_, map)| map).collect();
         let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().as_ref());
-        let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, plan_time_s: schedule_state.head.plan_time_s };
+        let plan_time_s = schedule_state.head.plan_time_s;
+        let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
         let archive = found.archive(&storeys, &found.pose_status(&storeys), sources);
         let Some(pose) = found.poses.first().filter(|_| found.verdict == AlignmentVerdict::Accepted) else {
             let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;

@@ -37,7 +37,7 @@ impl Run for Args {
         let is_well = checks.iter().all(|check| check.verdict != CheckResult::Failure);
         if self.json {
             let text = serde_json::to_string(&checks).map_err(Failure::work)? + "\n";
-            return Ok(Outcome { text, is_well });
+            return Ok(Outcome::judged(text, is_well));
         }
         let line = |check: &Check| {
             let word = match check.verdict {
@@ -47,6 +47,6 @@ impl Run for Args {
             };
             format!("{word:<8} {:<16} {}\n", check.what, check.found)
         };
-        Ok(Outcome { text: checks.iter().map(line).collect(), is_well })
+        Ok(Outcome::judged(checks.iter().map(line).collect(), is_well))
     }
 }
