@@ -2,6 +2,8 @@
 
 use crate::error::DomainError;
 use crate::generation::Place;
+use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// A bus. Domains with another prefix and another folder know nothing of each other.
@@ -25,5 +27,14 @@ impl Domain {
     /// A prefix or folder that does not fit.
     pub fn shared(prefix: &str, root: impl AsRef<Path>) -> Result<Self, DomainError> {
         Ok(Self { place: Place::new(prefix, root.as_ref())? })
+    }
+
+    /// True if a keeper lives; `None` if this user may not know.
+    pub fn has_keeper(&self) -> Option<bool> {
+        match File::open(self.place.keeper_lock_path()) {
+            Ok(file) => Some(matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock))),
+            Err(error) if error.kind() == ErrorKind::NotFound => Some(false),
+            Err(_) => None,
+        }
     }
 }

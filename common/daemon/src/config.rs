@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SiteConfig {
+    /// The file that it was read from; empty for a text.
+    #[serde(skip)]
+    pub file: PathBuf,
     /// Folder of what must survive a daemon: plan time, robot, loaded files, epochs, the site's cache.
     pub state: PathBuf,
     /// IFC files of the site; others may be loaded later.
@@ -226,8 +229,10 @@ impl SiteConfig {
         let io = |source| ConfigError::Io { path: path.to_owned(), source };
         let text = std::fs::read_to_string(path).map_err(io)?;
         let file = std::fs::canonicalize(path).map_err(io)?;
-        let home = file.parent().unwrap_or(Path::new("/"));
-        Self::parse(&text, home).map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })
+        let home = file.parent().unwrap_or(Path::new("/")).to_owned();
+        let parsed = Self::parse(&text, &home);
+        let config = parsed.map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })?;
+        Ok(Self { file, ..config })
     }
 
     /// The configuration that a text says; its paths count from `home`.

@@ -103,6 +103,11 @@ impl<T: Topic> LatchedOutput<T> {
         self.last.as_ref().and_then(|last| last.epoch).unwrap_or(0)
     }
 
+    /// What came last was made from this; all zero for nothing.
+    pub fn inputs(&self) -> InputHashes {
+        self.last.as_ref().map_or(InputHashes::default(), |last| last.inputs)
+    }
+
     /// Hash and epoch of what came last.
     pub fn published(&self) -> Published {
         Published { content_hash: self.last().map_or(0, Checked::content_hash), epoch: self.epoch() }

@@ -31,10 +31,13 @@
 //! On the PC of a robot `sudo scripts/install` puts programs, manual pages, completions and the units of `config/systemd`
 //! in place, then `systemctl enable --now groundplan.target`. `groundplan doctor` tells what a machine lacks.
 
+mod caller;
 mod client;
 mod config;
 mod config_file;
+pub mod facts;
 mod failure;
+mod history;
 mod input;
 mod latched_output;
 mod log;
@@ -45,15 +48,18 @@ mod requests;
 mod robot_file;
 mod run;
 mod schedule_inputs;
+mod self_report;
 mod service;
 mod service_loop;
 mod service_thread;
 mod state;
+mod status_board;
 mod stop;
 mod systemd;
 #[cfg(test)]
 mod testing;
 
+pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
 pub use config::{
     AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
@@ -61,6 +67,7 @@ pub use config::{
 };
 pub use config_file::{ConfigFileError, read_parsed};
 pub use failure::{Failure, chain};
+pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind};
 pub use input::{Input, NoInput, not_an_input};
 pub use latched_output::LatchedOutput;
 pub use progress::{Progress, Reporter};
@@ -71,7 +78,8 @@ pub use requests::{
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, in_background, run};
 pub use schedule_inputs::{progress_in_force, progress_table, read_progress, rules_in_force};
-pub use service::{AnswerOf, CurrentActivity, Done, Event, Service};
+pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use state::{Epochs, StateError, StateFile, write_durably};
+pub use status_board::{Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};

@@ -1,7 +1,9 @@
 //! Requests of clients on the side of the loop: read, refused or queued; progress and answers go back to the client.
 
+use crate::caller::Caller;
 use crate::progress::Reporter;
 use crate::request::{Request, parse_request};
+use crate::service::Asked;
 use bus::{Command, CommandError, CommandServer, Waker};
 use std::collections::VecDeque;
 use tracing::debug;
@@ -47,12 +49,12 @@ impl<R: Request> RequestQueue<R> {
         Ok(true)
     }
 
-    /// The next request for the idle service, and where it reports its progress.
-    pub(crate) fn next(&mut self, waker: &Waker) -> Option<(R, Reporter)> {
+    /// The next request for the idle service, who sent it, and where the service reports its progress.
+    pub(crate) fn next(&mut self, waker: &Waker) -> Option<(R, Asked)> {
         let (command, request) = self.waiting.pop_front()?;
         let reporter = Reporter::new(waker.clone());
         self.current = Some(Current { command, reporter: reporter.clone() });
-        Some((request, reporter))
+        Some((request, Asked { by: Caller::own(), reporter }))
     }
 
     /// Sends what the service reported since the last time. Progress that cannot be sent is left out; only the answer

@@ -1,5 +1,6 @@
-//! The `Service` trait: inputs and requests, attachment to the bus, handling of events.
+//! The `Service` trait: inputs and requests, attachment to the bus, handling of events, what it tells of itself.
 
+use crate::caller::Caller;
 use crate::config::SiteConfig;
 use crate::failure::Failure;
 use crate::input::Input;
@@ -7,6 +8,7 @@ use crate::progress::Reporter;
 use crate::request::{Published, Request};
 use bus::Bus;
 use messages::Activity;
+use serde::Serialize;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -17,6 +19,9 @@ pub trait Service: Send {
 
     /// The requests that it takes; they name the daemon.
     type Request: Request;
+
+    /// What it tells of itself beside its heartbeat, see [`crate::facts`].
+    type Facts: Serialize;
 
     /// Opens its ports, on the start and on every new generation of the bus, and publishes its last output again.
     ///
@@ -30,11 +35,37 @@ pub trait Service: Send {
     /// What is to be done cannot be done. The error goes into the heartbeat, and the daemon goes on.
     fn handle(&mut self, event: Event<Self::Input>) -> Result<Done, Failure>;
 
-    /// Does what a client asks for; its effect is on disk when this returns. The reporter takes the share that is done.
+    /// Does what a client asks for; its effect is on disk when this returns.
     ///
     /// # Errors
     /// The event cannot be handled. The error goes to the client and into the heartbeat, and the daemon continues.
-    fn answer(&mut self, request: Self::Request, reporter: &Reporter) -> Result<Done<AnswerOf<Self>>, Failure>;
+    fn answer(&mut self, request: Self::Request, asked: &Asked) -> Result<Done<AnswerOf<Self>>, Failure>;
+
+    /// What an operator has to see until it is cured; read after every event and request.
+    fn standing(&self) -> Standing {
+        Standing::default()
+    }
+
+    /// Its facts; read after every event and request.
+    fn facts(&self) -> Self::Facts;
+}
+
+/// The circumstances of a request.
+#[derive(Clone)]
+pub struct Asked {
+    /// Who sent it.
+    pub by: Caller,
+    /// Takes the share that is done.
+    pub reporter: Reporter,
+}
+
+/// What is wrong with a service, or worth knowing, for as long as it is so: later successes do not clear it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Standing {
+    /// Why its output is not what its inputs ask for.
+    pub error: Option<String>,
+    /// What an operator should know although nothing failed, such as a clock that is not trusted.
+    pub warning: Option<String>,
 }
 
 /// What a service answers.
@@ -62,15 +93,13 @@ pub struct Done<A = ()> {
     pub published: Published,
     /// Tick no later than after this time; a heartbeat comes without asking.
     pub wake_in: Option<Duration>,
-    /// A warning for the operator although nothing failed, such as a clock that is not trusted.
-    pub warning: Option<String>,
 }
 
 impl<A> Done<A> {
     /// The same with this answer.
     pub fn answered<B>(self, answer: B) -> Done<B> {
-        let Self { published, wake_in, warning, .. } = self;
-        Done { answer, published, wake_in, warning }
+        let Self { published, wake_in, .. } = self;
+        Done { answer, published, wake_in }
     }
 }
 

@@ -7,19 +7,17 @@ use crate::input::Input;
 use crate::log::Log;
 use crate::request::Request;
 use crate::request_queue::RequestQueue;
+use crate::self_report::SelfReport;
 use crate::service::{CurrentActivity, Service};
 use crate::service_thread::{self, Job, Outcome, ServiceThread};
 use crate::stop::{ReloadSignal, StopSignal};
-use bus::{
-    Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, RawSample, RawSubscriber, StatusWriter, TopicName, Waiter,
-    Waker,
-};
-use messages::{Activity, ArchiveKind, StatusRecord};
+use bus::{Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, RawSample, RawSubscriber, TopicName, Waiter, Waker};
+use messages::Activity;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
-use tracing::{debug, info, warn};
+use tracing::{debug, info};
 
 /// Interval at which a missing bus is tried.
 const RETRY: Duration = Duration::from_millis(200);
@@ -29,22 +27,18 @@ pub(crate) struct ServiceLoop<R> {
     daemon: Daemon,
     inputs: &'static [TopicName],
     activity: CurrentActivity,
+    report: SelfReport,
     to_service: Sender<Job<R>>,
     from_service: Receiver<Outcome>,
     is_busy: bool,
     /// Samples that the service has not handled.
     newest: BTreeMap<TopicName, RawSample>,
     requests: RequestQueue<R>,
-    /// The last error, and the warning of the service.
-    error: String,
-    warning: Option<String>,
     /// When the service is to be woken.
     wake_at: Option<Instant>,
     reload: Reload,
     /// A configuration that the service has not handled.
     configuration: Option<Box<SiteConfig>>,
-    /// Epochs of the newest inputs of the service and of its output.
-    epochs: [u64; 16],
 }
 
 /// Reloads the configuration.
@@ -84,33 +78,39 @@ impl<R: Request> ServiceLoop<R> {
         activity: CurrentActivity,
         reload: Reload,
     ) -> Result<Self, Failure> {
+        let mut report = SelfReport::of(R::DAEMON, activity.clone(), &reload.config.bus.root);
+        report.set(service.standing(), serde_json::to_value(service.facts())?);
         let ServiceThread { jobs, outcomes } = service_thread::start(R::DAEMON.name(), service)?;
         Ok(Self {
             daemon: R::DAEMON,
             inputs: S::Input::TOPICS,
+            report,
             activity,
             to_service: jobs,
             from_service: outcomes,
             is_busy: false,
             newest: BTreeMap::new(),
             requests: RequestQueue::new(),
-            error: String::new(),
-            warning: None,
             wake_at: None,
             reload,
             configuration: None,
-            epochs: [0; 16],
         })
     }
 
     pub(crate) fn run_until_stopped(&mut self, domain: &Domain, mut stop: StopSignal) -> Result<(), Failure> {
         let service = self.daemon.name();
+        let mut next_heartbeat = Instant::now();
         loop {
             let (bus, mut waiter) = match Bus::join(domain, self.daemon) {
                 Ok(joined) => joined,
                 Err(why) => {
                     debug!(service, error = chain(&why), "the bus is not there yet");
+                    if next_heartbeat <= Instant::now() {
+                        self.report.send(None);
+                        next_heartbeat = Instant::now() + HEARTBEAT_PERIOD;
+                    }
                     if stop.is_raised_within(RETRY) {
+                        self.report.leave();
                         return Ok(());
                     }
                     continue;
@@ -123,7 +123,7 @@ impl<R: Request> ServiceLoop<R> {
             self.requests.clear();
             match end? {
                 GenerationEnd::Stopped => {
-                    crate::stopping();
+                    self.report.leave();
                     info!(service, "stopped");
                     return Ok(());
                 }
@@ -137,24 +137,24 @@ impl<R: Request> ServiceLoop<R> {
         let status = bus.status_writer()?;
         let subscribers: Vec<RawSubscriber> =
             self.inputs.iter().map(|topic| bus.raw_subscriber(*topic)).collect::<Result<_, _>>()?;
-        // The service may still be at work for the generation before.
-        while self.is_busy {
-            let outcome = self.from_service.recv()?;
-            self.finish(outcome);
-        }
         info!(service = self.daemon.name(), generation = bus.generation(), "joined the bus");
         crate::ready("joined the bus");
         let waker = waiter.waker();
-        self.send(Job::Attach(bus.clone(), waker.clone()))?;
+        // The service may still be at work for the generation before.
+        let mut is_attached = false;
         let mut next_heartbeat = Instant::now();
         loop {
             let now = Instant::now();
             let is_heartbeat_due = next_heartbeat <= now;
             if is_heartbeat_due {
-                self.send_heartbeat(&status);
+                self.report.send(Some(&status));
                 next_heartbeat = now + HEARTBEAT_PERIOD;
             }
             self.reload_configuration();
+            if !is_attached && !self.is_busy {
+                self.send(Job::Attach(bus.clone(), waker.clone()))?;
+                is_attached = true;
+            }
             self.dispatch(is_heartbeat_due || self.wake_at.is_some_and(|wake_at| wake_at <= now), &waker)?;
             // A wake-up that is due while the service works waits until it is done.
             let wake_at = self.wake_at.filter(|_| !self.is_busy);
@@ -173,7 +173,7 @@ impl<R: Request> ServiceLoop<R> {
                     Err(TryRecvError::Disconnected) => return Err("the service has panicked".into()),
                 }
                 // A change is reported at once.
-                self.send_heartbeat(&status);
+                self.report.send(Some(&status));
             }
             self.requests.send_progress();
             self.take_samples(&subscribers);
@@ -210,11 +210,11 @@ impl<R: Request> ServiceLoop<R> {
             return self.send(Job::Configuration(config));
         }
         if let Some((topic, sample)) = self.newest.pop_first() {
-            self.epochs[topic.kind() as usize] = sample.header().epoch;
+            self.report.set_input(topic, sample.header().epoch);
             return self.send(Job::Sample(sample));
         }
-        if let Some((request, reporter)) = self.requests.next(waker) {
-            return self.send(Job::Request(request, reporter));
+        if let Some((request, asked)) = self.requests.next(waker) {
+            return self.send(Job::Request(request, asked));
         }
         if is_tick { self.send(Job::Tick) } else { Ok(()) }
     }
@@ -223,15 +223,11 @@ impl<R: Request> ServiceLoop<R> {
         if !self.reload.signal.take() {
             return;
         }
-        match self.reload.read() {
-            Ok(config) => {
-                info!(service = self.daemon.name(), "configuration read again");
-                self.configuration = Some(config);
-            }
-            Err(why) => {
-                self.error = chain(why.as_ref());
-                warn!(service = self.daemon.name(), error = self.error, "the configuration stays as it was");
-            }
+        let read = self.reload.read();
+        self.report.configured(read.as_ref().map(drop));
+        if let Ok(config) = read {
+            info!(service = self.daemon.name(), "configuration read again");
+            self.configuration = Some(config);
         }
     }
 
@@ -242,36 +238,25 @@ impl<R: Request> ServiceLoop<R> {
 
     fn finish(&mut self, outcome: Outcome) {
         self.is_busy = false;
-        let replied = match outcome {
+        self.report.set(outcome.standing, outcome.facts);
+        let replied = match outcome.result {
             Ok(done) => {
                 self.wake_at = done.wake_in.map(|time| Instant::now() + time);
-                if done.warning != self.warning {
-                    if let Some(warning) = &done.warning {
-                        warn!(service = self.daemon.name(), warning, "the service warns");
-                    }
-                    self.warning.clone_from(&done.warning);
-                }
                 let epoch = done.published.epoch;
                 if epoch > 0 {
-                    self.epochs[output(self.daemon) as usize] = epoch;
+                    self.report.set_output(epoch);
                 }
                 let replied = self.requests.finish(Ok(&done.answer));
                 // An error stays until the service has done something with success; ticks do nothing.
                 if epoch > 0 || !matches!(replied, Ok(false)) {
-                    self.error.clear();
+                    self.report.succeeded();
                 }
                 replied
             }
             Err(failure) => {
-                let text = chain(failure.as_ref());
-                // An error of retries is logged once.
-                if self.error != text {
-                    warn!(service = self.daemon.name(), error = text, "the event cannot be handled");
-                }
                 self.activity.set(Activity::Idle);
-                let replied = self.requests.finish(Err(&text));
-                self.error = text;
-                replied
+                self.report.failed("the event cannot be handled", failure.as_ref());
+                self.requests.finish(Err(&chain(failure.as_ref())))
             }
         };
         if let Err(why) = replied {
@@ -280,38 +265,8 @@ impl<R: Request> ServiceLoop<R> {
     }
 
     fn report_bus_error(&mut self, why: &(dyn std::error::Error + 'static)) {
-        self.error = chain(why);
-        warn!(service = self.daemon.name(), error = self.error, "the bus refuses");
+        self.report.failed("the bus refuses", why);
     }
-
-    fn send_heartbeat(&self, status: &StatusWriter) {
-        let mut record = StatusRecord::of(self.activity.get(), resident_bytes());
-        let text = if self.error.is_empty() { self.warning.as_deref().unwrap_or_default() } else { &self.error };
-        record.set_error(text);
-        record.epochs = self.epochs;
-        crate::systemd::alive(if text.is_empty() { self.activity.get().name() } else { text });
-        if !status.send(record) {
-            warn!(service = self.daemon.name(), "a heartbeat found no room in shared memory");
-        }
-    }
-}
-
-/// The kind of archive whose epoch is in the heartbeat of a daemon.
-fn output(daemon: Daemon) -> ArchiveKind {
-    match daemon {
-        Daemon::IfcIngest => ArchiveKind::Site,
-        Daemon::ScheduleEval => ArchiveKind::ScheduleState,
-        Daemon::Rasterize | Daemon::Groundplan => ArchiveKind::Grids,
-        Daemon::WaypointGen => ArchiveKind::MissionPlan,
-        Daemon::SlamAlign => ArchiveKind::Alignment,
-        Daemon::Robot => ArchiveKind::SlamMap,
-    }
-}
-
-/// Resident memory of this process; 0 if it is not known.
-fn resident_bytes() -> u64 {
-    let pages = std::fs::read_to_string("/proc/self/statm").ok();
-    pages.and_then(|t| t.split(' ').nth(1)?.parse::<u64>().ok()).unwrap_or(0) * 4_096
 }
 
 #[cfg(test)]

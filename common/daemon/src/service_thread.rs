@@ -3,8 +3,7 @@
 use crate::config::SiteConfig;
 use crate::failure::Failure;
 use crate::input::Input;
-use crate::progress::Reporter;
-use crate::service::{Done, Event, Service};
+use crate::service::{Asked, Done, Event, Service, Standing};
 use bus::{Bus, RawSample, Waker};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -12,13 +11,19 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 pub(crate) enum Job<R> {
     Attach(Bus, Waker),
     Sample(RawSample),
-    Request(R, Reporter),
+    Request(R, Asked),
     Configuration(Box<SiteConfig>),
     Tick,
 }
 
-/// The result of a job; the answer is serialised for the client, and empty for jobs without a client.
-pub(crate) type Outcome = Result<Done<Vec<u8>>, Failure>;
+/// The outcome of a job.
+pub(crate) struct Outcome {
+    /// The answer is serialised for the client, and empty for jobs without a client.
+    pub(crate) result: Result<Done<Vec<u8>>, Failure>,
+    /// What the service tells of itself after it.
+    pub(crate) standing: Standing,
+    pub(crate) facts: serde_json::Value,
+}
 
 /// Channels of the loop. A panic of the service closes them.
 pub(crate) struct ServiceThread<R> {
@@ -45,7 +50,7 @@ fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: 
     let mut sender = ResultSender { outcomes: Some(outcomes), waker: None };
     for job in jobs {
         let unasked = |done: Done| done.answered(Vec::new());
-        let outcome = match job {
+        let result = match job {
             Job::Attach(bus, waker) => {
                 sender.waker = Some(waker);
                 service.attach(&bus).and_then(|()| service.handle(Event::Attached)).map(unasked)
@@ -53,10 +58,13 @@ fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: 
             Job::Sample(sample) => {
                 S::Input::check(sample).and_then(|input| service.handle(Event::Input(input))).map(unasked)
             }
-            Job::Request(request, reporter) => service.answer(request, &reporter).and_then(in_bytes),
+            Job::Request(request, asked) => service.answer(request, &asked).and_then(in_bytes),
             Job::Configuration(config) => service.handle(Event::Configuration(config)).map(unasked),
             Job::Tick => service.handle(Event::Tick).map(unasked),
         };
+        // Facts are plain records: only a text that is no UTF-8, such as a path, has no JSON.
+        let facts = serde_json::to_value(service.facts()).unwrap_or_default();
+        let outcome = Outcome { result, standing: service.standing(), facts };
         if sender.outcomes.as_ref().is_some_and(|outcomes| outcomes.send(outcome).is_err()) {
             return;
         }
@@ -64,7 +72,7 @@ fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: 
     }
 }
 
-fn in_bytes<A: serde::Serialize>(done: Done<A>) -> Outcome {
+fn in_bytes<A: serde::Serialize>(done: Done<A>) -> Result<Done<Vec<u8>>, Failure> {
     let bytes = serde_json::to_vec(&done.answer)?;
     Ok(done.answered(bytes))
 }

@@ -4,9 +4,8 @@ use crate::config::SiteConfig;
 use crate::failure::Failure;
 use crate::input::NoInput;
 use crate::log::Log;
-use crate::progress::Reporter;
 use crate::request::Request;
-use crate::service::{CurrentActivity, Done, Event, Service};
+use crate::service::{Asked, CurrentActivity, Done, Event, Service};
 use crate::service_loop::{Reload, ServiceLoop};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::{Bus, Daemon, Domain, Keeper, Waiter};
@@ -57,6 +56,7 @@ impl RecordingService {
 impl Service for RecordingService {
     type Input = NoInput;
     type Request = TestRequest;
+    type Facts = u32;
 
     fn attach(&mut self, _bus: &Bus) -> Result<(), Failure> {
         Ok(())
@@ -74,16 +74,20 @@ impl Service for RecordingService {
         Ok(Done { wake_in, ..Done::default() })
     }
 
-    fn answer(&mut self, request: TestRequest, reporter: &Reporter) -> Result<Done<u32>, Failure> {
+    fn answer(&mut self, request: TestRequest, asked: &Asked) -> Result<Done<u32>, Failure> {
         let TestRequest::Count { steps } = request else { return Err("no".into()) };
         for step in 1..=steps {
-            reporter.report("counting", f64::from(step) / f64::from(steps));
+            asked.reporter.report("counting", f64::from(step) / f64::from(steps));
             if let (1, Some(gate)) = (step, &self.gate) {
                 gate.recv_timeout(DEADLINE)?;
             }
         }
         self.note("counted");
         Ok(Done::<()>::default().answered(steps))
+    }
+
+    fn facts(&self) -> u32 {
+        7
     }
 }
 

@@ -1,8 +1,8 @@
-//! An alignment as JSON, as text and as a line, from its archive: the same for files and for the running daemon.
+//! An alignment as JSON and as text, from its archive: the same for files and for the running daemon.
 
 use crate::date_argument::optional_text;
+use daemon::facts::Pose;
 use messages::{Alignment, AlignmentVerdict, NONE, PoseEvidence, PoseRecord, PoseValidity, SampleHeader};
-use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -112,69 +112,6 @@ fn line(out: &mut String, pose: &PoseRecord, what: &str) {
     }
     let _ = write!(out, "  map_from_slam x {x_m:.3} m, y {y_m:.3} m, yaw {degrees:.3} degrees, score {score:.3}");
     let _ = if what.is_empty() { writeln!(out) } else { writeln!(out, ", {what}") };
-}
-
-/// A turn and a shift in the plane.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(crate) struct Pose {
-    pub(crate) x_m: f64,
-    pub(crate) y_m: f64,
-    pub(crate) yaw_rad: f64,
-}
-
-impl Pose {
-    pub(crate) fn of([x_m, y_m, yaw_rad]: [f64; 3]) -> Self {
-        Self { x_m, y_m, yaw_rad }
-    }
-}
-
-/// An alignment in a line, for `status` and the monitor.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(crate) struct AlignmentSummary {
-    pub(crate) epoch: u64,
-    pub(crate) verdict: &'static str,
-    /// What the pose is worth: `effective`, `waits_for_confirm`, `held` or `refused`. Only an effective one may be used.
-    pub(crate) validity: &'static str,
-    /// What the pose rests on: `found`, `tracked`, `held` or `none`.
-    pub(crate) state: &'static str,
-    pub(crate) storey: Option<u32>,
-    pub(crate) map_from_slam: Option<Pose>,
-    /// True if another pose waits for `groundplan confirm`.
-    pub(crate) is_waiting: bool,
-}
-
-impl AlignmentSummary {
-    /// Of an alignment and the epoch of its sample.
-    pub(crate) fn of(epoch: u64, alignment: &Alignment<'_>) -> Self {
-        let pose = alignment.pose();
-        Self {
-            epoch,
-            verdict: alignment.verdict().name(),
-            validity: alignment.validity().name(),
-            state: alignment.state().name(),
-            storey: pose.and_then(storey),
-            map_from_slam: pose.map(|pose| Pose::of(pose.map_from_slam)),
-            is_waiting: alignment.waiting().is_some(),
-        }
-    }
-
-    /// True if the pose may be used.
-    pub(crate) fn is_effective(&self) -> bool {
-        self.validity == PoseValidity::Effective.name()
-    }
-
-    pub(crate) fn text(&self) -> String {
-        let waits = if self.is_waiting { ", another pose waits" } else { "" };
-        let Self { epoch, verdict, .. } = self;
-        let validity = self.validity.replace('_', " ");
-        match (self.storey, self.map_from_slam) {
-            (Some(storey), Some(Pose { x_m, y_m, yaw_rad })) => {
-                let place = format!("x {x_m:.2} m, y {y_m:.2} m, yaw {:.2} degrees", yaw_rad.to_degrees());
-                format!("SLAM map on storey {storey} at {place}, {validity}, epoch {epoch}{waits}")
-            }
-            _ => format!("SLAM map {verdict}, no pose, epoch {epoch}{waits}"),
-        }
-    }
 }
 
 fn storey(pose: &PoseRecord) -> Option<u32> {

@@ -1,7 +1,7 @@
 //! Joins the bus, asks a daemon, and waits until the effect is published.
 
 use crate::failure::Failure;
-use bus::{Bus, Daemon, Waiter, topics};
+use bus::{Bus, Daemon, DomainError, Waiter, topics};
 use daemon::{Progress, Published, Request, RequestTimeouts, SiteConfig};
 use messages::InputHashes;
 use std::time::{Duration, Instant};
@@ -15,10 +15,27 @@ const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Joins the bus of a site as a client.
 ///
 /// # Errors
-/// No bus.
+/// A site that is not up.
 pub(crate) fn join(config: &SiteConfig) -> Result<(Bus, Waiter), Failure> {
     let domain = config.bus.domain().map_err(Failure::usage)?;
-    Bus::join(&domain, Daemon::Groundplan).map_err(Failure::work)
+    Bus::join(&domain, Daemon::Groundplan).map_err(|why| match why {
+        DomainError::NoKeeper { .. } => not_up(config),
+        why => Failure::work(why),
+    })
+}
+
+/// Refuses a site that is not up.
+///
+/// # Errors
+/// That it is not up, and how to start it.
+pub(crate) fn require_up(config: &SiteConfig) -> Result<(), Failure> {
+    let domain = config.bus.domain().map_err(Failure::usage)?;
+    if domain.has_keeper() == Some(false) { Err(not_up(config)) } else { Ok(()) }
+}
+
+fn not_up(config: &SiteConfig) -> Failure {
+    let file = config.file.display();
+    Failure::work(format!("the site is not up; start it with: groundplan up --config {file}"))
 }
 
 /// Sends a request and waits for its answer.

@@ -1,9 +1,10 @@
 //! The ifc-ingest service: publishes the site from its cache at start, and again when its files change.
 
 use bus::{Bus, topics};
+use daemon::facts::IngestFacts;
 use daemon::{
-    CurrentActivity, Done, Epochs, Event, Failure, IngestRequest, LatchedOutput, NoInput, Published, Reporter, Service,
-    SiteConfig, StateFile, write_durably,
+    Asked, CurrentActivity, Done, Epochs, Event, Failure, IngestRequest, LatchedOutput, NoInput, Published, Reporter,
+    Service, SiteConfig, StateFile, write_durably,
 };
 use ingest::{IngestOptions, SiteFrame, SourceFile, ingest};
 use messages::{Activity, ArchiveBuffer, Checked, InputHashes, payload};
@@ -177,6 +178,7 @@ fn stamp(path: &Path) -> Option<FileStamp> {
 impl Service for IngestService {
     type Input = NoInput;
     type Request = IngestRequest;
+    type Facts = IngestFacts;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         self.output.attach(bus, &mut self.epochs)?;
@@ -193,9 +195,17 @@ impl Service for IngestService {
         }
     }
 
-    fn answer(&mut self, request: IngestRequest, reporter: &Reporter) -> Result<Done<Published>, Failure> {
+    fn answer(&mut self, request: IngestRequest, asked: &Asked) -> Result<Done<Published>, Failure> {
         let IngestRequest::Load { models } = request;
         let models = if models.is_empty() { self.models.clone() } else { models };
-        Ok(self.load(models, reporter)?.answered_by_published())
+        Ok(self.load(models, &asked.reporter)?.answered_by_published())
+    }
+
+    fn facts(&self) -> IngestFacts {
+        IngestFacts {
+            models: self.models.clone(),
+            site: self.output.published(),
+            frame_epoch: self.frame().map_or(0, |frame| u64::from(frame.frame_epoch)),
+        }
     }
 }

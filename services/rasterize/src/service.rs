@@ -2,10 +2,12 @@
 
 use crate::saved_robot::SavedRobot;
 use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
+use daemon::facts::RasterizeFacts;
 use daemon::{
-    CurrentActivity, Done, Epochs, Event, Failure, Published, RasterizeRequest, Reporter, Robot, Service, SiteConfig,
+    Asked, CurrentActivity, Done, Epochs, Event, Failure, Published, RasterizeRequest, Robot, Service, SiteConfig,
+    Standing,
 };
-use messages::{Activity, InputHashes, RobotProfile};
+use messages::{Activity, InputHashes, RobotProfile, ScheduleStateHead};
 use raster::Rasterizer;
 use rayon::prelude::*;
 use std::path::Path;
@@ -36,7 +38,9 @@ pub struct RasterizeService {
     next_epochs: Vec<Option<u64>>,
     /// True from a change until it is published: what fails for want of room is tried again.
     is_pending: bool,
+    /// What was published last, and its plan time.
     last: Published,
+    last_plan_time_s: i64,
 }
 
 impl RasterizeService {
@@ -63,6 +67,7 @@ impl RasterizeService {
             next_epochs: Vec::new(),
             is_pending: false,
             last: Published::default(),
+            last_plan_time_s: ScheduleStateHead::NO_TIME,
         })
     }
 
@@ -155,6 +160,7 @@ impl RasterizeService {
         self.activity.set(Activity::Published);
         self.is_pending = false;
         self.last = Published { content_hash: sent.content_hash, epoch };
+        self.last_plan_time_s = schedule_state.head.plan_time_s;
         Ok(self.done())
     }
 
@@ -166,6 +172,7 @@ impl RasterizeService {
 impl Service for RasterizeService {
     type Input = RasterizeInput;
     type Request = RasterizeRequest;
+    type Facts = RasterizeFacts;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Ports and samples of an earlier generation cannot be used; the inputs come again.
@@ -178,7 +185,7 @@ impl Service for RasterizeService {
     }
 
     fn handle(&mut self, event: Event<RasterizeInput>) -> Result<Done, Failure> {
-        let done = match event {
+        match event {
             Event::Input(RasterizeInput::Site(site)) => self.handle_site(site),
             Event::Input(RasterizeInput::ScheduleState(schedule_state)) => {
                 self.schedule_state = Some(schedule_state);
@@ -187,12 +194,25 @@ impl Service for RasterizeService {
             Event::Configuration(config) => self.configure(&config),
             Event::Tick if self.is_pending => self.draw(),
             Event::Attached | Event::Tick => Ok(Done::default()),
-        }?;
-        Ok(Done { warning: self.warning.clone(), ..done })
+        }
     }
 
-    fn answer(&mut self, request: RasterizeRequest, _reporter: &Reporter) -> Result<Done<Published>, Failure> {
+    fn answer(&mut self, request: RasterizeRequest, _asked: &Asked) -> Result<Done<Published>, Failure> {
         let RasterizeRequest::SetRobot { profile } = request;
         Ok(self.set_robot(&profile)?.answered_by_published())
+    }
+
+    fn standing(&self) -> Standing {
+        Standing { error: None, warning: self.warning.clone() }
+    }
+
+    fn facts(&self) -> RasterizeFacts {
+        RasterizeFacts {
+            grids: self.last,
+            plan_time_s: Some(self.last_plan_time_s).filter(|at_s| *at_s != ScheduleStateHead::NO_TIME),
+            storeys: self.published.len(),
+            robot: self.robot.name.clone(),
+            resolution_m: self.resolution_m,
+        }
     }
 }

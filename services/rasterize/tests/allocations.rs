@@ -6,10 +6,7 @@
 mod support;
 
 use bus::{Bus, CheckedSample, Daemon, Domain, Keeper, Origin, Publisher, Subscriber, Topic, Waiter, topics};
-use daemon::{
-    AlignConfig, BusConfig, ClockConfig, CurrentActivity, Event, LogConfig, RobotConfig, ScheduleConfig, Service,
-    SiteConfig, WaypointConfig, WorldConfig,
-};
+use daemon::{CurrentActivity, Event, Service, SiteConfig};
 use grid::Class;
 use messages::*;
 use rasterize::service::{RasterizeInput, RasterizeService};
@@ -86,19 +83,8 @@ fn walk_twice() {
     let prefix = format!("ga{:x}_", std::process::id());
     let domain = Domain::shared(&prefix, root.path()).unwrap();
     let keeper = Keeper::start(&domain).unwrap();
-    let config = SiteConfig {
-        allow_boxes: false,
-        state: home.path().to_owned(),
-        models: Vec::new(),
-        bus: BusConfig { prefix, root: root.path().to_owned() },
-        schedule: ScheduleConfig::default(),
-        robot: RobotConfig { profile: None, resolution_m: 0.05 },
-        waypoints: WaypointConfig::default(),
-        align: AlignConfig::default(),
-        world: WorldConfig::default(),
-        clock: ClockConfig::default(),
-        log: LogConfig::default(),
-    };
+    let text = format!("state = \".\"\n[bus]\nprefix = {prefix:?}\nroot = {:?}\n", root.path());
+    let config = SiteConfig::parse(&text, home.path()).unwrap();
     let site = house();
     let mut sites = Producer::of(&domain, Daemon::IfcIngest, topics::Site);
     let mut schedule_states_out = Producer::of(&domain, Daemon::ScheduleEval, topics::ScheduleState);

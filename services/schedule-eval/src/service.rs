@@ -3,14 +3,15 @@
 use crate::machine_time::{self, MachineTime};
 use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime, Reading};
 use bus::{Bus, CheckedSample, topics};
+use daemon::facts::ScheduleFacts;
 use daemon::{
-    ActualsSource, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, ScheduleAnswer,
-    ScheduleRequest, Service, SiteConfig, StateFile, progress_in_force, progress_table, read_progress, rules_in_force,
-    write_durably,
+    ActualsSource, Asked, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, ScheduleAnswer,
+    ScheduleRequest, Service, SiteConfig, Standing, StateFile, progress_in_force, progress_table, read_progress,
+    rules_in_force, write_durably,
 };
 use frames::PlanTime;
 use jiff::tz::TimeZone;
-use messages::{Activity, Checked, InputHashes, Site};
+use messages::{Activity, Checked, InputHashes, ScheduleStateHead, Site};
 use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate, parse_actuals};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -257,12 +258,10 @@ impl ScheduleService {
             .plan_time_s
             .and_then(|now_s| update_instants_s.get(update_instants_s.partition_point(|s| *s <= now_s)));
         let wait_ms = next_s.and_then(|next_s| self.clock.until_ms(*next_s, now.wall_ms, &self.zone()));
-        let warning = reading.distrust.map(|distrust| distrust.to_string());
         Done {
             answer: (),
             published: self.output.published(),
             wake_in: wait_ms.and_then(|ms| u64::try_from(ms).ok()).map(Duration::from_millis),
-            warning,
         }
     }
 }
@@ -282,6 +281,7 @@ fn evaluated(
 impl Service for ScheduleService {
     type Input = ScheduleInput;
     type Request = ScheduleRequest;
+    type Facts = ScheduleFacts;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // The sample belongs to a generation of the bus that is gone; it comes again.
@@ -297,7 +297,7 @@ impl Service for ScheduleService {
         }
     }
 
-    fn answer(&mut self, request: ScheduleRequest, _reporter: &Reporter) -> Result<Done<ScheduleAnswer>, Failure> {
+    fn answer(&mut self, request: ScheduleRequest, _asked: &Asked) -> Result<Done<ScheduleAnswer>, Failure> {
         let done = match request {
             ScheduleRequest::SetPlanTime { at_s } => self.set_clock(PlanTimeClock::Fixed { at_s })?,
             ScheduleRequest::NextChange => self.next_change()?,
@@ -309,5 +309,20 @@ impl Service for ScheduleService {
         let plan_time_s = self.read_clock().0.plan_time_s;
         let answer = ScheduleAnswer { state: done.published, plan_time_s, clock: self.clock.name() };
         Ok(done.answered(answer))
+    }
+
+    fn standing(&self) -> Standing {
+        let warning = self.read_clock().0.distrust.map(|distrust| distrust.to_string());
+        Standing { error: None, warning }
+    }
+
+    fn facts(&self) -> ScheduleFacts {
+        let valid_until_s = self.output.last().map(|state| state.view().head.valid_until_s);
+        ScheduleFacts {
+            state: self.output.published(),
+            plan_time_s: self.read_clock().0.plan_time_s,
+            clock: self.clock.name(),
+            valid_until_s: valid_until_s.filter(|until_s| *until_s != ScheduleStateHead::NO_TIME),
+        }
     }
 }

@@ -8,9 +8,10 @@ use crate::robot_map::RobotMap;
 use crate::worker::{Job, JobOutcome, SearchArea, Worker, WorkerTask};
 use alignment::{Alignment, Follower, Hint, MaxJump, PreparedMap, track_map};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
+use daemon::facts::{AlignFacts, AlignmentSummary};
 use daemon::{
-    AlignConfig, AlignRequest, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, PoseHint, Published,
-    Reporter, Service, SiteConfig, StateFile,
+    AlignConfig, AlignRequest, Asked, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, PoseHint,
+    Published, Service, SiteConfig, Standing, StateFile,
 };
 use frames::Map;
 use messages::{Activity, AlignmentVerdict, PoseState};
@@ -151,7 +152,7 @@ impl AlignService {
             }
         }
         let wake_in = self.worker.is_busy().then_some(POLL_INTERVAL);
-        Ok(Done { wake_in, warning: self.warning(), ..self.done() })
+        Ok(Done { wake_in, ..self.done() })
     }
 
     /// Starts a job, if the samples belong together; if not, those that are missing are on their way.
@@ -295,6 +296,7 @@ fn hint_of(hint: PoseHint) -> Hint {
 impl Service for AlignService {
     type Input = AlignInput;
     type Request = AlignRequest;
+    type Facts = AlignFacts;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         if self.worker.is_busy() {
@@ -327,12 +329,22 @@ impl Service for AlignService {
         self.proceed()
     }
 
-    fn answer(&mut self, request: AlignRequest, _reporter: &Reporter) -> Result<Done<Published>, Failure> {
+    fn answer(&mut self, request: AlignRequest, _asked: &Asked) -> Result<Done<Published>, Failure> {
         let done = match request {
             AlignRequest::ReadSlamMap { file } => self.read_map(file)?,
             AlignRequest::Align { hint, storey } => self.search_now(SearchArea { hint: hint.map(hint_of), storey })?,
             AlignRequest::Confirm { absent } => self.confirm(&absent)?,
         };
         Ok(done.answered_by_published())
+    }
+
+    fn standing(&self) -> Standing {
+        Standing { error: None, warning: self.warning() }
+    }
+
+    fn facts(&self) -> AlignFacts {
+        let epoch = self.alignment.epoch();
+        let summary = self.alignment.last().map(|last| AlignmentSummary::of(epoch, &last.view()));
+        AlignFacts { alignment: summary }
     }
 }

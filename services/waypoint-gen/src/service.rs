@@ -1,8 +1,9 @@
 //! The waypoint-gen service: replans the storeys that new grids change.
 
 use bus::{Bus, GridSlot, RawSubscriber, SiteSample, SiteSamples, SiteViews, TopicName, topics};
+use daemon::facts::WaypointFacts;
 use daemon::{
-    CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, Reporter, Service, SiteConfig, StateFile,
+    Asked, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, Service, SiteConfig, StateFile,
     WaypointRequest,
 };
 use messages::{Activity, Checked, InputHashes};
@@ -123,9 +124,7 @@ impl WaypointService {
             ..InputHashes::default()
         };
         self.output.publish(&mut self.epochs, mission_plan, set.site.bytes().header().frame_epoch, inputs)?;
-        let mission_plan = self.output.last().map(Checked::view);
-        let waypoints = mission_plan.map_or(0, |mission_plan| mission_plan.waypoints.len());
-        let scans = mission_plan.map_or(0, |mission_plan| mission_plan.storeys.iter().map(|s| s.n_scans).sum::<u32>());
+        let WaypointFacts { waypoints, scans, .. } = self.facts();
         let elapsed_us = u64::try_from(begun.elapsed().as_micros()).unwrap_or(u64::MAX);
         info!(
             service = "waypoint-gen",
@@ -160,6 +159,7 @@ fn options_of(configured: Option<&Path>, requested: &RequestedOptions) -> Result
 impl Service for WaypointService {
     type Input = WaypointInput;
     type Request = WaypointRequest;
+    type Facts = WaypointFacts;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Samples belong to a generation of the bus that is gone; they come again.
@@ -189,8 +189,18 @@ impl Service for WaypointService {
         }
     }
 
-    fn answer(&mut self, request: WaypointRequest, _reporter: &Reporter) -> Result<Done<Published>, Failure> {
+    fn answer(&mut self, request: WaypointRequest, _asked: &Asked) -> Result<Done<Published>, Failure> {
         let WaypointRequest::SetWaypoints { options, spaces, changed_since_s } = request;
         Ok(self.set_requested(RequestedOptions { options, spaces, changed_since_s })?.answered_by_published())
+    }
+
+    fn facts(&self) -> WaypointFacts {
+        let last = self.output.last().map(Checked::view);
+        WaypointFacts {
+            mission_plan: self.output.published(),
+            grids_hash: self.output.inputs().grids,
+            waypoints: last.as_ref().map_or(0, |plan| plan.waypoints.len()),
+            scans: last.as_ref().map_or(0, |plan| plan.storeys.iter().map(|storey| storey.n_scans).sum()),
+        }
     }
 }

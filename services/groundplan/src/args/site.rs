@@ -2,6 +2,9 @@
 
 use crate::failure::Failure;
 use daemon::SiteConfig;
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 const DEFAULT: &str = "/etc/groundplan/site.toml";
@@ -10,7 +13,7 @@ const DEMO_MODEL: &[u8] = include_bytes!("../../../../config/demo/demo.ifc");
 /// Which site.
 #[derive(Debug, Clone, clap::Args)]
 pub struct SiteArgs {
-    /// Configuration of the site [default: /etc/groundplan/site.toml]
+    /// Configuration of the site [default: that of the only site that runs, else /etc/groundplan/site.toml]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
@@ -20,21 +23,34 @@ pub struct SiteArgs {
 }
 
 impl SiteArgs {
-    /// Path of the configuration.
-    pub(crate) fn path(&self) -> PathBuf {
-        match &self.config {
-            Some(path) => path.clone(),
-            None if self.demo => demo_home().join("site.toml"),
-            None => PathBuf::from(DEFAULT),
+    /// The configuration for a client of running daemons: the named one, or that of the only site that runs.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or holds something else; several sites that run.
+    pub(crate) fn config(&self) -> Result<SiteConfig, Failure> {
+        let running = if self.named().is_none() { running_sites() } else { Vec::new() };
+        match running.as_slice() {
+            [site] => SiteConfig::read(site).map_err(Failure::usage),
+            [] => self.own_config(),
+            sites if sites.iter().any(|site| site == Path::new(DEFAULT)) => self.own_config(),
+            sites => {
+                let names: Vec<_> = sites.iter().map(|site| format!("--config {}", site.display())).collect();
+                Err(Failure::usage(format!("several sites run: choose {}", names.join(" or "))))
+            }
         }
     }
 
-    /// The configuration.
+    /// The configuration to start with: the named one, or that of this machine.
     ///
     /// # Errors
     /// A file that cannot be read, or holds something else.
-    pub(crate) fn config(&self) -> Result<SiteConfig, Failure> {
-        SiteConfig::read(&self.path()).map_err(Failure::usage)
+    pub(crate) fn own_config(&self) -> Result<SiteConfig, Failure> {
+        let path = self.named().unwrap_or_else(|| PathBuf::from(DEFAULT));
+        SiteConfig::read(&path).map_err(Failure::usage)
+    }
+
+    fn named(&self) -> Option<PathBuf> {
+        self.config.clone().or_else(|| self.demo.then(|| demo_home().join("site.toml")))
     }
 
     /// Writes the demo site, if that is meant: the building, and a bus of its own.
@@ -57,6 +73,27 @@ impl SiteArgs {
         }
         Ok(())
     }
+}
+
+/// Configurations of the sites whose keepers run, as their command lines name them. Those of other users count only if the
+/// file is root's or this user's: nobody chooses a site for others.
+fn running_sites() -> Vec<PathBuf> {
+    let own = rustix::process::getuid().as_raw();
+    let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    let mut sites: Vec<PathBuf> = processes.filter_map(|process| keeper_site(&process.path())).collect();
+    sites.retain(|site| std::fs::metadata(site).is_ok_and(|file| [0, own].contains(&file.uid())));
+    sites.sort();
+    sites.dedup();
+    sites
+}
+
+/// The configuration of a process that is a keeper.
+fn keeper_site(process: &Path) -> Option<PathBuf> {
+    let line = std::fs::read(process.join("cmdline")).ok()?;
+    let mut words = line.split(|byte| *byte == 0).map(OsStr::from_bytes);
+    let is_keeper = Path::new(words.next()?).file_name()? == "groundplan" && words.next()? == "keeper";
+    let site = words.skip_while(|word| *word != "--config").nth(1).filter(|_| is_keeper);
+    site.map(PathBuf::from).filter(|site| site.is_absolute())
 }
 
 /// One folder per user.

@@ -1,18 +1,20 @@
-//! `groundplan status`: running daemons, their activity and errors.
+//! `groundplan status`: the last reports of the daemons, and what they publish.
 
-use crate::alignment_report::AlignmentSummary;
 use crate::args::SiteArgs;
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::wait::join;
-use bus::{Daemon, HEARTBEAT_PERIOD, SiteSample, SiteSamples, topics};
+use crate::wait::require_up;
+use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
+use daemon::facts::{AlignFacts, AlignmentSummary, IngestFacts, RasterizeFacts, ScheduleFacts, WaypointFacts};
+use daemon::{Report, SiteConfig, StatusBoard};
 use frames::counted;
-use messages::{Activity, StatusRecord};
+use schemars::JsonSchema;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
 
 /// Arguments of `status`.
 #[derive(Debug, Clone, clap::Args)]
@@ -26,37 +28,79 @@ pub struct Args {
     json: bool,
 }
 
-#[derive(Debug, Serialize)]
+/// What `status --json` prints.
+#[derive(Debug, Serialize, JsonSchema)]
 struct Status {
-    /// True if every daemon runs without an error, and there are grids and a mission plan.
+    /// True if every daemon runs with nothing to tell, and there are grids and a mission plan.
     healthy: bool,
+    /// By name.
     daemons: BTreeMap<&'static str, DaemonStatus>,
+    /// The site that is published; null before the first.
+    site: Option<SiteStatus>,
+    /// How the plan time stands; null while schedule-eval has not begun.
+    clock: Option<ClockStatus>,
+    /// The maps that are published; null before the first.
     grids: Option<GridsStatus>,
+    /// The waypoints that are published; null before the first.
     #[serde(rename = "plan")]
     mission_plan: Option<MissionPlanStatus>,
-    /// Where the robot's map lies; `None` while there is no such map.
+    /// Where the robot's map lies; null while there is no such map.
     alignment: Option<AlignmentSummary>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct DaemonStatus {
+    /// True if its process lives.
     alive: bool,
+    /// Its process; 0 if it left.
     process_id: u32,
+    /// What it was doing at its last report; `silent` without one, `hangs` if its process lives and reports nothing.
     #[serde(rename = "stage")]
-    activity: &'static str,
+    activity: String,
+    /// Seconds since its last report; null without one.
+    age_s: Option<f64>,
+    /// How often it died and was started again.
+    restarts: u32,
+    /// Resident memory in bytes.
     memory_bytes: u64,
+    /// Why its output is not what its inputs ask for, or what it failed to do last.
     error: Option<String>,
+    /// What an operator should know although nothing failed.
+    warning: Option<String>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
+struct SiteStatus {
+    epoch: u64,
+    /// Its files.
+    models: Vec<PathBuf>,
+    /// Counts the changes of the map frame.
+    frame_epoch: u64,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct ClockStatus {
+    /// Null if everything is built.
+    plan_time: Option<String>,
+    /// How the plan time moves.
+    mode: String,
+    /// Until when the published schedule state is valid; null if it is for good.
+    valid_until: Option<String>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
 struct GridsStatus {
     epoch: u64,
+    /// Null if everything is built.
     plan_time: Option<String>,
+    /// Name of the robot.
     robot: String,
+    /// Metres per cell.
+    resolution_m: f64,
     storeys: usize,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct MissionPlanStatus {
     epoch: u64,
     waypoints: usize,
@@ -66,97 +110,137 @@ struct MissionPlanStatus {
 }
 
 impl Run for Args {
-    /// Listens for a little longer than a heartbeat.
+    /// Reads the status board.
     ///
     /// # Errors
-    /// No bus.
+    /// A site that is not up.
     fn run(&self) -> Result<Outcome, Failure> {
-        let (bus, mut waiter) = join(&self.site.config()?)?;
-        let reader = bus.status_reader().map_err(Failure::work)?;
-        let grids = bus.subscriber(topics::Grids).map_err(Failure::work)?;
-        let mission_plans = bus.subscriber(topics::MissionPlan).map_err(Failure::work)?;
-        let alignments = bus.subscriber(topics::Alignment).map_err(Failure::work)?;
-        let mut seen: BTreeMap<u32, StatusRecord> = BTreeMap::new();
-        let (mut samples, mut alignment) = (SiteSamples::default(), None);
-        let deadline = Instant::now() + HEARTBEAT_PERIOD + HEARTBEAT_PERIOD / 2;
-        loop {
-            while let Some(record) = reader.take().map_err(Failure::work)? {
-                seen.insert(record.daemon, record);
-            }
-            // Damaged samples are not shown; their reader reports them.
-            let index = grids.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
-            let mission_plan = mission_plans.take().map_err(Failure::work)?.and_then(|sample| sample.check().ok());
-            let news = index.map(SiteSample::Index).into_iter().chain(mission_plan.map(SiteSample::MissionPlan));
-            news.for_each(|sample| samples.insert(sample));
-            alignment = alignments.take().map_err(Failure::work)?.or(alignment);
-            let rest = deadline.saturating_duration_since(Instant::now());
-            if rest == Duration::ZERO {
-                break;
-            }
-            waiter.wait(rest).map_err(Failure::work)?;
-        }
-        let grids = samples.index().map(|sample| {
-            let index = sample.view();
-            GridsStatus {
-                epoch: sample.bytes().header().epoch,
-                plan_time: date_argument::optional_text(index.head.plan_time_s),
-                robot: index.robot_name.to_owned(),
-                storeys: index.slots.len(),
-            }
-        });
-        let mission_plan = samples.mission_plan().map(|sample| {
-            let (header, mission_plan) = (sample.bytes().header(), sample.view());
-            MissionPlanStatus {
-                epoch: header.epoch,
-                waypoints: mission_plan.waypoints.len(),
-                scans: mission_plan.storeys.iter().map(|s| s.n_scans).sum(),
-                is_current: samples.mission_plan_of_index().is_some(),
-            }
-        });
-        let alignment = alignment.and_then(|sample| sample.check().ok());
-        let alignment = alignment.map(|sample| AlignmentSummary::of(sample.bytes().header().epoch, &sample.view()));
-        let daemons: BTreeMap<&'static str, DaemonStatus> =
-            Daemon::SUPERVISED.iter().map(|d| (d.name(), DaemonStatus::of(seen.get(&(*d as u32))))).collect();
-        let healthy =
-            grids.is_some() && mission_plan.is_some() && daemons.values().all(|d| d.alive && d.error.is_none());
-        let status = Status { healthy, daemons, grids, mission_plan, alignment };
+        let config = self.site.config()?;
+        require_up(&config)?;
+        let status = Status::of(&config);
         let text =
             if self.json { serde_json::to_string(&status).map_err(Failure::work)? + "\n" } else { status.text() };
-        Ok(Outcome::judged(text, healthy))
+        Ok(Outcome::judged(text, status.healthy))
     }
 }
 
 impl DaemonStatus {
-    fn of(record: Option<&StatusRecord>) -> Self {
-        let Some(record) = record else {
-            return Self { alive: false, process_id: 0, activity: "silent", memory_bytes: 0, error: None };
+    fn of(board: &StatusBoard, daemon: Daemon) -> Self {
+        let alive = board.is_alive(daemon);
+        let Some(report) = board.report::<serde_json::Value>(daemon) else {
+            let activity = "silent".to_owned();
+            let (process_id, restarts, memory_bytes) = (0, 0, 0);
+            return Self {
+                alive,
+                process_id,
+                activity,
+                age_s: None,
+                restarts,
+                memory_bytes,
+                error: None,
+                warning: None,
+            };
         };
-        let error = Some(record.error().to_owned()).filter(|e| !e.is_empty());
-        let activity = record.activity.known().map_or("unknown", Activity::name);
-        Self { alive: true, process_id: record.process_id, activity, memory_bytes: record.memory_bytes, error }
+        let age = report.age();
+        let Report { process_id, restarts, memory_bytes, error, warning, activity, .. } = report;
+        let hangs = alive && age >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS;
+        Self {
+            alive,
+            process_id: if alive { process_id } else { 0 },
+            activity: match (alive, hangs) {
+                (false, _) => "dead".to_owned(),
+                (true, true) => "hangs".to_owned(),
+                (true, false) => activity,
+            },
+            age_s: Some((age.as_secs_f64() * 10.0).round() / 10.0),
+            restarts,
+            memory_bytes,
+            error,
+            warning,
+        }
+    }
+
+    fn is_well(&self) -> bool {
+        self.alive && self.activity != "hangs" && self.error.is_none() && self.warning.is_none()
     }
 }
 
+/// Facts of a daemon from its last report, also if it is dead: what it published is there.
+fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> {
+    board.report(daemon).map(|report: Report<F>| report.facts)
+}
+
 impl Status {
+    /// From the status board of a site.
+    fn of(config: &SiteConfig) -> Self {
+        let board = &StatusBoard::of(&config.bus.root);
+        let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
+        let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
+        let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);
+        let waypoints: Option<WaypointFacts> = facts(board, Daemon::WaypointGen);
+        let align: Option<AlignFacts> = facts(board, Daemon::SlamAlign);
+        let text = |time_s: Option<i64>| time_s.map(date_argument::text);
+        let site = ingest.filter(|facts| facts.site.epoch > 0).map(|facts| SiteStatus {
+            epoch: facts.site.epoch,
+            models: facts.models,
+            frame_epoch: facts.frame_epoch,
+        });
+        let clock = schedule.map(|facts| ClockStatus {
+            plan_time: text(facts.plan_time_s),
+            mode: facts.clock,
+            valid_until: text(facts.valid_until_s),
+        });
+        let rasterize = rasterize.filter(|facts| facts.grids.epoch > 0);
+        let grids_hash = rasterize.as_ref().map(|facts| facts.grids.content_hash);
+        let grids = rasterize.map(|facts| GridsStatus {
+            epoch: facts.grids.epoch,
+            plan_time: text(facts.plan_time_s),
+            robot: facts.robot,
+            resolution_m: facts.resolution_m,
+            storeys: facts.storeys,
+        });
+        let waypoints = waypoints.filter(|facts| facts.mission_plan.epoch > 0);
+        let mission_plan = waypoints.map(|facts| MissionPlanStatus {
+            epoch: facts.mission_plan.epoch,
+            waypoints: facts.waypoints,
+            scans: facts.scans,
+            is_current: grids_hash == Some(facts.grids_hash),
+        });
+        let daemons: BTreeMap<&'static str, DaemonStatus> =
+            Daemon::SUPERVISED.iter().map(|daemon| (daemon.name(), DaemonStatus::of(board, *daemon))).collect();
+        let healthy = grids.is_some() && mission_plan.is_some() && daemons.values().all(DaemonStatus::is_well);
+        Self { healthy, daemons, site, clock, grids, mission_plan, alignment: align.and_then(|facts| facts.alignment) }
+    }
+
     fn text(&self) -> String {
         let mut out = String::new();
         for (name, daemon) in &self.daemons {
             let megabytes = daemon.memory_bytes / 1_000_000;
-            let _ = writeln!(out, "{name:<14} {:<10} process {:<8} {megabytes} MB", daemon.activity, daemon.process_id);
-            if let Some(error) = &daemon.error {
-                let _ = writeln!(out, "  {error}");
+            let _ = write!(out, "{name:<14} {:<10} process {:<8} {megabytes} MB", daemon.activity, daemon.process_id);
+            if let Some(age_s) = daemon.age_s.filter(|_| !daemon.alive || daemon.activity == "hangs") {
+                let _ = write!(out, ", last seen {age_s} s ago");
             }
+            if daemon.restarts > 0 {
+                let _ = write!(out, ", started again {}", counted(daemon.restarts as usize, "time"));
+            }
+            out.push('\n');
+            for words in daemon.error.iter().chain(&daemon.warning) {
+                let _ = writeln!(out, "  {words}");
+            }
+        }
+        if let Some(SiteStatus { epoch, models, frame_epoch }) = &self.site {
+            let names: Vec<_> = models.iter().map(|model| model.display().to_string()).collect();
+            let _ = writeln!(out, "site of {}, map frame {frame_epoch}, epoch {epoch}", names.join(", "));
+        }
+        if let Some(ClockStatus { plan_time: Some(plan_time), mode, valid_until }) = &self.clock {
+            let until = valid_until.as_ref().map_or_else(|| "for good".to_owned(), |until| format!("until {until}"));
+            let _ = writeln!(out, "plan time {plan_time}, {mode}; maps are valid {until}");
         }
         let _ = match &self.grids {
             Some(grids) => {
                 let date = grids.plan_time.as_deref().unwrap_or("everything built");
-                writeln!(
-                    out,
-                    "{} at {date} for {}, epoch {}",
-                    counted(grids.storeys, "storey"),
-                    grids.robot,
-                    grids.epoch
-                )
+                let storeys = counted(grids.storeys, "storey");
+                writeln!(out, "{storeys} at {date} for {}, epoch {}", grids.robot, grids.epoch)
             }
             None => writeln!(out, "no grids"),
         };
@@ -169,8 +253,23 @@ impl Status {
             None => writeln!(out, "no mission plan"),
         };
         if let Some(alignment) = &self.alignment {
-            let _ = writeln!(out, "{}", alignment.text());
+            let _ = writeln!(out, "{alignment}");
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_schema_is_that_of_the_document() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/schemas/status.schema.json");
+        let schema = serde_json::to_string_pretty(&schemars::schema_for!(Status)).unwrap() + "\n";
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            std::fs::write(&path, &schema).unwrap();
+        }
+        assert!(std::fs::read_to_string(path).unwrap() == schema, "UPDATE_GOLDEN=1 writes it");
     }
 }

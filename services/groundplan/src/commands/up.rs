@@ -26,8 +26,8 @@ impl Run for Args {
     /// Executables that are missing or of another version, a configuration that cannot be used, a site that is up already.
     fn run(&self) -> Result<Outcome, Failure> {
         self.site.prepare()?;
-        let config = self.site.config()?;
-        let path = self.site.path();
+        let config = self.site.own_config()?;
+        let path = config.file.clone();
         check_versions()?;
         let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
         let _running = Running::claim(&config.state)?;

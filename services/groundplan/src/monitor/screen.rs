@@ -73,7 +73,7 @@ fn head_lines(snapshot: &Snapshot) -> Vec<Line<'_>> {
     let second = Line::from(format!("last change {since}, next {next}, {} in all", plan_time_line.changes)).dim();
     let third = snapshot.alignment.as_ref().map(|alignment| {
         let style = if alignment.is_effective() { Style::new() } else { BAD };
-        Line::styled(alignment.text(), style)
+        Line::styled(alignment.to_string(), style)
     });
     [first, second].into_iter().chain(third).collect()
 }
@@ -151,7 +151,7 @@ fn draw_map(frame: &mut Frame<'_>, snapshot: &Snapshot, view: &View, map: Option
 mod tests {
     use super::super::snapshot::{DaemonLine, PlanTimeLine, StoreyLine, TopicLine};
     use super::*;
-    use crate::alignment_report::{AlignmentSummary, Pose};
+    use daemon::facts::{AlignmentSummary, Pose};
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
@@ -203,9 +203,9 @@ mod tests {
             robot: at("default"),
             alignment: Some(AlignmentSummary {
                 epoch: 5,
-                verdict: "accepted",
-                validity: "effective",
-                state: "tracked",
+                verdict: "accepted".to_owned(),
+                validity: "effective".to_owned(),
+                state: "tracked".to_owned(),
                 storey: Some(1),
                 map_from_slam: Some(Pose::of([1.5, -20.25, 0.5])),
                 is_waiting: false,

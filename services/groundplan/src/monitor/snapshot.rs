@@ -1,6 +1,6 @@
 //! Contents of the dashboard, printed by `--json`.
 
-use crate::alignment_report::AlignmentSummary;
+use daemon::facts::AlignmentSummary;
 use serde::Serialize;
 
 /// The running site at a moment.

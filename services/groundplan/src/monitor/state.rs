@@ -1,9 +1,9 @@
 //! State of the monitor: received samples and derived values.
 
 use super::snapshot::{DaemonLine, PlanTimeLine, Snapshot, StoreyLine, TopicLine};
-use crate::alignment_report::AlignmentSummary;
 use crate::date_argument;
 use bus::{ConsistentSet, Daemon, GridSlot, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, Stamp, TopicName};
+use daemon::facts::AlignmentSummary;
 use export::text_or_null;
 use messages::{Activity, Grid, Grids, SampleHeader, ScheduleState, StatusRecord};
 use std::collections::{BTreeMap, VecDeque};

@@ -2,11 +2,11 @@
 
 use super::map_pane::GridPixels;
 use super::state::State;
-use crate::alignment_report::AlignmentSummary;
 use bus::{
     Bus, CheckedSample, GridSlot, PortError, RawSubscriber, ReceiveError, SiteSample, SiteSamples, Stamp, StatusReader,
     Subscriber, Topic, TopicName, topics,
 };
+use daemon::facts::AlignmentSummary;
 use messages::Checked;
 
 /// Subscriptions to everything that is published; of each grid the newest sample is held.

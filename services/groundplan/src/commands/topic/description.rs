@@ -3,6 +3,7 @@
 use crate::alignment_report;
 use crate::date_argument::optional_text;
 use bus::{RawSample, TopicName};
+use daemon::facts::Pose;
 use messages::{Alignment, ArchiveError, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap};
 use serde_json::{Value, json};
 
@@ -70,7 +71,7 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
         TopicName::SlamMap => {
             let head = SlamMap::open(sample.bytes())?.head;
             let size = [head.width, head.height];
-            json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": alignment_report::Pose::of(head.origin)})
+            json!({"size_cells": size, "resolution_m": head.resolution_m, "origin": Pose::of(head.origin)})
         }
         TopicName::Alignment => {
             alignment_report::document(&Alignment::open(sample.bytes())?, alignment_report::inputs_of(sample.header()))

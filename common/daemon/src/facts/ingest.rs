@@ -1,0 +1,17 @@
+//! Facts of ifc-ingest.
+
+use crate::request::Published;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// Facts of ifc-ingest.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct IngestFacts {
+    /// The files of the site that is published, or that is to be read.
+    pub models: Vec<PathBuf>,
+    /// The site that is published.
+    pub site: Published,
+    /// Counts the changes of the map frame; 0 for none.
+    pub frame_epoch: u64,
+}

@@ -1,0 +1,15 @@
+//! What each daemon tells of itself beside its heartbeat, for `status`, the monitor and metrics.
+//!
+//! A service makes its facts after every event and request; its loop writes them to the [`crate::StatusBoard`].
+
+mod align;
+mod ingest;
+mod rasterize;
+mod schedule;
+mod waypoints;
+
+pub use align::{AlignFacts, AlignmentSummary, Pose};
+pub use ingest::IngestFacts;
+pub use rasterize::RasterizeFacts;
+pub use schedule::ScheduleFacts;
+pub use waypoints::WaypointFacts;

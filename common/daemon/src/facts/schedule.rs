@@ -1,0 +1,18 @@
+//! Facts of schedule-eval.
+
+use crate::request::Published;
+use serde::{Deserialize, Serialize};
+
+/// Facts of schedule-eval. Times are civil seconds since 1970.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ScheduleFacts {
+    /// The schedule state that is published.
+    pub state: Published,
+    /// The plan time; `None` if everything is built.
+    pub plan_time_s: Option<i64>,
+    /// How the plan time moves, in words.
+    pub clock: String,
+    /// The instant after which the published schedule state is not valid; `None` if it is for good.
+    pub valid_until_s: Option<i64>,
+}

@@ -1,0 +1,18 @@
+//! Facts of waypoint-gen.
+
+use crate::request::Published;
+use serde::{Deserialize, Serialize};
+
+/// Facts of waypoint-gen.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct WaypointFacts {
+    /// The mission plan that is published.
+    pub mission_plan: Published,
+    /// Content hash of the index of grids that it was made from.
+    pub grids_hash: u64,
+    /// Its waypoints.
+    pub waypoints: usize,
+    /// Those that are scan poses.
+    pub scans: u32,
+}

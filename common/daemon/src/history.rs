@@ -1,0 +1,195 @@
+//! History of a site: who did what when, kept for about a year within a size.
+//!
+//! A file a month in `history/` of the state folder, a JSON document a line. Every daemon appends to it; a line is written
+//! at once, so that lines of two daemons do not mix.
+
+use crate::caller::Caller;
+use crate::state::StateError;
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use std::fs::{self, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// Months that are kept beside the current one.
+const MAX_MONTHS: usize = 12;
+/// Bytes that are kept, the current month aside.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// What happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HistoryKind {
+    /// Another model, or another revision of it: in force, waiting, refused, confirmed or discarded.
+    Revision,
+    /// The map frame.
+    Frame,
+    /// The plan time, or how it moves.
+    Date,
+    /// Reported progress, or observed progress that was applied.
+    Progress,
+    /// The robot or the resolution.
+    Robot,
+    /// What waypoints are planned.
+    Waypoints,
+    /// Rules of the schedule.
+    Rules,
+    /// A pose of the robot's map: accepted, confirmed or taken back.
+    Pose,
+    /// Elements that are absent: confirmed or taken back.
+    Absence,
+}
+
+/// An event to be recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HistoryEvent {
+    /// What happened.
+    pub kind: HistoryKind,
+    /// Who asked for it; `None` for what a daemon does by itself.
+    pub by: Option<Caller>,
+    /// A sentence for people, without a full stop.
+    pub summary: String,
+}
+
+/// An event that was recorded.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HistoryEntry {
+    /// When, in UTC.
+    pub at: Timestamp,
+    /// What happened.
+    pub kind: HistoryKind,
+    /// Who asked for it; `None` for what a daemon did by itself.
+    pub by: Option<Caller>,
+    /// A sentence for people, without a full stop.
+    pub summary: String,
+}
+
+/// The history of a site.
+#[derive(Debug, Clone)]
+pub struct History {
+    folder: PathBuf,
+}
+
+impl History {
+    /// The history in a state folder.
+    pub fn at(state: &Path) -> Self {
+        Self { folder: state.join("history") }
+    }
+
+    /// Appends an event; it is on disk when this returns.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn record(&self, event: HistoryEvent) -> Result<(), StateError> {
+        self.record_at(Timestamp::now(), event)
+    }
+
+    fn record_at(&self, at: Timestamp, event: HistoryEvent) -> Result<(), StateError> {
+        let HistoryEvent { kind, by, summary } = event;
+        let month = at.strftime("%Y-%m").to_string();
+        let path = self.folder.join(format!("{month}.jsonl"));
+        self.append(&path, &HistoryEntry { at, kind, by, summary })
+            .map_err(|source| StateError::Io { path: path.clone(), source })
+    }
+
+    fn append(&self, path: &Path, entry: &HistoryEntry) -> io::Result<()> {
+        fs::create_dir_all(&self.folder)?;
+        if !path.exists() {
+            self.forget_old()?;
+        }
+        let mut file = OpenOptions::new().create(true).read(true).append(true).open(path)?;
+        let mut line = serde_json::to_vec(entry)?;
+        line.push(b'\n');
+        // A power cut may have left half a line.
+        if file.seek(SeekFrom::End(-1)).is_ok() {
+            let mut last = [0];
+            file.read_exact(&mut last)?;
+            if last != *b"\n" {
+                line.insert(0, b'\n');
+            }
+        }
+        file.write_all(&line)?;
+        file.sync_data()
+    }
+
+    /// Removes the oldest months, before another one begins.
+    fn forget_old(&self) -> io::Result<()> {
+        let (mut n_kept, mut n_bytes) = (0, 0);
+        for path in self.months()?.into_iter().rev() {
+            n_kept += 1;
+            n_bytes += fs::metadata(&path)?.len();
+            if n_kept > MAX_MONTHS || n_bytes > MAX_BYTES {
+                fs::remove_file(&path)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Files of the months, from old to new.
+    fn months(&self) -> io::Result<Vec<PathBuf>> {
+        let entries = match fs::read_dir(&self.folder) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            entries => entries?,
+        };
+        let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>()?;
+        paths.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
+        paths.sort();
+        Ok(paths)
+    }
+
+    /// All entries, from old to new, and the number of lines that are none.
+    ///
+    /// # Errors
+    /// Files that cannot be read.
+    pub fn read(&self) -> Result<(Vec<HistoryEntry>, usize), StateError> {
+        let failed = |path: &Path, source| StateError::Io { path: path.to_owned(), source };
+        let (mut entries, mut n_damaged) = (Vec::new(), 0);
+        for path in self.months().map_err(|source| failed(&self.folder, source))? {
+            let bytes = fs::read(&path).map_err(|source| failed(&path, source))?;
+            for line in bytes.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
+                match serde_json::from_slice(line) {
+                    Ok(entry) => entries.push(entry),
+                    Err(_) => n_damaged += 1,
+                }
+            }
+        }
+        Ok((entries, n_damaged))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(summary: &str) -> HistoryEvent {
+        HistoryEvent { kind: HistoryKind::Date, by: Some(Caller { uid: 7 }), summary: summary.to_owned() }
+    }
+
+    #[test]
+    fn what_was_recorded_is_read_in_its_order_and_half_a_line_costs_nothing_else() {
+        let state = tempfile::tempdir().unwrap();
+        let history = History::at(state.path());
+        assert_eq!(history.read().unwrap(), (Vec::new(), 0));
+        history.record(event("first")).unwrap();
+        let path = history.months().unwrap().remove(0);
+        let half = OpenOptions::new().append(true).open(path).unwrap().write(b"{\"at\":").unwrap();
+        assert_eq!(half, 6);
+        history.record(event("second")).unwrap();
+        let (entries, n_damaged) = history.read().unwrap();
+        let summaries: Vec<_> = entries.iter().map(|entry| entry.summary.as_str()).collect();
+        assert_eq!((summaries.as_slice(), n_damaged), (&["first", "second"][..], 1));
+        assert_eq!(entries[0].by, Some(Caller { uid: 7 }));
+    }
+
+    #[test]
+    fn a_year_is_kept() {
+        let state = tempfile::tempdir().unwrap();
+        let history = History::at(state.path());
+        for month in 0..15 {
+            let at = format!("{}-{:02}-01T00:00:00Z", 2024 + month / 12, month % 12 + 1);
+            history.record_at(at.parse().unwrap(), event(&at)).unwrap();
+        }
+        let (entries, _) = history.read().unwrap();
+        assert_eq!((entries.len(), entries[0].summary.as_str()), (13, "2024-03-01T00:00:00Z"));
+    }
+}

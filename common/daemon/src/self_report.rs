@@ -1,0 +1,188 @@
+//! What the loop tells of its daemon: the heartbeat on the bus, the report on the status board, the watchdog of systemd.
+
+use crate::failure::Failure;
+use crate::service::{CurrentActivity, Standing};
+use crate::status_board::{BoardEntry, Report};
+use bus::{Daemon, Stamp, StatusWriter, TopicName};
+use messages::StatusRecord;
+use std::collections::BTreeMap;
+use std::path::Path;
+use tracing::{debug, warn};
+
+/// What a daemon tells of itself.
+pub(crate) struct SelfReport {
+    daemon: Daemon,
+    activity: CurrentActivity,
+    entry: BoardEntry,
+    /// The last event that failed, until one succeeds.
+    failed: Option<String>,
+    /// A configuration that was refused, until one is taken.
+    refused_configuration: Option<String>,
+    standing: Standing,
+    facts: serde_json::Value,
+    /// The input that is with the service.
+    input: Option<(TopicName, u64)>,
+    /// Epochs of the newest inputs that the service has handled, and of its output.
+    epochs: BTreeMap<TopicName, u64>,
+}
+
+impl SelfReport {
+    pub(crate) fn of(daemon: Daemon, activity: CurrentActivity, bus_root: &Path) -> Self {
+        Self {
+            daemon,
+            activity,
+            entry: BoardEntry::new(bus_root, daemon),
+            failed: None,
+            refused_configuration: None,
+            standing: Standing::default(),
+            facts: serde_json::Value::Null,
+            input: None,
+            epochs: BTreeMap::new(),
+        }
+    }
+
+    /// An event or request failed; logged once where it is tried again and again.
+    pub(crate) fn failed(&mut self, what: &str, why: &(dyn std::error::Error + 'static)) {
+        let text = crate::chain(why);
+        if self.failed.as_ref() != Some(&text) {
+            warn!(service = self.daemon.name(), error = text, "{what}");
+        }
+        self.failed = Some(text);
+    }
+
+    /// The service has done something with success.
+    pub(crate) fn succeeded(&mut self) {
+        self.failed = None;
+    }
+
+    /// The configuration was taken, or refused.
+    pub(crate) fn configured(&mut self, taken: Result<(), &Failure>) {
+        self.refused_configuration = taken.err().map(|why| {
+            let error = crate::chain(why.as_ref());
+            warn!(service = self.daemon.name(), error, "the configuration stays as it was");
+            format!("the configuration stays as it was: {error}")
+        });
+    }
+
+    /// What the service says after an event.
+    pub(crate) fn set(&mut self, standing: Standing, facts: serde_json::Value) {
+        if standing.error != self.standing.error
+            && let Some(error) = &standing.error
+        {
+            warn!(service = self.daemon.name(), error, "the output is not what the inputs ask for");
+        }
+        if standing.warning != self.standing.warning
+            && let Some(warning) = &standing.warning
+        {
+            warn!(service = self.daemon.name(), warning, "the service warns");
+        }
+        (self.standing, self.facts) = (standing, facts);
+        self.epochs.extend(self.input.take());
+    }
+
+    /// An input is given to the service.
+    pub(crate) fn set_input(&mut self, topic: TopicName, epoch: u64) {
+        self.input = Some((topic, epoch));
+    }
+
+    /// The service published.
+    pub(crate) fn set_output(&mut self, epoch: u64) {
+        self.epochs.insert(output(self.daemon), epoch);
+    }
+
+    /// Tells everybody; without a bus, only the board and systemd.
+    pub(crate) fn send(&mut self, status: Option<&StatusWriter>) {
+        let (error, warning) = (self.error(), self.standing.warning.clone());
+        let (activity, memory_bytes) = (self.activity.get(), resident_bytes());
+        let text = error.as_ref().or(warning.as_ref()).map_or("", String::as_str);
+        crate::systemd::alive(if text.is_empty() { activity.name() } else { text });
+        if let Some(status) = status {
+            let mut record = StatusRecord::of(activity, memory_bytes);
+            record.set_error(text);
+            for (topic, epoch) in &self.epochs {
+                record.epochs[topic.kind() as usize] = *epoch;
+            }
+            if !status.send(record) {
+                warn!(service = self.daemon.name(), "a heartbeat found no room in shared memory");
+            }
+        }
+        let report = Report {
+            process_id: std::process::id(),
+            restarts: self.entry.restarts(),
+            stamp_ns: Stamp::now().0,
+            activity: activity.name().to_owned(),
+            memory_bytes,
+            error,
+            warning,
+            epochs: self.epochs.iter().map(|(topic, epoch)| (topic.to_string(), *epoch)).collect(),
+            facts: self.facts.clone(),
+        };
+        if let Err(why) = self.entry.write(&report) {
+            // Before the keeper there is no folder; readers see the age of the last report.
+            debug!(service = self.daemon.name(), error = crate::chain(&why), "the report is not on the status board");
+        }
+    }
+
+    /// The daemon leaves in order.
+    pub(crate) fn leave(&mut self) {
+        crate::systemd::stopping();
+        self.entry.remove();
+    }
+
+    /// All that is wrong.
+    fn error(&self) -> Option<String> {
+        let mut texts: Vec<&str> = Vec::new();
+        for text in [&self.standing.error, &self.refused_configuration, &self.failed].into_iter().flatten() {
+            if !texts.contains(&text.as_str()) {
+                texts.push(text);
+            }
+        }
+        (!texts.is_empty()).then(|| texts.join("; "))
+    }
+}
+
+/// The topic whose epoch is in the heartbeat of a daemon.
+fn output(daemon: Daemon) -> TopicName {
+    match daemon {
+        Daemon::IfcIngest => TopicName::Site,
+        Daemon::ScheduleEval => TopicName::ScheduleState,
+        Daemon::Rasterize | Daemon::Groundplan => TopicName::Grids,
+        Daemon::WaypointGen => TopicName::MissionPlan,
+        Daemon::SlamAlign => TopicName::Alignment,
+        Daemon::Robot => TopicName::SlamMap,
+    }
+}
+
+/// Resident memory of this process; 0 if it is not known.
+fn resident_bytes() -> u64 {
+    let pages = std::fs::read_to_string("/proc/self/statm").ok();
+    let pages = pages.and_then(|text| text.split(' ').nth(1)?.parse::<u64>().ok()).unwrap_or(0);
+    pages * rustix::param::page_size() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::status_board::StatusBoard;
+
+    #[test]
+    fn what_stands_is_told_until_it_is_cured_and_a_failed_event_until_one_succeeds() {
+        let root = tempfile::tempdir().unwrap();
+        let mut own = SelfReport::of(Daemon::ScheduleEval, CurrentActivity::default(), root.path());
+        let mut told = |change: &dyn Fn(&mut SelfReport)| {
+            change(&mut own);
+            own.send(None);
+            StatusBoard::of(root.path()).report::<serde_json::Value>(Daemon::ScheduleEval).unwrap().error
+        };
+        let standing = || Standing { error: Some("no timeline".to_owned()), warning: None };
+        assert_eq!(told(&|_| {}), None);
+        assert_eq!(told(&|own| own.set(standing(), 1.into())).as_deref(), Some("no timeline"));
+        let failure: Failure = "no date".into();
+        assert_eq!(told(&|own| own.failed("x", failure.as_ref())).as_deref(), Some("no timeline; no date"));
+        assert_eq!(told(&SelfReport::succeeded).as_deref(), Some("no timeline"));
+        let refused = told(&|own| own.configured(Err(&failure))).unwrap();
+        assert_eq!(refused, "no timeline; the configuration stays as it was: no date");
+        assert_eq!(told(&|own| own.configured(Ok(()))).as_deref(), Some("no timeline"));
+        assert_eq!(told(&|own| own.set(Standing::default(), 2.into())), None);
+    }
+}

@@ -1,0 +1,196 @@
+//! The last report of each daemon of a site, with its age: in files beside the bus, also of daemons that are dead or hang.
+//!
+//! | file in `board/` of the bus's folder | what |
+//! |---|---|
+//! | `<daemon>.json` | its last [`Report`], replaced whole with every heartbeat and change |
+//! | `<daemon>.lock` | locked by the daemon while it lives |
+//!
+//! Whoever may read the folder sees the state of a site at once, without joining the bus.
+
+use bus::{Daemon, Stamp};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// What a daemon says of itself; `F` are its facts, see [`crate::facts`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Report<F = serde_json::Value> {
+    /// Its process.
+    pub process_id: u32,
+    /// How often its process died and was started again.
+    pub restarts: u32,
+    /// Monotonic time of the report, nanoseconds since the machine's boot.
+    pub stamp_ns: u64,
+    /// What it is doing.
+    #[serde(rename = "stage")]
+    pub activity: String,
+    /// Resident memory in bytes.
+    pub memory_bytes: u64,
+    /// Why its output is not what its inputs ask for, or what it failed to do last.
+    pub error: Option<String>,
+    /// What an operator should know although nothing failed.
+    pub warning: Option<String>,
+    /// Epochs of the samples that it has handled, and of the last one that it published, by topic; not those of grids.
+    pub epochs: BTreeMap<String, u64>,
+    /// Facts of its service.
+    pub facts: F,
+}
+
+impl<F> Report<F> {
+    /// How long ago it was written.
+    pub fn age(&self) -> Duration {
+        Stamp::now().since(Stamp(self.stamp_ns))
+    }
+}
+
+/// The reports of a site.
+#[derive(Debug, Clone)]
+pub struct StatusBoard {
+    folder: PathBuf,
+}
+
+impl StatusBoard {
+    /// The board beside a bus.
+    pub fn of(bus_root: &Path) -> Self {
+        Self { folder: bus_root.join("board") }
+    }
+
+    /// The last report of a daemon; `None` if there is none that can be read.
+    pub fn report<F: DeserializeOwned>(&self, daemon: Daemon) -> Option<Report<F>> {
+        let bytes = fs::read(self.file(daemon, "json")).ok()?;
+        serde_json::from_slice(&bytes).ok()
+    }
+
+    /// True if a process of this daemon lives: the kernel drops its lock however it dies.
+    pub fn is_alive(&self, daemon: Daemon) -> bool {
+        let lock = File::open(self.file(daemon, "lock"));
+        lock.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+    }
+
+    fn file(&self, daemon: Daemon, kind: &str) -> PathBuf {
+        self.folder.join(format!("{daemon}.{kind}"))
+    }
+}
+
+/// A daemon's own place on the board. A report that is there before it is one of a process that died.
+#[derive(Debug)]
+pub(crate) struct BoardEntry {
+    board: StatusBoard,
+    daemon: Daemon,
+    lock: Option<File>,
+    restarts: u32,
+}
+
+impl BoardEntry {
+    pub(crate) fn new(bus_root: &Path, daemon: Daemon) -> Self {
+        let board = StatusBoard::of(bus_root);
+        let earlier: Option<Report> = board.report(daemon);
+        Self { board, daemon, lock: None, restarts: earlier.map_or(0, |report| report.restarts.saturating_add(1)) }
+    }
+
+    /// How often the process died and was started again.
+    pub(crate) fn restarts(&self) -> u32 {
+        self.restarts
+    }
+
+    /// Takes the report away: the daemon leaves in order.
+    pub(crate) fn remove(&mut self) {
+        if self.lock.take().is_some() {
+            // What cannot be removed is taken for the report of a process that died.
+            let _ = fs::remove_file(self.board.file(self.daemon, "json"));
+        }
+    }
+
+    /// Replaces the report.
+    ///
+    /// # Errors
+    /// The bus's folder is not there, the file system refuses, or another process of this daemon lives.
+    pub(crate) fn write(&mut self, report: &Report) -> io::Result<()> {
+        self.keep_locked()?;
+        let path = self.board.file(self.daemon, "json");
+        let beside = path.with_extension("json.new");
+        let bytes = serde_json::to_vec(report)?;
+        let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, &path));
+        if written.is_err() {
+            // What is half written helps nobody.
+            let _ = fs::remove_file(&beside);
+        }
+        written
+    }
+
+    /// Locks, unless it is locked: the folder may have been removed and made again.
+    fn keep_locked(&mut self) -> io::Result<()> {
+        let path = self.board.file(self.daemon, "lock");
+        let is_there = |held: &File| {
+            let (held, there) = (held.metadata(), fs::metadata(&path));
+            held.is_ok_and(|held| there.is_ok_and(|there| (held.dev(), held.ino()) == (there.dev(), there.ino())))
+        };
+        if self.lock.as_ref().is_some_and(is_there) {
+            return Ok(());
+        }
+        self.lock = None;
+        // The keeper makes the folder of the bus.
+        match fs::create_dir(&self.board.folder) {
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
+            _ => {}
+        }
+        let file = File::create(&path)?;
+        file.try_lock()?;
+        self.lock = Some(file);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(error: Option<&str>) -> Report {
+        Report {
+            process_id: 7,
+            restarts: 0,
+            stamp_ns: Stamp::now().0,
+            activity: "idle".to_owned(),
+            memory_bytes: 1,
+            error: error.map(str::to_owned),
+            warning: None,
+            epochs: BTreeMap::new(),
+            facts: serde_json::json!({"storeys": 3}),
+        }
+    }
+
+    #[test]
+    fn the_last_report_stays_when_its_daemon_dies_and_the_lock_tells_that_it_did() {
+        let root = tempfile::tempdir().unwrap();
+        let board = StatusBoard::of(root.path());
+        assert!(!board.is_alive(Daemon::Rasterize) && board.report::<serde_json::Value>(Daemon::Rasterize).is_none());
+        let mut entry = BoardEntry::new(root.path(), Daemon::Rasterize);
+        entry.write(&report(None)).unwrap();
+        entry.write(&report(Some("it is broken"))).unwrap();
+        assert!(board.is_alive(Daemon::Rasterize) && !board.is_alive(Daemon::ScheduleEval));
+        let mut second = BoardEntry::new(root.path(), Daemon::Rasterize);
+        assert!(second.write(&report(None)).is_err(), "another process of this daemon lives");
+        drop(entry);
+        assert_eq!(BoardEntry::new(root.path(), Daemon::Rasterize).restarts(), 1);
+        let last = board.report::<crate::facts::RasterizeFacts>(Daemon::Rasterize).unwrap();
+        assert_eq!((last.error.as_deref(), last.facts.storeys), (Some("it is broken"), 3));
+        assert!(!board.is_alive(Daemon::Rasterize));
+    }
+
+    #[test]
+    fn a_board_that_was_removed_is_made_again_and_a_missing_bus_is_not() {
+        let root = tempfile::tempdir().unwrap();
+        let mut entry = BoardEntry::new(root.path(), Daemon::IfcIngest);
+        entry.write(&report(None)).unwrap();
+        fs::remove_dir_all(root.path().join("board")).unwrap();
+        entry.write(&report(None)).unwrap();
+        assert!(StatusBoard::of(root.path()).is_alive(Daemon::IfcIngest));
+        fs::remove_dir_all(root.path()).unwrap();
+        assert!(entry.write(&report(None)).is_err() && !root.path().exists());
+    }
+}
