@@ -35,13 +35,16 @@ mod caller;
 mod client;
 mod config;
 mod config_file;
+mod config_key;
 pub mod facts;
 mod failure;
+mod file_text;
 mod history;
 mod input;
 mod latched_output;
 mod log;
 mod progress;
+mod reported_progress;
 mod request;
 mod request_queue;
 mod requests;
@@ -52,6 +55,7 @@ mod self_report;
 mod service;
 mod service_loop;
 mod service_thread;
+mod setting;
 mod state;
 mod status_board;
 mod stop;
@@ -66,11 +70,15 @@ pub use config::{
     SiteConfig, WaypointConfig, WorldConfig,
 };
 pub use config_file::{ConfigFileError, read_parsed};
+pub use config_key::line_of_key;
 pub use failure::{Failure, chain};
+pub use file_text::FileText;
 pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind};
 pub use input::{Input, NoInput, not_an_input};
 pub use latched_output::LatchedOutput;
+pub use log::LogError;
 pub use progress::{Progress, Reporter};
+pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
     ActualsSource, AlignRequest, IngestRequest, RasterizeRequest, ScheduleAnswer, ScheduleRequest, WaypointRequest,
@@ -79,6 +87,9 @@ pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, in_background, run};
 pub use schedule_inputs::{progress_in_force, progress_table, read_progress, rules_in_force};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
+pub use setting::{
+    Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting, last_read,
+};
 pub use state::{Epochs, StateError, StateFile, write_durably};
 pub use status_board::{Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};

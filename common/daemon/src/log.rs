@@ -12,7 +12,7 @@ const DEFAULT_FILTER: &str =
 
 /// A log that cannot be had.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum LogError {
+pub enum LogError {
     /// Not in the syntax of RUST_LOG.
     #[error("log level {level:?}")]
     Level {
@@ -58,6 +58,16 @@ impl Log {
         // The log lives as long as the process.
         let _ = self.filter.reload(filter);
         Ok(())
+    }
+}
+
+impl LogConfig {
+    /// Tries whether its level is one.
+    ///
+    /// # Errors
+    /// A level that is not in the words of RUST_LOG.
+    pub fn check(&self) -> Result<(), LogError> {
+        filter(self).map(drop)
     }
 }
 

@@ -1,5 +1,8 @@
 //! Reads robot profiles from TOML.
 
+use crate::failure::Failure;
+use crate::file_text::FileText;
+use crate::setting::Configured;
 use messages::{DoorCapability, RobotProfile};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -80,14 +83,28 @@ impl Robot {
         Self::read_with_text(path).map(|(robot, _)| robot)
     }
 
-    /// Reads a profile, with the text of the file for those who keep it.
+    /// Reads a profile, with the content of the file for those who keep it.
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn read_with_text(path: &Path) -> Result<(Self, String), RobotFileError> {
+    pub fn read_with_text(path: &Path) -> Result<(Self, FileText), RobotFileError> {
         let text =
             std::fs::read_to_string(path).map_err(|source| RobotFileError::Io { path: path.to_owned(), source })?;
-        Ok((Self::parse(&text, path)?, text))
+        Ok((Self::parse(&text, path)?, FileText { path: path.to_owned(), text }))
+    }
+
+    /// What `robot.profile` of `site.toml` says.
+    pub fn configured(path: Option<&Path>) -> Configured<Option<FileText>> {
+        let read = |path| Self::read_with_text(path).map(|(_, file)| file);
+        Configured { file: path.map(Path::to_owned), value: path.map(read).transpose().map_err(Failure::from) }
+    }
+
+    /// The robot of a profile that was kept; without one, the default robot.
+    ///
+    /// # Errors
+    /// Content that is none of this version's profiles.
+    pub fn of(profile: Option<&FileText>) -> Result<Self, RobotFileError> {
+        profile.map_or_else(|| Ok(Self::default()), |file| Self::parse(&file.text, &file.path))
     }
 
     /// The robot that a text says; `path` is the file that errors name.

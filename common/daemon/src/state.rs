@@ -40,7 +40,12 @@ impl StateFile {
     /// The folder cannot be made.
     pub fn at(folder: &Path, name: &str) -> Result<Self, StateError> {
         fs::create_dir_all(folder).map_err(|source| StateError::Io { path: folder.to_owned(), source })?;
-        Ok(Self { path: folder.join(name) })
+        Ok(Self::of(folder, name))
+    }
+
+    /// The same, to be read only: nothing is made.
+    pub(crate) fn of(folder: &Path, name: &str) -> Self {
+        Self { path: folder.join(name) }
     }
 
     /// What was saved last; `None` if nothing was.
@@ -56,6 +61,19 @@ impl StateFile {
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(source) => Err(StateError::Io { path: path(), source }),
+        }
+    }
+
+    /// Removes the file, if it is there.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn remove(&self) -> Result<(), StateError> {
+        match fs::remove_file(&self.path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                Err(StateError::Io { path: self.path.clone(), source })
+            }
+            _ => Ok(()),
         }
     }
 

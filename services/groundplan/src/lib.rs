@@ -12,6 +12,7 @@ mod date_argument;
 mod maps;
 mod monitor;
 mod progress;
+mod site_check;
 mod supervise;
 mod task_name;
 mod wait;

@@ -1,6 +1,6 @@
 //! The robot that survives a restart: the content of its profile, not the name of a file.
 
-use daemon::{Failure, Robot, RobotConfig, StateFile};
+use daemon::{Failure, FileText, Robot, RobotConfig, StateFile};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -58,7 +58,7 @@ impl SavedRobot {
     }
 
     fn take(&self, profile: &Path, is_requested: bool) -> Result<Robot, Failure> {
-        let (robot, text) = Robot::read_with_text(profile)?;
+        let (robot, FileText { text, .. }) = Robot::read_with_text(profile)?;
         self.file.save(&Content { profile: profile.to_owned(), text, is_requested })?;
         Ok(robot)
     }

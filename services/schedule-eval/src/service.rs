@@ -135,12 +135,16 @@ impl ScheduleService {
     fn set_actuals(&mut self, file: Option<&Path>, source: ActualsSource) -> Result<Done, Failure> {
         let bytes = match file {
             Some(file) => read_progress(file).map_err(|e| format!("{} cannot be read: {e}", file.display()))?,
-            None => Vec::new(),
+            None => NO_PROGRESS.to_vec(),
         };
         let named = |e: &(dyn std::error::Error + 'static)| {
             format!("{}: {}", file.unwrap_or(Path::new("")).display(), daemon::chain(e))
         };
         let actuals = parse_actuals(&bytes).map_err(|e| named(&e))?;
+        if let Some(file) = file.filter(|_| actuals.is_empty() && source == ActualsSource::Reported) {
+            let file = file.display();
+            return Err(format!("{file} has no rows: `groundplan actuals --clear` takes reported progress back").into());
+        }
         let mut overrides = self.overrides.clone();
         match source {
             ActualsSource::Reported => overrides.actuals = actuals,
@@ -277,6 +281,10 @@ fn evaluated(
     let update_instants_s = timeline.update_instants_s();
     Ok(Evaluated { timeline, update_instants_s, site_hash: site.content_hash(), frame_epoch })
 }
+
+/// A table without rows.
+const NO_PROGRESS: &[u8] = b"id,start,finish
+";
 
 impl Service for ScheduleService {
     type Input = ScheduleInput;

@@ -71,7 +71,13 @@ pub enum OverrideError {
         /// As written.
         text: String,
     },
-    /// Not a table of `id,start,finish`.
+    /// Other columns than `id,start,finish`.
+    #[error("reported progress: the first line must name the columns id, start and finish, it is {first_line:?}")]
+    Columns {
+        /// As written.
+        first_line: String,
+    },
+    /// A line that is none of such a table.
     #[error("reported progress: the table must have the columns id, start and finish")]
     Table(#[from] csv::Error),
 }
@@ -92,13 +98,22 @@ impl Delay {
     }
 }
 
-/// Reads a CSV table of reported progress with the columns `id`, `start` and `finish`; others are not accepted.
+/// Columns of a table of progress.
+const COLUMNS: [&str; 3] = ["id", "start", "finish"];
+
+/// Reads a CSV table of reported progress with the columns `id`, `start` and `finish`, in any order; others are not
+/// accepted. A table may have no rows; no bytes at all are no table.
 ///
 /// # Errors
 /// Other columns, or bytes that are no CSV table.
 pub fn parse_actuals(bytes: &[u8]) -> Result<Vec<Actual>, OverrideError> {
+    // Spreadsheets begin a file with a byte order mark.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(bytes);
     let columns = reader.headers()?.clone();
+    if columns.len() != COLUMNS.len() || COLUMNS.iter().any(|column| !columns.iter().any(|c| c == *column)) {
+        return Err(OverrideError::Columns { first_line: columns.iter().collect::<Vec<_>>().join(",") });
+    }
     let mut actuals = Vec::new();
     for record in reader.records() {
         let record = record?;
@@ -160,6 +175,13 @@ mod tests {
     fn reports_are_tables_with_three_columns() {
         let read = parse_actuals(b"id, start, finish\n1.1, 2024-03-04, 2024-03-08\nabc,2024-03-05,\n").unwrap();
         assert_eq!((read[0].finish.as_str(), read[1].id.as_str(), read[1].finish.as_str()), ("2024-03-08", "abc", ""));
-        assert!(parse_actuals(b"guid,begin\n1,2\n").is_err());
+        assert_eq!(parse_actuals(b"finish,id,start\n,a,2024-03-05\n").unwrap()[0].start, "2024-03-05");
+        assert_eq!(parse_actuals(b"\xef\xbb\xbfid,start,finish\na,,2024-03-05\n").unwrap()[0].id, "a");
+        assert!(parse_actuals(b"id,start,finish\n").unwrap().is_empty());
+        let wrong: [&[u8]; 5] =
+            [b"", b"guid,begin\n1,2\n", b"guid,begin\n", b"id,start\n", b"id,start,finish,by\na,,,\n"];
+        for table in wrong {
+            assert!(matches!(parse_actuals(table), Err(OverrideError::Columns { .. })), "{table:?}");
+        }
     }
 }

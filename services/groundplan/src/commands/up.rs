@@ -3,6 +3,7 @@
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
+use crate::site_check::refuse_unusable;
 use crate::supervise::{Running, SupervisedProcess, check_versions};
 use bus::Daemon;
 use daemon::StopSignal;
@@ -28,6 +29,7 @@ impl Run for Args {
         self.site.prepare()?;
         let config = self.site.own_config()?;
         let path = config.file.clone();
+        refuse_unusable(&config)?;
         check_versions()?;
         let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
         let _running = Running::claim(&config.state)?;

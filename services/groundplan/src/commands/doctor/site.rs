@@ -2,47 +2,55 @@
 
 use super::check::{Check, failure, ok, warning};
 use super::machine::{SHARED, TMPFS_MAGIC, remove_ipc};
+use crate::site_check::findings;
 use crate::supervise::running;
 use bus::{Bus, Daemon};
-use daemon::{Robot, SiteConfig};
+use daemon::{Robot, SettingKey, SiteConfig};
 use frames::counted;
 use rustix::fs::statfs;
 use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub(super) fn of_site(config: &SiteConfig) -> Vec<Check> {
     let running = running(&config.state).is_some();
-    vec![
-        ok("configuration", if running { "daemons of this site run" } else { "no daemons of this site run" }),
-        models(&config.models),
-        robot(config),
+    let mut checks =
+        vec![ok("configuration", if running { "daemons of this site run" } else { "no daemons of this site run" })];
+    checks.extend(configuration(config));
+    checks.extend([
         state(&config.state),
         bus_folder(&config.bus.root),
         leftovers(&config.bus.prefix, is_alive(config)),
         owner(&config.bus.prefix),
         clock(config.clock.synchronised_while.as_deref()),
         remove_ipc(),
-    ]
+    ]);
+    checks
+}
+
+/// What is wrong with keys of the configuration; models and robot are told of where nothing is wrong with them, too.
+fn configuration(config: &SiteConfig) -> Vec<Check> {
+    let findings = findings(config);
+    let is_well = |key: SettingKey| findings.iter().all(|finding| finding.key != key.name());
+    let mut checks = Vec::new();
+    if is_well(SettingKey::Models) {
+        checks.push(match config.models.len() {
+            0 => warning("models", "none: nothing is drawn until groundplan load"),
+            n => ok("models", counted(n, "file")),
+        });
+    }
+    if is_well(SettingKey::RobotProfile) {
+        let robot = config.robot.profile.as_deref().and_then(|path| Robot::read(path).ok());
+        checks.push(ok("robot", robot.map_or_else(|| "the default one".to_owned(), |robot| robot.name)));
+    }
+    checks.extend(findings.iter().map(|finding| {
+        let text = finding.to_string();
+        if finding.is_fatal { failure("configuration", text) } else { warning("configuration", text) }
+    }));
+    checks
 }
 
 fn is_alive(config: &SiteConfig) -> bool {
     config.bus.domain().is_ok_and(|domain| Bus::join(&domain, Daemon::Groundplan).is_ok())
-}
-
-fn models(models: &[PathBuf]) -> Check {
-    match models.iter().find(|path| std::fs::File::open(path).is_err()) {
-        Some(missing) => failure("models", format!("{} cannot be read", missing.display())),
-        None if models.is_empty() => warning("models", "none: nothing is drawn until groundplan load"),
-        None => ok("models", counted(models.len(), "file")),
-    }
-}
-
-fn robot(config: &SiteConfig) -> Check {
-    match config.robot.profile.as_deref().map(Robot::read) {
-        Some(Err(why)) => failure("robot", daemon::chain(&why)),
-        Some(Ok(robot)) => ok("robot", robot.name),
-        None => ok("robot", "the default one"),
-    }
 }
 
 fn state(folder: &Path) -> Check {

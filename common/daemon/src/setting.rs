@@ -1,0 +1,546 @@
+//! Settings: what `site.toml` says, and what a command set over it; kept in the state folder with their contents.
+//!
+//! The value that was set last is in force: that of a command until the file's own value is edited, then the file's. An
+//! edit counts when it is read, at a start or on SIGHUP. What a key names is part of its value: to edit the robot profile
+//! that `site.toml` names is to edit `robot.profile`.
+//!
+//! A value is kept whole, not as the name of a file: a file that is removed or spoilt later changes nothing, and is told as
+//! a warning.
+
+use crate::failure::{Failure, chain};
+use crate::state::{StateError, StateFile};
+use jiff::Timestamp;
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Folder of the settings in the state folder.
+const FOLDER: &str = "settings";
+
+/// A key of `site.toml` whose value is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SettingKey {
+    /// `models`.
+    Models,
+    /// `schedule.rules`.
+    Rules,
+    /// `schedule.plan_time`.
+    PlanTime,
+    /// `robot.profile`.
+    RobotProfile,
+    /// `robot.resolution_m`.
+    Resolution,
+    /// `waypoints.options`.
+    Waypoints,
+    /// `align.map`.
+    SlamMap,
+}
+
+impl SettingKey {
+    /// As in `site.toml`, with the name of its table.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Models => "models",
+            Self::Rules => "schedule.rules",
+            Self::PlanTime => "schedule.plan_time",
+            Self::RobotProfile => "robot.profile",
+            Self::Resolution => "robot.resolution_m",
+            Self::Waypoints => "waypoints.options",
+            Self::SlamMap => "align.map",
+        }
+    }
+
+    fn file_name(self) -> String {
+        format!("{}.json", self.name())
+    }
+}
+
+impl fmt::Display for SettingKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What a key of `site.toml` says now.
+#[derive(Debug)]
+pub struct Configured<T> {
+    /// The file that it names, for keys that name one.
+    pub file: Option<PathBuf>,
+    /// Its value, or why that cannot be used.
+    pub value: Result<T, Failure>,
+}
+
+impl<T> Configured<T> {
+    /// A value that is written in `site.toml` itself.
+    pub fn literal(value: T) -> Self {
+        Self { file: None, value: Ok(value) }
+    }
+}
+
+/// Where a value comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SettingSource {
+    /// The configuration of the site.
+    SiteToml,
+    /// A command.
+    Command,
+}
+
+/// A setting as `groundplan status` shows it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct SettingInForce {
+    /// The key of `site.toml`, with the name of its table.
+    pub key: String,
+    /// The value in words; a file is its path.
+    pub value: String,
+    /// Where it comes from.
+    pub source: SettingSource,
+    /// The user who gave the command; null where there was none.
+    pub by_uid: Option<u32>,
+    /// When the value came into force, in UTC.
+    #[schemars(with = "String")]
+    pub since: Timestamp,
+}
+
+/// The value of a setting, as it lies in the state folder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeptSetting<T> {
+    site_toml: FromSiteToml<T>,
+    command: Option<FromCommand<T>>,
+}
+
+/// What `site.toml` said when it was read last, and could be used.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FromSiteToml<T> {
+    file: Option<PathBuf>,
+    value: T,
+    since: Timestamp,
+}
+
+/// What a command set, if it is in force.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FromCommand<T> {
+    value: T,
+    by_uid: Option<u32>,
+    since: Timestamp,
+}
+
+impl<T> KeptSetting<T> {
+    /// The value in force.
+    pub fn value(&self) -> &T {
+        self.command.as_ref().map_or(&self.site_toml.value, |command| &command.value)
+    }
+
+    /// What `site.toml` said when it was read last, also while a command's value is in force.
+    pub fn in_site_toml(&self) -> &T {
+        &self.site_toml.value
+    }
+
+    /// The user who set the value by a command that is in force.
+    pub fn by_uid(&self) -> Option<u32> {
+        self.command.as_ref().and_then(|command| command.by_uid)
+    }
+}
+
+/// A setting in the state of an earlier version.
+#[derive(Debug)]
+pub enum OlderSetting<T> {
+    /// What `site.toml` said, and the file that it named.
+    SiteToml(Option<PathBuf>, T),
+    /// What a command set.
+    Command(T),
+}
+
+/// A setting of a daemon.
+#[derive(Debug)]
+pub struct Setting<T> {
+    key: SettingKey,
+    file: StateFile,
+    kept: KeptSetting<T>,
+    warning: Option<String>,
+}
+
+impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
+    /// The setting at the start of its daemon. `older` reads it from the state of an earlier version, and is asked only
+    /// where there is none yet.
+    ///
+    /// # Errors
+    /// An edit that cannot be used, or state that cannot be read or written.
+    pub fn open(
+        state: &Path,
+        key: SettingKey,
+        now: Configured<T>,
+        older: impl FnOnce() -> Result<Option<OlderSetting<T>>, Failure>,
+    ) -> Result<Self, Failure> {
+        let file = StateFile::at(&state.join(FOLDER), &key.file_name())?;
+        let at = Timestamp::now();
+        let before = file.load()?;
+        let kept = match &before {
+            Some(kept) => Some(KeptSetting::clone(kept)),
+            None => older()?.map(|older| taken_over(older, &now, at)),
+        };
+        let (kept, warning) = read(kept, now, at).map_err(|why| named(key, why.as_ref()))?;
+        if before.as_ref() != Some(&kept) {
+            file.save(&kept)?;
+        }
+        Ok(Self { key, file, kept, warning: warning.map(|text| format!("{key}: {text}")) })
+    }
+
+    /// The value in force.
+    pub fn value(&self) -> &T {
+        self.kept.value()
+    }
+
+    /// What an operator should know: the file that `site.toml` names cannot be used any more.
+    pub fn warning(&self) -> Option<&str> {
+        self.warning.as_deref()
+    }
+
+    /// What is in force after `site.toml` was read again: to be tried, then [kept](Self::keep).
+    ///
+    /// # Errors
+    /// An edit that cannot be used; the value stays.
+    pub fn edited(&mut self, now: Configured<T>) -> Result<KeptSetting<T>, Failure> {
+        let (kept, warning) =
+            read(Some(self.kept.clone()), now, Timestamp::now()).map_err(|why| named(self.key, why.as_ref()))?;
+        self.warning = warning.map(|text| format!("{}: {text}", self.key));
+        Ok(kept)
+    }
+
+    /// What is in force now.
+    pub fn as_kept(&self) -> KeptSetting<T> {
+        self.kept.clone()
+    }
+
+    /// What is in force after a command of this user: to be tried, then [kept](Self::keep).
+    pub fn commanded(&self, value: T, by_uid: u32) -> KeptSetting<T> {
+        let command = FromCommand { value, by_uid: Some(by_uid), since: Timestamp::now() };
+        KeptSetting { command: Some(command), ..self.kept.clone() }
+    }
+
+    /// What is in force when the value of `site.toml` counts again: to be tried, then [kept](Self::keep).
+    pub fn without_command(&self) -> KeptSetting<T> {
+        KeptSetting { command: None, ..self.kept.clone() }
+    }
+
+    /// The same setting with a command's value that has moved on, such as a clock that runs: who set it, and when, stays.
+    pub fn moved_on(&self, value: T) -> KeptSetting<T> {
+        let mut kept = self.kept.clone();
+        if let Some(command) = &mut kept.command {
+            command.value = value;
+        }
+        kept
+    }
+
+    /// Takes what was tried; it is on disk when this returns. The answer is what was in force before, to be kept again if
+    /// the effect fails.
+    ///
+    /// # Errors
+    /// The file system refuses; the value stays.
+    pub fn keep(&mut self, kept: KeptSetting<T>) -> Result<KeptSetting<T>, StateError> {
+        if kept != self.kept {
+            self.file.save(&kept)?;
+        }
+        Ok(std::mem::replace(&mut self.kept, kept))
+    }
+
+    /// The setting for `status`, with its value in words.
+    pub fn in_force(&self, words: impl FnOnce(&T) -> String) -> SettingInForce {
+        let (source, by_uid, since) = match &self.kept.command {
+            Some(command) => (SettingSource::Command, command.by_uid, command.since),
+            None => (SettingSource::SiteToml, None, self.kept.site_toml.since),
+        };
+        SettingInForce { key: self.key.to_string(), value: words(self.value()), source, by_uid, since }
+    }
+}
+
+/// The rule: the setting after `site.toml` was read, and what an operator should know.
+fn read<T: PartialEq>(
+    kept: Option<KeptSetting<T>>,
+    now: Configured<T>,
+    at: Timestamp,
+) -> Result<(KeptSetting<T>, Option<String>), Failure> {
+    let Configured { file, value } = now;
+    match (kept, value) {
+        (Some(kept), Ok(value)) if (&kept.site_toml.file, &kept.site_toml.value) == (&file, &value) => Ok((kept, None)),
+        (_, Ok(value)) => Ok((KeptSetting { site_toml: FromSiteToml { file, value, since: at }, command: None }, None)),
+        (Some(kept), Err(why)) => stand_in(&kept, file.as_deref(), why).map(|warning| (kept, Some(warning))),
+        (None, Err(why)) => Err(why),
+    }
+}
+
+/// The warning about a file that cannot be used although `site.toml` names it as before: its earlier content stands in.
+///
+/// # Errors
+/// The edit of a key of `site.toml`: nothing stands in for a file that was never read.
+fn stand_in<T>(kept: &KeptSetting<T>, file: Option<&Path>, why: Failure) -> Result<String, Failure> {
+    if file.is_none() || kept.site_toml.file.as_deref() != file {
+        return Err(why);
+    }
+    Ok(format!("{}; what was in force before stays", chain(why.as_ref())))
+}
+
+/// A setting of an earlier version. What `site.toml` said beside a command was not kept then, and is taken as it is now.
+fn taken_over<T: Clone + Default>(older: OlderSetting<T>, now: &Configured<T>, at: Timestamp) -> KeptSetting<T> {
+    match older {
+        OlderSetting::SiteToml(file, value) => {
+            KeptSetting { site_toml: FromSiteToml { file, value, since: at }, command: None }
+        }
+        OlderSetting::Command(value) => {
+            let said = now.value.as_ref().map_or_else(|_| T::default(), T::clone);
+            let site_toml = FromSiteToml { file: now.file.clone(), value: said, since: at };
+            KeptSetting { site_toml, command: Some(FromCommand { value, by_uid: None, since: at }) }
+        }
+    }
+}
+
+fn named(key: SettingKey, why: &(dyn std::error::Error + 'static)) -> Failure {
+    format!("{key}: {}", chain(why)).into()
+}
+
+/// What a daemon would make of a key of `site.toml` at its start; nothing is written. A warning tells that a file cannot be
+/// used and its earlier content stands in.
+///
+/// # Errors
+/// A value that cannot be used, or state that is damaged: the daemon would not start.
+pub fn check_setting<T>(state: &Path, key: SettingKey, now: Configured<T>) -> Result<Option<String>, Failure> {
+    let kept: Option<KeptSetting<serde_json::Value>> = load(state, key)?;
+    match (kept, now.value) {
+        (_, Ok(_)) => Ok(None),
+        (Some(kept), Err(why)) => stand_in(&kept, now.file.as_deref(), why).map(Some),
+        (None, Err(why)) => Err(why),
+    }
+}
+
+/// What a key of `site.toml` said when it was read last, from the state folder; `None` if it never was.
+///
+/// # Errors
+/// State that is damaged.
+pub fn last_read<T: DeserializeOwned>(state: &Path, key: SettingKey) -> Result<Option<T>, StateError> {
+    Ok(load(state, key)?.map(|kept: KeptSetting<T>| kept.site_toml.value))
+}
+
+fn load<T: DeserializeOwned>(state: &Path, key: SettingKey) -> Result<Option<KeptSetting<T>>, StateError> {
+    StateFile::of(&state.join(FOLDER), &key.file_name()).load()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file_text::FileText;
+    use proptest::prelude::*;
+    use std::fs;
+
+    /// A site with the files that `site.toml` may name, and a daemon with one setting.
+    struct Site {
+        home: tempfile::TempDir,
+        /// The file that `site.toml` names.
+        named: Option<usize>,
+        setting: Option<Setting<Option<FileText>>>,
+    }
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("it is broken")]
+    struct Broken;
+
+    fn parse(text: &str) -> Result<(), Broken> {
+        if text == "broken" { Err(Broken) } else { Ok(()) }
+    }
+
+    impl Site {
+        fn new() -> Self {
+            Self { home: tempfile::tempdir().unwrap(), named: None, setting: None }
+        }
+
+        fn path(&self, file: usize) -> PathBuf {
+            self.home.path().join(file.to_string())
+        }
+
+        fn write(&self, file: usize, text: Option<&str>) {
+            match text {
+                Some(text) => fs::write(self.path(file), text).unwrap(),
+                None => drop(fs::remove_file(self.path(file))),
+            }
+        }
+
+        fn configured(&self) -> Configured<Option<FileText>> {
+            FileText::configured("profile", self.named.map(|file| self.path(file)).as_deref(), parse)
+        }
+
+        fn start(&mut self) -> Result<(), Failure> {
+            let state = self.home.path().join("state");
+            let checked = check_setting(&state, SettingKey::RobotProfile, self.configured());
+            let opened = Setting::open(&state, SettingKey::RobotProfile, self.configured(), || Ok(None));
+            assert_eq!(checked.is_ok(), opened.is_ok(), "a check before a start says what the start does");
+            self.setting = Some(opened?);
+            assert_eq!(checked.unwrap().is_some(), self.setting.as_ref().unwrap().warning().is_some());
+            Ok(())
+        }
+
+        fn reload(&mut self) -> Result<(), Failure> {
+            let now = self.configured();
+            let Some(setting) = &mut self.setting else { return self.start() };
+            let kept = setting.edited(now)?;
+            setting.keep(kept)?;
+            Ok(())
+        }
+
+        fn command(&mut self, text: &str) {
+            let Some(setting) = &mut self.setting else { return };
+            let kept = setting.commanded(Some(FileText { path: "/command".into(), text: text.to_owned() }), 7);
+            setting.keep(kept).unwrap();
+        }
+
+        fn text(&self) -> Option<&str> {
+            self.setting.as_ref().unwrap().value().as_ref().map(|file| file.text.as_str())
+        }
+
+        fn source(&self) -> SettingSource {
+            self.setting.as_ref().unwrap().in_force(|_| String::new()).source
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_removed_or_spoilt_changes_nothing_and_is_told() {
+        let mut site = Site::new();
+        site.write(0, Some("a"));
+        site.named = Some(0);
+        site.start().unwrap();
+        for spoilt in [None, Some("broken")] {
+            site.write(0, spoilt);
+            site.start().unwrap();
+            let warning = site.setting.as_ref().unwrap().warning().unwrap();
+            assert!(warning.starts_with("robot.profile: profile ") && warning.ends_with("stays"), "{warning}");
+            assert_eq!((site.text(), site.source()), (Some("a"), SettingSource::SiteToml));
+            site.reload().unwrap();
+            assert_eq!(site.text(), Some("a"));
+        }
+        site.write(0, Some("b"));
+        site.reload().unwrap();
+        assert_eq!((site.text(), site.setting.as_ref().unwrap().warning()), (Some("b"), None));
+    }
+
+    #[test]
+    fn an_edit_of_site_toml_that_names_an_unusable_file_is_refused() {
+        let mut site = Site::new();
+        site.named = Some(0);
+        assert!(site.start().unwrap_err().to_string().starts_with("robot.profile: profile "), "nothing was read ever");
+        site.named = None;
+        site.start().unwrap();
+        site.named = Some(1);
+        assert!(site.reload().is_err() && site.start().is_err());
+        assert_eq!(site.text(), None);
+    }
+
+    #[test]
+    fn a_value_that_failed_is_taken_back_whole() {
+        let mut site = Site::new();
+        site.start().unwrap();
+        site.command("a");
+        let setting = site.setting.as_mut().unwrap();
+        let before = setting.in_force(|_| String::new());
+        let tried = setting.commanded(None, 8);
+        let last = setting.keep(tried).unwrap();
+        setting.keep(last).unwrap();
+        assert_eq!(setting.in_force(|_| String::new()), before);
+        site.start().unwrap();
+        assert_eq!((site.text(), site.source()), (Some("a"), SettingSource::Command));
+    }
+
+    #[test]
+    fn what_an_earlier_version_kept_stays_in_force() {
+        let open = |home: &Path, file: &str, older| {
+            let configured = FileText::configured("profile", Some(&home.join(file)), parse);
+            Setting::open(&home.join("state"), SettingKey::RobotProfile, configured, move || Ok(older))
+        };
+        let text = |text: &str| Some(FileText { path: "/old".into(), text: text.to_owned() });
+        for is_there in [true, false] {
+            let home = tempfile::tempdir().unwrap();
+            if is_there {
+                fs::write(home.path().join("0"), "a").unwrap();
+            }
+            let older = OlderSetting::Command(text("old"));
+            assert_eq!(open(home.path(), "0", Some(older)).unwrap().value(), &text("old"));
+            assert_eq!(open(home.path(), "0", None).unwrap().value(), &text("old"));
+        }
+        let home = tempfile::tempdir().unwrap();
+        let older = OlderSetting::SiteToml(Some(home.path().join("0")), text("old"));
+        let setting = open(home.path(), "0", Some(older)).unwrap();
+        assert!(setting.value() == &text("old") && setting.warning().is_some());
+    }
+
+    #[test]
+    fn damaged_state_is_an_error_of_the_check_too() {
+        let mut site = Site::new();
+        site.start().unwrap();
+        fs::write(site.home.path().join("state/settings/robot.profile.json"), "{}").unwrap();
+        assert!(site.start().unwrap_err().to_string().contains("damaged"));
+    }
+
+    #[derive(Debug, Clone)]
+    enum Step {
+        /// A file gets this text; `None` removes it.
+        Write(usize, Option<&'static str>),
+        /// `site.toml` names another file, or none.
+        Name(Option<usize>),
+        Restart,
+        Reload,
+        Command(&'static str),
+    }
+
+    fn step() -> impl Strategy<Value = Step> {
+        let text = prop_oneof![Just(None), Just(Some("broken")), Just(Some("a")), Just(Some("b"))];
+        prop_oneof![
+            (0..2_usize, text).prop_map(|(file, text)| Step::Write(file, text)),
+            proptest::option::of(0..2_usize).prop_map(Step::Name),
+            Just(Step::Restart),
+            Just(Step::Reload),
+            prop_oneof![Just("c"), Just("d")].prop_map(Step::Command),
+        ]
+    }
+
+    proptest! {
+        // Each step is a write to disk.
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// The rule in other words: of all commands, and all readings that found a usable value other than the usable one
+        /// that was read before, the last is in force.
+        #[test]
+        fn the_value_that_was_set_last_is_in_force(steps in prop::collection::vec(step(), 0..40)) {
+            let mut site = Site::new();
+            site.start().unwrap();
+            let mut files = [None, None];
+            let (mut was_read, mut in_force) = ((None, None), None);
+            for step in steps {
+                match step {
+                    Step::Write(file, text) => {
+                        site.write(file, text);
+                        files[file] = text;
+                    }
+                    Step::Name(file) => site.named = file,
+                    Step::Command(text) => {
+                        site.command(text);
+                        in_force = Some(text);
+                    }
+                    Step::Restart | Step::Reload => {
+                        let text = site.named.and_then(|file| files[file]).filter(|text| *text != "broken");
+                        let is_usable = site.named.is_none() || text.is_some();
+                        if is_usable && was_read != (site.named, text) {
+                            was_read = (site.named, text);
+                            in_force = text;
+                        }
+                        let taken = if matches!(step, Step::Restart) { site.start() } else { site.reload() };
+                        prop_assert_eq!(taken.is_ok(), is_usable || was_read.0 == site.named);
+                    }
+                }
+                prop_assert_eq!(site.text(), in_force);
+            }
+        }
+    }
+}
