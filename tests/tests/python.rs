@@ -1,45 +1,106 @@
-//! A Python subscriber reads the running daemons' memory in place.
+//! Python programs read the running daemons' memory in place, with the package in `common/python`.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
 
 use serde_json::Value;
-use std::path::PathBuf;
-use std::process::Command;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use support::live::Live;
 use support::{announce, root};
 
-/// Python with what the example needs; `None`, and a loud word, where it cannot be had.
-fn python() -> Option<PathBuf> {
+/// Prints the set of a site, and the next one, while it holds on to an array of the first.
+const FOLLOWER: &str = r#"
+import json, sys, time, groundplan
+
+def describe(site):
+    return json.dumps({"plan_time": str(site.plan_time), "valid_until": str(site.valid_until), "robot": site.index.robot_name,
+        "radius_m": site.index.robot["radius_m"], "storeys": [grid.storey for grid in site.grids],
+        "grids": [f"{grid.content_hash:016x}" for grid in site.grids]})
+
+with groundplan.Bus(sys.argv[1], sys.argv[2]) as bus:
+    reader = groundplan.SiteReader(bus)
+    first = reader.wait(60)
+    held, copied = first.grids[0].planning, first.grids[0].planning.copy()
+    print(describe(first), flush=True)
+    while reader.current().plan_time == first.plan_time:
+        time.sleep(0.01)
+    print(describe(reader.current()), flush=True)
+    assert (held == copied).all(), "an array that is held does not change"
+    assert not held.flags.writeable
+"#;
+
+/// Python with what the package needs, which it takes from the sources; `None`, and a loud word, where it cannot be had.
+fn python() -> Option<Command> {
     let made = Command::new(root().join("scripts/python-env")).args(["iceoryx2==0.10.0", "numpy"]).output().unwrap();
     if made.status.success() {
-        return Some(root().join("target/venv/bin/python"));
+        let mut command = Command::new(root().join("target/venv/bin/python"));
+        command.env("PYTHONPATH", root().join("common/python/src"));
+        return Some(command);
     }
     announce(&format!("SKIPPED: iceoryx2 for Python cannot be installed: {}", String::from_utf8_lossy(&made.stderr)));
     None
 }
 
+fn toml_of(path: PathBuf) -> toml::Table {
+    std::fs::read_to_string(path).unwrap().parse().unwrap()
+}
+
+/// The example program sees in a grid what the client sees.
+fn example_agrees(live: &Live, storey: usize) {
+    let mut command = python().unwrap();
+    command.arg(root().join("scripts/python_subscriber.py")).arg("--root").arg(live.root.path());
+    let output = command.args(["--prefix", &live.prefix, "--storey", &storey.to_string()]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let seen: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let own = live.text(&[&"topic", &"echo", &format!("grid/{storey:02}"), &"--json"]);
+    let own: Value = serde_json::from_str(&own).unwrap();
+    let content = &own["content"];
+    assert_eq!(
+        (&seen["epoch"], &seen["content_hash"], &seen["free"], &seen["origin_m"]),
+        (&own["epoch"], &own["content_hash"], &content["free_cells"], &content["origin_m"])
+    );
+    assert_eq!([&seen["shape"][1], &seen["shape"][0]], [&content["size_cells"][0], &content["size_cells"][1]]);
+    assert!(seen["keepout"].as_u64().unwrap() > 0);
+}
+
 #[test]
-fn python_sees_the_grid_that_the_client_sees() {
-    let Some(python) = python() else { return };
+fn python_sees_the_grids_and_sets_that_the_client_sees() {
+    let Some(mut follower) = python() else { return };
     let mut live = Live::start();
-    live.text(&[&"date", &"2024-04-29T10:00:00"]);
-    for storey in [0, 1] {
-        let mut command = Command::new(&python);
-        command.arg(root().join("scripts/python_subscriber.py")).arg("--root").arg(live.root.path());
-        let output = command.args(["--prefix", &live.prefix, "--storey", &storey.to_string()]).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let seen: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let own = live.text(&[&"topic", &"echo", &format!("grid/{storey:02}"), &"--json"]);
-        let own: Value = serde_json::from_str(&own).unwrap();
-        let content = &own["content"];
-        assert_eq!(
-            (&seen["epoch"], &seen["content_hash"], &seen["free"], &seen["origin_m"]),
-            (&own["epoch"], &own["content_hash"], &content["free_cells"], &content["origin_m"])
-        );
-        assert_eq!([&seen["shape"][1], &seen["shape"][0]], [&content["size_cells"][0], &content["size_cells"][1]]);
-        assert!(seen["keepout"].as_u64().unwrap() > 0);
+    let dates = ["2024-04-27T00:00:00", "2024-04-29T10:00:00"];
+    live.text(&[&"date", &dates[0]]);
+    follower.args(["-c", FOLLOWER]).arg(live.root.path()).arg(&live.prefix);
+    let mut child = follower.stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    for date in dates {
+        live.text(&[&"date", &date]);
+        let seen: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
+        let own = live.index()["content"].clone();
+        assert_eq!(seen["plan_time"].as_str().unwrap(), date.replace('T', " "));
+        assert_eq!(seen["grids"], own["grids"]);
+        assert_eq!((seen["robot"].as_str(), seen["radius_m"].as_f64()), (Some("default"), Some(0.3)));
+        assert!(seen["valid_until"].as_str().unwrap() > seen["plan_time"].as_str().unwrap());
     }
+    assert!(child.wait().unwrap().success());
+    example_agrees(&live, 0);
+    example_agrees(&live, 1);
     live.down();
     assert_eq!(live.segments(), 0, "nothing is left in shared memory");
+    let output = python().unwrap().args(["-c", FOLLOWER]).arg(live.root.path()).arg(&live.prefix).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("BusGone") && said.contains("start the site"), "{said}");
+}
+
+#[test]
+fn the_package_has_the_version_of_the_workspace_and_the_library_of_the_bus() {
+    let package = toml_of(root().join("common/python/pyproject.toml"));
+    let workspace = toml_of(root().join("Cargo.toml"));
+    assert_eq!(package["project"]["version"], workspace["workspace"]["package"]["version"]);
+    let locked = toml_of(Path::new(&root()).join("Cargo.lock"));
+    let packages = locked["package"].as_array().unwrap();
+    let library = packages.iter().find(|p| p["name"].as_str() == Some("iceoryx2")).unwrap();
+    let wanted = format!("iceoryx2=={}", library["version"].as_str().unwrap());
+    assert_eq!(package["project"]["dependencies"][0].as_str(), Some(wanted.as_str()));
 }

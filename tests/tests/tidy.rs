@@ -83,11 +83,12 @@ const NOT_FOR_STAGES: [&str; 5] = ["bus", "daemon", "clap", "tracing", "rustix"]
 /// Modules of the standard library that a stage must not name: it knows no files, processes and clocks.
 const OUTSIDE: [&str; 4] = ["fs", "net", "env", "process"];
 
-/// The folders of all crates but the tests.
+/// The folders of all crates but the tests; one folder is a Python package.
 fn crates() -> Vec<PathBuf> {
     let folders = ["common", "common/stages", "services"];
     let entries = folders.iter().flat_map(|folder| std::fs::read_dir(root().join(folder)).unwrap());
-    entries.map(|entry| entry.unwrap().path()).filter(|path| !path.ends_with("common/stages")).collect()
+    let paths = entries.map(|entry| entry.unwrap().path());
+    paths.filter(|path| !path.ends_with("common/stages") && !path.ends_with("common/python")).collect()
 }
 
 fn name_of(path: &Path) -> String {

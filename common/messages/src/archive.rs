@@ -12,7 +12,7 @@ pub const LAYOUT_VERSION: u32 = 7;
 pub const NONE: u32 = u32::MAX;
 
 /// First bytes of every archive.
-const MAGIC: u32 = u32::from_le_bytes(*b"GPAR");
+pub(crate) const MAGIC: u32 = u32::from_le_bytes(*b"GPAR");
 
 /// Sections an archive may have.
 const MAX_SECTIONS: usize = 64;
@@ -95,15 +95,15 @@ impl Preamble {
 /// An entry of the section table, which follows the preamble.
 #[derive(Debug, Clone, Copy, Zeroable, Pod)]
 #[repr(C)]
-struct SectionEntry {
+pub(crate) struct SectionEntry {
     /// Which section; meaning by archive kind.
-    id: u32,
+    pub(crate) id: u32,
     /// Bytes per record.
-    record_len: u32,
+    pub(crate) record_len: u32,
     /// Offset of the first record from the archive's start, a multiple of 64.
-    offset: u64,
+    pub(crate) offset: u64,
     /// Number of records.
-    count: u64,
+    pub(crate) count: u64,
 }
 const _: () = assert!(size_of::<SectionEntry>() == 24);
 

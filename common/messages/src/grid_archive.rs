@@ -7,14 +7,14 @@ use bytemuck::{Pod, Zeroable};
 use grid::{Class, GridSpec};
 use std::ops::Range;
 
-mod section {
-    pub(super) const HEAD: u32 = 1;
-    pub(super) const CLASS: u32 = 2;
-    pub(super) const PLANNING: u32 = 3;
-    pub(super) const LOCALIZATION: u32 = 4;
-    pub(super) const KEEPOUT: u32 = 5;
-    pub(super) const FLOOR: u32 = 6;
-    pub(super) const SPACE: u32 = 7;
+pub(crate) mod section {
+    pub(crate) const HEAD: u32 = 1;
+    pub(crate) const CLASS: u32 = 2;
+    pub(crate) const PLANNING: u32 = 3;
+    pub(crate) const LOCALIZATION: u32 = 4;
+    pub(crate) const KEEPOUT: u32 = 5;
+    pub(crate) const FLOOR: u32 = 6;
+    pub(crate) const SPACE: u32 = 7;
 }
 
 /// Specification and slab of the grid: one record.

@@ -8,13 +8,13 @@ use crate::site_records::BoxRecord;
 use crate::tag::{Tag, check_tags};
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
-mod section {
-    pub(super) const HEAD: u32 = 1;
-    pub(super) const SLOTS: u32 = 2;
-    pub(super) const ROBOT_NAME: u32 = 3;
-    pub(super) const DOORS: u32 = 4;
-    pub(super) const REGIONS: u32 = 5;
-    pub(super) const ROBOT_FOOTPRINT: u32 = 6;
+pub(crate) mod section {
+    pub(crate) const HEAD: u32 = 1;
+    pub(crate) const SLOTS: u32 = 2;
+    pub(crate) const ROBOT_NAME: u32 = 3;
+    pub(crate) const DOORS: u32 = 4;
+    pub(crate) const REGIONS: u32 = 5;
+    pub(crate) const ROBOT_FOOTPRINT: u32 = 6;
 }
 
 /// Inputs of the set: one record.

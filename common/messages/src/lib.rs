@@ -37,6 +37,8 @@ mod mission_plan;
 mod mission_plan_records;
 mod nearest_names;
 pub mod payload;
+#[cfg(test)]
+mod python_layouts;
 mod robot;
 mod sample_header;
 mod schedule_records;

@@ -4,7 +4,7 @@ use crate::archive::{ArchiveKind, LAYOUT_VERSION};
 use bytemuck::{Pod, Zeroable};
 
 /// First bytes of every header.
-const MAGIC: u32 = u32::from_le_bytes(*b"GPSH");
+pub(crate) const MAGIC: u32 = u32::from_le_bytes(*b"GPSH");
 
 /// Content hashes of the inputs of a sample; 0 for those that it does not depend on.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Zeroable, Pod)]

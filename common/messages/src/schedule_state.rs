@@ -9,15 +9,15 @@ use crate::text_pool::TextPool;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 use frames::PlanTime;
 
-mod section {
-    pub(super) const HEAD: u32 = 1;
-    pub(super) const STRINGS: u32 = 2;
-    pub(super) const PLANNED: u32 = 3;
-    pub(super) const EFFECTIVE: u32 = 4;
-    pub(super) const SPACES: u32 = 5;
-    pub(super) const SCHEDULE: u32 = 6;
-    pub(super) const DIAGNOSTICS: u32 = 7;
-    pub(super) const LISTED_TEXTS: u32 = 8;
+pub(crate) mod section {
+    pub(crate) const HEAD: u32 = 1;
+    pub(crate) const STRINGS: u32 = 2;
+    pub(crate) const PLANNED: u32 = 3;
+    pub(crate) const EFFECTIVE: u32 = 4;
+    pub(crate) const SPACES: u32 = 5;
+    pub(crate) const SCHEDULE: u32 = 6;
+    pub(crate) const DIAGNOSTICS: u32 = 7;
+    pub(crate) const LISTED_TEXTS: u32 = 8;
 }
 
 /// Head of the schedule state: one record. Times are seconds of the civil calendar since 1970-01-01T00:00.

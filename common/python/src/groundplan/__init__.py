@@ -1,0 +1,25 @@
+"""Reads the maps of running groundplan daemons in shared memory, in place.
+
+`Bus` joins the daemons, `Subscriber` reads a topic, `SiteReader` gives schedule state, index and grids that belong together.
+"""
+
+from .archive import Archive, Header, LayoutError
+from .bus import Bus, BusGone, Sample, Subscriber
+from .grid import Grid, GridIndex, GridSlot, ScheduleState
+from .site import SiteReader, SiteSet
+
+__all__ = [
+    "Archive",
+    "Bus",
+    "BusGone",
+    "Grid",
+    "GridIndex",
+    "GridSlot",
+    "Header",
+    "LayoutError",
+    "Sample",
+    "ScheduleState",
+    "SiteReader",
+    "SiteSet",
+    "Subscriber",
+]

@@ -1,0 +1,123 @@
+"""Layouts of headers and archives, as numpy reads them.
+
+Written by a test of common/messages with UPDATE_GOLDEN=1 from the records there: not to be edited.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+LAYOUT_VERSION: int = 7
+ARCHIVE_MAGIC: int = 1380012103
+SAMPLE_MAGIC: int = 1213419591
+NO_TIME: int = -9223372036854775808
+KINDS: dict[str, int] = {
+    "site": 1,
+    "schedule-state": 2,
+    "grid": 3,
+    "grids": 4,
+    "mission-plan": 5,
+    "slam-map": 6,
+    "alignment": 7,
+    "deviations": 8,
+}
+INPUT_HASHES: list[tuple[str, Any]] = [
+    ("site", "<u8"),
+    ("schedule_state", "<u8"),
+    ("grids", "<u8"),
+    ("robot", "<u8"),
+    ("slam_map", "<u8"),
+    ("own", "<u8"),
+]
+SAMPLE_HEADER: list[tuple[str, Any]] = [
+    ("magic", "<u4"),
+    ("layout_version", "<u4"),
+    ("kind", "<u4"),
+    ("flags", "<u4"),
+    ("epoch", "<u8"),
+    ("stamp_ns", "<u8"),
+    ("payload_length", "<u8"),
+    ("content_hash", "<u8"),
+    ("frame_epoch", "<u8"),
+    ("inputs", INPUT_HASHES),
+    ("reserved", ("<u8", (3,))),
+]
+PREAMBLE: list[tuple[str, Any]] = [
+    ("magic", "<u4"),
+    ("layout_version", "<u4"),
+    ("kind", "<u4"),
+    ("n_sections", "<u4"),
+    ("length", "<u8"),
+    ("content_hash", "<u8"),
+    ("reserved", ("<u8", (4,))),
+]
+SECTION_ENTRY: list[tuple[str, Any]] = [
+    ("id", "<u4"),
+    ("record_len", "<u4"),
+    ("offset", "<u8"),
+    ("count", "<u8"),
+]
+GRID_HEAD: list[tuple[str, Any]] = [
+    ("cell_tenths", "<i4"),
+    ("first_cell", ("<i4", (2,))),
+    ("width", "<u4"),
+    ("height", "<u4"),
+    ("map_storey", "<u4"),
+    ("floor_z_tenths", "<i4"),
+    ("slab_tenths", ("<i4", (2,))),
+    ("floor", "<u4"),
+    ("frame_epoch", "<u4"),
+    ("reserved", "<u4"),
+]
+ROBOT_PROFILE: list[tuple[str, Any]] = [
+    ("height_m", "<f8"),
+    ("clearance_above_m", "<f8"),
+    ("step_height_m", "<f8"),
+    ("radius_m", "<f8"),
+    ("max_slope_rad", "<f8"),
+    ("door_margin_m", "<f8"),
+    ("edge_margin_m", "<f8"),
+    ("work_margin_m", "<f8"),
+    ("lidar_height_m", "<f8"),
+    ("lidar_range_m", "<f8"),
+    ("sensor_height_m", "<f8"),
+    ("opens", "<u4"),
+    ("climbs_stairs", "<u4"),
+]
+GRIDS_HEAD: list[tuple[str, Any]] = [
+    ("site_hash", "<u8"),
+    ("schedule_state_hash", "<u8"),
+    ("plan_time_s", "<i8"),
+    ("robot", ROBOT_PROFILE),
+]
+GRID_SLOT: list[tuple[str, Any]] = [
+    ("map_storey", "<u4"),
+    ("cell_tenths", "<i4"),
+    ("content_hash", "<u8"),
+]
+SCHEDULE_STATE_HEAD: list[tuple[str, Any]] = [
+    ("site_hash", "<u8"),
+    ("plan_time_s", "<i8"),
+    ("plan_until_s", "<i8"),
+    ("valid_from_s", "<i8"),
+    ("valid_until_s", "<i8"),
+    ("n_changes", "<u4"),
+    ("paper", "<u4"),
+]
+GRID_SECTIONS: dict[str, tuple[int, Any]] = {
+    "head": (1, GRID_HEAD),
+    "class": (2, "u1"),
+    "planning": (3, "i1"),
+    "localization": (4, "i1"),
+    "keepout": (5, "i1"),
+    "floor": (6, "u1"),
+    "space": (7, "<u2"),
+}
+GRIDS_SECTIONS: dict[str, tuple[int, Any]] = {
+    "head": (1, GRIDS_HEAD),
+    "slots": (2, GRID_SLOT),
+    "robot_name": (3, "u1"),
+}
+SCHEDULE_STATE_SECTIONS: dict[str, tuple[int, Any]] = {
+    "head": (1, SCHEDULE_STATE_HEAD),
+}

@@ -1,0 +1,212 @@
+"""The bus of the daemons: joining it, and subscribers of its latched topics."""
+
+from __future__ import annotations
+
+import ctypes
+import fcntl
+import pathlib
+import time
+import weakref
+from dataclasses import dataclass
+from typing import IO, Any
+
+import iceoryx2 as iox2
+import numpy as np
+
+from . import _layouts
+from .archive import Bytes, Header
+
+LIBRARY = "iceoryx2-0.10.0"
+DEFAULT_ROOT = pathlib.Path("/run/groundplan")
+DEFAULT_PREFIX = "gp010_"
+# Wakes the producer, which then delivers its last sample.
+LATE_JOINER = 1
+PRODUCERS = {
+    "site": "ifc-ingest",
+    "schedule-state": "schedule-eval",
+    "grid": "rasterize",
+    "grids": "rasterize",
+    "mission-plan": "waypoint-gen",
+    "alignment": "slam-align",
+    "deviations": "slam-align",
+}
+HEADER_BYTES = np.dtype(_layouts.SAMPLE_HEADER).itemsize
+
+
+class BusGone(ConnectionError):
+    """There is no bus here, or not one of this version."""
+
+
+class _Block(ctypes.Structure):
+    """Payloads are made of these."""
+
+    _fields_ = [("bytes", ctypes.c_uint8 * 64)]
+
+    @staticmethod
+    def type_name() -> str:
+        return "groundplan.block64.v1"
+
+
+class _Header(ctypes.Structure):
+    """User header of samples; `Header.of` reads it."""
+
+    _fields_ = [("words", ctypes.c_uint64 * (HEADER_BYTES // 8))]
+
+    @staticmethod
+    def type_name() -> str:
+        return "groundplan.sample_header.v1"
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The newest sample of a topic."""
+
+    header: Header
+    memory: Bytes
+    """Its archive in shared memory, for reading. The sample is released when this and all views of it are gone."""
+
+
+class Bus:
+    """Membership in the bus of running daemons, for as long as it is open."""
+
+    def __init__(self, root: str | pathlib.Path = DEFAULT_ROOT, prefix: str = DEFAULT_PREFIX) -> None:
+        """`root` and `prefix` are those of `[bus]` in site.toml.
+
+        Raises BusGone if there is no bus, or one of another version of groundplan or iceoryx2.
+        """
+        self._root, self._prefix = pathlib.Path(root), prefix
+        self._lock: IO[str] | None = None
+        self.generation = 0
+        """Counts how often the bus was created."""
+        self.node: Any = None
+        iox2.set_log_level(iox2.LogLevel.Error)
+        self.join()
+
+    def __enter__(self) -> Bus:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leaves the bus."""
+        self.node = None
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def current_generation(self) -> int:
+        """Generation of the bus that there is now.
+
+        Raises BusGone if there is none of this version.
+        """
+        path = self._root / "generation"
+        try:
+            lines = path.read_text().splitlines()
+        except OSError as error:
+            raise BusGone(f"no bus in {self._root}: {error.strerror}; start the site (groundplan up)") from error
+        said = dict(line.split("=", 1) for line in lines if "=" in line)
+        if said.get("library") != LIBRARY or said.get("layout") != str(_layouts.LAYOUT_VERSION):
+            raise BusGone(
+                f"the bus in {self._root} is of {said.get('library')}, layout {said.get('layout')}; this package reads "
+                f"{LIBRARY}, layout {_layouts.LAYOUT_VERSION}"
+            )
+        return int(said["generation"])
+
+    def join(self) -> None:
+        """Joins the bus that there is now, if it is another one. Subscribers do it by themselves."""
+        generation = self.current_generation()
+        if generation == self.generation:
+            return
+        self.close()
+        # Files of a generation stay while a member holds its lock.
+        self._lock = open(self._root / f"{generation}.lock", "a")
+        fcntl.flock(self._lock, fcntl.LOCK_SH)
+        config = iox2.config.default()
+        config.global_cfg.prefix = iox2.FileName.new(f"{self._prefix}{generation}_")
+        config.global_cfg.root_path = iox2.Path.new(str(self._root / str(generation)))
+        builder = iox2.NodeBuilder.new().config(config)
+        signals = iox2.SignalHandlingMode.HandleTerminationRequests
+        self.node = builder.signal_handling_mode(signals).create(iox2.ServiceType.Ipc)
+        self.generation = generation
+
+
+class Subscriber:
+    """Reads a latched topic: the last sample at once, then every newer one that it is in time for."""
+
+    def __init__(self, bus: Bus, topic: str) -> None:
+        """`topic`: `site`, `schedule-state`, `grid/00` .., `grids`, `mission-plan`, `alignment` or `deviations`.
+
+        Raises KeyError for another name.
+        """
+        self.topic = topic
+        self._kind = topic.split("/", 1)[0]
+        self._producer = PRODUCERS[self._kind]
+        self._bus = bus
+        self._generation = 0
+        self._subscriber: Any = None
+        self._listener: Any = None
+        self._open()
+
+    def _open(self) -> None:
+        self._subscriber = self._listener = None
+        self._bus.join()
+        node = self._bus.node
+        events = node.service_builder(iox2.ServiceName.new(f"event/{self._producer}")).event().open()
+        self._listener = events.listener_builder().create()
+        topic = node.service_builder(iox2.ServiceName.new(self.topic)).publish_subscribe(iox2.Slice[_Block])
+        # ctypes has no alignment of 64 bytes, so it is set here.
+        service = topic.user_header(_Header).payload_alignment(iox2.Alignment.new(64)).open()
+        self._subscriber = service.subscriber_builder().create()
+        self._generation = self._bus.generation
+        events.notifier_builder().create().notify_with_custom_event_id(iox2.EventId.new(LATE_JOINER))
+
+    def receive(self) -> Sample | None:
+        """The newest sample that was not received yet; None without one.
+
+        Raises LayoutError for a sample that this package does not read, BusGone if the site is down.
+        """
+        if self._bus.current_generation() != self._generation:
+            self._open()
+        newest = None
+        while True:
+            sample = self._subscriber.receive()
+            if sample is None:
+                break
+            if newest is not None:
+                newest.delete()
+            newest = sample
+        return None if newest is None else self._checked(newest)
+
+    def wait(self, timeout_s: float) -> Sample:
+        """As `receive`, but waits for a sample.
+
+        Raises TimeoutError without one.
+        """
+        deadline = time.monotonic() + timeout_s
+        while True:
+            sample = self.receive()
+            if sample is not None:
+                return sample
+            left = deadline - time.monotonic()
+            if left <= 0:
+                raise TimeoutError(f"no sample of {self.topic} within {timeout_s} s; see `groundplan status`")
+            self.sleep(left)
+
+    def sleep(self, seconds: float) -> None:
+        """Sleeps until the producer wakes this subscriber, at most so long, and at most half a second."""
+        self._listener.timed_wait(iox2.Duration.from_millis(max(1, int(min(seconds, 0.5) * 1000))))
+
+    def _checked(self, sample: Any) -> Sample:
+        try:
+            words = ctypes.cast(sample.user_header_ptr, ctypes.POINTER(_Header)).contents
+            header = Header.of(np.frombuffer(bytes(words), np.uint8), self._kind)
+            memory = np.frombuffer(sample.payload().as_memory_view(), np.uint8)
+        except BaseException:
+            sample.delete()
+            raise
+        # Views of this array keep it alive, and it keeps the sample: memory that is looked at is not given back.
+        weakref.finalize(memory, sample.delete)
+        # It is mapped for reading only: writing would end this process.
+        memory.flags.writeable = False
+        return Sample(header, memory[: header.payload_length])

@@ -1,0 +1,94 @@
+"""Archives and sets without daemons: what is refused, and which samples belong together."""
+
+from __future__ import annotations
+
+import unittest
+from typing import Any
+
+import numpy as np
+
+from groundplan import Archive, Grid, GridIndex, Header, LayoutError, ScheduleState, _layouts
+from groundplan.site import set_of
+
+
+def archive(of: str, sections: list[tuple[int, Any]], content_hash: int = 7, **preamble: int) -> Any:
+    """Bytes of an archive of records by section number."""
+    parts, entries, end = [], [], 64 + 24 * len(sections)
+    for number, records in sections:
+        start = (end + 63) // 64 * 64
+        parts.append(b"\0" * (start - end) + records.tobytes())
+        entries.append((number, records.dtype.itemsize, start, len(records)))
+        end = start + records.nbytes
+    fields = {"magic": _layouts.ARCHIVE_MAGIC, "layout_version": _layouts.LAYOUT_VERSION, "kind": _layouts.KINDS[of],
+              "n_sections": len(sections), "length": end, "content_hash": content_hash, **preamble}
+    head = np.zeros(1, _layouts.PREAMBLE)
+    for name, value in fields.items():
+        head[name] = value
+    table = np.array(entries, _layouts.SECTION_ENTRY)
+    return np.frombuffer(head.tobytes() + table.tobytes() + b"".join(parts), np.uint8)
+
+
+def grid(width: int = 3, height: int = 2, n_cells: int = 6, **preamble: int) -> Any:
+    head = np.zeros(1, _layouts.GRID_HEAD)
+    head["cell_tenths"], head["width"], head["height"], head["first_cell"] = 500, width, height, (-20, 10)
+    layers = [(number, np.zeros(n_cells, kind)) for name, (number, kind) in _layouts.GRID_SECTIONS.items() if name != "head"]
+    layers[1][1][:6] = [0, 100, -1, 0, 0, 100]
+    return archive("grid", [(_layouts.GRID_SECTIONS["head"][0], head), *layers], **preamble)
+
+
+def state(site_hash: int, content_hash: int) -> ScheduleState:
+    head = np.zeros(1, _layouts.SCHEDULE_STATE_HEAD)
+    head["site_hash"], head["plan_time_s"], head["valid_until_s"] = site_hash, 86_400, _layouts.NO_TIME
+    return ScheduleState(archive("schedule-state", [(_layouts.SCHEDULE_STATE_SECTIONS["head"][0], head)], content_hash))
+
+
+def index(site_hash: int, state_hash: int, grids: list[int]) -> GridIndex:
+    head, slots = np.zeros(1, _layouts.GRIDS_HEAD), np.zeros(len(grids), _layouts.GRID_SLOT)
+    head["site_hash"], head["schedule_state_hash"], slots["content_hash"] = site_hash, state_hash, grids
+    numbers = {name: number for name, (number, _) in _layouts.GRIDS_SECTIONS.items()}
+    name = np.frombuffer(b"default", np.uint8)
+    return GridIndex(archive("grids", [(numbers["head"], head), (numbers["slots"], slots), (numbers["robot_name"], name)]))
+
+
+class Archives(unittest.TestCase):
+    def test_a_grid_is_viewed_in_place(self) -> None:
+        memory = grid()
+        seen = Grid(memory)
+        self.assertEqual(seen.planning.tolist(), [[0, 100, -1], [0, 0, 100]])
+        self.assertTrue(np.shares_memory(seen.planning, memory))
+        self.assertEqual((seen.resolution_m, seen.origin_m), (0.05, (-1.0, 0.5)))
+        self.assertEqual((seen.cell_at(-0.97, 0.56), seen.cell_at(-1.01, 0.56), seen.cell_at(-0.84, 0.5)), ((1, 0), None, None))
+
+    def test_another_layout_version_is_refused_with_both(self) -> None:
+        with self.assertRaisesRegex(LayoutError, f"version 99, this package reads {_layouts.LAYOUT_VERSION}"):
+            Grid(grid(layout_version=99))
+        header = np.zeros(1, _layouts.SAMPLE_HEADER)
+        header["magic"], header["layout_version"] = _layouts.SAMPLE_MAGIC, 99
+        with self.assertRaisesRegex(LayoutError, "version 99"):
+            Header.of(np.frombuffer(header.tobytes(), np.uint8), "grid")
+
+    def test_what_is_no_whole_archive_of_the_kind_is_refused(self) -> None:
+        for memory in [grid(magic=1), grid(kind=1), grid(length=1 << 40), grid(n_sections=1000), grid()[:40], grid(n_cells=7)]:
+            with self.assertRaises(LayoutError):
+                Grid(memory)
+
+    def test_a_section_that_is_missing_or_of_other_records_is_refused(self) -> None:
+        for sections in [{"head": (99, "u1")}, {"head": (_layouts.GRID_SECTIONS["head"][0], "u1")}]:
+            with self.assertRaises(LayoutError):
+                Archive(grid(), "grid", sections).section("head")
+
+
+class Sets(unittest.TestCase):
+    def test_only_samples_that_name_each_other_are_a_set(self) -> None:
+        cut = Grid(grid(content_hash=5))
+        found = set_of(state(1, 2), index(1, 2, [5]), [cut])
+        assert found is not None and found.plan_time is not None
+        self.assertEqual((found.grids, found.plan_time.day, found.valid_until), ([cut], 2, None))
+        for strange in [(state(9, 2), index(1, 2, [5]), [cut]), (state(1, 9), index(1, 2, [5]), [cut]),
+                        (state(1, 2), index(1, 2, [6]), [cut]), (state(1, 2), index(1, 2, [5, 5]), [cut]),
+                        (state(1, 2), index(1, 2, [5]), [None]), (None, index(1, 2, [5]), [cut])]:
+            self.assertIsNone(set_of(*strange))  # type: ignore[arg-type]
+
+
+if __name__ == "__main__":
+    unittest.main()
