@@ -59,7 +59,7 @@ struct Robot {
 impl Robot {
     fn of(live: &Live, maps: &Maps, map: &str) -> Self {
         let config = SiteConfig::read(&live.config()).unwrap();
-        let (bus, waiter) = Bus::join(&config.bus.domain().unwrap(), Daemon::Robot).unwrap();
+        let (bus, waiter) = Bus::join(&config.domain().unwrap(), Daemon::Robot).unwrap();
         let directory = maps.manifest["storeys"][0]["directory"].as_str().unwrap();
         let bytes = std::fs::read(maps.path().join(directory).join(map)).unwrap();
         let (width, height, pixels) = grid::decode_pgm(&bytes).unwrap();

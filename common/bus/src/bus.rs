@@ -1,11 +1,14 @@
 //! A participant of the bus: opens publishers, subscribers, the status stream and command ports.
 
+use crate::accounts::user_text;
 use crate::command::{CommandClient, CommandServer};
 use crate::domain::Domain;
 use crate::error::{DomainError, PortError};
 use crate::ipc;
 use crate::latched::{Publisher, RawSubscriber, Subscriber};
+use crate::link::Link;
 use crate::names::{Daemon, TopicName};
+use crate::relay_link::RelayLink;
 use crate::status::{StatusReader, StatusWriter};
 use crate::topics::Topic;
 use crate::waiter::Waiter;
@@ -15,19 +18,44 @@ use std::sync::Arc;
 #[derive(Clone)]
 pub struct Bus {
     daemon: Daemon,
-    member: Arc<ipc::Membership>,
+    link: Link,
 }
 
 impl Bus {
     /// Joins the current generation of a bus. One thread of the process waits on the [`Waiter`].
     ///
+    /// The bus is for the user alone who owns its folder. A client or robot of any other user, root included, goes through
+    /// the relay: it reads copies of samples, sends commands if it is in the group for that, and publishes nothing.
+    ///
     /// # Errors
-    /// No keeper, another version, no room in shared memory.
+    /// No keeper, another version, no room in shared memory; a user whom the relay does not serve, a daemon of another
+    /// user than the bus's.
     pub fn join(domain: &Domain, daemon: Daemon) -> Result<(Self, Waiter), DomainError> {
-        let member = ipc::Membership::join(&domain.place, daemon)?;
-        let waiter = Waiter::new(daemon, Arc::clone(&member))
-            .map_err(|source| DomainError::File { path: "eventfd".into(), source })?;
-        Ok((Self { daemon, member }, waiter))
+        match domain.foreign_owner()? {
+            Some(owner) if Daemon::SUPERVISED.contains(&daemon) => {
+                Err(DomainError::Foreign { owner: user_text(owner) })
+            }
+            Some(owner) => Self::join_by_relay(domain, daemon, owner),
+            None => Self::join_as_owner(domain, daemon),
+        }
+    }
+
+    /// Goes through the relay of the user who owns the bus.
+    pub(crate) fn join_by_relay(domain: &Domain, daemon: Daemon, owner: u32) -> Result<(Self, Waiter), DomainError> {
+        let relay = RelayLink::connect(domain.place.root(), domain.relay_folder(), owner)?;
+        Self::with(Link::Relay(relay), daemon)
+    }
+
+    /// Joins in shared memory.
+    pub(crate) fn join_as_owner(domain: &Domain, daemon: Daemon) -> Result<(Self, Waiter), DomainError> {
+        domain.require_own()?;
+        Self::with(Link::Member(ipc::Membership::join(&domain.place, daemon)?), daemon)
+    }
+
+    fn with(link: Link, daemon: Daemon) -> Result<(Self, Waiter), DomainError> {
+        let waiter =
+            Waiter::new(daemon, link.clone()).map_err(|source| DomainError::File { path: "eventfd".into(), source })?;
+        Ok((Self { daemon, link }, waiter))
     }
 
     /// Who this is.
@@ -37,19 +65,19 @@ impl Bus {
 
     /// The generation that it joined.
     pub fn generation(&self) -> u64 {
-        self.member.generation()
+        self.link.generation()
     }
 
     /// The publishing end of a topic, with room for samples of `length` bytes; larger ones are possible.
     ///
     /// # Errors
-    /// The topic is another daemon's, or its publisher lives already.
+    /// The topic is another daemon's, or its publisher lives already; the bus is another user's.
     pub fn publisher<T: Topic>(&self, topic: T, length: usize) -> Result<Publisher<T>, PortError> {
         let name = topic.name();
         if name.producer() != self.daemon {
             return Err(PortError::NotTheProducer { daemon: self.daemon, topic: name });
         }
-        let port = ipc::TopicWriter::open(&self.member, name, length)?;
+        let port = ipc::TopicWriter::open(self.link.member(name.to_string())?, name, length)?;
         Ok(Publisher::new(topic, port))
     }
 
@@ -66,15 +94,15 @@ impl Bus {
     /// # Errors
     /// As [`Bus::subscriber`].
     pub fn raw_subscriber(&self, topic: TopicName) -> Result<RawSubscriber, PortError> {
-        Ok(RawSubscriber::new(topic, ipc::TopicReader::open(&self.member, topic)?))
+        Ok(RawSubscriber::new(topic, self.link.topic_source(topic)?))
     }
 
     /// The sending end of the status stream.
     ///
     /// # Errors
-    /// Too many participants, no room in shared memory.
+    /// Too many participants, no room in shared memory; the bus is another user's.
     pub fn status_writer(&self) -> Result<StatusWriter, PortError> {
-        let port = ipc::StatusTarget::open(&self.member)?;
+        let port = ipc::StatusTarget::open(self.link.member("status")?)?;
         Ok(StatusWriter::new(self.daemon, port))
     }
 
@@ -83,25 +111,40 @@ impl Bus {
     /// # Errors
     /// Too many participants, no room in shared memory.
     pub fn status_reader(&self) -> Result<StatusReader, PortError> {
-        let port = ipc::StatusSource::open(&self.member)?;
-        Ok(StatusReader::new(port))
+        Ok(StatusReader::new(self.link.status_source()?))
     }
 
     /// The answering end of this daemon's commands.
     ///
     /// # Errors
-    /// Another process answers them.
+    /// Another process answers them; the bus is another user's.
     pub fn command_server(&self) -> Result<CommandServer, PortError> {
-        let port = ipc::Server::open(&self.member, self.daemon)?;
+        let daemon = self.daemon;
+        let port = ipc::Server::open(self.link.member(format!("command/{daemon}"))?, daemon)?;
         Ok(CommandServer::new(port))
     }
 
     /// The asking end of a daemon's commands.
     ///
     /// # Errors
-    /// Too many clients, no room in shared memory.
+    /// Too many clients, no room in shared memory; a user who may look only.
     pub fn command_client(&self, daemon: Daemon) -> Result<CommandClient, PortError> {
-        let port = ipc::Client::open(&self.member, daemon)?;
-        Ok(CommandClient::new(port))
+        Ok(CommandClient::new(self.link.command_target(daemon)?))
     }
+}
+
+/// The report of a site whose bus belongs to another user, from its relay; `None` for the bus's own user, who makes it
+/// himself.
+///
+/// # Errors
+/// No relay, or none that serves this user.
+pub fn relayed_report(domain: &Domain) -> Result<Option<Vec<u8>>, DomainError> {
+    let Some(owner) = domain.foreign_owner()? else { return Ok(None) };
+    let relay: Arc<RelayLink> = RelayLink::connect(domain.place.root(), domain.relay_folder(), owner)?;
+    let report = relay.report().map_err(|error| DomainError::NoRelay {
+        owner: user_text(owner),
+        folder: domain.relay_folder().to_owned(),
+        reason: error.to_string(),
+    })?;
+    Ok(Some(report))
 }

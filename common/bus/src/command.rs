@@ -3,6 +3,7 @@
 use crate::error::CommandError;
 use crate::ipc;
 use crate::limits::MAX_COMMAND_BYTES;
+use crate::link::{CommandTarget, Exchange};
 use crate::reply_kind::ReplyKind;
 
 /// A reply to a command.
@@ -102,11 +103,11 @@ impl Command {
 
 /// The asking end of a daemon's commands.
 pub struct CommandClient {
-    port: ipc::Client,
+    port: CommandTarget,
 }
 
 impl CommandClient {
-    pub(crate) fn new(port: ipc::Client) -> Self {
+    pub(crate) fn new(port: CommandTarget) -> Self {
         Self { port }
     }
 
@@ -115,14 +116,19 @@ impl CommandClient {
     /// # Errors
     /// The daemon is not running, too many bytes, [`crate::MAX_OPEN`] commands are open.
     pub fn send(&self, bytes: &[u8]) -> Result<OpenCommand, CommandError> {
+        self.send_for(bytes, rustix::process::geteuid().as_raw())
+    }
+
+    /// Sends a command in the name of a user.
+    pub(crate) fn send_for(&self, bytes: &[u8], uid: u32) -> Result<OpenCommand, CommandError> {
         check_length(bytes)?;
-        Ok(OpenCommand { exchange: self.port.send(bytes, rustix::process::geteuid().as_raw())? })
+        Ok(OpenCommand { exchange: self.port.send(bytes, uid)? })
     }
 }
 
 /// A command that waits for its replies; dropping it cancels the command.
 pub struct OpenCommand {
-    exchange: ipc::Exchange,
+    exchange: Exchange,
 }
 
 impl OpenCommand {

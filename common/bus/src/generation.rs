@@ -150,6 +150,15 @@ impl Place {
         fs::set_permissions(&self.root, Permissions::from_mode(ROOT_MODE)).map_err(failed)
     }
 
+    /// The user who owns the domain's folder; `None` if there is no folder.
+    pub(crate) fn owner(&self) -> Result<Option<u32>, DomainError> {
+        match fs::metadata(&self.root) {
+            Ok(metadata) => Ok(Some(metadata.uid())),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(source) => Err(DomainError::File { path: self.root.clone(), source }),
+        }
+    }
+
     /// Becomes the keeper; `None` if there is one.
     pub(crate) fn lock_as_keeper(&self) -> Result<Option<Lock>, DomainError> {
         try_lock(&self.keeper_lock_path(), FlockOperation::NonBlockingLockExclusive)

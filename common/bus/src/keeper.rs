@@ -77,8 +77,9 @@ impl Keeper {
     /// Creates the services of a bus.
     ///
     /// # Errors
-    /// Another keeper, no room in shared memory, files that cannot be written.
+    /// A bus of another user, another keeper, no room in shared memory, files that cannot be written.
     pub fn start(domain: &Domain) -> Result<Self, DomainError> {
+        domain.require_own()?;
         let place = &domain.place;
         place.make_root()?;
         let lock = place.lock_as_keeper()?;

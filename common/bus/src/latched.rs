@@ -4,6 +4,7 @@
 use crate::error::{PublishError, ReceiveError};
 use crate::ipc;
 use crate::limits::{MAX_HELD, MAX_SAMPLE_BYTES};
+use crate::link::{SampleMemory, TopicSource};
 use crate::names::TopicName;
 use crate::stamp::Stamp;
 use crate::topics::Topic;
@@ -141,13 +142,13 @@ impl<T: Topic> Loan<'_, T> {
 /// The receiving end of a topic that is known by name only: for tools.
 pub struct RawSubscriber {
     topic: TopicName,
-    port: ipc::TopicReader,
+    port: TopicSource,
     last_epoch: Mutex<u64>,
     held: Arc<AtomicUsize>,
 }
 
 impl RawSubscriber {
-    pub(crate) fn new(topic: TopicName, port: ipc::TopicReader) -> Self {
+    pub(crate) fn new(topic: TopicName, port: TopicSource) -> Self {
         Self { topic, port, last_epoch: Mutex::new(0), held: Arc::default() }
     }
 
@@ -169,7 +170,7 @@ impl RawSubscriber {
             return Err(ReceiveError::TooManyHeld { topic: self.topic, held });
         }
         let mut last_epoch = self.last_epoch.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut newest: Option<ipc::TopicSample> = None;
+        let mut newest: Option<SampleMemory> = None;
         // One more may come from each publisher that died since the last look; few ever do.
         while let Some(memory) = self.port.receive()? {
             if newest.as_ref().is_none_or(|n| n.header().epoch <= memory.header().epoch) {
@@ -190,10 +191,11 @@ impl RawSubscriber {
     }
 }
 
-/// A sample, read in place: its memory does not change while this is held, also if its publisher dies.
+/// A sample, read in place: its memory does not change while this is held, also if its publisher dies. What comes from
+/// the relay is a copy.
 pub struct RawSample {
     topic: TopicName,
-    memory: ipc::TopicSample,
+    memory: SampleMemory,
     held: Arc<AtomicUsize>,
 }
 

@@ -39,6 +39,7 @@
 //! # }
 //! ```
 
+mod accounts;
 mod bus;
 mod command;
 mod consistent_set;
@@ -50,7 +51,12 @@ mod ipc;
 mod keeper;
 mod latched;
 mod limits;
+mod link;
 mod names;
+mod relay;
+mod relay_access;
+mod relay_link;
+mod relay_protocol;
 mod reply_kind;
 mod signal;
 mod site_set;
@@ -61,7 +67,7 @@ pub mod topics;
 mod waiter;
 mod wakeup;
 
-pub use bus::Bus;
+pub use bus::{Bus, relayed_report};
 pub use command::{Command, CommandClient, CommandServer, OpenCommand, Reply};
 pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, NoMapReason};
 pub use domain::Domain;
@@ -70,6 +76,7 @@ pub use keeper::Keeper;
 pub use latched::{CheckedSample, Loan, Origin, Publisher, RawSample, RawSubscriber, Sample, Sent, Subscriber};
 pub use limits::{MAX_COMMAND_BYTES, MAX_HELD, MAX_OPEN, MAX_SAMPLE_BYTES};
 pub use names::{Daemon, GridSlot, TopicName};
+pub use relay::{Relay, RelayEvent, RelayOptions};
 pub use site_set::{SiteSample, SiteSamples, SiteSet, SiteState, SiteViews};
 pub use site_set_reader::{SiteSetError, SiteSetReader};
 pub use stamp::Stamp;

@@ -1,4 +1,14 @@
-//! Every bound of the bus, in one place.
+//! Every bound of the bus, in one place. Who is one too many gets an error that says so; nobody else notices.
+//!
+//! | of | at most |
+//! |---|---|
+//! | processes of the bus's user on the bus, the keeper, the daemons and the relay among them | 32 |
+//! | subscribers of a topic, of each grid too; one of them is the relay, however many clients it has | 16 |
+//! | subscribers of the status stream | 16 |
+//! | processes that send commands to a daemon at once | 16 |
+//! | clients of each socket of the relay; of one user | 32; 16 |
+//!
+//! A monitor, an `export --watch` and a robot's program are one subscriber each of the topics that they follow.
 
 /// Bytes of the largest sample.
 pub const MAX_SAMPLE_BYTES: usize = 8 << 30;
@@ -14,6 +24,12 @@ pub const MAX_OPEN: usize = 2;
 
 /// Processes that may take part in one service: the keeper, the daemons, clients.
 pub(crate) const MAX_NODES: usize = 32;
+
+/// Clients of each socket of the relay.
+pub(crate) const MAX_CONNECTIONS: usize = 32;
+
+/// Clients of one user on each socket: nobody keeps all others out.
+pub(crate) const MAX_CONNECTIONS_OF_USER: usize = 16;
 
 /// Readers of one topic or of the status stream.
 pub(crate) const MAX_SUBSCRIBERS: usize = 16;

@@ -2,6 +2,7 @@
 
 use crate::error::ReceiveError;
 use crate::ipc;
+use crate::link::StatusSource;
 use crate::names::Daemon;
 use crate::stamp::Stamp;
 use messages::StatusRecord;
@@ -34,11 +35,11 @@ impl StatusWriter {
 
 /// The receiving end; a late one gets what is sent from now on. Who falls behind loses the oldest.
 pub struct StatusReader {
-    port: ipc::StatusSource,
+    port: StatusSource,
 }
 
 impl StatusReader {
-    pub(crate) fn new(port: ipc::StatusSource) -> Self {
+    pub(crate) fn new(port: StatusSource) -> Self {
         Self { port }
     }
 

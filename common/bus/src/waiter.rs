@@ -1,14 +1,16 @@
 //! Waiting for events: samples, commands, replies, heartbeats, stop, new generation, deadline.
 
 use crate::error::WaitError;
-use crate::ipc;
+use crate::ipc::Membership;
+use crate::link::Link;
 use crate::names::Daemon;
+use crate::relay_link::RelayLink;
 use crate::signal::Signal;
 use crate::wakeup::{EventService, Wakeup};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use std::io;
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -23,7 +25,7 @@ pub struct Wake {
     pub commands: bool,
     /// A [`Waker`] woke it.
     pub woken: bool,
-    /// The bus has another generation, or went down. Stays true, wakes once: drop everything that was opened, join again
+    /// The bus has another generation, or went down, or its relay did. Stays true, wakes once: drop everything that was opened, join again
     /// and publish the last samples again.
     pub superseded: bool,
 }
@@ -61,16 +63,16 @@ impl Stopper {
 /// process does not call this.
 pub struct Waiter {
     daemon: Daemon,
-    member: Arc<ipc::Membership>,
+    link: Link,
     wake_up: Arc<Signal>,
     stop: Arc<Signal>,
     stop_on: Vec<OwnedFd>,
 }
 
 impl Waiter {
-    pub(crate) fn new(daemon: Daemon, member: Arc<ipc::Membership>) -> io::Result<Self> {
+    pub(crate) fn new(daemon: Daemon, link: Link) -> io::Result<Self> {
         let (wake_up, stop) = (Arc::new(Signal::new()?), Arc::new(Signal::new()?));
-        Ok(Self { daemon, member, wake_up, stop, stop_on: Vec::new() })
+        Ok(Self { daemon, link, wake_up, stop, stop_on: Vec::new() })
     }
 
     /// Wakes this waiter, for instance when a worker is done.
@@ -97,45 +99,50 @@ impl Waiter {
     pub fn wait(&mut self, timeout: Duration) -> Result<Wake, WaitError> {
         let deadline = Instant::now() + timeout;
         loop {
-            let mut wake = self.poll_once(deadline.saturating_duration_since(Instant::now()))?;
-            wake.superseded |= self.member.look_at_times();
+            let wake = self.wait_with(&[], deadline.saturating_duration_since(Instant::now()))?;
             // Events that do not concern this participant are skipped.
             if !wake.timed_out() || Instant::now() >= deadline {
-                return Ok(Wake { superseded: self.member.is_superseded(), ..wake });
+                return Ok(Wake { superseded: self.is_superseded(), ..wake });
             }
         }
     }
 
-    /// Polls once and classifies the events.
-    fn poll_once(&self, timeout: Duration) -> Result<Wake, WaitError> {
+    fn is_superseded(&self) -> bool {
+        match &self.link {
+            Link::Member(member) => member.is_superseded(),
+            Link::Relay(relay) => relay.is_closed(),
+        }
+    }
+
+    /// Waits once, also for other descriptors, and classifies the events of the bus.
+    pub(crate) fn wait_with(
+        &mut self,
+        others: &[(BorrowedFd<'_>, PollFlags)],
+        timeout: Duration,
+    ) -> Result<Wake, WaitError> {
+        match &self.link {
+            Link::Member(member) => self.wait_for_member(member, others, timeout),
+            Link::Relay(relay) => self.wait_for_relay(relay, others, timeout),
+        }
+    }
+
+    fn wait_for_member(
+        &self,
+        member: &Membership,
+        others: &[(BorrowedFd<'_>, PollFlags)],
+        timeout: Duration,
+    ) -> Result<Wake, WaitError> {
         // In this order an event port that another thread opens now ends the wait.
-        self.member.event_ports_added().clear();
-        let event_ports = self.member.event_ports();
-        let event_ports_added = self.member.event_ports_added().descriptor();
-        let fixed = [event_ports_added, self.stop.descriptor(), self.wake_up.descriptor(), self.member.changes()];
-        let stops = self.stop_on.iter().map(AsFd::as_fd);
-        let descriptors =
-            fixed.into_iter().chain(stops).chain(event_ports.iter().map(|(_, event_port)| event_port.descriptor()));
-        let mut polled: Vec<_> = descriptors.map(|d| PollFd::from_borrowed_fd(d, PollFlags::IN)).collect();
-        let timeout = Timespec {
-            tv_sec: i64::try_from(timeout.as_secs()).unwrap_or(i64::MAX),
-            tv_nsec: i64::from(timeout.subsec_nanos()),
-        };
-        match poll(&mut polled, Some(&timeout)) {
-            Ok(_) => {}
-            Err(Errno::INTR) => return Ok(Wake::default()),
-            Err(errno) => return Err(WaitError { source: errno.into() }),
-        }
-        let ready: Vec<bool> = polled.iter().map(|p| !p.revents().is_empty()).collect();
-        let (fixed, rest) = ready.split_at(fixed.len());
-        let (stops, notified) = rest.split_at(self.stop_on.len());
-        let mut wake = Wake { stopped: fixed[1] || stops.contains(&true), woken: fixed[2], ..Wake::default() };
-        if wake.woken {
-            self.wake_up.clear();
-        }
-        wake.superseded = fixed[3] && self.member.read_changes();
+        member.event_ports_added().clear();
+        let event_ports = member.event_ports();
+        let changes = [member.event_ports_added().descriptor(), member.changes()];
+        let of_ports = event_ports.iter().map(|(_, event_port)| event_port.descriptor());
+        let of_bus: Vec<_> = changes.into_iter().chain(of_ports).map(|fd| (fd, PollFlags::IN)).collect();
+        let (mut wake, ready) = self.poll(&of_bus, others, timeout)?;
+        wake.superseded = ready[1] && member.read_changes();
+        wake.superseded |= member.look_at_times();
         let mut late_joiners = false;
-        for ((name, event_port), _) in event_ports.iter().zip(notified).filter(|(_, notified)| **notified) {
+        for ((name, event_port), _) in event_ports.iter().zip(&ready[2..]).filter(|(_, notified)| **notified) {
             let wakeups = event_port.take();
             let own = *name == EventService::Of(self.daemon);
             // A daemon receives its own events too.
@@ -144,8 +151,55 @@ impl Waiter {
             wake.data |= !own && wakeups.any(&[Wakeup::Data, Wakeup::Reply, Wakeup::Dead]);
         }
         if late_joiners {
-            self.member.serve_late_joiners();
+            member.serve_late_joiners();
         }
         Ok(wake)
+    }
+
+    fn wait_for_relay(
+        &self,
+        relay: &RelayLink,
+        others: &[(BorrowedFd<'_>, PollFlags)],
+        timeout: Duration,
+    ) -> Result<Wake, WaitError> {
+        let was_closed = relay.is_closed();
+        // A socket whose other end is gone is readable for ever.
+        let of_bus = [relay.arrived().descriptor(), relay.socket()].map(|fd| (fd, PollFlags::IN));
+        let (mut wake, ready) = self.poll(&of_bus[..if was_closed { 1 } else { 2 }], others, timeout)?;
+        // In this order what comes now is not missed.
+        relay.arrived().clear();
+        wake.data = relay.receive() || ready[0];
+        wake.superseded = !was_closed && relay.is_closed();
+        Ok(wake)
+    }
+
+    /// Polls descriptors of the bus, the waiter's own and others; which of the bus's are ready.
+    fn poll(
+        &self,
+        of_bus: &[(BorrowedFd<'_>, PollFlags)],
+        others: &[(BorrowedFd<'_>, PollFlags)],
+        timeout: Duration,
+    ) -> Result<(Wake, Vec<bool>), WaitError> {
+        let own = [self.stop.descriptor(), self.wake_up.descriptor()];
+        let stops = self.stop_on.iter().map(AsFd::as_fd);
+        let own = own.into_iter().chain(stops).map(|fd| (fd, PollFlags::IN));
+        let all = own.chain(of_bus.iter().copied()).chain(others.iter().copied());
+        let mut polled: Vec<_> = all.map(|(fd, flags)| PollFd::from_borrowed_fd(fd, flags)).collect();
+        let timeout = Timespec {
+            tv_sec: i64::try_from(timeout.as_secs()).unwrap_or(i64::MAX),
+            tv_nsec: i64::from(timeout.subsec_nanos()),
+        };
+        match poll(&mut polled, Some(&timeout)) {
+            Ok(_) => {}
+            Err(Errno::INTR) => return Ok((Wake::default(), vec![false; of_bus.len()])),
+            Err(errno) => return Err(WaitError { source: errno.into() }),
+        }
+        let ready: Vec<bool> = polled.iter().map(|p| !p.revents().is_empty()).collect();
+        let (own, rest) = ready.split_at(2 + self.stop_on.len());
+        let wake = Wake { stopped: own[0] || own[2..].contains(&true), woken: own[1], ..Wake::default() };
+        if wake.woken {
+            self.wake_up.clear();
+        }
+        Ok((wake, rest[..of_bus.len()].to_vec()))
     }
 }

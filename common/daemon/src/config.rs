@@ -23,6 +23,9 @@ pub struct SiteConfig {
     /// Which bus.
     #[serde(default)]
     pub bus: BusConfig,
+    /// How other users than the bus's own reach it.
+    #[serde(default)]
+    pub relay: RelayConfig,
     /// Dates.
     #[serde(default)]
     pub schedule: ScheduleConfig,
@@ -54,6 +57,18 @@ pub struct BusConfig {
     pub prefix: String,
     /// Its folder, in a file system in memory.
     pub root: PathBuf,
+}
+
+/// How other users than the bus's own reach it.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RelayConfig {
+    /// Folder of the sockets; the bus's folder with `-relay` behind it if left out.
+    pub folder: Option<PathBuf>,
+    /// Group, by name or number, whose members may look at the site; empty for none.
+    pub view_group: String,
+    /// Group whose members may also send commands; empty for none.
+    pub control_group: String,
 }
 
 /// Dates.
@@ -198,13 +213,9 @@ impl Default for BusConfig {
     }
 }
 
-impl BusConfig {
-    /// The bus.
-    ///
-    /// # Errors
-    /// A prefix or folder that does not fit.
-    pub fn domain(&self) -> Result<Domain, DomainError> {
-        Domain::shared(&self.prefix, &self.root)
+impl Default for RelayConfig {
+    fn default() -> Self {
+        Self { folder: None, view_group: "groundplan-view".to_owned(), control_group: "groundplan".to_owned() }
     }
 }
 
@@ -221,6 +232,18 @@ impl Default for AlignConfig {
 }
 
 impl SiteConfig {
+    /// The bus.
+    ///
+    /// # Errors
+    /// A prefix or folder that does not fit.
+    pub fn domain(&self) -> Result<Domain, DomainError> {
+        let domain = Domain::shared(&self.bus.prefix, &self.bus.root)?;
+        match &self.relay.folder {
+            Some(folder) => domain.with_relay(folder),
+            None => Ok(domain),
+        }
+    }
+
     /// Reads a configuration.
     ///
     /// # Errors
@@ -243,6 +266,7 @@ impl SiteConfig {
         let mut config: Self = toml::from_str(text)?;
         let paths = config.models.iter_mut().chain([&mut config.state, &mut config.bus.root]);
         let optional = [
+            &mut config.relay.folder,
             &mut config.schedule.rules,
             &mut config.robot.profile,
             &mut config.waypoints.options,
@@ -265,7 +289,8 @@ mod tests {
     fn the_shipped_file_is_read_and_paths_count_from_its_folder() {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/site.toml");
         let config = SiteConfig::read(&shipped).unwrap();
-        assert_eq!((config.bus, config.robot.resolution_m), (BusConfig::default(), 0.05));
+        assert_eq!((config.bus, config.relay), (BusConfig::default(), RelayConfig::default()));
+        assert_eq!(config.robot.resolution_m, 0.05);
         let profile = config.robot.profile.unwrap();
         assert!(
             config.models[0].is_file() && profile.is_file(),

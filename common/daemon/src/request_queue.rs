@@ -53,8 +53,9 @@ impl<R: Request> RequestQueue<R> {
     pub(crate) fn next(&mut self, waker: &Waker) -> Option<(R, Asked)> {
         let (command, request) = self.waiting.pop_front()?;
         let reporter = Reporter::new(waker.clone());
+        let by = Caller { uid: command.caller_uid() };
         self.current = Some(Current { command, reporter: reporter.clone() });
-        Some((request, Asked { by: Caller::own(), reporter }))
+        Some((request, Asked { by, reporter }))
     }
 
     /// Sends what the service reported since the last time. Progress that cannot be sent is left out; only the answer

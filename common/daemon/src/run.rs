@@ -73,7 +73,7 @@ fn run_daemon<S: Service + 'static>(
     log: Log,
     make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>,
 ) -> Result<(), Failure> {
-    let domain = config.bus.domain()?;
+    let domain = config.domain()?;
     let stop = StopSignal::listen(arguments.with_stdin)?;
     let reload = Reload { signal: ReloadSignal::listen()?, path: arguments.config.clone(), config, log };
     let activity = CurrentActivity::default();

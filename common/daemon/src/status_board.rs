@@ -5,9 +5,10 @@
 //! | `<daemon>.json` | its last [`Report`], replaced whole with every heartbeat and change |
 //! | `<daemon>.lock` | locked by the daemon while it lives |
 //!
-//! Whoever may read the folder sees the state of a site at once, without joining the bus.
+//! The bus's user sees the state of a site at once, without joining the bus; other users ask the relay for it.
 
-use bus::{Daemon, Stamp};
+use crate::config::SiteConfig;
+use bus::{Daemon, DomainError, Stamp};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -48,26 +49,56 @@ impl<F> Report<F> {
     }
 }
 
-/// The reports of a site.
+/// The reports of a site, in the folder beside the bus; for other users than the bus's a copy of it that the relay made.
 #[derive(Debug, Clone)]
 pub struct StatusBoard {
     folder: PathBuf,
+    copy: Option<BoardCopy>,
 }
+
+/// By daemon: whether it lives, and its last report.
+type BoardCopy = BTreeMap<String, (bool, Option<Report>)>;
 
 impl StatusBoard {
     /// The board beside a bus.
     pub fn of(bus_root: &Path) -> Self {
-        Self { folder: bus_root.join("board") }
+        Self { folder: bus_root.join("board"), copy: None }
+    }
+
+    /// The board of a site as this user may see it. For another user than the bus's it is that of this moment.
+    ///
+    /// # Errors
+    /// No relay, or none that serves this user.
+    pub fn of_site(config: &SiteConfig) -> Result<Self, DomainError> {
+        let copy = bus::relayed_report(&config.domain()?)?;
+        // A relay of another version is refused before; what cannot be read says that no daemon has reported.
+        let copy = copy.map(|bytes| serde_json::from_slice(&bytes).unwrap_or_default());
+        Ok(Self { copy, ..Self::of(&config.bus.root) })
+    }
+
+    /// The whole board, for a relay to pass on.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let entry =
+            |daemon: Daemon| (daemon.to_string(), (self.is_alive(daemon), self.report::<serde_json::Value>(daemon)));
+        let copy: BoardCopy = Daemon::ALL.into_iter().map(entry).collect();
+        serde_json::to_vec(&copy).unwrap_or_default()
     }
 
     /// The last report of a daemon; `None` if there is none that can be read.
     pub fn report<F: DeserializeOwned>(&self, daemon: Daemon) -> Option<Report<F>> {
+        if let Some(copy) = &self.copy {
+            let report = copy.get(daemon.name())?.1.as_ref()?;
+            return serde_json::from_value(serde_json::to_value(report).ok()?).ok();
+        }
         let bytes = fs::read(self.file(daemon, "json")).ok()?;
         serde_json::from_slice(&bytes).ok()
     }
 
     /// True if a process of this daemon lives: the kernel drops its lock however it dies.
     pub fn is_alive(&self, daemon: Daemon) -> bool {
+        if let Some(copy) = &self.copy {
+            return copy.get(daemon.name()).is_some_and(|entry| entry.0);
+        }
         let lock = File::open(self.file(daemon, "lock"));
         lock.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
     }
@@ -180,6 +211,20 @@ mod tests {
         let last = board.report::<crate::facts::RasterizeFacts>(Daemon::Rasterize).unwrap();
         assert_eq!((last.error.as_deref(), last.facts.storeys), (Some("it is broken"), 3));
         assert!(!board.is_alive(Daemon::Rasterize));
+    }
+
+    #[test]
+    fn a_copy_says_what_the_board_says() {
+        let root = tempfile::tempdir().unwrap();
+        let mut entry = BoardEntry::new(root.path(), Daemon::Rasterize);
+        entry.write(&report(Some("it is broken"))).unwrap();
+        let board = StatusBoard::of(root.path());
+        let copy = serde_json::from_slice(&board.to_bytes()).unwrap();
+        let copied = StatusBoard { copy: Some(copy), ..StatusBoard::of(Path::new("/nowhere")) };
+        assert!(copied.is_alive(Daemon::Rasterize) && !copied.is_alive(Daemon::IfcIngest));
+        let last = copied.report::<crate::facts::RasterizeFacts>(Daemon::Rasterize).unwrap();
+        assert_eq!((last.error.as_deref(), last.facts.storeys), (Some("it is broken"), 3));
+        assert!(copied.report::<serde_json::Value>(Daemon::IfcIngest).is_none());
     }
 
     #[test]

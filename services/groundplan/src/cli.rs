@@ -2,7 +2,7 @@
 
 use crate::commands::{
     actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, load, man,
-    monitor, robot, slam_map, states, status, tasks, topic, up, waypoints,
+    monitor, relay, robot, slam_map, states, status, tasks, topic, up, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -69,6 +69,9 @@ pub enum Command {
     /// Create and hold the bus, and do nothing else; `up` starts it
     #[command(hide = true)]
     Keeper(keeper::Args),
+    /// Let other users than the bus's own look at the site, and send commands; `up` starts it
+    #[command(hide = true)]
+    Relay(relay::Args),
 }
 
 impl Command {
@@ -102,6 +105,7 @@ impl Command {
             Self::Export(arguments) => arguments,
             Self::Doctor(arguments) => arguments,
             Self::Keeper(arguments) => arguments,
+            Self::Relay(arguments) => arguments,
         };
         command.run()
     }

@@ -30,6 +30,10 @@ fn main() -> ExitCode {
 
 /// The filter of `RUST_LOG`; without it supervisors log their actions, and other commands are silent.
 fn filter(command: &Command) -> tracing_subscriber::EnvFilter {
-    let usual = if matches!(command, Command::Up(_) | Command::Keeper(_)) { "warn,groundplan=info" } else { "error" };
+    let usual = if matches!(command, Command::Up(_) | Command::Keeper(_) | Command::Relay(_)) {
+        "warn,groundplan=info"
+    } else {
+        "error"
+    };
     tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| usual.into())
 }

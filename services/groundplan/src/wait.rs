@@ -17,7 +17,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// # Errors
 /// A site that is not up.
 pub(crate) fn join(config: &SiteConfig) -> Result<(Bus, Waiter), Failure> {
-    let domain = config.bus.domain().map_err(Failure::usage)?;
+    let domain = config.domain().map_err(Failure::usage)?;
     Bus::join(&domain, Daemon::Groundplan).map_err(|why| match why {
         DomainError::NoKeeper { .. } => not_up(config),
         why => Failure::work(why),
@@ -29,7 +29,7 @@ pub(crate) fn join(config: &SiteConfig) -> Result<(Bus, Waiter), Failure> {
 /// # Errors
 /// That it is not up, and how to start it.
 pub(crate) fn require_up(config: &SiteConfig) -> Result<(), Failure> {
-    let domain = config.bus.domain().map_err(Failure::usage)?;
+    let domain = config.domain().map_err(Failure::usage)?;
     if domain.has_keeper() == Some(false) { Err(not_up(config)) } else { Ok(()) }
 }
 

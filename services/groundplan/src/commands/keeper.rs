@@ -30,7 +30,7 @@ impl Run for Args {
     /// A bus that cannot be created.
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.own_config()?;
-        let domain = config.bus.domain().map_err(Failure::usage)?;
+        let domain = config.domain().map_err(Failure::usage)?;
         let mut stop = StopSignal::listen(self.with_stdin).map_err(Failure::work)?;
         let mut keeper = Keeper::start(&domain).map_err(Failure::work)?;
         info!(service = "keeper", generation = keeper.generation(), "bus created");

@@ -15,6 +15,7 @@ pub mod keeper;
 pub mod load;
 pub mod man;
 pub mod monitor;
+pub mod relay;
 pub mod robot;
 pub mod slam_map;
 pub mod states;

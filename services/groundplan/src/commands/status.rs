@@ -7,7 +7,7 @@ use crate::run::{Outcome, Run};
 use crate::wait::require_up;
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
 use daemon::facts::{AlignFacts, AlignmentSummary, IngestFacts, RasterizeFacts, ScheduleFacts, WaypointFacts};
-use daemon::{Report, SiteConfig, StatusBoard};
+use daemon::{Report, StatusBoard};
 use frames::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -117,7 +117,7 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.config()?;
         require_up(&config)?;
-        let status = Status::of(&config);
+        let status = Status::of(&StatusBoard::of_site(&config).map_err(Failure::work)?);
         let text =
             if self.json { serde_json::to_string(&status).map_err(Failure::work)? + "\n" } else { status.text() };
         Ok(Outcome::judged(text, status.healthy))
@@ -172,8 +172,7 @@ fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> 
 
 impl Status {
     /// From the status board of a site.
-    fn of(config: &SiteConfig) -> Self {
-        let board = &StatusBoard::of(&config.bus.root);
+    fn of(board: &StatusBoard) -> Self {
         let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
         let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
         let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);

@@ -33,16 +33,20 @@ impl Run for Args {
         check_versions()?;
         let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
         let _running = Running::claim(&config.state)?;
-        let mut keeper = SupervisedProcess::new("groundplan");
+        let mut keeper = SupervisedProcess::of_command("keeper");
+        let mut relay = SupervisedProcess::of_command("relay");
         let mut daemons = Daemon::SUPERVISED.map(|daemon| SupervisedProcess::new(daemon.name()));
         while !stop.is_raised_within(POLL_INTERVAL) {
             keeper.supervise(&path)?;
             for daemon in &mut daemons {
                 daemon.supervise(&path)?;
             }
+            relay.supervise(&path)?;
         }
         // The keeper stops last, when the bus has no participants.
+        relay.close();
         daemons.iter_mut().for_each(SupervisedProcess::close);
+        relay.stop();
         daemons.iter_mut().for_each(SupervisedProcess::stop);
         keeper.close();
         keeper.stop();

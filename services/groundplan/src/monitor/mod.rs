@@ -118,7 +118,7 @@ impl Output {
 
 /// Goes from one generation of the bus to the next.
 fn show(config: &SiteConfig, mut stop: StopSignal, ends: Option<Instant>, output: &mut Output) -> Result<(), Failure> {
-    let domain = config.bus.domain().map_err(Failure::usage)?;
+    let domain = config.domain().map_err(Failure::usage)?;
     let mut state = State::new();
     let is_over = || ends.is_some_and(|ends| ends <= Instant::now());
     while !is_over() {

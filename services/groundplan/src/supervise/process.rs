@@ -18,6 +18,8 @@ pub(crate) const TIMEOUT: Duration = Duration::from_secs(3);
 /// A supervised process.
 pub(crate) struct SupervisedProcess {
     name: &'static str,
+    /// A command of the client that is a process of its own.
+    command: Option<&'static str>,
     child: Option<Child>,
     started: Instant,
     back_off: Duration,
@@ -27,7 +29,12 @@ pub(crate) struct SupervisedProcess {
 impl SupervisedProcess {
     /// A process that has not been started.
     pub(crate) fn new(name: &'static str) -> Self {
-        Self { name, child: None, started: Instant::now(), back_off: Duration::ZERO, restarts: 0 }
+        Self { name, command: None, child: None, started: Instant::now(), back_off: Duration::ZERO, restarts: 0 }
+    }
+
+    /// A command of the client, as a process of its own.
+    pub(crate) fn of_command(command: &'static str) -> Self {
+        Self { command: Some(command), ..Self::new(command) }
     }
 
     /// Starts it if it does not run, not too often.
@@ -58,11 +65,8 @@ impl SupervisedProcess {
         if self.restarts > 0 && self.started.elapsed() < self.back_off {
             return Ok(());
         }
-        let mut command = Command::new(executable(self.name)?);
-        if self.name == "groundplan" {
-            command.arg("keeper");
-        }
-        command.arg("--config").arg(config).arg("--with-stdin").stdin(Stdio::piped());
+        let mut command = Command::new(executable(self.command.map_or(self.name, |_| "groundplan"))?);
+        command.args(self.command).arg("--config").arg(config).arg("--with-stdin").stdin(Stdio::piped());
         let child = command.spawn().map_err(|e| Failure::work(format!("{} cannot be started: {e}", self.name)))?;
         info!(service = self.name, process_id = child.id(), "started");
         (self.child, self.started) = (Some(child), Instant::now());

@@ -50,7 +50,7 @@ fn configuration(config: &SiteConfig) -> Vec<Check> {
 }
 
 fn is_alive(config: &SiteConfig) -> bool {
-    config.bus.domain().is_ok_and(|domain| Bus::join(&domain, Daemon::Groundplan).is_ok())
+    config.domain().is_ok_and(|domain| Bus::join(&domain, Daemon::Groundplan).is_ok())
 }
 
 fn state(folder: &Path) -> Check {

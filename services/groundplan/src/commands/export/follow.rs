@@ -26,7 +26,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(500);
 pub(super) fn follow(arguments: &Args) -> Result<Outcome, Failure> {
     let config = arguments.site.config()?;
     let world = arguments.world.options(&config.world)?;
-    let domain = config.bus.domain().map_err(Failure::usage)?;
+    let domain = config.domain().map_err(Failure::usage)?;
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
     let mut watched = Watched {
         epochs: arguments.out.join("epochs"),

@@ -1,0 +1,281 @@
+//! A client of the relay: what it follows, what it asked, what it is still to be told. Everything that waits is bounded.
+
+use super::RelayEvent;
+use super::feeds::Feeds;
+use crate::bus::Bus;
+use crate::command::{CommandClient, OpenCommand, Reply};
+use crate::error::CommandError;
+use crate::limits::STATUS_BUFFER;
+use crate::names::{Daemon, TopicName};
+use crate::relay_protocol::{FrameReader, FrameWriter, FromRelay, ProtocolError, Refusal, ToRelay, max_body_to_relay};
+use crate::reply_kind::ReplyKind;
+use messages::{LAYOUT_VERSION, StatusRecord};
+use rustix::event::PollFlags;
+use rustix::net::SendFlags;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, VecDeque};
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::net::UnixStream;
+use std::time::{Duration, Instant};
+
+/// Answers that a client has not read; it is not listened to until it does.
+const MAX_ANSWERS: usize = 64;
+
+/// A client says in this time which version it is.
+const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A client of the relay.
+pub(super) struct Connection {
+    socket: UnixStream,
+    uid: u32,
+    may_command: bool,
+    since: Instant,
+    state: State,
+    reader: FrameReader,
+    writer: FrameWriter,
+    answers: VecDeque<FromRelay>,
+    subscriptions: BTreeMap<TopicName, Subscription>,
+    /// Heartbeats that it has not read, if it wants any.
+    status: Option<VecDeque<StatusRecord>>,
+    clients: BTreeMap<Daemon, CommandClient>,
+    commands: BTreeMap<u64, (Daemon, OpenCommand)>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// It has not said which version it is.
+    New,
+    Served,
+    /// It is told why it is not served.
+    Refused,
+}
+
+/// A topic that it follows. One sample is on its way at a time.
+#[derive(Default)]
+struct Subscription {
+    last: u64,
+    is_on_its_way: bool,
+}
+
+impl Connection {
+    pub(super) fn new(socket: UnixStream, uid: u32, may_command: bool) -> Self {
+        Self {
+            socket,
+            uid,
+            may_command,
+            since: Instant::now(),
+            state: State::New,
+            reader: FrameReader::default(),
+            writer: FrameWriter::default(),
+            answers: VecDeque::new(),
+            subscriptions: BTreeMap::new(),
+            status: None,
+            clients: BTreeMap::new(),
+            commands: BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn uid(&self) -> u32 {
+        self.uid
+    }
+
+    pub(super) fn may_command(&self) -> bool {
+        self.may_command
+    }
+
+    pub(super) fn socket(&self) -> BorrowedFd<'_> {
+        self.socket.as_fd()
+    }
+
+    /// What to wait for.
+    pub(super) fn interest(&self) -> PollFlags {
+        let reads = if self.is_listened_to() { PollFlags::IN } else { PollFlags::empty() };
+        let writes = if self.writer.is_idle() { PollFlags::empty() } else { PollFlags::OUT };
+        reads | writes
+    }
+
+    fn is_listened_to(&self) -> bool {
+        self.answers.len() < MAX_ANSWERS && self.state != State::Refused
+    }
+
+    pub(super) fn follows(&self, topic: TopicName) -> bool {
+        self.subscriptions.contains_key(&topic)
+    }
+
+    /// Does not serve it, and says why.
+    pub(super) fn refuse(&mut self, refusal: Refusal) {
+        if self.state != State::Refused {
+            self.state = State::Refused;
+            self.answers.push_back(FromRelay::Refused(refusal));
+        }
+    }
+
+    /// True if it is refused and knows it, or says nothing.
+    pub(super) fn is_done(&self) -> bool {
+        match self.state {
+            State::Refused => {
+                let is_told = self.answers.is_empty() && self.writer.is_idle();
+                is_told || self.since.elapsed() > HELLO_TIMEOUT
+            }
+            State::New => self.since.elapsed() > HELLO_TIMEOUT,
+            State::Served => false,
+        }
+    }
+
+    /// A heartbeat; who falls behind loses the oldest.
+    pub(super) fn put_status(&mut self, record: StatusRecord) {
+        if let Some(status) = &mut self.status {
+            if status.len() >= STATUS_BUFFER {
+                status.pop_front();
+            }
+            status.push_back(record);
+        }
+    }
+
+    /// Reads what has come.
+    ///
+    /// # Errors
+    /// It is gone.
+    pub(super) fn receive(&mut self) -> io::Result<()> {
+        if !self.is_listened_to() || self.reader.fill(&self.socket)? {
+            return Ok(());
+        }
+        Err(io::ErrorKind::ConnectionReset.into())
+    }
+
+    /// Does what it asks for.
+    ///
+    /// # Errors
+    /// It sent something that is not the protocol (`InvalidData`).
+    pub(super) fn handle(
+        &mut self,
+        welcome: FromRelay,
+        bus: &Bus,
+        feeds: &mut Feeds,
+        report: &dyn Fn() -> Vec<u8>,
+        on_event: &mut dyn FnMut(RelayEvent<'_>),
+    ) -> io::Result<()> {
+        let mut welcome = Some(welcome);
+        while self.is_listened_to() {
+            let Some(frame) = self.next_frame().map_err(invalid)? else { return Ok(()) };
+            match (frame, self.state) {
+                (ToRelay::Hello { layout_version }, State::New) if layout_version != LAYOUT_VERSION => {
+                    self.refuse(Refusal::Version(LAYOUT_VERSION));
+                }
+                (ToRelay::Hello { .. }, State::New) => {
+                    self.state = State::Served;
+                    self.answers.extend(welcome.take());
+                }
+                (_, State::New) | (ToRelay::Hello { .. }, _) => return Err(invalid("a conversation without a begin")),
+                (ToRelay::Subscribe(topic), _) => match feeds.follow(bus, topic) {
+                    Ok(()) => drop(self.subscriptions.insert(topic, Subscription::default())),
+                    Err(error) => {
+                        self.answers.push_back(FromRelay::NoTopic { topic, reason: error.to_string() });
+                    }
+                },
+                (ToRelay::Unsubscribe(topic), _) => drop(self.subscriptions.remove(&topic)),
+                (ToRelay::Taken(topic), _) => {
+                    if let Some(subscription) = self.subscriptions.get_mut(&topic) {
+                        subscription.is_on_its_way = false;
+                    }
+                }
+                (ToRelay::SubscribeStatus, _) => drop(self.status.get_or_insert_default()),
+                (ToRelay::Command { id, daemon, bytes }, _) => {
+                    on_event(RelayEvent::Command { uid: self.uid, daemon, bytes: &bytes });
+                    self.command(bus, id, daemon, &bytes);
+                }
+                (ToRelay::Cancel { id }, _) => self.end_command(id),
+                (ToRelay::Report, _) => self.answers.push_back(FromRelay::Report(report())),
+            }
+        }
+        Ok(())
+    }
+
+    fn next_frame(&mut self) -> Result<Option<ToRelay>, ProtocolError> {
+        let may_command = self.may_command;
+        let received = self.reader.next(|kind| max_body_to_relay(kind, may_command))?;
+        received.map(|received| ToRelay::parse(received.kind, received.id, &received.body)).transpose()
+    }
+
+    fn command(&mut self, bus: &Bus, id: u64, daemon: Daemon, bytes: &[u8]) {
+        let refused = |reason: String| CommandError::Refused { daemon, reason };
+        let sent = if self.commands.contains_key(&id) {
+            Err(refused("another command has this number".to_owned()))
+        } else {
+            let uid = self.uid;
+            self.client(bus, daemon).map_err(refused).and_then(|client| client.send_for(bytes, uid))
+        };
+        match sent {
+            Ok(open) => drop(self.commands.insert(id, (daemon, open))),
+            Err(error) => self.answers.push_back(FromRelay::CommandFailed { id, error }),
+        }
+    }
+
+    fn client(&mut self, bus: &Bus, daemon: Daemon) -> Result<&CommandClient, String> {
+        Ok(match self.clients.entry(daemon) {
+            Entry::Occupied(client) => client.into_mut(),
+            Entry::Vacant(place) => place.insert(bus.command_client(daemon).map_err(|error| error.to_string())?),
+        })
+    }
+
+    /// Forgets a command. The bus has room for few clients of each daemon: one without commands leaves.
+    fn end_command(&mut self, id: u64) {
+        if let Some((daemon, _)) = self.commands.remove(&id)
+            && !self.commands.values().any(|(other, _)| *other == daemon)
+        {
+            self.clients.remove(&daemon);
+        }
+    }
+
+    /// Tells it what is new, as far as it reads.
+    ///
+    /// # Errors
+    /// It is gone.
+    pub(super) fn send(&mut self, feeds: Option<&Feeds>) -> io::Result<()> {
+        loop {
+            self.writer.flush(&self.socket, SendFlags::DONTWAIT)?;
+            if !self.writer.is_idle() {
+                return Ok(());
+            }
+            let Some(frame) = self.next_news(feeds) else { return Ok(()) };
+            self.writer.begin(frame.frame());
+        }
+    }
+
+    /// What it is told next: answers, then replies, heartbeats, samples.
+    fn next_news(&mut self, feeds: Option<&Feeds>) -> Option<FromRelay> {
+        let answer = self.answers.pop_front();
+        answer.or_else(|| self.next_reply()).or_else(|| self.next_status()).or_else(|| self.next_sample(feeds?))
+    }
+
+    fn next_reply(&mut self) -> Option<FromRelay> {
+        let (id, reply) = self.commands.iter().find_map(|(id, (_, open))| Some((*id, open.take().transpose()?)))?;
+        if reply.as_ref().map_or(true, Reply::is_final) {
+            self.end_command(id);
+        }
+        Some(match reply {
+            Ok(Reply::Progress(bytes)) => FromRelay::Reply { id, kind: ReplyKind::Progress, bytes },
+            Ok(Reply::Done(bytes)) => FromRelay::Reply { id, kind: ReplyKind::Done, bytes },
+            Ok(Reply::Failed(bytes)) => FromRelay::Reply { id, kind: ReplyKind::Failed, bytes },
+            Err(error) => FromRelay::CommandFailed { id, error },
+        })
+    }
+
+    fn next_status(&mut self) -> Option<FromRelay> {
+        Some(FromRelay::Status(Box::new(self.status.as_mut()?.pop_front()?)))
+    }
+
+    fn next_sample(&mut self, feeds: &Feeds) -> Option<FromRelay> {
+        let waiting = self.subscriptions.iter_mut().filter(|(_, subscription)| !subscription.is_on_its_way);
+        let (subscription, (number, frame)) =
+            waiting.into_iter().find_map(|(topic, s)| feeds.newer(*topic, s.last).map(|newer| (s, newer)))?;
+        subscription.last = number;
+        subscription.is_on_its_way = matches!(frame, FromRelay::Sample { .. });
+        Some(frame)
+    }
+}
+
+fn invalid(reason: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, reason)
+}

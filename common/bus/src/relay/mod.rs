@@ -1,0 +1,255 @@
+//! The relay: a participant of the bus that lets other users look at it, and send commands, over two Unix sockets.
+//!
+//! The bus itself stays its user's alone. Who may open which socket is decided by the group of each, and who sends a
+//! command by the system, not by the client. A client that is slow misses samples between the newest ones, and holds up
+//! nobody; one that sends anything else than the protocol is cut off.
+
+mod connection;
+mod feeds;
+mod sockets;
+#[cfg(test)]
+mod tests;
+
+use crate::bus::Bus;
+use crate::domain::Domain;
+use crate::error::DomainError;
+use crate::limits::{MAX_CONNECTIONS, MAX_CONNECTIONS_OF_USER};
+use crate::names::{Daemon, TopicName};
+use crate::relay_protocol::{FromRelay, Refusal};
+use crate::status::StatusReader;
+use crate::waiter::Waiter;
+use connection::Connection;
+use feeds::Feeds;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use sockets::{Accepted, Sockets};
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Interval at which a missing bus is tried.
+const RETRY: Duration = Duration::from_millis(200);
+
+/// How a relay serves.
+pub struct RelayOptions {
+    /// Group, by name or number, whose members may look; `None` for nobody but the bus's user and root.
+    pub view_group: Option<String>,
+    /// Group whose members may also send commands.
+    pub control_group: Option<String>,
+    /// Makes the report of the site that clients may ask for.
+    pub report: Box<dyn Fn() -> Vec<u8> + Send>,
+}
+
+/// What happens at a relay, for its log.
+#[derive(Debug)]
+pub enum RelayEvent<'a> {
+    /// A user sends a command.
+    Command {
+        /// Who, as the system says.
+        uid: u32,
+        /// To which daemon.
+        daemon: Daemon,
+        /// The command.
+        bytes: &'a [u8],
+    },
+    /// A client sent something that is not the protocol, and is cut off.
+    CutOff {
+        /// Whose.
+        uid: u32,
+        /// What it sent.
+        reason: String,
+    },
+    /// A client is not served.
+    TurnedAway {
+        /// Whose.
+        uid: u32,
+        /// Why.
+        reason: String,
+    },
+    /// A sample cannot be passed on.
+    SampleLost {
+        /// Of which topic.
+        topic: TopicName,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// A relay that listens. It serves while [`Relay::serve`] is called.
+pub struct Relay {
+    domain: Domain,
+    sockets: Sockets,
+    report: Box<dyn Fn() -> Vec<u8> + Send>,
+    stop_on: Vec<OwnedFd>,
+    session: Option<Session>,
+    connections: Vec<Connection>,
+}
+
+/// Participation in a generation of the bus.
+struct Session {
+    feeds: Feeds,
+    status: StatusReader,
+    bus: Bus,
+    waiter: Waiter,
+}
+
+impl Relay {
+    /// Opens the sockets of a domain's relay; the texts are what an operator should know, such as a group that is missing.
+    ///
+    /// # Errors
+    /// A bus of another user, another relay, a folder that cannot be used.
+    pub fn open(domain: &Domain, options: RelayOptions) -> Result<(Self, Vec<String>), DomainError> {
+        domain.require_own()?;
+        let groups = [options.view_group.as_deref(), options.control_group.as_deref()];
+        let (sockets, notes) = Sockets::open(domain.relay_folder(), groups)?;
+        let relay = Self {
+            domain: domain.clone(),
+            sockets,
+            report: options.report,
+            stop_on: Vec::new(),
+            session: None,
+            connections: Vec::new(),
+        };
+        Ok((relay, notes))
+    }
+
+    /// The folder with its sockets.
+    pub fn folder(&self) -> &Path {
+        self.domain.relay_folder()
+    }
+
+    /// Stops when this descriptor is readable or closed at its other end.
+    pub fn stop_on(&mut self, descriptor: OwnedFd) {
+        self.stop_on.push(descriptor);
+    }
+
+    /// Serves for a time; true if the relay is to stop.
+    ///
+    /// # Errors
+    /// The system cannot poll, or the sockets were deleted and cannot be made again.
+    pub fn serve(&mut self, time: Duration, on_event: &mut dyn FnMut(RelayEvent<'_>)) -> Result<bool, DomainError> {
+        let deadline = Instant::now() + time;
+        self.sockets.keep()?;
+        loop {
+            self.join();
+            let left = deadline.saturating_duration_since(Instant::now());
+            let is_over = self.wait(left)?;
+            if is_over {
+                // Its clients join the next generation.
+                (self.session, self.connections) = (None, Vec::new());
+            }
+            if self.is_stopped() {
+                return Ok(true);
+            }
+            self.accept(on_event);
+            self.converse(on_event);
+            if Instant::now() >= deadline {
+                return Ok(false);
+            }
+        }
+    }
+
+    /// Joins the bus, if it is there and not joined.
+    fn join(&mut self) {
+        if self.session.is_none() {
+            // Clients are told that there is no bus.
+            self.session = Bus::join_as_owner(&self.domain, Daemon::Groundplan).ok().and_then(|(bus, waiter)| {
+                let status = bus.status_reader().ok()?;
+                Some(Session { feeds: Feeds::default(), status, bus, waiter })
+            });
+        }
+    }
+
+    /// Waits until something happens; true if the generation of the bus is over.
+    fn wait(&mut self, timeout: Duration) -> Result<bool, DomainError> {
+        let failed = |source| DomainError::File { path: self.domain.relay_folder().to_owned(), source };
+        let stops = self.stop_on.iter().map(|stop| (stop.as_fd(), PollFlags::IN));
+        let listeners = self.sockets.listeners().map(|listener| (listener, PollFlags::IN));
+        let clients = self.connections.iter().map(|client| (client.socket(), client.interest()));
+        let polled: Vec<(BorrowedFd<'_>, PollFlags)> = stops.chain(listeners).chain(clients).collect();
+        match &mut self.session {
+            Some(session) => {
+                let wake = session.waiter.wait_with(&polled, timeout).map_err(|e| failed(e.source))?;
+                Ok(wake.superseded)
+            }
+            None => {
+                let timeout = timeout.min(RETRY);
+                let timeout =
+                    Timespec { tv_sec: timeout.as_secs().cast_signed(), tv_nsec: i64::from(timeout.subsec_nanos()) };
+                let mut polled: Vec<_> =
+                    polled.into_iter().map(|(fd, flags)| PollFd::from_borrowed_fd(fd, flags)).collect();
+                match poll(&mut polled, Some(&timeout)) {
+                    Ok(_) | Err(Errno::INTR) => Ok(false),
+                    Err(errno) => Err(failed(errno.into())),
+                }
+            }
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        let mut polled: Vec<_> =
+            self.stop_on.iter().map(|stop| PollFd::from_borrowed_fd(stop.as_fd(), PollFlags::IN)).collect();
+        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+        poll(&mut polled, Some(&at_once)).is_ok_and(|n| n > 0)
+    }
+
+    fn accept(&mut self, on_event: &mut dyn FnMut(RelayEvent<'_>)) {
+        while let Some(Accepted { socket, uid, may_command }) = self.sockets.accept() {
+            let same_socket = || self.connections.iter().filter(|client| client.may_command() == may_command);
+            let n_own = same_socket().filter(|client| client.uid() == uid).count();
+            let refusal = match same_socket().count() {
+                MAX_CONNECTIONS.. => Some(format!("it serves {MAX_CONNECTIONS} clients already: stop one of them")),
+                _ if n_own >= MAX_CONNECTIONS_OF_USER => {
+                    Some(format!("it serves {n_own} clients of this user already: stop one of them"))
+                }
+                _ => None,
+            };
+            let mut connection = Connection::new(socket, uid, may_command);
+            if let Some(reason) = refusal {
+                on_event(RelayEvent::TurnedAway { uid, reason: reason.clone() });
+                connection.refuse(Refusal::Full(reason));
+            }
+            self.connections.push(connection);
+        }
+    }
+
+    /// Reads what clients say, and tells them what is new.
+    fn converse(&mut self, on_event: &mut dyn FnMut(RelayEvent<'_>)) {
+        let Self { session, connections, sockets, report, .. } = self;
+        if let Some(session) = session {
+            while let Ok(Some(record)) = session.status.take() {
+                connections.iter_mut().for_each(|client| client.put_status(record));
+            }
+        }
+        connections.retain_mut(|client| {
+            let mut went = client.receive();
+            went = went.and_then(|()| match session {
+                Some(session) => {
+                    let welcome = FromRelay::Welcome {
+                        generation: session.bus.generation(),
+                        may_command: client.may_command(),
+                        control_group: sockets.control_group().to_owned(),
+                    };
+                    client.handle(welcome, &session.bus, &mut session.feeds, report.as_ref(), on_event)
+                }
+                None => {
+                    client.refuse(Refusal::NoBus);
+                    Ok(())
+                }
+            });
+            if let Err(reason) = &went
+                && reason.kind() == io::ErrorKind::InvalidData
+            {
+                on_event(RelayEvent::CutOff { uid: client.uid(), reason: reason.to_string() });
+            }
+            went.is_ok()
+        });
+        if let Some(session) = session {
+            let is_used = |topic| connections.iter().any(|client| client.follows(topic));
+            session.feeds.take(is_used, on_event);
+        }
+        let feeds = session.as_ref().map(|session| &session.feeds);
+        connections.retain_mut(|client| client.send(feeds).is_ok() && !client.is_done());
+    }
+}

@@ -1,0 +1,309 @@
+//! A relay and its clients in one process, by the same user.
+
+use super::*;
+use crate::command::Reply;
+use crate::error::{CommandError, PortError};
+use crate::keeper::Keeper;
+use crate::latched::Origin;
+use crate::relay_protocol::{CONTROL_SOCKET, VIEW_SOCKET};
+use crate::{Wake, topics};
+use messages::{InputHashes, ScheduleStateBuilder};
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+
+/// The one deadline of every wait.
+const DEADLINE: Duration = Duration::from_secs(60);
+
+/// A domain with a keeper and a relay that serves in a thread.
+struct Fixture {
+    domain: Domain,
+    keeper: Option<Keeper>,
+    events: Arc<Mutex<Vec<String>>>,
+    stop: Option<UnixStream>,
+    thread: Option<JoinHandle<()>>,
+    folder: tempfile::TempDir,
+}
+
+fn own() -> u32 {
+    rustix::process::geteuid().as_raw()
+}
+
+impl Fixture {
+    fn start() -> Self {
+        static COUNTER: AtomicU32 = AtomicU32::new(0);
+        let prefix = format!("gr{:x}x{:x}_", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed));
+        let folder = tempfile::Builder::new().prefix("rel").tempdir_in("/dev/shm").unwrap();
+        let domain = Domain::shared(&prefix, folder.path().join("bus")).unwrap();
+        let keeper = Some(Keeper::start(&domain).unwrap());
+        let (stop, stopped) = UnixStream::pair().unwrap();
+        let events: Arc<Mutex<Vec<String>>> = Arc::default();
+        let report: Box<dyn Fn() -> Vec<u8> + Send> = Box::new(|| b"all is well".to_vec());
+        let options = RelayOptions { view_group: None, control_group: Some("no such group".to_owned()), report };
+        let (mut relay, notes) = Relay::open(&domain, options).unwrap();
+        assert!(notes.len() == 1 && notes[0].contains("no such group"), "{notes:?}");
+        relay.stop_on(stopped.into());
+        let log = Arc::clone(&events);
+        let serve = move || {
+            let mut on_event = |event: RelayEvent<'_>| log.lock().unwrap().push(format!("{event:?}"));
+            while !relay.serve(Duration::from_millis(50), &mut on_event).unwrap() {}
+        };
+        let thread = Some(std::thread::Builder::new().name("relay".to_owned()).spawn(serve).unwrap());
+        Self { domain, keeper, events, stop: Some(stop), thread, folder }
+    }
+
+    fn client(&self) -> (Bus, Waiter) {
+        until("the relay", || Bus::join_by_relay(&self.domain, Daemon::Groundplan, own()).ok())
+    }
+
+    /// A connection to a socket that says nothing by itself.
+    fn raw(&self, socket: &str) -> UnixStream {
+        until("the socket", || UnixStream::connect(self.domain.relay_folder().join(socket)).ok())
+    }
+
+    fn wait_for_event(&self, words: &str) {
+        until(words, || self.events.lock().unwrap().iter().any(|event| event.contains(words)).then_some(()));
+    }
+}
+
+impl Drop for Fixture {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            thread.join().unwrap();
+        }
+        drop(self.keeper.take());
+        assert!(self.folder.path().exists());
+    }
+}
+
+fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let begun = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(begun.elapsed() < DEADLINE, "waited in vain for {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// A participant whose waiter runs in a thread, as a daemon's does.
+struct Attended {
+    bus: Bus,
+    stopper: crate::Stopper,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Attended {
+    fn join(domain: &Domain, daemon: Daemon) -> Self {
+        let (bus, mut waiter) = Bus::join(domain, daemon).unwrap();
+        let stopper = waiter.stopper();
+        let wait = move || while !waiter.wait(DEADLINE).unwrap().stopped {};
+        let thread = Some(std::thread::Builder::new().name("attended".to_owned()).spawn(wait).unwrap());
+        Self { bus, stopper, thread }
+    }
+}
+
+impl Drop for Attended {
+    fn drop(&mut self) {
+        self.stopper.stop();
+        if let Some(thread) = self.thread.take() {
+            thread.join().unwrap();
+        }
+    }
+}
+
+fn publish(publisher: &crate::Publisher<topics::ScheduleState>, epoch: u64) {
+    let origin = Origin { epoch, frame_epoch: 1, inputs: InputHashes::default() };
+    publisher.publish(&ScheduleStateBuilder::everything_built(epoch, 3 * epoch as usize, 1), origin).unwrap();
+}
+
+#[test]
+fn samples_come_as_they_were_published_and_late_joiners_get_the_last() {
+    let fixture = Fixture::start();
+    let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
+    publish(&publisher, 1);
+    let (bus, mut waiter) = fixture.client();
+    assert_eq!(bus.generation(), producer.bus.generation());
+    let first = bus.subscriber(topics::ScheduleState).unwrap();
+    let mut next = |epoch: u64| {
+        let sample = until("a sample", || {
+            waiter.wait(Duration::from_millis(100)).unwrap();
+            first.take().unwrap()
+        });
+        assert_eq!(sample.header().epoch, epoch);
+        let checked = sample.check().unwrap();
+        assert_eq!(checked.view().n_elements(), 3 * epoch as usize);
+    };
+    next(1);
+    publish(&publisher, 2);
+    next(2);
+    let second = bus.subscriber(topics::ScheduleState).unwrap();
+    assert_eq!(second.take().unwrap().unwrap().header().epoch, 2, "who comes second gets the last one");
+    assert!(first.take().unwrap().is_none());
+    drop((first, second));
+    let again = bus.subscriber(topics::ScheduleState).unwrap();
+    assert_eq!(until("the last one", || again.take().unwrap()).header().epoch, 2);
+}
+
+#[test]
+fn a_slow_client_gets_the_newest_sample_and_holds_up_nobody() {
+    let fixture = Fixture::start();
+    let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
+    publish(&publisher, 1);
+    let ((slow, mut slow_waiter), (quick, _quick_waiter)) = (fixture.client(), fixture.client());
+    let of_slow = slow.subscriber(topics::ScheduleState).unwrap();
+    let of_quick = quick.subscriber(topics::ScheduleState).unwrap();
+    for epoch in 2..200 {
+        publish(&publisher, epoch);
+        until("each sample", || of_quick.take().unwrap().filter(|sample| sample.header().epoch == epoch));
+    }
+    let mut taken = Vec::new();
+    until("the newest", || {
+        slow_waiter.wait(Duration::from_millis(10)).unwrap();
+        taken.extend(of_slow.take().unwrap().map(|sample| sample.header().epoch));
+        taken.contains(&199).then_some(())
+    });
+    assert!(taken.len() <= 3, "those in between are left out: {taken:?}");
+}
+
+#[test]
+fn commands_carry_the_user_whom_the_system_names() {
+    let fixture = Fixture::start();
+    let (bus, mut waiter) = fixture.client();
+    let client = bus.command_client(Daemon::IfcIngest).unwrap();
+    let open = client.send(b"load").unwrap();
+    let error = until("the error", || open.take().err());
+    assert!(matches!(error, CommandError::NotServed { daemon: Daemon::IfcIngest }), "{error}");
+    let (server_bus, mut server_waiter) = Bus::join(&fixture.domain, Daemon::IfcIngest).unwrap();
+    let server = server_bus.command_server().unwrap();
+    let long = vec![7u8; 3 << 20];
+    let open = client.send(&long).unwrap();
+    let command = until("the command", || {
+        server_waiter.wait(Duration::from_millis(50)).unwrap();
+        server.take().unwrap()
+    });
+    assert!(command.bytes() == long && command.caller_uid() == own());
+    command.progress(b"half").unwrap();
+    command.done(&long).unwrap();
+    let mut replies = Vec::new();
+    until("the replies", || {
+        waiter.wait(Duration::from_millis(50)).unwrap();
+        replies.extend(open.take().unwrap());
+        replies.last().is_some_and(Reply::is_final).then_some(())
+    });
+    assert!(replies[0] == Reply::Progress(b"half".to_vec()) && replies[1] == Reply::Done(long));
+    fixture.wait_for_event(&format!("Command {{ uid: {}, daemon: IfcIngest", own()));
+    // A client that gives up is told to the daemon.
+    let open = client.send(b"again").unwrap();
+    let command = until("the command", || server.take().unwrap());
+    drop(open);
+    until("the end", || command.is_cancelled().then_some(()));
+}
+
+#[test]
+fn heartbeats_come_and_what_is_for_the_owner_is_refused() {
+    let fixture = Fixture::start();
+    let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
+    let (bus, mut waiter) = fixture.client();
+    let reader = bus.status_reader().unwrap();
+    let writer = producer.bus.status_writer().unwrap();
+    let record = until("a heartbeat", || {
+        writer.send(bytemuck::Zeroable::zeroed());
+        waiter.wait(Duration::from_millis(20)).unwrap();
+        reader.take().unwrap()
+    });
+    assert_eq!((record.daemon, record.process_id), (Daemon::ScheduleEval as u32, std::process::id()));
+    assert!(matches!(bus.status_writer().map(drop), Err(PortError::OwnerOnly { .. })));
+    assert!(matches!(bus.command_server().map(drop), Err(PortError::OwnerOnly { .. })));
+    let (robot, _waiter) = Bus::join_by_relay(&fixture.domain, Daemon::Robot, own()).unwrap();
+    assert!(matches!(robot.publisher(topics::SlamMap, 64).map(drop), Err(PortError::OwnerOnly { .. })));
+}
+
+#[test]
+fn a_new_generation_ends_the_conversation_and_is_joined() {
+    let mut fixture = Fixture::start();
+    let (bus, mut waiter) = fixture.client();
+    drop(fixture.keeper.take());
+    let ended = until("the end", || Some(waiter.wait(DEADLINE).unwrap()).filter(|wake: &Wake| wake.superseded));
+    assert!(!ended.stopped);
+    let refused = Bus::join_by_relay(&fixture.domain, Daemon::Groundplan, own()).map(drop).unwrap_err();
+    assert!(matches!(refused, DomainError::NoKeeper { .. }), "{refused}");
+    fixture.keeper = Some(Keeper::start(&fixture.domain).unwrap());
+    let (again, _waiter) = fixture.client();
+    drop(bus);
+    assert!(again.subscriber(topics::Site).is_ok());
+}
+
+#[test]
+fn bytes_that_are_no_conversation_are_cut_off_and_others_served() {
+    let fixture = Fixture::start();
+    let (bus, _waiter) = fixture.client();
+    let hello = |version: u32| {
+        let mut frame: Vec<u8> = [1u32.to_ne_bytes(), 8u32.to_ne_bytes()].concat();
+        frame.extend(0u64.to_ne_bytes());
+        frame.extend(b"GPRL");
+        frame.extend(version.to_ne_bytes());
+        frame
+    };
+    let frame =
+        |kind: u32, length: u32, id: u64| [&kind.to_ne_bytes()[..], &length.to_ne_bytes(), &id.to_ne_bytes()].concat();
+    let greeted = hello(messages::LAYOUT_VERSION);
+    let attempts: [(&str, Vec<u8>); 9] = [
+        (CONTROL_SOCKET, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n".to_vec()),
+        (CONTROL_SOCKET, vec![0xff; 1 << 20]),
+        (CONTROL_SOCKET, frame(2, 0, 0)),
+        (CONTROL_SOCKET, [greeted.clone(), frame(2, 0, 4711)].concat()),
+        (CONTROL_SOCKET, [greeted.clone(), frame(6, u32::MAX, 1)].concat()),
+        (CONTROL_SOCKET, [greeted.clone(), frame(6, 4, 1), 99u32.to_ne_bytes().to_vec()].concat()),
+        (CONTROL_SOCKET, [greeted.clone(), greeted.clone()].concat()),
+        (CONTROL_SOCKET, [greeted.clone(), frame(103, 0, 0)].concat()),
+        (VIEW_SOCKET, [greeted.clone(), frame(6, 8, 1), vec![0; 8]].concat()),
+    ];
+    let n_attempts = attempts.len();
+    for (socket, bytes) in attempts {
+        let mut raw = fixture.raw(socket);
+        // It may be cut off while it still writes.
+        let _ = raw.write_all(&bytes);
+        let mut rest = Vec::new();
+        // The end of the stream, or its reset.
+        let _ = raw.read_to_end(&mut rest);
+    }
+    until("the log", || {
+        let events = fixture.events.lock().unwrap();
+        (events.iter().filter(|event| event.starts_with("CutOff")).count() == n_attempts).then_some(())
+    });
+    let mut other_version = fixture.raw(VIEW_SOCKET);
+    other_version.write_all(&hello(77)).unwrap();
+    let mut answer = Vec::new();
+    other_version.read_to_end(&mut answer).unwrap();
+    assert!(answer[..4] == 102u32.to_ne_bytes() && answer[16..20] == messages::LAYOUT_VERSION.to_ne_bytes());
+    let sites = bus.subscriber(topics::Site).unwrap();
+    assert!(sites.take().unwrap().is_none() && bus.subscriber(topics::Grids).unwrap().take().is_ok());
+}
+
+#[test]
+fn one_client_too_many_is_told_so() {
+    let fixture = Fixture::start();
+    let clients: Vec<_> = (0..MAX_CONNECTIONS_OF_USER).map(|_| fixture.client()).collect();
+    let refused = Bus::join_by_relay(&fixture.domain, Daemon::Groundplan, own()).map(drop).unwrap_err();
+    assert!(refused.to_string().contains("serves 16 clients of this user already"), "{refused}");
+    fixture.wait_for_event("TurnedAway");
+    drop(clients);
+    fixture.client();
+}
+
+#[test]
+fn there_is_one_relay_and_a_deleted_socket_is_made_again() {
+    let fixture = Fixture::start();
+    let options = || RelayOptions { view_group: None, control_group: None, report: Box::new(Vec::new) };
+    assert!(matches!(Relay::open(&fixture.domain, options()).map(drop), Err(DomainError::RelayRuns { .. })));
+    fixture.client();
+    std::fs::remove_file(fixture.domain.relay_folder().join(CONTROL_SOCKET)).unwrap();
+    fixture.client();
+}

@@ -1,0 +1,87 @@
+//! Takes frames out of a stream: bodies are bounded before they are stored.
+
+use super::frames::{FrameHeader, ProtocolError, SAMPLE};
+use rustix::io::Errno;
+use rustix::net::{RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, recvmsg};
+use std::collections::VecDeque;
+use std::io::{self, IoSliceMut};
+use std::mem::MaybeUninit;
+use std::os::fd::{AsFd, OwnedFd};
+
+/// Bytes that are read at once; a peer that sends without end does not keep others waiting.
+const CHUNK_BYTES: usize = 64 << 10;
+
+/// Descriptors that may come with one chunk.
+const MAX_DESCRIPTORS: usize = 4;
+
+/// A frame that came.
+pub(crate) struct Received {
+    pub(crate) kind: u32,
+    pub(crate) id: u64,
+    pub(crate) body: Vec<u8>,
+    pub(crate) descriptor: Option<OwnedFd>,
+}
+
+/// Bytes that came and are no whole frame yet.
+#[derive(Default)]
+pub(crate) struct FrameReader {
+    bytes: Vec<u8>,
+    /// Where the next frame begins.
+    from: usize,
+    descriptors: VecDeque<OwnedFd>,
+}
+
+impl FrameReader {
+    /// Reads what has come, a chunk at most, without waiting; false at the end of the stream.
+    pub(crate) fn fill(&mut self, socket: impl AsFd) -> io::Result<bool> {
+        self.bytes.drain(..self.from);
+        self.from = 0;
+        let filled = self.bytes.len();
+        self.bytes.resize(filled + CHUNK_BYTES, 0);
+        let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(MAX_DESCRIPTORS))];
+        let mut control = RecvAncillaryBuffer::new(&mut space);
+        let flags = RecvFlags::DONTWAIT | RecvFlags::CMSG_CLOEXEC;
+        let received = loop {
+            match recvmsg(&socket, &mut [IoSliceMut::new(&mut self.bytes[filled..])], &mut control, flags) {
+                Err(Errno::INTR) => {}
+                received => break received,
+            }
+        };
+        self.bytes.truncate(filled + received.as_ref().map_or(0, |received| received.bytes));
+        for message in control.drain() {
+            if let RecvAncillaryMessage::ScmRights(descriptors) = message {
+                self.descriptors.extend(descriptors);
+            }
+        }
+        match received {
+            Ok(received) => Ok(received.bytes > 0),
+            Err(Errno::AGAIN) => Ok(true),
+            Err(errno) => Err(errno.into()),
+        }
+    }
+
+    /// True if no byte is left.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.from == self.bytes.len()
+    }
+
+    /// The next whole frame; `max_body` says how long one of a kind may be.
+    pub(crate) fn next(&mut self, max_body: impl Fn(u32) -> Option<usize>) -> Result<Option<Received>, ProtocolError> {
+        let rest = &self.bytes[self.from..];
+        let Some(header) = rest.get(..size_of::<FrameHeader>()) else { return Ok(None) };
+        let FrameHeader { kind, length, id } = bytemuck::pod_read_unaligned(header);
+        if max_body(kind).is_none_or(|max| length as usize > max) {
+            return Err(ProtocolError::Frame { kind, length });
+        }
+        let end = size_of::<FrameHeader>() + length as usize;
+        let Some(body) = rest.get(size_of::<FrameHeader>()..end) else { return Ok(None) };
+        let body = body.to_vec();
+        self.from += end;
+        let descriptor = if kind == SAMPLE { self.descriptors.pop_front() } else { None };
+        if kind != SAMPLE && self.descriptors.len() > MAX_DESCRIPTORS {
+            // Nobody keeps a descriptor open here that no frame speaks of.
+            self.descriptors.clear();
+        }
+        Ok(Some(Received { kind, id, body, descriptor }))
+    }
+}

@@ -1,0 +1,55 @@
+//! Files of the bus are deleted under running daemons: by hand, or by a login manager that removes a user's shared memory.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use std::fs;
+use std::time::Instant;
+use support::live::{DEADLINE, Live};
+
+/// The current generation of the bus; 0 if there is none.
+fn generation(live: &Live) -> u64 {
+    let text = fs::read_to_string(live.root.path().join("generation")).unwrap_or_default();
+    let number = text.lines().find_map(|line| line.strip_prefix("generation="));
+    number.map_or(0, |number| number.parse().unwrap())
+}
+
+fn delete_segments(live: &Live) {
+    for path in support::files_in("/dev/shm".as_ref()) {
+        if path.to_string_lossy().contains(&format!("/{}", live.prefix)) {
+            // One that goes at this moment is gone too.
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+/// Does harm to a running site, and expects its maps on a new bus without anybody's help.
+fn maps_come_back_after(what: &str, live: &Live, harm: impl Fn(&Live)) {
+    live.wait_until_healthy();
+    let (generation_before, index_before) = (generation(live), live.index());
+    harm(live);
+    let begun = Instant::now();
+    while generation(live) <= generation_before {
+        assert!(begun.elapsed() < DEADLINE, "{what}: there is no new bus");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    live.wait_until_healthy();
+    let index = live.index();
+    assert!(index["epoch"].as_u64() >= index_before["epoch"].as_u64(), "{what}: {index} after {index_before}");
+    assert_eq!(index["content_hash"], index_before["content_hash"], "{what}");
+    live.text(&[&"date", &"--next"]);
+    assert!(live.index()["epoch"].as_u64() > index_before["epoch"].as_u64(), "{what}");
+}
+
+#[test]
+fn maps_come_back_after_segments_or_folder_of_the_bus_were_deleted() {
+    let mut live = Live::start();
+    maps_come_back_after("segments", &live, delete_segments);
+    maps_come_back_after("the folder", &live, |live| fs::remove_dir_all(live.root.path()).unwrap());
+    maps_come_back_after("both", &live, |live| {
+        delete_segments(live);
+        fs::remove_dir_all(live.root.path()).unwrap();
+    });
+    live.down();
+    assert_eq!(live.segments(), 0, "nothing is left of any of the buses");
+}
