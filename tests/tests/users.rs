@@ -215,7 +215,7 @@ fn each_user_does_what_a_group_allows_and_leaves_no_file() {
     }
     // Members of the control group command, and the log knows who it was.
     let date = site.text(OPERATOR, &["date", "--next"]);
-    assert_eq!(site.text(VIEWER, &["topic", "echo", "schedule-state", "--json"]).contains(date.trim()), true);
+    assert!(site.text(VIEWER, &["topic", "echo", "schedule-state", "--json"]).contains(date.trim()));
     let log = site.log();
     let line = log.lines().find(|line| line.contains("next_change")).unwrap_or_else(|| panic!("{log}"));
     assert!(line.contains("12003") && line.contains("schedule-eval"), "{line}");

@@ -192,12 +192,11 @@ impl RelayLink {
         let mut inbox = self.lock();
         let mut has_come = false;
         loop {
-            let is_open = inbox.reader.fill(&self.socket).unwrap_or(false);
-            let mut n_frames = 0;
+            let n_bytes = inbox.reader.fill(&self.socket).unwrap_or_default();
             let is_whole = loop {
                 match next_frame(&mut inbox.reader) {
                     Ok(Some(frame)) => {
-                        n_frames += 1;
+                        has_come = true;
                         if let Some(topic) = inbox.put(frame) {
                             // What cannot be sent shows at the next look.
                             let _ = self.send(&ToRelay::Taken(topic));
@@ -207,13 +206,13 @@ impl RelayLink {
                     Err(_) => break false,
                 }
             };
-            has_come |= n_frames > 0;
-            if !is_open || !is_whole {
-                self.is_closed.store(true, Ordering::Relaxed);
-                return true;
-            }
-            if n_frames == 0 {
-                return has_come;
+            match n_bytes {
+                Some(0) if is_whole => return has_come,
+                Some(_) if is_whole => {}
+                _ => {
+                    self.is_closed.store(true, Ordering::Relaxed);
+                    return true;
+                }
             }
         }
     }
@@ -311,7 +310,7 @@ fn first_frame(socket: &UnixStream, reader: &mut FrameReader) -> io::Result<From
             return Ok(frame);
         }
         wait_until_readable(socket, deadline)?;
-        if !reader.fill(socket)? && reader.is_empty() {
+        if reader.fill(socket)?.is_none() && reader.is_empty() {
             return Err(io::Error::other("it hung up"));
         }
     }

@@ -138,7 +138,7 @@ impl Connection {
     /// # Errors
     /// It is gone.
     pub(super) fn receive(&mut self) -> io::Result<()> {
-        if !self.is_listened_to() || self.reader.fill(&self.socket)? {
+        if !self.is_listened_to() || self.reader.fill(&self.socket)?.is_some() {
             return Ok(());
         }
         Err(io::ErrorKind::ConnectionReset.into())

@@ -32,8 +32,8 @@ pub(crate) struct FrameReader {
 }
 
 impl FrameReader {
-    /// Reads what has come, a chunk at most, without waiting; false at the end of the stream.
-    pub(crate) fn fill(&mut self, socket: impl AsFd) -> io::Result<bool> {
+    /// Reads what has come, a chunk at most, without waiting: the number of bytes, `None` at the end of the stream.
+    pub(crate) fn fill(&mut self, socket: impl AsFd) -> io::Result<Option<usize>> {
         self.bytes.drain(..self.from);
         self.from = 0;
         let filled = self.bytes.len();
@@ -54,8 +54,8 @@ impl FrameReader {
             }
         }
         match received {
-            Ok(received) => Ok(received.bytes > 0),
-            Err(Errno::AGAIN) => Ok(true),
+            Ok(received) => Ok(Some(received.bytes).filter(|bytes| *bytes > 0)),
+            Err(Errno::AGAIN) => Ok(Some(0)),
             Err(errno) => Err(errno.into()),
         }
     }
