@@ -1,6 +1,7 @@
 //! Checks the configuration of a site whole, before anything is started: every value, and every file that it names.
 
 use crate::failure::Failure;
+use bus::DomainError;
 use daemon::{Configured, FileText, Robot, SettingKey, SiteConfig, check_setting, line_of_key};
 use frames::PlanTime;
 use grid::GridSpec;
@@ -56,7 +57,9 @@ pub(crate) fn refuse_unusable(config: &SiteConfig) -> Result<(), Failure> {
 pub(crate) fn findings(config: &SiteConfig) -> Vec<ConfigFinding> {
     let text = std::fs::read_to_string(&config.file).unwrap_or_default();
     let mut found = Findings { file: &config.file, text, findings: Vec::new() };
-    found.of("bus.prefix", config.bus.domain());
+    let domain = config.domain();
+    let is_of_relay = matches!(domain, Err(DomainError::RelayFolder { .. }));
+    found.of(if is_of_relay { "relay.folder" } else { "bus.prefix" }, domain);
     found.of("log.level", config.log.check());
     models(&mut found, config);
     let robot = Robot::configured(config.robot.profile.as_deref());
