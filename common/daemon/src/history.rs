@@ -5,6 +5,7 @@
 
 use crate::caller::Caller;
 use crate::state::StateError;
+use clap::ValueEnum;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, OpenOptions};
@@ -17,7 +18,7 @@ const MAX_MONTHS: usize = 12;
 const MAX_BYTES: u64 = 64 << 20;
 
 /// What happened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum HistoryKind {
     /// Another model, or another revision of it: in force, waiting, refused, confirmed or discarded.
@@ -38,6 +39,13 @@ pub enum HistoryKind {
     Pose,
     /// Elements that are absent: confirmed or taken back.
     Absence,
+}
+
+impl std::fmt::Display for HistoryKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        // Every kind can be named on a command line.
+        self.to_possible_value().map_or(Ok(()), |value| f.write_str(value.get_name()))
+    }
 }
 
 /// An event to be recorded.

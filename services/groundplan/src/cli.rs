@@ -1,8 +1,8 @@
 //! The command line: all commands. Arguments, help and work of each are in its own file.
 
 use crate::commands::{
-    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, load, man,
-    monitor, relay, robot, slam_map, states, status, tasks, topic, up, waypoints,
+    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, load, log,
+    man, monitor, relay, robot, slam_map, states, status, tasks, topic, up, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -54,6 +54,8 @@ pub enum Command {
     Deviations(deviations::Args),
     /// Confirm the pending pose, or that elements that the robot saw through are absent
     Confirm(confirm::Args),
+    /// List what happened to a site: revisions, dates, progress, confirmations, with who asked for it
+    Log(log::Args),
     /// Show the running daemons in the terminal: their state, topics and maps
     Monitor(monitor::Args),
     /// Inspect topics of the bus
@@ -100,6 +102,7 @@ impl Command {
             Self::SlamMap(arguments) => arguments,
             Self::Deviations(arguments) => arguments,
             Self::Confirm(arguments) => arguments,
+            Self::Log(arguments) => arguments,
             Self::Monitor(arguments) => arguments,
             Self::Topic(arguments) => arguments,
             Self::Export(arguments) => arguments,

@@ -11,6 +11,7 @@ mod alignment_request;
 mod date_argument;
 mod maps;
 mod monitor;
+mod obstacles;
 mod progress;
 mod site_check;
 mod supervise;

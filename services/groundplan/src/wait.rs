@@ -1,7 +1,8 @@
 //! Joins the bus, asks a daemon, and waits until the effect is published.
 
 use crate::failure::Failure;
-use bus::{Bus, Daemon, DomainError, Waiter, topics};
+use crate::obstacles::Obstacles;
+use bus::{Bus, Daemon, DomainError, TopicName, Waiter, topics};
 use daemon::{Progress, Published, Request, RequestTimeouts, SiteConfig};
 use messages::InputHashes;
 use std::time::{Duration, Instant};
@@ -64,11 +65,17 @@ pub(crate) fn ask_with_progress<R: Request>(
 /// Waits until grids of a schedule state are out; while the plan time moves a later schedule state is as good.
 ///
 /// # Errors
-/// No new grids.
-pub(crate) fn wait_for_schedule_state(bus: &Bus, waiter: &mut Waiter, state: &Published) -> Result<(), Failure> {
+/// No new grids, and why.
+pub(crate) fn wait_for_schedule_state(
+    bus: &Bus,
+    waiter: &mut Waiter,
+    config: &SiteConfig,
+    state: &Published,
+) -> Result<(), Failure> {
     let schedule_states = bus.subscriber(topics::ScheduleState).map_err(Failure::work)?;
     let mut hashes = vec![state.content_hash];
-    wait_for_grids(bus, waiter, |inputs| {
+    let obstacles = Obstacles::after(config, TopicName::ScheduleState, state.epoch);
+    wait_for_grids(bus, waiter, obstacles, |inputs| {
         while let Ok(Some(schedule_state)) = schedule_states.take() {
             if schedule_state.header().epoch > state.epoch {
                 hashes.push(schedule_state.header().content_hash);
@@ -78,13 +85,25 @@ pub(crate) fn wait_for_schedule_state(bus: &Bus, waiter: &mut Waiter, state: &Pu
     })
 }
 
-/// Waits until an index of grids is out that was made from this.
+/// Waits until grids of a site are out.
 ///
 /// # Errors
-/// No new grids.
-pub(crate) fn wait_for_grids(
+/// No new grids, and why.
+pub(crate) fn wait_for_site(
     bus: &Bus,
     waiter: &mut Waiter,
+    config: &SiteConfig,
+    site: &Published,
+) -> Result<(), Failure> {
+    let obstacles = Obstacles::after(config, TopicName::Site, site.epoch);
+    wait_for_grids(bus, waiter, obstacles, |inputs| inputs.site == site.content_hash)
+}
+
+/// Waits until an index of grids is out that was made from this.
+fn wait_for_grids(
+    bus: &Bus,
+    waiter: &mut Waiter,
+    mut obstacles: Obstacles,
     mut is_it: impl FnMut(&InputHashes) -> bool,
 ) -> Result<(), Failure> {
     let grids = bus.subscriber(topics::Grids).map_err(Failure::work)?;
@@ -95,8 +114,11 @@ pub(crate) fn wait_for_grids(
         {
             return Ok(());
         }
+        if let Some(why) = obstacles.reason() {
+            return Err(Failure::work(format!("no new maps come: {why}")));
+        }
         if begun.elapsed() > TIMEOUT {
-            return Err(Failure::work("no new grids have come: see groundplan status"));
+            return Err(Failure::work("no new maps have come: see groundplan status"));
         }
         waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
     }

@@ -30,11 +30,12 @@ impl Run for Args {
     /// No daemons, a file that cannot be used; what was reported before stays.
     fn run(&self) -> Result<Outcome, Failure> {
         let file = self.file.as_ref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
-        let (bus, mut waiter) = join(&self.site.config()?)?;
+        let config = self.site.config()?;
+        let (bus, mut waiter) = join(&config)?;
         let request = ScheduleRequest::SetActuals { file, source: ActualsSource::Reported };
         let answer = ask(&bus, &mut waiter, &request)?;
         if answer.state.epoch > 0 {
-            wait_for_schedule_state(&bus, &mut waiter, &answer.state)?;
+            wait_for_schedule_state(&bus, &mut waiter, &config, &answer.state)?;
         }
         Ok(Outcome::silent())
     }

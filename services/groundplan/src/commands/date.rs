@@ -55,7 +55,7 @@ impl Run for Args {
         let answer = ask(&bus, &mut waiter, &request)?;
         // Without a site there is nothing to wait for: the plan time is kept for when there is one.
         if !self.no_wait && answer.state.epoch > 0 && request != ScheduleRequest::GetPlanTime {
-            wait_for_schedule_state(&bus, &mut waiter, &answer.state)?;
+            wait_for_schedule_state(&bus, &mut waiter, &config, &answer.state)?;
         }
         let time = answer.plan_time_s.map(date_argument::text);
         let text = match (&request, time) {

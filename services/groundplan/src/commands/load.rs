@@ -4,7 +4,7 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::progress::LoadProgress;
 use crate::run::{Outcome, Run};
-use crate::wait::{ask_with_progress, join, wait_for_grids};
+use crate::wait::{ask_with_progress, join, wait_for_site};
 use daemon::IngestRequest;
 use std::path::PathBuf;
 
@@ -33,13 +33,14 @@ impl Run for Args {
         let absolute =
             |path: &PathBuf| std::path::absolute(path).map_err(|e| Failure::usage(format!("{}: {e}", path.display())));
         let models = self.models.iter().map(absolute).collect::<Result<_, _>>()?;
-        let (bus, mut waiter) = join(&self.site.config()?)?;
+        let config = self.site.config()?;
+        let (bus, mut waiter) = join(&config)?;
         let progress = LoadProgress::new();
         let request = IngestRequest::Load { models };
         let answer = ask_with_progress(&bus, &mut waiter, &request, |news| progress.show(news))?;
         if !self.no_wait {
             progress.waits_for("drawing maps");
-            wait_for_grids(&bus, &mut waiter, |inputs| inputs.site == answer.content_hash)?;
+            wait_for_site(&bus, &mut waiter, &config, &answer)?;
         }
         Ok(Outcome::silent())
     }

@@ -13,6 +13,7 @@ pub mod down;
 pub mod export;
 pub mod keeper;
 pub mod load;
+pub mod log;
 pub mod man;
 pub mod monitor;
 pub mod relay;

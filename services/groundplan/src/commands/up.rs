@@ -5,9 +5,9 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::site_check::refuse_unusable;
 use crate::supervise::{Running, SupervisedProcess, check_versions};
-use bus::Daemon;
-use daemon::StopSignal;
-use std::time::Duration;
+use bus::{Daemon, HEARTBEAT_PERIOD};
+use daemon::{StatusBoard, StopSignal};
+use std::time::{Duration, Instant};
 
 /// Interval at which the daemons are polled.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
@@ -33,13 +33,22 @@ impl Run for Args {
         check_versions()?;
         let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
         let _running = Running::claim(&config.state)?;
+        let board = StatusBoard::of(&config.bus.root);
+        let mut last_look = Instant::now();
         let mut keeper = SupervisedProcess::of_command("keeper");
         let mut relay = SupervisedProcess::of_command("relay");
         let mut daemons = Daemon::SUPERVISED.map(|daemon| SupervisedProcess::new(daemon.name()));
         while !stop.is_raised_within(POLL_INTERVAL) {
             keeper.supervise(&path)?;
-            for daemon in &mut daemons {
-                daemon.supervise(&path)?;
+            let looks = last_look.elapsed() >= HEARTBEAT_PERIOD;
+            for (process, daemon) in daemons.iter_mut().zip(Daemon::SUPERVISED) {
+                process.supervise(&path)?;
+                if looks {
+                    process.kill_if_it_hangs(&board, daemon);
+                }
+            }
+            if looks {
+                last_look = Instant::now();
             }
             relay.supervise(&path)?;
         }

@@ -2,6 +2,8 @@
 
 use super::executables::executable;
 use crate::failure::Failure;
+use bus::Daemon;
+use daemon::StatusBoard;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -12,6 +14,10 @@ const MIN_BACK_OFF: Duration = Duration::from_millis(200);
 const MAX_BACK_OFF: Duration = Duration::from_secs(10);
 /// A daemon that lived this long has recovered.
 const RECOVERED: Duration = Duration::from_secs(10);
+/// A daemon whose loop has not reported for this time hangs: it is killed and started again. As WatchdogSec of the units.
+const WATCHDOG: Duration = Duration::from_secs(10);
+/// So many looks in a row must find the report too old: where all processes stood still, the daemons get time to report.
+const MIN_LATE: u32 = 3;
 /// Daemons that do not leave by themselves within this time are killed.
 pub(crate) const TIMEOUT: Duration = Duration::from_secs(3);
 
@@ -24,12 +30,22 @@ pub(crate) struct SupervisedProcess {
     started: Instant,
     back_off: Duration,
     restarts: u32,
+    /// Looks in a row that found its report too old.
+    n_late: u32,
 }
 
 impl SupervisedProcess {
     /// A process that has not been started.
     pub(crate) fn new(name: &'static str) -> Self {
-        Self { name, command: None, child: None, started: Instant::now(), back_off: Duration::ZERO, restarts: 0 }
+        Self {
+            name,
+            command: None,
+            child: None,
+            started: Instant::now(),
+            back_off: Duration::ZERO,
+            restarts: 0,
+            n_late: 0,
+        }
     }
 
     /// A command of the client, as a process of its own.
@@ -71,6 +87,19 @@ impl SupervisedProcess {
         info!(service = self.name, process_id = child.id(), "started");
         (self.child, self.started) = (Some(child), Instant::now());
         Ok(())
+    }
+
+    /// Kills it if it hangs: its process lives, and its last report on the board is too old. To be called once a second.
+    pub(crate) fn kill_if_it_hangs(&mut self, board: &StatusBoard, daemon: Daemon) {
+        let Some(child) = &mut self.child else { return };
+        let Some(report) = board.report::<serde::de::IgnoredAny>(daemon) else { return };
+        // A report of a process before this one says nothing about it.
+        self.n_late = if report.process_id == child.id() && report.age() >= WATCHDOG { self.n_late + 1 } else { 0 };
+        if self.n_late >= MIN_LATE {
+            warn!(service = self.name, silent_s = report.age().as_secs(), "hangs; it is killed");
+            // It may be gone at this moment, and that is as good.
+            let _ = child.kill();
+        }
     }
 
     /// Its standard input ends: it leaves.

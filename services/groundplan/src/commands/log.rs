@@ -1,0 +1,95 @@
+//! `groundplan log`: what happened to a site, when, and who asked for it.
+
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use daemon::{History, HistoryEntry, HistoryKind};
+use frames::counted;
+use std::collections::BTreeMap;
+
+/// Arguments of `log`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Only events of this kind; may be repeated
+    #[arg(long, value_name = "KIND", value_enum)]
+    kind: Vec<HistoryKind>,
+
+    /// Only the newest
+    #[arg(long, value_name = "N")]
+    last: Option<usize>,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    json: bool,
+
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+}
+
+impl Run for Args {
+    /// Lists the history of a site, from old to new; the site need not be up.
+    ///
+    /// # Errors
+    /// A history that cannot be read.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let config = self.site.config()?;
+        let (mut entries, n_damaged) = History::at(&config.state).read().map_err(Failure::work)?;
+        entries.retain(|entry| self.kind.is_empty() || self.kind.contains(&entry.kind));
+        let n_left_out = self.last.map_or(0, |last| entries.len().saturating_sub(last));
+        entries.drain(..n_left_out);
+        if n_damaged > 0 {
+            eprintln!("groundplan: {} of the history cannot be read", counted(n_damaged, "line"));
+        }
+        if self.json {
+            return Ok(Outcome::from(serde_json::to_string(&entries).map_err(Failure::work)? + "\n"));
+        }
+        let names = names_of_users();
+        Ok(Outcome::from(entries.iter().map(|entry| line(entry, &names)).collect::<String>()))
+    }
+}
+
+fn line(entry: &HistoryEntry, names: &BTreeMap<u32, String>) -> String {
+    let by = entry.by.map_or_else(
+        || "itself".to_owned(),
+        |caller| names.get(&caller.uid).cloned().unwrap_or_else(|| caller.to_string()),
+    );
+    // To the second: `2026-11-22T22:10:00Z`.
+    let at = entry.at.strftime("%Y-%m-%dT%H:%M:%SZ");
+    format!("{at}  {:<10} {by:<12} {}\n", entry.kind.to_string(), entry.summary)
+}
+
+/// Names of the users of this machine.
+fn names_of_users() -> BTreeMap<u32, String> {
+    let text = std::fs::read_to_string("/etc/passwd").unwrap_or_default();
+    let user = |line: &str| {
+        let mut fields = line.split(':');
+        let name = fields.next()?.to_owned();
+        Some((fields.nth(1)?.parse().ok()?, name))
+    };
+    text.lines().filter_map(user).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use daemon::Caller;
+
+    #[test]
+    fn a_line_names_the_user_and_the_moment() {
+        let entry = HistoryEntry {
+            at: "2026-11-22T22:10:00.123Z".parse().unwrap(),
+            kind: HistoryKind::Date,
+            by: Some(Caller { uid: 7 }),
+            summary: "plan time 2024-03-01T00:00:00".to_owned(),
+        };
+        let names = BTreeMap::from([(7, "alice".to_owned())]);
+        assert_eq!(
+            line(&entry, &names),
+            "2026-11-22T22:10:00Z  date       alice        plan time 2024-03-01T00:00:00\n"
+        );
+        let by_itself = line(&HistoryEntry { by: None, ..entry.clone() }, &names);
+        assert!(by_itself.contains("  date       itself  "), "{by_itself}");
+        assert!(line(&entry, &BTreeMap::new()).contains("user 7"));
+    }
+}

@@ -1,0 +1,77 @@
+//! Why what a client waits for does not come, from the last reports of the daemons.
+
+use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, TopicName};
+use daemon::{Report, SiteConfig, StatusBoard};
+use serde::de::IgnoredAny;
+use std::time::{Duration, Instant};
+
+/// The daemons between a site and its maps, in the order of the data.
+const WAY: [Daemon; 2] = [Daemon::ScheduleEval, Daemon::Rasterize];
+/// An error that lasts for this time does not go away by itself.
+const LASTS: Duration = Duration::from_secs(2);
+/// Waiting without a word for longer looks like hanging.
+const SILENT: Duration = Duration::from_secs(3);
+
+/// Watches the daemons that are between a sample and the maps that are made from it.
+pub(crate) struct Obstacles {
+    board: StatusBoard,
+    /// The sample.
+    topic: TopicName,
+    epoch: u64,
+    begun: Instant,
+    /// An error, and since when it is there.
+    error: Option<(String, Instant)>,
+    has_told: bool,
+}
+
+impl Obstacles {
+    /// Between this sample and the maps.
+    pub(crate) fn after(config: &SiteConfig, topic: TopicName, epoch: u64) -> Self {
+        let board = StatusBoard::of(&config.bus.root);
+        Self { board, topic, epoch, begun: Instant::now(), error: None, has_told: false }
+    }
+
+    /// Why no maps will come: a daemon has handled the sample and has had an error since. Says once on standard error what
+    /// is waited for, if it takes long.
+    pub(crate) fn reason(&mut self) -> Option<String> {
+        let found = self.find();
+        self.error = match (self.error.take(), found) {
+            (Some((before, since)), Some(now)) if before == now => Some((now, since)),
+            (_, now) => now.map(|now| (now, Instant::now())),
+        };
+        if !self.has_told && self.begun.elapsed() >= SILENT {
+            self.has_told = true;
+            eprintln!("groundplan: waits for new maps: {}", self.words());
+        }
+        self.error.as_ref().filter(|(_, since)| since.elapsed() >= LASTS).map(|(error, _)| error.clone())
+    }
+
+    fn find(&self) -> Option<String> {
+        let epoch_of = |report: &Report<IgnoredAny>, topic: TopicName| report.epochs.get(&topic.to_string()).copied();
+        let mut newest_state = None;
+        for daemon in WAY {
+            let report: Report<IgnoredAny> = self.board.report(daemon)?;
+            let state = epoch_of(&report, TopicName::ScheduleState);
+            // What comes before the newest schedule state says nothing about the maps of it.
+            if epoch_of(&report, self.topic) < Some(self.epoch) || state < newest_state {
+                return None;
+            }
+            if let Some(error) = report.error {
+                return Some(format!("{daemon}: {error}"));
+            }
+            newest_state = state;
+        }
+        None
+    }
+
+    /// What the daemons do.
+    fn words(&self) -> String {
+        let words = WAY.into_iter().map(|daemon| match self.board.report::<IgnoredAny>(daemon) {
+            _ if !self.board.is_alive(daemon) => format!("{daemon} does not run"),
+            Some(report) if report.age() >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS => format!("{daemon} hangs"),
+            Some(report) => format!("{daemon} is {}", report.activity),
+            None => format!("{daemon} has just started"),
+        });
+        words.collect::<Vec<_>>().join(", ")
+    }
+}
