@@ -15,6 +15,7 @@ fn json(live: &Live, arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Value {
     serde_json::from_str(&live.text(arguments)).unwrap()
 }
 
+/// Of what has a pose, or is one that waits.
 fn x_m(alignment: &Value) -> f64 {
     alignment["map_from_slam"]["x_m"].as_f64().unwrap()
 }
@@ -25,15 +26,20 @@ fn a_map_from_a_file_is_aligned_and_its_pose_survives_the_daemon() {
     let mut live = Live::of(&demo_model(), "");
     let none = live.run(&[&"align"]);
     assert!(!none.status.success() && String::from_utf8_lossy(&none.stderr).contains("slam-map"));
+    assert!(failure(&live, &[&"deviations"]).contains("no SLAM map"));
     let robot = turned_map(&maps, 0, live.home.path());
     let found = json(&live, &[&"slam-map", &robot, &"--json"]);
     assert_eq!((&found["verdict"], &found["storey"]), (&"accepted".into(), &0.into()), "{found}");
+    assert_eq!((&found["validity"], &found["of_newest_map"]), (&"effective".into(), &true.into()), "{found}");
     let echo = json(&live, &[&"topic", &"echo", &"alignment", &"--json"]);
     assert_eq!(echo["content"]["map_from_slam"], found["map_from_slam"]);
     assert!(live.text(&[&"status"]).contains("SLAM map on storey 0"));
     let kept = std::fs::read(live.home.path().join("state/alignment.json")).unwrap();
     let kept: Value = serde_json::from_slice(&kept).unwrap();
     assert_eq!((&kept["pose"]["frame_epoch"], &kept["pose"]["map_storey"]), (&1.into(), &0.into()), "{kept}");
+    // The state has the map itself.
+    std::fs::remove_file(&robot).unwrap();
+    std::fs::remove_file(robot.with_extension("pgm")).unwrap();
     live.kill("slam-align");
     let transform = live.home.path().join("site_map.yaml");
     let again = json(&live, &[&"align", &"--json", &"--transform", &transform]);
@@ -42,9 +48,21 @@ fn a_map_from_a_file_is_aligned_and_its_pose_survives_the_daemon() {
     let nothing = live.run(&[&"confirm"]);
     assert!(!nothing.status.success() && String::from_utf8_lossy(&nothing.stderr).contains("no pose waits"));
     let missing = live.home.path().join("missing.yaml");
+    let state = || -> std::collections::BTreeSet<_> {
+        std::fs::read_dir(live.home.path().join("state")).unwrap().map(|entry| entry.unwrap().file_name()).collect()
+    };
+    let before = state();
     assert!(!live.run(&[&"slam-map", &missing]).status.success());
+    assert_eq!(state(), before);
     assert!((x_m(&json(&live, &[&"align", &"--json"])) - x_m(&found)).abs() < 0.01, "the map before it stays");
     live.down();
+}
+
+/// What a command that fails prints on standard error.
+fn failure(live: &Live, arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> String {
+    let output = live.run(arguments);
+    assert!(!output.status.success());
+    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// A robot that publishes a map of the ground floor as its own.
@@ -124,8 +142,33 @@ fn maps_of_a_robot_are_followed_and_a_jump_waits_until_somebody_confirms_it() {
     assert!((x_m(&held["waiting"]) - x_m(&followed) + 0.24).abs() < 0.01, "{held}");
     let status = live.run(&[&"status"]);
     assert!(!status.status.success() && String::from_utf8_lossy(&status.stdout).contains("another pose waits"));
+    let transform = live.home.path().join("site_map.yaml");
+    let asked = live.run(&[&"align", &"--json", &"--transform", &transform]);
+    let found: Value = serde_json::from_slice(&asked.stdout).unwrap();
+    assert_eq!((asked.status.code(), &found["validity"]), (Some(3), &"waits_for_confirm".into()), "{found}");
+    assert!(!transform.exists() && String::from_utf8_lossy(&asked.stderr).contains("is not written"));
+    assert!(failure(&live, &[&"deviations"]).contains("groundplan confirm"));
+    let listed = json(&live, &[&"confirm", &"--list", &"--json"]);
+    assert!((x_m(&listed["waiting"]) - x_m(&held["waiting"])).abs() < 0.01, "{listed}");
     let confirmed = json(&live, &[&"confirm", &"--json"]);
-    assert!((x_m(&confirmed) - x_m(&held["waiting"])).abs() < 0.001 && confirmed["waiting"].is_null(), "{confirmed}");
+    assert!((x_m(&confirmed) - x_m(&held["waiting"])).abs() < 0.01 && confirmed["waiting"].is_null(), "{confirmed}");
+    let listed = json(&live, &[&"confirm", &"--list", &"--json"]);
+    assert!((x_m(&listed["before_confirmed"][0]) - x_m(&followed)).abs() < 0.01, "{listed}");
+    let undone = json(&live, &[&"confirm", &"--undo", &"--json"]);
+    assert!((x_m(&undone) - x_m(&followed)).abs() < 0.01, "the pose before comes back: {undone}");
+    assert!((x_m(&undone["waiting"]) - x_m(&confirmed)).abs() < 0.01, "the confirmed one waits again: {undone}");
+    assert!(failure(&live, &[&"confirm", &"--undo"]).contains("no confirmed pose"));
+    live.text(&[&"confirm", &"pose"]);
+    live.text(&[&"align", &"--transform", &transform]);
+    assert!(transform.exists());
+    // A map without walls: nothing bears the pose out.
+    robot.cells.fill(0);
+    robot.publish(2.30);
+    wait_for(&live, |a| a["validity"] == "refused" && a["of_newest_map"] == true);
+    let refused = live.run(&[&"align", &"--transform", &transform]);
+    assert_eq!(refused.status.code(), Some(5));
+    assert!(!transform.exists() && transform.with_extension("yaml.stale").exists());
+    assert!(failure(&live, &[&"deviations"]).contains("pose_refused"));
     live.down();
 }
 
@@ -171,13 +214,24 @@ fn what_is_early_counts_by_itself_and_what_is_absent_when_somebody_confirms_it()
     assert_eq!(planning_at(&live, in_wall), grid::OCCUPIED, "what seems absent stays on the map");
     let refused = live.run(&[&"confirm", &lift]);
     assert!(!refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("only what is absent"));
-    live.text(&[&"confirm", &wall]);
+    let confirmed = json(&live, &[&"confirm", &wall, &"--json"]);
+    let of_wall = &confirmed["absent"][0];
+    assert_eq!((&of_wall["global_id"], of_wall["ifc_type"].as_str()), (&wall.into(), Some("IfcWall")), "{confirmed}");
     live.kill("slam-align");
     live.kill("schedule-eval");
     let begun = Instant::now();
     while planning_at(&live, in_wall) != grid::FREE {
         assert!(begun.elapsed() < DEADLINE, "what was confirmed to be absent is still on the map");
     }
+    let listed = live.text(&[&"confirm", &"--list"]);
+    assert!(listed.contains(wall) && listed.contains("by user"), "{listed}");
+    assert!(failure(&live, &[&"confirm", &"--undo", &lift]).contains("is not confirmed"));
+    assert!(live.text(&[&"confirm", &"--undo", &wall]).contains("no longer confirmed"));
+    let begun = Instant::now();
+    while planning_at(&live, in_wall) != grid::OCCUPIED {
+        assert!(begun.elapsed() < DEADLINE, "what is no longer confirmed to be absent is not on the map");
+    }
+    assert!(!live.text(&[&"confirm", &"--list"]).contains(wall));
     live.down();
 }
 

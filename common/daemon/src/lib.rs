@@ -81,7 +81,8 @@ pub use progress::{Progress, Reporter};
 pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
-    ActualsSource, AlignRequest, IngestRequest, RasterizeRequest, ScheduleAnswer, ScheduleRequest, WaypointRequest,
+    ActualsSource, AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
+    IngestRequest, ListedPose, RasterizeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointRequest,
 };
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, in_background, run};

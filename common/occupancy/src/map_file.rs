@@ -20,6 +20,15 @@ pub struct OccupancyMap {
     pub origin: [f64; 3],
 }
 
+/// The content of a description and of its image: [`OccupancyMap::parse`] makes the map of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MapFileContent {
+    /// The YAML text.
+    pub description: String,
+    /// The bytes of the image.
+    pub image: Vec<u8>,
+}
+
 /// Error of a map file.
 #[derive(Debug, thiserror::Error)]
 #[error("map {}", path.display())]
@@ -119,6 +128,14 @@ impl OccupancyMap {
     /// # Errors
     /// A file that cannot be read, a description without what it needs, an image that is none.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
+        Self::read_with_content(path).map(|(map, _)| map)
+    }
+
+    /// The same, with the content of both files.
+    ///
+    /// # Errors
+    /// As [`OccupancyMap::read`].
+    pub fn read_with_content(path: &Path) -> Result<(Self, MapFileContent), MapFileError> {
         read(path).map_err(|source| MapFileError { path: path.to_owned(), source })
     }
 
@@ -155,12 +172,13 @@ impl OccupancyMap {
     }
 }
 
-fn read(path: &Path) -> Result<OccupancyMap, MapFault> {
+fn read(path: &Path) -> Result<(OccupancyMap, MapFileContent), MapFault> {
     let text = std::fs::read_to_string(path).map_err(|source| MapFault::Io { path: path.to_owned(), source })?;
     let description = Description::parse(&text)?;
     let at = path.parent().unwrap_or(Path::new("")).join(&description.image);
     let bytes = std::fs::read(&at).map_err(|source| MapFault::Io { path: at.clone(), source })?;
-    description.map_of(&bytes, at)
+    let map = description.map_of(&bytes, at)?;
+    Ok((map, MapFileContent { description: text, image: bytes }))
 }
 
 impl Description {

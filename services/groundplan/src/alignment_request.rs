@@ -5,37 +5,70 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::Outcome;
 use crate::wait::{ask, join};
-use bus::{CheckedSample, topics};
-use daemon::AlignRequest;
+use bus::{Bus, CheckedSample, Waiter, topics};
+use daemon::{AlignAnswer, AlignRequest, Published, SearchState};
 use messages::{Alignment, AlignmentVerdict, PoseValidity};
 use std::time::{Duration, Instant};
 
-/// Timeout of the alignment after the answer.
-const TIMEOUT: Duration = Duration::from_secs(30);
-const POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// Timeout of a sample after its daemon said that it is published.
+const PUBLISHED_TIMEOUT: Duration = Duration::from_secs(30);
+/// Timeout of a search.
+const SEARCH_TIMEOUT: Duration = Duration::from_secs(600);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The alignment after a request.
+/// An answer of another kind than that of its request.
+pub(crate) fn other_answer() -> Failure {
+    Failure::work("slam-align and this program use different words: start all from one version")
+}
+
+/// The alignment that comes of a search.
 ///
 /// # Errors
-/// No daemons, no maps of the site yet, a request that is refused.
-pub(crate) fn alignment_after(
-    site: &SiteArgs,
-    request: &AlignRequest,
-) -> Result<CheckedSample<topics::Alignment>, Failure> {
+/// No daemons, no map or site to search, a search that failed.
+pub(crate) fn searched(site: &SiteArgs, request: &AlignRequest) -> Result<CheckedSample<topics::Alignment>, Failure> {
     let (bus, mut waiter) = join(&site.config()?)?;
-    let answer = ask(&bus, &mut waiter, request)?;
-    if answer.epoch == 0 {
-        return Err(Failure::work("there are no maps of the site yet: it is aligned when they are there"));
+    let AlignAnswer::Search(search) = ask(&bus, &mut waiter, request)? else { return Err(other_answer()) };
+    let begun = Instant::now();
+    loop {
+        match ask(&bus, &mut waiter, &AlignRequest::SearchResult { search })? {
+            AlignAnswer::SearchState(SearchState::Done { alignment, is_of_newest_map }) => {
+                if !is_of_newest_map {
+                    eprintln!("groundplan: a newer SLAM map has come meanwhile: the verdict is of the map before it");
+                }
+                return published(&bus, &mut waiter, alignment);
+            }
+            AlignAnswer::SearchState(SearchState::Failed { why }) => {
+                return Err(Failure::work(format!("slam-align: {why}")));
+            }
+            AlignAnswer::SearchState(SearchState::Running) if begun.elapsed() > SEARCH_TIMEOUT => {
+                return Err(Failure::work("the search has not ended: see groundplan status"));
+            }
+            AlignAnswer::SearchState(SearchState::Running) => {
+                waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
+            }
+            _ => return Err(other_answer()),
+        }
     }
+}
+
+/// An alignment that its daemon published, or a later one.
+///
+/// # Errors
+/// It does not come.
+pub(crate) fn published(
+    bus: &Bus,
+    waiter: &mut Waiter,
+    alignment: Published,
+) -> Result<CheckedSample<topics::Alignment>, Failure> {
     let alignments = bus.subscriber(topics::Alignment).map_err(Failure::work)?;
     let begun = Instant::now();
     loop {
         if let Some(sample) = alignments.take().map_err(Failure::work)?
-            && answer.epoch <= sample.header().epoch
+            && alignment.epoch <= sample.header().epoch
         {
             return sample.check().map_err(Failure::work);
         }
-        if begun.elapsed() > TIMEOUT {
+        if begun.elapsed() > PUBLISHED_TIMEOUT {
             return Err(Failure::work("no alignment has come: see groundplan status"));
         }
         waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;

@@ -1,10 +1,13 @@
 //! Alignment: `site`, `schedule-state` and the robot's map in, where that map lies and what differs out.
 
+mod background_worker;
+mod job;
+mod newest_inputs;
 mod persisted_state;
-mod reference_inputs;
 mod robot_map;
+mod searches;
 mod service;
-mod worker;
+mod stored_map;
 
 use service::AlignService;
 use std::process::ExitCode;

@@ -1,22 +1,43 @@
 //! Persistent state of slam-align.
 
+use daemon::facts::Pose;
+use daemon::{Confirmed, ConfirmedElement, ListedPose};
 use deviations::AppliedObservations;
 use messages::{PoseEvidence, PoseRecord};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// State that survives a restart.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct PersistedState {
-    /// The map file of the last request.
+    /// The map file of the last request, of a version that kept no copy.
+    #[serde(skip_serializing)]
     pub(crate) map: Option<PathBuf>,
+    /// The map that was read last, of which there is a copy.
+    pub(crate) stored_map: Option<StoredMap>,
     /// Observations that are applied to the maps.
     pub(crate) observed: AppliedObservations,
+    /// Who confirmed which absent element when, by GlobalId.
+    confirmed: BTreeMap<String, ConfirmedElement>,
     pose: Option<PersistedPose>,
+    /// The pose before the one that was confirmed last, and who confirmed that.
+    before_confirmed: Option<(PersistedPose, Confirmed)>,
 }
 
-/// The last valid pose.
+/// A map of which there is a copy.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct StoredMap {
+    /// The file that it was read from.
+    pub(crate) file: PathBuf,
+    /// Content hash.
+    pub(crate) content_hash: u64,
+    /// The file that the configuration named then.
+    pub(crate) configured: Option<PathBuf>,
+}
+
+/// A pose and its map frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct PersistedPose {
     frame_epoch: u64,
@@ -28,38 +49,48 @@ struct PersistedPose {
     evidence: [f64; 4],
 }
 
-/// A pose is saved again when it has moved by this much.
-const MIN_MOVE_M: f64 = 0.01;
-const MIN_TURN_RAD: f64 = 0.002;
-
-impl PersistedState {
-    pub(crate) fn pose(&self) -> Option<PoseRecord> {
-        let persisted = self.pose.as_ref()?;
-        let [score, precision, recall, free] = persisted.evidence;
-        Some(PoseRecord {
-            map_from_slam: persisted.map_from_slam,
-            covariance: persisted.covariance,
-            about_m: persisted.about_m,
-            evidence: PoseEvidence { score, precision, recall, free },
-            map_storey: persisted.map_storey,
-            reserved: 0,
-        })
-    }
-
-    pub(crate) fn set_pose(&mut self, pose: &PoseRecord, frame_epoch: u64) {
+impl PersistedPose {
+    fn of(pose: &PoseRecord, frame_epoch: u64) -> Self {
         let PoseEvidence { score, precision, recall, free } = pose.evidence;
-        self.pose = Some(PersistedPose {
+        Self {
             frame_epoch,
             map_storey: pose.map_storey,
             map_from_slam: pose.map_from_slam,
             about_m: pose.about_m,
             covariance: pose.covariance,
             evidence: [score, precision, recall, free],
-        });
+        }
     }
 
-    pub(crate) fn forget_pose(&mut self) {
-        self.pose = None;
+    fn record(&self) -> PoseRecord {
+        let [score, precision, recall, free] = self.evidence;
+        PoseRecord {
+            map_from_slam: self.map_from_slam,
+            covariance: self.covariance,
+            about_m: self.about_m,
+            evidence: PoseEvidence { score, precision, recall, free },
+            map_storey: self.map_storey,
+            reserved: 0,
+        }
+    }
+}
+
+/// A pose is saved again when it has moved by this much.
+const MIN_MOVE_M: f64 = 0.01;
+const MIN_TURN_RAD: f64 = 0.002;
+
+impl PersistedState {
+    pub(crate) fn pose(&self) -> Option<PoseRecord> {
+        self.pose.as_ref().map(PersistedPose::record)
+    }
+
+    pub(crate) fn set_pose(&mut self, pose: &PoseRecord, frame_epoch: u64) {
+        self.pose = Some(PersistedPose::of(pose, frame_epoch));
+    }
+
+    /// The map frame is another: no pose is one any more.
+    pub(crate) fn forget_poses(&mut self) {
+        (self.pose, self.before_confirmed) = (None, None);
     }
 
     /// True if there is a pose, and its map frame is another than this.
@@ -76,6 +107,43 @@ impl PersistedState {
                 || libm::fabs(persisted.map_from_slam[2] - pose.map_from_slam[2]) > MIN_TURN_RAD
         })
     }
+
+    /// Records that an operator confirmed `pose` in the place of `before`.
+    pub(crate) fn confirm_pose(&mut self, pose: &PoseRecord, before: &PoseRecord, frame_epoch: u64, by: Confirmed) {
+        self.before_confirmed = Some((PersistedPose::of(before, frame_epoch), by));
+        self.set_pose(pose, frame_epoch);
+    }
+
+    /// The pose before the one that was confirmed last.
+    pub(crate) fn before_confirmed(&self) -> Option<(PoseRecord, Confirmed)> {
+        self.before_confirmed.as_ref().map(|(pose, by)| (pose.record(), *by))
+    }
+
+    /// Takes the confirmation of a pose back.
+    pub(crate) fn undo_confirmed_pose(&mut self) {
+        if let Some((pose, _)) = self.before_confirmed.take() {
+            self.pose = Some(pose);
+        }
+    }
+
+    /// Records who confirmed elements; `observed` already has them.
+    pub(crate) fn set_observed(&mut self, observed: AppliedObservations, confirmed: &[ConfirmedElement]) {
+        self.confirmed.extend(confirmed.iter().map(|element| (element.global_id.clone(), element.clone())));
+        self.confirmed.retain(|id, _| observed.absent().contains(id));
+        self.observed = observed;
+    }
+
+    /// An element that was confirmed to be absent.
+    pub(crate) fn confirmed_element(&self, global_id: &str) -> Option<ConfirmedElement> {
+        let unknown = || ConfirmedElement { global_id: global_id.to_owned(), ..ConfirmedElement::default() };
+        let is_absent = self.observed.absent().contains(global_id);
+        is_absent.then(|| self.confirmed.get(global_id).cloned().unwrap_or_else(unknown))
+    }
+}
+
+/// A pose as lists show it.
+pub(crate) fn listed(pose: &PoseRecord) -> ListedPose {
+    ListedPose { storey: pose.map_storey, map_from_slam: Pose::of(pose.map_from_slam) }
 }
 
 #[cfg(test)]
@@ -92,5 +160,14 @@ mod tests {
         assert_eq!((read.pose(), read.is_of_another_frame(8), read.is_of_another_frame(7)), (Some(pose), true, false));
         assert!(!read.is_worth_saving(&PoseRecord { map_from_slam: [1.004, 2.0, 0.3], ..pose }));
         assert!(read.is_worth_saving(&PoseRecord { map_from_slam: [1.02, 2.0, 0.3], ..pose }));
+    }
+
+    #[test]
+    fn the_state_of_a_version_without_copies_of_maps_is_read() {
+        let text = r#"{"map":"/robot.yaml","observed":{"early":{"a":7},"absent":["b"]},"pose":null}"#;
+        let read: PersistedState = serde_json::from_str(text).unwrap();
+        assert_eq!((read.map.as_deref(), read.stored_map.is_none()), (Some(std::path::Path::new("/robot.yaml")), true));
+        let element = read.confirmed_element("b").unwrap();
+        assert!(element.global_id == "b" && element.confirmed.is_none() && read.confirmed_element("a").is_none());
     }
 }

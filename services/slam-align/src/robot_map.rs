@@ -3,7 +3,7 @@
 use alignment::PreparedMap;
 use frames::Slam;
 use messages::{ArchiveError, SlamMap};
-use occupancy::{MapFault, MapFileError, OccupancyMap};
+use occupancy::{MapFault, MapFileContent, MapFileError, OccupancyMap};
 use std::path::Path;
 
 /// A robot's map, ready to be compared.
@@ -29,17 +29,22 @@ impl RobotMap {
     pub(crate) fn of_archive(archive: &SlamMap<'_>) -> Result<Self, RobotMapError> {
         let map = OccupancyMap::of_archive(archive);
         map.check_extent()?;
-        Ok(Self::of(map, archive.content_hash()))
+        Ok(Self::prepared(map, archive.content_hash()))
     }
 
-    /// From a map server's file.
-    pub(crate) fn read(path: &Path) -> Result<Self, RobotMapError> {
-        let map = OccupancyMap::read(path)?;
+    /// From a map server's file, with its content.
+    pub(crate) fn read(path: &Path) -> Result<(Self, MapFileContent), RobotMapError> {
+        let (map, content) = OccupancyMap::read_with_content(path)?;
+        Ok((Self::of(map)?, content))
+    }
+
+    /// From a map that was read.
+    pub(crate) fn of(map: OccupancyMap) -> Result<Self, RobotMapError> {
         let content_hash = map.content_hash()?;
-        Ok(Self::of(map, content_hash))
+        Ok(Self::prepared(map, content_hash))
     }
 
-    fn of(map: OccupancyMap, content_hash: u64) -> Self {
+    fn prepared(map: OccupancyMap, content_hash: u64) -> Self {
         Self { prepared: PreparedMap::of_slam(&map), map, content_hash }
     }
 }

@@ -1,24 +1,30 @@
-//! The slam-align service: tracks the pose, searches in the background, publishes accepted poses.
+//! The slam-align service: tracks the pose, searches in the background, publishes poses and what they are worth.
 
+mod confirmation;
+mod map_input;
 mod publication;
+mod work;
 
+use crate::background_worker::BackgroundWorker;
+use crate::job::{Job, JobResult, ReferenceMaps, SearchArea, TaskKind, work};
+use crate::newest_inputs::{JobInputs, NewestInputs, NewestSite};
 use crate::persisted_state::PersistedState;
-use crate::reference_inputs::ReferenceInputs;
 use crate::robot_map::RobotMap;
-use crate::worker::{Job, JobOutcome, SearchArea, Worker, WorkerTask};
-use alignment::{Alignment, Follower, Hint, MaxJump, PreparedMap, track_map};
+use crate::searches::Searches;
+use crate::stored_map::MapStore;
+use alignment::{Alignment, Follower, Hint, MaxJump, PoseStatus};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
 use daemon::facts::{AlignFacts, AlignmentSummary};
 use daemon::{
-    AlignConfig, AlignRequest, Asked, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, PoseHint,
-    Published, Service, SiteConfig, Standing, StateFile,
+    AlignAnswer, AlignConfig, AlignRequest, Asked, CurrentActivity, Done, Epochs, Event, Failure, History,
+    LatchedOutput, PoseHint, Service, SiteConfig, Standing, StateFile,
 };
-use frames::Map;
-use messages::{Activity, AlignmentVerdict, PoseState};
+use messages::{AlignmentVerdict, PoseRecord, PoseValidity};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-use tracing::{info, warn};
+use std::time::Duration;
+use tracing::warn;
 
 /// Interval at which the worker is polled.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -28,13 +34,16 @@ daemon::inputs! {
     pub(crate) enum AlignInput { Site, ScheduleState, Grids, SlamMap }
 }
 
-/// Follows a robot's map.
+/// Follows a robot's map. It never waits for its worker, so that newer maps, requests and generations of the bus come
+/// through while a search runs.
 pub(crate) struct AlignService {
     config: AlignConfig,
     state: StateFile,
     /// Table of observed progress, for schedule-eval.
     table: PathBuf,
     persisted: PersistedState,
+    history: History,
+    maps: MapStore,
     epochs: Epochs,
     activity: CurrentActivity,
     bus: Option<Bus>,
@@ -42,28 +51,40 @@ pub(crate) struct AlignService {
     deviations: LatchedOutput<topics::Deviations>,
     /// The newest samples; those of a job are with the worker while it works.
     samples: SiteSamples,
+    /// What the newest samples are, wherever they are.
+    newest: NewestInputs,
     map: Option<Arc<RobotMap>>,
-    worker: Worker,
-    /// Of the site as planned, by map storey.
-    references: Vec<Arc<PreparedMap<Map>>>,
-    reference_inputs: ReferenceInputs,
+    /// Epoch and content hash of the last map from the bus.
+    last_sample_of_map: Option<[u64; 2]>,
+    worker: BackgroundWorker<Job, JobResult>,
+    /// Why the last job of a kind failed.
+    job_errors: BTreeMap<TaskKind, String>,
+    /// Of the site as planned, by map storey, and their inputs.
+    references: ReferenceMaps,
+    reference_inputs: Option<JobInputs>,
     follower: Follower,
-    /// The result of the last search.
+    /// The result of the last search, and the content hash of the map that it searched.
     last_search: Alignment,
-    /// The map that it searched.
     searched_map_hash: u64,
+    searches: Searches,
     pending: PendingWork,
+    /// Elements of the last comparison, for confirmations.
+    compared: confirmation::ComparedElements,
 }
 
-/// Work for the worker.
+/// Work for the worker, beside searches that clients ask for.
 #[derive(Debug, Clone, Copy, Default)]
 struct PendingWork {
     /// The site has changed: draw the references again.
     refresh: bool,
     /// A new map: search its pose.
     search: bool,
-    /// A new pose: compare its map with the site.
-    compare: bool,
+    /// Comparisons by number: the newest that is wanted, that has begun, and that is published.
+    wanted_comparison: u64,
+    begun_comparison: u64,
+    done_comparison: u64,
+    /// The last job was a search: a comparison goes before the next one.
+    has_searched: bool,
 }
 
 impl AlignService {
@@ -74,62 +95,72 @@ impl AlignService {
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "alignment.json")?;
         let persisted: PersistedState = state.load()?.unwrap_or_default();
+        let mut references = None;
         Ok(Self {
             follower: Follower::new(max_jump(&config.align), persisted.pose()),
             config: config.align.clone(),
             table: config.state.join("slam-align-observed.csv"),
             state,
             persisted,
+            history: History::at(&config.state),
+            maps: MapStore::at(&config.state),
             epochs: Epochs::at(&config.state, "slam-align-epochs.json")?,
             activity,
             bus: None,
             alignment: LatchedOutput::new(topics::Alignment),
             deviations: LatchedOutput::new(topics::Deviations),
             samples: SiteSamples::default(),
+            newest: NewestInputs::default(),
             map: None,
-            worker: Worker::start()?,
-            references: Vec::new(),
-            reference_inputs: ReferenceInputs::default(),
+            last_sample_of_map: None,
+            worker: BackgroundWorker::start(move |job: &Job| work(&mut references, job))?,
+            job_errors: BTreeMap::new(),
+            references: ReferenceMaps::new(),
+            reference_inputs: None,
             last_search: Alignment::nothing_yet(),
             searched_map_hash: 0,
+            searches: Searches::default(),
             pending: PendingWork::default(),
+            compared: confirmation::ComparedElements::default(),
         })
     }
 
     fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<(), Failure> {
-        let frame_epoch = site.bytes().header().frame_epoch;
-        if self.persisted.is_of_another_frame(frame_epoch) {
-            warn!(service = "slam-align", frame_epoch, "the map frame is another: the pose is forgotten");
-            self.follower.forget();
-            self.persist(|persisted| persisted.forget_pose())?;
-        }
+        let newest = NewestSite { hash: site.content_hash(), frame_epoch: site.bytes().header().frame_epoch };
         let n_storeys = site.view().map_storeys.len();
-        if self.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
-            self.follower.forget();
-        }
         self.samples.insert(SiteSample::Site(site));
-        self.pending.refresh = true;
-        Ok(())
-    }
-
-    /// A newer map of the robot: followed at once, searched later.
-    fn handle_slam_map(&mut self, map: RobotMap) -> Result<(), Failure> {
-        let begun = Instant::now();
-        let map = self.map.insert(Arc::new(map)).clone();
-        self.pending.search = true;
-        if !self.references.is_empty() {
-            self.follow(&map);
-            let elapsed_us = u64::try_from(begun.elapsed().as_micros()).unwrap_or(u64::MAX);
-            info!(service = "slam-align", state = self.follower.state().name(), elapsed_us, "map followed");
-            self.publish()?;
+        let earlier = self.newest.site.replace(newest);
+        if earlier == Some(newest) {
+            return Ok(());
         }
-        Ok(())
+        self.refresh();
+        let frame_epoch = newest.frame_epoch;
+        let is_other_frame = earlier.is_some_and(|earlier| earlier.frame_epoch != frame_epoch);
+        if is_other_frame || self.persisted.is_of_another_frame(frame_epoch) {
+            warn!(service = "slam-align", frame_epoch, "the map frame is another: the pose is forgotten");
+            self.persist(|persisted| persisted.forget_poses())?;
+            self.forget_pose();
+        } else if self.follower.pose().is_some_and(|pose| pose.map_storey as usize >= n_storeys) {
+            self.forget_pose();
+        }
+        // What was refused on the site before may be found on this one.
+        self.pending.search |= self.map.is_some() && self.effective_pose().is_none();
+        self.publish()
     }
 
-    fn follow(&mut self, map: &RobotMap) {
-        let Some(last) = self.follower.pose() else { return };
-        let tracked = track_map(&self.references, &map.prepared, (last.map_storey as usize, &last.map_from_slam()));
-        self.follower.tracked(tracked.map(|pose| pose.record(&self.storeys())));
+    /// The references are to be drawn again, and the site is to be compared with them.
+    fn refresh(&mut self) {
+        self.pending.refresh = true;
+        self.pending.wanted_comparison += 1;
+    }
+
+    /// Poses, references and searches of another site or frame say nothing: the map is searched again.
+    fn forget_pose(&mut self) {
+        self.follower.forget();
+        self.references.clear();
+        self.reference_inputs = None;
+        (self.last_search, self.searched_map_hash) = (Alignment::nothing_yet(), 0);
+        self.pending.search = self.map.is_some();
     }
 
     /// Indices of the references are map storeys.
@@ -137,63 +168,44 @@ impl AlignService {
         (0..self.references.len() as u32).collect()
     }
 
-    /// Starts the next job and takes results of the last one.
-    fn proceed(&mut self) -> Result<Done, Failure> {
-        while let Some(outcome) = self.worker.take()? {
-            self.finish(outcome, false)?;
+    fn pose_status(&self) -> PoseStatus {
+        PoseStatus {
+            pose: self.follower.pose().copied(),
+            state: self.follower.state(),
+            waiting: self.follower.waiting().copied(),
         }
-        if let Some(map) = self.map.clone().filter(|_| !self.worker.is_busy()) {
-            let is_good = matches!(self.follower.state(), PoseState::Found | PoseState::Tracked);
-            match self.follower.pose().copied() {
-                _ if self.pending.search => self.begin(WorkerTask::Search(map, self.search_area()))?,
-                _ if self.pending.refresh => self.begin(WorkerTask::Draw)?,
-                Some(pose) if self.pending.compare && is_good => self.begin(WorkerTask::Compare(map, pose))?,
-                _ => {}
+    }
+
+    /// What the pose is worth for the newest map; `None` without one.
+    fn validity(&self) -> Option<PoseValidity> {
+        let map = self.map.as_ref()?;
+        let verdict = (self.searched_map_hash == map.content_hash).then_some(self.last_search.verdict);
+        Some(self.pose_status().validity(verdict))
+    }
+
+    /// The pose, if it may be used.
+    fn effective_pose(&self) -> Option<PoseRecord> {
+        self.follower.pose().copied().filter(|_| self.validity() == Some(PoseValidity::Effective))
+    }
+
+    /// Why the pose must not be used, for people; `None` if it may, or if there is no map.
+    fn why_not_effective(&self) -> Option<String> {
+        let map = self.map.as_ref()?;
+        match self.validity()? {
+            PoseValidity::Effective => None,
+            PoseValidity::WaitsForConfirm => {
+                Some("pose_waits: the pose would change by more than max_jump: groundplan confirm".to_owned())
+            }
+            PoseValidity::Held if self.searched_map_hash == map.content_hash => {
+                Some("pose_held: the newest SLAM map does not bear the pose out".to_owned())
+            }
+            PoseValidity::Held => Some("pose_held: the newest SLAM map waits for its search".to_owned()),
+            PoseValidity::Refused => {
+                let (verdict, reason) = (self.last_search.verdict, &self.last_search.reason);
+                let name = if verdict == AlignmentVerdict::Accepted { "not in effect" } else { verdict.name() };
+                Some(format!("pose_refused: the newest SLAM map is {name}: {reason}"))
             }
         }
-        let wake_in = self.worker.is_busy().then_some(POLL_INTERVAL);
-        Ok(Done { wake_in, ..self.done() })
-    }
-
-    /// Starts a job, if the samples belong together; if not, those that are missing are on their way.
-    fn begin(&mut self, task: WorkerTask) -> Result<(), Failure> {
-        if ReferenceInputs::of(&self.samples).is_none() {
-            return Ok(());
-        }
-        self.activity.set(Activity::Reading);
-        self.pending.refresh = false;
-        match task {
-            WorkerTask::Draw => {}
-            WorkerTask::Search(..) => self.pending.search = false,
-            WorkerTask::Compare(..) => self.pending.compare = false,
-        }
-        self.worker.begin(Job { samples: std::mem::take(&mut self.samples), task })
-    }
-
-    /// Takes the result of a job; `is_asked` if a client waits for it.
-    fn finish(&mut self, outcome: JobOutcome, is_asked: bool) -> Result<(), Failure> {
-        let JobOutcome { samples, found } = outcome;
-        let reference_inputs = ReferenceInputs::of(&samples);
-        // Newer samples have come meanwhile, or these are still the newest.
-        self.samples.take_back(samples);
-        let found = found?;
-        self.references = found.references;
-        self.reference_inputs = reference_inputs.unwrap_or_default();
-        if let Some(deviations) = found.deviations {
-            return self.publish_deviations(deviations);
-        }
-        if let Some(map) = self.map.clone() {
-            self.follow(&map);
-        }
-        if let Some((alignment, searched_map_hash)) = found.alignment {
-            let best = alignment.poses.first().filter(|_| alignment.verdict == AlignmentVerdict::Accepted);
-            self.follower.searched(best.map(|pose| pose.record(&self.storeys())), is_asked);
-            let (verdict, poses) = (alignment.verdict.name(), alignment.poses.len());
-            info!(service = "slam-align", verdict, poses, reason = alignment.reason, "all poses searched");
-            (self.last_search, self.searched_map_hash) = (alignment, searched_map_hash);
-        }
-        self.pending.compare = true;
-        self.publish()
     }
 
     /// The search area of the configuration.
@@ -201,68 +213,12 @@ impl AlignService {
         SearchArea { hint: self.config.hint.map(hint_of), storey: self.config.storey }
     }
 
-    /// Searches all poses now, on request; without a site it is done when there is one.
-    fn search_now(&mut self, search_area: SearchArea) -> Result<Done, Failure> {
-        let map = self.map.clone().ok_or("there is no SLAM map yet: give one with slam-map")?;
-        self.wait_for_worker()?;
-        self.begin(WorkerTask::Search(map, search_area))?;
-        if self.worker.is_busy() {
-            let outcome = self.worker.wait()?;
-            self.finish(outcome, true)?;
-        }
-        self.proceed()
-    }
-
-    /// Waits for the running job: then the samples are back.
-    fn wait_for_worker(&mut self) -> Result<(), Failure> {
-        if self.worker.is_busy() {
-            let outcome = self.worker.wait()?;
-            self.finish(outcome, false)?;
-        }
-        Ok(())
-    }
-
-    fn read_map(&mut self, file: PathBuf) -> Result<Done, Failure> {
-        let map = RobotMap::read(&file)?;
-        self.persist(|persisted| persisted.map = Some(file))?;
-        self.handle_slam_map(map)?;
-        self.search_now(self.search_area())
-    }
-
-    /// Confirms the pending pose, or elements that are absent.
-    fn confirm(&mut self, absent: &[String]) -> Result<Done, Failure> {
-        if absent.is_empty() {
-            let pose = self.follower.confirm().ok_or("no pose waits to be confirmed")?;
-            self.persist_pose(&pose)?;
-            info!(service = "slam-align", map_storey = pose.map_storey, "pose confirmed");
-            (self.pending.refresh, self.pending.compare) = (true, true);
-            self.publish()?;
-            return self.proceed();
-        }
-        self.wait_for_worker()?;
-        let (Some(site), Some(deviations)) = (self.samples.site(), self.deviations.last()) else {
-            return Err("nothing was compared yet".into());
-        };
-        let deviations = deviations.view();
-        deviations.check_site(&site.view())?;
-        let observed = self.persisted.observed.with_absent(absent, &site.view(), &deviations)?;
-        self.set_observed(observed)?;
-        self.proceed()
-    }
-
     fn done(&self) -> Done {
-        Done { published: self.alignment.published(), ..Done::default() }
+        let wake_in = self.worker.is_busy().then_some(POLL_INTERVAL);
+        Done { published: self.alignment.published(), wake_in, ..Done::default() }
     }
 
-    fn warning(&self) -> Option<String> {
-        if self.follower.waiting().is_some() {
-            return Some("pose_waits: the pose would change by more than max_jump: groundplan confirm".to_owned());
-        }
-        let is_held = self.map.is_some() && self.follower.state() == PoseState::Held;
-        is_held.then(|| "pose_held: the newest SLAM map does not bear the pose out".to_owned())
-    }
-
-    fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
+    fn configure(&mut self, config: &SiteConfig) -> Result<(), Failure> {
         let is_other_map = self.config.map != config.align.map;
         let is_applied_otherwise = self.config.apply != config.align.apply;
         self.config = config.align.clone();
@@ -270,18 +226,7 @@ impl AlignService {
         if is_applied_otherwise {
             self.apply(&self.persisted.observed)?;
         }
-        if is_other_map && self.persisted.map.is_none() {
-            self.read_first_map()?;
-        }
-        self.proceed()
-    }
-
-    /// Reads the map of the last request, or the configured one.
-    fn read_first_map(&mut self) -> Result<(), Failure> {
-        match self.persisted.map.clone().or_else(|| self.config.map.clone()) {
-            Some(file) => self.handle_slam_map(RobotMap::read(&file)?),
-            None => Ok(()),
-        }
+        if is_other_map { self.read_first_map() } else { Ok(()) }
     }
 }
 
@@ -299,10 +244,7 @@ impl Service for AlignService {
     type Facts = AlignFacts;
 
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
-        if self.worker.is_busy() {
-            // Its samples belong to a generation of the bus that is gone.
-            drop(self.worker.wait()?);
-        }
+        // A job that runs keeps its samples, and with them their generation of the bus.
         self.samples = SiteSamples::default();
         self.bus = Some(bus.clone());
         self.alignment.attach(bus, &mut self.epochs)?;
@@ -313,12 +255,21 @@ impl Service for AlignService {
         match event {
             Event::Input(AlignInput::Site(site)) => self.handle_site(site)?,
             Event::Input(AlignInput::ScheduleState(state)) => {
+                let newest = [state.view().head.site_hash, state.content_hash()];
                 self.samples.insert(SiteSample::ScheduleState(state));
-                self.pending.refresh = true;
+                if self.newest.schedule_state.replace(newest) != Some(newest) {
+                    self.refresh();
+                }
             }
-            Event::Input(AlignInput::SlamMap(map)) => self.handle_slam_map(RobotMap::of_archive(&map.view())?)?,
-            Event::Input(AlignInput::Grids(index)) => self.samples.insert(SiteSample::Index(index)),
-            Event::Configuration(config) => return self.configure(&config),
+            Event::Input(AlignInput::Grids(index)) => {
+                let newest = [index.view().head.site_hash, index.bytes().header().inputs.robot];
+                self.samples.insert(SiteSample::Index(index));
+                if self.newest.index.replace(newest) != Some(newest) {
+                    self.refresh();
+                }
+            }
+            Event::Input(AlignInput::SlamMap(map)) => self.handle_map_sample(&map)?,
+            Event::Configuration(config) => self.configure(&config)?,
             Event::Attached if self.map.is_none() => self.read_first_map()?,
             Event::Attached => {}
             Event::Tick => {
@@ -326,25 +277,38 @@ impl Service for AlignService {
                 self.deviations.retry(&mut self.epochs)?;
             }
         }
-        self.proceed()
+        self.proceed()?;
+        Ok(self.done())
     }
 
-    fn answer(&mut self, request: AlignRequest, _asked: &Asked) -> Result<Done<Published>, Failure> {
-        let done = match request {
-            AlignRequest::ReadSlamMap { file } => self.read_map(file)?,
-            AlignRequest::Align { hint, storey } => self.search_now(SearchArea { hint: hint.map(hint_of), storey })?,
-            AlignRequest::Confirm { absent } => self.confirm(&absent)?,
+    fn answer(&mut self, request: AlignRequest, asked: &Asked) -> Result<Done<AlignAnswer>, Failure> {
+        let by = asked.by;
+        let answer = match request {
+            AlignRequest::ReadSlamMap { file } => AlignAnswer::Search(self.read_map(file)?),
+            AlignRequest::Align { hint, storey } => {
+                AlignAnswer::Search(self.ask_for_search(SearchArea { hint: hint.map(hint_of), storey })?)
+            }
+            AlignRequest::SearchResult { search } => AlignAnswer::SearchState(self.searches.state(search)),
+            AlignRequest::Comparison { at_least } => AlignAnswer::Comparison(self.comparison(at_least)),
+            AlignRequest::ConfirmPose => AlignAnswer::Pose(self.confirm_pose(by)?),
+            AlignRequest::ConfirmAbsent { elements } => AlignAnswer::Elements(self.confirm_absent(&elements, by)?),
+            AlignRequest::UndoConfirm { elements } if elements.is_empty() => {
+                AlignAnswer::Pose(self.undo_confirmed_pose(by)?)
+            }
+            AlignRequest::UndoConfirm { elements } => AlignAnswer::Elements(self.undo_absent(&elements, by)?),
+            AlignRequest::ListConfirmed => AlignAnswer::Confirmations(self.confirmations()),
         };
-        Ok(done.answered_by_published())
+        self.proceed()?;
+        Ok(self.done().answered(answer))
     }
 
     fn standing(&self) -> Standing {
-        Standing { error: None, warning: self.warning() }
+        let error = self.job_errors.iter().next().map(|(kind, why)| format!("{} failed: {why}", kind.name()));
+        Standing { error, warning: self.why_not_effective() }
     }
 
     fn facts(&self) -> AlignFacts {
-        let epoch = self.alignment.epoch();
-        let summary = self.alignment.last().map(|last| AlignmentSummary::of(epoch, &last.view()));
-        AlignFacts { alignment: summary }
+        let published = self.alignment.last().map(|last| AlignmentSummary::of(self.alignment.epoch(), &last.view()));
+        AlignFacts { alignment: published }
     }
 }

@@ -6,7 +6,9 @@ mod rasterize;
 mod schedule;
 mod waypoints;
 
-pub use align::AlignRequest;
+pub use align::{
+    AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement, ListedPose, SearchState,
+};
 pub use ingest::IngestRequest;
 pub use rasterize::RasterizeRequest;
 pub use schedule::{ActualsSource, ScheduleAnswer, ScheduleRequest};
@@ -52,6 +54,6 @@ mod tests {
         check(&ScheduleRequest::SetActuals { file: None, source: ActualsSource::Observed });
         check(&WaypointRequest::SetWaypoints { options: None, spaces: vec!["1*".into()], changed_since_s: Some(-1) });
         check(&AlignRequest::Align { hint: None, storey: Some(2) });
-        check(&AlignRequest::Confirm { absent: Vec::new() });
+        check(&AlignRequest::UndoConfirm { elements: Vec::new() });
     }
 }

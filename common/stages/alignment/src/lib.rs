@@ -16,12 +16,13 @@
 //! ([`Follower`]), and searches all poses behind that:
 //!
 //! ```text
-//! groundplan slam-map robot.yaml         # aligned with the planned site; the verdict is the exit code
+//! groundplan slam-map robot.yaml         # aligned with the planned site; the exit code says what the pose is worth
 //! groundplan align                       # searches now; --hint, --storey, --transform as for files
-//! groundplan confirm                     # accepts a pending pose: one that would change by more than max_jump
+//! groundplan confirm                     # accepts a pending pose: one that would change by more than max_jump; --undo
 //! ```
 //!
-//! The published pose follows the robot's map; it never jumps by itself, and survives every daemon.
+//! The published pose follows the robot's map; it never jumps by itself, and survives every daemon. What it is worth for the
+//! newest map is its validity ([`PoseStatus::validity`]): only an effective pose may be used.
 
 mod image;
 mod random_generator;

@@ -1,6 +1,6 @@
 //! Selects the observations that may change the maps: additions if configured, absences only after confirmation by an operator.
 
-use messages::{DeviationVerdict, Deviations, Observation, ScheduleStateHead, Site, nearest_names_hint, plan_time};
+use messages::{DeviationVerdict, Deviations, Observation, ScheduleStateHead, Site, plan_time};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -36,30 +36,28 @@ impl AppliedObservations {
         observed
     }
 
-    /// Adds absences confirmed by an operator.
-    ///
-    /// # Errors
-    /// An element that the robot has not seen through.
-    pub fn with_absent(&self, ids: &[String], site: &Site<'_>, deviations: &Deviations<'_>) -> Result<Self, String> {
+    /// Adds absences that an operator confirmed, of elements that the robot saw through.
+    #[must_use]
+    pub fn with_absent(&self, ids: &[String]) -> Self {
         let mut observed = self.clone();
         for id in ids {
-            let is_it = |e: u32| site.text(site.elements[e as usize].global_id) == id;
-            let record = deviations.elements.iter().find(|record| is_it(record.element));
-            match record.map(|record| record.observation.get()) {
-                Some(Observation::Absent) => {
-                    observed.early.remove(id);
-                    observed.absent.insert(id.clone());
-                }
-                Some(other) => return Err(format!("{id} is {}: only what is absent can be confirmed", other.name())),
-                None => {
-                    let global_ids = deviations.elements.iter().map(|record| record.element as usize);
-                    let global_ids = global_ids.map(|e| site.text(site.elements[e].global_id));
-                    let nearest = nearest_names_hint(id, global_ids);
-                    return Err(format!("{id} is not among the deviations of this storey{nearest}"));
-                }
-            }
+            observed.early.remove(id);
+            observed.absent.insert(id.clone());
         }
-        Ok(observed)
+        observed
+    }
+
+    /// Takes absences back.
+    #[must_use]
+    pub fn without_absent(&self, ids: &[String]) -> Self {
+        let mut observed = self.clone();
+        observed.absent.retain(|id| !ids.contains(id));
+        observed
+    }
+
+    /// GlobalIds of the absent elements.
+    pub fn absent(&self) -> &BTreeSet<String> {
+        &self.absent
     }
 
     /// The table for schedule evaluation; `applies` says whether additions are in it.

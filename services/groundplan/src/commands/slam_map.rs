@@ -1,6 +1,6 @@
 //! `groundplan slam-map`: a map of the robot for the running daemons.
 
-use crate::alignment_request::{alignment_after, outcome_of};
+use crate::alignment_request::{outcome_of, searched};
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -24,13 +24,13 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Gives the daemon a map of the robot; all is well if its pose is accepted.
+    /// Gives the daemon a map of the robot; all is well if its pose is accepted and effective.
     ///
     /// # Errors
-    /// No daemons, a map that cannot be used; the map before it stays.
+    /// No daemons, a map that cannot be used, no site to compare it with; the map before it stays.
     fn run(&self) -> Result<Outcome, Failure> {
         let file = std::path::absolute(&self.map).map_err(Failure::usage)?;
-        let sample = alignment_after(&self.site, &AlignRequest::ReadSlamMap { file })?;
+        let sample = searched(&self.site, &AlignRequest::ReadSlamMap { file })?;
         Ok(outcome_of(&sample, self.json))
     }
 }

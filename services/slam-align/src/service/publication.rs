@@ -1,12 +1,13 @@
 //! Publishes the pose and the deviations, applies confirmed observations, and persists what must survive the daemon.
 
 use super::AlignService;
+use super::confirmation::compared_elements;
+use crate::newest_inputs::JobInputs;
 use crate::persisted_state::PersistedState;
-use crate::reference_inputs::ReferenceInputs;
-use alignment::{AlignmentSources, PoseStatus};
-use daemon::{ActualsSource, Failure, RequestTimeouts, ScheduleRequest, write_durably};
+use alignment::AlignmentSources;
+use daemon::{ActualsSource, ConfirmedElement, Failure, RequestTimeouts, ScheduleRequest, write_durably};
 use deviations::AppliedObservations;
-use messages::{Activity, ArchiveBuffer, Checked, InputHashes, PoseRecord, payload};
+use messages::{Activity, ArchiveBuffer, Checked, InputHashes, ScheduleStateHead, payload};
 use std::time::Duration;
 use tracing::info;
 
@@ -16,66 +17,84 @@ const TIMEOUTS: RequestTimeouts =
 const RETRY_INTERVAL: Duration = Duration::from_millis(2);
 
 impl AlignService {
-    /// Publishes the current pose, if it differs from the published one.
+    /// Publishes the current pose and what it is worth, if that differs from what is published. There is nothing to tell
+    /// before there are a map and a site.
     pub(super) fn publish(&mut self) -> Result<(), Failure> {
-        let Some(map) = self.map.as_ref().filter(|_| !self.references.is_empty()) else { return Ok(()) };
+        let (Some(map), Some(site)) = (&self.map, self.newest.site) else { return Ok(()) };
+        let slam_map = map.content_hash;
+        // Before the references are drawn there is no plan time; there is no pose either.
+        let inputs = self.reference_inputs.unwrap_or(JobInputs {
+            hashes: InputHashes { site: site.hash, ..InputHashes::default() },
+            plan_time_s: ScheduleStateHead::NO_TIME,
+            frame_epoch: site.frame_epoch,
+        });
         let sources = AlignmentSources {
-            site_hash: self.reference_inputs.inputs.site,
-            slam_map_hash: map.content_hash,
+            site_hash: inputs.hashes.site,
+            slam_map_hash: slam_map,
             searched_map_hash: self.searched_map_hash,
-            plan_time_s: self.reference_inputs.plan_time_s,
+            plan_time_s: inputs.plan_time_s,
         };
-        let pose = self.follower.pose().copied();
-        let pose_status = PoseStatus { pose, state: self.follower.state(), waiting: self.follower.waiting().copied() };
+        let pose_status = self.pose_status();
         let alignment = self.last_search.archive(&self.storeys(), &pose_status, sources);
         if !self.alignment.is_last(&alignment) {
-            self.pending.compare = true;
-            let (frame_epoch, inputs) = self.origin();
-            self.alignment.publish(&mut self.epochs, Checked::new(alignment)?, frame_epoch, inputs)?;
+            self.pending.wanted_comparison += 1;
+            let hashes = InputHashes { slam_map, ..inputs.hashes };
+            self.alignment.publish(&mut self.epochs, Checked::new(alignment)?, inputs.frame_epoch, hashes)?;
             self.activity.set(Activity::Published);
         }
         // The pose must survive this daemon; moves below the threshold are not written.
-        if let Some(pose) = pose.filter(|pose| self.persisted.is_worth_saving(pose)) {
-            self.persist_pose(&pose)?;
+        if let Some(pose) = pose_status.pose.filter(|pose| self.persisted.is_worth_saving(pose)) {
+            let frame_epoch = self.frame_epoch();
+            self.persist(|persisted| persisted.set_pose(&pose, frame_epoch))?;
         }
         Ok(())
     }
 
     /// Publishes deviations, and applies the confirmed observations.
-    pub(super) fn publish_deviations(&mut self, deviations: ArchiveBuffer) -> Result<(), Failure> {
+    pub(super) fn publish_deviations(
+        &mut self,
+        deviations: ArchiveBuffer,
+        inputs: &JobInputs,
+        slam_map: u64,
+    ) -> Result<(), Failure> {
         let is_news = !self.deviations.is_last(&deviations);
         let deviations = Checked::<payload::Deviations>::new(deviations)?;
         let view = deviations.view();
         let (elements, obstacles) = (view.elements.len(), view.obstacles.len());
-        let observed = match self.samples.site() {
-            Some(site) if view.check_site(&site.view()).is_ok() => {
-                self.persisted.observed.with_additions(&site.view(), &view)
-            }
-            // A newer site has come meanwhile, and is compared next.
-            _ => return Ok(()),
+        let Some(site) = self.samples.site().filter(|site| view.check_site(&site.view()).is_ok()) else {
+            // Its generation of the bus is gone, and the site of the next one has not come yet.
+            self.pending.wanted_comparison += 1;
+            return Ok(());
         };
+        self.compared = compared_elements(&site.view(), &view);
+        let observed = self.persisted.observed.with_additions(&site.view(), &view);
         if is_news {
-            let (frame_epoch, inputs) = self.origin();
-            self.deviations.publish(&mut self.epochs, deviations, frame_epoch, inputs)?;
+            let hashes = InputHashes { slam_map, ..inputs.hashes };
+            self.deviations.publish(&mut self.epochs, deviations, inputs.frame_epoch, hashes)?;
             info!(service = "slam-align", elements, obstacles, "deviations published");
         }
-        self.set_observed(observed)
+        self.set_observed(observed, &[])
     }
 
-    /// Applies these observations; on disk, here and in schedule-eval, when this returns.
-    pub(super) fn set_observed(&mut self, observed: AppliedObservations) -> Result<(), Failure> {
+    /// Applies these observations, with those that an operator has just confirmed; on disk, here and in schedule-eval, when
+    /// this returns.
+    pub(super) fn set_observed(
+        &mut self,
+        observed: AppliedObservations,
+        confirmed: &[ConfirmedElement],
+    ) -> Result<(), Failure> {
         let applies = self.config.apply;
         if observed.table(applies) != self.persisted.observed.table(applies)
             && let Err(why) = self.apply(&observed)
         {
             // It is tried again at the next comparison.
-            self.pending.compare = true;
+            self.pending.wanted_comparison += 1;
             return Err(why);
         }
-        if observed == self.persisted.observed {
+        if observed == self.persisted.observed && confirmed.is_empty() {
             Ok(())
         } else {
-            self.persist(|persisted| persisted.observed = observed)
+            self.persist(|persisted| persisted.set_observed(observed, confirmed))
         }
     }
 
@@ -102,15 +121,8 @@ impl AlignService {
         Ok(())
     }
 
-    pub(super) fn persist_pose(&mut self, pose: &PoseRecord) -> Result<(), Failure> {
-        let frame_epoch = self.reference_inputs.frame_epoch;
-        self.persist(|persisted| persisted.set_pose(pose, frame_epoch))
-    }
-
-    /// Frame epoch and inputs of what is published next.
-    fn origin(&self) -> (u64, InputHashes) {
-        let slam_map = self.map.as_ref().map_or(0, |map| map.content_hash);
-        let ReferenceInputs { inputs, frame_epoch, .. } = self.reference_inputs;
-        (frame_epoch, InputHashes { slam_map, ..inputs })
+    /// The newest map frame.
+    pub(super) fn frame_epoch(&self) -> u64 {
+        self.newest.site.map_or(0, |site| site.frame_epoch)
     }
 }

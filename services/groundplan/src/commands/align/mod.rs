@@ -6,7 +6,7 @@ mod pairs;
 mod slam_frame;
 mod transform;
 
-use crate::alignment_request::{alignment_after, outcome_of};
+use crate::alignment_request::{outcome_of, searched};
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 pub use args::Args;
@@ -34,8 +34,7 @@ impl Args {
     /// Asks the daemon to search the pose of the map that it follows.
     fn align_live(&self) -> Result<Outcome, Failure> {
         let place = &self.place;
-        let sample =
-            alignment_after(&self.site, &AlignRequest::Align { hint: place.pose_hint(), storey: place.storey })?;
+        let sample = searched(&self.site, &AlignRequest::Align { hint: place.pose_hint(), storey: place.storey })?;
         self.write_transform(&sample.view())?;
         Ok(outcome_of(&sample, self.json))
     }

@@ -2,21 +2,30 @@
 
 use super::args::Args;
 use super::report::write;
+use crate::alignment_report::why_not_effective;
+use crate::alignment_request::{other_answer, published};
 use crate::failure::Failure;
-use crate::wait::join;
-use bus::{SiteSetReader, topics};
+use crate::wait::{ask, join};
+use bus::{Bus, PortError, SiteSetReader, Waiter, topics};
+use daemon::{AlignAnswer, AlignRequest, ComparisonState, Published, Request};
 use std::time::{Duration, Instant};
 
-/// A comparison follows an alignment after seconds.
-const TIMEOUT: Duration = Duration::from_secs(20);
+/// Timeout of a comparison that runs.
+const COMPARISON_TIMEOUT: Duration = Duration::from_secs(600);
+/// Timeout of samples after their daemon said that they are published.
+const PUBLISHED_TIMEOUT: Duration = Duration::from_secs(30);
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Takes the deviations that fit the newest site and schedule state.
+/// Takes the deviations of the newest site, schedule state and map; waits only while they are on their way.
 ///
 /// # Errors
-/// No daemons, no pose that was accepted, a folder that cannot be written.
+/// No daemons; no map, no site or no pose in effect, which is told at once; a folder that cannot be written.
 pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
     let (bus, mut waiter) = join(&arguments.site.config()?)?;
+    let deviations = match bus.command_client(AlignRequest::DAEMON) {
+        Err(PortError::ViewOnly { .. }) => published_to_viewers(&bus, &mut waiter)?,
+        _ => compared(&bus, &mut waiter)?,
+    };
     let mut states = SiteSetReader::of_states(&bus).map_err(Failure::work)?;
     let founds = bus.subscriber(topics::Deviations).map_err(Failure::work)?;
     let mut found = None;
@@ -25,7 +34,10 @@ pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
         states.take().map_err(Failure::work)?;
         found = founds.take().map_err(Failure::work)?.or(found);
         if let Some(state) = states.state()
-            && let Some(sample) = found.take_if(|found| state.made(&found.header().inputs))
+            && let Some(sample) = found.take_if(|found| {
+                let header = found.header();
+                deviations.epoch <= header.epoch && state.made(&header.inputs)
+            })
         {
             let (site, schedule_state) = state.views().map_err(Failure::work)?;
             let sample = sample.check().map_err(Failure::work)?;
@@ -33,9 +45,40 @@ pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
             found.check_site(&site).map_err(Failure::work)?;
             return write(arguments, &site, &schedule_state, &found);
         }
-        if begun.elapsed() > TIMEOUT {
-            return Err(Failure::work("nothing was compared: see groundplan align and groundplan status"));
+        if begun.elapsed() > PUBLISHED_TIMEOUT {
+            return Err(Failure::work(
+                "the deviations of the newest schedule state have not come: see groundplan status",
+            ));
         }
         waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
+    }
+}
+
+/// Waits while the daemon says that it compares; the newest deviations.
+fn compared(bus: &Bus, waiter: &mut Waiter) -> Result<Published, Failure> {
+    let mut at_least = None;
+    let begun = Instant::now();
+    loop {
+        match ask(bus, waiter, &AlignRequest::Comparison { at_least })? {
+            AlignAnswer::Comparison(ComparisonState::Done(deviations)) => return Ok(deviations),
+            AlignAnswer::Comparison(ComparisonState::Impossible { why }) => {
+                return Err(Failure::work(format!("slam-align: {why}")));
+            }
+            AlignAnswer::Comparison(ComparisonState::Running { comparison }) => at_least = Some(comparison),
+            _ => return Err(other_answer()),
+        }
+        if begun.elapsed() > COMPARISON_TIMEOUT {
+            return Err(Failure::work("the comparison has not ended: see groundplan status"));
+        }
+        waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
+    }
+}
+
+/// Users who may not ask daemons take any deviations of an effective pose.
+fn published_to_viewers(bus: &Bus, waiter: &mut Waiter) -> Result<Published, Failure> {
+    let alignment = published(bus, waiter, Published::default())?;
+    match why_not_effective(&alignment.view()) {
+        Some(why) => Err(Failure::work(why)),
+        None => Ok(Published::default()),
     }
 }

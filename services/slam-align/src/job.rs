@@ -1,0 +1,141 @@
+//! Jobs of the background worker: reference maps, pose search, deviations, on the planned site.
+
+use crate::newest_inputs::JobInputs;
+use crate::robot_map::RobotMap;
+use alignment::{Alignment, Hint, PreparedMap, References, align_maps};
+use bus::SiteSamples;
+use daemon::Failure;
+use deviations::{DeviationInput, deviations};
+use frames::Map;
+use messages::{ArchiveBuffer, PoseRecord, RobotProfile, ScheduleState, Site};
+use std::sync::Arc;
+
+/// Where a pose is searched.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct SearchArea {
+    pub(crate) hint: Option<Hint>,
+    /// Only on this map storey.
+    pub(crate) storey: Option<u32>,
+}
+
+/// A job of the worker.
+pub(crate) struct Job {
+    /// Site, schedule state and index of grids, which belong together.
+    pub(crate) samples: SiteSamples,
+    /// What they are.
+    pub(crate) inputs: JobInputs,
+    /// The generation of the bus that the samples belong to.
+    pub(crate) generation: u64,
+    pub(crate) task: Task,
+}
+
+/// The work of a job.
+pub(crate) enum Task {
+    /// Draw the reference maps.
+    Draw,
+    /// Search the pose of a map; with the number of the search if a client asked for it.
+    Search { map: Arc<RobotMap>, search_area: SearchArea, asked: Option<u64> },
+    /// Compare the site with a map in a pose.
+    Compare { map: Arc<RobotMap>, pose: PoseRecord, comparison: u64 },
+}
+
+/// The kind of a task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum TaskKind {
+    Draw,
+    Search,
+    Compare,
+}
+
+impl Task {
+    pub(crate) fn kind(&self) -> TaskKind {
+        match self {
+            Self::Draw => TaskKind::Draw,
+            Self::Search { .. } => TaskKind::Search,
+            Self::Compare { .. } => TaskKind::Compare,
+        }
+    }
+}
+
+impl TaskKind {
+    /// What it does, for people.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Draw => "drawing the site as planned",
+            Self::Search => "the search of the pose",
+            Self::Compare => "the comparison with the site",
+        }
+    }
+}
+
+/// Maps of the site, by map storey.
+pub(crate) type ReferenceMaps = Vec<Arc<PreparedMap<Map>>>;
+
+/// What came of a job: the reference maps, and the result of its task.
+pub(crate) struct JobResult {
+    pub(crate) references: ReferenceMaps,
+    pub(crate) found: Found,
+}
+
+/// The result of a task.
+pub(crate) enum Found {
+    /// The reference maps are all.
+    Drawn,
+    /// Storeys are indices of the references.
+    Poses(Alignment),
+    Deviations(ArchiveBuffer),
+}
+
+/// Does a job. `references` are those of the last one, and are lost in a panic.
+pub(crate) fn work(references: &mut Option<References>, job: &Job) -> Result<JobResult, Failure> {
+    let state = job.samples.state().ok_or("site and schedule state do not belong together")?;
+    let index = job.samples.index_of(state.site).ok_or("the index of the grids is of another site")?;
+    let (site, schedule_state) = state.views()?;
+    let robot = index.view().head.robot;
+    let mut drawn = match references.take().filter(|r| r.is_of(&site, &robot)) {
+        Some(references) => references,
+        None => References::new(&site, &robot)?,
+    };
+    let maps: ReferenceMaps = drawn.at(&site, &schedule_state)?.collect();
+    let found = match &job.task {
+        Task::Draw => Found::Drawn,
+        Task::Search { map, search_area, .. } => Found::Poses(align(&maps, map, search_area)?),
+        Task::Compare { map, pose, .. } => Found::Deviations(compare(&site, &schedule_state, &robot, map, pose)?),
+    };
+    *references = Some(drawn);
+    Ok(JobResult { references: maps, found })
+}
+
+fn align(references: &[Arc<PreparedMap<Map>>], map: &RobotMap, search_area: &SearchArea) -> Result<Alignment, Failure> {
+    let Some(storey) = search_area.storey else {
+        return Ok(align_maps(references, &map.prepared, search_area.hint.as_ref()));
+    };
+    let only = references.get(storey as usize).ok_or_else(|| format!("the site has no storey {storey}"))?;
+    let mut alignment = align_maps(std::slice::from_ref(only), &map.prepared, search_area.hint.as_ref());
+    alignment.poses.iter_mut().for_each(|pose| pose.reference = storey as usize);
+    Ok(alignment)
+}
+
+fn compare(
+    site: &Site<'_>,
+    schedule_state: &ScheduleState<'_>,
+    robot: &RobotProfile,
+    map: &RobotMap,
+    pose: &PoseRecord,
+) -> Result<ArchiveBuffer, Failure> {
+    let map_storey = pose.map_storey as usize;
+    if map_storey >= site.map_storeys.len() {
+        return Err(format!("the site has no storey {map_storey}").into());
+    }
+    Ok(deviations(&DeviationInput {
+        site,
+        schedule_state,
+        robot,
+        map_storey,
+        slam: &map.map,
+        slam_map_hash: map.content_hash,
+        map_from_slam: pose.map_from_slam(),
+        about_m: pose.about_m,
+        covariance: pose.pose_covariance(),
+    }))
+}

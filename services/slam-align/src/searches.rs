@@ -1,0 +1,105 @@
+//! Searches that clients asked for: in which order they begin, and what became of them.
+
+use crate::job::SearchArea;
+use daemon::{Failure, SearchState};
+use std::collections::VecDeque;
+
+/// Searches that wait; more are refused.
+const MAX_ASKED: usize = 16;
+/// Results that are kept for the clients that ask about them.
+const MAX_RESULTS: usize = 32;
+
+/// The searches of clients, by number.
+#[derive(Debug, Default)]
+pub(crate) struct Searches {
+    /// Those that wait, the next one first.
+    asked: VecDeque<(u64, SearchArea)>,
+    running: Option<(u64, SearchArea)>,
+    /// Those that have ended, the newest last.
+    ended: VecDeque<(u64, SearchState)>,
+}
+
+impl Searches {
+    /// Takes a search that is asked for.
+    ///
+    /// # Errors
+    /// Too many wait.
+    pub(crate) fn ask(&mut self, number: u64, search_area: SearchArea) -> Result<(), Failure> {
+        if self.asked.len() >= MAX_ASKED {
+            return Err("too many searches wait already".into());
+        }
+        self.asked.push_back((number, search_area));
+        Ok(())
+    }
+
+    /// True if a search waits.
+    pub(crate) fn is_waiting(&self) -> bool {
+        !self.asked.is_empty()
+    }
+
+    /// Begins the next search.
+    pub(crate) fn begin(&mut self) -> Option<(u64, SearchArea)> {
+        self.running = self.asked.pop_front();
+        self.running
+    }
+
+    /// Puts the running search back, because its inputs have changed: it is the next one.
+    pub(crate) fn begin_again(&mut self) {
+        if let Some(search) = self.running.take() {
+            self.asked.push_front(search);
+        }
+    }
+
+    /// Ends the running search.
+    pub(crate) fn end(&mut self, state: SearchState) {
+        if let Some((number, _)) = self.running.take() {
+            self.ended.push_back((number, state));
+            self.ended.drain(..self.ended.len().saturating_sub(MAX_RESULTS));
+        }
+    }
+
+    /// What became of a search.
+    pub(crate) fn state(&self, number: u64) -> SearchState {
+        if let Some((_, state)) = self.ended.iter().find(|(ended, _)| *ended == number) {
+            return state.clone();
+        }
+        if self.running.iter().chain(&self.asked).any(|(known, _)| *known == number) {
+            return SearchState::Running;
+        }
+        SearchState::Failed { why: "slam-align was started again meanwhile: ask again".to_owned() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use daemon::Published;
+
+    fn done(epoch: u64) -> SearchState {
+        SearchState::Done { alignment: Published { epoch, content_hash: 0 }, is_of_newest_map: true }
+    }
+
+    #[test]
+    fn searches_end_in_order_also_if_one_begins_again() {
+        let mut searches = Searches::default();
+        searches.ask(4, SearchArea::default()).unwrap();
+        searches.ask(5, SearchArea::default()).unwrap();
+        assert_eq!(searches.begin().map(|(number, _)| number), Some(4));
+        searches.begin_again();
+        assert_eq!((searches.state(4), searches.state(5)), (SearchState::Running, SearchState::Running));
+        assert_eq!(searches.begin().map(|(number, _)| number), Some(4));
+        searches.end(done(1));
+        searches.begin();
+        searches.end(SearchState::Failed { why: "why".to_owned() });
+        assert_eq!((searches.state(4), searches.is_waiting()), (done(1), false));
+        assert_eq!(searches.state(5), SearchState::Failed { why: "why".to_owned() });
+        assert!(matches!(searches.state(6), SearchState::Failed { .. }), "nobody asked for it");
+    }
+
+    #[test]
+    fn too_many_searches_are_refused() {
+        let mut searches = Searches::default();
+        let refused = (0..).find(|number| searches.ask(*number, SearchArea::default()).is_err());
+        assert_eq!(refused, Some(MAX_ASKED as u64));
+    }
+}
