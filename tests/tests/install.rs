@@ -45,6 +45,7 @@ fn everything_is_put_in_place_and_a_changed_configuration_stays() {
         "usr/local/share/man/man1/groundplan-monitor.1",
         "usr/local/share/bash-completion/completions/groundplan",
         "usr/local/share/groundplan/schemas/site.schema.json",
+        "usr/local/share/groundplan/nav2/on-stale",
         "etc/groundplan/demo/demo.ifc",
         "etc/sysusers.d/groundplan.conf",
         "etc/tmpfiles.d/groundplan.conf",

@@ -18,19 +18,32 @@ fn the_next_date_changes_the_maps_and_export_writes_what_convert_writes() {
     assert_ne!(live.index()["content_hash"], before["content_hash"], "it returned when the new index was out");
     for date in ["2024-04-29T10:00:00", "2024-03-20T00:00:00", "2024-06-03T12:00:00"] {
         live.text(&[&"date", &date]);
-        let (exported, converted) = (live.home.path().join("exported"), live.home.path().join("converted"));
-        live.text(&[&"export", &exported, &"--world"]);
-        let model = live.home.path().join("demo.ifc");
-        assert!(groundplan(&[&"convert", &model, &"-o", &converted, &"--date", &date, &"--world"]).status.success());
-        let (exported, converted) = (contents(&exported), contents(&converted));
-        assert!(exported.len() > 20);
-        for (one, other) in exported.iter().zip(&converted) {
-            assert!(one == other, "{} differs at {date}", one.0.display());
-        }
-        assert_eq!(exported.len(), converted.len());
+        check_export_is_convert(&live, &[&"--date", &date]);
     }
+    // The configuration may name another robot and resolution than those that are in force.
+    let legged = support::root().join("config/robots/legged.toml");
+    live.text(&[&"robot", &legged]);
+    let site = std::fs::read_to_string(live.config()).unwrap();
+    std::fs::write(live.config(), format!("{site}[robot]\nresolution_m = 0.1\n")).unwrap();
+    check_export_is_convert(&live, &[&"--date", &"2024-06-03T12:00:00", &"--robot", &legged]);
     live.down();
     assert_eq!(live.segments(), 0, "nothing is left in shared memory");
+}
+
+/// The files of the daemons are those of a conversion with these options.
+fn check_export_is_convert(live: &Live, options: &[&dyn AsRef<OsStr>]) {
+    let (exported, converted) = (live.home.path().join("exported"), live.home.path().join("converted"));
+    live.text(&[&"export", &exported, &"--world"]);
+    let model = live.home.path().join("demo.ifc");
+    let convert: [&dyn AsRef<OsStr>; 5] = [&"convert", &model, &"-o", &converted, &"--world"];
+    let output = groundplan(&convert.iter().chain(options).copied().collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let (exported, converted) = (contents(&exported), contents(&converted));
+    assert!(exported.len() > 20);
+    for (one, other) in exported.iter().zip(&converted) {
+        assert!(one == other, "{} differs", one.0.display());
+    }
+    assert_eq!(exported.len(), converted.len());
 }
 
 #[test]
@@ -166,5 +179,44 @@ fn a_date_with_an_offset_needs_the_zone_of_the_site() {
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("site_zone"));
     assert!(live.text(&[&"date"]).starts_with("2024-04-29T10:00:00"));
+    live.down();
+}
+
+/// A site whose daemons have nothing to show: started anew with other models, and waited for until a daemon says something.
+fn without_maps(models: &str) -> Live {
+    let mut live = Live::start();
+    live.down();
+    std::fs::remove_dir_all(live.home.path().join("state")).unwrap();
+    let site = std::fs::read_to_string(live.config()).unwrap();
+    std::fs::write(live.home.path().join("broken.ifc"), "this is no model").unwrap();
+    std::fs::write(live.config(), site.replace("models = [\"demo.ifc\"]", &format!("models = [{models}]"))).unwrap();
+    let mut up = std::process::Command::new(support::client());
+    up.arg("up").arg("--config").arg(live.config()).stderr(std::process::Stdio::null());
+    live.up = Some(up.spawn().unwrap());
+    let begun = Instant::now();
+    // The daemons run before there is a bus.
+    while !live.run(&[&"topic", &"list"]).status.success() {
+        assert!(begun.elapsed() < DEADLINE, "{:?}", live.status());
+    }
+    live
+}
+
+#[test]
+fn an_export_of_maps_that_cannot_come_says_why_instead_of_waiting() {
+    let refused = |live: &Live| {
+        let out = live.home.path().join("exported");
+        let output = live.run(&[&"export", &out]);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(!out.exists());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let mut live = without_maps("");
+    let why = refused(&live);
+    assert!(why.contains("no model is loaded: groundplan load MODEL.ifc"), "{why}");
+    live.down();
+
+    let mut live = without_maps("\"broken.ifc\"");
+    let why = refused(&live);
+    assert!(why.contains("ifc-ingest: ") && why.contains("broken.ifc"), "{why}");
     live.down();
 }

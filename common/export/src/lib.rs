@@ -33,8 +33,12 @@
 //!
 //! The planning map, the keep-out mask and the waypoints of a storey have one frame and one origin;
 //! `config/nav2/params.yaml` has the parameters that they need. `groundplan export maps --watch --on-change
-//! config/nav2/on-change` rewrites a folder for every change, and calls a script that stops the robot's goal before it
-//! loads the maps.
+//! config/nav2/on-change --on-stale config/nav2/on-stale` writes a folder for every change; the first script stops the robot's goal
+//! before it loads maps of its storey that changed, the second one when the maps must not be used any more.
+//!
+//! Maps of a storey may be used while the file `maps/fresh` has the state `fresh`, is younger than 3 s, and does not list the
+//! storey in `outdated_storeys`: who reads maps asks it before each use (`config/schemas/fresh.schema.json`). Subscribers of the
+//! bus ask `bus::ConsistentSet::verdict`, which is made from heartbeats and from `valid_until_s` in the head of the schedule state.
 //!
 //! # Output folder
 //!

@@ -9,6 +9,7 @@ pub mod run;
 mod alignment_report;
 mod alignment_request;
 mod date_argument;
+mod expectation;
 mod maps;
 mod monitor;
 mod obstacles;

@@ -256,17 +256,20 @@ impl ScheduleService {
 
     /// The current state, and when the next change is due.
     fn done(&self) -> Done {
+        let wake_in =
+            self.next_update().and_then(|(wait_ms, _)| u64::try_from(wait_ms).ok()).map(Duration::from_millis);
+        Done { answer: (), published: self.output.published(), wake_in }
+    }
+
+    /// The next schedule state of a plan time that moves: in how many milliseconds it is due, and when by the machine's clock,
+    /// milliseconds since 1970 in UTC.
+    fn next_update(&self) -> Option<(i64, i64)> {
         let (reading, now) = self.read_clock();
-        let update_instants_s = self.evaluated.as_ref().map_or(&[][..], |e| &e.update_instants_s);
-        let next_s = reading
-            .plan_time_s
-            .and_then(|now_s| update_instants_s.get(update_instants_s.partition_point(|s| *s <= now_s)));
-        let wait_ms = next_s.and_then(|next_s| self.clock.until_ms(*next_s, now.wall_ms, &self.zone()));
-        Done {
-            answer: (),
-            published: self.output.published(),
-            wake_in: wait_ms.and_then(|ms| u64::try_from(ms).ok()).map(Duration::from_millis),
-        }
+        let (now_s, evaluated) = (reading.plan_time_s?, self.evaluated.as_ref()?);
+        let n_past = evaluated.update_instants_s.partition_point(|s| *s <= now_s);
+        let next_s = evaluated.update_instants_s.get(n_past)?;
+        let wait_ms = self.clock.until_ms(*next_s, now.wall_ms, &self.zone())?;
+        Some((wait_ms, now.wall_ms.saturating_add(wait_ms)))
     }
 }
 
@@ -331,6 +334,7 @@ impl Service for ScheduleService {
             plan_time_s: self.read_clock().0.plan_time_s,
             clock: self.clock.name(),
             valid_until_s: valid_until_s.filter(|until_s| *until_s != ScheduleStateHead::NO_TIME),
+            next_update_ms: self.next_update().map(|(_, at_ms)| at_ms),
         }
     }
 }

@@ -15,4 +15,7 @@ pub struct ScheduleFacts {
     pub clock: String,
     /// The instant after which the published schedule state is not valid; `None` if it is for good.
     pub valid_until_s: Option<i64>,
+    /// When the next schedule state is due by the machine's clock, milliseconds since 1970 in UTC; `None` if the plan time
+    /// stands, or there is none.
+    pub next_update_ms: Option<i64>,
 }

@@ -1,42 +1,38 @@
 //! `groundplan export`: the files of `convert`, made from what the daemons publish.
 
 mod args;
-mod follow;
 mod sets;
+mod watch;
 
 use crate::args::report_set_aside;
+use crate::expectation::Expectation;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::join;
 pub use args::Args;
+use bus::Daemon;
 use sets::Sets;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-/// Samples that belong together are waited for.
-const TIMEOUT: Duration = Duration::from_secs(30);
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 impl Run for Args {
     /// Writes the output folder at the plan time that the daemons hold: the same bytes as `convert --date` at that instant.
     ///
     /// # Errors
-    /// No daemons, samples that do not come together, a folder that cannot be written.
+    /// No daemons, maps that the daemons do not make, with the reason; a folder that cannot be written.
     fn run(&self) -> Result<Outcome, Failure> {
         if self.watch {
-            return follow::follow(self);
+            return watch::watch(self);
         }
         let config = self.site.config()?;
         let world = self.world.options(&config.world)?;
         let folder = self.overwrite.folder_at(&self.out)?;
         let (bus, mut waiter) = join(&config)?;
         let mut sets = Sets::of(&bus)?;
-        let begun = Instant::now();
+        let mut expectation = Expectation::of(&config, Daemon::WaypointGen);
         while sets.take()?.is_none() {
-            if begun.elapsed() > TIMEOUT {
-                return Err(Failure::work(
-                    "site, schedule state and grids do not come together: see groundplan status",
-                ));
-            }
+            expectation.check()?;
             waiter.wait(POLL_INTERVAL).map_err(Failure::work)?;
         }
         let files = sets.files(&config, world.as_ref())?;

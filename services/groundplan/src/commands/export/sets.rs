@@ -5,14 +5,23 @@ use crate::maps::world_files;
 use bus::{Bus, SiteSet, SiteSetReader, SiteViews};
 use daemon::SiteConfig;
 use export::{ExportFile, ExportInput};
+use messages::{GridSlotRecord, RobotProfile};
 use raster::Rasterizer;
 use world::WorldOptions;
 
 /// The newest site set with its mission plan.
 pub(super) struct Sets {
     reader: SiteSetReader,
-    /// Footprints are not on the bus: cutting gives the same again. With the hashes of what it was made from.
-    cut: Option<([u64; 2], Rasterizer)>,
+    /// Footprints are not on the bus: cutting gives the same again. With what it was made from.
+    cut: Option<(CutInputs, Rasterizer)>,
+}
+
+/// What footprints depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CutInputs {
+    site_hash: u64,
+    robot: RobotProfile,
+    resolution_m: f64,
 }
 
 impl Sets {
@@ -28,23 +37,28 @@ impl Sets {
         Ok(mission_plan.map(|mission_plan| mission_plan.bytes().header().epoch))
     }
 
+    /// Hash of the site of the samples, which belong together, and their grids.
+    pub(super) fn grids(&self) -> Result<(u64, Vec<GridSlotRecord>), Failure> {
+        let set = self.reader.set().ok_or_else(no_maps)?;
+        Ok((set.site.content_hash(), set.index.view().slots.to_vec()))
+    }
+
     /// The files of the samples, which belong together.
     pub(super) fn files(
         &mut self,
         config: &SiteConfig,
         world: Option<&WorldOptions>,
     ) -> Result<Vec<ExportFile>, Failure> {
-        let missing = || Failure::work("there are no maps yet");
-        let set: SiteSet<'_> = self.reader.set().ok_or_else(missing)?;
+        let set: SiteSet<'_> = self.reader.set().ok_or_else(no_maps)?;
         let SiteViews { site, state: schedule_state, index, grids, mission_plan } =
             set.views().map_err(Failure::work)?;
-        let mission_plan = mission_plan.ok_or_else(missing)?;
-        let inputs = set.index.bytes().header().inputs;
+        let mission_plan = mission_plan.ok_or_else(no_maps)?;
         let profile = index.head.robot;
-        let made_from = [inputs.site, inputs.robot];
-        if self.cut.as_ref().is_none_or(|(of, _)| *of != made_from) {
-            let rasterizer = Rasterizer::new(&site, &profile, config.robot.resolution_m).map_err(Failure::work)?;
-            self.cut = Some((made_from, rasterizer));
+        // What the grids were drawn with, which the configuration may not name any more; without a storey there is no cell.
+        let resolution_m = grids.first().map_or(config.robot.resolution_m, |grid| grid.spec().resolution_m());
+        let inputs = CutInputs { site_hash: site.content_hash(), robot: profile, resolution_m };
+        if self.cut.as_ref().is_none_or(|(of, _)| *of != inputs) {
+            self.cut = Some((inputs, Rasterizer::new(&site, &profile, resolution_m).map_err(Failure::work)?));
         }
         let footprints: Vec<_> =
             self.cut.iter().flat_map(|(_, cut)| (0..grids.len()).map(|k| cut.footprints(k))).collect();
@@ -55,9 +69,13 @@ impl Sets {
             grids: &grids,
             mission_plan: &mission_plan,
             footprints: &footprints,
-            resolution_m: config.robot.resolution_m,
+            resolution_m,
             with_geometry: false,
         };
         Ok(export::files(&input, world_files(&input, world)))
     }
+}
+
+fn no_maps() -> Failure {
+    Failure::work("there are no maps yet")
 }

@@ -1,0 +1,363 @@
+//! Whether the maps in a folder are those that the daemons hold; no bus and no files inside, times are arguments.
+
+use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, NoMapReason, Stamp};
+use jiff::Timestamp;
+use messages::{GridSlotRecord, GridsHead, ScheduleStateHead};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Maps are stale when it was unknown for this long whether they are those of the daemons. A consumer takes a check that is
+/// older for none, so that a watch that was killed counts as stale at the same age.
+pub(super) const TOLERANCE: Duration = Duration::from_secs(3);
+
+/// Daemons without which maps grow old unnoticed.
+const WATCHED: [Daemon; 2] = [Daemon::ScheduleEval, Daemon::Rasterize];
+
+/// The maps in a folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct FolderMaps {
+    pub(super) folder: PathBuf,
+    pub(super) epoch: u64,
+    /// Content hash of their site.
+    pub(super) site_hash: u64,
+    /// Their grids.
+    pub(super) grids: Vec<GridSlotRecord>,
+}
+
+/// Indices of map storeys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Storeys {
+    All,
+    Only(BTreeSet<u32>),
+}
+
+impl Storeys {
+    pub(super) fn contains(&self, others: &Self) -> bool {
+        match (self, others) {
+            (Self::All, _) => true,
+            (Self::Only(_), Self::All) => false,
+            (Self::Only(these), Self::Only(others)) => others.is_subset(these),
+        }
+    }
+}
+
+/// Maps that must not be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Staleness {
+    pub(super) reason: String,
+    pub(super) storeys: Storeys,
+}
+
+/// What is known of the maps.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum MapState {
+    /// They are those that the daemons hold, but for these storeys, whose new maps are not in the folder yet.
+    Fresh { outdated_storeys: BTreeSet<u32> },
+    /// It is unknown, and was not for [`TOLERANCE`]: what was last known counts.
+    Unknown,
+    /// None of them may be used.
+    Stale { reason: String },
+}
+
+/// What the daemons hold, and what is in the folder.
+pub(super) struct Freshness {
+    maps: Option<FolderMaps>,
+    schedule_state: Option<(u64, ScheduleStateHead)>,
+    index: Option<(GridsHead, Vec<GridSlotRecord>)>,
+    heard: BTreeMap<Daemon, Stamp>,
+    no_bus: Option<String>,
+    /// Why there are no new maps, if it is known.
+    obstacle: Option<String>,
+    /// When the next schedule state is due by the machine's clock, milliseconds since 1970 in UTC.
+    next_update_ms: Option<i64>,
+    /// Since when it is unknown whether the maps are those of the daemons, without a break.
+    unknown_since: Option<Stamp>,
+    /// Since when maps of storeys are outdated, by storey.
+    outdated_since: BTreeMap<u32, Stamp>,
+}
+
+/// Why it is unknown whether maps are those of the daemons.
+struct Doubt {
+    reason: String,
+    /// True if that makes them stale without delay.
+    is_certain: bool,
+}
+
+impl Freshness {
+    /// Nothing is known.
+    pub(super) fn new() -> Self {
+        Self {
+            maps: None,
+            schedule_state: None,
+            index: None,
+            heard: BTreeMap::new(),
+            no_bus: None,
+            obstacle: None,
+            next_update_ms: None,
+            unknown_since: None,
+            outdated_since: BTreeMap::new(),
+        }
+    }
+
+    /// A generation of the bus was joined: samples come again, heartbeats count from now.
+    pub(super) fn joined(&mut self, now: Stamp) {
+        (self.schedule_state, self.index, self.no_bus) = (None, None, None);
+        self.heard = WATCHED.map(|daemon| (daemon, now)).into();
+    }
+
+    /// There is no bus.
+    pub(super) fn left(&mut self, why: String) {
+        self.no_bus = Some(why);
+    }
+
+    /// A heartbeat has come.
+    pub(super) fn on_heartbeat(&mut self, now: Stamp, daemon: Daemon) {
+        if let Some(heard) = self.heard.get_mut(&daemon) {
+            *heard = now;
+        }
+    }
+
+    /// A schedule state has come; `hash` is that of its content.
+    pub(super) fn on_schedule_state(&mut self, hash: u64, head: ScheduleStateHead) {
+        self.schedule_state = Some((hash, head));
+    }
+
+    /// An index of grids has come.
+    pub(super) fn on_index(&mut self, head: GridsHead, grids: Vec<GridSlotRecord>) {
+        self.index = Some((head, grids));
+    }
+
+    /// These maps are in the folder.
+    pub(super) fn on_maps(&mut self, maps: FolderMaps) {
+        self.maps = Some(maps);
+    }
+
+    /// Why no new maps come into the folder, if it is known: part of the reason where they are missed.
+    pub(super) fn set_obstacle(&mut self, why: Option<String>) {
+        self.obstacle = why;
+    }
+
+    /// When the next schedule state is due, milliseconds since 1970 in UTC; `None` if the plan time stands.
+    pub(super) fn set_next_update(&mut self, at_ms: Option<i64>) {
+        self.next_update_ms = at_ms;
+    }
+
+    /// The maps in the folder.
+    pub(super) fn maps(&self) -> Option<&FolderMaps> {
+        self.maps.as_ref()
+    }
+
+    /// The newest schedule state.
+    pub(super) fn schedule_state(&self) -> Option<&ScheduleStateHead> {
+        self.schedule_state.as_ref().map(|(_, head)| head)
+    }
+
+    /// What is known of the maps now; `utc_ms` is the machine's clock, milliseconds since 1970.
+    pub(super) fn state(&mut self, now: Stamp, utc_ms: i64) -> MapState {
+        match self.outdated_storeys(now, utc_ms) {
+            Ok(outdated_storeys) => {
+                self.unknown_since = None;
+                self.outdated_since.retain(|storey, _| outdated_storeys.contains(storey));
+                outdated_storeys.iter().for_each(|storey| {
+                    self.outdated_since.entry(*storey).or_insert(now);
+                });
+                MapState::Fresh { outdated_storeys }
+            }
+            Err(Doubt { reason, is_certain }) => {
+                let since = *self.unknown_since.get_or_insert(now);
+                if is_certain || now.since(since) >= TOLERANCE { MapState::Stale { reason } } else { MapState::Unknown }
+            }
+        }
+    }
+
+    /// Storeys whose maps were outdated for [`TOLERANCE`].
+    pub(super) fn late_storeys(&self, now: Stamp) -> Option<Staleness> {
+        let late = self.outdated_since.iter().filter(|(_, since)| now.since(**since) >= TOLERANCE);
+        let storeys: BTreeSet<u32> = late.map(|(storey, _)| *storey).collect();
+        let why = self.obstacle.as_deref().unwrap_or("new maps of some storeys are not written yet");
+        (!storeys.is_empty()).then(|| Staleness { reason: why.to_owned(), storeys: Storeys::Only(storeys) })
+    }
+
+    /// The storeys of the folder whose maps are not those of the daemons, if the daemons hold maps of this site.
+    fn outdated_storeys(&self, now: Stamp, utc_ms: i64) -> Result<BTreeSet<u32>, Doubt> {
+        if let Some(why) = &self.no_bus {
+            return Err(Doubt { reason: why.clone(), is_certain: false });
+        }
+        let silent = self.heard.iter().find(|(_, heard)| now.since(**heard) >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS);
+        if let Some((daemon, _)) = silent {
+            let reason = NoMapReason::Silent { daemon: *daemon }.to_string();
+            return Err(Doubt { reason, is_certain: true });
+        }
+        if let Some(due_ms) = self.next_update_ms.filter(|due_ms| utc_ms - due_ms >= TOLERANCE.as_millis() as i64) {
+            let due = Timestamp::from_millisecond(due_ms).map(|due| due.to_string()).unwrap_or_default();
+            let reason = format!("{}: the next one was due at {due}", NoMapReason::Expired);
+            return Err(Doubt { reason, is_certain: true });
+        }
+        let (Some((state_hash, _)), Some((index, grids))) = (&self.schedule_state, &self.index) else {
+            return Err(self.missing("the daemons have published no maps"));
+        };
+        if index.schedule_state_hash != *state_hash {
+            return Err(self.missing("the grids of the newest schedule state have not come"));
+        }
+        let Some(maps) = self.maps.as_ref().filter(|maps| maps.site_hash == index.site_hash) else {
+            return Err(self.missing("the maps of the newest site are not written yet"));
+        };
+        let held: BTreeSet<_> = grids.iter().map(key).collect();
+        let in_folder: BTreeSet<_> = maps.grids.iter().map(key).collect();
+        Ok(held.symmetric_difference(&in_folder).map(|(storey, _)| *storey).collect())
+    }
+
+    /// Something has not come, and why if that is known.
+    fn missing(&self, what: &str) -> Doubt {
+        let why = self.obstacle.as_ref().map(|why| format!(": {why}")).unwrap_or_default();
+        Doubt { reason: format!("{what}{why}"), is_certain: false }
+    }
+}
+
+fn key(grid: &GridSlotRecord) -> (u32, u64) {
+    (grid.map_storey, grid.content_hash)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::{RobotProfile, ScheduleStateBuilder};
+
+    const SITE: u64 = 1;
+
+    fn at(ms: u64) -> Stamp {
+        Stamp(1_000_000_000_000) + Duration::from_millis(ms)
+    }
+
+    fn grids(hashes: &[u64]) -> Vec<GridSlotRecord> {
+        let record = |(storey, hash): (usize, &u64)| GridSlotRecord {
+            map_storey: storey as u32,
+            cell_tenths: 500,
+            content_hash: *hash,
+        };
+        hashes.iter().enumerate().map(record).collect()
+    }
+
+    /// The daemons hold these grids at a schedule state.
+    fn publish(freshness: &mut Freshness, state_hash: u64, hashes: &[u64]) {
+        freshness.on_schedule_state(state_hash, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        let robot = RobotProfile::DEFAULT;
+        let head = GridsHead { site_hash: SITE, schedule_state_hash: state_hash, plan_time_s: 0, robot };
+        freshness.on_index(head, grids(hashes));
+    }
+
+    fn write(freshness: &mut Freshness, hashes: &[u64]) {
+        let (folder, epoch) = (PathBuf::from("epochs/1"), 1);
+        freshness.on_maps(FolderMaps { folder, epoch, site_hash: SITE, grids: grids(hashes) });
+    }
+
+    fn heartbeats(freshness: &mut Freshness, ms: u64) {
+        WATCHED.into_iter().for_each(|daemon| freshness.on_heartbeat(at(ms), daemon));
+    }
+
+    /// Grids 1 and 2, in a folder and with the daemons, at 0.
+    fn fresh() -> Freshness {
+        let mut freshness = Freshness::new();
+        freshness.joined(at(0));
+        publish(&mut freshness, 7, &[1, 2]);
+        write(&mut freshness, &[1, 2]);
+        assert_eq!(freshness.state(at(0), 0), MapState::Fresh { outdated_storeys: BTreeSet::new() });
+        freshness
+    }
+
+    fn is_stale(freshness: &mut Freshness, ms: u64) -> Option<String> {
+        match freshness.state(at(ms), 0) {
+            MapState::Stale { reason } => Some(reason),
+            MapState::Fresh { .. } | MapState::Unknown => None,
+        }
+    }
+
+    #[test]
+    fn a_daemon_that_misses_its_heartbeats_makes_maps_stale_until_it_is_heard() {
+        let mut freshness = fresh();
+        freshness.on_heartbeat(at(2_000), Daemon::ScheduleEval);
+        assert_eq!(is_stale(&mut freshness, 2_999), None);
+        assert_eq!(is_stale(&mut freshness, 3_000).as_deref(), Some("rasterize has missed 3 heartbeats"));
+        freshness.on_heartbeat(at(3_100), Daemon::WaypointGen);
+        assert!(is_stale(&mut freshness, 3_100).is_some(), "others keep no map up to date");
+        freshness.on_heartbeat(at(3_200), Daemon::Rasterize);
+        assert_eq!(is_stale(&mut freshness, 3_200), None);
+    }
+
+    #[test]
+    fn a_schedule_state_that_was_due_and_did_not_come_makes_maps_stale() {
+        let mut freshness = fresh();
+        freshness.set_next_update(Some(10_000));
+        let mut is_stale = |utc_ms: i64| matches!(freshness.state(at(100), utc_ms), MapState::Stale { .. });
+        assert!(!is_stale(9_000) && !is_stale(12_999), "it may take as long as a check is good");
+        assert!(is_stale(13_000));
+        let MapState::Stale { reason } = freshness.state(at(100), 13_000) else { panic!("they are stale") };
+        assert!(reason.ends_with("the next one was due at 1970-01-01T00:00:10Z"), "{reason}");
+        freshness.set_next_update(None);
+        assert!(matches!(freshness.state(at(100), 13_000), MapState::Fresh { .. }));
+    }
+
+    #[test]
+    fn a_bus_that_comes_back_within_the_tolerance_is_not_noticed() {
+        let mut freshness = fresh();
+        freshness.left("there is no bus".to_owned());
+        assert_eq!(freshness.state(at(1_000), 0), MapState::Unknown);
+        freshness.joined(at(2_000));
+        assert_eq!(freshness.state(at(3_900), 0), MapState::Unknown, "no sample has come again");
+        publish(&mut freshness, 7, &[1, 2]);
+        assert_eq!(freshness.state(at(3_950), 0), MapState::Fresh { outdated_storeys: BTreeSet::new() });
+        freshness.left("there is no bus".to_owned());
+        assert_eq!(is_stale(&mut freshness, 5_000), None, "it counts from the last time that was well");
+        assert_eq!(is_stale(&mut freshness, 8_000).as_deref(), Some("there is no bus"));
+    }
+
+    #[test]
+    fn a_schedule_state_without_grids_makes_all_maps_stale() {
+        let mut freshness = fresh();
+        freshness.on_schedule_state(8, ScheduleStateBuilder::everything_built(SITE, 0, 0).head);
+        assert_eq!(freshness.state(at(100), 0), MapState::Unknown);
+        heartbeats(&mut freshness, 3_000);
+        assert!(is_stale(&mut freshness, 3_100).unwrap().contains("have not come"));
+        publish(&mut freshness, 8, &[1, 2]);
+        let same = MapState::Fresh { outdated_storeys: BTreeSet::new() };
+        assert_eq!(freshness.state(at(3_200), 0), same, "a date at which no map changes needs no new files");
+    }
+
+    #[test]
+    fn only_storeys_whose_grids_changed_are_outdated_and_late_after_the_tolerance() {
+        let mut freshness = fresh();
+        publish(&mut freshness, 8, &[1, 9]);
+        assert_eq!(freshness.state(at(100), 0), MapState::Fresh { outdated_storeys: [1].into() });
+        assert_eq!(freshness.late_storeys(at(3_000)), None);
+        heartbeats(&mut freshness, 3_000);
+        freshness.set_obstacle(Some("the disk is full".to_owned()));
+        freshness.state(at(3_100), 0);
+        let late = Staleness { reason: "the disk is full".to_owned(), storeys: Storeys::Only([1].into()) };
+        assert_eq!(freshness.late_storeys(at(3_100)), Some(late));
+        write(&mut freshness, &[1, 9]);
+        assert_eq!(freshness.state(at(3_200), 0), MapState::Fresh { outdated_storeys: BTreeSet::new() });
+        assert_eq!(freshness.late_storeys(at(9_000)), None);
+    }
+
+    #[test]
+    fn maps_of_another_site_are_stale_as_a_whole() {
+        let mut freshness = fresh();
+        let robot = RobotProfile::DEFAULT;
+        freshness.on_schedule_state(8, ScheduleStateBuilder::everything_built(2, 0, 0).head);
+        let head = GridsHead { site_hash: 2, schedule_state_hash: 8, plan_time_s: 0, robot };
+        freshness.on_index(head, grids(&[1, 2]));
+        freshness.state(at(0), 0);
+        heartbeats(&mut freshness, 3_000);
+        freshness.set_obstacle(Some("the disk is full".to_owned()));
+        let reason = is_stale(&mut freshness, 3_000).unwrap();
+        assert_eq!(reason, "the maps of the newest site are not written yet: the disk is full");
+    }
+
+    #[test]
+    fn storeys_contain_their_subsets() {
+        let only = |storeys: &[u32]| Storeys::Only(storeys.iter().copied().collect());
+        assert!(Storeys::All.contains(&only(&[1])) && only(&[1, 2]).contains(&only(&[2])));
+        assert!(!only(&[1]).contains(&Storeys::All) && !only(&[1]).contains(&only(&[1, 2])));
+    }
+}
