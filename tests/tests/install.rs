@@ -78,7 +78,7 @@ fn everything_is_put_in_place_and_a_changed_configuration_stays() {
 fn units_start_what_is_installed_share_memory_and_one_user() {
     let folder = root().join("config/systemd");
     let target = std::fs::read_to_string(folder.join("groundplan.target")).unwrap();
-    for daemon in ["keeper", "ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen", "slam-align"] {
+    for daemon in ["keeper", "ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen", "slam-align", "relay"] {
         let name = format!("groundplan-{daemon}.service");
         assert!(target.contains(&name));
         assert!(services(&folder).contains(&folder.join(&name)), "{name}");
