@@ -77,7 +77,9 @@ fn bytes_that_are_no_request_of_a_daemon_get_an_error_with_its_name_and_it_lives
     let before = Daemon::SUPERVISED.map(|daemon| process(daemon.name()));
     let (bus, mut waiter) = join(&live);
     let of_rasterize = serde_json::to_vec(&RasterizeRequest::SetRobot { profile: "/r.toml".into() }).unwrap();
-    let of_ingest = serde_json::to_vec(&IngestRequest::Load { models: vec!["/m.ifc".into()] }).unwrap();
+    let of_ingest =
+        serde_json::to_vec(&IngestRequest::Load { models: vec!["/m.ifc".into()], dry_run: false, force: false })
+            .unwrap();
     for daemon in Daemon::SUPERVISED {
         let foreign = if daemon == Daemon::IfcIngest { &of_rasterize } else { &of_ingest };
         let port = bus.command_client(daemon).unwrap();

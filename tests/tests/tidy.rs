@@ -33,7 +33,7 @@ const ALLOWED: [(&str, &[&str]); 24] = [
     ("waypoints", &["frames", "geometry", "grid", "messages"]),
     ("alignment", &["frames", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
-    ("ifc-ingest", &["bus", "daemon", "ingest", "messages"]),
+    ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages", "schedule"]),
     ("schedule-eval", &["bus", "daemon", "frames", "messages", "schedule"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),

@@ -14,8 +14,9 @@
 //!
 //! A site has a file like `config/site.toml`: `groundplan up --config site.toml` starts and supervises its daemons, which
 //! lie in the folder of the client. Plan time, reported progress, robot and loaded files are on disk before a command is
-//! answered, and numbers of samples never fall. A model that changes on disk is read again; one that is broken leaves the
-//! last good site where it is, and `groundplan status` says why. SIGHUP reads the configuration again.
+//! answered, and numbers of samples never fall. A model that changes on disk is read again; one that cannot be
+//! used, or whose schedule cannot, leaves the site in force where it is, and `groundplan status` says why; one that looks like
+//! another building waits for `groundplan confirm`. SIGHUP reads the configuration again, and tries again what was refused.
 //!
 //! The plan time stands, follows the clock of the machine in the zone of the site, or runs at a rate; it never goes back by
 //! itself:
@@ -82,7 +83,8 @@ pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
     ActualsSource, AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
-    IngestRequest, ListedPose, RasterizeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointRequest,
+    IngestAnswer, IngestRequest, ListedPose, RasterizeRequest, Revision, RevisionEffect, ScheduleAnswer,
+    ScheduleRequest, SearchState, WaypointRequest,
 };
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, in_background, run};

@@ -14,6 +14,7 @@ mod maps;
 mod monitor;
 mod obstacles;
 mod progress;
+mod revision_report;
 mod site_check;
 mod supervise;
 mod task_name;

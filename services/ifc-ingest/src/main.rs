@@ -1,6 +1,10 @@
 //! The ifc-ingest daemon: IFC files in, `site` out.
 
+mod model_files;
+mod revision_reader;
+mod revisions;
 mod service;
+mod site_store;
 
 use service::IngestService;
 use std::process::ExitCode;

@@ -1,178 +1,340 @@
-//! The ifc-ingest service: publishes the site from its cache at start, and again when its files change.
+//! The ifc-ingest service: publishes the site in force at start, and revisions of it that may take effect.
+//!
+//! A revision takes effect as a whole or not at all: its files are read, its schedule is evaluated with the rules and the
+//! progress in force, and it is compared with the site in force; one that is refused, or that waits for an operator, changes
+//! nothing.
 
+use crate::model_files::{FileStamp, names_of, stamps_of};
+use crate::revision_reader::{InForce, ReadRevision, RevisionReader};
+use crate::revisions::{Refused, Revisions, Waiting};
+use crate::site_store::SiteStore;
 use bus::{Bus, topics};
 use daemon::facts::IngestFacts;
 use daemon::{
-    Asked, CurrentActivity, Done, Epochs, Event, Failure, IngestRequest, LatchedOutput, NoInput, Published, Reporter,
-    Service, SiteConfig, StateFile, write_durably,
+    Asked, Caller, CurrentActivity, Done, Epochs, Event, Failure, History, HistoryEvent, HistoryKind, IngestAnswer,
+    IngestRequest, LatchedOutput, NoInput, Reporter, Revision, RevisionEffect, Service, SiteConfig, Standing, chain,
 };
-use ingest::{IngestOptions, SiteFrame, SourceFile, ingest};
-use messages::{Activity, ArchiveBuffer, Checked, InputHashes, payload};
-use serde::{Deserialize, Serialize};
-use std::io::Read;
-use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
+use ingest::SiteFrame;
+use messages::{Activity, Checked, InputHashes, SiteOutline, payload};
+use std::path::PathBuf;
 use tracing::{info, warn};
 
-/// Shares of a load that are done when the files are in memory, and when the site is made.
-const FILES_READ: f64 = 0.02;
-const SITE_MADE: f64 = 0.97;
+/// Share of a load that is done when the revision is read and compared.
+const COMPARED: f64 = 0.98;
 
 /// Reads the files of a site.
 pub(crate) struct IngestService {
-    state: StateFile,
-    cache: PathBuf,
+    reader: RevisionReader,
+    store: SiteStore,
+    revisions: Revisions,
+    /// Of the site in force.
+    outline: Option<SiteOutline>,
+    history: History,
     epochs: Epochs,
     activity: CurrentActivity,
     output: LatchedOutput<topics::Site>,
-    models: Vec<PathBuf>,
-    allow_boxes: bool,
-    /// What the files looked like when they were read, or tried, last.
-    stamps: Vec<Option<FileStamp>>,
+    /// Files to be read as soon as the daemon is attached: the configuration names others.
+    to_read: Option<Vec<PathBuf>>,
+    /// Why the configuration, or the map frame, cannot be used.
+    error: Option<String>,
 }
 
-/// What the cache was made from.
-#[derive(Debug, Serialize, Deserialize)]
-struct Loaded {
-    models: Vec<PathBuf>,
-    stamps: Vec<Option<FileStamp>>,
-}
-
-/// How a file looks without reading it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-struct FileStamp {
-    length: u64,
-    modified_ns: u64,
+/// What is to become of a revision that could take effect.
+#[derive(Debug, Clone, PartialEq)]
+enum Intent {
+    /// It is compared only.
+    Compare,
+    /// It takes effect, or waits for an operator.
+    Load,
+    /// It takes effect.
+    Force,
+    /// It takes effect if its files are those with these hashes; else as with `Load`.
+    Confirm(Vec<[u8; 32]>),
 }
 
 impl IngestService {
-    /// From the configuration and the persisted state: loaded files override configured ones.
+    /// From the configuration and the persisted state: loaded files override configured ones until those are edited.
     ///
     /// # Errors
-    /// State that cannot be used. A cache that cannot be used is made anew.
+    /// Rules or state that cannot be used. A cache that cannot be used is made anew.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
-        let state = StateFile::at(&config.state, "loaded.json")?;
-        let mut epochs = Epochs::at(&config.state, "ifc-ingest-epochs.json")?;
-        let cache = config.state.join("site.gpar");
-        let loaded: Option<Loaded> = state.load()?;
-        let (models, stamps) = loaded.map_or((config.models.clone(), Vec::new()), |l| (l.models, l.stamps));
-        let mut output = LatchedOutput::new(topics::Site);
-        // Without a cache everything is read anew.
-        let stamps = match cached(&cache, &stamps) {
-            Some(site) => {
-                publish(&mut output, &mut epochs, site)?;
-                stamps
-            }
-            None => Vec::new(),
+        let store = SiteStore::at(&config.state)?;
+        let first = || Revisions { models: config.models.clone(), ..Revisions::default() };
+        let revisions = store.revisions()?.unwrap_or_else(first);
+        let cached = store.cached_site(&revisions);
+        let outline = match store.outline()? {
+            Some(outline) => Some(outline),
+            None => cached.as_ref().map(|site| SiteOutline::of(&site.view())),
         };
-        Ok(Self { state, cache, epochs, activity, output, models, allow_boxes: config.allow_boxes, stamps })
+        let mut service = Self {
+            reader: RevisionReader::new(config, activity.clone())?,
+            store,
+            revisions,
+            outline,
+            history: History::at(&config.state),
+            epochs: Epochs::at(&config.state, "ifc-ingest-epochs.json")?,
+            activity,
+            output: LatchedOutput::new(topics::Site),
+            to_read: None,
+            error: None,
+        };
+        service.follow_configured_models(config);
+        match cached {
+            Some(site) => service.start_with(site)?,
+            // What was tried before is tried again.
+            None => service.revisions.seen = Some(Vec::new()),
+        }
+        Ok(service)
     }
 
-    /// Reads these files and publishes their site. A file that is broken leaves the last good site where it is.
-    fn load(&mut self, models: Vec<PathBuf>, reporter: &Reporter) -> Result<Done, Failure> {
-        self.activity.set(Activity::Reading);
-        reporter.report("reading files", 0.0);
-        let stamps: Vec<Option<FileStamp>> = models.iter().map(|path| stamp(path)).collect();
-        let is_revision = models == self.models;
-        self.stamps.clone_from(&stamps);
-        let read = |path: &PathBuf| -> Result<SourceFile, Failure> {
-            let bytes = std::fs::read(path).map_err(|e| format!("{} cannot be read: {e}", path.display()))?;
-            Ok(SourceFile { path: path.clone(), bytes })
+    /// Publishes the site in force, unless the frame that is kept is a later one.
+    fn start_with(&mut self, site: Checked<payload::Site>) -> Result<(), Failure> {
+        let frame = frame_of(&site);
+        match self.frame_in_force(Some(frame)) {
+            Ok(Some(kept)) if !is_same_frame(&kept, &frame) => {
+                warn!(service = "ifc-ingest", "the map frame was replaced; files are read anew");
+                self.revisions.seen = Some(Vec::new());
+                return Ok(());
+            }
+            // A site of an earlier version has its frame in the cache alone.
+            Ok(_) => self.store.keep_frame(&site)?,
+            Err(why) => self.error = Some(chain(why.as_ref())),
+        }
+        self.publish(site)
+    }
+
+    /// The frame that a revision keeps: that of the file, or of the site in force.
+    ///
+    /// # Errors
+    /// A file that cannot be used, or holds another frame under the same epoch.
+    fn frame_in_force(&self, in_force: Option<SiteFrame>) -> Result<Option<SiteFrame>, Failure> {
+        match (self.store.frame()?, in_force) {
+            (Some(kept), Some(in_force))
+                if !is_same_frame(&kept, &in_force) && kept.frame_epoch <= in_force.frame_epoch =>
+            {
+                Err(format!(
+                    "the map frame {} is not that of the site in force: restore it, or give it a frame_epoch above {}",
+                    self.store.frame_path().display(),
+                    in_force.frame_epoch
+                )
+                .into())
+            }
+            (kept, in_force) => Ok(kept.or(in_force)),
+        }
+    }
+
+    /// Files that the configuration names since it was edited are to be read; what was loaded by a command counts until then.
+    fn follow_configured_models(&mut self, config: &SiteConfig) {
+        let configured = self.revisions.configured.replace(config.models.clone());
+        let is_edited = configured.is_some_and(|before| before != config.models);
+        if is_edited && config.models != self.revisions.models && !config.models.is_empty() {
+            self.to_read = Some(config.models.clone());
+        }
+    }
+
+    /// Reads files and does with them as is intended. What cannot take effect leaves the site in force where it is.
+    fn load(
+        &mut self,
+        models: Vec<PathBuf>,
+        intent: &Intent,
+        by: Option<Caller>,
+        reporter: &Reporter,
+    ) -> Result<Done<IngestAnswer>, Failure> {
+        // A file that changes while it is read is read again.
+        let stamps = stamps_of(&models);
+        let frame = self.frame_in_force(self.frame());
+        let read = frame.and_then(|frame| {
+            let last_epoch = frame.map_or(0, |frame| frame.frame_epoch).max(self.revisions.frame_epoch);
+            let in_force = InForce { frame, last_epoch, outline: self.outline.as_ref() };
+            self.reader.read(&models, stamps.clone(), in_force, reporter)
+        });
+        let result = match read {
+            Err(why) if *intent == Intent::Compare => Err(why),
+            Err(why) => Err(self.refuse(models, &stamps, why.as_ref(), by)),
+            Ok(revision) if *intent == Intent::Compare => {
+                Ok(self.answer_of(RevisionEffect::DryRun, Some(revision.described())))
+            }
+            Ok(revision) if self.waits(&revision, intent) => self.wait_for_operator(&revision, by),
+            Ok(revision) => self.take_effect(revision, by, reporter),
         };
-        let files: Vec<SourceFile> = models.iter().map(read).collect::<Result<_, _>>()?;
-        let activity = self.activity.clone();
-        // A robot is localised in the frame of its site: a revision keeps it, another site has another.
-        let old = self.frame();
-        let options = IngestOptions {
-            frame: old.filter(|_| is_revision),
-            frame_of: None,
-            frame_epoch: old.map_or(1, |f| f.frame_epoch.saturating_add(1)),
-            places: &[],
-            prefer_last: false,
-            allow_boxes: self.allow_boxes,
-            progress: &|progress| {
-                let stage =
-                    if progress.stage == ingest::Stage::Meshing { Activity::Meshing } else { Activity::Reading };
-                activity.set(stage);
-                reporter.report(&progress.doing(), FILES_READ + (SITE_MADE - FILES_READ) * progress.share);
-            },
+        self.activity.set(if self.output.last().is_some() { Activity::Published } else { Activity::Idle });
+        result
+    }
+
+    /// True if a revision needs an operator.
+    fn waits(&self, revision: &ReadRevision, intent: &Intent) -> bool {
+        let is_confirmed = match intent {
+            Intent::Force => true,
+            Intent::Confirm(sha256) => *sha256 == revision.sha256(),
+            Intent::Load | Intent::Compare => false,
         };
-        reporter.report("reading files", FILES_READ);
-        let site = ingest(&files, &options)?;
-        self.activity.set(Activity::Writing);
-        reporter.report("writing the site", SITE_MADE);
-        write_durably(&self.cache, site.bytes())
-            .map_err(|e| format!("{} cannot be written: {e}", self.cache.display()))?;
-        self.state.save(&Loaded { models: models.clone(), stamps })?;
-        self.models = models;
-        let site = Checked::<payload::Site>::new(site)?;
-        let n_bytes = site.bytes().bytes().len();
-        publish(&mut self.output, &mut self.epochs, site)?;
+        // The cache was lost: the files are those in force.
+        let is_in_force = self.revisions.are_in_force(&revision.models, &revision.stamps);
+        !(is_confirmed || is_in_force || revision.comparison.objections.is_empty())
+    }
+
+    /// Keeps why a revision cannot take effect; returns the error for who asked.
+    fn refuse(
+        &mut self,
+        models: Vec<PathBuf>,
+        stamps: &[Option<FileStamp>],
+        why: &(dyn std::error::Error + 'static),
+        by: Option<Caller>,
+    ) -> Failure {
+        let refused = Refused { why: chain(why), models };
+        self.revisions.see(&refused.models, stamps);
+        if self.revisions.refused.as_ref() != Some(&refused) {
+            self.record(HistoryKind::Revision, by, format!("{} refused: {}", names_of(&refused.models), refused.why));
+            self.revisions.refused = Some(refused);
+        }
+        if let Err(why) = self.store.save_revisions(&self.revisions) {
+            warn!(service = "ifc-ingest", error = chain(&why), "the refusal is not kept");
+        }
+        self.revisions.standing().error.unwrap_or_default().into()
+    }
+
+    /// Keeps a revision until an operator confirms it.
+    fn wait_for_operator(
+        &mut self,
+        revision: &ReadRevision,
+        by: Option<Caller>,
+    ) -> Result<Done<IngestAnswer>, Failure> {
+        let described = revision.described();
+        self.revisions.see(&revision.models, &revision.stamps);
+        self.revisions.waiting = Some(Waiting { sha256: revision.sha256(), revision: described.clone() });
+        self.revisions.refused = None;
+        self.store.save_revisions(&self.revisions)?;
+        let why = described.comparison.objections.join("; ");
+        self.record(HistoryKind::Revision, by, format!("{} waits: {why}", names_of(&revision.models)));
+        Ok(self.answer_of(RevisionEffect::Waits, Some(described)))
+    }
+
+    /// Makes a revision the one in force.
+    fn take_effect(
+        &mut self,
+        revision: ReadRevision,
+        by: Option<Caller>,
+        reporter: &Reporter,
+    ) -> Result<Done<IngestAnswer>, Failure> {
+        reporter.report("writing the site", COMPARED);
+        let revisions = Revisions {
+            models: revision.models.clone(),
+            stamps: revision.stamps.clone(),
+            seen: None,
+            site_hash: Some(revision.site.content_hash()),
+            frame_epoch: frame_of(&revision.site).frame_epoch,
+            configured: self.revisions.configured.clone(),
+            refused: None,
+            waiting: None,
+        };
+        let described = revision.described();
+        let ReadRevision { site, outline, models, stamps, .. } = revision;
+        if let Err(why) = self.store.put_in_force(&site, &outline, &revisions) {
+            return Err(self.refuse(models, &stamps, why.as_ref(), by));
+        }
+        let is_other_site = self.revisions.site_hash != revisions.site_hash;
+        let (before, frame, n_bytes) = (self.frame(), frame_of(&site), site.bytes().bytes().len());
+        (self.revisions, self.outline) = (revisions, Some(outline));
+        self.publish(site)?;
+        if is_other_site {
+            self.record(HistoryKind::Revision, by, format!("{} in force", names_of(&models)));
+        }
+        if before.is_some_and(|before| !is_same_frame(&before, &frame)) {
+            self.record(HistoryKind::Frame, by, format!("another map frame, epoch {}", frame.frame_epoch));
+        }
         reporter.report("site published", 1.0);
         info!(service = "ifc-ingest", epoch = self.output.epoch(), bytes = n_bytes, "site published");
-        Ok(self.done())
+        Ok(self.answer_of(RevisionEffect::InForce, Some(described)))
     }
 
-    fn frame(&self) -> Option<SiteFrame> {
-        let site = self.output.last()?.view();
-        Some(SiteFrame { map_from_world: site.map_from_world(), frame_epoch: site.head.frame_epoch })
+    /// Forgets the revision that waits, and the one that was refused.
+    fn discard(&mut self, by: Option<Caller>) -> Result<Done<IngestAnswer>, Failure> {
+        let (waiting, refused) = (self.revisions.waiting.take(), self.revisions.refused.take());
+        let models = waiting.as_ref().map(|w| &w.revision.models).or(refused.as_ref().map(|r| &r.models));
+        let names = names_of(models.ok_or("no revision waits, and none was refused")?);
+        self.store.save_revisions(&self.revisions)?;
+        self.record(HistoryKind::Revision, by, format!("{names} discarded"));
+        Ok(self.answer_of(RevisionEffect::Discarded, waiting.map(|waiting| waiting.revision)))
     }
 
-    fn done(&self) -> Done {
-        self.activity.set(Activity::Published);
-        Done { published: self.output.published(), ..Done::default() }
+    fn confirm(&mut self, asked: &Asked) -> Result<Done<IngestAnswer>, Failure> {
+        let Waiting { revision, sha256 } = self.revisions.waiting.clone().ok_or("no revision waits to be confirmed")?;
+        self.record(HistoryKind::Revision, Some(asked.by), format!("{} confirmed", names_of(&revision.models)));
+        self.load(revision.models, &Intent::Confirm(sha256), Some(asked.by), &asked.reporter)
     }
 
-    /// Reads the files again if they look different from when they were read, or tried, last.
+    /// Reads the files again if they look different from when they were read last.
     fn reload_if_changed(&mut self) -> Result<Done, Failure> {
-        let now: Vec<Option<FileStamp>> = self.models.iter().map(|path| stamp(path)).collect();
-        if self.models.is_empty() || now == self.stamps {
+        if let Some(models) = self.to_read.take() {
+            return self.load_unasked(models);
+        }
+        let now = stamps_of(&self.revisions.models);
+        if self.revisions.models.is_empty() || self.revisions.are_seen(&now) {
             if !self.output.is_pending() {
                 return Ok(Done::default());
             }
             self.output.retry(&mut self.epochs)?;
+            self.activity.set(Activity::Published);
             return Ok(self.done());
         }
-        self.load(self.models.clone(), &Reporter::default())
+        self.load_unasked(self.revisions.models.clone())
     }
-}
 
-fn publish(
-    output: &mut LatchedOutput<topics::Site>,
-    epochs: &mut Epochs,
-    site: Checked<payload::Site>,
-) -> Result<(), Failure> {
-    let frame_epoch = u64::from(site.view().head.frame_epoch);
-    output.publish(epochs, site, frame_epoch, InputHashes::default())
-}
-
-/// The site as it was when the daemon died; a cache that is damaged or of another version is not used, and everything is read
-/// anew.
-fn cached(path: &Path, stamps: &[Option<FileStamp>]) -> Option<Checked<payload::Site>> {
-    if stamps.is_empty() {
-        return None;
+    /// Loads files that no client asked for: what comes of it stands in the status.
+    fn load_unasked(&mut self, models: Vec<PathBuf>) -> Result<Done, Failure> {
+        match self.load(models, &Intent::Load, None, &Reporter::default()) {
+            Ok(done) => Ok(done.answered(())),
+            // It is kept, and shown until it is cured.
+            Err(_) if self.revisions.refused.is_some() => Ok(Done::default()),
+            Err(why) => Err(why),
+        }
     }
-    let read = || -> Result<Checked<payload::Site>, Failure> {
-        let mut file = std::fs::File::open(path)?;
-        let mut buffer = ArchiveBuffer::zeroed(usize::try_from(file.metadata()?.len())?);
-        file.read_exact(buffer.bytes_mut())?;
-        Ok(Checked::new(buffer)?)
-    };
-    match read() {
-        Ok(site) => Some(site),
-        Err(why) => {
-            let error = daemon::chain(why.as_ref());
-            warn!(service = "ifc-ingest", path = %path.display(), error, "the cache cannot be used; files are read anew");
-            None
+
+    /// Other rules, another configuration, or another try: what was refused may be right now.
+    fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
+        self.follow_configured_models(config);
+        let frame = self.frame_in_force(self.frame()).map(drop);
+        let usable = self.reader.configure(config).and(frame);
+        self.error = usable.err().map(|why| chain(why.as_ref()));
+        match &self.revisions.refused {
+            Some(refused) if self.to_read.is_none() => self.load_unasked(refused.models.clone()),
+            _ => self.reload_if_changed(),
+        }
+    }
+
+    fn publish(&mut self, site: Checked<payload::Site>) -> Result<(), Failure> {
+        let frame_epoch = u64::from(site.view().head.frame_epoch);
+        self.output.publish(&mut self.epochs, site, frame_epoch, InputHashes::default())
+    }
+
+    fn frame(&self) -> Option<SiteFrame> {
+        self.output.last().map(frame_of)
+    }
+
+    fn done(&self) -> Done {
+        Done { published: self.output.published(), ..Done::default() }
+    }
+
+    fn answer_of(&self, effect: RevisionEffect, revision: Option<Revision>) -> Done<IngestAnswer> {
+        let site = self.output.published();
+        self.done().answered(IngestAnswer { site, effect, revision })
+    }
+
+    fn record(&self, kind: HistoryKind, by: Option<Caller>, summary: String) {
+        if let Err(why) = self.history.record(HistoryEvent { kind, by, summary }) {
+            warn!(service = "ifc-ingest", error = chain(&why), "the history cannot be written");
         }
     }
 }
 
-/// `None` for a file that is not there.
-fn stamp(path: &Path) -> Option<FileStamp> {
-    let metadata = std::fs::metadata(path).ok()?;
-    let modified = metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
-    Some(FileStamp { length: metadata.len(), modified_ns: u64::try_from(modified.as_nanos()).ok()? })
+fn frame_of(site: &Checked<payload::Site>) -> SiteFrame {
+    let site = site.view();
+    SiteFrame { map_from_world: site.map_from_world(), frame_epoch: site.head.frame_epoch }
+}
+
+fn is_same_frame(one: &SiteFrame, other: &SiteFrame) -> bool {
+    let motion = |frame: &SiteFrame| (frame.map_from_world.translation_m(), frame.map_from_world.yaw_rad());
+    one.frame_epoch == other.frame_epoch && motion(one) == motion(other)
 }
 
 impl Service for IngestService {
@@ -190,22 +352,44 @@ impl Service for IngestService {
 
     fn handle(&mut self, event: Event<NoInput>) -> Result<Done, Failure> {
         match event {
-            Event::Attached | Event::Tick | Event::Configuration(_) => self.reload_if_changed(),
+            Event::Attached | Event::Tick => self.reload_if_changed(),
+            Event::Configuration(config) => self.configure(&config),
             Event::Input(never) => match never {},
         }
     }
 
-    fn answer(&mut self, request: IngestRequest, asked: &Asked) -> Result<Done<Published>, Failure> {
-        let IngestRequest::Load { models } = request;
-        let models = if models.is_empty() { self.models.clone() } else { models };
-        Ok(self.load(models, &asked.reporter)?.answered_by_published())
+    fn answer(&mut self, request: IngestRequest, asked: &Asked) -> Result<Done<IngestAnswer>, Failure> {
+        match request {
+            IngestRequest::Load { models, dry_run, force } => {
+                let models = if models.is_empty() { self.revisions.models.clone() } else { models };
+                let intent = match (dry_run, force) {
+                    (true, _) => Intent::Compare,
+                    (false, true) => Intent::Force,
+                    (false, false) => Intent::Load,
+                };
+                self.load(models, &intent, Some(asked.by), &asked.reporter)
+            }
+            IngestRequest::Confirm => self.confirm(asked),
+            IngestRequest::Discard => self.discard(Some(asked.by)),
+            IngestRequest::GetRevision => {
+                let waiting = self.revisions.waiting.as_ref().map(|waiting| waiting.revision.clone());
+                let effect = if waiting.is_some() { RevisionEffect::Waits } else { RevisionEffect::InForce };
+                Ok(self.answer_of(effect, waiting))
+            }
+        }
+    }
+
+    fn standing(&self) -> Standing {
+        let revisions = self.revisions.standing();
+        Standing { error: self.error.clone().or(revisions.error), warning: revisions.warning }
     }
 
     fn facts(&self) -> IngestFacts {
         IngestFacts {
-            models: self.models.clone(),
+            models: self.revisions.models.clone(),
             site: self.output.published(),
             frame_epoch: self.frame().map_or(0, |frame| u64::from(frame.frame_epoch)),
+            waiting: self.revisions.waiting.as_ref().map(|waiting| waiting.revision.clone()),
         }
     }
 }

@@ -30,8 +30,14 @@ pub struct RasterizeService {
     bus: Option<Bus>,
     index: Option<Publisher<topics::Grids>>,
     grids: Vec<Publisher<topics::Grid>>,
+    /// Site and schedule state that are drawn; they belong together.
     site: Option<(CheckedSample<topics::Site>, Rasterizer)>,
     schedule_state: Option<CheckedSample<topics::ScheduleState>>,
+    /// Newer ones of which the other is not there yet: until then what is drawn stays.
+    next_site: Option<CheckedSample<topics::Site>>,
+    next_state: Option<CheckedSample<topics::ScheduleState>>,
+    /// Why the newest site cannot be drawn.
+    error: Option<String>,
     /// Content hash of what was published of each storey; `None` for nothing.
     published: Vec<Option<u64>>,
     /// Epoch of what is to be published of each storey; `None` where nothing changed.
@@ -63,6 +69,9 @@ impl RasterizeService {
             grids: Vec::new(),
             site: None,
             schedule_state: None,
+            next_site: None,
+            next_state: None,
+            error: None,
             published: Vec::new(),
             next_epochs: Vec::new(),
             is_pending: false,
@@ -72,15 +81,51 @@ impl RasterizeService {
     }
 
     fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
+        match &mut self.site {
+            Some((drawn, _)) if drawn.content_hash() == site.content_hash() => {
+                (*drawn, self.next_site) = (site, None);
+                Ok(Done::default())
+            }
+            _ => {
+                self.next_site = Some(site);
+                self.take_next()
+            }
+        }
+    }
+
+    /// Draws the newest site and schedule state as soon as they belong together: a revision takes effect as a whole.
+    fn take_next(&mut self) -> Result<Done, Failure> {
+        let Some(state) = &self.next_state else { return Ok(Done::default()) };
+        let site_hash = state.view().head.site_hash;
+        if let Some(site) = self.next_site.take_if(|site| site.content_hash() == site_hash) {
+            match self.prepared(&site) {
+                Ok(rasterizer) => {
+                    self.published = vec![None; rasterizer.n_storeys()];
+                    (self.site, self.error) = (Some((site, rasterizer)), None);
+                }
+                Err(why) => {
+                    self.error = Some(daemon::chain(why.as_ref()));
+                    self.next_site = Some(site);
+                    return Err(why);
+                }
+            }
+        }
+        // Another site is drawn: the one of this state will come.
+        if self.site.as_ref().is_none_or(|(site, _)| site.content_hash() != site_hash) {
+            return Ok(Done::default());
+        }
+        self.schedule_state = self.next_state.take();
+        self.draw()
+    }
+
+    fn prepared(&self, site: &CheckedSample<topics::Site>) -> Result<Rasterizer, Failure> {
         self.activity.set(Activity::Reading);
         let rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
-        if rasterizer.n_storeys() > GridSlot::COUNT {
-            let n = rasterizer.n_storeys();
+        let n = rasterizer.n_storeys();
+        if n > GridSlot::COUNT {
             return Err(format!("the site has {n} map storeys, the bus has room for {}", GridSlot::COUNT).into());
         }
-        self.published = vec![None; rasterizer.n_storeys()];
-        self.site = Some((site, rasterizer));
-        self.draw()
+        Ok(rasterizer)
     }
 
     fn set_robot(&mut self, profile: &Path) -> Result<Done, Failure> {
@@ -91,11 +136,15 @@ impl RasterizeService {
 
     /// Prepares the site for the robot, and draws it.
     fn prepare_and_draw(&mut self) -> Result<Done, Failure> {
-        let Some((site, rasterizer)) = &mut self.site else { return Ok(self.done()) };
-        self.activity.set(Activity::Reading);
-        *rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
-        self.published.fill(None);
-        self.draw()
+        let mut done = self.done();
+        if let Some((site, rasterizer)) = &mut self.site {
+            self.activity.set(Activity::Reading);
+            *rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
+            self.published.fill(None);
+            done = self.draw()?;
+        }
+        // A site that could not be drawn may be drawn now.
+        if self.error.is_some() { self.take_next() } else { Ok(done) }
     }
 
     /// Another resolution; the robot is what was set last.
@@ -177,6 +226,7 @@ impl Service for RasterizeService {
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Ports and samples of an earlier generation cannot be used; the inputs come again.
         (self.index, self.site, self.schedule_state) = (None, None, None);
+        (self.next_site, self.next_state) = (None, None);
         self.grids.clear();
         self.published.clear();
         self.index = Some(bus.publisher(topics::Grids, 1 << 16)?);
@@ -188,8 +238,8 @@ impl Service for RasterizeService {
         match event {
             Event::Input(RasterizeInput::Site(site)) => self.handle_site(site),
             Event::Input(RasterizeInput::ScheduleState(schedule_state)) => {
-                self.schedule_state = Some(schedule_state);
-                self.draw()
+                self.next_state = Some(schedule_state);
+                self.take_next()
             }
             Event::Configuration(config) => self.configure(&config),
             Event::Tick if self.is_pending => self.draw(),
@@ -203,7 +253,7 @@ impl Service for RasterizeService {
     }
 
     fn standing(&self) -> Standing {
-        Standing { error: None, warning: self.warning.clone() }
+        Standing { error: self.error.clone(), warning: self.warning.clone() }
     }
 
     fn facts(&self) -> RasterizeFacts {

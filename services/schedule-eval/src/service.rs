@@ -5,9 +5,9 @@ use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime, Reading};
 use bus::{Bus, CheckedSample, topics};
 use daemon::facts::ScheduleFacts;
 use daemon::{
-    ActualsSource, Asked, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, ScheduleAnswer,
-    ScheduleRequest, Service, SiteConfig, Standing, StateFile, progress_in_force, progress_table, read_progress,
-    rules_in_force, write_durably,
+    ActualsSource, Asked, CurrentActivity, Done, Epochs, Event, Failure, History, HistoryEvent, HistoryKind,
+    LatchedOutput, Published, ScheduleAnswer, ScheduleRequest, Service, SiteConfig, Standing, StateFile,
+    progress_in_force, progress_table, read_progress, rules_in_force, write_durably,
 };
 use frames::PlanTime;
 use jiff::tz::TimeZone;
@@ -15,7 +15,7 @@ use messages::{Activity, Checked, InputHashes, ScheduleStateHead, Site};
 use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate, parse_actuals};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use tracing::info;
+use tracing::{info, warn};
 
 daemon::inputs! {
     /// What the schedule is read from.
@@ -43,9 +43,13 @@ pub(crate) struct ScheduleService {
     epochs: Epochs,
     activity: CurrentActivity,
     output: LatchedOutput<topics::ScheduleState>,
-    /// What the schedule was evaluated from; kept to evaluate it again when rules or progress change.
+    /// The newest site; kept to evaluate it again when rules or progress change.
     site: Option<CheckedSample<topics::Site>>,
+    /// The last schedule that could be evaluated: of an earlier site, if that of the newest cannot.
     evaluated: Option<Evaluated>,
+    /// Why the schedule is not that of the newest site, rules and progress.
+    error: Option<String>,
+    history: History,
     /// Plan time of what was published last; `None` before that.
     published_at_s: Option<Option<i64>>,
 }
@@ -84,6 +88,8 @@ impl ScheduleService {
             output: LatchedOutput::new(topics::ScheduleState),
             site: None,
             evaluated: None,
+            error: None,
+            history: History::at(&config.state),
             published_at_s: None,
         })
     }
@@ -101,9 +107,21 @@ impl ScheduleService {
 
     /// Sets a mode: on disk before it is published, because a map must never go back in time when a process dies.
     fn set_clock(&mut self, clock: PlanTimeClock) -> Result<Done, Failure> {
+        self.check_timeline()?;
         self.clock_file.save(&clock)?;
         self.clock = clock;
         self.publish()
+    }
+
+    /// Refuses to move the plan time along the schedule of a site that is no longer the newest.
+    fn check_timeline(&self) -> Result<(), Failure> {
+        let (Some(site), Some(evaluated)) = (&self.site, &self.evaluated) else { return Ok(()) };
+        match &self.error {
+            Some(why) if evaluated.site_hash != site.content_hash() => {
+                Err(format!("the plan time stands until the newest site has a schedule: {why}").into())
+            }
+            _ => Ok(()),
+        }
     }
 
     fn follow_wall_clock(&mut self) -> Result<Done, Failure> {
@@ -124,6 +142,7 @@ impl ScheduleService {
     }
 
     fn next_change(&mut self) -> Result<Done, Failure> {
+        self.check_timeline()?;
         let evaluated = self.evaluated.as_ref().ok_or("there is no site yet")?;
         let now_s = self.read_clock().0.plan_time_s.unwrap_or(i64::MIN);
         let next = evaluated.timeline.instants_s().iter().find(|s| **s > now_s).copied();
@@ -150,31 +169,25 @@ impl ScheduleService {
             ActualsSource::Reported => overrides.actuals = actuals,
             ActualsSource::Observed => overrides.observed = actuals,
         }
-        let evaluated = self.evaluate(&self.rules, &overrides)?.transpose().map_err(|e| named(&e))?;
+        let evaluated = self.evaluate(&overrides)?.transpose().map_err(|e| named(&e))?;
         let table = progress_table(&self.state, source);
         write_durably(&table, &bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
-        self.overrides = overrides;
-        self.evaluated = evaluated;
+        (self.overrides, self.evaluated, self.error) = (overrides, evaluated, None);
         self.publish()
     }
 
+    /// Takes other rules: a site whose schedule could not be used may have one now. Rules that the site has no schedule with
+    /// count for the next site; until then the schedule stays.
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
-        let rules = rules_in_force(config, Rules::parse)?;
-        let evaluated = self.evaluate(&rules, &self.overrides)?.transpose()?;
-        self.rules = rules;
+        self.rules = rules_in_force(config, Rules::parse)?;
         self.synchronised_while.clone_from(&config.clock.synchronised_while);
-        self.evaluated = evaluated;
-        self.publish()
+        self.evaluate_site()
     }
 
-    /// The schedule with other rules or overrides; `None` if there is no site yet.
-    fn evaluate(
-        &self,
-        rules: &Rules,
-        overrides: &Overrides,
-    ) -> Result<Option<Result<Evaluated, EvaluateError>>, Failure> {
+    /// The schedule of the newest site with other overrides; `None` if there is no site yet.
+    fn evaluate(&self, overrides: &Overrides) -> Result<Option<Result<Evaluated, EvaluateError>>, Failure> {
         match &self.site {
-            Some(site) => Ok(Some(evaluated(site, rules, overrides))),
+            Some(site) => Ok(Some(evaluated(site, &self.rules, overrides))),
             // The bus was created anew, and the site is on its way.
             None if self.evaluated.is_some() => Err("the site is not there at the moment: try again".into()),
             None => Ok(None),
@@ -182,16 +195,32 @@ impl ScheduleService {
     }
 
     fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
-        if self.evaluated.as_ref().is_some_and(|e| e.site_hash == site.content_hash()) {
-            self.site = Some(site);
-            return self.tick();
-        }
+        let is_evaluated = self.evaluated.as_ref().is_some_and(|e| e.site_hash == site.content_hash());
+        self.site = Some(site);
+        if is_evaluated && self.error.is_none() { self.tick() } else { self.evaluate_site() }
+    }
+
+    /// Evaluates the newest site with the newest rules. If that cannot be, the last schedule stays, and the error stands until
+    /// site, rules or progress are others.
+    fn evaluate_site(&mut self) -> Result<Done, Failure> {
+        let Some(site) = &self.site else {
+            // The bus was created anew, and the site is on its way.
+            self.error = self.evaluated.as_ref().map(|_| "the site is not there at the moment".to_owned());
+            return Ok(self.done());
+        };
         self.activity.set(Activity::Reading);
-        let evaluated = evaluated(&site, &self.rules, &self.overrides)?;
-        let changes = evaluated.timeline.instants_s().len();
-        info!(service = "schedule-eval", tasks = site.view().tasks.len(), changes, "schedule evaluated");
-        (self.site, self.evaluated) = (Some(site), Some(evaluated));
-        self.publish()
+        match evaluated(site, &self.rules, &self.overrides) {
+            Ok(evaluated) => {
+                let (tasks, changes) = (site.view().tasks.len(), evaluated.timeline.instants_s().len());
+                info!(service = "schedule-eval", tasks, changes, "schedule evaluated");
+                (self.evaluated, self.error) = (Some(evaluated), None);
+                self.publish()
+            }
+            Err(why) => {
+                self.error = Some(format!("the schedule cannot be used: {}", daemon::chain(&why)));
+                self.tick()
+            }
+        }
     }
 
     /// The schedule state at the plan time, if there is a site.
@@ -232,6 +261,29 @@ impl ScheduleService {
         // Before the first change all instants are alike: the second before it stands for them.
         let before_all = update_instants_s.first().map_or(now_s, |first| first - 1);
         Some(n_past.checked_sub(1).map_or(before_all, |k| update_instants_s[k]))
+    }
+
+    /// What the history says of a request that was carried out; `None` for one that changes nothing.
+    fn summary(&self, request: ScheduleRequest, plan_time_s: Option<i64>) -> Option<(HistoryKind, String)> {
+        Some(match request {
+            ScheduleRequest::GetPlanTime => return None,
+            ScheduleRequest::SetActuals { file, source } => {
+                let source = match source {
+                    ActualsSource::Reported => "reported",
+                    ActualsSource::Observed => "observed",
+                };
+                let from = file.map_or("none".to_owned(), |file| file.display().to_string());
+                (HistoryKind::Progress, format!("{source} progress: {from}"))
+            }
+            ScheduleRequest::SetPlanTime { .. }
+            | ScheduleRequest::NextChange
+            | ScheduleRequest::FollowWallClock
+            | ScheduleRequest::Simulate { .. } => {
+                let at = plan_time_s.and_then(PlanTime::from_civil_seconds);
+                let at = at.map(|at| format!("{at}, ")).unwrap_or_default();
+                (HistoryKind::Date, format!("plan time {at}{}", self.clock.name()))
+            }
+        })
     }
 
     /// Publishes if the plan time has passed a change.
@@ -308,7 +360,8 @@ impl Service for ScheduleService {
         }
     }
 
-    fn answer(&mut self, request: ScheduleRequest, _asked: &Asked) -> Result<Done<ScheduleAnswer>, Failure> {
+    fn answer(&mut self, request: ScheduleRequest, asked: &Asked) -> Result<Done<ScheduleAnswer>, Failure> {
+        let changed = request.clone();
         let done = match request {
             ScheduleRequest::SetPlanTime { at_s } => self.set_clock(PlanTimeClock::Fixed { at_s })?,
             ScheduleRequest::NextChange => self.next_change()?,
@@ -318,13 +371,18 @@ impl Service for ScheduleService {
             ScheduleRequest::SetActuals { file, source } => self.set_actuals(file.as_deref(), source)?,
         };
         let plan_time_s = self.read_clock().0.plan_time_s;
+        if let Some((kind, summary)) = self.summary(changed, plan_time_s)
+            && let Err(why) = self.history.record(HistoryEvent { kind, by: Some(asked.by), summary })
+        {
+            warn!(service = "schedule-eval", error = daemon::chain(&why), "the history cannot be written");
+        }
         let answer = ScheduleAnswer { state: done.published, plan_time_s, clock: self.clock.name() };
         Ok(done.answered(answer))
     }
 
     fn standing(&self) -> Standing {
         let warning = self.read_clock().0.distrust.map(|distrust| distrust.to_string());
-        Standing { error: None, warning }
+        Standing { error: self.error.clone(), warning }
     }
 
     fn facts(&self) -> ScheduleFacts {

@@ -75,6 +75,18 @@ impl House {
         self.in_storey.push(room);
     }
 
+    /// A record that nothing uses: what follows has other GlobalIds.
+    pub(crate) fn add_unused(&mut self) {
+        self.record("IFCCARTESIANPOINT((0.,0.,0.))");
+    }
+
+    /// A text property of an element.
+    pub(crate) fn add_text_property(&mut self, element: usize, set: &str, property: &str, text: &str) {
+        let value = self.record(&format!("IFCPROPERTYSINGLEVALUE('{property}',$,IFCTEXT('{text}'),$)"));
+        let set = self.record(&format!("IFCPROPERTYSET('p{element}',$,'{set}',$,(#{value}))"));
+        self.record(&format!("IFCRELDEFINESBYPROPERTIES('d{element}',$,$,$,(#{element}),#{set})"));
+    }
+
     /// Walls of 0.2 m around a rectangle in plan, from `z` up, with nothing in them.
     pub(crate) fn add_walls(&mut self, [x0, y0, x1, y1]: [f64; 4], z: [f64; 2]) {
         let walls = [

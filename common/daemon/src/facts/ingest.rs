@@ -1,6 +1,7 @@
 //! Facts of ifc-ingest.
 
 use crate::request::Published;
+use crate::requests::Revision;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -14,4 +15,6 @@ pub struct IngestFacts {
     pub site: Published,
     /// Counts the changes of the map frame; 0 for none.
     pub frame_epoch: u64,
+    /// The revision that waits for an operator.
+    pub waiting: Option<Revision>,
 }

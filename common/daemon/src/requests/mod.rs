@@ -9,7 +9,7 @@ mod waypoints;
 pub use align::{
     AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement, ListedPose, SearchState,
 };
-pub use ingest::IngestRequest;
+pub use ingest::{IngestAnswer, IngestRequest, Revision, RevisionEffect};
 pub use rasterize::RasterizeRequest;
 pub use schedule::{ActualsSource, ScheduleAnswer, ScheduleRequest};
 pub use waypoints::WaypointRequest;
@@ -48,7 +48,8 @@ mod tests {
             let bytes = serde_json::to_vec(request).unwrap();
             assert_eq!(&parse_request::<R>(&bytes).unwrap(), request);
         }
-        check(&IngestRequest::Load { models: vec!["/a.ifc".into()] });
+        check(&IngestRequest::Load { models: vec!["/a.ifc".into()], dry_run: false, force: true });
+        check(&IngestRequest::Confirm);
         check(&ScheduleRequest::NextChange);
         check(&ScheduleRequest::Simulate { rate: 3600.0, from_s: None });
         check(&ScheduleRequest::SetActuals { file: None, source: ActualsSource::Observed });

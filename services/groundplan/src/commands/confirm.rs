@@ -1,26 +1,34 @@
-//! `groundplan confirm`: confirms the pending pose or absent elements, takes that back, and lists both.
+//! `groundplan confirm`: confirms the pending pose, the revision of the model that waits, or absent elements; takes that back, and
+//! lists all.
 
 use crate::alignment_request::{other_answer, outcome_of, published};
 use crate::args::SiteArgs;
 use crate::failure::Failure;
+use crate::progress::LoadProgress;
+use crate::revision_report;
 use crate::run::{Outcome, Run};
-use crate::wait::{ask, join};
+use crate::wait::{ask, ask_with_progress, join, wait_for_site};
 use bus::{Bus, Waiter};
 use daemon::facts::Pose;
-use daemon::{AlignAnswer, AlignRequest, Confirmations, Confirmed, ConfirmedElement, ListedPose};
+use daemon::{
+    AlignAnswer, AlignRequest, Confirmations, Confirmed, ConfirmedElement, IngestRequest, ListedPose, Revision,
+    RevisionEffect, SiteConfig,
+};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
 /// The word for the pending pose.
 const POSE: &str = "pose";
+/// The word for the revision that waits.
+const MODEL: &str = "model";
 
 /// Arguments of `confirm`.
 #[derive(Debug, Clone, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Args {
-    /// `pose`, or GlobalIds of elements that are absent although they are planned to be there: maps leave them out until they
-    /// are observed [default: the pose that waits]
-    #[arg(value_name = "pose|GLOBALID")]
+    /// `pose`, `model`, or GlobalIds of elements that are absent although they are planned to be there: maps leave them out
+    /// until they are observed [default: the pose or the revision of the model that waits]
+    #[arg(value_name = "pose|model|GLOBALID")]
     what: Vec<String>,
 
     /// List what waits, and what was confirmed by whom
@@ -43,7 +51,8 @@ pub struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   groundplan confirm --list
-  groundplan confirm                              # the pose that waits
+  groundplan confirm                              # the pose or the revision that waits
+  groundplan confirm model                        # the revision that `groundplan load` compared
   groundplan confirm 0T8xbPmeHQFhEy1wPGGLbq       # an element that is absent
   groundplan confirm --undo 0T8xbPmeHQFhEy1wPGGLbq
 
@@ -55,13 +64,21 @@ impl Run for Args {
     /// # Errors
     /// No daemons, nothing that waits or can be taken back, elements that the robot has not seen through.
     fn run(&self) -> Result<Outcome, Failure> {
-        let (bus, mut waiter) = join(&self.site.config()?)?;
+        let config = self.site.config()?;
+        let (bus, mut waiter) = join(&config)?;
         if self.list {
             return self.list(&bus, &mut waiter);
         }
+        let is_model = self.what == [MODEL];
+        if is_model && self.undo {
+            return Err(Failure::usage("a revision is taken back with `groundplan load` of the files before it"));
+        }
+        if is_model || self.what.is_empty() && !self.undo && is_revision_meant(&bus, &mut waiter)? {
+            return self.model(&config, &bus, &mut waiter);
+        }
         let is_pose = self.what.is_empty() || self.what == [POSE];
-        if !is_pose && self.what.iter().any(|what| what == POSE) {
-            return Err(Failure::usage("confirm the pose and elements one after the other"));
+        if !is_pose && self.what.iter().any(|what| what == POSE || what == MODEL) {
+            return Err(Failure::usage("confirm the pose, the model and elements one after the other"));
         }
         let elements = if is_pose { Vec::new() } else { self.what.clone() };
         let request = match (self.undo, is_pose) {
@@ -80,12 +97,67 @@ impl Run for Args {
     }
 }
 
+/// The revision of the model that waits.
+fn waiting_revision(bus: &Bus, waiter: &mut Waiter) -> Result<Option<Revision>, Failure> {
+    let answer = ask(bus, waiter, &IngestRequest::GetRevision)?;
+    Ok(answer.revision.filter(|_| answer.effect == RevisionEffect::Waits))
+}
+
+fn confirmations(bus: &Bus, waiter: &mut Waiter) -> Result<Confirmations, Failure> {
+    match ask(bus, waiter, &AlignRequest::ListConfirmed)? {
+        AlignAnswer::Confirmations(listed) => Ok(listed),
+        _ => Err(other_answer()),
+    }
+}
+
+/// True if a revision waits, and no pose.
+///
+/// # Errors
+/// Both wait: one of them has to be named.
+fn is_revision_meant(bus: &Bus, waiter: &mut Waiter) -> Result<bool, Failure> {
+    let Some(revision) = waiting_revision(bus, waiter)? else { return Ok(false) };
+    match confirmations(bus, waiter)?.waiting {
+        None => Ok(true),
+        Some(pose) => Err(Failure::work(format!(
+            "{}\nthe pose of the SLAM map waits, {}\nsay which: groundplan confirm model, or groundplan confirm pose",
+            revision_text(&revision),
+            pose_text(&pose)
+        ))),
+    }
+}
+
+fn revision_text(revision: &Revision) -> String {
+    let names: Vec<String> = revision.models.iter().map(|path| path.display().to_string()).collect();
+    format!("the revision {} waits ({})", names.join(", "), revision.comparison.objections.join("; "))
+}
+
 impl Args {
+    /// Confirms the revision that waits, and waits for its maps.
+    fn model(&self, config: &SiteConfig, bus: &Bus, waiter: &mut Waiter) -> Result<Outcome, Failure> {
+        let progress = LoadProgress::new();
+        let answer = ask_with_progress(bus, waiter, &IngestRequest::Confirm, |news| progress.show(news))?;
+        let is_in_force = answer.effect == RevisionEffect::InForce;
+        if is_in_force {
+            progress.waits_for("drawing maps");
+            wait_for_site(bus, waiter, config, &answer.site)?;
+        }
+        drop(progress);
+        let text = if self.json { format!("{:#}\n", json!(answer)) } else { revision_report::text(&answer) };
+        Ok(Outcome::judged(text, is_in_force))
+    }
+
     fn list(&self, bus: &Bus, waiter: &mut Waiter) -> Result<Outcome, Failure> {
-        let AlignAnswer::Confirmations(listed) = ask(bus, waiter, &AlignRequest::ListConfirmed)? else {
-            return Err(other_answer());
-        };
-        Ok(if self.json { format!("{:#}\n", json!(listed)) } else { list_text(&listed) }.into())
+        let revision = waiting_revision(bus, waiter)?;
+        let listed = confirmations(bus, waiter)?;
+        if self.json {
+            let mut document = json!(listed);
+            document["revision"] = json!(revision);
+            return Ok(format!("{document:#}\n").into());
+        }
+        let model = revision.map_or("no revision of the model waits".to_owned(), |revision| {
+            format!("{}; groundplan confirm model", revision_text(&revision))
+        });
+        Ok(format!("{model}\n{}", list_text(&listed)).into())
     }
 
     fn elements(&self, elements: &[ConfirmedElement]) -> String {

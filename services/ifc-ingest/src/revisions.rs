@@ -1,0 +1,113 @@
+//! Which revision of a site is in force, and which one was refused or waits for an operator: what survives the daemon of it.
+
+use crate::model_files::{FileStamp, names_of};
+use daemon::{Revision, Standing};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// The revisions of a site, as they are on disk.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Revisions {
+    /// Files of the revision in force, or of the first one that is to be.
+    pub(crate) models: Vec<PathBuf>,
+    /// What they looked like when they were read; empty while no revision is in force.
+    pub(crate) stamps: Vec<Option<FileStamp>>,
+    /// What they looked like when they were last read, whatever came of it: files that look different are read again.
+    #[serde(default)]
+    pub(crate) seen: Option<Vec<Option<FileStamp>>>,
+    /// Content hash of the site in force; earlier versions did not keep it.
+    #[serde(default)]
+    pub(crate) site_hash: Option<u64>,
+    /// Epoch of the map frame in force: another frame has a higher one, also if its file is lost.
+    #[serde(default)]
+    pub(crate) frame_epoch: u32,
+    /// Files that the configuration named when the files above were chosen; earlier versions did not keep them.
+    #[serde(default)]
+    pub(crate) configured: Option<Vec<PathBuf>>,
+    /// The revision that was refused last.
+    #[serde(default)]
+    pub(crate) refused: Option<Refused>,
+    /// The revision that waits for an operator.
+    #[serde(default)]
+    pub(crate) waiting: Option<Waiting>,
+}
+
+/// A revision that cannot take effect.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Refused {
+    /// Its files.
+    pub(crate) models: Vec<PathBuf>,
+    /// Why.
+    pub(crate) why: String,
+}
+
+/// A revision that takes effect when an operator confirms it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Waiting {
+    /// Its files, and how it differs from the site in force.
+    pub(crate) revision: Revision,
+    /// sha256 of each file: only what was compared is confirmed.
+    pub(crate) sha256: Vec<[u8; 32]>,
+}
+
+impl Revisions {
+    /// True if no file looks different from when it was read last.
+    pub(crate) fn are_seen(&self, now: &[Option<FileStamp>]) -> bool {
+        self.seen.as_deref().unwrap_or(&self.stamps) == now
+    }
+
+    /// True if files are the ones that are in force: to read them again is no revision.
+    pub(crate) fn are_in_force(&self, models: &[PathBuf], stamps: &[Option<FileStamp>]) -> bool {
+        self.models == models && self.stamps == stamps
+    }
+
+    /// The files have been read: they are not read again before they change.
+    pub(crate) fn see(&mut self, models: &[PathBuf], stamps: &[Option<FileStamp>]) {
+        if self.models == models {
+            self.seen = Some(stamps.to_vec());
+        }
+    }
+
+    /// What an operator has to know of revisions that are not in force.
+    pub(crate) fn standing(&self) -> Standing {
+        let in_force = if self.stamps.is_empty() {
+            "there is no site yet".to_owned()
+        } else {
+            format!("the site of {} stays in force", names_of(&self.models))
+        };
+        let error = self.refused.as_ref().map(|refused| format!("{}; {in_force}", refused.why));
+        let warning = self.waiting.as_ref().map(|waiting| {
+            let Revision { models, comparison } = &waiting.revision;
+            let (names, why) = (names_of(models), comparison.objections.join("; "));
+            format!("the revision {names} waits for `groundplan confirm` ({why}); {in_force}")
+        });
+        Standing { error, warning }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_were_tried_are_not_tried_again_and_those_in_force_keep_their_stamps() {
+        let models = vec![PathBuf::from("/a.ifc")];
+        let stamp = |n: u64| -> Vec<Option<FileStamp>> {
+            serde_json::from_str(&format!(r#"[{{"length":{n},"modified_ns":1}}]"#)).unwrap()
+        };
+        let mut revisions = Revisions { models: models.clone(), stamps: stamp(1), ..Revisions::default() };
+        assert!(revisions.are_seen(&stamp(1)) && !revisions.are_seen(&stamp(2)));
+        revisions.see(&[PathBuf::from("/b.ifc")], &stamp(9));
+        assert!(revisions.are_seen(&stamp(1)), "another file was read");
+        revisions.see(&models, &stamp(2));
+        assert!(revisions.are_seen(&stamp(2)) && !revisions.are_seen(&stamp(1)));
+        assert!(revisions.are_in_force(&models, &stamp(1)) && !revisions.are_in_force(&models, &stamp(2)));
+    }
+
+    #[test]
+    fn revisions_of_an_earlier_version_are_read() {
+        let text = r#"{"models":["/a.ifc"],"stamps":[null]}"#;
+        let revisions: Revisions = serde_json::from_str(text).unwrap();
+        assert!(revisions.are_seen(&[None]) && revisions.standing() == Standing::default());
+    }
+}

@@ -1,0 +1,135 @@
+//! Files of ifc-ingest in the state folder: the site in force, its map frame, its outline and the revisions.
+//!
+//! The frame and the outline are files of their own, because the cache of the site may be lost, or be of another version: a
+//! robot is localised in the frame, and a revision is compared with the outline.
+
+use crate::model_files::FileStamp;
+use crate::revisions::Revisions;
+use daemon::{Failure, StateError, StateFile, write_durably};
+use export::SiteFrameFile;
+use ingest::SiteFrame;
+use messages::{ArchiveBuffer, Checked, SiteOutline, payload};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use tracing::warn;
+
+/// The state of a site on disk.
+pub(crate) struct SiteStore {
+    revisions: StateFile,
+    outline: StateFile,
+    frame: StateFile,
+    frame_path: PathBuf,
+    cache: PathBuf,
+}
+
+impl SiteStore {
+    /// The files in a state folder.
+    ///
+    /// # Errors
+    /// The folder cannot be made.
+    pub(crate) fn at(state: &Path) -> Result<Self, StateError> {
+        Ok(Self {
+            revisions: StateFile::at(state, "loaded.json")?,
+            outline: StateFile::at(state, "site-outline.json")?,
+            frame: StateFile::at(state, "site-frame.json")?,
+            frame_path: state.join("site-frame.json"),
+            cache: state.join("site.gpar"),
+        })
+    }
+
+    /// The revisions; `None` before the first.
+    ///
+    /// # Errors
+    /// A file that cannot be used.
+    pub(crate) fn revisions(&self) -> Result<Option<Revisions>, StateError> {
+        self.revisions.load()
+    }
+
+    /// Saves which revisions were refused and wait.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub(crate) fn save_revisions(&self, revisions: &Revisions) -> Result<(), StateError> {
+        self.revisions.save(revisions)
+    }
+
+    /// The outline of the site in force; `None` if none was kept.
+    ///
+    /// # Errors
+    /// A file that cannot be used.
+    pub(crate) fn outline(&self) -> Result<Option<SiteOutline>, StateError> {
+        self.outline.load()
+    }
+
+    /// The map frame of the site; `None` before the first.
+    ///
+    /// # Errors
+    /// A file that cannot be used: it is never replaced by another frame.
+    pub(crate) fn frame(&self) -> Result<Option<SiteFrame>, Failure> {
+        match self.frame.load::<SiteFrameFile>() {
+            Ok(file) => Ok(file.map(|f| SiteFrame { map_from_world: f.motion(), frame_epoch: f.frame_epoch })),
+            Err(StateError::Damaged { path, source }) => Err(format!(
+                "the map frame {} is damaged ({source}): restore it, or remove it to keep the frame of the site in force",
+                path.display()
+            )
+            .into()),
+            Err(why) => Err(why.into()),
+        }
+    }
+
+    /// The file of the map frame.
+    pub(crate) fn frame_path(&self) -> &Path {
+        &self.frame_path
+    }
+
+    /// Keeps the frame of a site.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub(crate) fn keep_frame(&self, site: &Checked<payload::Site>) -> Result<(), StateError> {
+        self.frame.save(&SiteFrameFile::of(&site.view()))
+    }
+
+    /// Makes a site the one in force: all of it is on disk when this returns, and until the last write the one before it is.
+    ///
+    /// # Errors
+    /// The file system refuses; the site before stays in force.
+    pub(crate) fn put_in_force(
+        &self,
+        site: &Checked<payload::Site>,
+        outline: &SiteOutline,
+        revisions: &Revisions,
+    ) -> Result<(), Failure> {
+        write_durably(&self.cache, site.bytes().bytes())
+            .map_err(|e| format!("{} cannot be written: {e}", self.cache.display()))?;
+        self.outline.save(outline)?;
+        self.keep_frame(site)?;
+        Ok(self.revisions.save(revisions)?)
+    }
+
+    /// The site in force, from its cache; one that is damaged, of another version or of another revision is not used, and files
+    /// are read anew.
+    pub(crate) fn cached_site(&self, revisions: &Revisions) -> Option<Checked<payload::Site>> {
+        if revisions.stamps.iter().all(Option::<FileStamp>::is_none) {
+            return None;
+        }
+        let read = || -> Result<Checked<payload::Site>, Failure> {
+            let mut file = std::fs::File::open(&self.cache)?;
+            let mut buffer = ArchiveBuffer::zeroed(usize::try_from(file.metadata()?.len())?);
+            file.read_exact(buffer.bytes_mut())?;
+            let site = Checked::<payload::Site>::new(buffer)?;
+            match revisions.site_hash {
+                Some(hash) if hash != site.content_hash() => Err("it is of a revision that did not take effect".into()),
+                _ => Ok(site),
+            }
+        };
+        match read() {
+            Ok(site) => Some(site),
+            Err(why) => {
+                let (path, error) = (self.cache.display(), daemon::chain(why.as_ref()));
+                warn!(service = "ifc-ingest", %path, error, "the cache cannot be used; files are read anew");
+                None
+            }
+        }
+    }
+}

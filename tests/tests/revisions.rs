@@ -1,0 +1,301 @@
+//! Revisions of a running site: each takes effect as a whole or not at all, and those that an operator has to see first wait.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use bus::{Bus, Daemon, Domain};
+use daemon::{IngestAnswer, IngestRequest, RequestTimeouts, RevisionEffect};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use support::house::{House, PLAIN};
+use support::live::{DEADLINE, Live};
+
+/// Two rooms of a house with walls and a slab; `n_before` records before them give everything other GlobalIds.
+fn house(n_before: usize) -> House {
+    let mut house = House::new("IFC4");
+    (0..n_before).for_each(|_| house.add_unused());
+    house.add("IFCSLAB", "Slab", PLAIN, [[-0.2, -0.2, -0.2], [8.2, 4.2, 0.0]]);
+    house.add_walls([0.0, 0.0, 8.0, 4.0], [0.0, 3.0]);
+    house.add_room("Hall", [[0.0, 0.0, 0.0], [8.0, 4.0, 3.0]]);
+    house
+}
+
+/// A house with a partition wall of this construction date.
+fn dated_house(date: &str) -> House {
+    let mut house = house(0);
+    let wall = house.add("IFCWALL", "Partition", PLAIN, [[4.0, 0.0, 0.0], [4.2, 2.5, 3.0]]);
+    house.add_text_property(wall, "Wall Schedule", "ConstructionDate", date);
+    house
+}
+
+fn write(house: &House, path: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(house.write(folder.path()), path).unwrap();
+}
+
+/// A site of a house, with empty rules in a folder of their own.
+fn start(house: &House) -> (Live, tempfile::TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let rules = folder.path().join("schedule.toml");
+    std::fs::write(&rules, "").unwrap();
+    let more = format!("[schedule]\nplan_time = \"2024-03-01\"\nrules = {rules:?}\n");
+    (Live::of(&house.write(folder.path()), &more), folder)
+}
+
+fn errors_of(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn daemon(live: &Live, name: &str) -> Value {
+    live.status().unwrap()["daemons"][name].clone()
+}
+
+/// What `status` says of a daemon under this key.
+fn says(live: &Live, name: &str, key: &str) -> String {
+    daemon(live, name)[key].as_str().unwrap_or_default().to_owned()
+}
+
+fn wait_until(live: &Live, is_so: impl Fn(&Live) -> bool) {
+    let begun = Instant::now();
+    while !is_so(live) {
+        assert!(begun.elapsed() < DEADLINE, "{:?}", live.status());
+    }
+}
+
+fn signal(live: &Live, name: &str, signal: &str) -> u64 {
+    let process = daemon(live, name)["process_id"].as_u64().unwrap();
+    // A silent daemon has the number 0, and that would be this process and all its relatives.
+    assert!(process > 1);
+    assert!(Command::new("kill").args([signal, &process.to_string()]).status().unwrap().success());
+    process
+}
+
+fn reload(live: &Live, name: &str) {
+    signal(live, name, "-HUP");
+}
+
+/// Kills a daemon, and waits for its successor, healthy or not.
+fn kill(live: &Live, name: &str) {
+    let before = signal(live, name, "-9");
+    wait_until(live, |live| {
+        let daemon = daemon(live, name);
+        daemon["alive"] == true && daemon["process_id"] != before
+    });
+}
+
+/// Epoch and content hash of the site that is published.
+fn site(live: &Live) -> (u64, String) {
+    let echo: Value = serde_json::from_str(&live.text(&[&"topic", &"echo", &"site"])).unwrap();
+    (echo["epoch"].as_u64().unwrap(), echo["content_hash"].as_str().unwrap().to_owned())
+}
+
+/// Starts the daemons of a site that is not healthy.
+fn up(live: &mut Live) {
+    let up = Command::new(support::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
+    live.up = Some(up.unwrap());
+    wait_until(live, |live| live.status().is_some());
+}
+
+/// Yaw and epoch of the frame that is kept.
+fn frame(live: &Live) -> (f64, u64) {
+    let bytes = std::fs::read(live.home.path().join("state/site-frame.json")).unwrap();
+    let frame: Value = serde_json::from_slice(&bytes).unwrap();
+    (frame["map_from_world"]["yaw_rad"].as_f64().unwrap(), frame["frame_epoch"].as_u64().unwrap())
+}
+
+fn ask(live: &Live, request: &IngestRequest) -> Result<IngestAnswer, String> {
+    let domain = Domain::shared(&live.prefix, live.root.path()).unwrap();
+    let (bus, mut waiter) = Bus::join(&domain, Daemon::Groundplan).unwrap();
+    let timeouts = RequestTimeouts { starting: DEADLINE, answer: DEADLINE };
+    let pause = || waiter.wait(Duration::from_millis(20)).map(drop).map_err(Into::into);
+    daemon::ask(&bus, request, timeouts, |_| {}, pause).map_err(|why| why.to_string())
+}
+
+#[test]
+fn a_revision_whose_schedule_is_unusable_changes_nothing_until_the_rules_are_corrected() {
+    let (mut live, folder) = start(&dated_house("2024-04-08"));
+    let before = site(&live);
+    let model = live.home.path().join("demo.ifc");
+    write(&dated_house("08/04/2024"), &model);
+    let refused = live.run(&[&"load"]);
+    assert_eq!(refused.status.code(), Some(1));
+    let why = errors_of(&refused);
+    assert!(why.contains("date_format") && why.contains("the site of demo.ifc stays in force"), "{why}");
+    // Nothing hangs, the plan time moves along the schedule in force, and what is wrong stands.
+    assert_eq!(live.text(&[&"date", &"--next"]), "2024-04-09T00:00:00");
+    assert_eq!(live.text(&[&"date", &"2024-03-05"]), "2024-03-05T00:00:00");
+    live.text(&[&"date"]);
+    wait_until(&live, |live| says(live, "ifc-ingest", "error").contains("date_format"));
+    assert_eq!(site(&live), before);
+
+    // The daemon that reads models is the first to know the corrected rules.
+    std::fs::write(folder.path().join("schedule.toml"), "date_format = \"mdy\"\n").unwrap();
+    reload(&live, "ifc-ingest");
+    wait_until(&live, |live| says(live, "schedule-eval", "error").contains("date_format"));
+    assert_ne!(site(&live), before);
+    let index = live.index();
+    for date in ["--next", "2024-05-01"] {
+        let refused = live.run(&[&"date", &date]);
+        assert_eq!(refused.status.code(), Some(1), "{date}");
+        assert!(errors_of(&refused).contains("date_format"), "{date}: {}", errors_of(&refused));
+    }
+    assert!(live.text(&[&"date"]).starts_with("2024-03-05T00:00:00"), "the plan time stands");
+    let without_maps = live.run(&[&"load"]);
+    assert_eq!(without_maps.status.code(), Some(1), "it does not wait for maps that will not come");
+    assert!(errors_of(&without_maps).contains("schedule-eval: "), "{}", errors_of(&without_maps));
+    assert_eq!(live.index(), index, "the grids are those of the site before");
+    reload(&live, "schedule-eval");
+    live.wait_until_healthy();
+    assert_eq!(live.text(&[&"date", &"--next"]), "2024-08-05T00:00:00");
+    live.down();
+}
+
+#[test]
+fn another_building_waits_for_an_operator_also_across_restarts() {
+    let (mut live, _folder) = start(&house(0));
+    let before = site(&live);
+    let other = live.home.path().join("other.ifc");
+    write(&house(1), &other);
+    let compared = live.text(&[&"load", &"--dry-run", &other]);
+    assert!(compared.contains("it shares 0 of 5 elements") && compared.contains("would wait"), "{compared}");
+    assert_eq!(ask(&live, &IngestRequest::GetRevision).unwrap().effect, RevisionEffect::InForce, "nothing waits");
+    let waits = live.run(&[&"load", &other, &"--json"]);
+    assert_eq!(waits.status.code(), Some(1));
+    let document: Value = serde_json::from_slice(&waits.stdout).unwrap();
+    assert_eq!(document["effect"], "waits");
+    assert_eq!(document["revision"]["comparison"]["elements"]["shared"], 0);
+    wait_until(&live, |live| says(live, "ifc-ingest", "warning").contains("other.ifc"));
+    kill(&live, "ifc-ingest");
+    wait_until(&live, |live| says(live, "ifc-ingest", "warning").contains("groundplan confirm"));
+    assert_eq!(site(&live).1, before.1);
+
+    // What was compared is confirmed, and nothing else.
+    write(&house(2), &other);
+    let answer = ask(&live, &IngestRequest::Confirm).unwrap();
+    assert_eq!(answer.effect, RevisionEffect::Waits, "its file has changed since");
+    assert!(live.text(&[&"confirm", &"--list"]).contains("it shares 0 of 5 elements"));
+    let confirmed = live.text(&[&"confirm"]);
+    assert!(confirmed.contains("in force, epoch"), "{confirmed}");
+    live.wait_until_healthy();
+    assert_eq!(frame(&live).1, 2, "another building has another frame");
+    assert!(ask(&live, &IngestRequest::Confirm).unwrap_err().contains("no revision waits"));
+
+    // A file that is replaced is guarded as well, and what was discarded does not come back by itself.
+    write(&house(0), &other);
+    wait_until(&live, |live| says(live, "ifc-ingest", "warning").contains("groundplan confirm"));
+    let now = site(&live);
+    live.text(&[&"load", &"--discard"]);
+    kill(&live, "ifc-ingest");
+    assert_eq!(says(&live, "ifc-ingest", "warning"), "");
+    assert_eq!(site(&live).1, now.1);
+    live.text(&[&"load", &"--force"]);
+    assert_eq!(frame(&live).1, 3);
+    let history = std::fs::read_dir(live.home.path().join("state/history")).unwrap();
+    let history: String = history.map(|month| std::fs::read_to_string(month.unwrap().path()).unwrap()).collect();
+    for event in ["other.ifc waits", "other.ifc confirmed", "other.ifc discarded", "another map frame, epoch 3"] {
+        assert!(history.contains(event), "{event}: {history}");
+    }
+    live.down();
+}
+
+#[test]
+fn a_failed_load_keeps_the_site_its_time_stamps_and_the_reason() {
+    let (mut live, _folder) = start(&house(0));
+    let before = site(&live);
+    let broken = live.home.path().join("broken.ifc");
+    std::fs::write(&broken, "no IFC file at all").unwrap();
+    let failed = live.run(&[&"load", &broken]);
+    assert_eq!(failed.status.code(), Some(1));
+    live.text(&[&"date", &"2024-05-01"]);
+    let why = says(&live, "ifc-ingest", "error");
+    assert!(why.contains("broken.ifc") && why.contains("the site of demo.ifc stays in force"), "{why}");
+    // It stands across a restart, and the files in force are not taken for changed.
+    kill(&live, "ifc-ingest");
+    wait_until(&live, |live| says(live, "ifc-ingest", "error").contains("broken.ifc"));
+    let heartbeats = Instant::now();
+    wait_until(&live, |_| heartbeats.elapsed() > Duration::from_millis(2_500));
+    assert_eq!(site(&live).1, before.1);
+    let epoch = site(&live).0;
+    wait_until(&live, |_| heartbeats.elapsed() > Duration::from_secs(4));
+    assert_eq!(site(&live).0, epoch, "nothing is read again");
+    // The model in force is watched as before; its next revision cures.
+    let mut revision = house(0);
+    revision.add("IFCCOLUMN", "Column", PLAIN, [[2.0, 2.0, 0.0], [2.3, 2.3, 3.0]]);
+    write(&revision, &live.home.path().join("demo.ifc"));
+    live.wait_until_healthy();
+    wait_until(&live, |live| site(live).1 != before.1);
+    assert_eq!(says(&live, "ifc-ingest", "error"), "");
+    live.down();
+}
+
+#[test]
+fn the_map_frame_survives_its_cache_and_another_file_name_and_every_change_raises_its_epoch() {
+    let (mut live, _folder) = start(&house(0));
+    let state = live.home.path().join("state");
+    assert_eq!(frame(&live), (0.0, 1));
+    live.down();
+    // A frame of an earlier model, and no cache: as after an update of the programs.
+    let kept = r#"{"map_from_world":{"x_m":0.0,"y_m":0.0,"z_m":0.0,"yaw_rad":0.4},"frame_epoch":2}"#;
+    std::fs::write(state.join("site-frame.json"), kept).unwrap();
+    std::fs::remove_file(state.join("site.gpar")).unwrap();
+    live.up();
+    assert_eq!(frame(&live), (0.4, 2));
+    let renamed = live.home.path().join("renamed.ifc");
+    write(&dated_house("2024-04-08"), &renamed);
+    live.text(&[&"load", &renamed]);
+    assert_eq!(frame(&live), (0.4, 2), "it is the same building");
+    let exported = live.home.path().join("exported");
+    live.text(&[&"export", &exported]);
+    let written: Value = serde_json::from_slice(&std::fs::read(exported.join("site-frame.json")).unwrap()).unwrap();
+    assert_eq!(written["map_from_world"]["yaw_rad"], 0.4);
+
+    // A frame that is damaged is an error, and never another frame.
+    std::fs::write(state.join("site-frame.json"), "{").unwrap();
+    let refused = live.run(&[&"load"]);
+    assert!(errors_of(&refused).contains("site-frame.json"), "{}", errors_of(&refused));
+    kill(&live, "ifc-ingest");
+    wait_until(&live, |live| says(live, "ifc-ingest", "error").contains("site-frame.json"));
+    assert_eq!(std::fs::read(state.join("site-frame.json")).unwrap(), b"{");
+    std::fs::remove_file(state.join("site-frame.json")).unwrap();
+    reload(&live, "ifc-ingest");
+    live.wait_until_healthy();
+    live.text(&[&"load"]);
+    assert_eq!(frame(&live), (0.4, 2), "that of the site in force");
+    let other = live.home.path().join("other.ifc");
+    write(&house(1), &other);
+    live.text(&[&"load", &other, &"--force"]);
+    assert_eq!(frame(&live), (0.0, 3));
+    live.down();
+}
+
+#[test]
+fn a_machine_clock_that_went_ahead_waits_for_an_operator() {
+    let (mut live, folder) = start(&house(0));
+    std::fs::write(folder.path().join("schedule.toml"), "site_zone = \"Europe/Amsterdam\"\n").unwrap();
+    reload(&live, "schedule-eval");
+    let begun = Instant::now();
+    while !live.run(&[&"date", &"--wall"]).status.success() {
+        assert!(begun.elapsed() < DEADLINE, "the zone is not taken");
+    }
+    live.down();
+    let path = live.home.path().join("state/plan-clock.json");
+    let mut clock: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let reached = &mut clock["wall"]["reached"];
+    // It was that the machine was read last 40 days ago, in another boot.
+    let days = 40;
+    reached["plan_s"] = (reached["plan_s"].as_i64().unwrap() - days * 86_400).into();
+    reached["wall_ms"] = (reached["wall_ms"].as_i64().unwrap() - days * 86_400_000).into();
+    reached["boot"] = 1.into();
+    let stands_s = reached["plan_s"].as_i64().unwrap();
+    std::fs::write(&path, clock.to_string()).unwrap();
+    up(&mut live);
+    wait_until(&live, |live| says(live, "schedule-eval", "warning").contains("clock_untrusted"));
+    let stands = frames::PlanTime::from_civil_seconds(stands_s).unwrap().to_string();
+    assert!(live.text(&[&"date"]).starts_with(&stands));
+    live.text(&[&"date", &"--wall"]);
+    assert!(!live.text(&[&"date"]).starts_with(&stands), "the operator took it");
+    assert_eq!(says(&live, "schedule-eval", "warning"), "");
+    live.down();
+}
