@@ -268,8 +268,12 @@ impl Place {
         Ok(())
     }
 
-    /// Takes the segments away from other users: the bus library makes one that all may write.
-    pub(crate) fn close_segments(&self) -> Result<(), DomainError> {
+    /// Keeps other users out: service managers open the folder to a group at every start of a unit, and the bus library makes
+    /// a segment that all may write.
+    pub(crate) fn keep_others_out(&self) -> Result<(), DomainError> {
+        if self.root.exists() {
+            self.make_root()?;
+        }
         for segment in segments(&self.prefix)? {
             // One that is gone needs nothing.
             let Ok(metadata) = fs::symlink_metadata(&segment) else { continue };

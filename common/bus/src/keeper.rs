@@ -43,7 +43,7 @@ impl Keeper {
     /// # Errors
     /// Files that cannot be removed.
     pub fn tick(&self) -> Result<u64, DomainError> {
-        self.place.close_segments()?;
+        self.place.keep_others_out()?;
         self.remove_others()?;
         Ok(self.services.as_ref().map_or(0, ipc::Services::remove_dead))
     }
@@ -68,7 +68,7 @@ impl Keeper {
         let generation = self.place.numbers()?.into_iter().chain([self.generation]).max().unwrap_or(0) + 1;
         let services = ipc::Services::create(&self.place, generation)?;
         self.held_files = HeldFiles::of(&self.place, generation, &self.lock)?;
-        self.place.close_segments()?;
+        self.place.keep_others_out()?;
         self.place.announce(generation)?;
         (self.services, self.generation) = (Some(services), generation);
         Ok(Some(missing))
@@ -103,7 +103,7 @@ impl Keeper {
             }
         };
         let held_files = HeldFiles::of(place, generation, &lock)?;
-        place.close_segments()?;
+        place.keep_others_out()?;
         place.announce(generation)?;
         let place = place.clone();
         let keeper = Self { services: Some(services), place, generation, held_files, _sweeper: sweeper, lock };

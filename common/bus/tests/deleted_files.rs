@@ -121,7 +121,9 @@ fn the_bus_is_for_its_user_alone() {
     let modes = |fixture: &Fixture| fixture.segments().iter().map(|s| mode(s) & 0o077).max();
     assert_eq!(modes(&fixture), Some(0));
     set(&segment(&fixture, ".global_mgmt"), 0o666);
+    set(fixture.root(), 0o750);
     keeper.tick().unwrap();
+    assert_eq!(mode(fixture.root()), 0o700, "also when a service manager opened it again");
     assert_eq!((modes(&fixture), mode(&segment(&fixture, ".global_mgmt"))), (Some(0), 0o600));
     let (_bus, _waiter) = Bus::join(&fixture.domain, Daemon::Robot).unwrap();
     assert_eq!(modes(&fixture), Some(0));
