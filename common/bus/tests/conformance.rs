@@ -531,3 +531,16 @@ fn ends_and_samples_go_to_other_threads() {
     )>();
     is_send::<(bus::CommandServer, bus::Command, bus::CommandClient, bus::OpenCommand, bus::StatusReader)>();
 }
+
+#[test]
+fn one_subscriber_too_many_is_told_so() {
+    let fixture = Fixture::shared();
+    let (_keeper, domain) = up(&fixture);
+    let (bus, _waiter) = Bus::join(domain, Daemon::Robot).unwrap();
+    let subscribers: Vec<_> = (0..16).map(|_| bus.subscriber(topics::Site).unwrap()).collect();
+    let refused = bus.subscriber(topics::Site).map(drop).unwrap_err();
+    let words = refused.to_string();
+    assert!(words.contains("`site` has 16 participants") && words.contains("stop one"), "{words}");
+    drop(subscribers);
+    bus.subscriber(topics::Site).unwrap();
+}
