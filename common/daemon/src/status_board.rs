@@ -8,7 +8,7 @@
 //! The bus's user sees the state of a site at once, without joining the bus; other users ask the relay for it.
 
 use crate::config::SiteConfig;
-use bus::{Daemon, DomainError, Stamp};
+use bus::{Daemon, Domain, DomainError, Stamp};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -49,31 +49,30 @@ impl<F> Report<F> {
     }
 }
 
-/// The reports of a site, in the folder beside the bus; for other users than the bus's a copy of it that the relay made.
+/// The reports of a site, in the folder beside the bus; other users than the bus's ask its relay each time.
 #[derive(Debug, Clone)]
 pub struct StatusBoard {
     folder: PathBuf,
-    copy: Option<BoardCopy>,
+    relayed: Option<Domain>,
 }
 
-/// By daemon: whether it lives, and its last report.
+/// A copy of the board. By daemon: whether it lives, and its last report.
 type BoardCopy = BTreeMap<String, (bool, Option<Report>)>;
 
 impl StatusBoard {
     /// The board beside a bus.
     pub fn of(bus_root: &Path) -> Self {
-        Self { folder: bus_root.join("board"), copy: None }
+        Self { folder: bus_root.join("board"), relayed: None }
     }
 
-    /// The board of a site as this user may see it. For another user than the bus's it is that of this moment.
+    /// The board of a site as this user may see it.
     ///
     /// # Errors
     /// No relay, or none that serves this user.
     pub fn of_site(config: &SiteConfig) -> Result<Self, DomainError> {
-        let copy = bus::relayed_report(&config.domain()?)?;
-        // A relay of another version is refused before; what cannot be read says that no daemon has reported.
-        let copy = copy.map(|bytes| serde_json::from_slice(&bytes).unwrap_or_default());
-        Ok(Self { copy, ..Self::of(&config.bus.root) })
+        let domain = config.domain()?;
+        let is_relayed = bus::relayed_report(&domain)?.is_some();
+        Ok(Self { relayed: is_relayed.then_some(domain), ..Self::of(&config.bus.root) })
     }
 
     /// The whole board, for a relay to pass on.
@@ -86,9 +85,8 @@ impl StatusBoard {
 
     /// The last report of a daemon; `None` if there is none that can be read.
     pub fn report<F: DeserializeOwned>(&self, daemon: Daemon) -> Option<Report<F>> {
-        if let Some(copy) = &self.copy {
-            let report = copy.get(daemon.name())?.1.as_ref()?;
-            return serde_json::from_value(serde_json::to_value(report).ok()?).ok();
+        if let Some(domain) = &self.relayed {
+            return report_of(&copy_of(domain)?, daemon);
         }
         let bytes = fs::read(self.file(daemon, "json")).ok()?;
         serde_json::from_slice(&bytes).ok()
@@ -96,8 +94,8 @@ impl StatusBoard {
 
     /// True if a process of this daemon lives: the kernel drops its lock however it dies.
     pub fn is_alive(&self, daemon: Daemon) -> bool {
-        if let Some(copy) = &self.copy {
-            return copy.get(daemon.name()).is_some_and(|entry| entry.0);
+        if let Some(domain) = &self.relayed {
+            return copy_of(domain).is_some_and(|copy| copy.get(daemon.name()).is_some_and(|entry| entry.0));
         }
         let lock = File::open(self.file(daemon, "lock"));
         lock.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
@@ -106,6 +104,16 @@ impl StatusBoard {
     fn file(&self, daemon: Daemon, kind: &str) -> PathBuf {
         self.folder.join(format!("{daemon}.{kind}"))
     }
+}
+
+/// The board as the relay sees it; `None` while there is no relay.
+fn copy_of(domain: &Domain) -> Option<BoardCopy> {
+    serde_json::from_slice(&bus::relayed_report(domain).ok()??).ok()
+}
+
+fn report_of<F: DeserializeOwned>(copy: &BoardCopy, daemon: Daemon) -> Option<Report<F>> {
+    let report = copy.get(daemon.name())?.1.as_ref()?;
+    serde_json::from_value(serde_json::to_value(report).ok()?).ok()
 }
 
 /// A daemon's own place on the board. A report that is there before it is one of a process that died.
@@ -219,12 +227,11 @@ mod tests {
         let mut entry = BoardEntry::new(root.path(), Daemon::Rasterize);
         entry.write(&report(Some("it is broken"))).unwrap();
         let board = StatusBoard::of(root.path());
-        let copy = serde_json::from_slice(&board.to_bytes()).unwrap();
-        let copied = StatusBoard { copy: Some(copy), ..StatusBoard::of(Path::new("/nowhere")) };
-        assert!(copied.is_alive(Daemon::Rasterize) && !copied.is_alive(Daemon::IfcIngest));
-        let last = copied.report::<crate::facts::RasterizeFacts>(Daemon::Rasterize).unwrap();
+        let copy: BoardCopy = serde_json::from_slice(&board.to_bytes()).unwrap();
+        assert!(copy["rasterize"].0 && !copy["ifc-ingest"].0);
+        let last: Report<crate::facts::RasterizeFacts> = report_of(&copy, Daemon::Rasterize).unwrap();
         assert_eq!((last.error.as_deref(), last.facts.storeys), (Some("it is broken"), 3));
-        assert!(copied.report::<serde_json::Value>(Daemon::IfcIngest).is_none());
+        assert!(report_of::<serde_json::Value>(&copy, Daemon::IfcIngest).is_none());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Why what a client waits for does not come, from the last reports of the daemons.
 
+use crate::failure::Failure;
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, TopicName};
 use daemon::{Report, SiteConfig, StatusBoard};
 use serde::de::IgnoredAny;
@@ -26,9 +27,12 @@ pub(crate) struct Obstacles {
 
 impl Obstacles {
     /// Between this sample and the maps.
-    pub(crate) fn after(config: &SiteConfig, topic: TopicName, epoch: u64) -> Self {
-        let board = StatusBoard::of(&config.bus.root);
-        Self { board, topic, epoch, begun: Instant::now(), error: None, has_told: false }
+    ///
+    /// # Errors
+    /// A user who may not see the reports.
+    pub(crate) fn after(config: &SiteConfig, topic: TopicName, epoch: u64) -> Result<Self, Failure> {
+        let board = StatusBoard::of_site(config).map_err(Failure::work)?;
+        Ok(Self { board, topic, epoch, begun: Instant::now(), error: None, has_told: false })
     }
 
     /// Why no maps will come: a daemon has handled the sample and has had an error since. Says once on standard error what

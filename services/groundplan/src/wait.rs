@@ -74,7 +74,7 @@ pub(crate) fn wait_for_schedule_state(
 ) -> Result<(), Failure> {
     let schedule_states = bus.subscriber(topics::ScheduleState).map_err(Failure::work)?;
     let mut hashes = vec![state.content_hash];
-    let obstacles = Obstacles::after(config, TopicName::ScheduleState, state.epoch);
+    let obstacles = Obstacles::after(config, TopicName::ScheduleState, state.epoch)?;
     wait_for_grids(bus, waiter, obstacles, |inputs| {
         while let Ok(Some(schedule_state)) = schedule_states.take() {
             if schedule_state.header().epoch > state.epoch {
@@ -95,7 +95,7 @@ pub(crate) fn wait_for_site(
     config: &SiteConfig,
     site: &Published,
 ) -> Result<(), Failure> {
-    let obstacles = Obstacles::after(config, TopicName::Site, site.epoch);
+    let obstacles = Obstacles::after(config, TopicName::Site, site.epoch)?;
     wait_for_grids(bus, waiter, obstacles, |inputs| inputs.site == site.content_hash)
 }
 
