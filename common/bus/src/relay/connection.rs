@@ -1,6 +1,6 @@
 //! A client of the relay: what it follows, what it asked, what it is still to be told. Everything that waits is bounded.
 
-use super::RelayEvent;
+use super::event::RelayEvent;
 use super::feeds::Feeds;
 use crate::bus::Bus;
 use crate::command::{CommandClient, OpenCommand, Reply};

@@ -1,6 +1,6 @@
 //! Topics that clients of the relay follow: one subscription for all, and a sealed copy of the newest sample.
 
-use super::RelayEvent;
+use super::event::RelayEvent;
 use crate::bus::Bus;
 use crate::error::PortError;
 use crate::latched::{RawSample, RawSubscriber};

@@ -5,6 +5,7 @@
 //! nobody; one that sends anything else than the protocol is cut off.
 
 mod connection;
+mod event;
 mod feeds;
 mod sockets;
 #[cfg(test)]
@@ -14,11 +15,12 @@ use crate::bus::Bus;
 use crate::domain::Domain;
 use crate::error::DomainError;
 use crate::limits::{MAX_CONNECTIONS, MAX_CONNECTIONS_OF_USER};
-use crate::names::{Daemon, TopicName};
+use crate::names::Daemon;
 use crate::relay_protocol::{FromRelay, Refusal};
 use crate::status::StatusReader;
 use crate::waiter::Waiter;
 use connection::Connection;
+pub use event::RelayEvent;
 use feeds::Feeds;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -39,41 +41,6 @@ pub struct RelayOptions {
     pub control_group: Option<String>,
     /// Makes the report of the site that clients may ask for.
     pub report: Box<dyn Fn() -> Vec<u8> + Send>,
-}
-
-/// What happens at a relay, for its log.
-#[derive(Debug)]
-pub enum RelayEvent<'a> {
-    /// A user sends a command.
-    Command {
-        /// Who, as the system says.
-        uid: u32,
-        /// To which daemon.
-        daemon: Daemon,
-        /// The command.
-        bytes: &'a [u8],
-    },
-    /// A client sent something that is not the protocol, and is cut off.
-    CutOff {
-        /// Whose.
-        uid: u32,
-        /// What it sent.
-        reason: String,
-    },
-    /// A client is not served.
-    TurnedAway {
-        /// Whose.
-        uid: u32,
-        /// Why.
-        reason: String,
-    },
-    /// A sample cannot be passed on.
-    SampleLost {
-        /// Of which topic.
-        topic: TopicName,
-        /// Why.
-        reason: String,
-    },
 }
 
 /// A relay that listens. It serves while [`Relay::serve`] is called.

@@ -151,7 +151,7 @@ fn samples_come_as_they_were_published_and_late_joiners_get_the_last() {
 }
 
 #[test]
-fn a_slow_client_gets_the_newest_sample_and_holds_up_nobody() {
+fn a_slow_client_gets_the_newest_sample_and_holds_up_no_other() {
     let fixture = Fixture::start();
     let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();

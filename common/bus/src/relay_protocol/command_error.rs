@@ -1,6 +1,6 @@
 //! Errors of commands as bytes: what a client of the relay is told is what a participant of the bus is told.
 
-use super::frames::text_bytes;
+use super::text::text_bytes;
 use crate::error::CommandError;
 use crate::names::Daemon;
 

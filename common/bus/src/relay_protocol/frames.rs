@@ -2,6 +2,7 @@
 //! run on it.
 
 use super::command_error::{command_error_body, parse_command_error};
+use super::text::{MAX_TEXT_BYTES, text_bytes};
 use crate::error::CommandError;
 use crate::limits::MAX_COMMAND_BYTES;
 use crate::names::{Daemon, TopicName};
@@ -13,9 +14,6 @@ use std::sync::Arc;
 
 /// First bytes of a conversation.
 const MAGIC: u32 = u32::from_le_bytes(*b"GPRL");
-
-/// Bytes of the longest text of a frame.
-const MAX_TEXT_BYTES: usize = 4096;
 
 /// Header of a frame.
 #[derive(Debug, Clone, Copy, Zeroable, Pod)]
@@ -299,11 +297,6 @@ fn numbered(number: u32, rest: &[u8]) -> Vec<u8> {
 fn number_and_rest(body: &[u8]) -> Option<(u32, &[u8])> {
     let (number, rest) = body.split_first_chunk()?;
     Some((u32::from_ne_bytes(*number), rest))
-}
-
-/// As much of a text as fits.
-pub(super) fn text_bytes(text: &str) -> &[u8] {
-    &text.as_bytes()[..text.floor_char_boundary(MAX_TEXT_BYTES)]
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ mod frame_reader;
 mod frame_writer;
 mod frames;
 mod sealed_memory;
+mod text;
 
 pub(crate) use frame_reader::FrameReader;
 pub(crate) use frame_writer::FrameWriter;

@@ -1,0 +1,38 @@
+//! What a relay tells its log.
+
+use crate::names::{Daemon, TopicName};
+
+/// What happens at a relay, for its log.
+#[derive(Debug)]
+pub enum RelayEvent<'a> {
+    /// A user sends a command.
+    Command {
+        /// Who, as the system says.
+        uid: u32,
+        /// To which daemon.
+        daemon: Daemon,
+        /// The command.
+        bytes: &'a [u8],
+    },
+    /// A client sent something that is not the protocol, and is cut off.
+    CutOff {
+        /// Whose.
+        uid: u32,
+        /// What it sent.
+        reason: String,
+    },
+    /// A client is not served.
+    TurnedAway {
+        /// Whose.
+        uid: u32,
+        /// Why.
+        reason: String,
+    },
+    /// A sample cannot be passed on.
+    SampleLost {
+        /// Of which topic.
+        topic: TopicName,
+        /// Why.
+        reason: String,
+    },
+}
