@@ -166,6 +166,8 @@ impl Site {
             assert!(!is_segment || mode & 0o077 == 0, "{} has mode {mode:o}", path.display());
         }
         assert_eq!(fs::metadata(self.root()).unwrap().mode() & 0o777, 0o700);
+        let lock = self.memory.path().join("relay/relay.lock");
+        assert_eq!(fs::metadata(lock).unwrap().mode() & 0o777, 0o600, "who may open it may lock it");
     }
 }
 

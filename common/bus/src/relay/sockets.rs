@@ -9,7 +9,7 @@ use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, accept
 use std::fs::{self, DirBuilder, File, Permissions, TryLockError};
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,9 @@ impl Sockets {
     pub(super) fn open(folder: &Path, groups: [Option<&str>; 2]) -> Result<(Self, Vec<String>), DomainError> {
         let failed = |source| DomainError::File { path: folder.to_owned(), source };
         make_folder(folder).map_err(failed)?;
-        let lock = File::create(folder.join("relay.lock")).map_err(failed)?;
+        // Whoever may open the file may lock it.
+        let lock = File::options().create(true).append(true).mode(0o600).open(folder.join("relay.lock"));
+        let lock = lock.map_err(failed)?;
         match lock.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(DomainError::RelayRuns { folder: folder.to_owned() }),
