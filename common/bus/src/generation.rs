@@ -385,6 +385,25 @@ mod tests {
     }
 
     #[test]
+    fn an_announcement_that_fails_leaves_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join(CURRENT)).unwrap();
+        assert!(matches!(place(&folder).announce(3), Err(DomainError::File { .. })));
+        assert!(!folder.path().join("generation.new").exists());
+    }
+
+    #[test]
+    fn segments_of_generations_without_a_folder_count() {
+        let folder = tempfile::tempdir().unwrap();
+        let prefix = format!("gpn{:x}_", std::process::id());
+        let place = Place::new(&prefix, folder.path()).unwrap();
+        let segment = Path::new(SHARED_MEMORY).join(format!("{prefix}41_left"));
+        fs::write(&segment, "x").unwrap();
+        assert_eq!(place.numbers().unwrap(), [41]);
+        assert!(place.remove(41).unwrap() && !segment.exists());
+    }
+
+    #[test]
     fn another_layout_or_library_is_refused_with_both_versions() {
         let folder = tempfile::tempdir().unwrap();
         let place = place(&folder);
