@@ -52,7 +52,7 @@ pub enum Command {
     SlamMap(slam_map::Args),
     /// Compare a robot's map with the planned site: what stands, is missing or has moved
     Deviations(deviations::Args),
-    /// Confirm the pending pose, or that elements that the robot saw through are absent
+    /// Confirm the pose or the revision of the model that waits, or that elements are absent
     Confirm(confirm::Args),
     /// List what happened to a site: revisions, dates, progress, confirmations, with who asked for it
     Log(log::Args),
