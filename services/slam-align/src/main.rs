@@ -1,6 +1,7 @@
 //! Alignment: `site`, `schedule-state` and the robot's map in, where that map lies and what differs out.
 
 mod background_worker;
+mod compared_elements;
 mod job;
 mod newest_inputs;
 mod persisted_state;

@@ -6,6 +6,7 @@ mod publication;
 mod work;
 
 use crate::background_worker::BackgroundWorker;
+use crate::compared_elements::ComparedElements;
 use crate::job::{Job, JobResult, ReferenceMaps, SearchArea, TaskKind, work};
 use crate::newest_inputs::{JobInputs, NewestInputs, NewestSite};
 use crate::persisted_state::PersistedState;
@@ -69,7 +70,7 @@ pub(crate) struct AlignService {
     searches: Searches,
     pending: PendingWork,
     /// Elements of the last comparison, for confirmations.
-    compared: confirmation::ComparedElements,
+    compared: ComparedElements,
 }
 
 /// Work for the worker, beside searches that clients ask for.
@@ -121,7 +122,7 @@ impl AlignService {
             searched_map_hash: 0,
             searches: Searches::default(),
             pending: PendingWork::default(),
-            compared: confirmation::ComparedElements::default(),
+            compared: ComparedElements::default(),
         })
     }
 

@@ -1,40 +1,12 @@
 //! Confirmations of operators: the pending pose, absent elements; taking them back, and their list.
 
 use super::AlignService;
+use crate::compared_elements::ComparedElement;
 use crate::persisted_state::listed;
 use daemon::{Caller, Confirmations, Confirmed, ConfirmedElement, Failure, HistoryEvent, HistoryKind, Published};
 use jiff::Timestamp;
-use messages::{Deviations, ElementDeviationRecord, Observation, PoseRecord, Site, nearest_names_hint};
-use std::collections::BTreeMap;
+use messages::{Observation, PoseRecord, nearest_names_hint};
 use tracing::info;
-
-/// The elements of the last comparison, by GlobalId.
-pub(super) type ComparedElements = BTreeMap<String, ComparedElement>;
-
-/// An element of a comparison.
-#[derive(Debug, Clone)]
-pub(super) struct ComparedElement {
-    element: ConfirmedElement,
-    observation: Observation,
-}
-
-/// The elements of a comparison.
-pub(super) fn compared_elements(site: &Site<'_>, deviations: &Deviations<'_>) -> ComparedElements {
-    let storey = site.text(site.map_storeys[deviations.head.map_storey as usize].name);
-    let compared = |record: &ElementDeviationRecord| {
-        let element = &site.elements[record.element as usize];
-        let global_id = site.text(element.global_id).to_owned();
-        let element = ConfirmedElement {
-            global_id: global_id.clone(),
-            ifc_type: site.text(element.ifc_type).to_owned(),
-            name: site.text(element.name).to_owned(),
-            storey: storey.to_owned(),
-            confirmed: None,
-        };
-        (global_id, ComparedElement { element, observation: record.observation.get() })
-    };
-    deviations.elements.iter().map(compared).collect()
-}
 
 impl AlignService {
     /// The pending pose is right.

@@ -1,7 +1,7 @@
 //! Publishes the pose and the deviations, applies confirmed observations, and persists what must survive the daemon.
 
 use super::AlignService;
-use super::confirmation::compared_elements;
+use crate::compared_elements::compared_elements;
 use crate::newest_inputs::JobInputs;
 use crate::persisted_state::PersistedState;
 use alignment::AlignmentSources;
