@@ -7,6 +7,7 @@ use bus::{Daemon, Stamp, StatusWriter, TopicName};
 use messages::StatusRecord;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Duration;
 use tracing::{debug, warn};
 
 /// What a daemon tells of itself.
@@ -20,8 +21,11 @@ pub(crate) struct SelfReport {
     refused_configuration: Option<String>,
     standing: Standing,
     facts: serde_json::Value,
-    /// The input that is with the service.
-    input: Option<(TopicName, u64)>,
+    /// The input that is with the service: its topic, epoch and stamp.
+    input: Option<(TopicName, u64, Stamp)>,
+    started: Stamp,
+    latency: Option<Duration>,
+    output_stamp: Option<Stamp>,
     /// Epochs of the newest inputs that the service has handled, and of its output.
     epochs: BTreeMap<TopicName, u64>,
 }
@@ -37,6 +41,9 @@ impl SelfReport {
             standing: Standing::default(),
             facts: serde_json::Value::Null,
             input: None,
+            started: Stamp::now(),
+            latency: None,
+            output_stamp: None,
             epochs: BTreeMap::new(),
         }
     }
@@ -77,17 +84,22 @@ impl SelfReport {
             warn!(service = self.daemon.name(), warning, "the service warns");
         }
         (self.standing, self.facts) = (standing, facts);
-        self.epochs.extend(self.input.take());
+        if let Some((topic, epoch, stamp)) = self.input.take() {
+            self.epochs.insert(topic, epoch);
+            self.latency = (stamp >= self.started).then(|| Stamp::now().since(stamp));
+        }
     }
 
     /// An input is given to the service.
-    pub(crate) fn set_input(&mut self, topic: TopicName, epoch: u64) {
-        self.input = Some((topic, epoch));
+    pub(crate) fn set_input(&mut self, topic: TopicName, epoch: u64, stamp: Stamp) {
+        self.input = Some((topic, epoch, stamp));
     }
 
     /// The service published.
     pub(crate) fn set_output(&mut self, epoch: u64) {
-        self.epochs.insert(output(self.daemon), epoch);
+        if self.epochs.insert(output(self.daemon), epoch) != Some(epoch) {
+            self.output_stamp = Some(Stamp::now());
+        }
     }
 
     /// Tells everybody; without a bus, only the board and systemd.
@@ -115,6 +127,8 @@ impl SelfReport {
             error,
             warning,
             epochs: self.epochs.iter().map(|(topic, epoch)| (topic.to_string(), *epoch)).collect(),
+            output_stamp_ns: self.output_stamp.map(|stamp| stamp.0),
+            latency_s: self.latency.map(|latency| latency.as_secs_f64()),
             facts: self.facts.clone(),
         };
         if let Err(why) = self.entry.write(&report) {

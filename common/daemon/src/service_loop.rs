@@ -11,7 +11,9 @@ use crate::self_report::SelfReport;
 use crate::service::{CurrentActivity, Service};
 use crate::service_thread::{self, Job, Outcome, ServiceThread};
 use crate::stop::{ReloadSignal, StopSignal};
-use bus::{Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, RawSample, RawSubscriber, TopicName, Waiter, Waker};
+use bus::{
+    Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, RawSample, RawSubscriber, Stamp, TopicName, Waiter, Waker,
+};
 use messages::Activity;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -210,7 +212,8 @@ impl<R: Request> ServiceLoop<R> {
             return self.send(Job::Configuration(config));
         }
         if let Some((topic, sample)) = self.newest.pop_first() {
-            self.report.set_input(topic, sample.header().epoch);
+            let header = sample.header();
+            self.report.set_input(topic, header.epoch, Stamp(header.stamp_ns));
             return self.send(Job::Sample(sample));
         }
         if let Some((request, asked)) = self.requests.next(waker) {

@@ -38,6 +38,13 @@ pub struct Report<F = serde_json::Value> {
     pub warning: Option<String>,
     /// Epochs of the samples that it has handled, and of the last one that it published, by topic; not those of grids.
     pub epochs: BTreeMap<String, u64>,
+    /// Monotonic time of its last output, nanoseconds since the machine's boot; `None` before the first.
+    #[serde(default)]
+    pub output_stamp_ns: Option<u64>,
+    /// From the publication of the last input to the end of the work on it, in seconds; `None` for an input that was there
+    /// before the daemon.
+    #[serde(default)]
+    pub latency_s: Option<f64>,
     /// Facts of its service.
     pub facts: F,
 }
@@ -199,6 +206,8 @@ mod tests {
             error: error.map(str::to_owned),
             warning: None,
             epochs: BTreeMap::new(),
+            output_stamp_ns: None,
+            latency_s: None,
             facts: serde_json::json!({"storeys": 3}),
         }
     }

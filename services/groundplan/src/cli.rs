@@ -2,7 +2,7 @@
 
 use crate::commands::{
     actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, load, log,
-    man, monitor, relay, robot, slam_map, states, status, tasks, topic, up, waypoints,
+    man, metrics, monitor, relay, robot, slam_map, states, status, tasks, topic, up, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -56,6 +56,8 @@ pub enum Command {
     Confirm(confirm::Args),
     /// List what happened to a site: revisions, dates, progress, confirmations, with who asked for it
     Log(log::Args),
+    /// Print the state of the running daemons as Prometheus text, or keep a file of it
+    Metrics(metrics::Args),
     /// Show the running daemons in the terminal: their state, topics and maps
     Monitor(monitor::Args),
     /// Inspect topics of the bus
@@ -103,6 +105,7 @@ impl Command {
             Self::Deviations(arguments) => arguments,
             Self::Confirm(arguments) => arguments,
             Self::Log(arguments) => arguments,
+            Self::Metrics(arguments) => arguments,
             Self::Monitor(arguments) => arguments,
             Self::Topic(arguments) => arguments,
             Self::Export(arguments) => arguments,

@@ -15,6 +15,7 @@ pub mod keeper;
 pub mod load;
 pub mod log;
 pub mod man;
+pub mod metrics;
 pub mod monitor;
 pub mod relay;
 pub mod robot;

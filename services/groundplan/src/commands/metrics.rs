@@ -1,0 +1,147 @@
+//! `groundplan metrics`: the state of a site as Prometheus text.
+
+use crate::args::SiteArgs;
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp};
+use daemon::facts::{AlignFacts, IngestFacts, RasterizeFacts, ScheduleFacts};
+use daemon::{Report, StatusBoard, StopSignal, write_durably};
+use serde::de::{DeserializeOwned, IgnoredAny};
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Interval at which a file is written again.
+const PERIOD: Duration = Duration::from_secs(5);
+
+/// Arguments of `metrics`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Replace this file every 5 seconds until SIGTERM, for the textfile collector of node_exporter
+    #[arg(long, value_name = "FILE.prom")]
+    file: Option<PathBuf>,
+
+    /// The site.
+    #[command(flatten)]
+    site: SiteArgs,
+}
+
+impl Run for Args {
+    /// Prints the metrics, or writes them until it is stopped. A site that is not up has daemons that are not up.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    fn run(&self) -> Result<Outcome, Failure> {
+        let config = self.site.config()?;
+        let board = StatusBoard::of(&config.bus.root);
+        let Some(file) = &self.file else { return Ok(Outcome::from(text(&board))) };
+        let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
+        loop {
+            write_durably(file, text(&board).as_bytes())
+                .map_err(|error| Failure::work(format!("{} cannot be written: {error}", file.display())))?;
+            if stop.is_raised_within(PERIOD) {
+                return Ok(Outcome::silent());
+            }
+        }
+    }
+}
+
+/// Collects metrics: their help once, then a line for each value.
+#[derive(Default)]
+struct Metrics {
+    out: String,
+}
+
+impl Metrics {
+    fn family(&mut self, name: &str, kind: &str, help: &str, values: impl IntoIterator<Item = (String, f64)>) {
+        let mut values = values.into_iter().peekable();
+        if values.peek().is_none() {
+            return;
+        }
+        let _ = writeln!(self.out, "# HELP groundplan_{name} {help}\n# TYPE groundplan_{name} {kind}");
+        for (labels, value) in values {
+            let _ = writeln!(self.out, "groundplan_{name}{labels} {value}");
+        }
+    }
+
+    fn gauge(&mut self, name: &str, help: &str, value: Option<f64>) {
+        self.family(name, "gauge", help, value.map(|value| (String::new(), value)));
+    }
+}
+
+fn text(board: &StatusBoard) -> String {
+    let mut metrics = Metrics::default();
+    of_daemons(&mut metrics, board);
+    of_site(&mut metrics, board);
+    metrics.out
+}
+
+fn of_daemons(metrics: &mut Metrics, board: &StatusBoard) {
+    let label = |daemon: Daemon| format!("{{daemon=\"{daemon}\"}}");
+    let is_up = |daemon: Daemon| {
+        let report = board.report::<IgnoredAny>(daemon);
+        board.is_alive(daemon) && report.is_some_and(|r| r.age() < HEARTBEAT_PERIOD * MISSED_HEARTBEATS)
+    };
+    let up = Daemon::SUPERVISED.map(|daemon| (label(daemon), f64::from(u8::from(is_up(daemon)))));
+    metrics.family("up", "gauge", "1 if the daemon lives and reports", up);
+    let reports: Vec<(Daemon, Report<IgnoredAny>)> =
+        Daemon::SUPERVISED.into_iter().filter_map(|daemon| Some((daemon, board.report(daemon)?))).collect();
+    let mut of_each = |name: &str, kind: &str, help: &str, value: &dyn Fn(&Report<IgnoredAny>) -> Option<f64>| {
+        let values = reports.iter().filter_map(|(daemon, report)| Some((label(*daemon), value(report)?)));
+        metrics.family(name, kind, help, values);
+    };
+    let yes = |is: bool| Some(f64::from(u8::from(is)));
+    of_each("restarts_total", "counter", "deaths after which it was started again", &|r| Some(f64::from(r.restarts)));
+    of_each("report_age_seconds", "gauge", "age of its last report", &|r| Some(r.age().as_secs_f64()));
+    of_each("memory_bytes", "gauge", "resident memory", &|r| Some(r.memory_bytes as f64));
+    of_each("error", "gauge", "1 if its output is not what its inputs ask for", &|r| yes(r.error.is_some()));
+    of_each("warning", "gauge", "1 if an operator should look at it", &|r| yes(r.warning.is_some()));
+    of_each("latency_seconds", "gauge", "from its last input to its output", &|r| r.latency_s);
+    let age_s = |r: &Report<IgnoredAny>| Some(Stamp::now().since(Stamp(r.output_stamp_ns?)).as_secs_f64());
+    of_each(
+        "output_age_seconds",
+        "gauge",
+        "since its output changed; that of rasterize is the age of the maps",
+        &age_s,
+    );
+}
+
+fn of_site(metrics: &mut Metrics, board: &StatusBoard) {
+    fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> {
+        board.report(daemon).map(|report: Report<F>| report.facts)
+    }
+    let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
+    let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
+    let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);
+    let align: Option<AlignFacts> = facts(board, Daemon::SlamAlign);
+    let site_epoch = ingest.as_ref().map(|facts| facts.site.epoch as f64);
+    metrics.gauge("site_epoch", "epoch of the published site", site_epoch);
+    metrics.gauge("frame_epoch", "changes of the map frame", ingest.as_ref().map(|facts| facts.frame_epoch as f64));
+    metrics.gauge("grids_epoch", "epoch of the maps", rasterize.as_ref().map(|facts| facts.grids.epoch as f64));
+    let plan_time_s = schedule.as_ref().and_then(|facts| facts.plan_time_s);
+    let help = "plan time, civil seconds since 1970 at the site; absent if everything is built";
+    metrics.gauge("plan_time_seconds", help, plan_time_s.map(|s| s as f64));
+    let valid_until_s = schedule.and_then(|facts| facts.valid_until_s);
+    let help =
+        "end of the validity of the maps, civil seconds since 1970 at the site; absent if they are valid for good";
+    metrics.gauge("valid_until_seconds", help, valid_until_s.map(|s| s as f64));
+    let alignment = align.and_then(|facts| facts.alignment);
+    let is_effective = alignment.as_ref().map(|a| f64::from(u8::from(a.is_effective())));
+    metrics.gauge("pose_effective", "1 if the pose of the robot's map may be used; absent without a map", is_effective);
+    let waits = alignment.map(|a| f64::from(u8::from(a.is_waiting)));
+    metrics.gauge("pose_waits", "1 if a pose waits for groundplan confirm", waits);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_site_that_is_not_up_has_daemons_that_are_not_up() {
+        let root = tempfile::tempdir().unwrap();
+        let text = text(&StatusBoard::of(root.path()));
+        assert!(text.starts_with("# HELP groundplan_up "), "{text}");
+        assert!(text.contains("groundplan_up{daemon=\"rasterize\"} 0\n"), "{text}");
+        assert_eq!(text.lines().count(), 2 + Daemon::SUPERVISED.len(), "{text}");
+    }
+}
