@@ -83,15 +83,15 @@ pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
     ActualsSource, AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
-    IngestAnswer, IngestRequest, ListedPose, RasterizeRequest, Revision, RevisionEffect, ScheduleAnswer,
-    ScheduleRequest, SearchState, WaypointRequest,
+    IngestAnswer, IngestRequest, ListedPose, RasterizeAnswer, RasterizeRequest, Revision, RevisionEffect,
+    ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer, WaypointRequest,
 };
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, in_background, run};
-pub use schedule_inputs::{progress_in_force, progress_table, read_progress, rules_in_force};
+pub use schedule_inputs::{OBSERVED_TABLE, progress_in_force, read_progress, rules_in_force};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{
-    Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting, last_read,
+    Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,
 };
 pub use state::{Epochs, StateError, StateFile, write_durably};
 pub use status_board::{Report, StatusBoard};

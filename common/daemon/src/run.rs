@@ -6,6 +6,7 @@ use crate::log::Log;
 use crate::request::Request;
 use crate::service::{CurrentActivity, Service};
 use crate::service_loop::{Reload, ServiceLoop};
+use crate::state::StateError;
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::Daemon;
 use clap::{CommandFactory, FromArgMatches, Parser};
@@ -34,8 +35,8 @@ pub fn in_background() {
     let _ = rustix::process::nice(NICENESS);
 }
 
-/// Runs the daemon of a service until it is stopped: exit code 0; 1 if it cannot go on, 2 for a configuration that
-/// cannot be used.
+/// Runs the daemon of a service until it is stopped: exit code 0; 1 if it cannot go on, 2 for a configuration or
+/// state that cannot be used.
 pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>) -> ExitCode {
     let daemon = S::Request::DAEMON;
     let arguments = arguments(daemon);
@@ -52,12 +53,30 @@ pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity)
         Ok(log) => log,
         Err(why) => return unusable(&why),
     };
-    match run_daemon(&arguments, config, log, make) {
+    let activity = CurrentActivity::default();
+    let service = match make(&config, activity.clone()) {
+        Ok(service) => service,
+        Err(why) => {
+            let configuration = arguments.config.display();
+            error!(service = daemon.name(), %configuration, error = chain(why.as_ref()), "cannot start with this");
+            return exit_code_of_start(&why);
+        }
+    };
+    match run_daemon(&arguments, config, log, service, activity) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             error!(service = daemon.name(), error = chain(failure.as_ref()), "cannot go on");
             ExitCode::FAILURE
         }
+    }
+}
+
+/// 2 where another start would end in the same way until somebody mends configuration or state; 1 for a file system that
+/// refuses, which may be away or full for a time.
+fn exit_code_of_start(why: &Failure) -> ExitCode {
+    match why.downcast_ref() {
+        Some(StateError::Io { .. }) => ExitCode::FAILURE,
+        _ => ExitCode::from(2),
     }
 }
 
@@ -71,13 +90,12 @@ fn run_daemon<S: Service + 'static>(
     arguments: &Arguments,
     config: SiteConfig,
     log: Log,
-    make: impl FnOnce(&SiteConfig, CurrentActivity) -> Result<S, Failure>,
+    service: S,
+    activity: CurrentActivity,
 ) -> Result<(), Failure> {
     let domain = config.domain()?;
     let stop = StopSignal::listen(arguments.with_stdin)?;
     let reload = Reload { signal: ReloadSignal::listen()?, path: arguments.config.clone(), config, log };
-    let activity = CurrentActivity::default();
-    let service = make(&reload.config, activity.clone())?;
     let mut service_loop = ServiceLoop::of(service, activity, reload)?;
     // A busy service is not waited for: it replaces files whole.
     service_loop.run_until_stopped(&domain, stop)

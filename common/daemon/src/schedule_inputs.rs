@@ -2,8 +2,11 @@
 //! here, so that all daemons evaluate alike.
 
 use crate::config::SiteConfig;
-use crate::config_file::{ConfigFileError, read_parsed};
-use crate::requests::ActualsSource;
+use crate::config_file::ConfigFileError;
+use crate::failure::Failure;
+use crate::file_text::FileText;
+use crate::reported_progress::ReportedProgress;
+use crate::setting::{SettingKey, would_be_in_force};
 use std::error::Error;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -11,25 +14,22 @@ use std::path::{Path, PathBuf};
 /// Bytes of the largest table of progress.
 const MAX_TABLE_BYTES: u64 = 16 << 20;
 
-/// The rules in force: those that the configuration names, or the default ones.
+/// The rules that are in force once the configuration was read: those of the file that it names, with their earlier content
+/// where the file cannot be used any more, or the default ones.
 ///
 /// # Errors
 /// A file that cannot be read, or whose text `parse` refuses.
 pub fn rules_in_force<R: Default, E: Error + Send + Sync + 'static>(
     config: &SiteConfig,
-    parse: impl FnOnce(&str) -> Result<R, E>,
-) -> Result<R, ConfigFileError> {
-    let Some(path) = &config.schedule.rules else { return Ok(R::default()) };
-    read_parsed("rules", path, parse)
+    parse: impl Fn(&str) -> Result<R, E>,
+) -> Result<R, Failure> {
+    let configured = FileText::configured("rules", config.schedule.rules.as_deref(), &parse);
+    let kept = would_be_in_force(&config.state, SettingKey::Rules, configured)?;
+    kept.value().as_ref().map_or_else(|| Ok(R::default()), |file| Ok(file.parse("rules", &parse)?))
 }
 
-/// The table of progress of a source, in the state folder of a site; a table that is not there is empty.
-pub fn progress_table(state: &Path, source: ActualsSource) -> PathBuf {
-    state.join(match source {
-        ActualsSource::Reported => "actuals.csv",
-        ActualsSource::Observed => "observed.csv",
-    })
-}
+/// The table of observed progress in the state folder of a site; one that is not there is empty.
+pub const OBSERVED_TABLE: &str = "observed.csv";
 
 /// Bytes of a table of progress.
 ///
@@ -52,8 +52,7 @@ pub fn progress_in_force<A, E: Error + Send + Sync + 'static>(
     state: &Path,
     parse: impl Fn(&[u8]) -> Result<Vec<A>, E>,
 ) -> Result<[Vec<A>; 2], ConfigFileError> {
-    let read = |source| {
-        let path = progress_table(state, source);
+    let read = |path: PathBuf| {
         let bytes = match read_progress(&path) {
             // Earlier versions wrote no columns where nothing was reported.
             Ok(bytes) if bytes.is_empty() => return Ok(Vec::new()),
@@ -63,5 +62,7 @@ pub fn progress_in_force<A, E: Error + Send + Sync + 'static>(
         };
         parse(&bytes).map_err(|source| ConfigFileError::Content { what: "progress", path, source: source.into() })
     };
-    Ok([read(ActualsSource::Reported)?, read(ActualsSource::Observed)?])
+    let failed = |source| ConfigFileError::Io { what: "progress", path: state.to_owned(), source };
+    let [reported, _] = ReportedProgress::at(state).tables().map_err(failed)?;
+    Ok([reported.map_or_else(|| Ok(Vec::new()), read)?, read(state.join(OBSERVED_TABLE))?])
 }

@@ -41,6 +41,8 @@ pub(crate) struct ServiceLoop<R> {
     reload: Reload,
     /// A configuration that the service has not handled.
     configuration: Option<Box<SiteConfig>>,
+    /// True while the service handles one.
+    is_configuring: bool,
 }
 
 /// Reloads the configuration.
@@ -96,6 +98,7 @@ impl<R: Request> ServiceLoop<R> {
             wake_at: None,
             reload,
             configuration: None,
+            is_configuring: false,
         })
     }
 
@@ -209,6 +212,7 @@ impl<R: Request> ServiceLoop<R> {
             return Ok(());
         }
         if let Some(config) = self.configuration.take() {
+            self.is_configuring = true;
             return self.send(Job::Configuration(config));
         }
         if let Some((topic, sample)) = self.newest.pop_first() {
@@ -242,6 +246,7 @@ impl<R: Request> ServiceLoop<R> {
     fn finish(&mut self, outcome: Outcome) {
         self.is_busy = false;
         self.report.set(outcome.standing, outcome.facts);
+        let is_configuration = std::mem::take(&mut self.is_configuring);
         let replied = match outcome.result {
             Ok(done) => {
                 self.wake_at = done.wake_in.map(|time| Instant::now() + time);
@@ -255,6 +260,12 @@ impl<R: Request> ServiceLoop<R> {
                     self.report.succeeded();
                 }
                 replied
+            }
+            // It stands until a configuration is taken.
+            Err(failure) if is_configuration => {
+                self.activity.set(Activity::Idle);
+                self.report.configured(Err(&failure));
+                Ok(false)
             }
             Err(failure) => {
                 self.activity.set(Activity::Idle);

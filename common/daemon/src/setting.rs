@@ -318,12 +318,17 @@ pub fn check_setting<T>(state: &Path, key: SettingKey, now: Configured<T>) -> Re
     }
 }
 
-/// What a key of `site.toml` said when it was read last, from the state folder; `None` if it never was.
+/// What is in force once this was read from `site.toml`; nothing is written.
 ///
 /// # Errors
-/// State that is damaged.
-pub fn last_read<T: DeserializeOwned>(state: &Path, key: SettingKey) -> Result<Option<T>, StateError> {
-    Ok(load(state, key)?.map(|kept: KeptSetting<T>| kept.site_toml.value))
+/// An edit that cannot be used, or state that is damaged.
+pub(crate) fn would_be_in_force<T: PartialEq + DeserializeOwned>(
+    state: &Path,
+    key: SettingKey,
+    now: Configured<T>,
+) -> Result<KeptSetting<T>, Failure> {
+    let (kept, _) = read(load(state, key)?, now, Timestamp::now()).map_err(|why| named(key, why.as_ref()))?;
+    Ok(kept)
 }
 
 fn load<T: DeserializeOwned>(state: &Path, key: SettingKey) -> Result<Option<KeptSetting<T>>, StateError> {

@@ -1,6 +1,7 @@
 //! The interface of commands: arguments that run, and their outcome.
 
 use crate::failure::Failure;
+use serde::Serialize;
 
 /// The outcome of a command that did not fail.
 #[derive(Debug)]
@@ -15,6 +16,14 @@ impl Outcome {
     /// Success without output.
     pub(crate) fn silent() -> Self {
         Self::from(String::new())
+    }
+
+    /// This document, and nothing else.
+    ///
+    /// # Errors
+    /// It cannot be written as JSON.
+    pub(crate) fn json(document: &impl Serialize) -> Result<Self, Failure> {
+        Ok(Self::from(serde_json::to_string(document).map_err(Failure::work)? + "\n"))
     }
 
     /// This output; the exit code is 0 if all is well, and 1 otherwise.

@@ -88,10 +88,21 @@ fn models(found: &mut Findings<'_>, config: &SiteConfig) {
         }
     });
     let Some(why) = unreadable else { return };
-    let before = daemon::last_read::<Vec<PathBuf>>(&config.state, SettingKey::Models);
-    let is_as_before = before.is_ok_and(|before| before.as_ref() == Some(&config.models));
+    let is_as_before = models_before(&config.state).as_ref() == Some(&config.models);
     let text = if is_as_before { format!("{why}; the site that was read before stays") } else { why };
     found.add(SettingKey::Models.name(), text, !is_as_before);
+}
+
+/// The models that the site's file named when ifc-ingest chose the site in force; `None` before the first one.
+fn models_before(state: &Path) -> Option<Vec<PathBuf>> {
+    #[derive(serde::Deserialize)]
+    struct Loaded {
+        models: Vec<PathBuf>,
+        configured: Option<Vec<PathBuf>>,
+    }
+    let bytes = std::fs::read(state.join("loaded.json")).ok()?;
+    let Loaded { models, configured } = serde_json::from_slice(&bytes).ok()?;
+    Some(configured.unwrap_or(models))
 }
 
 /// The plan time is read in the zone of the rules.
@@ -223,6 +234,21 @@ mod tests {
             "{found_now:?}"
         );
         assert!(found(home.path(), "[robot]\nprofile = \"other.toml\"")[0].starts_with("! "));
+    }
+
+    #[test]
+    fn models_of_the_site_in_force_may_be_gone() {
+        let home = tempfile::tempdir().unwrap();
+        std::fs::create_dir(home.path().join("state")).unwrap();
+        let loaded =
+            serde_json::json!({ "models": ["/other.ifc"], "configured": [home.path().join("a.ifc")], "stamps": [] });
+        std::fs::write(home.path().join("state/loaded.json"), loaded.to_string()).unwrap();
+        let found_now = found(home.path(), "models = [\"a.ifc\"]");
+        assert!(
+            found_now[0].starts_with("site.toml, line 2: models: ") && found_now[0].ends_with("stays"),
+            "{found_now:?}"
+        );
+        assert!(found(home.path(), "models = [\"b.ifc\"]")[0].starts_with("! "));
     }
 
     #[test]

@@ -1,4 +1,4 @@
 //! The rasterize service around the `raster` stage.
 
-mod saved_robot;
+mod drawing_settings;
 pub mod service;

@@ -1,17 +1,16 @@
 //! The rasterize service: redraws and publishes the grids that a schedule state changes.
 
-use crate::saved_robot::SavedRobot;
+use crate::drawing_settings::{DrawingSettings, TriedSettings};
 use bus::{Bus, CheckedSample, GridSlot, Origin, PublishError, Publisher, topics};
 use daemon::facts::RasterizeFacts;
 use daemon::{
-    Asked, CurrentActivity, Done, Epochs, Event, Failure, Published, RasterizeRequest, Robot, Service, SiteConfig,
-    Standing,
+    Asked, Caller, CurrentActivity, Done, Epochs, Event, Failure, History, HistoryEvent, HistoryKind, Published,
+    RasterizeAnswer, RasterizeRequest, Service, SiteConfig, Standing,
 };
 use messages::{Activity, InputHashes, RobotProfile, ScheduleStateHead};
 use raster::Rasterizer;
 use rayon::prelude::*;
-use std::path::Path;
-use tracing::info;
+use tracing::{info, warn};
 
 daemon::inputs! {
     /// What grids are made from.
@@ -20,11 +19,8 @@ daemon::inputs! {
 
 /// Makes grids for one robot at one resolution.
 pub struct RasterizeService {
-    robot: Robot,
-    resolution_m: f64,
-    saved: SavedRobot,
-    /// What an operator should know about the robot.
-    warning: Option<String>,
+    settings: DrawingSettings,
+    history: History,
     epochs: Epochs,
     activity: CurrentActivity,
     bus: Option<Bus>,
@@ -50,18 +46,14 @@ pub struct RasterizeService {
 }
 
 impl RasterizeService {
-    /// From the configuration and the persisted state: a robot that was set overrides the configured one.
+    /// From the configuration and the settings that were kept.
     ///
     /// # Errors
     /// A robot profile, a resolution or state that cannot be used.
     pub fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
-        let (saved, robot, warning) = SavedRobot::open(&config.state, &config.robot)?;
-        grid::GridSpec::cell_tenths_of(config.robot.resolution_m)?;
         Ok(Self {
-            robot,
-            resolution_m: config.robot.resolution_m,
-            saved,
-            warning,
+            settings: DrawingSettings::open(&config.state, &config.robot)?,
+            history: History::at(&config.state),
             epochs: Epochs::at(&config.state, "rasterize-epochs.json")?,
             activity,
             bus: None,
@@ -98,7 +90,7 @@ impl RasterizeService {
         let Some(state) = &self.next_state else { return Ok(Done::default()) };
         let site_hash = state.view().head.site_hash;
         if let Some(site) = self.next_site.take_if(|site| site.content_hash() == site_hash) {
-            match self.prepared(&site) {
+            match self.prepared(&site, &self.settings.robot().profile, self.settings.resolution_m()) {
                 Ok(rasterizer) => {
                     self.published = vec![None; rasterizer.n_storeys()];
                     (self.site, self.error) = (Some((site, rasterizer)), None);
@@ -118,9 +110,14 @@ impl RasterizeService {
         self.draw()
     }
 
-    fn prepared(&self, site: &CheckedSample<topics::Site>) -> Result<Rasterizer, Failure> {
+    fn prepared(
+        &self,
+        site: &CheckedSample<topics::Site>,
+        robot: &RobotProfile,
+        resolution_m: f64,
+    ) -> Result<Rasterizer, Failure> {
         self.activity.set(Activity::Reading);
-        let rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
+        let rasterizer = Rasterizer::new(&site.view(), robot, resolution_m)?;
         let n = rasterizer.n_storeys();
         if n > GridSlot::COUNT {
             return Err(format!("the site has {n} map storeys, the bus has room for {}", GridSlot::COUNT).into());
@@ -128,33 +125,48 @@ impl RasterizeService {
         Ok(rasterizer)
     }
 
-    fn set_robot(&mut self, profile: &Path) -> Result<Done, Failure> {
-        self.robot = self.saved.set(profile)?;
-        self.warning = None;
-        self.prepare_and_draw()
-    }
-
-    /// Prepares the site for the robot, and draws it.
-    fn prepare_and_draw(&mut self) -> Result<Done, Failure> {
-        let mut done = self.done();
-        if let Some((site, rasterizer)) = &mut self.site {
-            self.activity.set(Activity::Reading);
-            *rasterizer = Rasterizer::new(&site.view(), &self.robot.profile, self.resolution_m)?;
-            self.published.fill(None);
-            done = self.draw()?;
+    /// Draws for another robot or resolution: prepared, on disk, published. What fails leaves everything as it was.
+    fn redraw(&mut self, tried: TriedSettings) -> Result<Done, Failure> {
+        let prepared = match &self.site {
+            Some((site, _)) => Some(self.prepared(site, &tried.robot.profile, tried.resolution_m)?),
+            None => None,
+        };
+        let before = self.settings.keep(tried)?;
+        let rasterizer = self.replace_rasterizer(prepared);
+        match self.draw() {
+            // A site that could not be drawn may be drawn now.
+            Ok(_) if self.error.is_some() => self.take_next(),
+            Ok(done) => Ok(done),
+            Err(why) => {
+                self.settings.keep(before)?;
+                self.replace_rasterizer(rasterizer);
+                Err(why)
+            }
         }
-        // A site that could not be drawn may be drawn now.
-        if self.error.is_some() { self.take_next() } else { Ok(done) }
     }
 
-    /// Another resolution; the robot is what was set last.
+    /// What was drawn with; nothing is published of the other one yet.
+    fn replace_rasterizer(&mut self, other: Option<Rasterizer>) -> Option<Rasterizer> {
+        let ((_, rasterizer), other) = (self.site.as_mut()?, other?);
+        self.published.fill(None);
+        Some(std::mem::replace(rasterizer, other))
+    }
+
+    /// Takes the edits of the site's file.
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
-        if config.robot.resolution_m == self.resolution_m {
-            return Ok(Done::default());
+        let Some(tried) = self.settings.edited(&config.robot)? else { return Ok(Done::default()) };
+        let done = self.redraw(tried)?;
+        self.record(None);
+        Ok(done)
+    }
+
+    fn record(&self, by: Option<Caller>) {
+        let (robot, resolution_m) = (self.settings.robot_summary(), self.settings.resolution_m());
+        let from = self.settings.robot_in_force().value;
+        let summary = format!("{robot} ({from}), at {resolution_m} m a cell");
+        if let Err(why) = self.history.record(HistoryEvent { kind: HistoryKind::Robot, by, summary }) {
+            warn!(service = "rasterize", error = daemon::chain(&why), "the history cannot be written");
         }
-        grid::GridSpec::cell_tenths_of(config.robot.resolution_m)?;
-        self.resolution_m = config.robot.resolution_m;
-        self.prepare_and_draw()
     }
 
     /// Draws what differs from what is published, publishes those storeys, then the index that names them.
@@ -176,10 +188,11 @@ impl RasterizeService {
         self.activity.set(Activity::Writing);
         self.is_pending = true;
         rasterizer.draw(&site, &schedule_state);
+        let robot = self.settings.robot();
         let inputs = InputHashes {
             site: site.content_hash(),
             schedule_state: schedule_state.content_hash(),
-            robot: xxhash_rust::xxh3::xxh3_64(bytemuck::bytes_of::<RobotProfile>(&self.robot.profile)),
+            robot: xxhash_rust::xxh3::xxh3_64(bytemuck::bytes_of::<RobotProfile>(&robot.profile)),
             ..InputHashes::default()
         };
         self.next_epochs.clear();
@@ -201,7 +214,7 @@ impl RasterizeService {
         })?;
         let n_published = self.next_epochs.iter().flatten().count();
         let storeys = rasterizer.n_storeys();
-        let index = rasterizer.index(&site, &schedule_state, &self.robot.name, &self.robot.footprint_m);
+        let index = rasterizer.index(&site, &schedule_state, &robot.name, &robot.footprint_m);
         let epoch = self.epochs.take()?;
         let publisher = self.index.as_ref().ok_or("it is not attached to a bus")?;
         let sent = publisher.publish(&index, Origin { epoch, frame_epoch, inputs })?;
@@ -247,13 +260,21 @@ impl Service for RasterizeService {
         }
     }
 
-    fn answer(&mut self, request: RasterizeRequest, _asked: &Asked) -> Result<Done<Published>, Failure> {
+    fn answer(&mut self, request: RasterizeRequest, asked: &Asked) -> Result<Done<RasterizeAnswer>, Failure> {
         let RasterizeRequest::SetRobot { profile } = request;
-        Ok(self.set_robot(&profile)?.answered_by_published())
+        let done = self.redraw(self.settings.commanded(&profile, asked.by.uid)?)?;
+        self.record(Some(asked.by));
+        let answer = RasterizeAnswer {
+            grids: done.published,
+            robot: self.settings.robot_summary(),
+            resolution_m: self.settings.resolution_m(),
+            setting: self.settings.robot_in_force(),
+        };
+        Ok(done.answered(answer))
     }
 
     fn standing(&self) -> Standing {
-        Standing { error: self.error.clone(), warning: self.warning.clone() }
+        Standing { error: self.error.clone(), warning: self.settings.warning().map(str::to_owned) }
     }
 
     fn facts(&self) -> RasterizeFacts {
@@ -261,8 +282,9 @@ impl Service for RasterizeService {
             grids: self.last,
             plan_time_s: Some(self.last_plan_time_s).filter(|at_s| *at_s != ScheduleStateHead::NO_TIME),
             storeys: self.published.len(),
-            robot: self.robot.name.clone(),
-            resolution_m: self.resolution_m,
+            robot: self.settings.robot().name.clone(),
+            resolution_m: self.settings.resolution_m(),
+            settings: self.settings.in_force(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod machine_time;
 mod plan_time_clock;
+mod plan_time_setting;
 mod service;
 
 use service::ScheduleService;

@@ -2,12 +2,14 @@
 
 use crate::machine_time::{self, MachineTime};
 use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime, Reading};
+use crate::plan_time_setting::PlanTimeSetting;
 use bus::{Bus, CheckedSample, topics};
-use daemon::facts::ScheduleFacts;
+use daemon::facts::{ProgressRows, ScheduleFacts};
 use daemon::{
-    ActualsSource, Asked, CurrentActivity, Done, Epochs, Event, Failure, History, HistoryEvent, HistoryKind,
-    LatchedOutput, Published, ScheduleAnswer, ScheduleRequest, Service, SiteConfig, Standing, StateFile,
-    progress_in_force, progress_table, read_progress, rules_in_force, write_durably,
+    ActualsSource, Asked, Caller, Configured, CurrentActivity, Done, Epochs, Event, Failure, FileText, History,
+    HistoryEvent, HistoryKind, LatchedOutput, OBSERVED_TABLE, Published, ReportedProgress, ScheduleAnswer,
+    ScheduleRequest, Service, Setting, SettingKey, SiteConfig, Standing, progress_in_force, read_progress,
+    write_durably,
 };
 use frames::PlanTime;
 use jiff::tz::TimeZone;
@@ -35,8 +37,8 @@ pub(crate) struct ScheduleService {
     synchronised_while: Option<PathBuf>,
     /// Which boot of the machine this is.
     boot: Option<u64>,
-    clock_file: StateFile,
-    clock: PlanTimeClock,
+    plan_time: PlanTimeSetting,
+    rules_setting: Setting<Option<FileText>>,
     /// The state folder, for the tables of progress.
     state: PathBuf,
     overrides: Overrides,
@@ -68,19 +70,16 @@ impl ScheduleService {
     /// # Errors
     /// Rules, a plan time or state that cannot be used.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
-        let rules = rules_in_force(config, Rules::parse)?;
-        let zone = rules.site_zone.as_ref();
-        let first = config.schedule.plan_time.as_deref().map(|text| PlanTime::parse(text, zone)).transpose()?;
-        let first = first.map(|written| PlanTimeClock::Fixed { at_s: written.at.civil_seconds() });
-        let clock_file = StateFile::at(&config.state, "plan-clock.json")?;
-        let clock = clock_file.load()?.or(first).unwrap_or_default();
+        let rules_setting = Setting::open(&config.state, SettingKey::Rules, rules_configured(config), || Ok(None))?;
+        let rules = parse_rules(rules_setting.value().as_ref())?;
+        let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref())?;
         let [actuals, observed] = progress_in_force(&config.state, parse_actuals)?;
         Ok(Self {
             rules,
             synchronised_while: config.clock.synchronised_while.clone(),
             boot: machine_time::boot(),
-            clock_file,
-            clock,
+            plan_time,
+            rules_setting,
             overrides: Overrides { actuals, observed, ..Overrides::default() },
             state: config.state.clone(),
             epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
@@ -102,15 +101,18 @@ impl ScheduleService {
     fn read_clock(&self) -> (Reading, MachineTime) {
         let now = MachineTime::now(self.boot);
         let synchronised = self.synchronised_while.as_deref().is_none_or(Path::exists);
-        (self.clock.read(now, &self.zone(), synchronised), now)
+        (self.plan_time.clock().read(now, &self.zone(), synchronised), now)
     }
 
     /// Sets a mode: on disk before it is published, because a map must never go back in time when a process dies.
-    fn set_clock(&mut self, clock: PlanTimeClock) -> Result<Done, Failure> {
+    fn set_clock(&mut self, clock: PlanTimeClock, by: Caller) -> Result<Done, Failure> {
         self.check_timeline()?;
-        self.clock_file.save(&clock)?;
-        self.clock = clock;
-        self.publish()
+        let earlier = self.plan_time.set(clock, by.uid)?;
+        self.publish().or_else(|why| {
+            self.published_at_s = None;
+            self.plan_time.go_back(earlier)?;
+            Err(why)
+        })
     }
 
     /// Refuses to move the plan time along the schedule of a site that is no longer the newest.
@@ -124,30 +126,30 @@ impl ScheduleService {
         }
     }
 
-    fn follow_wall_clock(&mut self) -> Result<Done, Failure> {
+    fn follow_wall_clock(&mut self, by: Caller) -> Result<Done, Failure> {
         if self.rules.site_zone.is_none() {
             return Err("to follow the clock, set site_zone in the schedule rules".into());
         }
-        self.set_clock(PlanTimeClock::Wall { reached: ReachedPlanTime::default() })
+        self.set_clock(PlanTimeClock::Wall { reached: ReachedPlanTime::default() }, by)
     }
 
-    fn simulate(&mut self, rate: f64, from_s: Option<i64>) -> Result<Done, Failure> {
+    fn simulate(&mut self, rate: f64, from_s: Option<i64>, by: Caller) -> Result<Done, Failure> {
         if !(rate.is_finite() && rate > 0.0) {
             return Err(format!("a rate of {rate} is none: it must be more than 0").into());
         }
         let (reading, now) = self.read_clock();
         let from_s = from_s.or(reading.plan_time_s).ok_or("there is no plan time to start from: say which")?;
         let since_ms = now.wall_ms;
-        self.set_clock(PlanTimeClock::Simulated { from_s, rate, since_ms, reached: ReachedPlanTime::default() })
+        self.set_clock(PlanTimeClock::Simulated { from_s, rate, since_ms, reached: ReachedPlanTime::default() }, by)
     }
 
-    fn next_change(&mut self) -> Result<Done, Failure> {
+    fn next_change(&mut self, by: Caller) -> Result<Done, Failure> {
         self.check_timeline()?;
         let evaluated = self.evaluated.as_ref().ok_or("there is no site yet")?;
         let now_s = self.read_clock().0.plan_time_s.unwrap_or(i64::MIN);
         let next = evaluated.timeline.instants_s().iter().find(|s| **s > now_s).copied();
         let at_s = next.ok_or("no later change in the schedule")?;
-        self.set_clock(PlanTimeClock::Fixed { at_s })
+        self.set_clock(PlanTimeClock::Fixed { at_s }, by)
     }
 
     /// Progress that was reported, or observed; a file that cannot be used changes nothing.
@@ -160,26 +162,93 @@ impl ScheduleService {
             format!("{}: {}", file.unwrap_or(Path::new("")).display(), daemon::chain(e))
         };
         let actuals = parse_actuals(&bytes).map_err(|e| named(&e))?;
-        if let Some(file) = file.filter(|_| actuals.is_empty() && source == ActualsSource::Reported) {
-            let file = file.display();
-            return Err(format!("{file} has no rows: `groundplan actuals --clear` takes reported progress back").into());
-        }
         let mut overrides = self.overrides.clone();
-        match source {
-            ActualsSource::Reported => overrides.actuals = actuals,
-            ActualsSource::Observed => overrides.observed = actuals,
+        match (source, file) {
+            (ActualsSource::Reported, Some(file)) if actuals.is_empty() => {
+                let file = file.display();
+                return Err(
+                    format!("{file} has no rows: `groundplan actuals --clear` takes reported progress back").into()
+                );
+            }
+            (ActualsSource::Reported, _) => overrides.actuals = actuals,
+            (ActualsSource::Observed, _) => overrides.observed = actuals,
         }
         let evaluated = self.evaluate(&overrides)?.transpose().map_err(|e| named(&e))?;
-        let table = progress_table(&self.state, source);
-        write_durably(&table, &bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
-        (self.overrides, self.evaluated, self.error) = (overrides, evaluated, None);
-        self.publish()
+        match source {
+            ActualsSource::Reported => {
+                let tables = ReportedProgress::at(&self.state);
+                tables.add(&bytes).map_err(|e| format!("the table cannot be written: {e}"))?;
+                self.take_progress(overrides, evaluated)
+                    .or_else(|why| tables.take_back().map_err(Into::into).and(Err(why)))
+            }
+            ActualsSource::Observed => {
+                let table = self.state.join(OBSERVED_TABLE);
+                write_durably(&table, &bytes).map_err(|e| format!("{} cannot be written: {e}", table.display()))?;
+                self.take_progress(overrides, evaluated)
+            }
+        }
+    }
+
+    /// Goes back to the progress that was reported before the last table.
+    fn undo_actuals(&mut self) -> Result<Done, Failure> {
+        let tables = ReportedProgress::at(&self.state);
+        let [last, before] = tables.tables()?;
+        let last = read_progress(&last.ok_or("no progress was reported that could be taken back")?)?;
+        let mut overrides = self.overrides.clone();
+        overrides.actuals = match before {
+            Some(before) => {
+                let bytes = read_progress(&before)?;
+                // Earlier versions wrote no columns where nothing was reported.
+                if bytes.is_empty() { Vec::new() } else { parse_actuals(&bytes)? }
+            }
+            None => Vec::new(),
+        };
+        let evaluated = self.evaluate(&overrides)?.transpose()?;
+        tables.take_back()?;
+        self.take_progress(overrides, evaluated).or_else(|why| tables.add(&last).map_err(Into::into).and(Err(why)))
+    }
+
+    /// Publishes the schedule with other progress, which is on disk; what fails leaves the schedule as it was.
+    fn take_progress(&mut self, overrides: Overrides, evaluated: Option<Evaluated>) -> Result<Done, Failure> {
+        let overrides = std::mem::replace(&mut self.overrides, overrides);
+        let evaluated = std::mem::replace(&mut self.evaluated, evaluated);
+        match self.publish() {
+            Ok(done) => {
+                self.error = None;
+                Ok(done)
+            }
+            Err(why) => {
+                (self.overrides, self.evaluated, self.published_at_s) = (overrides, evaluated, None);
+                Err(why)
+            }
+        }
+    }
+
+    fn progress_rows(&self) -> ProgressRows {
+        ProgressRows { reported: self.overrides.actuals.len(), observed: self.overrides.observed.len() }
+    }
+
+    fn rules_words(&self) -> String {
+        FileText::words(self.rules_setting.value().as_ref(), "the default rules")
+    }
+
+    fn record(&self, kind: HistoryKind, by: Option<Caller>, summary: String) {
+        if let Err(why) = self.history.record(HistoryEvent { kind, by, summary }) {
+            warn!(service = "schedule-eval", error = daemon::chain(&why), "the history cannot be written");
+        }
     }
 
     /// Takes other rules: a site whose schedule could not be used may have one now. Rules that the site has no schedule with
     /// count for the next site; until then the schedule stays.
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
-        self.rules = rules_in_force(config, Rules::parse)?;
+        let edited = self.rules_setting.edited(rules_configured(config))?;
+        let rules = parse_rules(edited.value().as_ref())?;
+        self.plan_time.edit(config, rules.site_zone.as_ref())?;
+        if edited != self.rules_setting.as_kept() {
+            self.rules_setting.keep(edited)?;
+            self.record(HistoryKind::Rules, None, format!("rules of {}", self.rules_words()));
+        }
+        self.rules = rules;
         self.synchronised_while.clone_from(&config.clock.synchronised_while);
         self.evaluate_site()
     }
@@ -244,10 +313,10 @@ impl ScheduleService {
 
     /// Saves how far a plan time that moves got.
     fn keep_clock(&mut self, reading: Reading, machine: MachineTime) -> Result<(), Failure> {
-        if self.clock.is_moving() && reading.distrust.is_none() {
-            let clock = self.clock.with_reached(ReachedPlanTime { plan_time_s: reading.plan_time_s, machine });
-            self.clock_file.save(&clock)?;
-            self.clock = clock;
+        if self.plan_time.clock().is_moving() && reading.distrust.is_none() {
+            let clock =
+                self.plan_time.clock().with_reached(ReachedPlanTime { plan_time_s: reading.plan_time_s, machine });
+            self.plan_time.move_on(clock)?;
         }
         Ok(())
     }
@@ -255,7 +324,7 @@ impl ScheduleService {
     /// The plan time of the schedule state to be shown: while it moves, the last instant at which anything changed.
     fn effective_plan_time_s(&self, reading: Reading) -> Option<i64> {
         let now_s = reading.plan_time_s?;
-        let evaluated = self.evaluated.as_ref().filter(|_| self.clock.is_moving());
+        let evaluated = self.evaluated.as_ref().filter(|_| self.plan_time.clock().is_moving());
         let update_instants_s = evaluated.map_or(&[][..], |e| &e.update_instants_s);
         let n_past = update_instants_s.partition_point(|s| *s <= now_s);
         // Before the first change all instants are alike: the second before it stands for them.
@@ -275,13 +344,17 @@ impl ScheduleService {
                 let from = file.map_or("none".to_owned(), |file| file.display().to_string());
                 (HistoryKind::Progress, format!("{source} progress: {from}"))
             }
+            ScheduleRequest::UndoActuals => {
+                let n = self.overrides.actuals.len();
+                (HistoryKind::Progress, format!("reported progress taken back to the table before, of {n} rows"))
+            }
             ScheduleRequest::SetPlanTime { .. }
             | ScheduleRequest::NextChange
             | ScheduleRequest::FollowWallClock
             | ScheduleRequest::Simulate { .. } => {
                 let at = plan_time_s.and_then(PlanTime::from_civil_seconds);
                 let at = at.map(|at| format!("{at}, ")).unwrap_or_default();
-                (HistoryKind::Date, format!("plan time {at}{}", self.clock.name()))
+                (HistoryKind::Date, format!("plan time {at}{}", self.plan_time.clock().name()))
             }
         })
     }
@@ -290,7 +363,8 @@ impl ScheduleService {
     fn tick(&mut self) -> Result<Done, Failure> {
         let (reading, now) = self.read_clock();
         let at_s = self.effective_plan_time_s(reading);
-        let kept_ms = self.clock.reached().filter(|kept| kept.plan_time_s.is_some()).map(|kept| kept.machine.wall_ms);
+        let kept_ms =
+            self.plan_time.clock().reached().filter(|kept| kept.plan_time_s.is_some()).map(|kept| kept.machine.wall_ms);
         if kept_ms.is_some_and(|kept_ms| now.wall_ms.saturating_sub(kept_ms) >= KEPT_EVERY_MS) {
             self.keep_clock(reading, now)?;
         }
@@ -320,7 +394,7 @@ impl ScheduleService {
         let (now_s, evaluated) = (reading.plan_time_s?, self.evaluated.as_ref()?);
         let n_past = evaluated.update_instants_s.partition_point(|s| *s <= now_s);
         let next_s = evaluated.update_instants_s.get(n_past)?;
-        let wait_ms = self.clock.until_ms(*next_s, now.wall_ms, &self.zone())?;
+        let wait_ms = self.plan_time.clock().until_ms(*next_s, now.wall_ms, &self.zone())?;
         Some((wait_ms, now.wall_ms.saturating_add(wait_ms)))
     }
 }
@@ -338,8 +412,16 @@ fn evaluated(
 }
 
 /// A table without rows.
-const NO_PROGRESS: &[u8] = b"id,start,finish
-";
+const NO_PROGRESS: &[u8] = b"id,start,finish\n";
+
+/// What `schedule.rules` of `site.toml` says.
+fn rules_configured(config: &SiteConfig) -> Configured<Option<FileText>> {
+    FileText::configured("rules", config.schedule.rules.as_deref(), Rules::parse)
+}
+
+fn parse_rules(file: Option<&FileText>) -> Result<Rules, Failure> {
+    file.map_or_else(|| Ok(Rules::default()), |file| Ok(file.parse("rules", Rules::parse)?))
+}
 
 impl Service for ScheduleService {
     type Input = ScheduleInput;
@@ -363,26 +445,28 @@ impl Service for ScheduleService {
     fn answer(&mut self, request: ScheduleRequest, asked: &Asked) -> Result<Done<ScheduleAnswer>, Failure> {
         let changed = request.clone();
         let done = match request {
-            ScheduleRequest::SetPlanTime { at_s } => self.set_clock(PlanTimeClock::Fixed { at_s })?,
-            ScheduleRequest::NextChange => self.next_change()?,
-            ScheduleRequest::FollowWallClock => self.follow_wall_clock()?,
-            ScheduleRequest::Simulate { rate, from_s } => self.simulate(rate, from_s)?,
+            ScheduleRequest::SetPlanTime { at_s } => self.set_clock(PlanTimeClock::Fixed { at_s }, asked.by)?,
+            ScheduleRequest::NextChange => self.next_change(asked.by)?,
+            ScheduleRequest::FollowWallClock => self.follow_wall_clock(asked.by)?,
+            ScheduleRequest::Simulate { rate, from_s } => self.simulate(rate, from_s, asked.by)?,
             ScheduleRequest::GetPlanTime => self.done(),
             ScheduleRequest::SetActuals { file, source } => self.set_actuals(file.as_deref(), source)?,
+            ScheduleRequest::UndoActuals => self.undo_actuals()?,
         };
         let plan_time_s = self.read_clock().0.plan_time_s;
-        if let Some((kind, summary)) = self.summary(changed, plan_time_s)
-            && let Err(why) = self.history.record(HistoryEvent { kind, by: Some(asked.by), summary })
-        {
-            warn!(service = "schedule-eval", error = daemon::chain(&why), "the history cannot be written");
+        if let Some((kind, summary)) = self.summary(changed, plan_time_s) {
+            self.record(kind, Some(asked.by), summary);
         }
-        let answer = ScheduleAnswer { state: done.published, plan_time_s, clock: self.clock.name() };
+        let (clock, progress) = (self.plan_time.clock().name(), self.progress_rows());
+        let answer = ScheduleAnswer { state: done.published, plan_time_s, clock, progress };
         Ok(done.answered(answer))
     }
 
     fn standing(&self) -> Standing {
         let warning = self.read_clock().0.distrust.map(|distrust| distrust.to_string());
-        Standing { error: self.error.clone(), warning }
+        let warnings = [warning, self.rules_setting.warning().map(str::to_owned)];
+        let warnings: Vec<String> = warnings.into_iter().flatten().collect();
+        Standing { error: self.error.clone(), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }
 
     fn facts(&self) -> ScheduleFacts {
@@ -390,9 +474,11 @@ impl Service for ScheduleService {
         ScheduleFacts {
             state: self.output.published(),
             plan_time_s: self.read_clock().0.plan_time_s,
-            clock: self.clock.name(),
+            clock: self.plan_time.clock().name(),
             valid_until_s: valid_until_s.filter(|until_s| *until_s != ScheduleStateHead::NO_TIME),
             next_update_ms: self.next_update().map(|(_, at_ms)| at_ms),
+            progress: self.progress_rows(),
+            settings: vec![self.rules_setting.in_force(|_| self.rules_words()), self.plan_time.in_force()],
         }
     }
 }

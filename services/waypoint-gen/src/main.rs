@@ -1,5 +1,6 @@
 //! Planning of waypoints: `site`, `schedule-state` and grids in, centres, scans, tours and the route graph out.
 
+mod options_setting;
 mod service;
 
 use service::WaypointService;

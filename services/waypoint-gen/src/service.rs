@@ -1,16 +1,16 @@
 //! The waypoint-gen service: replans the storeys that new grids change.
 
+use crate::options_setting::{self, WaypointOptions};
 use bus::{Bus, GridSlot, RawSubscriber, SiteSample, SiteSamples, SiteViews, TopicName, topics};
 use daemon::facts::WaypointFacts;
 use daemon::{
-    Asked, CurrentActivity, Done, Epochs, Event, Failure, LatchedOutput, Published, Service, SiteConfig, StateFile,
-    WaypointRequest,
+    Asked, Caller, CurrentActivity, Done, Epochs, Event, Failure, History, HistoryEvent, HistoryKind, KeptSetting,
+    LatchedOutput, Service, Setting, SiteConfig, Standing, WaypointAnswer, WaypointRequest,
 };
 use messages::{Activity, Checked, InputHashes};
-use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeSet;
 use std::time::Instant;
-use tracing::info;
+use tracing::{info, warn};
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, check_names};
 
 daemon::inputs! {
@@ -20,12 +20,12 @@ daemon::inputs! {
 
 /// Plans for what is published.
 pub(crate) struct WaypointService {
-    /// Options of the configuration.
-    configured: Option<PathBuf>,
-    /// Options of the last request.
-    requested: RequestedOptions,
+    setting: Setting<WaypointOptions>,
+    /// What the setting says.
     options: MissionPlanOptions,
-    state: StateFile,
+    /// A name in the options that the newest site does not have.
+    unknown_name: Option<String>,
+    history: History,
     epochs: Epochs,
     activity: CurrentActivity,
     output: LatchedOutput<topics::MissionPlan>,
@@ -34,28 +34,18 @@ pub(crate) struct WaypointService {
     planner: MissionPlanner,
 }
 
-/// Options of a request. They override the configuration, and survive the daemon.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-struct RequestedOptions {
-    options: Option<PathBuf>,
-    spaces: Vec<String>,
-    changed_since_s: Option<i64>,
-}
-
 impl WaypointService {
-    /// From the configuration and the persisted state: requested options override configured ones.
+    /// From the configuration and the options that were kept.
     ///
     /// # Errors
     /// Options or state that cannot be used.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
-        let state = StateFile::at(&config.state, "waypoints.json")?;
-        let requested: RequestedOptions = state.load()?.unwrap_or_default();
+        let setting = options_setting::open(config)?;
         Ok(Self {
-            options: options_of(config.waypoints.options.as_deref(), &requested)?,
-            configured: config.waypoints.options.clone(),
-            requested,
-            state,
+            options: setting.value().parse()?,
+            setting,
+            unknown_name: None,
+            history: History::at(&config.state),
             epochs: Epochs::at(&config.state, "waypoint-gen-epochs.json")?,
             activity,
             output: LatchedOutput::new(topics::MissionPlan),
@@ -65,16 +55,31 @@ impl WaypointService {
         })
     }
 
-    /// Sets other options: on disk before a mission plan of them is published.
-    fn set_requested(&mut self, requested: RequestedOptions) -> Result<Done, Failure> {
-        let options = options_of(self.configured.as_deref(), &requested)?;
+    /// Plans with other options: tried, on disk, published. What fails leaves everything as it was.
+    fn replan(&mut self, tried: KeptSetting<WaypointOptions>) -> Result<Done, Failure> {
+        let options = tried.value().parse()?;
         if let Some(site) = self.samples.site() {
             check_names(&site.view(), &options)?;
         }
         self.check_start(&options)?;
-        self.state.save(&requested)?;
-        (self.requested, self.options) = (requested, options);
-        self.plan()
+        let before = self.setting.keep(tried)?;
+        let options = std::mem::replace(&mut self.options, options);
+        self.plan().or_else(|why| {
+            self.setting.keep(before)?;
+            self.options = options;
+            // What was in force before is published again as soon as there is room.
+            if let Err(again) = self.plan() {
+                warn!(service = "waypoint-gen", error = daemon::chain(again.as_ref()), "it is tried again");
+            }
+            Err(why)
+        })
+    }
+
+    fn record(&self, by: Option<Caller>) {
+        let summary = format!("waypoints of {}", self.setting.value().words());
+        if let Err(why) = self.history.record(HistoryEvent { kind: HistoryKind::Waypoints, by, summary }) {
+            warn!(service = "waypoint-gen", error = daemon::chain(&why), "the history cannot be written");
+        }
     }
 
     /// Refuses a start that the robot could have and where it cannot stand, on the maps that are there.
@@ -86,14 +91,15 @@ impl WaypointService {
         Ok(())
     }
 
+    /// Takes the edits of the site's file.
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
-        let options = options_of(config.waypoints.options.as_deref(), &self.requested)?;
-        self.configured.clone_from(&config.waypoints.options);
-        if options == self.options {
+        let edited = self.setting.edited(options_setting::configured(config))?;
+        if edited == self.setting.as_kept() {
             return Ok(Done::default());
         }
-        self.options = options;
-        self.plan()
+        let done = self.replan(edited)?;
+        self.record(None);
+        Ok(done)
     }
 
     /// Plans for the newest samples, if they belong together.
@@ -105,7 +111,10 @@ impl WaypointService {
         }
         let Some(set) = self.samples.set() else { return Ok(Done::default()) };
         let SiteViews { site, state, index, grids, .. } = set.views()?;
-        check_names(&site, &self.options)?;
+        self.unknown_name = check_names(&site, &self.options).err().map(|why| why.to_string());
+        if self.unknown_name.is_some() {
+            return Ok(Done::default());
+        }
         self.activity.set(Activity::Writing);
         let begun = Instant::now();
         let input = MissionPlanInput {
@@ -143,19 +152,6 @@ impl WaypointService {
     }
 }
 
-fn options_of(configured: Option<&Path>, requested: &RequestedOptions) -> Result<MissionPlanOptions, Failure> {
-    let file = requested.options.as_deref().or(configured);
-    let mut options = file.map_or_else(
-        || Ok(MissionPlanOptions::default()),
-        |path| daemon::read_parsed("options of waypoints", path, MissionPlanOptions::parse),
-    )?;
-    if !requested.spaces.is_empty() {
-        options.spaces.clone_from(&requested.spaces);
-    }
-    options.changed_since_s = requested.changed_since_s.or(options.changed_since_s);
-    Ok(options)
-}
-
 impl Service for WaypointService {
     type Input = WaypointInput;
     type Request = WaypointRequest;
@@ -189,9 +185,37 @@ impl Service for WaypointService {
         }
     }
 
-    fn answer(&mut self, request: WaypointRequest, _asked: &Asked) -> Result<Done<Published>, Failure> {
+    fn answer(&mut self, request: WaypointRequest, asked: &Asked) -> Result<Done<WaypointAnswer>, Failure> {
         let WaypointRequest::SetWaypoints { options, spaces, changed_since_s } = request;
-        Ok(self.set_requested(RequestedOptions { options, spaces, changed_since_s })?.answered_by_published())
+        if !spaces.is_empty() && self.samples.site().is_none() {
+            return Err("there is no site yet whose spaces could be meant: try again when it is published".into());
+        }
+        let in_site_toml = self.setting.without_command();
+        let tried = if options.is_none() && spaces.is_empty() && changed_since_s.is_none() {
+            in_site_toml
+        } else {
+            let wanted =
+                WaypointOptions::of_command(options.as_deref(), spaces, changed_since_s, in_site_toml.value())?;
+            self.setting.commanded(wanted, asked.by.uid)
+        };
+        let done = self.replan(tried)?;
+        self.record(Some(asked.by));
+        let setting = self.setting.in_force(WaypointOptions::words);
+        // Without maps that belong together there is no mission plan of these options yet.
+        let plan = self.output.last().filter(|_| done.published.epoch > 0).map(Checked::view);
+        let storeys = plan.iter().flat_map(|plan| plan.waypoints).map(|waypoint| waypoint.map_storey);
+        let answer = WaypointAnswer {
+            mission_plan: done.published,
+            storeys: storeys.collect::<BTreeSet<_>>().len(),
+            waypoints: plan.as_ref().map_or(0, |plan| plan.waypoints.len()),
+            scans: plan.as_ref().map_or(0, |plan| plan.storeys.iter().map(|storey| storey.n_scans).sum()),
+            setting,
+        };
+        Ok(done.answered(answer))
+    }
+
+    fn standing(&self) -> Standing {
+        Standing { error: self.unknown_name.clone(), warning: self.setting.warning().map(str::to_owned) }
     }
 
     fn facts(&self) -> WaypointFacts {
@@ -201,6 +225,7 @@ impl Service for WaypointService {
             grids_hash: self.output.inputs().grids,
             waypoints: last.as_ref().map_or(0, |plan| plan.waypoints.len()),
             scans: last.as_ref().map_or(0, |plan| plan.storeys.iter().map(|storey| storey.n_scans).sum()),
+            settings: vec![self.setting.in_force(WaypointOptions::words)],
         }
     }
 }

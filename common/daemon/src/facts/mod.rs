@@ -10,6 +10,6 @@ mod waypoints;
 
 pub use align::{AlignFacts, AlignmentSummary, Pose};
 pub use ingest::IngestFacts;
-pub use rasterize::RasterizeFacts;
-pub use schedule::ScheduleFacts;
+pub use rasterize::{RasterizeFacts, RobotSummary};
+pub use schedule::{ProgressRows, ScheduleFacts};
 pub use waypoints::WaypointFacts;

@@ -1,6 +1,7 @@
 //! Facts of waypoint-gen.
 
 use crate::request::Published;
+use crate::setting::SettingInForce;
 use serde::{Deserialize, Serialize};
 
 /// Facts of waypoint-gen.
@@ -15,4 +16,6 @@ pub struct WaypointFacts {
     pub waypoints: usize,
     /// Those that are scan poses.
     pub scans: u32,
+    /// Where the options come from.
+    pub settings: Vec<SettingInForce>,
 }

@@ -10,9 +10,9 @@ pub use align::{
     AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement, ListedPose, SearchState,
 };
 pub use ingest::{IngestAnswer, IngestRequest, Revision, RevisionEffect};
-pub use rasterize::RasterizeRequest;
+pub use rasterize::{RasterizeAnswer, RasterizeRequest};
 pub use schedule::{ActualsSource, ScheduleAnswer, ScheduleRequest};
-pub use waypoints::WaypointRequest;
+pub use waypoints::{WaypointAnswer, WaypointRequest};
 
 #[cfg(test)]
 mod tests {

@@ -1,11 +1,13 @@
 //! Requests to rasterize.
 
+use crate::facts::RobotSummary;
 use crate::request::{Published, Request};
+use crate::setting::SettingInForce;
 use bus::Daemon;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Requests to rasterize; the answer is the published index of grids.
+/// Requests to rasterize.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum RasterizeRequest {
@@ -16,7 +18,20 @@ pub enum RasterizeRequest {
     },
 }
 
+/// Answer of rasterize: what is in force.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RasterizeAnswer {
+    /// The index of grids that it published.
+    pub grids: Published,
+    /// The robot.
+    pub robot: RobotSummary,
+    /// Metres per cell.
+    pub resolution_m: f64,
+    /// Where the robot comes from.
+    pub setting: SettingInForce,
+}
+
 impl Request for RasterizeRequest {
     const DAEMON: Daemon = Daemon::Rasterize;
-    type Answer = Published;
+    type Answer = RasterizeAnswer;
 }

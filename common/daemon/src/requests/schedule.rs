@@ -1,5 +1,6 @@
 //! Requests to schedule-eval.
 
+use crate::facts::ProgressRows;
 use crate::request::{Published, Request};
 use bus::Daemon;
 use serde::{Deserialize, Serialize};
@@ -36,6 +37,8 @@ pub enum ScheduleRequest {
         #[serde(default)]
         source: ActualsSource,
     },
+    /// The progress that was reported before the last table.
+    UndoActuals,
 }
 
 /// The source of progress. What people report ranks before what a robot observes.
@@ -58,6 +61,8 @@ pub struct ScheduleAnswer {
     pub plan_time_s: Option<i64>,
     /// How the plan time moves, in words.
     pub clock: String,
+    /// Rows of progress in force.
+    pub progress: ProgressRows,
 }
 
 impl Request for ScheduleRequest {

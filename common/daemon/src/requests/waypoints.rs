@@ -1,17 +1,18 @@
 //! Requests to waypoint-gen.
 
 use crate::request::{Published, Request};
+use crate::setting::SettingInForce;
 use bus::Daemon;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// What waypoint-gen takes; it answers with the mission plan that it published.
+/// Requests to waypoint-gen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum WaypointRequest {
     /// What to plan, beside what is configured; with nothing, what is configured counts again.
     SetWaypoints {
-        /// Absolute path of options, in the place of those that are configured.
+        /// Absolute path of options, in the place of those that `site.toml` names.
         options: Option<PathBuf>,
         /// Only these spaces: names, long names or GlobalIds, with `*` and `?`.
         spaces: Vec<String>,
@@ -20,7 +21,22 @@ pub enum WaypointRequest {
     },
 }
 
+/// Answer of waypoint-gen: what is in force.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WaypointAnswer {
+    /// The mission plan that it published; none before there are maps.
+    pub mission_plan: Published,
+    /// Its map storeys with waypoints.
+    pub storeys: usize,
+    /// Its waypoints.
+    pub waypoints: usize,
+    /// Those of them that are scan poses.
+    pub scans: u32,
+    /// The options, and where they come from.
+    pub setting: SettingInForce,
+}
+
 impl Request for WaypointRequest {
     const DAEMON: Daemon = Daemon::WaypointGen;
-    type Answer = Published;
+    type Answer = WaypointAnswer;
 }

@@ -4,19 +4,33 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join, wait_for_schedule_state};
-use daemon::{ActualsSource, ScheduleRequest};
+use daemon::facts::ProgressRows;
+use daemon::{ActualsSource, ScheduleAnswer, ScheduleRequest};
+use frames::counted;
 use std::path::PathBuf;
 
 /// Arguments of `actuals`.
 #[derive(Debug, Clone, clap::Args)]
+#[command(
+    after_help = "A table whose rows name an element or task that the model does not have, or whose dates cannot be read, changes \
+nothing.\n\nExamples:\n  groundplan actuals progress.csv\n  groundplan actuals --clear\n  groundplan actuals --undo"
+)]
 pub struct Args {
     /// CSV table with the columns id, start, finish; it replaces what was reported before
-    #[arg(value_name = "FILE.csv", required_unless_present = "clear")]
+    #[arg(value_name = "FILE.csv", required_unless_present_any = ["clear", "undo"])]
     file: Option<PathBuf>,
 
     /// Nothing was reported
     #[arg(long, conflicts_with = "file")]
     clear: bool,
+
+    /// Go back to what was reported before the last table, also before --clear; may be repeated
+    #[arg(long, conflicts_with_all = ["file", "clear"])]
+    undo: bool,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    json: bool,
 
     /// The site.
     #[command(flatten)]
@@ -24,7 +38,7 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Sets the progress that was reported.
+    /// Sets the progress that was reported, and prints what is in force.
     ///
     /// # Errors
     /// No daemons, a file that cannot be used; what was reported before stays.
@@ -32,11 +46,27 @@ impl Run for Args {
         let file = self.file.as_ref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
         let config = self.site.config()?;
         let (bus, mut waiter) = join(&config)?;
-        let request = ScheduleRequest::SetActuals { file, source: ActualsSource::Reported };
+        let request = if self.undo {
+            ScheduleRequest::UndoActuals
+        } else {
+            ScheduleRequest::SetActuals { file, source: ActualsSource::Reported }
+        };
         let answer = ask(&bus, &mut waiter, &request)?;
         if answer.state.epoch > 0 {
             wait_for_schedule_state(&bus, &mut waiter, &config, &answer.state)?;
         }
-        Ok(Outcome::silent())
+        Ok(if self.json { Outcome::json(&answer)? } else { text(&answer).into() })
     }
+}
+
+/// The progress in force, as a line.
+fn text(answer: &ScheduleAnswer) -> String {
+    let ProgressRows { reported, observed } = answer.progress;
+    let reported = counted(reported, "reported row");
+    let observed = if observed > 0 { format!(", {}", counted(observed, "observed row")) } else { String::new() };
+    let state = match answer.state.epoch {
+        0 => "used when there is a site".to_owned(),
+        epoch => format!("schedule state epoch {epoch}"),
+    };
+    format!("progress in force: {reported}{observed}; {state}\n")
 }

@@ -7,7 +7,7 @@ use crate::run::{Outcome, Run};
 use crate::wait::require_up;
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
 use daemon::facts::{AlignFacts, AlignmentSummary, IngestFacts, RasterizeFacts, ScheduleFacts, WaypointFacts};
-use daemon::{Report, StatusBoard};
+use daemon::{Report, SettingInForce, SettingSource, StatusBoard};
 use frames::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -46,6 +46,8 @@ struct Status {
     mission_plan: Option<MissionPlanStatus>,
     /// Where the robot's map lies; null while there is no such map.
     alignment: Option<AlignmentSummary>,
+    /// The settings in force, and where each comes from.
+    settings: Vec<SettingInForce>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -178,6 +180,10 @@ impl Status {
         let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);
         let waypoints: Option<WaypointFacts> = facts(board, Daemon::WaypointGen);
         let align: Option<AlignFacts> = facts(board, Daemon::SlamAlign);
+        let mut settings = Vec::new();
+        settings.extend(schedule.iter().flat_map(|facts| facts.settings.clone()));
+        settings.extend(rasterize.iter().flat_map(|facts| facts.settings.clone()));
+        settings.extend(waypoints.iter().flat_map(|facts| facts.settings.clone()));
         let text = |time_s: Option<i64>| time_s.map(date_argument::text);
         let site = ingest.filter(|facts| facts.site.epoch > 0).map(|facts| SiteStatus {
             epoch: facts.site.epoch,
@@ -208,7 +214,8 @@ impl Status {
         let daemons: BTreeMap<&'static str, DaemonStatus> =
             Daemon::SUPERVISED.iter().map(|daemon| (daemon.name(), DaemonStatus::of(board, *daemon))).collect();
         let healthy = grids.is_some() && mission_plan.is_some() && daemons.values().all(DaemonStatus::is_well);
-        Self { healthy, daemons, site, clock, grids, mission_plan, alignment: align.and_then(|facts| facts.alignment) }
+        let alignment = align.and_then(|facts| facts.alignment);
+        Self { healthy, daemons, site, clock, grids, mission_plan, alignment, settings }
     }
 
     fn text(&self) -> String {
@@ -253,6 +260,15 @@ impl Status {
         };
         if let Some(alignment) = &self.alignment {
             let _ = writeln!(out, "{alignment}");
+        }
+        for SettingInForce { key, value, source, by_uid, since } in &self.settings {
+            let since = since.strftime("%Y-%m-%d %H:%M:%S UTC");
+            let from = match (source, by_uid) {
+                (SettingSource::SiteToml, _) => "from site.toml".to_owned(),
+                (SettingSource::Command, Some(uid)) => format!("by a command of user {uid}"),
+                (SettingSource::Command, None) => "by a command".to_owned(),
+            };
+            let _ = writeln!(out, "{key:<18} {value}, {from}, since {since}");
         }
         out
     }

@@ -5,11 +5,16 @@ use crate::date_argument;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask, join};
-use daemon::WaypointRequest;
+use daemon::{WaypointAnswer, WaypointRequest};
+use frames::counted;
 use std::path::PathBuf;
 
 /// Arguments of `waypoints`.
 #[derive(Debug, Clone, clap::Args)]
+#[command(
+    after_help = "The options are kept with the content of their file, and count until waypoints.options of the site's file, or \
+the file that it names, is edited. Without arguments those of the site's file count again."
+)]
 pub struct Args {
     /// What to plan and with which sensor, see config/waypoints.toml [default: what is configured]
     #[arg(value_name = "FILE")]
@@ -23,16 +28,20 @@ pub struct Args {
     #[arg(long, value_name = "DATE")]
     changed_since: Option<String>,
 
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    json: bool,
+
     /// The site.
     #[command(flatten)]
     site: SiteArgs,
 }
 
 impl Run for Args {
-    /// Sets what waypoints to plan.
+    /// Sets what waypoints to plan, and prints what is planned.
     ///
     /// # Errors
-    /// No daemons, a file or date that cannot be used.
+    /// No daemons, a file or date that cannot be used, a space that the site does not have; the options of before stay.
     fn run(&self) -> Result<Outcome, Failure> {
         let options = self.options.as_deref().map(std::path::absolute).transpose().map_err(Failure::usage)?;
         let config = self.site.config()?;
@@ -40,7 +49,21 @@ impl Run for Args {
         let changed_since_s = self.changed_since.as_deref().map(instant_s).transpose()?;
         let (bus, mut waiter) = join(&config)?;
         let request = WaypointRequest::SetWaypoints { options, spaces: self.space.clone(), changed_since_s };
-        ask(&bus, &mut waiter, &request)?;
-        Ok(Outcome::silent())
+        let answer = ask(&bus, &mut waiter, &request)?;
+        Ok(if self.json { Outcome::json(&answer)? } else { text(&answer).into() })
     }
+}
+
+fn text(answer: &WaypointAnswer) -> String {
+    let WaypointAnswer { mission_plan, storeys, waypoints, scans, setting } = answer;
+    let planned = match mission_plan.epoch {
+        0 => "they are planned when there are maps".to_owned(),
+        epoch => format!(
+            "{} with {} on {}, epoch {epoch}",
+            counted(*waypoints, "waypoint"),
+            counted(*scans as usize, "scan"),
+            counted(*storeys, "storey")
+        ),
+    };
+    format!("waypoints of {}: {planned}\n", setting.value)
 }

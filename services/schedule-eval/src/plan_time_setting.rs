@@ -1,0 +1,179 @@
+//! The plan time in force: that of `site.toml`, or the clock that a command set.
+
+use crate::plan_time_clock::PlanTimeClock;
+use daemon::{
+    Configured, Failure, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SiteConfig, StateFile,
+};
+use frames::{PlanTime, PlanTimeError};
+use jiff::tz::TimeZone;
+use serde::{Deserialize, Serialize};
+
+/// The clock in the state of earlier versions.
+const OLDER_FILE: &str = "plan-clock.json";
+
+/// A plan time as it is kept.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum PlanTimeValue {
+    /// As `site.toml` has it; without one everything is built.
+    SiteToml(Option<String>),
+    /// Set by a command, and as far as it got.
+    Clock(PlanTimeClock),
+}
+
+impl Default for PlanTimeValue {
+    fn default() -> Self {
+        Self::SiteToml(None)
+    }
+}
+
+impl PlanTimeValue {
+    fn clock(&self, zone: Option<&TimeZone>) -> Result<PlanTimeClock, PlanTimeError> {
+        match self {
+            Self::SiteToml(None) => Ok(PlanTimeClock::Everything),
+            Self::SiteToml(Some(text)) => {
+                Ok(PlanTimeClock::Fixed { at_s: PlanTime::parse(text, zone)?.at.civil_seconds() })
+            }
+            Self::Clock(clock) => Ok(*clock),
+        }
+    }
+}
+
+/// The plan time of a site.
+#[derive(Debug)]
+pub(crate) struct PlanTimeSetting {
+    setting: Setting<PlanTimeValue>,
+    clock: PlanTimeClock,
+}
+
+/// A plan time before another one, to go back to it.
+pub(crate) struct EarlierPlanTime {
+    kept: KeptSetting<PlanTimeValue>,
+    clock: PlanTimeClock,
+}
+
+impl PlanTimeSetting {
+    /// The plan time at the start of the daemon.
+    ///
+    /// # Errors
+    /// A plan time that is none, or state that cannot be read or written.
+    pub(crate) fn open(config: &SiteConfig, zone: Option<&TimeZone>) -> Result<Self, Failure> {
+        let older_file = StateFile::at(&config.state, OLDER_FILE)?;
+        let older = || Ok(older_file.load()?.map(|clock| OlderSetting::Command(PlanTimeValue::Clock(clock))));
+        let setting = Setting::open(&config.state, SettingKey::PlanTime, configured(config, zone), older)?;
+        older_file.remove()?;
+        let clock = setting.value().clock(zone)?;
+        Ok(Self { setting, clock })
+    }
+
+    /// The clock in force.
+    pub(crate) fn clock(&self) -> &PlanTimeClock {
+        &self.clock
+    }
+
+    /// A clock that a command of this user sets; on disk when this returns.
+    ///
+    /// # Errors
+    /// The file system refuses; the clock stays.
+    pub(crate) fn set(&mut self, clock: PlanTimeClock, by_uid: u32) -> Result<EarlierPlanTime, Failure> {
+        let kept = self.setting.keep(self.setting.commanded(PlanTimeValue::Clock(clock), by_uid))?;
+        Ok(EarlierPlanTime { kept, clock: std::mem::replace(&mut self.clock, clock) })
+    }
+
+    /// The same clock, having got further; on disk when this returns.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub(crate) fn move_on(&mut self, clock: PlanTimeClock) -> Result<(), Failure> {
+        self.setting.keep(self.setting.moved_on(PlanTimeValue::Clock(clock)))?;
+        self.clock = clock;
+        Ok(())
+    }
+
+    /// Goes back to an earlier plan time; on disk when this returns.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub(crate) fn go_back(&mut self, earlier: EarlierPlanTime) -> Result<(), Failure> {
+        self.setting.keep(earlier.kept)?;
+        self.clock = earlier.clock;
+        Ok(())
+    }
+
+    /// Takes an edit of the site's file, read in the zone of its rules. True for one that changed the plan time.
+    ///
+    /// # Errors
+    /// A plan time that is none; the clock stays.
+    pub(crate) fn edit(&mut self, config: &SiteConfig, zone: Option<&TimeZone>) -> Result<bool, Failure> {
+        let edited = self.setting.edited(configured(config, zone))?;
+        let clock = edited.value().clock(zone)?;
+        self.setting.keep(edited)?;
+        Ok(std::mem::replace(&mut self.clock, clock) != clock)
+    }
+
+    /// The plan time for `status`.
+    pub(crate) fn in_force(&self) -> SettingInForce {
+        self.setting.in_force(|value| match value {
+            PlanTimeValue::SiteToml(Some(text)) => text.clone(),
+            PlanTimeValue::SiteToml(None) => "everything built".to_owned(),
+            PlanTimeValue::Clock(clock @ PlanTimeClock::Fixed { at_s }) => {
+                PlanTime::from_civil_seconds(*at_s).map_or_else(|| clock.name(), |at| at.to_string())
+            }
+            PlanTimeValue::Clock(clock) => clock.name(),
+        })
+    }
+}
+
+fn configured(config: &SiteConfig, zone: Option<&TimeZone>) -> Configured<PlanTimeValue> {
+    let value = PlanTimeValue::SiteToml(config.schedule.plan_time.clone());
+    let checked = value.clock(zone).map_err(Failure::from);
+    Configured { file: None, value: checked.map(|_| value) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use daemon::SettingSource;
+    use std::path::Path;
+
+    fn config(home: &Path, plan_time: &str) -> SiteConfig {
+        SiteConfig::parse(&format!("state = \"state\"\n[schedule]\nplan_time = {plan_time:?}\n"), home).unwrap()
+    }
+
+    fn in_force(setting: &PlanTimeSetting) -> (String, SettingSource) {
+        let SettingInForce { value, source, .. } = setting.in_force();
+        (value, source)
+    }
+
+    #[test]
+    fn a_date_that_was_set_counts_until_that_of_the_site_is_edited() {
+        let home = tempfile::tempdir().unwrap();
+        let first = config(home.path(), "2024-03-01");
+        let mut setting = PlanTimeSetting::open(&first, None).unwrap();
+        assert_eq!(in_force(&setting), ("2024-03-01".to_owned(), SettingSource::SiteToml));
+        let noon = PlanTimeClock::Fixed { at_s: PlanTime::parse("2024-04-01T12:00", None).unwrap().at.civil_seconds() };
+        let earlier = setting.set(noon, 7).unwrap();
+        assert!(!setting.edit(&first, None).unwrap() && *setting.clock() == noon);
+        setting.go_back(earlier).unwrap();
+        assert_eq!(in_force(&setting).1, SettingSource::SiteToml);
+        setting.set(noon, 7).unwrap();
+        let mut setting = PlanTimeSetting::open(&first, None).unwrap();
+        assert_eq!(in_force(&setting), ("2024-04-01T12:00:00".to_owned(), SettingSource::Command));
+        assert!(setting.edit(&config(home.path(), "soon"), None).is_err());
+        assert!(*setting.clock() == noon);
+        assert!(setting.edit(&config(home.path(), "2024-05-01"), None).unwrap());
+        assert_eq!(in_force(&setting), ("2024-05-01".to_owned(), SettingSource::SiteToml));
+    }
+
+    #[test]
+    fn the_clock_of_an_earlier_version_stays_in_force() {
+        let home = tempfile::tempdir().unwrap();
+        let config = config(home.path(), "2024-03-01");
+        std::fs::create_dir(&config.state).unwrap();
+        std::fs::write(config.state.join(OLDER_FILE), "{\"fixed\":{\"at_s\":86400}}").unwrap();
+        for _ in 0..2 {
+            let setting = PlanTimeSetting::open(&config, None).unwrap();
+            assert_eq!(*setting.clock(), PlanTimeClock::Fixed { at_s: 86_400 });
+        }
+    }
+}
