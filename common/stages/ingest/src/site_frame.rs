@@ -23,9 +23,10 @@ pub struct SiteFrame {
 impl SiteFrame {
     /// The frame in which the model's dominant wall direction is axis-parallel and the building is near the origin.
     pub(crate) fn of(model: &Model, frame_epoch: u32) -> Self {
-        let yaw_rad = -dominant_direction(&model.elements);
+        // Adding zero turns a negative zero into a positive one: the frame comes back from its file to the last bit.
+        let yaw_rad = -dominant_direction(&model.elements) + 0.0;
         let turn = UprightRigid3::<Map, World>::new([0.0; 3], yaw_rad);
-        let [x, y] = shift(model, &turn);
+        let [x, y] = shift(model, &turn).map(|shift| shift + 0.0);
         Self { map_from_world: UprightRigid3::new([x, y, 0.0], yaw_rad), frame_epoch }
     }
 
