@@ -12,7 +12,8 @@ use crate::service::{CurrentActivity, Service};
 use crate::service_thread::{self, Job, Outcome, ServiceThread};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::{
-    Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, RawSample, RawSubscriber, Stamp, TopicName, Waiter, Waker,
+    Bus, CommandServer, Daemon, Domain, HEARTBEAT_PERIOD, RawSample, RawSubscriber, ReceiveError, Stamp, TopicName,
+    Waiter, Waker,
 };
 use messages::Activity;
 use std::collections::BTreeMap;
@@ -191,6 +192,10 @@ impl<R: Request> ServiceLoop<R> {
             match subscriber.take() {
                 Ok(Some(sample)) => drop(self.newest.insert(subscriber.topic(), sample)),
                 Ok(None) => {}
+                // The service and its worker still hold the earlier ones: it waits, and is taken when one is dropped.
+                Err(why @ ReceiveError::TooManyHeld { .. }) => {
+                    debug!(service = self.daemon.name(), error = chain(&why), "a sample waits");
+                }
                 Err(why) => self.report_bus_error(&why),
             }
         }
