@@ -4,6 +4,7 @@
 mod support;
 
 use std::fs;
+use std::io::ErrorKind;
 use std::time::Instant;
 use support::live::{DEADLINE, Live};
 
@@ -19,6 +20,17 @@ fn delete_segments(live: &Live) {
         if path.to_string_lossy().contains(&format!("/{}", live.prefix)) {
             // One that goes at this moment is gone too.
             let _ = fs::remove_file(path);
+        }
+    }
+}
+
+/// As `rm -rf` until it succeeds: daemons write into the folder meanwhile.
+fn delete_folder(live: &Live) {
+    while let Err(error) = fs::remove_dir_all(live.root.path()) {
+        match error.kind() {
+            ErrorKind::DirectoryNotEmpty => {}
+            ErrorKind::NotFound => return,
+            _ => panic!("{error}"),
         }
     }
 }
@@ -45,10 +57,10 @@ fn maps_come_back_after(what: &str, live: &Live, harm: impl Fn(&Live)) {
 fn maps_come_back_after_segments_or_folder_of_the_bus_were_deleted() {
     let mut live = Live::start();
     maps_come_back_after("segments", &live, delete_segments);
-    maps_come_back_after("the folder", &live, |live| fs::remove_dir_all(live.root.path()).unwrap());
+    maps_come_back_after("the folder", &live, delete_folder);
     maps_come_back_after("both", &live, |live| {
         delete_segments(live);
-        fs::remove_dir_all(live.root.path()).unwrap();
+        delete_folder(live);
     });
     live.down();
     assert_eq!(live.segments(), 0, "nothing is left of any of the buses");
