@@ -10,6 +10,9 @@ use std::time::{Duration, Instant};
 /// The one deadline of every wait: far beyond what any machine needs.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
 
+/// Interval between two looks at a status.
+pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(50);
+
 /// A site with daemons of its own, on a bus of its own.
 pub(crate) struct Live {
     pub(crate) home: tempfile::TempDir,
@@ -76,6 +79,7 @@ impl Live {
         let begun = Instant::now();
         while self.status().is_none_or(|status| status["healthy"] != true) {
             assert!(begun.elapsed() < DEADLINE, "{:?}", self.status());
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -98,6 +102,7 @@ impl Live {
                 return;
             }
             assert!(begun.elapsed() < DEADLINE, "{daemon} does not come back: {status:?}");
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 
