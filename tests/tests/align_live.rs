@@ -154,10 +154,10 @@ fn maps_of_a_robot_are_followed_and_a_jump_waits_until_somebody_confirms_it() {
     assert!((x_m(&confirmed) - x_m(&held["waiting"])).abs() < 0.01 && confirmed["waiting"].is_null(), "{confirmed}");
     let listed = json(&live, &[&"confirm", &"--list", &"--json"]);
     assert!((x_m(&listed["before_confirmed"][0]) - x_m(&followed)).abs() < 0.01, "{listed}");
-    let undone = json(&live, &[&"confirm", &"--undo", &"--json"]);
+    let undone = json(&live, &[&"undo", &"pose", &"--json"]);
     assert!((x_m(&undone) - x_m(&followed)).abs() < 0.01, "the pose before comes back: {undone}");
     assert!((x_m(&undone["waiting"]) - x_m(&confirmed)).abs() < 0.01, "the confirmed one waits again: {undone}");
-    assert!(failure(&live, &[&"confirm", &"--undo"]).contains("no confirmed pose"));
+    assert!(failure(&live, &[&"undo", &"pose"]).contains("no confirmed pose"));
     live.text(&[&"confirm", &"pose"]);
     live.text(&[&"align", &"--transform", &transform]);
     assert!(transform.exists());
@@ -225,8 +225,8 @@ fn what_is_early_counts_by_itself_and_what_is_absent_when_somebody_confirms_it()
     }
     let listed = live.text(&[&"confirm", &"--list"]);
     assert!(listed.contains(wall) && listed.contains("by user"), "{listed}");
-    assert!(failure(&live, &[&"confirm", &"--undo", &lift]).contains("is not confirmed"));
-    assert!(live.text(&[&"confirm", &"--undo", &wall]).contains("no longer confirmed"));
+    assert!(failure(&live, &[&"undo", &lift]).contains("is not confirmed"));
+    assert!(live.text(&[&"undo", &wall]).contains("no longer confirmed"));
     let begun = Instant::now();
     while planning_at(&live, in_wall) != grid::OCCUPIED {
         assert!(begun.elapsed() < DEADLINE, "what is no longer confirmed to be absent is not on the map");

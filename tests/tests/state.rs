@@ -168,11 +168,11 @@ fn a_command_that_fails_leaves_nothing_and_progress_is_taken_back_step_by_step()
     assert_eq!(json["progress"]["reported"], 0);
     assert_eq!(live.index()["content"]["grids"], planned["content"]["grids"]);
     live.kill("schedule-eval");
-    live.text(&[&"actuals", &"--undo"]);
+    live.text(&[&"undo", &"progress"]);
     assert_eq!(live.index()["content"]["grids"], reported["content"]["grids"], "the table before is in force again");
-    live.text(&[&"actuals", &"--undo"]);
+    live.text(&[&"undo", &"progress"]);
     assert_eq!(live.index()["content"]["grids"], planned["content"]["grids"]);
-    assert!(refused(&live, &[&"actuals", &"--undo"]).contains("no progress was reported"));
+    assert!(refused(&live, &[&"undo", &"progress"]).contains("no progress was reported"));
     live.down();
 }
 

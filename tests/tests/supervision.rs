@@ -55,8 +55,14 @@ fn a_site_is_up_once_and_commands_after_it_say_how_to_start_it() {
     live.text(&[&"date", &"2024-04-15T08:00:00"]);
     live.down();
     let out = live.home.path().join("out");
-    let commands: [&[&str]; 6] =
-        [&["status"], &["date", "--next"], &["load"], &["waypoints"], &["topic", "list"], &["export", out.to_str().unwrap()]];
+    let commands: [&[&str]; 6] = [
+        &["status"],
+        &["date", "--next"],
+        &["load"],
+        &["waypoints"],
+        &["topic", "list"],
+        &["export", out.to_str().unwrap()],
+    ];
     for command in commands {
         let arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = command.iter().map(|word| word as _).collect();
         let output = live.run(&arguments);

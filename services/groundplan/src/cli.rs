@@ -2,7 +2,7 @@
 
 use crate::commands::{
     actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, load, log,
-    man, metrics, monitor, relay, robot, slam_map, states, status, tasks, topic, up, waypoints,
+    man, metrics, monitor, relay, robot, slam_map, states, status, tasks, topic, undo, up, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -58,6 +58,8 @@ pub enum Command {
     Log(log::Args),
     /// Print the state of the running daemons as Prometheus text, or keep a file of it
     Metrics(metrics::Args),
+    /// Take reported progress or a confirmation back
+    Undo(undo::Args),
     /// Show the running daemons in the terminal: their state, topics and maps
     Monitor(monitor::Args),
     /// Inspect topics of the bus
@@ -108,6 +110,7 @@ impl Command {
             Self::Metrics(arguments) => arguments,
             Self::Monitor(arguments) => arguments,
             Self::Topic(arguments) => arguments,
+            Self::Undo(arguments) => arguments,
             Self::Export(arguments) => arguments,
             Self::Doctor(arguments) => arguments,
             Self::Keeper(arguments) => arguments,

@@ -18,7 +18,7 @@
 //! ```text
 //! groundplan slam-map robot.yaml         # aligned with the planned site; the exit code says what the pose is worth
 //! groundplan align                       # searches now; --hint, --storey, --transform as for files
-//! groundplan confirm                     # accepts a pending pose: one that would change by more than max_jump; --undo
+//! groundplan confirm                     # accepts a pending pose: one that would change by more than max_jump
 //! ```
 //!
 //! The published pose follows the robot's map; it never jumps by itself, and survives every daemon. What it is worth for the

@@ -13,19 +13,19 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, clap::Args)]
 #[command(
     after_help = "A table whose rows name an element or task that the model does not have, or whose dates cannot be read, changes \
-nothing.\n\nExamples:\n  groundplan actuals progress.csv\n  groundplan actuals --clear\n  groundplan actuals --undo"
+nothing.\n\nExamples:\n  groundplan actuals progress.csv\n  groundplan actuals --clear\n  groundplan undo progress"
 )]
 pub struct Args {
     /// CSV table with the columns id, start, finish; it replaces what was reported before
-    #[arg(value_name = "FILE.csv", required_unless_present_any = ["clear", "undo"])]
+    #[arg(value_name = "FILE.csv", required_unless_present = "clear")]
     file: Option<PathBuf>,
 
     /// Nothing was reported
     #[arg(long, conflicts_with = "file")]
     clear: bool,
 
-    /// Go back to what was reported before the last table, also before --clear; may be repeated
-    #[arg(long, conflicts_with_all = ["file", "clear"])]
+    /// Go back to what was reported before: `groundplan undo progress`.
+    #[arg(skip)]
     undo: bool,
 
     /// Print one JSON document on standard output and nothing else there
@@ -35,6 +35,13 @@ pub struct Args {
     /// The site.
     #[command(flatten)]
     site: SiteArgs,
+}
+
+impl Args {
+    /// Goes back to what was reported before.
+    pub(crate) fn undo(json: bool, site: SiteArgs) -> Self {
+        Self { file: None, clear: false, undo: true, json, site }
+    }
 }
 
 impl Run for Args {

@@ -32,11 +32,11 @@ pub struct Args {
     what: Vec<String>,
 
     /// List what waits, and what was confirmed by whom
-    #[arg(long, conflicts_with_all = ["what", "undo"])]
+    #[arg(long, conflicts_with = "what")]
     list: bool,
 
-    /// Take the confirmation of these elements back, or that of the pose: the pose before it comes back
-    #[arg(long)]
+    /// Take confirmations back: `groundplan undo`.
+    #[arg(skip)]
     undo: bool,
 
     /// Print one JSON document on standard output and nothing else there
@@ -54,9 +54,16 @@ Examples:
   groundplan confirm                              # the pose or the revision that waits
   groundplan confirm model                        # the revision that `groundplan load` compared
   groundplan confirm 0T8xbPmeHQFhEy1wPGGLbq       # an element that is absent
-  groundplan confirm --undo 0T8xbPmeHQFhEy1wPGGLbq
+  groundplan undo 0T8xbPmeHQFhEy1wPGGLbq          # takes that back
 
 Exit codes: 0 done, 1 failed (nothing waits, an element that the robot has not seen through), 2 bad usage or configuration.";
+
+impl Args {
+    /// Takes confirmations back.
+    pub(crate) fn undo(what: Vec<String>, json: bool, site: SiteArgs) -> Self {
+        Self { what, list: false, undo: true, json, site }
+    }
+}
 
 impl Run for Args {
     /// Confirms, takes back or lists.
@@ -179,7 +186,7 @@ fn list_text(listed: &Confirmations) -> String {
     };
     if let Some((pose, by)) = &listed.before_confirmed {
         let (by, pose) = (confirmed_text(by), pose_text(pose));
-        let _ = writeln!(out, "confirmed {by}: the pose in effect; before it {pose}; groundplan confirm --undo pose");
+        let _ = writeln!(out, "confirmed {by}: the pose in effect; before it {pose}; groundplan undo pose");
     }
     for element in &listed.absent {
         let by = element.confirmed.as_ref().map_or("earlier".to_owned(), confirmed_text);

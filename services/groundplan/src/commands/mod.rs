@@ -24,5 +24,6 @@ pub mod states;
 pub mod status;
 pub mod tasks;
 pub mod topic;
+pub mod undo;
 pub mod up;
 pub mod waypoints;
