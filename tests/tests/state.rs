@@ -154,7 +154,7 @@ fn a_command_that_fails_leaves_nothing_and_progress_is_taken_back_step_by_step()
         [("a.csv", ""), ("b.csv", "id,start,finish\n"), ("c.csv", "guid,start\nx,2024-01-01\n")]
             .map(|(name, text)| write(name, text));
     assert!(refused(&live, &[&"actuals", &empty]).contains("the columns id, start and finish"));
-    assert!(refused(&live, &[&"actuals", &header]).contains("--clear takes reported progress back"));
+    assert!(refused(&live, &[&"actuals", &header]).contains("--clear` takes reported progress back"));
     assert!(refused(&live, &[&"actuals", &other]).contains("guid,start"));
     assert_eq!(state_files(&live), before);
 

@@ -58,6 +58,7 @@ mod service_loop;
 mod service_thread;
 mod setting;
 mod state;
+mod state_version;
 mod status_board;
 mod stop;
 mod systemd;
@@ -94,6 +95,7 @@ pub use setting::{
     Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,
 };
 pub use state::{Epochs, StateError, StateFile, write_durably};
+pub use state_version::{StateVersionError, claim_state};
 pub use status_board::{Report, StatusBoard};
 pub use stop::{ReloadSignal, StopSignal};
 pub use systemd::{alive, ready, stopping};

@@ -7,6 +7,7 @@ use crate::request::Request;
 use crate::service::{CurrentActivity, Service};
 use crate::service_loop::{Reload, ServiceLoop};
 use crate::state::StateError;
+use crate::state_version::{StateVersionError, claim_state};
 use crate::stop::{ReloadSignal, StopSignal};
 use bus::Daemon;
 use clap::{CommandFactory, FromArgMatches, Parser};
@@ -54,7 +55,8 @@ pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity)
         Err(why) => return unusable(&why),
     };
     let activity = CurrentActivity::default();
-    let service = match make(&config, activity.clone()) {
+    let made = claim_state(&config.state).map_err(Failure::from).and_then(|()| make(&config, activity.clone()));
+    let service = match made {
         Ok(service) => service,
         Err(why) => {
             let configuration = arguments.config.display();
@@ -74,7 +76,11 @@ pub fn run<S: Service + 'static>(make: impl FnOnce(&SiteConfig, CurrentActivity)
 /// 2 where another start would end in the same way until somebody mends configuration or state; 1 for a file system that
 /// refuses, which may be away or full for a time.
 fn exit_code_of_start(why: &Failure) -> ExitCode {
-    match why.downcast_ref() {
+    let of_version = why.downcast_ref().and_then(|why| match why {
+        StateVersionError::State(why) => Some(why),
+        StateVersionError::Newer { .. } => None,
+    });
+    match why.downcast_ref().or(of_version) {
         Some(StateError::Io { .. }) => ExitCode::FAILURE,
         _ => ExitCode::from(2),
     }

@@ -94,7 +94,7 @@ mod tests {
             effect: RevisionEffect::Waits,
             revision: Some(Revision { models: vec!["/b.ifc".into()], comparison }),
         };
-        let expected = "\
+        let expected = "
                                    before    after    added  removed
 Ground floor                           20       21        1        0
 Roof                                    4        0        0        4  storey removed
@@ -104,7 +104,7 @@ warnings                                1        2
 waits for groundplan confirm; groundplan load --discard forgets it:
   it removes 4 of 4 elements of storey Roof
 ";
-        assert_eq!(text(&answer), expected);
+        assert_eq!(format!("\n{}", text(&answer)), expected);
         let in_force = IngestAnswer { effect: RevisionEffect::InForce, revision: None, ..answer };
         assert_eq!(text(&in_force), "in force, epoch 7\n");
     }

@@ -6,7 +6,7 @@ use crate::run::{Outcome, Run};
 use crate::site_check::refuse_unusable;
 use crate::supervise::{Running, SupervisedProcess, check_versions};
 use bus::{Daemon, HEARTBEAT_PERIOD};
-use daemon::{StatusBoard, StopSignal};
+use daemon::{StatusBoard, StopSignal, claim_state};
 use std::time::{Duration, Instant};
 
 /// Interval at which the daemons are polled.
@@ -31,6 +31,7 @@ impl Run for Args {
         let path = config.file.clone();
         refuse_unusable(&config)?;
         check_versions()?;
+        claim_state(&config.state).map_err(Failure::usage)?;
         let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
         let _running = Running::claim(&config.state)?;
         let board = StatusBoard::of(&config.bus.root);

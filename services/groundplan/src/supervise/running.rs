@@ -1,7 +1,7 @@
 //! The process that supervises a site, by a lock in the state folder.
 //!
 //! The kernel drops the lock however its process dies: a number that was left, of a process that is gone, that is a zombie, or
-//! that is another program by now, names nobody.
+//! that is another program by now, names none.
 
 use crate::failure::Failure;
 use rustix::process::Pid;
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_that_was_left_names_nobody() {
+    fn a_number_that_was_left_names_no_process() {
         let state = tempfile::tempdir().unwrap();
         assert!(running(state.path()).is_none());
         // A process of groundplan that lives, and does not hold the lock: this one.

@@ -1,0 +1,90 @@
+//! The version of groundplan that last wrote a state folder: an older one does not touch it.
+
+use crate::state::StateError;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// The version of this program.
+const OWN: &str = env!("CARGO_PKG_VERSION");
+
+/// A state folder that this version must not write.
+#[derive(Debug, thiserror::Error)]
+pub enum StateVersionError {
+    /// A later version has written it.
+    #[error(
+        "the state in {} was written by version {found}, which version {OWN} cannot read: install version {found}, or \
+         choose another state folder",
+        folder.display()
+    )]
+    Newer {
+        /// The state folder.
+        folder: PathBuf,
+        /// The version.
+        found: String,
+    },
+    /// The file cannot be read or written.
+    #[error(transparent)]
+    State(#[from] StateError),
+}
+
+/// Marks the state folder as one of this version, which reads the state of every earlier one. The file `version` in it is
+/// also read by the package, which refuses to go back.
+///
+/// # Errors
+/// State of a later version, a folder that cannot be written.
+pub fn claim_state(folder: &Path) -> Result<(), StateVersionError> {
+    claim(folder, OWN)
+}
+
+fn claim(folder: &Path, own: &str) -> Result<(), StateVersionError> {
+    let path = folder.join("version");
+    let failed = |source| StateError::Io { path: path.clone(), source };
+    let found = match fs::read_to_string(&path) {
+        Ok(text) => text.trim().to_owned(),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
+        Err(error) => return Err(failed(error).into()),
+    };
+    if found == own {
+        return Ok(());
+    }
+    if numbers(own) < numbers(&found) {
+        return Err(StateVersionError::Newer { folder: folder.to_owned(), found });
+    }
+    fs::create_dir_all(folder).map_err(failed)?;
+    // Daemons start at the same time: each writes a file of its own, and the last one stays.
+    let beside = folder.join(format!("version.{}.new", std::process::id()));
+    let written = fs::File::create(&beside).and_then(|mut file| {
+        writeln!(file, "{own}")?;
+        file.sync_all()?;
+        fs::rename(&beside, &path)
+    });
+    if written.is_err() {
+        // What is half written helps no reader.
+        let _ = fs::remove_file(&beside);
+    }
+    Ok(written.map_err(failed)?)
+}
+
+/// The numbers of a version, which are compared one after the other; what is no number counts as 0.
+fn numbers(version: &str) -> Vec<u64> {
+    version.split(['.', '-', '+']).map(|part| part.parse().unwrap_or(0)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn state_goes_on_to_later_versions_and_not_back() {
+        let home = tempfile::tempdir().unwrap();
+        let folder = home.path().join("state");
+        claim(&folder, "0.2.0").unwrap();
+        claim(&folder, "0.2.0").unwrap();
+        claim(&folder, "0.10.0").unwrap();
+        let refused = claim(&folder, "0.9.3").unwrap_err().to_string();
+        assert!(refused.contains("written by version 0.10.0, which version"), "{refused}");
+        assert_eq!(fs::read_to_string(folder.join("version")).unwrap(), "0.10.0\n");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing stays beside it");
+    }
+}
