@@ -204,7 +204,10 @@ impl Holdings {
             let Ok(stat) = std::fs::read_to_string(format!("/proc/{id}/stat")) else { continue };
             let (name, rest) = stat.split_once('(').unwrap().1.rsplit_once(')').unwrap();
             if rest.split_whitespace().nth(1) == Some(&up.to_string()) {
-                processes.insert(name.to_owned(), Usage::of(id));
+                // Keeper and relay are the same program: the command tells them apart.
+                let line = std::fs::read_to_string(format!("/proc/{id}/cmdline")).unwrap();
+                let command = line.split('\0').nth(1).filter(|_| name == "groundplan").unwrap_or_default();
+                processes.insert(format!("{name} {command}").trim_end().to_owned(), Usage::of(id));
             }
         }
         let segments: Vec<u64> = std::fs::read_dir("/dev/shm")
@@ -302,7 +305,7 @@ fn soak(rounds: u32) {
 }
 
 #[test]
-fn two_hundred_dates_with_guests_that_die_leave_nothing_behind() {
+fn two_hundred_dates_with_subscribers_that_die_leave_nothing_behind() {
     soak(SHORT_ROUNDS);
 }
 
