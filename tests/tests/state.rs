@@ -159,7 +159,7 @@ fn a_command_that_fails_leaves_nothing_and_progress_is_taken_back_step_by_step()
     assert_eq!(state_files(&live), before);
 
     let planned = live.index();
-    let late = write("late.csv", "id,start,finish\n36bPpbojzVJhkO4eHcxkTd,2024-05-20,\n");
+    let late = write("late.csv", "id,start,finish\n36bpPbojzVJhkO4eHcxkTd,2024-05-20,\n");
     let text = live.text(&[&"actuals", &late]);
     assert!(text.starts_with("progress in force: 1 reported row; schedule state epoch "), "{text}");
     let reported = live.index();
