@@ -280,16 +280,16 @@ fn a_machine_clock_that_went_ahead_waits_for_an_operator() {
         assert!(begun.elapsed() < DEADLINE, "the zone is not taken");
     }
     live.down();
-    let path = live.home.path().join("state/plan-clock.json");
-    let mut clock: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
-    let reached = &mut clock["wall"]["reached"];
+    let path = live.home.path().join("state/settings/schedule.plan_time.json");
+    let mut setting: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let reached = &mut setting["command"]["value"]["clock"]["wall"]["reached"];
     // It was that the machine was read last 40 days ago, in another boot.
     let days = 40;
     reached["plan_s"] = (reached["plan_s"].as_i64().unwrap() - days * 86_400).into();
     reached["wall_ms"] = (reached["wall_ms"].as_i64().unwrap() - days * 86_400_000).into();
     reached["boot"] = 1.into();
     let stands_s = reached["plan_s"].as_i64().unwrap();
-    std::fs::write(&path, clock.to_string()).unwrap();
+    std::fs::write(&path, setting.to_string()).unwrap();
     up(&mut live);
     wait_until(&live, |live| says(live, "schedule-eval", "warning").contains("clock_untrusted"));
     let stands = frames::PlanTime::from_civil_seconds(stands_s).unwrap().to_string();

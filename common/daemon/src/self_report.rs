@@ -65,9 +65,11 @@ impl SelfReport {
     /// The configuration was taken, or refused.
     pub(crate) fn configured(&mut self, taken: Result<(), &Failure>) {
         self.refused_configuration = taken.err().map(|why| {
-            let error = crate::chain(why.as_ref());
-            warn!(service = self.daemon.name(), error, "the configuration stays as it was");
-            format!("the configuration stays as it was: {error}")
+            let text = format!("the configuration stays as it was: {}", crate::chain(why.as_ref()));
+            if self.refused_configuration.as_ref() != Some(&text) {
+                warn!(service = self.daemon.name(), "{text}");
+            }
+            text
         });
     }
 

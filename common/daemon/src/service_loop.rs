@@ -25,6 +25,9 @@ use tracing::{debug, info};
 /// Interval at which a missing bus is tried.
 const RETRY: Duration = Duration::from_millis(200);
 
+/// A configuration that is refused is tried again after a second, then less and less often, at least after this time.
+const MAX_WAIT: Duration = Duration::from_secs(60);
+
 /// The event loop of a daemon.
 pub(crate) struct ServiceLoop<R> {
     daemon: Daemon,
@@ -42,6 +45,9 @@ pub(crate) struct ServiceLoop<R> {
     reload: Reload,
     /// A configuration that the service has not handled.
     configuration: Option<Box<SiteConfig>>,
+    /// When a configuration that the service refused is tried again, and how long it was waited for that: what is in the way,
+    /// such as a full memory, may pass.
+    next_try: Option<(Instant, Duration)>,
     /// True while the service handles one.
     is_configuring: bool,
 }
@@ -99,6 +105,7 @@ impl<R: Request> ServiceLoop<R> {
             wake_at: None,
             reload,
             configuration: None,
+            next_try: None,
             is_configuring: false,
         })
     }
@@ -232,9 +239,13 @@ impl<R: Request> ServiceLoop<R> {
     }
 
     fn reload_configuration(&mut self) {
+        if self.next_try.is_some_and(|(at, _)| at <= Instant::now()) && !self.is_busy {
+            self.configuration = Some(Box::new(self.reload.config.clone()));
+        }
         if !self.reload.signal.take() {
             return;
         }
+        self.next_try = None;
         let read = self.reload.read();
         self.report.configured(read.as_ref().map(drop));
         if let Ok(config) = read {
@@ -259,6 +270,10 @@ impl<R: Request> ServiceLoop<R> {
                 if epoch > 0 {
                     self.report.set_output(epoch);
                 }
+                if is_configuration {
+                    self.next_try = None;
+                    self.report.configured(Ok(()));
+                }
                 let replied = self.requests.finish(Ok(&done.answer));
                 // An error stays until the service has done something with success; ticks do nothing.
                 if epoch > 0 || !matches!(replied, Ok(false)) {
@@ -270,6 +285,8 @@ impl<R: Request> ServiceLoop<R> {
             Err(failure) if is_configuration => {
                 self.activity.set(Activity::Idle);
                 self.report.configured(Err(&failure));
+                let wait = self.next_try.map_or(HEARTBEAT_PERIOD, |(_, wait)| (wait * 2).min(MAX_WAIT));
+                self.next_try = Some((Instant::now() + wait, wait));
                 Ok(false)
             }
             Err(failure) => {
