@@ -95,7 +95,8 @@ fn site(live: &Live) -> (u64, String) {
 fn up(live: &mut Live) {
     let up = Command::new(support::client()).arg("up").arg("--config").arg(live.config()).stderr(Stdio::null()).spawn();
     live.up = Some(up.unwrap());
-    wait_until(live, |live| live.status().is_some());
+    // A daemon reports before there is a bus to ask it on.
+    wait_until(live, |live| live.run(&[&"date"]).status.success());
 }
 
 /// Yaw and epoch of the frame that is kept.

@@ -80,6 +80,7 @@ fn settings_outlive_their_files_and_edits_of_the_site_win_over_commands() {
     let path = |name: &str| home.path().join(name);
     assert_eq!(robot(&live), "first");
     assert_eq!(setting(&live, "robot.profile")["source"], "site_toml");
+    assert_eq!(setting(&live, "models")["source"], "site_toml");
 
     // A command counts, with its content.
     std::fs::write(path("other.toml"), "name = \"second\"\nradius_m = 0.3\nclimbs_stairs = true\n").unwrap();

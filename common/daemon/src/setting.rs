@@ -105,6 +105,13 @@ pub struct SettingInForce {
     pub since: Timestamp,
 }
 
+impl SettingInForce {
+    /// A value, in words, that comes into force now.
+    pub fn now(key: SettingKey, value: String, source: SettingSource, by_uid: Option<u32>) -> Self {
+        Self { key: key.to_string(), value, source, by_uid, since: Timestamp::now() }
+    }
+}
+
 /// The value of a setting, as it lies in the state folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,7 +1,7 @@
 //! Which revision of a site is in force, and which one was refused or waits for an operator: what survives the daemon of it.
 
 use crate::model_files::{FileStamp, names_of};
-use daemon::{Revision, Standing};
+use daemon::{Revision, SettingInForce, SettingKey, SettingSource, Standing};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -24,6 +24,9 @@ pub(crate) struct Revisions {
     /// Files that the configuration named when the files above were chosen; earlier versions did not keep them.
     #[serde(default)]
     pub(crate) configured: Option<Vec<PathBuf>>,
+    /// Where the files above come from; earlier versions did not keep it.
+    #[serde(default)]
+    pub(crate) setting: Option<SettingInForce>,
     /// The revision that was refused last.
     #[serde(default)]
     pub(crate) refused: Option<Refused>,
@@ -68,6 +71,17 @@ impl Revisions {
         }
     }
 
+    /// Where these files come from once they are in force: those that are in force already come from where they came from.
+    pub(crate) fn setting_of(&self, models: &[PathBuf], by_uid: Option<u32>) -> SettingInForce {
+        if let Some(setting) = self.setting.as_ref().filter(|_| self.models == models) {
+            return setting.clone();
+        }
+        let is_configured = self.configured.as_deref().is_none_or(|configured| configured == models);
+        let (source, by_uid) =
+            if is_configured { (SettingSource::SiteToml, None) } else { (SettingSource::Command, by_uid) };
+        SettingInForce::now(SettingKey::Models, names_of(models), source, by_uid)
+    }
+
     /// What an operator has to know of revisions that are not in force.
     pub(crate) fn standing(&self) -> Standing {
         let in_force = if self.stamps.is_empty() {
@@ -102,6 +116,19 @@ mod tests {
         revisions.see(&models, &stamp(2));
         assert!(revisions.are_seen(&stamp(2)) && !revisions.are_seen(&stamp(1)));
         assert!(revisions.are_in_force(&models, &stamp(1)) && !revisions.are_in_force(&models, &stamp(2)));
+    }
+
+    #[test]
+    fn files_come_from_the_configuration_or_from_the_command_that_chose_others() {
+        let [a, b] = ["/a.ifc", "/b.ifc"].map(|path| vec![PathBuf::from(path)]);
+        let mut revisions = Revisions { models: a.clone(), configured: Some(a.clone()), ..Revisions::default() };
+        let origin = |setting: &SettingInForce| (setting.source, setting.by_uid);
+        assert_eq!(origin(&revisions.setting_of(&a, Some(7))), (SettingSource::SiteToml, None));
+        let command = revisions.setting_of(&b, Some(7));
+        assert_eq!(origin(&command), (SettingSource::Command, Some(7)));
+        (revisions.models, revisions.setting) = (b.clone(), Some(command.clone()));
+        assert_eq!(revisions.setting_of(&b, Some(8)), command, "they are only read again");
+        assert_eq!(origin(&revisions.setting_of(&a, None)), (SettingSource::SiteToml, None));
     }
 
     #[test]

@@ -224,6 +224,7 @@ impl IngestService {
             site_hash: Some(revision.site.content_hash()),
             frame_epoch: frame_of(&revision.site).frame_epoch,
             configured: self.revisions.configured.clone(),
+            setting: Some(self.revisions.setting_of(&revision.models, by.map(|by| by.uid))),
             refused: None,
             waiting: None,
         };
@@ -390,6 +391,7 @@ impl Service for IngestService {
             site: self.output.published(),
             frame_epoch: self.frame().map_or(0, |frame| u64::from(frame.frame_epoch)),
             waiting: self.revisions.waiting.as_ref().map(|waiting| waiting.revision.clone()),
+            setting: self.revisions.setting.clone(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::request::Published;
 use crate::requests::Revision;
+use crate::setting::SettingInForce;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -17,4 +18,6 @@ pub struct IngestFacts {
     pub frame_epoch: u64,
     /// The revision that waits for an operator.
     pub waiting: Option<Revision>,
+    /// Where the models come from; `None` before the first site, and for a site that an earlier version chose.
+    pub setting: Option<SettingInForce>,
 }

@@ -180,7 +180,7 @@ impl Status {
         let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);
         let waypoints: Option<WaypointFacts> = facts(board, Daemon::WaypointGen);
         let align: Option<AlignFacts> = facts(board, Daemon::SlamAlign);
-        let mut settings = Vec::new();
+        let mut settings: Vec<SettingInForce> = ingest.iter().flat_map(|facts| facts.setting.clone()).collect();
         settings.extend(schedule.iter().flat_map(|facts| facts.settings.clone()));
         settings.extend(rasterize.iter().flat_map(|facts| facts.settings.clone()));
         settings.extend(waypoints.iter().flat_map(|facts| facts.settings.clone()));

@@ -50,6 +50,11 @@ impl Run for Args {
         let (bus, mut waiter) = join(&config)?;
         let request = WaypointRequest::SetWaypoints { options, spaces: self.space.clone(), changed_since_s };
         let answer = ask(&bus, &mut waiter, &request)?;
+        if answer.mission_plan.epoch > 0 && answer.waypoints == 0 {
+            eprintln!(
+                "groundplan: warning: no waypoint: nothing that is meant can be reached and scanned at this plan time"
+            );
+        }
         Ok(if self.json { Outcome::json(&answer)? } else { text(&answer).into() })
     }
 }
