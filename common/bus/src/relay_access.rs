@@ -1,4 +1,4 @@
-//! Which socket of a relay a user may open, and the words for a user who may open none.
+//! Access to the sockets of a relay by user and group, with the error of a user who has none.
 
 use crate::accounts::{group_text, user_text};
 use crate::error::DomainError;

@@ -1,4 +1,4 @@
-//! Who sent a request.
+//! The user who sent a request.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Where a key of `site.toml` is written, for messages.
+//! Positions of keys in `site.toml`, for messages.
 
 use toml::de::{DeTable, DeValue};
 

@@ -1,5 +1,5 @@
-//! What the schedule of a site is evaluated with beside the site: rules and tables of progress. Whoever evaluates it reads them
-//! here, so that all daemons evaluate alike.
+//! Inputs of the evaluation of a schedule beside the site: rules and tables of progress. All daemons read them here, so that
+//! they evaluate alike.
 
 use crate::config::SiteConfig;
 use crate::config_file::ConfigFileError;

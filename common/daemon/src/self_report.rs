@@ -1,4 +1,4 @@
-//! What the loop tells of its daemon: the heartbeat on the bus, the report on the status board, the watchdog of systemd.
+//! Reports of a daemon about itself: the heartbeat on the bus, the report on the status board, the watchdog of systemd.
 
 use crate::failure::Failure;
 use crate::service::{CurrentActivity, Standing};

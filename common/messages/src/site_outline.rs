@@ -1,4 +1,4 @@
-//! What of a site two revisions are compared by: sources, georeference, storeys, elements, rooms, warnings.
+//! Parts of a site by which two revisions are compared: sources, georeference, storeys, elements, rooms, warnings.
 
 use crate::archive::NONE;
 use crate::site::Site;

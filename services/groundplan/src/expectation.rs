@@ -1,5 +1,5 @@
-//! Whether what a client waits for can come at all, from the reports of the daemons that make it; `obstacles` is about what is
-//! made from a certain sample.
+//! Reasons why an awaited output cannot come at all, from the reports of the daemons that make it; `obstacles` is about the
+//! maps that are made from a certain sample.
 
 use crate::failure::Failure;
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS};

@@ -1,4 +1,4 @@
-//! Why what a client waits for does not come, from the last reports of the daemons.
+//! Reasons why the maps of a sample do not come, from the last reports of the daemons.
 
 use crate::failure::Failure;
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, TopicName};

@@ -1,4 +1,4 @@
-//! Which revision of a site is in force, and which one was refused or waits for an operator: what survives the daemon of it.
+//! Revisions of a site: the one in force, and one that was refused or waits for an operator; they survive the daemon.
 
 use crate::model_files::{FileStamp, names_of};
 use daemon::{Revision, SettingInForce, SettingKey, SettingSource, Standing};

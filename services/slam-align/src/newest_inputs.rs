@@ -1,4 +1,4 @@
-//! What the newest samples are: known also while the worker has them, and after their generation of the bus.
+//! Identities of the newest samples: known also while the worker has them, and after their generation of the bus.
 
 use bus::SiteSamples;
 use messages::InputHashes;

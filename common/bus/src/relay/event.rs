@@ -1,4 +1,4 @@
-//! What a relay tells its log.
+//! Events of a relay, for its log.
 
 use crate::names::{Daemon, TopicName};
 

@@ -1,4 +1,4 @@
-//! What a relay and its clients say to each other: frames over a Unix stream socket, samples as sealed memory files.
+//! Protocol between a relay and its clients: frames over a Unix stream socket, samples as sealed memory files.
 
 mod command_error;
 mod frame_reader;

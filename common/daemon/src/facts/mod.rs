@@ -1,4 +1,4 @@
-//! What each daemon tells of itself beside its heartbeat, for `status`, the monitor and metrics.
+//! Facts of each daemon beside its heartbeat, for `status`, the monitor and metrics.
 //!
 //! A service makes its facts after every event and request; its loop writes them to the [`crate::StatusBoard`].
 

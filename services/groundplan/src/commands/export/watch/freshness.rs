@@ -1,4 +1,4 @@
-//! Whether the maps in a folder are those that the daemons hold; no bus and no files inside, times are arguments.
+//! Freshness of the maps in a folder: those that the daemons hold are fresh. No bus and no files inside, times are arguments.
 
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, NoMapReason, Stamp};
 use jiff::Timestamp;

@@ -1,4 +1,4 @@
-//! What the watch reads of the bus beside the maps: heartbeats, the newest schedule state, the newest index of grids.
+//! Subscriptions of the watch beside the maps: heartbeats, the newest schedule state, the newest index of grids.
 
 use super::freshness::Freshness;
 use crate::failure::Failure;
