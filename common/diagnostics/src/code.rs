@@ -139,6 +139,8 @@ codes! {
     DurationInDays = "duration_in_days",
     /// A construction phase without dates.
     ConstructionPhaseUnknown = "phase_unknown",
+    /// Reported progress of elements or tasks that a revision of the model no longer has.
+    ReportedProgressGone = "reported_progress_gone",
     /// A room without the date that rules look for.
     RoomUndated = "room_undated",
     /// A work schedule without tasks.

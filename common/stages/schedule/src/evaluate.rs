@@ -12,6 +12,7 @@ use crate::rules::{Rules, RulesMode};
 use crate::task_effects::{Effect, TaskEffects, task_effects};
 use crate::tasks::{self, Floats, TaskDates, TaskTimeTexts, TaskTimes, Tasks};
 use crate::timeline::{Steps, Timeline};
+use frames::counted;
 use messages::{
     DateSource, DiagnosticCode, ElementScheduleRecord, NONE, ScheduleStateHead, Severity, Site, SpaceState,
     nearest_names_hint,
@@ -37,7 +38,7 @@ pub fn evaluate(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result
 fn evaluate_once(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Timeline, EvaluateError> {
     let mut diagnostics = ScheduleDiagnostics::new(site);
     let properties = schedule_properties(site, rules, &mut diagnostics)?;
-    let reports = Reports::of(site, rules, overrides)?;
+    let reports = Reports::of(site, rules, overrides, &mut diagnostics)?;
     let TaskSchedule { dates, floats } = match rules.mode {
         RulesMode::Standard => task_schedule(site, rules, overrides, &reports, &mut diagnostics)?,
         RulesMode::Paper => TaskSchedule { dates: vec![None; site.tasks.len()], floats: vec![None; site.tasks.len()] },
@@ -123,6 +124,11 @@ fn delays(
     Ok(delay_s)
 }
 
+/// True if the model has neither an element nor a task of this name.
+fn is_gone(site: &Site<'_>, elements: &BTreeMap<&str, usize>, id: &str) -> bool {
+    !elements.contains_key(id) && matches!(find_task(site, id), Err(EvaluateError::NoSuchTask { .. }))
+}
+
 /// Reported start and finish by task and by element.
 #[derive(Default)]
 struct Reports {
@@ -132,7 +138,12 @@ struct Reports {
 }
 
 impl Reports {
-    fn of(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Result<Self, EvaluateError> {
+    fn of(
+        site: &Site<'_>,
+        rules: &Rules,
+        overrides: &Overrides,
+        diagnostics: &mut ScheduleDiagnostics<'_>,
+    ) -> Result<Self, EvaluateError> {
         let mut reports = Self::default();
         if !overrides.has_reports() {
             return Ok(reports);
@@ -140,8 +151,13 @@ impl Reports {
         let elements: BTreeMap<&str, usize> =
             site.elements.iter().enumerate().map(|(k, e)| (site.text(e.global_id), k)).collect();
         let observed = overrides.observed.iter().filter(|o| elements.contains_key(o.id.as_str()));
+        let mut gone = Vec::new();
         for actual @ Actual { id, start, finish, line } in observed.chain(&overrides.actuals) {
             let wrong = |why: &str| EvaluateError::Reported { line: *line, id: id.clone(), why: why.to_owned() };
+            if overrides.is_of_earlier_revision && is_gone(site, &elements, id) {
+                gone.push(id.as_str());
+                continue;
+            }
             if start == ABSENT {
                 let element = elements.get(id.as_str()).ok_or_else(|| {
                     let nearest = nearest_names_hint(id, elements.keys().copied());
@@ -174,6 +190,12 @@ impl Reports {
                 })?;
                 reports.tasks.insert(task, [begun, ended]);
             }
+        }
+        if let Some(first) = gone.first() {
+            let rows = counted(gone.len(), "row");
+            let message =
+                format!("reported progress: {rows} for what the model no longer has, such as {first:?}; not used");
+            diagnostics.add(Severity::Warning, DiagnosticCode::ReportedProgressGone, None, message);
         }
         Ok(reports)
     }

@@ -14,6 +14,9 @@ pub struct Overrides {
     pub delays: Vec<Delay>,
     /// Reported progress.
     pub actuals: Vec<Actual>,
+    /// True if reported progress was accepted for an earlier revision of the model: elements and tasks that the model no
+    /// longer has are a warning. Otherwise they are an error.
+    pub is_of_earlier_revision: bool,
     /// Progress of elements that a robot observed; reports rank before it. Elements that the model no longer has are
     /// ignored.
     pub observed: Vec<Actual>,

@@ -4,7 +4,7 @@
 mod support;
 
 use messages::{ElementState, LinkKind, ScheduleStateHead, SequenceKind, link_flags};
-use schedule::{Delay, Overrides, Period, Rules, parse_actuals};
+use schedule::{Delay, EvaluateError, Overrides, Period, Rules, parse_actuals};
 use support::{ScheduledSite, at, dates, diagnostic, states, text};
 
 /// Two tasks of three and two working days in this relation; dates of the second.
@@ -317,6 +317,22 @@ fn what_a_robot_observed_beats_the_plan_and_is_beaten_by_reports() {
     for wrong in ["task,absent,", "element-0,absent,2024-03-01"] {
         assert!(with(&format!("id,start,finish\n{wrong}\n"), "id,start,finish\n").is_err(), "{wrong}");
     }
+}
+
+#[test]
+fn reports_of_what_a_revision_no_longer_has_are_a_warning_and_those_of_a_new_table_an_error() {
+    let mut site = ScheduledSite::new();
+    let wall = site.element("IfcWall");
+    let table = b"id,start,finish\ngone,2024-03-01,2024-03-02\nelement-0,2024-03-05,2024-03-06\nalso-gone,absent,\n";
+    let with = |is_of_earlier_revision| {
+        let actuals = parse_actuals(table).unwrap();
+        site.evaluate_with(&Rules::default(), &Overrides { actuals, is_of_earlier_revision, ..Overrides::default() })
+    };
+    assert!(matches!(with(false), Err(EvaluateError::Reported { id, .. }) if id == "gone"));
+    let timeline = with(true).unwrap();
+    assert_eq!(states(&timeline, wall, &["2024-03-04", "2024-03-07"]), ["not_started", "built"]);
+    let warning = diagnostic(&timeline, "reported_progress_gone").unwrap();
+    assert!(warning.message.contains("2 rows") && warning.message.contains("\"gone\""), "{}", warning.message);
 }
 
 #[test]
