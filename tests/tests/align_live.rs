@@ -8,6 +8,7 @@ use daemon::SiteConfig;
 use messages::{InputHashes, SlamMap, SlamMapHead};
 use serde_json::Value;
 use std::time::Instant;
+use support::house::{House, PLAIN};
 use support::live::{DEADLINE, Live};
 use support::{Maps, convert, demo_model, turned_map};
 
@@ -150,6 +151,13 @@ fn maps_of_a_robot_are_followed_and_a_jump_waits_until_somebody_confirms_it() {
     assert!(failure(&live, &[&"deviations"]).contains("groundplan confirm"));
     let listed = json(&live, &[&"confirm", &"--list", &"--json"]);
     assert!((x_m(&listed["waiting"]) - x_m(&held["waiting"])).abs() < 0.01, "{listed}");
+    // Where a revision waits as well, one of the two has to be named.
+    let mut house = House::new("IFC4");
+    house.add("IFCSLAB", "Slab", PLAIN, [[0.0, 0.0, -0.2], [8.0, 4.0, 0.0]]);
+    assert_eq!(live.run(&[&"load", &house.write(live.home.path())]).status.code(), Some(1));
+    let both = failure(&live, &[&"confirm"]);
+    assert!(both.contains("house.ifc waits") && both.contains("say which"), "{both}");
+    live.text(&[&"load", &"--discard"]);
     let confirmed = json(&live, &[&"confirm", &"--json"]);
     assert!((x_m(&confirmed) - x_m(&held["waiting"])).abs() < 0.01 && confirmed["waiting"].is_null(), "{confirmed}");
     let listed = json(&live, &[&"confirm", &"--list", &"--json"]);
@@ -161,6 +169,12 @@ fn maps_of_a_robot_are_followed_and_a_jump_waits_until_somebody_confirms_it() {
     live.text(&[&"confirm", &"pose"]);
     live.text(&[&"align", &"--transform", &transform]);
     assert!(transform.exists());
+    // A search where the map does not lie finds nothing, and says nothing about the pose.
+    let elsewhere = live.run(&[&"align", &"--storey", &"1", &"--json"]);
+    assert_eq!(elsewhere.status.code(), Some(5), "{}", String::from_utf8_lossy(&elsewhere.stdout));
+    let alignment = wait_for(&live, |a| a["verdict"] == "refused");
+    assert_eq!(alignment["validity"], "effective", "{alignment}");
+    live.text(&[&"deviations"]);
     // A map without walls: nothing bears the pose out.
     robot.cells.fill(0);
     robot.publish(2.30);

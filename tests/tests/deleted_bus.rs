@@ -3,10 +3,13 @@
 
 mod support;
 
+use serde_json::Value;
 use std::fs;
 use std::io::ErrorKind;
+use std::process::{Command, Stdio};
 use std::time::Instant;
 use support::live::{DEADLINE, Live};
+use support::{convert, demo_model, turned_map};
 
 /// The current generation of the bus; 0 if there is none.
 fn generation(live: &Live) -> u64 {
@@ -64,4 +67,32 @@ fn maps_come_back_after_segments_or_folder_of_the_bus_were_deleted() {
     });
     live.down();
     assert_eq!(live.segments(), 0, "nothing is left of any of the buses");
+}
+
+#[test]
+fn a_search_goes_on_when_the_bus_is_replaced() {
+    let maps = convert(&demo_model(), &[]);
+    let mut live = Live::of(&demo_model(), "");
+    let robot = turned_map(&maps, 0, live.home.path());
+    let mut asked = Command::new(support::client());
+    let asked = asked.arg("slam-map").arg(robot).arg("--config").arg(live.config()).stdout(Stdio::null());
+    let mut asked = asked.stderr(Stdio::null()).spawn().unwrap();
+    wait_until(&live, "it searches", |status| status["daemons"]["slam-align"]["stage"] == "reading");
+    let before = generation(&live);
+    delete_segments(&live);
+    wait_until(&live, "the pose is found", |status| {
+        generation(&live) > before && status["alignment"]["validity"] == "effective"
+    });
+    // Who asked is told that the bus is gone, or the result.
+    let _ = asked.wait().unwrap();
+    live.wait_until_healthy();
+    live.text(&[&"deviations"]);
+    live.down();
+}
+
+fn wait_until(live: &Live, what: &str, is_so: impl Fn(&Value) -> bool) {
+    let begun = Instant::now();
+    while !live.status().is_some_and(|status| is_so(&status)) {
+        assert!(begun.elapsed() < DEADLINE, "{what}: {:?}", live.status());
+    }
 }

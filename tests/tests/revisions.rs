@@ -171,6 +171,13 @@ fn another_building_waits_for_an_operator_also_across_restarts() {
     kill(&live, "ifc-ingest");
     wait_until(&live, |live| says(live, "ifc-ingest", "warning").contains("groundplan confirm"));
     assert_eq!(site(&live).1, before.1);
+    // The files in force are read again, which is no reason to forget the one that waits.
+    let model = live.home.path().join("demo.ifc");
+    std::fs::copy(&model, live.home.path().join("copy.ifc")).unwrap();
+    std::fs::rename(live.home.path().join("copy.ifc"), &model).unwrap();
+    let epoch = site(&live).0;
+    wait_until(&live, |live| site(live).0 > epoch);
+    assert!(says(&live, "ifc-ingest", "warning").contains("groundplan confirm"));
 
     // What was compared is confirmed, and nothing else.
     write(&house(2), &other);
@@ -197,6 +204,47 @@ fn another_building_waits_for_an_operator_also_across_restarts() {
     let history: String = history.map(|month| std::fs::read_to_string(month.unwrap().path()).unwrap()).collect();
     for event in ["other.ifc waits", "other.ifc confirmed", "other.ifc discarded", "another map frame, epoch 3"] {
         assert!(history.contains(event), "{event}: {history}");
+    }
+    live.down();
+}
+
+#[test]
+fn a_revision_that_was_refused_is_read_again_after_a_restart_and_when_its_files_change() {
+    let (mut live, folder) = start(&dated_house("2024-04-08"));
+    let before = site(&live);
+    write(&dated_house("08/04/2024"), &live.home.path().join("demo.ifc"));
+    assert_eq!(live.run(&[&"load"]).status.code(), Some(1));
+    live.down();
+    std::fs::write(folder.path().join("schedule.toml"), "date_format = \"dmy\"\n").unwrap();
+    live.up();
+    let cured = site(&live);
+    assert_ne!(cured.1, before.1, "the rules were corrected while nothing ran");
+
+    let other = live.home.path().join("other.ifc");
+    std::fs::write(&other, "no IFC file at all").unwrap();
+    assert_eq!(live.run(&[&"load", &other]).status.code(), Some(1));
+    write(&dated_house("09/04/2024"), &other);
+    wait_until(&live, |live| site(live).1 != cured.1);
+    live.wait_until_healthy();
+    live.down();
+}
+
+#[test]
+fn rules_that_the_site_cannot_be_evaluated_with_leave_its_maps_also_across_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let rules = folder.path().join("schedule.toml");
+    std::fs::write(&rules, "date_format = \"dmy\"\n").unwrap();
+    let more = format!("[schedule]\nplan_time = \"2024-03-01\"\nrules = {rules:?}\n");
+    let mut live = Live::of(&dated_house("08/04/2024").write(folder.path()), &more);
+    // The order of day and month is not told any more.
+    std::fs::write(&rules, "").unwrap();
+    reload(&live, "schedule-eval");
+    wait_until(&live, |live| says(live, "schedule-eval", "error").contains("date_format"));
+    for _ in 0..2 {
+        assert_eq!(live.text(&[&"date", &"2024-04-07"]), "2024-04-07T00:00:00");
+        assert_eq!(live.text(&[&"date", &"--next"]), "2024-04-09T00:00:00");
+        kill(&live, "schedule-eval");
+        wait_until(&live, |live| says(live, "schedule-eval", "error").contains("date_format"));
     }
     live.down();
 }
@@ -237,16 +285,36 @@ fn the_map_frame_survives_its_cache_and_another_file_name_and_every_change_raise
     let state = live.home.path().join("state");
     assert_eq!(frame(&live), (0.0, 1));
     live.down();
+    // An earlier version kept the frame in the cache alone, which had another number and nothing else.
+    let mut cache = std::fs::read(state.join("site.gpar")).unwrap();
+    cache[4..8].copy_from_slice(&6_u32.to_le_bytes());
+    std::fs::write(state.join("site.gpar"), cache).unwrap();
+    std::fs::remove_file(state.join("site-frame.json")).unwrap();
+    let mut loaded: Value = serde_json::from_slice(&std::fs::read(state.join("loaded.json")).unwrap()).unwrap();
+    loaded.as_object_mut().unwrap().retain(|key, _| ["models", "stamps", "configured"].contains(&key.as_str()));
+    std::fs::write(state.join("loaded.json"), loaded.to_string()).unwrap();
+    live.up();
+    assert_eq!(frame(&live), (0.0, 1), "it was taken from the cache");
+    live.down();
+    // Without the cache nothing tells the frame, and a new one is not taken for it.
+    std::fs::remove_file(state.join("site.gpar")).unwrap();
+    std::fs::remove_file(state.join("site-frame.json")).unwrap();
+    std::fs::remove_file(state.join("site-outline.json")).unwrap();
+    std::fs::write(state.join("loaded.json"), loaded.to_string()).unwrap();
+    live.up();
+    assert!(frame(&live).1 > 1, "{:?}", frame(&live));
+    live.down();
     // A frame of an earlier model, and no cache: as after an update of the programs.
-    let kept = r#"{"map_from_world":{"x_m":0.0,"y_m":0.0,"z_m":0.0,"yaw_rad":0.4},"frame_epoch":2}"#;
+    let epoch = frame(&live).1 + 1;
+    let kept = format!(r#"{{"map_from_world":{{"x_m":0.0,"y_m":0.0,"z_m":0.0,"yaw_rad":0.4}},"frame_epoch":{epoch}}}"#);
     std::fs::write(state.join("site-frame.json"), kept).unwrap();
     std::fs::remove_file(state.join("site.gpar")).unwrap();
     live.up();
-    assert_eq!(frame(&live), (0.4, 2));
+    assert_eq!(frame(&live), (0.4, epoch));
     let renamed = live.home.path().join("renamed.ifc");
     write(&dated_house("2024-04-08"), &renamed);
     live.text(&[&"load", &renamed]);
-    assert_eq!(frame(&live), (0.4, 2), "it is the same building");
+    assert_eq!(frame(&live), (0.4, epoch), "it is the same building");
     let exported = live.home.path().join("exported");
     live.text(&[&"export", &exported]);
     let written: Value = serde_json::from_slice(&std::fs::read(exported.join("site-frame.json")).unwrap()).unwrap();
@@ -263,11 +331,11 @@ fn the_map_frame_survives_its_cache_and_another_file_name_and_every_change_raise
     reload(&live, "ifc-ingest");
     live.wait_until_healthy();
     live.text(&[&"load"]);
-    assert_eq!(frame(&live), (0.4, 2), "that of the site in force");
+    assert_eq!(frame(&live), (0.4, epoch), "that of the site in force");
     let other = live.home.path().join("other.ifc");
     write(&house(1), &other);
     live.text(&[&"load", &other, &"--force"]);
-    assert_eq!(frame(&live), (0.0, 3));
+    assert_eq!(frame(&live), (0.0, epoch + 1));
     live.down();
 }
 

@@ -4,7 +4,9 @@
 mod support;
 
 use serde_json::Value;
-use std::process::Command;
+use std::collections::BTreeSet;
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
 use std::time::Instant;
 use support::live::{DEADLINE, Live, POLL_INTERVAL};
 
@@ -44,6 +46,79 @@ fn a_daemon_that_hangs_is_told_killed_and_started_again() {
         assert!(metrics.lines().any(|l| l == line), "{line}: {metrics}");
     }
     live.down();
+}
+
+#[test]
+fn a_keeper_and_a_relay_that_hang_are_killed_and_started_again() {
+    let mut live = Live::start();
+    for name in ["keeper", "relay"] {
+        let before = daemon(&live, name)["process_id"].as_u64().unwrap();
+        assert!(before > 1 && Command::new("kill").args(["-STOP", &before.to_string()]).status().unwrap().success());
+        wait_until(&live, "it is started again", |status| {
+            let process = &status["daemons"][name];
+            status["healthy"] == true && process["process_id"] != before && process["restarts"] == 1
+        });
+    }
+    assert_eq!(live.text(&[&"date", &"2024-04-15T08:00:00"]), "2024-04-15T08:00:00", "there is a bus");
+    live.down();
+}
+
+#[test]
+fn a_daemon_that_dies_while_the_site_is_half_edited_comes_back_when_it_is_whole() {
+    let mut live = Live::start();
+    // What `up` takes for recovered is what it has seen to run for a while.
+    let begun = Instant::now();
+    wait_until(&live, "it has run for a while", |_| begun.elapsed().as_secs() >= 11);
+    let before = daemon(&live, "rasterize")["process_id"].as_u64().unwrap();
+    let up = live.up.as_ref().unwrap().id();
+    let site = std::fs::read_to_string(live.config()).unwrap();
+    std::fs::write(live.config(), format!("{site}\n[robot\n")).unwrap();
+    assert!(before > 1 && Command::new("kill").args(["-9", &before.to_string()]).status().unwrap().success());
+    // The client cannot read the file either.
+    let begun = Instant::now();
+    while begun.elapsed().as_secs() < 3 {
+        let line = std::fs::read_to_string(format!("/proc/{up}/status")).unwrap();
+        assert!(!line.contains("State:\tZ"), "it has ended");
+        std::thread::sleep(POLL_INTERVAL);
+    }
+    std::fs::write(live.config(), site).unwrap();
+    wait_until(&live, "it is started again", |status| {
+        status["healthy"] == true && status["daemons"]["rasterize"]["process_id"] != before
+    });
+    live.down();
+}
+
+#[test]
+fn every_process_logs_as_the_site_wants_it() {
+    let home = tempfile::tempdir().unwrap();
+    let config = home.path().join("site.toml");
+    let root = tempfile::Builder::new().prefix("gplog").tempdir_in("/dev/shm").unwrap();
+    let prefix = root.path().file_name().unwrap().to_string_lossy().replace('.', "");
+    let text = format!(
+        "state = \"state\"\nthreads = 1\n[log]\nformat = \"json\"\n[bus]\nprefix = \"{prefix}_\"\nroot = {:?}\n",
+        root.path()
+    );
+    std::fs::write(&config, text).unwrap();
+    let mut up = Command::new(support::client());
+    let mut up = up.arg("up").arg("--config").arg(&config).stderr(Stdio::piped()).spawn().unwrap();
+    let lines = BufReader::new(up.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let mut missing: BTreeSet<&str> =
+        ["up", "keeper", "relay", "ifc-ingest", "schedule-eval", "rasterize", "waypoint-gen", "slam-align"].into();
+    for line in lines {
+        let document: Value = serde_json::from_str(&line).unwrap_or_else(|_| panic!("{line}"));
+        let service = document["service"].as_str().unwrap_or_default().to_owned();
+        missing.remove(service.as_str());
+        // The supervisor itself tells what it starts.
+        if document["message"] == "started" {
+            missing.remove("up");
+        }
+        if missing.is_empty() {
+            break;
+        }
+    }
+    assert!(support::groundplan(&[&"down", &"--config", &config]).status.success());
+    assert!(up.wait().unwrap().success());
+    assert_eq!(missing, BTreeSet::new());
 }
 
 #[test]

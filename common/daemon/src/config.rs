@@ -5,6 +5,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
+/// More threads than this are a mistake.
+const MAX_THREADS: u16 = 256;
+
 /// The configuration of a site. Paths are absolute: those in the file count from its folder.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -20,6 +23,10 @@ pub struct SiteConfig {
     /// True to load a file of whose bodies more than half are bounding boxes, because they cannot be meshed.
     #[serde(default)]
     pub allow_boxes: bool,
+    /// Threads that each daemon computes with, 1 to 256; as many as the machine has cores if left out.
+    #[serde(default)]
+    #[schemars(range(min = 1, max = 256))]
+    pub threads: Option<u16>,
     /// Which bus.
     #[serde(default)]
     pub bus: BusConfig,
@@ -232,6 +239,11 @@ impl Default for AlignConfig {
 }
 
 impl SiteConfig {
+    /// Threads that each daemon computes with; 0: as many as the machine has cores.
+    pub fn n_threads(&self) -> usize {
+        self.threads.map_or(0, usize::from)
+    }
+
     /// The bus.
     ///
     /// # Errors
@@ -264,6 +276,12 @@ impl SiteConfig {
     /// No TOML of these keys.
     pub fn parse(text: &str, home: &Path) -> Result<Self, toml::de::Error> {
         let mut config: Self = toml::from_str(text)?;
+        if let Some(threads) = config.threads
+            && !(1..=MAX_THREADS).contains(&threads)
+        {
+            let why = format!("threads = {threads}: it must be 1 to {MAX_THREADS}, or left out");
+            return Err(serde::de::Error::custom(why));
+        }
         let paths = config.models.iter_mut().chain([&mut config.state, &mut config.bus.root]);
         let optional = [
             &mut config.relay.folder,
@@ -311,6 +329,15 @@ mod tests {
             std::fs::write(&path, &schema).unwrap();
         }
         assert!(std::fs::read_to_string(path).unwrap() == schema, "UPDATE_GOLDEN=1 writes it");
+    }
+
+    #[test]
+    fn a_number_of_threads_is_one_that_a_machine_can_have() {
+        let parse = |toml: &str| SiteConfig::parse(&format!("state = \"x\"\n{toml}"), Path::new("/"));
+        assert_eq!([parse("").unwrap().n_threads(), parse("threads = 3").unwrap().n_threads()], [0, 3]);
+        for bad in ["threads = 0", "threads = 257", "threads = -1"] {
+            assert!(parse(bad).unwrap_err().to_string().contains("threads"), "{bad}");
+        }
     }
 
     #[test]

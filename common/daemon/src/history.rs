@@ -1,21 +1,25 @@
 //! History of a site: who did what when, kept for about a year within a size.
 //!
-//! A file a month in `history/` of the state folder, a JSON document a line. Every daemon appends to it; a line is written
-//! at once, so that lines of two daemons do not mix.
+//! A file a month in `history/` of the state folder, and more of them for a busy month: `2026-11.0001.jsonl` ended before
+//! `2026-11.jsonl`. A JSON document a line. Every daemon appends to the last file; a line is written at once, so that lines of two
+//! daemons do not mix.
 
 use crate::caller::Caller;
 use crate::state::StateError;
 use clap::ValueEnum;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Months that are kept beside the current one.
 const MAX_MONTHS: usize = 12;
-/// Bytes that are kept, the current month aside.
+/// Bytes that are kept, the current file aside.
 const MAX_BYTES: u64 = 64 << 20;
+/// Bytes after which a month goes on in another file.
+const MAX_FILE_BYTES: u64 = 8 << 20;
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, clap::ValueEnum)]
@@ -102,8 +106,13 @@ impl History {
 
     fn append(&self, path: &Path, entry: &HistoryEntry) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
-        if !path.exists() {
-            self.forget_old()?;
+        match fs::metadata(path) {
+            Ok(file) if file.len() < MAX_FILE_BYTES => {}
+            Ok(_) => {
+                self.end_file(path)?;
+                self.forget_old()?;
+            }
+            Err(_) => self.forget_old()?,
         }
         let mut file = OpenOptions::new().create(true).read(true).append(true).open(path)?;
         let mut line = serde_json::to_vec(entry)?;
@@ -120,21 +129,29 @@ impl History {
         file.sync_data()
     }
 
-    /// Removes the oldest months, before another one begins.
+    /// Gives the full file of a month a number, so that another one begins.
+    fn end_file(&self, path: &Path) -> io::Result<()> {
+        let number = (1..).find(|number| !numbered(path, *number).exists()).unwrap_or(1);
+        // Another daemon may have done it at this moment.
+        existing(fs::rename(path, numbered(path, number))).map(drop)
+    }
+
+    /// Removes the oldest files, before another one begins; the newest of them stays. Another daemon may do it at this moment.
     fn forget_old(&self) -> io::Result<()> {
-        let (mut n_kept, mut n_bytes) = (0, 0);
-        for path in self.months()?.into_iter().rev() {
-            n_kept += 1;
-            n_bytes += fs::metadata(&path)?.len();
-            if n_kept > MAX_MONTHS || n_bytes > MAX_BYTES {
-                fs::remove_file(&path)?;
+        let (mut months, mut n_bytes) = (BTreeSet::new(), 0);
+        for (age, path) in self.files()?.into_iter().rev().enumerate() {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            months.insert(name.chars().take("2026-11".len()).collect::<String>());
+            n_bytes += existing(fs::metadata(&path))?.map_or(0, |file| file.len());
+            if age > 0 && (months.len() > MAX_MONTHS || n_bytes > MAX_BYTES) {
+                existing(fs::remove_file(&path))?;
             }
         }
         Ok(())
     }
 
-    /// Files of the months, from old to new.
-    fn months(&self) -> io::Result<Vec<PathBuf>> {
+    /// Files, from old to new: a numbered one sorts before the last one of its month.
+    fn files(&self) -> io::Result<Vec<PathBuf>> {
         let entries = match fs::read_dir(&self.folder) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
             entries => entries?,
@@ -152,7 +169,7 @@ impl History {
     pub fn read(&self) -> Result<(Vec<HistoryEntry>, usize), StateError> {
         let failed = |path: &Path, source| StateError::Io { path: path.to_owned(), source };
         let (mut entries, mut n_damaged) = (Vec::new(), 0);
-        for path in self.months().map_err(|source| failed(&self.folder, source))? {
+        for path in self.files().map_err(|source| failed(&self.folder, source))? {
             let bytes = fs::read(&path).map_err(|source| failed(&path, source))?;
             for line in bytes.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
                 match serde_json::from_slice(line) {
@@ -162,6 +179,19 @@ impl History {
             }
         }
         Ok((entries, n_damaged))
+    }
+}
+
+fn numbered(path: &Path, number: u32) -> PathBuf {
+    path.with_extension(format!("{number:04}.jsonl"))
+}
+
+/// `None` for a file that is gone.
+fn existing<T>(found: io::Result<T>) -> io::Result<Option<T>> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
     }
 }
 
@@ -179,7 +209,7 @@ mod tests {
         let history = History::at(state.path());
         assert_eq!(history.read().unwrap(), (Vec::new(), 0));
         history.record(event("first")).unwrap();
-        let path = history.months().unwrap().remove(0);
+        let path = history.files().unwrap().remove(0);
         let half = OpenOptions::new().append(true).open(path).unwrap().write(b"{\"at\":").unwrap();
         assert_eq!(half, 6);
         history.record(event("second")).unwrap();
@@ -187,6 +217,28 @@ mod tests {
         let summaries: Vec<_> = entries.iter().map(|entry| entry.summary.as_str()).collect();
         assert_eq!((summaries.as_slice(), n_damaged), (&["first", "second"][..], 1));
         assert_eq!(entries[0].by, Some(Caller { uid: 7 }));
+    }
+
+    #[test]
+    fn a_busy_month_goes_on_in_another_file_and_the_newest_of_it_stay() {
+        let state = tempfile::tempdir().unwrap();
+        let history = History::at(state.path());
+        let at = |month: &str, summary: &str| {
+            history.record_at(format!("{month}-01T00:00:00Z").parse().unwrap(), event(summary)).unwrap();
+        };
+        let n_files = usize::try_from(MAX_BYTES / MAX_FILE_BYTES).unwrap() + 2;
+        for n in 0..n_files {
+            at("2026-11", &n.to_string());
+            // As after very many lines.
+            let file = OpenOptions::new().write(true).open(history.files().unwrap().pop().unwrap()).unwrap();
+            file.set_len(MAX_FILE_BYTES).unwrap();
+        }
+        at("2026-12", "next month");
+        let (entries, _) = history.read().unwrap();
+        let first: usize = entries[0].summary.parse().unwrap();
+        assert!(first > 0 && entries.len() == n_files - first + 1, "{} from {first}", entries.len());
+        assert_eq!(entries.last().unwrap().summary, "next month");
+        assert!(entries.iter().any(|entry| entry.summary == (n_files - 1).to_string()), "the newest stay");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::request::Published;
 use crate::state::Epochs;
 use bus::{Bus, Origin, Publisher, Topic};
 use messages::{ArchiveBuffer, Checked, InputHashes};
+use tracing::warn;
 
 /// Room that is reserved for a topic of which nothing was published yet.
 const FIRST_BYTES: usize = 1 << 16;
@@ -36,17 +37,20 @@ impl<T: Topic> LatchedOutput<T> {
         Self { topic, publisher: None, last: None, is_pending: false }
     }
 
-    /// Joins a generation of the bus, and brings it what was published last.
+    /// Joins a generation of the bus, and brings it what was published last; what cannot be published is pending.
     ///
     /// # Errors
-    /// As [`Self::retry`], and a topic that cannot be opened. What could not be published is pending.
+    /// A topic that cannot be opened.
     pub fn attach(&mut self, bus: &Bus, epochs: &mut Epochs) -> Result<(), Failure> {
         // The end of the earlier generation first: there is one publisher.
         self.publisher = None;
         let length = self.last.as_ref().map_or(FIRST_BYTES, |last| last.archive.bytes().bytes().len());
         self.publisher = Some(bus.publisher(self.topic, length)?);
         self.is_pending = self.last.is_some();
-        self.retry(epochs)
+        if let Err(why) = self.retry(epochs) {
+            warn!(error = crate::chain(why.as_ref()), "what was published last has no room yet");
+        }
+        Ok(())
     }
 
     /// Publishes an archive under the next epoch; before the bus is there it waits for it.

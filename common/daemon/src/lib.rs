@@ -44,6 +44,7 @@ mod history;
 mod input;
 mod latched_output;
 mod log;
+mod process_report;
 mod progress;
 mod reported_progress;
 mod request;
@@ -57,6 +58,7 @@ mod service;
 mod service_loop;
 mod service_thread;
 mod setting;
+mod site_process;
 mod state;
 mod state_version;
 mod status_board;
@@ -78,7 +80,8 @@ pub use file_text::FileText;
 pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind};
 pub use input::{Input, NoInput, not_an_input};
 pub use latched_output::LatchedOutput;
-pub use log::LogError;
+pub use log::{Log, LogError};
+pub use process_report::ProcessReport;
 pub use progress::{Progress, Reporter};
 pub use reported_progress::ReportedProgress;
 pub use request::{Published, Request, RequestError, parse_request};
@@ -94,6 +97,7 @@ pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standi
 pub use setting::{
     Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,
 };
+pub use site_process::SiteProcess;
 pub use state::{Epochs, StateError, StateFile, write_durably};
 pub use state_version::{StateVersionError, claim_state};
 pub use status_board::{Report, StatusBoard};

@@ -1,4 +1,4 @@
-//! Logging of a daemon: destination, format and level.
+//! Logging of a process of a site: destination, format and level.
 
 use crate::config::{LogConfig, LogFormat};
 use std::io::IsTerminal;
@@ -7,8 +7,7 @@ use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, Registry, fmt, reload};
 
 /// The default filter: information from the crates of this workspace, warnings from others.
-const DEFAULT_FILTER: &str =
-    "warn,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info,waypoint_gen=info,slam_align=info";
+const DEFAULT_FILTER: &str = "warn,groundplan=info,daemon=info,ifc_ingest=info,schedule_eval=info,rasterize=info,waypoint_gen=info,slam_align=info";
 
 /// A log that cannot be had.
 #[derive(Debug, thiserror::Error)]
@@ -27,8 +26,8 @@ pub enum LogError {
 }
 
 /// The running log.
-#[derive(Clone)]
-pub(crate) struct Log {
+#[derive(Debug, Clone)]
+pub struct Log {
     filter: reload::Handle<EnvFilter, Registry>,
 }
 
@@ -37,7 +36,7 @@ impl Log {
     ///
     /// # Errors
     /// A level that is none, no journal.
-    pub(crate) fn start(config: &LogConfig) -> Result<Self, LogError> {
+    pub fn start(config: &LogConfig) -> Result<Self, LogError> {
         let (filter, handle) = reload::Layer::new(filter(config)?);
         let lines = || fmt::layer().with_writer(std::io::stderr);
         let layer: Box<dyn Layer<_> + Send + Sync> = match config.format {

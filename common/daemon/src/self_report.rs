@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::service::{CurrentActivity, Standing};
 use crate::status_board::{BoardEntry, Report};
-use bus::{Daemon, Stamp, StatusWriter, TopicName};
+use bus::{Daemon, DomainError, Stamp, StatusWriter, TopicName};
 use messages::StatusRecord;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,6 +17,8 @@ pub(crate) struct SelfReport {
     entry: BoardEntry,
     /// The last event that failed, until one succeeds.
     failed: Option<String>,
+    /// Why the bus cannot be joined.
+    no_bus: Option<String>,
     /// A configuration that was refused, until one is taken.
     refused_configuration: Option<String>,
     standing: Standing,
@@ -37,6 +39,7 @@ impl SelfReport {
             activity,
             entry: BoardEntry::new(bus_root, daemon),
             failed: None,
+            no_bus: None,
             refused_configuration: None,
             standing: Standing::default(),
             facts: serde_json::Value::Null,
@@ -60,6 +63,25 @@ impl SelfReport {
     /// The service has done something with success.
     pub(crate) fn succeeded(&mut self) {
         self.failed = None;
+    }
+
+    /// The bus cannot be joined. Before the keeper has made one, that is no error.
+    pub(crate) fn cannot_join(&mut self, why: &DomainError) {
+        let text = crate::chain(why);
+        if matches!(why, DomainError::NoKeeper { .. }) {
+            debug!(service = self.daemon.name(), error = text, "the bus is not there yet");
+            self.no_bus = None;
+            return;
+        }
+        if self.no_bus.as_ref() != Some(&text) {
+            warn!(service = self.daemon.name(), error = text, "the bus cannot be joined");
+        }
+        self.no_bus = Some(text);
+    }
+
+    /// The bus is joined.
+    pub(crate) fn joined(&mut self) {
+        self.no_bus = None;
     }
 
     /// The configuration was taken, or refused.
@@ -133,10 +155,7 @@ impl SelfReport {
             latency_s: self.latency.map(|latency| latency.as_secs_f64()),
             facts: self.facts.clone(),
         };
-        if let Err(why) = self.entry.write(&report) {
-            // Before the keeper there is no folder; readers see the age of the last report.
-            debug!(service = self.daemon.name(), error = crate::chain(&why), "the report is not on the status board");
-        }
+        self.entry.put(&report);
     }
 
     /// The daemon leaves in order.
@@ -148,7 +167,9 @@ impl SelfReport {
     /// All that is wrong.
     fn error(&self) -> Option<String> {
         let mut texts: Vec<&str> = Vec::new();
-        for text in [&self.standing.error, &self.refused_configuration, &self.failed].into_iter().flatten() {
+        for text in
+            [&self.standing.error, &self.refused_configuration, &self.failed, &self.no_bus].into_iter().flatten()
+        {
             if !texts.contains(&text.as_str()) {
                 texts.push(text);
             }
@@ -170,7 +191,7 @@ fn output(daemon: Daemon) -> TopicName {
 }
 
 /// Resident memory of this process; 0 if it is not known.
-fn resident_bytes() -> u64 {
+pub(crate) fn resident_bytes() -> u64 {
     let pages = std::fs::read_to_string("/proc/self/statm").ok();
     let pages = pages.and_then(|text| text.split(' ').nth(1)?.parse::<u64>().ok()).unwrap_or(0);
     pages * rustix::param::page_size() as u64
@@ -200,5 +221,9 @@ mod tests {
         assert_eq!(refused, "no timeline; the configuration stays as it was: no date");
         assert_eq!(told(&|own| own.configured(Ok(()))).as_deref(), Some("no timeline"));
         assert_eq!(told(&|own| own.set(Standing::default(), 2.into())), None);
+        let [no_keeper, other_user] =
+            [DomainError::NoKeeper { root: "/r".into() }, DomainError::KeeperRuns { root: "/r".into() }];
+        assert!(told(&|own| own.cannot_join(&other_user)).is_some());
+        assert_eq!(told(&|own| own.cannot_join(&no_keeper)), None, "the keeper will come");
     }
 }

@@ -50,6 +50,20 @@ pub(crate) struct ServiceLoop<R> {
     next_try: Option<(Instant, Duration)>,
     /// True while the service handles one.
     is_configuring: bool,
+    attachment: Attachment,
+}
+
+/// How far the service has joined the generation of the bus. It gets no input before: inputs come once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Attachment {
+    /// It is to attach, from this moment.
+    Wanted(Instant),
+    /// It attaches.
+    Underway,
+    /// It has attached, and is to be told so.
+    Done,
+    /// It knows.
+    Told,
 }
 
 /// Reloads the configuration.
@@ -66,6 +80,9 @@ impl Reload {
         let config = SiteConfig::read(&self.path)?;
         if config.bus != self.config.bus || config.state != self.config.state {
             return Err("the bus and the state folder cannot change while daemons run: restart them".into());
+        }
+        if config.threads != self.config.threads {
+            return Err("the number of threads cannot change while a daemon runs: restart it".into());
         }
         if config.log.format != self.config.log.format {
             return Err("the format of the log cannot change while a daemon runs: restart it".into());
@@ -91,7 +108,8 @@ impl<R: Request> ServiceLoop<R> {
     ) -> Result<Self, Failure> {
         let mut report = SelfReport::of(R::DAEMON, activity.clone(), &reload.config.bus.root);
         report.set(service.standing(), serde_json::to_value(service.facts())?);
-        let ServiceThread { jobs, outcomes } = service_thread::start(R::DAEMON.name(), service)?;
+        let n_threads = reload.config.n_threads();
+        let ServiceThread { jobs, outcomes } = service_thread::start(R::DAEMON.name(), n_threads, service)?;
         Ok(Self {
             daemon: R::DAEMON,
             inputs: S::Input::TOPICS,
@@ -107,6 +125,7 @@ impl<R: Request> ServiceLoop<R> {
             configuration: None,
             next_try: None,
             is_configuring: false,
+            attachment: Attachment::Wanted(Instant::now()),
         })
     }
 
@@ -117,7 +136,7 @@ impl<R: Request> ServiceLoop<R> {
             let (bus, mut waiter) = match Bus::join(domain, self.daemon) {
                 Ok(joined) => joined,
                 Err(why) => {
-                    debug!(service, error = chain(&why), "the bus is not there yet");
+                    self.report.cannot_join(&why);
                     if next_heartbeat <= Instant::now() {
                         self.report.send(None);
                         next_heartbeat = Instant::now() + HEARTBEAT_PERIOD;
@@ -129,6 +148,7 @@ impl<R: Request> ServiceLoop<R> {
                     continue;
                 }
             };
+            self.report.joined();
             waiter.stop_on(stop.descriptor()?);
             let end = self.generation(&bus, &mut waiter);
             // Ports of an earlier generation cannot be used.
@@ -153,8 +173,7 @@ impl<R: Request> ServiceLoop<R> {
         info!(service = self.daemon.name(), generation = bus.generation(), "joined the bus");
         crate::ready("joined the bus");
         let waker = waiter.waker();
-        // The service may still be at work for the generation before.
-        let mut is_attached = false;
+        self.attachment = Attachment::Wanted(Instant::now());
         let mut next_heartbeat = Instant::now();
         loop {
             let now = Instant::now();
@@ -164,9 +183,10 @@ impl<R: Request> ServiceLoop<R> {
                 next_heartbeat = now + HEARTBEAT_PERIOD;
             }
             self.reload_configuration();
-            if !is_attached && !self.is_busy {
+            // The service may still be at work for the generation before.
+            if matches!(self.attachment, Attachment::Wanted(from) if from <= now) && !self.is_busy {
+                self.attachment = Attachment::Underway;
                 self.send(Job::Attach(bus.clone(), waker.clone()))?;
-                is_attached = true;
             }
             self.dispatch(is_heartbeat_due || self.wake_at.is_some_and(|wake_at| wake_at <= now), &waker)?;
             // A wake-up that is due while the service works waits until it is done.
@@ -227,6 +247,14 @@ impl<R: Request> ServiceLoop<R> {
             self.is_configuring = true;
             return self.send(Job::Configuration(config));
         }
+        match self.attachment {
+            Attachment::Wanted(_) | Attachment::Underway => return Ok(()),
+            Attachment::Done => {
+                self.attachment = Attachment::Told;
+                return self.send(Job::Attached);
+            }
+            Attachment::Told => {}
+        }
         if let Some((topic, sample)) = self.newest.pop_first() {
             let header = sample.header();
             self.report.set_input(topic, header.epoch, Stamp(header.stamp_ns));
@@ -263,6 +291,12 @@ impl<R: Request> ServiceLoop<R> {
         self.is_busy = false;
         self.report.set(outcome.standing, outcome.facts);
         let is_configuration = std::mem::take(&mut self.is_configuring);
+        if self.attachment == Attachment::Underway {
+            self.attachment = match &outcome.result {
+                Ok(_) => Attachment::Done,
+                Err(_) => Attachment::Wanted(Instant::now() + HEARTBEAT_PERIOD),
+            };
+        }
         let replied = match outcome.result {
             Ok(done) => {
                 self.wake_at = done.wake_in.map(|time| Instant::now() + time);
@@ -291,6 +325,8 @@ impl<R: Request> ServiceLoop<R> {
             }
             Err(failure) => {
                 self.activity.set(Activity::Idle);
+                // The next tick tries again what is pending.
+                self.wake_at = None;
                 self.report.failed("the event cannot be handled", failure.as_ref());
                 self.requests.finish(Err(&chain(failure.as_ref())))
             }
@@ -323,6 +359,13 @@ mod tests {
         let (woken, second) = events.recv_timeout(DEADLINE).unwrap();
         assert_eq!((first, second), ("attached", "tick"));
         assert!(wake_in <= woken - attached);
+    }
+
+    #[test]
+    fn a_service_that_cannot_attach_tries_again_and_gets_nothing_before() {
+        let TestDaemon { events, .. } = spawn_daemon(RecordingService { n_refusals: 2, ..RecordingService::default() });
+        let first: Vec<&str> = (0..4).map(|_| events.recv_timeout(DEADLINE).unwrap().1).collect();
+        assert_eq!(first, ["refused", "refused", "attached", "tick"]);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 /// A job of the service. Samples are validated on its thread, because that takes time.
 pub(crate) enum Job<R> {
     Attach(Bus, Waker),
+    Attached,
     Sample(RawSample),
     Request(R, Asked),
     Configuration(Box<SiteConfig>),
@@ -31,16 +32,20 @@ pub(crate) struct ServiceThread<R> {
     pub(crate) outcomes: Receiver<Outcome>,
 }
 
-/// Starts the thread.
+/// Starts the thread, with a pool of so many for its parallel work; 0: all cores.
 ///
 /// # Errors
 /// The system cannot start a thread.
-pub(crate) fn start<S: Service + 'static>(name: &str, service: S) -> Result<ServiceThread<S::Request>, Failure> {
+pub(crate) fn start<S: Service + 'static>(
+    name: &str,
+    n_threads: usize,
+    service: S,
+) -> Result<ServiceThread<S::Request>, Failure> {
     let (to_service, jobs) = channel();
     let (outcomes, from_service) = channel();
     // The service runs on a thread of the pool that its parallel work runs on: handing work to a pool from outside
     // costs an allocation now and then, and a thread.
-    let pool = rayon::ThreadPoolBuilder::new().build()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build()?;
     let thread = std::thread::Builder::new().name(name.to_owned());
     thread.spawn(move || pool.install(move || work(service, &jobs, outcomes)))?;
     Ok(ServiceThread { jobs: to_service, outcomes: from_service })
@@ -53,8 +58,9 @@ fn work<S: Service>(mut service: S, jobs: &Receiver<Job<S::Request>>, outcomes: 
         let result = match job {
             Job::Attach(bus, waker) => {
                 sender.waker = Some(waker);
-                service.attach(&bus).and_then(|()| service.handle(Event::Attached)).map(unasked)
+                service.attach(&bus).map(|()| unasked(Done::default()))
             }
+            Job::Attached => service.handle(Event::Attached).map(unasked),
             Job::Sample(sample) => {
                 S::Input::check(sample).and_then(|input| service.handle(Event::Input(input))).map(unasked)
             }

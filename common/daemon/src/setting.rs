@@ -171,6 +171,7 @@ pub struct Setting<T> {
     file: StateFile,
     kept: KeptSetting<T>,
     warning: Option<String>,
+    was_edited: bool,
 }
 
 impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
@@ -185,6 +186,33 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
         now: Configured<T>,
         older: impl FnOnce() -> Result<Option<OlderSetting<T>>, Failure>,
     ) -> Result<Self, Failure> {
+        Self::open_with(state, key, now, older, |_, why| Err(why))
+    }
+
+    /// As [`Self::open`], for a value that its daemon can start without: an edit that cannot be used is a warning, and what was
+    /// in force before stays.
+    ///
+    /// # Errors
+    /// State that cannot be read or written.
+    pub fn open_without_edit(
+        state: &Path,
+        key: SettingKey,
+        now: Configured<T>,
+        older: impl FnOnce() -> Result<Option<OlderSetting<T>>, Failure>,
+    ) -> Result<Self, Failure> {
+        Self::open_with(state, key, now, older, |kept, why| {
+            let nothing = || FromSiteToml { file: None, value: T::default(), since: Timestamp::now() };
+            Ok((kept.unwrap_or_else(|| KeptSetting { site_toml: nothing(), command: None }), chain(why.as_ref())))
+        })
+    }
+
+    fn open_with(
+        state: &Path,
+        key: SettingKey,
+        now: Configured<T>,
+        older: impl FnOnce() -> Result<Option<OlderSetting<T>>, Failure>,
+        unusable: impl FnOnce(Option<KeptSetting<T>>, Failure) -> Result<(KeptSetting<T>, String), Failure>,
+    ) -> Result<Self, Failure> {
         let file = StateFile::at(&state.join(FOLDER), &key.file_name())?;
         let at = Timestamp::now();
         let before = file.load()?;
@@ -192,11 +220,23 @@ impl<T: Clone + Default + PartialEq + Serialize + DeserializeOwned> Setting<T> {
             Some(kept) => Some(KeptSetting::clone(kept)),
             None => older()?.map(|older| taken_over(older, &now, at)),
         };
-        let (kept, warning) = read(kept, now, at).map_err(|why| named(key, why.as_ref()))?;
+        let (kept, warning) = match read(kept.clone(), now, at) {
+            Ok(read) => read,
+            Err(why) => {
+                let (kept, warning) = unusable(kept, why).map_err(|why| named(key, why.as_ref()))?;
+                (kept, Some(warning))
+            }
+        };
         if before.as_ref() != Some(&kept) {
             file.save(&kept)?;
         }
-        Ok(Self { key, file, kept, warning: warning.map(|text| format!("{key}: {text}")) })
+        let was_edited = before.is_some_and(|before| before != kept);
+        Ok(Self { key, file, kept, warning: warning.map(|text| format!("{key}: {text}")), was_edited })
+    }
+
+    /// True if `site.toml` was edited before this start.
+    pub fn was_edited(&self) -> bool {
+        self.was_edited
     }
 
     /// The value in force.

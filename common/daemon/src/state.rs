@@ -91,13 +91,19 @@ impl StateFile {
 /// Replaces a file: written beside, flushed, renamed, and the folder flushed.
 ///
 /// # Errors
-/// The file system refuses; the file stays as it was.
+/// The file system refuses; the file stays as it was, and nothing stays beside it.
 pub fn write_durably(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let beside = path.with_extension("new");
-    let mut file = File::create(&beside)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    fs::rename(&beside, path)?;
+    let written = File::create(&beside).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&beside, path)
+    });
+    if written.is_err() {
+        // Half a file helps nobody, and keeps a full disk full.
+        let _ = fs::remove_file(&beside);
+    }
+    written?;
     File::open(path.parent().unwrap_or(Path::new("/")))?.sync_all()
 }
 
@@ -123,6 +129,11 @@ impl Epochs {
         Ok(Self { file, next, reserved: next })
     }
 
+    /// All numbers that were ever taken are below this one.
+    pub fn reserved(&self) -> u64 {
+        self.reserved
+    }
+
     /// The next number.
     ///
     /// # Errors
@@ -140,6 +151,15 @@ impl Epochs {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_stays_beside_a_file_that_cannot_be_replaced() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("site");
+        fs::create_dir_all(path.join("in it")).unwrap();
+        write_durably(&path, b"content").unwrap_err();
+        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 1);
+    }
 
     #[test]
     fn epochs_never_fall() {

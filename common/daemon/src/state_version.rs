@@ -66,9 +66,11 @@ fn claim(folder: &Path, own: &str) -> Result<(), StateVersionError> {
     Ok(written.map_err(failed)?)
 }
 
-/// The numbers of a version, which are compared one after the other; what is no number counts as 0.
+/// The numbers of a version, which are compared one after the other; what is no number counts as 0. A pre-release has the state
+/// of its release.
 fn numbers(version: &str) -> Vec<u64> {
-    version.split(['.', '-', '+']).map(|part| part.parse().unwrap_or(0)).collect()
+    let release = version.split(['-', '+', '~']).next().unwrap_or_default();
+    release.split('.').map(|part| part.parse().unwrap_or(0)).collect()
 }
 
 #[cfg(test)]
@@ -81,6 +83,7 @@ mod tests {
         let folder = home.path().join("state");
         claim(&folder, "0.2.0").unwrap();
         claim(&folder, "0.2.0").unwrap();
+        claim(&folder, "0.10.0-rc.1").unwrap();
         claim(&folder, "0.10.0").unwrap();
         let refused = claim(&folder, "0.9.3").unwrap_err().to_string();
         assert!(refused.contains("written by version 0.10.0, which version"), "{refused}");

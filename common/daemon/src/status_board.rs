@@ -1,13 +1,15 @@
-//! The last report of each daemon of a site, with its age: in files beside the bus, also of daemons that are dead or hang.
+//! The last report of each process of a site, with its age: in files beside the bus, also of those that are dead or hang.
 //!
 //! | file in `board/` of the bus's folder | what |
 //! |---|---|
-//! | `<daemon>.json` | its last [`Report`], replaced whole with every heartbeat and change |
-//! | `<daemon>.lock` | locked by the daemon while it lives |
+//! | `<process>.json` | its last [`Report`], replaced whole with every heartbeat and change |
+//! | `<process>.lock` | locked by the process while it lives; its time of modification is that of the last report, as a
+//!   monotonic time: it is told also where the file system has no room for a report |
 //!
 //! The bus's user sees the state of a site at once, without joining the bus; other users ask the relay for it.
 
 use crate::config::SiteConfig;
+use crate::site_process::SiteProcess;
 use bus::{Daemon, Domain, DomainError, Stamp};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -16,9 +18,10 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, UNIX_EPOCH};
+use tracing::warn;
 
-/// What a daemon says of itself; `F` are its facts, see [`crate::facts`].
+/// What a process says of itself; `F` are the facts of a daemon, see [`crate::facts`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report<F = serde_json::Value> {
     /// Its process.
@@ -45,7 +48,7 @@ pub struct Report<F = serde_json::Value> {
     /// before the daemon.
     #[serde(default)]
     pub latency_s: Option<f64>,
-    /// Facts of its service.
+    /// Facts of its service; null without one.
     pub facts: F,
 }
 
@@ -63,7 +66,7 @@ pub struct StatusBoard {
     relayed: Option<Domain>,
 }
 
-/// A copy of the board. By daemon: whether it lives, and its last report.
+/// A copy of the board. By process: whether it lives, and its last report.
 type BoardCopy = BTreeMap<String, (bool, Option<Report>)>;
 
 impl StatusBoard {
@@ -84,32 +87,44 @@ impl StatusBoard {
 
     /// The whole board, for a relay to pass on.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let entry =
-            |daemon: Daemon| (daemon.to_string(), (self.is_alive(daemon), self.report::<serde_json::Value>(daemon)));
-        let copy: BoardCopy = Daemon::ALL.into_iter().map(entry).collect();
+        let processes = Daemon::ALL.into_iter().map(SiteProcess::from).chain([SiteProcess::Keeper, SiteProcess::Relay]);
+        let entry = |process: SiteProcess| (process.to_string(), (self.is_alive(process), self.report(process)));
+        let copy: BoardCopy = processes.map(entry).collect();
         serde_json::to_vec(&copy).unwrap_or_default()
     }
 
-    /// The last report of a daemon; `None` if there is none that can be read.
-    pub fn report<F: DeserializeOwned>(&self, daemon: Daemon) -> Option<Report<F>> {
+    /// The last report of a process; `None` if there is none that can be read.
+    pub fn report<F: DeserializeOwned>(&self, process: impl Into<SiteProcess>) -> Option<Report<F>> {
+        let process = process.into();
         if let Some(domain) = &self.relayed {
-            return report_of(&copy_of(domain)?, daemon);
+            return report_of(&copy_of(domain)?, process);
         }
-        let bytes = fs::read(self.file(daemon, "json")).ok()?;
-        serde_json::from_slice(&bytes).ok()
+        let bytes = fs::read(self.file(process, "json")).ok()?;
+        let mut report: Report<F> = serde_json::from_slice(&bytes).ok()?;
+        report.stamp_ns = report.stamp_ns.max(self.touched_ns(process).unwrap_or(0));
+        Some(report)
     }
 
-    /// True if a process of this daemon lives: the kernel drops its lock however it dies.
-    pub fn is_alive(&self, daemon: Daemon) -> bool {
+    /// When the process last told that it lives, nanoseconds since the machine's boot.
+    fn touched_ns(&self, process: SiteProcess) -> Option<u64> {
+        let touched = fs::metadata(self.file(process, "lock")).ok()?.modified().ok()?;
+        let touched_ns = u64::try_from(touched.duration_since(UNIX_EPOCH).ok()?.as_nanos()).ok()?;
+        // A lock that was just made has the time of the clock.
+        (touched_ns <= Stamp::now().0).then_some(touched_ns)
+    }
+
+    /// True if the process lives: the kernel drops its lock however it dies.
+    pub fn is_alive(&self, process: impl Into<SiteProcess>) -> bool {
+        let process = process.into();
         if let Some(domain) = &self.relayed {
-            return copy_of(domain).is_some_and(|copy| copy.get(daemon.name()).is_some_and(|entry| entry.0));
+            return copy_of(domain).is_some_and(|copy| copy.get(process.name()).is_some_and(|entry| entry.0));
         }
-        let lock = File::open(self.file(daemon, "lock"));
+        let lock = File::open(self.file(process, "lock"));
         lock.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
     }
 
-    fn file(&self, daemon: Daemon, kind: &str) -> PathBuf {
-        self.folder.join(format!("{daemon}.{kind}"))
+    fn file(&self, process: SiteProcess, kind: &str) -> PathBuf {
+        self.folder.join(format!("{process}.{kind}"))
     }
 }
 
@@ -118,25 +133,33 @@ fn copy_of(domain: &Domain) -> Option<BoardCopy> {
     serde_json::from_slice(&bus::relayed_report(domain).ok()??).ok()
 }
 
-fn report_of<F: DeserializeOwned>(copy: &BoardCopy, daemon: Daemon) -> Option<Report<F>> {
-    let report = copy.get(daemon.name())?.1.as_ref()?;
+fn report_of<F: DeserializeOwned>(copy: &BoardCopy, process: SiteProcess) -> Option<Report<F>> {
+    let report = copy.get(process.name())?.1.as_ref()?;
     serde_json::from_value(serde_json::to_value(report).ok()?).ok()
 }
 
-/// A daemon's own place on the board. A report that is there before it is one of a process that died.
+/// A process's own place on the board. A report that is there before it is one of a process that died.
 #[derive(Debug)]
 pub(crate) struct BoardEntry {
     board: StatusBoard,
-    daemon: Daemon,
+    process: SiteProcess,
     lock: Option<File>,
     restarts: u32,
+    /// Why the last report is not there.
+    unwritten: Option<String>,
 }
 
 impl BoardEntry {
-    pub(crate) fn new(bus_root: &Path, daemon: Daemon) -> Self {
-        let board = StatusBoard::of(bus_root);
-        let earlier: Option<Report> = board.report(daemon);
-        Self { board, daemon, lock: None, restarts: earlier.map_or(0, |report| report.restarts.saturating_add(1)) }
+    pub(crate) fn new(bus_root: &Path, process: impl Into<SiteProcess>) -> Self {
+        let (board, process) = (StatusBoard::of(bus_root), process.into());
+        let earlier: Option<Report> = board.report(process);
+        Self {
+            board,
+            process,
+            lock: None,
+            restarts: earlier.map_or(0, |report| report.restarts.saturating_add(1)),
+            unwritten: None,
+        }
     }
 
     /// How often the process died and was started again.
@@ -144,21 +167,33 @@ impl BoardEntry {
         self.restarts
     }
 
-    /// Takes the report away: the daemon leaves in order.
+    /// Takes the report away: the process leaves in order.
     pub(crate) fn remove(&mut self) {
         if self.lock.take().is_some() {
             // What cannot be removed is taken for the report of a process that died.
-            let _ = fs::remove_file(self.board.file(self.daemon, "json"));
+            let _ = fs::remove_file(self.board.file(self.process, "json"));
         }
     }
 
-    /// Replaces the report.
-    ///
-    /// # Errors
-    /// The bus's folder is not there, the file system refuses, or another process of this daemon lives.
-    pub(crate) fn write(&mut self, report: &Report) -> io::Result<()> {
+    /// Replaces the report. Where it cannot be, readers see the last one.
+    pub(crate) fn put(&mut self, report: &Report) {
+        let unwritten = self.write(report).err();
+        // Before the keeper there is no folder.
+        let unwritten = unwritten.filter(|why| why.kind() != io::ErrorKind::NotFound).map(|why| why.to_string());
+        if unwritten != self.unwritten
+            && let Some(why) = &unwritten
+        {
+            warn!(service = self.process.name(), error = why, "the report is not on the status board");
+        }
+        self.unwritten = unwritten;
+    }
+
+    fn write(&mut self, report: &Report) -> io::Result<()> {
         self.keep_locked()?;
-        let path = self.board.file(self.daemon, "json");
+        if let Some(lock) = &self.lock {
+            lock.set_modified(UNIX_EPOCH + Duration::from_nanos(report.stamp_ns))?;
+        }
+        let path = self.board.file(self.process, "json");
         let beside = path.with_extension("json.new");
         let bytes = serde_json::to_vec(report)?;
         let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, &path));
@@ -171,7 +206,7 @@ impl BoardEntry {
 
     /// Locks, unless it is locked: the folder may have been removed and made again.
     fn keep_locked(&mut self) -> io::Result<()> {
-        let path = self.board.file(self.daemon, "lock");
+        let path = self.board.file(self.process, "lock");
         let is_there = |held: &File| {
             let (held, there) = (held.metadata(), fs::metadata(&path));
             held.is_ok_and(|held| there.is_ok_and(|there| (held.dev(), held.ino()) == (there.dev(), there.ino())))
@@ -231,6 +266,20 @@ mod tests {
     }
 
     #[test]
+    fn a_process_whose_reports_find_no_room_is_not_silent() {
+        let root = tempfile::tempdir().unwrap();
+        let board = StatusBoard::of(root.path());
+        let mut entry = BoardEntry::new(root.path(), Daemon::Rasterize);
+        entry.put(&report(None));
+        let first = board.report::<serde_json::Value>(Daemon::Rasterize).unwrap().stamp_ns;
+        // A report cannot be written where its file is to be.
+        fs::create_dir_all(root.path().join("board/rasterize.json.new/in it")).unwrap();
+        entry.put(&report(Some("it is broken")));
+        let last = board.report::<serde_json::Value>(Daemon::Rasterize).unwrap();
+        assert!(first < last.stamp_ns && last.error.is_none() && entry.unwritten.is_some());
+    }
+
+    #[test]
     fn a_copy_says_what_the_board_says() {
         let root = tempfile::tempdir().unwrap();
         let mut entry = BoardEntry::new(root.path(), Daemon::Rasterize);
@@ -238,9 +287,9 @@ mod tests {
         let board = StatusBoard::of(root.path());
         let copy: BoardCopy = serde_json::from_slice(&board.to_bytes()).unwrap();
         assert!(copy["rasterize"].0 && !copy["ifc-ingest"].0);
-        let last: Report<crate::facts::RasterizeFacts> = report_of(&copy, Daemon::Rasterize).unwrap();
+        let last: Report<crate::facts::RasterizeFacts> = report_of(&copy, Daemon::Rasterize.into()).unwrap();
         assert_eq!((last.error.as_deref(), last.facts.storeys), (Some("it is broken"), 3));
-        assert!(report_of::<serde_json::Value>(&copy, Daemon::IfcIngest).is_none());
+        assert!(report_of::<serde_json::Value>(&copy, Daemon::IfcIngest.into()).is_none());
     }
 
     #[test]

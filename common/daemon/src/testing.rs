@@ -42,6 +42,8 @@ pub(crate) struct RecordingService {
     pub(crate) recorded: Option<Sender<(Instant, &'static str)>>,
     pub(crate) wake_in: Option<Duration>,
     pub(crate) panics_at_tick: bool,
+    /// How often it cannot attach.
+    pub(crate) n_refusals: u32,
     /// If there is one, a count waits for it after the first step.
     pub(crate) gate: Option<Receiver<()>>,
 }
@@ -59,7 +61,10 @@ impl Service for RecordingService {
     type Facts = u32;
 
     fn attach(&mut self, _bus: &Bus) -> Result<(), Failure> {
-        Ok(())
+        let Some(left) = self.n_refusals.checked_sub(1) else { return Ok(()) };
+        self.n_refusals = left;
+        self.note("refused");
+        Err("there is no room".into())
     }
 
     fn handle(&mut self, event: Event<NoInput>) -> Result<Done, Failure> {

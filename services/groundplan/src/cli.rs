@@ -7,6 +7,8 @@ use crate::commands::{
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use clap::{CommandFactory, Parser, Subcommand};
+use std::io::IsTerminal;
+use tracing_subscriber::EnvFilter;
 
 /// Building models (IFC) into everything a robot needs to move before it has ever seen the place.
 #[derive(Debug, Parser)]
@@ -48,7 +50,7 @@ pub enum Command {
     /// Set what waypoints the running daemons plan; returns when the mission plan is published. Without arguments, what
     /// is configured
     Waypoints(waypoints::Args),
-    /// Give the running daemons a map that the robot made, and align it; exit code 0 if accepted
+    /// Give the running daemons a map that the robot made, and align it
     SlamMap(slam_map::Args),
     /// Compare a robot's map with the planned site: what stands, is missing or has moved
     Deviations(deviations::Args),
@@ -78,6 +80,13 @@ pub enum Command {
     /// Let other users than the bus's own look at the site, and send commands; `up` starts it
     #[command(hide = true)]
     Relay(relay::Args),
+}
+
+/// The log of commands that end: errors on standard error, unless `RUST_LOG` asks for more.
+fn log_errors() {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| "error".into());
+    let lines = tracing_subscriber::fmt().with_writer(std::io::stderr).with_ansi(std::io::stderr().is_terminal());
+    lines.with_env_filter(filter).init();
 }
 
 impl Command {
@@ -116,6 +125,9 @@ impl Command {
             Self::Keeper(arguments) => arguments,
             Self::Relay(arguments) => arguments,
         };
+        if !matches!(self, Self::Up(_) | Self::Keeper(_) | Self::Relay(_)) {
+            log_errors();
+        }
         command.run()
     }
 }

@@ -1,12 +1,13 @@
 //! Date arguments: instants, days and periods.
 
 use crate::failure::Failure;
-use daemon::SiteConfig;
+use bus::Daemon;
+use daemon::facts::ScheduleFacts;
+use daemon::{Report, SiteConfig, StatusBoard};
 use frames::{PlanTime, PlanTimeError, WrittenPlanTime};
 use jiff::tz::TimeZone;
 use messages::ScheduleStateHead;
 use schedule::Period;
-use schedule::Rules;
 
 const DAY_S: i64 = 86_400;
 
@@ -18,18 +19,20 @@ pub(crate) fn instant_s(text: &str, site_zone: Option<&TimeZone>) -> Result<i64,
     Ok(written(text, site_zone)?.at.civil_seconds())
 }
 
-/// The same for the site of running daemons, whose rules name its zone.
+/// The same for the site of running daemons; the rules in force name its zone.
 ///
 /// # Errors
-/// A text that is no date, an offset where the rules cannot be read or name no zone.
+/// A text that is no date, an offset where the rules name no zone or schedule-eval has not said which.
 pub(crate) fn instant_at_site_s(text: &str, config: &SiteConfig) -> Result<i64, Failure> {
     match PlanTime::parse(text, None) {
-        // Rules that cannot be read do not matter to a date that is one without them.
+        // Only then the zone matters.
         Err(PlanTimeError::NoSiteZone { .. }) => {
-            let read = |path| daemon::read_parsed("rules", path, Rules::parse);
-            let rules = config.schedule.rules.as_deref().map_or_else(|| Ok(Rules::default()), read);
-            let rules = rules.map_err(Failure::usage)?;
-            instant_s(text, rules.site_zone.as_ref())
+            let board = StatusBoard::of_site(config).map_err(Failure::work)?;
+            let report: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);
+            let facts =
+                report.ok_or_else(|| Failure::work("schedule-eval has not begun: see groundplan status"))?.facts;
+            let zone = facts.site_zone.as_deref().map(TimeZone::get).transpose().map_err(Failure::work)?;
+            instant_s(text, zone.as_ref())
         }
         parsed => Ok(parsed.map_err(Failure::usage)?.at.civil_seconds()),
     }

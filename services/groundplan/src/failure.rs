@@ -16,9 +16,14 @@ pub enum Failure {
 impl Failure {
     /// 2 for bad usage or configuration, 1 otherwise.
     pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(self.code())
+    }
+
+    /// The same as a number.
+    pub(crate) fn code(&self) -> u8 {
         match self {
-            Self::Usage(_) => ExitCode::from(2),
-            Self::Work(_) => ExitCode::from(1),
+            Self::Usage(_) => 2,
+            Self::Work(_) => 1,
         }
     }
 

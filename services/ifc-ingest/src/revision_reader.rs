@@ -111,7 +111,7 @@ impl RevisionReader {
     /// Evaluates the schedule as schedule-eval will.
     fn check_schedule(&self, models: &[PathBuf], site: &Checked<payload::Site>) -> Result<(), Failure> {
         let [actuals, observed] = progress_in_force(&self.state, parse_actuals)?;
-        let overrides = Overrides { actuals, observed, ..Overrides::default() };
+        let overrides = Overrides { actuals, observed, is_of_earlier_revision: true, ..Overrides::default() };
         evaluate(&site.view(), &self.rules, &overrides)
             .map_err(|why| format!("the schedule of {} cannot be used: {}", names_of(models), chain(&why)))?;
         Ok(())

@@ -40,6 +40,9 @@ pub(crate) struct Revisions {
 pub(crate) struct Refused {
     /// Its files.
     pub(crate) models: Vec<PathBuf>,
+    /// What they looked like: when they look different they are read again.
+    #[serde(default)]
+    pub(crate) stamps: Vec<Option<FileStamp>>,
     /// Why.
     pub(crate) why: String,
 }
@@ -69,6 +72,17 @@ impl Revisions {
         if self.models == models {
             self.seen = Some(stamps.to_vec());
         }
+    }
+
+    /// The refused and the waiting revision that outlive this site's coming into force: where it is in force already, and its
+    /// files were only read again.
+    pub(crate) fn unaffected_by(&self, models: &[PathBuf], site_hash: u64) -> (Option<Refused>, Option<Waiting>) {
+        if self.models != models || self.site_hash != Some(site_hash) {
+            return (None, None);
+        }
+        let refused = self.refused.clone().filter(|refused| refused.models != models);
+        let waiting = self.waiting.clone().filter(|waiting| waiting.revision.models != models);
+        (refused, waiting)
     }
 
     /// Where these files come from once they are in force: those that are in force already come from where they came from.

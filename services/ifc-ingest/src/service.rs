@@ -9,7 +9,7 @@ use crate::revision_reader::{InForce, ReadRevision, RevisionReader};
 use crate::revisions::{Refused, Revisions, Waiting};
 use crate::site_store::SiteStore;
 use bus::{Bus, topics};
-use daemon::facts::IngestFacts;
+use daemon::facts::{IngestFacts, ModelFile};
 use daemon::{
     Asked, Caller, CurrentActivity, Done, Epochs, Event, Failure, History, HistoryEvent, HistoryKind, IngestAnswer,
     IngestRequest, LatchedOutput, NoInput, Reporter, Revision, RevisionEffect, Service, SiteConfig, Standing, chain,
@@ -17,7 +17,12 @@ use daemon::{
 use ingest::SiteFrame;
 use messages::{Activity, Checked, InputHashes, SiteOutline, payload};
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 use tracing::{info, warn};
+
+/// Waits before a revision that found no room on disk is tried again.
+const MIN_WAIT: Duration = Duration::from_secs(10);
+const MAX_WAIT: Duration = Duration::from_secs(600);
 
 /// Share of a load that is done when the revision is read and compared.
 const COMPARED: f64 = 0.98;
@@ -37,6 +42,8 @@ pub(crate) struct IngestService {
     to_read: Option<Vec<PathBuf>>,
     /// Why the configuration, or the map frame, cannot be used.
     error: Option<String>,
+    /// When a revision that found no room on disk is tried again, and how long that waited.
+    next_try: Option<(Instant, Duration)>,
 }
 
 /// What is to become of a revision that could take effect.
@@ -77,8 +84,13 @@ impl IngestService {
             output: LatchedOutput::new(topics::Site),
             to_read: None,
             error: None,
+            next_try: None,
         };
         service.follow_configured_models(config);
+        if service.to_read.is_none() {
+            // What it was refused for may be mended.
+            service.to_read = service.revisions.refused.as_ref().map(|refused| refused.models.clone());
+        }
         match cached {
             Some(site) => service.start_with(site)?,
             // What was tried before is tried again.
@@ -123,6 +135,15 @@ impl IngestService {
         }
     }
 
+    /// The highest epoch that a map frame of this site may have had. Earlier versions did not keep it, but every frame came with a
+    /// sample.
+    fn last_frame_epoch(&self) -> u32 {
+        match self.revisions.frame_epoch {
+            0 if !self.revisions.stamps.is_empty() => u32::try_from(self.epochs.reserved()).unwrap_or(u32::MAX - 1),
+            kept => kept,
+        }
+    }
+
     /// Files that the configuration names since it was edited are to be read; what was loaded by a command counts until then.
     fn follow_configured_models(&mut self, config: &SiteConfig) {
         let configured = self.revisions.configured.replace(config.models.clone());
@@ -144,13 +165,16 @@ impl IngestService {
         let stamps = stamps_of(&models);
         let frame = self.frame_in_force(self.frame());
         let read = frame.and_then(|frame| {
-            let last_epoch = frame.map_or(0, |frame| frame.frame_epoch).max(self.revisions.frame_epoch);
+            let last_epoch = frame.map_or(0, |frame| frame.frame_epoch).max(self.last_frame_epoch());
             let in_force = InForce { frame, last_epoch, outline: self.outline.as_ref() };
             self.reader.read(&models, stamps.clone(), in_force, reporter)
         });
         let result = match read {
             Err(why) if *intent == Intent::Compare => Err(why),
-            Err(why) => Err(self.refuse(models, &stamps, why.as_ref(), by)),
+            Err(why) => {
+                self.next_try = None;
+                Err(self.refuse(models, &stamps, why.as_ref(), by))
+            }
             Ok(revision) if *intent == Intent::Compare => {
                 Ok(self.answer_of(RevisionEffect::DryRun, Some(revision.described())))
             }
@@ -181,7 +205,7 @@ impl IngestService {
         why: &(dyn std::error::Error + 'static),
         by: Option<Caller>,
     ) -> Failure {
-        let refused = Refused { why: chain(why), models };
+        let refused = Refused { why: chain(why), models, stamps: stamps.to_vec() };
         self.revisions.see(&refused.models, stamps);
         if self.revisions.refused.as_ref() != Some(&refused) {
             self.record(HistoryKind::Revision, by, format!("{} refused: {}", names_of(&refused.models), refused.why));
@@ -217,6 +241,7 @@ impl IngestService {
         reporter: &Reporter,
     ) -> Result<Done<IngestAnswer>, Failure> {
         reporter.report("writing the site", COMPARED);
+        let (refused, waiting) = self.revisions.unaffected_by(&revision.models, revision.site.content_hash());
         let revisions = Revisions {
             models: revision.models.clone(),
             stamps: revision.stamps.clone(),
@@ -225,26 +250,36 @@ impl IngestService {
             frame_epoch: frame_of(&revision.site).frame_epoch,
             configured: self.revisions.configured.clone(),
             setting: Some(self.revisions.setting_of(&revision.models, by.map(|by| by.uid))),
-            refused: None,
-            waiting: None,
+            refused,
+            waiting,
         };
         let described = revision.described();
         let ReadRevision { site, outline, models, stamps, .. } = revision;
         if let Err(why) = self.store.put_in_force(&site, &outline, &revisions) {
+            let wait = self.next_try.map_or(MIN_WAIT, |(_, wait)| (wait * 2).min(MAX_WAIT));
+            self.next_try = Some((Instant::now() + wait, wait));
             return Err(self.refuse(models, &stamps, why.as_ref(), by));
         }
+        self.next_try = None;
         let is_other_site = self.revisions.site_hash != revisions.site_hash;
         let (before, frame, n_bytes) = (self.frame(), frame_of(&site), site.bytes().bytes().len());
+        let dropped = self.revisions.waiting.take().filter(|_| revisions.waiting.is_none());
         (self.revisions, self.outline) = (revisions, Some(outline));
-        self.publish(site)?;
         if is_other_site {
             self.record(HistoryKind::Revision, by, format!("{} in force", names_of(&models)));
+        }
+        if let Some(Waiting { revision, .. }) = dropped.filter(|dropped| dropped.revision.models != models) {
+            self.record(HistoryKind::Revision, by, format!("{} no longer waits", names_of(&revision.models)));
         }
         if before.is_some_and(|before| !is_same_frame(&before, &frame)) {
             self.record(HistoryKind::Frame, by, format!("another map frame, epoch {}", frame.frame_epoch));
         }
+        // It is in force: what has no room on the bus is published as soon as it has.
+        match self.publish(site) {
+            Ok(()) => info!(service = "ifc-ingest", epoch = self.output.epoch(), bytes = n_bytes, "site published"),
+            Err(why) => warn!(service = "ifc-ingest", error = chain(why.as_ref()), "the site has no room yet"),
+        }
         reporter.report("site published", 1.0);
-        info!(service = "ifc-ingest", epoch = self.output.epoch(), bytes = n_bytes, "site published");
         Ok(self.answer_of(RevisionEffect::InForce, Some(described)))
     }
 
@@ -268,6 +303,12 @@ impl IngestService {
     fn reload_if_changed(&mut self) -> Result<Done, Failure> {
         if let Some(models) = self.to_read.take() {
             return self.load_unasked(models);
+        }
+        let is_due = self.next_try.is_some_and(|(at, _)| at <= Instant::now());
+        if let Some(Refused { models, stamps, .. }) = &self.revisions.refused
+            && (is_due || *stamps != stamps_of(models))
+        {
+            return self.load_unasked(models.clone());
         }
         let now = stamps_of(&self.revisions.models);
         if self.revisions.models.is_empty() || self.revisions.are_seen(&now) {
@@ -312,6 +353,13 @@ impl IngestService {
         self.output.last().map(frame_of)
     }
 
+    /// The files, with what was read of those that are in force.
+    fn model_files(&self) -> Vec<ModelFile> {
+        let site = self.output.last().map(Checked::view);
+        let mut sha256 = site.iter().flat_map(|site| site.sources).map(|source| hexadecimal(&source.sha256));
+        self.revisions.models.iter().map(|path| ModelFile { path: path.clone(), sha256: sha256.next() }).collect()
+    }
+
     fn done(&self) -> Done {
         Done { published: self.output.published(), ..Done::default() }
     }
@@ -326,6 +374,10 @@ impl IngestService {
             warn!(service = "ifc-ingest", error = chain(&why), "the history cannot be written");
         }
     }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn frame_of(site: &Checked<payload::Site>) -> SiteFrame {
@@ -387,7 +439,7 @@ impl Service for IngestService {
 
     fn facts(&self) -> IngestFacts {
         IngestFacts {
-            models: self.revisions.models.clone(),
+            models: self.model_files(),
             site: self.output.published(),
             frame_epoch: self.frame().map_or(0, |frame| u64::from(frame.frame_epoch)),
             waiting: self.revisions.waiting.as_ref().map(|waiting| waiting.revision.clone()),

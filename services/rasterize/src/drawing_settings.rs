@@ -86,6 +86,11 @@ impl DrawingSettings {
         *self.resolution.value()
     }
 
+    /// True if `site.toml` was edited before this start.
+    pub(crate) fn were_edited(&self) -> bool {
+        self.profile.was_edited() || self.resolution.was_edited()
+    }
+
     /// What an operator should know.
     pub(crate) fn warning(&self) -> Option<&str> {
         self.profile.warning()

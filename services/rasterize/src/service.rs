@@ -51,7 +51,7 @@ impl RasterizeService {
     /// # Errors
     /// A robot profile, a resolution or state that cannot be used.
     pub fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
-        Ok(Self {
+        let service = Self {
             settings: DrawingSettings::open(&config.state, &config.robot)?,
             history: History::at(&config.state),
             epochs: Epochs::at(&config.state, "rasterize-epochs.json")?,
@@ -69,7 +69,11 @@ impl RasterizeService {
             is_pending: false,
             last: Published::default(),
             last_plan_time_s: ScheduleStateHead::NO_TIME,
-        })
+        };
+        if service.settings.were_edited() {
+            service.record(None);
+        }
+        Ok(service)
     }
 
     fn handle_site(&mut self, site: CheckedSample<topics::Site>) -> Result<Done, Failure> {
@@ -96,6 +100,7 @@ impl RasterizeService {
                     (self.site, self.error) = (Some((site, rasterizer)), None);
                 }
                 Err(why) => {
+                    self.activity.set(Activity::Idle);
                     self.error = Some(daemon::chain(why.as_ref()));
                     self.next_site = Some(site);
                     return Err(why);
@@ -134,8 +139,8 @@ impl RasterizeService {
         let before = self.settings.keep(tried)?;
         let rasterizer = self.replace_rasterizer(prepared);
         match self.draw() {
-            // A site that could not be drawn may be drawn now.
-            Ok(_) if self.error.is_some() => self.take_next(),
+            // A site that could not be drawn may be drawn now; why it still cannot be stands in the status.
+            Ok(done) if self.error.is_some() => Ok(self.take_next().unwrap_or(done)),
             Ok(done) => Ok(done),
             Err(why) => {
                 self.settings.keep(before)?;

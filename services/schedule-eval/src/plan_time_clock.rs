@@ -131,7 +131,8 @@ impl PlanTimeClock {
         }
     }
 
-    /// How long until the plan time is `plan_s`, in milliseconds of the machine's clock; `None` if it does not move.
+    /// How long until the plan time is `plan_time_s`, in milliseconds of the machine's clock, negative if that has passed; `None` if
+    /// it does not move.
     pub(crate) fn until_ms(&self, plan_time_s: i64, wall_ms: i64, zone: &TimeZone) -> Option<i64> {
         match *self {
             Self::Everything | Self::Fixed { .. } => None,
@@ -142,7 +143,6 @@ impl PlanTimeClock {
                 Some((at_ms.ceil() as i64).saturating_sub(wall_ms))
             }
         }
-        .map(|ms| ms.max(0))
     }
 
     /// The same clock, having got this far.

@@ -1,6 +1,7 @@
 //! The plan time in force: that of `site.toml`, or the clock that a command set.
 
-use crate::plan_time_clock::PlanTimeClock;
+use crate::machine_time::MachineTime;
+use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime};
 use daemon::{
     Configured, Failure, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SiteConfig, StateFile,
 };
@@ -57,9 +58,15 @@ impl PlanTimeSetting {
     ///
     /// # Errors
     /// A plan time that is none, or state that cannot be read or written.
-    pub(crate) fn open(config: &SiteConfig, zone: Option<&TimeZone>) -> Result<Self, Failure> {
+    pub(crate) fn open(config: &SiteConfig, zone: Option<&TimeZone>, now: MachineTime) -> Result<Self, Failure> {
         let older_file = StateFile::at(&config.state, OLDER_FILE)?;
-        let older = || Ok(older_file.load()?.map(|clock| OlderSetting::Command(PlanTimeValue::Clock(clock))));
+        // Earlier versions kept a reading of the machine's clock only with a change: it says nothing about the time since.
+        let taken_over = |clock: PlanTimeClock| match clock.reached() {
+            Some(reached) => clock.with_reached(ReachedPlanTime { machine: now, ..reached }),
+            None => clock,
+        };
+        let older =
+            || Ok(older_file.load()?.map(|clock| OlderSetting::Command(PlanTimeValue::Clock(taken_over(clock)))));
         let setting = Setting::open(&config.state, SettingKey::PlanTime, configured(config, zone), older)?;
         older_file.remove()?;
         let clock = setting.value().clock(zone)?;
@@ -111,6 +118,11 @@ impl PlanTimeSetting {
         Ok(std::mem::replace(&mut self.clock, clock) != clock)
     }
 
+    /// True if `site.toml` was edited before this start.
+    pub(crate) fn was_edited(&self) -> bool {
+        self.setting.was_edited()
+    }
+
     /// The plan time for `status`.
     pub(crate) fn in_force(&self) -> SettingInForce {
         self.setting.in_force(|value| match value {
@@ -140,6 +152,10 @@ mod tests {
         SiteConfig::parse(&format!("state = \"state\"\n[schedule]\nplan_time = {plan_time:?}\n"), home).unwrap()
     }
 
+    fn open(config: &SiteConfig) -> Result<PlanTimeSetting, Failure> {
+        PlanTimeSetting::open(config, None, MachineTime::default())
+    }
+
     fn in_force(setting: &PlanTimeSetting) -> (String, SettingSource) {
         let SettingInForce { value, source, .. } = setting.in_force();
         (value, source)
@@ -149,7 +165,7 @@ mod tests {
     fn a_date_that_was_set_counts_until_that_of_the_site_is_edited() {
         let home = tempfile::tempdir().unwrap();
         let first = config(home.path(), "2024-03-01");
-        let mut setting = PlanTimeSetting::open(&first, None).unwrap();
+        let mut setting = open(&first).unwrap();
         assert_eq!(in_force(&setting), ("2024-03-01".to_owned(), SettingSource::SiteToml));
         let noon = PlanTimeClock::Fixed { at_s: PlanTime::parse("2024-04-01T12:00", None).unwrap().at.civil_seconds() };
         let earlier = setting.set(noon, 7).unwrap();
@@ -157,12 +173,14 @@ mod tests {
         setting.go_back(earlier).unwrap();
         assert_eq!(in_force(&setting).1, SettingSource::SiteToml);
         setting.set(noon, 7).unwrap();
-        let mut setting = PlanTimeSetting::open(&first, None).unwrap();
+        let mut setting = open(&first).unwrap();
         assert_eq!(in_force(&setting), ("2024-04-01T12:00:00".to_owned(), SettingSource::Command));
         assert!(setting.edit(&config(home.path(), "soon"), None).is_err());
         assert!(*setting.clock() == noon);
         assert!(setting.edit(&config(home.path(), "2024-05-01"), None).unwrap());
         assert_eq!(in_force(&setting), ("2024-05-01".to_owned(), SettingSource::SiteToml));
+        let start = |plan_time: &str| open(&config(home.path(), plan_time)).unwrap().was_edited();
+        assert_eq!([start("2024-05-01"), start("2024-06-01"), start("2024-06-01")], [false, true, false]);
     }
 
     #[test]
@@ -172,7 +190,7 @@ mod tests {
         std::fs::create_dir(&config.state).unwrap();
         std::fs::write(config.state.join(OLDER_FILE), "{\"fixed\":{\"at_s\":86400}}").unwrap();
         for _ in 0..2 {
-            let setting = PlanTimeSetting::open(&config, None).unwrap();
+            let setting = open(&config).unwrap();
             assert_eq!(*setting.clock(), PlanTimeClock::Fixed { at_s: 86_400 });
         }
     }

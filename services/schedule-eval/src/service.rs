@@ -8,13 +8,14 @@ use daemon::facts::{ProgressRows, ScheduleFacts};
 use daemon::{
     ActualsSource, Asked, Caller, Configured, CurrentActivity, Done, Epochs, Event, Failure, FileText, History,
     HistoryEvent, HistoryKind, LatchedOutput, OBSERVED_TABLE, Published, ReportedProgress, ScheduleAnswer,
-    ScheduleRequest, Service, Setting, SettingKey, SiteConfig, Standing, progress_in_force, read_progress,
+    ScheduleRequest, Service, Setting, SettingKey, SiteConfig, Standing, StateFile, progress_in_force, read_progress,
     write_durably,
 };
 use frames::PlanTime;
 use jiff::tz::TimeZone;
-use messages::{Activity, Checked, InputHashes, ScheduleStateHead, Site};
+use messages::{Activity, Checked, DiagnosticCode, InputHashes, ScheduleStateHead, Site};
 use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate, parse_actuals};
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tracing::{info, warn};
@@ -27,6 +28,8 @@ daemon::inputs! {
 /// A plan time that moves is on disk with each change, and at least this often: the reading by which a clock that went ahead
 /// while the machine was off is noticed.
 const KEPT_EVERY_MS: i64 = 3_600_000;
+/// What is due for longer could not be published.
+const LATE_MS: i64 = 1_000;
 
 /// Holds the plan time, which is restored from its state file after a restart.
 ///
@@ -52,8 +55,19 @@ pub(crate) struct ScheduleService {
     /// Why the schedule is not that of the newest site, rules and progress.
     error: Option<String>,
     history: History,
-    /// Plan time of what was published last; `None` before that.
+    /// Plan time of what was published last, or waits for room; `None` before that.
     published_at_s: Option<Option<i64>>,
+    /// Plan time of what is on the bus; `None` before that.
+    shown_at_s: Option<Option<i64>>,
+    /// The rules that a site was last evaluated with: they stand in at a start where those in force cannot be used with the site.
+    usable_rules: Option<KeptRules>,
+    usable_rules_file: StateFile,
+}
+
+/// Rules that a site was evaluated with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct KeptRules {
+    rules: Option<FileText>,
 }
 
 /// The evaluated schedule of the current site.
@@ -72,15 +86,18 @@ impl ScheduleService {
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let rules_setting = Setting::open(&config.state, SettingKey::Rules, rules_configured(config), || Ok(None))?;
         let rules = parse_rules(rules_setting.value().as_ref())?;
-        let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref())?;
+        let boot = machine_time::boot();
+        let plan_time = PlanTimeSetting::open(config, rules.site_zone.as_ref(), MachineTime::now(boot))?;
+        check_zone(&rules, plan_time.clock())?;
+        let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
         let [actuals, observed] = progress_in_force(&config.state, parse_actuals)?;
-        Ok(Self {
+        let service = Self {
             rules,
             synchronised_while: config.clock.synchronised_while.clone(),
-            boot: machine_time::boot(),
+            boot,
             plan_time,
             rules_setting,
-            overrides: Overrides { actuals, observed, ..Overrides::default() },
+            overrides: Overrides { actuals, observed, is_of_earlier_revision: true, ..Overrides::default() },
             state: config.state.clone(),
             epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
             activity,
@@ -90,7 +107,22 @@ impl ScheduleService {
             error: None,
             history: History::at(&config.state),
             published_at_s: None,
-        })
+            shown_at_s: None,
+            usable_rules: usable_rules_file.load()?,
+            usable_rules_file,
+        };
+        service.record_edits(service.rules_setting.was_edited(), service.plan_time.was_edited());
+        Ok(service)
+    }
+
+    /// What was edited in `site.toml`.
+    fn record_edits(&self, has_other_rules: bool, has_other_plan_time: bool) {
+        if has_other_rules {
+            self.record(HistoryKind::Rules, None, format!("rules of {}", self.rules_words()));
+        }
+        if has_other_plan_time {
+            self.record(HistoryKind::Date, None, format!("plan time {} of site.toml", self.plan_time.in_force().value));
+        }
     }
 
     /// The zone in which the machine's clock is read.
@@ -170,10 +202,12 @@ impl ScheduleService {
                     format!("{file} has no rows: `groundplan actuals --clear` takes reported progress back").into()
                 );
             }
-            (ActualsSource::Reported, _) => overrides.actuals = actuals,
+            // A new table is about the model as it is.
+            (ActualsSource::Reported, _) => (overrides.actuals, overrides.is_of_earlier_revision) = (actuals, false),
             (ActualsSource::Observed, _) => overrides.observed = actuals,
         }
         let evaluated = self.evaluate(&overrides)?.transpose().map_err(|e| named(&e))?;
+        overrides.is_of_earlier_revision = true;
         match source {
             ActualsSource::Reported => {
                 let tables = ReportedProgress::at(&self.state);
@@ -243,11 +277,13 @@ impl ScheduleService {
     fn configure(&mut self, config: &SiteConfig) -> Result<Done, Failure> {
         let edited = self.rules_setting.edited(rules_configured(config))?;
         let rules = parse_rules(edited.value().as_ref())?;
-        self.plan_time.edit(config, rules.site_zone.as_ref())?;
-        if edited != self.rules_setting.as_kept() {
+        check_zone(&rules, self.plan_time.clock())?;
+        let has_other_plan_time = self.plan_time.edit(config, rules.site_zone.as_ref())?;
+        let has_other_rules = edited != self.rules_setting.as_kept();
+        if has_other_rules {
             self.rules_setting.keep(edited)?;
-            self.record(HistoryKind::Rules, None, format!("rules of {}", self.rules_words()));
         }
+        self.record_edits(has_other_rules, has_other_plan_time);
         self.rules = rules;
         self.synchronised_while.clone_from(&config.clock.synchronised_while);
         self.evaluate_site()
@@ -283,13 +319,38 @@ impl ScheduleService {
                 let (tasks, changes) = (site.view().tasks.len(), evaluated.timeline.instants_s().len());
                 info!(service = "schedule-eval", tasks, changes, "schedule evaluated");
                 (self.evaluated, self.error) = (Some(evaluated), None);
+                self.keep_usable_rules()?;
                 self.publish()
             }
             Err(why) => {
                 self.error = Some(format!("the schedule cannot be used: {}", daemon::chain(&why)));
+                self.activity.set(if self.output.last().is_some() { Activity::Published } else { Activity::Idle });
+                if self.evaluated.is_none() {
+                    self.evaluate_with_usable_rules()?;
+                }
                 self.tick()
             }
         }
+    }
+
+    /// The rules in force are some that a site was evaluated with.
+    fn keep_usable_rules(&mut self) -> Result<(), Failure> {
+        let kept = KeptRules { rules: self.rules_setting.value().clone() };
+        if self.usable_rules.as_ref() != Some(&kept) {
+            self.usable_rules_file.save(&kept)?;
+            self.usable_rules = Some(kept);
+        }
+        Ok(())
+    }
+
+    /// After a start there is no schedule that could stay: that of the rules before stands in.
+    fn evaluate_with_usable_rules(&mut self) -> Result<(), Failure> {
+        let (Some(site), Some(KeptRules { rules })) = (&self.site, &self.usable_rules) else { return Ok(()) };
+        if let Ok(evaluated) = evaluated(site, &parse_rules(rules.as_ref())?, &self.overrides) {
+            warn!(service = "schedule-eval", "the schedule is evaluated with the rules before");
+            self.evaluated = Some(evaluated);
+        }
+        Ok(())
     }
 
     /// The schedule state at the plan time, if there is a site.
@@ -306,6 +367,7 @@ impl ScheduleService {
         let inputs = InputHashes { site: evaluated.site_hash, ..InputHashes::default() };
         self.published_at_s = Some(at_s);
         self.output.publish(&mut self.epochs, schedule_state, frame_epoch, inputs)?;
+        self.shown_at_s = Some(at_s);
         info!(service = "schedule-eval", epoch = self.output.epoch(), bytes = n_bytes, "schedule state published");
         self.activity.set(Activity::Published);
         Ok(self.done())
@@ -371,6 +433,7 @@ impl ScheduleService {
         match self.published_at_s {
             Some(published_s) if published_s == at_s && self.output.is_pending() => {
                 self.output.retry(&mut self.epochs)?;
+                self.shown_at_s = Some(at_s);
                 self.activity.set(Activity::Published);
                 Ok(self.done())
             }
@@ -380,22 +443,31 @@ impl ScheduleService {
         }
     }
 
-    /// The current state, and when the next change is due.
+    /// The current state, and when the next change is due. What is late is tried again with each tick.
     fn done(&self) -> Done {
-        let wake_in =
-            self.next_update().and_then(|(wait_ms, _)| u64::try_from(wait_ms).ok()).map(Duration::from_millis);
+        let wait_ms = self.next_update().map(|(wait_ms, _)| wait_ms).filter(|wait_ms| *wait_ms > -LATE_MS);
+        let wake_in = wait_ms.and_then(|wait_ms| u64::try_from(wait_ms.max(1)).ok()).map(Duration::from_millis);
         Done { answer: (), published: self.output.published(), wake_in }
     }
 
-    /// The next schedule state of a plan time that moves: in how many milliseconds it is due, and when by the machine's clock,
-    /// milliseconds since 1970 in UTC.
+    /// The schedule state that follows the one on the bus: in how many milliseconds it is due, and when by the machine's clock,
+    /// milliseconds since 1970 in UTC. `None` if the plan time stands.
     fn next_update(&self) -> Option<(i64, i64)> {
         let (reading, now) = self.read_clock();
-        let (now_s, evaluated) = (reading.plan_time_s?, self.evaluated.as_ref()?);
-        let n_past = evaluated.update_instants_s.partition_point(|s| *s <= now_s);
+        let evaluated = self.evaluated.as_ref().filter(|_| reading.distrust.is_none())?;
+        let shown_s = self.shown_at_s.unwrap_or(reading.plan_time_s)?;
+        let n_past = evaluated.update_instants_s.partition_point(|s| *s <= shown_s);
         let next_s = evaluated.update_instants_s.get(n_past)?;
         let wait_ms = self.plan_time.clock().until_ms(*next_s, now.wall_ms, &self.zone())?;
         Some((wait_ms, now.wall_ms.saturating_add(wait_ms)))
+    }
+}
+
+/// Refuses rules that do not say in which zone a clock is to be followed.
+fn check_zone(rules: &Rules, clock: &PlanTimeClock) -> Result<(), Failure> {
+    match (clock, &rules.site_zone) {
+        (PlanTimeClock::Wall { .. }, None) => Err("the plan time follows the clock: the rules need site_zone".into()),
+        _ => Ok(()),
     }
 }
 
@@ -464,7 +536,10 @@ impl Service for ScheduleService {
 
     fn standing(&self) -> Standing {
         let warning = self.read_clock().0.distrust.map(|distrust| distrust.to_string());
-        let warnings = [warning, self.rules_setting.warning().map(str::to_owned)];
+        let diagnostics = self.evaluated.iter().flat_map(|evaluated| evaluated.timeline.diagnostics());
+        let mut gone = diagnostics.filter(|diagnostic| diagnostic.code == DiagnosticCode::ReportedProgressGone);
+        let gone = gone.next().map(|diagnostic| diagnostic.message.clone());
+        let warnings = [warning, self.rules_setting.warning().map(str::to_owned), gone];
         let warnings: Vec<String> = warnings.into_iter().flatten().collect();
         Standing { error: self.error.clone(), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }
@@ -477,7 +552,9 @@ impl Service for ScheduleService {
             clock: self.plan_time.clock().name(),
             valid_until_s: valid_until_s.filter(|until_s| *until_s != ScheduleStateHead::NO_TIME),
             next_update_ms: self.next_update().map(|(_, at_ms)| at_ms),
+            clock_distrust: self.read_clock().0.distrust.map(|distrust| distrust.to_string()),
             progress: self.progress_rows(),
+            site_zone: self.rules.site_zone.as_ref().and_then(|zone| zone.iana_name().map(str::to_owned)),
             settings: vec![self.rules_setting.in_force(|_| self.rules_words()), self.plan_time.in_force()],
         }
     }

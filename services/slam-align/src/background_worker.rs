@@ -19,18 +19,22 @@ pub(crate) struct BackgroundWorker<J, R> {
 }
 
 impl<J: Send + 'static, R: Send + 'static> BackgroundWorker<J, R> {
-    /// Starts the thread. After a panic `work` is called again for the next job.
+    /// Starts the thread, with a pool of so many for its parallel work; 0: all cores. After a panic `work` is called again for
+    /// the next job.
     ///
     /// # Errors
     /// The system has no threads to give.
-    pub(crate) fn start(mut work: impl FnMut(&J) -> Result<R, Failure> + Send + 'static) -> Result<Self, Failure> {
+    pub(crate) fn start(
+        n_threads: usize,
+        mut work: impl FnMut(&J) -> Result<R, Failure> + Send + 'static,
+    ) -> Result<Self, Failure> {
         let (jobs, pending) = channel::<J>();
         let (done, outcomes) = channel();
         let thread = std::thread::Builder::new().name("slam-align-work".to_owned());
         thread.spawn(move || {
             // Tracking and publication must not wait for it; threads of the pool inherit the priority.
             daemon::in_background();
-            let Ok(pool) = rayon::ThreadPoolBuilder::new().build() else { return };
+            let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build() else { return };
             pool.install(|| {
                 for job in pending {
                     let result = catch_unwind(AssertUnwindSafe(|| work(&job)));
@@ -100,7 +104,7 @@ mod tests {
 
     #[test]
     fn a_panic_is_the_error_of_its_job_which_comes_back_and_the_next_job_is_done() {
-        let mut worker = BackgroundWorker::start(|job: &u32| match *job {
+        let mut worker = BackgroundWorker::start(2, |job: &u32| match *job {
             0 => panic!("no zero"),
             1 => Ok(rayon::join(|| -> u32 { panic!("{job} in the pool") }, || 0).1),
             2 => Err("refused".into()),

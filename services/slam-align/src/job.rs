@@ -16,6 +16,8 @@ pub(crate) struct SearchArea {
     pub(crate) hint: Option<Hint>,
     /// Only on this map storey.
     pub(crate) storey: Option<u32>,
+    /// True if a request narrowed it: what is not found there may lie elsewhere.
+    pub(crate) is_narrowed: bool,
 }
 
 /// A job of the worker.

@@ -3,6 +3,7 @@
 mod background_worker;
 mod compared_elements;
 mod job;
+mod map_setting;
 mod newest_inputs;
 mod persisted_state;
 mod robot_map;

@@ -1,5 +1,6 @@
 //! Persistent state of slam-align.
 
+use crate::stored_map::StoredMap;
 use daemon::facts::Pose;
 use daemon::{Confirmed, ConfirmedElement, ListedPose};
 use deviations::AppliedObservations;
@@ -12,11 +13,9 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct PersistedState {
-    /// The map file of the last request, of a version that kept no copy.
-    #[serde(skip_serializing)]
-    pub(crate) map: Option<PathBuf>,
-    /// The map that was read last, of which there is a copy.
-    pub(crate) stored_map: Option<StoredMap>,
+    /// The map in the state of earlier versions.
+    #[serde(flatten, skip_serializing)]
+    pub(crate) older_map: OlderMap,
     /// Observations that are applied to the maps.
     pub(crate) observed: AppliedObservations,
     /// Who confirmed which absent element when, by GlobalId.
@@ -26,13 +25,22 @@ pub(crate) struct PersistedState {
     before_confirmed: Option<(PersistedPose, Confirmed)>,
 }
 
-/// A map of which there is a copy.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct StoredMap {
-    /// The file that it was read from.
-    pub(crate) file: PathBuf,
-    /// Content hash.
-    pub(crate) content_hash: u64,
+/// The map in the state of earlier versions, which did not keep it as a setting.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub(crate) struct OlderMap {
+    /// The file of the last request, of a version that kept no copy.
+    pub(crate) map: Option<PathBuf>,
+    /// The map that was read last, of which there is a copy.
+    pub(crate) stored_map: Option<OlderStoredMap>,
+}
+
+/// A map of which there is a copy, in the state of an earlier version.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+pub(crate) struct OlderStoredMap {
+    /// The map.
+    #[serde(flatten)]
+    pub(crate) map: StoredMap,
     /// The file that the configuration named then.
     pub(crate) configured: Option<PathBuf>,
 }
@@ -166,7 +174,12 @@ mod tests {
     fn the_state_of_a_version_without_copies_of_maps_is_read() {
         let text = r#"{"map":"/robot.yaml","observed":{"early":{"a":7},"absent":["b"]},"pose":null}"#;
         let read: PersistedState = serde_json::from_str(text).unwrap();
-        assert_eq!((read.map.as_deref(), read.stored_map.is_none()), (Some(std::path::Path::new("/robot.yaml")), true));
+        let OlderMap { map, stored_map } = read.older_map.clone();
+        assert_eq!((map.as_deref(), stored_map), (Some(std::path::Path::new("/robot.yaml")), None));
+        let text = r#"{"stored_map":{"file":"/robot.yaml","content_hash":7,"configured":"/other.yaml"}}"#;
+        let stored = serde_json::from_str::<PersistedState>(text).unwrap().older_map.stored_map.unwrap();
+        assert_eq!(stored.map, StoredMap { file: "/robot.yaml".into(), content_hash: 7 });
+        assert_eq!(stored.configured.as_deref(), Some(std::path::Path::new("/other.yaml")));
         let element = read.confirmed_element("b").unwrap();
         assert!(element.global_id == "b" && element.confirmed.is_none() && read.confirmed_element("a").is_none());
     }

@@ -8,11 +8,11 @@ mod work;
 use crate::background_worker::BackgroundWorker;
 use crate::compared_elements::ComparedElements;
 use crate::job::{Job, JobResult, ReferenceMaps, SearchArea, TaskKind, work};
+use crate::map_setting::MapSetting;
 use crate::newest_inputs::{JobInputs, NewestInputs, NewestSite};
 use crate::persisted_state::PersistedState;
 use crate::robot_map::RobotMap;
 use crate::searches::Searches;
-use crate::stored_map::MapStore;
 use alignment::{Alignment, Follower, Hint, MaxJump, PoseStatus};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
 use daemon::facts::{AlignFacts, AlignmentSummary};
@@ -44,7 +44,7 @@ pub(crate) struct AlignService {
     table: PathBuf,
     persisted: PersistedState,
     history: History,
-    maps: MapStore,
+    map_setting: MapSetting,
     epochs: Epochs,
     activity: CurrentActivity,
     bus: Option<Bus>,
@@ -67,6 +67,8 @@ pub(crate) struct AlignService {
     /// The result of the last search, and the content hash of the map that it searched.
     last_search: Alignment,
     searched_map_hash: u64,
+    /// Verdict of the last search that was not narrowed, or found a pose; and the content hash of its map.
+    verdict: Option<(AlignmentVerdict, u64)>,
     searches: Searches,
     pending: PendingWork,
     /// Elements of the last comparison, for confirmations.
@@ -96,6 +98,7 @@ impl AlignService {
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let state = StateFile::at(&config.state, "alignment.json")?;
         let persisted: PersistedState = state.load()?.unwrap_or_default();
+        let map_setting = MapSetting::open(&config.state, &config.align, persisted.older_map.clone())?;
         let mut references = None;
         Ok(Self {
             follower: Follower::new(max_jump(&config.align), persisted.pose()),
@@ -104,7 +107,7 @@ impl AlignService {
             state,
             persisted,
             history: History::at(&config.state),
-            maps: MapStore::at(&config.state),
+            map_setting,
             epochs: Epochs::at(&config.state, "slam-align-epochs.json")?,
             activity,
             bus: None,
@@ -114,12 +117,13 @@ impl AlignService {
             newest: NewestInputs::default(),
             map: None,
             last_sample_of_map: None,
-            worker: BackgroundWorker::start(move |job: &Job| work(&mut references, job))?,
+            worker: BackgroundWorker::start(config.n_threads(), move |job: &Job| work(&mut references, job))?,
             job_errors: BTreeMap::new(),
             references: ReferenceMaps::new(),
             reference_inputs: None,
             last_search: Alignment::nothing_yet(),
             searched_map_hash: 0,
+            verdict: None,
             searches: Searches::default(),
             pending: PendingWork::default(),
             compared: ComparedElements::default(),
@@ -160,7 +164,7 @@ impl AlignService {
         self.follower.forget();
         self.references.clear();
         self.reference_inputs = None;
-        (self.last_search, self.searched_map_hash) = (Alignment::nothing_yet(), 0);
+        (self.last_search, self.searched_map_hash, self.verdict) = (Alignment::nothing_yet(), 0, None);
         self.pending.search = self.map.is_some();
     }
 
@@ -170,7 +174,9 @@ impl AlignService {
     }
 
     fn pose_status(&self) -> PoseStatus {
+        let newest = self.map.as_ref().map(|map| map.content_hash);
         PoseStatus {
+            verdict: self.verdict.filter(|(_, map_hash)| Some(*map_hash) == newest).map(|(verdict, _)| verdict),
             pose: self.follower.pose().copied(),
             state: self.follower.state(),
             waiting: self.follower.waiting().copied(),
@@ -179,9 +185,8 @@ impl AlignService {
 
     /// What the pose is worth for the newest map; `None` without one.
     fn validity(&self) -> Option<PoseValidity> {
-        let map = self.map.as_ref()?;
-        let verdict = (self.searched_map_hash == map.content_hash).then_some(self.last_search.verdict);
-        Some(self.pose_status().validity(verdict))
+        self.map.as_ref()?;
+        Some(self.pose_status().validity())
     }
 
     /// The pose, if it may be used.
@@ -211,7 +216,7 @@ impl AlignService {
 
     /// The search area of the configuration.
     fn search_area(&self) -> SearchArea {
-        SearchArea { hint: self.config.hint.map(hint_of), storey: self.config.storey }
+        SearchArea { hint: self.config.hint.map(hint_of), storey: self.config.storey, is_narrowed: false }
     }
 
     fn done(&self) -> Done {
@@ -220,14 +225,13 @@ impl AlignService {
     }
 
     fn configure(&mut self, config: &SiteConfig) -> Result<(), Failure> {
-        let is_other_map = self.config.map != config.align.map;
         let is_applied_otherwise = self.config.apply != config.align.apply;
         self.config = config.align.clone();
         self.follower.set_max_jump(max_jump(&self.config));
         if is_applied_otherwise {
             self.apply(&self.persisted.observed)?;
         }
-        if is_other_map { self.read_first_map() } else { Ok(()) }
+        self.follow_configured_map()
     }
 }
 
@@ -271,9 +275,9 @@ impl Service for AlignService {
             }
             Event::Input(AlignInput::SlamMap(map)) => self.handle_map_sample(&map)?,
             Event::Configuration(config) => self.configure(&config)?,
-            Event::Attached if self.map.is_none() => self.read_first_map()?,
-            Event::Attached => {}
+            Event::Attached => self.take_first_map()?,
             Event::Tick => {
+                self.retry_configured_map()?;
                 self.alignment.retry(&mut self.epochs)?;
                 self.deviations.retry(&mut self.epochs)?;
             }
@@ -285,9 +289,11 @@ impl Service for AlignService {
     fn answer(&mut self, request: AlignRequest, asked: &Asked) -> Result<Done<AlignAnswer>, Failure> {
         let by = asked.by;
         let answer = match request {
-            AlignRequest::ReadSlamMap { file } => AlignAnswer::Search(self.read_map(file)?),
+            AlignRequest::ReadSlamMap { file } => AlignAnswer::Search(self.read_map(&file, by)?),
             AlignRequest::Align { hint, storey } => {
-                AlignAnswer::Search(self.ask_for_search(SearchArea { hint: hint.map(hint_of), storey })?)
+                let is_narrowed = hint.is_some() || storey.is_some();
+                let search_area = SearchArea { hint: hint.map(hint_of), storey, is_narrowed };
+                AlignAnswer::Search(self.ask_for_search(search_area)?)
             }
             AlignRequest::SearchResult { search } => AlignAnswer::SearchState(self.searches.state(search)),
             AlignRequest::Comparison { at_least } => AlignAnswer::Comparison(self.comparison(at_least)),
@@ -305,11 +311,13 @@ impl Service for AlignService {
 
     fn standing(&self) -> Standing {
         let error = self.job_errors.iter().next().map(|(kind, why)| format!("{} failed: {why}", kind.name()));
-        Standing { error, warning: self.why_not_effective() }
+        let warnings: Vec<String> =
+            self.map_setting.warning().map(str::to_owned).into_iter().chain(self.why_not_effective()).collect();
+        Standing { error, warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }
 
     fn facts(&self) -> AlignFacts {
         let published = self.alignment.last().map(|last| AlignmentSummary::of(self.alignment.epoch(), &last.view()));
-        AlignFacts { alignment: published }
+        AlignFacts { alignment: published, setting: self.map_setting.in_force() }
     }
 }

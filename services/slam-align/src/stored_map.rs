@@ -3,6 +3,7 @@
 use crate::robot_map::{RobotMap, RobotMapError};
 use daemon::write_durably;
 use occupancy::{MapFileContent, OccupancyMap};
+use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,6 +12,15 @@ use std::path::{Path, PathBuf};
 /// saved them, which every version of this program reads.
 const PREFIX: &str = "slam-map-";
 const SUFFIXES: [&str; 2] = ["image", "yaml"];
+
+/// A map of which there is a copy.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct StoredMap {
+    /// The file that it was read from.
+    pub(crate) file: PathBuf,
+    /// Content hash.
+    pub(crate) content_hash: u64,
+}
 
 /// Copies of map files.
 #[derive(Debug)]
@@ -60,10 +70,10 @@ impl MapStore {
         map.map_err(|source| MapStoreError::Damaged { path: path(), source: Box::new(source) })
     }
 
-    /// Removes all copies but this, and what is left of a failed one.
-    pub(crate) fn keep_only(&self, content_hash: Option<u64>) {
-        let copy = content_hash.map(|hash| self.paths(hash));
-        let is_needed = |path: &PathBuf| copy.as_ref().is_some_and(|copy| copy.contains(path));
+    /// Removes all copies but these, and what is left of a failed one.
+    pub(crate) fn keep_only(&self, content_hashes: &[u64]) {
+        let copies: Vec<PathBuf> = content_hashes.iter().flat_map(|hash| self.paths(*hash)).collect();
+        let is_needed = |path: &PathBuf| copies.contains(path);
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let is_copy = |path: &PathBuf| {
             path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with(PREFIX))
@@ -99,10 +109,10 @@ mod tests {
         fs::write(state.join("alignment.json"), "{}").unwrap();
         fs::remove_file(&yaml).unwrap();
         fs::remove_file(&image).unwrap();
-        store.keep_only(Some(map.content_hash));
+        store.keep_only(&[map.content_hash]);
         assert_eq!(store.read(map.content_hash).unwrap().map, map.map);
         assert!(matches!(store.read(1), Err(MapStoreError::Read { .. })));
-        store.keep_only(None);
+        store.keep_only(&[]);
         assert!(matches!(store.read(map.content_hash), Err(MapStoreError::Read { .. })));
         assert!(state.join("alignment.json").exists(), "only copies are removed");
     }
@@ -115,7 +125,7 @@ mod tests {
         fs::create_dir(home.path().join("slam-map-0000000000000007.yaml")).unwrap();
         assert!(matches!(store.write(7, &content), Err(MapStoreError::Write { .. })));
         fs::remove_dir(home.path().join("slam-map-0000000000000007.yaml")).unwrap();
-        store.keep_only(None);
+        store.keep_only(&[]);
         assert_eq!(fs::read_dir(home.path()).unwrap().count(), 0);
     }
 }

@@ -41,7 +41,7 @@ impl WaypointService {
     /// Options or state that cannot be used.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let setting = options_setting::open(config)?;
-        Ok(Self {
+        let service = Self {
             options: setting.value().parse()?,
             setting,
             unknown_name: None,
@@ -52,7 +52,11 @@ impl WaypointService {
             grids: Vec::new(),
             samples: SiteSamples::default(),
             planner: MissionPlanner::default(),
-        })
+        };
+        if service.setting.was_edited() {
+            service.record(None);
+        }
+        Ok(service)
     }
 
     /// Plans with other options: tried, on disk, published. What fails leaves everything as it was.

@@ -1,5 +1,6 @@
 //! Facts of slam-align.
 
+use crate::setting::SettingInForce;
 use messages::{Alignment, NONE, PoseValidity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,6 +11,8 @@ use serde::{Deserialize, Serialize};
 pub struct AlignFacts {
     /// The alignment that is published; `None` while there is no map of the robot.
     pub alignment: Option<AlignmentSummary>,
+    /// Where the map of a file comes from; `None` while there is none.
+    pub setting: Option<SettingInForce>,
 }
 
 /// A turn and a shift in the plane.

@@ -3,15 +3,25 @@
 use crate::request::Published;
 use crate::requests::Revision;
 use crate::setting::SettingInForce;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+
+/// A file of a site.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct ModelFile {
+    /// Where it was read from.
+    pub path: PathBuf,
+    /// sha256 of the bytes that are in force, in hexadecimal; null before it was read.
+    pub sha256: Option<String>,
+}
 
 /// Facts of ifc-ingest.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct IngestFacts {
     /// The files of the site that is published, or that is to be read.
-    pub models: Vec<PathBuf>,
+    pub models: Vec<ModelFile>,
     /// The site that is published.
     pub site: Published,
     /// Counts the changes of the map frame; 0 for none.

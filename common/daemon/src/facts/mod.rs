@@ -9,7 +9,7 @@ mod schedule;
 mod waypoints;
 
 pub use align::{AlignFacts, AlignmentSummary, Pose};
-pub use ingest::IngestFacts;
+pub use ingest::{IngestFacts, ModelFile};
 pub use rasterize::{RasterizeFacts, RobotSummary};
 pub use schedule::{ProgressRows, ScheduleFacts};
 pub use waypoints::WaypointFacts;

@@ -25,11 +25,15 @@ pub struct ScheduleFacts {
     pub clock: String,
     /// The instant after which the published schedule state is not valid; `None` if it is for good.
     pub valid_until_s: Option<i64>,
-    /// When the next schedule state is due by the machine's clock, milliseconds since 1970 in UTC; `None` if the plan time
-    /// stands, or there is none.
+    /// When the schedule state after the published one is due by the machine's clock, milliseconds since 1970 in UTC; in the past
+    /// if it is late; `None` if the plan time stands, or there is none.
     pub next_update_ms: Option<i64>,
+    /// Why a plan time that moves does not follow the machine's clock: nothing tells when the next schedule state is due.
+    pub clock_distrust: Option<String>,
     /// Rows of progress in force.
     pub progress: ProgressRows,
+    /// Name of the time zone of the site; `None` if the rules in force name none.
+    pub site_zone: Option<String>,
     /// Where rules and plan time come from.
     pub settings: Vec<SettingInForce>,
 }

@@ -27,15 +27,17 @@ pub struct PoseStatus {
     pub state: PoseState,
     /// A pose that waits for confirmation by an operator.
     pub waiting: Option<PoseRecord>,
+    /// Verdict of a search for the newest map wherever it may lie; `None` while it waits for one.
+    pub verdict: Option<AlignmentVerdict>,
 }
 
 impl PoseStatus {
-    /// What the published pose is worth; `verdict` is that on the newest map, `None` while it waits for its search.
+    /// What the published pose is worth.
     ///
     /// A pose that is tracked stays effective where the search is ambiguous: in a building that repeats itself, a hint told
     /// once which place it is.
-    pub fn validity(&self, verdict: Option<AlignmentVerdict>) -> PoseValidity {
-        match (verdict, self.state) {
+    pub fn validity(&self) -> PoseValidity {
+        match (self.verdict, self.state) {
             _ if self.waiting.is_some() => PoseValidity::WaitsForConfirm,
             (Some(AlignmentVerdict::Refused), _) => PoseValidity::Refused,
             (_, PoseState::Found | PoseState::Tracked) => PoseValidity::Effective,
@@ -65,12 +67,11 @@ impl Alignment {
     pub fn pose_status(&self, storeys: &[u32]) -> PoseStatus {
         let pose = self.poses.first().filter(|_| self.verdict == AlignmentVerdict::Accepted).map(|p| p.record(storeys));
         let state = if pose.is_some() { PoseState::Found } else { PoseState::None };
-        PoseStatus { pose, state, waiting: None }
+        PoseStatus { pose, state, waiting: None, verdict: Some(self.verdict) }
     }
 
     /// The `alignment` archive.
     pub fn archive(&self, storeys: &[u32], pose_status: &PoseStatus, sources: AlignmentSources) -> ArchiveBuffer {
-        let verdict = (sources.searched_map_hash == sources.slam_map_hash).then_some(self.verdict);
         let candidates: Vec<PoseRecord> = self.poses.iter().map(|p| p.record(storeys)).collect();
         let head = AlignmentHead {
             site_hash: sources.site_hash,
@@ -86,7 +87,7 @@ impl Alignment {
             verdict: self.verdict.into(),
             state: pose_status.state.into(),
             is_waiting: u32::from(pose_status.waiting.is_some()),
-            validity: pose_status.validity(verdict).into(),
+            validity: pose_status.validity().into(),
         };
         AlignmentBuilder { head, reason: &self.reason, candidates: &candidates }.finish()
     }
@@ -101,7 +102,7 @@ mod tests {
         use AlignmentVerdict::{Accepted, Ambiguous, Refused};
         let validity = |state, is_waiting: bool, verdict| {
             let waiting = is_waiting.then_some(PoseRecord::NONE);
-            PoseStatus { pose: Some(PoseRecord::NONE), state, waiting }.validity(verdict)
+            PoseStatus { pose: Some(PoseRecord::NONE), state, waiting, verdict }.validity()
         };
         for (state, verdict, expected) in [
             (PoseState::Found, Some(Accepted), PoseValidity::Effective),

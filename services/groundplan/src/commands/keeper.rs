@@ -3,13 +3,15 @@
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
+use crate::site_service::run_logged;
 use bus::{DomainError, Keeper};
-use daemon::StopSignal;
+use daemon::{ProcessReport, SiteConfig, SiteProcess, StopSignal};
 use std::time::Duration;
 use tracing::{info, warn};
 
 /// Interval at which dead participants are removed.
 const TICK: Duration = Duration::from_secs(1);
+const ACTIVITY: &str = "holds the bus";
 
 /// Arguments of `keeper`.
 #[derive(Debug, Clone, clap::Args)]
@@ -30,30 +32,46 @@ impl Run for Args {
     /// A bus that cannot be created.
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.own_config()?;
-        let domain = config.domain().map_err(Failure::usage)?;
-        let mut stop = StopSignal::listen(self.with_stdin).map_err(Failure::work)?;
-        let mut keeper = Keeper::start(&domain).map_err(Failure::work)?;
-        info!(service = "keeper", generation = keeper.generation(), "bus created");
-        daemon::ready("holds the bus");
-        while !stop.is_raised_within(TICK) {
-            daemon::alive("holds the bus");
-            match keeper.renew_if_damaged() {
-                Ok(None) => {}
-                Ok(Some(missing)) => {
-                    let (missing, generation) = (missing.display(), keeper.generation());
-                    warn!(service = "keeper", %missing, generation, "a file of the bus was deleted; the bus is created anew");
-                }
-                // The other one holds the bus that participants see.
-                Err(why @ DomainError::KeeperRuns { .. }) => return Err(Failure::work(why)),
-                Err(why) => warn!(service = "keeper", error = daemon::chain(&why), "cannot create the bus anew"),
-            }
-            match keeper.tick() {
-                Ok(0) => {}
-                Ok(dead) => info!(service = "keeper", dead, "cleaned up behind dead participants"),
-                Err(why) => warn!(service = "keeper", error = daemon::chain(&why), "cannot clean up"),
-            }
-        }
-        daemon::stopping();
-        Ok(Outcome::silent())
+        run_logged(&config, "keeper", || hold_bus(&config, self.with_stdin))
     }
+}
+
+fn hold_bus(config: &SiteConfig, with_stdin: bool) -> Result<(), Failure> {
+    let domain = config.domain().map_err(Failure::usage)?;
+    let mut stop = StopSignal::listen(with_stdin).map_err(Failure::work)?;
+    let mut keeper = Keeper::start(&domain).map_err(Failure::work)?;
+    info!(service = "keeper", generation = keeper.generation(), "bus created");
+    let mut report = ProcessReport::of(&config.bus.root, SiteProcess::Keeper);
+    let mut error = None;
+    daemon::ready(ACTIVITY);
+    loop {
+        report.alive(ACTIVITY, error.take());
+        if stop.is_raised_within(TICK) {
+            break;
+        }
+        match keeper.renew_if_damaged() {
+            Ok(None) => {}
+            Ok(Some(missing)) => {
+                let (missing, generation) = (missing.display(), keeper.generation());
+                warn!(service = "keeper", %missing, generation, "a file of the bus was deleted; the bus is created anew");
+            }
+            // The other one holds the bus that participants see.
+            Err(why @ DomainError::KeeperRuns { .. }) => return Err(Failure::work(why)),
+            Err(why) => error = Some(failed(&why, "cannot create the bus anew")),
+        }
+        match keeper.tick() {
+            Ok(0) => {}
+            Ok(dead) => info!(service = "keeper", dead, "cleaned up behind dead participants"),
+            Err(why) => error = Some(failed(&why, "cannot clean up")),
+        }
+    }
+    report.leave();
+    Ok(())
+}
+
+/// Logs what failed; the words for the status board.
+fn failed(why: &(dyn std::error::Error + 'static), what: &str) -> String {
+    let error = daemon::chain(why);
+    warn!(service = "keeper", error, "{what}");
+    format!("{what}: {error}")
 }

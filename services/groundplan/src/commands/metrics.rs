@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp};
 use daemon::facts::{AlignFacts, IngestFacts, RasterizeFacts, ScheduleFacts};
-use daemon::{Report, StatusBoard, StopSignal, write_durably};
+use daemon::{Report, SiteProcess, StatusBoard, StopSignal, write_durably};
 use serde::de::{DeserializeOwned, IgnoredAny};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -33,10 +33,14 @@ impl Run for Args {
     /// A file that cannot be written.
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.config()?;
-        let board = StatusBoard::of(&config.bus.root);
-        let Some(file) = &self.file else { return Ok(Outcome::from(text(&board))) };
+        let Some(file) = &self.file else {
+            let board = StatusBoard::of_site(&config).map_err(Failure::work)?;
+            return Ok(Outcome::from(text(&board)));
+        };
         let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
         loop {
+            // While the relay is away nothing is known of the processes, and they count as away too.
+            let board = StatusBoard::of_site(&config).unwrap_or_else(|_| StatusBoard::of(&config.bus.root));
             write_durably(file, text(&board).as_bytes())
                 .map_err(|error| Failure::work(format!("{} cannot be written: {error}", file.display())))?;
             if stop.is_raised_within(PERIOD) {
@@ -71,23 +75,23 @@ impl Metrics {
 
 fn text(board: &StatusBoard) -> String {
     let mut metrics = Metrics::default();
-    of_daemons(&mut metrics, board);
+    of_processes(&mut metrics, board);
     of_site(&mut metrics, board);
     metrics.out
 }
 
-fn of_daemons(metrics: &mut Metrics, board: &StatusBoard) {
-    let label = |daemon: Daemon| format!("{{daemon=\"{daemon}\"}}");
-    let is_up = |daemon: Daemon| {
-        let report = board.report::<IgnoredAny>(daemon);
-        board.is_alive(daemon) && report.is_some_and(|r| r.age() < HEARTBEAT_PERIOD * MISSED_HEARTBEATS)
+fn of_processes(metrics: &mut Metrics, board: &StatusBoard) {
+    let label = |process: SiteProcess| format!("{{daemon=\"{process}\"}}");
+    let is_up = |process: SiteProcess| {
+        let report = board.report::<IgnoredAny>(process);
+        board.is_alive(process) && report.is_some_and(|r| r.age() < HEARTBEAT_PERIOD * MISSED_HEARTBEATS)
     };
-    let up = Daemon::SUPERVISED.map(|daemon| (label(daemon), f64::from(u8::from(is_up(daemon)))));
-    metrics.family("up", "gauge", "1 if the daemon lives and reports", up);
-    let reports: Vec<(Daemon, Report<IgnoredAny>)> =
-        Daemon::SUPERVISED.into_iter().filter_map(|daemon| Some((daemon, board.report(daemon)?))).collect();
+    let up = SiteProcess::supervised().map(|process| (label(process), f64::from(u8::from(is_up(process)))));
+    metrics.family("up", "gauge", "1 if the process lives and reports", up);
+    let reports: Vec<(SiteProcess, Report<IgnoredAny>)> =
+        SiteProcess::supervised().filter_map(|process| Some((process, board.report(process)?))).collect();
     let mut of_each = |name: &str, kind: &str, help: &str, value: &dyn Fn(&Report<IgnoredAny>) -> Option<f64>| {
-        let values = reports.iter().filter_map(|(daemon, report)| Some((label(*daemon), value(report)?)));
+        let values = reports.iter().filter_map(|(process, report)| Some((label(*process), value(report)?)));
         metrics.family(name, kind, help, values);
     };
     let yes = |is: bool| Some(f64::from(u8::from(is)));
@@ -114,6 +118,8 @@ fn of_site(metrics: &mut Metrics, board: &StatusBoard) {
     let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
     let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);
     let align: Option<AlignFacts> = facts(board, Daemon::SlamAlign);
+    let waits = ingest.as_ref().map(|facts| f64::from(u8::from(facts.waiting.is_some())));
+    metrics.gauge("revision_waits", "1 if a revision of the model waits for groundplan confirm", waits);
     let site_epoch = ingest.as_ref().map(|facts| facts.site.epoch as f64);
     metrics.gauge("site_epoch", "epoch of the published site", site_epoch);
     metrics.gauge("frame_epoch", "changes of the map frame", ingest.as_ref().map(|facts| facts.frame_epoch as f64));
@@ -142,6 +148,6 @@ mod tests {
         let text = text(&StatusBoard::of(root.path()));
         assert!(text.starts_with("# HELP groundplan_up "), "{text}");
         assert!(text.contains("groundplan_up{daemon=\"rasterize\"} 0\n"), "{text}");
-        assert_eq!(text.lines().count(), 2 + Daemon::SUPERVISED.len(), "{text}");
+        assert_eq!(text.lines().count(), 2 + SiteProcess::supervised().count(), "{text}");
     }
 }

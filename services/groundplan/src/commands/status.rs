@@ -6,15 +6,19 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::wait::require_up;
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
-use daemon::facts::{AlignFacts, AlignmentSummary, IngestFacts, RasterizeFacts, ScheduleFacts, WaypointFacts};
-use daemon::{Report, SettingInForce, SettingSource, StatusBoard};
+use daemon::facts::{
+    AlignFacts, AlignmentSummary, IngestFacts, ModelFile, RasterizeFacts, ScheduleFacts, WaypointFacts,
+};
+use daemon::{Report, SettingInForce, SettingSource, SiteProcess, StatusBoard};
 use frames::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::PathBuf;
+
+/// The activity of a process that lives and reports nothing.
+const HANGS: &str = "hangs";
 
 /// Arguments of `status`.
 #[derive(Debug, Clone, clap::Args)]
@@ -31,10 +35,10 @@ pub struct Args {
 /// What `status --json` prints.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Status {
-    /// True if every daemon runs with nothing to tell, and there are grids and a mission plan.
+    /// True if every process runs with nothing to tell, neither error nor warning, and there are grids and a mission plan.
     healthy: bool,
-    /// By name.
-    daemons: BTreeMap<&'static str, DaemonStatus>,
+    /// The daemons by name, with `keeper` and `relay` if these have begun.
+    daemons: BTreeMap<&'static str, ProcessStatus>,
     /// The site that is published; null before the first.
     site: Option<SiteStatus>,
     /// How the plan time stands; null while schedule-eval has not begun.
@@ -51,7 +55,7 @@ struct Status {
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
-struct DaemonStatus {
+struct ProcessStatus {
     /// True if its process lives.
     alive: bool,
     /// Its process; 0 if it left.
@@ -75,7 +79,7 @@ struct DaemonStatus {
 struct SiteStatus {
     epoch: u64,
     /// Its files.
-    models: Vec<PathBuf>,
+    models: Vec<ModelFile>,
     /// Counts the changes of the map frame.
     frame_epoch: u64,
 }
@@ -126,32 +130,33 @@ impl Run for Args {
     }
 }
 
-impl DaemonStatus {
-    fn of(board: &StatusBoard, daemon: Daemon) -> Self {
-        let alive = board.is_alive(daemon);
-        let Some(report) = board.report::<serde_json::Value>(daemon) else {
-            let activity = "silent".to_owned();
-            let (process_id, restarts, memory_bytes) = (0, 0, 0);
-            return Self {
+impl ProcessStatus {
+    fn of(board: &StatusBoard, process: SiteProcess) -> Self {
+        let alive = board.is_alive(process);
+        match board.report(process) {
+            Some(report) => Self::of_report(alive, report),
+            None => Self {
                 alive,
-                process_id,
-                activity,
+                process_id: 0,
+                activity: "silent".to_owned(),
                 age_s: None,
-                restarts,
-                memory_bytes,
+                restarts: 0,
+                memory_bytes: 0,
                 error: None,
                 warning: None,
-            };
-        };
+            },
+        }
+    }
+
+    fn of_report(alive: bool, report: Report<IgnoredAny>) -> Self {
         let age = report.age();
         let Report { process_id, restarts, memory_bytes, error, warning, activity, .. } = report;
-        let hangs = alive && age >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS;
         Self {
             alive,
             process_id: if alive { process_id } else { 0 },
-            activity: match (alive, hangs) {
+            activity: match (alive, age >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS) {
                 (false, _) => "dead".to_owned(),
-                (true, true) => "hangs".to_owned(),
+                (true, true) => HANGS.to_owned(),
                 (true, false) => activity,
             },
             age_s: Some((age.as_secs_f64() * 10.0).round() / 10.0),
@@ -163,7 +168,7 @@ impl DaemonStatus {
     }
 
     fn is_well(&self) -> bool {
-        self.alive && self.activity != "hangs" && self.error.is_none() && self.warning.is_none()
+        self.alive && self.activity != HANGS && self.error.is_none() && self.warning.is_none()
     }
 }
 
@@ -184,6 +189,7 @@ impl Status {
         settings.extend(schedule.iter().flat_map(|facts| facts.settings.clone()));
         settings.extend(rasterize.iter().flat_map(|facts| facts.settings.clone()));
         settings.extend(waypoints.iter().flat_map(|facts| facts.settings.clone()));
+        settings.extend(align.iter().flat_map(|facts| facts.setting.clone()));
         let text = |time_s: Option<i64>| time_s.map(date_argument::text);
         let site = ingest.filter(|facts| facts.site.epoch > 0).map(|facts| SiteStatus {
             epoch: facts.site.epoch,
@@ -211,9 +217,14 @@ impl Status {
             scans: facts.scans,
             is_current: grids_hash == Some(facts.grids_hash),
         });
-        let daemons: BTreeMap<&'static str, DaemonStatus> =
-            Daemon::SUPERVISED.iter().map(|daemon| (daemon.name(), DaemonStatus::of(board, *daemon))).collect();
-        let healthy = grids.is_some() && mission_plan.is_some() && daemons.values().all(DaemonStatus::is_well);
+        // Sites without a keeper or a relay of their own user have no report of them.
+        let is_shown = |process: &SiteProcess| {
+            matches!(process, SiteProcess::Daemon(_)) || board.report::<IgnoredAny>(*process).is_some()
+        };
+        let processes = SiteProcess::supervised().filter(is_shown);
+        let daemons: BTreeMap<&'static str, ProcessStatus> =
+            processes.map(|process| (process.name(), ProcessStatus::of(board, process))).collect();
+        let healthy = grids.is_some() && mission_plan.is_some() && daemons.values().all(ProcessStatus::is_well);
         let alignment = align.and_then(|facts| facts.alignment);
         Self { healthy, daemons, site, clock, grids, mission_plan, alignment, settings }
     }
@@ -223,7 +234,7 @@ impl Status {
         for (name, daemon) in &self.daemons {
             let megabytes = daemon.memory_bytes / 1_000_000;
             let _ = write!(out, "{name:<14} {:<10} process {:<8} {megabytes} MB", daemon.activity, daemon.process_id);
-            if let Some(age_s) = daemon.age_s.filter(|_| !daemon.alive || daemon.activity == "hangs") {
+            if let Some(age_s) = daemon.age_s.filter(|_| !daemon.alive || daemon.activity == HANGS) {
                 let _ = write!(out, ", last seen {age_s} s ago");
             }
             if daemon.restarts > 0 {
@@ -235,7 +246,7 @@ impl Status {
             }
         }
         if let Some(SiteStatus { epoch, models, frame_epoch }) = &self.site {
-            let names: Vec<_> = models.iter().map(|model| model.display().to_string()).collect();
+            let names: Vec<_> = models.iter().map(|model| model.path.display().to_string()).collect();
             let _ = writeln!(out, "site of {}, map frame {frame_epoch}, epoch {epoch}", names.join(", "));
         }
         if let Some(ClockStatus { plan_time: Some(plan_time), mode, valid_until }) = &self.clock {

@@ -1,15 +1,16 @@
-//! `groundplan up`: starts and supervises the daemons of a site.
+//! `groundplan up`: starts and supervises the processes of a site.
 
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::site_check::refuse_unusable;
+use crate::site_service::run_logged;
 use crate::supervise::{Running, SupervisedProcess, check_versions};
-use bus::{Daemon, HEARTBEAT_PERIOD};
-use daemon::{StatusBoard, StopSignal, claim_state};
+use bus::HEARTBEAT_PERIOD;
+use daemon::{SiteConfig, SiteProcess, StatusBoard, StopSignal, claim_state};
 use std::time::{Duration, Instant};
 
-/// Interval at which the daemons are polled.
+/// Interval at which the processes are polled.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Arguments of `up`.
@@ -28,38 +29,34 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         self.site.prepare()?;
         let config = self.site.own_config()?;
-        let path = config.file.clone();
         refuse_unusable(&config)?;
         check_versions()?;
         claim_state(&config.state).map_err(Failure::usage)?;
-        let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
         let _running = Running::claim(&config.state)?;
-        let board = StatusBoard::of(&config.bus.root);
-        let mut last_look = Instant::now();
-        let mut keeper = SupervisedProcess::of_command("keeper");
-        let mut relay = SupervisedProcess::of_command("relay");
-        let mut daemons = Daemon::SUPERVISED.map(|daemon| SupervisedProcess::new(daemon.name()));
-        while !stop.is_raised_within(POLL_INTERVAL) {
-            keeper.supervise(&path)?;
-            let looks = last_look.elapsed() >= HEARTBEAT_PERIOD;
-            for (process, daemon) in daemons.iter_mut().zip(Daemon::SUPERVISED) {
-                process.supervise(&path)?;
-                if looks {
-                    process.kill_if_it_hangs(&board, daemon);
-                }
-            }
-            if looks {
-                last_look = Instant::now();
-            }
-            relay.supervise(&path)?;
-        }
-        // The keeper stops last, when the bus has no participants.
-        relay.close();
-        daemons.iter_mut().for_each(SupervisedProcess::close);
-        relay.stop();
-        daemons.iter_mut().for_each(SupervisedProcess::stop);
-        keeper.close();
-        keeper.stop();
-        Ok(Outcome::silent())
+        run_logged(&config, "up", || supervise(&config))
     }
+}
+
+/// Runs the processes of a site until this one is stopped.
+fn supervise(config: &SiteConfig) -> Result<(), Failure> {
+    let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
+    let board = StatusBoard::of(&config.bus.root);
+    let mut last_look = Instant::now();
+    let mut processes: Vec<SupervisedProcess> = SiteProcess::supervised().map(SupervisedProcess::new).collect();
+    let mut ended = Ok(());
+    while ended.is_ok() && !stop.is_raised_within(POLL_INTERVAL) {
+        let looks = last_look.elapsed() >= HEARTBEAT_PERIOD;
+        if looks {
+            last_look = Instant::now();
+            processes.iter_mut().for_each(|process| process.kill_if_it_hangs(&board));
+        }
+        ended = processes.iter_mut().try_for_each(|process| process.supervise(&config.file));
+    }
+    // The keeper stops last, when the bus has no participants.
+    let (keeper, others) = processes.split_at_mut(1);
+    for processes in [others, keeper] {
+        processes.iter_mut().for_each(SupervisedProcess::close);
+        processes.iter_mut().for_each(SupervisedProcess::stop);
+    }
+    ended
 }

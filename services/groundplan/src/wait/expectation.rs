@@ -1,8 +1,8 @@
-//! Reasons why an awaited output cannot come at all, from the reports of the daemons that make it; `obstacles` is about the
-//! maps that are made from a certain sample.
+//! Reasons why an awaited output cannot come at all, from the reports of the daemons that make it.
 
+use super::reports::{is_at_work, is_silent};
 use crate::failure::Failure;
-use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
+use bus::Daemon;
 use daemon::facts::IngestFacts;
 use daemon::{Report, SiteConfig, StatusBoard};
 use std::time::{Duration, Instant};
@@ -100,25 +100,23 @@ impl Expectation {
 }
 
 fn reason_of(board: &StatusBoard, makers: &[Daemon]) -> Option<Reason> {
-    for daemon in makers {
-        match report_of(board, *daemon) {
-            None => return Some(Reason::Away(*daemon)),
-            // Those behind it wait for its output.
-            Some(report) if ["reading", "meshing", "writing"].contains(&report.activity.as_str()) => return None,
-            Some(report) => {
-                if let Some(why) = what_is_missing(*daemon, report) {
-                    return Some(Reason::Known(why));
-                }
-            }
-        }
+    let reports: Vec<(Daemon, Option<Report>)> =
+        makers.iter().map(|daemon| (*daemon, report_of(board, *daemon))).collect();
+    // A daemon that does not make what it should may be of no account: another is at work.
+    if reports.iter().any(|(_, report)| report.as_ref().is_some_and(is_at_work)) {
+        return None;
     }
-    Some(Reason::Idle)
+    let reason = |(daemon, report): (Daemon, Option<Report>)| match report {
+        None => Some(Reason::Away(daemon)),
+        Some(report) => what_is_missing(daemon, report).map(Reason::Known),
+    };
+    Some(reports.into_iter().find_map(reason).unwrap_or(Reason::Idle))
 }
 
 /// The last report of a daemon that lives and does not hang.
 fn report_of(board: &StatusBoard, daemon: Daemon) -> Option<Report> {
     let report: Report = board.report(daemon).filter(|_| board.is_alive(daemon))?;
-    (report.age() < HEARTBEAT_PERIOD * MISSED_HEARTBEATS).then_some(report)
+    (!is_silent(&report)).then_some(report)
 }
 
 /// Why a daemon that is idle has not made what it should.

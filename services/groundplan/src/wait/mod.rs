@@ -1,10 +1,19 @@
-//! Joins the bus, asks a daemon, and waits until the effect is published.
+//! Joins the bus, asks a daemon, and waits until the effect is published; or says why it will not be.
+//!
+//! `expectation` is about outputs of any age that are not there, `obstacles` about maps that follow a certain sample.
+
+mod expectation;
+mod obstacles;
+mod reports;
+
+pub(crate) use expectation::Expectation;
 
 use crate::failure::Failure;
-use crate::obstacles::Obstacles;
+use crate::supervise::running;
 use bus::{Bus, Daemon, DomainError, TopicName, Waiter, topics};
 use daemon::{Progress, Published, Request, RequestTimeouts, SiteConfig};
 use messages::InputHashes;
+use obstacles::Obstacles;
 use std::time::{Duration, Instant};
 
 /// Timeout of answers and of new grids.
@@ -13,16 +22,21 @@ const TIMEOUT: Duration = Duration::from_secs(600);
 const START_TIMEOUT: Duration = Duration::from_secs(10);
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// Joins the bus of a site as a client.
+/// Joins the bus of a site as a client; of one that has just been started, as soon as there is one.
 ///
 /// # Errors
 /// A site that is not up.
 pub(crate) fn join(config: &SiteConfig) -> Result<(Bus, Waiter), Failure> {
     let domain = config.domain().map_err(Failure::usage)?;
-    Bus::join(&domain, Daemon::Groundplan).map_err(|why| match why {
-        DomainError::NoKeeper { .. } => not_up(config),
-        why => Failure::work(why),
-    })
+    let begun = Instant::now();
+    loop {
+        match Bus::join(&domain, Daemon::Groundplan) {
+            Ok(joined) => return Ok(joined),
+            Err(DomainError::NoKeeper { .. }) if is_starting(config, begun) => std::thread::sleep(POLL_INTERVAL),
+            Err(DomainError::NoKeeper { .. }) => return Err(not_up(config)),
+            Err(why) => return Err(Failure::work(why)),
+        }
+    }
 }
 
 /// Refuses a site that is not up.
@@ -31,7 +45,19 @@ pub(crate) fn join(config: &SiteConfig) -> Result<(Bus, Waiter), Failure> {
 /// That it is not up, and how to start it.
 pub(crate) fn require_up(config: &SiteConfig) -> Result<(), Failure> {
     let domain = config.domain().map_err(Failure::usage)?;
-    if domain.has_keeper() == Some(false) { Err(not_up(config)) } else { Ok(()) }
+    let begun = Instant::now();
+    while domain.has_keeper() == Some(false) {
+        if !is_starting(config, begun) {
+            return Err(not_up(config));
+        }
+        std::thread::sleep(POLL_INTERVAL);
+    }
+    Ok(())
+}
+
+/// True if `groundplan up` runs, and its keeper may still come.
+fn is_starting(config: &SiteConfig, begun: Instant) -> bool {
+    begun.elapsed() < START_TIMEOUT && running(&config.state).is_some()
 }
 
 fn not_up(config: &SiteConfig) -> Failure {

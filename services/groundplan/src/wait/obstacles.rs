@@ -1,7 +1,8 @@
-//! Reasons why the maps of a sample do not come, from the last reports of the daemons.
+//! Reasons why the maps of a certain sample do not come, from the last reports of the daemons.
 
+use super::reports::{is_at_work, is_silent};
 use crate::failure::Failure;
-use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, TopicName};
+use bus::{Daemon, TopicName};
 use daemon::{Report, SiteConfig, StatusBoard};
 use serde::de::IgnoredAny;
 use std::time::{Duration, Instant};
@@ -52,27 +53,25 @@ impl Obstacles {
 
     fn find(&self) -> Option<String> {
         let epoch_of = |report: &Report<IgnoredAny>, topic: TopicName| report.epochs.get(&topic.to_string()).copied();
+        let reports: Vec<(Daemon, Report<IgnoredAny>)> =
+            WAY.into_iter().map(|daemon| Some((daemon, self.board.report(daemon)?))).collect::<Option<_>>()?;
         let mut newest_state = None;
-        for daemon in WAY {
-            let report: Report<IgnoredAny> = self.board.report(daemon)?;
-            let state = epoch_of(&report, TopicName::ScheduleState);
+        for (_, report) in &reports {
+            let state = epoch_of(report, TopicName::ScheduleState);
             // What comes before the newest schedule state says nothing about the maps of it.
-            if epoch_of(&report, self.topic) < Some(self.epoch) || state < newest_state {
+            if epoch_of(report, self.topic) < Some(self.epoch) || state < newest_state || is_at_work(report) {
                 return None;
-            }
-            if let Some(error) = report.error {
-                return Some(format!("{daemon}: {error}"));
             }
             newest_state = state;
         }
-        None
+        reports.into_iter().find_map(|(daemon, report)| Some(format!("{daemon}: {}", report.error?)))
     }
 
     /// What the daemons do.
     fn words(&self) -> String {
         let words = WAY.into_iter().map(|daemon| match self.board.report::<IgnoredAny>(daemon) {
             _ if !self.board.is_alive(daemon) => format!("{daemon} does not run"),
-            Some(report) if report.age() >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS => format!("{daemon} hangs"),
+            Some(report) if is_silent(&report) => format!("{daemon} hangs"),
             Some(report) => format!("{daemon} is {}", report.activity),
             None => format!("{daemon} has just started"),
         });

@@ -6,7 +6,7 @@ use crate::persisted_state::listed;
 use daemon::{Caller, Confirmations, Confirmed, ConfirmedElement, Failure, HistoryEvent, HistoryKind, Published};
 use jiff::Timestamp;
 use messages::{Observation, PoseRecord, nearest_names_hint};
-use tracing::info;
+use tracing::{info, warn};
 
 impl AlignService {
     /// The pending pose is right.
@@ -24,7 +24,7 @@ impl AlignService {
             self.follow();
         }
         info!(service = "slam-align", map_storey = waiting.map_storey, "pose confirmed");
-        self.record_pose(Some(by), "confirmed", &waiting)?;
+        self.record_pose(Some(by), "confirmed", &waiting);
         self.publish()?;
         Ok(self.alignment.published())
     }
@@ -36,7 +36,7 @@ impl AlignService {
         self.follower.undo_confirm(before);
         self.follow();
         info!(service = "slam-align", map_storey = before.map_storey, "confirmation of the pose taken back");
-        self.record_pose(Some(by), "back, because a confirmation was taken back", &before)?;
+        self.record_pose(Some(by), "back, because a confirmation was taken back", &before);
         self.publish()?;
         Ok(self.alignment.published())
     }
@@ -50,7 +50,7 @@ impl AlignService {
         let elements: Vec<ConfirmedElement> = ids.iter().map(|id| self.absent_element(id)).collect::<Result<_, _>>()?;
         let elements: Vec<_> = elements.into_iter().map(|element| ConfirmedElement { confirmed, ..element }).collect();
         self.set_observed(self.persisted.observed.with_absent(ids), &elements)?;
-        self.record_absence(by, "confirmed to be absent", &elements)?;
+        self.record_absence(by, "confirmed to be absent", &elements);
         Ok(elements)
     }
 
@@ -79,7 +79,7 @@ impl AlignService {
         };
         let elements: Vec<ConfirmedElement> = ids.iter().map(element).collect::<Result<_, _>>()?;
         self.set_observed(self.persisted.observed.without_absent(ids), &[])?;
-        self.record_absence(by, "no longer confirmed to be absent", &elements)?;
+        self.record_absence(by, "no longer confirmed to be absent", &elements);
         // What was seen early counts again.
         self.pending.wanted_comparison += 1;
         Ok(elements)
@@ -96,18 +96,23 @@ impl AlignService {
     }
 
     /// Records a pose in the history.
-    pub(super) fn record_pose(&self, by: Option<Caller>, what: &str, pose: &PoseRecord) -> Result<(), Failure> {
+    pub(super) fn record_pose(&self, by: Option<Caller>, what: &str, pose: &PoseRecord) {
         let [x_m, y_m, yaw_rad] = pose.map_from_slam;
         let place = format!("x {x_m:.2} m, y {y_m:.2} m, yaw {:.2} degrees", yaw_rad.to_degrees());
         let summary = format!("pose of the SLAM map {what}: storey {} at {place}", pose.map_storey);
-        Ok(self.history.record(HistoryEvent { kind: HistoryKind::Pose, by, summary })?)
+        self.record(HistoryEvent { kind: HistoryKind::Pose, by, summary });
     }
 
-    fn record_absence(&self, by: Caller, what: &str, elements: &[ConfirmedElement]) -> Result<(), Failure> {
+    fn record_absence(&self, by: Caller, what: &str, elements: &[ConfirmedElement]) {
         for ConfirmedElement { global_id, ifc_type, name, .. } in elements {
             let summary = format!("{ifc_type} {name:?} {global_id} {what}");
-            self.history.record(HistoryEvent { kind: HistoryKind::Absence, by: Some(by), summary })?;
+            self.record(HistoryEvent { kind: HistoryKind::Absence, by: Some(by), summary });
         }
-        Ok(())
+    }
+
+    fn record(&self, event: HistoryEvent) {
+        if let Err(why) = self.history.record(event) {
+            warn!(service = "slam-align", error = daemon::chain(&why), "the history cannot be written");
+        }
     }
 }

@@ -15,6 +15,7 @@ impl AlignService {
     /// Takes results of the worker, and starts its next job.
     pub(super) fn proceed(&mut self) -> Result<(), Failure> {
         while let Some(outcome) = self.worker.take()? {
+            self.activity.set(if self.alignment.last().is_some() { Activity::Published } else { Activity::Idle });
             self.finish(outcome)?;
         }
         // Samples that do not belong together yet are on their way.
@@ -67,7 +68,9 @@ impl AlignService {
         self.references = references;
         self.reference_inputs = Some(inputs);
         match (found, task) {
-            (Found::Poses(alignment), Task::Search { map, asked, .. }) => self.take_search(alignment, &map, asked),
+            (Found::Poses(alignment), Task::Search { map, asked, search_area }) => {
+                self.take_search(alignment, &map, asked, search_area.is_narrowed)
+            }
             (Found::Deviations(deviations), Task::Compare { map, comparison, .. }) => {
                 self.pending.done_comparison = comparison;
                 self.publish_deviations(deviations, &inputs, map.content_hash)
@@ -103,8 +106,15 @@ impl AlignService {
         self.publish()
     }
 
-    /// Takes the result of a search of a map, which may be an earlier one than the newest.
-    fn take_search(&mut self, alignment: Alignment, map: &RobotMap, asked: Option<u64>) -> Result<(), Failure> {
+    /// Takes the result of a search of a map, which may be an earlier one than the newest. A narrowed search that finds nothing
+    /// says nothing about the pose that is there.
+    fn take_search(
+        &mut self,
+        alignment: Alignment,
+        map: &RobotMap,
+        asked: Option<u64>,
+        is_narrowed: bool,
+    ) -> Result<(), Failure> {
         self.follow();
         let best = alignment.poses.first().filter(|_| alignment.verdict == AlignmentVerdict::Accepted);
         let best = best.map(|pose| pose.record(&self.storeys()));
@@ -116,6 +126,9 @@ impl AlignService {
         }
         let (verdict, poses) = (alignment.verdict.name(), alignment.poses.len());
         info!(service = "slam-align", verdict, poses, reason = alignment.reason, "all poses searched");
+        if !is_narrowed || alignment.verdict == AlignmentVerdict::Accepted {
+            self.verdict = Some((alignment.verdict, map.content_hash));
+        }
         (self.last_search, self.searched_map_hash) = (alignment, map.content_hash);
         let published = self.publish();
         self.searches.end(match &published {
@@ -123,7 +136,7 @@ impl AlignService {
             Err(why) => SearchState::Failed { why: chain(why.as_ref()) },
         });
         if let Some(pose) = self.effective_pose().filter(|_| !had_pose) {
-            self.record_pose(None, "accepted", &pose)?;
+            self.record_pose(None, "accepted", &pose);
         }
         published
     }

@@ -65,7 +65,8 @@ mod tests {
         let found = Found { verdict, reason: "why".to_owned(), ..Found::nothing_yet() };
         let plan_time_s = ScheduleStateHead::NO_TIME;
         let sources = AlignmentSources { site_hash: 1, slam_map_hash: 2, searched_map_hash: 2, plan_time_s };
-        found.archive(&[], &PoseStatus { pose: Some(PoseRecord::NONE), state, waiting }, sources)
+        let pose_status = PoseStatus { pose: Some(PoseRecord::NONE), state, waiting, verdict: Some(verdict) };
+        found.archive(&[], &pose_status, sources)
     }
 
     fn write_of(path: &Path, verdict: AlignmentVerdict, state: PoseState, waiting: Option<PoseRecord>) {

@@ -30,7 +30,7 @@ impl Run for Args {
     /// JSON that cannot be written.
     fn run(&self) -> Result<Outcome, Failure> {
         let mut checks = of_machine();
-        match self.site.own_config() {
+        match self.site.config() {
             Ok(config) => checks.extend(of_site(&config)),
             Err(why) => checks.push(failure("configuration", format!("{why:#}"))),
         }

@@ -5,9 +5,9 @@ mod sets;
 mod watch;
 
 use crate::args::report_set_aside;
-use crate::expectation::Expectation;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
+use crate::wait::Expectation;
 use crate::wait::join;
 pub use args::Args;
 use bus::Daemon;

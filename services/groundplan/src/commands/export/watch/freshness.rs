@@ -71,6 +71,8 @@ pub(super) struct Freshness {
     obstacle: Option<String>,
     /// When the next schedule state is due by the machine's clock, milliseconds since 1970 in UTC.
     next_update_ms: Option<i64>,
+    /// Why nothing tells when it is due.
+    clock_distrust: Option<String>,
     /// Since when it is unknown whether the maps are those of the daemons, without a break.
     unknown_since: Option<Stamp>,
     /// Since when maps of storeys are outdated, by storey.
@@ -95,6 +97,7 @@ impl Freshness {
             no_bus: None,
             obstacle: None,
             next_update_ms: None,
+            clock_distrust: None,
             unknown_since: None,
             outdated_since: BTreeMap::new(),
         }
@@ -143,6 +146,11 @@ impl Freshness {
         self.next_update_ms = at_ms;
     }
 
+    /// Why a plan time that moves does not follow the machine's clock.
+    pub(super) fn set_clock_distrust(&mut self, why: Option<String>) {
+        self.clock_distrust = why;
+    }
+
     /// The maps in the folder.
     pub(super) fn maps(&self) -> Option<&FolderMaps> {
         self.maps.as_ref()
@@ -188,6 +196,9 @@ impl Freshness {
         if let Some((daemon, _)) = silent {
             let reason = NoMapReason::Silent { daemon: *daemon }.to_string();
             return Err(Doubt { reason, is_certain: true });
+        }
+        if let Some(why) = &self.clock_distrust {
+            return Err(Doubt { reason: why.clone(), is_certain: true });
         }
         if let Some(due_ms) = self.next_update_ms.filter(|due_ms| utc_ms - due_ms >= TOLERANCE.as_millis() as i64) {
             let due = Timestamp::from_millisecond(due_ms).map(|due| due.to_string()).unwrap_or_default();
@@ -296,6 +307,15 @@ mod tests {
         assert!(reason.ends_with("the next one was due at 1970-01-01T00:00:10Z"), "{reason}");
         freshness.set_next_update(None);
         assert!(matches!(freshness.state(at(100), 13_000), MapState::Fresh { .. }));
+    }
+
+    #[test]
+    fn a_clock_that_is_not_followed_makes_maps_stale_until_it_is() {
+        let mut freshness = fresh();
+        freshness.set_clock_distrust(Some("clock_untrusted".to_owned()));
+        assert_eq!(is_stale(&mut freshness, 100).as_deref(), Some("clock_untrusted"));
+        freshness.set_clock_distrust(None);
+        assert_eq!(is_stale(&mut freshness, 100), None);
     }
 
     #[test]

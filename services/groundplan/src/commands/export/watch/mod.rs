@@ -9,9 +9,9 @@ mod subscriptions;
 mod writer;
 
 use super::args::Args;
-use crate::expectation::Expectation;
 use crate::failure::Failure;
 use crate::run::Outcome;
+use crate::wait::Expectation;
 use bus::{Bus, Daemon, HEARTBEAT_PERIOD, Stamp, Waiter};
 use daemon::facts::ScheduleFacts;
 use daemon::{Report, StopSignal};
@@ -164,7 +164,11 @@ impl Watch {
         self.board_read = Some(now);
         let board = self.expectation.board().ok();
         let facts: Option<Report<ScheduleFacts>> = board.and_then(|board| board.report(Daemon::ScheduleEval));
-        self.freshness.set_next_update(facts.and_then(|report| report.facts.next_update_ms));
+        // Without a report the last one counts: heartbeats tell whether its daemon lives.
+        if let Some(Report { facts, .. }) = facts {
+            self.freshness.set_next_update(facts.next_update_ms);
+            self.freshness.set_clock_distrust(facts.clock_distrust);
+        }
         self.freshness.set_obstacle(self.write_error.clone().or_else(|| self.expectation.reason()));
     }
 

@@ -1,0 +1,14 @@
+//! What a client concludes from a daemon's last report.
+
+use bus::{HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
+use daemon::Report;
+
+/// True if a daemon has not reported for so long that it hangs, or is gone.
+pub(super) fn is_silent<F>(report: &Report<F>) -> bool {
+    report.age() >= HEARTBEAT_PERIOD * MISSED_HEARTBEATS
+}
+
+/// True if a daemon makes its output at the moment; those behind it wait for it.
+pub(super) fn is_at_work<F>(report: &Report<F>) -> bool {
+    ["reading", "meshing", "writing"].contains(&report.activity.as_str())
+}

@@ -1,0 +1,244 @@
+//! The map file in force, `align.map` or that of a command, kept with its content.
+
+use crate::persisted_state::{OlderMap, OlderStoredMap};
+use crate::robot_map::RobotMap;
+use crate::stored_map::{MapStore, StoredMap};
+use daemon::{AlignConfig, Configured, Failure, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, chain};
+use std::fs;
+use std::path::Path;
+use std::time::SystemTime;
+use tracing::warn;
+
+/// The map of a file. A robot may save the one that `site.toml` names later: what cannot be read is a warning, and is read as
+/// soon as it looks different.
+pub(crate) struct MapSetting {
+    setting: Setting<Option<StoredMap>>,
+    store: MapStore,
+    unread: Option<UnreadFile>,
+}
+
+/// The file that `site.toml` names and that cannot be used.
+struct UnreadFile {
+    warning: String,
+    /// How it looked.
+    looks: Option<(u64, SystemTime)>,
+}
+
+impl MapSetting {
+    /// The setting at the start of the daemon; `older` is its state in an earlier version.
+    ///
+    /// # Errors
+    /// State that cannot be read or written.
+    pub(crate) fn open(state: &Path, config: &AlignConfig, older: OlderMap) -> Result<Self, Failure> {
+        let store = MapStore::at(state);
+        let configured = configured(&store, config.map.as_deref());
+        let older = || Ok(taken_over(&store, older));
+        let setting = Setting::open_without_edit(state, SettingKey::SlamMap, configured, older)?;
+        let mut map_setting = Self { setting, store, unread: None };
+        map_setting.set_unread(config.map.as_deref(), map_setting.setting.warning().map(str::to_owned));
+        map_setting.remove_other_copies();
+        Ok(map_setting)
+    }
+
+    /// The map in force; `None` without one.
+    ///
+    /// # Errors
+    /// Its copy is missing or damaged.
+    pub(crate) fn map(&self) -> Result<Option<RobotMap>, Failure> {
+        let read = |stored: &StoredMap| Ok(self.store.read(stored.content_hash)?);
+        self.setting.value().as_ref().map(read).transpose()
+    }
+
+    /// Takes what `site.toml` says now; the map, if it is another one than before.
+    ///
+    /// # Errors
+    /// State that cannot be written, a damaged copy.
+    pub(crate) fn edit(&mut self, config: &AlignConfig) -> Result<Option<RobotMap>, Failure> {
+        let file = config.map.as_deref();
+        match self.setting.edited(configured(&self.store, file)) {
+            Ok(kept) => {
+                self.set_unread(file, self.setting.warning().map(str::to_owned));
+                self.keep(kept)
+            }
+            Err(why) => {
+                self.set_unread(file, Some(chain(why.as_ref())));
+                Ok(None)
+            }
+        }
+    }
+
+    /// Reads the file of `site.toml` again if it could not be used and looks different now; the map, if it is in force.
+    ///
+    /// # Errors
+    /// As [`Self::edit`].
+    pub(crate) fn retry(&mut self, config: &AlignConfig) -> Result<Option<RobotMap>, Failure> {
+        match &self.unread {
+            Some(unread) if unread.looks != looks(config.map.as_deref()) => self.edit(config),
+            _ => Ok(None),
+        }
+    }
+
+    /// Takes the map of this file, as a command of this user; it is on disk when this returns.
+    ///
+    /// # Errors
+    /// A map that cannot be used or stored: the one before it stays.
+    pub(crate) fn command(&mut self, file: &Path, by_uid: u32) -> Result<RobotMap, Failure> {
+        let (map, stored) = copied(&self.store, file)?;
+        self.keep(self.setting.commanded(Some(stored), by_uid))?;
+        Ok(map)
+    }
+
+    /// What an operator should know.
+    pub(crate) fn warning(&self) -> Option<&str> {
+        self.unread.as_ref().map(|unread| unread.warning.as_str())
+    }
+
+    /// The setting for `status`; `None` without a map.
+    pub(crate) fn in_force(&self) -> Option<SettingInForce> {
+        let file = &self.setting.value().as_ref()?.file;
+        Some(self.setting.in_force(|_| file.display().to_string()))
+    }
+
+    fn keep(&mut self, kept: KeptSetting<Option<StoredMap>>) -> Result<Option<RobotMap>, Failure> {
+        let before = self.setting.value().as_ref().map(|stored| stored.content_hash);
+        let kept = self.setting.keep(kept).map_err(Failure::from);
+        self.remove_other_copies();
+        kept?;
+        let now = self.setting.value().as_ref().map(|stored| stored.content_hash);
+        if now == before { Ok(None) } else { self.map() }
+    }
+
+    fn remove_other_copies(&self) {
+        let needed = [self.setting.value(), self.setting.as_kept().in_site_toml()]
+            .map(|map| map.as_ref().map(|m| m.content_hash));
+        self.store.keep_only(&needed.into_iter().flatten().collect::<Vec<_>>());
+    }
+
+    fn set_unread(&mut self, file: Option<&Path>, warning: Option<String>) {
+        if let Some(text) = &warning
+            && self.warning() != Some(text)
+        {
+            warn!(service = "slam-align", warning = text, "the map file is not read");
+        }
+        self.unread = warning.map(|warning| UnreadFile { warning, looks: looks(file) });
+    }
+}
+
+/// What `align.map` of `site.toml` says; what can be used is copied.
+fn configured(store: &MapStore, file: Option<&Path>) -> Configured<Option<StoredMap>> {
+    let value = file.map(|file| copied(store, file).map(|(_, stored)| stored)).transpose();
+    Configured { file: file.map(Path::to_owned), value }
+}
+
+fn copied(store: &MapStore, file: &Path) -> Result<(RobotMap, StoredMap), Failure> {
+    let (map, content) = RobotMap::read(file)?;
+    store.write(map.content_hash, &content)?;
+    let stored = StoredMap { file: file.to_owned(), content_hash: map.content_hash };
+    Ok((map, stored))
+}
+
+fn looks(file: Option<&Path>) -> Option<(u64, SystemTime)> {
+    let metadata = fs::metadata(file?).ok()?;
+    Some((metadata.len(), metadata.modified().ok()?))
+}
+
+fn taken_over(store: &MapStore, older: OlderMap) -> Option<OlderSetting<Option<StoredMap>>> {
+    let OlderMap { map, stored_map } = older;
+    match (stored_map, map) {
+        (Some(OlderStoredMap { map, configured }), _) if configured.as_ref() == Some(&map.file) => {
+            Some(OlderSetting::SiteToml(configured, Some(map)))
+        }
+        (Some(OlderStoredMap { map, .. }), _) => Some(OlderSetting::Command(Some(map))),
+        (None, Some(file)) => match copied(store, &file) {
+            Ok((_, stored)) => Some(OlderSetting::Command(Some(stored))),
+            Err(why) => {
+                let error = chain(why.as_ref());
+                warn!(service = "slam-align", error, "the map of an earlier command is lost");
+                None
+            }
+        },
+        (None, None) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use daemon::{SettingSource, SiteConfig};
+    use std::path::PathBuf;
+
+    /// A map of three by two cells with this one occupied.
+    fn save(home: &Path, name: &str, occupied: usize) -> PathBuf {
+        let mut image = b"P5\n3 2\n255\n\xfe\xfe\xcd\xfe\xfe\xfe".to_vec();
+        let n = image.len();
+        image[n - 1 - occupied] = 0;
+        fs::write(home.join(format!("{name}.pgm")), image).unwrap();
+        let path = home.join(format!("{name}.yaml"));
+        fs::write(&path, format!("image: {name}.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n")).unwrap();
+        path
+    }
+
+    fn config(home: &Path, map: &str) -> SiteConfig {
+        SiteConfig::parse(&format!("state = \"state\"\n[align]\nmap = \"{map}.yaml\"\n"), home).unwrap()
+    }
+
+    fn open(config: &SiteConfig) -> MapSetting {
+        MapSetting::open(&config.state, &config.align, OlderMap::default()).unwrap()
+    }
+
+    fn hash(setting: &MapSetting) -> Option<u64> {
+        setting.map().unwrap().map(|map| map.content_hash)
+    }
+
+    #[test]
+    fn the_map_that_was_set_last_is_in_force_and_outlives_its_files() {
+        let home = tempfile::tempdir().unwrap();
+        let config = config(home.path(), "site");
+        let site = save(home.path(), "site", 0);
+        let mut setting = open(&config);
+        let of_site = hash(&setting);
+        assert!(of_site.is_some() && setting.in_force().unwrap().source == SettingSource::SiteToml);
+        let command = save(home.path(), "command", 1);
+        let of_command = setting.command(&command, 7).unwrap().content_hash;
+        for path in [&command, &site] {
+            fs::remove_file(path).unwrap();
+        }
+        let mut setting = open(&config);
+        assert_eq!(hash(&setting), Some(of_command));
+        assert!(setting.warning().unwrap().ends_with("stays"), "{:?}", setting.warning());
+        let in_force = setting.in_force().unwrap();
+        assert_eq!((in_force.source, in_force.by_uid), (SettingSource::Command, Some(7)));
+        save(home.path(), "site", 2);
+        let edited = setting.retry(&config.align).unwrap().map(|map| map.content_hash);
+        assert!(edited.is_some() && edited != of_site && edited == hash(&setting));
+        assert_eq!((setting.warning(), setting.in_force().unwrap().source), (None, SettingSource::SiteToml));
+        let copies = fs::read_dir(&config.state).unwrap().filter(|e| e.as_ref().unwrap().path().is_file()).count();
+        assert_eq!(copies, 2, "an image and its description");
+    }
+
+    #[test]
+    fn a_map_that_the_robot_has_not_saved_yet_is_read_when_it_has() {
+        let home = tempfile::tempdir().unwrap();
+        let config = config(home.path(), "later");
+        let mut setting = open(&config);
+        let warning = setting.warning().unwrap().to_owned();
+        assert!(warning.starts_with("align.map: ") && warning.contains("later.yaml"), "{warning}");
+        assert!(setting.map().unwrap().is_none() && setting.retry(&config.align).unwrap().is_none());
+        save(home.path(), "later", 0);
+        assert!(setting.retry(&config.align).unwrap().is_some());
+        assert!(setting.warning().is_none() && setting.retry(&config.align).unwrap().is_none());
+    }
+
+    #[test]
+    fn a_map_of_an_earlier_version_stays_in_force() {
+        let home = tempfile::tempdir().unwrap();
+        let config = config(home.path(), "site");
+        save(home.path(), "site", 0);
+        let requested = save(home.path(), "requested", 1);
+        let older = OlderMap { map: Some(requested), stored_map: None };
+        let setting = MapSetting::open(&config.state, &config.align, older).unwrap();
+        let in_force = setting.in_force().unwrap();
+        assert!(in_force.source == SettingSource::Command && in_force.value.ends_with("requested.yaml"));
+        assert_eq!(hash(&open(&config)), hash(&setting));
+    }
+}
