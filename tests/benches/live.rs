@@ -7,8 +7,9 @@
 #![expect(clippy::print_stdout, reason = "the table")]
 
 use bus::{Bus, Daemon, Domain, GridSlot, Keeper, Origin, Sample, Stamp, Subscriber, Topic, TopicName, Waiter, topics};
-use daemon::{Answer, Client, ScheduleRequest};
+use daemon::{Answer, Client, ScheduleRequest, SiteProcess, StatusBoard};
 use messages::{ArchiveBuffer, Grids, InputHashes, ScheduleState, Site};
+use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -38,6 +39,7 @@ fn main() {
     live.describe();
     dates(&mut live);
     live.late_joiners();
+    live.commands();
     live.restart();
     live.memory();
     live.idle();
@@ -64,7 +66,8 @@ struct Live {
     up: Child,
     prefix: String,
     /// Folder of the bus; goes with this value.
-    _root: tempfile::TempDir,
+    root: tempfile::TempDir,
+    config: PathBuf,
     domain: Domain,
     bus: Bus,
     waiter: Waiter,
@@ -81,8 +84,7 @@ impl Live {
         );
         let config = home.join("site.toml");
         std::fs::write(&config, site).unwrap();
-        let client = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("groundplan");
-        let up = Command::new(client).arg("up").arg("--config").arg(config).stderr(Stdio::null()).spawn().unwrap();
+        let up = Command::new(client()).arg("up").arg("--config").arg(&config).stderr(Stdio::null()).spawn().unwrap();
         let domain = Domain::shared(&prefix, root.path()).unwrap();
         let begun = Instant::now();
         let (bus, waiter) = loop {
@@ -92,7 +94,7 @@ impl Live {
                 Err(why) => panic!("{why}"),
             }
         };
-        Self { up, prefix, _root: root, domain, bus, waiter }
+        Self { up, prefix, root, config, domain, bus, waiter }
     }
 
     fn next<T: Topic>(&mut self, subscriber: &Subscriber<T>) -> Sample<T> {
@@ -122,16 +124,31 @@ impl Live {
     }
 
     /// The processes of the daemons, by name.
-    fn processes(&mut self) -> BTreeMap<&'static str, u32> {
-        let reader = self.bus.status_reader().unwrap();
-        let mut found = BTreeMap::new();
-        while found.len() < 4 {
-            self.waiter.wait(Duration::from_secs(1)).unwrap();
-            while let Some(record) = reader.take().unwrap() {
-                found.insert(Daemon::from_id(record.daemon).unwrap().name(), record.process_id);
+    fn processes(&self) -> BTreeMap<&'static str, u32> {
+        let board = StatusBoard::of(self.root.path());
+        let process = |process: SiteProcess| Some((process.name(), board.report::<IgnoredAny>(process)?.process_id));
+        let begun = Instant::now();
+        loop {
+            let found: BTreeMap<_, _> = SiteProcess::supervised().filter_map(process).collect();
+            if found.len() == SiteProcess::supervised().count() {
+                return found;
             }
+            assert!(begun.elapsed() < DEADLINE, "{found:?}");
         }
-        found
+    }
+
+    /// Commands of the client as a user waits for them, from the start of the process to its end.
+    fn commands(&self) {
+        for (what, arguments) in [("status", &["status", "--json"][..]), ("metrics", &["metrics"]), ("date", &["date"])] {
+            let run = |_| {
+                let begun = Instant::now();
+                let output = Command::new(client()).args(arguments).arg("--config").arg(&self.config).output().unwrap();
+                assert!(!output.stdout.is_empty(), "{what}");
+                ms(begun.elapsed())
+            };
+            let [p50, p99] = percentiles(&mut (0..50).map(run).collect::<Vec<_>>());
+            row(&format!("`groundplan {what}`, the whole process"), format!("p50 {p50:.1} ms, p99 {p99:.1} ms"));
+        }
     }
 
     fn late_joiners(&mut self) {
@@ -158,11 +175,10 @@ impl Live {
         assert!(Command::new("kill").args(["-9", &process.to_string()]).status().unwrap().success());
         self.next(&sites);
         let seen = ms(begun.elapsed());
-        let process = self.processes()["ifc-ingest"];
         row(
             "ifc-ingest killed, until its site is there again",
             format!(
-                "{seen:.0} ms for {:.0} MB, of which about 250 ms back-off; process {process}",
+                "{seen:.0} ms for {:.0} MB, of which about 250 ms back-off",
                 length as f64 / 1e6
             ),
         );
@@ -210,6 +226,11 @@ impl Live {
         });
         row("idle, of one core", used.collect::<Vec<_>>().join(", "));
     }
+}
+
+/// The client of this build.
+fn client() -> PathBuf {
+    std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("groundplan")
 }
 
 impl Drop for Live {

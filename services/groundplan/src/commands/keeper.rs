@@ -11,7 +11,7 @@ use tracing::{info, warn};
 
 /// Interval at which dead participants are removed.
 const TICK: Duration = Duration::from_secs(1);
-const ACTIVITY: &str = "holds the bus";
+const ACTIVITY: &str = "holds bus";
 
 /// Arguments of `keeper`.
 #[derive(Debug, Clone, clap::Args)]

@@ -11,7 +11,7 @@ use tracing::{info, warn};
 
 /// Interval at which the supervisor is told that the relay lives.
 const TICK: Duration = Duration::from_secs(1);
-const ACTIVITY: &str = "serves other users";
+const ACTIVITY: &str = "serves";
 
 /// Characters of a command that are logged.
 const MAX_LOGGED: usize = 400;
