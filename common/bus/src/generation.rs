@@ -14,9 +14,11 @@
 //! | `board/` | what daemons report about themselves |
 
 use crate::error::DomainError;
+use crate::segments::{close_segments, files_of_anybody, remove_empty_segments, remove_segments, segments};
 use messages::LAYOUT_VERSION;
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
+use std::collections::BTreeSet;
 use std::fs::{self, File, Metadata, Permissions};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
@@ -25,9 +27,6 @@ use std::time::Duration;
 
 /// The library whose formats a domain has; formats of one version do not open those of another.
 pub(crate) const LIBRARY: &str = "iceoryx2-0.10.0";
-
-/// The folder of POSIX shared memory.
-pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Name of the file that says which generation is current.
 pub(crate) const CURRENT: &str = "generation";
@@ -243,29 +242,34 @@ impl Place {
             numbers.extend(number_of(&name.to_string_lossy()));
         }
         // A folder that was deleted leaves segments behind.
-        for segment in segments(&self.prefix)? {
-            let name = segment.file_name().unwrap_or_default().to_string_lossy();
-            let number = name.strip_prefix(&self.prefix).and_then(|rest| rest.split_once('_'));
-            numbers.extend(number.and_then(|(number, _)| number.parse::<u64>().ok()));
-        }
+        numbers.extend(segments(&self.prefix)?.iter().filter_map(|segment| self.number_of_segment(segment)));
         numbers.sort_unstable();
         numbers.dedup();
         Ok(numbers)
+    }
+
+    /// The number of a new generation: above every one of which something is left, and above `last`. A number is skipped
+    /// if any user has files under its prefix, which could be in the way of segments.
+    pub(crate) fn next_number(&self, last: Option<u64>) -> Result<u64, DomainError> {
+        let files = files_of_anybody(&self.prefix)?;
+        let in_the_way: BTreeSet<u64> = files.iter().filter_map(|file| self.number_of_segment(file)).collect();
+        let mut number = self.numbers()?.into_iter().chain(last).max().unwrap_or(0) + 1;
+        while in_the_way.contains(&number) {
+            number += 1;
+        }
+        Ok(number)
+    }
+
+    fn number_of_segment(&self, path: &Path) -> Option<u64> {
+        let name = path.file_name()?.to_str()?;
+        name.strip_prefix(&self.prefix)?.split_once('_')?.0.parse().ok()
     }
 
     /// Removes segments that have been empty for `age`: their creators died before they set a size.
     ///
     /// The bus library waits without end for such a segment to grow, in every process that opens it or cleans up.
     pub(crate) fn remove_empty_segments(&self, age: Duration) -> Result<(), DomainError> {
-        for segment in segments(&self.prefix)? {
-            // One that is gone, or was made in the future by a clock that was set, is none.
-            let Ok(metadata) = fs::metadata(&segment) else { continue };
-            let old = metadata.modified().ok().and_then(|at| at.elapsed().ok()).is_some_and(|elapsed| elapsed >= age);
-            if metadata.len() == 0 && old {
-                remove(&segment, fs::remove_file(&segment))?;
-            }
-        }
-        Ok(())
+        remove_empty_segments(&self.prefix, age)
     }
 
     /// Keeps other users out: service managers open the folder to a group at every start of a unit, and the bus library makes
@@ -274,17 +278,7 @@ impl Place {
         if self.root.exists() {
             self.make_root()?;
         }
-        for segment in segments(&self.prefix)? {
-            // One that is gone needs nothing.
-            let Ok(metadata) = fs::symlink_metadata(&segment) else { continue };
-            let mode = metadata.permissions().mode();
-            // The bits of the owner stay: they tell that a segment is not finished.
-            if mode & 0o077 != 0 {
-                let closed = fs::set_permissions(&segment, Permissions::from_mode(mode & 0o700));
-                remove(&segment, closed)?;
-            }
-        }
-        Ok(())
+        close_segments(&self.prefix)
     }
 
     /// Segments of a generation whose names end so.
@@ -300,9 +294,7 @@ impl Place {
         let Some(_lock) = try_lock(&path, FlockOperation::NonBlockingLockExclusive)? else { return Ok(false) };
         let folder = self.folder_of(generation);
         remove(&folder, fs::remove_dir_all(&folder))?;
-        for segment in segments(&self.prefix_of(generation))? {
-            remove(&segment, fs::remove_file(&segment))?;
-        }
+        remove_segments(&self.prefix_of(generation))?;
         // Last: while the lock file exists, the number is not taken for that of a removed generation.
         remove(&path, fs::remove_file(&path))?;
         Ok(true)
@@ -317,18 +309,6 @@ fn number_of(name: &str) -> Option<u64> {
 /// True for files that the bus and its daemons put into the domain's folder.
 fn is_own_file(name: &str) -> bool {
     ["keeper.lock", CURRENT, "generation.new", RENEW, "board"].contains(&name) || number_of(name).is_some()
-}
-
-/// Segments whose names have the prefix.
-fn segments(prefix: &str) -> Result<Vec<PathBuf>, DomainError> {
-    let folder = Path::new(SHARED_MEMORY);
-    let failed = |source| DomainError::File { path: folder.to_owned(), source };
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).map_err(failed)? {
-        let name = entry.map_err(failed)?.file_name();
-        found.extend(name.to_str().filter(|n| n.starts_with(prefix)).map(|n| folder.join(n)));
-    }
-    Ok(found)
 }
 
 /// What is not there needs no removal.
@@ -358,6 +338,8 @@ fn try_lock(path: &Path, operation: FlockOperation) -> Result<Option<Lock>, Doma
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::foreign_files::foreign_file;
+    use crate::segments::SHARED_MEMORY;
 
     fn place(folder: &tempfile::TempDir) -> Place {
         Place::new("gpgen_", folder.path()).unwrap()
@@ -432,18 +414,25 @@ mod tests {
     }
 
     #[test]
-    fn only_empty_segments_of_the_domain_are_removed() {
+    fn files_of_other_users_are_no_part_of_a_generation_and_not_in_its_way() {
         let folder = tempfile::tempdir().unwrap();
-        let prefix = format!("gpe{:x}_", std::process::id());
+        let prefix = format!("gpf{:x}_", std::process::id());
         let place = Place::new(&prefix, folder.path()).unwrap();
-        let segment = |name: &str| Path::new(SHARED_MEMORY).join(format!("{prefix}{name}"));
-        fs::write(segment("1_empty"), "").unwrap();
-        fs::write(segment("1_full"), "x").unwrap();
-        place.remove_empty_segments(Duration::from_secs(3600)).unwrap();
-        assert_eq!(segments(&prefix).unwrap().len(), 2, "a young one may be about to grow");
+        let path = |name: &str| Path::new(SHARED_MEMORY).join(format!("{prefix}{name}"));
+        let names = ["9_x", "1_x.dynamic", "2_x", "18446744073709551615_x"];
+        let Some(_files) = names.map(|name| foreign_file(&path(name), 0o644)).into_iter().collect::<Option<Vec<_>>>()
+        else {
+            return;
+        };
+        assert_eq!((place.numbers().unwrap(), place.next_number(None).unwrap()), (vec![], 3));
+        assert_eq!(place.next_number(Some(8)).unwrap(), 10);
+        assert!(place.segments_of(1, ".dynamic").unwrap().is_empty());
+        place.keep_others_out().unwrap();
         place.remove_empty_segments(Duration::ZERO).unwrap();
-        assert_eq!(segments(&prefix).unwrap(), [segment("1_full")]);
-        assert!(place.remove(1).unwrap() && segments(&prefix).unwrap().is_empty());
+        assert!(place.remove(9).unwrap());
+        for name in names {
+            assert_eq!(fs::metadata(path(name)).unwrap().mode() & 0o777, 0o644, "{name}");
+        }
     }
 
     #[test]

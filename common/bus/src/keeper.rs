@@ -43,9 +43,11 @@ impl Keeper {
     /// # Errors
     /// Files that cannot be removed.
     pub fn tick(&self) -> Result<u64, DomainError> {
-        self.place.keep_others_out()?;
-        self.remove_others()?;
-        Ok(self.services.as_ref().map_or(0, ipc::Services::remove_dead))
+        // A file that cannot be handled keeps no dead participant in its place.
+        let (closed, removed) = (self.place.keep_others_out(), self.remove_others());
+        let n_dead = self.services.as_ref().map_or(0, ipc::Services::remove_dead);
+        closed.and(removed)?;
+        Ok(n_dead)
     }
 
     /// Makes a new generation if a file of this one was deleted or replaced from outside: by hand, or by a login manager
@@ -65,7 +67,7 @@ impl Keeper {
             self.lock =
                 lock.ok_or_else(|| DomainError::KeeperRuns { root: self.place.root().display().to_string() })?;
         }
-        let generation = self.place.numbers()?.into_iter().chain([self.generation]).max().unwrap_or(0) + 1;
+        let generation = self.place.next_number(Some(self.generation))?;
         let services = ipc::Services::create(&self.place, generation)?;
         self.held_files = HeldFiles::of(&self.place, generation, &self.lock)?;
         self.place.keep_others_out()?;
@@ -98,7 +100,7 @@ impl Keeper {
         let (services, generation) = match taken_over {
             Some(found) => found,
             None => {
-                let generation = place.numbers()?.into_iter().chain(current).max().unwrap_or(0) + 1;
+                let generation = place.next_number(current)?;
                 (ipc::Services::create(place, generation)?, generation)
             }
         };
@@ -107,17 +109,20 @@ impl Keeper {
         place.announce(generation)?;
         let place = place.clone();
         let keeper = Self { services: Some(services), place, generation, held_files, _sweeper: sweeper, lock };
-        keeper.remove_others()?;
+        // What cannot be removed now is no reason to be without a bus: the next tick tries it again, and says so.
+        let _ = keeper.remove_others();
         Ok(keeper)
     }
 
+    /// Removes other generations without members; the first that cannot be removed is the error.
     fn remove_others(&self) -> Result<(), DomainError> {
+        let mut first = Ok(());
         for generation in self.place.numbers()? {
             if generation != self.generation {
-                self.place.remove(generation)?;
+                first = first.and(self.place.remove(generation).map(drop));
             }
         }
-        Ok(())
+        first
     }
 }
 

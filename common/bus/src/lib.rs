@@ -45,6 +45,8 @@ mod command;
 mod consistent_set;
 mod domain;
 mod error;
+#[cfg(test)]
+mod foreign_files;
 mod generation;
 mod held_files;
 mod ipc;
@@ -58,6 +60,7 @@ mod relay_access;
 mod relay_link;
 mod relay_protocol;
 mod reply_kind;
+mod segments;
 mod signal;
 mod site_set;
 mod site_set_reader;

@@ -1,6 +1,6 @@
 //! Shared-memory pages: allocated before they are written, so that a full memory is an error and not a SIGBUS.
 
-use crate::generation::SHARED_MEMORY;
+use crate::segments::SHARED_MEMORY;
 use rustix::fs::statvfs;
 use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
