@@ -192,7 +192,7 @@ impl RelayLink {
         let mut inbox = self.lock();
         let mut has_come = false;
         loop {
-            let n_bytes = inbox.reader.fill(&self.socket).unwrap_or_default();
+            let n_bytes = inbox.reader.fill_with_descriptors(&self.socket).unwrap_or_default();
             let is_whole = loop {
                 match next_frame(&mut inbox.reader) {
                     Ok(Some(frame)) => {
@@ -279,7 +279,7 @@ impl Inbox {
                     push_bounded(replies, Err(error), REPLY_BUFFER);
                 }
             }
-            FromRelay::Report(bytes) => self.report = Some(bytes),
+            FromRelay::Report(bytes) => self.report = Some(bytes.to_vec()),
             // They come once, and first.
             FromRelay::Welcome { .. } | FromRelay::Refused(_) => {}
         }
@@ -310,7 +310,7 @@ fn first_frame(socket: &UnixStream, reader: &mut FrameReader) -> io::Result<From
             return Ok(frame);
         }
         wait_until_readable(socket, deadline)?;
-        if reader.fill(socket)?.is_none() && reader.is_empty() {
+        if reader.fill_with_descriptors(socket)?.is_none() && reader.is_empty() {
             return Err(io::Error::other("it hung up"));
         }
     }

@@ -2,6 +2,7 @@
 
 use super::event::RelayEvent;
 use super::feeds::Feeds;
+use super::report::Report;
 use crate::bus::Bus;
 use crate::command::{CommandClient, OpenCommand, Reply};
 use crate::error::CommandError;
@@ -21,6 +22,9 @@ use std::time::{Duration, Instant};
 
 /// Answers that a client has not read; it is not listened to until it does.
 const MAX_ANSWERS: usize = 64;
+
+/// Frames of one client that are handled before it is the turn of the others.
+const MAX_FRAMES_AT_ONCE: usize = 64;
 
 /// A client says in this time which version it is.
 const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
@@ -90,13 +94,28 @@ impl Connection {
 
     /// What to wait for.
     pub(super) fn interest(&self) -> PollFlags {
-        let reads = if self.is_listened_to() { PollFlags::IN } else { PollFlags::empty() };
+        let reads = if self.reads() { PollFlags::IN } else { PollFlags::empty() };
         let writes = if self.writer.is_idle() { PollFlags::empty() } else { PollFlags::OUT };
         reads | writes
     }
 
     fn is_listened_to(&self) -> bool {
         self.answers.len() < MAX_ANSWERS && self.state != State::Refused
+    }
+
+    /// What has come is handled before more of it is read: it cannot pile up here.
+    fn reads(&self) -> bool {
+        self.is_listened_to() && !self.reader.has_frame()
+    }
+
+    /// True if it has said something that can be handled at once.
+    pub(super) fn has_request(&self) -> bool {
+        self.is_listened_to() && self.reader.has_frame()
+    }
+
+    #[cfg(test)]
+    pub(super) fn n_unhandled_bytes(&self) -> usize {
+        self.reader.n_bytes()
     }
 
     pub(super) fn follows(&self, topic: TopicName) -> bool {
@@ -138,13 +157,13 @@ impl Connection {
     /// # Errors
     /// It is gone.
     pub(super) fn receive(&mut self) -> io::Result<()> {
-        if !self.is_listened_to() || self.reader.fill(&self.socket)?.is_some() {
+        if !self.reads() || self.reader.fill(&self.socket)?.is_some() {
             return Ok(());
         }
         Err(io::ErrorKind::ConnectionReset.into())
     }
 
-    /// Does what it asks for.
+    /// Does what it asks for, a part of it at a time.
     ///
     /// # Errors
     /// It sent something that is not the protocol (`InvalidData`).
@@ -153,12 +172,15 @@ impl Connection {
         welcome: FromRelay,
         bus: &Bus,
         feeds: &mut Feeds,
-        report: &dyn Fn() -> Vec<u8>,
+        report: &mut Report,
         on_event: &mut dyn FnMut(RelayEvent<'_>),
     ) -> io::Result<()> {
         let mut welcome = Some(welcome);
-        while self.is_listened_to() {
-            let Some(frame) = self.next_frame().map_err(invalid)? else { return Ok(()) };
+        for _ in 0..MAX_FRAMES_AT_ONCE {
+            if !self.is_listened_to() {
+                break;
+            }
+            let Some(frame) = self.next_frame().map_err(invalid)? else { break };
             match (frame, self.state) {
                 (ToRelay::Hello { layout_version }, State::New) if layout_version != LAYOUT_VERSION => {
                     self.refuse(Refusal::Version(LAYOUT_VERSION));
@@ -186,7 +208,7 @@ impl Connection {
                     self.command(bus, id, daemon, &bytes);
                 }
                 (ToRelay::Cancel { id }, _) => self.end_command(id),
-                (ToRelay::Report, _) => self.answers.push_back(FromRelay::Report(report())),
+                (ToRelay::Report, _) => self.answers.push_back(FromRelay::Report(report.get())),
             }
         }
         Ok(())

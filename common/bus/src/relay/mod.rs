@@ -7,6 +7,7 @@
 mod connection;
 mod event;
 mod feeds;
+mod report;
 mod sockets;
 #[cfg(test)]
 mod tests;
@@ -22,6 +23,7 @@ use crate::waiter::Waiter;
 use connection::Connection;
 pub use event::RelayEvent;
 use feeds::Feeds;
+use report::Report;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use sockets::{Accepted, Sockets};
@@ -47,7 +49,7 @@ pub struct RelayOptions {
 pub struct Relay {
     domain: Domain,
     sockets: Sockets,
-    report: Box<dyn Fn() -> Vec<u8> + Send>,
+    report: Report,
     stop_on: Vec<OwnedFd>,
     session: Option<Session>,
     connections: Vec<Connection>,
@@ -73,7 +75,7 @@ impl Relay {
         let relay = Self {
             domain: domain.clone(),
             sockets,
-            report: options.report,
+            report: Report::new(options.report),
             stop_on: Vec::new(),
             session: None,
             connections: Vec::new(),
@@ -135,6 +137,9 @@ impl Relay {
         let listeners = self.sockets.listeners().map(|listener| (listener, PollFlags::IN));
         let clients = self.connections.iter().map(|client| (client.socket(), client.interest()));
         let polled: Vec<(BorrowedFd<'_>, PollFlags)> = stops.chain(listeners).chain(clients).collect();
+        // What was read and not handled yet does not wait for another event.
+        let has_request = self.connections.iter().any(Connection::has_request);
+        let timeout = if has_request { Duration::ZERO } else { timeout };
         match &mut self.session {
             Some(session) => {
                 let wake = session.waiter.wait_with(&polled, timeout).map_err(|e| failed(e.source))?;
@@ -198,7 +203,7 @@ impl Relay {
                         may_command: client.may_command(),
                         control_group: sockets.control_group().to_owned(),
                     };
-                    client.handle(welcome, &session.bus, &mut session.feeds, report.as_ref(), on_event)
+                    client.handle(welcome, &session.bus, &mut session.feeds, report, on_event)
                 }
                 None => {
                     client.refuse(Refusal::NoBus);

@@ -1,5 +1,7 @@
 //! A relay and its clients in one process, by the same user.
 
+mod hostile_clients;
+
 use super::*;
 use crate::command::Reply;
 use crate::error::{CommandError, PortError};
@@ -22,6 +24,8 @@ struct Fixture {
     domain: Domain,
     keeper: Option<Keeper>,
     events: Arc<Mutex<Vec<String>>>,
+    /// How often the report was made.
+    n_reports: Arc<AtomicU32>,
     stop: Option<UnixStream>,
     thread: Option<JoinHandle<()>>,
     folder: tempfile::TempDir,
@@ -40,7 +44,12 @@ impl Fixture {
         let keeper = Some(Keeper::start(&domain).unwrap());
         let (stop, stopped) = UnixStream::pair().unwrap();
         let events: Arc<Mutex<Vec<String>>> = Arc::default();
-        let report: Box<dyn Fn() -> Vec<u8> + Send> = Box::new(|| b"all is well".to_vec());
+        let n_reports: Arc<AtomicU32> = Arc::default();
+        let counter = Arc::clone(&n_reports);
+        let report: Box<dyn Fn() -> Vec<u8> + Send> = Box::new(move || {
+            counter.fetch_add(1, Ordering::Relaxed);
+            b"all is well".to_vec()
+        });
         let options = RelayOptions { view_group: None, control_group: Some("no such group".to_owned()), report };
         let (mut relay, notes) = Relay::open(&domain, options).unwrap();
         assert!(notes.len() == 1 && notes[0].contains("no such group"), "{notes:?}");
@@ -51,7 +60,7 @@ impl Fixture {
             while !relay.serve(Duration::from_millis(50), &mut on_event).unwrap() {}
         };
         let thread = Some(std::thread::Builder::new().name("relay".to_owned()).spawn(serve).unwrap());
-        Self { domain, keeper, events, stop: Some(stop), thread, folder }
+        Self { domain, keeper, events, n_reports, stop: Some(stop), thread, folder }
     }
 
     fn client(&self) -> (Bus, Waiter) {
@@ -238,64 +247,6 @@ fn a_new_generation_ends_the_conversation_and_is_joined() {
     let (again, _waiter) = fixture.client();
     drop(bus);
     assert!(again.subscriber(topics::Site).is_ok());
-}
-
-#[test]
-fn bytes_that_are_no_conversation_are_cut_off_and_others_served() {
-    let fixture = Fixture::start();
-    let (bus, _waiter) = fixture.client();
-    let hello = |version: u32| {
-        let mut frame: Vec<u8> = [1u32.to_ne_bytes(), 8u32.to_ne_bytes()].concat();
-        frame.extend(0u64.to_ne_bytes());
-        frame.extend(b"GPRL");
-        frame.extend(version.to_ne_bytes());
-        frame
-    };
-    let frame =
-        |kind: u32, length: u32, id: u64| [&kind.to_ne_bytes()[..], &length.to_ne_bytes(), &id.to_ne_bytes()].concat();
-    let greeted = hello(messages::LAYOUT_VERSION);
-    let attempts: [(&str, Vec<u8>); 9] = [
-        (CONTROL_SOCKET, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n".to_vec()),
-        (CONTROL_SOCKET, vec![0xff; 1 << 20]),
-        (CONTROL_SOCKET, frame(2, 0, 0)),
-        (CONTROL_SOCKET, [greeted.clone(), frame(2, 0, 4711)].concat()),
-        (CONTROL_SOCKET, [greeted.clone(), frame(6, u32::MAX, 1)].concat()),
-        (CONTROL_SOCKET, [greeted.clone(), frame(6, 4, 1), 99u32.to_ne_bytes().to_vec()].concat()),
-        (CONTROL_SOCKET, [greeted.clone(), greeted.clone()].concat()),
-        (CONTROL_SOCKET, [greeted.clone(), frame(103, 0, 0)].concat()),
-        (VIEW_SOCKET, [greeted.clone(), frame(6, 8, 1), vec![0; 8]].concat()),
-    ];
-    let n_attempts = attempts.len();
-    for (socket, bytes) in attempts {
-        let mut raw = fixture.raw(socket);
-        // It may be cut off while it still writes.
-        let _ = raw.write_all(&bytes);
-        let mut rest = Vec::new();
-        // The end of the stream, or its reset.
-        let _ = raw.read_to_end(&mut rest);
-    }
-    until("the log", || {
-        let events = fixture.events.lock().unwrap();
-        (events.iter().filter(|event| event.starts_with("CutOff")).count() == n_attempts).then_some(())
-    });
-    let mut other_version = fixture.raw(VIEW_SOCKET);
-    other_version.write_all(&hello(77)).unwrap();
-    let mut answer = Vec::new();
-    other_version.read_to_end(&mut answer).unwrap();
-    assert!(answer[..4] == 102u32.to_ne_bytes() && answer[16..20] == messages::LAYOUT_VERSION.to_ne_bytes());
-    let sites = bus.subscriber(topics::Site).unwrap();
-    assert!(sites.take().unwrap().is_none() && bus.subscriber(topics::Grids).unwrap().take().is_ok());
-}
-
-#[test]
-fn one_client_too_many_is_told_so() {
-    let fixture = Fixture::start();
-    let clients: Vec<_> = (0..MAX_CONNECTIONS_OF_USER).map(|_| fixture.client()).collect();
-    let refused = Bus::join_by_relay(&fixture.domain, Daemon::Groundplan, own()).map(drop).unwrap_err();
-    assert!(refused.to_string().contains("serves 16 clients of this user already"), "{refused}");
-    fixture.wait_for_event("TurnedAway");
-    drop(clients);
-    fixture.client();
 }
 
 #[test]

@@ -116,7 +116,7 @@ pub(crate) enum FromRelay {
     /// A command fails.
     CommandFailed { id: u64, error: CommandError },
     /// The report of the site.
-    Report(Vec<u8>),
+    Report(Arc<[u8]>),
 }
 
 const HELLO: u32 = 1;
@@ -275,7 +275,7 @@ impl FromRelay {
                 Self::Reply { id, kind, bytes: bytes.to_vec() }
             }
             COMMAND_FAILED => Self::CommandFailed { id, error: parse_command_error(body).ok_or(damaged)? },
-            REPORT => Self::Report(body.to_vec()),
+            REPORT => Self::Report(body.into()),
             kind => return Err(ProtocolError::Frame { kind, length: body.len() as u32 }),
         })
     }
@@ -312,7 +312,7 @@ mod tests {
         writer.begin(frame);
         loop {
             writer.flush(&near, SendFlags::DONTWAIT).unwrap();
-            assert!(reader.fill(&far).unwrap().is_some());
+            assert!(reader.fill_with_descriptors(&far).unwrap().is_some());
             if let Some(received) = reader.next(|_| Some(usize::MAX)).unwrap() {
                 assert!(writer.is_idle() && reader.is_empty());
                 return (received.kind, received.id, received.body, received.descriptor);
@@ -359,7 +359,7 @@ mod tests {
             FromRelay::CommandFailed { id: 1, error: CommandError::TooMany { daemon } },
             FromRelay::CommandFailed { id: 1, error: CommandError::NoMemory { length: 8, free_bytes: 7 } },
             FromRelay::CommandFailed { id: 1, error: CommandError::Refused { daemon, reason: "no".to_owned() } },
-            FromRelay::Report(b"{}".to_vec()),
+            FromRelay::Report(b"{}".as_slice().into()),
         ] {
             let (kind, id, body, descriptor) = through_a_socket(said.frame());
             assert!(max_body_from_relay(kind).is_some_and(|max| body.len() <= max));
