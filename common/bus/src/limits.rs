@@ -6,9 +6,13 @@
 //! | subscribers of a topic, of each grid too; one of them is the relay, however many clients it has | 16 |
 //! | subscribers of the status stream | 16 |
 //! | processes that send commands to a daemon at once | 16 |
-//! | clients of each socket of the relay; of one user | 32; 16 |
+//! | clients of each socket of the relay | 64, the last 16 of them for users who have none yet |
+//! | of them, of one user | 16 |
+//! | bytes of outdated samples that clients of one user of the relay have not taken for 10 s | 256 MiB |
 //!
 //! A monitor, an `export --watch` and a robot's program are one subscriber each of the topics that they follow.
+
+use std::time::Duration;
 
 /// Bytes of the largest sample.
 pub const MAX_SAMPLE_BYTES: usize = 8 << 30;
@@ -26,10 +30,20 @@ pub const MAX_OPEN: usize = 2;
 pub(crate) const MAX_NODES: usize = 32;
 
 /// Clients of each socket of the relay.
-pub(crate) const MAX_CONNECTIONS: usize = 32;
+pub(crate) const MAX_CONNECTIONS: usize = 64;
 
-/// Clients of one user on each socket: nobody keeps all others out.
+/// Clients of one user on each socket.
 pub(crate) const MAX_CONNECTIONS_OF_USER: usize = 16;
+
+/// Of [`MAX_CONNECTIONS`], those for users who have none yet: a few users do not keep all others out.
+pub(crate) const MAX_FIRST_CONNECTIONS: usize = 16;
+
+/// Bytes of outdated samples that the clients of one user have not taken after [`TAKE_TIMEOUT`]. A client of ours takes
+/// what comes within a second, however large it is.
+pub(crate) const MAX_OUTDATED_BYTES: u64 = 256 << 20;
+
+/// A client that has not taken a sample for this long is slow.
+pub(crate) const TAKE_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Readers of one topic or of the status stream.
 pub(crate) const MAX_SUBSCRIBERS: usize = 16;

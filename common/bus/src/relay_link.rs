@@ -92,6 +92,9 @@ impl RelayLink {
                 FromRelay::Refused(Refusal::NoBus) => DomainError::NoKeeper { root: root.display().to_string() },
                 FromRelay::Refused(Refusal::Version(found)) => DomainError::Version { found },
                 FromRelay::Refused(Refusal::Full(reason)) => failed(io::Error::other(reason)),
+                FromRelay::Refused(Refusal::CannotJoin(reason)) => {
+                    failed(io::Error::other(format!("it cannot join the bus: {reason}")))
+                }
                 _ => failed(io::Error::other("it does not begin with a welcome")),
             });
         };
@@ -250,11 +253,13 @@ impl Inbox {
         match frame {
             FromRelay::Sample { topic, header, memory } => {
                 let sample = Arc::new(RelayedSample { header: *header, memory });
-                let followed = self.topics.get_mut(&topic)?;
-                for slot in followed.subscriptions.iter().filter_map(Weak::upgrade) {
-                    *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&sample));
+                if let Some(followed) = self.topics.get_mut(&topic) {
+                    for slot in followed.subscriptions.iter().filter_map(Weak::upgrade) {
+                        *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&sample));
+                    }
+                    (followed.last, followed.refused) = (Some(sample), None);
                 }
-                (followed.last, followed.refused) = (Some(sample), None);
+                // Also if it is not followed any more: the relay sends no other one before.
                 return Some(topic);
             }
             FromRelay::NoTopic { topic, reason } => {

@@ -1,12 +1,13 @@
 //! A client of the relay: what it follows, what it asked, what it is still to be told. Everything that waits is bounded.
 
+use super::admission::Lent;
 use super::event::RelayEvent;
 use super::feeds::Feeds;
 use super::report::Report;
 use crate::bus::Bus;
 use crate::command::{CommandClient, OpenCommand, Reply};
 use crate::error::CommandError;
-use crate::limits::STATUS_BUFFER;
+use crate::limits::{STATUS_BUFFER, TAKE_TIMEOUT};
 use crate::names::{Daemon, TopicName};
 use crate::relay_protocol::{FrameReader, FrameWriter, FromRelay, ProtocolError, Refusal, ToRelay, max_body_to_relay};
 use crate::reply_kind::ReplyKind;
@@ -39,7 +40,10 @@ pub(super) struct Connection {
     reader: FrameReader,
     writer: FrameWriter,
     answers: VecDeque<FromRelay>,
-    subscriptions: BTreeMap<TopicName, Subscription>,
+    /// Topics that it follows, with the number of the last news of each.
+    subscriptions: BTreeMap<TopicName, u64>,
+    /// Samples that it has not taken, one of a topic, also of topics that it does not follow any more.
+    on_their_way: BTreeMap<TopicName, OnItsWay>,
     /// Heartbeats that it has not read, if it wants any.
     status: Option<VecDeque<StatusRecord>>,
     clients: BTreeMap<Daemon, CommandClient>,
@@ -55,11 +59,11 @@ enum State {
     Refused,
 }
 
-/// A topic that it follows. One sample is on its way at a time.
-#[derive(Default)]
-struct Subscription {
-    last: u64,
-    is_on_its_way: bool,
+/// A sample that it was sent and has not taken.
+struct OnItsWay {
+    number: u64,
+    n_bytes: u64,
+    since: Instant,
 }
 
 impl Connection {
@@ -74,6 +78,7 @@ impl Connection {
             writer: FrameWriter::default(),
             answers: VecDeque::new(),
             subscriptions: BTreeMap::new(),
+            on_their_way: BTreeMap::new(),
             status: None,
             clients: BTreeMap::new(),
             commands: BTreeMap::new(),
@@ -120,6 +125,19 @@ impl Connection {
 
     pub(super) fn follows(&self, topic: TopicName) -> bool {
         self.subscriptions.contains_key(&topic)
+    }
+
+    /// Outdated samples that it has not taken for a while. Their memory is there for it alone.
+    pub(super) fn outdated(&self, feeds: &Feeds, now: Instant) -> impl Iterator<Item = Lent> {
+        let slow = move |sample: &OnItsWay| now.saturating_duration_since(sample.since) > TAKE_TIMEOUT;
+        let samples = self.on_their_way.iter().filter(move |(_, sample)| slow(sample));
+        let outdated = samples.filter(|(topic, sample)| !feeds.is_newest(**topic, sample.number));
+        outdated.map(|(topic, sample)| ((*topic, sample.number), sample.n_bytes))
+    }
+
+    /// True if it is to be told why it is not served.
+    pub(super) fn is_refused(&self) -> bool {
+        self.state == State::Refused
     }
 
     /// Does not serve it, and says why.
@@ -191,17 +209,13 @@ impl Connection {
                 }
                 (_, State::New) | (ToRelay::Hello { .. }, _) => return Err(invalid("a conversation without a begin")),
                 (ToRelay::Subscribe(topic), _) => match feeds.follow(bus, topic) {
-                    Ok(()) => drop(self.subscriptions.insert(topic, Subscription::default())),
+                    Ok(()) => drop(self.subscriptions.insert(topic, 0)),
                     Err(error) => {
                         self.answers.push_back(FromRelay::NoTopic { topic, reason: error.to_string() });
                     }
                 },
                 (ToRelay::Unsubscribe(topic), _) => drop(self.subscriptions.remove(&topic)),
-                (ToRelay::Taken(topic), _) => {
-                    if let Some(subscription) = self.subscriptions.get_mut(&topic) {
-                        subscription.is_on_its_way = false;
-                    }
-                }
+                (ToRelay::Taken(topic), _) => drop(self.on_their_way.remove(&topic)),
                 (ToRelay::SubscribeStatus, _) => drop(self.status.get_or_insert_default()),
                 (ToRelay::Command { id, daemon, bytes }, _) => {
                     on_event(RelayEvent::Command { uid: self.uid, daemon, bytes: &bytes });
@@ -230,7 +244,10 @@ impl Connection {
         };
         match sent {
             Ok(open) => drop(self.commands.insert(id, (daemon, open))),
-            Err(error) => self.answers.push_back(FromRelay::CommandFailed { id, error }),
+            Err(error) => {
+                self.answers.push_back(FromRelay::CommandFailed { id, error });
+                self.leave_if_idle(daemon);
+            }
         }
     }
 
@@ -241,11 +258,16 @@ impl Connection {
         })
     }
 
-    /// Forgets a command. The bus has room for few clients of each daemon: one without commands leaves.
+    /// Forgets a command.
     fn end_command(&mut self, id: u64) {
-        if let Some((daemon, _)) = self.commands.remove(&id)
-            && !self.commands.values().any(|(other, _)| *other == daemon)
-        {
+        if let Some((daemon, _)) = self.commands.remove(&id) {
+            self.leave_if_idle(daemon);
+        }
+    }
+
+    /// The bus has room for few clients of each daemon: one without commands leaves.
+    fn leave_if_idle(&mut self, daemon: Daemon) {
+        if !self.commands.values().any(|(other, _)| *other == daemon) {
             self.clients.remove(&daemon);
         }
     }
@@ -289,11 +311,15 @@ impl Connection {
     }
 
     fn next_sample(&mut self, feeds: &Feeds) -> Option<FromRelay> {
-        let waiting = self.subscriptions.iter_mut().filter(|(_, subscription)| !subscription.is_on_its_way);
-        let (subscription, (number, frame)) =
-            waiting.into_iter().find_map(|(topic, s)| feeds.newer(*topic, s.last).map(|newer| (s, newer)))?;
-        subscription.last = number;
-        subscription.is_on_its_way = matches!(frame, FromRelay::Sample { .. });
+        let Self { subscriptions, on_their_way, .. } = self;
+        let mut waiting = subscriptions.iter_mut().filter(|(topic, _)| !on_their_way.contains_key(topic));
+        let (topic, last, (number, frame)) =
+            waiting.find_map(|(topic, last)| feeds.newer(*topic, *last).map(|newer| (*topic, last, newer)))?;
+        *last = number;
+        if let FromRelay::Sample { header, .. } = &frame {
+            let sample = OnItsWay { number, n_bytes: header.payload_length, since: Instant::now() };
+            on_their_way.insert(topic, sample);
+        }
         Some(frame)
     }
 }

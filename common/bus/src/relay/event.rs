@@ -28,7 +28,17 @@ pub enum RelayEvent<'a> {
         /// Why.
         reason: String,
     },
-    /// A sample cannot be passed on.
+    /// No client can be accepted at the moment; those that ask go on waiting.
+    NotAccepting {
+        /// Why.
+        reason: String,
+    },
+    /// There is a bus, and the relay cannot join it: clients are told why, and it is tried again.
+    CannotJoin {
+        /// Why.
+        reason: String,
+    },
+    /// A sample cannot be passed on; clients keep the one before it. One that cannot be copied is tried again.
     SampleLost {
         /// Of which topic.
         topic: TopicName,

@@ -3,37 +3,43 @@
 //! The bus itself stays its user's alone. Who may open which socket is decided by the group of each, and who sends a
 //! command by the system, not by the client. A client that is slow misses samples between the newest ones, and holds up
 //! nobody; one that sends anything else than the protocol is cut off.
+//!
+//! What a client costs is bounded: no more of it is read than is handled, one sample of each topic is on its way, and users
+//! have so many places, and so much memory of samples that they do not take ([`crate::limits`]). One thing has no bound:
+//! how long a client keeps a sample open that it says it has taken. The system counts it as memory of the relay until then.
 
+mod admission;
 mod connection;
 mod event;
 mod feeds;
 mod report;
+mod session;
 mod sockets;
 #[cfg(test)]
 mod tests;
 
-use crate::bus::Bus;
 use crate::domain::Domain;
 use crate::error::DomainError;
-use crate::limits::{MAX_CONNECTIONS, MAX_CONNECTIONS_OF_USER};
-use crate::names::Daemon;
 use crate::relay_protocol::{FromRelay, Refusal};
-use crate::status::StatusReader;
-use crate::waiter::Waiter;
+use admission::{refusal, users_above_limit};
 use connection::Connection;
 pub use event::RelayEvent;
-use feeds::Feeds;
 use report::Report;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
+use session::{Session, with_causes};
 use sockets::{Accepted, Sockets};
 use std::io;
+use std::mem::discriminant;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Interval at which a missing bus is tried.
 const RETRY: Duration = Duration::from_millis(200);
+
+/// Without a descriptor for one more client, the sockets are left alone for this long.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(500);
 
 /// How a relay serves.
 pub struct RelayOptions {
@@ -52,15 +58,11 @@ pub struct Relay {
     report: Report,
     stop_on: Vec<OwnedFd>,
     session: Option<Session>,
+    /// Why there is no session, if there is a bus.
+    trouble: Option<DomainError>,
     connections: Vec<Connection>,
-}
-
-/// Participation in a generation of the bus.
-struct Session {
-    feeds: Feeds,
-    status: StatusReader,
-    bus: Bus,
-    waiter: Waiter,
+    /// No client is accepted before.
+    accept_from: Option<Instant>,
 }
 
 impl Relay {
@@ -78,7 +80,9 @@ impl Relay {
             report: Report::new(options.report),
             stop_on: Vec::new(),
             session: None,
+            trouble: None,
             connections: Vec::new(),
+            accept_from: None,
         };
         Ok((relay, notes))
     }
@@ -100,8 +104,9 @@ impl Relay {
     pub fn serve(&mut self, time: Duration, on_event: &mut dyn FnMut(RelayEvent<'_>)) -> Result<bool, DomainError> {
         let deadline = Instant::now() + time;
         self.sockets.keep()?;
+        self.cut_off_slow_clients(on_event);
         loop {
-            self.join();
+            self.join(on_event);
             let left = deadline.saturating_duration_since(Instant::now());
             let is_over = self.wait(left)?;
             if is_over {
@@ -119,22 +124,41 @@ impl Relay {
         }
     }
 
+    /// Why the bus that is there cannot be joined.
+    pub fn trouble(&self) -> Option<String> {
+        self.trouble.as_ref().map(|error| with_causes(error))
+    }
+
     /// Joins the bus, if it is there and not joined.
-    fn join(&mut self) {
-        if self.session.is_none() {
-            // Clients are told that there is no bus.
-            self.session = Bus::join_as_owner(&self.domain, Daemon::Groundplan).ok().and_then(|(bus, waiter)| {
-                let status = bus.status_reader().ok()?;
-                Some(Session { feeds: Feeds::default(), status, bus, waiter })
-            });
+    fn join(&mut self, on_event: &mut dyn FnMut(RelayEvent<'_>)) {
+        if self.session.is_some() {
+            return;
         }
+        let trouble = match Session::join(&self.domain) {
+            Ok(session) => {
+                self.session = Some(session);
+                None
+            }
+            // There is no bus at the moment, which is no trouble.
+            Err(DomainError::NoKeeper { .. }) => None,
+            Err(error) => Some(error),
+        };
+        // Words of the same kind may differ by a number, such as that of free bytes.
+        if let Some(error) = &trouble
+            && self.trouble.as_ref().map(discriminant) != Some(discriminant(error))
+        {
+            on_event(RelayEvent::CannotJoin { reason: with_causes(error) });
+        }
+        self.trouble = trouble;
     }
 
     /// Waits until something happens; true if the generation of the bus is over.
     fn wait(&mut self, timeout: Duration) -> Result<bool, DomainError> {
         let failed = |source| DomainError::File { path: self.domain.relay_folder().to_owned(), source };
         let stops = self.stop_on.iter().map(|stop| (stop.as_fd(), PollFlags::IN));
-        let listeners = self.sockets.listeners().map(|listener| (listener, PollFlags::IN));
+        let pause = self.accept_from.map(|from| from.saturating_duration_since(Instant::now()));
+        let timeout = pause.map_or(timeout, |pause| timeout.min(pause));
+        let listeners = self.sockets.listeners().filter(|_| pause.is_none()).map(|socket| (socket, PollFlags::IN));
         let clients = self.connections.iter().map(|client| (client.socket(), client.interest()));
         let polled: Vec<(BorrowedFd<'_>, PollFlags)> = stops.chain(listeners).chain(clients).collect();
         // What was read and not handled yet does not wait for another event.
@@ -167,16 +191,22 @@ impl Relay {
     }
 
     fn accept(&mut self, on_event: &mut dyn FnMut(RelayEvent<'_>)) {
-        while let Some(Accepted { socket, uid, may_command }) = self.sockets.accept() {
-            let same_socket = || self.connections.iter().filter(|client| client.may_command() == may_command);
-            let n_own = same_socket().filter(|client| client.uid() == uid).count();
-            let refusal = match same_socket().count() {
-                MAX_CONNECTIONS.. => Some(format!("it serves {MAX_CONNECTIONS} clients already: stop one of them")),
-                _ if n_own >= MAX_CONNECTIONS_OF_USER => {
-                    Some(format!("it serves {n_own} clients of this user already: stop one of them"))
-                }
-                _ => None,
-            };
+        if self.accept_from.is_some_and(|from| Instant::now() < from) {
+            return;
+        }
+        let (accepted, done) = self.sockets.accept();
+        if let Err(error) = &done
+            && self.accept_from.is_none()
+        {
+            on_event(RelayEvent::NotAccepting { reason: error.to_string() });
+        }
+        // A socket with clients that cannot be accepted stays readable.
+        self.accept_from = done.err().map(|_| Instant::now() + ACCEPT_PAUSE);
+        for Accepted { socket, uid, may_command } in accepted {
+            let is_served = |client: &&Connection| !client.is_refused() && client.may_command() == may_command;
+            let served: Vec<&Connection> = self.connections.iter().filter(is_served).collect();
+            let n_own = served.iter().filter(|client| client.uid() == uid).count();
+            let refusal = refusal(served.len(), n_own);
             let mut connection = Connection::new(socket, uid, may_command);
             if let Some(reason) = refusal {
                 on_event(RelayEvent::TurnedAway { uid, reason: reason.clone() });
@@ -186,9 +216,24 @@ impl Relay {
         }
     }
 
+    /// Ends conversations of users whose clients keep more memory of outdated samples than they may.
+    fn cut_off_slow_clients(&mut self, on_event: &mut dyn FnMut(RelayEvent<'_>)) {
+        let Some(session) = &self.session else { return };
+        let now = Instant::now();
+        let users = users_above_limit(&self.connections, &session.feeds, now);
+        self.connections.retain(|client| {
+            let is_slow = users.contains(&client.uid()) && client.outdated(&session.feeds, now).next().is_some();
+            if is_slow {
+                let reason = "it takes no samples, and this user's clients keep too much memory of old ones".to_owned();
+                on_event(RelayEvent::CutOff { uid: client.uid(), reason });
+            }
+            !is_slow
+        });
+    }
+
     /// Reads what clients say, and tells them what is new.
     fn converse(&mut self, on_event: &mut dyn FnMut(RelayEvent<'_>)) {
-        let Self { session, connections, sockets, report, .. } = self;
+        let Self { session, trouble, connections, sockets, report, .. } = self;
         if let Some(session) = session {
             while let Ok(Some(record)) = session.status.take() {
                 connections.iter_mut().for_each(|client| client.put_status(record));
@@ -206,7 +251,8 @@ impl Relay {
                     client.handle(welcome, &session.bus, &mut session.feeds, report, on_event)
                 }
                 None => {
-                    client.refuse(Refusal::NoBus);
+                    let reason = trouble.as_ref().map(with_causes);
+                    client.refuse(reason.map_or(Refusal::NoBus, Refusal::CannotJoin));
                     Ok(())
                 }
             });
@@ -219,7 +265,7 @@ impl Relay {
         });
         if let Some(session) = session {
             let is_used = |topic| connections.iter().any(|client| client.follows(topic));
-            session.feeds.take(is_used, on_event);
+            session.feeds.take(is_used, Instant::now(), on_event);
         }
         let feeds = session.as_ref().map(|session| &session.feeds);
         connections.retain_mut(|client| client.send(feeds).is_ok() && !client.is_done());

@@ -4,6 +4,7 @@ use crate::accounts::{gid_of, group_text};
 use crate::error::DomainError;
 use crate::relay_protocol::{CONTROL_SOCKET, VIEW_SOCKET};
 use rustix::fs::{Gid, chown};
+use rustix::io::Errno;
 use rustix::net::sockopt::socket_peercred;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, accept_with, bind, listen, socket_with};
 use std::fs::{self, DirBuilder, File, Permissions, TryLockError};
@@ -15,6 +16,9 @@ use std::path::{Path, PathBuf};
 
 /// Clients that wait to be accepted.
 const BACKLOG: i32 = 64;
+
+/// Clients of a socket that are accepted before it is the turn of those that are there.
+const MAX_ACCEPTED_AT_ONCE: usize = 16;
 
 /// The view socket and the control socket.
 pub(super) struct Sockets {
@@ -89,15 +93,34 @@ impl Sockets {
         self.listeners.iter().map(|listener| listener.socket.as_fd())
     }
 
-    /// The next client that waits; `None` if there is none.
-    pub(super) fn accept(&self) -> Option<Accepted> {
-        let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
-        self.listeners.iter().zip([false, true]).find_map(|(listener, may_command)| {
-            let socket = accept_with(&listener.socket, flags).ok()?;
-            let uid = socket_peercred(&socket).ok()?.uid.as_raw();
-            Some(Accepted { socket: UnixStream::from(socket), uid, may_command })
-        })
+    /// Clients that wait, some of each socket at a time.
+    ///
+    /// # Errors
+    /// The system has no descriptor or memory for one of them: it goes on waiting, and its socket stays readable.
+    pub(super) fn accept(&self) -> (Vec<Accepted>, io::Result<()>) {
+        let mut accepted = Vec::new();
+        for (listener, may_command) in self.listeners.iter().zip([false, true]) {
+            for _ in 0..MAX_ACCEPTED_AT_ONCE {
+                match accept_one(&listener.socket) {
+                    Ok((socket, uid)) => accepted.push(Accepted { socket, uid, may_command }),
+                    Err(Errno::AGAIN) => break,
+                    Err(errno @ (Errno::MFILE | Errno::NFILE | Errno::NOBUFS | Errno::NOMEM)) => {
+                        return (accepted, Err(errno.into()));
+                    }
+                    // One that has gone already.
+                    Err(_) => {}
+                }
+            }
+        }
+        (accepted, Ok(()))
     }
+}
+
+/// The next client, and who it is, as the system says.
+fn accept_one(listener: &OwnedFd) -> Result<(UnixStream, u32), Errno> {
+    let socket = accept_with(listener, SocketFlags::CLOEXEC | SocketFlags::NONBLOCK)?;
+    let uid = socket_peercred(&socket)?.uid.as_raw();
+    Ok((UnixStream::from(socket), uid))
 }
 
 impl Drop for Sockets {

@@ -3,12 +3,16 @@
 mod hostile_clients;
 
 use super::*;
+use crate::bus::Bus;
 use crate::command::Reply;
 use crate::error::{CommandError, PortError};
 use crate::keeper::Keeper;
 use crate::latched::Origin;
+use crate::limits::MAX_CLIENTS;
+use crate::names::Daemon;
 use crate::relay_protocol::{CONTROL_SOCKET, VIEW_SOCKET};
-use crate::{Wake, topics};
+use crate::topics;
+use crate::waiter::{Waiter, Wake};
 use messages::{InputHashes, ScheduleStateBuilder};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
@@ -20,15 +24,17 @@ use std::thread::JoinHandle;
 const DEADLINE: Duration = Duration::from_secs(60);
 
 /// A domain with a keeper and a relay that serves in a thread.
-struct Fixture {
-    domain: Domain,
+pub(super) struct Fixture {
+    pub(super) domain: Domain,
     keeper: Option<Keeper>,
     events: Arc<Mutex<Vec<String>>>,
     /// How often the report was made.
     n_reports: Arc<AtomicU32>,
     stop: Option<UnixStream>,
     thread: Option<JoinHandle<()>>,
-    folder: tempfile::TempDir,
+    prefix: String,
+    /// Holds the folders of bus and relay; goes with this value.
+    _folder: tempfile::TempDir,
 }
 
 fn own() -> u32 {
@@ -36,7 +42,7 @@ fn own() -> u32 {
 }
 
 impl Fixture {
-    fn start() -> Self {
+    pub(super) fn start() -> Self {
         static COUNTER: AtomicU32 = AtomicU32::new(0);
         let prefix = format!("gr{:x}x{:x}_", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed));
         let folder = tempfile::Builder::new().prefix("rel").tempdir_in("/dev/shm").unwrap();
@@ -60,7 +66,7 @@ impl Fixture {
             while !relay.serve(Duration::from_millis(50), &mut on_event).unwrap() {}
         };
         let thread = Some(std::thread::Builder::new().name("relay".to_owned()).spawn(serve).unwrap());
-        Self { domain, keeper, events, n_reports, stop: Some(stop), thread, folder }
+        Self { domain, keeper, events, n_reports, stop: Some(stop), thread, prefix, _folder: folder }
     }
 
     fn client(&self) -> (Bus, Waiter) {
@@ -72,8 +78,12 @@ impl Fixture {
         until("the socket", || UnixStream::connect(self.domain.relay_folder().join(socket)).ok())
     }
 
+    fn n_events(&self, words: &str) -> usize {
+        self.events.lock().unwrap().iter().filter(|event| event.contains(words)).count()
+    }
+
     fn wait_for_event(&self, words: &str) {
-        until(words, || self.events.lock().unwrap().iter().any(|event| event.contains(words)).then_some(()));
+        until(words, || (self.n_events(words) > 0).then_some(()));
     }
 }
 
@@ -84,11 +94,18 @@ impl Drop for Fixture {
             thread.join().unwrap();
         }
         drop(self.keeper.take());
-        assert!(self.folder.path().exists());
+        if !std::thread::panicking() {
+            assert!(
+                !self.domain.relay_folder().join(VIEW_SOCKET).exists(),
+                "a relay that ends takes its sockets along"
+            );
+            let left = crate::segments::segments(&self.prefix).unwrap();
+            assert!(left.is_empty(), "{left:?}");
+        }
     }
 }
 
-fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+pub(super) fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let begun = Instant::now();
     loop {
         if let Some(found) = look() {
@@ -100,14 +117,14 @@ fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
 }
 
 /// A participant whose waiter runs in a thread, as a daemon's does.
-struct Attended {
-    bus: Bus,
+pub(super) struct Attended {
+    pub(super) bus: Bus,
     stopper: crate::Stopper,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Attended {
-    fn join(domain: &Domain, daemon: Daemon) -> Self {
+    pub(super) fn join(domain: &Domain, daemon: Daemon) -> Self {
         let (bus, mut waiter) = Bus::join(domain, daemon).unwrap();
         let stopper = waiter.stopper();
         let wait = move || while !waiter.wait(DEADLINE).unwrap().stopped {};
@@ -125,7 +142,7 @@ impl Drop for Attended {
     }
 }
 
-fn publish(publisher: &crate::Publisher<topics::ScheduleState>, epoch: u64) {
+pub(super) fn publish(publisher: &crate::Publisher<topics::ScheduleState>, epoch: u64) {
     let origin = Origin { epoch, frame_epoch: 1, inputs: InputHashes::default() };
     publisher.publish(&ScheduleStateBuilder::everything_built(epoch, 3 * epoch as usize, 1), origin).unwrap();
 }
@@ -247,6 +264,36 @@ fn a_new_generation_ends_the_conversation_and_is_joined() {
     let (again, _waiter) = fixture.client();
     drop(bus);
     assert!(again.subscriber(topics::Site).is_ok());
+}
+
+#[test]
+fn why_the_bus_cannot_be_joined_is_told_to_clients_and_to_the_log_once() {
+    let mut fixture = Fixture::start();
+    let (_bus, mut waiter) = fixture.client();
+    drop(fixture.keeper.take());
+    until("the end", || Some(waiter.wait(DEADLINE).unwrap()).filter(|wake| wake.superseded));
+    let file = fixture.domain.place.current_path();
+    std::fs::write(&file, "generation=1\nlayout=4711\nlibrary=other\n").unwrap();
+    fixture.wait_for_event("CannotJoin");
+    for _ in 0..5 {
+        let refused = Bus::join_by_relay(&fixture.domain, Daemon::Groundplan, own()).map(drop).unwrap_err();
+        assert!(refused.to_string().contains("layout version 4711"), "{refused}");
+    }
+    assert_eq!(fixture.n_events("CannotJoin"), 1);
+    std::fs::remove_file(&file).unwrap();
+    fixture.keeper = Some(Keeper::start(&fixture.domain).unwrap());
+    fixture.client();
+}
+
+#[test]
+fn a_command_that_is_refused_takes_no_place_of_its_daemon() {
+    let fixture = Fixture::start();
+    let (bus, _waiter) = fixture.client();
+    let refused = bus.command_client(Daemon::IfcIngest).unwrap().send(b"load").unwrap();
+    until("the refusal", || refused.take().err());
+    let (owner, _waiter) = Bus::join_as_owner(&fixture.domain, Daemon::Groundplan).unwrap();
+    let clients: Vec<_> = (0..MAX_CLIENTS).map(|_| owner.command_client(Daemon::IfcIngest).unwrap()).collect();
+    assert!(owner.command_client(Daemon::IfcIngest).is_err(), "{} are all", clients.len());
 }
 
 #[test]

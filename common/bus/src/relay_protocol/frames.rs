@@ -94,6 +94,8 @@ pub(crate) enum Refusal {
     Version(u32),
     /// There is no bus at the moment.
     NoBus,
+    /// There is a bus, which the relay cannot join.
+    CannotJoin(String),
     /// Too many clients.
     Full(String),
 }
@@ -222,12 +224,13 @@ impl FromRelay {
                 let (code, text) = match refusal {
                     Refusal::Version(found) => (*found, ""),
                     Refusal::NoBus => (0, ""),
-                    Refusal::Full(text) => (0, text.as_str()),
+                    Refusal::Full(text) | Refusal::CannotJoin(text) => (0, text.as_str()),
                 };
                 let id = match refusal {
                     Refusal::Version(_) => 1,
                     Refusal::NoBus => 2,
                     Refusal::Full(_) => 3,
+                    Refusal::CannotJoin(_) => 4,
                 };
                 Frame::new(REFUSED, id, numbered(code, text_bytes(text)))
             }
@@ -259,6 +262,7 @@ impl FromRelay {
                 Self::Refused(match id {
                     1 => Refusal::Version(number),
                     2 => Refusal::NoBus,
+                    4 => Refusal::CannotJoin(text(reason)),
                     _ => Refusal::Full(text(reason)),
                 })
             }
@@ -349,6 +353,7 @@ mod tests {
             FromRelay::Refused(Refusal::Version(6)),
             FromRelay::Refused(Refusal::NoBus),
             FromRelay::Refused(Refusal::Full("too many".to_owned())),
+            FromRelay::Refused(Refusal::CannotJoin("another version".to_owned())),
             FromRelay::Sample { topic: TopicName::Grids, header: Box::new(header), memory },
             FromRelay::NoTopic { topic: TopicName::Site, reason: "full".to_owned() },
             FromRelay::Status(Box::new(StatusRecord { process_id: 5, ..Zeroable::zeroed() })),

@@ -59,7 +59,7 @@ fn serve(config: &SiteConfig, with_stdin: bool) -> Result<(), Failure> {
     daemon::ready(ACTIVITY);
     let mut events = EventLog::default();
     loop {
-        report.alive(ACTIVITY, None);
+        report.alive(ACTIVITY, relay.trouble());
         if relay.serve(TICK, &mut |event| events.log(event)).map_err(Failure::work)? {
             break;
         }
@@ -90,6 +90,12 @@ impl EventLog {
                 warn!(service = "relay", uid, reason, "a client sends what is not the protocol, and is cut off");
             }
             RelayEvent::TurnedAway { uid, reason } => warn!(service = "relay", uid, reason, "a client is not served"),
+            RelayEvent::NotAccepting { reason } => {
+                warn!(service = "relay", reason, "no client can be accepted at the moment");
+            }
+            RelayEvent::CannotJoin { reason } => {
+                warn!(service = "relay", reason, "the bus cannot be joined; it is tried again");
+            }
             RelayEvent::SampleLost { topic, reason } => {
                 warn!(service = "relay", %topic, reason, "a sample cannot be passed on");
             }

@@ -1,17 +1,24 @@
 //! Clients that send what no client of ours sends, or do not read: what that costs the relay, and that others are served.
 
 use super::*;
-use crate::relay::connection::Connection;
-use crate::relay::report::Report;
+use crate::limits::{MAX_CONNECTIONS_OF_USER, TAKE_TIMEOUT};
+use crate::names::TopicName;
+use crate::relay::feeds::Feeds;
 use rustix::net::{SendAncillaryBuffer, SendAncillaryMessage, SendFlags, sendmsg};
 use std::io::{ErrorKind, IoSlice};
 use std::mem::MaybeUninit;
 
 const SUBSCRIBE: u32 = 2;
+const UNSUBSCRIBE: u32 = 3;
+const TAKEN: u32 = 4;
 const COMMAND: u32 = 6;
 const ASK_REPORT: u32 = 8;
 const WELCOME: u32 = 101;
+const SAMPLE: u32 = 103;
 const REPORT: u32 = 108;
+
+/// Number of the topic that tests publish.
+const STATES: u64 = 1;
 
 /// Header of a frame.
 fn frame(kind: u32, length: u32, id: u64) -> Vec<u8> {
@@ -139,7 +146,7 @@ fn a_client_that_does_not_read_and_one_that_says_half_hold_up_nobody() {
     let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
     let mut deaf = fixture.raw(VIEW_SOCKET);
-    write_some(&mut deaf, &[greeting(), frame(SUBSCRIBE, 0, 1), frame(ASK_REPORT, 0, 0).repeat(1 << 16)].concat());
+    write_some(&mut deaf, &[greeting(), frame(SUBSCRIBE, 0, STATES), frame(ASK_REPORT, 0, 0).repeat(1 << 16)].concat());
     let mut slow = fixture.raw(VIEW_SOCKET);
     let said = [greeting(), frame(ASK_REPORT, 0, 0)].concat();
     let (first, rest) = said.split_at(29);
@@ -160,14 +167,16 @@ fn a_client_that_does_not_read_and_one_that_says_half_hold_up_nobody() {
 #[test]
 fn descriptors_that_a_client_attaches_are_closed() {
     let fixture = Fixture::start();
-    let raw = fixture.raw(VIEW_SOCKET);
+    let mut raw = fixture.raw(VIEW_SOCKET);
+    raw.write_all(&greeting()).unwrap();
+    assert_eq!(read_frame(&mut raw).0, WELCOME);
     let (attached, mut other_end) = UnixStream::pair().unwrap();
     let descriptors = [attached.as_fd()];
     let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
     let mut control = SendAncillaryBuffer::new(&mut space);
     assert!(control.push(SendAncillaryMessage::ScmRights(&descriptors)));
     // Half a frame: nothing follows it.
-    sendmsg(&raw, &[IoSlice::new(&greeting()[..5])], &mut control, SendFlags::empty()).unwrap();
+    sendmsg(&raw, &[IoSlice::new(&frame(ASK_REPORT, 0, 0)[..5])], &mut control, SendFlags::empty()).unwrap();
     drop(attached);
     other_end.set_read_timeout(Some(DEADLINE)).unwrap();
     assert_eq!(other_end.read(&mut [0]).unwrap(), 0, "nobody has the other end open");
@@ -182,4 +191,67 @@ fn one_client_too_many_is_told_so() {
     fixture.wait_for_event("TurnedAway");
     drop(clients);
     fixture.client();
+}
+
+#[test]
+fn one_sample_of_a_topic_is_on_its_way_whatever_a_client_says() {
+    let fixture = Fixture::start();
+    let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
+    publish(&publisher, 1);
+    let mut raw = fixture.raw(VIEW_SOCKET);
+    raw.write_all(&[greeting(), frame(SUBSCRIBE, 0, STATES)].concat()).unwrap();
+    assert_eq!((read_frame(&mut raw).0, read_frame(&mut raw).0), (WELCOME, SAMPLE));
+    let (bus, _waiter) = fixture.client();
+    let samples = bus.subscriber(topics::ScheduleState).unwrap();
+    publish(&publisher, 2);
+    until("the second", || samples.take().unwrap().filter(|sample| sample.header().epoch == 2));
+    let again = [frame(UNSUBSCRIBE, 0, STATES), frame(SUBSCRIBE, 0, STATES), frame(ASK_REPORT, 0, 0)].concat();
+    for _ in 0..3 {
+        // The first sample is not taken, so that after each answer no other one comes.
+        raw.write_all(&again).unwrap();
+        assert_eq!(read_frame(&mut raw).0, REPORT);
+    }
+    raw.write_all(&frame(TAKEN, 0, STATES)).unwrap();
+    let (kind, header) = read_frame(&mut raw);
+    let header: messages::SampleHeader = bytemuck::pod_read_unaligned(&header);
+    assert_eq!((kind, header.epoch), (SAMPLE, 2));
+}
+
+#[test]
+fn outdated_samples_count_while_a_client_does_not_take_them() {
+    let fixture = Fixture::start();
+    let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
+    let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
+    let (bus, _waiter) = Bus::join_as_owner(&fixture.domain, Daemon::Groundplan).unwrap();
+    let (near, mut far) = UnixStream::pair().unwrap();
+    let mut connection = Connection::new(near, own(), false);
+    let (mut feeds, mut report) = (Feeds::default(), Report::new(Box::new(Vec::new)));
+    let mut say = |connection: &mut Connection, feeds: &mut Feeds, bytes: &[u8]| {
+        far.write_all(bytes).unwrap();
+        connection.receive().unwrap();
+        let welcome = FromRelay::Welcome { generation: 1, may_command: false, control_group: String::new() };
+        connection.handle(welcome, &bus, feeds, &mut report, &mut |_| {}).unwrap();
+    };
+    let take_beyond = |feeds: &mut Feeds, last: u64| {
+        until("a sample", || {
+            feeds.take(|_| true, Instant::now(), &mut |event| panic!("{event:?}"));
+            feeds.newer(TopicName::ScheduleState, last)
+        })
+    };
+    say(&mut connection, &mut feeds, &[greeting(), frame(SUBSCRIBE, 0, STATES)].concat());
+    publish(&publisher, 1);
+    let (first, _) = take_beyond(&mut feeds, 0);
+    connection.send(Some(&feeds)).unwrap();
+    let (now, later) = (Instant::now(), Instant::now() + 2 * TAKE_TIMEOUT);
+    assert_eq!(connection.outdated(&feeds, later).count(), 0, "the relay has the newest one itself");
+    publish(&publisher, 2);
+    take_beyond(&mut feeds, first);
+    assert_eq!(connection.outdated(&feeds, now).count(), 0, "it may take a moment");
+    let say_nothing_of_it = [frame(UNSUBSCRIBE, 0, STATES), frame(SUBSCRIBE, 0, STATES)].concat();
+    say(&mut connection, &mut feeds, &say_nothing_of_it);
+    let outdated: Vec<_> = connection.outdated(&feeds, later).collect();
+    assert!(matches!(outdated[..], [((TopicName::ScheduleState, number), 1..)] if number == first), "{outdated:?}");
+    say(&mut connection, &mut feeds, &frame(TAKEN, 0, STATES));
+    assert_eq!(connection.outdated(&feeds, later).count(), 0);
 }

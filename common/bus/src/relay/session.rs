@@ -1,0 +1,40 @@
+//! The relay's participation in one generation of the bus.
+
+use super::feeds::Feeds;
+use crate::bus::Bus;
+use crate::domain::Domain;
+use crate::error::DomainError;
+use crate::names::Daemon;
+use crate::status::StatusReader;
+use crate::waiter::Waiter;
+use std::error::Error;
+
+/// What it has open.
+pub(super) struct Session {
+    pub(super) feeds: Feeds,
+    pub(super) status: StatusReader,
+    pub(super) bus: Bus,
+    pub(super) waiter: Waiter,
+}
+
+impl Session {
+    /// Joins the bus.
+    pub(super) fn join(domain: &Domain) -> Result<Self, DomainError> {
+        let (bus, waiter) = Bus::join_as_owner(domain, Daemon::Groundplan)?;
+        let status = bus.status_reader();
+        let status = status
+            .map_err(|error| DomainError::Refused { what: "status stream".to_owned(), reason: error.to_string() })?;
+        Ok(Self { feeds: Feeds::default(), status, bus, waiter })
+    }
+}
+
+/// An error with its causes.
+pub(super) fn with_causes(error: &DomainError) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    text
+}
