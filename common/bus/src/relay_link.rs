@@ -146,12 +146,13 @@ impl RelayLink {
         followed.subscriptions.push(Arc::downgrade(&slot));
         // Who comes second gets what the first one got last.
         *slot.lock().unwrap_or_else(PoisonError::into_inner) = followed.last.clone();
-        drop(inbox);
         if is_first {
+            // Before the inbox is given back: the relay hears of the subscriptions of all threads in their order.
             let _ = self.send(&ToRelay::Subscribe(topic));
         } else {
             self.arrived.raise();
         }
+        drop(inbox);
         TopicSubscription { link: Arc::clone(self), topic, slot }
     }
 
@@ -364,8 +365,7 @@ impl Drop for TopicSubscription {
         followed.subscriptions.retain(|slot| slot.strong_count() > 0 && slot.as_ptr() != own);
         if followed.subscriptions.is_empty() {
             inbox.topics.remove(&self.topic);
-            drop(inbox);
-            // A relay that is gone needs no word.
+            // Before the inbox is given back, as in `subscribe`. A relay that is gone needs no word.
             let _ = self.link.send(&ToRelay::Unsubscribe(self.topic));
         }
     }
@@ -444,5 +444,76 @@ impl Drop for RelayedCommand {
         self.link.lock().commands.remove(&self.id);
         // A relay that is gone, or has answered, needs no word.
         let _ = self.link.send(&ToRelay::Cancel { id: self.id });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::relay_protocol::{CONTROL_SOCKET, max_body_to_relay};
+    use std::os::unix::net::UnixListener;
+
+    /// What a client says until it hangs up; it is welcomed.
+    fn listen(listener: &UnixListener) -> Vec<ToRelay> {
+        let (socket, _) = listener.accept().unwrap();
+        let mut writer = FrameWriter::default();
+        let welcome = FromRelay::Welcome { generation: 1, may_command: true, control_group: String::new() };
+        writer.begin(welcome.frame());
+        writer.flush(&socket, SendFlags::empty()).unwrap();
+        let (mut reader, mut heard) = (FrameReader::default(), Vec::new());
+        loop {
+            wait_until_readable(&socket, Instant::now() + WELCOME_TIMEOUT).unwrap();
+            let n_bytes = reader.fill(&socket).unwrap();
+            while let Some(frame) = reader.next(|kind| max_body_to_relay(kind, true)).unwrap() {
+                heard.push(ToRelay::parse(frame.kind, frame.id, &frame.body).unwrap());
+            }
+            if n_bytes.is_none() {
+                return heard;
+            }
+        }
+    }
+
+    /// Waits until another thread has had the inbox for a while, in vain if it gives it back with the topics changed.
+    fn wait_until_the_inbox_is_kept(link: &RelayLink, is_changed: impl Fn(&Inbox) -> bool) {
+        let begun = Instant::now();
+        let mut n_kept = 0;
+        while n_kept < 20 {
+            match link.inbox.try_lock() {
+                Ok(inbox) => {
+                    assert!(!is_changed(&inbox), "another thread could change it back now, and be heard first");
+                    n_kept = 0;
+                }
+                Err(_) => n_kept += 1,
+            }
+            assert!(begun.elapsed() < Duration::from_secs(60), "nobody takes the inbox");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    #[test]
+    fn the_relay_hears_of_subscriptions_of_all_threads_in_their_order() {
+        const TOPIC: TopicName = TopicName::Site;
+        let folder = tempfile::tempdir().unwrap();
+        let listener = UnixListener::bind(folder.path().join(CONTROL_SOCKET)).unwrap();
+        let heard = std::thread::scope(|scope| {
+            let relay = scope.spawn(|| listen(&listener));
+            let own = rustix::process::geteuid().as_raw();
+            let link = RelayLink::connect(folder.path(), folder.path(), own).unwrap();
+            // What holds up the words to the relay holds up who else would subscribe.
+            let held_up = link.writer.lock().unwrap();
+            let linked = Arc::clone(&link);
+            let subscribing = scope.spawn(move || linked.subscribe(TOPIC));
+            wait_until_the_inbox_is_kept(&link, |inbox| inbox.topics.contains_key(&TOPIC));
+            drop(held_up);
+            let subscription = subscribing.join().unwrap();
+            let held_up = link.writer.lock().unwrap();
+            let leaving = scope.spawn(|| drop(subscription));
+            wait_until_the_inbox_is_kept(&link, |inbox| !inbox.topics.contains_key(&TOPIC));
+            drop(held_up);
+            leaving.join().unwrap();
+            drop(link);
+            relay.join().unwrap()
+        });
+        assert_eq!(heard, [ToRelay::hello(), ToRelay::Subscribe(TOPIC), ToRelay::Unsubscribe(TOPIC)]);
     }
 }
