@@ -1,6 +1,12 @@
 //! Names of users and groups of this machine, from its files; accounts that come from elsewhere are shown by their number.
 
+use std::collections::BTreeMap;
 use std::fs;
+
+/// Names of the users of this machine, by their numbers: the first where several have one number.
+pub fn names_of_users() -> BTreeMap<u32, String> {
+    names_in(&fs::read_to_string("/etc/passwd").unwrap_or_default())
+}
 
 /// A user, for people.
 pub(crate) fn user_text(uid: u32) -> String {
@@ -33,6 +39,14 @@ fn entries(text: &str) -> impl Iterator<Item = (&str, u32)> {
     })
 }
 
+fn names_in(text: &str) -> BTreeMap<u32, String> {
+    let mut names = BTreeMap::new();
+    for (name, number) in entries(text) {
+        names.entry(number).or_insert_with(|| name.to_owned());
+    }
+    names
+}
+
 fn name_in(text: &str, number: u32) -> Option<String> {
     entries(text).find(|entry| entry.1 == number).map(|entry| entry.0.to_owned())
 }
@@ -44,6 +58,15 @@ fn gid_in(text: &str, name: &str) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_has_its_first_name_wherever_it_is_looked_up() {
+        let text = "root:x:0:0:root:/root:/bin/sh\ntoor:x:0:0::/root:/bin/sh\nalice:x:1000:1000::/home/alice:/bin/sh\n";
+        let names = names_in(text);
+        assert_eq!(names, BTreeMap::from([(0, "root".to_owned()), (1000, "alice".to_owned())]));
+        assert!(names.iter().all(|(number, name)| name_in(text, *number).as_ref() == Some(name)));
+        assert_eq!(names_of_users().get(&0).map(String::as_str), Some("root"));
+    }
 
     #[test]
     fn names_and_numbers_are_found_among_lines_of_any_kind() {

@@ -70,6 +70,7 @@ pub mod topics;
 mod waiter;
 mod wakeup;
 
+pub use accounts::names_of_users;
 pub use bus::{Bus, relayed_report};
 pub use command::{Command, CommandClient, CommandServer, OpenCommand, Reply};
 pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, NoMapReason};
