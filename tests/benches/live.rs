@@ -139,7 +139,8 @@ impl Live {
 
     /// Commands of the client as a user waits for them, from the start of the process to its end.
     fn commands(&self) {
-        for (what, arguments) in [("status", &["status", "--json"][..]), ("metrics", &["metrics"]), ("date", &["date"])] {
+        for (what, arguments) in [("status", &["status", "--json"][..]), ("metrics", &["metrics"]), ("date", &["date"])]
+        {
             let run = |_| {
                 let begun = Instant::now();
                 let output = Command::new(client()).args(arguments).arg("--config").arg(&self.config).output().unwrap();
@@ -177,10 +178,7 @@ impl Live {
         let seen = ms(begun.elapsed());
         row(
             "ifc-ingest killed, until its site is there again",
-            format!(
-                "{seen:.0} ms for {:.0} MB, of which about 250 ms back-off",
-                length as f64 / 1e6
-            ),
+            format!("{seen:.0} ms for {:.0} MB, of which about 250 ms back-off", length as f64 / 1e6),
         );
     }
 

@@ -221,8 +221,12 @@ fn each_user_does_what_a_group_allows_and_leaves_no_file() {
     let log = site.log();
     let line = log.lines().find(|line| line.contains("next_change")).unwrap_or_else(|| panic!("{log}"));
     assert!(line.contains("12003") && line.contains("schedule-eval"), "{line}");
+    let history = site.text(VIEWER, &["log", "--json"]);
+    assert!(history.contains("\"uid\":12003") && history.contains("plan time"), "{history}");
+    assert!(site.text(VIEWER, &["metrics"]).contains("groundplan_up{daemon=\"rasterize\"} 1"));
+    assert!(site.text(VIEWER, &["doctor"]).contains("it serves this user"));
     // Nobody else does anything.
-    for command in [&["status"][..], &["date", "--next"], &["topic", "list"]] {
+    for command in [&["status"][..], &["date", "--next"], &["topic", "list"], &["log"], &["metrics"]] {
         let words = site.refusal(STRANGER, command);
         assert!(words.contains("none of the groups") && words.contains("13001"), "{words}");
     }

@@ -9,6 +9,7 @@ use crate::latched::{Publisher, RawSubscriber, Subscriber};
 use crate::link::Link;
 use crate::names::{Daemon, TopicName};
 use crate::relay_link::RelayLink;
+use crate::report_kind::ReportKind;
 use crate::status::{StatusReader, StatusWriter};
 use crate::topics::Topic;
 use crate::waiter::Waiter;
@@ -133,15 +134,14 @@ impl Bus {
     }
 }
 
-/// The report of a site whose bus belongs to another user, from its relay; `None` for the bus's own user, who makes it
-/// himself.
+/// A report of a site whose bus belongs to another user, from its relay; `None` for the bus's own user, who makes it himself.
 ///
 /// # Errors
 /// No relay, or none that serves this user.
-pub fn relayed_report(domain: &Domain) -> Result<Option<Vec<u8>>, DomainError> {
+pub fn relayed_report(domain: &Domain, kind: ReportKind) -> Result<Option<Vec<u8>>, DomainError> {
     let Some(owner) = domain.foreign_owner()? else { return Ok(None) };
     let relay: Arc<RelayLink> = RelayLink::connect(domain.place.root(), domain.relay_folder(), owner)?;
-    let report = relay.report().map_err(|error| DomainError::NoRelay {
+    let report = relay.report(kind).map_err(|error| DomainError::NoRelay {
         owner: user_text(owner),
         folder: domain.relay_folder().to_owned(),
         reason: error.to_string(),

@@ -60,6 +60,7 @@ mod relay_access;
 mod relay_link;
 mod relay_protocol;
 mod reply_kind;
+mod report_kind;
 mod segments;
 mod signal;
 mod site_set;
@@ -81,6 +82,7 @@ pub use latched::{CheckedSample, Loan, Origin, Publisher, RawSample, RawSubscrib
 pub use limits::{MAX_COMMAND_BYTES, MAX_HELD, MAX_OPEN, MAX_SAMPLE_BYTES};
 pub use names::{Daemon, GridSlot, TopicName};
 pub use relay::{Relay, RelayEvent, RelayOptions};
+pub use report_kind::ReportKind;
 pub use site_set::{SiteSample, SiteSamples, SiteSet, SiteState, SiteViews};
 pub use site_set_reader::{SiteSetError, SiteSetReader};
 pub use stamp::Stamp;

@@ -7,6 +7,7 @@ use crate::names::{Daemon, TopicName};
 use crate::relay_access::connect;
 use crate::relay_protocol::{FrameReader, FrameWriter, FromRelay, Refusal, ToRelay, max_body_from_relay, read_sealed};
 use crate::reply_kind::ReplyKind;
+use crate::report_kind::ReportKind;
 use crate::signal::Signal;
 use messages::{ArchiveBuffer, SampleHeader, StatusRecord};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -172,9 +173,9 @@ impl RelayLink {
         Err(PortError::ViewOnly { owner: user_text(self.owner), group: self.control_group.clone() })
     }
 
-    /// The report of the site.
-    pub(crate) fn report(&self) -> io::Result<Vec<u8>> {
-        self.send(&ToRelay::Report)?;
+    /// A report of the site.
+    pub(crate) fn report(&self, kind: ReportKind) -> io::Result<Vec<u8>> {
+        self.send(&ToRelay::Report(kind))?;
         let deadline = Instant::now() + WELCOME_TIMEOUT;
         loop {
             if let Some(report) = self.lock().report.take() {

@@ -48,7 +48,7 @@ fn greet(socket: OwnedFd) {
 fn clients_wait_while_there_is_no_descriptor_and_the_relay_rests() {
     let fixture = Fixture::shared();
     let _keeper = Keeper::start(&fixture.domain).unwrap();
-    let options = RelayOptions { view_group: None, control_group: None, report: Box::new(Vec::new) };
+    let options = RelayOptions { view_group: None, control_group: None, report: Box::new(|_| Vec::new()) };
     let (mut relay, _) = Relay::open(&fixture.domain, options).unwrap();
     let address = SocketAddrUnix::new(relay.folder().join("view.sock")).unwrap();
     let (log, ends) = (Mutex::new(Log::default()), AtomicBool::new(false));

@@ -20,6 +20,8 @@ const MAX_MONTHS: usize = 12;
 const MAX_BYTES: u64 = 64 << 20;
 /// Bytes after which a month goes on in another file.
 const MAX_FILE_BYTES: u64 = 8 << 20;
+/// Bytes that a relay passes on.
+const MAX_PASSED_ON_BYTES: usize = 4 << 20;
 
 /// What happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, clap::ValueEnum)]
@@ -168,18 +170,48 @@ impl History {
     /// Files that cannot be read.
     pub fn read(&self) -> Result<(Vec<HistoryEntry>, usize), StateError> {
         let failed = |path: &Path, source| StateError::Io { path: path.to_owned(), source };
-        let (mut entries, mut n_damaged) = (Vec::new(), 0);
+        let mut bytes = Vec::new();
         for path in self.files().map_err(|source| failed(&self.folder, source))? {
-            let bytes = fs::read(&path).map_err(|source| failed(&path, source))?;
-            for line in bytes.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
-                match serde_json::from_slice(line) {
-                    Ok(entry) => entries.push(entry),
-                    Err(_) => n_damaged += 1,
-                }
+            bytes.extend(fs::read(&path).map_err(|source| failed(&path, source))?);
+            bytes.push(b'\n');
+        }
+        Ok(parse_history(&bytes))
+    }
+
+    /// The newest lines, for a relay to pass on; none where the files cannot be read.
+    pub fn newest_lines(&self) -> Vec<u8> {
+        let (mut files, mut n_bytes) = (Vec::new(), 0);
+        for path in self.files().unwrap_or_default().into_iter().rev() {
+            let bytes = fs::read(path).unwrap_or_default();
+            n_bytes += bytes.len() + 1;
+            files.push(bytes);
+            if n_bytes >= MAX_PASSED_ON_BYTES {
+                break;
             }
         }
-        Ok((entries, n_damaged))
+        files.reverse();
+        let all = files.join(&b'\n');
+        let from = all.len().saturating_sub(MAX_PASSED_ON_BYTES);
+        // Half a line is none.
+        let begin = if from == 0 {
+            0
+        } else {
+            all[from..].iter().position(|byte| *byte == b'\n').map_or(all.len(), |n| from + n)
+        };
+        all[begin..].to_vec()
     }
+}
+
+/// Entries of lines, from old to new, and the number of lines that are none.
+pub fn parse_history(lines: &[u8]) -> (Vec<HistoryEntry>, usize) {
+    let (mut entries, mut n_damaged) = (Vec::new(), 0);
+    for line in lines.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
+        match serde_json::from_slice(line) {
+            Ok(entry) => entries.push(entry),
+            Err(_) => n_damaged += 1,
+        }
+    }
+    (entries, n_damaged)
 }
 
 fn numbered(path: &Path, number: u32) -> PathBuf {
@@ -217,6 +249,7 @@ mod tests {
         let summaries: Vec<_> = entries.iter().map(|entry| entry.summary.as_str()).collect();
         assert_eq!((summaries.as_slice(), n_damaged), (&["first", "second"][..], 1));
         assert_eq!(entries[0].by, Some(Caller { uid: 7 }));
+        assert_eq!(parse_history(&history.newest_lines()), (entries, 1));
     }
 
     #[test]
@@ -238,6 +271,8 @@ mod tests {
         let first: usize = entries[0].summary.parse().unwrap();
         assert!(first > 0 && entries.len() == n_files - first + 1, "{} from {first}", entries.len());
         assert_eq!(entries.last().unwrap().summary, "next month");
+        let (newest, _) = parse_history(&history.newest_lines());
+        assert!(!newest.is_empty() && entries.ends_with(&newest), "{newest:?}");
         assert!(entries.iter().any(|entry| entry.summary == (n_files - 1).to_string()), "the newest stay");
     }
 

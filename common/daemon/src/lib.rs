@@ -77,7 +77,7 @@ pub use config_file::{ConfigFileError, read_parsed};
 pub use config_key::line_of_key;
 pub use failure::{Failure, chain};
 pub use file_text::FileText;
-pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind};
+pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, parse_history};
 pub use input::{Input, NoInput, not_an_input};
 pub use latched_output::LatchedOutput;
 pub use log::{Log, LogError};

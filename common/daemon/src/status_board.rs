@@ -10,7 +10,7 @@
 
 use crate::config::SiteConfig;
 use crate::site_process::SiteProcess;
-use bus::{Daemon, Domain, DomainError, Stamp};
+use bus::{Daemon, Domain, DomainError, ReportKind, Stamp};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -81,7 +81,7 @@ impl StatusBoard {
     /// No relay, or none that serves this user.
     pub fn of_site(config: &SiteConfig) -> Result<Self, DomainError> {
         let domain = config.domain()?;
-        let is_relayed = bus::relayed_report(&domain)?.is_some();
+        let is_relayed = bus::relayed_report(&domain, ReportKind::Status)?.is_some();
         Ok(Self { relayed: is_relayed.then_some(domain), ..Self::of(&config.bus.root) })
     }
 
@@ -130,7 +130,7 @@ impl StatusBoard {
 
 /// The board as the relay sees it; `None` while there is no relay.
 fn copy_of(domain: &Domain) -> Option<BoardCopy> {
-    serde_json::from_slice(&bus::relayed_report(domain).ok()??).ok()
+    serde_json::from_slice(&bus::relayed_report(domain, ReportKind::Status).ok()??).ok()
 }
 
 fn report_of<F: DeserializeOwned>(copy: &BoardCopy, process: SiteProcess) -> Option<Report<F>> {

@@ -3,7 +3,7 @@
 use super::admission::Lent;
 use super::event::RelayEvent;
 use super::feeds::Feeds;
-use super::report::Report;
+use super::report::Reports;
 use crate::bus::Bus;
 use crate::command::{CommandClient, OpenCommand, Reply};
 use crate::error::CommandError;
@@ -190,7 +190,7 @@ impl Connection {
         welcome: FromRelay,
         bus: &Bus,
         feeds: &mut Feeds,
-        report: &mut Report,
+        reports: &mut Reports,
         on_event: &mut dyn FnMut(RelayEvent<'_>),
     ) -> io::Result<()> {
         let mut welcome = Some(welcome);
@@ -222,7 +222,7 @@ impl Connection {
                     self.command(bus, id, daemon, &bytes);
                 }
                 (ToRelay::Cancel { id }, _) => self.end_command(id),
-                (ToRelay::Report, _) => self.answers.push_back(FromRelay::Report(report.get())),
+                (ToRelay::Report(kind), _) => self.answers.push_back(FromRelay::Report(reports.get(kind))),
             }
         }
         Ok(())

@@ -21,10 +21,11 @@ mod tests;
 use crate::domain::Domain;
 use crate::error::DomainError;
 use crate::relay_protocol::{FromRelay, Refusal};
+use crate::report_kind::ReportKind;
 use admission::{refusal, users_above_limit};
 use connection::Connection;
 pub use event::RelayEvent;
-use report::Report;
+use report::Reports;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use session::{Session, with_causes};
@@ -47,15 +48,15 @@ pub struct RelayOptions {
     pub view_group: Option<String>,
     /// Group whose members may also send commands.
     pub control_group: Option<String>,
-    /// Makes the report of the site that clients may ask for.
-    pub report: Box<dyn Fn() -> Vec<u8> + Send>,
+    /// Makes the reports of the site that clients may ask for.
+    pub report: Box<dyn Fn(ReportKind) -> Vec<u8> + Send>,
 }
 
 /// A relay that listens. It serves while [`Relay::serve`] is called.
 pub struct Relay {
     domain: Domain,
     sockets: Sockets,
-    report: Report,
+    reports: Reports,
     stop_on: Vec<OwnedFd>,
     session: Option<Session>,
     /// Why there is no session, if there is a bus.
@@ -77,7 +78,7 @@ impl Relay {
         let relay = Self {
             domain: domain.clone(),
             sockets,
-            report: Report::new(options.report),
+            reports: Reports::new(options.report),
             stop_on: Vec::new(),
             session: None,
             trouble: None,
@@ -126,7 +127,7 @@ impl Relay {
 
     /// Why the bus that is there cannot be joined.
     pub fn trouble(&self) -> Option<String> {
-        self.trouble.as_ref().map(|error| with_causes(error))
+        self.trouble.as_ref().map(with_causes)
     }
 
     /// Joins the bus, if it is there and not joined.
@@ -233,7 +234,7 @@ impl Relay {
 
     /// Reads what clients say, and tells them what is new.
     fn converse(&mut self, on_event: &mut dyn FnMut(RelayEvent<'_>)) {
-        let Self { session, trouble, connections, sockets, report, .. } = self;
+        let Self { session, trouble, connections, sockets, reports, .. } = self;
         if let Some(session) = session {
             while let Ok(Some(record)) = session.status.take() {
                 connections.iter_mut().for_each(|client| client.put_status(record));
@@ -248,7 +249,7 @@ impl Relay {
                         may_command: client.may_command(),
                         control_group: sockets.control_group().to_owned(),
                     };
-                    client.handle(welcome, &session.bus, &mut session.feeds, report, on_event)
+                    client.handle(welcome, &session.bus, &mut session.feeds, reports, on_event)
                 }
                 None => {
                     let reason = trouble.as_ref().map(with_causes);

@@ -52,9 +52,9 @@ impl Fixture {
         let events: Arc<Mutex<Vec<String>>> = Arc::default();
         let n_reports: Arc<AtomicU32> = Arc::default();
         let counter = Arc::clone(&n_reports);
-        let report: Box<dyn Fn() -> Vec<u8> + Send> = Box::new(move || {
+        let report: Box<dyn Fn(ReportKind) -> Vec<u8> + Send> = Box::new(move |kind| {
             counter.fetch_add(1, Ordering::Relaxed);
-            b"all is well".to_vec()
+            format!("{kind:?}").into_bytes()
         });
         let options = RelayOptions { view_group: None, control_group: Some("no such group".to_owned()), report };
         let (mut relay, notes) = Relay::open(&domain, options).unwrap();
@@ -299,7 +299,7 @@ fn a_command_that_is_refused_takes_no_place_of_its_daemon() {
 #[test]
 fn there_is_one_relay_and_a_deleted_socket_is_made_again() {
     let fixture = Fixture::start();
-    let options = || RelayOptions { view_group: None, control_group: None, report: Box::new(Vec::new) };
+    let options = || RelayOptions { view_group: None, control_group: None, report: Box::new(|_| Vec::new()) };
     assert!(matches!(Relay::open(&fixture.domain, options()).map(drop), Err(DomainError::RelayRuns { .. })));
     fixture.client();
     std::fs::remove_file(fixture.domain.relay_folder().join(CONTROL_SOCKET)).unwrap();

@@ -7,6 +7,7 @@ use crate::error::CommandError;
 use crate::limits::MAX_COMMAND_BYTES;
 use crate::names::{Daemon, TopicName};
 use crate::reply_kind::ReplyKind;
+use crate::report_kind::ReportKind;
 use bytemuck::{Pod, Zeroable};
 use messages::{LAYOUT_VERSION, SampleHeader, StatusRecord};
 use std::os::fd::OwnedFd;
@@ -83,8 +84,8 @@ pub(crate) enum ToRelay {
     Command { id: u64, daemon: Daemon, bytes: Vec<u8> },
     /// The answer to a command is not wanted any more.
     Cancel { id: u64 },
-    /// The report of the site.
-    Report,
+    /// A report of the site.
+    Report(ReportKind),
 }
 
 /// Why a relay does not serve a client.
@@ -180,7 +181,7 @@ impl ToRelay {
             Self::SubscribeStatus => Frame::new(SUBSCRIBE_STATUS, 0, Vec::new()),
             Self::Command { id, daemon, bytes } => Frame::new(COMMAND, *id, numbered(*daemon as u32, bytes)),
             Self::Cancel { id } => Frame::new(CANCEL, *id, Vec::new()),
-            Self::Report => Frame::new(ASK_REPORT, 0, Vec::new()),
+            Self::Report(kind) => Frame::new(ASK_REPORT, *kind as u64, Vec::new()),
         }
     }
 
@@ -207,7 +208,7 @@ impl ToRelay {
                 Self::Command { id, daemon, bytes: bytes.to_vec() }
             }
             CANCEL => Self::Cancel { id },
-            ASK_REPORT => Self::Report,
+            ASK_REPORT => Self::Report(ReportKind::from_id(id).ok_or(damaged)?),
             kind => return Err(ProtocolError::Frame { kind, length: body.len() as u32 }),
         })
     }
@@ -335,7 +336,7 @@ mod tests {
             ToRelay::SubscribeStatus,
             ToRelay::Command { id: u64::MAX, daemon: Daemon::SlamAlign, bytes: long },
             ToRelay::Cancel { id: 7 },
-            ToRelay::Report,
+            ToRelay::Report(ReportKind::History),
         ] {
             let (kind, id, body, _) = through_a_socket(said.frame());
             assert!(max_body_to_relay(kind, true).is_some_and(|max| body.len() <= max));

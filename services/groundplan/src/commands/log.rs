@@ -3,7 +3,8 @@
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use daemon::{History, HistoryEntry, HistoryKind};
+use bus::{ReportKind, names_of_users, relayed_report};
+use daemon::{History, HistoryEntry, HistoryKind, parse_history};
 use frames::counted;
 use std::collections::BTreeMap;
 
@@ -28,13 +29,17 @@ pub struct Args {
 }
 
 impl Run for Args {
-    /// Lists the history of a site, from old to new; the site need not be up.
+    /// Lists the history of a site, from old to new; the site need not be up for its own user. Others get the newest of it.
     ///
     /// # Errors
     /// A history that cannot be read.
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.config()?;
-        let (mut entries, n_damaged) = History::at(&config.state).read().map_err(Failure::work)?;
+        let domain = config.domain().map_err(Failure::usage)?;
+        let (mut entries, n_damaged) = match relayed_report(&domain, ReportKind::History).map_err(Failure::work)? {
+            Some(lines) => parse_history(&lines),
+            None => History::at(&config.state).read().map_err(Failure::work)?,
+        };
         entries.retain(|entry| self.kind.is_empty() || self.kind.contains(&entry.kind));
         let n_left_out = self.last.map_or(0, |last| entries.len().saturating_sub(last));
         entries.drain(..n_left_out);
@@ -57,17 +62,6 @@ fn line(entry: &HistoryEntry, names: &BTreeMap<u32, String>) -> String {
     // To the second: `2026-11-22T22:10:00Z`.
     let at = entry.at.strftime("%Y-%m-%dT%H:%M:%SZ");
     format!("{at}  {:<10} {by:<12} {}\n", entry.kind.to_string(), entry.summary)
-}
-
-/// Names of the users of this machine.
-fn names_of_users() -> BTreeMap<u32, String> {
-    let text = std::fs::read_to_string("/etc/passwd").unwrap_or_default();
-    let user = |line: &str| {
-        let mut fields = line.split(':');
-        let name = fields.next()?.to_owned();
-        Some((fields.nth(1)?.parse().ok()?, name))
-    };
-    text.lines().filter_map(user).collect()
 }
 
 #[cfg(test)]

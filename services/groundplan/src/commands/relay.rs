@@ -4,8 +4,8 @@ use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use crate::site_service::run_logged;
-use bus::{Daemon, Relay, RelayEvent, RelayOptions};
-use daemon::{ProcessReport, SiteConfig, SiteProcess, StatusBoard, StopSignal};
+use bus::{Daemon, Relay, RelayEvent, RelayOptions, ReportKind};
+use daemon::{History, ProcessReport, SiteConfig, SiteProcess, StatusBoard, StopSignal};
 use std::time::Duration;
 use tracing::{info, warn};
 
@@ -42,12 +42,15 @@ impl Run for Args {
 fn serve(config: &SiteConfig, with_stdin: bool) -> Result<(), Failure> {
     let domain = config.domain().map_err(Failure::usage)?;
     let stop = StopSignal::listen(with_stdin).map_err(Failure::work)?;
-    let board = StatusBoard::of(&config.bus.root);
+    let (board, history) = (StatusBoard::of(&config.bus.root), History::at(&config.state));
     let group = |name: &str| Some(name.to_owned()).filter(|name| !name.is_empty());
     let options = RelayOptions {
         view_group: group(&config.relay.view_group),
         control_group: group(&config.relay.control_group),
-        report: Box::new(move || board.to_bytes()),
+        report: Box::new(move |kind| match kind {
+            ReportKind::Status => board.to_bytes(),
+            ReportKind::History => history.newest_lines(),
+        }),
     };
     let (mut relay, notes) = Relay::open(&domain, options).map_err(Failure::work)?;
     relay.stop_on(stop.descriptor().map_err(Failure::work)?);

@@ -101,7 +101,7 @@ fn what_has_come_is_handled_before_more_is_read() {
     let (bus, _waiter) = Bus::join_as_owner(&fixture.domain, Daemon::Groundplan).unwrap();
     let (near, mut far) = UnixStream::pair().unwrap();
     let mut connection = Connection::new(near, own(), false);
-    let (mut feeds, mut report) = (Feeds::default(), Report::new(Box::new(|| vec![1; 64 << 10])));
+    let (mut feeds, mut report) = (Feeds::default(), Reports::new(Box::new(|_| vec![1; 64 << 10])));
     far.write_all(&greeting()).unwrap();
     let requests = frame(ASK_REPORT, 0, 0).repeat(16 << 10);
     let mut n_ready = 0;
@@ -133,7 +133,7 @@ fn all_of_many_requests_are_answered_and_the_report_is_made_rarely() {
         std::thread::Builder::new().name("writer".to_owned()).spawn(move || writing.write_all(&bytes).unwrap());
     assert_eq!(read_frame(&mut raw).0, WELCOME);
     for _ in 0..N_REQUESTS {
-        assert_eq!(read_frame(&mut raw), (REPORT, b"all is well".to_vec()));
+        assert_eq!(read_frame(&mut raw), (REPORT, b"Status".to_vec()));
     }
     writer.unwrap().join().unwrap();
     let (n_reports, n_periods) = (fixture.n_reports.load(Ordering::Relaxed), begun.elapsed().as_millis() / 200);
@@ -226,7 +226,7 @@ fn outdated_samples_count_while_a_client_does_not_take_them() {
     let (bus, _waiter) = Bus::join_as_owner(&fixture.domain, Daemon::Groundplan).unwrap();
     let (near, mut far) = UnixStream::pair().unwrap();
     let mut connection = Connection::new(near, own(), false);
-    let (mut feeds, mut report) = (Feeds::default(), Report::new(Box::new(Vec::new)));
+    let (mut feeds, mut report) = (Feeds::default(), Reports::new(Box::new(|_| Vec::new())));
     let mut say = |connection: &mut Connection, feeds: &mut Feeds, bytes: &[u8]| {
         far.write_all(bytes).unwrap();
         connection.receive().unwrap();

@@ -5,7 +5,7 @@ use super::machine::{SHARED, TMPFS_MAGIC, remove_ipc};
 use crate::site_check::findings;
 use crate::supervise::running;
 use bus::{Bus, Daemon};
-use daemon::{Robot, SettingKey, SiteConfig};
+use daemon::{Robot, SettingKey, SiteConfig, StatusBoard};
 use frames::counted;
 use rustix::fs::statfs;
 use std::os::unix::fs::MetadataExt;
@@ -15,6 +15,14 @@ pub(super) fn of_site(config: &SiteConfig) -> Vec<Check> {
     let running = running(&config.state).is_some();
     let mut checks =
         vec![ok("configuration", if running { "daemons of this site run" } else { "no daemons of this site run" })];
+    if let Some(owner) = foreign_owner(&config.bus.root) {
+        checks.push(ok("owner", format!("user {owner}: models, settings, state and bus are checked as that user")));
+        checks.push(match StatusBoard::of_site(config) {
+            Ok(_) => ok("relay", "it serves this user"),
+            Err(why) => failure("relay", daemon::chain(&why)),
+        });
+        return checks;
+    }
     checks.extend(configuration(config));
     checks.extend([
         state(&config.state),
@@ -25,6 +33,12 @@ pub(super) fn of_site(config: &SiteConfig) -> Vec<Check> {
         remove_ipc(),
     ]);
     checks
+}
+
+/// The user of a bus that is another's: state and segments are not for others to look at.
+fn foreign_owner(bus_root: &Path) -> Option<u32> {
+    let own = rustix::process::geteuid().as_raw();
+    std::fs::metadata(bus_root).ok().map(|folder| folder.uid()).filter(|uid| *uid != own)
 }
 
 /// What is wrong with keys of the configuration; models and robot are told of where nothing is wrong with them, too.
