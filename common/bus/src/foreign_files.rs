@@ -5,8 +5,8 @@ use std::io::Write;
 use std::os::unix::fs::{PermissionsExt, chown};
 use std::path::{Path, PathBuf};
 
-/// A user whom the machine does not know.
-const SOMEBODY: u32 = 12_345;
+/// Number of a user whom the machine does not know.
+const OTHER_UID: u32 = 12_345;
 
 /// A file of another user; removed when dropped.
 pub(crate) struct ForeignFile(PathBuf);
@@ -26,6 +26,6 @@ pub(crate) fn foreign_file(path: &Path, mode: u32) -> Option<ForeignFile> {
     }
     fs::write(path, "").unwrap();
     fs::set_permissions(path, Permissions::from_mode(mode)).unwrap();
-    chown(path, Some(SOMEBODY), Some(SOMEBODY)).unwrap();
+    chown(path, Some(OTHER_UID), Some(OTHER_UID)).unwrap();
     Some(ForeignFile(path.to_owned()))
 }

@@ -14,12 +14,12 @@
 //! | `board/` | what daemons report about themselves |
 
 use crate::error::DomainError;
-use crate::segments::{close_segments, files_of_anybody, remove_empty_segments, remove_segments, segments};
+use crate::file_lock::{Lock, try_lock};
+use crate::segments::{close_segments, files_of_all_users, remove_empty_segments, remove_segments, segments};
 use messages::LAYOUT_VERSION;
-use rustix::fs::{FlockOperation, flock};
-use rustix::io::Errno;
+use rustix::fs::FlockOperation;
 use std::collections::BTreeSet;
-use std::fs::{self, File, Metadata, Permissions};
+use std::fs::{self, Permissions};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
@@ -45,48 +45,6 @@ const ROOT_MODE: u32 = 0o700;
 pub(crate) struct Place {
     prefix: String,
     root: PathBuf,
-}
-
-/// A lock that the kernel drops however its process dies.
-#[derive(Debug)]
-pub(crate) struct Lock {
-    file: File,
-}
-
-/// What a path names, whatever it is called: a file that was deleted and made again is another one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct FileIdentity {
-    device: u64,
-    inode: u64,
-}
-
-impl FileIdentity {
-    /// What is there; `None` if nothing is.
-    pub(crate) fn at(path: &Path) -> Result<Option<Self>, DomainError> {
-        match fs::symlink_metadata(path) {
-            Ok(metadata) => Ok(Some(Self::of(&metadata))),
-            Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Ok(None),
-            Err(source) => Err(DomainError::File { path: path.to_owned(), source }),
-        }
-    }
-
-    fn of(metadata: &Metadata) -> Self {
-        Self { device: metadata.dev(), inode: metadata.ino() }
-    }
-}
-
-impl Lock {
-    /// What is locked.
-    pub(crate) fn identity(&self) -> io::Result<FileIdentity> {
-        Ok(FileIdentity::of(&self.file.metadata()?))
-    }
-}
-
-impl Drop for Lock {
-    fn drop(&mut self) {
-        // Closing is not enough: a process that was forked meanwhile has the file open until it becomes another program.
-        let _ = flock(&self.file, FlockOperation::Unlock);
-    }
 }
 
 impl Place {
@@ -251,7 +209,7 @@ impl Place {
     /// The number of a new generation: above every one of which something is left, and above `last`. A number is skipped
     /// if any user has files under its prefix, which could be in the way of segments.
     pub(crate) fn next_number(&self, last: Option<u64>) -> Result<u64, DomainError> {
-        let files = files_of_anybody(&self.prefix)?;
+        let files = files_of_all_users(&self.prefix)?;
         let in_the_way: BTreeSet<u64> = files.iter().filter_map(|file| self.number_of_segment(file)).collect();
         let mut number = self.numbers()?.into_iter().chain(last).max().unwrap_or(0) + 1;
         while in_the_way.contains(&number) {
@@ -318,20 +276,6 @@ fn remove(path: &Path, done: io::Result<()>) -> Result<(), DomainError> {
             Err(DomainError::File { path: path.to_owned(), source })
         }
         _ => Ok(()),
-    }
-}
-
-/// `None` if others hold the lock and the operation does not wait.
-fn try_lock(path: &Path, operation: FlockOperation) -> Result<Option<Lock>, DomainError> {
-    let failed = |source| DomainError::File { path: path.to_owned(), source };
-    let file = File::options().create(true).append(true).open(path).map_err(failed)?;
-    loop {
-        match flock(&file, operation) {
-            Ok(()) => return Ok(Some(Lock { file })),
-            Err(Errno::INTR) => {}
-            Err(Errno::WOULDBLOCK) => return Ok(None),
-            Err(errno) => return Err(failed(errno.into())),
-        }
     }
 }
 

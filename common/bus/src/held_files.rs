@@ -2,7 +2,8 @@
 //! outside.
 
 use crate::error::DomainError;
-use crate::generation::{FileIdentity, Lock, Place};
+use crate::file_lock::{FileIdentity, Lock};
+use crate::generation::Place;
 use std::fs;
 use std::path::PathBuf;
 

@@ -2,7 +2,8 @@
 
 use crate::domain::Domain;
 use crate::error::DomainError;
-use crate::generation::{FileIdentity, Lock, Place};
+use crate::file_lock::{FileIdentity, Lock};
+use crate::generation::Place;
 use crate::held_files::HeldFiles;
 use crate::ipc;
 use crate::signal::Signal;

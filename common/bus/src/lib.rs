@@ -45,6 +45,7 @@ mod command;
 mod consistent_set;
 mod domain;
 mod error;
+mod file_lock;
 #[cfg(test)]
 mod foreign_files;
 mod generation;

@@ -1,24 +1,25 @@
 //! The client's end of a relay: subscriptions, heartbeats and commands of a user who is not the bus's own.
 
+mod ends;
+mod inbox;
+
 use crate::accounts::user_text;
-use crate::error::{CommandError, DomainError, PortError, ReceiveError};
-use crate::limits::{REPLY_BUFFER, STATUS_BUFFER};
+use crate::error::{DomainError, PortError};
 use crate::names::{Daemon, TopicName};
 use crate::relay_access::connect;
-use crate::relay_protocol::{FrameReader, FrameWriter, FromRelay, Refusal, ToRelay, max_body_from_relay, read_sealed};
-use crate::reply_kind::ReplyKind;
+use crate::relay_protocol::{FrameReader, FrameWriter, FromRelay, Refusal, ToRelay, max_body_from_relay};
 use crate::report_kind::ReportKind;
 use crate::signal::Signal;
-use messages::{ArchiveBuffer, SampleHeader, StatusRecord};
+pub(crate) use ends::{CommandLink, CopiedSample, RelayedCommand, StatusSubscription, TopicSubscription};
+use inbox::{Inbox, Slot};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::net::SendFlags;
-use std::collections::{BTreeMap, VecDeque};
 use std::io;
-use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A relay that takes no bytes for this long has hung.
@@ -40,36 +41,6 @@ pub(crate) struct RelayLink {
     arrived: Signal,
     is_closed: AtomicBool,
     next_command: AtomicU64,
-}
-
-/// What came and was not taken yet.
-#[derive(Default)]
-struct Inbox {
-    reader: FrameReader,
-    topics: BTreeMap<TopicName, Topic>,
-    status: Vec<Weak<Mutex<VecDeque<StatusRecord>>>>,
-    commands: BTreeMap<u64, VecDeque<CommandNews>>,
-    report: Option<Vec<u8>>,
-}
-
-/// A reply to a command, or its end.
-type CommandNews = Result<(ReplyKind, Vec<u8>), CommandError>;
-
-/// A topic that is followed.
-#[derive(Default)]
-struct Topic {
-    subscriptions: Vec<Weak<Slot>>,
-    last: Option<Arc<RelayedSample>>,
-    refused: Option<String>,
-}
-
-/// The newest sample that one subscription did not take.
-type Slot = Mutex<Option<Arc<RelayedSample>>>;
-
-/// A sample that was announced; its bytes are still in the relay's memory.
-struct RelayedSample {
-    header: SampleHeader,
-    memory: Arc<OwnedFd>,
 }
 
 impl RelayLink {
@@ -249,59 +220,6 @@ impl RelayLink {
     }
 }
 
-impl Inbox {
-    /// Puts a frame where it belongs; the topic of a sample that the relay is told of.
-    fn put(&mut self, frame: FromRelay) -> Option<TopicName> {
-        match frame {
-            FromRelay::Sample { topic, header, memory } => {
-                let sample = Arc::new(RelayedSample { header: *header, memory });
-                if let Some(followed) = self.topics.get_mut(&topic) {
-                    for slot in followed.subscriptions.iter().filter_map(Weak::upgrade) {
-                        *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&sample));
-                    }
-                    (followed.last, followed.refused) = (Some(sample), None);
-                }
-                // Also if it is not followed any more: the relay sends no other one before.
-                return Some(topic);
-            }
-            FromRelay::NoTopic { topic, reason } => {
-                if let Some(followed) = self.topics.get_mut(&topic) {
-                    followed.refused = Some(reason);
-                }
-            }
-            FromRelay::Status(record) => {
-                self.status.retain(|records| records.strong_count() > 0);
-                for records in self.status.iter().filter_map(Weak::upgrade) {
-                    push_bounded(&mut records.lock().unwrap_or_else(PoisonError::into_inner), *record, STATUS_BUFFER);
-                }
-            }
-            // A command that was given up has no place any more.
-            FromRelay::Reply { id, kind, bytes } => {
-                if let Some(replies) = self.commands.get_mut(&id) {
-                    push_bounded(replies, Ok((kind, bytes)), REPLY_BUFFER);
-                }
-            }
-            FromRelay::CommandFailed { id, error } => {
-                if let Some(replies) = self.commands.get_mut(&id) {
-                    push_bounded(replies, Err(error), REPLY_BUFFER);
-                }
-            }
-            FromRelay::Report(bytes) => self.report = Some(bytes.to_vec()),
-            // They come once, and first.
-            FromRelay::Welcome { .. } | FromRelay::Refused(_) => {}
-        }
-        None
-    }
-}
-
-/// The oldest gives way.
-fn push_bounded<T>(queue: &mut VecDeque<T>, item: T, max: usize) {
-    if queue.len() >= max {
-        queue.pop_front();
-    }
-    queue.push_back(item);
-}
-
 /// The next whole frame.
 fn next_frame(reader: &mut FrameReader) -> io::Result<Option<FromRelay>> {
     let received = reader.next(max_body_from_relay).map_err(io::Error::other)?;
@@ -331,120 +249,6 @@ fn wait_until_readable(socket: impl AsFd, deadline: Instant) -> io::Result<()> {
         Ok(0) => Err(io::Error::new(io::ErrorKind::TimedOut, "it does not answer")),
         Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
         Err(errno) => Err(errno.into()),
-    }
-}
-
-/// A subscription to a topic.
-pub(crate) struct TopicSubscription {
-    link: Arc<RelayLink>,
-    topic: TopicName,
-    slot: Arc<Slot>,
-}
-
-impl TopicSubscription {
-    /// The newest sample that was not taken.
-    pub(crate) fn receive(&self) -> Result<Option<CopiedSample>, ReceiveError> {
-        self.link.receive_for_port();
-        let refused = |reason: String| ReceiveError::Refused { what: self.topic.to_string(), reason };
-        let sample = self.slot.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let Some(sample) = sample else {
-            let mut inbox = self.link.lock();
-            let reason = inbox.topics.get_mut(&self.topic).and_then(|topic| topic.refused.take());
-            return reason.map_or(Ok(None), |reason| Err(refused(reason)));
-        };
-        let bytes = read_sealed(&*sample.memory, sample.header.payload_length);
-        let bytes = bytes.map_err(|reason| refused(reason.to_string()))?;
-        Ok(Some(CopiedSample { header: sample.header, bytes }))
-    }
-}
-
-impl Drop for TopicSubscription {
-    fn drop(&mut self) {
-        let mut inbox = self.link.lock();
-        let Some(followed) = inbox.topics.get_mut(&self.topic) else { return };
-        let own = Arc::as_ptr(&self.slot);
-        followed.subscriptions.retain(|slot| slot.strong_count() > 0 && slot.as_ptr() != own);
-        if followed.subscriptions.is_empty() {
-            inbox.topics.remove(&self.topic);
-            // Before the inbox is given back, as in `subscribe`. A relay that is gone needs no word.
-            let _ = self.link.send(&ToRelay::Unsubscribe(self.topic));
-        }
-    }
-}
-
-/// A sample that was copied out of the relay's memory.
-pub(crate) struct CopiedSample {
-    header: SampleHeader,
-    bytes: ArchiveBuffer,
-}
-
-impl CopiedSample {
-    pub(crate) fn header(&self) -> &SampleHeader {
-        &self.header
-    }
-
-    pub(crate) fn bytes(&self) -> &[u8] {
-        self.bytes.bytes()
-    }
-}
-
-/// A subscription to heartbeats.
-pub(crate) struct StatusSubscription {
-    link: Arc<RelayLink>,
-    records: Arc<Mutex<VecDeque<StatusRecord>>>,
-}
-
-impl StatusSubscription {
-    pub(crate) fn receive(&self) -> Option<StatusRecord> {
-        self.link.receive_for_port();
-        self.records.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
-    }
-}
-
-/// Commands to a daemon.
-pub(crate) struct CommandLink {
-    link: Arc<RelayLink>,
-    daemon: Daemon,
-}
-
-impl CommandLink {
-    pub(crate) fn send(&self, bytes: &[u8]) -> Result<RelayedCommand, CommandError> {
-        let (link, daemon) = (&self.link, self.daemon);
-        let id = link.next_command.fetch_add(1, Ordering::Relaxed);
-        link.lock().commands.insert(id, VecDeque::new());
-        let command = RelayedCommand { link: Arc::clone(link), daemon, id };
-        let sent = link.send(&ToRelay::Command { id, daemon, bytes: bytes.to_vec() });
-        sent.map_err(|reason| CommandError::Refused { daemon, reason: format!("the relay of the bus: {reason}") })?;
-        Ok(command)
-    }
-}
-
-/// A command that waits for its replies; dropped, it is given up.
-pub(crate) struct RelayedCommand {
-    link: Arc<RelayLink>,
-    daemon: Daemon,
-    id: u64,
-}
-
-impl RelayedCommand {
-    pub(crate) fn receive(&self) -> Result<Option<(ReplyKind, Vec<u8>)>, CommandError> {
-        self.link.receive_for_port();
-        // Asked first: a relay that answers and goes away between the two looks has answered.
-        let is_closed = self.link.is_closed();
-        let reply = self.link.lock().commands.get_mut(&self.id).and_then(VecDeque::pop_front);
-        match reply {
-            Some(reply) => reply.map(Some),
-            None if is_closed => Err(CommandError::Lost { daemon: self.daemon }),
-            None => Ok(None),
-        }
-    }
-}
-
-impl Drop for RelayedCommand {
-    fn drop(&mut self) {
-        self.link.lock().commands.remove(&self.id);
-        // A relay that is gone, or has answered, needs no word.
-        let _ = self.link.send(&ToRelay::Cancel { id: self.id });
     }
 }
 

@@ -15,14 +15,14 @@ pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// Segments whose names begin so.
 pub(crate) fn segments(prefix: &str) -> Result<Vec<PathBuf>, DomainError> {
     let own = rustix::process::geteuid().as_raw();
-    let mut found = files_of_anybody(prefix)?;
+    let mut found = files_of_all_users(prefix)?;
     // One that is gone is none.
     found.retain(|path| fs::symlink_metadata(path).is_ok_and(|m| m.file_type().is_file() && m.uid() == own));
     Ok(found)
 }
 
 /// Everything whose name begins so, whoever made it.
-pub(crate) fn files_of_anybody(prefix: &str) -> Result<Vec<PathBuf>, DomainError> {
+pub(crate) fn files_of_all_users(prefix: &str) -> Result<Vec<PathBuf>, DomainError> {
     let folder = Path::new(SHARED_MEMORY);
     let failed = |source| DomainError::File { path: folder.to_owned(), source };
     let mut found = Vec::new();

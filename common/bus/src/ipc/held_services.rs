@@ -3,7 +3,8 @@
 use super::node::{node, refused, require_memory};
 use super::services;
 use crate::error::DomainError;
-use crate::generation::{Lock, Place};
+use crate::file_lock::Lock;
+use crate::generation::Place;
 use crate::names::{Daemon, TopicName};
 use crate::wakeup::EventService;
 use iceoryx2::node::Node;

@@ -1,14 +1,10 @@
 //! Limits on what the clients of one user take from the others: places, and memory of samples that they do not take.
 
-use super::connection::Connection;
+use super::connection::{Connection, Lent};
 use super::feeds::Feeds;
 use crate::limits::{MAX_CONNECTIONS, MAX_CONNECTIONS_OF_USER, MAX_FIRST_CONNECTIONS, MAX_OUTDATED_BYTES};
-use crate::names::TopicName;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
-
-/// A copy of a sample, by topic and number, and its bytes.
-pub(super) type Lent = ((TopicName, u64), u64);
 
 /// Why a user with `n_own` of `n_all` clients gets no other one.
 pub(super) fn refusal(n_all: usize, n_own: usize) -> Option<String> {
@@ -45,6 +41,7 @@ fn above_limit(lent: impl Iterator<Item = (u32, Lent)>, max_bytes: u64) -> BTree
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::names::TopicName;
 
     #[test]
     fn a_few_users_do_not_keep_all_others_out() {

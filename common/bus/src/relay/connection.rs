@@ -1,6 +1,5 @@
 //! A client of the relay: what it follows, what it asked, what it is still to be told. Everything that waits is bounded.
 
-use super::admission::Lent;
 use super::event::RelayEvent;
 use super::feeds::Feeds;
 use super::report::Reports;
@@ -65,6 +64,9 @@ struct OnItsWay {
     n_bytes: u64,
     since: Instant,
 }
+
+/// A copy of a sample, by topic and number, and its bytes.
+pub(super) type Lent = ((TopicName, u64), u64);
 
 impl Connection {
     pub(super) fn new(socket: UnixStream, uid: u32, may_command: bool) -> Self {

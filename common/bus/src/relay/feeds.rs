@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_topic_that_nobody_follows_is_kept_for_a_while_and_not_copied() {
+    fn a_topic_without_followers_is_kept_for_a_while_and_not_copied() {
         let fixture = Fixture::start();
         let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
         let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();

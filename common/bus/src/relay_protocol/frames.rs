@@ -1,20 +1,16 @@
 //! Frames: a header of 16 bytes with kind, length and number, then a body. All numbers are those of the machine: both ends
 //! run on it.
 
-use super::command_error::{command_error_body, parse_command_error};
-use super::text::{MAX_TEXT_BYTES, text_bytes};
-use crate::error::CommandError;
-use crate::limits::MAX_COMMAND_BYTES;
-use crate::names::{Daemon, TopicName};
-use crate::reply_kind::ReplyKind;
-use crate::report_kind::ReportKind;
+mod from_relay;
+mod to_relay;
+
+use crate::names::TopicName;
 use bytemuck::{Pod, Zeroable};
-use messages::{LAYOUT_VERSION, SampleHeader, StatusRecord};
+pub(super) use from_relay::SAMPLE;
+pub(crate) use from_relay::{FromRelay, Refusal, max_body_from_relay};
 use std::os::fd::OwnedFd;
 use std::sync::Arc;
-
-/// First bytes of a conversation.
-const MAGIC: u32 = u32::from_le_bytes(*b"GPRL");
+pub(crate) use to_relay::{ToRelay, max_body_to_relay};
 
 /// Header of a frame.
 #[derive(Debug, Clone, Copy, Zeroable, Pod)]
@@ -67,225 +63,6 @@ pub(crate) enum ProtocolError {
     },
 }
 
-/// What a client says.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum ToRelay {
-    /// The first frame.
-    Hello { layout_version: u32 },
-    /// Samples of a topic, the last one at once.
-    Subscribe(TopicName),
-    /// No more of them.
-    Unsubscribe(TopicName),
-    /// A sample has come; the next one may be sent.
-    Taken(TopicName),
-    /// Heartbeats.
-    SubscribeStatus,
-    /// A command under a number of the client's choice.
-    Command { id: u64, daemon: Daemon, bytes: Vec<u8> },
-    /// The answer to a command is not wanted any more.
-    Cancel { id: u64 },
-    /// A report of the site.
-    Report(ReportKind),
-}
-
-/// Why a relay does not serve a client.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Refusal {
-    /// The relay is of another layout version.
-    Version(u32),
-    /// There is no bus at the moment.
-    NoBus,
-    /// There is a bus, which the relay cannot join.
-    CannotJoin(String),
-    /// Too many clients.
-    Full(String),
-}
-
-/// What a relay says.
-#[derive(Debug)]
-pub(crate) enum FromRelay {
-    /// The client is served; `control_group` names the group that may send commands, and is empty if there is none.
-    Welcome { generation: u64, may_command: bool, control_group: String },
-    /// The client is not served.
-    Refused(Refusal),
-    /// A sample, with its bytes in a sealed memory file.
-    Sample { topic: TopicName, header: Box<SampleHeader>, memory: Arc<OwnedFd> },
-    /// A topic cannot be followed.
-    NoTopic { topic: TopicName, reason: String },
-    /// A heartbeat.
-    Status(Box<StatusRecord>),
-    /// A reply to a command.
-    Reply { id: u64, kind: ReplyKind, bytes: Vec<u8> },
-    /// A command fails.
-    CommandFailed { id: u64, error: CommandError },
-    /// The report of the site.
-    Report(Arc<[u8]>),
-}
-
-const HELLO: u32 = 1;
-const SUBSCRIBE: u32 = 2;
-const UNSUBSCRIBE: u32 = 3;
-const TAKEN: u32 = 4;
-const SUBSCRIBE_STATUS: u32 = 5;
-const COMMAND: u32 = 6;
-const CANCEL: u32 = 7;
-const ASK_REPORT: u32 = 8;
-
-const WELCOME: u32 = 101;
-const REFUSED: u32 = 102;
-/// With a descriptor.
-pub(super) const SAMPLE: u32 = 103;
-const NO_TOPIC: u32 = 104;
-const STATUS: u32 = 105;
-const REPLY: u32 = 106;
-const COMMAND_FAILED: u32 = 107;
-const REPORT: u32 = 108;
-
-/// Bytes that a frame to the relay may have; `None` for a kind that there is not. Only those who `may_command` send long
-/// ones.
-pub(crate) fn max_body_to_relay(kind: u32, may_command: bool) -> Option<usize> {
-    match kind {
-        HELLO => Some(8),
-        SUBSCRIBE | UNSUBSCRIBE | TAKEN | SUBSCRIBE_STATUS | CANCEL | ASK_REPORT => Some(0),
-        COMMAND if may_command => Some(4 + MAX_COMMAND_BYTES),
-        _ => None,
-    }
-}
-
-/// Bytes that a frame of the relay may have; `None` for a kind that there is not.
-pub(crate) fn max_body_from_relay(kind: u32) -> Option<usize> {
-    match kind {
-        WELCOME | REFUSED | NO_TOPIC => Some(4 + MAX_TEXT_BYTES),
-        SAMPLE => Some(size_of::<SampleHeader>()),
-        STATUS => Some(size_of::<StatusRecord>()),
-        REPLY => Some(4 + MAX_COMMAND_BYTES),
-        COMMAND_FAILED => Some(24 + MAX_TEXT_BYTES),
-        REPORT => Some(MAX_COMMAND_BYTES),
-        _ => None,
-    }
-}
-
-impl ToRelay {
-    /// The first frame of this program.
-    pub(crate) fn hello() -> Self {
-        Self::Hello { layout_version: LAYOUT_VERSION }
-    }
-
-    /// As a frame.
-    pub(crate) fn frame(&self) -> Frame {
-        match self {
-            Self::Hello { layout_version } => Frame::new(HELLO, 0, numbered(MAGIC, &layout_version.to_ne_bytes())),
-            Self::Subscribe(topic) => Frame::new(SUBSCRIBE, number_of(*topic), Vec::new()),
-            Self::Unsubscribe(topic) => Frame::new(UNSUBSCRIBE, number_of(*topic), Vec::new()),
-            Self::Taken(topic) => Frame::new(TAKEN, number_of(*topic), Vec::new()),
-            Self::SubscribeStatus => Frame::new(SUBSCRIBE_STATUS, 0, Vec::new()),
-            Self::Command { id, daemon, bytes } => Frame::new(COMMAND, *id, numbered(*daemon as u32, bytes)),
-            Self::Cancel { id } => Frame::new(CANCEL, *id, Vec::new()),
-            Self::Report(kind) => Frame::new(ASK_REPORT, *kind as u64, Vec::new()),
-        }
-    }
-
-    /// Reads what came.
-    pub(crate) fn parse(kind: u32, id: u64, body: &[u8]) -> Result<Self, ProtocolError> {
-        let damaged = ProtocolError::Body { kind };
-        let topic = || topic_of(id).ok_or(damaged);
-        Ok(match kind {
-            HELLO => {
-                let (magic, rest) = number_and_rest(body).ok_or(damaged)?;
-                let (layout_version, _) = number_and_rest(rest).ok_or(damaged)?;
-                if magic != MAGIC {
-                    return Err(damaged);
-                }
-                Self::Hello { layout_version }
-            }
-            SUBSCRIBE => Self::Subscribe(topic()?),
-            UNSUBSCRIBE => Self::Unsubscribe(topic()?),
-            TAKEN => Self::Taken(topic()?),
-            SUBSCRIBE_STATUS => Self::SubscribeStatus,
-            COMMAND => {
-                let (daemon, bytes) = number_and_rest(body).ok_or(damaged)?;
-                let daemon = Daemon::from_id(daemon).ok_or(damaged)?;
-                Self::Command { id, daemon, bytes: bytes.to_vec() }
-            }
-            CANCEL => Self::Cancel { id },
-            ASK_REPORT => Self::Report(ReportKind::from_id(id).ok_or(damaged)?),
-            kind => return Err(ProtocolError::Frame { kind, length: body.len() as u32 }),
-        })
-    }
-}
-
-impl FromRelay {
-    /// As a frame.
-    pub(crate) fn frame(&self) -> Frame {
-        match self {
-            Self::Welcome { generation, may_command, control_group } => {
-                Frame::new(WELCOME, *generation, numbered(u32::from(*may_command), text_bytes(control_group)))
-            }
-            Self::Refused(refusal) => {
-                let (code, text) = match refusal {
-                    Refusal::Version(found) => (*found, ""),
-                    Refusal::NoBus => (0, ""),
-                    Refusal::Full(text) | Refusal::CannotJoin(text) => (0, text.as_str()),
-                };
-                let id = match refusal {
-                    Refusal::Version(_) => 1,
-                    Refusal::NoBus => 2,
-                    Refusal::Full(_) => 3,
-                    Refusal::CannotJoin(_) => 4,
-                };
-                Frame::new(REFUSED, id, numbered(code, text_bytes(text)))
-            }
-            Self::Sample { topic, header, memory } => {
-                let body = bytemuck::bytes_of(&**header).to_vec();
-                Frame::new(SAMPLE, number_of(*topic), body).with(Arc::clone(memory))
-            }
-            Self::NoTopic { topic, reason } => Frame::new(NO_TOPIC, number_of(*topic), numbered(0, text_bytes(reason))),
-            Self::Status(record) => Frame::new(STATUS, 0, bytemuck::bytes_of(&**record).to_vec()),
-            Self::Reply { id, kind, bytes } => Frame::new(REPLY, *id, numbered(*kind as u32, bytes)),
-            Self::CommandFailed { id, error } => Frame::new(COMMAND_FAILED, *id, command_error_body(error)),
-            Self::Report(bytes) => Frame::new(REPORT, 0, bytes[..bytes.len().min(MAX_COMMAND_BYTES)].to_vec()),
-        }
-    }
-
-    /// Reads what came; `descriptor` came with it.
-    pub(crate) fn parse(kind: u32, id: u64, body: &[u8], descriptor: Option<OwnedFd>) -> Result<Self, ProtocolError> {
-        let damaged = ProtocolError::Body { kind };
-        let topic = || topic_of(id).ok_or(damaged);
-        let numbered = || number_and_rest(body).ok_or(damaged);
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        Ok(match kind {
-            WELCOME => {
-                let (may_command, group) = numbered()?;
-                Self::Welcome { generation: id, may_command: may_command != 0, control_group: text(group) }
-            }
-            REFUSED => {
-                let (number, reason) = numbered()?;
-                Self::Refused(match id {
-                    1 => Refusal::Version(number),
-                    2 => Refusal::NoBus,
-                    4 => Refusal::CannotJoin(text(reason)),
-                    _ => Refusal::Full(text(reason)),
-                })
-            }
-            SAMPLE => {
-                let header: SampleHeader = bytemuck::try_pod_read_unaligned(body).map_err(|_| damaged)?;
-                let memory = Arc::new(descriptor.ok_or(damaged)?);
-                Self::Sample { topic: topic()?, header: Box::new(header), memory }
-            }
-            NO_TOPIC => Self::NoTopic { topic: topic()?, reason: text(numbered()?.1) },
-            STATUS => Self::Status(Box::new(bytemuck::try_pod_read_unaligned(body).map_err(|_| damaged)?)),
-            REPLY => {
-                let (reply, bytes) = numbered()?;
-                let kind = ReplyKind::from_id(reply).ok_or(damaged)?;
-                Self::Reply { id, kind, bytes: bytes.to_vec() }
-            }
-            COMMAND_FAILED => Self::CommandFailed { id, error: parse_command_error(body).ok_or(damaged)? },
-            REPORT => Self::Report(body.into()),
-            kind => return Err(ProtocolError::Frame { kind, length: body.len() as u32 }),
-        })
-    }
-}
-
 fn number_of(topic: TopicName) -> u64 {
     TopicName::all().position(|other| other == topic).expect("all topics are listed") as u64
 }
@@ -306,8 +83,14 @@ fn number_and_rest(body: &[u8]) -> Option<(u32, &[u8])> {
 
 #[cfg(test)]
 mod tests {
+    use super::to_relay::COMMAND;
     use super::*;
+    use crate::error::CommandError;
+    use crate::names::Daemon;
     use crate::relay_protocol::{FrameReader, FrameWriter, read_sealed, seal};
+    use crate::reply_kind::ReplyKind;
+    use crate::report_kind::ReportKind;
+    use messages::{SampleHeader, StatusRecord};
     use rustix::net::SendFlags;
     use std::os::unix::net::UnixStream;
 

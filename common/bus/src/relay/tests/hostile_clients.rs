@@ -141,7 +141,7 @@ fn all_of_many_requests_are_answered_and_the_report_is_made_rarely() {
 }
 
 #[test]
-fn a_client_that_does_not_read_and_one_that_says_half_hold_up_nobody() {
+fn a_client_that_does_not_read_and_one_that_says_half_hold_up_no_other() {
     let fixture = Fixture::start();
     let producer = Attended::join(&fixture.domain, Daemon::ScheduleEval);
     let publisher = producer.bus.publisher(topics::ScheduleState, 4096).unwrap();
