@@ -19,7 +19,7 @@ pub use class::Class;
 pub use distance::{nearest_marked, squared_distances};
 pub use growth::{Growth, MAX_REACH_CELLS, REACHED};
 pub use line_of_sight::LineOfSight;
-pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, pixel_of};
+pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, occupancy_of, pixel_of};
 pub use raster::{Run, covered_cells, overlapped_cells};
 pub use rect::{CellRect, join_rects};
 pub use resample::resampled;

@@ -21,6 +21,15 @@ pub fn pixel_of(occupancy: i8) -> u8 {
     }
 }
 
+/// The occupancy value that Nav2's map_server reads from one of these three pixels, with the thresholds of [`MapYaml`].
+pub fn occupancy_of(pixel: u8) -> i8 {
+    match pixel {
+        FREE => 0,
+        UNKNOWN => -1,
+        _ => 100,
+    }
+}
+
 /// A binary PGM of pixels that are row-major from the bottom.
 pub fn encode_pgm(width: usize, pixels_from_bottom: impl Fn(usize) -> u8, height: usize) -> Vec<u8> {
     let mut out = format!("P5\n{width} {height}\n255\n").into_bytes();

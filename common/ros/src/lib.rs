@@ -1,0 +1,17 @@
+//! ROS 2 messages of Jazzy and later, their bytes, and maps, markers and transforms as messages.
+//!
+//! [`msg`] has the types, by interface package; [`cdr`] their bytes, as topics of DDS and MCAP files carry them. The other modules
+//! make messages from views of archives: [`maps`], [`markers`], [`transforms`]. Frames and stamps are arguments; nothing here
+//! sends, reads files or asks a clock.
+
+pub mod msg;
+
+mod cdr;
+mod interface;
+
+pub mod maps;
+pub mod markers;
+pub mod transforms;
+
+pub use cdr::{CdrError, cdr};
+pub use interface::RosMessage;

@@ -1,0 +1,57 @@
+//! Layers of a grid as occupancy grids and masks for Nav2.
+//!
+//! A message holds what Nav2's map_server publishes when it reads the file of the same layer (`planning.pgm`,
+//! `localization.pgm`, `keepout.pgm` with the YAML beside them): -1, 0 or 100 for each cell, row-major from the lower left.
+//! There is no layer of speed limits, and no mask of one.
+
+use crate::msg::builtin_interfaces::Time;
+use crate::msg::geometry_msgs::{Point, Pose};
+use crate::msg::nav_msgs::{Int8Array, MapMetaData, OccupancyGrid};
+use crate::msg::nav2_msgs::CostmapFilterInfo;
+use crate::msg::std_msgs::Header;
+use messages::Grid;
+
+/// The map for global planning: 100 where an obstacle stands, 0 where there is floor and none, -1 elsewhere.
+pub fn planning(grid: &Grid<'_>, frame_id: &str, stamp: Time) -> OccupancyGrid {
+    occupancy_grid(grid, grid.planning, frame_id, stamp)
+}
+
+/// The map for localization: finished structure at the height of the lidar.
+pub fn localization(grid: &Grid<'_>, frame_id: &str, stamp: Time) -> OccupancyGrid {
+    occupancy_grid(grid, grid.localization, frame_id, stamp)
+}
+
+/// The keep-out mask: 100 where the robot must not be, -1 elsewhere, never 0.
+pub fn keepout_mask(grid: &Grid<'_>, frame_id: &str, stamp: Time) -> OccupancyGrid {
+    occupancy_grid(grid, grid.keepout, frame_id, stamp)
+}
+
+/// What the keep-out mask on a topic means to Nav2's KeepoutFilter: its data are costs in percent.
+pub fn keepout_info(mask_topic: &str, frame_id: &str, stamp: Time) -> CostmapFilterInfo {
+    CostmapFilterInfo {
+        header: Header { stamp, frame_id: frame_id.to_owned() },
+        r#type: CostmapFilterInfo::KEEPOUT,
+        filter_mask_topic: mask_topic.to_owned(),
+        base: 0.0,
+        multiplier: 1.0,
+    }
+}
+
+fn occupancy_grid(grid: &Grid<'_>, layer: &[i8], frame_id: &str, stamp: Time) -> OccupancyGrid {
+    let spec = grid.spec();
+    let [x, y] = spec.origin_m();
+    // The file says it in full; the message has 32 bits.
+    #[expect(clippy::cast_possible_truncation, reason = "the message has 32 bits")]
+    let resolution = spec.resolution_m() as f32;
+    OccupancyGrid {
+        header: Header { stamp, frame_id: frame_id.to_owned() },
+        info: MapMetaData {
+            map_load_time: stamp,
+            resolution,
+            width: spec.width,
+            height: spec.height,
+            origin: Pose { position: Point { x, y, z: 0.0 }, ..Pose::default() },
+        },
+        data: Int8Array(layer.iter().map(|&cell| grid::occupancy_of(grid::pixel_of(cell))).collect()),
+    }
+}
