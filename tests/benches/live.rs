@@ -7,7 +7,7 @@
 #![expect(clippy::print_stdout, reason = "the table")]
 
 use bus::{Bus, Daemon, Domain, GridSlot, Keeper, Origin, Sample, Stamp, Subscriber, Topic, TopicName, Waiter, topics};
-use daemon::{Answer, Client, ScheduleRequest, SiteProcess, StatusBoard};
+use daemon::{Answer, Client, ScheduleRequest, SiteConfig, SiteProcess, StatusBoard};
 use messages::{ArchiveBuffer, Grids, InputHashes, ScheduleState, Site};
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -127,10 +127,11 @@ impl Live {
     fn processes(&self) -> BTreeMap<&'static str, u32> {
         let board = StatusBoard::of(self.root.path());
         let process = |process: SiteProcess| Some((process.name(), board.report::<IgnoredAny>(process)?.process_id));
+        let config = SiteConfig::read(&self.config).unwrap();
         let begun = Instant::now();
         loop {
-            let found: BTreeMap<_, _> = SiteProcess::supervised().filter_map(process).collect();
-            if found.len() == SiteProcess::supervised().count() {
+            let found: BTreeMap<_, _> = SiteProcess::supervised(&config).filter_map(process).collect();
+            if found.len() == SiteProcess::supervised(&config).count() {
                 return found;
             }
             assert!(begun.elapsed() < DEADLINE, "{found:?}");

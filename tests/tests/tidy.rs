@@ -14,7 +14,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 25] = [
+const ALLOWED: [(&str, &[&str]); 26] = [
     ("diagnostics", &[]),
     ("frames", &[]),
     ("geometry", &["frames"]),

@@ -33,9 +33,7 @@ impl Bus {
     /// user than the bus's.
     pub fn join(domain: &Domain, daemon: Daemon) -> Result<(Self, Waiter), DomainError> {
         match domain.foreign_owner()? {
-            Some(owner) if Daemon::SUPERVISED.contains(&daemon) => {
-                Err(DomainError::Foreign { owner: user_text(owner) })
-            }
+            Some(owner) if daemon.is_of_site() => Err(DomainError::Foreign { owner: user_text(owner) }),
             Some(owner) => Self::join_by_relay(domain, daemon, owner),
             None => Self::join_as_owner(domain, daemon),
         }

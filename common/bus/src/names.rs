@@ -21,11 +21,13 @@ pub enum Daemon {
     Robot = 5,
     /// The operator's client; the only one of which several may run at once.
     Groundplan = 6,
+    /// Brings maps to ROS 2.
+    RosBridge = 7,
 }
 
 impl Daemon {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::IfcIngest,
         Self::ScheduleEval,
         Self::Rasterize,
@@ -33,11 +35,17 @@ impl Daemon {
         Self::SlamAlign,
         Self::Robot,
         Self::Groundplan,
+        Self::RosBridge,
     ];
 
     /// Daemons that `groundplan up` starts and starts again, and without which there are no maps.
     pub const SUPERVISED: [Self; 5] =
         [Self::IfcIngest, Self::ScheduleEval, Self::Rasterize, Self::WaypointGen, Self::SlamAlign];
+
+    /// True for daemons of the site's own user; robots and clients may be of others.
+    pub fn is_of_site(self) -> bool {
+        !matches!(self, Self::Robot | Self::Groundplan)
+    }
 
     /// Its name, as of its process.
     pub fn name(self) -> &'static str {
@@ -49,6 +57,7 @@ impl Daemon {
             Self::SlamAlign => "slam-align",
             Self::Robot => "robot",
             Self::Groundplan => "groundplan",
+            Self::RosBridge => "ros-bridge",
         }
     }
 

@@ -70,8 +70,8 @@ mod testing;
 pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
 pub use config::{
-    AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
-    SiteConfig, WaypointConfig, WorldConfig,
+    AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, RosConfig,
+    ScheduleConfig, SiteConfig, WaypointConfig, WorldConfig,
 };
 pub use config_file::{ConfigFileError, read_parsed};
 pub use config_key::line_of_key;
@@ -88,7 +88,7 @@ pub use request::{Published, Request, RequestError, parse_request};
 pub use requests::{
     ActualsSource, AlignAnswer, AlignRequest, ComparisonState, Confirmations, Confirmed, ConfirmedElement,
     IngestAnswer, IngestRequest, ListedPose, RasterizeAnswer, RasterizeRequest, Revision, RevisionEffect,
-    ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer, WaypointRequest,
+    RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer, WaypointRequest,
 };
 pub use robot_file::{Robot, RobotFileError};
 pub use run::{Arguments, in_background, run};

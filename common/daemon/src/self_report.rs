@@ -186,7 +186,7 @@ fn output(daemon: Daemon) -> TopicName {
         Daemon::Rasterize | Daemon::Groundplan => TopicName::Grids,
         Daemon::WaypointGen => TopicName::MissionPlan,
         Daemon::SlamAlign => TopicName::Alignment,
-        Daemon::Robot => TopicName::SlamMap,
+        Daemon::Robot | Daemon::RosBridge => TopicName::SlamMap,
     }
 }
 

@@ -1,5 +1,6 @@
 //! The processes of a site that report on its status board.
 
+use crate::config::SiteConfig;
 use bus::Daemon;
 use std::fmt;
 
@@ -15,10 +16,11 @@ pub enum SiteProcess {
 }
 
 impl SiteProcess {
-    /// All that `groundplan up` starts and starts again, in the order of the start.
-    pub fn supervised() -> impl Iterator<Item = Self> {
+    /// All that `groundplan up` starts and starts again for a site, in the order of the start.
+    pub fn supervised(config: &SiteConfig) -> impl Iterator<Item = Self> + use<> {
         let daemons = Daemon::SUPERVISED.into_iter().map(Self::Daemon);
-        std::iter::once(Self::Keeper).chain(daemons).chain(std::iter::once(Self::Relay))
+        let bridge = config.ros.enabled.then_some(Self::Daemon(Daemon::RosBridge));
+        std::iter::once(Self::Keeper).chain(daemons).chain(bridge).chain(std::iter::once(Self::Relay))
     }
 
     /// Its name, as of its process or its command.

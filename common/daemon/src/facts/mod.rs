@@ -5,11 +5,13 @@
 mod align;
 mod ingest;
 mod rasterize;
+mod ros_bridge;
 mod schedule;
 mod waypoints;
 
 pub use align::{AlignFacts, AlignmentSummary, Pose};
 pub use ingest::{IngestFacts, ModelFile};
 pub use rasterize::{RasterizeFacts, RobotSummary};
+pub use ros_bridge::RosBridgeFacts;
 pub use schedule::{ProgressRows, ScheduleFacts};
 pub use waypoints::WaypointFacts;

@@ -3,6 +3,7 @@
 mod align;
 mod ingest;
 mod rasterize;
+mod ros_bridge;
 mod schedule;
 mod waypoints;
 
@@ -11,6 +12,7 @@ pub use align::{
 };
 pub use ingest::{IngestAnswer, IngestRequest, Revision, RevisionEffect};
 pub use rasterize::{RasterizeAnswer, RasterizeRequest};
+pub use ros_bridge::RosBridgeRequest;
 pub use schedule::{ActualsSource, ScheduleAnswer, ScheduleRequest};
 pub use waypoints::{WaypointAnswer, WaypointRequest};
 

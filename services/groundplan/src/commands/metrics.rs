@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, Stamp};
 use daemon::facts::{AlignFacts, IngestFacts, RasterizeFacts, ScheduleFacts};
-use daemon::{Report, SiteProcess, StatusBoard, StopSignal, write_durably};
+use daemon::{Report, SiteConfig, SiteProcess, StatusBoard, StopSignal, write_durably};
 use serde::de::{DeserializeOwned, IgnoredAny};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -35,13 +35,13 @@ impl Run for Args {
         let config = self.site.config()?;
         let Some(file) = &self.file else {
             let board = StatusBoard::of_site(&config).map_err(Failure::work)?;
-            return Ok(Outcome::from(text(&board)));
+            return Ok(Outcome::from(text(&config, &board)));
         };
         let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
         loop {
             // While the relay is away nothing is known of the processes, and they count as away too.
             let board = StatusBoard::of_site(&config).unwrap_or_else(|_| StatusBoard::of(&config.bus.root));
-            write_durably(file, text(&board).as_bytes())
+            write_durably(file, text(&config, &board).as_bytes())
                 .map_err(|error| Failure::work(format!("{} cannot be written: {error}", file.display())))?;
             if stop.is_raised_within(PERIOD) {
                 return Ok(Outcome::silent());
@@ -73,23 +73,23 @@ impl Metrics {
     }
 }
 
-fn text(board: &StatusBoard) -> String {
+fn text(config: &SiteConfig, board: &StatusBoard) -> String {
     let mut metrics = Metrics::default();
-    of_processes(&mut metrics, board);
+    of_processes(&mut metrics, config, board);
     of_site(&mut metrics, board);
     metrics.out
 }
 
-fn of_processes(metrics: &mut Metrics, board: &StatusBoard) {
+fn of_processes(metrics: &mut Metrics, config: &SiteConfig, board: &StatusBoard) {
     let label = |process: SiteProcess| format!("{{daemon=\"{process}\"}}");
     let is_up = |process: SiteProcess| {
         let report = board.report::<IgnoredAny>(process);
         board.is_alive(process) && report.is_some_and(|r| r.age() < HEARTBEAT_PERIOD * MISSED_HEARTBEATS)
     };
-    let up = SiteProcess::supervised().map(|process| (label(process), f64::from(u8::from(is_up(process)))));
+    let up = SiteProcess::supervised(config).map(|process| (label(process), f64::from(u8::from(is_up(process)))));
     metrics.family("up", "gauge", "1 if the process lives and reports", up);
     let reports: Vec<(SiteProcess, Report<IgnoredAny>)> =
-        SiteProcess::supervised().filter_map(|process| Some((process, board.report(process)?))).collect();
+        SiteProcess::supervised(config).filter_map(|process| Some((process, board.report(process)?))).collect();
     let mut of_each = |name: &str, kind: &str, help: &str, value: &dyn Fn(&Report<IgnoredAny>) -> Option<f64>| {
         let values = reports.iter().filter_map(|(process, report)| Some((label(*process), value(report)?)));
         metrics.family(name, kind, help, values);
@@ -145,9 +145,10 @@ mod tests {
     #[test]
     fn a_site_that_is_not_up_has_daemons_that_are_not_up() {
         let root = tempfile::tempdir().unwrap();
-        let text = text(&StatusBoard::of(root.path()));
+        let config = SiteConfig::parse("state = \"x\"", root.path()).unwrap();
+        let text = text(&config, &StatusBoard::of(root.path()));
         assert!(text.starts_with("# HELP groundplan_up "), "{text}");
         assert!(text.contains("groundplan_up{daemon=\"rasterize\"} 0\n"), "{text}");
-        assert_eq!(text.lines().count(), 2 + SiteProcess::supervised().count(), "{text}");
+        assert_eq!(text.lines().count(), 2 + SiteProcess::supervised(&config).count(), "{text}");
     }
 }

@@ -9,7 +9,7 @@ use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
 use daemon::facts::{
     AlignFacts, AlignmentSummary, IngestFacts, ModelFile, RasterizeFacts, ScheduleFacts, WaypointFacts,
 };
-use daemon::{Report, SettingInForce, SettingSource, SiteProcess, StatusBoard};
+use daemon::{Report, SettingInForce, SettingSource, SiteConfig, SiteProcess, StatusBoard};
 use frames::counted;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -123,7 +123,7 @@ impl Run for Args {
     fn run(&self) -> Result<Outcome, Failure> {
         let config = self.site.config()?;
         require_up(&config)?;
-        let status = Status::of(&StatusBoard::of_site(&config).map_err(Failure::work)?);
+        let status = Status::of(&config, &StatusBoard::of_site(&config).map_err(Failure::work)?);
         let text =
             if self.json { serde_json::to_string(&status).map_err(Failure::work)? + "\n" } else { status.text() };
         Ok(Outcome::judged(text, status.healthy))
@@ -179,7 +179,7 @@ fn facts<F: DeserializeOwned>(board: &StatusBoard, daemon: Daemon) -> Option<F> 
 
 impl Status {
     /// From the status board of a site.
-    fn of(board: &StatusBoard) -> Self {
+    fn of(config: &SiteConfig, board: &StatusBoard) -> Self {
         let ingest: Option<IngestFacts> = facts(board, Daemon::IfcIngest);
         let schedule: Option<ScheduleFacts> = facts(board, Daemon::ScheduleEval);
         let rasterize: Option<RasterizeFacts> = facts(board, Daemon::Rasterize);
@@ -221,7 +221,7 @@ impl Status {
         let is_shown = |process: &SiteProcess| {
             matches!(process, SiteProcess::Daemon(_)) || board.report::<IgnoredAny>(*process).is_some()
         };
-        let processes = SiteProcess::supervised().filter(is_shown);
+        let processes = SiteProcess::supervised(config).filter(is_shown);
         let daemons: BTreeMap<&'static str, ProcessStatus> =
             processes.map(|process| (process.name(), ProcessStatus::of(board, process))).collect();
         let healthy = grids.is_some() && mission_plan.is_some() && daemons.values().all(ProcessStatus::is_well);

@@ -42,7 +42,7 @@ fn supervise(config: &SiteConfig) -> Result<(), Failure> {
     let mut stop = StopSignal::listen(false).map_err(Failure::work)?;
     let board = StatusBoard::of(&config.bus.root);
     let mut last_look = Instant::now();
-    let mut processes: Vec<SupervisedProcess> = SiteProcess::supervised().map(SupervisedProcess::new).collect();
+    let mut processes: Vec<SupervisedProcess> = SiteProcess::supervised(config).map(SupervisedProcess::new).collect();
     let mut ended = Ok(());
     while ended.is_ok() && !stop.is_raised_within(POLL_INTERVAL) {
         let looks = last_look.elapsed() >= HEARTBEAT_PERIOD;

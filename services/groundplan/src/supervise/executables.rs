@@ -36,7 +36,7 @@ pub(crate) fn version_of(path: &Path) -> Result<String, Failure> {
 /// An executable that is missing, or of another version.
 pub(crate) fn check_versions() -> Result<(), Failure> {
     let own = env!("CARGO_PKG_VERSION");
-    for name in Daemon::SUPERVISED.map(Daemon::name) {
+    for name in Daemon::ALL.into_iter().filter(|daemon| daemon.is_of_site()).map(Daemon::name) {
         let path = executable(name)?;
         let version = version_of(&path)?;
         if version != own {

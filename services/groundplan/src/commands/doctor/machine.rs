@@ -91,7 +91,7 @@ fn files(limit: Option<u64>) -> Check {
 fn executables() -> Check {
     const WHAT: &str = "executables";
     let own = env!("CARGO_PKG_VERSION");
-    for name in Daemon::SUPERVISED.map(Daemon::name) {
+    for name in Daemon::ALL.into_iter().filter(|daemon| daemon.is_of_site()).map(Daemon::name) {
         let version = executable(name).and_then(|path| version_of(&path));
         match version {
             Ok(version) if version == own => {}
