@@ -131,15 +131,33 @@ mod tests {
     }
 
     #[test]
-    fn a_site_names_the_zone_in_its_rules() {
+    fn the_zone_is_that_of_the_rules_in_force() {
         let home = tempfile::tempdir().unwrap();
-        let at = |rules: &str| {
-            std::fs::write(home.path().join("schedule.toml"), rules).unwrap();
-            let path = home.path().join("site.toml");
-            std::fs::write(&path, "state = \"state\"\n[schedule]\nrules = \"schedule.toml\"\n").unwrap();
-            instant_at_site_s("2024-04-15T06:00:00Z", &SiteConfig::read(&path).unwrap())
+        let (path, board) = (home.path().join("site.toml"), home.path().join("bus/board"));
+        let site = format!("state = \"state\"\n[bus]\nroot = {:?}\n", home.path().join("bus"));
+        std::fs::write(&path, site).unwrap();
+        std::fs::create_dir_all(&board).unwrap();
+        let instant_s_of = |text: &str| instant_at_site_s(text, &SiteConfig::read(&path).unwrap());
+        let at = |site_zone: Option<&str>| {
+            let report = Report {
+                process_id: 1,
+                restarts: 0,
+                stamp_ns: 0,
+                activity: "published".to_owned(),
+                memory_bytes: 0,
+                error: None,
+                warning: None,
+                epochs: Default::default(),
+                output_stamp_ns: None,
+                latency_s: None,
+                facts: ScheduleFacts { site_zone: site_zone.map(str::to_owned), ..ScheduleFacts::default() },
+            };
+            std::fs::write(board.join("schedule-eval.json"), serde_json::to_vec(&report).unwrap()).unwrap();
+            instant_s_of("2024-04-15T06:00:00Z")
         };
-        assert_eq!(at("site_zone = \"Europe/Amsterdam\"").unwrap(), instant_s("2024-04-15T08:00", None).unwrap());
-        assert!(at("").unwrap_err().to_string().contains("site_zone"));
+        assert!(instant_s_of("2024-04-15T06:00:00Z").unwrap_err().to_string().contains("schedule-eval"));
+        assert_eq!(at(Some("Europe/Amsterdam")).unwrap(), instant_s("2024-04-15T08:00", None).unwrap());
+        assert!(at(None).unwrap_err().to_string().contains("site_zone"));
+        assert_eq!(instant_s_of("2024-04-15T08:00").unwrap(), instant_s("2024-04-15T08:00", None).unwrap());
     }
 }
