@@ -16,6 +16,6 @@ pub fn sums(folder: &str, files: &[ExportFile]) -> BTreeMap<String, String> {
 }
 
 /// Folder of a map storey inside the output folder, e.g. `storeys/00-ground-floor`.
-pub(crate) fn storey_folder(site: &Site<'_>, index: u32, storey: &MapStoreyRecord) -> String {
+pub fn storey_folder(site: &Site<'_>, index: u32, storey: &MapStoreyRecord) -> String {
     format!("storeys/{index:02}-{}", transliteration::slug(site.text(storey.name)))
 }

@@ -74,7 +74,7 @@ mod waypoints;
 
 pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
 pub use door_report::{each_door, reason_text};
-pub use folders::sums;
+pub use folders::{storey_folder, sums};
 pub use input::{ExportFile, ExportInput};
 pub use json::text as json_text;
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
@@ -85,10 +85,9 @@ pub use route::SiteGraph;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
-pub use text::{rounded, text_or_null};
+pub use text::{hex, rounded, text_or_null};
 pub use waypoints::{Waypoints, nav2_poses, space_name};
 
-use folders::storey_folder;
 use geographic::Geographic;
 use messages::Site;
 use std::collections::BTreeMap;

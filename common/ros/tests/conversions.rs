@@ -67,6 +67,15 @@ fn grids_hold_what_map_server_reads_from_the_files() {
     });
 }
 
+#[test]
+fn names_of_storeys_are_names_of_topics() {
+    house().with_input(|input| {
+        let name = ros::topics::storey_name(input.site, 0);
+        let topics = ros::topics::StoreyTopics::below(&format!("{}/{name}", ros::topics::NAMESPACE));
+        assert_eq!(topics.keepout_mask, "/groundplan/storey_00_erdgeschoss/keepout_mask");
+    });
+}
+
 /// The markers of an array by namespace and id, with their kind and text.
 fn listed(array: &MarkerArray) -> Vec<(&str, i32, i32, &str)> {
     let (first, others) = array.markers.split_first().unwrap();

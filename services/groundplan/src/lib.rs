@@ -12,6 +12,7 @@ mod date_argument;
 mod maps;
 mod monitor;
 mod progress;
+mod recording;
 mod revision_report;
 mod site_check;
 mod site_service;

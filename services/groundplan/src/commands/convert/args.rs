@@ -8,8 +8,13 @@ use std::path::PathBuf;
 #[command(after_help = AFTER_HELP)]
 pub struct Args {
     /// Output folder; earlier output in it is replaced as a whole, unless files in it were added or altered since
-    #[arg(short, long, value_name = "OUT")]
-    pub(super) out: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present = "mcap")]
+    pub(super) out: Option<PathBuf>,
+
+    /// With --date all: record the maps and markers of every change as stamped ROS 2 messages, to be played as a film of the
+    /// construction; an earlier recording there is replaced
+    #[arg(long, value_name = "FILE.mcap")]
+    pub(super) mcap: Option<PathBuf>,
 
     /// What becomes of files of others in it.
     #[command(flatten)]
@@ -93,6 +98,16 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
     waypoints.png               what scans see, the tour and its stops
 With --date all these are in OUT/<date>/, and OUT/manifest.json lists the dates.
 
+Topics of --mcap (profile ros2; written whole or not at all, the same bytes for the same input):
+  /groundplan/map               planning.pgm as nav_msgs/OccupancyGrid
+  /groundplan/localization_map  localization.pgm
+  /groundplan/keepout_mask      keepout.pgm, with keepout_info for Nav2's costmap filter
+  /groundplan/rooms             outlines, names and states of rooms, doors, edges of floors, as markers
+  /groundplan/waypoints         waypoints with the tour; rooms that are not reached, and why
+  /groundplan/route             ways of the route graph
+Of several storeys each has topics /groundplan/<storey>/map .. and a frame <storey>, which /tf_static
+lifts to its floor in the frame map. Stamps are the plan time, as if the site's clock showed UTC.
+
 A line per storey ends with `31 of 156 m2 reached, 5 parts` where waypoints cannot be everywhere:
 of the floor on which the middle of the robot can be, indoors and outdoors, 31 m2 hang together
 with where it begins; the rest is in other parts, which report.json lists. It begins at [tour]
@@ -107,5 +122,6 @@ Examples:
   groundplan convert house.ifc -o maps --date 2024-04-15
   groundplan convert house.ifc -o maps --date all --schedule config/schedule.toml
   groundplan convert house.ifc -o maps --world --date 2024-04-15 --barriers
+  groundplan convert house.ifc --mcap house.mcap --date all
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration. RUST_LOG=debug shows the steps.";

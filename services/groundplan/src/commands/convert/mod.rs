@@ -1,6 +1,7 @@
 //! `groundplan convert`: the stages one after the other, archives in the heap.
 
 mod args;
+mod film;
 mod notices;
 mod output;
 mod plan_time_summary;
@@ -22,9 +23,8 @@ use messages::{ArchiveBuffer, Diagnostic, DiagnosticCode, DiagnosticRecord, Sche
 use output::Job;
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
-use std::path::Path;
 use std::time::Instant;
-use summary::Summary;
+use summary::{Outputs, Summary};
 use tracing::debug;
 use waypoints::MissionPlanOptions;
 
@@ -39,11 +39,11 @@ enum RequestedMaps {
 }
 
 impl Run for Args {
-    /// Converts the models and writes the output folder.
+    /// Converts the models and writes the output folder and the recording.
     ///
     /// # Errors
     /// Bad arguments, models that cannot be read or do not belong together, dates that can be read in two ways, blank maps, a
-    /// folder that cannot be written.
+    /// folder or file that cannot be written.
     fn run(&self) -> Result<Outcome, Failure> {
         let started = Instant::now();
         let robot = self.robot.robot()?;
@@ -51,7 +51,8 @@ impl Run for Args {
         let world = self.world.options(&WorldConfig::default())?;
         let schedule = ScheduleInput::read(&self.schedule)?;
         let requested_maps = self.requested_maps(schedule.site_zone())?;
-        let folder = self.overwrite.folder_at(&self.out)?;
+        let folder = self.out.as_deref().map(|out| self.overwrite.folder_at(out)).transpose()?;
+        self.check_outputs(&requested_maps, world.is_some())?;
         let frame = self.frame()?;
         let progress = ProgressLine::new();
         self.model.pool()?.install(|| {
@@ -74,20 +75,22 @@ impl Run for Args {
                 world: world.as_ref(),
                 site: &site,
                 rasterizer,
+                folder: folder.as_ref(),
             };
             let schedule_states = match requested_maps {
                 RequestedMaps::Everything => {
                     let schedule_state = everything_built(&site, timeline);
-                    vec![job.replace(&folder, &progress, &schedule_state)?]
+                    vec![job.replace(&progress, &schedule_state)?]
                 }
                 RequestedMaps::At(period) => {
                     let schedule_state = timeline?.schedule_state(period).finish();
-                    vec![job.replace(&folder, &progress, &schedule_state)?]
+                    vec![job.replace(&progress, &schedule_state)?]
                 }
-                RequestedMaps::EveryChange => job.replace_by_all(&folder, &progress, &timeline?)?,
+                RequestedMaps::EveryChange => job.replace_by_all(&progress, &timeline?)?,
             };
             debug!(elapsed_us = micros(started), "output swapped in");
-            let summary = Summary::of(&site, &self.out, schedule_states, started.elapsed(), self.json);
+            let outputs = Outputs { out: self.out.clone(), mcap: self.mcap.clone() };
+            let summary = Summary::of(&site, outputs, schedule_states, started.elapsed(), self.json);
             Ok(summary.text().into())
         })
     }
@@ -107,6 +110,17 @@ impl Args {
         }
     }
 
+    /// Refuses options of outputs that are not asked for.
+    fn check_outputs(&self, requested_maps: &RequestedMaps, has_world: bool) -> Result<(), Failure> {
+        if self.mcap.is_some() && !matches!(requested_maps, RequestedMaps::EveryChange) {
+            return Err(Failure::usage("--mcap records every change: give --date all"));
+        }
+        if self.out.is_none() && (has_world || self.with_geometry) {
+            return Err(Failure::usage("--world and --with-geometry write into the output folder: give -o"));
+        }
+        Ok(())
+    }
+
     /// What waypoints are planned.
     fn waypoint_options(&self) -> Result<MissionPlanOptions, Failure> {
         let Some(path) = self.waypoints.as_deref() else { return Ok(MissionPlanOptions::default()) };
@@ -115,12 +129,8 @@ impl Args {
 
     /// The site's frame: of `--frame`, else of an earlier run into the same folder.
     fn frame(&self) -> Result<Option<SiteFrame>, Failure> {
-        let earlier = self.out.join("site-frame.json");
-        let path: &Path = match &self.frame {
-            Some(path) => path,
-            None if earlier.is_file() => &earlier,
-            None => return Ok(None),
-        };
+        let earlier = self.out.as_ref().map(|out| out.join("site-frame.json")).filter(|path| path.is_file());
+        let Some(path) = self.frame.as_ref().or(earlier.as_ref()) else { return Ok(None) };
         let unusable = |e: &dyn std::fmt::Display| Failure::usage(format!("frame file {}: {e}", path.display()));
         let bytes = std::fs::read(path).map_err(|e| unusable(&e))?;
         let file = SiteFrameFile::parse(&bytes).map_err(|e| unusable(&format!("{:#}", Failure::usage(e))))?;

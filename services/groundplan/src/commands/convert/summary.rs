@@ -5,16 +5,24 @@ use super::rooms::{RoomLine, rooms_lines};
 use export::SiteFrameFile;
 use messages::{Severity, Site};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Notices that are printed; all diagnostics are in `report.json`.
 const MAX_NOTICES: usize = 8;
 
+/// Where it was written; null for what was not asked for.
+#[derive(Debug, Serialize)]
+pub(super) struct Outputs {
+    pub(super) out: Option<PathBuf>,
+    pub(super) mcap: Option<PathBuf>,
+}
+
 /// What was made.
 #[derive(Debug, Serialize)]
 pub(super) struct Summary {
-    out: PathBuf,
+    #[serde(flatten)]
+    outputs: Outputs,
     elapsed_s: f64,
     /// How the map lies to the model, and the epoch of its frame.
     #[serde(flatten)]
@@ -44,7 +52,7 @@ enum MapsMade {
 impl Summary {
     pub(super) fn of(
         site: &Site<'_>,
-        out: &Path,
+        outputs: Outputs,
         mut schedule_states: Vec<PlanTimeSummary>,
         elapsed: Duration,
         json: bool,
@@ -52,7 +60,7 @@ impl Summary {
         let severity = |s: Severity| site.diagnostics.iter().filter(|d| d.severity == s).count();
         let not_mapped = site.storeys.iter().filter(|s| s.map_storey == messages::NONE && s.why.length > 0);
         Self {
-            out: out.to_owned(),
+            outputs,
             elapsed_s: (elapsed.as_secs_f64() * 1000.0).round() / 1000.0,
             frame: SiteFrameFile::of(site),
             spaces_not_mapped: schedule_states.last_mut().map(|p| std::mem::take(&mut p.rooms)).unwrap_or_default(),
@@ -85,11 +93,13 @@ impl Summary {
         // Notices that many dates share are printed once, with the last.
         let notices = schedule_states.last().map(|p| p.notices.as_slice()).unwrap_or_default();
         lines.extend(notices.iter().take(MAX_NOTICES).map(|notice| format!("  {notice}")));
-        if !notices.is_empty() {
+        let Outputs { out, mcap } = &self.outputs;
+        if let Some(out) = out.as_ref().filter(|_| !notices.is_empty()) {
             let report = if schedule_states.len() == 1 { "report.json" } else { "<date>/report.json" };
-            lines.push(format!("  all in {}", self.out.join(report).display()));
+            lines.push(format!("  all in {}", out.join(report).display()));
         }
-        lines.push(format!("{} written in {:.2} s", self.out.display(), self.elapsed_s));
+        let written: Vec<String> = out.iter().chain(mcap).map(|path| path.display().to_string()).collect();
+        lines.push(format!("{} written in {:.2} s", written.join(" and "), self.elapsed_s));
         lines.join("\n") + "\n"
     }
 }
