@@ -60,7 +60,7 @@ fn one_storey_has_the_topics_that_nav2_asks_for_and_no_folder_is_needed() {
     let arguments = ["--resolution", "0.2", "--date", "all", "--storeys", "0"];
     let (code, text) = run(&arguments, &recording);
     assert_eq!(code, Some(0), "{text}");
-    assert_eq!(files_in(home.path()), [recording.clone()]);
+    assert_eq!(files_in(home.path()), std::slice::from_ref(&recording));
     let first = std::fs::read(&recording).unwrap();
     let (code, text) = run(&[&arguments[..], &["-o", out.to_str().unwrap(), "--threads", "1"]].concat(), &recording);
     assert_eq!(code, Some(0), "{text}");
@@ -80,7 +80,7 @@ fn a_recording_that_cannot_be_made_leaves_what_stands_there() {
         let (found, text) = run(arguments, &recording);
         assert!(found == Some(code) && text.contains(words), "{arguments:?}: {found:?} {text}");
         assert_eq!(std::fs::read_to_string(&recording).unwrap(), "precious");
-        assert_eq!(files_in(home.path()), [recording.clone()]);
+        assert_eq!(files_in(home.path()), std::slice::from_ref(&recording));
     };
     let out = home.path().join("out");
     check(&["--date", "2024-04-15"], 2, "give --date all");

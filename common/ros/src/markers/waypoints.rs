@@ -10,6 +10,8 @@ use messages::{MissionPlan, NoWaypoint, Site, WaypointKind, WaypointRecord};
 const SCAN: ColorRGBA = ColorRGBA { r: 0.75, g: 0.2, b: 0.75, a: 1.0 };
 /// Diameter of the ball in a space without a waypoint, in metres.
 const BALL_M: f64 = 0.3;
+/// How far below the middle of a space the reason stands, in metres: its name and state stand there.
+const REASON_BELOW_M: f64 = 0.8;
 
 /// The waypoints of a map storey: arrows in `waypoints` by id, with their place in the tour in `waypoint_order`; centres green,
 /// scans violet, scans that only join others orange. `tour` is the way through them. Spaces to which no way leads at this date
@@ -34,9 +36,10 @@ pub fn waypoints(
     }
     for (index, space) in site.spaces.iter().enumerate().filter(|(_, s)| s.map_storey == map_storey) {
         if is_not_reached(mission_plan.spaces[index].why.get()) {
-            let at_m = space.centroid_m;
-            drawing.spheres(("not_reached", index), BLOCKED, BALL_M, vec![point(at_m)]);
-            drawing.text(("not_reached_reasons", index), BLOCKED, at_m, mission_plan.reason(index).to_owned());
+            let [x, y] = space.centroid_m;
+            drawing.spheres(("not_reached", index), BLOCKED, BALL_M, vec![point([x, y])]);
+            let (place, reason) = ([x, y - REASON_BELOW_M], mission_plan.reason(index).to_owned());
+            drawing.text(("not_reached_reasons", index), BLOCKED, place, reason);
         }
     }
     drawing.finish()

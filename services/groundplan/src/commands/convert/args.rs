@@ -102,11 +102,12 @@ Topics of --mcap (profile ros2; written whole or not at all, the same bytes for 
   /groundplan/map               planning.pgm as nav_msgs/OccupancyGrid
   /groundplan/localization_map  localization.pgm
   /groundplan/keepout_mask      keepout.pgm, with keepout_info for Nav2's costmap filter
-  /groundplan/rooms             outlines, names and states of rooms, doors, edges of floors, as markers
+  /groundplan/rooms             rooms with names and states, doors, edges of floors, as markers
   /groundplan/waypoints         waypoints with the tour; rooms that are not reached, and why
   /groundplan/route             ways of the route graph
-Of several storeys each has topics /groundplan/<storey>/map .. and a frame <storey>, which /tf_static
-lifts to its floor in the frame map. Stamps are the plan time, as if the site's clock showed UTC.
+Of several storeys each has topics /groundplan/<storey>/map .. and a frame <storey>, which
+/tf_static lifts to its floor in the frame map. Stamps are the plan time, as if the site's clock
+showed UTC.
 
 A line per storey ends with `31 of 156 m2 reached, 5 parts` where waypoints cannot be everywhere:
 of the floor on which the middle of the robot can be, indoors and outdoors, 31 m2 hang together
