@@ -66,8 +66,8 @@ impl Site {
         let client = support::client();
         let bin = self.home.path().join("bin");
         fs::create_dir(&bin).unwrap();
-        let daemons = bus::Daemon::SUPERVISED.map(bus::Daemon::name);
-        for name in daemons.into_iter().chain(["groundplan"]) {
+        let daemons = bus::Daemon::ALL.into_iter().filter(|daemon| daemon.is_of_site()).map(bus::Daemon::name);
+        for name in daemons.chain(["groundplan"]) {
             let (from, to) = (client.with_file_name(name), bin.join(name));
             if fs::hard_link(&from, &to).is_err() {
                 fs::copy(&from, &to).unwrap();
