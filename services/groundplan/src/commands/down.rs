@@ -3,7 +3,7 @@
 use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::supervise::{TIMEOUT, running};
+use crate::supervise::{DOWN_TIMEOUT, running};
 use rustix::process::{Signal, kill_process};
 use std::time::{Duration, Instant};
 
@@ -27,7 +27,7 @@ impl Run for Args {
         let config = self.site.config()?;
         let pid = running(&config.state).ok_or_else(|| Failure::work("the site is not up"))?;
         kill_process(pid, Signal::TERM).map_err(Failure::work)?;
-        let deadline = Instant::now() + 3 * TIMEOUT;
+        let deadline = Instant::now() + DOWN_TIMEOUT;
         while running(&config.state).is_some() {
             if Instant::now() >= deadline {
                 return Err(Failure::work(format!("process {} does not leave", pid.as_raw_nonzero())));

@@ -5,5 +5,5 @@ mod process;
 mod running;
 
 pub(crate) use executables::{check_versions, executable, version_of};
-pub(crate) use process::{SupervisedProcess, TIMEOUT};
+pub(crate) use process::{DOWN_TIMEOUT, SupervisedProcess};
 pub(crate) use running::{Running, running};

@@ -18,7 +18,11 @@ const WATCHDOG: Duration = Duration::from_secs(10);
 /// So many looks in a row must find the report too old: where all processes stood still, they get time to report.
 const MIN_LATE: u32 = 3;
 /// Processes that do not leave by themselves within this time are killed.
-pub(crate) const TIMEOUT: Duration = Duration::from_secs(3);
+const TIMEOUT: Duration = Duration::from_secs(3);
+/// The same for the keeper, which removes the bus: what a killed one leaves stays in memory until the next start.
+const KEEPER_TIMEOUT: Duration = Duration::from_secs(15);
+/// A site is down within this time.
+pub(crate) const DOWN_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// A supervised process.
 pub(crate) struct SupervisedProcess {
@@ -114,7 +118,7 @@ impl SupervisedProcess {
     /// Waits until it has left, and kills it if it does not.
     pub(crate) fn stop(&mut self) {
         let Some(child) = &mut self.child else { return };
-        let deadline = Instant::now() + TIMEOUT;
+        let deadline = Instant::now() + if self.process == SiteProcess::Keeper { KEEPER_TIMEOUT } else { TIMEOUT };
         while child.try_wait().is_ok_and(|status| status.is_none()) {
             if Instant::now() >= deadline {
                 warn!(service = self.process.name(), "does not leave; it is killed");
