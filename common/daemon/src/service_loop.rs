@@ -293,7 +293,11 @@ impl<R: Request> ServiceLoop<R> {
         let is_configuration = std::mem::take(&mut self.is_configuring);
         if self.attachment == Attachment::Underway {
             self.attachment = match &outcome.result {
-                Ok(_) => Attachment::Done,
+                Ok(_) => {
+                    // Why it could not attach before, maybe to an earlier generation, is over.
+                    self.report.succeeded();
+                    Attachment::Done
+                }
                 Err(_) => Attachment::Wanted(Instant::now() + HEARTBEAT_PERIOD),
             };
         }
