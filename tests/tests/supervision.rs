@@ -34,7 +34,8 @@ fn a_daemon_that_hangs_is_told_killed_and_started_again() {
     });
     wait_until(&live, "it is started again", |status| {
         let daemon = &status["daemons"]["schedule-eval"];
-        status["healthy"] == true && daemon["process_id"] != before && daemon["restarts"] == 1
+        let has_begun = status["clock"]["valid_until"].is_string();
+        status["healthy"] == true && has_begun && daemon["process_id"] != before && daemon["restarts"] == 1
     });
     let metrics = live.text(&[&"metrics"]);
     for line in [
