@@ -51,6 +51,8 @@ impl MapStore {
     /// The file system refuses.
     pub(crate) fn write(&self, content_hash: u64, content: &MapFileContent) -> Result<(), MapStoreError> {
         let [image, description] = self.paths(content_hash);
+        fs::create_dir_all(&self.folder)
+            .map_err(|source| MapStoreError::Write { path: self.folder.clone(), source })?;
         for (path, bytes) in [(image, &content.image[..]), (description, content.description.as_bytes())] {
             write_durably(&path, bytes).map_err(|source| MapStoreError::Write { path, source })?;
         }
