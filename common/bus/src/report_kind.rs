@@ -1,4 +1,4 @@
-//! What users of other accounts may ask a relay for beside the bus.
+//! Reports of a site that a relay gives to other users, beside the bus.
 
 /// A report of a site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -356,7 +356,7 @@ impl IngestService {
     /// The files, with what was read of those that are in force.
     fn model_files(&self) -> Vec<ModelFile> {
         let site = self.output.last().map(Checked::view);
-        let mut sha256 = site.iter().flat_map(|site| site.sources).map(|source| hexadecimal(&source.sha256));
+        let mut sha256 = site.iter().flat_map(|site| site.sources).map(|source| export::hex(&source.sha256));
         self.revisions.models.iter().map(|path| ModelFile { path: path.clone(), sha256: sha256.next() }).collect()
     }
 
@@ -374,10 +374,6 @@ impl IngestService {
             warn!(service = "ifc-ingest", error = chain(&why), "the history cannot be written");
         }
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn frame_of(site: &Checked<payload::Site>) -> SiteFrame {

@@ -1,4 +1,4 @@
-//! What came from a relay and was not taken yet.
+//! The inbox of a relay's client: samples, replies and reports that were not taken yet.
 
 use crate::error::CommandError;
 use crate::limits::{REPLY_BUFFER, STATUS_BUFFER};

@@ -1,4 +1,4 @@
-//! What a client concludes from a daemon's last report.
+//! Conclusions from a daemon's last report.
 
 use bus::{HEARTBEAT_PERIOD, MISSED_HEARTBEATS};
 use daemon::Report;

@@ -1,4 +1,4 @@
-//! What the worker does next, and what becomes of its results.
+//! The next job of the worker, and the use of its results.
 
 use super::AlignService;
 use crate::background_worker::Outcome;

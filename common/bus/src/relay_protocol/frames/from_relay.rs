@@ -1,4 +1,4 @@
-//! What a relay says to a client, as frames and back.
+//! Messages of a relay to a client, as frames and back.
 
 use super::{Frame, ProtocolError, number_and_rest, number_of, numbered, topic_of};
 use crate::error::CommandError;

@@ -1,4 +1,4 @@
-//! What a client says to a relay, as frames and back.
+//! Messages of a client to a relay, as frames and back.
 
 use super::{Frame, ProtocolError, number_and_rest, number_of, numbered, topic_of};
 use crate::limits::MAX_COMMAND_BYTES;
