@@ -41,6 +41,7 @@
 
 mod accounts;
 mod bus;
+mod chain;
 mod command;
 mod consistent_set;
 mod domain;
@@ -74,6 +75,7 @@ mod wakeup;
 
 pub use accounts::names_of_users;
 pub use bus::{Bus, relayed_report};
+pub use chain::chain;
 pub use command::{Command, CommandClient, CommandServer, OpenCommand, Reply};
 pub use consistent_set::{ConsistentSet, GRIDS_LATE, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, MapVerdict, NoMapReason};
 pub use domain::Domain;

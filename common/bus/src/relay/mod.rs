@@ -18,6 +18,7 @@ mod sockets;
 #[cfg(test)]
 mod tests;
 
+use crate::chain::chain;
 use crate::domain::Domain;
 use crate::error::DomainError;
 use crate::relay_protocol::{FromRelay, Refusal};
@@ -28,7 +29,7 @@ pub use event::RelayEvent;
 use report::Reports;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
-use session::{Session, with_causes};
+use session::Session;
 use sockets::{Accepted, Sockets};
 use std::io;
 use std::mem::discriminant;
@@ -127,7 +128,7 @@ impl Relay {
 
     /// Why the bus that is there cannot be joined.
     pub fn trouble(&self) -> Option<String> {
-        self.trouble.as_ref().map(with_causes)
+        self.trouble.as_ref().map(|error| chain(error))
     }
 
     /// Joins the bus, if it is there and not joined.
@@ -148,7 +149,7 @@ impl Relay {
         if let Some(error) = &trouble
             && self.trouble.as_ref().map(discriminant) != Some(discriminant(error))
         {
-            on_event(RelayEvent::CannotJoin { reason: with_causes(error) });
+            on_event(RelayEvent::CannotJoin { reason: chain(error) });
         }
         self.trouble = trouble;
     }
@@ -252,7 +253,7 @@ impl Relay {
                     client.handle(welcome, &session.bus, &mut session.feeds, reports, on_event)
                 }
                 None => {
-                    let reason = trouble.as_ref().map(with_causes);
+                    let reason = trouble.as_ref().map(|error| chain(error));
                     client.refuse(reason.map_or(Refusal::NoBus, Refusal::CannotJoin));
                     Ok(())
                 }

@@ -7,7 +7,6 @@ use crate::error::DomainError;
 use crate::names::Daemon;
 use crate::status::StatusReader;
 use crate::waiter::Waiter;
-use std::error::Error;
 
 /// What it has open.
 pub(super) struct Session {
@@ -26,15 +25,4 @@ impl Session {
             .map_err(|error| DomainError::Refused { what: "status stream".to_owned(), reason: error.to_string() })?;
         Ok(Self { feeds: Feeds::default(), status, bus, waiter })
     }
-}
-
-/// An error with its causes.
-pub(super) fn with_causes(error: &DomainError) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
 }

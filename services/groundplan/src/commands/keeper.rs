@@ -1,9 +1,8 @@
 //! `groundplan keeper`: creates the bus and removes resources of dead participants.
 
-use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::site_service::run_logged;
+use crate::site_service::ServiceArgs;
 use bus::{DomainError, Keeper};
 use daemon::{ProcessReport, SiteConfig, SiteProcess, StopSignal};
 use std::time::Duration;
@@ -16,13 +15,9 @@ const ACTIVITY: &str = "holds bus";
 /// Arguments of `keeper`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// The site.
+    /// The site, and when to stop.
     #[command(flatten)]
-    site: SiteArgs,
-
-    /// Stop when standard input ends
-    #[arg(long)]
-    with_stdin: bool,
+    service: ServiceArgs,
 }
 
 impl Run for Args {
@@ -31,14 +26,12 @@ impl Run for Args {
     /// # Errors
     /// A bus that cannot be created.
     fn run(&self) -> Result<Outcome, Failure> {
-        let config = self.site.own_config()?;
-        run_logged(&config, "keeper", || hold_bus(&config, self.with_stdin))
+        self.service.run("keeper", hold_bus)
     }
 }
 
-fn hold_bus(config: &SiteConfig, with_stdin: bool) -> Result<(), Failure> {
+fn hold_bus(config: &SiteConfig, mut stop: StopSignal) -> Result<(), Failure> {
     let domain = config.domain().map_err(Failure::usage)?;
-    let mut stop = StopSignal::listen(with_stdin).map_err(Failure::work)?;
     let mut keeper = Keeper::start(&domain).map_err(Failure::work)?;
     info!(service = "keeper", generation = keeper.generation(), "bus created");
     let mut report = ProcessReport::of(&config.bus.root, SiteProcess::Keeper);

@@ -1,9 +1,8 @@
 //! `groundplan relay`: lets other users than the bus's own look at the site, and send commands.
 
-use crate::args::SiteArgs;
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
-use crate::site_service::run_logged;
+use crate::site_service::ServiceArgs;
 use bus::{Daemon, Relay, RelayEvent, RelayOptions, ReportKind};
 use daemon::{History, ProcessReport, SiteConfig, SiteProcess, StatusBoard, StopSignal};
 use std::time::Duration;
@@ -19,13 +18,9 @@ const MAX_LOGGED: usize = 400;
 /// Arguments of `relay`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// The site.
+    /// The site, and when to stop.
     #[command(flatten)]
-    site: SiteArgs,
-
-    /// Stop when standard input ends
-    #[arg(long)]
-    with_stdin: bool,
+    service: ServiceArgs,
 }
 
 impl Run for Args {
@@ -34,14 +29,12 @@ impl Run for Args {
     /// # Errors
     /// A bus of another user, sockets that cannot be opened.
     fn run(&self) -> Result<Outcome, Failure> {
-        let config = self.site.own_config()?;
-        run_logged(&config, "relay", || serve(&config, self.with_stdin))
+        self.service.run("relay", serve)
     }
 }
 
-fn serve(config: &SiteConfig, with_stdin: bool) -> Result<(), Failure> {
+fn serve(config: &SiteConfig, stop: StopSignal) -> Result<(), Failure> {
     let domain = config.domain().map_err(Failure::usage)?;
-    let stop = StopSignal::listen(with_stdin).map_err(Failure::work)?;
     let (board, history) = (StatusBoard::of(&config.bus.root), History::at(&config.state));
     let group = |name: &str| Some(name.to_owned()).filter(|name| !name.is_empty());
     let options = RelayOptions {

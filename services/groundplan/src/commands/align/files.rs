@@ -13,7 +13,6 @@ use occupancy::OccupancyMap;
 use serde::Deserialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// Aligns a map of the robot with those of a folder, or with one.
@@ -107,8 +106,5 @@ fn sha256(path: &Path) -> Result<String, Failure> {
     // A folder is identified by its manifest, which has the sums of all its files.
     let path = if path.is_dir() { path.join("manifest.json") } else { path.to_owned() };
     let bytes = std::fs::read(path).map_err(Failure::work)?;
-    Ok(Sha256::digest(bytes).iter().fold(String::new(), |mut hex, byte| {
-        let _ = write!(hex, "{byte:02x}");
-        hex
-    }))
+    Ok(export::hex(&Sha256::digest(bytes)))
 }
