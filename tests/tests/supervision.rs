@@ -97,7 +97,7 @@ fn every_process_logs_as_the_site_wants_it() {
     let prefix = root.path().file_name().unwrap().to_string_lossy().replace('.', "");
     let text = format!(
         "state = \"state\"\nthreads = 1\n[log]\nformat = \"json\"\n[bus]\nprefix = \"{prefix}_\"\nroot = {:?}\n",
-        root.path()
+        root.path().join("bus")
     );
     std::fs::write(&config, text).unwrap();
     let mut up = Command::new(support::client());

@@ -41,6 +41,11 @@ impl Lock {
     pub(crate) fn identity(&self) -> io::Result<FileIdentity> {
         Ok(FileIdentity::of(&self.file.metadata()?))
     }
+
+    /// Makes a shared lock exclusive if nobody else holds one; otherwise the shared one may be lost.
+    pub(crate) fn make_exclusive(&self) -> bool {
+        flock(&self.file, FlockOperation::NonBlockingLockExclusive).is_ok()
+    }
 }
 
 impl Drop for Lock {

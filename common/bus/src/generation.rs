@@ -246,13 +246,19 @@ impl Place {
         Ok(found)
     }
 
+    /// Removes the files of a generation, which the caller knows to have no members.
+    pub(crate) fn remove_files(&self, generation: u64) -> Result<(), DomainError> {
+        // Both, also if one of them fails: segments are memory.
+        let removed = remove_segments(&self.prefix_of(generation));
+        let folder = self.folder_of(generation);
+        remove(&folder, fs::remove_dir_all(&folder)).and(removed)
+    }
+
     /// Removes a generation without members; false if it has one.
     pub(crate) fn remove(&self, generation: u64) -> Result<bool, DomainError> {
         let path = self.lock_path(generation);
         let Some(_lock) = try_lock(&path, FlockOperation::NonBlockingLockExclusive)? else { return Ok(false) };
-        let folder = self.folder_of(generation);
-        remove(&folder, fs::remove_dir_all(&folder))?;
-        remove_segments(&self.prefix_of(generation))?;
+        self.remove_files(generation)?;
         // Last: while the lock file exists, the number is not taken for that of a removed generation.
         remove(&path, fs::remove_file(&path))?;
         Ok(true)
@@ -327,6 +333,17 @@ mod tests {
         fs::write(&segment, "x").unwrap();
         assert_eq!(place.numbers().unwrap(), [41]);
         assert!(place.remove(41).unwrap() && !segment.exists());
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_removed_keeps_no_segments() {
+        let folder = tempfile::tempdir().unwrap();
+        let prefix = format!("gpk{:x}_", std::process::id());
+        let place = Place::new(&prefix, folder.path()).unwrap();
+        let segment = Path::new(SHARED_MEMORY).join(format!("{prefix}5_left"));
+        fs::write(&segment, "x").unwrap();
+        fs::write(place.folder_of(5), "no folder").unwrap();
+        assert!(matches!(place.remove(5), Err(DomainError::File { .. })) && !segment.exists());
     }
 
     #[test]

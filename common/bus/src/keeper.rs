@@ -133,6 +133,11 @@ impl Drop for Keeper {
         if self.place.current().is_ok_and(|current| current == Some(self.generation)) {
             let _ = self.place.withdraw();
         }
+        // The bus library lists all shared memory of the machine for each service that it removes. One who is killed
+        // meanwhile leaves nothing if the files went before.
+        if self.services.as_ref().is_some_and(ipc::Services::outlive_all_members) {
+            let _ = self.place.remove_files(self.generation);
+        }
         self.services = None;
         let _ = self.remove_others();
         let _ = self.place.remove(self.generation);

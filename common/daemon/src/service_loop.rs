@@ -349,7 +349,7 @@ impl<R: Request> ServiceLoop<R> {
 mod tests {
     use crate::client::{Answer, Client, ClientError};
     use crate::progress::Progress;
-    use crate::testing::{DEADLINE, RecordingService, TestDaemon, TestRequest, spawn_daemon, wait_for};
+    use crate::testing::{DEADLINE, RecordingService, TestRequest, spawn_daemon, wait_for};
     use bus::{Daemon, Reply};
     use std::sync::mpsc::channel;
     use std::time::Duration;
@@ -357,26 +357,24 @@ mod tests {
     #[test]
     fn a_service_is_woken_when_it_asked_for_it_and_not_before() {
         let wake_in = Duration::from_millis(150);
-        let TestDaemon { events, .. } =
-            spawn_daemon(RecordingService { wake_in: Some(wake_in), ..RecordingService::default() });
-        let (attached, first) = events.recv_timeout(DEADLINE).unwrap();
-        let (woken, second) = events.recv_timeout(DEADLINE).unwrap();
+        let test_daemon = spawn_daemon(RecordingService { wake_in: Some(wake_in), ..RecordingService::default() });
+        let (attached, first) = test_daemon.events.recv_timeout(DEADLINE).unwrap();
+        let (woken, second) = test_daemon.events.recv_timeout(DEADLINE).unwrap();
         assert_eq!((first, second), ("attached", "tick"));
         assert!(wake_in <= woken - attached);
     }
 
     #[test]
     fn a_service_that_cannot_attach_tries_again_and_gets_nothing_before() {
-        let TestDaemon { events, .. } = spawn_daemon(RecordingService { n_refusals: 2, ..RecordingService::default() });
-        let first: Vec<&str> = (0..4).map(|_| events.recv_timeout(DEADLINE).unwrap().1).collect();
+        let test_daemon = spawn_daemon(RecordingService { n_refusals: 2, ..RecordingService::default() });
+        let first: Vec<&str> = (0..4).map(|_| test_daemon.events.recv_timeout(DEADLINE).unwrap().1).collect();
         assert_eq!(first, ["refused", "refused", "attached", "tick"]);
     }
 
     #[test]
     fn a_service_that_panics_ends_its_daemon() {
-        let TestDaemon { end, .. } =
-            spawn_daemon(RecordingService { panics_at_tick: true, ..RecordingService::default() });
-        assert_eq!(end.recv_timeout(DEADLINE).unwrap(), "the service has panicked");
+        let test_daemon = spawn_daemon(RecordingService { panics_at_tick: true, ..RecordingService::default() });
+        assert_eq!(test_daemon.end.recv_timeout(DEADLINE).unwrap(), "the service has panicked");
     }
 
     #[test]

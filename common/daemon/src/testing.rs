@@ -102,6 +102,24 @@ pub(crate) struct TestDaemon {
     /// Why it ended, if it did by itself.
     pub(crate) end: Receiver<String>,
     domain: Domain,
+    _files: BusFiles,
+}
+
+/// Files of a bus whose daemon does not end: they go with the test.
+struct BusFiles {
+    prefix: String,
+    _root: tempfile::TempDir,
+}
+
+impl Drop for BusFiles {
+    fn drop(&mut self) {
+        for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
+            if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
+                // The daemon may remove it at this moment.
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
 }
 
 impl TestDaemon {
@@ -130,7 +148,6 @@ pub(crate) fn spawn_daemon(service: RecordingService) -> TestDaemon {
     let domain = Domain::shared(&prefix, root.path()).unwrap();
     let of_daemon = domain.clone();
     std::thread::spawn(move || {
-        let _root = root;
         let _keeper = Keeper::start(&of_daemon).unwrap();
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("site.toml");
@@ -146,7 +163,7 @@ pub(crate) fn spawn_daemon(service: RecordingService) -> TestDaemon {
         let result = service_loop.run_until_stopped(&of_daemon, StopSignal::listen(false).unwrap());
         let _ = ended.send(result.map_or_else(|why| why.to_string(), |()| "stopped".to_owned()));
     });
-    TestDaemon { events, end, domain }
+    TestDaemon { events, end, domain, _files: BusFiles { prefix, _root: root } }
 }
 
 /// Waits until there is one.

@@ -114,6 +114,8 @@ impl Live {
 
 impl Drop for Live {
     fn drop(&mut self) {
+        // The relay's folder is beside that of the bus; without a relay there is none.
+        let _ = std::fs::remove_dir_all(format!("{}-relay", self.root.path().display()));
         if let Some(mut up) = self.up.take() {
             // After a failure: its children leave with it.
             let _ = up.kill();

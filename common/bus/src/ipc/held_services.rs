@@ -17,7 +17,7 @@ pub(crate) struct Services {
     _commands: Vec<services::CommandService>,
     _event_services: Vec<services::EventServiceFactory>,
     node: Node<Service>,
-    _member_lock: Lock,
+    member_lock: Lock,
 }
 
 impl Services {
@@ -43,8 +43,15 @@ impl Services {
             _commands: commands,
             _event_services: event_ports,
             node,
-            _member_lock: member_lock,
+            member_lock,
         })
+    }
+
+    /// True if no participant is left; the generation's lock is then exclusive, so that nobody joins it.
+    ///
+    /// To be asked before these services are dropped, and not before: the place among the members may be lost by it.
+    pub(crate) fn outlive_all_members(&self) -> bool {
+        self.member_lock.make_exclusive()
     }
 
     /// Returns what dead participants left; the number of them.

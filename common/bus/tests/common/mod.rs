@@ -46,6 +46,8 @@ impl Fixture {
 
 impl Drop for Fixture {
     fn drop(&mut self) {
+        // Without a relay there is none.
+        let _ = std::fs::remove_dir_all(self.domain.relay_folder());
         for segment in self.segments() {
             let _ = std::fs::remove_file(segment);
         }
