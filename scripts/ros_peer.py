@@ -2,12 +2,18 @@
 """A peer of ros-bridge in the ROS 2 graph, with CycloneDDS and without ROS: prints what the bridge publishes.
 
 usage: ros_peer.py [--domain N] [--namespace /groundplan] [--for SECONDS] [--publish-slam-map FILE.yaml --topic /map]
+                   [--robot-at X,Y,YAW] [--plan X,Y,X,Y] [--nav2] [--call SERVICE] [--set NAME=VALUE]
 
-Each message is one JSON line: topic, frame, and what a person wants to know of it. With --publish-slam-map it is the
-robot: it publishes a map of a map server as SLAM would, latched, once a second.
+Each message is one JSON line: topic, frame, and what a person wants to know of it.
+--publish-slam-map  it is the robot: it publishes a map of a map server as SLAM would, latched, once a second
+--robot-at          it is the robot: its pose in its map on /tf
+--plan              it is a planner: the shortest way over map and mask, as Nav2's costmap applies them
+--nav2              it is Nav2: it answers the calls by which it is stopped, loaded and resumed
+--call, --set       it calls next_change, align or confirm, or sets a parameter, once, and prints the answer
 """
 
 import argparse
+import collections
 import hashlib
 import json
 import math
@@ -19,7 +25,7 @@ from dataclasses import dataclass
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8, uint32
+from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint32, uint64
 from cyclonedds.pub import DataWriter, Publisher
 from cyclonedds.sub import DataReader, Subscriber
 from cyclonedds.topic import Topic
@@ -135,6 +141,110 @@ class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
     transforms: sequence[TransformStamped]
 
 
+@dataclass
+class TriggerRequest(IdlStruct, typename="std_srvs::srv::dds_::Trigger_Request_"):
+    client: uint64
+    number: int64
+    nothing: uint8
+
+
+@dataclass
+class TriggerResponse(IdlStruct, typename="std_srvs::srv::dds_::Trigger_Response_"):
+    client: uint64
+    number: int64
+    success: bool
+    message: str
+
+
+@dataclass
+class ParameterValue(IdlStruct, typename="rcl_interfaces::msg::dds_::ParameterValue_"):
+    type: uint8
+    bool_value: bool
+    integer_value: int64
+    double_value: float64
+    string_value: str
+    byte_array_value: sequence[uint8]
+    bool_array_value: sequence[bool]
+    integer_array_value: sequence[int64]
+    double_array_value: sequence[float64]
+    string_array_value: sequence[str]
+
+
+@dataclass
+class Parameter(IdlStruct, typename="rcl_interfaces::msg::dds_::Parameter_"):
+    name: str
+    value: ParameterValue
+
+
+@dataclass
+class SetParametersRequest(IdlStruct, typename="rcl_interfaces::srv::dds_::SetParameters_Request_"):
+    client: uint64
+    number: int64
+    parameters: sequence[Parameter]
+
+
+@dataclass
+class SetParametersResult(IdlStruct, typename="rcl_interfaces::msg::dds_::SetParametersResult_"):
+    successful: bool
+    reason: str
+
+
+@dataclass
+class SetParametersResponse(IdlStruct, typename="rcl_interfaces::srv::dds_::SetParameters_Response_"):
+    client: uint64
+    number: int64
+    results: sequence[SetParametersResult]
+
+
+@dataclass
+class GoalInfo(IdlStruct, typename="action_msgs::msg::dds_::GoalInfo_"):
+    goal_id: array[uint8, 16]
+    stamp: Time
+
+
+@dataclass
+class CancelGoalRequest(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Request_"):
+    client: uint64
+    number: int64
+    goal_info: GoalInfo
+
+
+@dataclass
+class CancelGoalResponse(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Response_"):
+    client: uint64
+    number: int64
+    return_code: int8
+    goals_canceling: sequence[GoalInfo]
+
+
+@dataclass
+class ClearRequest(IdlStruct, typename="nav2_msgs::srv::dds_::ClearEntireCostmap_Request_"):
+    client: uint64
+    number: int64
+    nothing: uint8
+
+
+@dataclass
+class ClearResponse(IdlStruct, typename="nav2_msgs::srv::dds_::ClearEntireCostmap_Response_"):
+    client: uint64
+    number: int64
+    nothing: uint8
+
+
+@dataclass
+class SetRouteGraphRequest(IdlStruct, typename="nav2_msgs::srv::dds_::SetRouteGraph_Request_"):
+    client: uint64
+    number: int64
+    graph_filepath: str
+
+
+@dataclass
+class SetRouteGraphResponse(IdlStruct, typename="nav2_msgs::srv::dds_::SetRouteGraph_Response_"):
+    client: uint64
+    number: int64
+    success: bool
+
+
 LATCHED = Qos(
     Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.TransientLocal, Policy.History.KeepLast(1)
 )
@@ -191,6 +301,123 @@ def read_map(path: pathlib.Path) -> OccupancyGrid:
     return OccupancyGrid(Header(Time(0, 0), "map"), info, list(b"".join(rows)))
 
 
+def length_of_way(planning: OccupancyGrid, mask: OccupancyGrid, ends: list) -> float | None:
+    """Metres of the shortest way over free cells, in steps to four neighbours; None if there is none."""
+    width, height, side = planning.info.width, planning.info.height, planning.info.resolution
+    origin = planning.info.origin.position
+    # Nav2: an unknown cell of the map is lethal with the parameters of the project, one of the mask says nothing.
+    free = [cell == 0 and kept != 100 for cell, kept in zip(bytes(planning.data), bytes(mask.data))]
+    start, goal = (
+        int((y - origin.y) // side) * width + int((x - origin.x) // side) for x, y in (ends[:2], ends[2:])
+    )
+    steps, queue = {start: 0}, collections.deque([start] if free[start] else [])
+    while queue and goal not in steps:
+        cell = queue.popleft()
+        row, column = divmod(cell, width)
+        for at, inside in (
+            (cell - 1, column > 0),
+            (cell + 1, column + 1 < width),
+            (cell - width, row > 0),
+            (cell + width, row + 1 < height),
+        ):
+            if inside and free[at] and at not in steps:
+                steps[at] = steps[cell] + 1
+                queue.append(at)
+    return round(steps[goal] * side, 2) if goal in steps and free[goal] else None
+
+
+class Peer:
+    """The participant, its readers, and what it does of itself."""
+
+    def __init__(self, arguments: argparse.Namespace) -> None:
+        self.arguments = arguments
+        self.participant = DomainParticipant(arguments.domain)
+        self.subscriber, self.publisher = Subscriber(self.participant), Publisher(self.participant)
+        self.own = arguments.namespace.rstrip("/")
+        self.readers = [
+            (name, self.reader(f"rt{name}", kind, qos), shown)
+            for name, kind, qos, shown in [
+                (f"{self.own}/map", OccupancyGrid, LATCHED, of_grid),
+                (f"{self.own}/localization_map", OccupancyGrid, LATCHED, of_grid),
+                (f"{self.own}/keepout_mask", OccupancyGrid, LATCHED, of_grid),
+                (f"{self.own}/keepout_info", CostmapFilterInfo, LATCHED, of_info),
+                (f"{self.own}/changed", String, LATCHED, lambda message: json.loads(message.data)),
+                (f"{self.own}/heartbeat", String, VOLATILE, lambda message: json.loads(message.data)),
+                (f"{self.own}/route_graph", String, LATCHED, lambda message: {"file": message.data}),
+                ("/tf_static", TFMessage, LATCHED, of_transforms),
+                ("/diagnostics", DiagnosticArray, VOLATILE, of_diagnostics),
+            ]
+        ]
+        self.services = []
+        self.grids = {}
+        self.calls = []
+
+    def reader(self, name: str, kind: type, qos: Qos) -> DataReader:
+        return DataReader(self.subscriber, Topic(self.participant, name, kind), qos=qos)
+
+    def writer(self, name: str, kind: type, qos: Qos) -> DataWriter:
+        return DataWriter(self.publisher, Topic(self.participant, name, kind), qos=qos)
+
+    def serve(self, name: str, request: type, response: type, answer: list) -> None:
+        """Answers calls of a service with these fields behind its header."""
+        reader = self.reader(f"rq{name}Request", request, VOLATILE)
+        writer = self.writer(f"rr{name}Reply", response, VOLATILE)
+        self.services.append((name, reader, lambda asked: writer.write(response(asked.client, asked.number, *answer))))
+
+    def call(self, name: str, request: type, response: type, fields: list) -> None:
+        """Calls a service once, when there is one that can answer."""
+        writer = self.writer(f"rq{name}Request", request, VOLATILE)
+        reader = self.reader(f"rr{name}Reply", response, VOLATILE)
+        self.calls.append([name, writer, reader, request(0x67726F756E64, 1, *fields), time.monotonic() + 1])
+
+    def spin(self) -> None:
+        for name, reader, shown in self.readers:
+            for message in reader.take(10):
+                if message.sample_info.valid_data:
+                    frame = message.header.frame_id if hasattr(message, "header") else None
+                    self.print({"topic": name, "frame": frame, **shown(message)})
+                    if isinstance(message, OccupancyGrid):
+                        self.grids[name] = message
+                        self.plan()
+        for name, reader, answer in self.services:
+            for asked in reader.take(10):
+                if asked.sample_info.valid_data:
+                    answer(asked)
+                    path = {"file": asked.graph_filepath} if hasattr(asked, "graph_filepath") else {}
+                    self.print({"topic": name, "called": True, **path})
+        for call in self.calls:
+            name, writer, reader, request, due = call
+            # A service that has just been found may not have found its caller yet.
+            if request and time.monotonic() >= due and writer.get_matched_subscriptions() and reader.get_matched_publications():
+                writer.write(request)
+                call[3] = None
+            for answer in reader.take(10):
+                if answer.sample_info.valid_data and answer.number == 1:
+                    results = getattr(answer, "results", None)
+                    first = results[0] if results else answer
+                    words = {"success": first.successful, "message": first.reason} if results else vars(answer)
+                    self.print({"topic": name, "success": words["success"], "message": words["message"]})
+
+    def plan(self) -> None:
+        planning, mask = (self.grids.get(f"{self.own}/{name}") for name in ("map", "keepout_mask"))
+        if self.arguments.plan and planning and mask and len(planning.data) == len(mask.data):
+            self.print({"topic": "plan", "length_m": length_of_way(planning, mask, self.arguments.plan)})
+
+    @staticmethod
+    def print(document: dict) -> None:
+        print(json.dumps({**document, "at_s": round(time.time(), 3)}), flush=True)
+
+
+def numbers(text: str) -> list:
+    return [float(number) for number in text.split(",")]
+
+
+def value_of(text: str) -> ParameterValue:
+    integer = int(text) if text.lstrip("-").isdigit() else None
+    kind, words = (4, text) if integer is None else (2, "")
+    return ParameterValue(kind, False, integer or 0, 0.0, words, [], [], [], [], [])
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--domain", type=int, default=0)
@@ -198,40 +425,45 @@ def main() -> None:
     parser.add_argument("--for", dest="seconds", type=float, default=math.inf)
     parser.add_argument("--publish-slam-map", type=pathlib.Path)
     parser.add_argument("--topic", default="/map")
+    parser.add_argument("--robot-at", type=numbers)
+    parser.add_argument("--plan", type=numbers)
+    parser.add_argument("--nav2", action="store_true")
+    parser.add_argument("--call", action="append", default=[])
+    parser.add_argument("--set", action="append", default=[])
     arguments = parser.parse_args()
-    participant = DomainParticipant(arguments.domain)
-    subscriber, publisher = Subscriber(participant), Publisher(participant)
-    own = arguments.namespace.rstrip("/")
-    wanted = [
-        (f"{own}/map", OccupancyGrid, LATCHED, of_grid),
-        (f"{own}/localization_map", OccupancyGrid, LATCHED, of_grid),
-        (f"{own}/keepout_mask", OccupancyGrid, LATCHED, of_grid),
-        (f"{own}/keepout_info", CostmapFilterInfo, LATCHED, of_info),
-        (f"{own}/changed", String, LATCHED, lambda message: json.loads(message.data)),
-        ("/tf_static", TFMessage, LATCHED, of_transforms),
-        ("/diagnostics", DiagnosticArray, VOLATILE, of_diagnostics),
-    ]
-    readers = []
-    for name, kind, qos, shown in wanted:
-        topic = Topic(participant, f"rt{name}", kind)
-        readers.append((name, DataReader(subscriber, topic, qos=qos), shown))
-    writer = slam_map = None
+    peer = Peer(arguments)
+    if arguments.nav2:
+        for action in ("navigate_to_pose", "navigate_through_poses", "follow_waypoints"):
+            name = f"/{action}/_action/cancel_goal"
+            peer.serve(name, CancelGoalRequest, CancelGoalResponse, [0, []])
+        for costmap in ("global_costmap", "local_costmap"):
+            peer.serve(f"/{costmap}/clear_entirely_{costmap}", ClearRequest, ClearResponse, [0])
+        peer.serve("/route_server/set_route_graph", SetRouteGraphRequest, SetRouteGraphResponse, [True])
+    for name in arguments.call:
+        peer.call(f"{peer.own}/{name}", TriggerRequest, TriggerResponse, [0])
+    for name, _, value in (text.partition("=") for text in arguments.set):
+        parameters = [Parameter(name, value_of(value))]
+        peer.call(f"{peer.own}/ros_bridge/set_parameters", SetParametersRequest, SetParametersResponse, [parameters])
+    slam_map = slam_map_writer = tf_writer = None
     if arguments.publish_slam_map:
         slam_map = read_map(arguments.publish_slam_map)
-        writer = DataWriter(publisher, Topic(participant, f"rt{arguments.topic}", OccupancyGrid), qos=LATCHED)
-    begun = published = time.monotonic()
-    published -= 10
-    while time.monotonic() - begun < arguments.seconds:
-        if writer and time.monotonic() - published >= 1:
-            writer.write(slam_map)
-            published = time.monotonic()
-        for name, reader, shown in readers:
-            for message in reader.take(10):
-                if not message.sample_info.valid_data:
-                    continue
-                frame = message.header.frame_id if hasattr(message, "header") else None
-                print(json.dumps({"topic": name, "frame": frame, **shown(message)}), flush=True)
-        time.sleep(0.02)
+        slam_map_writer = peer.writer(f"rt{arguments.topic}", OccupancyGrid, LATCHED)
+    if arguments.robot_at:
+        tf_writer = peer.writer("rt/tf", TFMessage, VOLATILE)
+    begun = time.monotonic()
+    map_due = tf_due = begun
+    while (now := time.monotonic()) - begun < arguments.seconds:
+        if slam_map_writer and now >= map_due:
+            slam_map_writer.write(slam_map)
+            map_due = now + 1
+        if tf_writer and now >= tf_due:
+            x, y, yaw = arguments.robot_at
+            rotation = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+            transform = Transform(Vector3(x, y, 0.0), rotation)
+            tf_writer.write(TFMessage([TransformStamped(Header(Time(0, 0), "map"), "base_link", transform)]))
+            tf_due = now + 0.1
+        peer.spin()
+        time.sleep(0.01)
 
 
 if __name__ == "__main__":

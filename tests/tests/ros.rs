@@ -5,70 +5,9 @@ mod support;
 
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Lines};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
-use std::sync::atomic::{AtomicU16, Ordering};
-use std::time::Instant;
-use support::live::{DEADLINE, Live};
-use support::{announce, convert, demo_model, root, turned_map};
-
-/// True, unless CycloneDDS cannot be had: then it says so.
-fn has_peer() -> bool {
-    let made = Command::new(root().join("scripts/python-env")).arg("cyclonedds==11.0.1").output().unwrap();
-    if !made.status.success() {
-        announce(&format!("SKIPPED: CycloneDDS cannot be installed: {}", String::from_utf8_lossy(&made.stderr)));
-    }
-    made.status.success()
-}
-
-/// A domain that no other test of this process and hardly one of another has.
-fn domain() -> u16 {
-    static NUMBER: AtomicU16 = AtomicU16::new(0);
-    100 + (std::process::id() % 60) as u16 * 2 + NUMBER.fetch_add(1, Ordering::Relaxed) % 2
-}
-
-/// A participant that prints what comes.
-struct Peer {
-    process: Child,
-    lines: Lines<BufReader<ChildStdout>>,
-    /// The last message of each topic.
-    last: BTreeMap<String, Value>,
-}
-
-impl Peer {
-    fn join(domain: u16, more: &[&dyn AsRef<std::ffi::OsStr>]) -> Self {
-        let mut command = Command::new(root().join("target/venv/bin/python"));
-        command.arg(root().join("scripts/ros_peer.py")).args(["--domain", &domain.to_string()]).args(more);
-        let mut process = command.stdout(Stdio::piped()).spawn().unwrap();
-        let lines = BufReader::new(process.stdout.take().unwrap()).lines();
-        Self { process, lines, last: BTreeMap::new() }
-    }
-
-    /// Reads messages until they are as they should be.
-    fn wait_until(&mut self, what: &str, is_so: impl Fn(&BTreeMap<String, Value>) -> bool) {
-        let begun = Instant::now();
-        while !is_so(&self.last) {
-            let line = self.lines.next().unwrap_or_else(|| panic!("{what}: the peer has ended")).unwrap();
-            let message: Value = serde_json::from_str(&line).unwrap();
-            self.last.insert(message["topic"].as_str().unwrap().to_owned(), message);
-            assert!(begun.elapsed() < DEADLINE, "{what}: {:?}", self.last);
-        }
-    }
-}
-
-impl Drop for Peer {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-fn site(domain: u16, more: &str) -> Live {
-    let ros = format!("[schedule]\nplan_time = \"2024-04-15\"\n[ros]\nenabled = true\ndomain_id = {domain}\n{more}");
-    Live::of(&demo_model(), &ros)
-}
+use support::ros_peer::{Peer, domain, has_peer, site};
+use support::{convert, demo_model, turned_map};
 
 /// sha256 of a layer as Nav2's map server publishes the file that `export` writes.
 fn published_by_map_server(folder: &Path, layer: &str) -> String {
@@ -93,7 +32,7 @@ fn a_peer_gets_the_maps_of_the_files_and_those_of_the_next_date() {
     let domain = domain();
     let mut live = site(domain, "");
     let mut early = Peer::join(domain, &[]);
-    early.wait_until("all topics", |last| last.len() >= 6 && last.contains_key("/diagnostics"));
+    early.wait_until("all topics", |last| last.len() >= 8 && last.contains_key("/diagnostics"));
     let map = early.last["/groundplan/map"].clone();
     assert_eq!((&map["frame"], &map["resolution_m"]), (&"site_map".into(), &0.05.into()), "{map}");
     let out = live.home.path().join("out");

@@ -1,5 +1,6 @@
 //! The configuration of a site: a TOML file that all its daemons read; `config/site.toml` explains every key.
 
+use crate::ros_config::RosConfig;
 use bus::{Domain, DomainError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -163,44 +164,6 @@ pub struct WorldConfig {
     pub options: Option<PathBuf>,
     /// True if `groundplan export` writes it unasked.
     pub write: bool,
-}
-
-/// What ros-bridge publishes in ROS 2, and takes from there.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct RosConfig {
-    /// True to run ros-bridge.
-    pub enabled: bool,
-    /// The ROS domain, 0 to 232; that of ROS_DOMAIN_ID if left out, else 0.
-    #[schemars(range(min = 0, max = 232))]
-    pub domain_id: Option<u16>,
-    /// Namespace of the node and of its topics.
-    pub namespace: String,
-    /// Frame of the maps: the model's map.
-    pub frame: String,
-    /// Topic of the planning map; NAMESPACE/map if left out.
-    pub map_topic: Option<String>,
-    /// Index of the map storey that is published; that of the alignment if left out, else the lowest.
-    pub storey: Option<u32>,
-    /// Topic of the robot's SLAM map; none is taken if left out.
-    pub slam_map_topic: Option<String>,
-    /// Frame of the SLAM map: the parent of `frame` in `/tf_static`.
-    pub slam_frame: String,
-}
-
-impl Default for RosConfig {
-    fn default() -> Self {
-        Self {
-            enabled: false,
-            domain_id: None,
-            namespace: "/groundplan".to_owned(),
-            frame: "site_map".to_owned(),
-            map_topic: None,
-            storey: None,
-            slam_map_topic: None,
-            slam_frame: "map".to_owned(),
-        }
-    }
 }
 
 /// The machine's clock.

@@ -40,6 +40,7 @@ mod config_key;
 pub mod facts;
 mod failure;
 mod file_text;
+mod freshness;
 mod history;
 mod input;
 mod latched_output;
@@ -51,6 +52,7 @@ mod request;
 mod request_queue;
 mod requests;
 mod robot_file;
+mod ros_config;
 mod run;
 mod schedule_inputs;
 mod self_report;
@@ -70,13 +72,14 @@ mod testing;
 pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
 pub use config::{
-    AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, RosConfig,
-    ScheduleConfig, SiteConfig, WaypointConfig, WorldConfig,
+    AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, ScheduleConfig,
+    SiteConfig, WaypointConfig, WorldConfig,
 };
 pub use config_file::{ConfigFileError, read_parsed};
 pub use config_key::line_of_key;
 pub use failure::{Failure, chain};
 pub use file_text::FileText;
+pub use freshness::{FRESH_TOLERANCE, Freshness, MapState, MapsInUse, Staleness, Storeys};
 pub use history::{History, HistoryEntry, HistoryEvent, HistoryKind, parse_history};
 pub use input::{Input, NoInput, not_an_input};
 pub use latched_output::LatchedOutput;
@@ -91,6 +94,7 @@ pub use requests::{
     RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer, WaypointRequest,
 };
 pub use robot_file::{Robot, RobotFileError};
+pub use ros_config::{Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping};
 pub use run::{Arguments, in_background, run};
 pub use schedule_inputs::{OBSERVED_TABLE, progress_in_force, read_progress, rules_in_force};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};

@@ -93,6 +93,14 @@ impl StatusBoard {
         serde_json::to_vec(&copy).unwrap_or_default()
     }
 
+    /// The processes of the site: those that are supervised by its configuration, and ros-bridge where it runs without being in
+    /// it (`groundplan up --ros`).
+    pub fn processes(&self, config: &SiteConfig) -> impl Iterator<Item = SiteProcess> + use<> {
+        let bridge = SiteProcess::Daemon(Daemon::RosBridge);
+        let runs_unasked = !config.ros.enabled && self.is_alive(bridge);
+        SiteProcess::supervised(config).chain(runs_unasked.then_some(bridge))
+    }
+
     /// The last report of a process; `None` if there is none that can be read.
     pub fn report<F: DeserializeOwned>(&self, process: impl Into<SiteProcess>) -> Option<Report<F>> {
         let process = process.into();

@@ -81,7 +81,7 @@ pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, statu
 pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
 pub use reach::{FloorReach, NotMapped, RoomNotMapped, spaces_not_mapped};
 pub use report::Report;
-pub use route::SiteGraph;
+pub use route::{SiteGraph, nav2_route_file};
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};
@@ -115,8 +115,8 @@ pub fn files(input: &ExportInput<'_>, more: Vec<ExportFile>) -> Vec<ExportFile> 
             format!("{folder}/waypoints.yaml"),
             waypoints::nav2_yaml(input, grid.head.map_storey),
         ));
-        let route = route::nav2_route(input, grid.head.map_storey);
-        files.push(ExportFile::new(format!("{folder}/route.geojson"), json::text(&route)));
+        let route = nav2_route_file(input, grid.head.map_storey, "map");
+        files.push(ExportFile::new(format!("{folder}/route.geojson"), route));
         files.push(mission_plan_picture::file(&folder, input, grid));
     }
     files.extend(more);

@@ -131,9 +131,13 @@ impl SiteGraph {
     }
 }
 
-/// The graph of a storey as Nav2's route server reads it: edges in both directions, ids that no two features share, and no
-/// null anywhere.
-pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
+/// The graph of a storey as Nav2's route server reads it, GeoJSON in a frame: edges in both directions, ids that no two features
+/// share, and no null anywhere.
+pub fn nav2_route_file(input: &ExportInput<'_>, map_storey: u32, frame_id: &str) -> Vec<u8> {
+    crate::json::text(&nav2_route(input, map_storey, frame_id))
+}
+
+fn nav2_route(input: &ExportInput<'_>, map_storey: u32, frame_id: &str) -> Value {
     let mission_plan = input.mission_plan;
     let mut features = Vec::new();
     for (id, node) in mission_plan.nodes.iter().enumerate().filter(|(_, n)| n.map_storey == map_storey) {
@@ -148,7 +152,7 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
         features.push(json!({
             "type": "Feature",
             "geometry": {"type": "Point", "coordinates": [x, y]},
-            "properties": {"id": id, "frame": "map", "metadata": metadata, "operations": {}},
+            "properties": {"id": id, "frame": frame_id, "metadata": metadata, "operations": {}},
         }));
     }
     let is_here =
@@ -178,14 +182,19 @@ pub(crate) fn nav2_route(input: &ExportInput<'_>, map_storey: u32) -> Value {
         !is_here(e) && e.nodes.iter().any(|&n| mission_plan.nodes[n as usize].map_storey == map_storey)
     };
     features.extend(
-        mission_plan.edges.iter().enumerate().filter(|(_, e)| leads_away(e)).map(|(at, e)| way_up(input, at, e)),
+        mission_plan
+            .edges
+            .iter()
+            .enumerate()
+            .filter(|(_, e)| leads_away(e))
+            .map(|(at, e)| way_up(input, at, e, frame_id)),
     );
     json!({"type": "FeatureCollection", "name": "route", "features": features})
 }
 
 /// A connection to another storey, for readers of the file. It is a collection of one line, because Nav2 takes every
 /// line for an edge of its graph, and the other end of this one is in another storey's graph.
-fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord) -> Value {
+fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord, frame_id: &str) -> Value {
     let storey_of = |node: u32| input.mission_plan.nodes[node as usize].map_storey;
     let [from, to] = edge.nodes;
     let mut metadata = Map::new();
@@ -201,7 +210,7 @@ fn way_up(input: &ExportInput<'_>, at: usize, edge: &RouteEdgeRecord) -> Value {
     json!({
         "type": "Feature",
         "geometry": {"type": "GeometryCollection", "geometries": [{"type": "LineString", "coordinates": line}]},
-        "properties": {"id": edge_id(input, at), "frame": "map", "metadata": metadata},
+        "properties": {"id": edge_id(input, at), "frame": frame_id, "metadata": metadata},
     })
 }
 

@@ -22,5 +22,5 @@ pub use line_of_sight::LineOfSight;
 pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, occupancy_of, pixel_of};
 pub use raster::{Run, covered_cells, overlapped_cells};
 pub use rect::{CellRect, join_rects};
-pub use resample::resampled;
+pub use resample::{resampled, spec_around_moved};
 pub use spec::{Cell, GridSpec, GridSpecError, MAX_CELLS};

@@ -4,26 +4,32 @@
 //! `localization.pgm`, `keepout.pgm` with the YAML beside them): -1, 0 or 100 for each cell, row-major from the lower left.
 //! There is no layer of speed limits, and no mask of one.
 
+use crate::layers::{Layers, OCCUPIED};
 use crate::msg::builtin_interfaces::Time;
 use crate::msg::geometry_msgs::{Point, Pose};
 use crate::msg::nav_msgs::{Int8Array, MapMetaData, OccupancyGrid};
 use crate::msg::nav2_msgs::CostmapFilterInfo;
 use crate::msg::std_msgs::Header;
-use messages::Grid;
+use grid::GridSpec;
 
 /// The map for global planning: 100 where an obstacle stands, 0 where there is floor and none, -1 elsewhere.
-pub fn planning(grid: &Grid<'_>, frame_id: &str, stamp: Time) -> OccupancyGrid {
-    occupancy_grid(grid, grid.planning, frame_id, stamp)
+pub fn planning(layers: &Layers, frame_id: &str, stamp: Time) -> OccupancyGrid {
+    occupancy_grid(&layers.spec, layers.planning.clone(), frame_id, stamp)
 }
 
 /// The map for localization: finished structure at the height of the lidar.
-pub fn localization(grid: &Grid<'_>, frame_id: &str, stamp: Time) -> OccupancyGrid {
-    occupancy_grid(grid, grid.localization, frame_id, stamp)
+pub fn localization(layers: &Layers, frame_id: &str, stamp: Time) -> OccupancyGrid {
+    occupancy_grid(&layers.spec, layers.localization.clone(), frame_id, stamp)
 }
 
 /// The keep-out mask: 100 where the robot must not be, -1 elsewhere, never 0.
-pub fn keepout_mask(grid: &Grid<'_>, frame_id: &str, stamp: Time) -> OccupancyGrid {
-    occupancy_grid(grid, grid.keepout, frame_id, stamp)
+pub fn keepout_mask(layers: &Layers, frame_id: &str, stamp: Time) -> OccupancyGrid {
+    occupancy_grid(&layers.spec, layers.keepout.clone(), frame_id, stamp)
+}
+
+/// A mask that keeps the robot out of every cell of these layers.
+pub fn keepout_everywhere(layers: &Layers, frame_id: &str, stamp: Time) -> OccupancyGrid {
+    occupancy_grid(&layers.spec, vec![OCCUPIED; layers.spec.n_cells()], frame_id, stamp)
 }
 
 /// What the keep-out mask on a topic means to Nav2's KeepoutFilter: its data are costs in percent.
@@ -37,8 +43,7 @@ pub fn keepout_info(mask_topic: &str, frame_id: &str, stamp: Time) -> CostmapFil
     }
 }
 
-fn occupancy_grid(grid: &Grid<'_>, layer: &[i8], frame_id: &str, stamp: Time) -> OccupancyGrid {
-    let spec = grid.spec();
+fn occupancy_grid(spec: &GridSpec, cells: Vec<i8>, frame_id: &str, stamp: Time) -> OccupancyGrid {
     let [x, y] = spec.origin_m();
     // The file says it in full; the message has 32 bits.
     #[expect(clippy::cast_possible_truncation, reason = "the message has 32 bits")]
@@ -52,6 +57,6 @@ fn occupancy_grid(grid: &Grid<'_>, layer: &[i8], frame_id: &str, stamp: Time) ->
             height: spec.height,
             origin: Pose { position: Point { x, y, z: 0.0 }, ..Pose::default() },
         },
-        data: Int8Array(layer.iter().map(|&cell| grid::occupancy_of(grid::pixel_of(cell))).collect()),
+        data: Int8Array(cells),
     }
 }

@@ -5,11 +5,11 @@
 mod support;
 
 use export::ExportInput;
-use ros::maps;
 use ros::markers;
 use ros::msg::builtin_interfaces::Time;
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::visualization_msgs::{Marker, MarkerArray};
+use ros::{Layers, maps};
 use support::house;
 
 const STAMP: Time = Time { sec: 1_714_204_800, nanosec: 0 };
@@ -48,7 +48,7 @@ fn grids_hold_what_map_server_reads_from_the_files() {
     house().with_input(|input: &ExportInput<'_>| {
         let files = export::files(input, Vec::new());
         let bytes = |name: &str| &files.iter().find(|f| f.path.ends_with(name)).unwrap().bytes;
-        let grid = &input.grids[0];
+        let layers = Layers::of(&input.grids[0]);
         let check = |name: &str, message: OccupancyGrid| {
             let yaml = std::str::from_utf8(bytes(&format!("{name}.yaml"))).unwrap();
             let (cells, [x, y, yaw]) = map_server(bytes(&format!("{name}.pgm")), yaml);
@@ -59,10 +59,10 @@ fn grids_hold_what_map_server_reads_from_the_files() {
             assert_eq!((info.width * info.height) as usize, cells.len());
             assert_eq!((message.header.frame_id.as_str(), message.header.stamp), ("map", STAMP));
         };
-        check("planning", maps::planning(grid, "map", STAMP));
-        check("localization", maps::localization(grid, "map", STAMP));
-        check("keepout", maps::keepout_mask(grid, "map", STAMP));
-        let mask = maps::keepout_mask(grid, "map", STAMP).data.0;
+        check("planning", maps::planning(&layers, "map", STAMP));
+        check("localization", maps::localization(&layers, "map", STAMP));
+        check("keepout", maps::keepout_mask(&layers, "map", STAMP));
+        let mask = maps::keepout_mask(&layers, "map", STAMP).data.0;
         assert!(mask.contains(&100) && !mask.contains(&0), "Nav2's filter would free unknown cells: {mask:?}");
     });
 }

@@ -1,7 +1,14 @@
 //! ROS 2: maps, masks, markers and diagnostics of the robot's storey out, the robot's SLAM map in.
 
+mod calls;
+mod control;
 mod graph;
+mod map_sender;
+mod nav2;
 mod outputs;
+mod parameters;
+mod robot;
+mod robot_pose;
 mod service;
 mod slam_map;
 mod storey;

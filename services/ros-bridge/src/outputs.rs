@@ -1,12 +1,17 @@
 //! The messages of a set of maps, of an alignment and of the processes of a site.
 
 use bus::SiteViews;
-use daemon::{Report, RosConfig, SiteProcess, StatusBoard};
-use messages::{Alignment, AlignmentVerdict, PoseValidity, ScheduleStateHead, plan_time};
-use ros::maps::{keepout_info, keepout_mask, localization, planning};
+use daemon::facts::Pose;
+use daemon::{MapState, MapsInUse, Report, RosConfig, SiteProcess, StatusBoard};
+use export::{ExportInput, nav2_route_file};
+use grid::GridSpecError;
+use messages::{Alignment, AlignmentVerdict, Grid, PoseRecord, PoseValidity, ScheduleStateHead, plan_time};
+use ros::Layers;
+use ros::maps::{keepout_everywhere, keepout_info, keepout_mask, localization, planning};
 use ros::markers::{doors, drop_offs, rooms, route, together, waypoints};
 use ros::msg::builtin_interfaces::Time;
 use ros::msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
+use ros::msg::geometry_msgs::{Point, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion};
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::nav2_msgs::CostmapFilterInfo;
 use ros::msg::std_msgs::{self, Header};
@@ -19,37 +24,101 @@ use std::time::Duration;
 /// A process that has not reported for this time is stale.
 const STALE: Duration = Duration::from_secs(3);
 
-/// The messages of a set of maps, for one storey; all of them have its frame and one stamp.
-pub(crate) struct Outputs {
+/// A message that is not larger than this reaches a reader for sure; larger ones are lost now and then (8 MB, less a header).
+const MAX_CELLS: usize = 8_000_000 - 1024;
+
+/// What the grids of a storey are made of: the same key, the same grids.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GridsKey {
+    /// Index of the map storey.
+    pub(crate) storey: u32,
+    content_hash: u64,
+    /// `map_from_slam`, if they lie in the robot's frame.
+    moved_by: Option<[f64; 3]>,
+}
+
+/// The grids of a storey; all have one frame and one stamp.
+pub(crate) struct GridMessages {
     pub(crate) map: OccupancyGrid,
     pub(crate) localization_map: OccupancyGrid,
     pub(crate) keepout_mask: OccupancyGrid,
     pub(crate) keepout_info: CostmapFilterInfo,
+    /// Keeps the robot out of all of them.
+    pub(crate) keepout_everywhere: OccupancyGrid,
+    /// Metres per cell; more than those of the daemons where a message would be too large.
+    pub(crate) resolution_m: f64,
+}
+
+/// The messages of a set of maps, for one storey.
+pub(crate) struct Outputs {
+    pub(crate) key: GridsKey,
+    pub(crate) grids: GridMessages,
     pub(crate) rooms: MarkerArray,
     pub(crate) waypoints: MarkerArray,
     pub(crate) route: MarkerArray,
+    /// The route graph as Nav2's route server reads it; `None` before there is one.
+    pub(crate) route_graph: Option<Vec<u8>>,
     pub(crate) changed: std_msgs::String,
+    /// The maps that these are.
+    pub(crate) maps: MapsInUse,
+}
+
+/// Where the messages belong.
+#[derive(Clone, Copy)]
+pub(crate) struct Target<'a> {
+    pub(crate) config: &'a RosConfig,
+    /// Name of the mask's topic.
+    pub(crate) mask_topic: &'a str,
+    /// The pose by which grids are moved into the robot's frame; `None` to leave them in the model's.
+    pub(crate) moved_by: Option<&'a PoseRecord>,
+    pub(crate) stamp: Time,
+}
+
+/// Grids that cannot be messages.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum OutputFault {
+    #[error("the maps cannot be moved into the robot's frame")]
+    Moved(#[source] GridSpecError),
+    #[error("the maps of storey {storey} are too large for messages, also in cells of a metre")]
+    TooLarge { storey: u32 },
 }
 
 /// The messages of the storey at this place of the index.
+///
+/// # Errors
+/// Grids that cannot be messages.
 pub(crate) fn outputs_of(
     views: &SiteViews<'_>,
     storey: usize,
     epoch: u64,
-    config: &RosConfig,
-    mask_topic: &str,
-    stamp: Time,
-) -> Outputs {
+    target: Target<'_>,
+) -> Result<Outputs, OutputFault> {
     let SiteViews { site, state, index, grids, mission_plan } = views;
-    let (grid, frame) = (&grids[storey], config.frame.as_str());
+    let (grid, frame, stamp) = (&grids[storey], target.config.frame.as_str(), target.stamp);
     let map_storey = grid.head.map_storey;
+    let key = GridsKey {
+        storey: map_storey,
+        content_hash: index.slots[storey].content_hash,
+        moved_by: target.moved_by.map(|pose| pose.map_from_slam),
+    };
+    let messages = grid_messages(grid, target)?;
     let empty = || together([]);
     let plan = mission_plan.as_ref();
-    Outputs {
-        map: planning(grid, frame, stamp),
-        localization_map: localization(grid, frame, stamp),
-        keepout_mask: keepout_mask(grid, frame, stamp),
-        keepout_info: keepout_info(mask_topic, frame, stamp),
+    let route_graph = plan.map(|mission_plan| {
+        let input = ExportInput {
+            site,
+            schedule_state: state,
+            index,
+            grids,
+            mission_plan,
+            footprints: &[],
+            resolution_m: grid.spec().resolution_m(),
+            with_geometry: false,
+        };
+        nav2_route_file(&input, map_storey, frame)
+    });
+    Ok(Outputs {
+        key,
         rooms: together([
             rooms(site, state, map_storey, frame, stamp),
             doors(site, index, map_storey, frame, stamp),
@@ -57,20 +126,74 @@ pub(crate) fn outputs_of(
         ]),
         waypoints: plan.map_or_else(empty, |plan| waypoints(site, plan, map_storey, frame, stamp)),
         route: plan.map_or_else(empty, |plan| route(site, plan, map_storey, frame, stamp)),
-        changed: changed(state.head, map_storey, epoch),
-    }
+        route_graph,
+        changed: changed(state.head, map_storey, epoch, messages.resolution_m),
+        grids: messages,
+        maps: MapsInUse { epoch, site_hash: index.head.site_hash, grids: index.slots.to_vec() },
+    })
 }
 
-/// What a robot has to know of new maps: epoch, storey, plan time and until when they are valid.
-fn changed(state: &ScheduleStateHead, map_storey: u32, epoch: u64) -> std_msgs::String {
-    let time = |seconds: i64| plan_time(seconds).map(|time| time.to_string());
+fn grid_messages(grid: &Grid<'_>, target: Target<'_>) -> Result<GridMessages, OutputFault> {
+    let Target { config, mask_topic, moved_by, stamp } = target;
+    let frame = if moved_by.is_some() { &config.slam_frame } else { &config.frame };
+    let mut layers = Layers::of(grid);
+    if let Some(pose) = moved_by {
+        layers = layers.moved(&pose.map_from_slam().inverse()).map_err(OutputFault::Moved)?;
+    }
+    let layers = layers.within(MAX_CELLS).ok_or(OutputFault::TooLarge { storey: grid.head.map_storey })?;
+    Ok(GridMessages {
+        map: planning(&layers, frame, stamp),
+        localization_map: localization(&layers, frame, stamp),
+        keepout_mask: keepout_mask(&layers, frame, stamp),
+        keepout_info: keepout_info(mask_topic, frame, stamp),
+        keepout_everywhere: keepout_everywhere(&layers, frame, stamp),
+        resolution_m: layers.spec.resolution_m(),
+    })
+}
+
+/// What a robot has to know of new maps: epoch, storey, plan time and until when they are valid, size of their cells.
+fn changed(state: &ScheduleStateHead, map_storey: u32, epoch: u64, resolution_m: f64) -> std_msgs::String {
     let document = json!({
         "epoch": epoch,
         "storey": map_storey,
-        "plan_time": time(state.plan_time_s),
-        "valid_until": time(state.valid_until_s),
+        "plan_time": time_text(state.plan_time_s),
+        "valid_until": time_text(state.valid_until_s),
+        "resolution_m": resolution_m,
     });
     std_msgs::String { data: document.to_string() }
+}
+
+/// Once a second: whether the maps may be used, and if not, why.
+pub(crate) fn heartbeat(
+    state: &MapState,
+    maps: Option<&MapsInUse>,
+    schedule_state: Option<&ScheduleStateHead>,
+    storey: Option<u32>,
+) -> std_msgs::String {
+    let outdated = match (state, storey) {
+        (MapState::Fresh { outdated_storeys }, Some(storey)) => outdated_storeys.contains(&storey),
+        _ => false,
+    };
+    let reason = match state {
+        MapState::Fresh { .. } if outdated => Some("new maps of the storey are on their way"),
+        MapState::Fresh { .. } => None,
+        MapState::Unknown => Some("it is not known yet whether the maps are those of the daemons"),
+        MapState::Stale { reason } => Some(reason.as_str()),
+    };
+    let is_usable = maps.is_some() && storey.is_some() && !matches!(state, MapState::Stale { .. });
+    let document = json!({
+        "state": if is_usable { "fresh" } else { "stale" },
+        "reason": reason,
+        "epoch": maps.map(|maps| maps.epoch),
+        "storey": storey,
+        "plan_time": schedule_state.and_then(|head| time_text(head.plan_time_s)),
+        "valid_until": schedule_state.and_then(|head| time_text(head.valid_until_s)),
+    });
+    std_msgs::String { data: document.to_string() }
+}
+
+fn time_text(seconds: i64) -> Option<String> {
+    plan_time(seconds).map(|time| time.to_string())
 }
 
 /// How the model's map lies in the robot's; `None` unless the pose may be used and the newest search accepted one.
@@ -79,6 +202,33 @@ pub(crate) fn transform_of(alignment: &Alignment<'_>, slam_frame: &str, frame: &
         alignment.validity() == PoseValidity::Effective && alignment.verdict() == AlignmentVerdict::Accepted;
     let pose = alignment.pose().filter(|_| may_be_used)?;
     Some(TFMessage { transforms: vec![ros::transforms::site_map_from_map(pose, slam_frame, frame, stamp)] })
+}
+
+/// The robot's pose in the model's map, from that in its own map and the pose of that map.
+pub(crate) fn initial_pose(pose: &PoseRecord, robot: Pose, frame: &str, stamp: Time) -> PoseWithCovarianceStamped {
+    let map_from_slam = pose.map_from_slam();
+    let [x, y] = map_from_slam.apply([robot.x_m, robot.y_m]);
+    let [about_x, about_y] = map_from_slam.apply(pose.about_m);
+    // The covariance is that of the middle of the mapped area: what is far from it turns with the yaw.
+    let turned = [[1.0, 0.0, about_y - y], [0.0, 1.0, x - about_x], [0.0, 0.0, 1.0]];
+    let of_middle = |row: usize, column: usize| pose.covariance[3 * row + column];
+    let mut covariance = [[0.0; 6]; 6];
+    // x, y and the turn about Z among x, y, z and three turns.
+    const PLACES: [usize; 3] = [0, 1, 5];
+    for (row, &to_row) in PLACES.iter().enumerate() {
+        for (column, &to_column) in PLACES.iter().enumerate() {
+            let terms = (0..9).map(|k| turned[row][k / 3] * of_middle(k / 3, k % 3) * turned[column][k % 3]);
+            covariance[to_row][to_column] = terms.sum();
+        }
+    }
+    let orientation = Quaternion::of_yaw_rad(robot.yaw_rad + map_from_slam.yaw_rad());
+    PoseWithCovarianceStamped {
+        header: Header { stamp, frame_id: frame.to_owned() },
+        pose: PoseWithCovariance {
+            pose: ros::msg::geometry_msgs::Pose { position: Point { x, y, z: 0.0 }, orientation },
+            covariance,
+        },
+    }
 }
 
 /// How the processes of a site are.

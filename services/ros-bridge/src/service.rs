@@ -1,45 +1,62 @@
 //! The ros-bridge service: publishes the maps of the robot's storey whenever they change, and takes its SLAM map.
 
-use crate::graph::{Publishers, RosGraph};
-use crate::outputs::{Outputs, diagnostics, outputs_of, transform_of};
+use crate::calls;
+use crate::graph::{MapTopics, RosGraph, StateTopics, full_name};
+use crate::map_sender::{Job, MapSender};
+use crate::nav2::Nav2;
+use crate::outputs::{Outputs, Target, diagnostics, heartbeat, initial_pose, outputs_of, transform_of};
+use crate::robot::Robot;
 use crate::slam_map::SlamMapInput;
 use crate::storey::storey_of_robot;
-use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, SiteSample, SiteSamples, TopicName, topics};
-use daemon::facts::RosBridgeFacts;
+use bus::{Bus, CheckedSample, Daemon, GridSlot, RawSubscriber, SiteSample, SiteSamples, Stamp, TopicName, topics};
+use daemon::facts::{Pose, RosBridgeFacts, ScheduleFacts};
 use daemon::{
-    Asked, CurrentActivity, Done, Event, Failure, RosBridgeRequest, RosConfig, Service, SiteConfig, SiteProcess,
-    Standing, StatusBoard,
+    Asked, CurrentActivity, Done, Event, FRESH_TOLERANCE, Failure, Freshness, MapState, Report, RosBridgeRequest,
+    RosConfig, Service, SiteConfig, Standing, StateFile, StatusBoard,
 };
-use messages::{Activity, PoseValidity};
+use messages::{Activity, Alignment, PoseRecord, PoseValidity};
 use ros::msg::builtin_interfaces::Time;
+use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
-use tracing::info;
 
 daemon::inputs! {
     /// What is shown to ROS 2.
     pub(crate) enum BridgeInput { Site, ScheduleState, Grids, MissionPlan, Alignment }
 }
 
-/// Content hashes of what was published, and the storey.
-type Published = (usize, u64, Option<u64>);
+/// Content hashes of what was handed to the sender, the storey, and the pose that grids are moved by.
+type Published = (usize, u64, Option<u64>, Option<[f64; 3]>);
 
 /// Publishes in ROS 2.
 pub(crate) struct BridgeService {
     config: SiteConfig,
     activity: CurrentActivity,
     /// The node; it leaves the graph with the daemon.
-    _graph: RosGraph,
-    publishers: Publishers,
+    graph: RosGraph,
+    topics: StateTopics,
+    map_topic: String,
+    mask_topic: String,
+    sender: MapSender,
     slam_map: Option<Arc<Mutex<SlamMapInput>>>,
+    robot: Robot,
     samples: SiteSamples,
     grids: Vec<RawSubscriber>,
     alignment: Option<CheckedSample<topics::Alignment>>,
+    /// The storey that was set while the daemon ran.
+    set_storey: StoreyFile,
     published: Option<Published>,
+    /// The mask that keeps the robot out of the maps that were published.
+    keepout_everywhere: Option<ros::msg::nav_msgs::OccupancyGrid>,
+    freshness: Freshness,
+    state: MapState,
     /// True while `/tf_static` has a transform.
     has_transform: bool,
-    /// Why there is nothing to show.
+    /// Why there is nothing to show, and that a person has to change it.
     warning: Option<String>,
+    /// The same, and that it comes by itself.
+    obstacle: Option<String>,
 }
 
 impl BridgeService {
@@ -51,7 +68,10 @@ impl BridgeService {
         let ros = &config.ros;
         check(ros)?;
         let mut graph = RosGraph::join(ros)?;
-        let publishers = Publishers::open(&mut graph, ros)?;
+        let map_topics = MapTopics::open(&mut graph, ros)?;
+        let topics = StateTopics::open(&mut graph, ros)?;
+        let [map_topic, mask_topic] = [map_topics.map.name(), map_topics.keepout_mask.name()].map(str::to_owned);
+        let nav2 = ros.nav2.as_ref().map(|nav2| Nav2::of(&mut graph, nav2, ros.service_mapping)).transpose()?;
         let slam_map = match &ros.slam_map_topic {
             Some(topic) => {
                 let input = Arc::new(Mutex::new(SlamMapInput::new(config)?));
@@ -63,19 +83,40 @@ impl BridgeService {
             }
             None => None,
         };
+        let robot = Robot::follow(&mut graph, ros)?;
+        calls::serve(&mut graph, config)?;
         Ok(Self {
             config: config.clone(),
             activity,
-            _graph: graph,
-            publishers,
+            graph,
+            topics,
+            map_topic,
+            mask_topic,
+            sender: MapSender::start(map_topics, nav2, config.state.join("ros"))?,
             slam_map,
+            robot,
             samples: SiteSamples::default(),
             grids: Vec::new(),
             alignment: None,
+            set_storey: StoreyFile::of(config)?,
             published: None,
+            keepout_everywhere: None,
+            freshness: Freshness::default(),
+            state: MapState::Unknown,
             has_transform: false,
             warning: None,
+            obstacle: None,
         })
+    }
+
+    /// The alignment, if its pose may be used.
+    fn effective(&self) -> Option<Alignment<'_>> {
+        let alignment = self.alignment.as_ref().map(CheckedSample::view);
+        alignment.filter(|alignment| alignment.validity() == PoseValidity::Effective)
+    }
+
+    fn effective_pose(&self) -> Option<PoseRecord> {
+        self.effective()?.pose().copied()
     }
 
     /// Publishes the newest set, if it belongs together and is not published.
@@ -85,26 +126,33 @@ impl BridgeService {
                 SiteSample::check(sample)?.into_iter().for_each(|grid| self.samples.insert(grid));
             }
         }
+        (self.warning, self.obstacle) = (None, None);
+        let pose = self.effective_pose();
         let Some(set) = self.samples.set() else { return Ok(Done::default()) };
         let views = set.views()?;
-        let aligned = self.alignment.as_ref().map(CheckedSample::view);
-        let aligned = aligned.filter(|alignment| alignment.validity() == PoseValidity::Effective);
-        let aligned_storey = aligned.and_then(|alignment| alignment.pose().map(|pose| pose.map_storey));
-        let Some(storey) = storey_of_robot(self.config.ros.storey, aligned_storey, views.grids.len()) else {
-            self.warning = Some(format!("ros.storey: there is no such storey among {}", views.grids.len()));
+        let aligned_storey = pose.map(|pose| pose.map_storey);
+        let configured = self.set_storey.storey.or(self.config.ros.storey);
+        let Some(storey) = storey_of_robot(configured, aligned_storey, views.grids.len()) else {
+            self.warning = Some(format!("the robot's storey: there is no such storey among {}", views.grids.len()));
             return Ok(Done::default());
         };
-        self.warning = None;
+        let moved_by = pose.as_ref().filter(|pose| pose.map_storey as usize == storey);
+        let moved_by = if self.config.ros.in_slam_frame { moved_by } else { None };
+        if self.config.ros.in_slam_frame && moved_by.is_none() {
+            self.obstacle = Some("no pose of the robot's map on this storey is in effect".to_owned());
+            return Ok(Done::default());
+        }
         let plan = set.mission_plan.map(CheckedSample::content_hash);
-        let now = (storey, set.index.content_hash(), plan);
+        let now = (storey, set.index.content_hash(), plan, moved_by.map(|pose| pose.map_from_slam));
         if self.published == Some(now) {
             return Ok(Done::default());
         }
         self.activity.set(Activity::Writing);
         let epoch = set.index.bytes().header().epoch;
-        let outputs = outputs_of(&views, storey, epoch, &self.config.ros, self.publishers.keepout_mask.name(), stamp());
-        self.publishers.send(outputs);
-        info!(service = "ros-bridge", storey, epoch, "maps published");
+        let target = Target { config: &self.config.ros, mask_topic: &self.mask_topic, moved_by, stamp: stamp() };
+        let outputs: Outputs = outputs_of(&views, storey, epoch, target)?;
+        self.keepout_everywhere = self.config.ros.keepout_when_stale.then(|| outputs.grids.keepout_everywhere.clone());
+        self.sender.send(Job::Maps(Box::new(outputs)));
         self.published = Some(now);
         self.activity.set(Activity::Published);
         Ok(Done::default())
@@ -114,44 +162,99 @@ impl BridgeService {
     fn show_alignment(&mut self) {
         let Some(alignment) = &self.alignment else { return };
         let RosConfig { slam_frame, frame, .. } = &self.config.ros;
-        if let Some(transform) = transform_of(&alignment.view(), slam_frame, frame, stamp()) {
-            self.publishers.tf_static.publish(transform);
-            self.has_transform = true;
+        if frame == slam_frame {
+            return;
+        }
+        let Some(transform) = transform_of(&alignment.view(), slam_frame, frame, stamp()) else { return };
+        self.topics.tf_static.publish(transform);
+        self.has_transform = true;
+        if let (Some(pose), Some(robot)) = (self.effective_pose(), self.robot.pose()) {
+            self.topics.initial_pose.publish(initial_pose(&pose, robot, frame, stamp()));
         }
     }
 
-    fn show_diagnostics(&self) {
+    /// Once a second: heartbeat, diagnostics, and what follows when maps become stale or fresh.
+    fn tick(&mut self) {
         let board = StatusBoard::of(&self.config.bus.root);
-        let processes = SiteProcess::supervised(&self.config);
-        self.publishers.diagnostics.publish(diagnostics(&board, processes, stamp()));
+        self.read_board(&board);
+        let sent = self.sender.sent();
+        if let Some(maps) = &sent.maps {
+            self.freshness.on_maps(maps.clone());
+        }
+        let state = self.freshness.state(Stamp::now(), utc_ms());
+        let is_stale = |state: &MapState| matches!(state, MapState::Stale { .. });
+        if is_stale(&state) && !is_stale(&self.state) {
+            self.sender.send(Job::Stale(self.keepout_everywhere.clone().map(Box::new)));
+            // Fresh ones come again, also if they are the same.
+            self.published = None;
+        }
+        let head = self.freshness.schedule_state();
+        self.topics.heartbeat.publish(heartbeat(&state, self.freshness.maps(), head, sent.storey));
+        if state != MapState::Unknown {
+            self.state = state;
+        }
+        let processes = board.processes(&self.config);
+        self.topics.diagnostics.publish(diagnostics(&board, processes, stamp()));
+    }
+
+    /// Takes what the daemons say about themselves.
+    fn read_board(&mut self, board: &StatusBoard) {
+        let now = Stamp::now();
+        for daemon in [Daemon::ScheduleEval, Daemon::Rasterize] {
+            let report: Option<Report<IgnoredAny>> = board.report(daemon);
+            if board.is_alive(daemon) && report.is_some_and(|report| report.age() < FRESH_TOLERANCE) {
+                self.freshness.on_heartbeat(now, daemon);
+            }
+        }
+        let facts: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);
+        if let Some(Report { facts, .. }) = facts {
+            self.freshness.set_next_update(facts.next_update_ms);
+            self.freshness.set_clock_distrust(facts.clock_distrust);
+        }
+        self.freshness.set_obstacle(self.warning.clone().or_else(|| self.obstacle.clone()));
+    }
+
+    /// Publishers and subscriptions of other nodes, for `doctor`.
+    fn peers(&self) -> BTreeMap<String, [usize; 2]> {
+        let slam_map = self.config.ros.slam_map_topic.as_deref();
+        let slam_map = slam_map.map(|topic| full_name(&self.config.ros.namespace, topic));
+        let topics = [Some(self.map_topic.clone()), Some(self.mask_topic.clone()), slam_map];
+        topics.into_iter().flatten().map(|topic| (topic.clone(), self.graph.peers(&topic))).collect()
     }
 }
 
-impl Publishers {
-    /// The keep-out mask before the map that needs it.
-    fn send(&self, outputs: Outputs) {
-        let Outputs { map, localization_map, keepout_mask, keepout_info, rooms, waypoints, route, changed } = outputs;
-        self.keepout_info.publish(keepout_info);
-        self.keepout_mask.publish(keepout_mask);
-        self.localization_map.publish(localization_map);
-        self.map.publish(map);
-        self.rooms.publish(rooms);
-        self.waypoints.publish(waypoints);
-        self.route.publish(route);
-        self.changed.publish(changed);
+/// The storey that was set while the daemon ran, in a file: a daemon that is started again shows the same.
+struct StoreyFile {
+    file: StateFile,
+    storey: Option<u32>,
+}
+
+impl StoreyFile {
+    fn of(config: &SiteConfig) -> Result<Self, Failure> {
+        let file = StateFile::at(&config.state, "ros-bridge-storey.json")?;
+        let storey = file.load()?.unwrap_or_default();
+        Ok(Self { file, storey })
+    }
+
+    fn set(&mut self, storey: Option<u32>) -> Result<(), Failure> {
+        self.file.save(&storey)?;
+        self.storey = storey;
+        Ok(())
     }
 }
 
 /// Refuses a configuration with which the bridge would take its own map for the robot's.
 fn check(config: &RosConfig) -> Result<(), Failure> {
-    let own = crate::graph::full_name(&config.namespace, config.map_topic.as_deref().unwrap_or("map"));
-    let taken = config.slam_map_topic.as_deref().map(|topic| crate::graph::full_name(&config.namespace, topic));
+    let own = full_name(&config.namespace, config.map_topic.as_deref().unwrap_or("map"));
+    let taken = config.slam_map_topic.as_deref().map(|topic| full_name(&config.namespace, topic));
     if taken.as_ref() == Some(&own) {
         return Err(
             format!("ros.slam_map_topic is {own}, on which the bridge publishes: set another ros.map_topic").into()
         );
     }
-    if config.frame == config.slam_frame {
+    // Without SLAM there is no other frame.
+    let has_slam = config.slam_map_topic.is_some() || config.in_slam_frame;
+    if has_slam && config.frame == config.slam_frame {
         return Err(format!("ros.frame and ros.slam_frame are both {:?}: they are two frames", config.frame).into());
     }
     Ok(())
@@ -163,6 +266,12 @@ fn stamp() -> Time {
     Time { sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX), nanosec: now.subsec_nanos() }
 }
 
+/// The same, milliseconds since 1970 in UTC.
+fn utc_ms() -> i64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    i64::try_from(now.as_millis()).unwrap_or(i64::MAX)
+}
+
 impl Service for BridgeService {
     type Input = BridgeInput;
     type Request = RosBridgeRequest;
@@ -171,6 +280,7 @@ impl Service for BridgeService {
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // Samples belong to a generation of the bus that is gone; they come again.
         (self.samples, self.alignment) = (SiteSamples::default(), None);
+        self.freshness.joined(Stamp::now());
         let slots = GridSlot::all().map(TopicName::Grid);
         self.grids = slots.map(|slot| bus.raw_subscriber(slot)).collect::<Result<_, _>>()?;
         match &self.slam_map {
@@ -182,8 +292,14 @@ impl Service for BridgeService {
     fn handle(&mut self, event: Event<BridgeInput>) -> Result<Done, Failure> {
         match event {
             Event::Input(BridgeInput::Site(site)) => self.samples.insert(SiteSample::Site(site)),
-            Event::Input(BridgeInput::ScheduleState(state)) => self.samples.insert(SiteSample::ScheduleState(state)),
-            Event::Input(BridgeInput::Grids(index)) => self.samples.insert(SiteSample::Index(index)),
+            Event::Input(BridgeInput::ScheduleState(state)) => {
+                self.freshness.on_schedule_state(state.content_hash(), *state.view().head);
+                self.samples.insert(SiteSample::ScheduleState(state));
+            }
+            Event::Input(BridgeInput::Grids(index)) => {
+                self.freshness.on_index(*index.view().head, index.view().slots.to_vec());
+                self.samples.insert(SiteSample::Index(index));
+            }
             Event::Input(BridgeInput::MissionPlan(plan)) => self.samples.insert(SiteSample::MissionPlan(plan)),
             Event::Input(BridgeInput::Alignment(alignment)) => {
                 self.alignment = Some(alignment);
@@ -194,22 +310,46 @@ impl Service for BridgeService {
                     return Err("[ros] cannot change while ros-bridge runs: restart it".into());
                 }
             }
-            Event::Tick => self.show_diagnostics(),
+            Event::Tick => self.tick(),
             Event::Attached => {}
         }
         self.show()
     }
 
     fn answer(&mut self, request: RosBridgeRequest, _asked: &Asked) -> Result<Done<()>, Failure> {
-        match request {}
+        let RosBridgeRequest::SetStorey { storey } = request;
+        let set = self.samples.set();
+        let n_storeys = set.map(|set| set.grids.len());
+        if let (Some(storey), Some(n_storeys)) = (storey, n_storeys)
+            && storey as usize >= n_storeys
+        {
+            return Err(format!("there is no storey {storey} among {n_storeys}").into());
+        }
+        self.set_storey.set(storey)?;
+        self.show()
     }
 
     fn standing(&self) -> Standing {
-        Standing { error: None, warning: self.warning.clone() }
+        Standing { error: None, warning: self.warning.clone().or_else(|| self.sender.sent().warning) }
     }
 
     fn facts(&self) -> RosBridgeFacts {
-        RosBridgeFacts { storey: self.published.map(|(storey, ..)| storey), has_transform: self.has_transform }
+        let sent = self.sender.sent();
+        let robot = self.robot.pose();
+        let in_map = |pose: Pose| {
+            let map_from_slam = self.effective_pose()?.map_from_slam();
+            let [x_m, y_m] = map_from_slam.apply([pose.x_m, pose.y_m]);
+            Some(Pose { x_m, y_m, yaw_rad: frames::wrapped(pose.yaw_rad + map_from_slam.yaw_rad()) })
+        };
+        RosBridgeFacts {
+            storey: sent.storey,
+            set_storey: self.set_storey.storey,
+            resolution_m: sent.resolution_m,
+            has_transform: self.has_transform,
+            robot_in_slam_map: robot,
+            robot_in_map: robot.and_then(in_map),
+            peers: self.peers(),
+        }
     }
 }
 
@@ -228,6 +368,9 @@ mod tests {
         for same in [config("/map", Some("/map")), config("map", None), config("/groundplan/map", None)] {
             assert!(check(&same).unwrap_err().to_string().contains("slam_map_topic"), "{same:?}");
         }
-        assert!(check(&RosConfig { frame: "map".to_owned(), ..RosConfig::default() }).is_err());
+        let one_frame = RosConfig { frame: "map".to_owned(), ..RosConfig::default() };
+        assert!(check(&one_frame).is_ok(), "without SLAM there is no other");
+        assert!(check(&RosConfig { in_slam_frame: true, ..one_frame.clone() }).is_err());
+        assert!(check(&RosConfig { slam_map_topic: Some("/map".to_owned()), ..one_frame }).is_err());
     }
 }

@@ -4,6 +4,7 @@
 
 pub(crate) mod house;
 pub(crate) mod live;
+pub(crate) mod ros_peer;
 
 use serde_json::Value;
 use std::collections::BTreeMap;

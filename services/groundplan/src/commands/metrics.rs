@@ -86,10 +86,10 @@ fn of_processes(metrics: &mut Metrics, config: &SiteConfig, board: &StatusBoard)
         let report = board.report::<IgnoredAny>(process);
         board.is_alive(process) && report.is_some_and(|r| r.age() < HEARTBEAT_PERIOD * MISSED_HEARTBEATS)
     };
-    let up = SiteProcess::supervised(config).map(|process| (label(process), f64::from(u8::from(is_up(process)))));
+    let up = board.processes(config).map(|process| (label(process), f64::from(u8::from(is_up(process)))));
     metrics.family("up", "gauge", "1 if the process lives and reports", up);
     let reports: Vec<(SiteProcess, Report<IgnoredAny>)> =
-        SiteProcess::supervised(config).filter_map(|process| Some((process, board.report(process)?))).collect();
+        board.processes(config).filter_map(|process| Some((process, board.report(process)?))).collect();
     let mut of_each = |name: &str, kind: &str, help: &str, value: &dyn Fn(&Report<IgnoredAny>) -> Option<f64>| {
         let values = reports.iter().filter_map(|(process, report)| Some((label(*process), value(report)?)));
         metrics.family(name, kind, help, values);

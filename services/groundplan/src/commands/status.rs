@@ -221,7 +221,7 @@ impl Status {
         let is_shown = |process: &SiteProcess| {
             matches!(process, SiteProcess::Daemon(_)) || board.report::<IgnoredAny>(*process).is_some()
         };
-        let processes = SiteProcess::supervised(config).filter(is_shown);
+        let processes = board.processes(config).filter(is_shown);
         let daemons: BTreeMap<&'static str, ProcessStatus> =
             processes.map(|process| (process.name(), ProcessStatus::of(board, process))).collect();
         let healthy = grids.is_some() && mission_plan.is_some() && daemons.values().all(ProcessStatus::is_well);

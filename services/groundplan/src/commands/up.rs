@@ -16,6 +16,10 @@ const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Arguments of `up`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
+    /// Also run ros-bridge, as with [ros] enabled = true in the site's configuration
+    #[arg(long)]
+    ros: bool,
+
     /// The site.
     #[command(flatten)]
     site: SiteArgs,
@@ -28,7 +32,8 @@ impl Run for Args {
     /// Executables that are missing or of another version, a configuration that cannot be used, a site that is up already.
     fn run(&self) -> Result<Outcome, Failure> {
         self.site.prepare()?;
-        let config = self.site.own_config()?;
+        let mut config = self.site.own_config()?;
+        config.ros.enabled |= self.ros;
         refuse_unusable(&config)?;
         check_versions()?;
         claim_state(&config.state).map_err(Failure::usage)?;

@@ -1,29 +1,39 @@
-//! The node of the bridge in the ROS 2 graph: its publishers, its subscriptions, the thread that keeps it discovered.
+//! The node of the bridge in the ROS 2 graph: its topics, its services, the thread that keeps it discovered.
 
 mod publishers;
 mod qos;
+mod services;
 
-pub(crate) use publishers::Publishers;
+pub(crate) use publishers::{MapTopics, StateTopics};
+pub(crate) use services::{Calls, ServiceClient, ServiceServer};
 
 use daemon::{Failure, RosConfig};
 use futures::executor::block_on;
 use futures::stream::{StreamExt, select};
-use qos::{latched, volatile};
+use qos::{latched, queue, volatile};
+use ros::RosMessage;
 use ros::msg::nav_msgs::OccupancyGrid;
+use ros::msg::tf2_msgs::TFMessage;
+use ros2_client::dds::rustdds::DomainParticipant as Participant;
+use ros2_client::qos::QosProfile;
 use ros2_client::{Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
+use serde::de::DeserializeOwned;
 use std::pin::pin;
 use std::thread;
 use tracing::{error, warn};
 
 /// Name of the node.
-const NODE: &str = "ros_bridge";
+pub(crate) const NODE: &str = "ros_bridge";
 /// The largest number of a domain whose ports exist.
 const MAX_DOMAIN: u16 = 232;
+/// Transforms that are kept for a slow reader.
+const TRANSFORMS: usize = 100;
 
 /// A node in the ROS 2 graph.
 pub(crate) struct RosGraph {
     node: Node,
     namespace: String,
+    participant: Participant,
 }
 
 /// A part of the graph that cannot be had.
@@ -52,7 +62,7 @@ impl RosGraph {
         let name = NodeName::new(&config.namespace, NODE).map_err(|_| name_error())?;
         let context = Context::with_options(ContextOptions::new().domain_id(domain_id));
         let context = context.map_err(create(format!("a participant of domain {domain_id}")))?;
-        // Six services of parameters that nobody could call: their header is not that of every middleware.
+        // The library's services of parameters have the header of one middleware only; the bridge has its own.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let mut node = context.new_node(name, options).map_err(create("the node"))?;
         let spinner = node.spinner().map_err(create("the spinner"))?;
@@ -62,13 +72,18 @@ impl RosGraph {
             }
         };
         thread::Builder::new().name("ros-spin".to_owned()).spawn(spin).map_err(create("a thread"))?;
-        Ok(Self { node, namespace: config.namespace.clone() })
+        Ok(Self { node, namespace: config.namespace.clone(), participant: context.domain_participant() })
     }
 
     /// A name in full: one that begins with a slash as it is, others in the namespace of the node.
     fn name(&self, name: &str) -> Result<Name, GraphError> {
         let full = full_name(&self.namespace, name);
         Name::parse(&full).map_err(|_| GraphError::Name { name: full })
+    }
+
+    /// How many publishers of other nodes a topic has, and how many subscriptions.
+    pub(crate) fn peers(&self, topic: &str) -> [usize; 2] {
+        [self.node.publisher_count(topic), self.node.subscription_count(topic)]
     }
 
     /// Takes grids of a topic, latched or not, on a thread of its own: `take` gets each.
@@ -78,32 +93,53 @@ impl RosGraph {
     pub(crate) fn take_grids(
         &mut self,
         topic: &str,
-        mut take: impl FnMut(OccupancyGrid) + Send + 'static,
+        take: impl FnMut(OccupancyGrid) + Send + 'static,
     ) -> Result<(), Failure> {
-        let name = self.name(topic)?;
-        let kind = MessageTypeName::new("nav_msgs", "OccupancyGrid");
-        let latched: Subscription<OccupancyGrid> = {
-            let topic = self.node.create_topic(&name, kind.clone(), &latched()).map_err(create(topic))?;
-            self.node.create_subscription(&topic, None).map_err(create(name.to_string()))?
-        };
-        let volatile: Subscription<OccupancyGrid> = {
-            let topic = self.node.create_topic(&name, kind, &volatile()).map_err(create(topic))?;
-            self.node.create_subscription(&topic, None).map_err(create(name.to_string()))?
-        };
-        let read = move || {
-            let mut grids = pin!(select(latched.async_stream(), volatile.async_stream()));
-            while let Some(grid) = block_on(grids.next()) {
-                match grid {
-                    Ok((grid, _)) => take(grid),
-                    Err(why) => {
-                        warn!(service = "ros-bridge", error = format!("{why:?}"), "a message cannot be read");
-                    }
-                }
-            }
-        };
-        thread::Builder::new().name("ros-slam-map".to_owned()).spawn(read)?;
-        Ok(())
+        let latched = self.subscription(topic, &latched())?;
+        let volatile = self.subscription(topic, &volatile())?;
+        take_on_thread("ros-slam-map", latched, volatile, take)
     }
+
+    /// Takes transforms, those that change and those that do not, on a thread of its own: `take` gets each message.
+    ///
+    /// # Errors
+    /// Topics that cannot be opened.
+    pub(crate) fn take_transforms(&mut self, take: impl FnMut(TFMessage) + Send + 'static) -> Result<(), Failure> {
+        let moving = self.subscription("/tf", &queue(TRANSFORMS))?;
+        let of_static = QosProfile { durability: latched().durability, ..queue(TRANSFORMS) };
+        let fixed = self.subscription("/tf_static", &of_static)?;
+        take_on_thread("ros-tf", fixed, moving, take)
+    }
+
+    fn subscription<M: RosMessage + DeserializeOwned + 'static>(
+        &mut self,
+        topic: &str,
+        profile: &QosProfile,
+    ) -> Result<Subscription<M>, GraphError> {
+        let (name, kind) = (self.name(topic)?, MessageTypeName::new(M::PACKAGE, M::NAME));
+        let topic = self.node.create_topic(&name, kind, profile).map_err(create(topic))?;
+        self.node.create_subscription(&topic, None).map_err(create(name.to_string()))
+    }
+}
+
+/// Hands each message of two subscriptions over, on a thread; what cannot be read is logged.
+fn take_on_thread<M: DeserializeOwned + Send + 'static>(
+    thread_name: &str,
+    first: Subscription<M>,
+    second: Subscription<M>,
+    mut take: impl FnMut(M) + Send + 'static,
+) -> Result<(), Failure> {
+    let read = move || {
+        let mut messages = pin!(select(first.async_stream(), second.async_stream()));
+        while let Some(message) = block_on(messages.next()) {
+            match message {
+                Ok((message, _)) => take(message),
+                Err(why) => warn!(service = "ros-bridge", error = format!("{why:?}"), "a message cannot be read"),
+            }
+        }
+    };
+    thread::Builder::new().name(thread_name.to_owned()).spawn(read)?;
+    Ok(())
 }
 
 /// Names that begin with a slash are whole; others are in the namespace.

@@ -1,10 +1,12 @@
 //! The topics of the bridge.
 
-use super::qos::{latched, volatile};
+use super::qos::{heartbeat, latched, volatile, with};
 use super::{GraphError, RosGraph, create, full_name};
-use daemon::RosConfig;
+use bus::HEARTBEAT_PERIOD;
+use daemon::{RosConfig, RosOutput};
 use ros::RosMessage;
 use ros::msg::diagnostic_msgs::DiagnosticArray;
+use ros::msg::geometry_msgs::PoseWithCovarianceStamped;
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::nav2_msgs::CostmapFilterInfo;
 use ros::msg::std_msgs;
@@ -14,10 +16,10 @@ use ros2_client::qos::QosProfile;
 use ros2_client::{MessageTypeName, Publisher};
 use tracing::warn;
 
-/// A topic and its publisher.
+/// A topic and its publisher; without one if the site does not want it.
 pub(crate) struct Topic<M: RosMessage> {
     name: String,
-    publisher: Publisher<M>,
+    publisher: Option<Publisher<M>>,
 }
 
 impl<M: RosMessage> Topic<M> {
@@ -28,14 +30,15 @@ impl<M: RosMessage> Topic<M> {
 
     /// Publishes; what a reader does not take in time is logged, and comes with the next message.
     pub(crate) fn publish(&self, message: M) {
-        if let Err(why) = self.publisher.publish(message) {
+        let Some(publisher) = &self.publisher else { return };
+        if let Err(why) = publisher.publish(message) {
             warn!(service = "ros-bridge", topic = self.name, error = %why, "a message is not sent");
         }
     }
 }
 
-/// What the bridge publishes.
-pub(crate) struct Publishers {
+/// Topics whose messages belong to one set of maps.
+pub(crate) struct MapTopics {
     pub(crate) map: Topic<OccupancyGrid>,
     pub(crate) localization_map: Topic<OccupancyGrid>,
     pub(crate) keepout_mask: Topic<OccupancyGrid>,
@@ -43,38 +46,78 @@ pub(crate) struct Publishers {
     pub(crate) rooms: Topic<MarkerArray>,
     pub(crate) waypoints: Topic<MarkerArray>,
     pub(crate) route: Topic<MarkerArray>,
+    /// Path of the route graph's file.
+    pub(crate) route_graph: Topic<std_msgs::String>,
     /// One JSON document: what changed, epoch, until when it is valid.
     pub(crate) changed: Topic<std_msgs::String>,
-    pub(crate) diagnostics: Topic<DiagnosticArray>,
-    pub(crate) tf_static: Topic<TFMessage>,
 }
 
-impl Publishers {
-    /// Opens all of them.
+/// Topics that do not wait for maps.
+pub(crate) struct StateTopics {
+    /// One JSON document a second: whether the maps may be used.
+    pub(crate) heartbeat: Topic<std_msgs::String>,
+    pub(crate) diagnostics: Topic<DiagnosticArray>,
+    pub(crate) tf_static: Topic<TFMessage>,
+    pub(crate) initial_pose: Topic<PoseWithCovarianceStamped>,
+}
+
+impl MapTopics {
+    /// Opens all that the site wants.
     ///
     /// # Errors
     /// Names that are none, topics that cannot be opened.
     pub(crate) fn open(graph: &mut RosGraph, config: &RosConfig) -> Result<Self, GraphError> {
         let map = config.map_topic.as_deref().unwrap_or("map");
         Ok(Self {
-            map: graph.publisher(map, &latched())?,
-            localization_map: graph.publisher("localization_map", &latched())?,
-            keepout_mask: graph.publisher("keepout_mask", &latched())?,
-            keepout_info: graph.publisher("keepout_info", &latched())?,
-            rooms: graph.publisher("rooms", &latched())?,
-            waypoints: graph.publisher("waypoints", &latched())?,
-            route: graph.publisher("route", &latched())?,
-            changed: graph.publisher("changed", &latched())?,
-            diagnostics: graph.publisher("/diagnostics", &volatile())?,
-            tf_static: graph.publisher("/tf_static", &latched())?,
+            map: graph.output(config, RosOutput::Map, map, latched())?,
+            localization_map: graph.output(config, RosOutput::LocalizationMap, "localization_map", latched())?,
+            keepout_mask: graph.output(config, RosOutput::KeepoutMask, "keepout_mask", latched())?,
+            keepout_info: graph.output(config, RosOutput::KeepoutMask, "keepout_info", latched())?,
+            rooms: graph.output(config, RosOutput::Rooms, "rooms", latched())?,
+            waypoints: graph.output(config, RosOutput::Waypoints, "waypoints", latched())?,
+            route: graph.output(config, RosOutput::Route, "route", latched())?,
+            route_graph: graph.output(config, RosOutput::Route, "route_graph", latched())?,
+            changed: graph.output(config, RosOutput::Changed, "changed", latched())?,
+        })
+    }
+}
+
+impl StateTopics {
+    /// Opens all that the site wants.
+    ///
+    /// # Errors
+    /// Names that are none, topics that cannot be opened.
+    pub(crate) fn open(graph: &mut RosGraph, config: &RosConfig) -> Result<Self, GraphError> {
+        let initial_pose = if config.initial_pose { Some(volatile()) } else { None };
+        Ok(Self {
+            heartbeat: graph.output(config, RosOutput::Heartbeat, "heartbeat", heartbeat(HEARTBEAT_PERIOD))?,
+            diagnostics: graph.output(config, RosOutput::Diagnostics, "/diagnostics", volatile())?,
+            tf_static: graph.output(config, RosOutput::TfStatic, "/tf_static", latched())?,
+            initial_pose: graph.topic("/initialpose", initial_pose)?,
         })
     }
 }
 
 impl RosGraph {
-    fn publisher<M: RosMessage>(&mut self, name: &str, qos: &QosProfile) -> Result<Topic<M>, GraphError> {
-        let topic = self.node.create_topic(&self.name(name)?, MessageTypeName::new(M::PACKAGE, M::NAME), qos);
-        let publisher = self.node.create_publisher(&topic.map_err(create(name))?, None).map_err(create(name))?;
+    fn output<M: RosMessage>(
+        &mut self,
+        config: &RosConfig,
+        output: RosOutput,
+        name: &str,
+        profile: QosProfile,
+    ) -> Result<Topic<M>, GraphError> {
+        let is_wanted = config.outputs.contains(&output);
+        self.topic(name, is_wanted.then(|| with(profile, config.qos.get(&output))))
+    }
+
+    /// A topic; without a profile nothing is published on it.
+    fn topic<M: RosMessage>(&mut self, name: &str, profile: Option<QosProfile>) -> Result<Topic<M>, GraphError> {
+        let mut publisher = None;
+        if let Some(profile) = profile {
+            let kind = MessageTypeName::new(M::PACKAGE, M::NAME);
+            let topic = self.node.create_topic(&self.name(name)?, kind, &profile).map_err(create(name))?;
+            publisher = Some(self.node.create_publisher(&topic, None).map_err(create(name))?);
+        }
         Ok(Topic { name: full_name(&self.namespace, name), publisher })
     }
 }

@@ -2,9 +2,8 @@
 
 use crate::failure::Failure;
 use export::{ExportFile, nav2_poses, rounded, with_manifest};
-use frames::{Map, Rigid2, Slam, TENTHS_PER_M, wrapped};
-use geometry::Bounds;
-use grid::{GridSpec, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled};
+use frames::{Map, Rigid2, Slam, wrapped};
+use grid::{MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled, spec_around_moved};
 use messages::PoseRecord;
 use occupancy::OccupancyMap;
 use serde_json::{Value, json};
@@ -81,13 +80,9 @@ impl Moved {
         let OccupancyMap { width, cells, resolution_m: side_m, origin: [x0, y0, _] } =
             OccupancyMap::read(&stem.with_extension("yaml")).map_err(Failure::work)?;
         let height = cells.len().checked_div(width).unwrap_or(0);
-        let corners = [[0, 0], [width, 0], [0, height], [width, height]];
-        let corners = corners.map(|[c, r]| self.slam_from_map.apply([x0 + c as f64 * side_m, y0 + r as f64 * side_m]));
-        let bound = |k: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|c| c[k]).reduce(pick).unwrap_or(0.0);
-        let tenths = |metres: f64| (metres * f64::from(TENTHS_PER_M)) as i32;
-        let min = [0, 1].map(|k| tenths(bound(k, f64::min)));
-        let max = [0, 1].map(|k| tenths(bound(k, f64::max)));
-        let spec = GridSpec::around(Bounds { min, max }, 0, side_m).map_err(Failure::work)?;
+        let size_m = [width, height].map(|n| n as f64 * side_m);
+        let moved = |point| self.slam_from_map.apply(point);
+        let spec = spec_around_moved([x0, y0], size_m, side_m, moved).map_err(Failure::work)?;
         let [x1, y1] = spec.origin_m();
         let look = |[column, row]: [f64; 2]| {
             let p = self.map_from_slam.apply([x1 + column * side_m, y1 + row * side_m]);

@@ -8,7 +8,7 @@ use messages::{Grid, Site};
 use ros::msg::builtin_interfaces::Time;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::topics::{NAMESPACE, StoreyTopics, TF_STATIC, storey_name};
-use ros::{maps, markers, transforms};
+use ros::{Layers, maps, markers, transforms};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -86,11 +86,12 @@ impl Film {
         let (site, plan, map_storey) = (input.site, input.mission_plan, grid.head.map_storey);
         let Some(FilmStorey { frame_id, topics }) = self.storeys.get(&map_storey) else { return Ok(()) };
         let recording = &mut self.recording;
+        let layers = Layers::of(grid);
         let keepout_info = maps::keepout_info(&topics.keepout_mask, frame_id, stamp);
         recording.add(&topics.keepout_info, at_ns, &keepout_info)?;
-        recording.add(&topics.keepout_mask, at_ns, &maps::keepout_mask(grid, frame_id, stamp))?;
-        recording.add(&topics.map, at_ns, &maps::planning(grid, frame_id, stamp))?;
-        recording.add(&topics.localization_map, at_ns, &maps::localization(grid, frame_id, stamp))?;
+        recording.add(&topics.keepout_mask, at_ns, &maps::keepout_mask(&layers, frame_id, stamp))?;
+        recording.add(&topics.map, at_ns, &maps::planning(&layers, frame_id, stamp))?;
+        recording.add(&topics.localization_map, at_ns, &maps::localization(&layers, frame_id, stamp))?;
         let rooms = markers::together([
             markers::rooms(site, input.schedule_state, map_storey, frame_id, stamp),
             markers::doors(site, input.index, map_storey, frame_id, stamp),

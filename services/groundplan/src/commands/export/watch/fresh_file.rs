@@ -1,7 +1,7 @@
 //! `fresh`: the file by which consumers see whether the maps beside it may be used.
 
-use super::freshness::{Freshness, MapState};
 use crate::date_argument;
+use daemon::{Freshness, MapState};
 use jiff::{Timestamp, Unit};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn what_is_unknown_leaves_the_file_to_its_age_and_what_is_stale_replaces_it() {
         let home = tempfile::tempdir().unwrap();
-        let (file, freshness) = (FreshFile::beside(&home.path().join("current")), Freshness::new());
+        let (file, freshness) = (FreshFile::beside(&home.path().join("current")), Freshness::default());
         let read = || fs::read_to_string(home.path().join("fresh")).unwrap();
         let fresh = MapState::Fresh { outdated_storeys: [3].into() };
         file.write(&freshness, &fresh).unwrap();

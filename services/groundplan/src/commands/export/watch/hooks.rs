@@ -1,6 +1,6 @@
 //! Programs that are run when maps change or become stale: one at a time, tried again with back-off, ended when they hang.
 
-use super::freshness::{Staleness, Storeys};
+use daemon::{Staleness, Storeys};
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};

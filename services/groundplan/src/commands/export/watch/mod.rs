@@ -3,7 +3,6 @@
 
 mod epoch_folders;
 mod fresh_file;
-mod freshness;
 mod hooks;
 mod subscriptions;
 mod writer;
@@ -14,17 +13,17 @@ use crate::run::Outcome;
 use crate::wait::Expectation;
 use bus::{Bus, Daemon, HEARTBEAT_PERIOD, Stamp, Waiter};
 use daemon::facts::ScheduleFacts;
-use daemon::{Report, StopSignal};
+use daemon::{Freshness, MapState, Report, Staleness, StopSignal, Storeys};
 use epoch_folders::EpochFolders;
 use fresh_file::FreshFile;
-use freshness::{Freshness, MapState, Staleness, Storeys};
 use hooks::{Hooks, Occasion};
 use jiff::Timestamp;
 use std::collections::BTreeSet;
 use std::io;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use subscriptions::Subscriptions;
-use writer::MapWriter;
+use writer::{MapWriter, WrittenMaps};
 
 /// Programs that end, and clocks that run out, are seen after this time.
 const TICK: Duration = Duration::from_millis(200);
@@ -45,7 +44,8 @@ pub(super) fn watch(arguments: &Args) -> Result<Outcome, Failure> {
         folders,
         keep: arguments.keep.max(1),
         reported: BTreeSet::new(),
-        freshness: Freshness::new(),
+        freshness: Freshness::default(),
+        folder: None,
         board_read: None,
         expectation: Expectation::of(&config, Daemon::WaypointGen),
         write_error: None,
@@ -89,6 +89,8 @@ struct Watch {
     /// Epochs that are not deleted, and were reported.
     reported: BTreeSet<u64>,
     freshness: Freshness,
+    /// The maps that were written last.
+    folder: Option<PathBuf>,
     board_read: Option<Stamp>,
     /// The maps of the daemons.
     expectation: Expectation,
@@ -132,8 +134,9 @@ impl Watch {
     fn tick(&mut self) -> Result<(), Failure> {
         while let Some(result) = self.writer.result()? {
             match result {
-                Ok(maps) => {
+                Ok(WrittenMaps { folder, maps }) => {
                     self.freshness.on_maps(maps);
+                    self.folder = Some(folder);
                     (self.write_error, self.reported_error) = (None, None);
                 }
                 Err(why) => {
@@ -181,7 +184,7 @@ impl Watch {
             }
             MapState::Fresh { .. } => Some(match self.freshness.late_storeys(now) {
                 Some(staleness) => Occasion::Stale(staleness),
-                None => Occasion::Maps { folder: self.freshness.maps()?.folder.clone() },
+                None => Occasion::Maps { folder: self.folder.clone()? },
             }),
         }
     }
@@ -207,8 +210,8 @@ impl Watch {
 
     /// Deletes old epochs that no program uses.
     fn forget(&mut self) {
-        let Some(current) = self.freshness.maps().map(|maps| maps.folder.clone()) else { return };
-        let in_use: Vec<_> = self.hooks.folders().chain([current.as_path()]).collect();
+        let Some(current) = self.folder.as_deref() else { return };
+        let in_use: Vec<_> = self.hooks.folders().chain([current]).collect();
         if let Err(why) = self.folders.forget(self.keep, &in_use, &mut self.reported) {
             self.report(format!("{why:#}"));
         }

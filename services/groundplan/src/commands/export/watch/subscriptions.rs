@@ -1,8 +1,8 @@
 //! Subscriptions of the watch beside the maps: heartbeats, the newest schedule state, the newest index of grids.
 
-use super::freshness::Freshness;
 use crate::failure::Failure;
 use bus::{Bus, Daemon, Stamp, StatusReader, Subscriber, topics};
+use daemon::Freshness;
 
 /// Subscriptions of a generation of the bus.
 pub(super) struct Subscriptions {

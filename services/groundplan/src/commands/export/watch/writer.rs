@@ -1,12 +1,12 @@
 //! Writes every set of maps on a thread of its own: large maps take seconds, in which the rest of the watch goes on.
 
 use super::epoch_folders::EpochFolders;
-use super::freshness::FolderMaps;
 use crate::commands::export::sets::Sets;
 use crate::failure::Failure;
 use bus::Bus;
-use daemon::SiteConfig;
+use daemon::{MapsInUse, SiteConfig};
 use std::io;
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -17,6 +17,12 @@ use world::WorldOptions;
 const RETRY_INTERVAL: Duration = Duration::from_secs(2);
 /// Results that wait to be taken; the writer waits while there are more.
 const MAX_RESULTS: usize = 16;
+
+/// Maps that were written.
+pub(super) struct WrittenMaps {
+    pub(super) folder: PathBuf,
+    pub(super) maps: MapsInUse,
+}
 
 /// The generation of the bus that samples are taken from.
 #[derive(Default)]
@@ -31,7 +37,7 @@ struct Generation {
 pub(super) struct MapWriter {
     generation: Arc<Mutex<Generation>>,
     looks: SyncSender<()>,
-    results: Receiver<Result<FolderMaps, Failure>>,
+    results: Receiver<Result<WrittenMaps, Failure>>,
     thread: JoinHandle<()>,
 }
 
@@ -70,7 +76,7 @@ impl MapWriter {
     ///
     /// # Errors
     /// The thread has ended.
-    pub(super) fn result(&self) -> Result<Option<Result<FolderMaps, Failure>>, Failure> {
+    pub(super) fn result(&self) -> Result<Option<Result<WrittenMaps, Failure>>, Failure> {
         match self.results.recv_timeout(Duration::ZERO) {
             Ok(result) => Ok(Some(result)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
@@ -99,7 +105,7 @@ struct Work {
 }
 
 impl Work {
-    fn run(mut self, results: &SyncSender<Result<FolderMaps, Failure>>) {
+    fn run(mut self, results: &SyncSender<Result<WrittenMaps, Failure>>) {
         while self.look.recv().is_ok() {
             if let Some(result) = self.write_newest().transpose()
                 && results.send(result).is_err()
@@ -110,7 +116,7 @@ impl Work {
     }
 
     /// Writes the newest set if it is new; sets that come faster than they are written are left out.
-    fn write_newest(&mut self) -> Result<Option<FolderMaps>, Failure> {
+    fn write_newest(&mut self) -> Result<Option<WrittenMaps>, Failure> {
         let sets = {
             let mut generation = self.generation.lock().unwrap_or_else(PoisonError::into_inner);
             if std::mem::take(&mut generation.is_new) {
@@ -133,6 +139,6 @@ impl Work {
         let folder = self.folders.write(epoch, &files)?;
         self.last = Some((epoch, None));
         let (site_hash, grids) = sets.grids()?;
-        Ok(Some(FolderMaps { folder, epoch, site_hash, grids }))
+        Ok(Some(WrittenMaps { folder, maps: MapsInUse { epoch, site_hash, grids } }))
     }
 }

@@ -1,39 +1,42 @@
-//! Freshness of the maps in a folder: those that the daemons hold are fresh. No bus and no files inside, times are arguments.
+//! Freshness of maps that were passed on, into a folder or to ROS 2: those that the daemons hold are fresh. No bus and no files
+//! inside, times are arguments.
 
 use bus::{Daemon, HEARTBEAT_PERIOD, MISSED_HEARTBEATS, NoMapReason, Stamp};
 use jiff::Timestamp;
 use messages::{GridSlotRecord, GridsHead, ScheduleStateHead};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
 use std::time::Duration;
 
 /// Maps are stale when it was unknown for this long whether they are those of the daemons. A consumer takes a check that is
 /// older for none, so that a watch that was killed counts as stale at the same age.
-pub(super) const TOLERANCE: Duration = Duration::from_secs(3);
+pub const FRESH_TOLERANCE: Duration = Duration::from_secs(3);
 
 /// Daemons without which maps grow old unnoticed.
 const WATCHED: [Daemon; 2] = [Daemon::ScheduleEval, Daemon::Rasterize];
 
-/// The maps in a folder.
+/// The maps that were passed on.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct FolderMaps {
-    pub(super) folder: PathBuf,
-    pub(super) epoch: u64,
+pub struct MapsInUse {
+    /// Epoch of their index.
+    pub epoch: u64,
     /// Content hash of their site.
-    pub(super) site_hash: u64,
+    pub site_hash: u64,
     /// Their grids.
-    pub(super) grids: Vec<GridSlotRecord>,
+    pub grids: Vec<GridSlotRecord>,
 }
 
 /// Indices of map storeys.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Storeys {
+pub enum Storeys {
+    /// All there are.
     All,
+    /// These.
     Only(BTreeSet<u32>),
 }
 
 impl Storeys {
-    pub(super) fn contains(&self, others: &Self) -> bool {
+    /// True if all of the others are among them.
+    pub fn contains(&self, others: &Self) -> bool {
         match (self, others) {
             (Self::All, _) => true,
             (Self::Only(_), Self::All) => false,
@@ -44,25 +47,34 @@ impl Storeys {
 
 /// Maps that must not be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Staleness {
-    pub(super) reason: String,
-    pub(super) storeys: Storeys,
+pub struct Staleness {
+    /// Why.
+    pub reason: String,
+    /// On which storeys.
+    pub storeys: Storeys,
 }
 
 /// What is known of the maps.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum MapState {
-    /// They are those that the daemons hold, but for these storeys, whose new maps are not in the folder yet.
-    Fresh { outdated_storeys: BTreeSet<u32> },
-    /// It is unknown, and was not for [`TOLERANCE`]: what was last known counts.
+pub enum MapState {
+    /// They are those that the daemons hold, but for these storeys, whose new maps were not passed on yet.
+    Fresh {
+        /// Indices of map storeys.
+        outdated_storeys: BTreeSet<u32>,
+    },
+    /// It is unknown, and was not for [`FRESH_TOLERANCE`]: what was last known counts.
     Unknown,
     /// None of them may be used.
-    Stale { reason: String },
+    Stale {
+        /// Why.
+        reason: String,
+    },
 }
 
-/// What the daemons hold, and what is in the folder.
-pub(super) struct Freshness {
-    maps: Option<FolderMaps>,
+/// What the daemons hold, and what was passed on; nothing is known by default.
+#[derive(Debug, Default)]
+pub struct Freshness {
+    maps: Option<MapsInUse>,
     schedule_state: Option<(u64, ScheduleStateHead)>,
     index: Option<(GridsHead, Vec<GridSlotRecord>)>,
     heard: BTreeMap<Daemon, Stamp>,
@@ -87,82 +99,66 @@ struct Doubt {
 }
 
 impl Freshness {
-    /// Nothing is known.
-    pub(super) fn new() -> Self {
-        Self {
-            maps: None,
-            schedule_state: None,
-            index: None,
-            heard: BTreeMap::new(),
-            no_bus: None,
-            obstacle: None,
-            next_update_ms: None,
-            clock_distrust: None,
-            unknown_since: None,
-            outdated_since: BTreeMap::new(),
-        }
-    }
-
     /// A generation of the bus was joined: samples come again, heartbeats count from now.
-    pub(super) fn joined(&mut self, now: Stamp) {
+    pub fn joined(&mut self, now: Stamp) {
         (self.schedule_state, self.index, self.no_bus) = (None, None, None);
         self.heard = WATCHED.map(|daemon| (daemon, now)).into();
     }
 
     /// There is no bus.
-    pub(super) fn left(&mut self, why: String) {
+    pub fn left(&mut self, why: String) {
         self.no_bus = Some(why);
     }
 
     /// A heartbeat has come.
-    pub(super) fn on_heartbeat(&mut self, now: Stamp, daemon: Daemon) {
+    pub fn on_heartbeat(&mut self, now: Stamp, daemon: Daemon) {
         if let Some(heard) = self.heard.get_mut(&daemon) {
             *heard = now;
         }
     }
 
     /// A schedule state has come; `hash` is that of its content.
-    pub(super) fn on_schedule_state(&mut self, hash: u64, head: ScheduleStateHead) {
+    pub fn on_schedule_state(&mut self, hash: u64, head: ScheduleStateHead) {
         self.schedule_state = Some((hash, head));
     }
 
     /// An index of grids has come.
-    pub(super) fn on_index(&mut self, head: GridsHead, grids: Vec<GridSlotRecord>) {
+    pub fn on_index(&mut self, head: GridsHead, grids: Vec<GridSlotRecord>) {
         self.index = Some((head, grids));
     }
 
-    /// These maps are in the folder.
-    pub(super) fn on_maps(&mut self, maps: FolderMaps) {
+    /// These maps were passed on.
+    pub fn on_maps(&mut self, maps: MapsInUse) {
         self.maps = Some(maps);
     }
 
-    /// Why no new maps come into the folder, if it is known: part of the reason where they are missed.
-    pub(super) fn set_obstacle(&mut self, why: Option<String>) {
+    /// Why no new maps are passed on, if it is known: part of the reason where they are missed.
+    pub fn set_obstacle(&mut self, why: Option<String>) {
         self.obstacle = why;
     }
 
     /// When the next schedule state is due, milliseconds since 1970 in UTC; `None` if the plan time stands.
-    pub(super) fn set_next_update(&mut self, at_ms: Option<i64>) {
+    pub fn set_next_update(&mut self, at_ms: Option<i64>) {
         self.next_update_ms = at_ms;
     }
 
     /// Why a plan time that moves does not follow the machine's clock.
-    pub(super) fn set_clock_distrust(&mut self, why: Option<String>) {
+    pub fn set_clock_distrust(&mut self, why: Option<String>) {
         self.clock_distrust = why;
     }
 
-    /// The maps in the folder.
-    pub(super) fn maps(&self) -> Option<&FolderMaps> {
+    /// The maps that were passed on.
+    pub fn maps(&self) -> Option<&MapsInUse> {
         self.maps.as_ref()
     }
 
     /// The newest schedule state.
-    pub(super) fn schedule_state(&self) -> Option<&ScheduleStateHead> {
+    pub fn schedule_state(&self) -> Option<&ScheduleStateHead> {
         self.schedule_state.as_ref().map(|(_, head)| head)
     }
 
     /// What is known of the maps now; `utc_ms` is the machine's clock, milliseconds since 1970.
-    pub(super) fn state(&mut self, now: Stamp, utc_ms: i64) -> MapState {
+    pub fn state(&mut self, now: Stamp, utc_ms: i64) -> MapState {
         match self.outdated_storeys(now, utc_ms) {
             Ok(outdated_storeys) => {
                 self.unknown_since = None;
@@ -174,20 +170,24 @@ impl Freshness {
             }
             Err(Doubt { reason, is_certain }) => {
                 let since = *self.unknown_since.get_or_insert(now);
-                if is_certain || now.since(since) >= TOLERANCE { MapState::Stale { reason } } else { MapState::Unknown }
+                if is_certain || now.since(since) >= FRESH_TOLERANCE {
+                    MapState::Stale { reason }
+                } else {
+                    MapState::Unknown
+                }
             }
         }
     }
 
-    /// Storeys whose maps were outdated for [`TOLERANCE`].
-    pub(super) fn late_storeys(&self, now: Stamp) -> Option<Staleness> {
-        let late = self.outdated_since.iter().filter(|(_, since)| now.since(**since) >= TOLERANCE);
+    /// Storeys whose maps were outdated for [`FRESH_TOLERANCE`].
+    pub fn late_storeys(&self, now: Stamp) -> Option<Staleness> {
+        let late = self.outdated_since.iter().filter(|(_, since)| now.since(**since) >= FRESH_TOLERANCE);
         let storeys: BTreeSet<u32> = late.map(|(storey, _)| *storey).collect();
-        let why = self.obstacle.as_deref().unwrap_or("new maps of some storeys are not written yet");
+        let why = self.obstacle.as_deref().unwrap_or("new maps of some storeys were not passed on yet");
         (!storeys.is_empty()).then(|| Staleness { reason: why.to_owned(), storeys: Storeys::Only(storeys) })
     }
 
-    /// The storeys of the folder whose maps are not those of the daemons, if the daemons hold maps of this site.
+    /// The storeys whose maps are not those of the daemons, if the daemons hold maps of this site.
     fn outdated_storeys(&self, now: Stamp, utc_ms: i64) -> Result<BTreeSet<u32>, Doubt> {
         if let Some(why) = &self.no_bus {
             return Err(Doubt { reason: why.clone(), is_certain: false });
@@ -200,7 +200,8 @@ impl Freshness {
         if let Some(why) = &self.clock_distrust {
             return Err(Doubt { reason: why.clone(), is_certain: true });
         }
-        if let Some(due_ms) = self.next_update_ms.filter(|due_ms| utc_ms - due_ms >= TOLERANCE.as_millis() as i64) {
+        if let Some(due_ms) = self.next_update_ms.filter(|due_ms| utc_ms - due_ms >= FRESH_TOLERANCE.as_millis() as i64)
+        {
             let due = Timestamp::from_millisecond(due_ms).map(|due| due.to_string()).unwrap_or_default();
             let reason = format!("{}: the next one was due at {due}", NoMapReason::Expired);
             return Err(Doubt { reason, is_certain: true });
@@ -212,11 +213,11 @@ impl Freshness {
             return Err(self.missing("the grids of the newest schedule state have not come"));
         }
         let Some(maps) = self.maps.as_ref().filter(|maps| maps.site_hash == index.site_hash) else {
-            return Err(self.missing("the maps of the newest site are not written yet"));
+            return Err(self.missing("the maps of the newest site were not passed on yet"));
         };
         let held: BTreeSet<_> = grids.iter().map(key).collect();
-        let in_folder: BTreeSet<_> = maps.grids.iter().map(key).collect();
-        Ok(held.symmetric_difference(&in_folder).map(|(storey, _)| *storey).collect())
+        let passed_on: BTreeSet<_> = maps.grids.iter().map(key).collect();
+        Ok(held.symmetric_difference(&passed_on).map(|(storey, _)| *storey).collect())
     }
 
     /// Something has not come, and why if that is known.
@@ -259,8 +260,7 @@ mod tests {
     }
 
     fn write(freshness: &mut Freshness, hashes: &[u64]) {
-        let (folder, epoch) = (PathBuf::from("epochs/1"), 1);
-        freshness.on_maps(FolderMaps { folder, epoch, site_hash: SITE, grids: grids(hashes) });
+        freshness.on_maps(MapsInUse { epoch: 1, site_hash: SITE, grids: grids(hashes) });
     }
 
     fn heartbeats(freshness: &mut Freshness, ms: u64) {
@@ -269,7 +269,7 @@ mod tests {
 
     /// Grids 1 and 2, in a folder and with the daemons, at 0.
     fn fresh() -> Freshness {
-        let mut freshness = Freshness::new();
+        let mut freshness = Freshness::default();
         freshness.joined(at(0));
         publish(&mut freshness, 7, &[1, 2]);
         write(&mut freshness, &[1, 2]);
@@ -371,7 +371,7 @@ mod tests {
         heartbeats(&mut freshness, 3_000);
         freshness.set_obstacle(Some("the disk is full".to_owned()));
         let reason = is_stale(&mut freshness, 3_000).unwrap();
-        assert_eq!(reason, "the maps of the newest site are not written yet: the disk is full");
+        assert_eq!(reason, "the maps of the newest site were not passed on yet: the disk is full");
     }
 
     #[test]

@@ -1,0 +1,199 @@
+//! Configuration of ros-bridge: `[ros]` of a site.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What ros-bridge publishes in ROS 2, and takes from there.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RosConfig {
+    /// True to run ros-bridge.
+    pub enabled: bool,
+    /// The ROS domain, 0 to 232; that of ROS_DOMAIN_ID if left out, else 0.
+    #[schemars(range(min = 0, max = 232))]
+    pub domain_id: Option<u16>,
+    /// Namespace of the node and of its topics.
+    pub namespace: String,
+    /// Frame of the maps: the model's map.
+    pub frame: String,
+    /// True to publish the grids in `slam_frame`, resampled by the alignment that is in effect; none without one.
+    pub in_slam_frame: bool,
+    /// Topic of the planning map; NAMESPACE/map if left out.
+    pub map_topic: Option<String>,
+    /// Index of the map storey that is published until another is set; that of the alignment if left out, else the lowest.
+    pub storey: Option<u32>,
+    /// Topic of the robot's SLAM map; none is taken if left out.
+    pub slam_map_topic: Option<String>,
+    /// Frame of the SLAM map: the parent of `frame` in `/tf_static`.
+    pub slam_frame: String,
+    /// Frame of the robot, whose pose in `slam_frame` is taken from `/tf`.
+    pub robot_frame: String,
+    /// True to publish the robot's pose in the model's map on `/initialpose` whenever another alignment comes into effect.
+    pub initial_pose: bool,
+    /// What is published; all if left out.
+    pub outputs: BTreeSet<RosOutput>,
+    /// True: while maps are stale the keep-out mask keeps the robot out of everything.
+    pub keepout_when_stale: bool,
+    /// True to let ROS 2 change the plan time, start searches and confirm.
+    pub allow_control: bool,
+    /// How requests and responses of services are told apart: as the middleware of the other nodes does it.
+    pub service_mapping: RosServiceMapping,
+    /// What Nav2 is told when maps change; nothing if left out.
+    pub nav2: Option<Nav2Config>,
+    /// Other qualities of service, by topic as in `outputs`.
+    pub qos: BTreeMap<RosOutput, QosConfig>,
+}
+
+impl Default for RosConfig {
+    fn default() -> Self {
+        Self {
+            enabled: false,
+            domain_id: None,
+            namespace: "/groundplan".to_owned(),
+            frame: "site_map".to_owned(),
+            in_slam_frame: false,
+            map_topic: None,
+            storey: None,
+            slam_map_topic: None,
+            slam_frame: "map".to_owned(),
+            robot_frame: "base_link".to_owned(),
+            initial_pose: false,
+            outputs: RosOutput::ALL.into(),
+            keepout_when_stale: false,
+            allow_control: false,
+            service_mapping: RosServiceMapping::default(),
+            nav2: None,
+            qos: BTreeMap::new(),
+        }
+    }
+}
+
+/// What ros-bridge can publish.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RosOutput {
+    /// The planning map.
+    Map,
+    /// The map for localization.
+    LocalizationMap,
+    /// The keep-out mask, and what it means.
+    KeepoutMask,
+    /// Rooms, doors and drop-offs.
+    Rooms,
+    /// Waypoints.
+    Waypoints,
+    /// The route graph, and the path of its file.
+    Route,
+    /// What changed.
+    Changed,
+    /// Once a second whether the maps may be used.
+    Heartbeat,
+    /// How the processes of the site are.
+    Diagnostics,
+    /// How the model's map lies in the robot's.
+    TfStatic,
+}
+
+impl RosOutput {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::Map,
+        Self::LocalizationMap,
+        Self::KeepoutMask,
+        Self::Rooms,
+        Self::Waypoints,
+        Self::Route,
+        Self::Changed,
+        Self::Heartbeat,
+        Self::Diagnostics,
+        Self::TfStatic,
+    ];
+}
+
+/// How a middleware tells requests and responses of services apart.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RosServiceMapping {
+    /// As rmw_fastrtps, the default of ROS 2: beside the message.
+    #[default]
+    FastDds,
+    /// As rmw_cyclonedds: before the body of the message.
+    CycloneDds,
+}
+
+/// What Nav2 is told when the maps of the robot's storey change: stop, forget, load, go on.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Nav2Config {
+    /// How the robot is stopped before new maps are published.
+    pub pause: Nav2Pause,
+    /// The lifecycle manager that pauses and resumes.
+    pub lifecycle_manager: String,
+    /// The actions whose goals are cancelled.
+    pub actions: Vec<String>,
+    /// The costmaps that are cleared.
+    pub costmaps: Vec<String>,
+    /// The route server that gets the route graph; none if empty.
+    pub route_server: String,
+}
+
+impl Default for Nav2Config {
+    fn default() -> Self {
+        let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+        Self {
+            pause: Nav2Pause::default(),
+            lifecycle_manager: "/lifecycle_manager_navigation".to_owned(),
+            actions: names(&["/navigate_to_pose", "/navigate_through_poses", "/follow_waypoints"]),
+            costmaps: names(&["/global_costmap", "/local_costmap"]),
+            route_server: "/route_server".to_owned(),
+        }
+    }
+}
+
+/// How Nav2 is paused.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Nav2Pause {
+    /// All goals are cancelled; the mission sends the next one when it hears of the change.
+    #[default]
+    Goals,
+    /// The lifecycle manager pauses Nav2, and resumes it.
+    Lifecycle,
+}
+
+/// Qualities of service of a topic; what is left out stays as it is.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct QosConfig {
+    /// False for best effort.
+    pub is_reliable: Option<bool>,
+    /// True to keep the last message for those that join later.
+    pub is_latched: Option<bool>,
+    /// How many messages are kept.
+    #[schemars(range(min = 1, max = 100))]
+    pub depth: Option<u8>,
+    /// A message is not delivered any more after this time.
+    pub lifespan_s: Option<f64>,
+    /// A message is promised at least this often.
+    pub deadline_s: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_without_keys_is_the_default_and_a_wrong_word_is_refused() {
+        let read = |text: &str| toml::from_str::<RosConfig>(text);
+        assert_eq!(read("").unwrap(), RosConfig::default());
+        let config =
+            read("outputs = [\"map\"]\n[nav2]\npause = \"lifecycle\"\n[qos.map]\nis_latched = false\n").unwrap();
+        assert_eq!(config.outputs, [RosOutput::Map].into());
+        assert_eq!(config.nav2.unwrap().pause, Nav2Pause::Lifecycle);
+        assert_eq!(config.qos[&RosOutput::Map].is_latched, Some(false));
+        for wrong in ["outputs = [\"maps\"]", "[nav2]\npauses = \"goals\"", "service_mapping = \"zenoh\""] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! Layers of a map storey as occupancy: as they are, moved into the robot's frame, small enough for a message.
+
+use frames::{Map, Rigid2, Slam};
+use grid::{GridSpec, GridSpecError, occupancy_of, pixel_of, resampled, spec_around_moved};
+use messages::Grid;
+
+/// Occupied, and not known: the cells of nav_msgs/OccupancyGrid; free is 0.
+pub(crate) const OCCUPIED: i8 = 100;
+pub(crate) const UNKNOWN: i8 = -1;
+
+/// What goes before what where several cells become one, by layer: no obstacle is lost. A cell that is not known is no way, and
+/// goes before floor on the map that ways are planned on.
+const PLANNING_FIRST: &[i8] = &[OCCUPIED, UNKNOWN];
+const OTHERS_FIRST: &[i8] = &[OCCUPIED];
+
+/// The layers of a map storey: -1, 0 or 100 for each cell, row-major from the lower left.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layers {
+    /// Where the cells of all layers lie.
+    pub spec: GridSpec,
+    /// For global planning.
+    pub planning: Vec<i8>,
+    /// For localization.
+    pub localization: Vec<i8>,
+    /// The keep-out mask.
+    pub keepout: Vec<i8>,
+}
+
+impl Layers {
+    /// Those of a grid, as Nav2's map_server reads them from files.
+    pub fn of(grid: &Grid<'_>) -> Self {
+        let cells = |layer: &[i8]| layer.iter().map(|&cell| occupancy_of(pixel_of(cell))).collect();
+        Self {
+            spec: grid.spec(),
+            planning: cells(grid.planning),
+            localization: cells(grid.localization),
+            keepout: cells(grid.keepout),
+        }
+    }
+
+    /// The same in the robot's frame, in cells of the same size: a cell is occupied if a cell of the model's map that lies under
+    /// any part of it is. Walls stay whole; a passage may become narrower by a cell. Outside of the model's map nothing is known.
+    ///
+    /// # Errors
+    /// Too many cells.
+    pub fn moved(&self, slam_from_map: &Rigid2<Slam, Map>) -> Result<Self, GridSpecError> {
+        let (from, side_m) = (&self.spec, self.spec.resolution_m());
+        let size_m = [from.width, from.height].map(|n| f64::from(n) * side_m);
+        let spec = spec_around_moved(from.origin_m(), size_m, side_m, |point| slam_from_map.apply(point))?;
+        let ([x0, y0], [x1, y1]) = (from.origin_m(), spec.origin_m());
+        let cells = |layer: &[i8], first: &[i8]| {
+            let look = |[column, row]: [f64; 2]| {
+                let [x, y] = slam_from_map.apply_inverse([x1 + column * side_m, y1 + row * side_m]);
+                let [column, row] = [(x - x0) / side_m, (y - y0) / side_m];
+                let is_inside =
+                    column >= 0.0 && row >= 0.0 && column < f64::from(from.width) && row < f64::from(from.height);
+                if is_inside { layer[row as usize * from.width as usize + column as usize] } else { UNKNOWN }
+            };
+            resampled(spec.width as usize, spec.height as usize, first, look)
+        };
+        Ok(Self {
+            spec,
+            planning: cells(&self.planning, PLANNING_FIRST),
+            localization: cells(&self.localization, OTHERS_FIRST),
+            keepout: cells(&self.keepout, OTHERS_FIRST),
+        })
+    }
+
+    /// The same in at most `max_cells` cells: without its rims of which no layer knows anything, and where that is not enough in
+    /// the smallest larger cells that do, each as the strongest of those that it holds.
+    ///
+    /// `None` where cells of a metre are too many.
+    pub fn within(self, max_cells: usize) -> Option<Self> {
+        if self.spec.n_cells() <= max_cells {
+            return Some(self);
+        }
+        let (window, mut factor) = (self.known_window(), 1);
+        loop {
+            let spec = self.coarser(window, factor)?;
+            if spec.n_cells() <= max_cells {
+                return Some(self.in_cells_of(factor, spec));
+            }
+            factor += 1;
+        }
+    }
+
+    /// Columns and rows, first and last, of cells of which a layer knows something; one cell if none does.
+    fn known_window(&self) -> [[u32; 2]; 2] {
+        let width = self.spec.width as usize;
+        let is_known = |k: &usize| [&self.planning, &self.localization, &self.keepout].iter().any(|l| l[*k] != UNKNOWN);
+        let known = (0..self.spec.n_cells()).filter(is_known).map(|k| [(k % width) as u32, (k / width) as u32]);
+        let window = known.fold(None, |window: Option<[[u32; 2]; 2]>, cell| {
+            let [low, high] = window.unwrap_or([cell, cell]);
+            Some([[0, 1].map(|k| low[k].min(cell[k])), [0, 1].map(|k| high[k].max(cell[k]))])
+        });
+        window.unwrap_or_default()
+    }
+
+    /// The grid over a window in cells that are so many times larger; `None` beyond a metre.
+    fn coarser(&self, [low, high]: [[u32; 2]; 2], factor: i32) -> Option<GridSpec> {
+        let cell_tenths = self.spec.cell_tenths.checked_mul(factor)?;
+        GridSpec::cell_tenths_of(frames::metres(cell_tenths)).ok()?;
+        let at = |cell: [u32; 2]| [0, 1].map(|k| (self.spec.first_cell[k] + cell[k].cast_signed()).div_euclid(factor));
+        let (first_cell, last) = (at(low), at(high));
+        let [width, height] = [0, 1].map(|k| (last[k] - first_cell[k] + 1).unsigned_abs());
+        Some(GridSpec { cell_tenths, first_cell, width, height })
+    }
+
+    fn in_cells_of(&self, factor: i32, spec: GridSpec) -> Self {
+        let cells = |layer: &[i8], first: &[i8]| {
+            let cell = |index: usize| {
+                let [column, row] = [index % spec.width as usize, index / spec.width as usize].map(|n| n as i32);
+                let held = self.held(layer, [spec.first_cell[0] + column, spec.first_cell[1] + row], factor);
+                let strongest = first.iter().find(|value| held.clone().any(|cell| cell == **value));
+                // Where nothing of a cell is in the map, nothing is known.
+                strongest.copied().unwrap_or_else(|| held.max().unwrap_or(UNKNOWN))
+            };
+            (0..spec.n_cells()).map(cell).collect()
+        };
+        Self {
+            spec,
+            planning: cells(&self.planning, PLANNING_FIRST),
+            localization: cells(&self.localization, OTHERS_FIRST),
+            keepout: cells(&self.keepout, OTHERS_FIRST),
+        }
+    }
+
+    /// The cells of a layer that a larger cell holds; those outside are not known.
+    fn held<'a>(&'a self, layer: &'a [i8], larger: [i32; 2], factor: i32) -> impl Iterator<Item = i8> + Clone + 'a {
+        let first = [0, 1].map(|k| larger[k] * factor - self.spec.first_cell[k]);
+        let (width, height) = (self.spec.width.cast_signed(), self.spec.height.cast_signed());
+        (0..factor * factor).map(move |k| {
+            let [column, row] = [first[0] + k % factor, first[1] + k / factor];
+            let is_inside = (0..width).contains(&column) && (0..height).contains(&row);
+            if is_inside { layer[row as usize * width as usize + column as usize] } else { UNKNOWN }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn layers(width: u32, first_cell: [i32; 2], planning: Vec<i8>) -> Layers {
+        let height = planning.len() as u32 / width;
+        let spec = GridSpec { cell_tenths: 500, first_cell, width, height };
+        let keepout = planning.iter().map(|&cell| if cell == OCCUPIED { OCCUPIED } else { UNKNOWN }).collect();
+        Layers { spec, localization: planning.clone(), keepout, planning }
+    }
+
+    fn occupied(layers: &Layers) -> impl Iterator<Item = [f64; 2]> {
+        let (width, side_m, [x, y]) = (layers.spec.width as usize, layers.spec.resolution_m(), layers.spec.origin_m());
+        let cells = layers.planning.iter().enumerate().filter(|(_, cell)| **cell == OCCUPIED);
+        cells.map(move |(k, _)| {
+            [x + (k % width) as f64 * side_m + side_m / 2.0, y + (k / width) as f64 * side_m + side_m / 2.0]
+        })
+    }
+
+    fn at(layers: &Layers, [x, y]: [f64; 2]) -> Option<i8> {
+        let (side_m, origin) = (layers.spec.resolution_m(), layers.spec.origin_m());
+        let [column, row] = [((x - origin[0]) / side_m).floor(), ((y - origin[1]) / side_m).floor()];
+        let is_inside =
+            column >= 0.0 && row >= 0.0 && column < f64::from(layers.spec.width) && row < f64::from(layers.spec.height);
+        is_inside.then(|| layers.planning[row as usize * layers.spec.width as usize + column as usize])
+    }
+
+    #[test]
+    fn rims_without_knowledge_go_before_cells_become_larger() {
+        let mut planning = vec![UNKNOWN; 100];
+        (planning[34], planning[35], planning[44]) = (0, OCCUPIED, 0);
+        let cut = layers(10, [-3, 7], planning.clone()).within(99).unwrap();
+        assert_eq!((cut.spec.first_cell, cut.spec.width, cut.spec.height, cut.spec.cell_tenths), ([1, 10], 2, 2, 500));
+        assert_eq!(cut.planning, [0, OCCUPIED, 0, UNKNOWN]);
+        let whole = layers(10, [-3, 7], planning);
+        assert_eq!(whole.clone().within(100).unwrap(), whole, "what is small enough stays as it is");
+    }
+
+    #[test]
+    fn a_larger_cell_is_as_the_strongest_that_it_holds() {
+        let coarse = layers(4, [0, 0], vec![0, 0, 0, UNKNOWN, 0, 0, 0, 0, 0, OCCUPIED, 0, 0, UNKNOWN, 0, 0, 0])
+            .within(4)
+            .unwrap();
+        assert_eq!((coarse.spec.cell_tenths, coarse.spec.width), (1000, 2));
+        assert_eq!(coarse.planning, [0, UNKNOWN, OCCUPIED, 0], "what is not known is no way");
+        assert_eq!(coarse.localization, [0, 0, OCCUPIED, 0]);
+        assert_eq!(coarse.keepout, [UNKNOWN, UNKNOWN, OCCUPIED, UNKNOWN], "no cell of a mask says free");
+    }
+
+    #[test]
+    fn cells_of_more_than_a_metre_are_none() {
+        assert!(layers(60, [0, 0], vec![0; 3600]).within(1).is_none());
+        assert!(layers(20, [0, 0], vec![0; 400]).within(1).is_some());
+    }
+
+    proptest! {
+        #[test]
+        fn no_obstacle_is_lost_in_larger_cells_or_in_another_frame(
+            cells in proptest::collection::vec(prop_oneof![Just(0_i8), Just(UNKNOWN), Just(OCCUPIED)], 144),
+            first in proptest::array::uniform2(-50..50_i32), max_cells in 4..144_usize,
+            x in -5.0..5.0_f64, y in -5.0..5.0_f64, yaw in -3.0..3.0_f64,
+        ) {
+            let before = layers(12, first, cells);
+            let coarse = before.clone().within(max_cells).unwrap();
+            prop_assert!(coarse.spec.n_cells() <= max_cells);
+            for point in occupied(&before) {
+                prop_assert_eq!(at(&coarse, point), Some(OCCUPIED));
+            }
+            let slam_from_map = Rigid2::new([x, y], yaw);
+            let moved = before.moved(&slam_from_map).unwrap();
+            for point in occupied(&before) {
+                prop_assert_eq!(at(&moved, slam_from_map.apply(point)), Some(OCCUPIED));
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Changes of the site that other nodes ask for, where it allows them.
+
+use bus::{Bus, Daemon};
+use daemon::facts::{AlignFacts, AlignmentSummary};
+use daemon::{
+    AlignAnswer, AlignRequest, Failure, IngestRequest, Published, Report, Request, RequestTimeouts, RevisionEffect,
+    RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, SiteConfig, StatusBoard, ask,
+};
+use frames::PlanTime;
+use messages::{AlignmentVerdict, plan_time};
+use std::time::{Duration, Instant};
+
+/// For a daemon to answer; it may just be started again.
+const TIMEOUTS: RequestTimeouts = RequestTimeouts { starting: Duration::from_secs(5), answer: Duration::from_secs(20) };
+/// For a search; after it the search goes on, and its alignment comes when it has ended.
+const SEARCH_TIMEOUT: Duration = Duration::from_secs(60);
+/// Interval between two looks.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Asks the daemons of a site. Each request joins the bus anew: it may have been replaced since the last.
+pub(crate) struct Control {
+    pub(crate) config: SiteConfig,
+}
+
+impl Control {
+    fn ask<R: Request>(&self, request: &R) -> Result<R::Answer, Failure> {
+        let (bus, mut waiter) = Bus::join(&self.config.domain()?, Daemon::Groundplan)?;
+        let pause = || waiter.wait(POLL_INTERVAL).map(drop).map_err(Into::into);
+        Ok(ask(&bus, request, TIMEOUTS, |_| {}, pause)?)
+    }
+
+    /// The plan time goes on to the next change.
+    ///
+    /// # Errors
+    /// The daemon refuses or does not answer.
+    pub(crate) fn next_change(&self) -> Result<String, Failure> {
+        Ok(plan_time_text(&self.ask(&ScheduleRequest::NextChange)?))
+    }
+
+    /// Another plan time, as `2024-04-15` or `2024-04-15T08:30:00` at the site.
+    ///
+    /// # Errors
+    /// A text that is none; the daemon refuses or does not answer.
+    pub(crate) fn set_plan_time(&self, text: &str) -> Result<String, Failure> {
+        let at: PlanTime = text.parse()?;
+        Ok(plan_time_text(&self.ask(&ScheduleRequest::SetPlanTime { at_s: at.civil_seconds() })?))
+    }
+
+    /// Another map storey; `None` for that of configuration or alignment.
+    ///
+    /// # Errors
+    /// The bridge's own service does not answer.
+    pub(crate) fn set_storey(&self, storey: Option<u32>) -> Result<(), Failure> {
+        self.ask(&RosBridgeRequest::SetStorey { storey })
+    }
+
+    /// Searches the pose of the robot's map, and waits for the end of it.
+    ///
+    /// # Errors
+    /// There is no map, the search fails, no pose is accepted.
+    pub(crate) fn align(&self) -> Result<String, Failure> {
+        let AlignAnswer::Search(search) = self.ask(&AlignRequest::Align { hint: None, storey: None })? else {
+            return Err("slam-align answers in other words".into());
+        };
+        let begun = Instant::now();
+        while begun.elapsed() < SEARCH_TIMEOUT {
+            match self.ask(&AlignRequest::SearchResult { search })? {
+                AlignAnswer::SearchState(SearchState::Done { alignment, .. }) => return self.verdict_on(&alignment),
+                AlignAnswer::SearchState(SearchState::Failed { why }) => return Err(why.into()),
+                _ => std::thread::sleep(POLL_INTERVAL),
+            }
+        }
+        Err("the search has not ended: its alignment comes when it has".into())
+    }
+
+    /// What became of a search.
+    fn verdict_on(&self, alignment: &Published) -> Result<String, Failure> {
+        let begun = Instant::now();
+        loop {
+            if let Some(summary) = self.alignment().filter(|summary| summary.epoch >= alignment.epoch) {
+                let is_accepted = summary.verdict == AlignmentVerdict::Accepted.name() && summary.is_effective();
+                return if is_accepted { Ok(summary.to_string()) } else { Err(summary.to_string().into()) };
+            }
+            if begun.elapsed() > TIMEOUTS.answer {
+                return Err("slam-align has not told its alignment".into());
+            }
+            std::thread::sleep(POLL_INTERVAL);
+        }
+    }
+
+    fn alignment(&self) -> Option<AlignmentSummary> {
+        let board = StatusBoard::of(&self.config.bus.root);
+        let report: Report<AlignFacts> = board.report(Daemon::SlamAlign)?;
+        report.facts.alignment
+    }
+
+    /// Confirms the pose or the revision of the model that waits.
+    ///
+    /// # Errors
+    /// Nothing waits, or both do: then an operator has to say which.
+    pub(crate) fn confirm(&self) -> Result<String, Failure> {
+        let revision = self.ask(&IngestRequest::GetRevision)?;
+        let is_model = revision.effect == RevisionEffect::Waits;
+        let is_pose = self.alignment().is_some_and(|alignment| alignment.is_waiting);
+        match (is_model, is_pose) {
+            (true, true) => Err("a revision of the model and a pose wait: groundplan confirm model, or pose".into()),
+            (true, false) => {
+                self.ask(&IngestRequest::Confirm)?;
+                Ok("the revision of the model is in force".to_owned())
+            }
+            (false, _) => {
+                self.ask(&AlignRequest::ConfirmPose)?;
+                Ok("the pose of the SLAM map is in effect".to_owned())
+            }
+        }
+    }
+}
+
+fn plan_time_text(answer: &ScheduleAnswer) -> String {
+    match answer.plan_time_s.and_then(plan_time) {
+        Some(at) => format!("plan time {at}, {}", answer.clock),
+        None => "everything is built".to_owned(),
+    }
+}

@@ -1,0 +1,195 @@
+//! The thread that publishes maps: Nav2 may take seconds to stop the robot, and the service does not wait for it.
+
+use crate::graph::MapTopics;
+use crate::nav2::Nav2;
+use crate::outputs::{GridMessages, GridsKey, Outputs};
+use daemon::{Failure, MapsInUse, chain, write_durably};
+use ros::msg::nav_msgs::OccupancyGrid;
+use ros::msg::std_msgs;
+use std::path::PathBuf;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use tracing::{info, warn};
+
+/// What is to be published.
+pub(crate) enum Job {
+    /// A set of maps.
+    Maps(Box<Outputs>),
+    /// The maps must not be used: the robot stops; with a mask, it is also kept out of everything.
+    Stale(Option<Box<OccupancyGrid>>),
+}
+
+/// What has been published.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Sent {
+    /// The newest maps.
+    pub(crate) maps: Option<MapsInUse>,
+    /// Their storey.
+    pub(crate) storey: Option<u32>,
+    /// Metres per cell.
+    pub(crate) resolution_m: Option<f64>,
+    /// What an operator should know of the last publication.
+    pub(crate) warning: Option<String>,
+}
+
+/// Shared with the thread: the newest job, an older one is left out, and what was done last.
+#[derive(Default)]
+struct Shared {
+    job: Mutex<Option<Job>>,
+    has_job: Condvar,
+    sent: Mutex<Sent>,
+}
+
+/// Publishes maps on a thread.
+pub(crate) struct MapSender(Arc<Shared>);
+
+impl MapSender {
+    /// Starts the thread. Route graphs are written into a folder, which is made.
+    ///
+    /// # Errors
+    /// The folder cannot be made, the system cannot start a thread.
+    pub(crate) fn start(topics: MapTopics, nav2: Option<Nav2>, route_folder: PathBuf) -> Result<Self, Failure> {
+        std::fs::create_dir_all(&route_folder)?;
+        let shared = Arc::new(Shared::default());
+        let of_thread = Arc::clone(&shared);
+        let mut publication =
+            Publication { topics, nav2, route_folder, grids: None, route_graph: None, is_paused: false };
+        let publish = move || {
+            loop {
+                let job = of_thread.next();
+                let sent = publication.run(job);
+                let mut last = lock(&of_thread.sent);
+                *last = Sent { maps: sent.maps.or_else(|| last.maps.take()), ..sent };
+            }
+        };
+        thread::Builder::new().name("ros-maps".to_owned()).spawn(publish)?;
+        Ok(Self(shared))
+    }
+
+    /// Publishes this next.
+    pub(crate) fn send(&self, job: Job) {
+        *lock(&self.0.job) = Some(job);
+        self.0.has_job.notify_one();
+    }
+
+    /// What has been published.
+    pub(crate) fn sent(&self) -> Sent {
+        lock(&self.0.sent).clone()
+    }
+}
+
+impl Shared {
+    fn next(&self) -> Job {
+        let mut job = lock(&self.job);
+        loop {
+            if let Some(job) = job.take() {
+                return job;
+            }
+            job = self.has_job.wait(job).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The work of the thread.
+struct Publication {
+    topics: MapTopics,
+    nav2: Option<Nav2>,
+    route_folder: PathBuf,
+    /// The grids that are out; `None` before the first, and while a mask of everything is in their place.
+    grids: Option<GridsKey>,
+    /// The route graph that is out.
+    route_graph: Option<(PathBuf, Vec<u8>)>,
+    /// True while Nav2 has been told to stop, and not to go on.
+    is_paused: bool,
+}
+
+impl Publication {
+    fn run(&mut self, job: Job) -> Sent {
+        match job {
+            Job::Stale(mask) => {
+                let stopped = self.pause();
+                if let Some(mask) = mask {
+                    self.topics.keepout_mask.publish(*mask);
+                    self.grids = None;
+                }
+                Sent { warning: told(stopped), ..Sent::default() }
+            }
+            Job::Maps(outputs) => self.publish(*outputs),
+        }
+    }
+
+    /// The robot stops before its map changes; the keep-out mask is out before the map that needs it.
+    fn publish(&mut self, outputs: Outputs) -> Sent {
+        let Outputs { key, grids, rooms, waypoints, route, route_graph, changed, maps } = outputs;
+        let resolution_m = grids.resolution_m;
+        let is_changed = self.grids != Some(key);
+        let mut called = Ok(());
+        if is_changed {
+            called = self.pause();
+            self.publish_grids(grids);
+            self.grids = Some(key);
+        }
+        self.topics.rooms.publish(rooms);
+        self.topics.waypoints.publish(waypoints);
+        self.topics.route.publish(route);
+        if let Some(graph) = route_graph {
+            self.write_route_graph(key.storey, graph);
+        }
+        if let Some(nav2) = &self.nav2 {
+            let graph = self.route_graph.as_ref().map(|(path, _)| path.as_path());
+            called = called.and(nav2.load(graph, is_changed));
+        }
+        self.topics.changed.publish(changed);
+        called = called.and(self.resume());
+        info!(service = "ros-bridge", storey = key.storey, epoch = maps.epoch, resolution_m, "maps published");
+        Sent { maps: Some(maps), storey: Some(key.storey), resolution_m: Some(resolution_m), warning: told(called) }
+    }
+
+    fn pause(&mut self) -> Result<(), Failure> {
+        let Some(nav2) = self.nav2.as_ref().filter(|_| !self.is_paused) else { return Ok(()) };
+        self.is_paused = true;
+        nav2.pause()
+    }
+
+    fn resume(&mut self) -> Result<(), Failure> {
+        let Some(nav2) = self.nav2.as_ref().filter(|_| self.is_paused) else { return Ok(()) };
+        self.is_paused = false;
+        nav2.resume()
+    }
+
+    fn publish_grids(&self, grids: GridMessages) {
+        self.topics.keepout_info.publish(grids.keepout_info);
+        self.topics.keepout_mask.publish(grids.keepout_mask);
+        self.topics.localization_map.publish(grids.localization_map);
+        self.topics.map.publish(grids.map);
+    }
+
+    /// The file of another route graph; one that cannot be written is logged, and the graph before it stays in use.
+    fn write_route_graph(&mut self, storey: u32, graph: Vec<u8>) {
+        let path = self.route_folder.join(format!("storey-{storey:02}.geojson"));
+        let graph = (path, graph);
+        if self.route_graph.as_ref() == Some(&graph) {
+            return;
+        }
+        let (path, bytes) = &graph;
+        if let Err(why) = write_durably(path, bytes) {
+            let error = chain(&why);
+            warn!(service = "ros-bridge", path = %path.display(), error, "the route graph cannot be written");
+            return;
+        }
+        self.topics.route_graph.publish(std_msgs::String { data: path.display().to_string() });
+        self.route_graph = Some(graph);
+    }
+}
+
+/// What an operator should know of a call that failed.
+fn told(called: Result<(), Failure>) -> Option<String> {
+    let why = called.err()?;
+    let warning = format!("Nav2: {}", chain(why.as_ref()));
+    warn!(service = "ros-bridge", warning);
+    Some(warning)
+}

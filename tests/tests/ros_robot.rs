@@ -1,0 +1,163 @@
+//! A robot with Nav2 and SLAM in the ROS 2 graph, played by a CycloneDDS participant: what it is told, and what it may ask.
+
+mod support;
+
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::process::Command;
+use support::ros_peer::{Peer, domain, has_peer, site};
+use support::{convert, demo_model, turned_map};
+
+/// Two places of the ground floor: open before the walls of the rooms stand, closed while they are built, and further apart
+/// behind them afterwards.
+const ENDS: &str = "23.23,0.72,21.73,10.22";
+
+/// The maps are those of a plan time.
+fn is_at(plan_time: &'static str) -> impl Fn(&BTreeMap<String, Value>) -> bool {
+    move |last| last.get("/groundplan/changed").is_some_and(|changed| changed["plan_time"] == plan_time)
+}
+
+#[test]
+fn nav2_is_stopped_before_its_map_changes_and_plans_around_what_closes() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let mut live = site(domain, "service_mapping = \"cyclone_dds\"\n[ros.nav2]\n");
+    live.text(&[&"date", &"2024-04-06"]);
+    let mut nav2 = Peer::join(domain, &[&"--nav2", &"--plan", &ENDS]);
+    nav2.wait_until("a way", |last| last.get("plan").is_some_and(|plan| plan["length_m"].is_number()));
+    let before_m = nav2.last["plan"]["length_m"].as_f64().unwrap();
+    nav2.order.clear();
+    live.text(&[&"date", &"2024-04-10"]);
+    nav2.wait_until("the change", is_at("2024-04-10T00:00:00"));
+    let place =
+        |topic: &str| nav2.order.iter().rposition(|other| other == topic).unwrap_or_else(|| panic!("no {topic}"));
+    assert!(place("/navigate_to_pose/_action/cancel_goal") < place("/groundplan/keepout_mask"), "{:?}", nav2.order);
+    for costmap in ["global_costmap", "local_costmap"] {
+        let cleared = place(&format!("/{costmap}/clear_entirely_{costmap}"));
+        assert!(place("/groundplan/map") < cleared && cleared < place("/groundplan/changed"), "{:?}", nav2.order);
+    }
+    assert_eq!(nav2.last["plan"]["length_m"], Value::Null, "the rooms are closed while walls are built");
+    live.text(&[&"date", &"2024-06-30"]);
+    nav2.wait_until("the next change", is_at("2024-06-30T00:00:00"));
+    nav2.wait_until("a way around", |last| last["plan"]["length_m"].as_f64().is_some_and(|m| m > before_m));
+    nav2.wait_until("the route graph", |last| last.contains_key("/route_server/set_route_graph"));
+    let file = nav2.last["/route_server/set_route_graph"]["file"].as_str().unwrap();
+    let graph: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    assert_eq!(graph["features"][0]["properties"]["frame"], "site_map", "as the maps");
+    live.wait_until_healthy();
+    live.down();
+}
+
+#[test]
+fn the_plan_time_moves_from_ros_only_where_the_site_allows_it() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let mut live = site(domain, "service_mapping = \"cyclone_dds\"\n");
+    let mut peer = Peer::join(domain, &[&"--set", &"plan_time=2024-05-10", &"--call", &"next_change"]);
+    peer.wait_until("a refusal", |last| last.contains_key("/groundplan/ros_bridge/set_parameters"));
+    let refused = &peer.last["/groundplan/ros_bridge/set_parameters"];
+    assert!(refused["success"] == false && refused["message"].as_str().unwrap().contains("allow_control"), "{refused}");
+    assert!(!peer.last.contains_key("/groundplan/next_change"), "the service is not offered");
+    drop(peer);
+    // The storey is the robot's to tell.
+    let mut peer = Peer::join(domain, &[&"--set", &"storey=1"]);
+    peer.wait_until("the other storey", |last| last.get("/groundplan/changed").is_some_and(|now| now["storey"] == 1));
+    drop(peer);
+    live.kill("ros-bridge");
+    let mut peer = Peer::join(domain, &[]);
+    peer.wait_until("maps", |last| last.contains_key("/groundplan/changed"));
+    assert_eq!(peer.last["/groundplan/changed"]["storey"], 1, "it survives the bridge");
+    live.down();
+
+    let allowed = "service_mapping = \"cyclone_dds\"\nallow_control = true\n";
+    let mut live = site(domain, allowed);
+    let mut peer = Peer::join(domain, &[&"--set", &"plan_time=2024-05-10"]);
+    peer.wait_until("the date", is_at("2024-05-10T00:00:00"));
+    drop(peer);
+    let mut peer = Peer::join(domain, &[&"--call", &"next_change", &"--call", &"confirm"]);
+    peer.wait_until("answers", |last| {
+        last.contains_key("/groundplan/next_change") && last.contains_key("/groundplan/confirm")
+    });
+    let answer = &peer.last["/groundplan/next_change"];
+    assert!(answer["success"] == true && answer["message"].as_str().unwrap().contains("2024-05-"), "{answer}");
+    assert_eq!(peer.last["/groundplan/confirm"]["success"], false, "nothing waits");
+    live.down();
+}
+
+#[test]
+fn a_robot_is_told_when_its_maps_grow_stale_and_kept_out_of_everything() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let mut live = site(domain, "keepout_when_stale = true\n");
+    let mut peer = Peer::join(domain, &[]);
+    let state = |state: &'static str| {
+        move |last: &BTreeMap<String, Value>| {
+            last.get("/groundplan/heartbeat").is_some_and(|beat| beat["state"] == state)
+        }
+    };
+    peer.wait_until("fresh maps", state("fresh"));
+    peer.wait_until("a mask", |last| last.contains_key("/groundplan/keepout_mask"));
+    let mask = peer.last["/groundplan/keepout_mask"].clone();
+    let process = live.status().unwrap()["daemons"]["rasterize"]["process_id"].to_string();
+    assert!(Command::new("kill").args(["-STOP", &process]).status().unwrap().success());
+    peer.wait_until("stale maps", state("stale"));
+    let reason = peer.last["/groundplan/heartbeat"]["reason"].as_str().unwrap().to_owned();
+    assert!(reason.contains("rasterize"), "{reason}");
+    peer.wait_until("a mask of everything", |last| {
+        last["/groundplan/keepout_mask"]["occupied"].as_u64() > mask["occupied"].as_u64()
+            && last["/groundplan/keepout_mask"]["unknown"] == 0
+    });
+    assert!(Command::new("kill").args(["-CONT", &process]).status().unwrap().success());
+    peer.wait_until("fresh maps again", state("fresh"));
+    peer.wait_until("the mask again", |last| last["/groundplan/keepout_mask"]["sha256"] == mask["sha256"]);
+    live.wait_until_healthy();
+    live.down();
+}
+
+#[test]
+fn maps_are_moved_into_the_frame_of_slam_and_the_robot_is_placed() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let maps = convert(&demo_model(), &[]);
+    let more = "slam_map_topic = \"/map\"\nin_slam_frame = true\n";
+    let mut live = site(domain, more);
+    live.text(&[&"date", &"2024-12-01"]);
+    let robot = turned_map(&maps, 0, live.home.path());
+    let mut early = Peer::join(domain, &[]);
+    early.wait_until("a heartbeat", |last| last.contains_key("/groundplan/heartbeat"));
+    assert!(!early.last.contains_key("/groundplan/map"), "without a pose there is no map in the robot's frame");
+    let mut peer = Peer::join(domain, &[&"--publish-slam-map", &robot, &"--robot-at", &"1.0,2.0,0.5"]);
+    peer.wait_until("a map", |last| last.contains_key("/groundplan/map"));
+    let map = peer.last["/groundplan/map"].clone();
+    assert_eq!((&map["frame"], &map["resolution_m"]), (&"map".into(), &0.05.into()), "{map}");
+    let deadline = std::time::Instant::now() + support::live::DEADLINE;
+    let facts = loop {
+        let report = std::fs::read(live.root.path().join("board/ros-bridge.json")).unwrap();
+        let facts = serde_json::from_slice::<Value>(&report).unwrap()["facts"].clone();
+        if facts["robot_in_map"].is_object() {
+            break facts;
+        }
+        assert!(std::time::Instant::now() < deadline, "{facts}");
+        std::thread::sleep(support::live::POLL_INTERVAL);
+    };
+    let asked: Value = serde_json::from_str(&live.text(&[&"align", &"--json"])).unwrap();
+    let number = |value: &Value, key: &str| value[key].as_f64().unwrap();
+    let pose = &asked["map_from_slam"];
+    let (sin, cos) = libm::sincos(number(pose, "yaw_rad"));
+    let x_m = number(pose, "x_m") + cos - 2.0 * sin;
+    let y_m = number(pose, "y_m") + sin + 2.0 * cos;
+    let placed = &facts["robot_in_map"];
+    assert!(
+        (number(placed, "x_m") - x_m).abs() < 0.05 && (number(placed, "y_m") - y_m).abs() < 0.05,
+        "{placed} {pose}"
+    );
+    live.down();
+}
