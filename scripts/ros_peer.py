@@ -2,13 +2,14 @@
 """A peer of ros-bridge in the ROS 2 graph, with CycloneDDS and without ROS: prints what the bridge publishes.
 
 usage: ros_peer.py [--domain N] [--namespace /groundplan] [--for SECONDS] [--publish-slam-map FILE.yaml --topic /map]
-                   [--robot-at X,Y,YAW] [--plan X,Y,X,Y] [--nav2] [--call SERVICE] [--set NAME=VALUE]
+                   [--robot-at X,Y,YAW] [--plan X,Y,X,Y] [--nav2] [--call SERVICE] [--set NAME=VALUE] [--raw]
 
 Each message is one JSON line: topic, frame, and what a person wants to know of it.
 --publish-slam-map  it is the robot: it publishes a map of a map server as SLAM would, latched, once a second
 --robot-at          it is the robot: its pose in its map on /tf
 --plan              it is a planner: the shortest way over map and mask, as Nav2's costmap applies them
 --nav2              it is Nav2: it answers the calls by which it is stopped, loaded and resumed
+--raw               it measures: grids are counted in bytes and not read, and it looks every millisecond
 --call, --set       it calls next_change, align or confirm, or sets a parameter, once, and prints the answer
 """
 
@@ -22,12 +23,12 @@ import sys
 import time
 from dataclasses import dataclass
 
-from cyclonedds.core import Policy, Qos
+from cyclonedds.core import InstanceState, Policy, Qos, SampleState, ViewState
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint32, uint64
 from cyclonedds.pub import DataWriter, Publisher
-from cyclonedds.sub import DataReader, Subscriber
+from cyclonedds.sub import DataReader, Subscriber, ddspy_take
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
@@ -248,6 +249,7 @@ class SetRouteGraphResponse(IdlStruct, typename="nav2_msgs::srv::dds_::SetRouteG
 LATCHED = Qos(
     Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.TransientLocal, Policy.History.KeepLast(1)
 )
+ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 VOLATILE = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.Volatile, Policy.History.KeepLast(1))
 
 
@@ -372,6 +374,11 @@ class Peer:
 
     def spin(self) -> None:
         for name, reader, shown in self.readers:
+            if self.arguments.raw and shown is of_grid:
+                for content, info in ddspy_take(reader._ref, ANY, 10):
+                    if info.valid_data:
+                        self.print({"topic": name, "bytes": len(content)})
+                continue
             for message in reader.take(10):
                 if message.sample_info.valid_data:
                     frame = message.header.frame_id if hasattr(message, "header") else None
@@ -405,7 +412,7 @@ class Peer:
 
     @staticmethod
     def print(document: dict) -> None:
-        print(json.dumps({**document, "at_s": round(time.time(), 3)}), flush=True)
+        print(json.dumps({**document, "at_s": round(time.time(), 4)}), flush=True)
 
 
 def numbers(text: str) -> list:
@@ -428,6 +435,7 @@ def main() -> None:
     parser.add_argument("--robot-at", type=numbers)
     parser.add_argument("--plan", type=numbers)
     parser.add_argument("--nav2", action="store_true")
+    parser.add_argument("--raw", action="store_true")
     parser.add_argument("--call", action="append", default=[])
     parser.add_argument("--set", action="append", default=[])
     arguments = parser.parse_args()
@@ -463,7 +471,7 @@ def main() -> None:
             tf_writer.write(TFMessage([TransformStamped(Header(Time(0, 0), "map"), "base_link", transform)]))
             tf_due = now + 0.1
         peer.spin()
-        time.sleep(0.01)
+        time.sleep(0.001 if arguments.raw else 0.01)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,11 @@ use ros::msg::std_msgs;
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::Duration;
 use tracing::{info, warn};
+
+/// Large grids follow each other at this pace: what does not fit into the buffer of a reader's socket is lost, and repaired slowly.
+const PACE_BYTES_PER_S: f64 = 150e6;
 
 /// What is to be published.
 pub(crate) enum Job {
@@ -162,10 +166,13 @@ impl Publication {
     }
 
     fn publish_grids(&self, grids: GridMessages) {
+        let pause = Duration::from_secs_f64(grids.map.data.0.len() as f64 / PACE_BYTES_PER_S);
         self.topics.keepout_info.publish(grids.keepout_info);
         self.topics.keepout_mask.publish(grids.keepout_mask);
-        self.topics.localization_map.publish(grids.localization_map);
+        thread::sleep(pause);
         self.topics.map.publish(grids.map);
+        thread::sleep(pause);
+        self.topics.localization_map.publish(grids.localization_map);
     }
 
     /// The file of another route graph; one that cannot be written is logged, and the graph before it stays in use.

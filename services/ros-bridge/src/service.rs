@@ -9,15 +9,15 @@ use crate::robot::Robot;
 use crate::slam_map::SlamMapInput;
 use crate::storey::storey_of_robot;
 use bus::{Bus, CheckedSample, Daemon, GridSlot, RawSubscriber, SiteSample, SiteSamples, Stamp, TopicName, topics};
-use daemon::facts::{Pose, RosBridgeFacts, ScheduleFacts};
+use daemon::facts::{Pose, RosBridgeFacts, RosPeers, ScheduleFacts};
 use daemon::{
     Asked, CurrentActivity, Done, Event, FRESH_TOLERANCE, Failure, Freshness, MapState, Report, RosBridgeRequest,
     RosConfig, Service, SiteConfig, Standing, StateFile, StatusBoard,
 };
+use frames::counted;
 use messages::{Activity, Alignment, PoseRecord, PoseValidity};
 use ros::msg::builtin_interfaces::Time;
 use serde::de::IgnoredAny;
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -36,8 +36,10 @@ pub(crate) struct BridgeService {
     /// The node; it leaves the graph with the daemon.
     graph: RosGraph,
     topics: StateTopics,
-    map_topic: String,
     mask_topic: String,
+    /// Topics of maps out and in, and what others have to do with them.
+    map_topics: Vec<String>,
+    peers: RosPeers,
     sender: MapSender,
     slam_map: Option<Arc<Mutex<SlamMapInput>>>,
     robot: Robot,
@@ -71,6 +73,8 @@ impl BridgeService {
         let map_topics = MapTopics::open(&mut graph, ros)?;
         let topics = StateTopics::open(&mut graph, ros)?;
         let [map_topic, mask_topic] = [map_topics.map.name(), map_topics.keepout_mask.name()].map(str::to_owned);
+        let slam_map_topic = ros.slam_map_topic.as_deref().map(|topic| full_name(&ros.namespace, topic));
+        let topics_of_maps = [map_topic, mask_topic.clone()].into_iter().chain(slam_map_topic).collect();
         let nav2 = ros.nav2.as_ref().map(|nav2| Nav2::of(&mut graph, nav2, ros.service_mapping)).transpose()?;
         let slam_map = match &ros.slam_map_topic {
             Some(topic) => {
@@ -90,8 +94,9 @@ impl BridgeService {
             activity,
             graph,
             topics,
-            map_topic,
             mask_topic,
+            map_topics: topics_of_maps,
+            peers: RosPeers::default(),
             sender: MapSender::start(map_topics, nav2, config.state.join("ros"))?,
             slam_map,
             robot,
@@ -193,8 +198,18 @@ impl BridgeService {
         if state != MapState::Unknown {
             self.state = state;
         }
+        self.peers = self.graph.peers(self.map_topics.iter().map(String::as_str));
         let processes = board.processes(&self.config);
         self.topics.diagnostics.publish(diagnostics(&board, processes, stamp()));
+    }
+
+    /// Others that publish on the topics of the maps: a reader of a latched topic keeps the map of one of two.
+    fn rivals(&self) -> Option<String> {
+        let own = self.map_topics.iter().take(2);
+        let rival = own.filter_map(|topic| Some((topic, self.peers.topics.get(topic)?))).find(|(_, [n, _])| *n > 0);
+        rival.map(|(topic, [n, _])| {
+            format!("{} of other nodes on {topic}: readers keep one of them", counted(*n, "publisher"))
+        })
     }
 
     /// Takes what the daemons say about themselves.
@@ -212,14 +227,6 @@ impl BridgeService {
             self.freshness.set_clock_distrust(facts.clock_distrust);
         }
         self.freshness.set_obstacle(self.warning.clone().or_else(|| self.obstacle.clone()));
-    }
-
-    /// Publishers and subscriptions of other nodes, for `doctor`.
-    fn peers(&self) -> BTreeMap<String, [usize; 2]> {
-        let slam_map = self.config.ros.slam_map_topic.as_deref();
-        let slam_map = slam_map.map(|topic| full_name(&self.config.ros.namespace, topic));
-        let topics = [Some(self.map_topic.clone()), Some(self.mask_topic.clone()), slam_map];
-        topics.into_iter().flatten().map(|topic| (topic.clone(), self.graph.peers(&topic))).collect()
     }
 }
 
@@ -330,7 +337,8 @@ impl Service for BridgeService {
     }
 
     fn standing(&self) -> Standing {
-        Standing { error: None, warning: self.warning.clone().or_else(|| self.sender.sent().warning) }
+        let mut warnings = self.warning.clone().into_iter().chain(self.sender.sent().warning).chain(self.rivals());
+        Standing { error: None, warning: warnings.next() }
     }
 
     fn facts(&self) -> RosBridgeFacts {
@@ -348,7 +356,8 @@ impl Service for BridgeService {
             has_transform: self.has_transform,
             robot_in_slam_map: robot,
             robot_in_map: robot.and_then(in_map),
-            peers: self.peers(),
+            domain_id: self.graph.domain_id(),
+            peers: self.peers.clone(),
         }
     }
 }

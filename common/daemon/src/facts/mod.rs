@@ -12,6 +12,6 @@ mod waypoints;
 pub use align::{AlignFacts, AlignmentSummary, Pose};
 pub use ingest::{IngestFacts, ModelFile};
 pub use rasterize::{RasterizeFacts, RobotSummary};
-pub use ros_bridge::RosBridgeFacts;
+pub use ros_bridge::{RosBridgeFacts, RosPeers};
 pub use schedule::{ProgressRows, ScheduleFacts};
 pub use waypoints::WaypointFacts;

@@ -20,6 +20,18 @@ pub struct RosBridgeFacts {
     pub robot_in_slam_map: Option<Pose>,
     /// The same in the model's map, by the alignment that is in effect.
     pub robot_in_map: Option<Pose>,
-    /// Publishers and subscriptions of other nodes, by topic.
-    pub peers: BTreeMap<String, [usize; 2]>,
+    /// The ROS domain.
+    pub domain_id: u16,
+    /// What is there of others.
+    pub peers: RosPeers,
+}
+
+/// Other participants of the ROS 2 graph.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct RosPeers {
+    /// How many there are.
+    pub participants: usize,
+    /// Publishers and subscriptions of theirs, by topic of the bridge.
+    pub topics: BTreeMap<String, [usize; 2]>,
 }

@@ -7,6 +7,7 @@ mod services;
 pub(crate) use publishers::{MapTopics, StateTopics};
 pub(crate) use services::{Calls, ServiceClient, ServiceServer};
 
+use daemon::facts::RosPeers;
 use daemon::{Failure, RosConfig};
 use futures::executor::block_on;
 use futures::stream::{StreamExt, select};
@@ -14,10 +15,11 @@ use qos::{latched, queue, volatile};
 use ros::RosMessage;
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::tf2_msgs::TFMessage;
-use ros2_client::dds::rustdds::DomainParticipant as Participant;
+use ros2_client::dds::rustdds::{DomainParticipant as Participant, RTPSEntity};
 use ros2_client::qos::QosProfile;
 use ros2_client::{Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
 use serde::de::DeserializeOwned;
+use std::collections::BTreeSet;
 use std::pin::pin;
 use std::thread;
 use tracing::{error, warn};
@@ -81,9 +83,31 @@ impl RosGraph {
         Name::parse(&full).map_err(|_| GraphError::Name { name: full })
     }
 
-    /// How many publishers of other nodes a topic has, and how many subscriptions.
-    pub(crate) fn peers(&self, topic: &str) -> [usize; 2] {
-        [self.node.publisher_count(topic), self.node.subscription_count(topic)]
+    /// Its domain.
+    pub(crate) fn domain_id(&self) -> u16 {
+        self.node.domain_id()
+    }
+
+    /// What is there of other participants: how many, and how many publishers and subscriptions of these topics.
+    pub(crate) fn peers<'a>(&self, topics: impl Iterator<Item = &'a str>) -> RosPeers {
+        let own = self.participant.guid().prefix;
+        let writers = self.participant.discovered_writers();
+        let readers = self.participant.discovered_readers();
+        let writers =
+            writers.iter().map(|w| (w.writer_proxy.remote_writer_guid.prefix, w.publication_topic_data.topic_name()));
+        let readers =
+            readers.iter().map(|r| (r.reader_proxy.remote_reader_guid.prefix, r.subscription_topic_data.topic_name()));
+        let [writers, readers]: [Vec<_>; 2] = [
+            writers.filter(|(prefix, _)| *prefix != own).collect(),
+            readers.filter(|(prefix, _)| *prefix != own).collect(),
+        ];
+        let participants: BTreeSet<_> = writers.iter().chain(&readers).map(|(prefix, _)| *prefix).collect();
+        let of_topic = |topic: &'a str| {
+            let wanted = format!("rt{topic}");
+            let n = |ends: &[(_, &String)]| ends.iter().filter(|(_, name)| **name == wanted).count();
+            (topic.to_owned(), [n(&writers), n(&readers)])
+        };
+        RosPeers { participants: participants.len(), topics: topics.map(of_topic).collect() }
     }
 
     /// Takes grids of a topic, latched or not, on a thread of its own: `take` gets each.

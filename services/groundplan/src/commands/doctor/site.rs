@@ -5,7 +5,8 @@ use super::machine::{SHARED, TMPFS_MAGIC, remove_ipc};
 use crate::site_check::findings;
 use crate::supervise::running;
 use bus::{Bus, Daemon};
-use daemon::{Robot, SettingKey, SiteConfig, StatusBoard};
+use daemon::facts::RosBridgeFacts;
+use daemon::{Report, Robot, SettingKey, SiteConfig, StatusBoard};
 use frames::counted;
 use rustix::fs::statfs;
 use std::os::unix::fs::MetadataExt;
@@ -32,6 +33,8 @@ pub(super) fn of_site(config: &SiteConfig) -> Vec<Check> {
         clock(config.clock.synchronised_while.as_deref()),
         remove_ipc(),
     ]);
+    let bridge: Option<Report<RosBridgeFacts>> = StatusBoard::of(&config.bus.root).report(Daemon::RosBridge);
+    checks.extend(bridge.filter(|_| running).map(|report| ros_graph(&report.facts)));
     checks
 }
 
@@ -131,6 +134,21 @@ fn clock(synchronised_while: Option<&Path>) -> Check {
         }
         None => ok("clock", "assumed to be synchronised; set [clock] synchronised_while to check it"),
     }
+}
+
+/// What ros-bridge sees of others.
+fn ros_graph(RosBridgeFacts { domain_id, peers, .. }: &RosBridgeFacts) -> Check {
+    const WHAT: &str = "ROS 2";
+    let others = counted(peers.participants, "other participant");
+    let topic = |(topic, [publishers, subscriptions]): (&String, &[usize; 2])| {
+        format!("{topic} {}, {}", counted(*publishers, "publisher"), counted(*subscriptions, "subscription"))
+    };
+    let topics: Vec<String> = peers.topics.iter().map(topic).collect();
+    let found = format!("domain {domain_id}, {others}; of others: {}", topics.join("; "));
+    if peers.participants == 0 {
+        return warning(WHAT, format!("{found}; is it the domain of the robot, and does its network pass multicast?"));
+    }
+    ok(WHAT, found)
 }
 
 #[cfg(test)]
