@@ -4,14 +4,11 @@
 mod support;
 
 use serde_json::Value;
-use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Lines};
-use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::Command;
 use std::sync::atomic::{AtomicU16, Ordering};
-use std::time::Instant;
-use support::live::{DEADLINE, Live};
+use support::live::Live;
+use support::map_server::published_by_map_server;
+use support::peer::Peer;
 use support::{announce, convert, demo_model, root, turned_map};
 
 /// True, unless CycloneDDS cannot be had: then it says so.
@@ -30,59 +27,14 @@ fn domain() -> u16 {
 }
 
 /// A participant that prints what comes.
-struct Peer {
-    process: Child,
-    lines: Lines<BufReader<ChildStdout>>,
-    /// The last message of each topic.
-    last: BTreeMap<String, Value>,
-}
-
-impl Peer {
-    fn join(domain: u16, more: &[&dyn AsRef<std::ffi::OsStr>]) -> Self {
-        let mut command = Command::new(root().join("target/venv/bin/python"));
-        command.arg(root().join("scripts/ros_peer.py")).args(["--domain", &domain.to_string()]).args(more);
-        let mut process = command.stdout(Stdio::piped()).spawn().unwrap();
-        let lines = BufReader::new(process.stdout.take().unwrap()).lines();
-        Self { process, lines, last: BTreeMap::new() }
-    }
-
-    /// Reads messages until they are as they should be.
-    fn wait_until(&mut self, what: &str, is_so: impl Fn(&BTreeMap<String, Value>) -> bool) {
-        let begun = Instant::now();
-        while !is_so(&self.last) {
-            let line = self.lines.next().unwrap_or_else(|| panic!("{what}: the peer has ended")).unwrap();
-            let message: Value = serde_json::from_str(&line).unwrap();
-            self.last.insert(message["topic"].as_str().unwrap().to_owned(), message);
-            assert!(begun.elapsed() < DEADLINE, "{what}: {:?}", self.last);
-        }
-    }
-}
-
-impl Drop for Peer {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
+fn join(domain: u16, more: &[&dyn AsRef<std::ffi::OsStr>]) -> Peer {
+    let mut command = Command::new(root().join("target/venv/bin/python"));
+    Peer::start(command.arg(root().join("scripts/ros_peer.py")).args(["--domain", &domain.to_string()]).args(more))
 }
 
 fn site(domain: u16, more: &str) -> Live {
     let ros = format!("[schedule]\nplan_time = \"2024-04-15\"\n[ros]\nenabled = true\ndomain_id = {domain}\n{more}");
     Live::of(&demo_model(), &ros)
-}
-
-/// sha256 of a layer as Nav2's map server publishes the file that `export` writes.
-fn published_by_map_server(folder: &Path, layer: &str) -> String {
-    let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
-    let directory = folder.join(manifest["storeys"][0]["directory"].as_str().unwrap());
-    let (width, _, pixels) = grid::decode_pgm(&std::fs::read(directory.join(layer)).unwrap()).unwrap();
-    let cell = |pixel: u8| match f64::from(255 - pixel) / 255.0 {
-        p if p > 0.65 => 100_u8,
-        p if p < 0.196 => 0,
-        _ => 255,
-    };
-    // `decode_pgm` gives the lowest row first, as the message has it.
-    let cells: Vec<u8> = pixels.chunks(width).flatten().map(|&pixel| cell(pixel)).collect();
-    Sha256::digest(cells).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[test]
@@ -92,7 +44,7 @@ fn a_peer_gets_the_maps_of_the_files_and_those_of_the_next_date() {
     }
     let domain = domain();
     let mut live = site(domain, "");
-    let mut early = Peer::join(domain, &[]);
+    let mut early = join(domain, &[]);
     early.wait_until("all topics", |last| last.len() >= 6 && last.contains_key("/diagnostics"));
     let map = early.last["/groundplan/map"].clone();
     assert_eq!((&map["frame"], &map["resolution_m"]), (&"site_map".into(), &0.05.into()), "{map}");
@@ -118,7 +70,7 @@ fn a_peer_gets_the_maps_of_the_files_and_those_of_the_next_date() {
     });
     // Who comes later gets the newest set, also from a bridge that was killed.
     live.kill("ros-bridge");
-    let mut late = Peer::join(domain, &[]);
+    let mut late = join(domain, &[]);
     late.wait_until("the newest set", |last| {
         last.get("/groundplan/map").is_some_and(|map| map["sha256"] == early.last["/groundplan/map"]["sha256"])
     });
@@ -136,7 +88,7 @@ fn a_slam_map_from_the_graph_is_aligned_and_the_transform_comes_back() {
     let mut live = site(domain, "slam_map_topic = \"/map\"\n");
     live.text(&[&"date", &"2024-12-01"]);
     let robot = turned_map(&maps, 0, live.home.path());
-    let mut peer = Peer::join(domain, &[&"--publish-slam-map", &robot]);
+    let mut peer = join(domain, &[&"--publish-slam-map", &robot]);
     peer.wait_until("a transform", |last| last.contains_key("/tf_static"));
     let transform = &peer.last["/tf_static"]["transforms"][0];
     assert_eq!((&transform["parent"], &transform["child"]), (&"map".into(), &"site_map".into()), "{transform}");

@@ -4,6 +4,8 @@
 
 pub(crate) mod house;
 pub(crate) mod live;
+pub(crate) mod map_server;
+pub(crate) mod peer;
 
 use serde_json::Value;
 use std::collections::BTreeMap;

@@ -1,0 +1,42 @@
+//! A program outside that looks at a running site, and prints what comes to it: one JSON document a line, with its topic.
+
+use super::live::DEADLINE;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Lines};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::Instant;
+
+/// A process that prints what comes.
+pub(crate) struct Peer {
+    process: Child,
+    lines: Lines<BufReader<ChildStdout>>,
+    /// The last message of each topic.
+    pub(crate) last: BTreeMap<String, Value>,
+}
+
+impl Peer {
+    pub(crate) fn start(command: &mut Command) -> Self {
+        let mut process = command.stdout(Stdio::piped()).spawn().unwrap();
+        let lines = BufReader::new(process.stdout.take().unwrap()).lines();
+        Self { process, lines, last: BTreeMap::new() }
+    }
+
+    /// Reads messages until they are as they should be.
+    pub(crate) fn wait_until(&mut self, what: &str, is_so: impl Fn(&BTreeMap<String, Value>) -> bool) {
+        let begun = Instant::now();
+        while !is_so(&self.last) {
+            let line = self.lines.next().unwrap_or_else(|| panic!("{what}: the peer has ended")).unwrap();
+            let message: Value = serde_json::from_str(&line).unwrap();
+            self.last.insert(message["topic"].as_str().unwrap().to_owned(), message);
+            assert!(begun.elapsed() < DEADLINE, "{what}: {:?}", self.last);
+        }
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
