@@ -3,6 +3,7 @@
 use bus::{Domain, DomainError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 /// More threads than this are a mistake.
@@ -186,6 +187,22 @@ pub struct RosConfig {
     pub slam_map_topic: Option<String>,
     /// Frame of the SLAM map: the parent of `frame` in `/tf_static`.
     pub slam_frame: String,
+    /// The server for Foxglove; there is none if left out.
+    pub foxglove: Option<FoxgloveConfig>,
+}
+
+/// The server for Foxglove in ros-bridge.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FoxgloveConfig {
+    /// Address and TCP port at which it listens; port 0 for one that is free, which the log names.
+    pub address: SocketAddr,
+}
+
+impl Default for FoxgloveConfig {
+    fn default() -> Self {
+        Self { address: SocketAddr::from((Ipv4Addr::LOCALHOST, 8765)) }
+    }
 }
 
 impl Default for RosConfig {
@@ -199,6 +216,7 @@ impl Default for RosConfig {
             storey: None,
             slam_map_topic: None,
             slam_frame: "map".to_owned(),
+            foxglove: None,
         }
     }
 }
@@ -379,6 +397,16 @@ mod tests {
         for bad in ["threads = 0", "threads = 257", "threads = -1"] {
             assert!(parse(bad).unwrap_err().to_string().contains("threads"), "{bad}");
         }
+    }
+
+    #[test]
+    fn foxglove_is_served_where_its_table_says_and_only_if_there_is_one() {
+        let parse = |toml: &str| SiteConfig::parse(&format!("state = \"x\"\n{toml}"), Path::new("/"));
+        let address = |toml: &str| parse(toml).unwrap().ros.foxglove.map(|foxglove| foxglove.address.to_string());
+        assert_eq!(address("[ros]\nenabled = true"), None);
+        assert_eq!(address("[ros.foxglove]").as_deref(), Some("127.0.0.1:8765"));
+        assert_eq!(address("[ros.foxglove]\naddress = \"[::1]:80\"").as_deref(), Some("[::1]:80"));
+        assert!(parse("[ros.foxglove]\naddress = \"somewhere\"").unwrap_err().to_string().contains("address"));
     }
 
     #[test]

@@ -70,8 +70,8 @@ mod testing;
 pub use caller::Caller;
 pub use client::{Answer, Client, ClientError, OpenRequest, RequestTimeouts, ask};
 pub use config::{
-    AlignConfig, BusConfig, ClockConfig, ConfigError, LogConfig, LogFormat, PoseHint, RobotConfig, RosConfig,
-    ScheduleConfig, SiteConfig, WaypointConfig, WorldConfig,
+    AlignConfig, BusConfig, ClockConfig, ConfigError, FoxgloveConfig, LogConfig, LogFormat, PoseHint, RobotConfig,
+    RosConfig, ScheduleConfig, SiteConfig, WaypointConfig, WorldConfig,
 };
 pub use config_file::{ConfigFileError, read_parsed};
 pub use config_key::line_of_key;

@@ -1,5 +1,6 @@
-//! ROS 2: maps, masks, markers and diagnostics of the robot's storey out, the robot's SLAM map in.
+//! ROS 2 and Foxglove: maps, masks, markers and diagnostics of the robot's storey out, the robot's SLAM map in.
 
+mod foxglove;
 mod graph;
 mod outputs;
 mod service;

@@ -1,5 +1,6 @@
 //! The ros-bridge service: publishes the maps of the robot's storey whenever they change, and takes its SLAM map.
 
+use crate::foxglove::FoxgloveServer;
 use crate::graph::{Publishers, RosGraph};
 use crate::outputs::{Outputs, diagnostics, outputs_of, transform_of};
 use crate::slam_map::SlamMapInput;
@@ -11,7 +12,9 @@ use daemon::{
     Standing, StatusBoard,
 };
 use messages::{Activity, PoseValidity};
+use ros::markers::each_room;
 use ros::msg::builtin_interfaces::Time;
+use ros::transforms::alignment_pose;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 use tracing::info;
@@ -31,6 +34,7 @@ pub(crate) struct BridgeService {
     /// The node; it leaves the graph with the daemon.
     _graph: RosGraph,
     publishers: Publishers,
+    foxglove: Option<FoxgloveServer>,
     slam_map: Option<Arc<Mutex<SlamMapInput>>>,
     samples: SiteSamples,
     grids: Vec<RawSubscriber>,
@@ -52,6 +56,7 @@ impl BridgeService {
         check(ros)?;
         let mut graph = RosGraph::join(ros)?;
         let publishers = Publishers::open(&mut graph, ros)?;
+        let foxglove = ros.foxglove.as_ref().map(|foxglove| FoxgloveServer::start(foxglove, ros)).transpose()?;
         let slam_map = match &ros.slam_map_topic {
             Some(topic) => {
                 let input = Arc::new(Mutex::new(SlamMapInput::new(config)?));
@@ -68,6 +73,7 @@ impl BridgeService {
             activity,
             _graph: graph,
             publishers,
+            foxglove,
             slam_map,
             samples: SiteSamples::default(),
             grids: Vec::new(),
@@ -103,6 +109,10 @@ impl BridgeService {
         self.activity.set(Activity::Writing);
         let epoch = set.index.bytes().header().epoch;
         let outputs = outputs_of(&views, storey, epoch, &self.config.ros, self.publishers.keepout_mask.name(), stamp());
+        if let Some(foxglove) = &self.foxglove {
+            let map_storey = views.grids[storey].head.map_storey;
+            foxglove.show(&outputs, each_room(&views.site, &views.state, map_storey));
+        }
         self.publishers.send(outputs);
         info!(service = "ros-bridge", storey, epoch, "maps published");
         self.published = Some(now);
@@ -114,7 +124,11 @@ impl BridgeService {
     fn show_alignment(&mut self) {
         let Some(alignment) = &self.alignment else { return };
         let RosConfig { slam_frame, frame, .. } = &self.config.ros;
-        if let Some(transform) = transform_of(&alignment.view(), slam_frame, frame, stamp()) {
+        let (alignment, now) = (alignment.view(), stamp());
+        if let Some(transform) = transform_of(&alignment, slam_frame, frame, now) {
+            if let (Some(foxglove), Some(pose)) = (&self.foxglove, alignment.pose()) {
+                foxglove.show_alignment(&transform, &alignment_pose(pose, frame, now));
+            }
             self.publishers.tf_static.publish(transform);
             self.has_transform = true;
         }
@@ -123,7 +137,11 @@ impl BridgeService {
     fn show_diagnostics(&self) {
         let board = StatusBoard::of(&self.config.bus.root);
         let processes = SiteProcess::supervised(&self.config);
-        self.publishers.diagnostics.publish(diagnostics(&board, processes, stamp()));
+        let diagnostics = diagnostics(&board, processes, stamp());
+        if let Some(foxglove) = &self.foxglove {
+            foxglove.show_diagnostics(&diagnostics);
+        }
+        self.publishers.diagnostics.publish(diagnostics);
     }
 }
 
@@ -194,7 +212,10 @@ impl Service for BridgeService {
                     return Err("[ros] cannot change while ros-bridge runs: restart it".into());
                 }
             }
-            Event::Tick => self.show_diagnostics(),
+            Event::Tick => {
+                self.foxglove.iter_mut().for_each(FoxgloveServer::listen);
+                self.show_diagnostics();
+            }
             Event::Attached => {}
         }
         self.show()
@@ -205,11 +226,15 @@ impl Service for BridgeService {
     }
 
     fn standing(&self) -> Standing {
-        Standing { error: None, warning: self.warning.clone() }
+        Standing { error: self.foxglove.as_ref().and_then(FoxgloveServer::error), warning: self.warning.clone() }
     }
 
     fn facts(&self) -> RosBridgeFacts {
-        RosBridgeFacts { storey: self.published.map(|(storey, ..)| storey), has_transform: self.has_transform }
+        RosBridgeFacts {
+            storey: self.published.map(|(storey, ..)| storey),
+            has_transform: self.has_transform,
+            foxglove: self.foxglove.as_ref().and_then(FoxgloveServer::address),
+        }
     }
 }
 

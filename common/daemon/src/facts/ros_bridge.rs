@@ -1,6 +1,7 @@
 //! Facts of ros-bridge.
 
 use serde::{Deserialize, Serialize};
+use std::net::SocketAddr;
 
 /// Facts of ros-bridge.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -10,4 +11,6 @@ pub struct RosBridgeFacts {
     pub storey: Option<usize>,
     /// True if a transform of the robot's map was published.
     pub has_transform: bool,
+    /// Where Foxglove is served; `None` without a server that listens.
+    pub foxglove: Option<SocketAddr>,
 }
