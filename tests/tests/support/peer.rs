@@ -32,6 +32,14 @@ impl Peer {
             assert!(begun.elapsed() < DEADLINE, "{what}: {:?}", self.last);
         }
     }
+
+    /// Reads until there is nothing more to come.
+    pub(crate) fn wait_until_its_end(&mut self) {
+        let begun = Instant::now();
+        while self.lines.next().is_some() {
+            assert!(begun.elapsed() < DEADLINE, "the peer does not end");
+        }
+    }
 }
 
 impl Drop for Peer {
