@@ -1,28 +1,11 @@
 //! Running daemons in the ROS 2 graph, with a CycloneDDS participant as peer and without ROS.
-#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
 
 use serde_json::Value;
-use sha2::{Digest, Sha256};
-use std::path::Path;
-use support::ros_peer::{Peer, domain, has_peer, site};
+use support::map_server::published_by_map_server;
+use support::ros_peer::{domain, has_peer, join, site};
 use support::{convert, demo_model, turned_map};
-
-/// sha256 of a layer as Nav2's map server publishes the file that `export` writes.
-fn published_by_map_server(folder: &Path, layer: &str) -> String {
-    let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
-    let directory = folder.join(manifest["storeys"][0]["directory"].as_str().unwrap());
-    let (width, _, pixels) = grid::decode_pgm(&std::fs::read(directory.join(layer)).unwrap()).unwrap();
-    let cell = |pixel: u8| match f64::from(255 - pixel) / 255.0 {
-        p if p > 0.65 => 100_u8,
-        p if p < 0.196 => 0,
-        _ => 255,
-    };
-    // `decode_pgm` gives the lowest row first, as the message has it.
-    let cells: Vec<u8> = pixels.chunks(width).flatten().map(|&pixel| cell(pixel)).collect();
-    Sha256::digest(cells).iter().map(|byte| format!("{byte:02x}")).collect()
-}
 
 #[test]
 fn a_peer_gets_the_maps_of_the_files_and_those_of_the_next_date() {
@@ -31,7 +14,7 @@ fn a_peer_gets_the_maps_of_the_files_and_those_of_the_next_date() {
     }
     let domain = domain();
     let mut live = site(domain, "");
-    let mut early = Peer::join(domain, &[]);
+    let mut early = join(domain, &[]);
     early.wait_until("all topics", |last| last.len() >= 8 && last.contains_key("/diagnostics"));
     let map = early.last["/groundplan/map"].clone();
     assert_eq!((&map["frame"], &map["resolution_m"]), (&"site_map".into(), &0.05.into()), "{map}");
@@ -57,7 +40,7 @@ fn a_peer_gets_the_maps_of_the_files_and_those_of_the_next_date() {
     });
     // Who comes later gets the newest set, also from a bridge that was killed.
     live.kill("ros-bridge");
-    let mut late = Peer::join(domain, &[]);
+    let mut late = join(domain, &[]);
     late.wait_until("the newest set", |last| {
         last.get("/groundplan/map").is_some_and(|map| map["sha256"] == early.last["/groundplan/map"]["sha256"])
     });
@@ -75,7 +58,7 @@ fn a_slam_map_from_the_graph_is_aligned_and_the_transform_comes_back() {
     let mut live = site(domain, "slam_map_topic = \"/map\"\n");
     live.text(&[&"date", &"2024-12-01"]);
     let robot = turned_map(&maps, 0, live.home.path());
-    let mut peer = Peer::join(domain, &[&"--publish-slam-map", &robot]);
+    let mut peer = join(domain, &[&"--publish-slam-map", &robot]);
     peer.wait_until("a transform", |last| last.contains_key("/tf_static"));
     let transform = &peer.last["/tf_static"]["transforms"][0];
     assert_eq!((&transform["parent"], &transform["child"]), (&"map".into(), &"site_map".into()), "{transform}");

@@ -5,7 +5,7 @@ mod support;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::process::Command;
-use support::ros_peer::{Peer, domain, has_peer, site};
+use support::ros_peer::{domain, has_peer, join, site};
 use support::{convert, demo_model, turned_map};
 
 /// Two places of the ground floor: open before the walls of the rooms stand, closed while they are built, and further apart
@@ -25,7 +25,7 @@ fn nav2_is_stopped_before_its_map_changes_and_plans_around_what_closes() {
     let domain = domain();
     let mut live = site(domain, "service_mapping = \"cyclone_dds\"\n[ros.nav2]\n");
     live.text(&[&"date", &"2024-04-06"]);
-    let mut nav2 = Peer::join(domain, &[&"--nav2", &"--plan", &ENDS]);
+    let mut nav2 = join(domain, &[&"--nav2", &"--plan", &ENDS]);
     nav2.wait_until("a way", |last| last.get("plan").is_some_and(|plan| plan["length_m"].is_number()));
     let before_m = nav2.last["plan"]["length_m"].as_f64().unwrap();
     nav2.order.clear();
@@ -57,28 +57,28 @@ fn the_plan_time_moves_from_ros_only_where_the_site_allows_it() {
     }
     let domain = domain();
     let mut live = site(domain, "service_mapping = \"cyclone_dds\"\n");
-    let mut peer = Peer::join(domain, &[&"--set", &"plan_time=2024-05-10", &"--call", &"next_change"]);
+    let mut peer = join(domain, &[&"--set", &"plan_time=2024-05-10", &"--call", &"next_change"]);
     peer.wait_until("a refusal", |last| last.contains_key("/groundplan/ros_bridge/set_parameters"));
     let refused = &peer.last["/groundplan/ros_bridge/set_parameters"];
     assert!(refused["success"] == false && refused["message"].as_str().unwrap().contains("allow_control"), "{refused}");
     assert!(!peer.last.contains_key("/groundplan/next_change"), "the service is not offered");
     drop(peer);
     // The storey is the robot's to tell.
-    let mut peer = Peer::join(domain, &[&"--set", &"storey=1"]);
+    let mut peer = join(domain, &[&"--set", &"storey=1"]);
     peer.wait_until("the other storey", |last| last.get("/groundplan/changed").is_some_and(|now| now["storey"] == 1));
     drop(peer);
     live.kill("ros-bridge");
-    let mut peer = Peer::join(domain, &[]);
+    let mut peer = join(domain, &[]);
     peer.wait_until("maps", |last| last.contains_key("/groundplan/changed"));
     assert_eq!(peer.last["/groundplan/changed"]["storey"], 1, "it survives the bridge");
     live.down();
 
     let allowed = "service_mapping = \"cyclone_dds\"\nallow_control = true\n";
     let mut live = site(domain, allowed);
-    let mut peer = Peer::join(domain, &[&"--set", &"plan_time=2024-05-10"]);
+    let mut peer = join(domain, &[&"--set", &"plan_time=2024-05-10"]);
     peer.wait_until("the date", is_at("2024-05-10T00:00:00"));
     drop(peer);
-    let mut peer = Peer::join(domain, &[&"--call", &"next_change", &"--call", &"confirm"]);
+    let mut peer = join(domain, &[&"--call", &"next_change", &"--call", &"confirm"]);
     peer.wait_until("answers", |last| {
         last.contains_key("/groundplan/next_change") && last.contains_key("/groundplan/confirm")
     });
@@ -95,7 +95,7 @@ fn a_robot_is_told_when_its_maps_grow_stale_and_kept_out_of_everything() {
     }
     let domain = domain();
     let mut live = site(domain, "keepout_when_stale = true\n");
-    let mut peer = Peer::join(domain, &[]);
+    let mut peer = join(domain, &[]);
     let state = |state: &'static str| {
         move |last: &BTreeMap<String, Value>| {
             last.get("/groundplan/heartbeat").is_some_and(|beat| beat["state"] == state)
@@ -131,10 +131,10 @@ fn maps_are_moved_into_the_frame_of_slam_and_the_robot_is_placed() {
     let mut live = site(domain, more);
     live.text(&[&"date", &"2024-12-01"]);
     let robot = turned_map(&maps, 0, live.home.path());
-    let mut early = Peer::join(domain, &[]);
+    let mut early = join(domain, &[]);
     early.wait_until("a heartbeat", |last| last.contains_key("/groundplan/heartbeat"));
     assert!(!early.last.contains_key("/groundplan/map"), "without a pose there is no map in the robot's frame");
-    let mut peer = Peer::join(domain, &[&"--publish-slam-map", &robot, &"--robot-at", &"1.0,2.0,0.5"]);
+    let mut peer = join(domain, &[&"--publish-slam-map", &robot, &"--robot-at", &"1.0,2.0,0.5"]);
     peer.wait_until("a map", |last| last.contains_key("/groundplan/map"));
     let map = peer.last["/groundplan/map"].clone();
     assert_eq!((&map["frame"], &map["resolution_m"]), (&"map".into(), &0.05.into()), "{map}");

@@ -64,7 +64,7 @@ const ALLOWED: [(&str, &[&str]); 26] = [
 ];
 
 /// Foreign crates, and the crates that alone may name each.
-const FENCED: [(&str, &[&str]); 13] = [
+const FENCED: [(&str, &[&str]); 15] = [
     ("ifc-lite-core", &["ifc"]),
     ("ifc-lite-geometry", &["ifc"]),
     ("ifc-lite-processing", &["ifc"]),
@@ -78,6 +78,8 @@ const FENCED: [(&str, &[&str]); 13] = [
     ("cdr-encoding", &["ros"]),
     ("mcap", &["groundplan"]),
     ("ros2-client", &["ros-bridge"]),
+    ("foxglove", &["ros-bridge"]),
+    ("tokio", &["ros-bridge"]),
 ];
 
 /// Crates whose modules import each other in a circle, and why each of them may.

@@ -345,6 +345,16 @@ mod tests {
     }
 
     #[test]
+    fn foxglove_is_served_where_its_table_says_and_only_if_there_is_one() {
+        let parse = |toml: &str| SiteConfig::parse(&format!("state = \"x\"\n{toml}"), Path::new("/"));
+        let address = |toml: &str| parse(toml).unwrap().ros.foxglove.map(|foxglove| foxglove.address.to_string());
+        assert_eq!(address("[ros]\nenabled = true"), None);
+        assert_eq!(address("[ros.foxglove]").as_deref(), Some("127.0.0.1:8765"));
+        assert_eq!(address("[ros.foxglove]\naddress = \"[::1]:80\"").as_deref(), Some("[::1]:80"));
+        assert!(parse("[ros.foxglove]\naddress = \"somewhere\"").unwrap_err().to_string().contains("address"));
+    }
+
+    #[test]
     fn an_unknown_key_is_named_with_its_line() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("site.toml");

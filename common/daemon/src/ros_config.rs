@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
+use std::net::{Ipv4Addr, SocketAddr};
 
 /// What ros-bridge publishes in ROS 2, and takes from there.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -41,6 +42,8 @@ pub struct RosConfig {
     pub service_mapping: RosServiceMapping,
     /// What Nav2 is told when maps change; nothing if left out.
     pub nav2: Option<Nav2Config>,
+    /// The server for Foxglove; there is none if left out.
+    pub foxglove: Option<FoxgloveConfig>,
     /// Other qualities of service, by topic as in `outputs`.
     pub qos: BTreeMap<RosOutput, QosConfig>,
 }
@@ -64,6 +67,7 @@ impl Default for RosConfig {
             allow_control: false,
             service_mapping: RosServiceMapping::default(),
             nav2: None,
+            foxglove: None,
             qos: BTreeMap::new(),
         }
     }
@@ -160,6 +164,20 @@ pub enum Nav2Pause {
     Goals,
     /// The lifecycle manager pauses Nav2, and resumes it.
     Lifecycle,
+}
+
+/// The server for Foxglove in ros-bridge.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FoxgloveConfig {
+    /// Address and TCP port at which it listens; port 0 for one that is free, which the log names.
+    pub address: SocketAddr,
+}
+
+impl Default for FoxgloveConfig {
+    fn default() -> Self {
+        Self { address: SocketAddr::from((Ipv4Addr::LOCALHOST, 8765)) }
+    }
 }
 
 /// Qualities of service of a topic; what is left out stays as it is.

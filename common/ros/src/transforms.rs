@@ -1,9 +1,14 @@
-//! Transforms between frames of maps.
+//! Transforms between frames of maps, and the pose of a SLAM map with its covariance.
 
 use crate::msg::builtin_interfaces::Time;
-use crate::msg::geometry_msgs::{Quaternion, Transform, TransformStamped, Vector3};
+use crate::msg::geometry_msgs::{
+    Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Transform, TransformStamped, Vector3,
+};
 use crate::msg::std_msgs::Header;
 use messages::{MapStoreyRecord, PoseRecord};
+
+/// The places of x, y and yaw among x, y, z and the rotations about X, Y and Z.
+const PLANAR: [usize; 3] = [0, 1, 5];
 
 /// How the map of the model lies in the robot's own map: for `/tf_static`, where SLAM owns the frame `map`.
 ///
@@ -13,6 +18,24 @@ pub fn site_map_from_map(pose: &PoseRecord, map: &str, site_map: &str, stamp: Ti
     let slam_from_map = pose.map_from_slam().inverse();
     let [x, y] = slam_from_map.translation_m();
     transform(map, site_map, Vector3 { x, y, z: 0.0 }, Quaternion::of_yaw_rad(slam_from_map.yaw_rad()), stamp)
+}
+
+/// Where the SLAM map begins in the model's map `site_map`, with the covariance of that place and of its yaw; both lie in the
+/// plane, which has no variance.
+pub fn alignment_pose(pose: &PoseRecord, site_map: &str, stamp: Time) -> PoseWithCovarianceStamped {
+    let map_from_slam = pose.map_from_slam();
+    let ([x, y], [x_about, y_about]) = (map_from_slam.translation_m(), map_from_slam.apply(pose.about_m));
+    let rows = pose.pose_covariance().transported([x - x_about, y - y_about]).rows();
+    let mut covariance = [[0.0; 6]; 6];
+    for (i, row) in PLANAR.into_iter().zip(rows) {
+        for (j, value) in PLANAR.into_iter().zip(row) {
+            covariance[i][j] = value;
+        }
+    }
+    let orientation = Quaternion::of_yaw_rad(map_from_slam.yaw_rad());
+    let pose = Pose { position: Point { x, y, z: 0.0 }, orientation };
+    let header = Header { stamp, frame_id: site_map.to_owned() };
+    PoseWithCovarianceStamped { header, pose: PoseWithCovariance { pose, covariance } }
 }
 
 /// How the flat map of a storey lies in the frame of the site: lifted to its floor.
@@ -47,5 +70,27 @@ mod tests {
         let [x, y] = in_model.coordinates_m();
         let moved = Point2::new(cos * x - sin * y + translation.x, sin * x + cos * y + translation.y);
         assert!(in_slam.distance_m(&moved) < 1e-12, "{moved:?}");
+    }
+    #[test]
+    fn the_pose_of_a_slam_map_is_as_uncertain_as_its_beginning() {
+        let covariance = [1e-4, 0.0, 0.0, 0.0, 4e-4, 0.0, 0.0, 0.0, 1e-6];
+        let pose = PoseRecord { map_from_slam: [3.0, -7.0, 0.0], covariance, about_m: [10.0, 0.0], ..PoseRecord::NONE };
+        let message = alignment_pose(&pose, "site_map", Time::default());
+        assert_eq!(message.header.frame_id, "site_map");
+        let PoseWithCovariance { pose, covariance } = message.pose;
+        assert_eq!((pose.position, pose.orientation), (Point { x: 3.0, y: -7.0, z: 0.0 }, Quaternion::default()));
+        // A turn about the place that is 10 m away moves the beginning across.
+        let expected = |i: usize, j: usize| match [i, j] {
+            [0, 0] => 1e-4,
+            [1, 1] => 4e-4 + 100.0 * 1e-6,
+            [1, 5] | [5, 1] => -10.0 * 1e-6,
+            [5, 5] => 1e-6,
+            _ => 0.0,
+        };
+        for (i, row) in covariance.iter().enumerate() {
+            for (j, value) in row.iter().enumerate() {
+                assert!((value - expected(i, j)).abs() < 1e-12, "{i} {j}: {value}");
+            }
+        }
     }
 }

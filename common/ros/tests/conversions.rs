@@ -94,6 +94,8 @@ fn rooms_doors_waypoints_and_routes_are_drawn() {
         let name = ("room_names", 0, Marker::TEXT_VIEW_FACING, "Küche, \"0.1\"");
         assert_eq!(listed(&rooms), [name, ("rooms", 0, Marker::LINE_STRIP, "")]);
         assert_eq!(rooms.markers[1].points.len(), 5, "an outline is closed");
+        let each: Vec<_> = markers::each_room(site, input.schedule_state, 0).collect();
+        assert_eq!((each.len(), each[0].state.name(), each[0].global_id), (1, "open", "space-0"), "{each:?}");
         // The door of this building has no passage to draw.
         let doors = markers::doors(site, input.index, 0, "map", STAMP);
         let reason = "clear width 0.50 m, this robot needs 0.70 m";

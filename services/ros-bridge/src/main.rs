@@ -1,7 +1,8 @@
-//! ROS 2: maps, masks, markers and diagnostics of the robot's storey out, the robot's SLAM map in.
+//! ROS 2 and Foxglove: maps, masks, markers and diagnostics of the robot's storey out, the robot's SLAM map in.
 
 mod calls;
 mod control;
+mod foxglove;
 mod graph;
 mod map_sender;
 mod nav2;

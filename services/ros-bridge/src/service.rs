@@ -1,6 +1,7 @@
 //! The ros-bridge service: publishes the maps of the robot's storey whenever they change, and takes its SLAM map.
 
 use crate::calls;
+use crate::foxglove::FoxgloveServer;
 use crate::graph::{MapTopics, RosGraph, StateTopics, full_name};
 use crate::map_sender::{Job, MapSender};
 use crate::nav2::Nav2;
@@ -16,7 +17,9 @@ use daemon::{
 };
 use frames::counted;
 use messages::{Activity, Alignment, PoseRecord, PoseValidity};
+use ros::markers::each_room;
 use ros::msg::builtin_interfaces::Time;
+use ros::transforms::alignment_pose;
 use serde::de::IgnoredAny;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -41,6 +44,7 @@ pub(crate) struct BridgeService {
     map_topics: Vec<String>,
     peers: RosPeers,
     sender: MapSender,
+    foxglove: Option<FoxgloveServer>,
     slam_map: Option<Arc<Mutex<SlamMapInput>>>,
     robot: Robot,
     samples: SiteSamples,
@@ -75,6 +79,7 @@ impl BridgeService {
         let [map_topic, mask_topic] = [map_topics.map.name(), map_topics.keepout_mask.name()].map(str::to_owned);
         let slam_map_topic = ros.slam_map_topic.as_deref().map(|topic| full_name(&ros.namespace, topic));
         let topics_of_maps = [map_topic, mask_topic.clone()].into_iter().chain(slam_map_topic).collect();
+        let foxglove = ros.foxglove.as_ref().map(|foxglove| FoxgloveServer::start(foxglove, ros)).transpose()?;
         let nav2 = ros.nav2.as_ref().map(|nav2| Nav2::of(&mut graph, nav2, ros.service_mapping)).transpose()?;
         let slam_map = match &ros.slam_map_topic {
             Some(topic) => {
@@ -98,6 +103,7 @@ impl BridgeService {
             map_topics: topics_of_maps,
             peers: RosPeers::default(),
             sender: MapSender::start(map_topics, nav2, config.state.join("ros"))?,
+            foxglove,
             slam_map,
             robot,
             samples: SiteSamples::default(),
@@ -157,6 +163,9 @@ impl BridgeService {
         let target = Target { config: &self.config.ros, mask_topic: &self.mask_topic, moved_by, stamp: stamp() };
         let outputs: Outputs = outputs_of(&views, storey, epoch, target)?;
         self.keepout_everywhere = self.config.ros.keepout_when_stale.then(|| outputs.grids.keepout_everywhere.clone());
+        if let Some(foxglove) = &self.foxglove {
+            foxglove.show(&outputs, each_room(&views.site, &views.state, outputs.key.storey));
+        }
         self.sender.send(Job::Maps(Box::new(outputs)));
         self.published = Some(now);
         self.activity.set(Activity::Published);
@@ -170,7 +179,11 @@ impl BridgeService {
         if frame == slam_frame {
             return;
         }
-        let Some(transform) = transform_of(&alignment.view(), slam_frame, frame, stamp()) else { return };
+        let (alignment, now) = (alignment.view(), stamp());
+        let Some(transform) = transform_of(&alignment, slam_frame, frame, now) else { return };
+        if let (Some(foxglove), Some(pose)) = (&self.foxglove, alignment.pose()) {
+            foxglove.show_alignment(&transform, &alignment_pose(pose, frame, now));
+        }
         self.topics.tf_static.publish(transform);
         self.has_transform = true;
         if let (Some(pose), Some(robot)) = (self.effective_pose(), self.robot.pose()) {
@@ -200,7 +213,12 @@ impl BridgeService {
         }
         self.peers = self.graph.peers(self.map_topics.iter().map(String::as_str));
         let processes = board.processes(&self.config);
-        self.topics.diagnostics.publish(diagnostics(&board, processes, stamp()));
+        let diagnostics = diagnostics(&board, processes, stamp());
+        if let Some(foxglove) = &mut self.foxglove {
+            foxglove.listen();
+            foxglove.show_diagnostics(&diagnostics);
+        }
+        self.topics.diagnostics.publish(diagnostics);
     }
 
     /// Others that publish on the topics of the maps: a reader of a latched topic keeps the map of one of two.
@@ -338,7 +356,8 @@ impl Service for BridgeService {
 
     fn standing(&self) -> Standing {
         let mut warnings = self.warning.clone().into_iter().chain(self.sender.sent().warning).chain(self.rivals());
-        Standing { error: None, warning: warnings.next() }
+        let error = self.foxglove.as_ref().and_then(FoxgloveServer::error);
+        Standing { error, warning: warnings.next() }
     }
 
     fn facts(&self) -> RosBridgeFacts {
@@ -358,6 +377,7 @@ impl Service for BridgeService {
             robot_in_map: robot.and_then(in_map),
             domain_id: self.graph.domain_id(),
             peers: self.peers.clone(),
+            foxglove: self.foxglove.as_ref().and_then(FoxgloveServer::address),
         }
     }
 }

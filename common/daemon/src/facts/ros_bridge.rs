@@ -3,6 +3,7 @@
 use super::Pose;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::net::SocketAddr;
 
 /// Facts of ros-bridge.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -24,6 +25,8 @@ pub struct RosBridgeFacts {
     pub domain_id: u16,
     /// What is there of others.
     pub peers: RosPeers,
+    /// Where Foxglove is served; `None` without a server that listens.
+    pub foxglove: Option<SocketAddr>,
 }
 
 /// Other participants of the ROS 2 graph.

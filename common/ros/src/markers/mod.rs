@@ -14,6 +14,6 @@ mod waypoints;
 pub use doors::doors;
 pub use drawing::together;
 pub use drop_offs::drop_offs;
-pub use rooms::rooms;
+pub use rooms::{Room, RoomState, each_room, rooms};
 pub use route::route;
 pub use waypoints::waypoints;
