@@ -14,6 +14,7 @@ use std::time::Instant;
 use support::live::{DEADLINE, Live, POLL_INTERVAL};
 use support::map_server::published_by_map_server;
 use support::peer::Peer;
+use support::ros_peer::domain;
 use support::{announce, client, convert, demo_model, root, turned_map};
 
 /// True, unless what the client needs cannot be had: then it says so.
@@ -28,7 +29,8 @@ fn has_client() -> bool {
 
 /// A site that serves Foxglove; nothing in the graph of ROS looks at it.
 fn site(address: SocketAddr, plan_time: &str) -> Live {
-    let ros = format!("[ros]\nenabled = true\ndomain_id = 231\n[ros.foxglove]\naddress = \"{address}\"\n");
+    let domain = domain();
+    let ros = format!("[ros]\nenabled = true\ndomain_id = {domain}\n[ros.foxglove]\naddress = \"{address}\"\n");
     Live::of(&demo_model(), &format!("[schedule]\nplan_time = \"{plan_time}\"\n{ros}"))
 }
 

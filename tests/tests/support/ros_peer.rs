@@ -18,7 +18,7 @@ pub(crate) fn has_peer() -> bool {
 /// A domain that no other test of this process and hardly one of another has.
 pub(crate) fn domain() -> u16 {
     static NUMBER: AtomicU16 = AtomicU16::new(0);
-    100 + (std::process::id() % 60) as u16 * 2 + NUMBER.fetch_add(1, Ordering::Relaxed) % 2
+    100 + (std::process::id() % 16) as u16 * 8 + NUMBER.fetch_add(1, Ordering::Relaxed) % 8
 }
 
 /// A participant that prints what comes.
