@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks a recording of `groundplan convert --date all -o OUT --mcap FILE` against the maps in OUT.
+"""Checks a recording of `groundplan convert --date all -o OUT --mcap FILE` against the maps in OUT, or the end of one of
+`groundplan record FILE` against `groundplan export OUT`.
 
 usage: scripts/check_recording.py FILE OUT
 
@@ -84,7 +85,7 @@ def check_sources(recording, manifest):
     assert models == expected, (models, expected)
     whole = [facts for name, facts in recording.metadata if name == "groundplan"]
     assert len(whole) == 1 and float(whole[0]["resolution_m"]) == manifest["resolution_m"], whole
-    return int(whole[0]["change_instants"])
+    return int(whole[0].get("change_instants", 1))
 
 
 def check_grid(grid, folder, name, place):
@@ -141,7 +142,18 @@ def main():
         sys.exit(__doc__)
     recording, out = Recording(pathlib.Path(sys.argv[1])), pathlib.Path(sys.argv[2])
     assert recording.profile == "ros2", recording.profile
-    dates = {nanoseconds(date["plan_time"]): date for date in load(out / "manifest.json")["dates"]}
+    manifest = load(out / "manifest.json")
+    if "dates" in manifest:
+        dates = {nanoseconds(date["plan_time"]): date for date in manifest["dates"]}
+    else:
+        # Of a running site only the last maps can be exported afterwards.
+        (end,) = {max(messages) for topic, messages in recording.messages.items() if topic != "/tf_static"}
+        dates = {end: {"directory": "."}}
+        sets = {len(messages) for topic, messages in recording.messages.items() if topic != "/tf_static"}
+        assert len(sets) == 1, sets
+        for topic, messages in recording.messages.items():
+            if topic != "/tf_static":
+                recording.messages[topic] = {end: messages[end]}
     manifests = {at: load(out / date["directory"] / "manifest.json") for at, date in dates.items()}
     instants = sorted(dates)
     last = manifests[instants[-1]]

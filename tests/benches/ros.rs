@@ -62,6 +62,13 @@ fn measure(what: &str, model: &Path, resolution_m: f64) {
     let at = |share: f64| later_ms[((later_ms.len() - 1) as f64 * share).round() as usize];
     println!("| {what} | {bytes} | {:.1} ms | {:.1} ms |", at(0.5), at(0.99));
     site.end();
+    // What this process was the last to hold, and the folder of the relay.
+    for entry in std::fs::read_dir("/dev/shm").unwrap().map(Result::unwrap) {
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            std::fs::remove_file(entry.path()).unwrap();
+        }
+    }
+    std::fs::remove_dir_all(format!("{}-relay", bus_root.path().display())).unwrap();
 }
 
 impl Site {

@@ -4,9 +4,11 @@
 mod support;
 
 use serde_json::Value;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::Command;
-use support::{announce, demo_model, files_in, groundplan, root};
+use std::process::{Command, Stdio};
+use support::live::Live;
+use support::{announce, client, demo_model, files_in, groundplan, root};
 
 /// Topics of a storey.
 const N_TOPICS: usize = 7;
@@ -69,6 +71,35 @@ fn one_storey_has_the_topics_that_nav2_asks_for_and_no_folder_is_needed() {
     let topics: Vec<&String> = counted["topics"].as_object().unwrap().keys().collect();
     assert_eq!(topics.len(), N_TOPICS);
     assert!(topics.iter().all(|topic| topic.matches('/').count() == 2), "{topics:?}");
+}
+
+#[test]
+fn a_running_site_is_recorded_as_its_maps_change() {
+    let mut live = Live::start();
+    let (recording, out) = (live.home.path().join("day.mcap"), live.home.path().join("out"));
+    let mut record = Command::new(client());
+    record.arg("record").arg(&recording).arg("--config").arg(live.config());
+    let mut record = record.stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(record.stderr.take().unwrap()).lines();
+    let first = lines.next().unwrap().unwrap();
+    assert!(first.contains("2024-03-01T00:00:00"), "{first}");
+    assert!(!recording.exists(), "it appears whole");
+    live.text(&[&"date", &"2024-04-15"]);
+    let second = lines.next().unwrap().unwrap();
+    assert!(second.contains("2024-04-15T00:00:00"), "{second}");
+    // The bus is another one after that, and the recording goes on.
+    live.kill("rasterize");
+    live.text(&[&"date", &"2024-06-30"]);
+    assert!(lines.any(|line| line.unwrap().contains("2024-06-30T00:00:00")));
+    assert!(Command::new("kill").args(["-INT", &record.id().to_string()]).status().unwrap().success());
+    let output = record.wait_with_output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && text.ends_with(&format!("sets of maps in {}\n", recording.display())), "{text}");
+    live.text(&[&"export", &out]);
+    live.down();
+    if let Some(counted) = checked(&recording, &out) {
+        assert!(counted["cells"].as_u64() > Some(100_000), "{counted}");
+    }
 }
 
 #[test]

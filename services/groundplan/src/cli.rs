@@ -2,7 +2,7 @@
 
 use crate::commands::{
     actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, load, log,
-    man, metrics, monitor, relay, robot, slam_map, states, status, tasks, topic, undo, up, waypoints,
+    man, metrics, monitor, record, relay, robot, slam_map, states, status, tasks, topic, undo, up, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -64,6 +64,8 @@ pub enum Command {
     Undo(undo::Args),
     /// Show the running daemons in the terminal: their state, topics and maps
     Monitor(monitor::Args),
+    /// Record the maps of the running daemons as ROS 2 messages in an MCAP file, as they change
+    Record(record::Args),
     /// Inspect topics of the bus
     Topic(topic::Args),
     /// Write the files of `convert` from the running daemons, at the plan time that they hold
@@ -118,6 +120,7 @@ impl Command {
             Self::Log(arguments) => arguments,
             Self::Metrics(arguments) => arguments,
             Self::Monitor(arguments) => arguments,
+            Self::Record(arguments) => arguments,
             Self::Topic(arguments) => arguments,
             Self::Undo(arguments) => arguments,
             Self::Export(arguments) => arguments,

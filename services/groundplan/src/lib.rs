@@ -9,6 +9,7 @@ pub mod run;
 mod alignment_report;
 mod alignment_request;
 mod date_argument;
+mod film;
 mod maps;
 mod monitor;
 mod progress;

@@ -120,10 +120,11 @@ impl Drop for Live {
             // After a failure: its children leave with it.
             let _ = up.kill();
             let _ = up.wait();
-            for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
-                if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
-                    let _ = std::fs::remove_file(entry.path());
-                }
+        }
+        // After a failure, and what a participant in the test itself was the last to hold.
+        for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
+            if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
+                let _ = std::fs::remove_file(entry.path());
             }
         }
     }

@@ -17,6 +17,7 @@ pub mod log;
 pub mod man;
 pub mod metrics;
 pub mod monitor;
+pub mod record;
 pub mod relay;
 pub mod robot;
 pub mod slam_map;

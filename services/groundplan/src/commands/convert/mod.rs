@@ -1,7 +1,6 @@
 //! `groundplan convert`: the stages one after the other, archives in the heap.
 
 mod args;
-mod film;
 mod notices;
 mod output;
 mod plan_time_summary;

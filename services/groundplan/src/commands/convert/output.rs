@@ -1,11 +1,11 @@
 //! Writes the files of schedule states into an output folder, and their messages into a recording.
 
 use super::args::Args;
-use super::film::{Facts, Film};
 use super::plan_time_summary::PlanTimeSummary;
 use crate::args::report_set_aside;
 use crate::date_argument;
 use crate::failure::Failure;
+use crate::film::{Facts, Film, FilmTime};
 use crate::maps::{Maps, with_maps, world_files};
 use crate::progress::ProgressLine;
 use crate::recording::FinishedRecording;
@@ -103,7 +103,12 @@ impl Job<'_> {
     fn film(&self, n_change_instants: usize) -> Result<Option<Film>, Failure> {
         let begin = |path: &PathBuf| {
             let (robot, resolution_m) = (self.robot.name.clone(), self.arguments.robot.resolution);
-            Film::begin(path, self.site, &self.options.storeys, Facts { n_change_instants, robot, resolution_m })
+            Film::begin(
+                path,
+                self.site,
+                &self.options.storeys,
+                Facts { time: FilmTime::Plan { n_change_instants }, robot, resolution_m },
+            )
         };
         self.arguments.mcap.as_ref().map(begin).transpose()
     }
@@ -139,7 +144,7 @@ impl Job<'_> {
             let start =
                 options.start.map_or(Ok(false), |start| maps.check_start(site, &schedule_state, options, start));
             if let Some(film) = film {
-                film.add(&input)?;
+                film.add_at_plan_time(&input)?;
             }
             let files = folder.map_or_else(Vec::new, |_| export::files(&input, world_files(&input, world)));
             Ok(Drawn { files, summary: PlanTimeSummary::of(&input), start })

@@ -1,4 +1,4 @@
-//! The construction as a recording: the maps and markers of every change instant as ROS 2 messages.
+//! Sets of maps as a recording: maps and markers as ROS 2 messages, of every change instant or as the daemons publish them.
 
 use crate::date_argument;
 use crate::failure::Failure;
@@ -15,8 +15,8 @@ use std::path::Path;
 /// The frame of the site: that of all maps if there is one storey.
 const SITE_FRAME: &str = "map";
 
-/// A recording of a construction that is being written.
-pub(super) struct Film {
+/// A recording of sets of maps that is being written.
+pub(crate) struct Film {
     recording: Recording,
     /// By map storey.
     storeys: BTreeMap<u32, FilmStorey>,
@@ -37,7 +37,7 @@ impl Film {
     ///
     /// # Errors
     /// A file of another kind at the path, a folder that cannot be written.
-    pub(super) fn begin(path: &Path, site: &Site<'_>, map_storeys: &[u32], facts: Facts) -> Result<Self, Failure> {
+    pub(crate) fn begin(path: &Path, site: &Site<'_>, map_storeys: &[u32], facts: Facts) -> Result<Self, Failure> {
         let mut recording = Recording::begin(path).map_err(|error| match error {
             RecordingError::Foreign { .. } => Failure::usage(error),
             _ => Failure::work(error),
@@ -47,21 +47,27 @@ impl Film {
         Ok(Self { recording, storeys: storeys.collect(), has_frames: false })
     }
 
-    /// Adds the maps and markers at a change instant.
+    /// Adds the maps and markers at a change instant, stamped with the plan time.
     ///
     /// # Errors
     /// A plan time that stamps do not reach, a disk that is full.
-    pub(super) fn add(&mut self, input: &ExportInput<'_>) -> Result<(), Failure> {
+    pub(crate) fn add_at_plan_time(&mut self, input: &ExportInput<'_>) -> Result<(), Failure> {
         let plan_time_s = input.schedule_state.head.plan_time_s;
         let (stamp, at_ns) = stamp_of(plan_time_s).ok_or_else(|| {
             let at = date_argument::text(plan_time_s);
             Failure::work(format!("{at} cannot be recorded: stamps of ROS 2 are from 1970 to 2038-01-19"))
         })?;
-        self.add_frames(input.site, stamp, at_ns).map_err(Failure::work)?;
-        for grid in input.grids {
-            self.add_storey(input, grid, stamp, at_ns).map_err(Failure::work)?;
-        }
-        Ok(())
+        self.add_at(input, stamp, at_ns).map_err(Failure::work)
+    }
+
+    /// Adds the maps and markers of an instant, nanoseconds since 1970. Storeys that the recording did not begin with are left
+    /// out.
+    ///
+    /// # Errors
+    /// A disk that is full.
+    pub(crate) fn add_at(&mut self, input: &ExportInput<'_>, stamp: Time, at_ns: u64) -> Result<(), RecordingError> {
+        self.add_frames(input.site, stamp, at_ns)?;
+        input.grids.iter().try_for_each(|grid| self.add_storey(input, grid, stamp, at_ns))
     }
 
     /// Where the frames of several storeys lie, once.
@@ -103,7 +109,7 @@ impl Film {
     }
 
     /// The whole recording, on disk beside its place.
-    pub(super) fn finish(self) -> Result<FinishedRecording, Failure> {
+    pub(crate) fn finish(self) -> Result<FinishedRecording, Failure> {
         self.recording.finish().map_err(Failure::work)
     }
 }
@@ -119,24 +125,39 @@ impl FilmStorey {
 }
 
 /// What a recording says of itself, beside its models.
-pub(super) struct Facts {
-    pub(super) n_change_instants: usize,
-    pub(super) robot: String,
-    pub(super) resolution_m: f64,
+pub(crate) struct Facts {
+    /// What the stamps are.
+    pub(crate) time: FilmTime,
+    pub(crate) robot: String,
+    pub(crate) resolution_m: f64,
+}
+
+/// The time of a recording.
+pub(crate) enum FilmTime {
+    /// Plan time, at so many change instants.
+    Plan { n_change_instants: usize },
+    /// That of the machine.
+    Machine,
 }
 
 /// A record `groundplan` of the whole, and a record `model` for each file.
 fn describe(recording: &mut Recording, site: &Site<'_>, facts: Facts) -> Result<(), RecordingError> {
     let named =
         |facts: &[(&str, String)]| facts.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
-    let whole = [
+    let time = match facts.time {
+        FilmTime::Plan { .. } => "civil time at the site, written as if it were UTC",
+        FilmTime::Machine => "of the machine, when the maps were published",
+    };
+    let mut whole = vec![
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("change_instants", facts.n_change_instants.to_string()),
-        ("time", "civil time at the site, written as if it were UTC".to_owned()),
+        ("time", time.to_owned()),
         ("robot", facts.robot),
         ("resolution_m", facts.resolution_m.to_string()),
         ("frame_epoch", site.head.frame_epoch.to_string()),
     ];
+    if let FilmTime::Plan { n_change_instants } = facts.time {
+        whole.push(("change_instants", n_change_instants.to_string()));
+    }
     recording.describe("groundplan", named(&whole))?;
     for source in site.sources {
         let model = [
