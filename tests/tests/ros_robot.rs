@@ -5,6 +5,8 @@ mod support;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::process::Command;
+use std::time::Instant;
+use support::live::{DEADLINE, Live, POLL_INTERVAL};
 use support::ros_peer::{domain, has_peer, join, site};
 use support::{convert, demo_model, turned_map};
 
@@ -138,15 +140,15 @@ fn maps_are_moved_into_the_frame_of_slam_and_the_robot_is_placed() {
     peer.wait_until("a map", |last| last.contains_key("/groundplan/map"));
     let map = peer.last["/groundplan/map"].clone();
     assert_eq!((&map["frame"], &map["resolution_m"]), (&"map".into(), &0.05.into()), "{map}");
-    let deadline = std::time::Instant::now() + support::live::DEADLINE;
+    let deadline = Instant::now() + DEADLINE;
     let facts = loop {
         let report = std::fs::read(live.root.path().join("board/ros-bridge.json")).unwrap();
         let facts = serde_json::from_slice::<Value>(&report).unwrap()["facts"].clone();
         if facts["robot_in_map"].is_object() {
             break facts;
         }
-        assert!(std::time::Instant::now() < deadline, "{facts}");
-        std::thread::sleep(support::live::POLL_INTERVAL);
+        assert!(Instant::now() < deadline, "{facts}");
+        std::thread::sleep(POLL_INTERVAL);
     };
     let asked: Value = serde_json::from_str(&live.text(&[&"align", &"--json"])).unwrap();
     let number = |value: &Value, key: &str| value[key].as_f64().unwrap();
@@ -159,5 +161,38 @@ fn maps_are_moved_into_the_frame_of_slam_and_the_robot_is_placed() {
         (number(placed, "x_m") - x_m).abs() < 0.05 && (number(placed, "y_m") - y_m).abs() < 0.05,
         "{placed} {pose}"
     );
+    live.down();
+}
+
+#[test]
+fn another_node_on_the_topic_of_the_map_is_told() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let maps = convert(&demo_model(), &[]);
+    let mut live = site(domain, "");
+    let seen = |live: &Live| {
+        let checks: Value = serde_json::from_slice(&live.run(&[&"doctor", &"--json"]).stdout).unwrap();
+        let check = checks.as_array().unwrap().iter().find(|check| check["what"] == "ROS 2").cloned();
+        check.unwrap()["found"].as_str().unwrap().to_owned()
+    };
+    assert!(seen(&live).contains("0 other participants"), "{}", seen(&live));
+    let robot = turned_map(&maps, 0, live.home.path());
+    let mut rival = join(domain, &[&"--publish-slam-map", &robot, &"--topic", &"/groundplan/map"]);
+    rival.wait_until("maps", |last| last.contains_key("/groundplan/changed"));
+    let begun = Instant::now();
+    let warning = loop {
+        let status = live.status().unwrap();
+        if let Some(warning) = status["daemons"]["ros-bridge"]["warning"].as_str() {
+            break warning.to_owned();
+        }
+        assert!(begun.elapsed() < DEADLINE, "{status}");
+        std::thread::sleep(POLL_INTERVAL);
+    };
+    assert_eq!(warning, "1 publisher of other nodes on /groundplan/map: readers keep one of them");
+    assert!(seen(&live).contains("1 other participant; "), "{}", seen(&live));
+    drop(rival);
+    live.wait_until_healthy();
     live.down();
 }

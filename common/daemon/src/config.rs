@@ -270,8 +270,13 @@ impl SiteConfig {
         let file = std::fs::canonicalize(path).map_err(io)?;
         let home = file.parent().unwrap_or(Path::new("/")).to_owned();
         let parsed = Self::parse(&text, &home);
-        let config = parsed.map_err(|source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) })?;
-        Ok(Self { file, ..config })
+        let toml = |path: &Path, source| ConfigError::Toml { path: path.to_owned(), source: Box::new(source) };
+        let config = parsed.map_err(|source| toml(path, source))?;
+        let Some(options) = config.ros.options.clone() else { return Ok(Self { file, ..config }) };
+        let text =
+            std::fs::read_to_string(&options).map_err(|source| ConfigError::Io { path: options.clone(), source })?;
+        let ros = config.ros.with_options(&text).map_err(|source| toml(&options, source))?;
+        Ok(Self { file, ros, ..config })
     }
 
     /// The configuration that a text says; its paths count from `home`.
@@ -294,6 +299,7 @@ impl SiteConfig {
             &mut config.waypoints.options,
             &mut config.align.map,
             &mut config.world.options,
+            &mut config.ros.options,
             &mut config.clock.synchronised_while,
         ];
         for path in paths.chain(optional.into_iter().flatten()) {
@@ -313,6 +319,7 @@ mod tests {
         let config = SiteConfig::read(&shipped).unwrap();
         assert_eq!((config.bus, config.relay), (BusConfig::default(), RelayConfig::default()));
         assert_eq!(config.robot.resolution_m, 0.05);
+        assert_eq!(RosConfig { options: None, ..config.ros }, RosConfig::default());
         let profile = config.robot.profile.unwrap();
         assert!(
             config.models[0].is_file() && profile.is_file(),

@@ -2,8 +2,10 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::de::Error;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
 
 /// What ros-bridge publishes in ROS 2, and takes from there.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
@@ -11,6 +13,8 @@ use std::net::{Ipv4Addr, SocketAddr};
 pub struct RosConfig {
     /// True to run ros-bridge.
     pub enabled: bool,
+    /// A file with the keys of this table; they are in one place, there or here.
+    pub options: Option<PathBuf>,
     /// The ROS domain, 0 to 232; that of ROS_DOMAIN_ID if left out, else 0.
     #[schemars(range(min = 0, max = 232))]
     pub domain_id: Option<u16>,
@@ -52,6 +56,7 @@ impl Default for RosConfig {
     fn default() -> Self {
         Self {
             enabled: false,
+            options: None,
             domain_id: None,
             namespace: "/groundplan".to_owned(),
             frame: "site_map".to_owned(),
@@ -70,6 +75,24 @@ impl Default for RosConfig {
             foxglove: None,
             qos: BTreeMap::new(),
         }
+    }
+}
+
+impl RosConfig {
+    /// This table, which names a file of options, with the text of that file.
+    ///
+    /// # Errors
+    /// No TOML of these keys, or keys in both places.
+    pub(crate) fn with_options(&self, text: &str) -> Result<Self, toml::de::Error> {
+        let of_file: Self = toml::from_str(text)?;
+        let (enabled, options) = (self.enabled, self.options.clone());
+        if *self != (Self { enabled, options: options.clone(), ..Self::default() }) {
+            return Err(toml::de::Error::custom("[ros] of the site names this file: all its keys belong here"));
+        }
+        if of_file.enabled || of_file.options.is_some() {
+            return Err(toml::de::Error::custom("enabled and options belong into [ros] of the site"));
+        }
+        Ok(Self { enabled, options, ..of_file })
     }
 }
 
@@ -200,6 +223,17 @@ pub struct QosConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn keys_are_in_the_site_or_in_the_file_that_it_names() {
+        let site = RosConfig { enabled: true, options: Some("ros.toml".into()), ..RosConfig::default() };
+        let both = site.with_options("frame = \"map\"\n").unwrap();
+        assert_eq!((both.enabled, both.frame.as_str(), &both.options), (true, "map", &site.options));
+        let twice = RosConfig { in_slam_frame: true, ..site.clone() };
+        assert!(twice.with_options("").unwrap_err().to_string().contains("belong here"));
+        assert!(site.with_options("enabled = true").unwrap_err().to_string().contains("of the site"));
+        assert!(site.with_options("frames = 1").unwrap_err().to_string().contains("frames"));
+    }
 
     #[test]
     fn a_table_without_keys_is_the_default_and_a_wrong_word_is_refused() {
