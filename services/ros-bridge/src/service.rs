@@ -56,7 +56,8 @@ pub(crate) struct BridgeService {
     /// The mask that keeps the robot out of the maps that were published.
     keepout_everywhere: Option<ros::msg::nav_msgs::OccupancyGrid>,
     freshness: Freshness,
-    state: MapState,
+    /// True from the moment that maps are stale until maps are published again.
+    is_stopped: bool,
     /// True while `/tf_static` has a transform.
     has_transform: bool,
     /// Why there is nothing to show, and that a person has to change it.
@@ -113,7 +114,7 @@ impl BridgeService {
             published: None,
             keepout_everywhere: None,
             freshness: Freshness::default(),
-            state: MapState::Unknown,
+            is_stopped: false,
             has_transform: false,
             warning: None,
             obstacle: None,
@@ -167,6 +168,7 @@ impl BridgeService {
             foxglove.show(&outputs, each_room(&views.site, &views.state, outputs.key.storey));
         }
         self.sender.send(Job::Maps(Box::new(outputs)));
+        self.is_stopped = false;
         self.published = Some(now);
         self.activity.set(Activity::Published);
         Ok(Done::default())
@@ -200,17 +202,17 @@ impl BridgeService {
             self.freshness.on_maps(maps.clone());
         }
         let state = self.freshness.state(Stamp::now(), utc_ms());
-        let is_stale = |state: &MapState| matches!(state, MapState::Stale { .. });
-        if is_stale(&state) && !is_stale(&self.state) {
-            self.sender.send(Job::Stale(self.keepout_everywhere.clone().map(Box::new)));
+        match &state {
+            MapState::Stale { .. } if !self.is_stopped => {
+                self.sender.send(Job::Stale(self.keepout_everywhere.clone().map(Box::new)));
+                self.is_stopped = true;
+            }
             // Fresh ones come again, also if they are the same.
-            self.published = None;
+            MapState::Fresh { .. } if self.is_stopped => self.published = None,
+            _ => {}
         }
         let head = self.freshness.schedule_state();
         self.topics.heartbeat.publish(heartbeat(&state, self.freshness.maps(), head, sent.storey));
-        if state != MapState::Unknown {
-            self.state = state;
-        }
         self.peers = self.graph.peers(self.map_topics.iter().map(String::as_str));
         let processes = board.processes(&self.config);
         let diagnostics = diagnostics(&board, processes, stamp());
