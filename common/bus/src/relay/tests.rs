@@ -273,7 +273,10 @@ fn why_the_bus_cannot_be_joined_is_told_to_clients_and_to_the_log_once() {
     drop(fixture.keeper.take());
     until("the end", || Some(waiter.wait(DEADLINE).unwrap()).filter(|wake| wake.superseded));
     let file = fixture.domain.place.current_path();
-    std::fs::write(&file, "generation=1\nlayout=4711\nlibrary=other\n").unwrap();
+    // Renamed into place, as keepers do it: the relay may look at any moment.
+    let beside = file.with_extension("new");
+    std::fs::write(&beside, "generation=1\nlayout=4711\nlibrary=other\n").unwrap();
+    std::fs::rename(&beside, &file).unwrap();
     fixture.wait_for_event("CannotJoin");
     for _ in 0..5 {
         let refused = Bus::join_by_relay(&fixture.domain, Daemon::Groundplan, own()).map(drop).unwrap_err();
