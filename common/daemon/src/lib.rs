@@ -94,7 +94,9 @@ pub use requests::{
     RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, WaypointAnswer, WaypointRequest,
 };
 pub use robot_file::{Robot, RobotFileError};
-pub use ros_config::{FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping};
+pub use ros_config::{
+    FoxgloveConfig, Nav2Config, Nav2Pause, QosConfig, RosConfig, RosOutput, RosServiceMapping, SimTimeConfig,
+};
 pub use run::{Arguments, in_background, run};
 pub use schedule_inputs::{OBSERVED_TABLE, progress_in_force, read_progress, rules_in_force};
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::Error;
 use std::collections::{BTreeMap, BTreeSet};
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 /// What ros-bridge publishes in ROS 2, and takes from there.
@@ -18,6 +18,8 @@ pub struct RosConfig {
     /// The ROS domain, 0 to 232; that of ROS_DOMAIN_ID if left out, else 0.
     #[schemars(range(min = 0, max = 232))]
     pub domain_id: Option<u16>,
+    /// Addresses of the network interfaces that are used; all interfaces if left out.
+    pub interfaces: BTreeSet<IpAddr>,
     /// Namespace of the node and of its topics.
     pub namespace: String,
     /// Frame of the maps: the model's map.
@@ -28,6 +30,8 @@ pub struct RosConfig {
     pub map_topic: Option<String>,
     /// Index of the map storey that is published until another is set; that of the alignment if left out, else the lowest.
     pub storey: Option<u32>,
+    /// True: a robot that comes to the end of a stair or ramp is on the storey there.
+    pub follow_portals: bool,
     /// Topic of the robot's SLAM map; none is taken if left out.
     pub slam_map_topic: Option<String>,
     /// Frame of the SLAM map: the parent of `frame` in `/tf_static`.
@@ -44,6 +48,8 @@ pub struct RosConfig {
     pub allow_control: bool,
     /// How requests and responses of services are told apart: as the middleware of the other nodes does it.
     pub service_mapping: RosServiceMapping,
+    /// Simulated time that the plan time follows; none if left out.
+    pub sim_time: Option<SimTimeConfig>,
     /// What Nav2 is told when maps change; nothing if left out.
     pub nav2: Option<Nav2Config>,
     /// The server for Foxglove; there is none if left out.
@@ -58,11 +64,13 @@ impl Default for RosConfig {
             enabled: false,
             options: None,
             domain_id: None,
+            interfaces: BTreeSet::new(),
             namespace: "/groundplan".to_owned(),
             frame: "site_map".to_owned(),
             in_slam_frame: false,
             map_topic: None,
             storey: None,
+            follow_portals: true,
             slam_map_topic: None,
             slam_frame: "map".to_owned(),
             robot_frame: "base_link".to_owned(),
@@ -71,6 +79,7 @@ impl Default for RosConfig {
             keepout_when_stale: false,
             allow_control: false,
             service_mapping: RosServiceMapping::default(),
+            sim_time: None,
             nav2: None,
             foxglove: None,
             qos: BTreeMap::new(),
@@ -147,6 +156,21 @@ pub enum RosServiceMapping {
     FastDds,
     /// As rmw_cyclonedds: before the body of the message.
     CycloneDds,
+}
+
+/// Simulated time: the plan time follows `/clock`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SimTimeConfig {
+    /// The plan time when `/clock` says zero.
+    pub plan_time_at_zero: String,
+    /// Seconds of plan time for each of `/clock`; 1 if left out.
+    #[serde(default = "one")]
+    pub rate: f64,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// What Nav2 is told when the maps of the robot's storey change: stop, forget, load, go on.

@@ -27,9 +27,10 @@ pub fn keepout_mask(layers: &Layers, frame_id: &str, stamp: Time) -> OccupancyGr
     occupancy_grid(&layers.spec, layers.keepout.clone(), frame_id, stamp)
 }
 
-/// A mask that keeps the robot out of every cell of these layers.
-pub fn keepout_everywhere(layers: &Layers, frame_id: &str, stamp: Time) -> OccupancyGrid {
-    occupancy_grid(&layers.spec, vec![OCCUPIED; layers.spec.n_cells()], frame_id, stamp)
+/// A mask that keeps the robot out of every cell, in the place of another one.
+pub fn keepout_everywhere(header: Header, info: MapMetaData) -> OccupancyGrid {
+    let n_cells = info.width as usize * info.height as usize;
+    OccupancyGrid { header, info, data: Int8Array(vec![OCCUPIED; n_cells]) }
 }
 
 /// What the keep-out mask on a topic means to Nav2's KeepoutFilter: its data are costs in percent.

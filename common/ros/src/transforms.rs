@@ -20,11 +20,18 @@ pub fn site_map_from_map(pose: &PoseRecord, map: &str, site_map: &str, stamp: Ti
     transform(map, site_map, Vector3 { x, y, z: 0.0 }, Quaternion::of_yaw_rad(slam_from_map.yaw_rad()), stamp)
 }
 
-/// Where the SLAM map begins in the model's map `site_map`, with the covariance of that place and of its yaw; both lie in the
-/// plane, which has no variance.
+/// Where the SLAM map begins in the model's map `site_map`.
 pub fn alignment_pose(pose: &PoseRecord, site_map: &str, stamp: Time) -> PoseWithCovarianceStamped {
-    let map_from_slam = pose.map_from_slam();
-    let ([x, y], [x_about, y_about]) = (map_from_slam.translation_m(), map_from_slam.apply(pose.about_m));
+    pose_in_map(pose, [0.0; 3], site_map, stamp)
+}
+
+/// Where a pose of the SLAM map lies in the model's map `site_map`, with the covariance of that place and of its yaw; both lie
+/// in the plane, which has no variance.
+///
+/// `in_slam_map` is x and y in metres and yaw in radians.
+pub fn pose_in_map(pose: &PoseRecord, in_slam_map: [f64; 3], site_map: &str, stamp: Time) -> PoseWithCovarianceStamped {
+    let (map_from_slam, [x, y, yaw_rad]) = (pose.map_from_slam(), in_slam_map);
+    let ([x, y], [x_about, y_about]) = (map_from_slam.apply([x, y]), map_from_slam.apply(pose.about_m));
     let rows = pose.pose_covariance().transported([x - x_about, y - y_about]).rows();
     let mut covariance = [[0.0; 6]; 6];
     for (i, row) in PLANAR.into_iter().zip(rows) {
@@ -32,7 +39,7 @@ pub fn alignment_pose(pose: &PoseRecord, site_map: &str, stamp: Time) -> PoseWit
             covariance[i][j] = value;
         }
     }
-    let orientation = Quaternion::of_yaw_rad(map_from_slam.yaw_rad());
+    let orientation = Quaternion::of_yaw_rad(map_from_slam.yaw_rad() + yaw_rad);
     let pose = Pose { position: Point { x, y, z: 0.0 }, orientation };
     let header = Header { stamp, frame_id: site_map.to_owned() };
     PoseWithCovarianceStamped { header, pose: PoseWithCovariance { pose, covariance } }
@@ -71,6 +78,7 @@ mod tests {
         let moved = Point2::new(cos * x - sin * y + translation.x, sin * x + cos * y + translation.y);
         assert!(in_slam.distance_m(&moved) < 1e-12, "{moved:?}");
     }
+
     #[test]
     fn the_pose_of_a_slam_map_is_as_uncertain_as_its_beginning() {
         let covariance = [1e-4, 0.0, 0.0, 0.0, 4e-4, 0.0, 0.0, 0.0, 1e-6];
@@ -92,5 +100,19 @@ mod tests {
                 assert!((value - expected(i, j)).abs() < 1e-12, "{i} {j}: {value}");
             }
         }
+    }
+
+    #[test]
+    fn a_robot_in_the_middle_of_its_map_is_as_certain_as_the_alignment_and_turned_with_it() {
+        let covariance = [1e-4, 0.0, 0.0, 0.0, 4e-4, 0.0, 0.0, 0.0, 1e-6];
+        let about_m = [10.0, 0.0];
+        let pose = PoseRecord { map_from_slam: [3.0, -7.0, 0.5], covariance, about_m, ..PoseRecord::NONE };
+        let PoseWithCovariance { pose: robot, covariance } =
+            pose_in_map(&pose, [10.0, 0.0, 0.25], "site_map", Time::default()).pose;
+        assert_eq!(robot.orientation, Quaternion::of_yaw_rad(0.75));
+        let (sin, cos) = libm::sincos(0.5);
+        assert!((robot.position.x - 3.0 - 10.0 * cos).abs() < 1e-12, "{robot:?}");
+        assert!((robot.position.y + 7.0 - 10.0 * sin).abs() < 1e-12, "{robot:?}");
+        assert_eq!([covariance[0][0], covariance[1][1], covariance[5][5], covariance[1][5]], [1e-4, 4e-4, 1e-6, 0.0]);
     }
 }

@@ -43,7 +43,15 @@ impl Control {
     /// A text that is none; the daemon refuses or does not answer.
     pub(crate) fn set_plan_time(&self, text: &str) -> Result<String, Failure> {
         let at: PlanTime = text.parse()?;
-        Ok(plan_time_text(&self.ask(&ScheduleRequest::SetPlanTime { at_s: at.civil_seconds() })?))
+        Ok(plan_time_text(&self.set_plan_time_s(at.civil_seconds())?))
+    }
+
+    /// Another plan time, in civil seconds since 1970.
+    ///
+    /// # Errors
+    /// The daemon refuses or does not answer.
+    pub(crate) fn set_plan_time_s(&self, at_s: i64) -> Result<ScheduleAnswer, Failure> {
+        self.ask(&ScheduleRequest::SetPlanTime { at_s })
     }
 
     /// Another map storey; `None` for that of configuration or alignment.

@@ -1,16 +1,20 @@
 //! ROS 2 and Foxglove: maps, masks, markers and diagnostics of the robot's storey out, the robot's SLAM map in.
 
 mod calls;
+mod config_check;
 mod control;
 mod foxglove;
 mod graph;
+mod machine_clock;
 mod map_sender;
 mod nav2;
 mod outputs;
 mod parameters;
+mod portals;
 mod robot;
 mod robot_pose;
 mod service;
+mod sim_time;
 mod slam_map;
 mod storey;
 

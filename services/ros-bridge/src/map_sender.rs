@@ -1,11 +1,12 @@
 //! The thread that publishes maps: Nav2 may take seconds to stop the robot, and the service does not wait for it.
 
 use crate::graph::MapTopics;
-use crate::nav2::Nav2;
+use crate::nav2::{Nav2, RouteGraph};
 use crate::outputs::{GridMessages, GridsKey, Outputs};
 use daemon::{Failure, MapsInUse, chain, write_durably};
-use ros::msg::nav_msgs::OccupancyGrid;
-use ros::msg::std_msgs;
+use ros::maps::keepout_everywhere;
+use ros::msg::nav_msgs::MapMetaData;
+use ros::msg::std_msgs::{self, Header};
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -19,8 +20,11 @@ const PACE_BYTES_PER_S: f64 = 150e6;
 pub(crate) enum Job {
     /// A set of maps.
     Maps(Box<Outputs>),
-    /// The maps must not be used: the robot stops; with a mask, it is also kept out of everything.
-    Stale(Option<Box<OccupancyGrid>>),
+    /// The maps must not be used: the robot stops.
+    Stale {
+        /// True to keep it out of everything, too.
+        closes_mask: bool,
+    },
 }
 
 /// What has been published.
@@ -56,14 +60,20 @@ impl MapSender {
         std::fs::create_dir_all(&route_folder)?;
         let shared = Arc::new(Shared::default());
         let of_thread = Arc::clone(&shared);
-        let mut publication =
-            Publication { topics, nav2, route_folder, grids: None, route_graph: None, is_paused: false };
+        let mut publication = Publication {
+            topics,
+            nav2,
+            route_folder,
+            grids: None,
+            mask: None,
+            route_graph: None,
+            is_paused: false,
+            sent: Sent::default(),
+        };
         let publish = move || {
             loop {
-                let job = of_thread.next();
-                let sent = publication.run(job);
-                let mut last = lock(&of_thread.sent);
-                *last = Sent { maps: sent.maps.or_else(|| last.maps.take()), ..sent };
+                publication.run(of_thread.next());
+                lock(&of_thread.sent).clone_from(&publication.sent);
             }
         };
         thread::Builder::new().name("ros-maps".to_owned()).spawn(publish)?;
@@ -105,35 +115,38 @@ struct Publication {
     route_folder: PathBuf,
     /// The grids that are out; `None` before the first, and while a mask of everything is in their place.
     grids: Option<GridsKey>,
+    /// Where the newest mask lies.
+    mask: Option<(Header, MapMetaData)>,
     /// The route graph that is out.
-    route_graph: Option<(PathBuf, Vec<u8>)>,
+    route_graph: Option<RouteGraph>,
     /// True while Nav2 has been told to stop, and not to go on.
     is_paused: bool,
+    sent: Sent,
 }
 
 impl Publication {
-    fn run(&mut self, job: Job) -> Sent {
+    fn run(&mut self, job: Job) {
         match job {
-            Job::Stale(mask) => {
-                let stopped = self.pause();
-                if let Some(mask) = mask {
-                    self.topics.keepout_mask.publish(*mask);
+            Job::Stale { closes_mask } => {
+                self.sent.warning = told(self.pause());
+                if let Some((header, info)) = self.mask.clone().filter(|_| closes_mask) {
+                    self.topics.keepout_mask.publish(keepout_everywhere(header, info));
                     self.grids = None;
                 }
-                Sent { warning: told(stopped), ..Sent::default() }
             }
             Job::Maps(outputs) => self.publish(*outputs),
         }
     }
 
     /// The robot stops before its map changes; the keep-out mask is out before the map that needs it.
-    fn publish(&mut self, outputs: Outputs) -> Sent {
+    fn publish(&mut self, outputs: Outputs) {
         let Outputs { key, grids, rooms, waypoints, route, route_graph, changed, maps } = outputs;
         let resolution_m = grids.resolution_m;
         let is_changed = self.grids != Some(key);
         let mut called = Ok(());
         if is_changed {
             called = self.pause();
+            self.mask = Some((grids.keepout_mask.header.clone(), grids.keepout_mask.info));
             self.publish_grids(grids);
             self.grids = Some(key);
         }
@@ -143,14 +156,18 @@ impl Publication {
         if let Some(graph) = route_graph {
             self.write_route_graph(key.storey, graph);
         }
-        if let Some(nav2) = &self.nav2 {
-            let graph = self.route_graph.as_ref().map(|(path, _)| path.as_path());
-            called = called.and(nav2.load(graph, is_changed));
+        if let Some(nav2) = &mut self.nav2 {
+            called = called.and(nav2.load(self.route_graph.as_ref(), is_changed));
         }
         self.topics.changed.publish(changed);
         called = called.and(self.resume());
         info!(service = "ros-bridge", storey = key.storey, epoch = maps.epoch, resolution_m, "maps published");
-        Sent { maps: Some(maps), storey: Some(key.storey), resolution_m: Some(resolution_m), warning: told(called) }
+        self.sent = Sent {
+            maps: Some(maps),
+            storey: Some(key.storey),
+            resolution_m: Some(resolution_m),
+            warning: told(called),
+        };
     }
 
     fn pause(&mut self) -> Result<(), Failure> {
@@ -178,17 +195,16 @@ impl Publication {
     /// The file of another route graph; one that cannot be written is logged, and the graph before it stays in use.
     fn write_route_graph(&mut self, storey: u32, graph: Vec<u8>) {
         let path = self.route_folder.join(format!("storey-{storey:02}.geojson"));
-        let graph = (path, graph);
+        let graph = RouteGraph { path, bytes: graph };
         if self.route_graph.as_ref() == Some(&graph) {
             return;
         }
-        let (path, bytes) = &graph;
-        if let Err(why) = write_durably(path, bytes) {
-            let error = chain(&why);
-            warn!(service = "ros-bridge", path = %path.display(), error, "the route graph cannot be written");
+        let path = graph.path.display().to_string();
+        if let Err(why) = write_durably(&graph.path, &graph.bytes) {
+            warn!(service = "ros-bridge", path, error = chain(&why), "the route graph cannot be written");
             return;
         }
-        self.topics.route_graph.publish(std_msgs::String { data: path.display().to_string() });
+        self.topics.route_graph.publish(std_msgs::String { data: path });
         self.route_graph = Some(graph);
     }
 }

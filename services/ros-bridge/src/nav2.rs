@@ -1,4 +1,4 @@
-//! What Nav2 is told when maps change: stop, load, forget, go on.
+//! Calls to Nav2 when maps change: stop, load, forget, go on.
 
 use crate::graph::{GraphError, RosGraph, ServiceClient};
 use daemon::{Failure, Nav2Config, Nav2Pause, RosServiceMapping};
@@ -7,9 +7,7 @@ use ros::srv::action_msgs::{CancelGoal, CancelGoalRequest};
 use ros::srv::nav2_msgs::{
     ClearEntireCostmap, Empty, ManageLifecycleNodes, ManageLifecycleNodesRequest, SetRouteGraph, SetRouteGraphRequest,
 };
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::PoisonError;
+use std::path::PathBuf;
 
 /// Services of Nav2. One that no node offers is passed over: not every robot has every part of Nav2.
 pub(crate) struct Nav2 {
@@ -17,7 +15,14 @@ pub(crate) struct Nav2 {
     costmaps: Vec<ServiceClient<ClearEntireCostmap>>,
     route_server: Option<ServiceClient<SetRouteGraph>>,
     /// The route graph that the server has.
-    route_graph: Mutex<Option<(PathBuf, Vec<u8>)>>,
+    route_graph: Option<RouteGraph>,
+}
+
+/// A file as Nav2's route server reads it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct RouteGraph {
+    pub(crate) path: PathBuf,
+    pub(crate) bytes: Vec<u8>,
 }
 
 enum Pause {
@@ -55,7 +60,7 @@ impl Nav2 {
             "" => None,
             server => Some(graph.client(&format!("{server}/set_route_graph"), mapping)?),
         };
-        Ok(Self { pause, costmaps, route_server, route_graph: Mutex::default() })
+        Ok(Self { pause, costmaps, route_server, route_graph: None })
     }
 
     /// Stops the robot.
@@ -78,24 +83,21 @@ impl Nav2 {
     ///
     /// # Errors
     /// A service that refuses or does not answer.
-    pub(crate) fn load(&self, route_graph: Option<&Path>, maps_changed: bool) -> Result<(), Failure> {
-        let loaded = match (&self.route_server, route_graph) {
-            (Some(server), Some(path)) => self.load_route_graph(server, path),
-            _ => Ok(()),
-        };
+    pub(crate) fn load(&mut self, route_graph: Option<&RouteGraph>, maps_changed: bool) -> Result<(), Failure> {
+        let loaded = self.load_route_graph(route_graph);
         let clear = |client: &ServiceClient<ClearEntireCostmap>| call_if_there(client, &Empty::default(), |_| true);
         loaded.and(first_error(self.costmaps.iter().filter(|_| maps_changed).map(clear)))
     }
 
-    fn load_route_graph(&self, server: &ServiceClient<SetRouteGraph>, path: &Path) -> Result<(), Failure> {
-        let graph = (path.to_owned(), std::fs::read(path)?);
-        let mut loaded = self.route_graph.lock().unwrap_or_else(PoisonError::into_inner);
-        if loaded.as_ref() == Some(&graph) || !server.is_there() {
+    fn load_route_graph(&mut self, route_graph: Option<&RouteGraph>) -> Result<(), Failure> {
+        let (Some(server), Some(graph)) = (&self.route_server, route_graph) else { return Ok(()) };
+        if self.route_graph.as_ref() == Some(graph) {
             return Ok(());
         }
-        let request = SetRouteGraphRequest { graph_filepath: path.display().to_string() };
-        call_if_there(server, &request, |response| response.success)?;
-        *loaded = Some(graph);
+        let request = SetRouteGraphRequest { graph_filepath: graph.path.display().to_string() };
+        if call_if_there(server, &request, |response| response.success)? {
+            self.route_graph = Some(graph.clone());
+        }
         Ok(())
     }
 
@@ -112,26 +114,27 @@ impl Nav2 {
 }
 
 fn command(manager: &ServiceClient<ManageLifecycleNodes>, command: u8) -> Result<(), Failure> {
-    call_if_there(manager, &ManageLifecycleNodesRequest { command }, |response| response.success)
+    call_if_there(manager, &ManageLifecycleNodesRequest { command }, |response| response.success).map(drop)
 }
 
+/// True if a node offers the service, and it has done what was asked for.
 fn call_if_there<S: RosService>(
     client: &ServiceClient<S>,
     request: &S::Request,
     is_done: impl Fn(&S::Response) -> bool,
-) -> Result<(), Failure> {
+) -> Result<bool, Failure> {
     if !client.is_there() {
-        return Ok(());
+        return Ok(false);
     }
     let response = client.call(request)?;
-    if is_done(&response) { Ok(()) } else { Err(format!("{} refuses", client.name()).into()) }
+    if is_done(&response) { Ok(true) } else { Err(format!("{} refuses", client.name()).into()) }
 }
 
 /// All are done; the first that fails is the error.
-fn first_error(results: impl Iterator<Item = Result<(), Failure>>) -> Result<(), Failure> {
+fn first_error(results: impl Iterator<Item = Result<bool, Failure>>) -> Result<(), Failure> {
     let mut first = Ok(());
     for result in results {
-        first = first.and(result);
+        first = first.and(result.map(drop));
     }
     first
 }

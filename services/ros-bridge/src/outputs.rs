@@ -1,17 +1,15 @@
 //! The messages of a set of maps, of an alignment and of the processes of a site.
 
 use bus::SiteViews;
-use daemon::facts::Pose;
 use daemon::{MapState, MapsInUse, Report, RosConfig, SiteProcess, StatusBoard};
 use export::{ExportInput, nav2_route_file};
 use grid::GridSpecError;
 use messages::{Alignment, AlignmentVerdict, Grid, PoseRecord, PoseValidity, ScheduleStateHead, plan_time};
 use ros::Layers;
-use ros::maps::{keepout_everywhere, keepout_info, keepout_mask, localization, planning};
+use ros::maps::{keepout_info, keepout_mask, localization, planning};
 use ros::markers::{doors, drop_offs, rooms, route, together, waypoints};
 use ros::msg::builtin_interfaces::Time;
 use ros::msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
-use ros::msg::geometry_msgs::{Point, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion};
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::nav2_msgs::CostmapFilterInfo;
 use ros::msg::std_msgs::{self, Header};
@@ -43,8 +41,6 @@ pub(crate) struct GridMessages {
     pub(crate) localization_map: OccupancyGrid,
     pub(crate) keepout_mask: OccupancyGrid,
     pub(crate) keepout_info: CostmapFilterInfo,
-    /// Keeps the robot out of all of them.
-    pub(crate) keepout_everywhere: OccupancyGrid,
     /// Metres per cell; more than those of the daemons where a message would be too large.
     pub(crate) resolution_m: f64,
 }
@@ -146,7 +142,6 @@ fn grid_messages(grid: &Grid<'_>, target: Target<'_>) -> Result<GridMessages, Ou
         localization_map: localization(&layers, frame, stamp),
         keepout_mask: keepout_mask(&layers, frame, stamp),
         keepout_info: keepout_info(mask_topic, frame, stamp),
-        keepout_everywhere: keepout_everywhere(&layers, frame, stamp),
         resolution_m: layers.spec.resolution_m(),
     })
 }
@@ -202,33 +197,6 @@ pub(crate) fn transform_of(alignment: &Alignment<'_>, slam_frame: &str, frame: &
         alignment.validity() == PoseValidity::Effective && alignment.verdict() == AlignmentVerdict::Accepted;
     let pose = alignment.pose().filter(|_| may_be_used)?;
     Some(TFMessage { transforms: vec![ros::transforms::site_map_from_map(pose, slam_frame, frame, stamp)] })
-}
-
-/// The robot's pose in the model's map, from that in its own map and the pose of that map.
-pub(crate) fn initial_pose(pose: &PoseRecord, robot: Pose, frame: &str, stamp: Time) -> PoseWithCovarianceStamped {
-    let map_from_slam = pose.map_from_slam();
-    let [x, y] = map_from_slam.apply([robot.x_m, robot.y_m]);
-    let [about_x, about_y] = map_from_slam.apply(pose.about_m);
-    // The covariance is that of the middle of the mapped area: what is far from it turns with the yaw.
-    let turned = [[1.0, 0.0, about_y - y], [0.0, 1.0, x - about_x], [0.0, 0.0, 1.0]];
-    let of_middle = |row: usize, column: usize| pose.covariance[3 * row + column];
-    let mut covariance = [[0.0; 6]; 6];
-    // x, y and the turn about Z among x, y, z and three turns.
-    const PLACES: [usize; 3] = [0, 1, 5];
-    for (row, &to_row) in PLACES.iter().enumerate() {
-        for (column, &to_column) in PLACES.iter().enumerate() {
-            let terms = (0..9).map(|k| turned[row][k / 3] * of_middle(k / 3, k % 3) * turned[column][k % 3]);
-            covariance[to_row][to_column] = terms.sum();
-        }
-    }
-    let orientation = Quaternion::of_yaw_rad(robot.yaw_rad + map_from_slam.yaw_rad());
-    PoseWithCovarianceStamped {
-        header: Header { stamp, frame_id: frame.to_owned() },
-        pose: PoseWithCovariance {
-            pose: ros::msg::geometry_msgs::Pose { position: Point { x, y, z: 0.0 }, orientation },
-            covariance,
-        },
-    }
 }
 
 /// How the processes of a site are.

@@ -31,8 +31,6 @@ impl Robot {
     /// Its pose in the SLAM map now; `None` if nobody tells it.
     pub(crate) fn pose(&self) -> Option<Pose> {
         let transforms = self.transforms.lock().unwrap_or_else(PoisonError::into_inner);
-        let pose = transforms.pose(&self.slam_frame, &self.robot_frame, Instant::now())?;
-        let [x_m, y_m, _] = pose.position_m;
-        Some(Pose { x_m, y_m, yaw_rad: pose.yaw_rad })
+        transforms.pose(&self.slam_frame, &self.robot_frame, Instant::now())
     }
 }

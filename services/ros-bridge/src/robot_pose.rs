@@ -1,5 +1,6 @@
 //! The robot's pose in its own map, from the transforms of others.
 
+use daemon::facts::Pose;
 use ros::msg::geometry_msgs::{Quaternion, Transform, Vector3};
 use ros::msg::tf2_msgs::TFMessage;
 use std::collections::HashMap;
@@ -9,15 +10,6 @@ use std::time::{Duration, Instant};
 const MAX_AGE: Duration = Duration::from_secs(1);
 /// Frames of one robot are far fewer; more are a mistake, and a loop ends here.
 const MAX_FRAMES: usize = 1024;
-
-/// Where the robot is in a frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PoseInFrame {
-    /// Metres.
-    pub(crate) position_m: [f64; 3],
-    /// Radians about Z.
-    pub(crate) yaw_rad: f64,
-}
 
 /// Transforms by child: parent, motion, when it came.
 #[derive(Default)]
@@ -33,17 +25,17 @@ impl TransformTree {
         }
     }
 
-    /// How a frame lies in another one that is above it; `None` if there is no way, or the frame's own transform is old.
-    pub(crate) fn pose(&self, parent: &str, child: &str, now: Instant) -> Option<PoseInFrame> {
+    /// How a frame lies in another one that is above it, in the plane; `None` if there is no way, or the frame's own transform is old.
+    pub(crate) fn pose(&self, parent: &str, child: &str, now: Instant) -> Option<Pose> {
         let is_moving = self.0.get(child).is_some_and(|(_, _, at)| now.duration_since(*at) <= MAX_AGE);
         let mut pose = Transform::default();
         let mut frame = child;
         for _ in 0..MAX_FRAMES {
             if frame == parent {
-                let Vector3 { x, y, z } = pose.translation;
-                let yaw_rad = yaw_rad(&pose.rotation);
-                let is_finite = [x, y, z, yaw_rad].iter().all(|value| value.is_finite());
-                return (is_moving && is_finite).then_some(PoseInFrame { position_m: [x, y, z], yaw_rad });
+                let Vector3 { x, y, .. } = pose.translation;
+                let pose = [x, y, yaw_rad(&pose.rotation)];
+                let is_finite = pose.iter().all(|value| value.is_finite());
+                return (is_moving && is_finite).then(|| Pose::of(pose));
             }
             let (above, motion, _) = self.0.get(frame)?;
             pose = after(motion, &pose);
@@ -86,6 +78,7 @@ fn yaw_rad(q: &Quaternion) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use daemon::facts::Pose;
     use ros::msg::geometry_msgs::TransformStamped;
     use ros::msg::std_msgs::Header;
     use std::f64::consts::FRAC_PI_2;
@@ -112,7 +105,7 @@ mod tests {
             now,
         );
         let pose = tree.pose("map", "base_link", now).unwrap();
-        let [x, y, _] = pose.position_m;
+        let Pose { x_m: x, y_m: y, .. } = pose;
         assert!((x - 1.0).abs() < 1e-12 && (y - 5.0).abs() < 1e-12, "{pose:?}");
         assert!((pose.yaw_rad.abs() - 2.0 * FRAC_PI_2).abs() < 1e-12, "{pose:?}");
         assert_eq!(tree.pose("earth", "base_link", now), None);

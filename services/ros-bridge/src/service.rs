@@ -1,28 +1,31 @@
 //! The ros-bridge service: publishes the maps of the robot's storey whenever they change, and takes its SLAM map.
 
 use crate::calls;
+use crate::config_check::check;
 use crate::foxglove::FoxgloveServer;
 use crate::graph::{MapTopics, RosGraph, StateTopics, full_name};
+use crate::machine_clock::{stamp, utc_ms};
 use crate::map_sender::{Job, MapSender};
 use crate::nav2::Nav2;
-use crate::outputs::{Outputs, Target, diagnostics, heartbeat, initial_pose, outputs_of, transform_of};
+use crate::outputs::{Outputs, Target, diagnostics, heartbeat, outputs_of, transform_of};
+use crate::portals::PortalFollower;
 use crate::robot::Robot;
+use crate::sim_time;
 use crate::slam_map::SlamMapInput;
-use crate::storey::storey_of_robot;
+use crate::storey::RobotStorey;
 use bus::{Bus, CheckedSample, Daemon, GridSlot, RawSubscriber, SiteSample, SiteSamples, Stamp, TopicName, topics};
 use daemon::facts::{Pose, RosBridgeFacts, RosPeers, ScheduleFacts};
 use daemon::{
     Asked, CurrentActivity, Done, Event, FRESH_TOLERANCE, Failure, Freshness, MapState, Report, RosBridgeRequest,
-    RosConfig, Service, SiteConfig, Standing, StateFile, StatusBoard,
+    RosConfig, Service, SiteConfig, Standing, StatusBoard,
 };
-use frames::counted;
+use frames::{Point2, counted};
 use messages::{Activity, Alignment, PoseRecord, PoseValidity};
 use ros::markers::each_room;
-use ros::msg::builtin_interfaces::Time;
-use ros::transforms::alignment_pose;
+use ros::transforms::{alignment_pose, pose_in_map};
 use serde::de::IgnoredAny;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{SystemTime, UNIX_EPOCH};
+use tracing::info;
 
 daemon::inputs! {
     /// What is shown to ROS 2.
@@ -50,11 +53,9 @@ pub(crate) struct BridgeService {
     samples: SiteSamples,
     grids: Vec<RawSubscriber>,
     alignment: Option<CheckedSample<topics::Alignment>>,
-    /// The storey that was set while the daemon ran.
-    set_storey: StoreyFile,
+    storey: RobotStorey,
+    portals: PortalFollower,
     published: Option<Published>,
-    /// The mask that keeps the robot out of the maps that were published.
-    keepout_everywhere: Option<ros::msg::nav_msgs::OccupancyGrid>,
     freshness: Freshness,
     /// True from the moment that maps are stale until maps are published again.
     is_stopped: bool,
@@ -95,6 +96,7 @@ impl BridgeService {
         };
         let robot = Robot::follow(&mut graph, ros)?;
         calls::serve(&mut graph, config)?;
+        sim_time::follow(&mut graph, config)?;
         Ok(Self {
             config: config.clone(),
             activity,
@@ -110,9 +112,9 @@ impl BridgeService {
             samples: SiteSamples::default(),
             grids: Vec::new(),
             alignment: None,
-            set_storey: StoreyFile::of(config)?,
+            storey: RobotStorey::of(config)?,
+            portals: PortalFollower::default(),
             published: None,
-            keepout_everywhere: None,
             freshness: Freshness::default(),
             is_stopped: false,
             has_transform: false,
@@ -143,8 +145,7 @@ impl BridgeService {
         let Some(set) = self.samples.set() else { return Ok(Done::default()) };
         let views = set.views()?;
         let aligned_storey = pose.map(|pose| pose.map_storey);
-        let configured = self.set_storey.storey.or(self.config.ros.storey);
-        let Some(storey) = storey_of_robot(configured, aligned_storey, views.grids.len()) else {
+        let Some(storey) = self.storey.index(aligned_storey, views.grids.len()) else {
             self.warning = Some(format!("the robot's storey: there is no such storey among {}", views.grids.len()));
             return Ok(Done::default());
         };
@@ -163,7 +164,6 @@ impl BridgeService {
         let epoch = set.index.bytes().header().epoch;
         let target = Target { config: &self.config.ros, mask_topic: &self.mask_topic, moved_by, stamp: stamp() };
         let outputs: Outputs = outputs_of(&views, storey, epoch, target)?;
-        self.keepout_everywhere = self.config.ros.keepout_when_stale.then(|| outputs.grids.keepout_everywhere.clone());
         if let Some(foxglove) = &self.foxglove {
             foxglove.show(&outputs, each_room(&views.site, &views.state, outputs.key.storey));
         }
@@ -188,9 +188,31 @@ impl BridgeService {
         }
         self.topics.tf_static.publish(transform);
         self.has_transform = true;
-        if let (Some(pose), Some(robot)) = (self.effective_pose(), self.robot.pose()) {
-            self.topics.initial_pose.publish(initial_pose(&pose, robot, frame, stamp()));
+        if let (Some(pose), Some(Pose { x_m, y_m, yaw_rad })) = (self.effective_pose(), self.robot.pose()) {
+            self.topics.initial_pose.publish(pose_in_map(&pose, [x_m, y_m, yaw_rad], frame, stamp()));
         }
+    }
+
+    /// The robot in the model's map, by the alignment that is in effect.
+    fn robot_in_map(&self) -> Option<Pose> {
+        let (map_from_slam, robot) = (self.effective_pose()?.map_from_slam(), self.robot.pose()?);
+        let [x_m, y_m] = map_from_slam.apply([robot.x_m, robot.y_m]);
+        Some(Pose { x_m, y_m, yaw_rad: frames::wrapped(robot.yaw_rad + map_from_slam.yaw_rad()) })
+    }
+
+    /// Takes the storey at the end of a portal that the robot has gone through.
+    fn follow_robot(&mut self) -> Result<(), Failure> {
+        let (true, Some(storey), Some(robot)) =
+            (self.config.ros.follow_portals, self.sender.sent().storey, self.robot_in_map())
+        else {
+            return Ok(());
+        };
+        let Some(plan) = self.samples.set().and_then(|set| set.mission_plan) else { return Ok(()) };
+        if let Some(storey) = self.portals.look(&plan.view(), storey, Point2::new(robot.x_m, robot.y_m)) {
+            info!(service = "ros-bridge", storey, "the robot has gone through a portal");
+            self.storey.set(Some(storey))?;
+        }
+        Ok(())
     }
 
     /// Once a second: heartbeat, diagnostics, and what follows when maps become stale or fresh.
@@ -204,7 +226,7 @@ impl BridgeService {
         let state = self.freshness.state(Stamp::now(), utc_ms());
         match &state {
             MapState::Stale { .. } if !self.is_stopped => {
-                self.sender.send(Job::Stale(self.keepout_everywhere.clone().map(Box::new)));
+                self.sender.send(Job::Stale { closes_mask: self.config.ros.keepout_when_stale });
                 self.is_stopped = true;
             }
             // Fresh ones come again, also if they are the same.
@@ -250,55 +272,6 @@ impl BridgeService {
     }
 }
 
-/// The storey that was set while the daemon ran, in a file: a daemon that is started again shows the same.
-struct StoreyFile {
-    file: StateFile,
-    storey: Option<u32>,
-}
-
-impl StoreyFile {
-    fn of(config: &SiteConfig) -> Result<Self, Failure> {
-        let file = StateFile::at(&config.state, "ros-bridge-storey.json")?;
-        let storey = file.load()?.unwrap_or_default();
-        Ok(Self { file, storey })
-    }
-
-    fn set(&mut self, storey: Option<u32>) -> Result<(), Failure> {
-        self.file.save(&storey)?;
-        self.storey = storey;
-        Ok(())
-    }
-}
-
-/// Refuses a configuration with which the bridge would take its own map for the robot's.
-fn check(config: &RosConfig) -> Result<(), Failure> {
-    let own = full_name(&config.namespace, config.map_topic.as_deref().unwrap_or("map"));
-    let taken = config.slam_map_topic.as_deref().map(|topic| full_name(&config.namespace, topic));
-    if taken.as_ref() == Some(&own) {
-        return Err(
-            format!("ros.slam_map_topic is {own}, on which the bridge publishes: set another ros.map_topic").into()
-        );
-    }
-    // Without SLAM there is no other frame.
-    let has_slam = config.slam_map_topic.is_some() || config.in_slam_frame;
-    if has_slam && config.frame == config.slam_frame {
-        return Err(format!("ros.frame and ros.slam_frame are both {:?}: they are two frames", config.frame).into());
-    }
-    Ok(())
-}
-
-/// The machine's clock.
-fn stamp() -> Time {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    Time { sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX), nanosec: now.subsec_nanos() }
-}
-
-/// The same, milliseconds since 1970 in UTC.
-fn utc_ms() -> i64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    i64::try_from(now.as_millis()).unwrap_or(i64::MAX)
-}
-
 impl Service for BridgeService {
     type Input = BridgeInput;
     type Request = RosBridgeRequest;
@@ -337,7 +310,10 @@ impl Service for BridgeService {
                     return Err("[ros] cannot change while ros-bridge runs: restart it".into());
                 }
             }
-            Event::Tick => self.tick(),
+            Event::Tick => {
+                self.tick();
+                self.follow_robot()?;
+            }
             Event::Attached => {}
         }
         self.show()
@@ -352,7 +328,7 @@ impl Service for BridgeService {
         {
             return Err(format!("there is no storey {storey} among {n_storeys}").into());
         }
-        self.set_storey.set(storey)?;
+        self.storey.set(storey)?;
         self.show()
     }
 
@@ -364,44 +340,16 @@ impl Service for BridgeService {
 
     fn facts(&self) -> RosBridgeFacts {
         let sent = self.sender.sent();
-        let robot = self.robot.pose();
-        let in_map = |pose: Pose| {
-            let map_from_slam = self.effective_pose()?.map_from_slam();
-            let [x_m, y_m] = map_from_slam.apply([pose.x_m, pose.y_m]);
-            Some(Pose { x_m, y_m, yaw_rad: frames::wrapped(pose.yaw_rad + map_from_slam.yaw_rad()) })
-        };
         RosBridgeFacts {
             storey: sent.storey,
-            set_storey: self.set_storey.storey,
+            set_storey: self.storey.was_set(),
             resolution_m: sent.resolution_m,
             has_transform: self.has_transform,
-            robot_in_slam_map: robot,
-            robot_in_map: robot.and_then(in_map),
+            robot_in_slam_map: self.robot.pose(),
+            robot_in_map: self.robot_in_map(),
             domain_id: self.graph.domain_id(),
             peers: self.peers.clone(),
             foxglove: self.foxglove.as_ref().and_then(FoxgloveServer::address),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_topic_out_and_in_are_two_topics_and_frames_are_two_frames() {
-        let config = |slam_map_topic: &str, map_topic: Option<&str>| RosConfig {
-            slam_map_topic: Some(slam_map_topic.to_owned()),
-            map_topic: map_topic.map(str::to_owned),
-            ..RosConfig::default()
-        };
-        assert!(check(&config("/map", None)).is_ok() && check(&config("/map", Some("planned"))).is_ok());
-        for same in [config("/map", Some("/map")), config("map", None), config("/groundplan/map", None)] {
-            assert!(check(&same).unwrap_err().to_string().contains("slam_map_topic"), "{same:?}");
-        }
-        let one_frame = RosConfig { frame: "map".to_owned(), ..RosConfig::default() };
-        assert!(check(&one_frame).is_ok(), "without SLAM there is no other");
-        assert!(check(&RosConfig { in_slam_frame: true, ..one_frame.clone() }).is_err());
-        assert!(check(&RosConfig { slam_map_topic: Some("/map".to_owned()), ..one_frame }).is_err());
     }
 }

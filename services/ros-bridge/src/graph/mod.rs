@@ -11,13 +11,15 @@ use daemon::facts::RosPeers;
 use daemon::{Failure, RosConfig};
 use futures::executor::block_on;
 use futures::stream::{StreamExt, select};
-use qos::{latched, queue, volatile};
+use qos::{best_effort, latched, queue, volatile};
 use ros::RosMessage;
+use ros::msg::builtin_interfaces::Time;
 use ros::msg::nav_msgs::OccupancyGrid;
+use ros::msg::rosgraph_msgs::Clock;
 use ros::msg::tf2_msgs::TFMessage;
-use ros2_client::dds::rustdds::{DomainParticipant as Participant, RTPSEntity};
+use ros2_client::dds::rustdds::{DomainParticipant as Participant, DomainParticipantBuilder, RTPSEntity};
 use ros2_client::qos::QosProfile;
-use ros2_client::{Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
+use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
 use std::pin::pin;
@@ -62,8 +64,13 @@ impl RosGraph {
         let domain_id = domain_id(config)?;
         let name_error = || GraphError::Name { name: config.namespace.clone() };
         let name = NodeName::new(&config.namespace, NODE).map_err(|_| name_error())?;
-        let context = Context::with_options(ContextOptions::new().domain_id(domain_id));
-        let context = context.map_err(create(format!("a participant of domain {domain_id}")))?;
+        let mut participant = DomainParticipantBuilder::new(domain_id);
+        if !config.interfaces.is_empty() {
+            participant = participant.with_only_networks(config.interfaces.iter().copied());
+        }
+        let what = format!("a participant of domain {domain_id}");
+        let participant = participant.build().map_err(create(what.as_str()))?;
+        let context = Context::from_domain_participant(participant).map_err(create(what))?;
         // The library's services of parameters have the header of one middleware only; the bridge has its own.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let mut node = context.new_node(name, options).map_err(create("the node"))?;
@@ -135,6 +142,14 @@ impl RosGraph {
         take_on_thread("ros-tf", fixed, moving, take)
     }
 
+    /// Reads the simulated time.
+    ///
+    /// # Errors
+    /// A topic that cannot be opened.
+    pub(crate) fn clock(&mut self) -> Result<ClockReader, GraphError> {
+        Ok(ClockReader(self.subscription("/clock", &best_effort())?))
+    }
+
     fn subscription<M: RosMessage + DeserializeOwned + 'static>(
         &mut self,
         topic: &str,
@@ -143,6 +158,26 @@ impl RosGraph {
         let (name, kind) = (self.name(topic)?, MessageTypeName::new(M::PACKAGE, M::NAME));
         let topic = self.node.create_topic(&name, kind, profile).map_err(create(topic))?;
         self.node.create_subscription(&topic, None).map_err(create(name.to_string()))
+    }
+}
+
+/// The simulated time.
+pub(crate) struct ClockReader(Subscription<Clock>);
+
+impl ClockReader {
+    /// The newest time since the last call; `None` without one. What cannot be read is logged.
+    pub(crate) fn newest(&self) -> Option<Time> {
+        let mut newest = None;
+        loop {
+            match self.0.take() {
+                Ok(Some((Clock { clock }, _))) => newest = Some(clock),
+                Ok(None) => return newest,
+                Err(why) => {
+                    warn!(service = "ros-bridge", error = format!("{why:?}"), "/clock cannot be read");
+                    return newest;
+                }
+            }
+        }
     }
 }
 

@@ -12,6 +12,11 @@ pub(super) fn latched() -> QosProfile {
     QosProfile { durability: Durability::TransientLocal, ..volatile() }
 }
 
+/// What comes again soon.
+pub(super) fn best_effort() -> QosProfile {
+    QosProfile { reliability: Reliability::BestEffort, ..volatile() }
+}
+
 /// For readers that are there.
 pub(super) fn volatile() -> QosProfile {
     QosProfile {

@@ -1,0 +1,133 @@
+//! Simulated time: the plan time follows `/clock`.
+
+use crate::control::Control;
+use crate::graph::{ClockReader, RosGraph};
+use bus::Daemon;
+use daemon::facts::ScheduleFacts;
+use daemon::{Failure, Report, SimTimeConfig, SiteConfig, StatusBoard, chain};
+use frames::PlanTime;
+use ros::msg::builtin_interfaces::Time;
+use std::thread;
+use std::time::Duration;
+use tracing::{info, warn};
+
+/// Interval between two looks at `/clock`, which may come a thousand times a second.
+const LOOK_INTERVAL: Duration = Duration::from_millis(100);
+/// Pause after a plan time that was refused.
+const RETRY: Duration = Duration::from_secs(5);
+
+/// Which plan time belongs to a simulated time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SimTime {
+    /// Civil seconds since 1970 when `/clock` says zero.
+    zero_s: i64,
+    /// Seconds of plan time for each of `/clock`.
+    rate: f64,
+}
+
+impl SimTime {
+    /// As configured.
+    ///
+    /// # Errors
+    /// A plan time or a rate that is none.
+    pub(crate) fn of(config: &SimTimeConfig) -> Result<Self, Failure> {
+        let zero: PlanTime = config.plan_time_at_zero.parse()?;
+        if !(config.rate.is_finite() && config.rate > 0.0) {
+            return Err(format!("ros.sim_time.rate is {}: it must be above 0", config.rate).into());
+        }
+        Ok(Self { zero_s: zero.civil_seconds(), rate: config.rate })
+    }
+
+    /// The plan time in civil seconds since 1970.
+    fn plan_time_s(&self, clock: Time) -> i64 {
+        let clock_s = f64::from(clock.sec) + f64::from(clock.nanosec) * 1e-9;
+        // Beyond the calendar, the daemon that is asked refuses.
+        #[expect(clippy::cast_possible_truncation, reason = "whole seconds")]
+        let ahead_s = (clock_s * self.rate).floor() as i64;
+        self.zero_s.saturating_add(ahead_s)
+    }
+}
+
+/// Follows `/clock` on a thread, where the site wants it.
+///
+/// # Errors
+/// A topic that cannot be opened, no thread.
+pub(crate) fn follow(graph: &mut RosGraph, config: &SiteConfig) -> Result<(), Failure> {
+    let Some(sim_time) = &config.ros.sim_time else { return Ok(()) };
+    let (sim_time, clock) = (SimTime::of(sim_time)?, graph.clock()?);
+    let control = Control { config: config.clone() };
+    thread::Builder::new().name("ros-clock".to_owned()).spawn(move || follow_clock(sim_time, &clock, &control))?;
+    Ok(())
+}
+
+fn follow_clock(sim_time: SimTime, clock: &ClockReader, control: &Control) {
+    // The plan time that was asked for last: until it is told on the board, the one there is old.
+    let mut asked_epoch = 0;
+    loop {
+        thread::sleep(LOOK_INTERVAL);
+        let Some(now) = clock.newest() else { continue };
+        let plan_time_s = sim_time.plan_time_s(now);
+        let board = StatusBoard::of(&control.config.bus.root);
+        let report: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);
+        let Some(Report { facts, .. }) = report else { continue };
+        if facts.state.epoch < asked_epoch || holds_at(&facts, plan_time_s) {
+            continue;
+        }
+        match control.set_plan_time_s(plan_time_s) {
+            Ok(answer) => {
+                asked_epoch = answer.state.epoch;
+                info!(
+                    service = "ros-bridge",
+                    clock_s = now.sec,
+                    plan_time_s = answer.plan_time_s,
+                    "the plan time follows /clock"
+                );
+            }
+            Err(why) => {
+                let error = chain(why.as_ref());
+                warn!(
+                    service = "ros-bridge",
+                    clock_s = now.sec,
+                    plan_time_s,
+                    error,
+                    "the plan time does not follow /clock"
+                );
+                thread::sleep(RETRY);
+            }
+        }
+    }
+}
+
+/// True if the schedule state that is published is that of a plan time.
+fn holds_at(facts: &ScheduleFacts, plan_time_s: i64) -> bool {
+    let begins_before = facts.plan_time_s.is_some_and(|published_s| published_s <= plan_time_s);
+    begins_before && facts.valid_until_s.is_none_or(|until_s| plan_time_s < until_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config(plan_time_at_zero: &str, rate: f64) -> SimTimeConfig {
+        SimTimeConfig { plan_time_at_zero: plan_time_at_zero.to_owned(), rate }
+    }
+
+    #[test]
+    fn the_plan_time_begins_where_it_is_set_and_runs_at_its_rate() {
+        let sim_time = SimTime::of(&config("2024-04-15", 3600.0)).unwrap();
+        let zero_s = "2024-04-15".parse::<PlanTime>().unwrap().civil_seconds();
+        let at = |sec, nanosec| sim_time.plan_time_s(Time { sec, nanosec }) - zero_s;
+        assert_eq!([at(0, 0), at(0, 500_000_000), at(24, 0)], [0, 1800, 86_400]);
+        for wrong in [config("2024-04", 1.0), config("2024-04-15", 0.0), config("2024-04-15", f64::NAN)] {
+            assert!(SimTime::of(&wrong).is_err(), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn a_schedule_state_holds_from_its_plan_time_until_the_next_change() {
+        let facts = ScheduleFacts { plan_time_s: Some(100), valid_until_s: Some(200), ..ScheduleFacts::default() };
+        assert_eq!([99, 100, 199, 200].map(|at_s| holds_at(&facts, at_s)), [false, true, true, false]);
+        assert!(holds_at(&ScheduleFacts { valid_until_s: None, ..facts.clone() }, 1 << 40));
+        assert!(!holds_at(&ScheduleFacts { plan_time_s: None, ..facts }, 150), "everything is built");
+    }
+}
