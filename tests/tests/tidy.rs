@@ -38,7 +38,7 @@ const ALLOWED: [(&str, &[&str]); 26] = [
     ("schedule-eval", &["bus", "daemon", "frames", "messages", "schedule"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
-    ("ros-bridge", &["bus", "daemon", "export", "frames", "grid", "messages", "ros"]),
+    ("ros-bridge", &["bus", "daemon", "export", "frames", "grid", "messages", "ros", "world"]),
     ("slam-align", &["alignment", "bus", "daemon", "deviations", "frames", "messages", "occupancy"]),
     (
         "groundplan",

@@ -77,6 +77,11 @@ pub fn files(input: &ExportInput<'_>, options: &WorldOptions) -> Vec<ExportFile>
     files
 }
 
+/// The world as one model for viewers: the bytes of `world/site.glb`.
+pub fn model(input: &ExportInput<'_>, options: &WorldOptions) -> Vec<u8> {
+    gltf::site(&Scene::of(input, options))
+}
+
 /// `materials.mtl`, and the name of each colour in it.
 fn material_file(used: &[Option<Rgba>]) -> (BTreeMap<Rgba, String>, String) {
     let colours: BTreeSet<Rgba> = used.iter().flatten().copied().collect();

@@ -81,7 +81,7 @@ impl BridgeService {
         let [map_topic, mask_topic] = [map_topics.map.name(), map_topics.keepout_mask.name()].map(str::to_owned);
         let slam_map_topic = ros.slam_map_topic.as_deref().map(|topic| full_name(&ros.namespace, topic));
         let topics_of_maps = [map_topic, mask_topic.clone()].into_iter().chain(slam_map_topic).collect();
-        let foxglove = ros.foxglove.as_ref().map(|foxglove| FoxgloveServer::start(foxglove, ros)).transpose()?;
+        let foxglove = ros.foxglove.as_ref().map(|foxglove| FoxgloveServer::start(foxglove, config)).transpose()?;
         let nav2 = ros.nav2.as_ref().map(|nav2| Nav2::of(&mut graph, nav2, ros.service_mapping)).transpose()?;
         let slam_map = match &ros.slam_map_topic {
             Some(topic) => {
@@ -166,6 +166,7 @@ impl BridgeService {
         let outputs: Outputs = outputs_of(&views, storey, epoch, target)?;
         if let Some(foxglove) = &self.foxglove {
             foxglove.show(&outputs, each_room(&views.site, &views.state, outputs.key.storey));
+            foxglove.show_world(&views.grids[storey], set.index.content_hash());
         }
         self.sender.send(Job::Maps(Box::new(outputs)));
         self.is_stopped = false;

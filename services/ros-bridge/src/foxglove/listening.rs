@@ -4,6 +4,8 @@
 //! files too. Therefore connections are counted, and where there are too many, all of them are closed.
 
 use super::latch::Latches;
+use super::world_model::WorldModel;
+use daemon::chain;
 use foxglove::{Context, FoxgloveError, WebSocketServer, WebSocketServerHandle};
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -46,17 +48,23 @@ impl Listening {
         runtime: &Runtime,
         context: &Arc<Context>,
         latches: Arc<Latches>,
+        world: &Arc<WorldModel>,
     ) -> Result<Self, ServeError> {
         let host = match asked {
             SocketAddr::V4(address) => address.ip().to_string(),
             SocketAddr::V6(address) => format!("[{}]", address.ip()),
         };
+        let world = Arc::clone(world);
         let server = WebSocketServer::new()
             .context(context)
             .name("groundplan")
             .bind(host, asked.port())
             .message_backlog_size(MAX_WAITING)
-            .listener(latches);
+            .listener(latches)
+            .fetch_asset_handler_blocking_fn(move |_, url| match world.fetch(&url) {
+                Ok(bytes) => Ok(bytes.to_vec()),
+                Err(why) => Err(chain(why.as_ref())),
+            });
         // The server takes the runtime in which it is started; it listens when this returns.
         let server = runtime.block_on(server.start()).map_err(|source| ServeError::Bind { address: asked, source })?;
         let address = SocketAddr::new(asked.ip(), server.port());

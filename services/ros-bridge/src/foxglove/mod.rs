@@ -1,20 +1,24 @@
 //! The server for Foxglove: what the bridge publishes in ROS 2, and rooms as entities, over a WebSocket.
 //!
 //! Only this module names the SDK of Foxglove. Messages of ROS 2 are the bytes of recordings: CDR, with the definition of their
-//! type beside. Clients look and change nothing: no parameters, services, assets or messages are taken from them. Messages go
-//! into a bounded queue of each client, which loses its oldest ones if the client does not read; the threads of the service wait
+//! type beside. Clients look and change nothing: no parameters, services or messages are taken from them, and the only asset is
+//! the model of the building. Messages go into a bounded queue of each client, which loses its oldest ones if the client does not read; the threads of the service wait
 //! for none of them.
 
 mod channels;
 mod latch;
 mod listening;
 mod room_entities;
+mod world_model;
 
+use crate::machine_clock::stamp;
 use crate::outputs::Outputs;
 use channels::Channels;
-use daemon::{Failure, FoxgloveConfig, RosConfig, chain};
+use daemon::{Failure, FoxgloveConfig, RosConfig, SiteConfig, chain};
 use foxglove::Context;
+use frames::metres;
 use listening::{Listening, ServeError};
+use messages::Grid;
 use ros::markers::Room;
 use ros::msg::diagnostic_msgs::DiagnosticArray;
 use ros::msg::geometry_msgs::PoseWithCovarianceStamped;
@@ -23,6 +27,7 @@ use ros::msg::tf2_msgs::TFMessage;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use tokio::runtime::{Builder, Runtime};
+use world_model::WorldModel;
 
 /// Serves Foxglove; clients are disconnected with it.
 pub(crate) struct FoxgloveServer {
@@ -33,6 +38,7 @@ pub(crate) struct FoxgloveServer {
     /// What the channels belong to.
     context: Arc<Context>,
     channels: Channels,
+    world: Arc<WorldModel>,
     listening: Result<Listening, ServeError>,
 }
 
@@ -40,13 +46,14 @@ impl FoxgloveServer {
     /// Begins to serve. An address that is taken is an error of the server, not of its start: ROS 2 does not need it.
     ///
     /// # Errors
-    /// No thread.
-    pub(crate) fn start(config: &FoxgloveConfig, ros: &RosConfig) -> Result<Self, Failure> {
+    /// No thread, options of worlds that cannot be read.
+    pub(crate) fn start(config: &FoxgloveConfig, site: &SiteConfig) -> Result<Self, Failure> {
         let runtime = Builder::new_multi_thread().worker_threads(1).thread_name("foxglove").enable_all().build()?;
         let context = Context::new();
-        let channels = Channels::open(&context, ros);
-        let listening = Listening::begin(config.address, &runtime, &context, channels.latches());
-        Ok(Self { asked: config.address, ros: ros.clone(), runtime, context, channels, listening })
+        let channels = Channels::open(&context, &site.ros);
+        let world = Arc::new(WorldModel::of(site)?);
+        let listening = Listening::begin(config.address, &runtime, &context, channels.latches(), &world);
+        Ok(Self { asked: config.address, ros: site.ros.clone(), runtime, context, channels, world, listening })
     }
 
     /// Tries to listen again after an error; one that is new stands until the next call.
@@ -62,7 +69,7 @@ impl FoxgloveServer {
                 let channels = Channels::open(&self.context, &self.ros);
                 channels.follow(&self.channels);
                 self.channels = channels;
-                Listening::begin(self.asked, &self.runtime, &self.context, self.channels.latches())
+                Listening::begin(self.asked, &self.runtime, &self.context, self.channels.latches(), &self.world)
             }
         };
     }
@@ -92,6 +99,12 @@ impl FoxgloveServer {
         channels.changed.send(&outputs.changed);
     }
 
+    /// Sends where the model of the building is and how it lies, by the grid of the storey and the hash of its set.
+    pub(crate) fn show_world(&self, grid: &Grid<'_>, set: u64) {
+        let header = Header { stamp: stamp(), frame_id: self.ros.frame.clone() };
+        self.channels.world.send(&world_model::update(set, metres(grid.head.floor_z_tenths), &header));
+    }
+
     /// Sends how the model's map lies in the robot's, and how certain that is.
     pub(crate) fn show_alignment(&self, transform: &TFMessage, pose: &PoseWithCovarianceStamped) {
         self.channels.tf_static.send(transform);
@@ -110,12 +123,17 @@ mod tests {
     use super::*;
     use std::io::Read;
     use std::net::{Ipv4Addr, TcpListener, TcpStream};
+    use std::path::Path;
+
+    fn site() -> SiteConfig {
+        SiteConfig::parse("state = \"state\"\n", Path::new("/")).unwrap()
+    }
 
     #[test]
     fn an_address_that_is_taken_is_told_and_tried_again() {
         let taken = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         let address = taken.local_addr().unwrap();
-        let mut server = FoxgloveServer::start(&FoxgloveConfig { address }, &RosConfig::default()).unwrap();
+        let mut server = FoxgloveServer::start(&FoxgloveConfig { address }, &site()).unwrap();
         server.listen();
         let error = server.error().unwrap();
         assert!(error.contains(&address.to_string()) && error.contains("in use"), "{error}");
@@ -129,7 +147,7 @@ mod tests {
     #[test]
     fn a_flood_of_clients_is_cut_off_and_the_next_one_is_served() {
         let config = FoxgloveConfig { address: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)) };
-        let mut server = FoxgloveServer::start(&config, &RosConfig::default()).unwrap();
+        let mut server = FoxgloveServer::start(&config, &site()).unwrap();
         let address = server.address().unwrap();
         assert_ne!(address.port(), 0, "a free port is named");
         let flood: Vec<TcpStream> = (0..=MAX_CLIENTS).map(|_| TcpStream::connect(address).unwrap()).collect();
