@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """A client of the Foxglove server of ros-bridge: prints the channels that it advertises and what comes of them.
 
-usage: foxglove_peer.py [--url ws://127.0.0.1:8765] [--topic TOPIC].. [--deaf]
+usage: foxglove_peer.py [--url ws://127.0.0.1:8765] [--topic TOPIC].. [--world] [--deaf]
 
 The first JSON line has the topic "serverInfo" and the name of the server; then there is one line for each advertised channel with
 schema and encodings, and one for each message with what a person wants to know of it, decoded with the schema that was
-advertised. --topic subscribes to these alone. --deaf subscribes to all and reads nothing from then on.
+advertised. --topic subscribes to these alone. --world gets the models of entities by their URLs. --deaf subscribes to all and reads nothing from then on.
 It ends with the server. Needs numpy, websockets, mcap-ros2-support and mcap-protobuf-support.
 """
 
@@ -27,6 +27,7 @@ from websockets.sync.client import connect
 
 SUBPROTOCOL = "foxglove.sdk.v1"
 MESSAGE_DATA = 1
+ASSET = 4
 
 
 def grid(message):
@@ -41,8 +42,10 @@ def markers(message):
 
 def entities(message):
     rooms = [{fact["key"]: fact.get("value", "") for fact in entity.get("metadata", [])}
-             for entity in MessageToDict(message).get("entities", [])]
-    return {"rooms": rooms}
+             for entity in MessageToDict(message).get("entities", []) if "metadata" in entity]
+    models = [model for entity in MessageToDict(message).get("entities", []) for model in entity.get("models", [])]
+    return {"rooms": rooms, "models": [{"url": model["url"], "z_m": model["pose"]["position"].get("z", 0.0)}
+                                       for model in models]}
 
 
 def pose(message):
@@ -87,15 +90,29 @@ class Channel:
              encoding=self.encoding)
 
 
-def follow(socket, wanted, deaf):
+def tell_asset(frame):
+    number, failed, length = struct.unpack_from("<IBI", frame, 1)
+    error, content = frame[10:10 + length].decode(), frame[10 + length:]
+    facts = {"error": error} if failed else {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+    tell(f"asset {number}", **facts)
+
+
+def follow(socket, wanted, world, deaf):
     """Subscribes to channels by their number and shows their messages."""
     channels = {}
+    n_assets = 0
     for frame in socket:
         if isinstance(frame, bytes):
             if frame[0] == MESSAGE_DATA:
                 number, log_time_ns = struct.unpack_from("<IQ", frame, 1)
                 channel = channels[number]
-                tell(channel.topic, log_time_ns=log_time_ns, **SHOWN[channel.schema_name](channel.decode(frame[13:])))
+                shown = SHOWN[channel.schema_name](channel.decode(frame[13:]))
+                tell(channel.topic, log_time_ns=log_time_ns, **shown)
+                for model in shown.get("models", []) if world else []:
+                    n_assets += 1
+                    socket.send(json.dumps({"op": "fetchAsset", "requestId": n_assets, "uri": model["url"]}))
+            elif frame[0] == ASSET:
+                tell_asset(frame)
             continue
         message = json.loads(frame)
         if message["op"] == "serverInfo":
@@ -117,12 +134,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--url", default="ws://127.0.0.1:8765", help="the server (default %(default)s)")
     parser.add_argument("--topic", action="append", default=[], help="only these topics")
+    parser.add_argument("--world", action="store_true", help="get the models of entities by their URLs")
     parser.add_argument("--deaf", action="store_true", help="read nothing once subscribed")
     arguments = parser.parse_args()
     # A queue of one frame: a client that does not take it stops the sender.
     queue = 1 if arguments.deaf else 64
     with connect(arguments.url, subprotocols=[SUBPROTOCOL], max_size=None, max_queue=queue) as socket:
-        follow(socket, set(arguments.topic), arguments.deaf)
+        follow(socket, set(arguments.topic), arguments.world, arguments.deaf)
 
 
 if __name__ == "__main__":

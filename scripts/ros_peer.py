@@ -2,11 +2,12 @@
 """A peer of ros-bridge in the ROS 2 graph, with CycloneDDS and without ROS: prints what the bridge publishes.
 
 usage: ros_peer.py [--domain N] [--namespace /groundplan] [--for SECONDS] [--publish-slam-map FILE.yaml --topic /map]
-                   [--robot-at X,Y,YAW] [--plan X,Y,X,Y] [--nav2] [--call SERVICE] [--set NAME=VALUE] [--raw]
+                   [--robot-at X,Y,YAW;..] [--clock SECONDS] [--plan X,Y,X,Y] [--nav2] [--call SERVICE] [--set NAME=VALUE] [--raw]
 
 Each message is one JSON line: topic, frame, and what a person wants to know of it.
 --publish-slam-map  it is the robot: it publishes a map of a map server as SLAM would, latched, once a second
---robot-at          it is the robot: its pose in its map on /tf
+--robot-at          it is the robot: its pose in its map on /tf; of several, the next one each second, and the last one stays
+--clock             it is a simulator: it publishes /clock from this time on
 --plan              it is a planner: the shortest way over map and mask, as Nav2's costmap applies them
 --nav2              it is Nav2: it answers the calls by which it is stopped, loaded and resumed
 --raw               it measures: grids are counted in bytes and not read, and it looks every millisecond
@@ -143,6 +144,11 @@ class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
 
 
 @dataclass
+class Clock(IdlStruct, typename="rosgraph_msgs::msg::dds_::Clock_"):
+    clock: Time
+
+
+@dataclass
 class TriggerRequest(IdlStruct, typename="std_srvs::srv::dds_::Trigger_Request_"):
     client: uint64
     number: int64
@@ -250,6 +256,7 @@ LATCHED = Qos(
     Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.TransientLocal, Policy.History.KeepLast(1)
 )
 ANY = SampleState.Any | ViewState.Any | InstanceState.Any
+BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(1))
 VOLATILE = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.Volatile, Policy.History.KeepLast(1))
 
 
@@ -419,6 +426,10 @@ def numbers(text: str) -> list:
     return [float(number) for number in text.split(",")]
 
 
+def poses(text: str) -> list:
+    return [numbers(pose) for pose in text.split(";")]
+
+
 def value_of(text: str) -> ParameterValue:
     integer = int(text) if text.lstrip("-").isdigit() else None
     kind, words = (4, text) if integer is None else (2, "")
@@ -432,7 +443,8 @@ def main() -> None:
     parser.add_argument("--for", dest="seconds", type=float, default=math.inf)
     parser.add_argument("--publish-slam-map", type=pathlib.Path)
     parser.add_argument("--topic", default="/map")
-    parser.add_argument("--robot-at", type=numbers)
+    parser.add_argument("--robot-at", type=poses)
+    parser.add_argument("--clock", type=float)
     parser.add_argument("--plan", type=numbers)
     parser.add_argument("--nav2", action="store_true")
     parser.add_argument("--raw", action="store_true")
@@ -452,24 +464,30 @@ def main() -> None:
     for name, _, value in (text.partition("=") for text in arguments.set):
         parameters = [Parameter(name, value_of(value))]
         peer.call(f"{peer.own}/ros_bridge/set_parameters", SetParametersRequest, SetParametersResponse, [parameters])
-    slam_map = slam_map_writer = tf_writer = None
+    slam_map = slam_map_writer = tf_writer = clock_writer = None
     if arguments.publish_slam_map:
         slam_map = read_map(arguments.publish_slam_map)
         slam_map_writer = peer.writer(f"rt{arguments.topic}", OccupancyGrid, LATCHED)
     if arguments.robot_at:
         tf_writer = peer.writer("rt/tf", TFMessage, VOLATILE)
+    if arguments.clock is not None:
+        clock_writer = peer.writer("rt/clock", Clock, BEST_EFFORT)
     begun = time.monotonic()
-    map_due = tf_due = begun
+    map_due = tf_due = clock_due = begun
     while (now := time.monotonic()) - begun < arguments.seconds:
         if slam_map_writer and now >= map_due:
             slam_map_writer.write(slam_map)
             map_due = now + 1
         if tf_writer and now >= tf_due:
-            x, y, yaw = arguments.robot_at
+            x, y, yaw = arguments.robot_at[min(int(now - begun), len(arguments.robot_at) - 1)]
             rotation = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
             transform = Transform(Vector3(x, y, 0.0), rotation)
             tf_writer.write(TFMessage([TransformStamped(Header(Time(0, 0), "map"), "base_link", transform)]))
             tf_due = now + 0.1
+        if clock_writer and now >= clock_due:
+            seconds = arguments.clock + now - begun
+            clock_writer.write(Clock(Time(int(seconds), int(seconds % 1 * 1e9))))
+            clock_due = now + 0.05
         peer.spin()
         time.sleep(0.001 if arguments.raw else 0.01)
 

@@ -7,6 +7,7 @@ use bus::Daemon;
 use daemon::facts::RosBridgeFacts;
 use daemon::{Report, StatusBoard};
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::process::{Command, Stdio};
@@ -75,7 +76,7 @@ fn a_late_client_gets_the_maps_of_the_files_and_those_of_the_next_date() {
     let mut peer = connect(address, &[]);
     peer.wait_until("all channels but those of an alignment", |last| {
         let is_advertised = |topic: &&String| topic.starts_with("advertised ");
-        last.keys().filter(is_advertised).count() == 12 && last.len() == 1 + 12 + 10
+        last.keys().filter(is_advertised).count() == 13 && last.len() == 1 + 13 + 11
     });
     let server = &peer.last["serverInfo"];
     assert_eq!((&server["name"], &server["subprotocol"]), (&"groundplan".into(), &"foxglove.sdk.v1".into()));
@@ -88,7 +89,7 @@ fn a_late_client_gets_the_maps_of_the_files_and_those_of_the_next_date() {
         [("map", "planning.pgm"), ("localization_map", "localization.pgm"), ("keepout_mask", "keepout.pgm")]
     {
         let message = &peer.last[&format!("/groundplan/{topic}")];
-        assert_eq!(message["sha256"], published_by_map_server(&out, layer), "{topic}: {message}");
+        assert_eq!(message["sha256"], published_by_map_server(&out, 0, layer), "{topic}: {message}");
     }
     let rooms = peer.last["/groundplan/room_entities"]["rooms"].as_array().unwrap();
     let semantic: Value = serde_json::from_slice(&std::fs::read(out.join("semantic.json")).unwrap()).unwrap();
@@ -105,6 +106,25 @@ fn a_late_client_gets_the_maps_of_the_files_and_those_of_the_next_date() {
     let mut late = connect(served(&live), &["--topic", "/groundplan/map"]);
     late.wait_until("the newest map", |last| last.contains_key("/groundplan/map"));
     assert_eq!(late.last["/groundplan/map"]["sha256"], newest);
+    live.down();
+}
+
+#[test]
+fn the_building_comes_under_its_url_as_an_export_writes_it() {
+    if !has_client() {
+        return;
+    }
+    let mut live = site(free(), "2024-04-15");
+    let mut peer = connect(served(&live), &["--topic", "/groundplan/world", "--world"]);
+    peer.wait_until("the model", |last| last.contains_key("asset 1"));
+    let out = live.home.path().join("out");
+    live.text(&[&"export", &out, &"--world"]);
+    let exported = Sha256::digest(std::fs::read(out.join("world/site.glb")).unwrap());
+    let exported: String = exported.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(peer.last["asset 1"]["sha256"], exported, "{}", peer.last["asset 1"]);
+    live.text(&[&"date", &"2024-06-30"]);
+    peer.wait_until("the next model", |last| last.contains_key("asset 2"));
+    assert_ne!(peer.last["asset 2"]["sha256"], exported);
     live.down();
 }
 

@@ -24,7 +24,7 @@ fn a_peer_gets_the_maps_of_the_files_and_those_of_the_next_date() {
         [("map", "planning.pgm"), ("localization_map", "localization.pgm"), ("keepout_mask", "keepout.pgm")]
     {
         let message = &early.last[&format!("/groundplan/{topic}")];
-        assert_eq!(message["sha256"], published_by_map_server(&out, layer), "{topic}: {message}");
+        assert_eq!(message["sha256"], published_by_map_server(&out, 0, layer), "{topic}: {message}");
     }
     let info = &early.last["/groundplan/keepout_info"];
     assert_eq!((&info["mask"], &info["type"]), (&"/groundplan/keepout_mask".into(), &0.into()), "{info}");

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 use std::time::Instant;
 use support::live::{DEADLINE, Live, POLL_INTERVAL};
+use support::map_server::published_by_map_server;
 use support::ros_peer::{domain, has_peer, join, site};
 use support::{convert, demo_model, turned_map};
 
@@ -169,6 +170,68 @@ fn maps_are_moved_into_the_frame_of_slam_and_the_robot_is_placed() {
         (number(placed, "x_m") - x_m).abs() < 0.05 && (number(placed, "y_m") - y_m).abs() < 0.05,
         "{placed} {pose}"
     );
+    live.down();
+}
+
+#[test]
+fn a_robot_that_climbs_the_stair_gets_the_maps_of_the_storey_above() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let maps = convert(&demo_model(), &[]);
+    let mut live = site(domain, "slam_map_topic = \"/map\"\n");
+    live.text(&[&"date", &"2024-12-01"]);
+    let robot = turned_map(&maps, 0, live.home.path());
+    let mut peer = join(domain, &[&"--publish-slam-map", &robot]);
+    peer.wait_until("a transform", |last| last.contains_key("/tf_static"));
+    assert_eq!(peer.last["/groundplan/changed"]["storey"], 0);
+    drop(peer);
+    let asked: Value = serde_json::from_str(&live.text(&[&"align", &"--json"])).unwrap();
+    let pose = ["x_m", "y_m", "yaw_rad"].map(|key| asked["map_from_slam"][key].as_f64().unwrap());
+    let graph = maps.json("site-graph.json");
+    let stair = graph["edges"].as_array().unwrap().iter().find(|edge| edge["class"] == "stair").unwrap();
+    let place = |place: &Value| [0, 1].map(|k| place[k].as_f64().unwrap());
+    let line = stair["line_m"].as_array().unwrap();
+    let [from, to] = [place(&line[0]), place(&line[line.len() - 1])];
+    let (sin, cos) = libm::sincos(pose[2]);
+    // Half a metre a second, in the robot's own map.
+    let poses = (0..=10).map(|k| {
+        let [x, y] = [0, 1].map(|i| from[i] + (to[i] - from[i]) * f64::from(k) / 10.0 - pose[i]);
+        format!("{},{},0", cos * x + sin * y, cos * y - sin * x)
+    });
+    let way = poses.collect::<Vec<_>>().join(";");
+    let mut peer = join(domain, &[&"--publish-slam-map", &robot, &"--robot-at", &way]);
+    peer.wait_until("the storey above", |last| last.get("/groundplan/changed").is_some_and(|now| now["storey"] == 1));
+    // All outputs are those of that storey.
+    let out = live.home.path().join("out");
+    live.text(&[&"export", &out]);
+    peer.wait_until("its heartbeat", |last| last["/groundplan/heartbeat"]["storey"] == 1);
+    for (topic, layer) in [("map", "planning.pgm"), ("keepout_mask", "keepout.pgm")] {
+        let expected = published_by_map_server(&out, 1, layer);
+        peer.wait_until(topic, |last| last[&format!("/groundplan/{topic}")]["sha256"] == expected);
+    }
+    live.down();
+}
+
+#[test]
+fn the_plan_time_follows_a_simulator() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    // A week a second.
+    let mut live = site(domain, "[ros.sim_time]\nplan_time_at_zero = \"2024-04-06\"\nrate = 604800.0\n");
+    let mut peer = join(domain, &[&"--clock", &"0"]);
+    let mut at = String::new();
+    while at.as_str() < "2024-05-15" {
+        let last = at.clone();
+        peer.wait_until("a later plan time", |all| {
+            all.get("/groundplan/changed").is_some_and(|now| now["plan_time"].as_str().unwrap() != last)
+        });
+        peer.last["/groundplan/changed"]["plan_time"].as_str().unwrap().clone_into(&mut at);
+        assert!(last.is_empty() || last == "2024-04-15T00:00:00" || at > last, "{at} after {last}");
+    }
     live.down();
 }
 

@@ -4,10 +4,10 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::path::Path;
 
-/// sha256 of a layer of the lowest storey as Nav2's map server publishes the file that `export` writes.
-pub(crate) fn published_by_map_server(folder: &Path, layer: &str) -> String {
+/// sha256 of a layer of a map storey as Nav2's map server publishes the file that `export` writes.
+pub(crate) fn published_by_map_server(folder: &Path, storey: usize, layer: &str) -> String {
     let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
-    let directory = folder.join(manifest["storeys"][0]["directory"].as_str().unwrap());
+    let directory = folder.join(manifest["storeys"][storey]["directory"].as_str().unwrap());
     let (width, _, pixels) = grid::decode_pgm(&std::fs::read(directory.join(layer)).unwrap()).unwrap();
     let cell = |pixel: u8| match f64::from(255 - pixel) / 255.0 {
         p if p > 0.65 => 100_u8,
