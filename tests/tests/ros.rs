@@ -3,6 +3,8 @@
 mod support;
 
 use serde_json::Value;
+use std::process::Command;
+use std::time::Duration;
 use support::map_server::published_by_map_server;
 use support::ros_peer::{domain, has_peer, join, site};
 use support::{convert, demo_model, turned_map};
@@ -45,6 +47,26 @@ fn a_peer_gets_the_maps_of_the_files_and_those_of_the_next_date() {
         last.get("/groundplan/map").is_some_and(|map| map["sha256"] == early.last["/groundplan/map"]["sha256"])
     });
     assert!(!late.last.contains_key("/tf_static"), "there is no map of a robot");
+    live.down();
+}
+
+#[test]
+fn a_bridge_that_was_stopped_and_goes_on_is_heard_again() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let mut live = site(domain, "");
+    let mut peer = join(domain, &[]);
+    peer.wait_until("maps", |last| last.contains_key("/groundplan/changed"));
+    let process = live.status().unwrap()["daemons"]["ros-bridge"]["process_id"].to_string();
+    for signal in ["-STOP", "-CONT"] {
+        assert!(Command::new("kill").args([signal, &process]).status().unwrap().success());
+        std::thread::sleep(Duration::from_secs(1));
+    }
+    live.text(&[&"date", &"2024-06-30"]);
+    peer.wait_until("the next date", |last| last["/groundplan/changed"]["plan_time"] == "2024-06-30T00:00:00");
+    live.wait_until_healthy();
     live.down();
 }
 

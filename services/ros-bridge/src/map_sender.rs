@@ -14,7 +14,7 @@ use std::time::Duration;
 use tracing::{info, warn};
 
 /// Large grids follow each other at this pace: what does not fit into the buffer of a reader's socket is lost, and repaired slowly.
-const PACE_BYTES_PER_S: f64 = 150e6;
+const PACE_BYTES_PER_S: f64 = 250e6;
 
 /// What is to be published.
 pub(crate) enum Job {

@@ -17,7 +17,7 @@ use bus::{Bus, CheckedSample, Daemon, GridSlot, RawSubscriber, SiteSample, SiteS
 use daemon::facts::{Pose, RosBridgeFacts, RosPeers, ScheduleFacts};
 use daemon::{
     Asked, CurrentActivity, Done, Event, FRESH_TOLERANCE, Failure, Freshness, MapState, Report, RosBridgeRequest,
-    RosConfig, Service, SiteConfig, Standing, StatusBoard,
+    RosConfig, Service, SiteConfig, Standing, StatusBoard, resident_bytes,
 };
 use frames::{Point2, counted};
 use messages::{Activity, Alignment, PoseRecord, PoseValidity};
@@ -25,12 +25,15 @@ use ros::markers::each_room;
 use ros::transforms::{alignment_pose, pose_in_map};
 use serde::de::IgnoredAny;
 use std::sync::{Arc, Mutex, PoisonError};
-use tracing::info;
+use tracing::{error, info};
 
 daemon::inputs! {
     /// What is shown to ROS 2.
     pub(crate) enum BridgeInput { Site, ScheduleState, Grids, MissionPlan, Alignment }
 }
+
+/// The library keeps up to 8192 messages for a reader that does not acknowledge them; this is a hundred sets of large maps.
+const MAX_MEMORY_BYTES: u64 = 3 << 30;
 
 /// Content hashes of what was handed to the sender, the storey, and the pose that grids are moved by.
 type Published = (usize, u64, Option<u64>, Option<[f64; 3]>);
@@ -201,6 +204,19 @@ impl BridgeService {
         Some(Pose { x_m, y_m, yaw_rad: frames::wrapped(robot.yaw_rad + map_from_slam.yaw_rad()) })
     }
 
+    /// Ends this process, which is started again, where the ROS 2 library cannot go on.
+    fn check_library(&self) {
+        let why = if self.graph.has_ended() {
+            "the ROS 2 library has ended"
+        } else if resident_bytes() > MAX_MEMORY_BYTES {
+            "a reader does not take its messages, and they fill the memory"
+        } else {
+            return;
+        };
+        error!(service = "ros-bridge", why, "this process ends, and is started again");
+        std::process::exit(1);
+    }
+
     /// Takes the storey at the end of a portal that the robot has gone through.
     fn follow_robot(&mut self) -> Result<(), Failure> {
         let (true, Some(storey), Some(robot)) =
@@ -312,6 +328,7 @@ impl Service for BridgeService {
                 }
             }
             Event::Tick => {
+                self.check_library();
                 self.tick();
                 self.follow_robot()?;
             }

@@ -22,6 +22,7 @@ use ros2_client::qos::QosProfile;
 use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::pin::pin;
 use std::thread;
 use tracing::{error, warn};
@@ -38,6 +39,8 @@ pub(crate) struct RosGraph {
     node: Node,
     namespace: String,
     participant: Participant,
+    /// Threads of the library when it had joined.
+    n_threads: usize,
 }
 
 /// A part of the graph that cannot be had.
@@ -81,7 +84,14 @@ impl RosGraph {
             }
         };
         thread::Builder::new().name("ros-spin".to_owned()).spawn(spin).map_err(create("a thread"))?;
-        Ok(Self { node, namespace: config.namespace.clone(), participant: context.domain_participant() })
+        let (namespace, participant) = (config.namespace.clone(), context.domain_participant());
+        Ok(Self { node, namespace, participant, n_threads: library_threads() })
+    }
+
+    /// True if a thread of the library has ended: it ends without a word when the system interrupts its waiting, as it does when
+    /// a stopped process goes on or a computer wakes up. From then on nobody gets anything.
+    pub(crate) fn has_ended(&self) -> bool {
+        library_threads() < self.n_threads
     }
 
     /// A name in full: one that begins with a slash as it is, others in the namespace of the node.
@@ -199,6 +209,13 @@ fn take_on_thread<M: DeserializeOwned + Send + 'static>(
     };
     thread::Builder::new().name(thread_name.to_owned()).spawn(read)?;
     Ok(())
+}
+
+/// Threads of this process by the name of the DDS library.
+fn library_threads() -> usize {
+    let threads = std::fs::read_dir(Path::new("/proc/self/task")).into_iter().flatten().flatten();
+    let name = |thread: std::fs::DirEntry| std::fs::read_to_string(thread.path().join("comm"));
+    threads.filter_map(|thread| name(thread).ok()).filter(|name| name.starts_with("RustDDS")).count()
 }
 
 /// Names that begin with a slash are whole; others are in the namespace.

@@ -1,6 +1,6 @@
 //! The topics of the bridge.
 
-use super::qos::{heartbeat, latched, volatile, with};
+use super::qos::{heartbeat, latched, latched_grid, volatile, with};
 use super::{GraphError, RosGraph, create, full_name};
 use bus::HEARTBEAT_PERIOD;
 use daemon::{RosConfig, RosOutput};
@@ -69,13 +69,13 @@ impl MapTopics {
     pub(crate) fn open(graph: &mut RosGraph, config: &RosConfig) -> Result<Self, GraphError> {
         let map = config.map_topic.as_deref().unwrap_or("map");
         Ok(Self {
-            map: graph.output(config, RosOutput::Map, map, latched())?,
-            localization_map: graph.output(config, RosOutput::LocalizationMap, "localization_map", latched())?,
-            keepout_mask: graph.output(config, RosOutput::KeepoutMask, "keepout_mask", latched())?,
+            map: graph.output(config, RosOutput::Map, map, latched_grid())?,
+            localization_map: graph.output(config, RosOutput::LocalizationMap, "localization_map", latched_grid())?,
+            keepout_mask: graph.output(config, RosOutput::KeepoutMask, "keepout_mask", latched_grid())?,
             keepout_info: graph.output(config, RosOutput::KeepoutMask, "keepout_info", latched())?,
-            rooms: graph.output(config, RosOutput::Rooms, "rooms", latched())?,
-            waypoints: graph.output(config, RosOutput::Waypoints, "waypoints", latched())?,
-            route: graph.output(config, RosOutput::Route, "route", latched())?,
+            rooms: graph.output(config, RosOutput::Rooms, "rooms", latched_grid())?,
+            waypoints: graph.output(config, RosOutput::Waypoints, "waypoints", latched_grid())?,
+            route: graph.output(config, RosOutput::Route, "route", latched_grid())?,
             route_graph: graph.output(config, RosOutput::Route, "route_graph", latched())?,
             changed: graph.output(config, RosOutput::Changed, "changed", latched())?,
         })

@@ -4,12 +4,20 @@ use daemon::QosConfig;
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use std::time::Duration;
 
+/// The library sends again what a reader has lost in steps of 8 KiB, at intervals of a fifth of the deadline that the topic offers
+/// and of a millisecond at least; without a deadline at intervals of 10 ms, which for a large map is ten seconds.
+const REPAIR_DEADLINE: Duration = Duration::from_millis(5);
 /// How long a publication waits for a reader that does not acknowledge: the service must not wait for the network.
 const WHEN_FULL: WhenFull = WhenFull::Wait(Duration::from_millis(100));
 
-/// The last message is kept for readers that come later: maps.
+/// The last message is kept for readers that come later.
 pub(super) fn latched() -> QosProfile {
     QosProfile { durability: Durability::TransientLocal, ..volatile() }
+}
+
+/// The same for messages of many megabytes.
+pub(super) fn latched_grid() -> QosProfile {
+    QosProfile { deadline: Some(REPAIR_DEADLINE), ..latched() }
 }
 
 /// What comes again soon.
