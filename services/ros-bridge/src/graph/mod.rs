@@ -110,14 +110,14 @@ impl RosGraph {
         RosPeers { participants: participants.len(), topics: topics.map(of_topic).collect() }
     }
 
-    /// Takes grids of a topic, latched or not, on a thread of its own: `take` gets each.
+    /// Takes grids of a topic, latched or not, on a thread of its own: `take` gets each, or why a message cannot be read.
     ///
     /// # Errors
     /// A name that is none, a topic that cannot be opened.
     pub(crate) fn take_grids(
         &mut self,
         topic: &str,
-        take: impl FnMut(OccupancyGrid) + Send + 'static,
+        take: impl FnMut(Result<OccupancyGrid, String>) + Send + 'static,
     ) -> Result<(), Failure> {
         let latched = self.subscription(topic, &latched())?;
         let volatile = self.subscription(topic, &volatile())?;
@@ -128,11 +128,14 @@ impl RosGraph {
     ///
     /// # Errors
     /// Topics that cannot be opened.
-    pub(crate) fn take_transforms(&mut self, take: impl FnMut(TFMessage) + Send + 'static) -> Result<(), Failure> {
+    pub(crate) fn take_transforms(&mut self, mut take: impl FnMut(TFMessage) + Send + 'static) -> Result<(), Failure> {
         let moving = self.subscription("/tf", &queue(TRANSFORMS))?;
         let of_static = QosProfile { durability: latched().durability, ..queue(TRANSFORMS) };
         let fixed = self.subscription("/tf_static", &of_static)?;
-        take_on_thread("ros-tf", fixed, moving, take)
+        take_on_thread("ros-tf", fixed, moving, move |message| match message {
+            Ok(message) => take(message),
+            Err(error) => warn!(service = "ros-bridge", error, "transforms cannot be read"),
+        })
     }
 
     fn subscription<M: RosMessage + DeserializeOwned + 'static>(
@@ -146,20 +149,17 @@ impl RosGraph {
     }
 }
 
-/// Hands each message of two subscriptions over, on a thread; what cannot be read is logged.
+/// Hands each message of two subscriptions over, on a thread, or why one cannot be read.
 fn take_on_thread<M: DeserializeOwned + Send + 'static>(
     thread_name: &str,
     first: Subscription<M>,
     second: Subscription<M>,
-    mut take: impl FnMut(M) + Send + 'static,
+    mut take: impl FnMut(Result<M, String>) + Send + 'static,
 ) -> Result<(), Failure> {
     let read = move || {
         let mut messages = pin!(select(first.async_stream(), second.async_stream()));
         while let Some(message) = block_on(messages.next()) {
-            match message {
-                Ok((message, _)) => take(message),
-                Err(why) => warn!(service = "ros-bridge", error = format!("{why:?}"), "a message cannot be read"),
-            }
+            take(message.map(|(message, _)| message).map_err(|why| why.to_string()));
         }
     };
     thread::Builder::new().name(thread_name.to_owned()).spawn(read)?;
