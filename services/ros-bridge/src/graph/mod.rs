@@ -15,8 +15,11 @@ use qos::{latched, queue, volatile};
 use ros::RosMessage;
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::tf2_msgs::TFMessage;
-use ros2_client::dds::rustdds::{DomainParticipant as Participant, RTPSEntity};
-use ros2_client::qos::QosProfile;
+use ros2_client::dds::rustdds::policy::ResourceLimits;
+use ros2_client::dds::rustdds::{
+    DomainParticipant as Participant, QosPolicies, QosPolicyBuilder, RTPSEntity, TopicKind,
+};
+use ros2_client::qos::{History, QosProfile};
 use ros2_client::{Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
@@ -143,9 +146,17 @@ impl RosGraph {
         topic: &str,
         profile: &QosProfile,
     ) -> Result<Subscription<M>, GraphError> {
-        let (name, kind) = (self.name(topic)?, MessageTypeName::new(M::PACKAGE, M::NAME));
-        let topic = self.node.create_topic(&name, kind, profile).map_err(create(topic))?;
-        self.node.create_subscription(&topic, None).map_err(create(name.to_string()))
+        let (name, kind) = (self.name(topic)?.to_string(), MessageTypeName::new(M::PACKAGE, M::NAME));
+        let max_samples = match profile.history {
+            History::KeepLast { depth } => i32::try_from(depth).unwrap_or(i32::MAX),
+            History::KeepAll => i32::MAX,
+        };
+        // Without a limit the library keeps 64 messages of every topic: of large maps that is more than a robot's memory.
+        let limits = ResourceLimits { max_samples, max_instances: 1, max_samples_per_instance: max_samples };
+        let profile = QosPolicies::from(profile).modify_by(&QosPolicyBuilder::new().resource_limits(limits).build());
+        let dds_name = format!("rt{name}");
+        let topic = self.participant.create_topic(dds_name, kind.dds_msg_type(), &profile, TopicKind::NoKey);
+        self.node.create_subscription(&topic.map_err(create(&*name))?, None).map_err(create(name))
     }
 }
 
