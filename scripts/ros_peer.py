@@ -3,6 +3,7 @@
 
 usage: ros_peer.py [--domain N] [--namespace /groundplan] [--for SECONDS] [--publish-slam-map FILE.yaml --topic /map]
                    [--robot-at X,Y,YAW;..] [--clock SECONDS] [--plan X,Y,X,Y] [--nav2] [--call SERVICE] [--set NAME=VALUE] [--raw]
+                   [--participants N]
 
 Each message is one JSON line: topic, frame, and what a person wants to know of it.
 --publish-slam-map  it is the robot: it publishes a map of a map server as SLAM would, latched, once a second
@@ -11,6 +12,7 @@ Each message is one JSON line: topic, frame, and what a person wants to know of 
 --plan              it is a planner: the shortest way over map and mask, as Nav2's costmap applies them
 --nav2              it is Nav2: it answers the calls by which it is stopped, loaded and resumed
 --raw               it measures: grids are counted in bytes and not read, and it looks every millisecond
+--participants      so many participants, as a robot with many nodes has: it prints when all of them hear the bridge
 --call, --set       it calls next_change, align or confirm, or sets a parameter, once, and prints the answer
 """
 
@@ -32,6 +34,7 @@ from cyclonedds.pub import DataWriter, Publisher
 from cyclonedds.sub import DataReader, Subscriber, ddspy_take
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
+from slam_drive import read_pgm
 
 
 @dataclass
@@ -298,16 +301,14 @@ def of_transforms(message: TFMessage) -> dict:
 def read_map(path: pathlib.Path) -> OccupancyGrid:
     """A map of the map server, by its trinary rule."""
     words = dict(line.split(":", 1) for line in path.read_text().splitlines() if ":" in line)
-    magic, width, height, most, cells = (path.parent / words["image"].strip()).read_bytes().split(maxsplit=4)
-    assert magic == b"P5" and most == b"255"
-    width, height = int(width), int(height)
+    width, height, pixels = read_pgm(path.parent / words["image"].strip())
     rule = [100 if (255 - p) / 255 > 0.65 else 0 if (255 - p) / 255 < 0.196 else 255 for p in range(256)]
-    rows = [cells[k * width : (k + 1) * width].translate(bytes(rule)) for k in reversed(range(height))]
+    cells = list(pixels.translate(bytes(rule)))
     x, y, yaw = json.loads(words["origin"])
     orientation = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
     origin = Pose(Point(x, y, 0.0), orientation)
     info = MapMetaData(Time(0, 0), float(words["resolution"]), width, height, origin)
-    return OccupancyGrid(Header(Time(0, 0), "map"), info, list(b"".join(rows)))
+    return OccupancyGrid(Header(Time(0, 0), "map"), info, cells)
 
 
 def length_of_way(planning: OccupancyGrid, mask: OccupancyGrid, ends: list) -> float | None:
@@ -340,7 +341,9 @@ class Peer:
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self.arguments = arguments
-        self.participant = DomainParticipant(arguments.domain)
+        # The last one does all the rest.
+        self.participants = [DomainParticipant(arguments.domain) for _ in range(arguments.participants)]
+        self.participant = self.participants[-1]
         self.subscriber, self.publisher = Subscriber(self.participant), Publisher(self.participant)
         self.own = arguments.namespace.rstrip("/")
         self.readers = [
@@ -357,12 +360,17 @@ class Peer:
                 ("/diagnostics", DiagnosticArray, VOLATILE, of_diagnostics),
             ]
         ]
+        self.listeners = [self.heartbeats_of(participant) for participant in self.participants]
+        self.deaf = set(range(len(self.listeners)))
         self.services = []
         self.grids = {}
         self.calls = []
 
     def reader(self, name: str, kind: type, qos: Qos) -> DataReader:
         return DataReader(self.subscriber, Topic(self.participant, name, kind), qos=qos)
+
+    def heartbeats_of(self, participant: DomainParticipant) -> DataReader:
+        return DataReader(Subscriber(participant), Topic(participant, f"rt{self.own}/heartbeat", String), qos=VOLATILE)
 
     def writer(self, name: str, kind: type, qos: Qos) -> DataWriter:
         return DataWriter(self.publisher, Topic(self.participant, name, kind), qos=qos)
@@ -379,7 +387,14 @@ class Peer:
         reader = self.reader(f"rr{name}Reply", response, VOLATILE)
         self.calls.append([name, writer, reader, request(0x67726F756E64, 1, *fields), time.monotonic() + 1])
 
+    def hear(self) -> None:
+        hear = {number for number in self.deaf if self.listeners[number].take(1)}
+        self.deaf -= hear
+        if hear and not self.deaf:
+            self.print({"topic": "participants", "hear": len(self.participants)})
+
     def spin(self) -> None:
+        self.hear()
         for name, reader, shown in self.readers:
             if self.arguments.raw and shown is of_grid:
                 for content, info in ddspy_take(reader._ref, ANY, 10):
@@ -448,6 +463,7 @@ def main() -> None:
     parser.add_argument("--plan", type=numbers)
     parser.add_argument("--nav2", action="store_true")
     parser.add_argument("--raw", action="store_true")
+    parser.add_argument("--participants", type=int, default=1)
     parser.add_argument("--call", action="append", default=[])
     parser.add_argument("--set", action="append", default=[])
     arguments = parser.parse_args()

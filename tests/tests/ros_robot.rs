@@ -6,9 +6,9 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::process::Command;
 use std::time::Instant;
-use support::live::{DEADLINE, Live, POLL_INTERVAL};
+use support::live::{DEADLINE, POLL_INTERVAL};
 use support::map_server::published_by_map_server;
-use support::ros_peer::{domain, has_peer, join, site};
+use support::ros_peer::{domain, graph, has_peer, join, site};
 use support::{convert, demo_model, turned_map};
 
 /// Two places of the ground floor: open before the walls of the rooms stand, closed while they are built, and further apart
@@ -243,26 +243,14 @@ fn another_node_on_the_topic_of_the_map_is_told() {
     let domain = domain();
     let maps = convert(&demo_model(), &[]);
     let mut live = site(domain, "");
-    let seen = |live: &Live| {
-        let checks: Value = serde_json::from_slice(&live.run(&[&"doctor", &"--json"]).stdout).unwrap();
-        let check = checks.as_array().unwrap().iter().find(|check| check["what"] == "ROS 2").cloned();
-        check.unwrap()["found"].as_str().unwrap().to_owned()
-    };
-    assert!(seen(&live).contains("0 other participants"), "{}", seen(&live));
+    assert!(graph(&live).contains("0 other participants"), "{}", graph(&live));
     let robot = turned_map(&maps, 0, live.home.path());
     let mut rival = join(domain, &[&"--publish-slam-map", &robot, &"--topic", &"/groundplan/map"]);
     rival.wait_until("maps", |last| last.contains_key("/groundplan/changed"));
-    let begun = Instant::now();
-    let warning = loop {
-        let status = live.status().unwrap();
-        if let Some(warning) = status["daemons"]["ros-bridge"]["warning"].as_str() {
-            break warning.to_owned();
-        }
-        assert!(begun.elapsed() < DEADLINE, "{status}");
-        std::thread::sleep(POLL_INTERVAL);
-    };
+    let warning = |status: &Value| status["daemons"]["ros-bridge"]["warning"].clone();
+    let warning = warning(&live.wait_for_status("a warning", |status| warning(status).is_string()));
     assert_eq!(warning, "1 publisher of other nodes on /groundplan/map: readers keep one of them");
-    assert!(seen(&live).contains("1 other participant; "), "{}", seen(&live));
+    assert!(graph(&live).contains("1 other participant; "), "{}", graph(&live));
     drop(rival);
     live.wait_until_healthy();
     live.down();

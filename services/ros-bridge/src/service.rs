@@ -24,7 +24,7 @@ use messages::{Activity, Alignment, PoseRecord, PoseValidity};
 use ros::markers::each_room;
 use ros::transforms::{alignment_pose, pose_in_map};
 use serde::de::IgnoredAny;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use tracing::{error, info};
 
 daemon::inputs! {
@@ -51,7 +51,7 @@ pub(crate) struct BridgeService {
     peers: RosPeers,
     sender: MapSender,
     foxglove: Option<FoxgloveServer>,
-    slam_map: Option<Arc<Mutex<SlamMapInput>>>,
+    slam_map: Option<Arc<SlamMapInput>>,
     robot: Robot,
     samples: SiteSamples,
     grids: Vec<RawSubscriber>,
@@ -88,11 +88,9 @@ impl BridgeService {
         let nav2 = ros.nav2.as_ref().map(|nav2| Nav2::of(&mut graph, nav2, ros.service_mapping)).transpose()?;
         let slam_map = match &ros.slam_map_topic {
             Some(topic) => {
-                let input = Arc::new(Mutex::new(SlamMapInput::new(config)?));
+                let input = Arc::new(SlamMapInput::new(config)?);
                 let taken = Arc::clone(&input);
-                graph.take_grids(topic, move |grid| {
-                    taken.lock().unwrap_or_else(PoisonError::into_inner).take(&grid);
-                })?;
+                graph.take_grids(topic, move |grid| taken.take(grid))?;
                 Some(input)
             }
             None => None,
@@ -271,6 +269,14 @@ impl BridgeService {
         })
     }
 
+    /// Several that publish SLAM maps: each map that comes takes the place of the one before it, whoever publishes it.
+    fn slam_rivals(&self) -> Option<String> {
+        let topic = self.map_topics.get(2)?;
+        let [n, _] = *self.peers.topics.get(topic)?;
+        (n > 1)
+            .then(|| format!("{n} publishers on {topic}: the newest SLAM map is now that of one, now that of another"))
+    }
+
     /// Takes what the daemons say about themselves.
     fn read_board(&mut self, board: &StatusBoard) {
         let now = Stamp::now();
@@ -301,7 +307,7 @@ impl Service for BridgeService {
         let slots = GridSlot::all().map(TopicName::Grid);
         self.grids = slots.map(|slot| bus.raw_subscriber(slot)).collect::<Result<_, _>>()?;
         match &self.slam_map {
-            Some(input) => input.lock().unwrap_or_else(PoisonError::into_inner).attach(),
+            Some(input) => input.attach(),
             None => Ok(()),
         }
     }
@@ -351,9 +357,16 @@ impl Service for BridgeService {
     }
 
     fn standing(&self) -> Standing {
-        let mut warnings = self.warning.clone().into_iter().chain(self.sender.sent().warning).chain(self.rivals());
+        let warnings = [
+            self.warning.clone(),
+            self.sender.sent().warning,
+            self.rivals(),
+            self.slam_rivals(),
+            self.slam_map.as_ref().and_then(|input| input.warning()),
+        ];
+        let warnings: Vec<String> = warnings.into_iter().flatten().collect();
         let error = self.foxglove.as_ref().and_then(FoxgloveServer::error);
-        Standing { error, warning: warnings.next() }
+        Standing { error, warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }
 
     fn facts(&self) -> RosBridgeFacts {

@@ -5,27 +5,42 @@ use daemon::{Epochs, Failure, SiteConfig, chain};
 use messages::{ArchiveBuffer, InputHashes, SlamMap, SlamMapHead};
 use ros::msg::geometry_msgs::Quaternion;
 use ros::msg::nav_msgs::OccupancyGrid;
+use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use tracing::{info, warn};
 
 /// Bytes that the topic begins with; it grows with the map.
 const FIRST_BYTES: usize = 1 << 20;
+/// A cell of which nothing is known.
+const UNKNOWN: i8 = -1;
 /// A pose that is turned out of the plane by more than this is none of a map.
 const MAX_TILT: f64 = 1e-3;
 
 /// A grid that is no map of a robot.
-#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+#[derive(Debug, thiserror::Error, PartialEq)]
 pub(crate) enum GridFault {
     #[error("the grid has {cells} cells, and its width and height make {expected}")]
     Cells { cells: usize, expected: u64 },
-    #[error("the grid has a cell of {value}: -1 or 0 to 100 is meant")]
-    Value { value: i8 },
+    #[error("the grid has no cells")]
+    Empty,
+    #[error("no cell of the grid is known")]
+    Unknown,
+    #[error("the grid has {cells} cells: at most {} are taken", SlamMapHead::MAX_CELLS)]
+    TooManyCells { cells: usize },
+    #[error("the resolution of the grid is {resolution_m} m: {least_m} to {most_m} m is meant")]
+    Resolution { resolution_m: f32, least_m: f64, most_m: f64 },
+    #[error("the origin of the grid is at {x_m}, {y_m}: that is no place in metres")]
+    Origin { x_m: f64, y_m: f64 },
+    #[error("the orientation of the grid's origin is no rotation")]
+    Orientation,
     #[error("the origin of the grid is turned out of the plane")]
     Tilted,
-    #[error("{0}")]
-    Unusable(String),
+    #[error("the grid has a cell of {value}: -1 or 0 to 100 is meant")]
+    Value { value: i8 },
 }
 
-/// The archive of a grid.
+/// The archive of a grid, without rows and columns at its borders of which nothing is known: some SLAM nodes publish a square
+/// of fixed size around what the robot has seen.
 ///
 /// # Errors
 /// A grid that is no map of a robot.
@@ -35,39 +50,89 @@ pub(crate) fn slam_map_of(grid: &OccupancyGrid) -> Result<ArchiveBuffer, GridFau
     if cells.len() as u64 != expected {
         return Err(GridFault::Cells { cells: cells.len(), expected });
     }
+    if cells.is_empty() {
+        return Err(GridFault::Empty);
+    }
+    if expected > SlamMapHead::MAX_CELLS {
+        return Err(GridFault::TooManyCells { cells: cells.len() });
+    }
+    // As the map server reads its own files: seven digits of a resolution are what a float has.
+    let resolution_m = (f64::from(info.resolution) * 1e7).round() / 1e7;
+    let [least_m, most_m] = SlamMapHead::RESOLUTION_M;
+    if !(least_m..=most_m).contains(&resolution_m) {
+        return Err(GridFault::Resolution { resolution_m: info.resolution, least_m, most_m });
+    }
+    let [x_m, y_m] = [info.origin.position.x, info.origin.position.y];
+    if ![x_m, y_m].iter().all(|c| c.abs() < SlamMapHead::MAX_COORDINATE_M) {
+        return Err(GridFault::Origin { x_m, y_m });
+    }
+    let yaw_rad = yaw_rad(&info.origin.orientation)?;
     if let Some(&value) = cells.iter().find(|value| !(-1..=100).contains(*value)) {
         return Err(GridFault::Value { value });
     }
-    let origin = [info.origin.position.x, info.origin.position.y, yaw_rad(&info.origin.orientation)?];
-    // As the map server reads its own files: seven digits of a resolution are what a float has.
-    let resolution_m = (f64::from(info.resolution) * 1e7).round() / 1e7;
-    let head = SlamMapHead { resolution_m, origin, width: info.width, height: info.height };
-    let archive = SlamMap::write(&head, cells);
-    match SlamMap::open(archive.bytes()) {
-        Ok(_) => Ok(archive),
-        Err(why) => Err(GridFault::Unusable(chain(&why))),
-    }
+    let width = info.width as usize;
+    let [columns, rows] = known_extent(cells, width).ok_or(GridFault::Unknown)?;
+    let [dx_m, dy_m] = [&columns, &rows].map(|range| range.start as f64 * resolution_m);
+    let (sin, cos) = libm::sincos(yaw_rad);
+    let origin = [x_m + cos * dx_m - sin * dy_m, y_m + sin * dx_m + cos * dy_m, yaw_rad];
+    let head = SlamMapHead { resolution_m, origin, width: columns.len() as u32, height: rows.len() as u32 };
+    let known: Vec<i8> =
+        cells.chunks(width).take(rows.end).skip(rows.start).flat_map(|row| &row[columns.clone()]).copied().collect();
+    Ok(SlamMap::write(&head, &known))
 }
 
-/// The turn about the vertical axis; a quaternion of zeros, as from a publisher that sets none, is no turn.
+/// Columns and rows between the first and the last in which a cell is known.
+fn known_extent(cells: &[i8], width: usize) -> Option<[Range<usize>; 2]> {
+    let is_known = |cell: &i8| *cell != UNKNOWN;
+    let rows = cells.iter().position(is_known)? / width..cells.iter().rposition(is_known)? / width + 1;
+    let known_rows = || cells[rows.start * width..rows.end * width].chunks(width);
+    let first = known_rows().filter_map(|row| row.iter().position(is_known)).min()?;
+    let last = known_rows().filter_map(|row| row.iter().rposition(is_known)).max()?;
+    Some([first..last + 1, rows])
+}
+
+/// The turn about the vertical axis. The length of a quaternion says nothing; one of zeros, as from a publisher that sets
+/// none, is no turn.
 fn yaw_rad(q: &Quaternion) -> Result<f64, GridFault> {
     let Quaternion { x, y, z, w } = *q;
     let norm = libm::sqrt(x * x + y * y + z * z + w * w);
     if norm == 0.0 {
         return Ok(0.0);
     }
-    let is_flat = norm.is_finite() && libm::hypot(x, y) / norm <= MAX_TILT;
+    if !norm.is_finite() {
+        return Err(GridFault::Orientation);
+    }
+    let is_flat = libm::hypot(x, y) / norm <= MAX_TILT;
     if is_flat { Ok(2.0 * libm::atan2(z, w)) } else { Err(GridFault::Tilted) }
 }
 
-/// Brings grids to the bus.
+/// Brings grids to the bus. They come on a thread of their own, which the service does not wait for.
 pub(crate) struct SlamMapInput {
     config: SiteConfig,
+    output: Mutex<Output>,
+    /// Why the last message is not taken; `None` if it is.
+    refusal: Mutex<Option<String>>,
+}
+
+/// The robot's side of the bus.
+struct Output {
     epochs: Epochs,
-    /// The robot's side of the current generation of the bus.
+    /// In the current generation of the bus.
     publisher: Option<(Bus, Publisher<topics::SlamMap>)>,
-    /// The last map and its content hash: the same grid comes from a latched and from another subscription.
-    last: Option<(ArchiveBuffer, u64)>,
+    last: Option<LastMap>,
+}
+
+/// The last map that was taken.
+struct LastMap {
+    archive: ArchiveBuffer,
+    /// Of its content: the same grid comes from a latched and from another subscription.
+    hash: u64,
+    /// False if it is still to come to the bus.
+    is_published: bool,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl SlamMapInput {
@@ -77,55 +142,65 @@ impl SlamMapInput {
     /// State that cannot be used.
     pub(crate) fn new(config: &SiteConfig) -> Result<Self, Failure> {
         let epochs = Epochs::at(&config.state, "ros-bridge-slam-map-epochs.json")?;
-        Ok(Self { config: config.clone(), epochs, publisher: None, last: None })
+        let output = Output { epochs, publisher: None, last: None };
+        Ok(Self { config: config.clone(), output: Mutex::new(output), refusal: Mutex::default() })
     }
 
     /// The bus has another generation: the last map comes there, too.
     ///
     /// # Errors
     /// Another robot publishes maps, no room in shared memory.
-    pub(crate) fn attach(&mut self) -> Result<(), Failure> {
-        self.publisher = None;
+    pub(crate) fn attach(&self) -> Result<(), Failure> {
+        let mut output = lock(&self.output);
+        output.publisher = None;
         let (bus, _waiter) = Bus::join(&self.config.domain()?, Daemon::Robot)?;
         let publisher = bus.publisher(topics::SlamMap, FIRST_BYTES)?;
-        self.publisher = Some((bus, publisher));
-        match self.last.take() {
-            Some((archive, hash)) => self.publish(archive, hash),
-            None => Ok(()),
-        }
+        output.publisher = Some((bus, publisher));
+        output.publish()
     }
 
-    /// A grid has come. What is no map is refused, and the map before it stays.
-    pub(crate) fn take(&mut self, grid: &OccupancyGrid) {
-        if let Err(why) = self.pass_on(grid) {
-            let error = chain(why.as_ref());
-            warn!(service = "ros-bridge", frame = grid.header.frame_id, error, "a SLAM map is not taken");
+    /// A message has come; `Err` has why it cannot be read. What is no map is refused, and the map before it stays.
+    pub(crate) fn take(&self, message: Result<OccupancyGrid, String>) {
+        let message = message.map_err(|why| Failure::from(format!("its message cannot be read: {why}")));
+        let refusal = message.and_then(|grid| self.pass_on(&grid)).err();
+        let refusal = refusal.map(|why| format!("a SLAM map is not taken: {}", chain(why.as_ref())));
+        let mut last = lock(&self.refusal);
+        if let Some(warning) = refusal.as_ref().filter(|_| *last != refusal) {
+            warn!(service = "ros-bridge", warning);
         }
+        *last = refusal;
     }
 
-    fn pass_on(&mut self, grid: &OccupancyGrid) -> Result<(), Failure> {
+    /// That the last message was not taken, and why.
+    pub(crate) fn warning(&self) -> Option<String> {
+        lock(&self.refusal).clone()
+    }
+
+    fn pass_on(&self, grid: &OccupancyGrid) -> Result<(), Failure> {
         let archive = slam_map_of(grid)?;
         let hash = SlamMap::open(archive.bytes())?.content_hash();
-        if self.last.as_ref().is_some_and(|(_, last)| *last == hash) {
+        let mut output = lock(&self.output);
+        if output.last.as_ref().is_none_or(|last| last.hash != hash) {
+            output.last = Some(LastMap { archive, hash, is_published: false });
+            let (width, height) = (grid.info.width, grid.info.height);
+            info!(service = "ros-bridge", width, height, frame = grid.header.frame_id, "SLAM map taken");
+        } else if output.last.as_ref().is_some_and(|last| last.is_published) {
             return Ok(());
         }
-        self.publish(archive, hash)?;
-        let (width, height) = (grid.info.width, grid.info.height);
-        info!(service = "ros-bridge", width, height, frame = grid.header.frame_id, "SLAM map taken");
-        Ok(())
+        output.publish()
     }
+}
 
-    /// Publishes a map; without a bus it comes to the next one.
-    fn publish(&mut self, archive: ArchiveBuffer, hash: u64) -> Result<(), Failure> {
-        let sent = match &self.publisher {
-            Some((_, publisher)) => {
-                let origin = Origin { epoch: self.epochs.take()?, frame_epoch: 0, inputs: InputHashes::default() };
-                publisher.publish_copy(archive.bytes(), origin).map(drop).map_err(Failure::from)
-            }
-            None => Ok(()),
-        };
-        self.last = Some((archive, hash));
-        sent
+impl Output {
+    /// Publishes the last map; without a bus it comes to the next one, and what fails is tried again with the next message.
+    fn publish(&mut self) -> Result<(), Failure> {
+        if let (Some((_, publisher)), Some(last)) = (&self.publisher, &mut self.last) {
+            last.is_published = false;
+            let origin = Origin { epoch: self.epochs.take()?, frame_epoch: 0, inputs: InputHashes::default() };
+            publisher.publish_copy(last.archive.bytes(), origin)?;
+            last.is_published = true;
+        }
+        Ok(())
     }
 }
 
@@ -156,6 +231,30 @@ mod tests {
         assert_eq!(map.occupancy, [-1, 0, 100, 50, 0, -1]);
         let unturned = grid(|grid| grid.info.origin.orientation = Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 0.0 });
         assert_eq!(SlamMap::open(slam_map_of(&unturned).unwrap().bytes()).unwrap().head.origin[2], 0.0);
+        let long = grid(|grid| grid.info.origin.orientation = Quaternion { x: 0.0, y: 0.0, z: 3.0, w: 3.0 });
+        let turned_rad = SlamMap::open(slam_map_of(&long).unwrap().bytes()).unwrap().head.origin[2];
+        assert!((turned_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12, "a quaternion that is no unit is scaled");
+    }
+
+    #[test]
+    fn borders_of_which_nothing_is_known_are_cut_off_and_the_rest_stays_where_it_is() {
+        let whole = grid(|_| {});
+        let archive = slam_map_of(&whole).unwrap();
+        let whole = SlamMap::open(archive.bytes()).unwrap();
+        let (sin, cos) = libm::sincos(0.5);
+        // Two columns before and one behind, one row below and two above.
+        let bordered = grid(|grid| {
+            (grid.info.width, grid.info.height) = (6, 5);
+            grid.info.origin.position.x -= 0.05 * (cos * 2.0 - sin);
+            grid.info.origin.position.y -= 0.05 * (sin * 2.0 + cos);
+            grid.data.0 = vec![-1; 30];
+            grid.data.0[8..11].copy_from_slice(&whole.occupancy[..3]);
+            grid.data.0[14..17].copy_from_slice(&whole.occupancy[3..]);
+        });
+        let archive = slam_map_of(&bordered).unwrap();
+        let map = SlamMap::open(archive.bytes()).unwrap();
+        assert_eq!((map.head.width, map.head.height, map.occupancy), (3, 2, whole.occupancy));
+        assert!(map.head.origin.iter().zip(whole.head.origin).all(|(a, b)| (a - b).abs() < 1e-9), "{:?}", map.head);
     }
 
     #[test]
@@ -166,10 +265,25 @@ mod tests {
             refused(|grid| grid.info.width = u32::MAX).to_string(),
             "the grid has 6 cells, and its width and height make 8589934590"
         );
+        let words = |change: fn(&mut OccupancyGrid)| refused(change).to_string();
+        assert_eq!(refused(|grid| grid.data.0.fill(-1)), GridFault::Unknown);
+        let no_cells = |grid: &mut OccupancyGrid| {
+            grid.info.width = 0;
+            grid.data.0.clear();
+        };
+        assert_eq!(refused(no_cells), GridFault::Empty);
         assert_eq!(refused(|grid| grid.data.0[1] = 101), GridFault::Value { value: 101 });
         assert_eq!(refused(|grid| grid.info.origin.orientation.x = 1.0), GridFault::Tilted);
-        assert_eq!(refused(|grid| grid.info.origin.orientation.w = f64::NAN), GridFault::Tilted);
-        assert!(matches!(refused(|grid| grid.info.resolution = f32::NAN), GridFault::Unusable(_)));
-        assert!(matches!(refused(|grid| grid.info.origin.position.x = f64::INFINITY), GridFault::Unusable(_)));
+        assert_eq!(refused(|grid| grid.info.origin.orientation.w = f64::NAN), GridFault::Orientation);
+        assert_eq!(
+            words(|grid| grid.info.resolution = f32::NAN),
+            "the resolution of the grid is NaN m: 0.001 to 10 m is meant"
+        );
+        assert!(words(|grid| grid.info.resolution = -0.05).contains("is -0.05 m"));
+        assert_eq!(
+            words(|grid| grid.info.origin.position.x = f64::INFINITY),
+            "the origin of the grid is at inf, -2: that is no place in metres"
+        );
+        assert!(words(|grid| grid.info.origin.position.y = f64::NAN).contains("at 1, NaN"));
     }
 }

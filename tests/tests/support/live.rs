@@ -75,6 +75,19 @@ impl Live {
         serde_json::from_slice(&self.run(&[&"status", &"--json"]).stdout).ok()
     }
 
+    /// The status once it is as it should be.
+    pub(crate) fn wait_for_status(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+        let begun = Instant::now();
+        loop {
+            let status = self.status();
+            if let Some(status) = status.as_ref().filter(|status| is_so(status)) {
+                return status.clone();
+            }
+            assert!(begun.elapsed() < DEADLINE, "{what}: {status:?}");
+            std::thread::sleep(POLL_INTERVAL);
+        }
+    }
+
     pub(crate) fn wait_until_healthy(&self) {
         let begun = Instant::now();
         while self.status().is_none_or(|status| status["healthy"] != true) {

@@ -3,13 +3,14 @@
 use super::live::DEADLINE;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Lines};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::io::{BufRead, BufReader, Lines, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
 
 /// A process that prints what comes.
 pub(crate) struct Peer {
     process: Child,
+    input: ChildStdin,
     lines: Lines<BufReader<ChildStdout>>,
     /// The last message of each topic.
     pub(crate) last: BTreeMap<String, Value>,
@@ -19,20 +20,22 @@ pub(crate) struct Peer {
 
 impl Peer {
     pub(crate) fn start(command: &mut Command) -> Self {
-        let mut process = command.stdout(Stdio::piped()).spawn().unwrap();
+        let mut process = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        let input = process.stdin.take().unwrap();
         let lines = BufReader::new(process.stdout.take().unwrap()).lines();
-        Self { process, lines, last: BTreeMap::new(), order: Vec::new() }
+        Self { process, input, lines, last: BTreeMap::new(), order: Vec::new() }
+    }
+
+    /// Sends so many lines, for each of which it does its next step.
+    pub(crate) fn step(&mut self, n_steps: usize) {
+        self.input.write_all("\n".repeat(n_steps).as_bytes()).unwrap();
     }
 
     /// Reads messages until they are as they should be.
     pub(crate) fn wait_until(&mut self, what: &str, is_so: impl Fn(&BTreeMap<String, Value>) -> bool) {
         let begun = Instant::now();
         while !is_so(&self.last) {
-            let line = self.lines.next().unwrap_or_else(|| panic!("{what}: the peer has ended")).unwrap();
-            let message: Value = serde_json::from_str(&line).unwrap();
-            let topic = message["topic"].as_str().unwrap().to_owned();
-            self.order.push(topic.clone());
-            self.last.insert(topic, message);
+            assert!(self.read(), "{what}: the peer has ended");
             assert!(begun.elapsed() < DEADLINE, "{what}: {:?}", self.last);
         }
     }
@@ -40,9 +43,19 @@ impl Peer {
     /// Reads until there is nothing more to come.
     pub(crate) fn wait_until_its_end(&mut self) {
         let begun = Instant::now();
-        while self.lines.next().is_some() {
+        while self.read() {
             assert!(begun.elapsed() < DEADLINE, "the peer does not end");
         }
+    }
+
+    /// Reads the next message; false at the end.
+    fn read(&mut self) -> bool {
+        let Some(line) = self.lines.next() else { return false };
+        let message: Value = serde_json::from_str(&line.unwrap()).unwrap();
+        let topic = message["topic"].as_str().unwrap().to_owned();
+        self.order.push(topic.clone());
+        self.last.insert(topic, message);
+        true
     }
 }
 

@@ -3,6 +3,9 @@
 use super::live::Live;
 use super::peer::Peer;
 use super::{announce, demo_model, root};
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::{AtomicU16, Ordering};
 
@@ -21,14 +24,31 @@ pub(crate) fn domain() -> u16 {
     100 + (std::process::id() % 16) as u16 * 8 + NUMBER.fetch_add(1, Ordering::Relaxed) % 8
 }
 
-/// A participant that prints what comes.
-pub(crate) fn join(domain: u16, more: &[&dyn AsRef<std::ffi::OsStr>]) -> Peer {
+fn start(script: &str, domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
     let mut command = Command::new(root().join("target/venv/bin/python"));
-    Peer::start(command.arg(root().join("scripts/ros_peer.py")).args(["--domain", &domain.to_string()]).args(more))
+    Peer::start(command.arg(root().join(script)).args(["--domain", &domain.to_string()]).args(more))
+}
+
+/// A participant that prints what comes.
+pub(crate) fn join(domain: u16, more: &[&dyn AsRef<OsStr>]) -> Peer {
+    start("scripts/ros_peer.py", domain, more)
+}
+
+/// A SLAM node that publishes maps of a kind on `/map`.
+pub(crate) fn slam(domain: u16, kind: &str, path: &Path, more: &[&dyn AsRef<OsStr>]) -> Peer {
+    let own: [&dyn AsRef<OsStr>; 2] = [&kind, &path];
+    start("scripts/ros_slam.py", domain, &own.iter().chain(more).copied().collect::<Vec<_>>())
 }
 
 /// The demo building in April 2024, with a bridge in a domain; `more` keys of `[ros]`.
 pub(crate) fn site(domain: u16, more: &str) -> Live {
     let ros = format!("[schedule]\nplan_time = \"2024-04-15\"\n[ros]\nenabled = true\ndomain_id = {domain}\n{more}");
     Live::of(&demo_model(), &ros)
+}
+
+/// What `doctor` says about the graph.
+pub(crate) fn graph(live: &Live) -> String {
+    let checks: Value = serde_json::from_slice(&live.run(&[&"doctor", &"--json"]).stdout).unwrap();
+    let check = checks.as_array().unwrap().iter().find(|check| check["what"] == "ROS 2").cloned();
+    check.unwrap()["found"].as_str().unwrap().to_owned()
 }

@@ -66,6 +66,7 @@ impl SiteArgs {
         let user = rustix::process::getuid().as_raw();
         let site = format!(
             "state = \"state\"\nmodels = [\"demo.ifc\"]\n[schedule]\nplan_time = \"2024-03-01T00:00:00\"\n\
+             [ros]\nslam_map_topic = \"/map\"\n\
              [bus]\nprefix = \"gpdemo{user}_\"\nroot = \"/dev/shm/gpdemo-{user}\"\n"
         );
         for (name, bytes) in [("demo.ifc", DEMO_MODEL), ("site.toml", site.as_bytes())] {

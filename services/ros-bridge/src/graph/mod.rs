@@ -17,8 +17,11 @@ use ros::msg::builtin_interfaces::Time;
 use ros::msg::nav_msgs::OccupancyGrid;
 use ros::msg::rosgraph_msgs::Clock;
 use ros::msg::tf2_msgs::TFMessage;
-use ros2_client::dds::rustdds::{DomainParticipant as Participant, DomainParticipantBuilder, RTPSEntity};
-use ros2_client::qos::QosProfile;
+use ros2_client::dds::rustdds::policy::ResourceLimits;
+use ros2_client::dds::rustdds::{
+    DomainParticipant as Participant, DomainParticipantBuilder, QosPolicies, QosPolicyBuilder, RTPSEntity, TopicKind,
+};
+use ros2_client::qos::{History, QosProfile};
 use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
@@ -127,14 +130,14 @@ impl RosGraph {
         RosPeers { participants: participants.len(), topics: topics.map(of_topic).collect() }
     }
 
-    /// Takes grids of a topic, latched or not, on a thread of its own: `take` gets each.
+    /// Takes grids of a topic, latched or not, on a thread of its own: `take` gets each, or why a message cannot be read.
     ///
     /// # Errors
     /// A name that is none, a topic that cannot be opened.
     pub(crate) fn take_grids(
         &mut self,
         topic: &str,
-        take: impl FnMut(OccupancyGrid) + Send + 'static,
+        take: impl FnMut(Result<OccupancyGrid, String>) + Send + 'static,
     ) -> Result<(), Failure> {
         let latched = self.subscription(topic, &latched())?;
         let volatile = self.subscription(topic, &volatile())?;
@@ -145,11 +148,14 @@ impl RosGraph {
     ///
     /// # Errors
     /// Topics that cannot be opened.
-    pub(crate) fn take_transforms(&mut self, take: impl FnMut(TFMessage) + Send + 'static) -> Result<(), Failure> {
+    pub(crate) fn take_transforms(&mut self, mut take: impl FnMut(TFMessage) + Send + 'static) -> Result<(), Failure> {
         let moving = self.subscription("/tf", &queue(TRANSFORMS))?;
         let of_static = QosProfile { durability: latched().durability, ..queue(TRANSFORMS) };
         let fixed = self.subscription("/tf_static", &of_static)?;
-        take_on_thread("ros-tf", fixed, moving, take)
+        take_on_thread("ros-tf", fixed, moving, move |message| match message {
+            Ok(message) => take(message),
+            Err(error) => warn!(service = "ros-bridge", error, "transforms cannot be read"),
+        })
     }
 
     /// Reads the simulated time.
@@ -165,9 +171,17 @@ impl RosGraph {
         topic: &str,
         profile: &QosProfile,
     ) -> Result<Subscription<M>, GraphError> {
-        let (name, kind) = (self.name(topic)?, MessageTypeName::new(M::PACKAGE, M::NAME));
-        let topic = self.node.create_topic(&name, kind, profile).map_err(create(topic))?;
-        self.node.create_subscription(&topic, None).map_err(create(name.to_string()))
+        let (name, kind) = (self.name(topic)?.to_string(), MessageTypeName::new(M::PACKAGE, M::NAME));
+        let max_samples = match profile.history {
+            History::KeepLast { depth } => i32::try_from(depth).unwrap_or(i32::MAX),
+            History::KeepAll => i32::MAX,
+        };
+        // Without a limit the library keeps 64 messages of every topic: of large maps that is more than a robot's memory.
+        let limits = ResourceLimits { max_samples, max_instances: 1, max_samples_per_instance: max_samples };
+        let profile = QosPolicies::from(profile).modify_by(&QosPolicyBuilder::new().resource_limits(limits).build());
+        let dds_name = format!("rt{name}");
+        let topic = self.participant.create_topic(dds_name, kind.dds_msg_type(), &profile, TopicKind::NoKey);
+        self.node.create_subscription(&topic.map_err(create(&*name))?, None).map_err(create(name))
     }
 }
 
@@ -191,20 +205,17 @@ impl ClockReader {
     }
 }
 
-/// Hands each message of two subscriptions over, on a thread; what cannot be read is logged.
+/// Hands each message of two subscriptions over, on a thread, or why one cannot be read.
 fn take_on_thread<M: DeserializeOwned + Send + 'static>(
     thread_name: &str,
     first: Subscription<M>,
     second: Subscription<M>,
-    mut take: impl FnMut(M) + Send + 'static,
+    mut take: impl FnMut(Result<M, String>) + Send + 'static,
 ) -> Result<(), Failure> {
     let read = move || {
         let mut messages = pin!(select(first.async_stream(), second.async_stream()));
         while let Some(message) = block_on(messages.next()) {
-            match message {
-                Ok((message, _)) => take(message),
-                Err(why) => warn!(service = "ros-bridge", error = format!("{why:?}"), "a message cannot be read"),
-            }
+            take(message.map(|(message, _)| message).map_err(|why| why.to_string()));
         }
     };
     thread::Builder::new().name(thread_name.to_owned()).spawn(read)?;
