@@ -1,6 +1,7 @@
 // A node of ROS 2 as rmw_fastrtps makes it: a participant with readers, writers, servers and clients.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -13,6 +14,7 @@
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 
 #include "cdr.hpp"
 #include "messages.hpp"
@@ -67,6 +69,9 @@ public:
         auto& builtin = qos.wire_protocol().builtin;
         builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
         builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+        // Shared memory, the other transport of rmw_fastrtps, would stay when the process is killed; the bridge does not use it.
+        qos.transport().use_builtin_transports = false;
+        qos.transport().user_transports.push_back(std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>());
         participant = made(fast::DomainParticipantFactory::get_instance()->create_participant(domain, qos), "participant");
         publisher = made(participant->create_publisher(fast::PUBLISHER_QOS_DEFAULT), "publisher");
         subscriber = made(participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT), "subscriber");
