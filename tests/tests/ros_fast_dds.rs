@@ -136,6 +136,25 @@ fn nav2_on_fast_dds_answers_before_and_after_its_maps_change() {
 }
 
 #[test]
+fn a_lifecycle_manager_on_fast_dds_pauses_nav2_and_resumes_it_with_the_next_maps() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let mut live = site(domain, "[ros.nav2]\npause = \"lifecycle\"\n");
+    let mut nav2 = join(domain, &[&"--nav2"]);
+    nav2.wait_until("maps", is_at("2024-04-15T00:00:00"));
+    let manager = "/lifecycle_manager_navigation/manage_nodes";
+    live.text(&[&"date", &"2024-06-30"]);
+    nav2.wait_until("a pause", |last| last.get(manager).is_some_and(|call| call["command"] == 1));
+    assert_eq!(nav2.last["/groundplan/changed"]["plan_time"], "2024-04-15T00:00:00", "it stops before");
+    nav2.wait_until("its end", |last| last[manager]["command"] == 2);
+    nav2.wait_until("the change", is_at("2024-06-30T00:00:00"));
+    live.wait_until_healthy();
+    live.down();
+}
+
+#[test]
 fn nodes_on_fast_dds_get_answers_to_their_calls() {
     if !has_peer() {
         return;

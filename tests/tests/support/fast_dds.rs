@@ -4,12 +4,18 @@ use super::peer::Peer;
 use super::{announce, root};
 use std::ffi::OsStr;
 use std::process::Command;
+use std::sync::OnceLock;
 
 /// What the script ends with where Fast DDS is not installed.
 const NO_FAST_DDS: i32 = 3;
 
-/// True, unless Fast DDS cannot be had: then it says so.
+/// True, unless Fast DDS cannot be had: then it says so. All tests of a process look once.
 pub(crate) fn has_peer() -> bool {
+    static HAS_PEER: OnceLock<bool> = OnceLock::new();
+    *HAS_PEER.get_or_init(build)
+}
+
+fn build() -> bool {
     let made = Command::new(root().join("scripts/fast-dds")).output().unwrap();
     let why = String::from_utf8_lossy(&made.stderr);
     if made.status.code() == Some(NO_FAST_DDS) {
