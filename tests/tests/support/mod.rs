@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
+pub(crate) mod fast_dds;
 pub(crate) mod house;
 pub(crate) mod live;
 pub(crate) mod map_server;
