@@ -22,10 +22,10 @@ fn exported(live: &Live) -> BTreeMap<String, String> {
     let out = live.home.path().join("out");
     live.text(&[&"export", &out]);
     let layers = [("map", "planning.pgm"), ("localization_map", "localization.pgm"), ("keepout_mask", "keepout.pgm")];
-    layers.map(|(topic, layer)| (format!("/groundplan/{topic}"), published_by_map_server(&out, layer))).into()
+    layers.map(|(topic, layer)| (format!("/groundplan/{topic}"), published_by_map_server(&out, 0, layer))).into()
 }
 
-/// The newest maps are these. They come in any order: what a socket loses is sent again after what came later.
+/// The newest maps are these. `changed` comes after them only where Nav2 waits for them.
 fn has_maps_of(published: BTreeMap<String, String>) -> impl Fn(&BTreeMap<String, Value>) -> bool {
     move |last| {
         let is_there =
@@ -125,7 +125,7 @@ fn nav2_on_fast_dds_answers_before_and_after_its_maps_change() {
     }
     for costmap in ["global_costmap", "local_costmap"] {
         let cleared = place(&format!("/{costmap}/clear_entirely_{costmap}"));
-        assert!(cleared < place("/groundplan/changed"), "{:?}", nav2.order);
+        assert!(place("/groundplan/map") < cleared && cleared < place("/groundplan/changed"), "{:?}", nav2.order);
     }
     let file = nav2.last["/route_server/set_route_graph"]["file"].as_str().unwrap();
     let graph: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();

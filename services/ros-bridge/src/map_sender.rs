@@ -13,8 +13,11 @@ use std::thread;
 use std::time::Duration;
 use tracing::{info, warn};
 
-/// Large grids follow each other at this pace: what does not fit into the buffer of a reader's socket is lost, and repaired slowly.
-const PACE_BYTES_PER_S: f64 = 250e6;
+/// How long a grid waits for the readers of the one before: what does not fit into the buffer of a reader's socket is lost, and sent
+/// again slowly.
+const GRID_TIMEOUT: Duration = Duration::from_secs(1);
+/// How long Nav2 stands until all readers have mask and map; one that has gone without a word is known as such after that time.
+const NAV2_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// What is to be published.
 pub(crate) enum Job {
@@ -148,6 +151,7 @@ impl Publication {
             called = self.pause();
             self.mask = Some((grids.keepout_mask.header.clone(), grids.keepout_mask.info));
             self.publish_grids(grids);
+            self.wait_for_readers();
             self.grids = Some(key);
         }
         self.topics.rooms.publish(rooms);
@@ -182,14 +186,27 @@ impl Publication {
         nav2.resume()
     }
 
+    /// Each grid goes out when the readers have the one before.
     fn publish_grids(&self, grids: GridMessages) {
-        let pause = Duration::from_secs_f64(grids.map.data.0.len() as f64 / PACE_BYTES_PER_S);
-        self.topics.keepout_info.publish(grids.keepout_info);
-        self.topics.keepout_mask.publish(grids.keepout_mask);
-        thread::sleep(pause);
-        self.topics.map.publish(grids.map);
-        thread::sleep(pause);
-        self.topics.localization_map.publish(grids.localization_map);
+        let MapTopics { keepout_info, keepout_mask, map, localization_map, .. } = &self.topics;
+        keepout_info.publish(grids.keepout_info);
+        keepout_mask.publish(grids.keepout_mask);
+        keepout_mask.is_taken_within(GRID_TIMEOUT);
+        map.publish(grids.map);
+        map.is_taken_within(GRID_TIMEOUT);
+        localization_map.publish(grids.localization_map);
+    }
+
+    /// A robot that stands goes on when it has mask and map, and not while parts of them are sent again.
+    fn wait_for_readers(&self) {
+        if !self.is_paused {
+            return;
+        }
+        for topic in [&self.topics.keepout_mask, &self.topics.map] {
+            if !topic.is_taken_within(NAV2_TIMEOUT) {
+                warn!(service = "ros-bridge", topic = topic.name(), "a reader has not taken the grid: Nav2 goes on");
+            }
+        }
     }
 
     /// The file of another route graph; one that cannot be written is logged, and the graph before it stays in use.

@@ -3,15 +3,17 @@
 use super::live::DEADLINE;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Lines, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Instant;
 
 /// A process that prints what comes.
 pub(crate) struct Peer {
     process: Child,
     input: ChildStdin,
-    lines: Lines<BufReader<ChildStdout>>,
+    /// What it has printed and is not read yet.
+    lines: Receiver<String>,
     /// The last message of each topic.
     pub(crate) last: BTreeMap<String, Value>,
     /// Topics in the order in which messages came.
@@ -22,7 +24,10 @@ impl Peer {
     pub(crate) fn start(command: &mut Command) -> Self {
         let mut process = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let input = process.stdin.take().unwrap();
-        let lines = BufReader::new(process.stdout.take().unwrap()).lines();
+        let printed = BufReader::new(process.stdout.take().unwrap()).lines();
+        let (sender, lines) = channel();
+        // One that is silent is no reason to wait longer than the deadline.
+        std::thread::spawn(move || printed.map_while(Result::ok).try_for_each(|line| sender.send(line)));
         Self { process, input, lines, last: BTreeMap::new(), order: Vec::new() }
     }
 
@@ -50,8 +55,12 @@ impl Peer {
 
     /// Reads the next message; false at the end.
     fn read(&mut self) -> bool {
-        let Some(line) = self.lines.next() else { return false };
-        let message: Value = serde_json::from_str(&line.unwrap()).unwrap();
+        let line = match self.lines.recv_timeout(DEADLINE) {
+            Ok(line) => line,
+            Err(RecvTimeoutError::Disconnected) => return false,
+            Err(RecvTimeoutError::Timeout) => panic!("the peer is silent: {:?}", self.last),
+        };
+        let message: Value = serde_json::from_str(&line).unwrap();
         let topic = message["topic"].as_str().unwrap().to_owned();
         self.order.push(topic.clone());
         self.last.insert(topic, message);

@@ -19,7 +19,8 @@ use ros::msg::rosgraph_msgs::Clock;
 use ros::msg::tf2_msgs::TFMessage;
 use ros2_client::dds::rustdds::policy::ResourceLimits;
 use ros2_client::dds::rustdds::{
-    DomainParticipant as Participant, DomainParticipantBuilder, QosPolicies, QosPolicyBuilder, RTPSEntity, TopicKind,
+    DomainParticipant as Participant, DomainParticipantBuilder, QosPolicies, QosPolicyBuilder, RTPSEntity, Topic,
+    TopicKind,
 };
 use ros2_client::qos::{History, QosProfile};
 use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
@@ -171,7 +172,6 @@ impl RosGraph {
         topic: &str,
         profile: &QosProfile,
     ) -> Result<Subscription<M>, GraphError> {
-        let (name, kind) = (self.name(topic)?.to_string(), MessageTypeName::new(M::PACKAGE, M::NAME));
         let max_samples = match profile.history {
             History::KeepLast { depth } => i32::try_from(depth).unwrap_or(i32::MAX),
             History::KeepAll => i32::MAX,
@@ -179,9 +179,15 @@ impl RosGraph {
         // Without a limit the library keeps 64 messages of every topic: of large maps that is more than a robot's memory.
         let limits = ResourceLimits { max_samples, max_instances: 1, max_samples_per_instance: max_samples };
         let profile = QosPolicies::from(profile).modify_by(&QosPolicyBuilder::new().resource_limits(limits).build());
-        let dds_name = format!("rt{name}");
-        let topic = self.participant.create_topic(dds_name, kind.dds_msg_type(), &profile, TopicKind::NoKey);
-        self.node.create_subscription(&topic.map_err(create(&*name))?, None).map_err(create(name))
+        let dds_topic = self.dds_topic::<M>(topic, &profile)?;
+        self.node.create_subscription(&dds_topic, None).map_err(create(topic))
+    }
+
+    /// A topic of DDS for what a profile of ROS 2 does not say.
+    fn dds_topic<M: RosMessage>(&self, name: &str, qos: &QosPolicies) -> Result<Topic, GraphError> {
+        let (full, kind) = (format!("rt{}", self.name(name)?), MessageTypeName::new(M::PACKAGE, M::NAME));
+        let topic = self.participant.create_topic(full, kind.dds_msg_type(), qos, TopicKind::NoKey);
+        topic.map_err(create(name))
     }
 }
 

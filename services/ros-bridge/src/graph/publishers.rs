@@ -1,6 +1,6 @@
 //! The topics of the bridge.
 
-use super::qos::{heartbeat, latched, latched_grid, volatile, with};
+use super::qos::{heartbeat, latched, latched_large, volatile, with};
 use super::{GraphError, RosGraph, create, full_name};
 use bus::HEARTBEAT_PERIOD;
 use daemon::{RosConfig, RosOutput};
@@ -12,8 +12,11 @@ use ros::msg::nav2_msgs::CostmapFilterInfo;
 use ros::msg::std_msgs;
 use ros::msg::tf2_msgs::TFMessage;
 use ros::msg::visualization_msgs::MarkerArray;
+use ros2_client::dds::rustdds::no_key::DataWriterCdr;
+use ros2_client::dds::rustdds::{QosPolicies, Timestamp};
 use ros2_client::qos::QosProfile;
 use ros2_client::{MessageTypeName, Publisher};
+use std::time::Duration;
 use tracing::warn;
 
 /// A topic and its publisher; without one if the site does not want it.
@@ -23,11 +26,6 @@ pub(crate) struct Topic<M: RosMessage> {
 }
 
 impl<M: RosMessage> Topic<M> {
-    /// Its name in full.
-    pub(crate) fn name(&self) -> &str {
-        &self.name
-    }
-
     /// Publishes; what a reader does not take in time is logged, and comes with the next message.
     pub(crate) fn publish(&self, message: M) {
         let Some(publisher) = &self.publisher else { return };
@@ -37,11 +35,42 @@ impl<M: RosMessage> Topic<M> {
     }
 }
 
+/// A topic of grids, which tells whether its readers have them; without a writer if the site does not want it.
+///
+/// The library's publisher hides its writer, therefore this is a writer of DDS: tools that list the topics of a node do not list it
+/// for the bridge's.
+pub(crate) struct GridTopic {
+    name: String,
+    writer: Option<DataWriterCdr<OccupancyGrid>>,
+}
+
+impl GridTopic {
+    /// Its name in full.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Publishes; a grid that cannot be sent is logged, and comes with the next set.
+    pub(crate) fn publish(&self, grid: OccupancyGrid) {
+        let Some(writer) = &self.writer else { return };
+        if let Err(why) = writer.write(grid, Some(Timestamp::now())) {
+            let error = format!("{why:?}");
+            warn!(service = "ros-bridge", topic = self.name, error, "a grid is not sent");
+        }
+    }
+
+    /// Waits until each reliable reader has what was published; false if one does not within this time.
+    pub(crate) fn is_taken_within(&self, longest: Duration) -> bool {
+        // Without a writer there is nothing to wait for, and a wait does not fail.
+        self.writer.as_ref().is_none_or(|writer| writer.wait_for_acknowledgments(longest).unwrap_or(true))
+    }
+}
+
 /// Topics whose messages belong to one set of maps.
 pub(crate) struct MapTopics {
-    pub(crate) map: Topic<OccupancyGrid>,
-    pub(crate) localization_map: Topic<OccupancyGrid>,
-    pub(crate) keepout_mask: Topic<OccupancyGrid>,
+    pub(crate) map: GridTopic,
+    pub(crate) localization_map: GridTopic,
+    pub(crate) keepout_mask: GridTopic,
     pub(crate) keepout_info: Topic<CostmapFilterInfo>,
     pub(crate) rooms: Topic<MarkerArray>,
     pub(crate) waypoints: Topic<MarkerArray>,
@@ -69,13 +98,13 @@ impl MapTopics {
     pub(crate) fn open(graph: &mut RosGraph, config: &RosConfig) -> Result<Self, GraphError> {
         let map = config.map_topic.as_deref().unwrap_or("map");
         Ok(Self {
-            map: graph.output(config, RosOutput::Map, map, latched_grid())?,
-            localization_map: graph.output(config, RosOutput::LocalizationMap, "localization_map", latched_grid())?,
-            keepout_mask: graph.output(config, RosOutput::KeepoutMask, "keepout_mask", latched_grid())?,
+            map: graph.grids(config, RosOutput::Map, map)?,
+            localization_map: graph.grids(config, RosOutput::LocalizationMap, "localization_map")?,
+            keepout_mask: graph.grids(config, RosOutput::KeepoutMask, "keepout_mask")?,
             keepout_info: graph.output(config, RosOutput::KeepoutMask, "keepout_info", latched())?,
-            rooms: graph.output(config, RosOutput::Rooms, "rooms", latched_grid())?,
-            waypoints: graph.output(config, RosOutput::Waypoints, "waypoints", latched_grid())?,
-            route: graph.output(config, RosOutput::Route, "route", latched_grid())?,
+            rooms: graph.output(config, RosOutput::Rooms, "rooms", latched_large())?,
+            waypoints: graph.output(config, RosOutput::Waypoints, "waypoints", latched_large())?,
+            route: graph.output(config, RosOutput::Route, "route", latched_large())?,
             route_graph: graph.output(config, RosOutput::Route, "route_graph", latched())?,
             changed: graph.output(config, RosOutput::Changed, "changed", latched())?,
         })
@@ -99,6 +128,17 @@ impl StateTopics {
 }
 
 impl RosGraph {
+    fn grids(&mut self, config: &RosConfig, output: RosOutput, name: &str) -> Result<GridTopic, GraphError> {
+        let mut writer = None;
+        if config.outputs.contains(&output) {
+            let qos = QosPolicies::from(&with(latched_large(), config.qos.get(&output)));
+            let topic = self.dds_topic::<OccupancyGrid>(name, &qos)?;
+            let publisher = self.participant.create_publisher(&qos).map_err(create(name))?;
+            writer = Some(publisher.create_datawriter_no_key_cdr(&topic, None).map_err(create(name))?);
+        }
+        Ok(GridTopic { name: full_name(&self.namespace, name), writer })
+    }
+
     fn output<M: RosMessage>(
         &mut self,
         config: &RosConfig,

@@ -16,7 +16,7 @@ pub(super) fn latched() -> QosProfile {
 }
 
 /// The same for messages of many megabytes.
-pub(super) fn latched_grid() -> QosProfile {
+pub(super) fn latched_large() -> QosProfile {
     QosProfile { deadline: Some(REPAIR_DEADLINE), ..latched() }
 }
 
