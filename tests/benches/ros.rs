@@ -1,7 +1,8 @@
 //! From a date on the bus to the map at a robot in ROS 2: how much later it comes than to a subscriber of the bus.
 //!
 //! `scripts/bench-ros` builds everything for release and runs this. The robot is a CycloneDDS participant on the same machine. The
-//! large map is the ground floor of the demo building twelve times, in cells that make a message of almost 8 MB.
+//! large map is the ground floor of the demo building twelve times, in cells that make a message of almost 8 MB. Each is measured with
+//! a reader as it comes, and with one that reads `config/cyclonedds.xml`.
 #![expect(clippy::unwrap_used, reason = "a benchmark stops where it fails")]
 #![expect(clippy::print_stdout, reason = "the table")]
 
@@ -27,9 +28,19 @@ fn main() {
     let mut tile = Command::new("python3");
     tile.arg(root.join("scripts/tile_model.py")).arg(root.join("config/demo/demo.ifc"));
     assert!(tile.arg(&tiled).args(["--levels", "1", "--days", "0"]).status().unwrap().success());
-    println!("| map | bytes | later than on the bus, median | 99th percentile |\n|---|---|---|---|");
-    measure("demo building", &root.join("config/demo/demo.ifc"), 0.05);
-    measure("twelve of them", &tiled, 0.028);
+    println!("| map | bytes | reader | later than on the bus, median | 99th percentile |\n|---|---|---|---|---|");
+    for reader in [Reader::AsItComes, Reader::Configured] {
+        measure("demo building", &root.join("config/demo/demo.ifc"), 0.05, reader);
+        measure("twelve of them", &tiled, 0.028, reader);
+    }
+}
+
+/// How CycloneDDS is configured at the robot.
+#[derive(Clone, Copy)]
+enum Reader {
+    AsItComes,
+    /// By `config/cyclonedds.xml`.
+    Configured,
 }
 
 /// Daemons with a bridge, on a bus of their own, and a participant that says when maps come.
@@ -42,7 +53,7 @@ struct Site {
     indices: Subscriber<topics::Grids>,
 }
 
-fn measure(what: &str, model: &Path, resolution_m: f64) {
+fn measure(what: &str, model: &Path, resolution_m: f64, reader: Reader) {
     let home = tempfile::tempdir().unwrap();
     let bus_root = tempfile::Builder::new().prefix("gpros").tempdir_in("/dev/shm").unwrap();
     let prefix = format!("gr{:x}_", std::process::id());
@@ -55,12 +66,16 @@ fn measure(what: &str, model: &Path, resolution_m: f64) {
         bus_root.path()
     );
     std::fs::write(&config, text).unwrap();
-    let mut site = Site::start(&config, &Domain::shared(&prefix, bus_root.path()).unwrap());
+    let mut site = Site::start(&config, &Domain::shared(&prefix, bus_root.path()).unwrap(), reader);
     let (_, bytes) = site.map();
     let mut later_ms: Vec<f64> = (0..N_DATES).map(|k| site.later_ms(DATES[k % DATES.len()])).collect();
     later_ms.sort_by(f64::total_cmp);
     let at = |share: f64| later_ms[((later_ms.len() - 1) as f64 * share).round() as usize];
-    println!("| {what} | {bytes} | {:.1} ms | {:.1} ms |", at(0.5), at(0.99));
+    let reader = match reader {
+        Reader::AsItComes => "as it comes",
+        Reader::Configured => "`config/cyclonedds.xml`",
+    };
+    println!("| {what} | {bytes} | {reader} | {:.1} ms | {:.1} ms |", at(0.5), at(0.99));
     site.end();
     // What this process was the last to hold, and the folder of the relay.
     for entry in std::fs::read_dir("/dev/shm").unwrap().map(Result::unwrap) {
@@ -72,7 +87,7 @@ fn measure(what: &str, model: &Path, resolution_m: f64) {
 }
 
 impl Site {
-    fn start(config: &Path, domain: &Domain) -> Self {
+    fn start(config: &Path, domain: &Domain, reader: Reader) -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
         let client = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("groundplan");
         let up = Command::new(client).arg("up").arg("--config").arg(config).stderr(Stdio::null()).spawn().unwrap();
@@ -86,6 +101,12 @@ impl Site {
         };
         let mut peer = Command::new(root.join("target/venv/bin/python"));
         peer.arg(root.join("scripts/ros_peer.py")).args(["--raw", "--domain", &ROS_DOMAIN.to_string()]);
+        match reader {
+            Reader::AsItComes => peer.env_remove("CYCLONEDDS_URI"),
+            Reader::Configured => {
+                peer.env("CYCLONEDDS_URI", format!("file://{}", root.join("config/cyclonedds.xml").display()))
+            }
+        };
         let mut peer = peer.stdout(Stdio::piped()).spawn().unwrap();
         let (sender, maps) = channel();
         let lines = BufReader::new(peer.stdout.take().unwrap()).lines();
