@@ -1,5 +1,6 @@
 //! ROS 2 and Foxglove: maps, masks, markers and diagnostics of the robot's storey out, the robot's SLAM map in.
 
+mod board;
 mod calls;
 mod config_check;
 mod control;
@@ -11,6 +12,7 @@ mod nav2;
 mod outputs;
 mod parameters;
 mod portals;
+mod rivals;
 mod robot;
 mod robot_pose;
 mod service;

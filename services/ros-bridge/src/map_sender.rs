@@ -15,7 +15,7 @@ use tracing::{info, warn};
 
 /// How long a grid waits for the readers of the one before: what does not fit into the buffer of a reader's socket is lost, and sent
 /// again slowly.
-const GRID_TIMEOUT: Duration = Duration::from_secs(1);
+const GRID_TIMEOUT: Duration = Duration::from_secs(3);
 /// How long Nav2 stands until all readers have mask and map; one that has gone without a word is known as such after that time.
 const NAV2_TIMEOUT: Duration = Duration::from_secs(10);
 

@@ -4,6 +4,7 @@ use crate::graph::RosGraph;
 use crate::robot_pose::TransformTree;
 use daemon::facts::Pose;
 use daemon::{Failure, RosConfig};
+use messages::PoseRecord;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -26,6 +27,13 @@ impl Robot {
             taken.lock().unwrap_or_else(PoisonError::into_inner).take(message, Instant::now());
         })?;
         Ok(Self { transforms, slam_frame: config.slam_frame.clone(), robot_frame: config.robot_frame.clone() })
+    }
+
+    /// Its pose in the model's map, by the pose of its own map.
+    pub(crate) fn pose_in_map(&self, of_slam_map: &PoseRecord) -> Option<Pose> {
+        let (map_from_slam, robot) = (of_slam_map.map_from_slam(), self.pose()?);
+        let [x_m, y_m] = map_from_slam.apply([robot.x_m, robot.y_m]);
+        Some(Pose { x_m, y_m, yaw_rad: frames::wrapped(robot.yaw_rad + map_from_slam.yaw_rad()) })
     }
 
     /// Its pose in the SLAM map now; `None` if nobody tells it.

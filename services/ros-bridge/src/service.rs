@@ -1,5 +1,6 @@
 //! The ros-bridge service: publishes the maps of the robot's storey whenever they change, and takes its SLAM map.
 
+use crate::board::read_board;
 use crate::calls;
 use crate::config_check::check;
 use crate::foxglove::FoxgloveServer;
@@ -9,21 +10,21 @@ use crate::map_sender::{Job, MapSender};
 use crate::nav2::Nav2;
 use crate::outputs::{Outputs, Target, diagnostics, heartbeat, outputs_of, transform_of};
 use crate::portals::PortalFollower;
+use crate::rivals::Rivals;
 use crate::robot::Robot;
 use crate::sim_time;
 use crate::slam_map::SlamMapInput;
 use crate::storey::RobotStorey;
-use bus::{Bus, CheckedSample, Daemon, GridSlot, RawSubscriber, SiteSample, SiteSamples, Stamp, TopicName, topics};
-use daemon::facts::{Pose, RosBridgeFacts, RosPeers, ScheduleFacts};
+use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, SiteSample, SiteSamples, Stamp, TopicName, topics};
+use daemon::facts::{Pose, RosBridgeFacts};
 use daemon::{
-    Asked, CurrentActivity, Done, Event, FRESH_TOLERANCE, Failure, Freshness, MapState, Report, RosBridgeRequest,
-    RosConfig, Service, SiteConfig, Standing, StatusBoard, resident_bytes,
+    Asked, CurrentActivity, Done, Event, Failure, Freshness, MapState, RosBridgeRequest, RosConfig, Service,
+    SiteConfig, Standing, StatusBoard,
 };
-use frames::{Point2, counted};
+use frames::Point2;
 use messages::{Activity, Alignment, PoseRecord, PoseValidity};
 use ros::markers::each_room;
 use ros::transforms::{alignment_pose, pose_in_map};
-use serde::de::IgnoredAny;
 use std::sync::Arc;
 use tracing::{error, info};
 
@@ -31,9 +32,6 @@ daemon::inputs! {
     /// What is shown to ROS 2.
     pub(crate) enum BridgeInput { Site, ScheduleState, Grids, MissionPlan, Alignment }
 }
-
-/// The library keeps up to 8192 messages for a reader that does not acknowledge them; this is a hundred sets of large maps.
-const MAX_MEMORY_BYTES: u64 = 3 << 30;
 
 /// Content hashes of what was handed to the sender, the storey, and the pose that grids are moved by.
 type Published = (usize, u64, Option<u64>, Option<[f64; 3]>);
@@ -46,9 +44,7 @@ pub(crate) struct BridgeService {
     graph: RosGraph,
     topics: StateTopics,
     mask_topic: String,
-    /// Topics of maps out and in, and what others have to do with them.
-    map_topics: Vec<String>,
-    peers: RosPeers,
+    rivals: Rivals,
     sender: MapSender,
     foxglove: Option<FoxgloveServer>,
     slam_map: Option<Arc<SlamMapInput>>,
@@ -83,7 +79,7 @@ impl BridgeService {
         let topics = StateTopics::open(&mut graph, ros)?;
         let [map_topic, mask_topic] = [map_topics.map.name(), map_topics.keepout_mask.name()].map(str::to_owned);
         let slam_map_topic = ros.slam_map_topic.as_deref().map(|topic| full_name(&ros.namespace, topic));
-        let topics_of_maps = [map_topic, mask_topic.clone()].into_iter().chain(slam_map_topic).collect();
+        let rivals = Rivals::on(vec![map_topic, mask_topic.clone()], slam_map_topic);
         let foxglove = ros.foxglove.as_ref().map(|foxglove| FoxgloveServer::start(foxglove, config)).transpose()?;
         let nav2 = ros.nav2.as_ref().map(|nav2| Nav2::of(&mut graph, nav2, ros.service_mapping)).transpose()?;
         let slam_map = match &ros.slam_map_topic {
@@ -104,8 +100,7 @@ impl BridgeService {
             graph,
             topics,
             mask_topic,
-            map_topics: topics_of_maps,
-            peers: RosPeers::default(),
+            rivals,
             sender: MapSender::start(map_topics, nav2, config.state.join("ros"))?,
             foxglove,
             slam_map,
@@ -197,22 +192,7 @@ impl BridgeService {
 
     /// The robot in the model's map, by the alignment that is in effect.
     fn robot_in_map(&self) -> Option<Pose> {
-        let (map_from_slam, robot) = (self.effective_pose()?.map_from_slam(), self.robot.pose()?);
-        let [x_m, y_m] = map_from_slam.apply([robot.x_m, robot.y_m]);
-        Some(Pose { x_m, y_m, yaw_rad: frames::wrapped(robot.yaw_rad + map_from_slam.yaw_rad()) })
-    }
-
-    /// Ends this process, which is started again, where the ROS 2 library cannot go on.
-    fn check_library(&self) {
-        let why = if self.graph.has_ended() {
-            "the ROS 2 library has ended"
-        } else if resident_bytes() > MAX_MEMORY_BYTES {
-            "a reader does not take its messages, and they fill the memory"
-        } else {
-            return;
-        };
-        error!(service = "ros-bridge", why, "this process ends, and is started again");
-        std::process::exit(1);
+        self.robot.pose_in_map(&self.effective_pose()?)
     }
 
     /// Takes the storey at the end of a portal that the robot has gone through.
@@ -233,7 +213,8 @@ impl BridgeService {
     /// Once a second: heartbeat, diagnostics, and what follows when maps become stale or fresh.
     fn tick(&mut self) {
         let board = StatusBoard::of(&self.config.bus.root);
-        self.read_board(&board);
+        read_board(&mut self.freshness, &board);
+        self.freshness.set_obstacle(self.warning.clone().or_else(|| self.obstacle.clone()));
         let sent = self.sender.sent();
         if let Some(maps) = &sent.maps {
             self.freshness.on_maps(maps.clone());
@@ -250,7 +231,7 @@ impl BridgeService {
         }
         let head = self.freshness.schedule_state();
         self.topics.heartbeat.publish(heartbeat(&state, self.freshness.maps(), head, sent.storey));
-        self.peers = self.graph.peers(self.map_topics.iter().map(String::as_str));
+        self.rivals.look(&self.graph);
         let processes = board.processes(&self.config);
         let diagnostics = diagnostics(&board, processes, stamp());
         if let Some(foxglove) = &mut self.foxglove {
@@ -258,40 +239,6 @@ impl BridgeService {
             foxglove.show_diagnostics(&diagnostics);
         }
         self.topics.diagnostics.publish(diagnostics);
-    }
-
-    /// Others that publish on the topics of the maps: a reader of a latched topic keeps the map of one of two.
-    fn rivals(&self) -> Option<String> {
-        let own = self.map_topics.iter().take(2);
-        let rival = own.filter_map(|topic| Some((topic, self.peers.topics.get(topic)?))).find(|(_, [n, _])| *n > 0);
-        rival.map(|(topic, [n, _])| {
-            format!("{} of other nodes on {topic}: readers keep one of them", counted(*n, "publisher"))
-        })
-    }
-
-    /// Several that publish SLAM maps: each map that comes takes the place of the one before it, whoever publishes it.
-    fn slam_rivals(&self) -> Option<String> {
-        let topic = self.map_topics.get(2)?;
-        let [n, _] = *self.peers.topics.get(topic)?;
-        (n > 1)
-            .then(|| format!("{n} publishers on {topic}: the newest SLAM map is now that of one, now that of another"))
-    }
-
-    /// Takes what the daemons say about themselves.
-    fn read_board(&mut self, board: &StatusBoard) {
-        let now = Stamp::now();
-        for daemon in [Daemon::ScheduleEval, Daemon::Rasterize] {
-            let report: Option<Report<IgnoredAny>> = board.report(daemon);
-            if board.is_alive(daemon) && report.is_some_and(|report| report.age() < FRESH_TOLERANCE) {
-                self.freshness.on_heartbeat(now, daemon);
-            }
-        }
-        let facts: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);
-        if let Some(Report { facts, .. }) = facts {
-            self.freshness.set_next_update(facts.next_update_ms);
-            self.freshness.set_clock_distrust(facts.clock_distrust);
-        }
-        self.freshness.set_obstacle(self.warning.clone().or_else(|| self.obstacle.clone()));
     }
 }
 
@@ -334,7 +281,10 @@ impl Service for BridgeService {
                 }
             }
             Event::Tick => {
-                self.check_library();
+                if let Some(why) = self.graph.failure() {
+                    error!(service = "ros-bridge", why, "this process ends, and is started again");
+                    std::process::exit(1);
+                }
                 self.tick();
                 self.follow_robot()?;
             }
@@ -360,8 +310,8 @@ impl Service for BridgeService {
         let warnings = [
             self.warning.clone(),
             self.sender.sent().warning,
-            self.rivals(),
-            self.slam_rivals(),
+            self.rivals.of_maps(),
+            self.rivals.of_slam_maps(),
             self.slam_map.as_ref().and_then(|input| input.warning()),
         ];
         let warnings: Vec<String> = warnings.into_iter().flatten().collect();
@@ -379,7 +329,7 @@ impl Service for BridgeService {
             robot_in_slam_map: self.robot.pose(),
             robot_in_map: self.robot_in_map(),
             domain_id: self.graph.domain_id(),
-            peers: self.peers.clone(),
+            peers: self.rivals.peers().clone(),
             foxglove: self.foxglove.as_ref().and_then(FoxgloveServer::address),
         }
     }

@@ -1,5 +1,6 @@
 //! The node of the bridge in the ROS 2 graph: its topics, its services, the thread that keeps it discovered.
 
+mod library;
 mod publishers;
 mod qos;
 mod services;
@@ -11,6 +12,7 @@ use daemon::facts::RosPeers;
 use daemon::{Failure, RosConfig};
 use futures::executor::block_on;
 use futures::stream::{StreamExt, select};
+use library::Library;
 use qos::{best_effort, latched, queue, volatile};
 use ros::RosMessage;
 use ros::msg::builtin_interfaces::Time;
@@ -26,7 +28,6 @@ use ros2_client::qos::{History, QosProfile};
 use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
-use std::path::Path;
 use std::pin::pin;
 use std::thread;
 use tracing::{error, warn};
@@ -43,8 +44,7 @@ pub(crate) struct RosGraph {
     node: Node,
     namespace: String,
     participant: Participant,
-    /// Threads of the library when it had joined.
-    n_threads: usize,
+    library: Library,
 }
 
 /// A part of the graph that cannot be had.
@@ -89,13 +89,12 @@ impl RosGraph {
         };
         thread::Builder::new().name("ros-spin".to_owned()).spawn(spin).map_err(create("a thread"))?;
         let (namespace, participant) = (config.namespace.clone(), context.domain_participant());
-        Ok(Self { node, namespace, participant, n_threads: library_threads() })
+        Ok(Self { node, namespace, participant, library: Library::now() })
     }
 
-    /// True if a thread of the library has ended: it ends without a word when the system interrupts its waiting, as it does when
-    /// a stopped process goes on or a computer wakes up. From then on nobody gets anything.
-    pub(crate) fn has_ended(&self) -> bool {
-        library_threads() < self.n_threads
+    /// Why nobody gets anything from here any more, or soon will not.
+    pub(crate) fn failure(&self) -> Option<&'static str> {
+        self.library.failure()
     }
 
     /// A name in full: one that begins with a slash as it is, others in the namespace of the node.
@@ -226,13 +225,6 @@ fn take_on_thread<M: DeserializeOwned + Send + 'static>(
     };
     thread::Builder::new().name(thread_name.to_owned()).spawn(read)?;
     Ok(())
-}
-
-/// Threads of this process by the name of the DDS library.
-fn library_threads() -> usize {
-    let threads = std::fs::read_dir(Path::new("/proc/self/task")).into_iter().flatten().flatten();
-    let name = |thread: std::fs::DirEntry| std::fs::read_to_string(thread.path().join("comm"));
-    threads.filter_map(|thread| name(thread).ok()).filter(|name| name.starts_with("RustDDS")).count()
 }
 
 /// Names that begin with a slash are whole; others are in the namespace.
