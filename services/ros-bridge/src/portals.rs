@@ -1,14 +1,17 @@
-//! The way of a robot over a stair or a ramp: at its end the robot is on another storey.
+//! Finds the storey of a robot that goes over a stair or a ramp.
 //!
-//! A robot has entered a portal when it stands at the end that is on its storey. While it stays beside the line of the portal its
-//! progress along that line is followed; beyond three quarters of the line it is on the storey of the other end. Who passes below a
-//! stair did not enter it. Steps and lifts have no line to follow: their storeys are told by the parameter.
+//! A robot has entered a portal when it stands at the end that is on its storey. While it stays on the line of the portal its progress
+//! along that line is followed; beyond three quarters of the line it is on the storey of the other end, and if it turns back there, on
+//! its way down. A robot that passes below a stair, or beside it, did not enter it. A portal that this robot cannot take is none, and
+//! lifts and steps have no line to follow: their storeys are told by the parameter.
 
 use frames::{Map, Point2};
-use messages::{MissionPlan, RouteEdgeRecord};
+use messages::{EdgeKind, MissionPlan, RouteEdgeRecord};
 
-/// Who is nearer to the line of a portal than this is on it, in metres.
-const MAX_OFFSET_M: f64 = 1.0;
+/// Who is nearer to the end of a portal than this may enter it, in metres.
+const MAX_ENTRY_M: f64 = 1.0;
+/// Who is nearer to the line of a portal of unknown width than this is on it, in metres.
+const MAX_OFFSET_M: f64 = 0.75;
 /// The longest way of a robot between two looks, in metres.
 const MAX_STEP_M: f64 = 3.0;
 /// A line that is shorter in plan does not tell on which side of it a robot is.
@@ -16,51 +19,56 @@ const MIN_LENGTH_M: f64 = 1.0;
 /// The share of the line beyond which a robot is on the other storey; well beyond the middle, so that it does not come and go.
 const PASSED: f64 = 0.75;
 
-/// A portal to another storey that a robot is in.
+/// A portal that a robot has entered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Entered {
     /// Its element.
     of: u32,
     from_storey: u32,
     to_storey: u32,
-    /// How far it has come along the line.
+    /// How far the robot has come along the line.
     progress_m: f64,
 }
 
-/// Follows a robot through portals.
+/// Follows a robot through portals: those that it may be in, of which several can begin at one place.
 #[derive(Debug, Default)]
-pub(crate) struct PortalFollower(Option<Entered>);
+pub(crate) struct PortalFollower(Vec<Entered>);
 
 impl PortalFollower {
     /// Takes where a robot is now that was on a storey: the storey that it has come to, if it is another one.
-    pub(crate) fn look(&mut self, plan: &MissionPlan<'_>, storey: u32, robot: Point2<Map>) -> Option<u32> {
-        self.0 = self.entered(plan, storey, robot);
-        let Entered { of, to_storey, progress_m, .. } = self.0?;
-        let line = lines(plan, storey).find(|line| (line.of, line.to_storey) == (of, to_storey))?;
-        let has_passed = progress_m > PASSED * line.length_m();
-        if has_passed {
-            self.0 = None;
-        }
-        has_passed.then_some(to_storey)
+    pub(crate) fn update(&mut self, plan: &MissionPlan<'_>, storey: u32, robot: Point2<Map>) -> Option<u32> {
+        let lines: Vec<Line> = lines(plan, storey).collect();
+        let entered = lines.iter().filter_map(|line| Some((line, self.progress_m(line, storey, robot)?)));
+        let entered: Vec<_> = entered.collect();
+        let passed = entered.iter().find(|(line, progress_m)| *progress_m > PASSED * line.length_m());
+        let new_storey = passed.map(|(line, _)| line.to_storey);
+        self.0 = match passed {
+            // It may turn back.
+            Some((line, progress_m)) => vec![Entered {
+                of: line.of,
+                from_storey: line.to_storey,
+                to_storey: storey,
+                progress_m: line.length_m() - progress_m,
+            }],
+            None => {
+                let now = |(line, progress_m): &(&Line, f64)| Entered {
+                    of: line.of,
+                    from_storey: storey,
+                    to_storey: line.to_storey,
+                    progress_m: *progress_m,
+                };
+                entered.iter().map(now).collect()
+            }
+        };
+        new_storey
     }
 
-    fn entered(&self, plan: &MissionPlan<'_>, storey: u32, robot: Point2<Map>) -> Option<Entered> {
-        let now = |line: &Line, progress_m| Entered {
-            of: line.of,
-            from_storey: storey,
-            to_storey: line.to_storey,
-            progress_m,
-        };
-        let is_same = |line: &Line, last: &Entered| {
-            (line.of, line.to_storey, storey) == (last.of, last.to_storey, last.from_storey)
-        };
-        if let Some(last) = self.0
-            && let Some(line) = lines(plan, storey).find(|line| is_same(line, &last))
-            && let Some(progress_m) = line.progress_m(robot, last.progress_m)
-        {
-            return Some(now(&line, progress_m));
-        }
-        lines(plan, storey).find(|line| line.points[0].distance_m(&robot) < MAX_OFFSET_M).map(|line| now(&line, 0.0))
+    /// How far a robot has come along a line; `None` if it has not entered it, or has left it.
+    fn progress_m(&self, line: &Line, storey: u32, robot: Point2<Map>) -> Option<f64> {
+        let is_it = |last: &&Entered| (last.of, last.from_storey, last.to_storey) == (line.of, storey, line.to_storey);
+        let last = self.0.iter().find(is_it);
+        let followed = last.and_then(|last| line.progress_m(robot, last.progress_m));
+        followed.or_else(|| (line.points[0].distance_m(&robot) < MAX_ENTRY_M).then_some(0.0))
     }
 }
 
@@ -69,9 +77,11 @@ struct Line {
     of: u32,
     to_storey: u32,
     points: Vec<Point2<Map>>,
+    /// Who is nearer to it than this is on it.
+    max_offset_m: f64,
 }
 
-/// Those that begin on a storey.
+/// Those that begin on a storey, and that the robot can take.
 fn lines<'a>(plan: &'a MissionPlan<'_>, storey: u32) -> impl Iterator<Item = Line> + 'a {
     let storey_of = |node: u32| plan.nodes[node as usize].map_storey;
     let line = move |edge: &RouteEdgeRecord| {
@@ -84,10 +94,13 @@ fn lines<'a>(plan: &'a MissionPlan<'_>, storey: u32) -> impl Iterator<Item = Lin
             }
             _ => return None,
         };
-        let line = Line { of: edge.of, to_storey, points };
+        let max_offset_m = if edge.clear_width_m > 0.0 { edge.clear_width_m / 2.0 } else { MAX_OFFSET_M };
+        let line = Line { of: edge.of, to_storey, points, max_offset_m };
         (line.length_m() >= MIN_LENGTH_M).then_some(line)
     };
-    plan.edges.iter().filter_map(line)
+    let is_way =
+        |edge: &&RouteEdgeRecord| edge.usable == 1 && [EdgeKind::Stair, EdgeKind::Ramp].contains(&edge.kind.get());
+    plan.edges.iter().filter(is_way).filter_map(line)
 }
 
 impl Line {
@@ -115,7 +128,7 @@ impl Line {
             }
             begin_m += length_m;
         }
-        nearest.filter(|(offset_m, _)| *offset_m < MAX_OFFSET_M).map(|(_, progress_m)| progress_m)
+        nearest.filter(|(offset_m, _)| *offset_m < self.max_offset_m).map(|(_, progress_m)| progress_m)
     }
 }
 
@@ -123,63 +136,112 @@ impl Line {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
-    use messages::{EdgeKind, MissionPlanBuilder, MissionPlanHead, NodeKind, RouteNodeRecord};
+    use messages::{ArchiveBuffer, MissionPlanBuilder, MissionPlanHead, NodeKind, RouteNodeRecord};
 
-    /// A stair of two flights beside each other from storey 0 to storey 1, and a lift.
-    fn plan() -> messages::ArchiveBuffer {
+    /// An edge between storeys, with its line from the first to the second.
+    struct RouteEdge<'a> {
+        of: u32,
+        kind: EdgeKind,
+        usable: u32,
+        storeys: [u32; 2],
+        line: &'a [[f64; 2]],
+    }
+
+    fn stair(storeys: [u32; 2], line: &[[f64; 2]]) -> RouteEdge<'_> {
+        RouteEdge { of: 7, kind: EdgeKind::Stair, usable: 1, storeys, line }
+    }
+
+    fn plan(edges: &[RouteEdge<'_>]) -> ArchiveBuffer {
         let mut builder = MissionPlanBuilder::new(MissionPlanHead::zeroed(), 0);
-        let flights = [[0.0, 0.0, 0.0], [4.0, 0.0, 1.5], [4.0, 1.2, 1.5], [0.0, 1.2, 3.0]];
-        let lift = [[20.0, 0.0, 0.0], [20.0, 0.0, 3.0]];
-        for (of, kind, line) in [(7, EdgeKind::Stair, &flights[..]), (8, EdgeKind::Lift, &lift[..])] {
+        for RouteEdge { of, kind, usable, storeys, line } in edges {
             let first = builder.nodes.len() as u32;
-            for (map_storey, at) in [(0, line[0]), (1, line[line.len() - 1])] {
+            let points: Vec<[f64; 3]> = line.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+            for (map_storey, at) in storeys.iter().zip([points[0], points[points.len() - 1]]) {
                 builder.nodes.push(RouteNodeRecord {
                     position_in_map_m: at,
-                    map_storey,
+                    map_storey: *map_storey,
                     kind: NodeKind::Staging.into(),
-                    of,
+                    of: *of,
                     ..RouteNodeRecord::zeroed()
                 });
             }
-            let first_point = builder.points.len() as u32;
-            builder.points.extend_from_slice(line);
             builder.edges.push(RouteEdgeRecord {
                 nodes: [first, first + 1],
-                kind: kind.into(),
-                of,
-                first_point,
-                n_points: line.len() as u32,
-                usable: 1,
+                kind: (*kind).into(),
+                of: *of,
+                clear_width_m: 1.2,
+                first_point: builder.points.len() as u32,
+                n_points: points.len() as u32,
+                usable: *usable,
                 ..RouteEdgeRecord::zeroed()
             });
+            builder.points.extend(points);
         }
         builder.finish()
     }
 
-    /// The storey of a robot after each place, which begins on storey 0.
-    fn storeys(way: &[[f64; 2]]) -> Vec<u32> {
-        let bytes = plan();
-        let plan = MissionPlan::open(bytes.as_ref()).unwrap();
-        let (mut follower, mut storey) = (PortalFollower::default(), 0);
+    /// The storey of a robot after each place, which begins on a storey.
+    fn storeys(plan: &ArchiveBuffer, mut storey: u32, way: &[[f64; 2]]) -> Vec<u32> {
+        let plan = MissionPlan::open(plan.as_ref()).unwrap();
+        let mut follower = PortalFollower::default();
         let look = |&[x, y]: &[f64; 2]| {
-            storey = follower.look(&plan, storey, Point2::new(x, y)).unwrap_or(storey);
+            storey = follower.update(&plan, storey, Point2::new(x, y)).unwrap_or(storey);
             storey
         };
         way.iter().map(look).collect()
     }
 
+    /// Two flights beside each other.
+    const FLIGHTS: [[f64; 2]; 4] = [[0.0, 0.0], [4.0, 0.0], [4.0, 1.2], [0.0, 1.2]];
+    const UP: [[f64; 2]; 8] =
+        [[-0.5, 0.0], [1.0, 0.1], [2.5, 0.0], [4.0, 0.3], [3.5, 1.2], [1.5, 1.2], [0.0, 1.2], [-1.0, 1.2]];
+
     #[test]
     fn a_robot_that_climbs_a_stair_is_on_the_storey_above_at_its_end_and_comes_back() {
-        let up = [[-0.5, 0.0], [1.0, 0.1], [2.5, 0.0], [4.0, 0.3], [3.5, 1.2], [1.5, 1.2], [0.0, 1.2], [-1.0, 1.2]];
-        assert_eq!(storeys(&up), [0, 0, 0, 0, 0, 1, 1, 1]);
-        let there_and_back: Vec<[f64; 2]> = up.iter().chain(up.iter().rev()).copied().collect();
-        assert_eq!(storeys(&there_and_back)[8..], [1, 1, 1, 1, 1, 1, 0, 0]);
+        let plan = plan(&[stair([0, 1], &FLIGHTS)]);
+        assert_eq!(storeys(&plan, 0, &UP), [0, 0, 0, 0, 0, 1, 1, 1]);
+        let there_and_back: Vec<[f64; 2]> = UP.iter().chain(UP.iter().rev()).copied().collect();
+        assert_eq!(storeys(&plan, 0, &there_and_back)[8..], [1, 1, 1, 1, 1, 1, 0, 0]);
     }
 
     #[test]
-    fn a_robot_that_turns_back_or_passes_below_stays_on_its_storey() {
-        assert_eq!(storeys(&[[0.0, 0.0], [2.0, 0.0], [4.0, 0.6], [2.0, 0.0], [0.0, 0.0], [-3.0, 0.0]]), [0; 6]);
-        assert_eq!(storeys(&[[2.0, 5.0], [2.0, 2.0], [2.0, 1.2], [1.0, 1.2], [2.0, -2.0]]), [0; 5]);
-        assert_eq!(storeys(&[[20.0, 0.5], [20.0, 0.0], [20.0, 0.5]]), [0; 3], "a lift does not tell where it stops");
+    fn a_robot_that_turns_back_is_where_it_came_from() {
+        let plan = plan(&[stair([0, 1], &FLIGHTS)]);
+        assert_eq!(
+            storeys(&plan, 0, &[[0.0, 0.0], [2.0, 0.0], [4.0, 0.5], [2.0, 0.0], [0.0, 0.0], [-3.0, 0.0]]),
+            [0; 6]
+        );
+        let late = UP[..6].iter().chain(UP[..5].iter().rev()).copied().collect::<Vec<_>>();
+        assert_eq!(storeys(&plan, 0, &late), [0, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0]);
+    }
+
+    #[test]
+    fn a_robot_below_or_beside_a_stair_stays_on_its_storey() {
+        let folded = plan(&[stair([0, 1], &FLIGHTS)]);
+        assert_eq!(storeys(&folded, 0, &[[2.0, 5.0], [2.0, 2.0], [2.0, 1.2], [1.0, 1.2], [2.0, -2.0]]), [0; 5]);
+        let straight = plan(&[stair([0, 1], &[[0.0, 0.0], [8.0, 0.0]])]);
+        let beside: Vec<[f64; 2]> = (0..10).map(|x| [f64::from(x), 0.9]).collect();
+        assert_eq!(storeys(&straight, 0, &beside), [0; 10]);
+    }
+
+    #[test]
+    fn what_the_robot_cannot_take_and_lifts_tell_nothing() {
+        let line = &[[0.0, 0.0], [8.0, 0.0]];
+        let way: Vec<[f64; 2]> = (0..9).map(|x| [f64::from(x), 0.0]).collect();
+        let unusable = RouteEdge { usable: 0, ..stair([0, 1], line) };
+        let lift = RouteEdge { kind: EdgeKind::Lift, ..stair([0, 1], line) };
+        for edge in [unusable, lift] {
+            assert_eq!(storeys(&plan(&[edge]), 0, &way), [0; 9]);
+        }
+    }
+
+    #[test]
+    fn of_two_flights_of_one_stair_the_one_that_is_climbed_counts() {
+        let (down, up) = ([[0.0, 0.0], [8.0, 0.0]], [[8.0, 0.0], [16.0, 0.0]]);
+        let plan = plan(&[stair([0, 1], &down), stair([1, 2], &up)]);
+        let way: Vec<[f64; 2]> = (8..17).map(|x| [f64::from(x), 0.0]).collect();
+        assert_eq!(storeys(&plan, 1, &way), [1, 1, 1, 1, 1, 1, 1, 2, 2]);
+        let whole: Vec<[f64; 2]> = (0..17).map(|x| [f64::from(x), 0.0]).collect();
+        assert_eq!(storeys(&plan, 0, &whole), [0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2]);
     }
 }

@@ -145,10 +145,10 @@ impl BridgeService {
             self.warning = Some(format!("the robot's storey: there is no such storey among {}", views.grids.len()));
             return Ok(Done::default());
         };
-        let moved_by = pose.as_ref().filter(|pose| pose.map_storey as usize == storey);
-        let moved_by = if self.config.ros.in_slam_frame { moved_by } else { None };
+        // All storeys lie in one frame, also where the robot's map is that of another storey.
+        let moved_by = pose.as_ref().filter(|_| self.config.ros.in_slam_frame);
         if self.config.ros.in_slam_frame && moved_by.is_none() {
-            self.obstacle = Some("no pose of the robot's map on this storey is in effect".to_owned());
+            self.obstacle = Some("no pose of the robot's map is in effect".to_owned());
             return Ok(Done::default());
         }
         let plan = set.mission_plan.map(CheckedSample::content_hash);
@@ -197,15 +197,16 @@ impl BridgeService {
 
     /// Takes the storey at the end of a portal that the robot has gone through.
     fn follow_robot(&mut self) -> Result<(), Failure> {
-        let (true, Some(storey), Some(robot)) =
-            (self.config.ros.follow_portals, self.sender.sent().storey, self.robot_in_map())
+        let (true, Some(shown), Some(pose)) = (self.config.ros.follow_portals, self.published, self.effective_pose())
         else {
             return Ok(());
         };
+        let Some(robot) = self.robot.pose_in_map(&pose) else { return Ok(()) };
         let Some(plan) = self.samples.set().and_then(|set| set.mission_plan) else { return Ok(()) };
-        if let Some(storey) = self.portals.look(&plan.view(), storey, Point2::new(robot.x_m, robot.y_m)) {
+        let storey = u32::try_from(shown.0).unwrap_or(u32::MAX);
+        if let Some(storey) = self.portals.update(&plan.view(), storey, Point2::new(robot.x_m, robot.y_m)) {
             info!(service = "ros-bridge", storey, "the robot has gone through a portal");
-            self.storey.set(Some(storey))?;
+            self.storey.follow(storey, pose.map_storey)?;
         }
         Ok(())
     }

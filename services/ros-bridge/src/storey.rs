@@ -1,13 +1,32 @@
 //! The map storey that a robot is on.
 
 use daemon::{Failure, SiteConfig, StateFile};
+use serde::{Deserialize, Serialize};
 
 /// The storey that is shown, and who tells it.
 pub(crate) struct RobotStorey {
     configured: Option<u32>,
-    /// The one that was set while the daemon ran, in a file: a daemon that is started again shows the same.
-    set: Option<u32>,
+    told: Told,
+    /// A daemon that is started again shows the same.
     file: StateFile,
+}
+
+/// What was told while the daemon ran.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+struct Told {
+    /// The storey that was set.
+    set: Option<u32>,
+    /// The storey that the robot has come to through a portal since then.
+    followed: Option<Followed>,
+}
+
+/// A storey at the end of a portal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+struct Followed {
+    storey: u32,
+    /// The storey of the alignment by which the robot was seen there: another one says that the robot is elsewhere.
+    aligned: u32,
 }
 
 impl RobotStorey {
@@ -16,8 +35,8 @@ impl RobotStorey {
     /// # Errors
     /// A file that cannot be read.
     pub(crate) fn of(config: &SiteConfig) -> Result<Self, Failure> {
-        let file = StateFile::at(&config.state, "ros-bridge-storey.json")?;
-        Ok(Self { configured: config.ros.storey, set: file.load()?.unwrap_or_default(), file })
+        let file = StateFile::at(&config.state, "ros-bridge-robot-storey.json")?;
+        Ok(Self { configured: config.ros.storey, told: file.load()?.unwrap_or_default(), file })
     }
 
     /// Another one from now on; `None` for that of configuration or alignment.
@@ -25,22 +44,36 @@ impl RobotStorey {
     /// # Errors
     /// A file that cannot be written.
     pub(crate) fn set(&mut self, storey: Option<u32>) -> Result<(), Failure> {
-        self.file.save(&storey)?;
-        self.set = storey;
+        self.tell(Told { set: storey, followed: None })
+    }
+
+    /// The robot has come to another one through a portal, by an alignment with a storey.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(crate) fn follow(&mut self, storey: u32, aligned: u32) -> Result<(), Failure> {
+        self.tell(Told { followed: Some(Followed { storey, aligned }), ..self.told })
+    }
+
+    fn tell(&mut self, told: Told) -> Result<(), Failure> {
+        self.file.save(&told)?;
+        self.told = told;
         Ok(())
     }
 
     /// The one that was set while the daemon ran.
     pub(crate) fn was_set(&self) -> Option<u32> {
-        self.set
+        self.told.set
     }
 
-    /// What tells the storey, the first that does counts: it was set, the configuration, the alignment of the robot's map; else
-    /// the lowest.
+    /// What tells the storey, the first that does counts: the robot has come through a portal, it was set, the configuration, the
+    /// alignment of the robot's map; else the lowest.
     ///
     /// `n_storeys` are those that have a grid. `None` without one, or where the one that is meant is not among them.
     pub(crate) fn index(&self, aligned: Option<u32>, n_storeys: usize) -> Option<usize> {
-        let storey = self.set.or(self.configured).or(aligned).unwrap_or(0) as usize;
+        let is_there = |followed: &Followed| aligned.is_none_or(|aligned| aligned == followed.aligned);
+        let followed = self.told.followed.filter(is_there).map(|followed| followed.storey);
+        let storey = followed.or(self.told.set).or(self.configured).or(aligned).unwrap_or(0) as usize;
         (storey < n_storeys).then_some(storey)
     }
 }
@@ -71,5 +104,19 @@ mod tests {
         assert_eq!(again.was_set(), Some(0), "it is in a file");
         again.set(None).unwrap();
         assert_eq!(again.index(Some(2), 3), Some(1));
+    }
+
+    #[test]
+    fn a_robot_that_came_through_a_portal_is_there_until_its_map_is_aligned_elsewhere_or_another_is_set() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("site.toml");
+        std::fs::write(&path, "state = \"state\"\n").unwrap();
+        let config = SiteConfig::read(&path).unwrap();
+        RobotStorey::of(&config).unwrap().follow(1, 0).unwrap();
+        let mut robot = RobotStorey::of(&config).unwrap();
+        let storeys = [Some(0), None, Some(2)].map(|aligned| robot.index(aligned, 3));
+        assert_eq!(storeys, [Some(1), Some(1), Some(2)], "it is in a file");
+        robot.set(Some(0)).unwrap();
+        assert_eq!(robot.index(Some(0), 3), Some(0));
     }
 }
