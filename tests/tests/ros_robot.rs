@@ -54,6 +54,31 @@ fn nav2_is_stopped_before_its_map_changes_and_plans_around_what_closes() {
 }
 
 #[test]
+fn nav2_goes_on_without_a_reader_that_hangs_and_status_says_so() {
+    if !has_peer() {
+        return;
+    }
+    let domain = domain();
+    let mut live = site(domain, "service_mapping = \"cyclone_dds\"\n[ros.nav2]\n");
+    let mut nav2 = join(domain, &[&"--nav2"]);
+    let mut hanging = join(domain, &[]);
+    for peer in [&mut nav2, &mut hanging] {
+        peer.wait_until("maps", |last| last.contains_key("/groundplan/changed"));
+    }
+    hanging.signal("-STOP");
+    live.text(&[&"date", &"2024-04-20"]);
+    nav2.wait_until("the change", is_at("2024-04-20T00:00:00"));
+    live.wait_for_status("the reader that hangs", |status| {
+        let warning = status["daemons"]["ros-bridge"]["warning"].as_str();
+        warning.is_some_and(|warning| warning.contains("a reader has not taken /groundplan/"))
+    });
+    hanging.signal("-CONT");
+    hanging.wait_until("the change", is_at("2024-04-20T00:00:00"));
+    live.wait_until_healthy();
+    live.down();
+}
+
+#[test]
 fn the_plan_time_moves_from_ros_only_where_the_site_allows_it() {
     if !has_peer() {
         return;
@@ -174,7 +199,7 @@ fn maps_are_moved_into_the_frame_of_slam_and_the_robot_is_placed() {
 }
 
 #[test]
-fn a_robot_that_climbs_the_stair_gets_the_maps_of_the_storey_above() {
+fn a_robot_that_drives_down_the_ramp_gets_the_maps_of_the_level_there() {
     if !has_peer() {
         return;
     }
@@ -190,25 +215,26 @@ fn a_robot_that_climbs_the_stair_gets_the_maps_of_the_storey_above() {
     let asked: Value = serde_json::from_str(&live.text(&[&"align", &"--json"])).unwrap();
     let pose = ["x_m", "y_m", "yaw_rad"].map(|key| asked["map_from_slam"][key].as_f64().unwrap());
     let graph = maps.json("site-graph.json");
-    let stair = graph["edges"].as_array().unwrap().iter().find(|edge| edge["class"] == "stair").unwrap();
+    let ramp = graph["edges"].as_array().unwrap().iter().find(|edge| edge["class"] == "ramp").unwrap();
     let place = |place: &Value| [0, 1].map(|k| place[k].as_f64().unwrap());
-    let line = stair["line_m"].as_array().unwrap();
-    let [from, to] = [place(&line[0]), place(&line[line.len() - 1])];
+    let line = ramp["line_m"].as_array().unwrap();
+    // The line is that from the level below.
+    let [to, from] = [place(&line[0]), place(&line[line.len() - 1])];
     let (sin, cos) = libm::sincos(pose[2]);
-    // Half a metre a second, in the robot's own map.
+    // A quarter of a metre a second, in the robot's own map.
     let poses = (0..=10).map(|k| {
         let [x, y] = [0, 1].map(|i| from[i] + (to[i] - from[i]) * f64::from(k) / 10.0 - pose[i]);
         format!("{},{},0", cos * x + sin * y, cos * y - sin * x)
     });
     let way = poses.collect::<Vec<_>>().join(";");
     let mut peer = join(domain, &[&"--publish-slam-map", &robot, &"--robot-at", &way]);
-    peer.wait_until("the storey above", |last| last.get("/groundplan/changed").is_some_and(|now| now["storey"] == 1));
+    peer.wait_until("the level below", |last| last.get("/groundplan/changed").is_some_and(|now| now["storey"] == 2));
     // All outputs are those of that storey.
     let out = live.home.path().join("out");
     live.text(&[&"export", &out]);
-    peer.wait_until("its heartbeat", |last| last["/groundplan/heartbeat"]["storey"] == 1);
+    peer.wait_until("its heartbeat", |last| last["/groundplan/heartbeat"]["storey"] == 2);
     for (topic, layer) in [("map", "planning.pgm"), ("keepout_mask", "keepout.pgm")] {
-        let expected = published_by_map_server(&out, 1, layer);
+        let expected = published_by_map_server(&out, 2, layer);
         peer.wait_until(topic, |last| last[&format!("/groundplan/{topic}")]["sha256"] == expected);
     }
     live.down();

@@ -99,7 +99,6 @@ pub use ros_config::{
 };
 pub use run::{Arguments, in_background, run};
 pub use schedule_inputs::{OBSERVED_TABLE, progress_in_force, read_progress, rules_in_force};
-pub use self_report::resident_bytes;
 pub use service::{AnswerOf, Asked, CurrentActivity, Done, Event, Service, Standing};
 pub use setting::{
     Configured, KeptSetting, OlderSetting, Setting, SettingInForce, SettingKey, SettingSource, check_setting,

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::Error;
 use std::collections::{BTreeMap, BTreeSet};
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 /// What ros-bridge publishes in ROS 2, and takes from there.
@@ -19,7 +19,7 @@ pub struct RosConfig {
     #[schemars(range(min = 0, max = 232))]
     pub domain_id: Option<u16>,
     /// Addresses of the network interfaces that are used; all interfaces if left out.
-    pub interfaces: BTreeSet<IpAddr>,
+    pub interfaces: BTreeSet<Ipv4Addr>,
     /// Namespace of the node and of its topics.
     pub namespace: String,
     /// Frame of the maps: the model's map.

@@ -191,7 +191,7 @@ fn output(daemon: Daemon) -> TopicName {
 }
 
 /// Resident memory of this process; 0 if it is not known.
-pub fn resident_bytes() -> u64 {
+pub(crate) fn resident_bytes() -> u64 {
     let pages = std::fs::read_to_string("/proc/self/statm").ok();
     let pages = pages.and_then(|text| text.split(' ').nth(1)?.parse::<u64>().ok()).unwrap_or(0);
     pages * rustix::param::page_size() as u64

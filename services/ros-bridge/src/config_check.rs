@@ -1,4 +1,4 @@
-//! What a configuration of the bridge must not say.
+//! Checks `[ros]` for topics, frames and values that cannot work.
 
 use crate::graph::full_name;
 use crate::sim_time::SimTime;

@@ -10,14 +10,15 @@ use ros::msg::std_msgs::{self, Header};
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
-/// How long a grid waits for the readers of the one before: what does not fit into the buffer of a reader's socket is lost, and sent
-/// again slowly.
-const GRID_TIMEOUT: Duration = Duration::from_secs(3);
-/// How long Nav2 stands until all readers have mask and map; one that has gone without a word is known as such after that time.
+/// How long mask and map wait for their readers: what does not fit into the buffer of a reader's socket is lost, and sent again slowly.
+const TIMEOUT: Duration = Duration::from_secs(3);
+/// The same while Nav2 stands. A reader that leaves the graph without saying so is known to be gone after that time.
 const NAV2_TIMEOUT: Duration = Duration::from_secs(10);
+/// Interval at which readers that are late are looked at again.
+const LATE_INTERVAL: Duration = Duration::from_secs(1);
 
 /// What is to be published.
 pub(crate) enum Job {
@@ -71,12 +72,16 @@ impl MapSender {
             mask: None,
             route_graph: None,
             is_paused: false,
+            late: None,
             sent: Sent::default(),
         };
         let publish = move || {
             loop {
-                publication.run(of_thread.next());
-                lock(&of_thread.sent).clone_from(&publication.sent);
+                match of_thread.next(publication.late.is_some().then_some(LATE_INTERVAL)) {
+                    Some(job) => publication.run(job),
+                    None => publication.look_at_late_readers(),
+                }
+                *lock(&of_thread.sent) = publication.sent();
             }
         };
         thread::Builder::new().name("ros-maps".to_owned()).spawn(publish)?;
@@ -96,14 +101,20 @@ impl MapSender {
 }
 
 impl Shared {
-    fn next(&self) -> Job {
+    /// The next job; `None` if there is none within this time.
+    fn next(&self, longest: Option<Duration>) -> Option<Job> {
         let mut job = lock(&self.job);
-        loop {
-            if let Some(job) = job.take() {
-                return job;
-            }
-            job = self.has_job.wait(job).unwrap_or_else(PoisonError::into_inner);
+        while job.is_none() {
+            job = match longest {
+                None => self.has_job.wait(job).unwrap_or_else(PoisonError::into_inner),
+                Some(longest) => {
+                    let waited = self.has_job.wait_timeout(job, longest).unwrap_or_else(PoisonError::into_inner);
+                    let (mut job, _) = waited;
+                    return job.take();
+                }
+            };
         }
+        job.take()
     }
 }
 
@@ -124,6 +135,8 @@ struct Publication {
     route_graph: Option<RouteGraph>,
     /// True while Nav2 has been told to stop, and not to go on.
     is_paused: bool,
+    /// What an operator should know while a reader has not taken mask or map.
+    late: Option<String>,
     sent: Sent,
 }
 
@@ -131,9 +144,10 @@ impl Publication {
     fn run(&mut self, job: Job) {
         match job {
             Job::Stale { closes_mask } => {
-                self.sent.warning = told(self.pause());
+                self.sent.warning = warning_of(self.pause());
                 if let Some((header, info)) = self.mask.clone().filter(|_| closes_mask) {
-                    self.topics.keepout_mask.publish(keepout_everywhere(header, info));
+                    let closed = self.topics.keepout_mask.publish(keepout_everywhere(header, info));
+                    self.sent.warning = self.sent.warning.take().or(warning_of(closed));
                     self.grids = None;
                 }
             }
@@ -150,9 +164,10 @@ impl Publication {
         if is_changed {
             called = self.pause();
             self.mask = Some((grids.keepout_mask.header.clone(), grids.keepout_mask.info));
-            self.publish_grids(grids);
-            self.wait_for_readers();
-            self.grids = Some(key);
+            let sent = self.publish_grids(grids);
+            // Grids that are not sent go out with the next set, also if they are the same.
+            self.grids = sent.is_ok().then_some(key);
+            called = called.and(sent);
         }
         self.topics.rooms.publish(rooms);
         self.topics.waypoints.publish(waypoints);
@@ -170,7 +185,7 @@ impl Publication {
             maps: Some(maps),
             storey: Some(key.storey),
             resolution_m: Some(resolution_m),
-            warning: told(called),
+            warning: warning_of(called),
         };
     }
 
@@ -186,27 +201,35 @@ impl Publication {
         nav2.resume()
     }
 
-    /// Each grid goes out when the readers have the one before.
-    fn publish_grids(&self, grids: GridMessages) {
-        let MapTopics { keepout_info, keepout_mask, map, localization_map, .. } = &self.topics;
-        keepout_info.publish(grids.keepout_info);
-        keepout_mask.publish(grids.keepout_mask);
-        keepout_mask.is_taken_within(GRID_TIMEOUT);
-        map.publish(grids.map);
-        map.is_taken_within(GRID_TIMEOUT);
-        localization_map.publish(grids.localization_map);
+    /// What has been published, with all that an operator should know.
+    fn sent(&self) -> Sent {
+        let warnings: Vec<&str> = [&self.sent.warning, &self.late].into_iter().flatten().map(String::as_str).collect();
+        Sent { warning: (!warnings.is_empty()).then(|| warnings.join("; ")), ..self.sent.clone() }
     }
 
-    /// A robot that stands goes on when it has mask and map, and not while parts of them are sent again.
-    fn wait_for_readers(&self) {
-        if !self.is_paused {
-            return;
+    /// The map goes out when the readers have the mask, and a robot that stands goes on when they have both, and not while parts of
+    /// them are sent again; but nobody waits for ever for a reader.
+    fn publish_grids(&mut self, grids: GridMessages) -> Result<(), Failure> {
+        let MapTopics { keepout_info, keepout_mask, map, localization_map, .. } = &self.topics;
+        let deadline = Instant::now() + if self.is_paused { NAV2_TIMEOUT } else { TIMEOUT };
+        keepout_info.publish(grids.keepout_info);
+        let mut sent = keepout_mask.publish(grids.keepout_mask);
+        keepout_mask.is_taken_until(deadline);
+        sent = sent.and(map.publish(grids.map));
+        map.is_taken_until(deadline);
+        sent = sent.and(localization_map.publish(grids.localization_map));
+        self.look_at_late_readers();
+        sent
+    }
+
+    fn look_at_late_readers(&mut self) {
+        let MapTopics { keepout_mask, map, .. } = &self.topics;
+        let late = [keepout_mask, map].into_iter().find(|topic| !topic.is_taken_until(Instant::now()));
+        let late = late.map(|topic| format!("a reader has not taken {} yet", topic.name()));
+        if late.is_some() && late != self.late {
+            warn!(service = "ros-bridge", late);
         }
-        for topic in [&self.topics.keepout_mask, &self.topics.map] {
-            if !topic.is_taken_within(NAV2_TIMEOUT) {
-                warn!(service = "ros-bridge", topic = topic.name(), "a reader has not taken the grid: Nav2 goes on");
-            }
-        }
+        self.late = late;
     }
 
     /// The file of another route graph; one that cannot be written is logged, and the graph before it stays in use.
@@ -227,9 +250,9 @@ impl Publication {
 }
 
 /// What an operator should know of a call that failed.
-fn told(called: Result<(), Failure>) -> Option<String> {
+fn warning_of(called: Result<(), Failure>) -> Option<String> {
     let why = called.err()?;
-    let warning = format!("Nav2: {}", chain(why.as_ref()));
+    let warning = chain(why.as_ref());
     warn!(service = "ros-bridge", warning);
     Some(warning)
 }

@@ -126,8 +126,8 @@ fn call_if_there<S: RosService>(
     if !client.is_there() {
         return Ok(false);
     }
-    let response = client.call(request)?;
-    if is_done(&response) { Ok(true) } else { Err(format!("{} refuses", client.name()).into()) }
+    let response = client.call(request).map_err(|why| format!("Nav2: {why}"))?;
+    if is_done(&response) { Ok(true) } else { Err(format!("Nav2: {} refuses", client.name()).into()) }
 }
 
 /// All are done; the first that fails is the error.

@@ -12,7 +12,7 @@ use crate::outputs::{Outputs, Target, diagnostics, heartbeat, outputs_of, transf
 use crate::portals::PortalFollower;
 use crate::rivals::Rivals;
 use crate::robot::Robot;
-use crate::sim_time;
+use crate::sim_time::ClockFollower;
 use crate::slam_map::SlamMapInput;
 use crate::storey::RobotStorey;
 use bus::{Bus, CheckedSample, GridSlot, RawSubscriber, SiteSample, SiteSamples, Stamp, TopicName, topics};
@@ -49,6 +49,7 @@ pub(crate) struct BridgeService {
     foxglove: Option<FoxgloveServer>,
     slam_map: Option<Arc<SlamMapInput>>,
     robot: Robot,
+    clock: ClockFollower,
     samples: SiteSamples,
     grids: Vec<RawSubscriber>,
     alignment: Option<CheckedSample<topics::Alignment>>,
@@ -93,7 +94,7 @@ impl BridgeService {
         };
         let robot = Robot::follow(&mut graph, ros)?;
         calls::serve(&mut graph, config)?;
-        sim_time::follow(&mut graph, config)?;
+        let clock = ClockFollower::start(&mut graph, config)?;
         Ok(Self {
             config: config.clone(),
             activity,
@@ -105,6 +106,7 @@ impl BridgeService {
             foxglove,
             slam_map,
             robot,
+            clock,
             samples: SiteSamples::default(),
             grids: Vec::new(),
             alignment: None,
@@ -314,6 +316,7 @@ impl Service for BridgeService {
             self.rivals.of_maps(),
             self.rivals.of_slam_maps(),
             self.slam_map.as_ref().and_then(|input| input.warning()),
+            self.clock.warning(),
         ];
         let warnings: Vec<String> = warnings.into_iter().flatten().collect();
         let error = self.foxglove.as_ref().and_then(FoxgloveServer::error);

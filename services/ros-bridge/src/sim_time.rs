@@ -1,20 +1,23 @@
 //! Simulated time: the plan time follows `/clock`.
 
 use crate::control::Control;
-use crate::graph::{ClockReader, RosGraph};
+use crate::graph::RosGraph;
 use bus::Daemon;
 use daemon::facts::ScheduleFacts;
 use daemon::{Failure, Report, SimTimeConfig, SiteConfig, StatusBoard, chain};
 use frames::PlanTime;
 use ros::msg::builtin_interfaces::Time;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
 /// Interval between two looks at `/clock`, which may come a thousand times a second.
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 /// Pause after a plan time that was refused.
 const RETRY: Duration = Duration::from_secs(5);
+/// A report on the board is newer than this.
+const MAX_REPORT_AGE: Duration = Duration::from_secs(3);
 
 /// Which plan time belongs to a simulated time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,52 +52,78 @@ impl SimTime {
 }
 
 /// Follows `/clock` on a thread, where the site wants it.
-///
-/// # Errors
-/// A topic that cannot be opened, no thread.
-pub(crate) fn follow(graph: &mut RosGraph, config: &SiteConfig) -> Result<(), Failure> {
-    let Some(sim_time) = &config.ros.sim_time else { return Ok(()) };
-    let (sim_time, clock) = (SimTime::of(sim_time)?, graph.clock()?);
-    let control = Control { config: config.clone() };
-    thread::Builder::new().name("ros-clock".to_owned()).spawn(move || follow_clock(sim_time, &clock, &control))?;
-    Ok(())
+pub(crate) struct ClockFollower {
+    /// Why the plan time does not follow.
+    refusal: Arc<Mutex<Option<String>>>,
 }
 
-fn follow_clock(sim_time: SimTime, clock: &ClockReader, control: &Control) {
-    // The plan time that was asked for last: until it is told on the board, the one there is old.
-    let mut asked_epoch = 0;
-    loop {
-        thread::sleep(LOOK_INTERVAL);
-        let Some(now) = clock.newest() else { continue };
-        let plan_time_s = sim_time.plan_time_s(now);
+impl ClockFollower {
+    /// Begins to follow.
+    ///
+    /// # Errors
+    /// A topic that cannot be opened, no thread.
+    pub(crate) fn start(graph: &mut RosGraph, config: &SiteConfig) -> Result<Self, Failure> {
+        let follower = Self { refusal: Arc::default() };
+        let Some(sim_time) = &config.ros.sim_time else { return Ok(follower) };
+        let (sim_time, clock) = (SimTime::of(sim_time)?, graph.clock()?);
+        let control = Control { config: config.clone() };
+        let refusal = Arc::clone(&follower.refusal);
+        let mut asked = Asked::default();
+        let follow = move || {
+            loop {
+                thread::sleep(LOOK_INTERVAL);
+                let followed = clock.newest().and_then(|now| match now {
+                    Some(now) => asked.follow(sim_time.plan_time_s(now), &control),
+                    None => Ok(()),
+                });
+                let now =
+                    followed.err().map(|why| format!("the plan time does not follow /clock: {}", chain(why.as_ref())));
+                let is_refused = now.is_some();
+                let mut refusal = refusal.lock().unwrap_or_else(PoisonError::into_inner);
+                if *refusal != now {
+                    if let Some(refusal) = &now {
+                        warn!(service = "ros-bridge", refusal);
+                    }
+                    *refusal = now;
+                }
+                drop(refusal);
+                if is_refused {
+                    thread::sleep(RETRY);
+                }
+            }
+        };
+        thread::Builder::new().name("ros-clock".to_owned()).spawn(follow)?;
+        Ok(follower)
+    }
+
+    /// Why the plan time does not follow.
+    pub(crate) fn warning(&self) -> Option<String> {
+        self.refusal.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// The plan time that was asked for last: until it is told on the board, the one there is old.
+#[derive(Default)]
+struct Asked {
+    answered: Option<(u64, Instant)>,
+}
+
+impl Asked {
+    /// Asks for a plan time, if the published schedule state does not hold then.
+    fn follow(&mut self, plan_time_s: i64, control: &Control) -> Result<(), Failure> {
         let board = StatusBoard::of(&control.config.bus.root);
         let report: Option<Report<ScheduleFacts>> = board.report(Daemon::ScheduleEval);
-        let Some(Report { facts, .. }) = report else { continue };
-        if facts.state.epoch < asked_epoch || holds_at(&facts, plan_time_s) {
-            continue;
+        let Some(Report { facts, .. }) = report else { return Ok(()) };
+        // Epochs begin anew where the state of the site is replaced.
+        let is_old =
+            self.answered.is_some_and(|(epoch, at)| facts.state.epoch < epoch && at.elapsed() < MAX_REPORT_AGE);
+        if is_old || holds_at(&facts, plan_time_s) {
+            return Ok(());
         }
-        match control.set_plan_time_s(plan_time_s) {
-            Ok(answer) => {
-                asked_epoch = answer.state.epoch;
-                info!(
-                    service = "ros-bridge",
-                    clock_s = now.sec,
-                    plan_time_s = answer.plan_time_s,
-                    "the plan time follows /clock"
-                );
-            }
-            Err(why) => {
-                let error = chain(why.as_ref());
-                warn!(
-                    service = "ros-bridge",
-                    clock_s = now.sec,
-                    plan_time_s,
-                    error,
-                    "the plan time does not follow /clock"
-                );
-                thread::sleep(RETRY);
-            }
-        }
+        let answer = control.set_plan_time_s(plan_time_s)?;
+        self.answered = Some((answer.state.epoch, Instant::now()));
+        info!(service = "ros-bridge", plan_time_s = answer.plan_time_s, "the plan time follows /clock");
+        Ok(())
     }
 }
 

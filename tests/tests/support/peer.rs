@@ -36,6 +36,11 @@ impl Peer {
         self.input.write_all("\n".repeat(n_steps).as_bytes()).unwrap();
     }
 
+    /// Sends it a signal, as `kill` names it.
+    pub(crate) fn signal(&self, signal: &str) {
+        assert!(Command::new("kill").args([signal, &self.process.id().to_string()]).status().unwrap().success());
+    }
+
     /// Reads messages until they are as they should be.
     pub(crate) fn wait_until(&mut self, what: &str, is_so: impl Fn(&BTreeMap<String, Value>) -> bool) {
         let begun = Instant::now();

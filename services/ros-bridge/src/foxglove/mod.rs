@@ -2,8 +2,8 @@
 //!
 //! Only this module names the SDK of Foxglove. Messages of ROS 2 are the bytes of recordings: CDR, with the definition of their
 //! type beside. Clients look and change nothing: no parameters, services or messages are taken from them, and the only asset is
-//! the model of the building. Messages go into a bounded queue of each client, which loses its oldest ones if the client does not read; the threads of the service wait
-//! for none of them.
+//! the model of the building. Messages go into a bounded queue of each client, which loses its oldest ones if the client does not
+//! read; the threads of the service wait for none of them.
 
 mod channels;
 mod latch;
@@ -46,12 +46,12 @@ impl FoxgloveServer {
     /// Begins to serve. An address that is taken is an error of the server, not of its start: ROS 2 does not need it.
     ///
     /// # Errors
-    /// No thread, options of worlds that cannot be read.
+    /// No thread.
     pub(crate) fn start(config: &FoxgloveConfig, site: &SiteConfig) -> Result<Self, Failure> {
         let runtime = Builder::new_multi_thread().worker_threads(1).thread_name("foxglove").enable_all().build()?;
         let context = Context::new();
         let channels = Channels::open(&context, &site.ros);
-        let world = Arc::new(WorldModel::of(site)?);
+        let world = Arc::new(WorldModel::of(site));
         let listening = Listening::begin(config.address, &runtime, &context, channels.latches(), &world);
         Ok(Self { asked: config.address, ros: site.ros.clone(), runtime, context, channels, world, listening })
     }

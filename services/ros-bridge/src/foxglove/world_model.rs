@@ -5,6 +5,7 @@ use daemon::{Failure, SiteConfig, read_parsed};
 use export::ExportInput;
 use foxglove::messages::{ModelPrimitive, Pose, Quaternion, SceneEntity, SceneUpdate, Timestamp, Vector3};
 use ros::msg::std_msgs::Header;
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use world::WorldOptions;
@@ -13,52 +14,48 @@ use world::WorldOptions;
 const BEGIN: &str = "package://groundplan/";
 const END: &str = "/site.glb";
 /// For a set of maps to be there.
-const TIMEOUT: Duration = Duration::from_secs(10);
+const TIMEOUT: Duration = Duration::from_secs(30);
 /// Interval between two looks.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// The server keeps an answer until its client has read it: so many bytes are handed out within a minute, and no larger models.
+const MAX_BYTES_A_MINUTE: usize = 256 << 20;
+const MAX_MODEL_BYTES: usize = 64 << 20;
 
 /// The model, and where it comes from.
 pub(super) struct WorldModel {
     config: SiteConfig,
-    options: WorldOptions,
-    /// The newest one, and the set that it is made of. One is made at a time, however many ask.
-    newest: Mutex<Option<(u64, Arc<Vec<u8>>)>>,
+    /// The newest one. One is made at a time, however many ask.
+    newest: Mutex<Option<Model>>,
+    /// When how many bytes were handed out.
+    handed_out: Mutex<VecDeque<(Instant, usize)>>,
+}
+
+struct Model {
+    /// The set that it is made of.
+    made_of: u64,
+    bytes: Arc<Vec<u8>>,
 }
 
 impl WorldModel {
     /// The model of a site.
-    ///
-    /// # Errors
-    /// Options of worlds that cannot be read.
-    pub(super) fn of(config: &SiteConfig) -> Result<Self, Failure> {
-        let read = |path| read_parsed("options of worlds", path, WorldOptions::parse);
-        let options = config.world.options.as_deref().map(read).transpose()?.unwrap_or_default();
-        Ok(Self { config: config.clone(), options, newest: Mutex::default() })
+    pub(super) fn of(config: &SiteConfig) -> Self {
+        Self { config: config.clone(), newest: Mutex::default(), handed_out: Mutex::default() }
     }
 
-    /// The model of the set that is published now.
+    /// The model of a URL.
     ///
     /// # Errors
-    /// A URL that is not the model's, no set of maps.
+    /// A URL that is not that of the set which is published now; too many who ask.
     pub(super) fn fetch(&self, url: &str) -> Result<Arc<Vec<u8>>, Failure> {
-        if !(url.starts_with(BEGIN) && url.ends_with(END)) {
-            return Err(format!("there is no {url}").into());
-        }
-        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
+        let named = url.strip_prefix(BEGIN).and_then(|rest| rest.strip_suffix(END));
+        let wanted = named.and_then(|hash| u64::from_str_radix(hash, 16).ok());
+        let wanted = wanted.ok_or_else(|| format!("there is no {url}"))?;
         let (bus, mut waiter) = Bus::join(&self.config.domain()?, Daemon::Groundplan)?;
         let (mut reader, begun) = (SiteSetReader::of(&bus)?, Instant::now());
         loop {
             reader.take()?;
             if let Some(set) = reader.set().filter(|set| set.mission_plan.is_some()) {
-                let made_of = set.index.content_hash();
-                if let Some((last, bytes)) = &*newest
-                    && *last == made_of
-                {
-                    return Ok(Arc::clone(bytes));
-                }
-                let bytes = Arc::new(self.model(&set)?);
-                *newest = Some((made_of, Arc::clone(&bytes)));
-                return Ok(bytes);
+                return self.hand_out(wanted, &set);
             }
             if begun.elapsed() > TIMEOUT {
                 return Err("there are no maps and waypoints that belong together".into());
@@ -67,9 +64,37 @@ impl WorldModel {
         }
     }
 
+    fn hand_out(&self, wanted: u64, set: &SiteSet<'_>) -> Result<Arc<Vec<u8>>, Failure> {
+        if wanted != set.index.content_hash() {
+            return Err("the building is another by now: its model has another URL".into());
+        }
+        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
+        let bytes = match &*newest {
+            Some(model) if model.made_of == wanted => Arc::clone(&model.bytes),
+            _ => {
+                let bytes = Arc::new(self.model(set)?);
+                *newest = Some(Model { made_of: wanted, bytes: Arc::clone(&bytes) });
+                bytes
+            }
+        };
+        drop(newest);
+        if bytes.len() > MAX_MODEL_BYTES {
+            let megabytes = bytes.len() >> 20;
+            return Err(format!("the model has {megabytes} MB: groundplan export --world writes it").into());
+        }
+        let mut handed_out = self.handed_out.lock().unwrap_or_else(PoisonError::into_inner);
+        if account(&mut handed_out, Instant::now(), bytes.len()) {
+            Ok(bytes)
+        } else {
+            Err("too many ask for the model: ask again in a minute".into())
+        }
+    }
+
     fn model(&self, set: &SiteSet<'_>) -> Result<Vec<u8>, Failure> {
         let SiteViews { site, state, index, grids, mission_plan } = &set.views()?;
         let mission_plan = mission_plan.as_ref().ok_or("there are no waypoints")?;
+        let read = |path| read_parsed("options of worlds", path, WorldOptions::parse);
+        let options = self.config.world.options.as_deref().map(read).transpose()?.unwrap_or_default();
         let input = ExportInput {
             site,
             schedule_state: state,
@@ -80,8 +105,18 @@ impl WorldModel {
             resolution_m: self.config.robot.resolution_m,
             with_geometry: false,
         };
-        Ok(world::model(&input, &self.options))
+        Ok(world::model(&input, &options))
     }
+}
+
+/// True if so many more bytes may be handed out now: then they are.
+fn account(handed_out: &mut VecDeque<(Instant, usize)>, now: Instant, n_bytes: usize) -> bool {
+    handed_out.retain(|(at, _)| now.duration_since(*at) < Duration::from_secs(60));
+    let is_within = handed_out.iter().map(|(_, n)| n).sum::<usize>() + n_bytes <= MAX_BYTES_A_MINUTE;
+    if is_within {
+        handed_out.push_back((now, n_bytes));
+    }
+    is_within
 }
 
 /// The model of a set, lowered so that the floor of the storey lies in the plane of its maps.
@@ -121,5 +156,23 @@ mod tests {
         let model = &entity.models[0];
         assert_eq!(model.url, "package://groundplan/0000000000000abc/site.glb");
         assert_eq!(model.pose.as_ref().unwrap().position, Some(Vector3 { x: 0.0, y: 0.0, z: -3.5 }));
+    }
+
+    #[test]
+    fn so_many_bytes_are_handed_out_a_minute() {
+        let (mut handed_out, begun) = (VecDeque::new(), Instant::now());
+        let half = MAX_BYTES_A_MINUTE / 2;
+        let after = |seconds| begun + Duration::from_secs(seconds);
+        assert!(account(&mut handed_out, after(0), half) && account(&mut handed_out, after(30), half));
+        assert!(!account(&mut handed_out, after(59), 1));
+        assert!(account(&mut handed_out, after(60), half) && !account(&mut handed_out, after(89), 1));
+    }
+
+    #[test]
+    fn another_url_is_none() {
+        let config = SiteConfig::parse("state = \"state\"\n", std::path::Path::new("/")).unwrap();
+        for url in ["package://groundplan/site.glb", "package://groundplan/x/site.glb", "file:///etc/passwd"] {
+            assert!(WorldModel::of(&config).fetch(url).unwrap_err().to_string().contains(url));
+        }
     }
 }

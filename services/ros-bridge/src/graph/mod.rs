@@ -28,6 +28,7 @@ use ros2_client::qos::{History, QosProfile};
 use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Subscription};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
+use std::net::{Ipv4Addr, UdpSocket};
 use std::pin::pin;
 use std::thread;
 use tracing::{error, warn};
@@ -52,6 +53,8 @@ pub(crate) struct RosGraph {
 pub(crate) enum GraphError {
     #[error("ros.domain_id: {text:?} is no ROS domain: it must be 0 to {MAX_DOMAIN}")]
     Domain { text: String },
+    #[error("ros.interfaces: this computer has no interface with the address {address}")]
+    Interface { address: Ipv4Addr },
     #[error("{name:?} is no name of ROS 2")]
     Name { name: String },
     #[error("ROS 2: {what} cannot be created: {why}")]
@@ -73,6 +76,10 @@ impl RosGraph {
         let name = NodeName::new(&config.namespace, NODE).map_err(|_| name_error())?;
         let mut participant = DomainParticipantBuilder::new(domain_id);
         if !config.interfaces.is_empty() {
+            // The library joins nobody at an address that is none of this computer, and says so to nobody.
+            if let Some(&address) = config.interfaces.iter().find(|address| UdpSocket::bind((**address, 0)).is_err()) {
+                return Err(GraphError::Interface { address });
+            }
             participant = participant.with_only_networks(config.interfaces.iter().copied());
         }
         let what = format!("a participant of domain {domain_id}");
@@ -194,19 +201,16 @@ impl RosGraph {
 pub(crate) struct ClockReader(Subscription<Clock>);
 
 impl ClockReader {
-    /// The newest time since the last call; `None` without one. What cannot be read is logged.
-    pub(crate) fn newest(&self) -> Option<Time> {
+    /// The newest time since the last call; `None` without one.
+    ///
+    /// # Errors
+    /// A message that cannot be read.
+    pub(crate) fn newest(&self) -> Result<Option<Time>, Failure> {
         let mut newest = None;
-        loop {
-            match self.0.take() {
-                Ok(Some((Clock { clock }, _))) => newest = Some(clock),
-                Ok(None) => return newest,
-                Err(why) => {
-                    warn!(service = "ros-bridge", error = format!("{why:?}"), "/clock cannot be read");
-                    return newest;
-                }
-            }
+        while let Some((Clock { clock }, _)) = self.0.take().map_err(|why| format!("/clock cannot be read: {why:?}"))? {
+            newest = Some(clock);
         }
+        Ok(newest)
     }
 }
 
@@ -250,6 +254,13 @@ mod tests {
         assert_eq!(full_name("/groundplan", "map"), "/groundplan/map");
         assert_eq!(full_name("/", "map"), "/map");
         assert_eq!(full_name("/groundplan", "/map"), "/map");
+    }
+
+    #[test]
+    fn an_interface_is_one_of_this_computer() {
+        let config = RosConfig { interfaces: [Ipv4Addr::new(203, 0, 113, 7)].into(), ..RosConfig::default() };
+        let why = RosGraph::join(&config).err().unwrap();
+        assert!(why.to_string().ends_with("203.0.113.7"), "{why}");
     }
 
     #[test]

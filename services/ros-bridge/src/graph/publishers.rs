@@ -3,7 +3,7 @@
 use super::qos::{heartbeat, latched, latched_large, volatile, with};
 use super::{GraphError, RosGraph, create, full_name};
 use bus::HEARTBEAT_PERIOD;
-use daemon::{RosConfig, RosOutput};
+use daemon::{Failure, RosConfig, RosOutput};
 use ros::RosMessage;
 use ros::msg::diagnostic_msgs::DiagnosticArray;
 use ros::msg::geometry_msgs::PoseWithCovarianceStamped;
@@ -16,7 +16,7 @@ use ros2_client::dds::rustdds::no_key::DataWriterCdr;
 use ros2_client::dds::rustdds::{QosPolicies, Timestamp};
 use ros2_client::qos::QosProfile;
 use ros2_client::{MessageTypeName, Publisher};
-use std::time::Duration;
+use std::time::Instant;
 use tracing::warn;
 
 /// A topic and its publisher; without one if the site does not want it.
@@ -50,17 +50,18 @@ impl GridTopic {
         &self.name
     }
 
-    /// Publishes; a grid that cannot be sent is logged, and comes with the next set.
-    pub(crate) fn publish(&self, grid: OccupancyGrid) {
-        let Some(writer) = &self.writer else { return };
-        if let Err(why) = writer.write(grid, Some(Timestamp::now())) {
-            let error = format!("{why:?}");
-            warn!(service = "ros-bridge", topic = self.name, error, "a grid is not sent");
-        }
+    /// Publishes.
+    ///
+    /// # Errors
+    /// The grid is not sent.
+    pub(crate) fn publish(&self, grid: OccupancyGrid) -> Result<(), Failure> {
+        let Some(writer) = &self.writer else { return Ok(()) };
+        writer.write(grid, Some(Timestamp::now())).map_err(|why| format!("{} is not sent: {why}", self.name).into())
     }
 
-    /// Waits until each reliable reader has what was published; false if one does not within this time.
-    pub(crate) fn is_taken_within(&self, longest: Duration) -> bool {
+    /// Waits until each reliable reader has what was published; false if one does not at this instant.
+    pub(crate) fn is_taken_until(&self, deadline: Instant) -> bool {
+        let longest = deadline.saturating_duration_since(Instant::now());
         // Without a writer there is nothing to wait for, and a wait does not fail.
         self.writer.as_ref().is_none_or(|writer| writer.wait_for_acknowledgments(longest).unwrap_or(true))
     }
