@@ -24,7 +24,22 @@ pub struct ExportInput<'a> {
     pub with_geometry: bool,
 }
 
-impl ExportInput<'_> {
+impl<'a> ExportInput<'a> {
+    /// For what shows neither footprints nor vertices of elements, in cells as those of the grids.
+    ///
+    /// `None` without grids.
+    pub fn of_maps(
+        site: &'a Site<'a>,
+        schedule_state: &'a ScheduleState<'a>,
+        index: &'a Grids<'a>,
+        grids: &'a [Grid<'a>],
+        mission_plan: &'a MissionPlan<'a>,
+    ) -> Option<Self> {
+        let resolution_m = grids.first()?.spec().resolution_m();
+        let (footprints, with_geometry) = (&[], false);
+        Some(Self { site, schedule_state, index, grids, mission_plan, footprints, resolution_m, with_geometry })
+    }
+
     /// True if there are maps of a map storey.
     pub fn writes(&self, map_storey: u32) -> bool {
         self.grids.iter().any(|grid| grid.head.map_storey == map_storey)

@@ -100,18 +100,9 @@ pub(crate) fn outputs_of(
     let messages = grid_messages(grid, target)?;
     let empty = || together([]);
     let plan = mission_plan.as_ref();
-    let route_graph = plan.map(|mission_plan| {
-        let input = ExportInput {
-            site,
-            schedule_state: state,
-            index,
-            grids,
-            mission_plan,
-            footprints: &[],
-            resolution_m: grid.spec().resolution_m(),
-            with_geometry: false,
-        };
-        nav2_route_file(&input, map_storey, frame)
+    let route_graph = plan.and_then(|mission_plan| {
+        let input = ExportInput::of_maps(site, state, index, grids, mission_plan)?;
+        Some(nav2_route_file(&input, map_storey, frame))
     });
     Ok(Outputs {
         key,

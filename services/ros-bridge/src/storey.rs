@@ -82,13 +82,16 @@ impl RobotStorey {
 mod tests {
     use super::*;
     use daemon::RosConfig;
+    use std::path::Path;
+
+    fn site(home: &Path) -> SiteConfig {
+        SiteConfig::parse("state = \"state\"\n", home).unwrap()
+    }
 
     #[test]
     fn what_was_set_goes_before_the_configuration_and_that_before_the_alignment() {
         let home = tempfile::tempdir().unwrap();
-        let path = home.path().join("site.toml");
-        std::fs::write(&path, "state = \"state\"\n").unwrap();
-        let site = SiteConfig::read(&path).unwrap();
+        let site = site(home.path());
         let config = |storey| SiteConfig { ros: RosConfig { storey, ..RosConfig::default() }, ..site.clone() };
         let aligned = RobotStorey::of(&config(None)).unwrap();
         assert_eq!(
@@ -109,9 +112,7 @@ mod tests {
     #[test]
     fn a_robot_that_came_through_a_portal_is_there_until_its_map_is_aligned_elsewhere_or_another_is_set() {
         let home = tempfile::tempdir().unwrap();
-        let path = home.path().join("site.toml");
-        std::fs::write(&path, "state = \"state\"\n").unwrap();
-        let config = SiteConfig::read(&path).unwrap();
+        let config = site(home.path());
         RobotStorey::of(&config).unwrap().follow(1, 0).unwrap();
         let mut robot = RobotStorey::of(&config).unwrap();
         let storeys = [Some(0), None, Some(2)].map(|aligned| robot.index(aligned, 3));

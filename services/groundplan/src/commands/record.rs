@@ -130,24 +130,14 @@ impl Recorder<'_> {
         }
         let views = set.views().map_err(Failure::work)?;
         let SiteViews { site, state, index, grids, mission_plan: Some(mission_plan) } = &views else { return Ok(()) };
-        let resolution_m = grids.first().map_or(self.config.robot.resolution_m, |grid| grid.spec().resolution_m());
+        let Some(input) = ExportInput::of_maps(site, state, index, grids, mission_plan) else { return Ok(()) };
         let film = match &mut self.film {
             Some(film) => film,
             None => {
                 let storeys: Vec<u32> = grids.iter().map(|grid| grid.head.map_storey).collect();
-                let facts = Facts { time: FilmTime::Machine, robot: self.robot(), resolution_m };
+                let facts = Facts { time: FilmTime::Machine, robot: self.robot(), resolution_m: input.resolution_m };
                 self.film.insert(Film::begin(&self.arguments.file, site, &storeys, facts)?)
             }
-        };
-        let input = ExportInput {
-            site,
-            schedule_state: state,
-            index,
-            grids,
-            mission_plan,
-            footprints: &[],
-            resolution_m,
-            with_geometry: false,
         };
         let (stamp, at_ns) = now_stamp()?;
         film.add_at(&input, stamp, at_ns).map_err(Failure::work)?;

@@ -95,16 +95,7 @@ impl WorldModel {
         let mission_plan = mission_plan.as_ref().ok_or("there are no waypoints")?;
         let read = |path| read_parsed("options of worlds", path, WorldOptions::parse);
         let options = self.config.world.options.as_deref().map(read).transpose()?.unwrap_or_default();
-        let input = ExportInput {
-            site,
-            schedule_state: state,
-            index,
-            grids,
-            mission_plan,
-            footprints: &[],
-            resolution_m: self.config.robot.resolution_m,
-            with_geometry: false,
-        };
+        let input = ExportInput::of_maps(site, state, index, grids, mission_plan).ok_or("there are no maps")?;
         Ok(world::model(&input, &options))
     }
 }
