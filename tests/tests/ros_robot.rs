@@ -258,6 +258,12 @@ fn the_plan_time_follows_a_simulator() {
         peer.last["/groundplan/changed"]["plan_time"].as_str().unwrap().clone_into(&mut at);
         assert!(last.is_empty() || last == "2024-04-15T00:00:00" || at > last, "{at} after {last}");
     }
+    // The simulation begins anew.
+    drop(peer);
+    let mut peer = join(domain, &[&"--clock", &"0"]);
+    peer.wait_until("an earlier plan time", |last| {
+        last.get("/groundplan/changed").is_some_and(|now| now["plan_time"].as_str().unwrap() < "2024-04-30")
+    });
     live.down();
 }
 
