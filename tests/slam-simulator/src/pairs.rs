@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// Storeys of a building that have more of their walls in common are the same to a robot.
 const MAX_STOREY_OVERLAP: f64 = 0.7;
 /// Drives that are tried for a pair before it is left out.
-const MAX_TRIES: u64 = 8;
+const MAX_TRIES: u64 = 16;
 
 /// What to simulate.
 #[derive(Debug, Clone, Copy)]

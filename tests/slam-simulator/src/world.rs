@@ -123,34 +123,38 @@ impl World {
         fits && n > 0
     }
 
+    /// True if there is nothing but floor.
+    pub(crate) fn is_open(&self, rectangle: &Rectangle) -> bool {
+        self.cells_in(rectangle).all(|index| self.floor[index] && self.cells[index] == Material::Empty)
+    }
+
     /// Number of cells from each cell to the nearest that is not empty, in the larger of both axes; at most 255.
     pub(crate) fn clearance(&self) -> Vec<u8> {
         let mut out: Vec<u8> = self.cells.iter().map(|&c| if c == Material::Empty { 255 } else { 0 }).collect();
         let w = self.width;
+        // Every cell learns from the four before it, row by row upwards and to the right; then back from the four after it.
         for row in 1..self.height {
             let (before, rest) = out.split_at_mut(row * w);
             relax(&mut rest[..w], &before[(row - 1) * w..]);
+            (1..w).for_each(|k| rest[k] = rest[k].min(rest[k - 1].saturating_add(1)));
         }
         for row in (0..self.height.saturating_sub(1)).rev() {
             let (before, rest) = out.split_at_mut((row + 1) * w);
-            relax(&mut before[row * w..], &rest[..w]);
+            let cells = &mut before[row * w..];
+            relax(cells, &rest[..w]);
+            (0..w - 1).rev().for_each(|k| cells[k] = cells[k].min(cells[k + 1].saturating_add(1)));
         }
         out
     }
 }
 
-/// Lets a row know the distances of the row beside it, then those within itself.
+/// Lets a row know the distances of the row beside it.
 fn relax(row: &mut [u8], beside: &[u8]) {
-    let n = row.len();
-    for k in 0..n {
-        let nearest = beside[k].min(beside[k.saturating_sub(1)]).min(beside[(k + 1).min(n - 1)]);
-        row[k] = row[k].min(nearest.saturating_add(1));
-    }
-    for k in 1..n {
-        row[k] = row[k].min(row[k - 1].saturating_add(1));
-    }
-    for k in (0..n - 1).rev() {
-        row[k] = row[k].min(row[k + 1].saturating_add(1));
+    let last = row.len() - 1;
+    row[0] = row[0].min(beside[0].min(beside[last.min(1)]).saturating_add(1));
+    row[last] = row[last].min(beside[last].min(beside[last.saturating_sub(1)]).saturating_add(1));
+    for (cell, three) in row[1..].iter_mut().zip(beside.windows(3)) {
+        *cell = (*cell).min(three[0].min(three[1]).min(three[2]).saturating_add(1));
     }
 }
 

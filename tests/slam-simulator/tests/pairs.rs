@@ -155,13 +155,13 @@ fn wrong_pairs_tell_what_is_mixed_up() {
         ("house", "00-ground", l_shape()),
         ("house", "01-upper", room()),
         ("house", "02-attic", room()),
-        ("shed", "00-ground", building("shed", &[[0.0, 0.0, 5.0, 4.0]])),
+        ("shed", "00-ground", building("shed", &[[0.0, 0.0, 8.0, 5.0]])),
     ] {
         let storey = at.join(building).join("storeys").join(storey);
         std::fs::create_dir_all(&storey).unwrap();
         slam_simulator::write_map(&storey, "localization", &reference.map).unwrap();
     }
-    let done = slam_pairs(&["out", "house", "shed", "--count", "2", "--wrong", "8"], at);
+    let done = slam_pairs(&["out", "house", "shed", "--count", "2", "--wrong", "8", "--clutter", "low"], at);
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let truth = std::fs::read_to_string(at.join("out/truth.jsonl")).unwrap();
     let truths: Vec<serde_json::Value> = truth.lines().map(|line| serde_json::from_str(line).unwrap()).collect();

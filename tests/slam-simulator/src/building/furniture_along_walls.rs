@@ -9,6 +9,9 @@ use crate::strengths::Strengths;
 use crate::wall_stretches::WallStretch;
 use crate::world::{Material, World};
 
+/// Floor that stays open before furniture.
+const WAY_M: f64 = 0.7;
+
 /// What a row of furniture is.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
@@ -42,10 +45,12 @@ pub(super) fn place(
                 continue;
             }
             let kind = drawn_kind(length, random);
-            let wide = row_length_m(kind, random).min(length - at);
-            if wide >= 0.3 && row(world, stretch, [at, at + wide], kind, random) {
-                contents.furniture += 1;
+            // Where a long row does not fit, a short one may.
+            let mut wide = row_length_m(kind, random).min(length - at);
+            while wide >= 0.3 && !row(world, stretch, [at, at + wide], kind, random) {
+                wide /= 2.0;
             }
+            contents.furniture += usize::from(wide >= 0.3);
             at += wide + random.between(0.0, 0.3);
         }
     }
@@ -90,7 +95,8 @@ fn row(world: &mut World, stretch: &WallStretch, place: [f64; 2], kind: Kind, ra
         Rectangle::new(stretch.at((from + to) / 2.0, gap + depth / 2.0), stretch.along, to - from, depth)
     };
     let whole = block(from, to, depth);
-    if !world.has_room_for(&whole) {
+    let way = Rectangle::new(stretch.at((from + to) / 2.0, gap + depth + WAY_M / 2.0), stretch.along, to - from, WAY_M);
+    if !world.has_room_for(&whole) || !world.is_open(&way) {
         return false;
     }
     match kind {

@@ -19,7 +19,6 @@ struct Count {
 
 struct Counts {
     width: usize,
-    height: usize,
     counts: Vec<Count>,
 }
 
@@ -50,7 +49,7 @@ pub(crate) fn slam_map(
     let cell = strengths.resolution_m;
     let origin = low.map(|c| ((c / cell).floor() - BORDER_CELLS) * cell);
     let [width, height] = [0, 1].map(|k| ((high[k] - origin[k]) / cell + BORDER_CELLS) as usize + 1);
-    let mut counts = Counts { width, height, counts: vec![Count::default(); width * height] };
+    let mut counts = Counts { width, counts: vec![Count::default(); width * height] };
     for ((place, heading), ranges) in drive.places.iter().zip(&drive.headings).zip(scans) {
         let from = [0, 1].map(|k| (place[k] - origin[k]) / cell);
         for (&range, &beam) in ranges.iter().zip(beams) {
@@ -81,7 +80,7 @@ pub(crate) fn slam_map(
 impl Counts {
     /// Counts a beam from a point in cells through all cells on its way.
     fn add(&mut self, from: Vector, direction: Vector, length: f64, ends: bool) {
-        let mut cell = from.map(|c| c as isize);
+        let cell = from.map(|c| c as isize);
         let end = moved(from, direction, length).map(|c| c as isize);
         let step = direction.map(|d| if d > 0.0 { 1isize } else { -1 });
         let per_cell = direction.map(|d| if d == 0.0 { f64::INFINITY } else { 1.0 / d.abs() });
@@ -90,19 +89,19 @@ impl Counts {
             per_cell[k] * if direction[k] > 0.0 { 1.0 - into } else { into }
         });
         let n_steps = (end[0] - cell[0]).unsigned_abs() + (end[1] - cell[1]).unsigned_abs();
+        // The border keeps indices within the map, wherever rounding leads a beam.
+        let strides = [step[0], step[1] * self.width as isize];
+        let mut index = cell[1] * self.width as isize + cell[0];
         for _ in 0..n_steps {
-            self.at(cell).passes = self.at(cell).passes.saturating_add(1);
+            let count = &mut self.counts[index as usize];
+            count.passes = count.passes.saturating_add(1);
             let k = usize::from(due[1] < due[0]);
             due[k] += per_cell[k];
-            cell[k] += step[k];
+            index += strides[k];
         }
         if ends {
-            self.at(end).hits = self.at(end).hits.saturating_add(1);
+            let count = &mut self.counts[end[1] as usize * self.width + end[0] as usize];
+            count.hits = count.hits.saturating_add(1);
         }
-    }
-
-    fn at(&mut self, [x, y]: [isize; 2]) -> &mut Count {
-        let (x, y) = (x.clamp(0, self.width as isize - 1) as usize, y.clamp(0, self.height as isize - 1) as usize);
-        &mut self.counts[y * self.width + x]
     }
 }
