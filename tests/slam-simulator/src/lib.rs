@@ -1,0 +1,38 @@
+//! Simulated SLAM maps of real buildings: model maps in, maps of a robot with their true poses out.
+//!
+//! A model map becomes a building in use ([`simulated`]): walls are missing or elsewhere, furniture hides them, doors are open or
+//! closed, people walk, glass lets beams through. A robot drives through it and maps what its lidar sees, with drift. The
+//! same seed gives the same bytes. Lengths are metres, angles radians, frames those of the maps.
+//!
+//! Only for tests and calibration: no product depends on it, and it knows no alignment, which is judged by its maps.
+
+mod building;
+mod map_files;
+mod openings;
+mod pairs;
+mod plane;
+mod random_generator;
+mod reference;
+mod robot;
+mod simulation;
+mod strengths;
+mod uniqueness;
+mod wall_grid;
+mod wall_stretches;
+mod world;
+
+pub mod floor_plans;
+
+pub use building::Contents;
+pub use map_files::write_map;
+pub use openings::Opening;
+pub use pairs::{PairError, PairOptions, Wrong, write_pairs};
+pub use plane::{Rectangle, Vector};
+pub use random_generator::RandomGenerator;
+pub use reference::{Reference, ReferenceError};
+pub use robot::drift::Residual;
+pub use simulation::{Measures, Simulation, simulated};
+pub use strengths::{Clutter, Lidar, Strengths};
+pub use uniqueness::{fits, is_unique, overlap};
+pub use wall_grid::WallGrid;
+pub use wall_stretches::WallStretch;

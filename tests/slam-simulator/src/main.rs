@@ -1,0 +1,109 @@
+//! `slam-pairs`: simulated SLAM maps with true poses, and floor plans to simulate them in.
+
+use clap::{Args, Parser, Subcommand};
+use slam_simulator::{Clutter, PairOptions, Reference, floor_plans, write_pairs};
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Simulates what a robot maps in the buildings of model maps, as pairs of maps with their true poses.
+#[derive(Parser)]
+#[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    pairs: Option<PairArguments>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Writes model maps of generated buildings: offices, homes, halls.
+    Plans {
+        /// Folder of the maps.
+        out: PathBuf,
+        /// Number of floor plans.
+        #[arg(long, default_value_t = 12)]
+        count: usize,
+        /// The same seed gives the same files.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+}
+
+#[derive(Args)]
+struct PairArguments {
+    /// Folder of pairs.jsonl, truth.jsonl, and the maps in references and slam.
+    out: PathBuf,
+    /// Folders that `groundplan convert` or `slam-pairs plans` wrote, or descriptions (YAML) of model maps.
+    #[arg(required = true)]
+    references: Vec<PathBuf>,
+    /// Pairs of maps of the same building, spread evenly over the references.
+    #[arg(long, default_value_t = 60)]
+    count: usize,
+    /// More pairs, with the SLAM map of another building or of another storey.
+    #[arg(long, default_value_t = 0)]
+    wrong: usize,
+    /// The same seed gives the same files.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How full of furniture the buildings are.
+    #[arg(long, value_enum, default_value_t = Clutter::All)]
+    clutter: Clutter,
+    /// Threads; 0 for as many as there are cores. The files do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = match (cli.command, cli.pairs) {
+        (Some(Command::Plans { out, count, seed }), _) => plans(&out, count, seed),
+        (None, Some(arguments)) => pairs(&arguments),
+        (None, None) => return ExitCode::from(2),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("slam-pairs: {}", chain(error.as_ref()));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn plans(out: &std::path::Path, count: usize, seed: u64) -> Result<(), Box<dyn Error>> {
+    std::fs::create_dir_all(out)?;
+    for (name, map) in floor_plans::drawn(count, seed) {
+        slam_simulator::write_map(out, &name, &map)?;
+    }
+    Ok(())
+}
+
+fn pairs(arguments: &PairArguments) -> Result<(), Box<dyn Error>> {
+    rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build_global()?;
+    let mut references = Vec::new();
+    for path in &arguments.references {
+        for reference in Reference::read_all(path)? {
+            match reference {
+                Ok(reference) => references.push(reference),
+                Err(error) => eprintln!("left out: {}", chain(&error)),
+            }
+        }
+    }
+    let PairArguments { count, wrong, seed, clutter, .. } = *arguments;
+    for name in write_pairs(&arguments.out, &references, &PairOptions { count, wrong, seed, clutter })? {
+        eprintln!("left out: {name}: no floor to drive on, or no walls in sight");
+    }
+    Ok(())
+}
+
+/// An error with its causes.
+fn chain(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text += &format!(": {error}");
+        cause = error.source();
+    }
+    text
+}

@@ -1,0 +1,205 @@
+//! Many pairs of model maps and simulated SLAM maps, as files.
+
+use crate::map_files::write_map;
+use crate::plane::Vector;
+use crate::random_generator::RandomGenerator;
+use crate::reference::Reference;
+use crate::simulation::{Measures, Simulation, simulated};
+use crate::strengths::{Clutter, Strengths};
+use crate::uniqueness::{fits, is_unique, overlap};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Storeys of a building that have more of their walls in common are the same to a robot.
+const MAX_STOREY_OVERLAP: f64 = 0.7;
+/// Drives that are tried for a pair before it is left out.
+const MAX_TRIES: u64 = 16;
+
+/// What to simulate.
+#[derive(Debug, Clone, Copy)]
+pub struct PairOptions {
+    /// Pairs of a model map with a SLAM map of the same building, spread evenly over the references.
+    pub count: usize,
+    /// Pairs with a SLAM map of another building or storey.
+    pub wrong: usize,
+    /// The same seed gives the same files.
+    pub seed: u64,
+    /// How full the buildings are.
+    pub clutter: Clutter,
+}
+
+/// Errors of pairs.
+#[derive(Debug, thiserror::Error)]
+pub enum PairError {
+    /// A file cannot be written.
+    #[error("{} cannot be written", path.display())]
+    Write {
+        /// The file or the folder of the map.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// No reference can be simulated.
+    #[error("no reference can be simulated")]
+    NoReference,
+    /// Two references would be written to the same files.
+    #[error("two references are named {name}")]
+    SameName {
+        /// Their name.
+        name: String,
+    },
+    /// Wrong pairs need another building, or a storey that differs.
+    #[error("no two references are of different buildings or of storeys that differ")]
+    NothingDiffers,
+}
+
+/// What a wrong pair mixes up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Wrong {
+    /// Maps of two buildings.
+    Building,
+    /// Maps of two storeys of one building.
+    Storey,
+}
+
+/// A line of `pairs.jsonl`.
+#[derive(Debug, Serialize)]
+struct PairLine<'a> {
+    pair: &'a str,
+    reference: String,
+    slam: String,
+}
+
+/// A line of `truth.jsonl`. The pose takes points of the SLAM map to the model map of the building in which the robot drove.
+#[derive(Debug, Serialize)]
+struct TruthLine<'a> {
+    pair: &'a str,
+    same_building: bool,
+    wrong: Option<Wrong>,
+    x: f64,
+    y: f64,
+    yaw: f64,
+    centre: Vector,
+    /// No other motion takes 95 % of the visible walls to walls of the model; null in wrong pairs.
+    is_unique: Option<bool>,
+    /// Some motion takes 95 % of the visible walls to walls of the wrong model; null in right pairs.
+    fits_wrong_reference: Option<bool>,
+    #[serde(flatten)]
+    measures: &'a Measures,
+    #[serde(flatten)]
+    strengths: &'a Strengths,
+}
+
+struct Job<'a> {
+    index: usize,
+    drive: &'a Reference,
+    wrong: Option<(&'a Reference, Wrong)>,
+}
+
+/// Writes all pairs into a folder; the names of pairs that could not be made.
+///
+/// # Errors
+/// No references that fit the options, files that cannot be written.
+pub fn write_pairs(out: &Path, references: &[Reference], options: &PairOptions) -> Result<Vec<String>, PairError> {
+    let mut names: Vec<&str> = references.iter().map(|r| r.name.as_str()).collect();
+    names.sort_unstable();
+    if let Some(same) = names.windows(2).find(|n| n[0] == n[1]) {
+        return Err(PairError::SameName { name: same[0].to_owned() });
+    }
+    let jobs = jobs(references, options)?;
+    let fault = |path: PathBuf| move |source| PairError::Write { path, source };
+    for folder in ["references", "slam"].map(|name| out.join(name)) {
+        std::fs::create_dir_all(&folder).map_err(fault(folder))?;
+    }
+    for reference in references {
+        let folder = out.join("references");
+        write_map(&folder, &reference.name, &reference.map).map_err(fault(folder.clone()))?;
+    }
+    let made: Vec<(String, Option<[String; 2]>)> =
+        jobs.par_iter().map(|job| written(out, job, options)).collect::<Result<_, PairError>>()?;
+    for (k, name) in ["pairs.jsonl", "truth.jsonl"].into_iter().enumerate() {
+        let text: String = made.iter().filter_map(|(_, lines)| Some(format!("{}\n", lines.as_ref()?[k]))).collect();
+        std::fs::write(out.join(name), text).map_err(fault(out.join(name)))?;
+    }
+    Ok(made.into_iter().filter(|(_, lines)| lines.is_none()).map(|(name, _)| name).collect())
+}
+
+fn jobs<'a>(references: &'a [Reference], options: &PairOptions) -> Result<Vec<Job<'a>>, PairError> {
+    if references.is_empty() {
+        return Err(PairError::NoReference);
+    }
+    let mut jobs: Vec<Job> = (0..options.count)
+        .map(|index| Job { index, drive: &references[index % references.len()], wrong: None })
+        .collect();
+    if options.wrong == 0 {
+        return Ok(jobs);
+    }
+    let wrong_of = |drive: &'a Reference, kind: Wrong| -> Vec<(&'a Reference, Wrong)> {
+        let is_wrong = |other: &&Reference| match kind {
+            Wrong::Building => other.building != drive.building,
+            Wrong::Storey => other.building == drive.building && other.name != drive.name,
+        };
+        let differs = |other: &&Reference| kind == Wrong::Building || overlap(drive, other) < MAX_STOREY_OVERLAP;
+        references.iter().filter(is_wrong).filter(differs).map(|other| (other, kind)).collect()
+    };
+    // Each reference takes turns between other buildings and other storeys where it has both.
+    let choices: Vec<[Vec<_>; 2]> =
+        references.iter().map(|drive| [Wrong::Building, Wrong::Storey].map(|kind| wrong_of(drive, kind))).collect();
+    let usable: Vec<usize> = (0..references.len()).filter(|&k| choices[k].iter().any(|c| !c.is_empty())).collect();
+    if usable.is_empty() {
+        return Err(PairError::NothingDiffers);
+    }
+    for k in 0..options.wrong {
+        let (drive, turn) = (usable[k % usable.len()], k / usable.len());
+        let [buildings, storeys] = &choices[drive];
+        let takes_storey = buildings.is_empty() || (turn % 2 == 1 && !storeys.is_empty());
+        let others = if takes_storey { storeys } else { buildings };
+        let mut random = RandomGenerator::of(&[options.seed, 1, k as u64]);
+        let wrong = Some(random.one_of(others));
+        jobs.push(Job { index: options.count + k, drive: &references[drive], wrong });
+    }
+    Ok(jobs)
+}
+
+/// Simulates one pair and writes its map; its name, and its lines of both tables.
+fn written(out: &Path, job: &Job, options: &PairOptions) -> Result<(String, Option<[String; 2]>), PairError> {
+    let other = job.wrong.map_or_else(String::new, |(other, _)| format!("_in_{}", other.name));
+    let pair = format!("{:04}_{}{other}", job.index, job.drive.name);
+    let drawn = (0..MAX_TRIES).find_map(|attempt| {
+        let random = RandomGenerator::of(&[options.seed, 0, job.index as u64, attempt]);
+        let strengths = Strengths::drawn(&mut random.part("strengths"), options.clutter);
+        Some((simulated(job.drive, &strengths, &random)?, strengths))
+    });
+    let Some((Simulation { slam, map_from_slam, centre, visible_walls, measures }, strengths)) = drawn else {
+        return Ok((pair, None));
+    };
+    let folder = out.join("slam");
+    write_map(&folder, &pair, &slam).map_err(|source| PairError::Write { path: folder, source })?;
+    let [x, y, yaw] = map_from_slam.x_y_yaw();
+    let reference = job.wrong.map_or(job.drive, |(other, _)| other);
+    let truth = TruthLine {
+        pair: &pair,
+        same_building: job.wrong.is_none(),
+        wrong: job.wrong.map(|(_, kind)| kind),
+        x,
+        y,
+        yaw,
+        centre,
+        is_unique: job.wrong.is_none().then(|| is_unique(reference, &visible_walls)),
+        fits_wrong_reference: job.wrong.map(|(other, _)| fits(other, &visible_walls)),
+        measures: &measures,
+        strengths: &strengths,
+    };
+    let line = PairLine {
+        pair: &pair,
+        reference: format!("references/{}.yaml", reference.name),
+        slam: format!("slam/{pair}.yaml"),
+    };
+    let lines = [
+        serde_json::to_string(&line).expect("a line of names can be written"),
+        serde_json::to_string(&truth).expect("a line of finite numbers can be written"),
+    ];
+    Ok((pair, Some(lines)))
+}

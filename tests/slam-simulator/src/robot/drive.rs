@@ -1,0 +1,234 @@
+//! The way of the robot over the reachable floor, to the nearest place that it has not visited.
+
+use crate::plane::{Vector, difference, distance, scaled, sum};
+use crate::random_generator::RandomGenerator;
+use crate::strengths::Strengths;
+use crate::world::{CELL_M, World};
+use std::collections::VecDeque;
+
+/// World cells in a cell of the way: 0.1 m.
+const COARSENESS: usize = 4;
+const STEP_M: f64 = COARSENESS as f64 * CELL_M;
+/// Half the width of the robot, in cells of the world.
+const CLEARANCE_CELLS: u8 = 7;
+/// A place is visited if the robot came this close to it, in cells of the way.
+const VISITED_CELLS: u32 = 15;
+/// Less than this is no drive.
+const MIN_REGION_M2: f64 = 5.0;
+
+/// Where the robot scans, in order.
+#[derive(Debug, Clone)]
+pub(crate) struct Drive {
+    /// True places.
+    pub(crate) places: Vec<Vector>,
+    /// True directions, unit vectors.
+    pub(crate) headings: Vec<Vector>,
+    /// Share of the reachable floor that was visited.
+    pub(crate) covered: f64,
+    /// Area of the reachable floor for the middle of the robot.
+    pub(crate) reachable_m2: f64,
+    /// Length of the way.
+    pub(crate) way_m: f64,
+}
+
+/// The floor on which the middle of the robot can be, in cells of 0.1 m.
+struct Region {
+    width: usize,
+    is_open: Vec<bool>,
+    origin: Vector,
+    /// How far each cell was from the last begin of a search; reset after each.
+    steps: Vec<u32>,
+}
+
+/// A drive from a random place; `None` if there is no floor to drive on.
+pub(crate) fn drive(
+    world: &World,
+    clearance: &[u8],
+    strengths: &Strengths,
+    random: &mut RandomGenerator,
+) -> Option<Drive> {
+    let mut region = Region::of(world, clearance);
+    let start = region.keep_largest(random)?;
+    let n_open = region.is_open.iter().filter(|c| **c).count();
+    if (n_open as f64) * STEP_M * STEP_M < MIN_REGION_M2 {
+        return None;
+    }
+    let wanted = (strengths.coverage.min(0.98) * n_open as f64) as usize;
+    let mut is_visited = vec![false; region.is_open.len()];
+    let mut n_visited = region.visit(start, &mut is_visited);
+    let mut way = vec![start];
+    while n_visited < wanted {
+        let Some(leg) = region.way_to(way[way.len() - 1], |cell| !is_visited[cell]) else { break };
+        for (k, &cell) in leg.iter().enumerate() {
+            if k % 6 == 5 || k + 1 == leg.len() {
+                n_visited += region.visit(cell, &mut is_visited);
+            }
+        }
+        way.extend(leg);
+    }
+    if random.happens(0.5) {
+        let back = region.way_to(way[way.len() - 1], |cell| cell == start);
+        way.extend(back.unwrap_or_default());
+    }
+    let line = region.smoothed(&way);
+    let places = spaced(&line, strengths.scan_spacing_m, random);
+    let headings = headings(&places, random);
+    let way_m = line.windows(2).map(|p| distance(p[0], p[1])).sum();
+    let reachable_m2 = n_open as f64 * STEP_M * STEP_M;
+    Some(Drive { places, headings, covered: n_visited as f64 / n_open as f64, reachable_m2, way_m })
+}
+
+impl Region {
+    fn of(world: &World, clearance: &[u8]) -> Self {
+        let (width, height) = (world.width / COARSENESS, world.height / COARSENESS);
+        let is_open = |k: usize| {
+            let (x, y) = (k % width * COARSENESS + COARSENESS / 2, k / width * COARSENESS + COARSENESS / 2);
+            let index = y * world.width + x;
+            world.floor[index] && clearance[index] > CLEARANCE_CELLS
+        };
+        let is_open: Vec<bool> = (0..width * height).map(is_open).collect();
+        let steps = vec![u32::MAX; is_open.len()];
+        Self { width, is_open, origin: world.origin, steps }
+    }
+
+    fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
+        // The border of the world is no floor.
+        let w = self.width as isize;
+        [1, -1, w, -w, w + 1, w - 1, -w + 1, -w - 1].into_iter().map(move |d| (cell as isize + d) as usize)
+    }
+
+    /// Closes all but the largest connected part; a random cell of that.
+    fn keep_largest(&mut self, random: &mut RandomGenerator) -> Option<usize> {
+        let mut part_of = vec![0u32; self.is_open.len()];
+        let mut largest: Vec<usize> = Vec::new();
+        for seed in 0..self.is_open.len() {
+            if !self.is_open[seed] || part_of[seed] != 0 {
+                continue;
+            }
+            let mut cells = vec![seed];
+            part_of[seed] = 1;
+            let mut k = 0;
+            while k < cells.len() {
+                for beside in self.neighbours(cells[k]) {
+                    if self.is_open[beside] && part_of[beside] == 0 {
+                        part_of[beside] = 1;
+                        cells.push(beside);
+                    }
+                }
+                k += 1;
+            }
+            if cells.len() > largest.len() {
+                largest = cells;
+            }
+        }
+        self.is_open.fill(false);
+        largest.iter().for_each(|&k| self.is_open[k] = true);
+        (!largest.is_empty()).then(|| random.one_of(&largest))
+    }
+
+    /// Cells in the order of their distance from `start`, until `until` says so; their steps are in `self.steps`.
+    fn search(&mut self, start: usize, mut until: impl FnMut(usize, u32) -> bool) -> Vec<usize> {
+        let mut reached = vec![start];
+        let mut queue = VecDeque::from([start]);
+        self.steps[start] = 0;
+        'all: while let Some(cell) = queue.pop_front() {
+            for beside in self.neighbours(cell) {
+                if self.is_open[beside] && self.steps[beside] == u32::MAX {
+                    self.steps[beside] = self.steps[cell] + 1;
+                    reached.push(beside);
+                    queue.push_back(beside);
+                    if until(beside, self.steps[beside]) {
+                        break 'all;
+                    }
+                }
+            }
+        }
+        reached
+    }
+
+    /// Marks what is around a cell as visited; the number of new cells.
+    fn visit(&mut self, cell: usize, is_visited: &mut [bool]) -> usize {
+        let reached = self.search(cell, |_, steps| steps > VISITED_CELLS);
+        let mut n = 0;
+        for &k in &reached {
+            n += usize::from(!is_visited[k]);
+            is_visited[k] = true;
+            self.steps[k] = u32::MAX;
+        }
+        n
+    }
+
+    /// The shortest way to the nearest cell that is wanted, without the start.
+    fn way_to(&mut self, start: usize, wanted: impl Fn(usize) -> bool) -> Option<Vec<usize>> {
+        let mut goal = None;
+        let reached = self.search(start, |cell, _| {
+            if wanted(cell) {
+                goal = Some(cell);
+            }
+            goal.is_some()
+        });
+        let way = goal.map(|goal| {
+            let mut way = vec![goal];
+            let mut cell = goal;
+            while self.steps[cell] > 1 {
+                let before = self.steps[cell] - 1;
+                cell = self.neighbours(cell).find(|&b| self.steps[b] == before).expect("a search leaves a way back");
+                way.push(cell);
+            }
+            way.reverse();
+            way
+        });
+        reached.iter().for_each(|&k| self.steps[k] = u32::MAX);
+        way
+    }
+
+    fn middle(&self, cell: usize) -> Vector {
+        let [x, y] = [cell % self.width, cell / self.width].map(|c| (c as f64 + 0.5) * STEP_M);
+        [self.origin[0] + x, self.origin[1] + y]
+    }
+
+    /// Metres along the way, corners cut where there is floor.
+    fn smoothed(&self, way: &[usize]) -> Vec<Vector> {
+        let of = |k: usize| {
+            let around = &way[k.saturating_sub(3)..(k + 4).min(way.len())];
+            let whole = around.iter().fold([0.0; 2], |s, &cell| sum(s, self.middle(cell)));
+            let mean = scaled(whole, 1.0 / around.len() as f64);
+            let [x, y] = [0, 1].map(|axis| ((mean[axis] - self.origin[axis]) / STEP_M) as usize);
+            if self.is_open[y * self.width + x] { mean } else { self.middle(way[k]) }
+        };
+        (0..way.len()).map(of).collect()
+    }
+}
+
+/// Points of a line at this distance from each other, more or less.
+fn spaced(line: &[Vector], spacing_m: f64, random: &mut RandomGenerator) -> Vec<Vector> {
+    let mut places = vec![line[0]];
+    let mut wanted = spacing_m;
+    let mut driven = 0.0;
+    for pair in line.windows(2) {
+        driven += distance(pair[0], pair[1]);
+        if driven >= wanted {
+            places.push(pair[1]);
+            driven = 0.0;
+            wanted = spacing_m * random.between(0.8, 1.2);
+        }
+    }
+    places
+}
+
+/// Directions of travel; the robot turns on the spot for its first scan.
+fn headings(places: &[Vector], random: &mut RandomGenerator) -> Vec<Vector> {
+    let mut headings = Vec::with_capacity(places.len());
+    let mut last = crate::plane::direction_of(random.between(0.0, std::f64::consts::TAU));
+    for k in 0..places.len() {
+        if let Some(next) = places.get(k + 1) {
+            let length = distance(*next, places[k]);
+            if length > 1e-6 {
+                last = scaled(difference(*next, places[k]), 1.0 / length);
+            }
+        }
+        let sway = crate::plane::direction_of(0.06 * random.normal());
+        headings.push(crate::plane::turned(last, sway));
+    }
+    headings
+}

@@ -1,0 +1,7 @@
+//! The robot: where it drives, what its lidar sees, where it believes to be, and the map that it makes of that.
+
+pub(crate) mod drift;
+pub(crate) mod drive;
+pub(crate) mod lidar;
+pub(crate) mod people;
+pub(crate) mod slam_map;

@@ -1,0 +1,128 @@
+//! One drive of a robot through one building, with the true pose of the map that it makes.
+
+use crate::building::{Contents, building};
+use crate::plane::Vector;
+use crate::random_generator::RandomGenerator;
+use crate::reference::Reference;
+use crate::robot::drift::{Residual, believed};
+use crate::robot::drive::drive;
+use crate::robot::lidar::{LidarScene, beam_directions};
+use crate::robot::people::People;
+use crate::robot::slam_map::slam_map;
+use crate::strengths::Strengths;
+use frames::{Map, Rigid2, Slam};
+use occupancy::{Cell, OccupancyMap};
+use serde::Serialize;
+
+/// An occupied cell farther than this from all walls of the model is clutter.
+const CLUTTER_M: f64 = 0.25;
+/// Fewer scans are no drive, and less of the model's walls no map of the building.
+const MIN_SCANS: usize = 8;
+const MIN_VISIBLE_M: f64 = 4.0;
+
+/// A simulated map with the truth about it.
+#[derive(Debug, Clone)]
+pub struct Simulation {
+    /// The map of the robot, in its frame.
+    pub slam: OccupancyMap,
+    /// The true pose of that frame in the frame of the model.
+    pub map_from_slam: Rigid2<Map, Slam>,
+    /// Mean of the free cells, in the robot's frame.
+    pub centre: Vector,
+    /// Middles of the wall cells of the model that a beam met, in the frame of the model.
+    pub visible_walls: Vec<Vector>,
+    /// Measures of the simulation.
+    pub measures: Measures,
+}
+
+/// Measures of a simulation.
+#[derive(Debug, Clone, Serialize)]
+pub struct Measures {
+    /// Share of the occupied cells that are farther than 0.25 m from all walls of the model.
+    pub clutter_share: f64,
+    /// Wall cells of the model that a beam met.
+    pub visible_wall_cells: usize,
+    /// Floor of the model.
+    pub floor_m2: f64,
+    /// Floor that the middle of the robot can reach.
+    pub reachable_m2: f64,
+    /// Share of that to which it came.
+    pub covered: f64,
+    /// Length of its way.
+    pub way_m: f64,
+    /// Number of scans.
+    pub scans: usize,
+    /// What no rigid motion takes away.
+    #[serde(flatten)]
+    pub residual: Residual,
+    /// What is in the building and not in the model.
+    #[serde(flatten)]
+    pub contents: Contents,
+}
+
+/// A drive through the building of a model map; `None` if there is too little floor to drive on, or hardly a wall
+/// to see.
+pub fn simulated(reference: &Reference, strengths: &Strengths, random: &RandomGenerator) -> Option<Simulation> {
+    let (world, contents) = building(reference, strengths, &random.part("building"));
+    let clearance = world.clearance();
+    let drive = drive(&world, &clearance, strengths, &mut random.part("drive"))?;
+    let scene = LidarScene { world: &world, clearance: &clearance, strengths };
+    let beams = beam_directions(&strengths.lidar);
+    let mut people = People::new(strengths.people_per_scan);
+    let (mut walkers, mut lidar) = (random.part("people"), random.part("lidar"));
+    let mut is_visible = vec![false; reference.grid.walls.len()];
+    let mut scans = Vec::with_capacity(drive.places.len());
+    for (&place, &heading) in drive.places.iter().zip(&drive.headings) {
+        let discs = people.step(&world, place, &mut walkers);
+        let ranges = scene.scan(place, heading, &beams, &discs, &mut lidar, |index| {
+            if let Some(k) = reference.grid.index_at(world.middle(index)) {
+                is_visible[k] |= reference.grid.walls[k];
+            }
+        });
+        scans.push(ranges);
+    }
+    let believed = believed(&drive, strengths, &mut random.part("drift"));
+    let slam = slam_map(&scans, &believed, &beams, strengths, &mut random.part("slam"));
+    let visible_walls: Vec<Vector> =
+        (0..is_visible.len()).filter(|&k| is_visible[k]).map(|k| reference.grid.middle(k)).collect();
+    if scans.len() < MIN_SCANS || (visible_walls.len() as f64) * reference.grid.resolution_m < MIN_VISIBLE_M {
+        return None;
+    }
+    let measures = Measures {
+        clutter_share: clutter_share(reference, &slam, &believed.map_from_slam),
+        visible_wall_cells: visible_walls.len(),
+        floor_m2: reference.grid.floor_m2(),
+        reachable_m2: drive.reachable_m2,
+        covered: drive.covered,
+        way_m: drive.way_m,
+        scans: scans.len(),
+        residual: believed.residual,
+        contents,
+    };
+    let centre = mean_of(&slam, Cell::Free)?;
+    Some(Simulation { centre, map_from_slam: believed.map_from_slam, slam, visible_walls, measures })
+}
+
+/// Middles of all cells of one kind.
+pub(crate) fn middles(map: &OccupancyMap, cell: Cell) -> impl Iterator<Item = Vector> + '_ {
+    let of = |k: usize| {
+        let [x, y] = [k % map.width, k / map.width].map(|c| (c as f64 + 0.5) * map.resolution_m);
+        [map.origin[0] + x, map.origin[1] + y]
+    };
+    (0..map.cells.len()).filter(move |&k| map.cells[k] == cell).map(of)
+}
+
+fn mean_of(map: &OccupancyMap, cell: Cell) -> Option<Vector> {
+    let (n, whole) = middles(map, cell).fold((0, [0.0; 2]), |(n, s), p| (n + 1, crate::plane::sum(s, p)));
+    (n > 0).then(|| crate::plane::scaled(whole, 1.0 / f64::from(n)))
+}
+
+fn clutter_share(reference: &Reference, slam: &OccupancyMap, map_from_slam: &Rigid2<Map, Slam>) -> f64 {
+    let is_far = |p: Vector| reference.wall_distance_m(map_from_slam.apply(p)) > CLUTTER_M;
+    let (mut n, mut n_far) = (0usize, 0usize);
+    for p in middles(slam, Cell::Occupied) {
+        n += 1;
+        n_far += usize::from(is_far(p));
+    }
+    n_far as f64 / n.max(1) as f64
+}
