@@ -133,15 +133,19 @@ impl World {
         let mut out: Vec<u8> = self.cells.iter().map(|&c| if c == Material::Empty { 255 } else { 0 }).collect();
         let w = self.width;
         // Every cell learns from the four before it, row by row upwards and to the right; then back from the four after it.
-        for row in 1..self.height {
+        for row in 0..self.height {
             let (before, rest) = out.split_at_mut(row * w);
-            relax(&mut rest[..w], &before[(row - 1) * w..]);
+            if row > 0 {
+                relax(&mut rest[..w], &before[(row - 1) * w..]);
+            }
             (1..w).for_each(|k| rest[k] = rest[k].min(rest[k - 1].saturating_add(1)));
         }
-        for row in (0..self.height.saturating_sub(1)).rev() {
+        for row in (0..self.height).rev() {
             let (before, rest) = out.split_at_mut((row + 1) * w);
             let cells = &mut before[row * w..];
-            relax(cells, &rest[..w]);
+            if !rest.is_empty() {
+                relax(cells, &rest[..w]);
+            }
             (0..w - 1).rev().for_each(|k| cells[k] = cells[k].min(cells[k + 1].saturating_add(1)));
         }
         out
