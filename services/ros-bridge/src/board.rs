@@ -1,11 +1,11 @@
-//! What the daemons say about themselves, for the freshness of maps.
+//! Reads the status board for the freshness of maps: which daemons are alive, and when the next schedule state is due.
 
 use bus::{Daemon, Stamp};
 use daemon::facts::ScheduleFacts;
 use daemon::{FRESH_TOLERANCE, Freshness, Report, StatusBoard};
 use serde::de::IgnoredAny;
 
-/// Takes which daemons are alive, and when the next schedule state is due.
+/// Takes what the daemons report.
 pub(crate) fn read_board(freshness: &mut Freshness, board: &StatusBoard) {
     let now = Stamp::now();
     for daemon in [Daemon::ScheduleEval, Daemon::Rasterize] {

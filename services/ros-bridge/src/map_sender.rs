@@ -103,17 +103,14 @@ impl MapSender {
 impl Shared {
     /// The next job; `None` if there is none within this time.
     fn next(&self, longest: Option<Duration>) -> Option<Job> {
-        let mut job = lock(&self.job);
-        while job.is_none() {
-            job = match longest {
-                None => self.has_job.wait(job).unwrap_or_else(PoisonError::into_inner),
-                Some(longest) => {
-                    let waited = self.has_job.wait_timeout(job, longest).unwrap_or_else(PoisonError::into_inner);
-                    let (mut job, _) = waited;
-                    return job.take();
-                }
-            };
-        }
+        let (job, is_missing) = (lock(&self.job), |job: &mut Option<Job>| job.is_none());
+        let mut job = match longest {
+            None => self.has_job.wait_while(job, is_missing).unwrap_or_else(PoisonError::into_inner),
+            Some(longest) => {
+                let waited = self.has_job.wait_timeout_while(job, longest, is_missing);
+                waited.unwrap_or_else(PoisonError::into_inner).0
+            }
+        };
         job.take()
     }
 }

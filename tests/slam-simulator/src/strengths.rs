@@ -1,4 +1,4 @@
-//! How strong each effect of a simulation is.
+//! Strengths of the effects of a simulation, as they are drawn for each pair.
 
 use crate::random_generator::RandomGenerator;
 use serde::Serialize;

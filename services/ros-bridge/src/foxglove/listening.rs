@@ -61,10 +61,7 @@ impl Listening {
             .bind(host, asked.port())
             .message_backlog_size(MAX_WAITING)
             .listener(latches)
-            .fetch_asset_handler_blocking_fn(move |_, url| match world.fetch(&url) {
-                Ok(bytes) => Ok(bytes.to_vec()),
-                Err(why) => Err(chain(why.as_ref())),
-            });
+            .fetch_asset_handler_blocking_fn(move |_, url| world.fetch(&url).map_err(|why| chain(why.as_ref())));
         // The server takes the runtime in which it is started; it listens when this returns.
         let server = runtime.block_on(server.start()).map_err(|source| ServeError::Bind { address: asked, source })?;
         let address = SocketAddr::new(asked.ip(), server.port());

@@ -9,6 +9,7 @@ mod channels;
 mod latch;
 mod listening;
 mod room_entities;
+mod timestamp;
 mod world_model;
 
 use crate::machine_clock::stamp;

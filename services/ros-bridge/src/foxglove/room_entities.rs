@@ -1,5 +1,6 @@
 //! Rooms as entities of a scene, which tell GlobalId, name and state where they are selected.
 
+use super::timestamp::timestamp;
 use foxglove::messages::{
     Color, KeyValuePair, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate,
     TextPrimitive, Timestamp, Vector3, line_primitive, scene_entity_deletion,
@@ -15,7 +16,7 @@ const LETTER_M: f64 = 0.25;
 
 /// The rooms of a storey in the place of those of before; ids are their places in the site, the same at every date.
 pub(super) fn update<'a>(rooms: impl Iterator<Item = Room<'a>>, header: &Header) -> SceneUpdate {
-    let timestamp = Timestamp::new_checked(u32::try_from(header.stamp.sec).unwrap_or_default(), header.stamp.nanosec);
+    let timestamp = timestamp(header);
     let all = scene_entity_deletion::Type::All.into();
     SceneUpdate {
         deletions: vec![SceneEntityDeletion { timestamp, r#type: all, id: String::new() }],

@@ -1,9 +1,10 @@
 //! The building as a model for viewers, which a client gets under its URL: made when the first one asks for it.
 
+use super::timestamp::timestamp;
 use bus::{Bus, Daemon, SiteSet, SiteSetReader, SiteViews};
 use daemon::{Failure, SiteConfig, read_parsed};
 use export::ExportInput;
-use foxglove::messages::{ModelPrimitive, Pose, Quaternion, SceneEntity, SceneUpdate, Timestamp, Vector3};
+use foxglove::messages::{ModelPrimitive, Pose, Quaternion, SceneEntity, SceneUpdate, Vector3};
 use ros::msg::std_msgs::Header;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -33,7 +34,7 @@ pub(super) struct WorldModel {
 struct Model {
     /// The set that it is made of.
     made_of: u64,
-    bytes: Arc<Vec<u8>>,
+    bytes: Arc<[u8]>,
 }
 
 impl WorldModel {
@@ -46,7 +47,7 @@ impl WorldModel {
     ///
     /// # Errors
     /// A URL that is not that of the set which is published now; too many who ask.
-    pub(super) fn fetch(&self, url: &str) -> Result<Arc<Vec<u8>>, Failure> {
+    pub(super) fn fetch(&self, url: &str) -> Result<Arc<[u8]>, Failure> {
         let named = url.strip_prefix(BEGIN).and_then(|rest| rest.strip_suffix(END));
         let wanted = named.and_then(|hash| u64::from_str_radix(hash, 16).ok());
         let wanted = wanted.ok_or_else(|| format!("there is no {url}"))?;
@@ -64,7 +65,7 @@ impl WorldModel {
         }
     }
 
-    fn hand_out(&self, wanted: u64, set: &SiteSet<'_>) -> Result<Arc<Vec<u8>>, Failure> {
+    fn hand_out(&self, wanted: u64, set: &SiteSet<'_>) -> Result<Arc<[u8]>, Failure> {
         if wanted != set.index.content_hash() {
             return Err("the building is another by now: its model has another URL".into());
         }
@@ -72,7 +73,7 @@ impl WorldModel {
         let bytes = match &*newest {
             Some(model) if model.made_of == wanted => Arc::clone(&model.bytes),
             _ => {
-                let bytes = Arc::new(self.model(set)?);
+                let bytes: Arc<[u8]> = self.model(set)?.into();
                 *newest = Some(Model { made_of: wanted, bytes: Arc::clone(&bytes) });
                 bytes
             }
@@ -112,7 +113,6 @@ fn account(handed_out: &mut VecDeque<(Instant, usize)>, now: Instant, n_bytes: u
 
 /// The model of a set, lowered so that the floor of the storey lies in the plane of its maps.
 pub(super) fn update(set: u64, floor_z_m: f64, header: &Header) -> SceneUpdate {
-    let timestamp = Timestamp::new_checked(u32::try_from(header.stamp.sec).unwrap_or_default(), header.stamp.nanosec);
     let pose = Pose {
         position: Some(Vector3 { x: 0.0, y: 0.0, z: -floor_z_m }),
         orientation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
@@ -125,7 +125,7 @@ pub(super) fn update(set: u64, floor_z_m: f64, header: &Header) -> SceneUpdate {
         ..ModelPrimitive::default()
     };
     let entity = SceneEntity {
-        timestamp,
+        timestamp: timestamp(header),
         frame_id: header.frame_id.clone(),
         id: "world".to_owned(),
         frame_locked: true,

@@ -1,4 +1,4 @@
-//! What is in a building and not in its model, counted.
+//! Counts of the things in a building that its model does not have.
 
 use serde::Serialize;
 
