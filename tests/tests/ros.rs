@@ -2,10 +2,10 @@
 
 mod support;
 
-use serde_json::Value;
 use std::process::Command;
 use std::time::Duration;
 use support::map_server::published_by_map_server;
+use support::ros_facts::wait_for_transform;
 use support::ros_peer::{domain, has_peer, join, site};
 use support::{convert, demo_model, turned_map};
 
@@ -81,12 +81,7 @@ fn a_slam_map_from_the_graph_is_aligned_and_the_transform_comes_back() {
     live.text(&[&"date", &"2024-12-01"]);
     let robot = turned_map(&maps, 0, live.home.path());
     let mut peer = join(domain, &[&"--publish-slam-map", &robot]);
-    peer.wait_until("a transform", |last| last.contains_key("/tf_static"));
-    let transform = &peer.last["/tf_static"]["transforms"][0];
-    assert_eq!((&transform["parent"], &transform["child"]), (&"map".into(), &"site_map".into()), "{transform}");
-    let asked: Value = serde_json::from_str(&live.text(&[&"align", &"--json"])).unwrap();
-    let yaw = asked["map_from_slam"]["yaw_rad"].as_f64().unwrap();
-    assert!((transform["yaw_rad"].as_f64().unwrap() + yaw).abs() < 1e-3, "{transform} {asked}");
+    wait_for_transform(&mut peer, &live);
     live.wait_until_healthy();
     live.down();
 }

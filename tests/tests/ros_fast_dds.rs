@@ -1,7 +1,5 @@
 //! Running daemons in the ROS 2 graph, with a participant on Fast DDS as peer, which is the usual one of ROS 2.
 
-#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
-
 mod support;
 
 use serde_json::Value;
@@ -9,13 +7,9 @@ use std::collections::BTreeMap;
 use support::fast_dds::{has_peer, join};
 use support::live::Live;
 use support::map_server::published_by_map_server;
+use support::ros_facts::{is_at, route_graph_is_in_the_frame_of_the_maps, wait_for_transform};
 use support::ros_peer::{domain, site};
 use support::{convert, demo_model, turned_map};
-
-/// The maps are those of a plan time.
-fn is_at(plan_time: &'static str) -> impl Fn(&BTreeMap<String, Value>) -> bool {
-    move |last| last.get("/groundplan/changed").is_some_and(|changed| changed["plan_time"] == plan_time)
-}
 
 /// What a map server publishes of the maps that the site exports, by topic.
 fn exported(live: &Live) -> BTreeMap<String, String> {
@@ -81,12 +75,7 @@ fn slam_map_is_aligned(more: &[&dyn AsRef<std::ffi::OsStr>]) {
     let robot = turned_map(&maps, 0, live.home.path());
     let arguments: [&dyn AsRef<std::ffi::OsStr>; 2] = [&"--publish-slam-map", &robot];
     let mut peer = join(domain, &[&arguments, more].concat());
-    peer.wait_until("a transform", |last| last.contains_key("/tf_static"));
-    let transform = &peer.last["/tf_static"]["transforms"][0];
-    assert_eq!((&transform["parent"], &transform["child"]), (&"map".into(), &"site_map".into()), "{transform}");
-    let asked: Value = serde_json::from_str(&live.text(&[&"align", &"--json"])).unwrap();
-    let yaw = asked["map_from_slam"]["yaw_rad"].as_f64().unwrap();
-    assert!((transform["yaw_rad"].as_f64().unwrap() + yaw).abs() < 1e-3, "{transform} {asked}");
+    wait_for_transform(&mut peer, &live);
     live.wait_until_healthy();
     live.down();
 }
@@ -127,9 +116,7 @@ fn nav2_on_fast_dds_answers_before_and_after_its_maps_change() {
         let cleared = place(&format!("/{costmap}/clear_entirely_{costmap}"));
         assert!(place("/groundplan/map") < cleared && cleared < place("/groundplan/changed"), "{:?}", nav2.order);
     }
-    let file = nav2.last["/route_server/set_route_graph"]["file"].as_str().unwrap();
-    let graph: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
-    assert_eq!(graph["features"][0]["properties"]["frame"], "site_map", "as the maps");
+    route_graph_is_in_the_frame_of_the_maps(&nav2);
     // An answer that is lost shows as a warning of the bridge.
     live.wait_until_healthy();
     live.down();

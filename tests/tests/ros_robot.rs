@@ -8,17 +8,13 @@ use std::process::Command;
 use std::time::Instant;
 use support::live::{DEADLINE, POLL_INTERVAL};
 use support::map_server::published_by_map_server;
+use support::ros_facts::{is_at, route_graph_is_in_the_frame_of_the_maps};
 use support::ros_peer::{domain, graph, has_peer, join, site};
 use support::{convert, demo_model, turned_map};
 
 /// Two places of the ground floor: open before the walls of the rooms stand, closed while they are built, and further apart
 /// behind them afterwards.
 const ENDS: &str = "23.23,0.72,21.73,10.22";
-
-/// The maps are those of a plan time.
-fn is_at(plan_time: &'static str) -> impl Fn(&BTreeMap<String, Value>) -> bool {
-    move |last| last.get("/groundplan/changed").is_some_and(|changed| changed["plan_time"] == plan_time)
-}
 
 #[test]
 fn nav2_is_stopped_before_its_map_changes_and_plans_around_what_closes() {
@@ -46,9 +42,7 @@ fn nav2_is_stopped_before_its_map_changes_and_plans_around_what_closes() {
     nav2.wait_until("the next change", is_at("2024-06-30T00:00:00"));
     nav2.wait_until("a way around", |last| last["plan"]["length_m"].as_f64().is_some_and(|m| m > before_m));
     nav2.wait_until("the route graph", |last| last.contains_key("/route_server/set_route_graph"));
-    let file = nav2.last["/route_server/set_route_graph"]["file"].as_str().unwrap();
-    let graph: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
-    assert_eq!(graph["features"][0]["properties"]["frame"], "site_map", "as the maps");
+    route_graph_is_in_the_frame_of_the_maps(&nav2);
     live.wait_until_healthy();
     live.down();
 }

@@ -7,6 +7,7 @@ pub(crate) mod house;
 pub(crate) mod live;
 pub(crate) mod map_server;
 pub(crate) mod peer;
+pub(crate) mod ros_facts;
 pub(crate) mod ros_peer;
 
 use serde_json::Value;
