@@ -39,7 +39,9 @@ impl ChangedBuilding {
             change_of[k] = changes.iter().find(|c| c.rectangle.grown(0.1).contains(element.rectangle.centre));
         }
         let planned: Vec<Vec<usize>> = storey.elements.iter().map(|e| cells(grid, &e.borders, [0.0; 2])).collect();
-        for (k, element) in storey.elements.iter().enumerate() {
+        // Where a pane reaches into a wall there is wall.
+        let (panes, solid): (Vec<_>, Vec<_>) = storey.elements.iter().enumerate().partition(|(_, e)| e.is_glass());
+        for (k, element) in panes.into_iter().chain(solid) {
             let built = match change_of[k].map(|c| (c.change, &c.rectangle)) {
                 None | Some((Change::Kept, _)) => planned[k].clone(),
                 Some((Change::Removed, _)) => Vec::new(),

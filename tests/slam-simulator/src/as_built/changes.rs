@@ -2,6 +2,7 @@
 
 use super::leafs::groups;
 use super::model::{Element, ModelStorey};
+use super::section::cells;
 use crate::plane::{Rectangle, Vector, left_of, scaled};
 use crate::random_generator::RandomGenerator;
 use serde::Serialize;
@@ -11,6 +12,9 @@ const LENGTH_M: [f64; 2] = [0.3, 15.0];
 const MAX_CUT_THICKNESS_M: f64 = 0.7;
 const DISPLACED_M: [f64; 2] = [0.12, 0.4];
 const HOLE_M: [f64; 2] = [0.8, 2.0];
+/// Share of the place of a hole that the wall fills.
+const SOLID_SHARE: f64 = 0.85;
+const HOLE_TRIES: usize = 6;
 /// What is left of a cut wall at each end of the hole.
 const BESIDE_HOLE_M: f64 = 0.5;
 
@@ -50,7 +54,7 @@ pub(crate) fn drawn_changes(storey: &ModelStorey, share: f64, random: &mut Rando
     let is_changeable = |members: &Vec<usize>| {
         let all = members.iter().map(|k| &elements[*k]);
         let length = 2.0 * elements[members[0]].rectangle.half[0];
-        LENGTH_M[0] <= length && length <= LENGTH_M[1] && !all.clone().any(Element::is_glass)
+        (LENGTH_M[0]..=LENGTH_M[1]).contains(&length) && !all.clone().any(Element::is_glass)
     };
     let mut candidates: Vec<Vec<usize>> = groups(elements).into_iter().filter(is_changeable).collect();
     let n = ((share * candidates.len() as f64).round() as usize).max(1).min(candidates.len());
@@ -62,7 +66,7 @@ pub(crate) fn drawn_changes(storey: &ModelStorey, share: f64, random: &mut Rando
             let change = match is_planned_later {
                 true if random.happens(0.5) => Change::Kept,
                 true => Change::Removed,
-                false => drawn_change(&rectangle, random),
+                false => drawn_change(storey, &members, &rectangle, random),
             };
             GroupChange { members, change, rectangle, is_planned_later }
         })
@@ -76,17 +80,16 @@ fn around_all(elements: &[Element], members: &[usize]) -> Rectangle {
     super::section::around_along(&borders, along)
 }
 
-fn drawn_change(rectangle: &Rectangle, random: &mut RandomGenerator) -> Change {
-    let length = 2.0 * rectangle.half[0];
-    let can_be_cut = length >= HOLE_M[0] + 2.0 * BESIDE_HOLE_M && 2.0 * rectangle.half[1] <= MAX_CUT_THICKNESS_M;
-    match random.below(5) {
-        0 if can_be_cut => {
-            let width = random.between(HOLE_M[0], HOLE_M[1].min(length - 2.0 * BESIDE_HOLE_M));
-            let most = rectangle.half[0] - BESIDE_HOLE_M - width / 2.0;
-            let middle = random.between(-most, most);
-            Change::Hole { ends_m: [middle - width / 2.0, middle + width / 2.0].map(|x| rectangle.at([x, 0.0])) }
-        }
-        1 | 2 => Change::Removed,
+fn drawn_change(
+    storey: &ModelStorey,
+    members: &[usize],
+    rectangle: &Rectangle,
+    random: &mut RandomGenerator,
+) -> Change {
+    let hole = (0..HOLE_TRIES).find_map(|_| drawn_hole(storey, members, rectangle, random));
+    match (random.below(5), hole) {
+        (0, Some(ends_m)) => Change::Hole { ends_m },
+        (1 | 2, _) => Change::Removed,
         _ => {
             let is_wall = rectangle.half[0] >= 2.0 * rectangle.half[1];
             let across = is_wall || random.happens(0.5);
@@ -95,4 +98,29 @@ fn drawn_change(rectangle: &Rectangle, random: &mut RandomGenerator) -> Change {
             Change::Displaced { by_m: scaled(axis, by) }
         }
     }
+}
+
+/// Ends of a hole where the wall has no opening in the model.
+fn drawn_hole(
+    storey: &ModelStorey,
+    members: &[usize],
+    rectangle: &Rectangle,
+    random: &mut RandomGenerator,
+) -> Option<[Vector; 2]> {
+    let length = 2.0 * rectangle.half[0];
+    if length < HOLE_M[0] + 2.0 * BESIDE_HOLE_M || 2.0 * rectangle.half[1] > MAX_CUT_THICKNESS_M {
+        return None;
+    }
+    let width = random.between(HOLE_M[0], HOLE_M[1].min(length - 2.0 * BESIDE_HOLE_M));
+    let most = rectangle.half[0] - BESIDE_HOLE_M - width / 2.0;
+    let middle = random.between(-most, most);
+    let hole = Rectangle { centre: rectangle.at([middle, 0.0]), half: [width / 2.0, rectangle.half[1]], ..*rectangle };
+    let is_within = |cell: &usize| hole.contains(storey.grid.middle(*cell));
+    let n: usize = members
+        .iter()
+        .map(|k| cells(&storey.grid, &storey.elements[*k].borders, [0.0; 2]).iter().filter(|c| is_within(c)).count())
+        .sum();
+    let solid_m2 = n as f64 * storey.grid.resolution_m * storey.grid.resolution_m;
+    let is_solid = solid_m2 >= SOLID_SHARE * 4.0 * hole.half[0] * hole.half[1];
+    is_solid.then(|| [middle - width / 2.0, middle + width / 2.0].map(|x| rectangle.at([x, 0.0])))
 }

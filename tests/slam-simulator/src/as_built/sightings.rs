@@ -33,7 +33,11 @@ impl<'a> Sightings<'a> {
         Self { building, rectangles, met, is_crossed: vec![false; building.owners.len()] }
     }
 
+    /// Beams without an answer show nothing: most maps leave what they passed unknown.
     pub(super) fn add(&mut self, beam: &Beam) {
+        if !beam.range_m.is_finite() {
+            return;
+        }
         let grid = &self.building.reference.grid;
         let steps = (beam.range_m / (STEP * CELL_M)) as usize;
         for k in 0..steps {

@@ -19,7 +19,7 @@ pub(crate) struct Beam {
     pub(crate) from: Vector,
     /// Unit vector.
     pub(crate) direction: Vector,
-    /// Where it ended, or how far it goes at most.
+    /// Where it ended; infinite out of range.
     pub(crate) range_m: f64,
     /// Middle of the cell of the building in which it ended; `None` at people and out of range.
     pub(crate) ended_at: Option<Vector>,
@@ -55,7 +55,12 @@ impl LidarScene<'_> {
             let nearest = before.fold(f64::INFINITY, f64::min);
             let ended_at = end.filter(|_| range_m <= nearest).map(|(_, index)| self.world.middle(index));
             range_m = range_m.min(nearest);
-            saw(&Beam { from: place, direction, range_m: range_m.min(lidar.range_m), ended_at });
+            saw(&Beam {
+                from: place,
+                direction,
+                range_m: if range_m < lidar.range_m { range_m } else { f64::INFINITY },
+                ended_at,
+            });
             let is_lost = random.happens(lidar.drop_out_share);
             let measured = range_m + lidar.noise_m * random.normal();
             ranges.push(match range_m < lidar.range_m {
