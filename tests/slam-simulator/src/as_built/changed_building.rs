@@ -9,7 +9,7 @@ use crate::world::{Material, World};
 use occupancy::{Cell, OccupancyMap};
 
 /// No element.
-pub(crate) const NOBODY: u32 = u32::MAX;
+pub(crate) const NO_ELEMENT: u32 = u32::MAX;
 
 /// A storey with its changes.
 pub(crate) struct ChangedBuilding {
@@ -29,7 +29,7 @@ impl ChangedBuilding {
     /// Too little floor or walls.
     pub(crate) fn new(storey: &ModelStorey, changes: &[GroupChange]) -> Result<Self, ReferenceError> {
         let grid = &storey.grid;
-        let mut owners = vec![NOBODY; grid.floor.len()];
+        let mut owners = vec![NO_ELEMENT; grid.floor.len()];
         let mut change_of = vec![None; storey.elements.len()];
         for change in changes {
             change.members.iter().for_each(|k| change_of[*k] = Some(change));
@@ -57,12 +57,11 @@ impl ChangedBuilding {
             built.into_iter().for_each(|c| owners[c] = k as u32);
         }
         let is_changed = |k: usize| change_of[k].is_some();
-        let vacated = planned
-            .into_iter()
-            .enumerate()
-            .map(|(k, of)| of.into_iter().filter(|c| is_changed(k) && owners[*c] == NOBODY).collect::<Vec<usize>>());
+        let vacated = planned.into_iter().enumerate().map(|(k, of)| {
+            of.into_iter().filter(|c| is_changed(k) && owners[*c] == NO_ELEMENT).collect::<Vec<usize>>()
+        });
         let vacated: Vec<Vec<usize>> = vacated.collect();
-        let is_glass = owners.iter().map(|k| *k != NOBODY && storey.elements[*k as usize].is_glass()).collect();
+        let is_glass = owners.iter().map(|k| *k != NO_ELEMENT && storey.elements[*k as usize].is_glass()).collect();
         let map = OccupancyMap {
             width: grid.width,
             cells: as_built(storey, &owners, &vacated),
@@ -98,7 +97,7 @@ fn as_built(storey: &ModelStorey, owners: &[u32], vacated: &[Vec<usize>]) -> Vec
             }
         }
     }
-    let built = out.iter_mut().zip(owners).filter(|(_, owner)| **owner != NOBODY);
+    let built = out.iter_mut().zip(owners).filter(|(_, owner)| **owner != NO_ELEMENT);
     built.for_each(|(cell, _)| *cell = Cell::Occupied);
     out
 }

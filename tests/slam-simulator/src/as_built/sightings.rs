@@ -1,6 +1,6 @@
 //! What beams met and passed, by element.
 
-use super::changed_building::{ChangedBuilding, NOBODY};
+use super::changed_building::{ChangedBuilding, NO_ELEMENT};
 use super::changes::{Change, GroupChange};
 use super::model::ModelStorey;
 use crate::plane::{Rectangle, difference, dot, moved};
@@ -47,7 +47,7 @@ impl<'a> Sightings<'a> {
         }
         let Some(cell) = beam.ended_at.and_then(|p| grid.index_at(p)) else { return };
         let owner = self.building.owners[cell];
-        if owner != NOBODY {
+        if owner != NO_ELEMENT {
             let rectangle = &self.rectangles[owner as usize];
             let along_m = dot(difference(grid.middle(cell), rectangle.centre), rectangle.along);
             self.met[owner as usize].insert((along_m / CELL_M).floor() as i32);
