@@ -201,6 +201,25 @@ pub struct ElementDeviationRecord {
 }
 const _: () = assert!(size_of::<ElementDeviationRecord>() == 96);
 
+/// A stretch of an element that the robot saw through, while the rest of it stands or was not seen. Metres.
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
+#[repr(C)]
+pub struct AbsentPartRecord {
+    /// Where it begins along the element's axis: from the end with the smaller x, or the smaller y of one that runs along y.
+    pub from_m: f64,
+    /// Where it ends.
+    pub to_m: f64,
+    /// The same two places in `map`, on the middle line of the element at the lidar's height.
+    pub ends_m: [[f64; 2]; 2],
+    /// Standard deviation of each end along the axis.
+    pub deviation_m: f64,
+    /// Element of the site.
+    pub element: u32,
+    /// The absence compared with the planned state of the element.
+    pub verdict: Tag<DeviationVerdict>,
+}
+const _: () = assert!(size_of::<AbsentPartRecord>() == 64);
+
 /// Something that stands on the storey and is not in the model.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]

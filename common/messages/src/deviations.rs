@@ -17,6 +17,7 @@ mod section {
     pub(super) const POINTS: u32 = 5;
     pub(super) const RESIDUALS: u32 = 6;
     pub(super) const SEEN: u32 = 7;
+    pub(super) const ABSENT_PARTS: u32 = 8;
 }
 
 /// Deviations between a site at a plan time and a SLAM map, read in place.
@@ -27,6 +28,8 @@ pub struct Deviations<'a> {
     pub head: &'a DeviationsHead,
     /// One record per element of the storey, in the order of the site.
     pub elements: &'a [ElementDeviationRecord],
+    /// Stretches of elements that are not there, in the order of the elements.
+    pub absent_parts: &'a [AbsentPartRecord],
     /// What stands there and is not in the model, from large to small.
     pub obstacles: &'a [ObstacleRecord],
     /// Rings of the obstacles' polygons.
@@ -49,6 +52,7 @@ impl<'a> Deviations<'a> {
         deviations.check_tags()?;
         deviations.check_head()?;
         deviations.check_elements()?;
+        deviations.check_absent_parts()?;
         deviations.check_obstacles()?;
         Ok(deviations)
     }
@@ -59,6 +63,7 @@ impl<'a> Deviations<'a> {
             archive,
             head: archive.record(section::HEAD)?,
             elements: archive.section(section::ELEMENTS)?,
+            absent_parts: archive.section(section::ABSENT_PARTS)?,
             obstacles: archive.section(section::OBSTACLES)?,
             rings: archive.section(section::RINGS)?,
             points: archive.section(section::POINTS)?,
@@ -79,10 +84,18 @@ impl<'a> Deviations<'a> {
         rings.iter().map(move |r| &points[r.first_point as usize..][..r.n_points as usize])
     }
 
+    /// Stretches of an element that are not there.
+    pub fn absent_parts_of(&self, of: &ElementDeviationRecord) -> impl Iterator<Item = &'a AbsentPartRecord> + use<'a> {
+        let first = self.absent_parts.partition_point(|p| p.element < of.element);
+        let element = of.element;
+        self.absent_parts[first..].iter().take_while(move |p| p.element == element)
+    }
+
     fn check_tags(&self) -> Result<(), ArchiveError> {
         check_tags(self.seen.iter().copied(), "state of a cell")?;
         check_tags(self.elements.iter().map(|e| e.observation), "observation")?;
         check_tags(self.elements.iter().map(|e| e.verdict), "judgement")?;
+        check_tags(self.absent_parts.iter().map(|p| p.verdict), "judgement")?;
         check_tags(self.elements.iter().map(|e| e.reason), "reason for not seeing")?;
         check_tags(self.elements.iter().map(|e| e.planned), "state of an element")
     }
@@ -116,6 +129,18 @@ impl<'a> Deviations<'a> {
         if whole { Ok(()) } else { Err(ArchiveError::Index { what: "an observation" }) }
     }
 
+    fn check_absent_parts(&self) -> Result<(), ArchiveError> {
+        let whole = self.absent_parts.iter().all(|p| {
+            let numbers = p.ends_m.as_flattened().iter().chain([&p.from_m, &p.to_m, &p.deviation_m]);
+            let is_listed = self.elements.binary_search_by_key(&p.element, |e| e.element).is_ok();
+            is_listed && p.from_m <= p.to_m && numbers.copied().all(is_metres)
+        });
+        // Elements that share parts would walk them again and again.
+        let is_sorted = self.absent_parts.is_sorted_by_key(|p| p.element)
+            && (self.absent_parts.is_empty() || self.elements.is_sorted_by(|a, b| a.element < b.element));
+        if whole && is_sorted { Ok(()) } else { Err(ArchiveError::Index { what: "an absent part" }) }
+    }
+
     fn check_obstacles(&self) -> Result<(), ArchiveError> {
         let fits = |first: u32, n: u32, length: usize| u64::from(first) + u64::from(n) <= length as u64;
         let all = |counts: &mut dyn Iterator<Item = u32>| counts.map(u64::from).sum::<u64>();
@@ -145,6 +170,7 @@ fn is_metres(number: f64) -> bool {
 pub struct DeviationsBuilder {
     pub head: DeviationsHead,
     pub elements: Vec<ElementDeviationRecord>,
+    pub absent_parts: Vec<AbsentPartRecord>,
     pub obstacles: Vec<ObstacleRecord>,
     pub rings: Vec<RingRecord>,
     pub points: Vec<[i32; 2]>,
@@ -159,6 +185,7 @@ impl DeviationsBuilder {
         Self {
             head,
             elements: Vec::new(),
+            absent_parts: Vec::new(),
             obstacles: Vec::new(),
             rings: Vec::new(),
             points: Vec::new(),
@@ -181,6 +208,7 @@ impl DeviationsBuilder {
         list.add(section::POINTS, &self.points);
         list.add(section::RESIDUALS, &self.residuals);
         list.add(section::SEEN, &self.seen);
+        list.add(section::ABSENT_PARTS, &self.absent_parts);
         list
     }
 }

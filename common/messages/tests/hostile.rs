@@ -206,6 +206,7 @@ fn deviations_with_an_unknown_observation_are_refused() {
         (place_of(&archive, &element.verdict), "judgement"),
         (place_of(&archive, &element.reason), "reason for not seeing"),
         (place_of(&archive, &element.planned), "state of an element"),
+        (place_of(&archive, &view.absent_parts[0].verdict), "judgement"),
     ];
     check_tags(&archive, |bytes| Deviations::open(bytes).map(|_| ()), &fields);
 }

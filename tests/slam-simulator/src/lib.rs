@@ -6,6 +6,7 @@
 //!
 //! Only for tests and calibration: no product depends on it, and it knows no alignment, which is judged by its maps.
 
+mod as_built;
 mod building;
 mod map_files;
 mod openings;
@@ -23,6 +24,7 @@ mod world;
 
 pub mod floor_plans;
 
+pub use as_built::{ModelError, RunError, RunOptions, write_runs};
 pub use building::Contents;
 pub use map_files::write_map;
 pub use openings::Opening;

@@ -1,7 +1,7 @@
 //! `slam-pairs`: simulated SLAM maps with true poses, and floor plans to simulate them in.
 
 use clap::{Args, Parser, Subcommand};
-use slam_simulator::{Clutter, PairOptions, Reference, floor_plans, write_pairs};
+use slam_simulator::{Clutter, PairOptions, Reference, RunOptions, floor_plans, write_pairs, write_runs};
 use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -29,6 +29,29 @@ enum Command {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Writes SLAM maps of buildings in which elements are removed, displaced or cut through.
+    Changed(ChangedArguments),
+}
+
+#[derive(Args)]
+struct ChangedArguments {
+    /// Folder of truth.jsonl and of the maps.
+    out: PathBuf,
+    /// Folders that `groundplan convert --with-geometry --resolution 0.025` wrote.
+    #[arg(required = true)]
+    models: Vec<PathBuf>,
+    /// Drives, spread evenly over the storeys.
+    #[arg(long, default_value_t = 60)]
+    count: usize,
+    /// Share of the walls, columns and pieces of furniture that are not as planned.
+    #[arg(long, default_value_t = 0.08)]
+    changed: f64,
+    /// The same seed gives the same files.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How full of furniture the buildings are.
+    #[arg(long, value_enum, default_value_t = Clutter::All)]
+    clutter: Clutter,
 }
 
 #[derive(Args)]
@@ -59,6 +82,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match (cli.command, cli.pairs) {
         (Some(Command::Plans { out, count, seed }), _) => plans(&out, count, seed),
+        (Some(Command::Changed(arguments)), _) => changed(&arguments),
         (None, Some(arguments)) => pairs(&arguments),
         (None, None) => return ExitCode::from(2),
     };
@@ -75,6 +99,15 @@ fn plans(out: &std::path::Path, count: usize, seed: u64) -> Result<(), Box<dyn E
     std::fs::create_dir_all(out)?;
     for (name, map) in floor_plans::drawn(count, seed) {
         slam_simulator::write_map(out, &name, &map)?;
+    }
+    Ok(())
+}
+
+fn changed(arguments: &ChangedArguments) -> Result<(), Box<dyn Error>> {
+    let ChangedArguments { count, changed: changed_share, seed, clutter, .. } = *arguments;
+    let options = RunOptions { count, changed_share, seed, clutter };
+    for name in write_runs(&arguments.out, &arguments.models, &options)? {
+        eprintln!("left out: {name}: no floor to drive on, or no walls in sight");
     }
     Ok(())
 }

@@ -1,15 +1,16 @@
 //! One drive of a robot through one building, with the true pose of the map that it makes.
 
-use crate::building::{Contents, building};
+use crate::building::{Contents, fill};
 use crate::plane::Vector;
 use crate::random_generator::RandomGenerator;
 use crate::reference::Reference;
 use crate::robot::drift::{Residual, believed};
 use crate::robot::drive::drive;
-use crate::robot::lidar::{LidarScene, beam_directions};
+use crate::robot::lidar::{Beam, LidarScene, beam_directions};
 use crate::robot::people::People;
 use crate::robot::slam_map::slam_map;
 use crate::strengths::Strengths;
+use crate::world::{Material, World};
 use frames::{Map, Rigid2, Slam};
 use occupancy::{Cell, OccupancyMap};
 use serde::Serialize;
@@ -63,7 +64,18 @@ pub struct Measures {
 /// A drive through the building of a model map; `None` if there is too little floor to drive on, or hardly a wall
 /// to see.
 pub fn simulated(reference: &Reference, strengths: &Strengths, random: &RandomGenerator) -> Option<Simulation> {
-    let (world, contents) = building(reference, strengths, &random.part("building"));
+    simulated_in(World::of(&reference.grid), reference, strengths, random, |_| ())
+}
+
+/// The same in a world that is not quite that of the model map; all beams are reported.
+pub(crate) fn simulated_in(
+    mut world: World,
+    reference: &Reference,
+    strengths: &Strengths,
+    random: &RandomGenerator,
+    mut saw: impl FnMut(&Beam),
+) -> Option<Simulation> {
+    let contents = fill(&mut world, reference, strengths, &random.part("building"));
     let clearance = world.clearance();
     let drive = drive(&world, &clearance, strengths, &mut random.part("drive"))?;
     let scene = LidarScene { world: &world, clearance: &clearance, strengths };
@@ -74,8 +86,11 @@ pub fn simulated(reference: &Reference, strengths: &Strengths, random: &RandomGe
     let mut scans = Vec::with_capacity(drive.places.len());
     for (&place, &heading) in drive.places.iter().zip(&drive.headings) {
         let discs = people.step(&world, place, &mut walkers);
-        let ranges = scene.scan(place, heading, &beams, &discs, &mut lidar, |index| {
-            if let Some(k) = reference.grid.index_at(world.middle(index)) {
+        let ranges = scene.scan(place, heading, &beams, &discs, &mut lidar, |beam| {
+            saw(beam);
+            let ended_at =
+                beam.ended_at.filter(|p| world.index_at(*p).is_some_and(|k| world.cells[k] == Material::Wall));
+            if let Some(k) = ended_at.and_then(|p| reference.grid.index_at(p)) {
                 is_visible[k] |= reference.grid.walls[k];
             }
         });

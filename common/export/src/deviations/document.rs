@@ -2,7 +2,10 @@
 
 use super::input::DeviationExport;
 use crate::text::{rounded, text_or_null};
-use messages::{DeviationVerdict, ElementDeviationRecord, Observation, ObstacleRecord, ResidualRecord, UnseenReason};
+use messages::{
+    AbsentPartRecord, DeviationVerdict, ElementDeviationRecord, Observation, ObstacleRecord, ResidualRecord,
+    UnseenReason,
+};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -91,6 +94,23 @@ struct ElementEvidence {
     deviation_m: f64,
     /// How far the robot's map is bent there: taken off.
     residual_m: [f64; 2],
+    /// Stretches of it that the robot saw through, while the rest stands or was not seen.
+    absent_parts: Vec<AbsentPart>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct AbsentPart {
+    /// `late` or `on_plan`.
+    #[serde(rename = "judgement")]
+    verdict: &'static str,
+    /// Where it begins along the element's axis: from the end with the smaller x, or the smaller y of one that runs along y.
+    from_m: f64,
+    /// Where it ends.
+    to_m: f64,
+    /// The same two places in `map`, on the middle line of the element.
+    ends_m: [[f64; 2]; 2],
+    /// Standard deviation of each end along the axis.
+    deviation_m: f64,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -170,6 +190,17 @@ fn evidence(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> ElementE
         displacement_m: is_met.then(|| e.displacement_m.map(rounded)),
         deviation_m: rounded(e.deviation_m),
         residual_m: e.residual_m.map(rounded),
+        absent_parts: input.deviations.absent_parts_of(e).map(absent_part).collect(),
+    }
+}
+
+fn absent_part(part: &AbsentPartRecord) -> AbsentPart {
+    AbsentPart {
+        verdict: part.verdict.get().name(),
+        from_m: rounded(part.from_m),
+        to_m: rounded(part.to_m),
+        ends_m: part.ends_m.map(|end| end.map(rounded)),
+        deviation_m: rounded(part.deviation_m),
     }
 }
 

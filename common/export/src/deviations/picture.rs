@@ -25,6 +25,8 @@ const NOT_YET: Rgb = [250, 240, 215];
 const DISPLACED: Rgb = [225, 130, 220];
 const UNSEEN: Rgb = [190, 190, 190];
 const OBSTACLE: Rgb = [235, 90, 80];
+/// Of a stretch that was seen through.
+const ABSENT_PART: Rgb888 = Rgb888::new(230, 120, 0);
 const MOVED: Rgb888 = Rgb888::new(150, 0, 140);
 
 /// A pixel for each cell of the map that was seen, row 0 at the top; a file without pixels has none.
@@ -55,7 +57,7 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
         }
     }
     let mut image = Image::new(spec.width as usize, pixels);
-    draw_displacements(input, &spec, &mut image);
+    draw_lines(input, &spec, &mut image);
     png(&image)
 }
 
@@ -77,8 +79,8 @@ fn paint(pixels: &mut [Rgb], spec: &GridSpec, area: &MultiPolygon, lines: &[[[i3
     }
 }
 
-/// A line from where an element should be to where it is.
-fn draw_displacements(input: &DeviationExport<'_>, spec: &GridSpec, image: &mut Image) {
+/// Lines from where elements should be to where they are, and along stretches that are not there.
+fn draw_lines(input: &DeviationExport<'_>, spec: &GridSpec, image: &mut Image) {
     let pixel = |p: [f64; 2]| {
         let cell = |k: usize| (p[k] * f64::from(TENTHS_PER_M) / f64::from(spec.cell_tenths)).floor();
         let [column, row] = [0, 1].map(|k| cell(k) - f64::from(spec.first_cell[k]));
@@ -88,8 +90,15 @@ fn draw_displacements(input: &DeviationExport<'_>, spec: &GridSpec, image: &mut 
         let element = &input.site.elements[record.element as usize];
         let middle = [0, 1].map(|k| frames::metres((element.min_tenths[k] + element.max_tenths[k]) / 2));
         let moved = [0, 1].map(|k| middle[k] + record.displacement_m[k]);
-        let line = Line::new(pixel(middle), pixel(moved)).into_styled(PrimitiveStyle::with_stroke(MOVED, 1));
-        // Drawing into memory does not fail.
-        let _ = line.primitive.draw_styled(&line.style, image);
+        draw_line(image, [middle, moved].map(pixel), MOVED, 1);
     }
+    for part in input.deviations.absent_parts {
+        draw_line(image, part.ends_m.map(pixel), ABSENT_PART, 3);
+    }
+}
+
+fn draw_line(image: &mut Image, [from, to]: [Point; 2], colour: Rgb888, width: u32) {
+    let line = Line::new(from, to).into_styled(PrimitiveStyle::with_stroke(colour, width));
+    // Drawing into memory does not fail.
+    let _ = line.primitive.draw_styled(&line.style, image);
 }

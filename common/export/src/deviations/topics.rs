@@ -2,7 +2,7 @@
 
 use super::input::DeviationExport;
 use geometry::Bounds;
-use messages::{DeviationVerdict, ElementDeviationRecord, ObstacleRecord};
+use messages::{AbsentPartRecord, DeviationVerdict, ElementDeviationRecord, ObstacleRecord};
 use sha2::{Digest, Sha256};
 
 /// A topic to be.
@@ -30,11 +30,12 @@ pub(super) struct Component {
     pub(super) step_id: u32,
 }
 
-/// Elements in the order of the site, then obstacles from large to small.
+/// Elements in the order of the site, stretches of elements, then obstacles from large to small.
 pub(super) fn topics(input: &DeviationExport<'_>) -> Vec<Topic> {
     let elements = input.deviations.elements.iter().filter_map(|e| of_element(input, e));
+    let parts = input.deviations.absent_parts.iter().filter_map(|p| of_absent_part(input, p));
     let obstacles = input.deviations.obstacles.iter().zip(1..).map(|(o, number)| of_obstacle(input, o, number));
-    elements.chain(obstacles).collect()
+    elements.chain(parts).chain(obstacles).collect()
 }
 
 fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option<Topic> {
@@ -76,6 +77,35 @@ fn of_element(input: &DeviationExport<'_>, e: &ElementDeviationRecord) -> Option
         component: Some(Component { global_id: global_id.to_owned(), step_id: element.step_id }),
         bounds_m: [element.min_tenths, element.max_tenths].map(|[x, y, _]| [x, y].map(frames::metres)),
         outlines_m: Vec::new(),
+    })
+}
+
+fn of_absent_part(input: &DeviationExport<'_>, part: &AbsentPartRecord) -> Option<Topic> {
+    if part.verdict != DeviationVerdict::Late {
+        return None;
+    }
+    let element = &input.site.elements[part.element as usize];
+    let [id, kind, name] = [element.global_id, element.ifc_type, element.name].map(|text| input.site.text(text));
+    let length_m = part.to_m - part.from_m;
+    // Half metres: the ends of the same hole differ a little from one comparison to the next.
+    let place = format!("{:.0}", part.from_m + part.to_m);
+    let [[x0, y0], [x1, y1]] = part.ends_m;
+    Some(Topic {
+        guid: uuid(&["part", id, &place]),
+        viewpoint: uuid(&["part viewpoint", id, &place]),
+        title: format!("{kind} {name} is planned to stand, and the robot saw through {length_m:.1} m of it"),
+        description: format!(
+            "{kind} {id} is planned to stand; from {:.2} m to {:.2} m along its axis, at x {x0:.2} m, y {y0:.2} m to x {x1:.2} m, y \
+             {y1:.2} m of the map, the robot saw through its place. Storey {}; each end to {:.2} m (standard deviation).",
+            part.from_m,
+            part.to_m,
+            input.storey(),
+            part.deviation_m,
+        ),
+        label: DeviationVerdict::Late.name(),
+        component: Some(Component { global_id: id.to_owned(), step_id: element.step_id }),
+        bounds_m: [[x0.min(x1), y0.min(y1)], [x0.max(x1), y0.max(y1)]],
+        outlines_m: vec![part.ends_m.to_vec()],
     })
 }
 

@@ -167,6 +167,12 @@ pub(crate) fn deviations() -> ArchiveBuffer {
         n_contradicted: 7,
         ..Zeroable::zeroed()
     });
+    b.absent_parts.push(AbsentPartRecord {
+        to_m: 1.5,
+        ends_m: [[0.0, 1.0], [1.5, 1.0]],
+        verdict: DeviationVerdict::Late.into(),
+        ..Zeroable::zeroed()
+    });
     b.points = vec![[0, 0], [10_000, 0], [0, 10_000]];
     b.rings.push(RingRecord { first_point: 0, n_points: 3 });
     b.obstacles.push(ObstacleRecord { area_m2: 0.5, n_rings: 1, space: NONE, ..Zeroable::zeroed() });
@@ -238,6 +244,7 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
         n += alignment.reason().len() + alignment.candidates.len() + usize::from(alignment.pose().is_some());
     }
     if let Ok(deviations) = Deviations::open(bytes) {
+        n += deviations.elements.iter().flat_map(|e| deviations.absent_parts_of(e)).count();
         let spec = deviations.head.spec();
         n += deviations.seen.iter().filter(|s| s.get() != SlamCell::Unknown).count() + deviations.residuals.len();
         n += usize::from(spec.n_cells() == 0 || spec.centre_of(spec.cell_of(spec.n_cells() - 1)).x_m().is_finite());

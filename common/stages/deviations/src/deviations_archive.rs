@@ -5,6 +5,7 @@ use crate::distortion::DistortionField;
 use crate::evidence::{Evidence, is_observable};
 use crate::input::DeviationInput;
 use crate::obstacles::Obstacle;
+use crate::partial_absence::AbsentPart;
 use crate::sections::Sections;
 use crate::slam_view::SlamView;
 use crate::thresholds::SAMPLE_M;
@@ -12,8 +13,8 @@ use frames::TENTHS_PER_M;
 use geometry::{Bounds, MultiPolygon};
 use grid::GridSpec;
 use messages::{
-    ArchiveBuffer, DeviationsBuilder, DeviationsHead, ElementDeviationRecord, NONE, Observation, ObstacleRecord,
-    ResidualRecord, RingRecord, SlamCell,
+    AbsentPartRecord, ArchiveBuffer, DeviationsBuilder, DeviationsHead, ElementDeviationRecord, NONE, Observation,
+    ObstacleRecord, ResidualRecord, RingRecord, SlamCell,
 };
 use occupancy::Cell;
 
@@ -21,16 +22,24 @@ use occupancy::Cell;
 const SEEN_CELL_M: f64 = 0.05;
 const MAX_SEEN_CELLS: usize = 1 << 24;
 
+/// What the comparison found.
+pub(super) struct Findings<'a> {
+    /// By cut.
+    pub(super) evidence: &'a [Evidence],
+    /// By cut: stretches of it that are not there.
+    pub(super) parts: &'a [Vec<AbsentPart>],
+    pub(super) obstacles: &'a [Obstacle],
+    pub(super) n_outside: u32,
+}
+
 pub(super) fn archive(
     input: &DeviationInput<'_>,
     slam: &SlamView,
     sections: &Sections,
-    evidence: &[Evidence],
     distortions: &DistortionField,
-    obstacles: &[Obstacle],
-    n_outside: u32,
+    found: &Findings<'_>,
 ) -> ArchiveBuffer {
-    let mut builder = DeviationsBuilder::new(head(input, slam, distortions, n_outside));
+    let mut builder = DeviationsBuilder::new(head(input, slam, distortions, found.n_outside));
     let spec = builder.head.spec();
     for (index, seen) in builder.seen.iter_mut().enumerate() {
         let middle = spec.centre_of(spec.cell_of(index));
@@ -41,9 +50,12 @@ pub(super) fn archive(
         };
     }
     let elements =
-        sections.cuts.iter().zip(evidence).map(|(cut, e)| record(input, cut.element, is_observable(cut.kind), e));
+        sections.cuts.iter().zip(found.evidence).map(|(cut, e)| record(input, cut.element, is_observable(cut.kind), e));
     builder.elements.extend(elements);
-    obstacles.iter().for_each(|o| add_obstacle(input, &mut builder, o));
+    for (cut, parts) in sections.cuts.iter().zip(found.parts) {
+        builder.absent_parts.extend(parts.iter().map(|part| absent_part(input, cut.element, part)));
+    }
+    found.obstacles.iter().for_each(|o| add_obstacle(input, &mut builder, o));
     builder.residuals.extend(distortions.all().map(|(at_m, distortion)| ResidualRecord {
         at_m,
         residual_m: distortion.by_m.into(),
@@ -116,6 +128,18 @@ fn record(input: &DeviationInput<'_>, element: u32, is_observable: bool, e: &Evi
         n_contradicted: count(e.n_contradicted),
         planned: planned.into(),
         reserved: [0; 7],
+    }
+}
+
+fn absent_part(input: &DeviationInput<'_>, element: u32, part: &AbsentPart) -> AbsentPartRecord {
+    let planned = input.schedule_state.planned(element as usize);
+    AbsentPartRecord {
+        from_m: part.from_m,
+        to_m: part.to_m,
+        ends_m: part.ends_m,
+        deviation_m: part.deviation_m,
+        element,
+        verdict: deviation_verdict(Observation::Absent, planned).into(),
     }
 }
 

@@ -27,7 +27,7 @@ const BIN_M: f64 = 0.02;
 
 /// The displacement on which the surfaces around an element agree; significant from `least_m` on.
 pub(crate) fn displacement(probed_samples: &[ProbedSample], least_m: f64) -> Displacement {
-    let axis = main_axis(probed_samples);
+    let axis = main_axis(probed_samples.iter().map(|s| s.normal)).unwrap_or([1.0, 0.0]);
     let mut displacement = Displacement::default();
     for (k, axis) in [axis, [-axis[1], axis[0]]].into_iter().enumerate() {
         let votes = Votes::along(probed_samples, axis);
@@ -44,18 +44,17 @@ pub(crate) fn displacement(probed_samples: &[ProbedSample], least_m: f64) -> Dis
     displacement
 }
 
-/// The dominant direction of normals, independent of sign.
-fn main_axis(probed_samples: &[ProbedSample]) -> [f64; 2] {
-    let doubled = probed_samples.iter().fold([0.0; 2], |sum: [f64; 2], probed_sample| {
-        let [x, y] = probed_sample.normal;
-        [sum[0] + x * x - y * y, sum[1] + 2.0 * x * y]
+/// The dominant direction of normals, independent of sign; `None` of nothing.
+pub(crate) fn main_axis(normals: impl Iterator<Item = [f64; 2]> + Clone) -> Option<[f64; 2]> {
+    let (n, doubled) = normals.clone().fold((0, [0.0; 2]), |(n, sum): (usize, [f64; 2]), [x, y]| {
+        (n + 1, [sum[0] + x * x - y * y, sum[1] + 2.0 * x * y])
     });
-    if libm::hypot(doubled[0], doubled[1]) < 0.05 * probed_samples.len() as f64 {
+    if libm::hypot(doubled[0], doubled[1]) < 0.05 * n as f64 {
         // Without a dominant direction, as on a column, any side is used.
-        return probed_samples.first().map_or([1.0, 0.0], |probed_sample| probed_sample.normal);
+        return normals.clone().next();
     }
     let (sin, cos) = libm::sincos(libm::atan2(doubled[1], doubled[0]) / 2.0);
-    [cos, sin]
+    (n > 0).then_some([cos, sin])
 }
 
 /// Samples with normals along an axis, with their sign.
@@ -89,7 +88,7 @@ impl<'l> Votes<'l> {
         let enough = support.len() >= MIN_SUPPORT
             && support.len() as f64 >= SUPPORT_RATIO * in_place.len() as f64
             && support.len() as f64 >= SUPPORT_SHARE * (support.len() + against) as f64
-            && self.is_uncovered(&support, in_place.len());
+            && self.is_uncovered(&support, by_m, in_place.len());
         if by_m.abs() >= least_m && enough {
             return Some((by_m, true));
         }
@@ -98,15 +97,16 @@ impl<'l> Votes<'l> {
         median(nearest.filter(|d| d.abs() <= least_m.max(SAME_SIDE_M)).collect()).map(|by_m| (by_m, false))
     }
 
-    /// True if the place in the model was visible, or a surface nearer to the robot covers the side as a wall does.
-    fn is_uncovered(&self, support: &[(f64, f64)], n_in_place: usize) -> bool {
+    /// True if the place in the model was visible, or a surface nearer to the robot covers the side as only a wall does.
+    fn is_uncovered(&self, support: &[(f64, f64)], by_m: f64, n_in_place: usize) -> bool {
         let behind = support.iter().filter(|(_, d)| *d < 0.0).count();
-        if behind as f64 >= 0.3 * support.len() as f64 {
+        if behind as f64 >= BEHIND_SHARE * support.len() as f64 {
             return true;
         }
         let sign = support.iter().map(|(sign, _)| sign).sum::<f64>().signum();
         let of_side = self.probed_samples.iter().filter(|(s, _)| *s == sign).count();
         n_in_place < MIN_SUPPORT
+            && by_m.abs() <= MAX_COVERING_M
             && support.len() >= MIN_COVERING
             && support.len() as f64 >= COVERING_SHARE * of_side as f64
     }

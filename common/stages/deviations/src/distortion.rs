@@ -13,7 +13,8 @@ pub(crate) struct SurfaceOffset {
     pub(crate) normal: [f64; 2],
     /// Its offset along the outward normal.
     pub(crate) offset_m: f64,
-    pub(crate) cut: u32,
+    /// First element of the wall with all of its leafs, or the element.
+    pub(crate) body: u32,
 }
 
 /// Local offset of the SLAM map from the model, with its covariance.
@@ -61,7 +62,7 @@ impl DistortionField {
         Distortion { by_m: Vector2::zeros(), covariance, n: 0 }
     }
 
-    /// The distortion at a point, estimated without one element.
+    /// The distortion at a point, estimated without one body.
     pub(crate) fn at(&self, at: [f64; 2], without: Option<u32>) -> Distortion {
         self.at_square(square(at), without)
     }
@@ -113,13 +114,13 @@ impl Distortion {
     }
 }
 
-/// Limits the weight of all samples of one element, which may be displaced itself.
+/// Limits the weight of all samples of one body, which may be displaced itself.
 fn limit_each(around: &mut [(f64, SurfaceOffset)]) {
     let mut sums: BTreeMap<u32, f64> = BTreeMap::new();
-    around.iter().for_each(|(weight, surface)| *sums.entry(surface.cut).or_default() += weight);
+    around.iter().for_each(|(weight, surface)| *sums.entry(surface.body).or_default() += weight);
     for (weight, surface) in around {
-        let variance = BUILT_M * BUILT_M + NOISE_M * NOISE_M * ALIKE / sums[&surface.cut];
-        *weight *= NOISE_M * NOISE_M * ALIKE / sums[&surface.cut] / variance;
+        let variance = BUILT_M * BUILT_M + NOISE_M * NOISE_M * ALIKE / sums[&surface.body];
+        *weight *= NOISE_M * NOISE_M * ALIKE / sums[&surface.body] / variance;
     }
 }
 
@@ -132,6 +133,6 @@ fn weigh(surfaces: &[SurfaceOffset], [dx, dy]: [i32; 2], without: Option<u32>, a
     let far_m = libm::hypot(f64::from(dx), f64::from(dy)) * DISTORTION_CELL_M / DISTORTION_SIGMA_M;
     if far_m <= CUT_OFF {
         let weight = libm::exp(-far_m * far_m / 2.0);
-        around.extend(surfaces.iter().filter(|t| Some(t.cut) != without).map(|t| (weight, *t)));
+        around.extend(surfaces.iter().filter(|t| Some(t.body) != without).map(|t| (weight, *t)));
     }
 }

@@ -2,11 +2,13 @@
 
 use crate::displacement::{Displacement, displacement};
 use crate::distortion::{Distortion, DistortionField, square};
+use crate::partial_absence::{AbsentPart, absent_parts};
 use crate::probed_sample::ProbedSample;
 use crate::sections::{LidarKind, Sections};
-use crate::side_samples::Sample;
+use crate::side_samples::{Sample, body_samples};
 use crate::slam_view::{Probe, SlamView};
 use crate::thresholds::*;
+use crate::wall_bodies::WallBodies;
 use messages::{Observation, UnseenReason};
 use std::collections::BTreeMap;
 
@@ -24,39 +26,87 @@ pub(crate) struct Evidence {
     pub(crate) deviation_m: f64,
 }
 
-/// Collects the evidence for an element from all of its samples.
-pub(crate) fn evidence(
-    sections: &Sections,
+/// What an element is compared with.
+pub(crate) struct Comparison<'a> {
+    pub(crate) sections: &'a Sections,
+    pub(crate) bodies: &'a WallBodies,
+    pub(crate) slam: &'a SlamView,
+    pub(crate) distortions: &'a DistortionField,
+}
+
+/// Sides of an element, and whose surfaces are its own.
+struct Sides<'a> {
     cut: u32,
-    samples: &[Sample],
-    slam: &SlamView,
-    distortions: &DistortionField,
-) -> Evidence {
+    samples: &'a [Sample],
+    /// With those of all elements of its body.
+    with_body: bool,
+}
+
+/// Collects the evidence for an element from all of its samples. Of an element that a lidar sees as one with others, the outer
+/// sides of all of them tell whether it is absent or displaced.
+pub(crate) fn evidence(comparison: &Comparison<'_>, cut: u32, samples: &[Sample]) -> (Evidence, Vec<AbsentPart>) {
+    let alone = Sides { cut, samples, with_body: false };
+    let found = evidence_of(comparison, &alone);
+    if !comparison.bodies.is_shared(cut) {
+        return (found, parts(comparison, &alone, found.observation));
+    }
+    let samples = body_samples(comparison.sections, cut, comparison.bodies);
+    let whole = Sides { cut, samples: &samples, with_body: true };
+    let of_whole = evidence_of(comparison, &whole);
+    let is_whole = matches!(of_whole.observation, Observation::Absent | Observation::Displaced);
+    (if is_whole { of_whole } else { found }, parts(comparison, &whole, of_whole.observation))
+}
+
+/// Stretches of what stands that are not there. Where the map shows the rest of the element is known, so that places are
+/// compared with less margin than for the whole of it.
+fn parts(comparison: &Comparison<'_>, sides: &Sides<'_>, observation: Observation) -> Vec<AbsentPart> {
+    let Comparison { sections, slam, distortions, .. } = comparison;
+    let own = &sections.cuts[sides.cut as usize];
+    let stands = matches!(observation, Observation::Observed | Observation::Unseen);
+    if !own.stands || own.kind != LidarKind::Solid || !stands {
+        return Vec::new();
+    }
     let mut local: BTreeMap<[i32; 2], Distortion> = BTreeMap::new();
-    let by_others = |s: &Sample| *local.entry(square(s.at)).or_insert_with(|| distortions.at(s.at, Some(cut)));
-    let corrected = evidence_with(sections, cut, samples, slam, by_others);
+    let mut worst_m = 0.0f64;
+    let mut probed = Vec::with_capacity(sides.samples.len());
+    for sample in sides.samples {
+        let distortion = local.entry(square(sample.at)).or_insert_with(|| distortions.at(sample.at, None));
+        let deviation_m = distortion.deviation_m(sample.normal);
+        probed.push(probed_sample(comparison, sides, sample, distortion, slam.cell_m + deviation_m));
+        worst_m = worst_m.max(deviation_m);
+    }
+    let tolerance_m = slam.cell_m + SAME_SIDE_M + worst_m;
+    absent_parts(sections, sides.cut, sides.samples, &probed, tolerance_m, libm::hypot(slam.cell_m, worst_m))
+}
+
+fn evidence_of(comparison: &Comparison<'_>, sides: &Sides<'_>) -> Evidence {
+    let mut local: BTreeMap<[i32; 2], Distortion> = BTreeMap::new();
+    let body = comparison.bodies.body(sides.cut);
+    let distortions = comparison.distortions;
+    let by_others = |s: &Sample| *local.entry(square(s.at)).or_insert_with(|| distortions.at(s.at, Some(body)));
+    let corrected = evidence_with(comparison, sides, by_others);
     let displacement = &corrected.displacement;
     let away_m = libm::hypot(displacement.by_m[0], displacement.by_m[1]);
     // The element is displaced only if that holds without the distortion, too; otherwise its neighbours are displaced.
     let beside_m = displacement.along([0, 1].map(|k| displacement.by_m[k] + corrected.distortion_m[k])) / away_m;
     if displacement.is_displaced && beside_m < MIN_DISPLACED_M {
-        return evidence_with(sections, cut, samples, slam, |_| distortions.none());
+        return evidence_with(comparison, sides, |_| distortions.none());
     }
     corrected
 }
 
 fn evidence_with(
-    sections: &Sections,
-    cut: u32,
-    samples: &[Sample],
-    slam: &SlamView,
+    comparison: &Comparison<'_>,
+    sides: &Sides<'_>,
     mut distortion_at: impl FnMut(&Sample) -> Distortion,
 ) -> Evidence {
-    let own = &sections.cuts[cut as usize];
+    let (Comparison { sections, slam, .. }, Sides { cut, samples, .. }) = (comparison, sides);
+    let own = &sections.cuts[*cut as usize];
     let (mut probed_samples, mut distortion_m, mut worst_m) = (Vec::with_capacity(samples.len()), [0.0; 2], 0.0f64);
-    for sample in samples {
+    for sample in *samples {
         let distortion = distortion_at(sample);
-        probed_samples.push(probed_sample(sections, cut, sample, slam, &distortion));
+        let tolerance_m = slam.cell_m + SAME_SIDE_M + distortion.deviation_m(sample.normal);
+        probed_samples.push(probed_sample(comparison, sides, sample, &distortion, tolerance_m));
         distortion_m = [0, 1].map(|k| distortion_m[k] + distortion.by_m[k] / samples.len() as f64);
         worst_m = worst_m.max(distortion.deviation_m(sample.normal));
     }
@@ -75,30 +125,33 @@ fn evidence_with(
     let tolerance_m = slam.cell_m + SAME_SIDE_M + worst_m;
     probed_samples.iter().for_each(|probed_sample| out.count(probed_sample, tolerance_m));
     out.observation = out.observation(own.stands, own.kind);
-    out.reason = out.unseen_reason(sections, cut);
+    out.reason = out.unseen_reason(sections, *cut);
     out
 }
 
 /// Probes the SLAM map at one sample.
 fn probed_sample(
-    sections: &Sections,
-    cut: u32,
+    comparison: &Comparison<'_>,
+    sides: &Sides<'_>,
     sample: &Sample,
-    slam: &SlamView,
     distortion: &Distortion,
+    tolerance_m: f64,
 ) -> ProbedSample {
+    let Comparison { sections, bodies, slam, .. } = comparison;
+    let is_ours = |cut: u32| {
+        if sides.with_body { bodies.body(cut) == bodies.body(sides.cut) } else { cut == sides.cut }
+    };
     let Sample { at, normal, thick_m } = *sample;
-    let tolerance_m = slam.cell_m + SAME_SIDE_M + distortion.deviation_m(normal);
     let seen_at = [0, 1].map(|k| at[k] + distortion.by_m[k]);
     let probe_result = slam.probe(&Probe { at: seen_at, normal, thick_m, tolerance_m });
     let place = |d: f64| [0, 1].map(|k| at[k] + normal[k] * d);
     // The surface belongs to another element if it lies nearer to that.
-    let is_own = |d: &f64| d.abs() <= OWN_M || !sections.is_others(place(*d), OTHERS_M.min(d.abs() * NEARER), cut);
+    let is_own = |d: &f64| d.abs() <= OWN_M || !sections.is_others(place(*d), OTHERS_M.min(d.abs() * NEARER), is_ours);
     // Through all of the solid up to the face of what stands behind it.
     let reaches_other = |depth_m: f64| {
         depth_m >= (SAME_SIDE_M + distortion.deviation_m(normal)).max(thick_m - slam.cell_m)
             && depth_m <= thick_m + BESIDE_M
-            && sections.is_others(place(-depth_m), OTHERS_M, cut)
+            && sections.is_others(place(-depth_m), OTHERS_M, is_ours)
     };
     let through = probe_result.through || thick_m > slam.cell_m && probe_result.free_m.is_some_and(reaches_other);
     ProbedSample { normal, offsets_m: probe_result.offsets_m.into_iter().filter(is_own).collect(), through }

@@ -2,7 +2,8 @@
 //!
 //! Every element is probed from samples on its sides, along their normals: a surface in its place, a surface beside it, or
 //! free cells through the solid. A lidar sees the first surface only: a hidden side is unseen, and an element is absent only
-//! where the robot saw through it. The distortion of the SLAM map is estimated from surrounding surfaces and subtracted.
+//! where the robot saw through it. Leafs of a wall are seen as one, and a stretch of a wall that is seen through is an absent
+//! part of it. The distortion of the SLAM map is estimated from surrounding surfaces and subtracted.
 //!
 //! ```text
 //! groundplan deviations house.ifc --slam robot.yaml --date 2024-04-15
@@ -23,24 +24,29 @@ mod distortion;
 mod evidence;
 mod input;
 mod obstacles;
+mod partial_absence;
 mod probed_sample;
 mod sections;
 mod side_samples;
 mod slam_view;
 mod thresholds;
+mod wall_bodies;
 
 pub use applied_observations::AppliedObservations;
 pub use input::DeviationInput;
 
+use deviations_archive::Findings;
 use distortion::{DistortionField, SurfaceOffset};
-use evidence::{Evidence, evidence};
+use evidence::{Comparison, Evidence, evidence};
 use messages::ArchiveBuffer;
 use obstacles::{KnownSurfaces, obstacles};
+use partial_absence::AbsentPart;
 use rayon::prelude::*;
 use sections::{LidarKind, Sections};
 use side_samples::{Sample, open_samples};
 use slam_view::{Probe, SlamView};
 use thresholds::{MAX_DISTORTION_M, OUTSIDE_M, SAME_SIDE_M};
+use wall_bodies::WallBodies;
 
 /// The evidence for every element of a storey, and the obstacles that the model lacks, as a `deviations` archive. Verdicts
 /// use the planned states alone.
@@ -50,14 +56,14 @@ use thresholds::{MAX_DISTORTION_M, OUTSIDE_M, SAME_SIDE_M};
 pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
     let slam = SlamView::new(input.slam, &input.map_from_slam);
     let sections = Sections::of(input.site, input.schedule_state, input.robot, input.map_storey);
+    let bodies = WallBodies::of(&sections);
     let n_cuts = sections.cuts.len() as u32;
     let samples: Vec<Vec<Sample>> = (0..n_cuts).into_par_iter().map(|cut| open_samples(&sections, cut)).collect();
     let pose_m = pose_deviation_m(input);
-    let distortions = DistortionField::new(surface_offsets(&sections, &samples, &slam).into_iter(), pose_m);
-    let all: Vec<Evidence> = (0..n_cuts)
-        .into_par_iter()
-        .map(|k| evidence(&sections, k, &samples[k as usize], &slam, &distortions))
-        .collect();
+    let distortions = DistortionField::new(surface_offsets(&sections, &bodies, &samples, &slam).into_iter(), pose_m);
+    let comparison = Comparison { sections: &sections, bodies: &bodies, slam: &slam, distortions: &distortions };
+    let (all, parts): (Vec<Evidence>, Vec<Vec<AbsentPart>>) =
+        (0..n_cuts).into_par_iter().map(|k| evidence(&comparison, k, &samples[k as usize])).unzip();
     let bounds = input.site.map_storeys[input.map_storey].bounds_tenths.map(frames::metres);
     let known = KnownSurfaces {
         sections: &sections,
@@ -67,11 +73,17 @@ pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
         bounds_m: [[bounds[0], bounds[1]].map(|c| c - OUTSIDE_M), [bounds[2], bounds[3]].map(|c| c + OUTSIDE_M)],
     };
     let (found, n_outside) = obstacles(input.site, &slam, &known);
-    deviations_archive::archive(input, &slam, &sections, &all, &distortions, &found, n_outside)
+    let found = Findings { evidence: &all, parts: &parts, obstacles: &found, n_outside };
+    deviations_archive::archive(input, &slam, &sections, &distortions, &found)
 }
 
 /// Surface offsets at the sides of elements that are planned to stand.
-fn surface_offsets(sections: &Sections, samples: &[Vec<Sample>], slam: &SlamView) -> Vec<([f64; 2], SurfaceOffset)> {
+fn surface_offsets(
+    sections: &Sections,
+    bodies: &WallBodies,
+    samples: &[Vec<Sample>],
+    slam: &SlamView,
+) -> Vec<([f64; 2], SurfaceOffset)> {
     let of_cut = |cut: u32| -> Vec<([f64; 2], SurfaceOffset)> {
         let own = &sections.cuts[cut as usize];
         if !own.stands || own.kind != LidarKind::Solid {
@@ -81,7 +93,8 @@ fn surface_offsets(sections: &Sections, samples: &[Vec<Sample>], slam: &SlamView
             let Sample { at, normal, thick_m } = *s;
             let probe_result = slam.probe(&Probe { at, normal, thick_m, tolerance_m: SAME_SIDE_M });
             let nearest = probe_result.offsets_m.into_iter().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-            (nearest.abs() <= MAX_DISTORTION_M).then_some((at, SurfaceOffset { normal, offset_m: nearest, cut }))
+            (nearest.abs() <= MAX_DISTORTION_M)
+                .then_some((at, SurfaceOffset { normal, offset_m: nearest, body: bodies.body(cut) }))
         };
         samples[cut as usize].iter().filter_map(surface).collect()
     };

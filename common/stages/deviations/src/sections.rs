@@ -1,6 +1,7 @@
 //! Elements of a storey sectioned at lidar height, with a spatial index.
 
 use crate::thresholds::PLANE_M;
+
 use frames::TENTHS_PER_M;
 use geometry::{Footprint, MultiPolygon, Slab, footprint};
 use grid::Class;
@@ -92,15 +93,28 @@ impl Sections {
         Self { cuts, section, around }
     }
 
-    /// True if an opaque element that stands, other than this one, lies there.
-    pub(crate) fn covered(&self, at: [f64; 2], own: u32) -> bool {
-        self.section.areas_at(at).any(|cut| self.hides(cut, own) && contains(&self.cuts[cut as usize].section.area, at))
+    /// Elements whose section holds a place.
+    pub(crate) fn at(&self, at: [f64; 2]) -> impl Iterator<Item = u32> {
+        self.section.areas_at(at).filter(move |cut| contains(&self.cuts[*cut as usize].section.area, at))
     }
 
-    /// True if a border of such an element is at most this far away, or it lies there.
-    pub(crate) fn is_others(&self, at: [f64; 2], within_m: f64, own: u32) -> bool {
-        let near = |s: &&Segment| self.hides(s.cut, own) && distance(s, at) <= within_m;
-        self.section.segments_near(at, within_m).any(|s| near(&s)) || self.covered(at, own)
+    /// True if an opaque element that stands, other than this one, lies there.
+    pub(crate) fn covered(&self, at: [f64; 2], own: u32) -> bool {
+        self.at(at).any(|cut| cut != own && self.hides(cut))
+    }
+
+    /// True if a border of such an element, which is not this one's own, is at most this far away, or it lies there.
+    pub(crate) fn is_others(&self, at: [f64; 2], within_m: f64, is_own: impl Fn(u32) -> bool) -> bool {
+        let is_other = |cut: u32| !is_own(cut) && self.hides(cut);
+        let near = |s: &&Segment| is_other(s.cut) && distance(s, at) <= within_m;
+        self.section.segments_near(at, within_m).any(|s| near(&s)) || self.at(at).any(is_other)
+    }
+
+    /// True if a door or a window is at most this far from a place.
+    pub(crate) fn is_opening(&self, at: [f64; 2], within_m: f64) -> bool {
+        let fills = |cut: u32| matches!(self.cuts[cut as usize].kind, LidarKind::Glass | LidarKind::Door);
+        let near = |s: &&Segment| fills(s.cut) && distance(s, at) <= within_m;
+        self.around.segments_near(at, within_m).any(|s| near(&s)) || self.at(at).any(fills)
     }
 
     /// True if any element, in any state, is at most this far from a point near the lidar's plane.
@@ -117,16 +131,27 @@ impl Sections {
 
     /// Thickness of an element behind a point of its border along an inward unit direction; at most `most_m`.
     pub(crate) fn thickness(&self, at: [f64; 2], into: [f64; 2], own: u32, most_m: f64) -> f64 {
-        let end = [0, 1].map(|k| at[k] + into[k] * most_m);
-        let middle = [0, 1].map(|k| (at[k] + end[k]) / 2.0);
-        let own_segments = self.section.segments_near(middle, most_m / 2.0).filter(|s| s.cut == own);
-        let crossings = own_segments.filter_map(|s| crossing(s, at, into)).filter(|t| *t > 1e-4);
-        crossings.fold(most_m, f64::min)
+        let crossings = self.crossings(at, into, most_m).filter(|(cut, t)| *cut == own && *t > 1e-4);
+        crossings.map(|(_, t)| t).fold(most_m, f64::min)
     }
 
-    fn hides(&self, cut: u32, own: u32) -> bool {
+    /// Where a line from a place along a unit direction crosses borders of elements: in which depth, up to `most_m`.
+    /// Some of them more than once.
+    pub(crate) fn crossings(&self, at: [f64; 2], into: [f64; 2], most_m: f64) -> impl Iterator<Item = (u32, f64)> {
+        let middle = [0, 1].map(|k| at[k] + into[k] * most_m / 2.0);
+        self.section.segments_near(middle, most_m / 2.0).filter_map(move |s| Some((s.cut, crossing(s, at, into)?)))
+    }
+
+    fn hides(&self, cut: u32) -> bool {
         let other = &self.cuts[cut as usize];
-        cut != own && other.stands && !matches!(other.kind, LidarKind::Glass | LidarKind::Door)
+        other.stands && !matches!(other.kind, LidarKind::Glass | LidarKind::Door)
+    }
+}
+
+impl ElementSection {
+    /// True if it may be a part of a wall that a lidar sees as one.
+    pub(crate) fn can_be_leaf(&self) -> bool {
+        self.kind == LidarKind::Solid && !self.section.area.0.is_empty()
     }
 }
 

@@ -1,6 +1,6 @@
 //! A SLAM map in `map` coordinates: cell lookup and probing along a line.
 
-use crate::thresholds::{DEEP_M, FREE_SHARE, FRONT_M, MIN_CELL_M, REACH_M};
+use crate::thresholds::{BEYOND_M, DEEP_M, FREE_SHARE, FRONT_M, MIN_CELL_M, REACH_M};
 use frames::{Map, Rigid2, Slam};
 use occupancy::{Cell, OccupancyMap, Raster};
 
@@ -71,6 +71,7 @@ impl SlamView {
         let lines = [0.0, -self.cell_m, self.cell_m].map(|aside_m| self.line(probe, aside_m));
         let through = probe.thick_m >= self.cell_m
             && self.is_free(&lines[0], probe)
+            && self.goes_on(&lines[0], probe)
             && !lines[1..].iter().any(|line| self.span(line, probe).contains(&Cell::Occupied));
         let offsets_m = lines.iter().map(|line| self.surfaces(line)).find(|s| !s.is_empty()).unwrap_or_default();
         ProbeResult { offsets_m, through, free_m: self.free_m(&lines) }
@@ -92,7 +93,7 @@ impl SlamView {
     /// Cells from the farthest place outside inward.
     fn line(&self, probe: &Probe, aside_m: f64) -> Vec<Cell> {
         let Probe { at, normal, thick_m, tolerance_m } = *probe;
-        let length_m = REACH_M + FRONT_M + REACH_M.max(thick_m.min(DEEP_M) + 2.0 * tolerance_m);
+        let length_m = REACH_M + FRONT_M + REACH_M.max(thick_m.min(DEEP_M) + 2.0 * tolerance_m + BEYOND_M);
         let n = (length_m / self.step_m()).ceil() as usize;
         let at = [at[0] - normal[1] * aside_m, at[1] + normal[0] * aside_m];
         let place = |k: usize| {
@@ -102,11 +103,25 @@ impl SlamView {
         (0..n).map(|k| self.at(place(k))).collect()
     }
 
+    /// True if a line goes on as free behind the solid, or ends at a surface there: beams have an end. Free cells before
+    /// unknown ones are what is left of a wall whose hits are spread.
+    fn goes_on(&self, line: &[Cell], probe: &Probe) -> bool {
+        let to = self.span(line, probe).len() + self.index(FRONT_M);
+        let beyond = line[to.min(line.len())..].iter().take((BEYOND_M / self.step_m()).round() as usize);
+        let before_surface: Vec<&Cell> = beyond.take_while(|c| **c != Cell::Occupied).collect();
+        let free = before_surface.iter().filter(|c| ***c == Cell::Free).count();
+        free as f64 >= FREE_SHARE * before_surface.len() as f64
+    }
+
+    /// Where a line is that far outside of the side.
+    fn index(&self, out_m: f64) -> usize {
+        ((REACH_M + FRONT_M - out_m) / self.step_m()).round() as usize
+    }
+
     /// The part of a line from before the side to behind the solid, or deep inside of it.
     fn span<'l>(&self, line: &'l [Cell], probe: &Probe) -> &'l [Cell] {
-        let place = |out_m: f64| ((REACH_M + FRONT_M - out_m) / self.step_m()).round() as usize;
         let behind_m = probe.thick_m.min(DEEP_M) + probe.tolerance_m;
-        let (from, to) = (place(FRONT_M), place(-behind_m));
+        let (from, to) = (self.index(FRONT_M), self.index(-behind_m));
         &line[from.min(line.len())..to.min(line.len())]
     }
 
@@ -116,10 +131,12 @@ impl SlamView {
         !span.contains(&Cell::Occupied) && free as f64 >= FREE_SHARE * span.len() as f64 && free > 0
     }
 
-    /// Offsets at which a line enters occupied cells from free ones. A surface lies in the middle of the cell that shows it;
+    /// Offsets at which a line enters occupied cells from free ones. Behind the side it must be free all the way from before it:
+    /// what stands in the next room is seen from there, and no view of this side. A surface lies in the middle of the cell that shows it;
     /// noise spreads it over two at most.
     fn surfaces(&self, line: &[Cell]) -> Vec<f64> {
         let (step_m, front) = (self.step_m(), (FRONT_M / self.step_m()) as usize);
+        let side = (REACH_M / step_m).round() as usize;
         let mut found = Vec::new();
         for k in 1..line.len() {
             if line[k] != Cell::Occupied || line[k - 1] == Cell::Occupied {
@@ -127,9 +144,12 @@ impl SlamView {
             }
             let before = line[k.saturating_sub(front)..k].iter().rev();
             let comes_from_free = before.take_while(|c| **c != Cell::Occupied).any(|c| *c == Cell::Free);
-            if comes_from_free {
+            let enters_m = REACH_M + FRONT_M - (k as f64 - 0.5) * step_m;
+            let passed = &line[side.min(k)..k];
+            let n_free = passed.iter().filter(|c| **c == Cell::Free).count();
+            let is_open = !passed.contains(&Cell::Occupied) && n_free as f64 >= FREE_SHARE * passed.len() as f64;
+            if comes_from_free && is_open {
                 let run = line[k..].iter().take_while(|c| **c == Cell::Occupied).count().min(4);
-                let enters_m = REACH_M + FRONT_M - (k as f64 - 0.5) * step_m;
                 found.push(enters_m - run as f64 * step_m / 2.0);
             }
         }

@@ -17,6 +17,7 @@ const VARIANCE: [[f64; 3]; 3] = [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 
 /// What was found: per element, and obstacles as (area, length, centroid).
 struct Found {
     elements: Vec<ElementDeviationRecord>,
+    absent_parts: Vec<AbsentPartRecord>,
     obstacles: Vec<ObstacleRecord>,
     residual_rms_m: f64,
 }
@@ -67,6 +68,7 @@ fn compared(
     found.check_site(&site).unwrap();
     Found {
         elements: found.elements.to_vec(),
+        absent_parts: found.absent_parts.to_vec(),
         obstacles: found.obstacles.to_vec(),
         residual_rms_m: found.head.residual_rms_m,
     }
@@ -90,7 +92,71 @@ fn assert_all_on_plan(found: &Found, but: &[usize]) {
 fn a_flat_that_was_built_as_planned_has_no_deviation() {
     let found = as_built(&flat());
     assert_all_on_plan(&found, &[]);
+    assert!(found.absent_parts.is_empty(), "{:?}", found.absent_parts);
     assert!(found.obstacles.is_empty(), "{:?}", found.obstacles);
+}
+
+/// The flat with a wall in three leafs; their elements are the wall's own and the two after all others.
+fn with_leafs(element: usize) -> Storey {
+    let mut model = flat();
+    let [x0, y0, x1, y1] = model[element];
+    let across = usize::from(x1 - x0 > y1 - y0);
+    let leaf = |from: f64, to: f64| {
+        let mut leaf = [x0, y0, x1, y1];
+        let (near, far) = (leaf[across], leaf[across + 2]);
+        (leaf[across], leaf[across + 2]) = (near + (far - near) * from, near + (far - near) * to);
+        leaf
+    };
+    model[element] = leaf(0.0, 0.3);
+    model.extend([leaf(0.3, 0.7), leaf(0.7, 1.0)]);
+    Storey::of(&model)
+}
+
+#[test]
+fn all_leafs_of_a_wall_that_is_gone_are_absent_and_those_of_a_moved_wall_displaced() {
+    let leafs = [4, flat().len(), flat().len() + 1];
+    let found_in = |built: &Walls| {
+        compared(with_leafs(4), &scanned(built, &PLACES, map_from_slam(), 0.05, 0.0), map_from_slam(), |_| {})
+    };
+    let mut built = flat();
+    built.remove(4);
+    let found = found_in(&built);
+    for leaf in leafs {
+        assert_eq!(found.observation(leaf), (Observation::Absent, DeviationVerdict::Late), "{:?}", found.of(leaf));
+    }
+    assert_all_on_plan(&found, &[4]);
+    let mut built = flat();
+    built[4] = [0, 1, 2, 3].map(|k| built[4][k] + [0.3, 0.0][k % 2]);
+    let found = found_in(&built);
+    for leaf in leafs {
+        assert_eq!(found.observation(leaf).0, Observation::Displaced, "{:?}", found.of(leaf));
+    }
+    let found = found_in(&flat());
+    for leaf in leafs {
+        assert!(
+            matches!(found.observation(leaf).1, DeviationVerdict::OnPlan | DeviationVerdict::Unknown),
+            "{:?}",
+            found.of(leaf)
+        );
+    }
+}
+
+#[test]
+fn a_hole_in_a_wall_is_an_absent_part_with_its_ends() {
+    let [x0, y0, x1, y1] = flat()[4];
+    let (from, to) = (y0 + 1.0, y0 + 2.2);
+    let mut built = flat();
+    built[4] = [x0, y0, x1, from];
+    built.push([x0, to, x1, y1]);
+    let slam = scanned(&built, &PLACES, map_from_slam(), 0.05, 0.0);
+    for storey in [Storey::of(&flat()), with_leafs(4)] {
+        let found = compared(storey, &slam, map_from_slam(), |_| {});
+        let part = *found.absent_parts.iter().find(|p| p.element == 4).unwrap();
+        assert_eq!(part.verdict, DeviationVerdict::Late);
+        assert!((part.from_m - 1.0).abs() < 0.12 && (part.to_m - 2.2).abs() < 0.12, "{part:?}");
+        assert!((part.ends_m[0][1] - from).abs() < 0.12 && (part.ends_m[1][1] - to).abs() < 0.12, "{part:?}");
+        assert!(found.absent_parts.iter().all(|p| [4, 11, 12].contains(&p.element)), "{:?}", found.absent_parts);
+    }
 }
 
 #[test]

@@ -16,19 +16,23 @@ use places::drawn_floor;
 
 pub use contents::Contents;
 
-/// The building of a model map, as it is.
-pub(crate) fn building(reference: &Reference, strengths: &Strengths, random: &RandomGenerator) -> (World, Contents) {
-    let mut world = World::of(&reference.grid);
+/// Makes the building of a model map what it is in use.
+pub(crate) fn fill(
+    world: &mut World,
+    reference: &Reference,
+    strengths: &Strengths,
+    random: &RandomGenerator,
+) -> Contents {
     let mut contents = Contents::default();
-    walls::change(&mut world, reference, strengths, &mut random.part("walls"), &mut contents);
-    walls::glaze(&mut world, reference, strengths, &mut random.part("glass"), &mut contents);
-    doors::hang(&mut world, reference, strengths, &mut random.part("doors"), &mut contents);
-    model_furniture(&mut world, reference, strengths, &mut random.part("model furniture"));
-    furniture_along_walls::place(&mut world, reference, strengths, &mut random.part("along walls"), &mut contents);
-    furniture_in_rooms::place(&mut world, reference, strengths, &mut random.part("in rooms"), &mut contents);
-    groups(&mut world, strengths, &mut random.part("groups"), &mut contents);
-    outdoors(&mut world, strengths, &mut random.part("outdoors"));
-    (world, contents)
+    walls::change(world, reference, strengths, &mut random.part("walls"), &mut contents);
+    walls::glaze(world, reference, strengths, &mut random.part("glass"), &mut contents);
+    doors::hang(world, reference, strengths, &mut random.part("doors"), &mut contents);
+    model_furniture(world, reference, strengths, &mut random.part("model furniture"));
+    furniture_along_walls::place(world, reference, strengths, &mut random.part("along walls"), &mut contents);
+    furniture_in_rooms::place(world, reference, strengths, &mut random.part("in rooms"), &mut contents);
+    groups(world, strengths, &mut random.part("groups"), &mut contents);
+    outdoors(world, strengths, &mut random.part("outdoors"));
+    contents
 }
 
 /// What the model has on its floor is there, in part.

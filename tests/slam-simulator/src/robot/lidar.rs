@@ -14,6 +14,17 @@ pub(crate) fn beam_directions(lidar: &Lidar) -> Vec<Vector> {
     (0..lidar.beams).map(|k| direction_of(field * (k as f64 / n as f64 - 0.5))).collect()
 }
 
+/// What became of a beam.
+pub(crate) struct Beam {
+    pub(crate) from: Vector,
+    /// Unit vector.
+    pub(crate) direction: Vector,
+    /// Where it ended; infinite out of range.
+    pub(crate) range_m: f64,
+    /// Middle of the cell of the building in which it ended; `None` at people and out of range.
+    pub(crate) ended_at: Option<Vector>,
+}
+
 /// A building with what beams need to find their ends.
 pub(crate) struct LidarScene<'a> {
     pub(crate) world: &'a World,
@@ -23,8 +34,8 @@ pub(crate) struct LidarScene<'a> {
 }
 
 impl LidarScene<'_> {
-    /// Measured ranges of all beams, infinite where nothing is in range and NaN where the answer was lost; cells of walls in which
-    /// beams ended are reported.
+    /// Measured ranges of all beams, infinite where nothing is in range and NaN where the answer was lost; all beams are
+    /// reported as they were.
     pub(crate) fn scan(
         &self,
         place: Vector,
@@ -32,7 +43,7 @@ impl LidarScene<'_> {
         beams: &[Vector],
         people: &[Disc],
         random: &mut RandomGenerator,
-        mut saw_wall: impl FnMut(usize),
+        mut saw: impl FnMut(&Beam),
     ) -> Vec<f32> {
         let lidar = &self.strengths.lidar;
         let mut ranges = Vec::with_capacity(beams.len());
@@ -42,13 +53,14 @@ impl LidarScene<'_> {
             let mut range_m = end.map_or(f64::INFINITY, |end| end.0);
             let before = people.iter().filter_map(|disc| range_to(disc, place, direction));
             let nearest = before.fold(f64::INFINITY, f64::min);
-            if nearest < range_m {
-                range_m = nearest;
-            } else if let Some((_, index)) = end
-                && self.world.cells[index] == Material::Wall
-            {
-                saw_wall(index);
-            }
+            let ended_at = end.filter(|_| range_m <= nearest).map(|(_, index)| self.world.middle(index));
+            range_m = range_m.min(nearest);
+            saw(&Beam {
+                from: place,
+                direction,
+                range_m: if range_m < lidar.range_m { range_m } else { f64::INFINITY },
+                ended_at,
+            });
             let is_lost = random.happens(lidar.drop_out_share);
             let measured = range_m + lidar.noise_m * random.normal();
             ranges.push(match range_m < lidar.range_m {

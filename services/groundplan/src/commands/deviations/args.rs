@@ -35,6 +35,22 @@ pub struct Args {
     #[command(flatten)]
     pub(super) place: PoseHintArgs,
 
+    /// Pose map_from_slam that is known, of a map of the storey: metres, metres, degrees. It is neither searched nor judged
+    #[arg(
+        long,
+        num_args = 3,
+        value_names = ["X", "Y", "YAW"],
+        allow_negative_numbers = true,
+        requires = "slam",
+        requires = "storey",
+        conflicts_with = "hint"
+    )]
+    pose: Option<Vec<f64>>,
+
+    /// Standard deviations of that, at the middle of the map: metres, degrees
+    #[arg(long, num_args = 2, value_names = ["M", "DEG"], default_values_t = [0.03, 0.2], requires = "pose")]
+    pose_deviation: Vec<f64>,
+
     /// Rules and additions.
     #[command(flatten)]
     pub(super) schedule: ScheduleArgs,
@@ -50,6 +66,24 @@ pub struct Args {
     /// The site.
     #[command(flatten)]
     pub(super) site: SiteArgs,
+}
+
+/// A pose of the robot's map that the caller knows.
+pub(super) struct KnownPose {
+    /// x, y and yaw of `map_from_slam`.
+    pub(super) x_y_yaw: [f64; 3],
+    /// Standard deviation of the place of the middle of the map.
+    pub(super) place_m: f64,
+    /// Standard deviation of yaw.
+    pub(super) yaw_rad: f64,
+}
+
+impl Args {
+    pub(super) fn known_pose(&self) -> Option<KnownPose> {
+        let &[x_m, y_m, yaw_deg] = self.pose.as_deref()?.first_chunk::<3>()?;
+        let &[place_m, deviation_deg] = self.pose_deviation.first_chunk::<2>()?;
+        Some(KnownPose { x_y_yaw: [x_m, y_m, yaw_deg.to_radians()], place_m, yaw_rad: deviation_deg.to_radians() })
+    }
 }
 
 const AFTER_HELP: &str = "\

@@ -1,6 +1,6 @@
 //! Comparing models with a map in files.
 
-use super::args::Args;
+use super::args::{Args, KnownPose};
 use super::report::write;
 use crate::alignment_report;
 use crate::args::{ModelArgs, ScheduleInput, robot_of_profile, with_timeline};
@@ -8,7 +8,8 @@ use crate::date_argument;
 use crate::failure::Failure;
 use ::deviations::{DeviationInput, deviations};
 use alignment::{AlignmentSources, PreparedMap, References, align_maps};
-use messages::{Alignment, AlignmentVerdict, Deviations, ScheduleState};
+use frames::{Map, PoseCovariance, Rigid2, Slam};
+use messages::{Alignment, AlignmentVerdict, Deviations, RobotProfile, ScheduleState, Site};
 use occupancy::OccupancyMap;
 use std::path::Path;
 
@@ -26,22 +27,12 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
     with_timeline(&model, &schedule, |site, timeline, progress| {
         let schedule_state = timeline.schedule_state_at(at_s).finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
-        progress.stage("aligning");
-        let mut references = References::new(site, &robot.profile).map_err(Failure::work)?;
-        let mut maps: Vec<_> = references.at(site, &schedule_state).map_err(Failure::work)?.enumerate().collect();
-        maps.retain(|(storey, _)| arguments.place.storey.is_none_or(|only| only as usize == *storey));
-        let storeys: Vec<u32> = maps.iter().map(|(storey, _)| *storey as u32).collect();
-        let maps: Vec<_> = maps.into_iter().map(|(_, map)| map).collect();
-        let found = align_maps(&maps, &PreparedMap::of_slam(&map), arguments.place.hint().as_ref());
-        let plan_time_s = schedule_state.head.plan_time_s;
-        let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
-        let archive = found.archive(&storeys, &found.pose_status(&storeys), sources);
-        let Some(pose) = found.poses.first().filter(|_| found.verdict == AlignmentVerdict::Accepted) else {
-            let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
-            return Err(Failure::work(format!(
-                "where the map lies is {}",
-                alignment_report::text(&alignment).trim_end()
-            )));
+        let pose = match arguments.known_pose() {
+            Some(known) => known_pose(&known, arguments.place.storey, site, &map)?,
+            None => {
+                progress.stage("aligning");
+                aligned(arguments, site, &schedule_state, &robot.profile, &map)?
+            }
         };
         progress.stage("comparing");
         let slam_map_hash = map.content_hash().map_err(Failure::work)?;
@@ -49,7 +40,7 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
             site,
             schedule_state: &schedule_state,
             robot: &robot.profile,
-            map_storey: storeys[pose.reference] as usize,
+            map_storey: pose.map_storey,
             slam: &map,
             slam_map_hash,
             map_from_slam: pose.map_from_slam,
@@ -58,5 +49,67 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
         });
         let found = Deviations::open(found.bytes()).map_err(Failure::work)?;
         write(arguments, site, &schedule_state, &found)
+    })
+}
+
+/// Where the map lies.
+struct MapPose {
+    map_storey: usize,
+    map_from_slam: Rigid2<Map, Slam>,
+    about_m: [f64; 2],
+    covariance: PoseCovariance,
+}
+
+/// The pose that the caller knows.
+fn known_pose(known: &KnownPose, storey: Option<u32>, site: &Site<'_>, map: &OccupancyMap) -> Result<MapPose, Failure> {
+    let map_storey = storey.map_or(0, |storey| storey as usize);
+    if map_storey >= site.map_storeys.len() {
+        return Err(Failure::usage(format!(
+            "--storey {map_storey}: the site has {} map storeys",
+            site.map_storeys.len()
+        )));
+    }
+    let [place, yaw] = [known.place_m, known.yaw_rad].map(|deviation| deviation * deviation);
+    Ok(MapPose {
+        map_storey,
+        map_from_slam: Rigid2::of_x_y_yaw(known.x_y_yaw),
+        about_m: middle_m(map),
+        covariance: PoseCovariance::from_rows([[place, 0.0, 0.0], [0.0, place, 0.0], [0.0, 0.0, yaw]]),
+    })
+}
+
+/// The middle of a map in its frame.
+fn middle_m(map: &OccupancyMap) -> [f64; 2] {
+    let half = [map.width, map.cells.len() / map.width.max(1)].map(|n| n as f64 * map.resolution_m / 2.0);
+    Rigid2::<Slam, Slam>::of_x_y_yaw(map.origin).apply(half)
+}
+
+/// The pose that alignment finds.
+fn aligned(
+    arguments: &Args,
+    site: &Site<'_>,
+    schedule_state: &ScheduleState<'_>,
+    robot: &RobotProfile,
+    map: &OccupancyMap,
+) -> Result<MapPose, Failure> {
+    let mut references = References::new(site, robot).map_err(Failure::work)?;
+    let mut maps: Vec<_> = references.at(site, schedule_state).map_err(Failure::work)?.enumerate().collect();
+    maps.retain(|(storey, _)| arguments.place.storey.is_none_or(|only| only as usize == *storey));
+    let storeys: Vec<u32> = maps.iter().map(|(storey, _)| *storey as u32).collect();
+    let maps: Vec<_> = maps.into_iter().map(|(_, map)| map).collect();
+    let found = align_maps(&maps, &PreparedMap::of_slam(map), arguments.place.hint().as_ref());
+    let plan_time_s = schedule_state.head.plan_time_s;
+    let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
+    let archive = found.archive(&storeys, &found.pose_status(&storeys), sources);
+    let Some(pose) = found.poses.first().filter(|_| found.verdict == AlignmentVerdict::Accepted) else {
+        let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
+        let text = alignment_report::text(&alignment);
+        return Err(Failure::work(format!("where the map lies is {}", text.trim_end())));
+    };
+    Ok(MapPose {
+        map_storey: storeys[pose.reference] as usize,
+        map_from_slam: pose.map_from_slam,
+        about_m: pose.about_m,
+        covariance: pose.covariance,
     })
 }

@@ -73,6 +73,20 @@ fn text(site: &Site<'_>, found: &Deviations<'_>) -> String {
             observation.name()
         );
     }
+    for part in found.absent_parts.iter().filter(|p| p.verdict == DeviationVerdict::Late) {
+        let element = &site.elements[part.element as usize];
+        let [[x0, y0], [x1, y1]] = part.ends_m;
+        let _ = writeln!(
+            out,
+            "  {:<9} {}  {} {:?}: absent from {:.2} to {:.2} m of its axis, {x0:.2}, {y0:.2} to {x1:.2}, {y1:.2}",
+            DeviationVerdict::Late.name(),
+            site.text(element.global_id),
+            site.text(element.ifc_type),
+            site.text(element.name),
+            part.from_m,
+            part.to_m,
+        );
+    }
     for obstacle in found.obstacles {
         let [x, y] = obstacle.centroid_m;
         let _ = writeln!(
