@@ -2,12 +2,12 @@
 
 use crate::newest_inputs::JobInputs;
 use crate::robot_map::RobotMap;
-use alignment::{Alignment, Hint, PreparedMap, References, align_maps};
+use alignment::{Alignment, Hint, PreparedMap, References, Room, align_maps};
 use bus::SiteSamples;
 use daemon::Failure;
 use deviations::{DeviationInput, deviations};
 use frames::Map;
-use messages::{ArchiveBuffer, PoseRecord, RobotProfile, ScheduleState, Site};
+use messages::{AlignmentVerdict, ArchiveBuffer, PoseRecord, RobotProfile, ScheduleState, Site};
 use std::sync::Arc;
 
 /// Where a pose is searched.
@@ -101,20 +101,33 @@ pub(crate) fn work(references: &mut Option<References>, job: &Job) -> Result<Job
     let maps: ReferenceMaps = drawn.at(&site, &schedule_state)?.collect();
     let found = match &job.task {
         Task::Draw => Found::Drawn,
-        Task::Search { map, search_area, .. } => Found::Poses(align(&maps, map, search_area)?),
+        Task::Search { map, search_area, .. } => Found::Poses(align(&site, &maps, map, search_area)?),
         Task::Compare { map, pose, .. } => Found::Deviations(compare(&site, &schedule_state, &robot, map, pose)?),
     };
     *references = Some(drawn);
     Ok(JobResult { references: maps, found })
 }
 
-fn align(references: &[Arc<PreparedMap<Map>>], map: &RobotMap, search_area: &SearchArea) -> Result<Alignment, Failure> {
-    let Some(storey) = search_area.storey else {
-        return Ok(align_maps(references, &map.prepared, search_area.hint.as_ref()));
+fn align(
+    site: &Site<'_>,
+    references: &[Arc<PreparedMap<Map>>],
+    map: &RobotMap,
+    search_area: &SearchArea,
+) -> Result<Alignment, Failure> {
+    let hint = search_area.hint.as_ref();
+    let mut alignment = match search_area.storey {
+        None => align_maps(references, &map.prepared, hint),
+        Some(storey) => {
+            let only = references.get(storey as usize).ok_or_else(|| format!("the site has no storey {storey}"))?;
+            let mut alignment = align_maps(std::slice::from_ref(only), &map.prepared, hint);
+            alignment.poses.iter_mut().for_each(|pose| pose.reference = storey as usize);
+            alignment
+        }
     };
-    let only = references.get(storey as usize).ok_or_else(|| format!("the site has no storey {storey}"))?;
-    let mut alignment = align_maps(std::slice::from_ref(only), &map.prepared, search_area.hint.as_ref());
-    alignment.poses.iter_mut().for_each(|pose| pose.reference = storey as usize);
+    let storeys: Vec<u32> = (0..references.len() as u32).collect();
+    if alignment.verdict == AlignmentVerdict::Ambiguous {
+        alignment.decide(references, &map.prepared, &storeys, &Room::all_of(site));
+    }
     Ok(alignment)
 }
 

@@ -1,5 +1,6 @@
 //! Alignment of a SLAM map with maps of the model: the public entry points.
 
+use crate::decision::Decision;
 use crate::features::Features;
 use crate::pose::{Cells, Pose};
 use crate::random_generator::RandomGenerator;
@@ -35,6 +36,10 @@ impl<Frame> PreparedMap<Frame> {
     fn of(map: &OccupancyMap, depth_m: f64) -> Self {
         let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m), depth_m);
         Self { features, frame_from_cells: Rigid2::of_x_y_yaw(map.origin) }
+    }
+
+    pub(crate) fn frame_from_cells(&self) -> &Rigid2<Frame, Cells<Frame>> {
+        &self.frame_from_cells
     }
 }
 
@@ -90,13 +95,15 @@ pub struct Alignment {
     pub poses: Vec<AlignedPose>,
     /// Lengths of the SLAM map in the best of them; `None` if too little matches to tell.
     pub scale: Option<Scale>,
+    /// What would decide between poses that fit alike; `None` before [`Alignment::decide`], and where that has nothing to do.
+    pub decision: Option<Decision>,
 }
 
 impl Alignment {
     /// The state before the first search.
     pub fn nothing_yet() -> Self {
         let reason = "no pose was searched yet".to_owned();
-        Self { verdict: AlignmentVerdict::Refused, reason, poses: Vec::new(), scale: None }
+        Self { verdict: AlignmentVerdict::Refused, reason, poses: Vec::new(), scale: None, decision: None }
     }
 }
 
@@ -144,7 +151,7 @@ pub fn align_maps(
         let sampled_points = sampled_points(&slam.features, &mut RandomGenerator::new(1));
         scale(&references[*at].as_ref().features, &slam.features, &sampled_points, &best.refined.pose)
     });
-    Alignment { verdict, reason, poses, scale }
+    Alignment { verdict, reason, poses, scale, decision: None }
 }
 
 /// The pose of the cells of two maps whose frames lie to each other by a motion.

@@ -45,8 +45,13 @@ mod search;
 mod track;
 mod verdict;
 
+mod decision;
+mod rooms;
+
 mod alignment;
+mod ambiguity;
 mod archives;
+mod distinction;
 mod overlay;
 mod reference;
 mod scale_search;
@@ -55,9 +60,12 @@ mod follower;
 
 pub use alignment::{AlignedPose, Alignment, Hint, PreparedMap, align_maps};
 pub use archives::{AlignmentSources, PoseStatus};
+pub use decision::{DecidingPlace, Decision, NamedPlace};
+pub use distinction::{Distinction, MAX_COMPARED_POSES, distinction};
 pub use follower::{Follower, MaxJump};
 pub use overlay::overlay;
 pub use reference::{ReferenceError, References};
+pub use rooms::{Room, UnknownRoom, rooms_named};
 pub use scale::Scale;
 pub use scale_search::align_maps_at_any_scale;
 pub use track::track_map;

@@ -1,6 +1,7 @@
 //! Aligning maps in files.
 
 use super::args::Args;
+use super::semantic::rooms;
 use super::slam_frame;
 use crate::alignment_report;
 use crate::args::report_set_aside;
@@ -11,7 +12,7 @@ use frames::Map;
 use messages::{Alignment, AlignmentVerdict, NONE, ScheduleStateHead};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -28,11 +29,16 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
     let hint = arguments.place.hint();
     let slam_map = PreparedMap::of_slam(&map);
-    let found = match arguments.free_scale {
+    let mut found = match arguments.free_scale {
         false => align_maps(&maps, &slam_map, hint.as_ref()),
         true => align_maps_at_any_scale(&maps, &map, hint.as_ref()),
     };
+    let scaled = found.scale.filter(|_| arguments.free_scale).map_or(1.0, |s| s.value);
+    let slam_map = if scaled == 1.0 { slam_map } else { PreparedMap::of_slam(&map.divided_by(scaled)) };
     let numbers: Vec<u32> = storeys.iter().map(|s| s.index).collect();
+    if found.verdict == AlignmentVerdict::Ambiguous {
+        found.decide(&maps, &slam_map, &numbers, &rooms(reference)?);
+    }
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
     let archive = found.archive(&numbers, &found.pose_status(&numbers), sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
@@ -46,14 +52,14 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
         }
     }
     if let (Some(path), Some(pose)) = (&arguments.overlay, found.poses.first()) {
-        let scaled = found.scale.filter(|_| arguments.free_scale).map_or(1.0, |s| s.value);
-        let slam_map = if scaled == 1.0 { slam_map } else { PreparedMap::of_slam(&map.divided_by(scaled)) };
         let image = overlay(&maps[pose.reference], &slam_map, pose).map_err(Failure::work)?;
         std::fs::write(path, image).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
     }
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
-        format!("{:#}\n", alignment_report::document(&alignment, inputs))
+        let mut document = alignment_report::document(&alignment, inputs);
+        document["decide"] = found.decision.as_ref().map_or(Value::Null, |d| alignment_report::decision(d, &alignment));
+        format!("{document:#}\n")
     } else {
         alignment_report::text(&alignment)
     };

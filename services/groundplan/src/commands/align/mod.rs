@@ -3,6 +3,7 @@
 mod args;
 mod files;
 mod pairs;
+mod semantic;
 mod slam_frame;
 mod transform;
 
