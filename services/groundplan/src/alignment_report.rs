@@ -1,7 +1,7 @@
 //! An alignment as JSON and as text, from its archive: the same for files and for the running daemon.
 
 use crate::date_argument::optional_text;
-use alignment::{Decision, NamedPlace};
+use alignment::{Decision, Exclusion, NamedPlace};
 use daemon::facts::Pose;
 use export::rounded;
 use messages::{Alignment, AlignmentVerdict, NONE, PoseEvidence, PoseRecord, PoseValidity, SampleHeader};
@@ -75,6 +75,16 @@ pub(crate) fn decision(decision: &Decision, alignment: &Alignment<'_>) -> Value 
         "places": decision.places.iter().map(place).collect::<Vec<_>>(),
         "undecided": decision.undecided,
     })
+}
+
+/// What a hint excluded.
+pub(crate) fn exclusion(exclusion: &Exclusion) -> Value {
+    json!({"hint": exclusion.label, "excluded": exclusion.n_poses})
+}
+
+/// What hints excluded, a line for each.
+pub(crate) fn exclusions_text(exclusions: &[Exclusion]) -> String {
+    exclusions.iter().map(|exclusion| format!("  {exclusion}\n")).collect()
 }
 
 /// What a sample was made from, as `document` takes it.

@@ -81,7 +81,7 @@ mod tests {
         let room = |(name, map_storey): (&str, u32)| Room { name: name.to_owned(), map_storey, ..Room::default() };
         let in_map_m = vec![[0.0; 2]; rooms.len()];
         let place =
-            DecidingPlace { in_slam_m: [3.14, -4.0], in_map_m, way_m: 1.0, differing_m: 2.0, decided: vec![[0, 1]] };
+            DecidingPlace { in_slam_m: [3.11, -4.0], in_map_m, way_m: 1.0, differing_m: 2.0, decided: vec![[0, 1]] };
         NamedPlace { place, rooms: rooms.iter().map(|named| named.map(room)).collect() }
     }
 

@@ -45,16 +45,20 @@ mod search;
 mod track;
 mod verdict;
 
-mod decision;
 mod rooms;
+
+mod decision;
+mod exclusion;
 
 mod alignment;
 mod ambiguity;
 mod archives;
 mod distinction;
 mod overlay;
+mod place_hints;
 mod reference;
 mod scale_search;
+mod site_places;
 
 mod follower;
 
@@ -62,10 +66,13 @@ pub use alignment::{AlignedPose, Alignment, Hint, PreparedMap, align_maps};
 pub use archives::{AlignmentSources, PoseStatus};
 pub use decision::{DecidingPlace, Decision, NamedPlace};
 pub use distinction::{Distinction, MAX_COMPARED_POSES, distinction};
+pub use exclusion::Exclusion;
 pub use follower::{Follower, MaxJump};
 pub use overlay::overlay;
+pub use place_hints::{Area, PlaceHint, align_maps_within};
 pub use reference::{ReferenceError, References};
-pub use rooms::{Room, UnknownRoom, rooms_named};
+pub use rooms::{Room, UnknownRoom};
 pub use scale::Scale;
 pub use scale_search::align_maps_at_any_scale;
+pub use site_places::{Portal, SitePlaces, UnknownPlace, joined};
 pub use track::track_map;

@@ -81,7 +81,7 @@ pub(crate) fn room_at(rooms: &[Room], map_storey: u32, point: [f64; 2]) -> Optio
 ///
 /// # Errors
 /// There is none; the message has the nearest names.
-pub fn rooms_named<'r>(rooms: &'r [Room], wanted: &str) -> Result<Vec<&'r Room>, UnknownRoom> {
+pub(crate) fn rooms_named<'r>(rooms: &'r [Room], wanted: &str) -> Result<Vec<&'r Room>, UnknownRoom> {
     let folded = wanted.trim().to_lowercase();
     let is_named = |room: &&Room| {
         room.global_id == wanted

@@ -41,7 +41,7 @@ pub struct Args {
     pub(super) overwrite: OverwriteArgs,
 
     /// The scale of the SLAM map is not reliable: try scales from 0.8 to 1.25
-    #[arg(long, requires = "reference")]
+    #[arg(long, requires = "reference", conflicts_with_all = ["start_room", "at", "elevation", "portal"])]
     pub(super) free_scale: bool,
 
     /// Print one JSON document on standard output and nothing else there
@@ -67,8 +67,12 @@ Nav2 map file of any resolution and origin. The answer is the motion `map_from_s
 p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as well, or why there is none.
 
   accepted    one pose fits, and no other comes near
-  ambiguous   several fit alike: a symmetric building, repeated rooms; all are listed
+  ambiguous   several fit alike: a symmetric building, repeated rooms; all are listed, with a place to drive to at
+              which the model tells them apart, or with the hints to give where it does not
   refused     another building or storey, too little overlap, too little structure
+
+--start-room, --at, --elevation and --portal exclude poses that contradict them; the answer says how many. Where the map
+fits clearly better in a pose that is excluded, none is accepted: the hint may be wrong.
 
 Of the running daemon the validity is printed, too: whether the pose may be used for the newest map.
 
@@ -82,7 +86,8 @@ Exit codes: 0 accepted and effective, 1 failed, and of files ambiguous or refuse
 
 Examples:
   groundplan align --reference maps --slam robot.yaml
-  groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json";
+  groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json
+  groundplan align --reference maps --slam robot.yaml --start-room U.04";
 
 impl Args {
     /// Writes the static transform of an alignment, if it is asked for and the pose is accepted and effective.

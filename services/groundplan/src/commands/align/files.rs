@@ -1,13 +1,13 @@
 //! Aligning maps in files.
 
 use super::args::Args;
-use super::semantic::rooms;
+use super::semantic::site_places;
 use super::slam_frame;
 use crate::alignment_report;
 use crate::args::report_set_aside;
 use crate::failure::Failure;
 use crate::run::Outcome;
-use alignment::{AlignmentSources, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
+use alignment::{AlignmentSources, PreparedMap, align_maps_at_any_scale, align_maps_within, overlay};
 use frames::Map;
 use messages::{Alignment, AlignmentVerdict, NONE, ScheduleStateHead};
 use occupancy::OccupancyMap;
@@ -29,16 +29,18 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
     let hint = arguments.place.hint();
     let slam_map = PreparedMap::of_slam(&map);
+    let numbers: Vec<u32> = storeys.iter().map(|s| s.index).collect();
+    let known = arguments.place.known_places()?;
+    let places = site_places(reference, storeys.iter().filter_map(|s| Some((s.index, s.floor_z_m?))))?;
+    let hints = places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref());
+    let hints = hints.map_err(Failure::usage)?;
     let mut found = match arguments.free_scale {
-        false => align_maps(&maps, &slam_map, hint.as_ref()),
+        false => align_maps_within(&maps, &numbers, &slam_map, hint.as_ref(), &hints),
         true => align_maps_at_any_scale(&maps, &map, hint.as_ref()),
     };
     let scaled = found.scale.filter(|_| arguments.free_scale).map_or(1.0, |s| s.value);
     let slam_map = if scaled == 1.0 { slam_map } else { PreparedMap::of_slam(&map.divided_by(scaled)) };
-    let numbers: Vec<u32> = storeys.iter().map(|s| s.index).collect();
-    if found.verdict == AlignmentVerdict::Ambiguous {
-        found.decide(&maps, &slam_map, &numbers, &rooms(reference)?);
-    }
+    found.decide(&maps, &slam_map, &numbers, &places.rooms);
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
     let archive = found.archive(&numbers, &found.pose_status(&numbers), sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
@@ -59,9 +61,10 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
         let mut document = alignment_report::document(&alignment, inputs);
         document["decide"] = found.decision.as_ref().map_or(Value::Null, |d| alignment_report::decision(d, &alignment));
+        document["hints"] = found.exclusions.iter().map(alignment_report::exclusion).collect();
         format!("{document:#}\n")
     } else {
-        alignment_report::text(&alignment)
+        alignment_report::text(&alignment) + &alignment_report::exclusions_text(&found.exclusions)
     };
     Ok(Outcome::judged(text, alignment.verdict() == AlignmentVerdict::Accepted))
 }
@@ -71,12 +74,17 @@ struct StoreyMap {
     path: PathBuf,
     /// Index of the map storey; [`NONE`] for a map of its own.
     index: u32,
+    /// Height of its floor; `None` for a map of its own.
+    floor_z_m: Option<f64>,
 }
 
 /// The map itself, or the localization maps of a folder that `convert` wrote, with their plan time.
 fn storeys(reference: &Path, only: Option<u32>) -> Result<(Vec<StoreyMap>, i64), Failure> {
     if !reference.is_dir() {
-        return Ok((vec![StoreyMap { path: reference.to_owned(), index: NONE }], ScheduleStateHead::NO_TIME));
+        return Ok((
+            vec![StoreyMap { path: reference.to_owned(), index: NONE, floor_z_m: None }],
+            ScheduleStateHead::NO_TIME,
+        ));
     }
     let path = reference.join("manifest.json");
     let unusable = |why: String| Failure::usage(format!("{}: {why}", path.display()));
@@ -86,7 +94,11 @@ fn storeys(reference: &Path, only: Option<u32>) -> Result<(Vec<StoreyMap>, i64),
         .storeys
         .iter()
         .filter(|s| only.is_none_or(|only| s.index == only))
-        .map(|s| StoreyMap { path: reference.join(&s.directory).join("localization.yaml"), index: s.index })
+        .map(|s| StoreyMap {
+            path: reference.join(&s.directory).join("localization.yaml"),
+            index: s.index,
+            floor_z_m: Some(s.floor_z_m),
+        })
         .collect();
     if storeys.is_empty() {
         return Err(unusable("it has no such storey".to_owned()));
@@ -106,6 +118,7 @@ struct Manifest {
 struct ManifestStorey {
     index: u32,
     directory: PathBuf,
+    floor_z_m: f64,
 }
 
 fn sha256(path: &Path) -> Result<String, Failure> {

@@ -35,7 +35,8 @@ impl Args {
     /// Asks the daemon to search the pose of the map that it follows.
     fn align_live(&self) -> Result<Outcome, Failure> {
         let place = &self.place;
-        let sample = searched(&self.site, &AlignRequest::Align { hint: place.pose_hint(), storey: place.storey })?;
+        let (hint, storey, places) = (place.pose_hint(), place.storey, place.known_places()?);
+        let sample = searched(&self.site, &AlignRequest::Align { hint, storey, places })?;
         self.write_transform(&sample.view())?;
         Ok(outcome_of(&sample, self.json))
     }
