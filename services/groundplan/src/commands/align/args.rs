@@ -1,6 +1,7 @@
 //! Arguments and help of `align`.
 
-use super::transform;
+use super::initial_pose::{self, INITIAL_POSE};
+use super::transform::{self, TRANSFORM};
 use crate::args::{OverwriteArgs, PoseHintArgs, SiteArgs};
 use crate::failure::Failure;
 use messages::Alignment;
@@ -27,6 +28,15 @@ pub struct Args {
     /// transform of an earlier pose that is there is renamed to FILE.yaml.stale, so that no robot reads it
     #[arg(long, value_name = "FILE.yaml")]
     transform: Option<PathBuf>,
+
+    /// Write the robot's pose in the model's map, with its covariance, as parameters of AMCL and as a message for /initialpose;
+    /// only for exit code 0, and an earlier one becomes FILE.yaml.stale otherwise
+    #[arg(long, value_name = "FILE.yaml")]
+    initial_pose: Option<PathBuf>,
+
+    /// Pose of the robot in its own map, for --initial-pose: metres, metres, degrees [default: where its map began]
+    #[arg(long, num_args = 3, value_names = ["X", "Y", "YAW"], allow_negative_numbers = true, requires = "initial_pose")]
+    robot: Vec<f64>,
 
     /// Draw both maps in the best pose: walls of both green, what only the robot saw red, what it saw through orange
     #[arg(long, value_name = "FILE.png", requires = "reference")]
@@ -87,14 +97,19 @@ Exit codes: 0 accepted and effective, 1 failed, and of files ambiguous or refuse
 Examples:
   groundplan align --reference maps --slam robot.yaml
   groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json
-  groundplan align --reference maps --slam robot.yaml --start-room U.04";
+  groundplan align --reference maps --slam robot.yaml --start-room U.04 --initial-pose amcl.yaml";
 
 impl Args {
-    /// Writes the static transform of an alignment, if it is asked for and the pose is accepted and effective.
+    /// Writes static transform and initial pose of an alignment, if they are asked for and the pose is accepted and effective.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub(super) fn write_transform(&self, alignment: &Alignment<'_>) -> Result<(), Failure> {
-        self.transform.as_deref().map_or(Ok(()), |path| transform::write(path, alignment))
+    pub(super) fn write_pose(&self, alignment: &Alignment<'_>) -> Result<(), Failure> {
+        if let Some(path) = &self.transform {
+            TRANSFORM.write(path, alignment, transform::text)?;
+        }
+        let Some(path) = &self.initial_pose else { return Ok(()) };
+        let [x_m, y_m, yaw_deg] = self.robot.first_chunk::<3>().copied().unwrap_or_default();
+        INITIAL_POSE.write(path, alignment, |pose| initial_pose::text(pose, [x_m, y_m, yaw_deg.to_radians()]))
     }
 }

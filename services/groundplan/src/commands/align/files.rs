@@ -44,7 +44,7 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
     let archive = found.archive(&numbers, &found.pose_status(&numbers), sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
-    arguments.write_transform(&alignment)?;
+    arguments.write_pose(&alignment)?;
     if let Some(pose) = alignment.pose() {
         let directory = storeys.iter().find(|s| s.index == pose.map_storey && s.index != NONE).map(|s| &s.path);
         if let (Some(folder), Some(map)) = (&arguments.resample, directory) {

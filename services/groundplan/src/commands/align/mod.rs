@@ -2,7 +2,9 @@
 
 mod args;
 mod files;
+mod initial_pose;
 mod pairs;
+mod pose_file;
 mod semantic;
 mod slam_frame;
 mod transform;
@@ -37,7 +39,7 @@ impl Args {
         let place = &self.place;
         let (hint, storey, places) = (place.pose_hint(), place.storey, place.known_places()?);
         let sample = searched(&self.site, &AlignRequest::Align { hint, storey, places })?;
-        self.write_transform(&sample.view())?;
+        self.write_pose(&sample.view())?;
         Ok(outcome_of(&sample, self.json))
     }
 }
