@@ -18,16 +18,17 @@ pub(super) const INITIAL_POSE: PoseFile = PoseFile { what: "initial pose", first
 pub(super) fn text(pose: &PoseRecord, robot_in_slam: [f64; 3]) -> String {
     let message = pose_in_map(pose, robot_in_slam, "map", Default::default());
     let PoseWithCovariance { pose: robot, covariance } = message.pose;
+    // A number without a point is an integer to ROS, and one with an exponent and no point a text.
     let (x_m, y_m, q) = (robot.position.x, robot.position.y, robot.orientation);
     let yaw_rad = frames::wrapped(pose.map_from_slam().yaw_rad() + robot_in_slam[2]);
-    let numbers: Vec<String> = covariance.iter().flatten().map(|value| format!("{value:?}")).collect();
+    let numbers: Vec<String> = covariance.iter().flatten().map(|value| format!("{value:.12}")).collect();
     let (rows, covariance) = (numbers.chunks(6).map(|row| row.join(", ")), numbers.join(", "));
     let rows = rows.collect::<Vec<_>>().join(",\n        ");
     format!(
-        "{FIRST_WORDS} '{{header: {{frame_id: map}}, pose: {{pose: {{position: {{x: {x_m:?}, y: {y_m:?}, z: 0.0}}, \
-         orientation: {{x: 0.0, y: 0.0, z: {:?}, w: {:?}}}}}, covariance: [{covariance}]}}}}'\n\
-         amcl:\n  ros__parameters:\n    set_initial_pose: true\n    initial_pose:\n      x: {x_m:?}\n      y: {y_m:?}\n      \
-         z: 0.0\n      yaw: {yaw_rad:?}\n      covariance: [\n        {rows}]\n",
+        "{FIRST_WORDS} '{{header: {{frame_id: map}}, pose: {{pose: {{position: {{x: {x_m:.9}, y: {y_m:.9}, z: 0.0}}, \
+         orientation: {{x: 0.0, y: 0.0, z: {:.9}, w: {:.9}}}}}, covariance: [{covariance}]}}}}'\n\
+         amcl:\n  ros__parameters:\n    set_initial_pose: true\n    initial_pose:\n      x: {x_m:.9}\n      y: {y_m:.9}\n      \
+         z: 0.0\n      yaw: {yaw_rad:.9}\n      covariance: [\n        {rows}]\n",
         q.z, q.w
     )
 }
@@ -46,8 +47,8 @@ mod tests {
             line.trim().parse::<f64>().unwrap()
         };
         let (sin, cos) = libm::sincos(3.0);
-        assert!((number("x:") - 3.0 - 10.0 * cos).abs() < 1e-12 && (number("y:") + 7.0 - 10.0 * sin).abs() < 1e-12);
-        assert!((number("yaw:") - 3.5 + std::f64::consts::TAU).abs() < 1e-12, "{text}");
+        assert!((number("x:") - 3.0 - 10.0 * cos).abs() < 1e-8 && (number("y:") + 7.0 - 10.0 * sin).abs() < 1e-8);
+        assert!((number("yaw:") - 3.5 + std::f64::consts::TAU).abs() < 1e-8, "{text}");
         let values: Vec<f64> = text
             .split("covariance: [")
             .nth(2)
