@@ -113,3 +113,74 @@ fn a_map_that_cannot_be_read_is_bad_usage_and_says_which() {
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("missing.yaml"));
 }
+
+/// The output of `convert` with the ground floor's map also on the upper floor, and a robot's map of its western half. The maps
+/// differ by a wall in the Director's office, if there is to be one.
+fn twin_storeys(maps: &Maps, home: &Path, has_wall: bool) -> [PathBuf; 2] {
+    let twins = home.join("twins");
+    let folder = |storey: usize| twins.join(maps.manifest["storeys"][storey]["directory"].as_str().unwrap());
+    for storey in [0, 1] {
+        std::fs::create_dir_all(folder(storey)).unwrap();
+        for file in ["localization.yaml", "localization.pgm"] {
+            std::fs::copy(localization(maps, 0).with_file_name(file), folder(storey).join(file)).unwrap();
+        }
+    }
+    std::fs::copy(maps.path().join("semantic.json"), twins.join("semantic.json")).unwrap();
+    let mut manifest = maps.manifest.clone();
+    manifest["storeys"].as_array_mut().unwrap().truncate(2);
+    std::fs::write(twins.join("manifest.json"), manifest.to_string()).unwrap();
+    let path = folder(1).join("localization.pgm");
+    let (width, height, pixels) = grid::decode_pgm(&std::fs::read(&path).unwrap()).unwrap();
+    let origin = [0, 1].map(|k| maps.manifest["storeys"][0]["origin_m"][k].as_f64().unwrap());
+    let at = |k: usize| [0, 1].map(|axis| origin[axis] + ([k % width, k / width][axis] as f64 + 0.5) * 0.05);
+    let wall = |k: usize| {
+        let [x, y] = at(k);
+        if has_wall && (19.5..21.0).contains(&x) && (12.0..12.2).contains(&y) { grid::OCCUPIED } else { pixels[k] }
+    };
+    std::fs::write(&path, grid::encode_pgm(width, wall, height)).unwrap();
+    let seen = |k: usize| if at(k)[0] < 14.0 { pixels[k] } else { grid::UNKNOWN };
+    std::fs::write(home.join("robot.pgm"), grid::encode_pgm(width, seen, height)).unwrap();
+    let slam = home.join("robot.yaml");
+    std::fs::write(&slam, "image: robot.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n").unwrap();
+    [twins, slam]
+}
+
+#[test]
+fn twin_storeys_are_told_apart_by_a_drive_or_by_a_hint_and_a_wrong_hint_accepts_nothing() {
+    let maps = convert(&demo_model(), &[]);
+    let home = tempfile::tempdir().unwrap();
+    let [twins, slam] = twin_storeys(&maps, home.path(), true);
+    let (code, found) = align(&twins, &slam, &[]);
+    assert_eq!((code, found["verdict"].as_str()), (Some(1), Some("ambiguous")), "{found}");
+    let reason = found["reason"].as_str().unwrap();
+    assert!(reason.contains("drive through G.15 of storey 0 or U.10 of storey 1 (x "), "{reason}");
+    let place = &found["decide"]["places"][0];
+    let rooms = [0, 1].map(|k| place["candidates"][k]["room"]["long_name"].as_str().unwrap());
+    assert_eq!(rooms, ["Director's office", "Board room"]);
+    assert!(place["in_slam"]["x_m"].as_f64().unwrap() > 15.0, "the robot saw what lies west of it: {place}");
+    // The robot's map has its corner where that of the model has it, outside; at x 7 m and y 5 m it shows room G.02.
+    let pose = home.path().join("amcl.yaml");
+    let hint = ["--at", "7", "5", "G.02", "--initial-pose", pose.to_str().unwrap(), "--robot", "7", "5", "90"];
+    let (code, found) = align(&twins, &slam, &hint);
+    assert_eq!((code, &found["storey"], &found["hints"][0]["excluded"]), (Some(0), &0.into(), &1.into()), "{found}");
+    let text = std::fs::read_to_string(&pose).unwrap();
+    assert!(text.contains("set_initial_pose: true") && text.contains("yaw: 1.57"), "{text}");
+    let (code, found) = align(&twins, &slam, &["--elevation", "3"]);
+    assert_eq!((code, &found["storey"], &found["decide"]), (Some(0), &1.into(), &Value::Null), "{found}");
+    let (code, found) = align(&twins, &slam, &["--start-room", "G.02", "--initial-pose", pose.to_str().unwrap()]);
+    assert_eq!((code, found["verdict"].as_str()), (Some(1), Some("refused")), "{found}");
+    assert!(!pose.exists() && home.path().join("amcl.yaml.stale").exists());
+    for (arguments, words) in [
+        (["--start-room", "G.99"], "there is no room \"G.99\"; nearest: \"G.09\""),
+        (["--elevation", "9"], "no storey has its floor within"),
+        (["--portal", "G.stairs"], "nearest: \"G.stair\""),
+    ] {
+        let output = groundplan(&[&"align", &"--reference", &twins, &"--slam", &slam, &arguments[0], &arguments[1]]);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && stderr.contains(words), "{stderr}");
+    }
+    let [twins, slam] = twin_storeys(&maps, home.path(), false);
+    let (_, found) = align(&twins, &slam, &[]);
+    assert!(found["reason"].as_str().unwrap().contains("nothing in the model that the robot can reach"), "{found}");
+    assert_eq!(found["decide"]["undecided"], serde_json::json!([[0, 1]]));
+}

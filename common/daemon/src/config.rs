@@ -1,5 +1,6 @@
 //! The configuration of a site: a TOML file that all its daemons read; `config/site.toml` explains every key.
 
+use crate::known_places::{KnownPlaces, PointInRoom};
 use crate::ros_config::RosConfig;
 use bus::{Domain, DomainError};
 use schemars::JsonSchema;
@@ -120,6 +121,14 @@ pub struct AlignConfig {
     pub storey: Option<u32>,
     /// About where the robot's map lies.
     pub hint: Option<PoseHint>,
+    /// Room in which the robot's map began (x and y are 0), by number, name or GlobalId.
+    pub start_room: Option<String>,
+    /// Points of the robot's map, each with the room that it lies in.
+    pub at: Vec<PointInRoom>,
+    /// Height of the floor under the robot in the model's map, in metres.
+    pub elevation_m: Option<f64>,
+    /// Stair, ramp or lift that the robot took last, by name or GlobalId.
+    pub portal: Option<String>,
     /// Metres by which the pose may change, at the middle of the SLAM map, without confirmation.
     pub max_jump_m: f64,
     /// The same for its yaw, in degrees.
@@ -238,7 +247,30 @@ impl Default for RobotConfig {
 
 impl Default for AlignConfig {
     fn default() -> Self {
-        Self { map: None, storey: None, hint: None, max_jump_m: 0.10, max_jump_deg: 1.0, apply: false }
+        Self {
+            map: None,
+            storey: None,
+            hint: None,
+            start_room: None,
+            at: Vec::new(),
+            elevation_m: None,
+            portal: None,
+            max_jump_m: 0.10,
+            max_jump_deg: 1.0,
+            apply: false,
+        }
+    }
+}
+
+impl AlignConfig {
+    /// What is known of where the robot is.
+    pub fn known_places(&self) -> KnownPlaces {
+        let start = self.start_room.clone().map(PointInRoom::start);
+        KnownPlaces {
+            rooms: start.into_iter().chain(self.at.iter().cloned()).collect(),
+            elevation_m: self.elevation_m,
+            portal: self.portal.clone(),
+        }
     }
 }
 
@@ -359,6 +391,16 @@ mod tests {
         assert_eq!(address("[ros.foxglove]").as_deref(), Some("127.0.0.1:8765"));
         assert_eq!(address("[ros.foxglove]\naddress = \"[::1]:80\"").as_deref(), Some("[::1]:80"));
         assert!(parse("[ros.foxglove]\naddress = \"somewhere\"").unwrap_err().to_string().contains("address"));
+    }
+
+    #[test]
+    fn what_is_known_of_the_robots_place_is_read_with_the_room_of_its_start_first() {
+        let text = "state = \"x\"\n[align]\nstart_room = \"U.04\"\nelevation_m = 3.2\nat = [{ x_m = 1, y_m = -2.5, room = \"9\" }]";
+        let known = SiteConfig::parse(text, Path::new("/")).unwrap().align.known_places();
+        let points: Vec<_> = known.points_in_rooms().collect();
+        assert_eq!(points, [([0.0, 0.0], "U.04"), ([1.0, -2.5], "9")]);
+        assert_eq!((known.elevation_m, known.portal.as_deref(), known.is_empty()), (Some(3.2), None, false));
+        assert!(AlignConfig::default().known_places().is_empty());
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! An alignment as JSON and as text, from its archive: the same for files and for the running daemon.
 
 use crate::date_argument::optional_text;
+use alignment::{Decision, Exclusion, NamedPlace};
 use daemon::facts::Pose;
+use export::rounded;
 use messages::{Alignment, AlignmentVerdict, NONE, PoseEvidence, PoseRecord, PoseValidity, SampleHeader};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -45,6 +47,44 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
         "candidates": candidates,
         "inputs": inputs,
     })
+}
+
+/// What would decide between the candidates of an ambiguous alignment.
+pub(crate) fn decision(decision: &Decision, alignment: &Alignment<'_>) -> Value {
+    let at = |[x, y]: [f64; 2]| json!({"x_m": rounded(x), "y_m": rounded(y)});
+    let place = |NamedPlace { place, rooms }: &NamedPlace| {
+        let by_pose = alignment.candidates.iter().zip(&place.in_map_m).zip(rooms);
+        let candidates: Vec<Value> = by_pose
+            .map(|((candidate, &in_map), room)| {
+                let room = room
+                    .as_ref()
+                    .map(|room| json!({"global_id": room.global_id, "name": room.name, "long_name": room.long_name}));
+                json!({"storey": storey(candidate), "place": at(in_map), "room": room})
+            })
+            .collect();
+        json!({
+            "in_slam": at(place.in_slam_m),
+            "way_m": rounded(place.way_m),
+            "differing_m": rounded(place.differing_m),
+            "decided": place.decided,
+            "candidates": candidates,
+        })
+    };
+    json!({
+        "text": decision.to_string(),
+        "places": decision.places.iter().map(place).collect::<Vec<_>>(),
+        "undecided": decision.undecided,
+    })
+}
+
+/// What a hint excluded.
+pub(crate) fn exclusion(exclusion: &Exclusion) -> Value {
+    json!({"hint": exclusion.label, "excluded": exclusion.n_poses})
+}
+
+/// What hints excluded, a line for each.
+pub(crate) fn exclusions_text(exclusions: &[Exclusion]) -> String {
+    exclusions.iter().map(|exclusion| format!("  {exclusion}\n")).collect()
 }
 
 /// What a sample was made from, as `document` takes it.

@@ -1,10 +1,10 @@
 //! Changes of the site that other nodes ask for, where it allows them.
 
 use bus::{Bus, Daemon};
-use daemon::facts::{AlignFacts, AlignmentSummary};
+use daemon::facts::{AlignFacts, AlignmentSummary, RosBridgeFacts};
 use daemon::{
-    AlignAnswer, AlignRequest, Failure, IngestRequest, Published, Report, Request, RequestTimeouts, RevisionEffect,
-    RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, SiteConfig, StatusBoard, ask,
+    AlignAnswer, AlignRequest, Failure, IngestRequest, KnownPlaces, Published, Report, Request, RequestTimeouts,
+    RevisionEffect, RosBridgeRequest, ScheduleAnswer, ScheduleRequest, SearchState, SiteConfig, StatusBoard, ask,
 };
 use frames::PlanTime;
 use messages::{AlignmentVerdict, plan_time};
@@ -62,12 +62,21 @@ impl Control {
         self.ask(&RosBridgeRequest::SetStorey { storey })
     }
 
-    /// Searches the pose of the robot's map, and waits for the end of it.
+    /// Searches the pose of the robot's map, first on the storey that the robot is known to be on, and waits for the end.
     ///
     /// # Errors
     /// There is no map, the search fails, no pose is accepted.
     pub(crate) fn align(&self) -> Result<String, Failure> {
-        let AlignAnswer::Search(search) = self.ask(&AlignRequest::Align { hint: None, storey: None })? else {
+        // The robot may have been carried since then.
+        match self.known_storey() {
+            Some(storey) => self.search(Some(storey)).or_else(|_| self.search(None)),
+            None => self.search(None),
+        }
+    }
+
+    fn search(&self, storey: Option<u32>) -> Result<String, Failure> {
+        let request = AlignRequest::Align { hint: None, storey, places: KnownPlaces::default() };
+        let AlignAnswer::Search(search) = self.ask(&request)? else {
             return Err("slam-align answers in other words".into());
         };
         let begun = Instant::now();
@@ -94,6 +103,12 @@ impl Control {
             }
             std::thread::sleep(POLL_INTERVAL);
         }
+    }
+
+    fn known_storey(&self) -> Option<u32> {
+        let board = StatusBoard::of(&self.config.bus.root);
+        let report: Report<RosBridgeFacts> = board.report(Daemon::RosBridge)?;
+        report.facts.known_storey
     }
 
     fn alignment(&self) -> Option<AlignmentSummary> {

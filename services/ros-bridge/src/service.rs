@@ -328,6 +328,7 @@ impl Service for BridgeService {
         RosBridgeFacts {
             storey: sent.storey,
             set_storey: self.storey.was_set(),
+            known_storey: self.storey.known(self.effective_pose().map(|pose| pose.map_storey)),
             resolution_m: sent.resolution_m,
             has_transform: self.has_transform,
             robot_in_slam_map: self.robot.pose(),

@@ -66,14 +66,18 @@ impl RobotStorey {
         self.told.set
     }
 
+    /// The storey that the robot is known to be on: it has come there through a portal, or it was set.
+    pub(crate) fn known(&self, aligned: Option<u32>) -> Option<u32> {
+        let is_there = |followed: &Followed| aligned.is_none_or(|aligned| aligned == followed.aligned);
+        self.told.followed.filter(is_there).map(|followed| followed.storey).or(self.told.set)
+    }
+
     /// What tells the storey, the first that does counts: the robot has come through a portal, it was set, the configuration, the
     /// alignment of the robot's map; else the lowest.
     ///
     /// `n_storeys` are those that have a grid. `None` without one, or where the one that is meant is not among them.
     pub(crate) fn index(&self, aligned: Option<u32>, n_storeys: usize) -> Option<usize> {
-        let is_there = |followed: &Followed| aligned.is_none_or(|aligned| aligned == followed.aligned);
-        let followed = self.told.followed.filter(is_there).map(|followed| followed.storey);
-        let storey = followed.or(self.told.set).or(self.configured).or(aligned).unwrap_or(0) as usize;
+        let storey = self.known(aligned).or(self.configured).or(aligned).unwrap_or(0) as usize;
         (storey < n_storeys).then_some(storey)
     }
 }
@@ -102,7 +106,7 @@ mod tests {
         assert_eq!(configured.index(Some(2), 3), Some(1));
         assert_eq!(configured.index(Some(0), 1), None, "another storey is never shown in its place");
         configured.set(Some(0)).unwrap();
-        assert_eq!(configured.index(Some(2), 3), Some(0));
+        assert_eq!((configured.index(Some(2), 3), configured.known(Some(2))), (Some(0), Some(0)));
         let mut again = RobotStorey::of(&config(Some(1))).unwrap();
         assert_eq!(again.was_set(), Some(0), "it is in a file");
         again.set(None).unwrap();
@@ -117,6 +121,7 @@ mod tests {
         let mut robot = RobotStorey::of(&config).unwrap();
         let storeys = [Some(0), None, Some(2)].map(|aligned| robot.index(aligned, 3));
         assert_eq!(storeys, [Some(1), Some(1), Some(2)], "it is in a file");
+        assert_eq!([robot.known(Some(0)), robot.known(Some(2))], [Some(1), None]);
         robot.set(Some(0)).unwrap();
         assert_eq!(robot.index(Some(0), 3), Some(0));
     }

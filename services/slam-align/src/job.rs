@@ -2,20 +2,22 @@
 
 use crate::newest_inputs::JobInputs;
 use crate::robot_map::RobotMap;
-use alignment::{Alignment, Hint, PreparedMap, References, align_maps};
+use alignment::{Alignment, Hint, PreparedMap, References, SitePlaces, UnknownPlace, align_maps_within};
 use bus::SiteSamples;
-use daemon::Failure;
+use daemon::{Failure, KnownPlaces};
 use deviations::{DeviationInput, deviations};
 use frames::Map;
 use messages::{ArchiveBuffer, PoseRecord, RobotProfile, ScheduleState, Site};
 use std::sync::Arc;
 
 /// Where a pose is searched.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct SearchArea {
     pub(crate) hint: Option<Hint>,
     /// Only on this map storey.
     pub(crate) storey: Option<u32>,
+    /// Where the robot is known to be.
+    pub(crate) places: KnownPlaces,
     /// True if a request narrowed it: what is not found there may lie elsewhere.
     pub(crate) is_narrowed: bool,
 }
@@ -85,6 +87,8 @@ pub(crate) enum Found {
     Drawn,
     /// Storeys are indices of the references.
     Poses(Alignment),
+    /// Nothing was searched: a hint names what the site does not have.
+    UnknownPlace(UnknownPlace),
     Deviations(ArchiveBuffer),
 }
 
@@ -101,21 +105,35 @@ pub(crate) fn work(references: &mut Option<References>, job: &Job) -> Result<Job
     let maps: ReferenceMaps = drawn.at(&site, &schedule_state)?.collect();
     let found = match &job.task {
         Task::Draw => Found::Drawn,
-        Task::Search { map, search_area, .. } => Found::Poses(align(&maps, map, search_area)?),
+        Task::Search { map, search_area, .. } => align(&site, &maps, map, search_area)?,
         Task::Compare { map, pose, .. } => Found::Deviations(compare(&site, &schedule_state, &robot, map, pose)?),
     };
     *references = Some(drawn);
     Ok(JobResult { references: maps, found })
 }
 
-fn align(references: &[Arc<PreparedMap<Map>>], map: &RobotMap, search_area: &SearchArea) -> Result<Alignment, Failure> {
-    let Some(storey) = search_area.storey else {
-        return Ok(align_maps(references, &map.prepared, search_area.hint.as_ref()));
+fn align(
+    site: &Site<'_>,
+    references: &[Arc<PreparedMap<Map>>],
+    map: &RobotMap,
+    search_area: &SearchArea,
+) -> Result<Found, Failure> {
+    let (places, known) = (SitePlaces::of(site), &search_area.places);
+    let hints = match places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref()) {
+        Ok(hints) => hints,
+        Err(why) => return Ok(Found::UnknownPlace(why)),
     };
-    let only = references.get(storey as usize).ok_or_else(|| format!("the site has no storey {storey}"))?;
-    let mut alignment = align_maps(std::slice::from_ref(only), &map.prepared, search_area.hint.as_ref());
-    alignment.poses.iter_mut().for_each(|pose| pose.reference = storey as usize);
-    Ok(alignment)
+    let storeys: Vec<u32> = (0..references.len() as u32).collect();
+    let only = match search_area.storey {
+        None => 0..references.len(),
+        Some(storey) if (storey as usize) < references.len() => storey as usize..storey as usize + 1,
+        Some(storey) => return Err(format!("the site has no storey {storey}").into()),
+    };
+    let (searched, of_storeys) = (&references[only.clone()], &storeys[only.clone()]);
+    let mut alignment = align_maps_within(searched, of_storeys, &map.prepared, search_area.hint.as_ref(), &hints);
+    alignment.poses.iter_mut().for_each(|pose| pose.reference += only.start);
+    alignment.decide(references, &map.prepared, &storeys, &places.rooms);
+    Ok(Found::Poses(alignment))
 }
 
 fn compare(

@@ -40,7 +40,7 @@ impl Searches {
     /// Begins the next search.
     pub(crate) fn begin(&mut self) -> Option<(u64, SearchArea)> {
         self.running = self.asked.pop_front();
-        self.running
+        self.running.clone()
     }
 
     /// Puts the running search back, because its inputs have changed: it is the next one.

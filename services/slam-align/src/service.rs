@@ -216,7 +216,7 @@ impl AlignService {
 
     /// The search area of the configuration.
     fn search_area(&self) -> SearchArea {
-        SearchArea { hint: self.config.hint.map(hint_of), storey: self.config.storey, is_narrowed: false }
+        search_area_of(&self.config)
     }
 
     fn done(&self) -> Done {
@@ -226,13 +226,20 @@ impl AlignService {
 
     fn configure(&mut self, config: &SiteConfig) -> Result<(), Failure> {
         let is_applied_otherwise = self.config.apply != config.align.apply;
+        let is_searched_elsewhere = search_area_of(&self.config) != search_area_of(&config.align);
         self.config = config.align.clone();
+        self.pending.search |= is_searched_elsewhere && self.map.is_some();
         self.follower.set_max_jump(max_jump(&self.config));
         if is_applied_otherwise {
             self.apply(&self.persisted.observed)?;
         }
         self.follow_configured_map()
     }
+}
+
+fn search_area_of(config: &AlignConfig) -> SearchArea {
+    let (hint, storey, places) = (config.hint.map(hint_of), config.storey, config.known_places());
+    SearchArea { hint, storey, places, is_narrowed: false }
 }
 
 fn max_jump(config: &AlignConfig) -> MaxJump {
@@ -290,9 +297,9 @@ impl Service for AlignService {
         let by = asked.by;
         let answer = match request {
             AlignRequest::ReadSlamMap { file } => AlignAnswer::Search(self.read_map(&file, by)?),
-            AlignRequest::Align { hint, storey } => {
-                let is_narrowed = hint.is_some() || storey.is_some();
-                let search_area = SearchArea { hint: hint.map(hint_of), storey, is_narrowed };
+            AlignRequest::Align { hint, storey, places } => {
+                let is_narrowed = hint.is_some() || storey.is_some() || !places.is_empty();
+                let search_area = SearchArea { hint: hint.map(hint_of), storey, places, is_narrowed };
                 AlignAnswer::Search(self.ask_for_search(search_area)?)
             }
             AlignRequest::SearchResult { search } => AlignAnswer::SearchState(self.searches.state(search)),

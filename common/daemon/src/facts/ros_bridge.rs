@@ -13,6 +13,8 @@ pub struct RosBridgeFacts {
     pub storey: Option<u32>,
     /// Index of the map storey that a robot or a person has set; `None` for that of configuration or alignment.
     pub set_storey: Option<u32>,
+    /// Index of the map storey that the robot is known to be on, because it went through a portal or the storey was set.
+    pub known_storey: Option<u32>,
     /// Metres per cell of the published grids.
     pub resolution_m: Option<f64>,
     /// True if a transform of the robot's map was published.

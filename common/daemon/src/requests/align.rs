@@ -3,6 +3,7 @@
 use crate::caller::Caller;
 use crate::config::PoseHint;
 use crate::facts::Pose;
+use crate::known_places::KnownPlaces;
 use crate::request::{Published, Request};
 use bus::Daemon;
 use jiff::Timestamp;
@@ -25,6 +26,9 @@ pub enum AlignRequest {
         hint: Option<PoseHint>,
         /// On this map storey only.
         storey: Option<u32>,
+        /// Where the robot is known to be.
+        #[serde(default)]
+        places: KnownPlaces,
     },
     /// The result of a search. Answer: [`AlignAnswer::SearchState`].
     SearchResult {

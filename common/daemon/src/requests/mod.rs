@@ -20,6 +20,7 @@ pub use waypoints::{WaypointAnswer, WaypointRequest};
 mod tests {
     use super::*;
     use crate::failure::chain;
+    use crate::known_places::{KnownPlaces, PointInRoom};
     use crate::request::{Request, parse_request};
 
     fn refusal<R: Request>(bytes: &[u8]) -> String {
@@ -56,7 +57,9 @@ mod tests {
         check(&ScheduleRequest::Simulate { rate: 3600.0, from_s: None });
         check(&ScheduleRequest::SetActuals { file: None, source: ActualsSource::Observed });
         check(&WaypointRequest::SetWaypoints { options: None, spaces: vec!["1*".into()], changed_since_s: Some(-1) });
-        check(&AlignRequest::Align { hint: None, storey: Some(2) });
+        let rooms = vec![PointInRoom { x_m: 1.0, y_m: -2.0, room: "U.04".to_owned() }];
+        let places = KnownPlaces { rooms, elevation_m: Some(3.2), portal: None };
+        check(&AlignRequest::Align { hint: None, storey: Some(2), places });
         check(&AlignRequest::UndoConfirm { elements: Vec::new() });
     }
 }

@@ -1,5 +1,7 @@
 //! Alignment of a SLAM map with maps of the model: the public entry points.
 
+use crate::decision::Decision;
+use crate::exclusion::Exclusion;
 use crate::features::Features;
 use crate::pose::{Cells, Pose};
 use crate::random_generator::RandomGenerator;
@@ -35,6 +37,14 @@ impl<Frame> PreparedMap<Frame> {
     fn of(map: &OccupancyMap, depth_m: f64) -> Self {
         let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m), depth_m);
         Self { features, frame_from_cells: Rigid2::of_x_y_yaw(map.origin) }
+    }
+
+    pub(crate) fn features(&self) -> &Features {
+        &self.features
+    }
+
+    pub(crate) fn frame_from_cells(&self) -> &Rigid2<Frame, Cells<Frame>> {
+        &self.frame_from_cells
     }
 }
 
@@ -90,13 +100,24 @@ pub struct Alignment {
     pub poses: Vec<AlignedPose>,
     /// Lengths of the SLAM map in the best of them; `None` if too little matches to tell.
     pub scale: Option<Scale>,
+    /// What would decide between poses that fit alike; `None` before [`Alignment::decide`], and where that has nothing to do.
+    pub decision: Option<Decision>,
+    /// What each place hint excluded.
+    pub exclusions: Vec<Exclusion>,
 }
 
 impl Alignment {
     /// The state before the first search.
     pub fn nothing_yet() -> Self {
         let reason = "no pose was searched yet".to_owned();
-        Self { verdict: AlignmentVerdict::Refused, reason, poses: Vec::new(), scale: None }
+        Self {
+            verdict: AlignmentVerdict::Refused,
+            reason,
+            poses: Vec::new(),
+            scale: None,
+            decision: None,
+            exclusions: Vec::new(),
+        }
     }
 }
 
@@ -126,6 +147,15 @@ pub fn align_maps(
     slam: &PreparedMap<Slam>,
     hint: Option<&Hint>,
 ) -> Alignment {
+    judged(references, slam, &candidates_of(references, slam, hint))
+}
+
+/// The poses that fit any of the references, each with the index of its reference, best first.
+pub(crate) fn candidates_of(
+    references: &[impl AsRef<PreparedMap<Map>>],
+    slam: &PreparedMap<Slam>,
+    hint: Option<&Hint>,
+) -> Vec<(usize, Candidate)> {
     let mut found: Vec<(usize, Candidate)> = Vec::new();
     for (at, reference) in references.iter().map(AsRef::as_ref).enumerate() {
         let near = hint.map(|hint| PoseGuess {
@@ -138,13 +168,22 @@ pub fn align_maps(
         }
     }
     found.sort_by(|a, b| b.1.evidence.score.total_cmp(&a.1.evidence.score));
+    found
+}
+
+/// The alignment that these poses make, best first.
+pub(crate) fn judged(
+    references: &[impl AsRef<PreparedMap<Map>>],
+    slam: &PreparedMap<Slam>,
+    found: &[(usize, Candidate)],
+) -> Alignment {
     let (verdict, reason) = verdict_of(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
     let poses = found.iter().map(|(at, c)| AlignedPose::of(*at, references[*at].as_ref(), slam, c)).collect();
     let scale = found.first().and_then(|(at, best)| {
         let sampled_points = sampled_points(&slam.features, &mut RandomGenerator::new(1));
         scale(&references[*at].as_ref().features, &slam.features, &sampled_points, &best.refined.pose)
     });
-    Alignment { verdict, reason, poses, scale }
+    Alignment { verdict, reason, poses, scale, ..Alignment::nothing_yet() }
 }
 
 /// The pose of the cells of two maps whose frames lie to each other by a motion.

@@ -2,12 +2,13 @@
 //!
 //! Candidates come from wall points with signed normals, corners that vote, and correlation; every pose is refined and
 //! scored by walls and free space, and one is accepted only if no other comes near it. A symmetric building is ambiguous,
-//! with every pose, until a hint decides.
+//! with every pose and the place where the robot finds out ([`Alignment::decide`]), until a hint decides.
 //!
 //! ```text
 //! groundplan align --reference maps --slam robot.yaml                       # on any storey
 //! groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json
 //! groundplan align --reference maps --slam robot.yaml --overlay overlay.png --transform site_map.yaml
+//! groundplan align --reference maps --slam robot.yaml --start-room U.04     # poses that begin in another room are excluded
 //! groundplan align --reference maps --slam robot.yaml --resample moved      # maps, routes and waypoints in the robot's frame
 //! groundplan align --reference maps --slam robot.yaml --free-scale          # the scale of the SLAM map is estimated, too
 //! ```
@@ -45,19 +46,34 @@ mod search;
 mod track;
 mod verdict;
 
+mod rooms;
+
+mod decision;
+mod exclusion;
+
 mod alignment;
+mod ambiguity;
 mod archives;
+mod distinction;
 mod overlay;
+mod place_hints;
 mod reference;
 mod scale_search;
+mod site_places;
 
 mod follower;
 
 pub use alignment::{AlignedPose, Alignment, Hint, PreparedMap, align_maps};
 pub use archives::{AlignmentSources, PoseStatus};
+pub use decision::{DecidingPlace, Decision, NamedPlace};
+pub use distinction::{Distinction, MAX_COMPARED_POSES, distinction};
+pub use exclusion::Exclusion;
 pub use follower::{Follower, MaxJump};
 pub use overlay::overlay;
+pub use place_hints::{Area, PlaceHint, align_maps_within};
 pub use reference::{ReferenceError, References};
+pub use rooms::{Room, UnknownRoom};
 pub use scale::Scale;
 pub use scale_search::align_maps_at_any_scale;
+pub use site_places::{Portal, SitePlaces, UnknownPlace, joined};
 pub use track::track_map;

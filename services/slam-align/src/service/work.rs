@@ -5,7 +5,7 @@ use crate::background_worker::Outcome;
 use crate::job::{Found, Job, JobResult, SearchArea, Task, TaskKind};
 use crate::newest_inputs::JobInputs;
 use crate::robot_map::RobotMap;
-use alignment::{Alignment, track_map};
+use alignment::{Alignment, UnknownPlace, track_map};
 use daemon::{ComparisonState, Failure, SearchState, chain};
 use messages::{Activity, AlignmentVerdict, PoseValidity};
 use std::sync::Arc;
@@ -70,6 +70,10 @@ impl AlignService {
         match (found, task) {
             (Found::Poses(alignment), Task::Search { map, asked, search_area }) => {
                 self.take_search(alignment, &map, asked, search_area.is_narrowed)
+            }
+            (Found::UnknownPlace(why), Task::Search { asked, .. }) => {
+                self.follow();
+                self.refuse_search(&why, asked)
             }
             (Found::Deviations(deviations), Task::Compare { map, comparison, .. }) => {
                 self.pending.done_comparison = comparison;
@@ -139,6 +143,18 @@ impl AlignService {
             self.record_pose(None, "accepted", &pose);
         }
         published
+    }
+
+    /// Ends a search that could not begin. What a client asked for is that client's mistake; what `site.toml` says stays wrong
+    /// until it is edited.
+    fn refuse_search(&mut self, why: &UnknownPlace, asked: Option<u64>) -> Result<(), Failure> {
+        let why = chain(why);
+        if asked.is_none() {
+            warn!(service = "slam-align", error = why, "the pose was not searched");
+            self.job_errors.insert(TaskKind::Search, format!("[align]: {why}"));
+        }
+        self.searches.end(SearchState::Failed { why });
+        self.publish()
     }
 
     /// Judges the pose by the newest map.

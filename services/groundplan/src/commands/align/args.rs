@@ -1,6 +1,7 @@
 //! Arguments and help of `align`.
 
-use super::transform;
+use super::initial_pose::{self, INITIAL_POSE};
+use super::transform::{self, TRANSFORM};
 use crate::args::{OverwriteArgs, PoseHintArgs, SiteArgs};
 use crate::failure::Failure;
 use messages::Alignment;
@@ -28,6 +29,15 @@ pub struct Args {
     #[arg(long, value_name = "FILE.yaml")]
     transform: Option<PathBuf>,
 
+    /// Write the robot's pose in the model's map, with its covariance, as parameters of AMCL and as a message for /initialpose;
+    /// only for exit code 0, and an earlier one becomes FILE.yaml.stale otherwise
+    #[arg(long, value_name = "FILE.yaml")]
+    initial_pose: Option<PathBuf>,
+
+    /// Pose of the robot in its own map, for --initial-pose: metres, metres, degrees [default: where its map began]
+    #[arg(long, num_args = 3, value_names = ["X", "Y", "YAW"], allow_negative_numbers = true, requires = "initial_pose")]
+    robot: Vec<f64>,
+
     /// Draw both maps in the best pose: walls of both green, what only the robot saw red, what it saw through orange
     #[arg(long, value_name = "FILE.png", requires = "reference")]
     pub(super) overlay: Option<PathBuf>,
@@ -41,7 +51,7 @@ pub struct Args {
     pub(super) overwrite: OverwriteArgs,
 
     /// The scale of the SLAM map is not reliable: try scales from 0.8 to 1.25
-    #[arg(long, requires = "reference")]
+    #[arg(long, requires = "reference", conflicts_with_all = ["start_room", "at", "elevation", "portal"])]
     pub(super) free_scale: bool,
 
     /// Print one JSON document on standard output and nothing else there
@@ -67,8 +77,12 @@ Nav2 map file of any resolution and origin. The answer is the motion `map_from_s
 p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as well, or why there is none.
 
   accepted    one pose fits, and no other comes near
-  ambiguous   several fit alike: a symmetric building, repeated rooms; all are listed
+  ambiguous   several fit alike: a symmetric building, repeated rooms; all are listed, with a place to drive to at
+              which the model tells them apart, or with the hints to give where it does not
   refused     another building or storey, too little overlap, too little structure
+
+--start-room, --at, --elevation and --portal exclude poses that contradict them; the answer says how many. Where the map
+fits clearly better in a pose that is excluded, none is accepted: the hint may be wrong.
 
 Of the running daemon the validity is printed, too: whether the pose may be used for the newest map.
 
@@ -82,14 +96,20 @@ Exit codes: 0 accepted and effective, 1 failed, and of files ambiguous or refuse
 
 Examples:
   groundplan align --reference maps --slam robot.yaml
-  groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json";
+  groundplan align --reference maps --storey 0 --slam robot.yaml --hint 3 4 90 --json
+  groundplan align --reference maps --slam robot.yaml --start-room U.04 --initial-pose amcl.yaml";
 
 impl Args {
-    /// Writes the static transform of an alignment, if it is asked for and the pose is accepted and effective.
+    /// Writes static transform and initial pose of an alignment, if they are asked for and the pose is accepted and effective.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub(super) fn write_transform(&self, alignment: &Alignment<'_>) -> Result<(), Failure> {
-        self.transform.as_deref().map_or(Ok(()), |path| transform::write(path, alignment))
+    pub(super) fn write_pose(&self, alignment: &Alignment<'_>) -> Result<(), Failure> {
+        if let Some(path) = &self.transform {
+            TRANSFORM.write(path, alignment, transform::text)?;
+        }
+        let Some(path) = &self.initial_pose else { return Ok(()) };
+        let [x_m, y_m, yaw_deg] = self.robot.first_chunk::<3>().copied().unwrap_or_default();
+        INITIAL_POSE.write(path, alignment, |pose| initial_pose::text(pose, [x_m, y_m, yaw_deg.to_radians()]))
     }
 }

@@ -1,17 +1,18 @@
 //! Aligning maps in files.
 
 use super::args::Args;
+use super::semantic::site_places;
 use super::slam_frame;
 use crate::alignment_report;
 use crate::args::report_set_aside;
 use crate::failure::Failure;
 use crate::run::Outcome;
-use alignment::{AlignmentSources, PreparedMap, align_maps, align_maps_at_any_scale, overlay};
+use alignment::{AlignmentSources, PreparedMap, align_maps_at_any_scale, align_maps_within, overlay};
 use frames::Map;
 use messages::{Alignment, AlignmentVerdict, NONE, ScheduleStateHead};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -28,15 +29,22 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
     let hint = arguments.place.hint();
     let slam_map = PreparedMap::of_slam(&map);
-    let found = match arguments.free_scale {
-        false => align_maps(&maps, &slam_map, hint.as_ref()),
+    let numbers: Vec<u32> = storeys.iter().map(|s| s.index).collect();
+    let known = arguments.place.known_places()?;
+    let places = site_places(reference, storeys.iter().filter_map(|s| Some((s.index, s.floor_z_m?))))?;
+    let hints = places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref());
+    let hints = hints.map_err(Failure::usage)?;
+    let mut found = match arguments.free_scale {
+        false => align_maps_within(&maps, &numbers, &slam_map, hint.as_ref(), &hints),
         true => align_maps_at_any_scale(&maps, &map, hint.as_ref()),
     };
-    let numbers: Vec<u32> = storeys.iter().map(|s| s.index).collect();
+    let scaled = found.scale.filter(|_| arguments.free_scale).map_or(1.0, |s| s.value);
+    let slam_map = if scaled == 1.0 { slam_map } else { PreparedMap::of_slam(&map.divided_by(scaled)) };
+    found.decide(&maps, &slam_map, &numbers, &places.rooms);
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
     let archive = found.archive(&numbers, &found.pose_status(&numbers), sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
-    arguments.write_transform(&alignment)?;
+    arguments.write_pose(&alignment)?;
     if let Some(pose) = alignment.pose() {
         let directory = storeys.iter().find(|s| s.index == pose.map_storey && s.index != NONE).map(|s| &s.path);
         if let (Some(folder), Some(map)) = (&arguments.resample, directory) {
@@ -46,16 +54,17 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
         }
     }
     if let (Some(path), Some(pose)) = (&arguments.overlay, found.poses.first()) {
-        let scaled = found.scale.filter(|_| arguments.free_scale).map_or(1.0, |s| s.value);
-        let slam_map = if scaled == 1.0 { slam_map } else { PreparedMap::of_slam(&map.divided_by(scaled)) };
         let image = overlay(&maps[pose.reference], &slam_map, pose).map_err(Failure::work)?;
         std::fs::write(path, image).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
     }
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
-        format!("{:#}\n", alignment_report::document(&alignment, inputs))
+        let mut document = alignment_report::document(&alignment, inputs);
+        document["decide"] = found.decision.as_ref().map_or(Value::Null, |d| alignment_report::decision(d, &alignment));
+        document["hints"] = found.exclusions.iter().map(alignment_report::exclusion).collect();
+        format!("{document:#}\n")
     } else {
-        alignment_report::text(&alignment)
+        alignment_report::text(&alignment) + &alignment_report::exclusions_text(&found.exclusions)
     };
     Ok(Outcome::judged(text, alignment.verdict() == AlignmentVerdict::Accepted))
 }
@@ -65,12 +74,17 @@ struct StoreyMap {
     path: PathBuf,
     /// Index of the map storey; [`NONE`] for a map of its own.
     index: u32,
+    /// Height of its floor; `None` for a map of its own.
+    floor_z_m: Option<f64>,
 }
 
 /// The map itself, or the localization maps of a folder that `convert` wrote, with their plan time.
 fn storeys(reference: &Path, only: Option<u32>) -> Result<(Vec<StoreyMap>, i64), Failure> {
     if !reference.is_dir() {
-        return Ok((vec![StoreyMap { path: reference.to_owned(), index: NONE }], ScheduleStateHead::NO_TIME));
+        return Ok((
+            vec![StoreyMap { path: reference.to_owned(), index: NONE, floor_z_m: None }],
+            ScheduleStateHead::NO_TIME,
+        ));
     }
     let path = reference.join("manifest.json");
     let unusable = |why: String| Failure::usage(format!("{}: {why}", path.display()));
@@ -80,7 +94,11 @@ fn storeys(reference: &Path, only: Option<u32>) -> Result<(Vec<StoreyMap>, i64),
         .storeys
         .iter()
         .filter(|s| only.is_none_or(|only| s.index == only))
-        .map(|s| StoreyMap { path: reference.join(&s.directory).join("localization.yaml"), index: s.index })
+        .map(|s| StoreyMap {
+            path: reference.join(&s.directory).join("localization.yaml"),
+            index: s.index,
+            floor_z_m: Some(s.floor_z_m),
+        })
         .collect();
     if storeys.is_empty() {
         return Err(unusable("it has no such storey".to_owned()));
@@ -100,6 +118,7 @@ struct Manifest {
 struct ManifestStorey {
     index: u32,
     directory: PathBuf,
+    floor_z_m: f64,
 }
 
 fn sha256(path: &Path) -> Result<String, Failure> {

@@ -2,7 +2,10 @@
 
 mod args;
 mod files;
+mod initial_pose;
 mod pairs;
+mod pose_file;
+mod semantic;
 mod slam_frame;
 mod transform;
 
@@ -34,8 +37,9 @@ impl Args {
     /// Asks the daemon to search the pose of the map that it follows.
     fn align_live(&self) -> Result<Outcome, Failure> {
         let place = &self.place;
-        let sample = searched(&self.site, &AlignRequest::Align { hint: place.pose_hint(), storey: place.storey })?;
-        self.write_transform(&sample.view())?;
+        let (hint, storey, places) = (place.pose_hint(), place.storey, place.known_places()?);
+        let sample = searched(&self.site, &AlignRequest::Align { hint, storey, places })?;
+        self.write_pose(&sample.view())?;
         Ok(outcome_of(&sample, self.json))
     }
 }
