@@ -133,6 +133,10 @@ pub struct AlignConfig {
     pub max_jump_m: f64,
     /// The same for its yaw, in degrees.
     pub max_jump_deg: f64,
+    /// Largest standard deviation of the middle of the SLAM map, in metres, of a pose that may be used.
+    pub max_uncertainty_m: f64,
+    /// The same of its yaw, in degrees.
+    pub max_uncertainty_deg: f64,
     /// True if what the robot sees before its time counts from then on: maps show it, planned states stay.
     pub apply: bool,
 }
@@ -257,6 +261,8 @@ impl Default for AlignConfig {
             portal: None,
             max_jump_m: 0.10,
             max_jump_deg: 1.0,
+            max_uncertainty_m: 0.10,
+            max_uncertainty_deg: 1.0,
             apply: false,
         }
     }

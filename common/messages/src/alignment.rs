@@ -17,11 +17,11 @@ mod section {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
 #[repr(u32)]
 pub enum AlignmentVerdict {
-    /// One pose without a rival.
+    /// One pose, wrong with a probability below 0.1 %.
     Accepted = 0,
-    /// Several poses that fit equally well, or one that is not constrained in all directions.
+    /// Several poses that fit almost alike.
     Ambiguous = 1,
-    /// No pose fits.
+    /// No pose fits well enough.
     Refused = 2,
 }
 
@@ -75,6 +75,8 @@ pub enum PoseValidity {
     Held = 2,
     /// The newest map was searched, and no pose was accepted.
     Refused = 3,
+    /// The newest map bears the pose out, but it is known less well than the site asks for.
+    Uncertain = 4,
 }
 
 impl PoseValidity {
@@ -85,15 +87,18 @@ impl PoseValidity {
             Self::WaitsForConfirm => "waits_for_confirm",
             Self::Held => "held",
             Self::Refused => "refused",
+            Self::Uncertain => "uncertain",
         }
     }
 }
 
-/// Evidence for a pose; all from 0 to 1.
+/// Evidence for a pose. Shares are from 0 to 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct PoseEvidence {
-    /// Agreement of walls: the score by which poses are compared.
+    /// By which poses are compared: between two poses of one map the difference is the natural logarithm of their odds.
+    pub log_odds: f64,
+    /// Agreement of walls, from 0 to 1: of precision and recall.
     pub score: f64,
     /// Share of the SLAM map's walls that the model has.
     pub precision: f64,
@@ -101,6 +106,12 @@ pub struct PoseEvidence {
     pub recall: f64,
     /// Share of the SLAM map's free cells that are free in the model.
     pub free: f64,
+    /// Length of the faces of the model's walls that the robot would have had in sight, in metres.
+    pub seen_m: f64,
+    /// Share of them that it saw through.
+    pub seen_through: f64,
+    /// Share of the SLAM map's occupied cells that lie in walls of the model.
+    pub in_walls: f64,
 }
 
 /// A pose of the robot's map in the model's.
@@ -120,7 +131,7 @@ pub struct PoseRecord {
     /// Zero.
     pub reserved: u32,
 }
-const _: () = assert!(size_of::<PoseRecord>() == 152);
+const _: () = assert!(size_of::<PoseRecord>() == 184);
 
 /// Head of an alignment: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
@@ -139,6 +150,8 @@ pub struct AlignmentHead {
     pub pose: PoseRecord,
     /// A pose that waits for an operator to confirm it; zeros unless [`AlignmentHead::is_waiting`].
     pub waiting: PoseRecord,
+    /// Probability that the best pose of the map that was searched last is wrong; 1 before a search.
+    pub wrong_probability: f64,
     /// Scale of the SLAM map against the model; 1 if its lengths are right.
     pub scale: f64,
     /// Standard deviation of the scale.
@@ -154,7 +167,7 @@ pub struct AlignmentHead {
     /// What the current pose is worth.
     pub validity: Tag<PoseValidity>,
 }
-const _: () = assert!(size_of::<AlignmentHead>() == 376);
+const _: () = assert!(size_of::<AlignmentHead>() == 448);
 
 /// An alignment, read in place.
 #[derive(Debug, Clone, Copy)]
@@ -181,7 +194,7 @@ impl<'a> Alignment<'a> {
         check_tags([head.verdict], "verdict")?;
         check_tags([head.state], "state of a pose")?;
         check_tags([head.validity], "validity of a pose")?;
-        let numbers = [head.scale, head.scale_deviation];
+        let numbers = [head.wrong_probability, head.scale, head.scale_deviation];
         let whole = head.reason.of(alignment.strings).is_some()
             && head.is_waiting <= 1
             && alignment.candidates.len() <= Self::MAX_CANDIDATES
@@ -247,7 +260,16 @@ impl PoseRecord {
         map_from_slam: [0.0; 3],
         covariance: [0.0; 9],
         about_m: [0.0; 2],
-        evidence: PoseEvidence { score: 0.0, precision: 0.0, recall: 0.0, free: 0.0 },
+        evidence: PoseEvidence {
+            log_odds: 0.0,
+            score: 0.0,
+            precision: 0.0,
+            recall: 0.0,
+            free: 0.0,
+            seen_m: 0.0,
+            seen_through: 0.0,
+            in_walls: 0.0,
+        },
         map_storey: NONE,
         reserved: 0,
     };
@@ -263,8 +285,7 @@ impl PoseRecord {
     }
 
     fn is_finite(&self) -> bool {
-        let PoseEvidence { score, precision, recall, free } = self.evidence;
-        let evidence = [score, precision, recall, free];
+        let evidence: [f64; 8] = bytemuck::cast(self.evidence);
         let numbers = self.map_from_slam.iter().chain(&self.covariance).chain(&self.about_m).chain(&evidence);
         numbers.into_iter().all(|n| n.is_finite())
     }
@@ -325,6 +346,7 @@ mod tests {
             plan_time_s: 3,
             pose: PoseRecord { map_from_slam: [1.0, 2.0, 0.5], ..PoseRecord::NONE },
             waiting: PoseRecord::NONE,
+            wrong_probability: 0.01,
             scale: 1.0,
             scale_deviation: 0.001,
             reason: Text::default(),
@@ -354,7 +376,7 @@ mod tests {
             AlignmentHead { scale: f64::NAN, ..head() },
             AlignmentHead { verdict: Tag::numbered(3), ..head() },
             AlignmentHead { state: Tag::numbered(4), ..head() },
-            AlignmentHead { validity: Tag::numbered(4), ..head() },
+            AlignmentHead { validity: Tag::numbered(5), ..head() },
             AlignmentHead { pose: PoseRecord { about_m: [f64::INFINITY; 2], ..PoseRecord::NONE }, ..head() },
         ] {
             let buffer = AlignmentBuilder { head: wrong, reason: "", candidates: &[] }.finish();

@@ -11,8 +11,8 @@ use std::fmt::Write;
 /// A scale is worth telling if it differs from 1 by more than this, and by more than three standard deviations.
 const MIN_SCALE_DEVIATION: f64 = 0.005;
 
-/// People read the poses that come so near to the best; programs get all.
-const NEAR_BEST: f64 = 0.9;
+/// People read the poses that come so near to the best in log odds; programs get all.
+const NEAR_BEST: f64 = 7.0;
 
 /// What `--json` prints; `inputs` says what the maps were.
 pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
@@ -31,7 +31,9 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
     let waiting = alignment.waiting().map(|w| json!({"storey": storey(w), "map_from_slam": motion(w)}));
     json!({
         "validity": alignment.validity().name(),
+        "usable": alignment.validity() == PoseValidity::Effective && alignment.verdict() == AlignmentVerdict::Accepted,
         "verdict": alignment.verdict().name(),
+        "wrong_probability": head.wrong_probability,
         "of_newest_map": alignment.is_searched(),
         "reason": alignment.reason(),
         "state": alignment.state().name(),
@@ -102,8 +104,8 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
     }
     out.push('\n');
     if alignment.verdict() == AlignmentVerdict::Ambiguous {
-        let best = alignment.candidates.first().map_or(0.0, |pose| pose.evidence.score);
-        let near = alignment.candidates.iter().filter(|pose| pose.evidence.score > NEAR_BEST * best);
+        let best = alignment.candidates.first().map_or(0.0, |pose| pose.evidence.log_odds);
+        let near = alignment.candidates.iter().filter(|pose| pose.evidence.log_odds > best - NEAR_BEST);
         near.for_each(|pose| line(&mut out, pose, ""));
     }
     if let Some(pose) = alignment.pose() {
@@ -127,6 +129,7 @@ pub(crate) fn why_not_effective(alignment: &Alignment<'_>) -> Option<String> {
     match alignment.validity() {
         PoseValidity::Effective => None,
         PoseValidity::WaitsForConfirm => Some("another pose waits for `groundplan confirm`".to_owned()),
+        PoseValidity::Uncertain => Some("the walls that the SLAM map shows hold the pose too loosely".to_owned()),
         PoseValidity::Held => Some(format!("the pose is held: {}", why_held(alignment))),
         PoseValidity::Refused => Some(why_not_accepted(alignment)),
     }
@@ -166,8 +169,11 @@ fn inverse(pose: &PoseRecord) -> Value {
     json!(Pose::of(pose.map_from_slam().inverse().x_y_yaw()))
 }
 
-/// The parts of a score.
+/// The evidence for a pose.
 pub(crate) fn evidence(evidence: &PoseEvidence) -> Value {
-    let PoseEvidence { precision, recall, free, .. } = evidence;
-    json!({"precision": precision, "recall": recall, "free": free})
+    let PoseEvidence { log_odds, precision, recall, free, seen_m, seen_through, in_walls, .. } = evidence;
+    json!({
+        "log_odds": log_odds, "precision": precision, "recall": recall, "free": free, "seen_m": seen_m,
+        "seen_through": seen_through, "in_walls": in_walls,
+    })
 }

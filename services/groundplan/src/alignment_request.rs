@@ -79,6 +79,7 @@ pub(crate) fn published(
 const WAITS_FOR_CONFIRM: u8 = 3;
 const HELD: u8 = 4;
 const NOT_ACCEPTED: u8 = 5;
+const UNCERTAIN: u8 = 6;
 
 /// The alignment as it is printed; the exit code is 0 only if its pose may be used.
 pub(crate) fn outcome_of(sample: &CheckedSample<topics::Alignment>, json: bool) -> Outcome {
@@ -100,6 +101,7 @@ fn exit_code(alignment: &Alignment<'_>) -> u8 {
         (PoseValidity::Effective, AlignmentVerdict::Accepted) => 0,
         (PoseValidity::WaitsForConfirm, _) => WAITS_FOR_CONFIRM,
         (PoseValidity::Held, _) => HELD,
+        (PoseValidity::Uncertain, _) => UNCERTAIN,
         (PoseValidity::Effective | PoseValidity::Refused, _) => NOT_ACCEPTED,
     }
 }

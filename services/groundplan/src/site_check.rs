@@ -122,7 +122,12 @@ fn align(found: &mut Findings<'_>, config: &SiteConfig) {
         // The robot may save it later: slam-align says so until it is there.
         found.add(SettingKey::SlamMap.name(), daemon::chain(&why), false);
     }
-    for (key, value) in [("align.max_jump_m", align.max_jump_m), ("align.max_jump_deg", align.max_jump_deg)] {
+    for (key, value) in [
+        ("align.max_jump_m", align.max_jump_m),
+        ("align.max_jump_deg", align.max_jump_deg),
+        ("align.max_uncertainty_m", align.max_uncertainty_m),
+        ("align.max_uncertainty_deg", align.max_uncertainty_deg),
+    ] {
         if !(value.is_finite() && value >= 0.0) {
             found.add(key, format!("{value} is no distance: it must be 0 or more"), true);
         }

@@ -55,11 +55,14 @@ struct PersistedPose {
     covariance: [f64; 9],
     /// Score, precision, recall, free.
     evidence: [f64; 4],
+    /// Log odds, metres of walls in sight, shares seen through and in walls; zeros in the state of earlier versions.
+    #[serde(default)]
+    sight: [f64; 4],
 }
 
 impl PersistedPose {
     fn of(pose: &PoseRecord, frame_epoch: u64) -> Self {
-        let PoseEvidence { score, precision, recall, free } = pose.evidence;
+        let PoseEvidence { log_odds, score, precision, recall, free, seen_m, seen_through, in_walls } = pose.evidence;
         Self {
             frame_epoch,
             map_storey: pose.map_storey,
@@ -67,16 +70,18 @@ impl PersistedPose {
             about_m: pose.about_m,
             covariance: pose.covariance,
             evidence: [score, precision, recall, free],
+            sight: [log_odds, seen_m, seen_through, in_walls],
         }
     }
 
     fn record(&self) -> PoseRecord {
-        let [score, precision, recall, free] = self.evidence;
+        let ([score, precision, recall, free], [log_odds, seen_m, seen_through, in_walls]) =
+            (self.evidence, self.sight);
         PoseRecord {
             map_from_slam: self.map_from_slam,
             covariance: self.covariance,
             about_m: self.about_m,
-            evidence: PoseEvidence { score, precision, recall, free },
+            evidence: PoseEvidence { log_odds, score, precision, recall, free, seen_m, seen_through, in_walls },
             map_storey: self.map_storey,
             reserved: 0,
         }

@@ -13,7 +13,7 @@ use crate::newest_inputs::{JobInputs, NewestInputs, NewestSite};
 use crate::persisted_state::PersistedState;
 use crate::robot_map::RobotMap;
 use crate::searches::Searches;
-use alignment::{Alignment, Follower, Hint, MaxJump, PoseStatus};
+use alignment::{Alignment, Follower, Hint, MaxJump, MaxUncertainty, PoseStatus};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
 use daemon::facts::{AlignFacts, AlignmentSummary};
 use daemon::{
@@ -176,6 +176,7 @@ impl AlignService {
     fn pose_status(&self) -> PoseStatus {
         let newest = self.map.as_ref().map(|map| map.content_hash);
         PoseStatus {
+            max_uncertainty: MaxUncertainty::in_degrees(self.config.max_uncertainty_m, self.config.max_uncertainty_deg),
             verdict: self.verdict.filter(|(_, map_hash)| Some(*map_hash) == newest).map(|(verdict, _)| verdict),
             pose: self.follower.pose().copied(),
             state: self.follower.state(),
@@ -199,6 +200,10 @@ impl AlignService {
         let map = self.map.as_ref()?;
         match self.validity()? {
             PoseValidity::Effective => None,
+            PoseValidity::Uncertain => Some(
+                "pose_uncertain: the walls that the SLAM map shows hold the pose less well than max_uncertainty"
+                    .to_owned(),
+            ),
             PoseValidity::WaitsForConfirm => {
                 Some("pose_waits: the pose would change by more than max_jump: groundplan confirm".to_owned())
             }

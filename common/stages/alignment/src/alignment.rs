@@ -8,7 +8,8 @@ use crate::random_generator::RandomGenerator;
 use crate::scale::{Scale, scale};
 use crate::search::{Candidate, PoseGuess, sampled_points, search};
 use crate::thresholds::MIN_WALL_POINTS;
-use crate::verdict::verdict_of;
+use crate::verdict::Judgement;
+use crate::wall_points::Surfaces;
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{AlignmentVerdict, PoseEvidence};
 use occupancy::{OccupancyMap, Raster};
@@ -22,20 +23,20 @@ pub struct PreparedMap<Frame> {
 impl PreparedMap<Map> {
     /// A map that was drawn from a model: its cells are occupied up to the surfaces of walls.
     pub fn of_model(map: &OccupancyMap) -> Self {
-        Self::of(map, 0.0)
+        Self::of(map, Surfaces { depth_m: 0.0, are_whole: true })
     }
 }
 
 impl PreparedMap<Slam> {
     /// A map that a robot made: a cell in which a surface was hit is occupied, and it lies anywhere in it.
     pub fn of_slam(map: &OccupancyMap) -> Self {
-        Self::of(map, map.resolution_m / 2.0)
+        Self::of(map, Surfaces { depth_m: map.resolution_m / 2.0, are_whole: false })
     }
 }
 
 impl<Frame> PreparedMap<Frame> {
-    fn of(map: &OccupancyMap, depth_m: f64) -> Self {
-        let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m), depth_m);
+    fn of(map: &OccupancyMap, surfaces: Surfaces) -> Self {
+        let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m), surfaces);
         Self { features, frame_from_cells: Rigid2::of_x_y_yaw(map.origin) }
     }
 
@@ -96,6 +97,10 @@ pub struct Alignment {
     pub verdict: AlignmentVerdict,
     /// The reason if not accepted, else empty.
     pub reason: String,
+    /// Probability that the best pose is wrong: another one is right, or the building is another.
+    pub wrong_probability: f64,
+    /// Poses after the best of which each alone keeps it from being accepted.
+    pub n_rivals: usize,
     /// Poses that were found, best first.
     pub poses: Vec<AlignedPose>,
     /// Lengths of the SLAM map in the best of them; `None` if too little matches to tell.
@@ -113,6 +118,8 @@ impl Alignment {
         Self {
             verdict: AlignmentVerdict::Refused,
             reason,
+            wrong_probability: 1.0,
+            n_rivals: 0,
             poses: Vec::new(),
             scale: None,
             decision: None,
@@ -167,7 +174,7 @@ pub(crate) fn candidates_of(
             found.extend(search(&reference.features, &slam.features, near.as_ref()).into_iter().map(|c| (at, c)));
         }
     }
-    found.sort_by(|a, b| b.1.evidence.score.total_cmp(&a.1.evidence.score));
+    found.sort_by(|a, b| b.1.evidence.log_odds.total_cmp(&a.1.evidence.log_odds));
     found
 }
 
@@ -177,13 +184,14 @@ pub(crate) fn judged(
     slam: &PreparedMap<Slam>,
     found: &[(usize, Candidate)],
 ) -> Alignment {
-    let (verdict, reason) = verdict_of(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
+    let judgement = Judgement::of(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
+    let Judgement { verdict, reason, wrong_probability, n_rivals } = judgement;
     let poses = found.iter().map(|(at, c)| AlignedPose::of(*at, references[*at].as_ref(), slam, c)).collect();
     let scale = found.first().and_then(|(at, best)| {
         let sampled_points = sampled_points(&slam.features, &mut RandomGenerator::new(1));
         scale(&references[*at].as_ref().features, &slam.features, &sampled_points, &best.refined.pose)
     });
-    Alignment { verdict, reason, poses, scale, ..Alignment::nothing_yet() }
+    Alignment { verdict, reason, wrong_probability, n_rivals, poses, scale, ..Alignment::nothing_yet() }
 }
 
 /// The pose of the cells of two maps whose frames lie to each other by a motion.

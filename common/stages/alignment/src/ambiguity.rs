@@ -4,7 +4,6 @@ use crate::alignment::{AlignedPose, Alignment, PreparedMap};
 use crate::decision::{DecidingPlace, Decision, NamedPlace};
 use crate::distinction::{MAX_COMPARED_POSES, distinction};
 use crate::rooms::{Room, room_at};
-use crate::thresholds::RIVAL_SHARE;
 use frames::{Map, Slam};
 use messages::{AlignmentVerdict, NONE};
 
@@ -38,8 +37,6 @@ impl Alignment {
 
     /// The best poses that fit almost alike, as far as they are compared.
     fn alike(&self) -> &[AlignedPose] {
-        let best = self.poses.first().map_or(0.0, |pose| pose.evidence.score);
-        let n = self.poses.iter().take_while(|pose| pose.evidence.score >= RIVAL_SHARE * best).count();
-        &self.poses[..n.min(MAX_COMPARED_POSES)]
+        &self.poses[..(1 + self.n_rivals).min(self.poses.len()).min(MAX_COMPARED_POSES)]
     }
 }

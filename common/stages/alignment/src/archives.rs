@@ -29,6 +29,31 @@ pub struct PoseStatus {
     pub waiting: Option<PoseRecord>,
     /// Verdict of a search for the newest map wherever it may lie; `None` while it waits for one.
     pub verdict: Option<AlignmentVerdict>,
+    /// How well the pose must be known to be used.
+    pub max_uncertainty: MaxUncertainty,
+}
+
+/// Maximum standard deviations of a pose that may be used.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MaxUncertainty {
+    /// Of where the middle of the SLAM map lies, in the direction that is held worst, in metres.
+    pub m: f64,
+    /// Of yaw.
+    pub rad: f64,
+}
+
+impl MaxUncertainty {
+    /// From metres and degrees.
+    pub fn in_degrees(m: f64, deg: f64) -> Self {
+        Self { m, rad: deg.to_radians() }
+    }
+
+    /// True if a pose is known less well.
+    fn is_exceeded_by(&self, pose: &PoseRecord) -> bool {
+        let covariance = pose.pose_covariance();
+        let [_, _, yaw_rad] = covariance.deviations();
+        covariance.worst_m() > self.m || yaw_rad > self.rad
+    }
 }
 
 impl PoseStatus {
@@ -37,9 +62,11 @@ impl PoseStatus {
     /// A pose that is tracked stays effective where the search is ambiguous: in a building that repeats itself, a hint told
     /// once which place it is.
     pub fn validity(&self) -> PoseValidity {
+        let is_uncertain = self.pose.is_some_and(|pose| self.max_uncertainty.is_exceeded_by(&pose));
         match (self.verdict, self.state) {
             _ if self.waiting.is_some() => PoseValidity::WaitsForConfirm,
             (Some(AlignmentVerdict::Refused), _) => PoseValidity::Refused,
+            (_, PoseState::Found | PoseState::Tracked) if is_uncertain => PoseValidity::Uncertain,
             (_, PoseState::Found | PoseState::Tracked) => PoseValidity::Effective,
             (_, PoseState::Held) | (None, PoseState::None) => PoseValidity::Held,
             (Some(_), PoseState::None) => PoseValidity::Refused,
@@ -64,10 +91,10 @@ impl AlignedPose {
 
 impl Alignment {
     /// The status without tracking: the best pose is published if it is accepted.
-    pub fn pose_status(&self, storeys: &[u32]) -> PoseStatus {
+    pub fn pose_status(&self, storeys: &[u32], max_uncertainty: MaxUncertainty) -> PoseStatus {
         let pose = self.poses.first().filter(|_| self.verdict == AlignmentVerdict::Accepted).map(|p| p.record(storeys));
         let state = if pose.is_some() { PoseState::Found } else { PoseState::None };
-        PoseStatus { pose, state, waiting: None, verdict: Some(self.verdict) }
+        PoseStatus { pose, state, waiting: None, verdict: Some(self.verdict), max_uncertainty }
     }
 
     /// The `alignment` archive.
@@ -80,6 +107,7 @@ impl Alignment {
             plan_time_s: sources.plan_time_s,
             pose: pose_status.pose.unwrap_or(PoseRecord::NONE),
             waiting: pose_status.waiting.unwrap_or(PoseRecord::NONE),
+            wrong_probability: self.wrong_probability,
             scale: self.scale.map_or(1.0, |s| s.value),
             // Nothing is known of a scale that nothing holds.
             scale_deviation: self.scale.map_or(1.0, |s| s.deviation.min(1.0)),
@@ -102,7 +130,8 @@ mod tests {
         use AlignmentVerdict::{Accepted, Ambiguous, Refused};
         let validity = |state, is_waiting: bool, verdict| {
             let waiting = is_waiting.then_some(PoseRecord::NONE);
-            PoseStatus { pose: Some(PoseRecord::NONE), state, waiting, verdict }.validity()
+            let max_uncertainty = MaxUncertainty::in_degrees(0.1, 1.0);
+            PoseStatus { pose: Some(PoseRecord::NONE), state, waiting, verdict, max_uncertainty }.validity()
         };
         for (state, verdict, expected) in [
             (PoseState::Found, Some(Accepted), PoseValidity::Effective),
@@ -121,5 +150,24 @@ mod tests {
             assert_eq!(validity(state, false, verdict), expected, "{state:?} {verdict:?}");
             assert_eq!(validity(state, true, verdict), PoseValidity::WaitsForConfirm, "{state:?} {verdict:?}");
         }
+    }
+
+    #[test]
+    fn a_pose_that_is_known_too_little_is_uncertain() {
+        let validity = |m: f64, deg: f64| {
+            let [place, yaw] = [m * m, deg.to_radians() * deg.to_radians()];
+            let covariance = [place, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, yaw];
+            PoseStatus {
+                pose: Some(PoseRecord { covariance, ..PoseRecord::NONE }),
+                state: PoseState::Tracked,
+                waiting: None,
+                verdict: Some(AlignmentVerdict::Accepted),
+                max_uncertainty: MaxUncertainty::in_degrees(0.1, 1.0),
+            }
+            .validity()
+        };
+        assert_eq!(validity(0.09, 0.9), PoseValidity::Effective);
+        assert_eq!(validity(0.11, 0.9), PoseValidity::Uncertain);
+        assert_eq!(validity(0.09, 1.1), PoseValidity::Uncertain);
     }
 }

@@ -3,7 +3,7 @@
 use crate::corners::{Corner, corners};
 use crate::rotations::{N_BINS, directions};
 use crate::thresholds::MAX_MATCH_M;
-use crate::wall_points::{NONE, WallPoint, WallPoints};
+use crate::wall_points::{NONE, Surfaces, WallPoint, WallPoints};
 use grid::nearest_marked;
 use occupancy::{CELL_M, Cell, Raster};
 use std::sync::OnceLock;
@@ -32,9 +32,8 @@ struct Nearest {
 const MARGIN: usize = 40;
 
 impl Features {
-    /// `depth_m` as for [`WallPoints::of`].
-    pub(crate) fn of(raster: Raster, depth_m: f64) -> Self {
-        let WallPoints { all, of_cell } = WallPoints::of(&raster, depth_m);
+    pub(crate) fn of(raster: Raster, surfaces: Surfaces) -> Self {
+        let WallPoints { all, of_cell } = WallPoints::of(&raster, surfaces);
         let centre = centre(&raster);
         let (corners, directions, nearest) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         Self { raster, wall_points: all, centre, of_cell, corners, directions, nearest }
@@ -130,7 +129,7 @@ mod tests {
         ) {
             let mut cells = vec![Cell::Free; 60 * 40];
             walls.iter().for_each(|wall| cells[*wall] = Cell::Occupied);
-            let features = Features::of(Raster::of(&cells, 60, CELL_M), 0.025);
+            let features = Features::of(Raster::of(&cells, 60, CELL_M), Surfaces { depth_m: 0.025, are_whole: false });
             let far = |wall_point: &WallPoint| (x - wall_point.at[0]).powi(2) + (y - wall_point.at[1]).powi(2);
             let nearest = features.wall_points.iter().map(far).min_by(f64::total_cmp);
             // A wall point lies in its cell or at most half a cell beside its middle.

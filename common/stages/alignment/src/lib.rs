@@ -1,8 +1,9 @@
 //! Alignment: a map of the model and a SLAM map in, the rigid motion between them out, with covariance and verdict.
 //!
-//! Candidates come from wall points with signed normals, corners that vote, and correlation; every pose is refined and
-//! scored by walls and free space, and one is accepted only if no other comes near it. A symmetric building is ambiguous,
-//! with every pose and the place where the robot finds out ([`Alignment::decide`]), until a hint decides.
+//! Candidates come from wall points with signed normals, corners that vote, and correlation; every pose is refined, and compared
+//! by walls, free space, and what the robot saw through walls: furniture hides walls, but lets nobody see through them. One is
+//! accepted if it is wrong with a probability below 0.1 %, by how well it fits and by its lead over the next. A symmetric building
+//! is ambiguous, with every pose and the place where the robot finds out ([`Alignment::decide`]), until a hint decides.
 //!
 //! ```text
 //! groundplan align --reference maps --slam robot.yaml                       # on any storey
@@ -64,7 +65,7 @@ mod site_places;
 mod follower;
 
 pub use alignment::{AlignedPose, Alignment, Hint, PreparedMap, align_maps};
-pub use archives::{AlignmentSources, PoseStatus};
+pub use archives::{AlignmentSources, MaxUncertainty, PoseStatus};
 pub use decision::{DecidingPlace, Decision, NamedPlace};
 pub use distinction::{Distinction, MAX_COMPARED_POSES, distinction};
 pub use exclusion::Exclusion;

@@ -5,7 +5,7 @@ use crate::exclusion::Exclusion;
 use crate::pose::Pose;
 use crate::rooms::Room;
 use crate::search::{Candidate, PoseGuess, search};
-use crate::thresholds::{MIN_WALL_POINTS, RIVAL_SHARE};
+use crate::thresholds::{MIN_WALL_POINTS, RIVAL_LEAD};
 use frames::{Map, Slam};
 use messages::{AlignmentVerdict, NONE};
 use occupancy::Cell;
@@ -70,8 +70,10 @@ pub fn align_maps_within(
     };
     let is_kept = |found: &(usize, Candidate)| !place_hints.iter().any(|place_hint| excludes(place_hint, found));
     let (mut kept, excluded): (Vec<_>, Vec<_>) = all.into_iter().partition(is_kept);
-    let best = |found: &[(usize, Candidate)]| found.first().map_or(0.0, |(_, candidate)| candidate.evidence.score);
-    let is_elsewhere = |kept: &[(usize, Candidate)]| best(kept) < RIVAL_SHARE * best(&excluded);
+    let best = |found: &[(usize, Candidate)]| {
+        found.first().map_or(f64::NEG_INFINITY, |(_, candidate)| candidate.evidence.log_odds)
+    };
+    let is_elsewhere = |kept: &[(usize, Candidate)]| best(kept) < best(&excluded) - RIVAL_LEAD;
     if hint.is_none() && is_elsewhere(&kept) {
         // In a building with many alike rooms the search ends before it comes to those of the hints.
         let mut closer: Vec<(usize, Candidate)> = Vec::new();
@@ -81,14 +83,14 @@ pub fn align_maps_within(
                 closer.extend(found.into_iter().map(|candidate| (at, candidate)).filter(&is_kept));
             }
         }
-        closer.sort_by(|a, b| b.1.evidence.score.total_cmp(&a.1.evidence.score));
+        closer.sort_by(|a, b| b.1.evidence.log_odds.total_cmp(&a.1.evidence.log_odds));
         if best(&closer) > best(&kept) {
             kept = closer;
         }
     }
     let mut alignment = judged(references, slam, &kept);
-    let best_score = best(&kept).max(best(&excluded));
-    let fits_as_well = |found: &&(usize, Candidate)| found.1.evidence.score >= RIVAL_SHARE * best_score;
+    let best_of_all = best(&kept).max(best(&excluded));
+    let fits_as_well = |found: &&(usize, Candidate)| found.1.evidence.log_odds >= best_of_all - RIVAL_LEAD;
     let exclusion = |place_hint: &PlaceHint| Exclusion {
         label: place_hint.label.clone(),
         n_poses: excluded.iter().filter(fits_as_well).filter(|found| excludes(place_hint, found)).count(),
@@ -99,10 +101,10 @@ pub fn align_maps_within(
             place_hints.iter().filter(|hint| excludes(hint, elsewhere)).map(|hint| hint.label.as_str()).collect();
         alignment.verdict = AlignmentVerdict::Refused;
         alignment.reason = format!(
-            "the SLAM map fits better where it cannot lie by the hints ({}): score {:.2}, and {:.2} where it can",
+            "the SLAM map fits better where it cannot lie by the hints ({}): log odds {:.1}, and {} where it can",
             labels.join("; "),
-            best(&excluded),
-            best(&kept)
+            elsewhere.1.evidence.log_odds,
+            kept.first().map_or("none".to_owned(), |(_, candidate)| format!("{:.1}", candidate.evidence.log_odds))
         );
     }
     alignment

@@ -2,7 +2,7 @@
 
 use crate::alignment::{Alignment, Hint, PreparedMap, align_maps};
 use crate::scale::Scale;
-use crate::thresholds::{MAX_SCALE, RIVAL_SHARE, SCALE_STEP};
+use crate::thresholds::{MAX_SCALE, RIVAL_LEAD, SCALE_STEP};
 use frames::Map;
 use messages::AlignmentVerdict;
 use occupancy::OccupancyMap;
@@ -18,15 +18,15 @@ pub fn align_maps_at_any_scale(
     let at = |scale: f64| align_maps(references, &PreparedMap::of_slam(&map.divided_by(scale)), hint);
     let tried: Vec<(f64, Alignment)> =
         (-steps..=steps).map(|k| libm::pow(SCALE_STEP, f64::from(k))).map(|scale| (scale, at(scale))).collect();
-    let score = |found: &Alignment| found.poses.first().map_or(0.0, |p| p.evidence.score);
-    let best = tried.iter().max_by(|a, b| score(&a.1).total_cmp(&score(&b.1)));
+    let log_odds = |found: &Alignment| found.poses.first().map_or(f64::NEG_INFINITY, |p| p.evidence.log_odds);
+    let best = tried.iter().max_by(|a, b| log_odds(&a.1).total_cmp(&log_odds(&b.1)));
     let Some((coarse, first)) = best else { return at(1.0) };
     let exact = coarse * first.scale.map_or(1.0, |s| s.value);
     let mut found = at(exact);
     found.scale = found.scale.map(|s| Scale { value: exact * s.value, deviation: exact * s.deviation });
     let is_other = |scale: f64| libm::fabs(libm::log(scale / exact)) > 2.0 * libm::log(SCALE_STEP);
-    let rivals = tried.iter().filter(|(scale, other)| is_other(*scale) && score(other) >= RIVAL_SHARE * score(&found));
-    let n_rivals = rivals.count();
+    let needed = log_odds(&found) - RIVAL_LEAD;
+    let n_rivals = tried.iter().filter(|(scale, other)| is_other(*scale) && log_odds(other) >= needed).count();
     if found.verdict == AlignmentVerdict::Accepted && n_rivals > 0 {
         found.verdict = AlignmentVerdict::Ambiguous;
         found.reason = format!("the map fits at {} other scales almost as well", n_rivals);

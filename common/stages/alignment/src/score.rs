@@ -1,75 +1,146 @@
-//! Scores a pose by precision, recall and free space.
+//! Compares two maps in a pose: walls, free space, and what was seen through walls.
 
 use crate::features::Features;
 use crate::pose::Pose;
-use crate::thresholds::MAX_MATCH_M;
+use crate::random_generator::RandomGenerator;
+use crate::thresholds::{MAX_MATCH_M, WEIGHTS};
 use crate::wall_points::WallPoint;
 use messages::PoseEvidence;
-use occupancy::Cell;
+use occupancy::{CELL_M, Cell, Raster};
 
-/// Scales over which a score is averaged, in metres: a distorted map still scores on the coarse ones.
-pub(crate) const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
-/// Distance in front of a wall point of the reference at which visibility is tested.
-const IN_FRONT_M: f64 = 0.15;
+/// Scales over which closeness is averaged, in metres: a distorted map still scores on the coarse ones.
+const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
+/// A wall of the reference was in sight if the robot knows this place before it to be free.
+const IN_FRONT_M: f64 = 0.2;
+/// The robot saw through a wall if it knows all these places to be free, before the face of the wall and behind it.
+const THROUGH_M: [f64; 4] = [0.1, 0.0, -0.1, -0.2];
 const MIN_SEEN: usize = 20;
 const PRECISION_SHARE: f64 = 0.65;
 
-/// The wall points that are compared; those of the SLAM map are drawn by weight.
+/// What is compared of two maps; all of it is drawn at random.
+#[derive(Clone, Copy)]
 pub(crate) struct ComparedMaps<'a> {
     pub(crate) slam: &'a Features,
     pub(crate) reference: &'a Features,
+    /// Drawn by weight: they are not weighted again.
     pub(crate) slam_points: &'a [WallPoint],
     pub(crate) reference_points: &'a [WallPoint],
+    pub(crate) slam_cells: &'a SlamCells,
     /// True where so few wall points of the reference are looked for in the SLAM map that its nearest wall points need not
     /// be known everywhere.
     pub(crate) scans: bool,
 }
 
-/// Every so many cells of free space is looked at, in both directions.
-const FREE_STEP: usize = 4;
-
-/// The evidence for a pose.
-pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose, scales: &[f64]) -> PoseEvidence {
-    let close = |squared: f64| {
-        scales.iter().map(|tau| libm::exp(-squared / (2.0 * tau * tau))).sum::<f64>() / scales.len() as f64
-    };
-    let mut precision = 0.0;
-    for wall_point in maps.slam_points {
-        if let Some((nearest, squared)) = maps.reference.nearest(pose.apply(wall_point.at)) {
-            let n = pose.rotate(wall_point.normal);
-            let agreement = n[0] * nearest.normal[0] + n[1] * nearest.normal[1];
-            if squared <= MAX_MATCH_M * MAX_MATCH_M && agreement > 0.0 {
-                precision += close(squared) * agreement;
-            }
-        }
-    }
-    precision /= maps.slam_points.len().max(1) as f64;
-    let (mut n_seen, mut recall) = (0usize, 0.0);
-    for wall_point in maps.reference_points {
-        let front = [0, 1].map(|k| wall_point.at[k] + IN_FRONT_M * wall_point.normal[k]);
-        if maps.slam.raster.at(pose.apply_inverse(front)) == Cell::Free {
-            n_seen += 1;
-            let place = pose.apply_inverse(wall_point.at);
-            let nearest = if maps.scans { maps.slam.nearest_by_scan(place) } else { maps.slam.nearest(place) };
-            recall += nearest.map_or(0.0, |(_, squared)| close(squared));
-        }
-    }
-    let recall = if n_seen > MIN_SEEN { recall / n_seen as f64 } else { 0.0 };
-    let score = PRECISION_SHARE * precision + (1.0 - PRECISION_SHARE) * recall;
-    PoseEvidence { score, precision, recall, free: free(maps, pose) }
+/// Middles of cells of a SLAM map.
+pub(crate) struct SlamCells {
+    occupied: Vec<[f64; 2]>,
+    free: Vec<[f64; 2]>,
 }
 
-fn free(maps: &ComparedMaps<'_>, pose: &Pose) -> f64 {
-    let raster = &maps.slam.raster;
-    let (mut n, mut n_free) = (0usize, 0usize);
-    for row in (0..raster.height).step_by(FREE_STEP) {
-        for column in (0..raster.width).step_by(FREE_STEP) {
-            let index = row * raster.width + column;
-            if raster.cells[index] == Cell::Free {
-                n += 1;
-                n_free += usize::from(maps.reference.raster.at(pose.apply(raster.middle(index))) == Cell::Free);
-            }
+impl SlamCells {
+    /// Draws so many cells of each kind at most.
+    pub(crate) fn drawn(raster: &Raster, random: &mut RandomGenerator, n_occupied: usize, n_free: usize) -> Self {
+        let mut of = |cell: Cell, n: usize| {
+            let all: Vec<usize> = (0..raster.cells.len()).filter(|&k| raster.cells[k] == cell).collect();
+            let drawn = random.draw(all.iter().map(|_| 1.0), n);
+            drawn.into_iter().map(|k| raster.middle(all[k as usize])).collect()
+        };
+        Self { occupied: of(Cell::Occupied, n_occupied), free: of(Cell::Free, n_free) }
+    }
+
+    /// Every so many of them.
+    pub(crate) fn thinned(&self, step: usize) -> Self {
+        let some = |cells: &[[f64; 2]]| cells.iter().step_by(step).copied().collect();
+        Self { occupied: some(&self.occupied), free: some(&self.free) }
+    }
+}
+
+/// The evidence for a pose.
+pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose) -> PoseEvidence {
+    let precision = precision(maps, pose);
+    let InSight { seen_m, seen_through, recall } = in_sight(maps, pose);
+    let [in_walls, outside] = shares(maps.reference, pose, &maps.slam_cells.occupied);
+    let [free_in_walls, free_outside] = shares(maps.reference, pose, &maps.slam_cells.free);
+    let log_odds = WEIGHTS.precision * precision
+        + WEIGHTS.seen_through * seen_m.sqrt() * seen_through
+        + WEIGHTS.in_walls * in_walls
+        + WEIGHTS.outside * outside
+        + WEIGHTS.free_in_walls * free_in_walls
+        + WEIGHTS.free_outside * free_outside;
+    PoseEvidence {
+        log_odds,
+        score: PRECISION_SHARE * precision + (1.0 - PRECISION_SHARE) * recall,
+        precision,
+        recall,
+        free: 1.0 - free_in_walls - free_outside,
+        seen_m,
+        seen_through,
+        in_walls,
+    }
+}
+
+/// Closeness of a wall point to one of the other map, from 0 to 1.
+fn closeness(squared: f64) -> f64 {
+    SCALES.iter().map(|scale_m| libm::exp(-squared / (2.0 * scale_m * scale_m))).sum::<f64>() / SCALES.len() as f64
+}
+
+/// Share of the SLAM map's walls that the reference has.
+fn precision(maps: &ComparedMaps<'_>, pose: &Pose) -> f64 {
+    let mut sum = 0.0;
+    for wall_point in maps.slam_points {
+        let Some((nearest, squared)) = maps.reference.nearest(pose.apply(wall_point.at)) else { continue };
+        let n = pose.rotate(wall_point.normal);
+        let agreement = n[0] * nearest.normal[0] + n[1] * nearest.normal[1];
+        if squared <= MAX_MATCH_M * MAX_MATCH_M && agreement > 0.0 {
+            sum += closeness(squared) * agreement;
         }
     }
-    n_free as f64 / n.max(1) as f64
+    sum / maps.slam_points.len().max(1) as f64
+}
+
+/// The walls of the reference that were in sight of the robot.
+struct InSight {
+    seen_m: f64,
+    /// Share of them that the robot saw through.
+    seen_through: f64,
+    /// Share of them that the SLAM map has.
+    recall: f64,
+}
+
+fn in_sight(maps: &ComparedMaps<'_>, pose: &Pose) -> InSight {
+    let (mut n_seen, mut n_through, mut recall) = (0usize, 0usize, 0.0);
+    for wall_point in maps.reference_points {
+        let is_free = |before_m: f64| {
+            let place = [0, 1].map(|k| wall_point.at[k] + before_m * wall_point.normal[k]);
+            maps.slam.raster.at(pose.apply_inverse(place)) == Cell::Free
+        };
+        if !is_free(IN_FRONT_M) {
+            continue;
+        }
+        n_seen += 1;
+        n_through += usize::from(THROUGH_M.into_iter().all(is_free));
+        let place = pose.apply_inverse(wall_point.at);
+        let nearest = if maps.scans { maps.slam.nearest_by_scan(place) } else { maps.slam.nearest(place) };
+        recall += nearest.map_or(0.0, |(_, squared)| closeness(squared));
+    }
+    let n = n_seen.max(1) as f64;
+    let drawn_share = maps.reference_points.len() as f64 / maps.reference.wall_points.len().max(1) as f64;
+    InSight {
+        seen_m: n_seen as f64 * CELL_M / drawn_share.max(f64::MIN_POSITIVE),
+        seen_through: n_through as f64 / n,
+        recall: if n_seen > MIN_SEEN { recall / n } else { 0.0 },
+    }
+}
+
+/// Shares of places that lie in walls of the reference, and where it knows nothing.
+fn shares(reference: &Features, pose: &Pose, places: &[[f64; 2]]) -> [f64; 2] {
+    let (mut n_walls, mut n_unknown) = (0usize, 0usize);
+    for place in places {
+        match reference.raster.at(pose.apply(*place)) {
+            Cell::Occupied => n_walls += 1,
+            Cell::Unknown => n_unknown += 1,
+            Cell::Free => {}
+        }
+    }
+    [n_walls, n_unknown].map(|n| n as f64 / places.len().max(1) as f64)
 }

@@ -5,21 +5,23 @@ use crate::correlation::correlated;
 use crate::features::Features;
 use crate::pose::{Pose, is_same_pose, moved};
 use crate::random_generator::RandomGenerator;
-use crate::refine::{COARSE, Refined, SOFT, TIGHT, refined};
+use crate::refine::{FINE, NARROW, Refined, SOFT, TIGHT, WIDE, refined};
 use crate::rotations::turns;
-use crate::score::{ComparedMaps, SCALES, evidence};
-use crate::thresholds::{MIN_WALL_POINTS, N_REFINED};
+use crate::score::{ComparedMaps, SlamCells, evidence};
+use crate::thresholds::{MIN_WALL_POINTS, N_REFINED, SOFT_ADVANTAGE};
 use crate::wall_points::WallPoint;
 use frames::wrapped;
 use messages::PoseEvidence;
 
-/// Wall points that are drawn.
+/// Wall points and cells that are drawn.
 const N_WALL_POINTS: usize = 1500;
-const N_COARSE_POINTS: usize = 500;
 const N_REFERENCE_POINTS: usize = 3000;
-/// A distorted map's refinement has to be better by this.
-const SOFT_ADVANTAGE: f64 = 0.02;
-const COARSE_SCALE: [f64; 1] = [0.3];
+const N_OCCUPIED_CELLS: usize = 2000;
+const N_FREE_CELLS: usize = 3000;
+/// Those that poses are compared by at first.
+const N_COARSE_POINTS: usize = 500;
+const N_COARSE_REFERENCE_POINTS: usize = 800;
+const COARSE_CELL_STEP: usize = 4;
 
 /// A pose with its score.
 #[derive(Debug, Clone, Copy)]
@@ -100,26 +102,41 @@ fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Cand
     let reference_points =
         pick(random.draw(reference.wall_points.iter().map(|_| 1.0), N_REFERENCE_POINTS), &reference.wall_points);
     let few = pick(random.draw(slam_points.iter().map(|_| 1.0), N_COARSE_POINTS), &slam_points);
-    // Drawn by weight: they are not weighted again.
-    let maps =
-        ComparedMaps { slam, reference, slam_points: &slam_points, reference_points: &reference_points, scans: false };
-    let rough = ComparedMaps { slam_points: &few, ..maps };
-    let about = slam.centre;
-    let scored = |maps: &ComparedMaps<'_>, refined: Refined, scales: &[f64]| Candidate {
-        refined,
-        evidence: evidence(maps, &refined.pose, scales),
+    let few_reference_points =
+        pick(random.draw(reference_points.iter().map(|_| 1.0), N_COARSE_REFERENCE_POINTS), &reference_points);
+    let slam_cells = SlamCells::drawn(&slam.raster, &mut random, N_OCCUPIED_CELLS, N_FREE_CELLS);
+    let few_cells = slam_cells.thinned(COARSE_CELL_STEP);
+    let maps = ComparedMaps {
+        slam,
+        reference,
+        slam_points: &slam_points,
+        reference_points: &reference_points,
+        slam_cells: &slam_cells,
+        scans: false,
     };
-    let coarse = poses.iter().filter_map(|pose| refined(reference, &few, *pose, &COARSE));
-    let coarse = distinct(coarse.map(|r| scored(&rough, r, &COARSE_SCALE)).collect(), about);
+    let rough =
+        ComparedMaps { slam_points: &few, reference_points: &few_reference_points, slam_cells: &few_cells, ..maps };
+    let about = slam.centre;
+    let refined_with = |maps: &ComparedMaps<'_>, pose: &Pose, scales: &[f64]| {
+        let refined = refined(reference, maps.slam_points, *pose, scales)?;
+        Some(Candidate { refined, evidence: evidence(maps, &refined.pose) })
+    };
+    let coarse = poses.iter().flat_map(|pose| [&WIDE[..], &NARROW].map(|scales| refined_with(&rough, pose, scales)));
+    let coarse = distinct(coarse.flatten().collect(), about);
     let exact = coarse.into_iter().take(N_REFINED).filter_map(|c| {
-        let [tight, soft] = [&TIGHT[..], &SOFT[..]]
-            .map(|scales| refined(reference, &slam_points, c.refined.pose, scales).map(|r| scored(&maps, r, &SCALES)));
-        match (tight, soft) {
-            (Some(tight), Some(soft)) if soft.evidence.score > tight.evidence.score + SOFT_ADVANTAGE => Some(soft),
-            (tight, soft) => tight.or(soft),
+        let advantage = |candidate: &Candidate| candidate.evidence.log_odds;
+        let tried = [&TIGHT[..], &FINE].map(|scales| refined_with(&maps, &c.refined.pose, scales));
+        let sharp = tried.into_iter().flatten().reduce(|a, b| if advantage(&b) > advantage(&a) { b } else { a });
+        match (sharp, refined_with(&maps, &c.refined.pose, &SOFT)) {
+            (Some(sharp), Some(soft)) if advantage(&soft) > advantage(&sharp) + SOFT_ADVANTAGE => Some(soft),
+            (sharp, soft) => sharp.or(soft),
         }
     });
-    distinct(exact.collect(), about)
+    let mut exact = distinct(exact.collect(), about);
+    for candidate in &mut exact {
+        candidate.refined = candidate.refined.with_distortion(reference, &slam_points);
+    }
+    exact
 }
 
 /// The wall points of a SLAM map that are compared.
@@ -130,7 +147,7 @@ pub(crate) fn sampled_points(slam: &Features, random: &mut RandomGenerator) -> V
 
 /// Best first, without those that are the same as a better one.
 fn distinct(mut candidates: Vec<Candidate>, about: [f64; 2]) -> Vec<Candidate> {
-    candidates.sort_by(|a, b| b.evidence.score.total_cmp(&a.evidence.score));
+    candidates.sort_by(|a, b| b.evidence.log_odds.total_cmp(&a.evidence.log_odds));
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in candidates {
         if !kept.iter().any(|k| is_same_pose(&k.refined.pose, &candidate.refined.pose, about)) {

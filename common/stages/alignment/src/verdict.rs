@@ -1,62 +1,100 @@
-//! Acceptance of poses: accepted, ambiguous or refused, with the reason.
+//! Verdict on the best pose: accepted, ambiguous or refused, by the probability that it is wrong.
 
 use crate::features::Features;
 use crate::search::Candidate;
 use crate::thresholds::{
-    MAX_DEVIATION_M, MAX_DEVIATION_RAD, MIN_PRECISION, MIN_RECALL, MIN_SCORE, MIN_WALL_POINTS, RIVAL_SHARE,
+    ALONE, Calibration, MAX_AMBIGUOUS_PROBABILITY, MAX_LEAD, MAX_TRACKED_PROBABILITY, MAX_WRONG_PROBABILITY,
+    MIN_MATCHED_M, MIN_WALL_POINTS, WITH_LEAD,
 };
 use frames::counted;
 use messages::{AlignmentVerdict, PoseEvidence};
 
-/// Verdict on poses of one or several references, best first, with the reason if none is accepted.
-pub(crate) fn verdict_of(slam: &Features, candidates: &[&Candidate]) -> (AlignmentVerdict, String) {
-    let n_wall_points = slam.wall_points.len();
-    if n_wall_points < MIN_WALL_POINTS {
-        let reason =
-            format!("the SLAM map shows too little of walls: {} beside free space", counted(n_wall_points, "cell"));
-        return (AlignmentVerdict::Refused, reason);
-    }
-    let Some(best) = candidates.first() else {
-        return (AlignmentVerdict::Refused, "nothing of the SLAM map fits anywhere".to_owned());
-    };
-    let PoseEvidence { score, precision, recall, .. } = best.evidence;
-    if score <= MIN_SCORE {
-        let reason = format!("the best pose explains too little: score {score:.2}, needed {MIN_SCORE}");
-        return (AlignmentVerdict::Refused, reason);
-    }
-    let n_rivals = candidates.iter().skip(1).filter(|c| c.evidence.score >= RIVAL_SHARE * score).count();
-    if n_rivals > 0 {
-        return (AlignmentVerdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1));
-    }
-    if precision < MIN_PRECISION || recall < MIN_RECALL {
-        let reason = format!(
-            "one pose fits best, but too little: {:.0} % of the SLAM map's walls and {:.0} % of the model's that were seen, \
-             needed {:.0} and {:.0} %",
-            100.0 * precision,
-            100.0 * recall,
-            100.0 * MIN_PRECISION,
-            100.0 * MIN_RECALL
-        );
-        return (AlignmentVerdict::Refused, reason);
-    }
-    let [deviation_m, deviation_rad] = best.refined.standard_deviations(slam.centre);
-    if !is_constrained(slam, best) {
-        let degrees = deviation_rad.to_degrees();
-        let reason =
-            format!("the walls that were seen hold the pose to {deviation_m:.2} m and {degrees:.1} degrees only");
-        return (AlignmentVerdict::Ambiguous, reason);
-    }
-    (AlignmentVerdict::Accepted, String::new())
+/// A verdict with its reasons.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Judgement {
+    pub(crate) verdict: AlignmentVerdict,
+    /// Empty if accepted.
+    pub(crate) reason: String,
+    /// Probability that the best pose is wrong: another one of this building is right, or the building is another.
+    pub(crate) wrong_probability: f64,
+    /// Poses after the best of which each alone keeps it from being accepted.
+    pub(crate) n_rivals: usize,
 }
 
-/// True if a pose would be accepted without rivals.
-pub(crate) fn is_acceptable(slam: &Features, candidate: &Candidate) -> bool {
-    let PoseEvidence { score, precision, recall, .. } = candidate.evidence;
-    score > MIN_SCORE && precision >= MIN_PRECISION && recall >= MIN_RECALL && is_constrained(slam, candidate)
+impl Judgement {
+    /// On poses of one or several references, best first.
+    pub(crate) fn of(slam: &Features, candidates: &[&Candidate]) -> Self {
+        let refused = |reason| Self { verdict: AlignmentVerdict::Refused, reason, wrong_probability: 1.0, n_rivals: 0 };
+        let n_wall_points = slam.wall_points.len();
+        if n_wall_points < MIN_WALL_POINTS {
+            let few = counted(n_wall_points, "cell");
+            return refused(format!("the SLAM map shows too little of walls: {few} beside free space"));
+        }
+        let Some(best) = candidates.first() else {
+            return refused("nothing of the SLAM map fits anywhere".to_owned());
+        };
+        let evidence = &best.evidence;
+        let matched_m = matched_m(evidence);
+        let is_enough = matched_m >= MIN_MATCHED_M;
+        let lead = |other: &Candidate| evidence.log_odds - other.evidence.log_odds;
+        let wrong_probability = WITH_LEAD.wrong_probability(evidence, candidates.get(1).map_or(MAX_LEAD, |c| lead(c)));
+        let is_rival = |c: &&&Candidate| WITH_LEAD.wrong_probability(evidence, lead(c)) >= MAX_WRONG_PROBABILITY;
+        let n_rivals = candidates.iter().skip(1).take_while(is_rival).count();
+        let fits = ALONE.wrong_probability(evidence, 0.0) < MAX_AMBIGUOUS_PROBABILITY;
+        let (verdict, reason) = match n_rivals {
+            _ if !is_enough => {
+                let reason = format!(
+                    "the best pose explains {matched_m:.0} m of the model's walls, needed {MIN_MATCHED_M:.0}: rooms of less are alike"
+                );
+                (AlignmentVerdict::Refused, reason)
+            }
+            _ if wrong_probability < MAX_WRONG_PROBABILITY => (AlignmentVerdict::Accepted, String::new()),
+            1.. if fits => (AlignmentVerdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1)),
+            _ => (AlignmentVerdict::Refused, why_refused(evidence, wrong_probability)),
+        };
+        Self { verdict, reason, wrong_probability, n_rivals }
+    }
 }
 
-/// True if the walls that were seen constrain the pose in all directions.
-fn is_constrained(slam: &Features, candidate: &Candidate) -> bool {
-    let [deviation_m, deviation_rad] = candidate.refined.standard_deviations(slam.centre);
-    deviation_m <= MAX_DEVIATION_M && deviation_rad <= MAX_DEVIATION_RAD
+/// Length of the faces of the reference's walls that were in sight and not seen through.
+fn matched_m(evidence: &PoseEvidence) -> f64 {
+    evidence.seen_m * (1.0 - evidence.seen_through)
+}
+
+/// True if a newer map bears out a pose that was accepted: it would fit, whatever else fits.
+pub(crate) fn is_borne_out(candidate: &Candidate) -> bool {
+    ALONE.wrong_probability(&candidate.evidence, 0.0) < MAX_TRACKED_PROBABILITY
+}
+
+fn why_refused(evidence: &PoseEvidence, wrong_probability: f64) -> String {
+    let PoseEvidence { precision, recall, seen_m, seen_through, .. } = evidence;
+    let [precision, recall, through] = [precision, recall, seen_through].map(|share| 100.0 * share);
+    format!(
+        "the best pose is wrong with a probability of {}: it explains {precision:.0} % of the SLAM map's walls; of the model's, \
+         {seen_m:.0} m would have been in sight, of which the SLAM map has {recall:.0} % and the robot saw through {through:.0} %",
+        percent(wrong_probability)
+    )
+}
+
+/// A probability for people.
+pub(crate) fn percent(probability: f64) -> String {
+    match 100.0 * probability {
+        percent if percent >= 1.0 => format!("{percent:.0} %"),
+        percent if percent >= 0.01 => format!("{percent:.2} %"),
+        _ => "less than 0.01 %".to_owned(),
+    }
+}
+
+impl Calibration {
+    /// Probability that a pose with this evidence and this lead in log odds over the next one is wrong.
+    fn wrong_probability(&self, evidence: &PoseEvidence, lead: f64) -> f64 {
+        let logit = self.constant
+            + self.lead * lead.clamp(0.0, MAX_LEAD)
+            + self.log_odds * evidence.log_odds
+            + self.matched * libm::log(1.0 + matched_m(evidence))
+            + self.precision * evidence.precision
+            + self.recall * evidence.recall
+            + self.seen_through * evidence.seen_through;
+        1.0 / (1.0 + libm::exp(logit))
+    }
 }

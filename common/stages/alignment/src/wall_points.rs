@@ -37,22 +37,32 @@ const SAME_DIRECTION: f64 = 0.6;
 const MIN_LINEAR: f64 = 0.3;
 const CROOKED_WEIGHT: f64 = 0.4;
 
+/// How a map shows surfaces.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Surfaces {
+    /// How far a surface lies behind the border of the cell that shows it, on average.
+    pub(crate) depth_m: f64,
+    /// True if walls are occupied through and through, so that they have a surface also where nothing is known before it: a
+    /// robot may stand on floor that the model does not have, or outside. What a robot's map has behind a surface is hidden.
+    pub(crate) are_whole: bool,
+}
+
 impl WallPoints {
-    /// `depth_m` is how far a surface lies behind the border of the cell that shows it, on average.
-    pub(crate) fn of(raster: &Raster, depth_m: f64) -> Self {
+    pub(crate) fn of(raster: &Raster, surfaces: Surfaces) -> Self {
         let openness = openness(raster).blurred(SIGMA);
         let sizes = blob_weights(raster);
         let mut wall_points = Self { all: Vec::new(), of_cell: vec![NONE; raster.cells.len()] };
+        let is_before = |cell: Cell| cell == Cell::Free || (surfaces.are_whole && cell == Cell::Unknown);
         for (index, cell) in raster.cells.iter().enumerate() {
             if *cell != Cell::Occupied || !openness.is_inside(index) {
                 continue;
             }
             let slope = openness.slope(index);
             let steep = (slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
-            if steep > MIN_SLOPE && around(index, raster.width).iter().any(|&n| raster.cells[n] == Cell::Free) {
+            if steep > MIN_SLOPE && around(index, raster.width).iter().any(|&n| is_before(raster.cells[n])) {
                 let normal = slope.map(|s| f64::from(s / steep));
                 let middle = raster.middle(index);
-                let at = [0, 1].map(|k| middle[k] + normal[k] * (CELL_M / 2.0 - depth_m));
+                let at = [0, 1].map(|k| middle[k] + normal[k] * (CELL_M / 2.0 - surfaces.depth_m));
                 wall_points.of_cell[index] = wall_points.all.len() as u32;
                 wall_points.all.push(WallPoint { at, normal, weight: sizes[index] });
             }

@@ -4,6 +4,7 @@ use super::initial_pose::{self, INITIAL_POSE};
 use super::transform::{self, TRANSFORM};
 use crate::args::{OverwriteArgs, PoseHintArgs, SiteArgs};
 use crate::failure::Failure;
+use alignment::MaxUncertainty;
 use messages::Alignment;
 use std::path::PathBuf;
 
@@ -23,6 +24,10 @@ pub struct Args {
     /// Where it may lie.
     #[command(flatten)]
     pub(super) place: PoseHintArgs,
+
+    /// Standard deviations up to which a pose may be used: metres, degrees; for the running daemon site.toml has them
+    #[arg(long, num_args = 2, value_names = ["M", "DEG"], default_values_t = [0.1, 1.0], requires = "reference")]
+    max_uncertainty: Vec<f64>,
 
     /// Write the static transform from `map`, the robot's frame, to `site_map`, the model's; only for exit code 0. Otherwise a
     /// transform of an earlier pose that is there is renamed to FILE.yaml.stale, so that no robot reads it
@@ -76,10 +81,13 @@ The model's maps are those of all storeys in a folder that `convert` wrote, or o
 Nav2 map file of any resolution and origin. The answer is the motion `map_from_slam`:
 p_map = R(yaw) p_slam + (x, y), with its covariance, or every pose that fits as well, or why there is none.
 
-  accepted    one pose fits, and no other comes near
+  accepted    one pose fits, and no other comes near; no other building would fit so well
   ambiguous   several fit alike: a symmetric building, repeated rooms; all are listed, with a place to drive to at
               which the model tells them apart, or with the hints to give where it does not
   refused     another building or storey, too little overlap, too little structure
+
+Accepted is a pose that is wrong with a probability below 0.1 % (`wrong_probability`); it may be used if it is also known
+well enough (`usable`): see --max-uncertainty.
 
 --start-room, --at, --elevation and --portal exclude poses that contradict them; the answer says how many. Where the map
 fits clearly better in a pose that is excluded, none is accepted: the hint may be wrong.
@@ -90,9 +98,10 @@ Of the running daemon the validity is printed, too: whether the pose may be used
   waits_for_confirm  another pose waits for `groundplan confirm`
   held               the newest map does not bear the pose out, or waits for its search
   refused            the newest map was searched, and no pose is accepted
+  uncertain          the newest map bears the pose out, but holds it less well than max_uncertainty
 
-Exit codes: 0 accepted and effective, 1 failed, and of files ambiguous or refused, 2 bad usage; of the running daemon
-3 waits_for_confirm, 4 held, 5 refused or ambiguous.
+Exit codes: 0 accepted and effective, 1 failed, and of files ambiguous, refused or uncertain, 2 bad usage; of the running
+daemon 3 waits_for_confirm, 4 held, 5 refused or ambiguous, 6 uncertain.
 
 Examples:
   groundplan align --reference maps --slam robot.yaml
@@ -100,6 +109,12 @@ Examples:
   groundplan align --reference maps --slam robot.yaml --start-room U.04 --initial-pose amcl.yaml";
 
 impl Args {
+    /// Standard deviations up to which a pose may be used.
+    pub(super) fn max_uncertainty(&self) -> MaxUncertainty {
+        let [m, deg] = self.max_uncertainty.first_chunk::<2>().copied().unwrap_or_default();
+        MaxUncertainty::in_degrees(m, deg)
+    }
+
     /// Writes static transform and initial pose of an alignment, if they are asked for and the pose is accepted and effective.
     ///
     /// # Errors

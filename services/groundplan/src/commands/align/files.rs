@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::run::Outcome;
 use alignment::{AlignmentSources, PreparedMap, align_maps_at_any_scale, align_maps_within, overlay};
 use frames::Map;
-use messages::{Alignment, AlignmentVerdict, NONE, ScheduleStateHead};
+use messages::{Alignment, NONE, PoseValidity, ScheduleStateHead};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -42,10 +42,11 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let slam_map = if scaled == 1.0 { slam_map } else { PreparedMap::of_slam(&map.divided_by(scaled)) };
     found.decide(&maps, &slam_map, &numbers, &places.rooms);
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
-    let archive = found.archive(&numbers, &found.pose_status(&numbers), sources);
+    let archive = found.archive(&numbers, &found.pose_status(&numbers, arguments.max_uncertainty()), sources);
     let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
     arguments.write_pose(&alignment)?;
-    if let Some(pose) = alignment.pose() {
+    let is_usable = alignment.validity() == PoseValidity::Effective;
+    if let Some(pose) = alignment.pose().filter(|_| is_usable) {
         let directory = storeys.iter().find(|s| s.index == pose.map_storey && s.index != NONE).map(|s| &s.path);
         if let (Some(folder), Some(map)) = (&arguments.resample, directory) {
             let files = slam_frame::files(reference, map, pose)?;
@@ -66,7 +67,7 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     } else {
         alignment_report::text(&alignment) + &alignment_report::exclusions_text(&found.exclusions)
     };
-    Ok(Outcome::judged(text, alignment.verdict() == AlignmentVerdict::Accepted))
+    Ok(Outcome::judged(text, is_usable))
 }
 
 /// A map of the model.

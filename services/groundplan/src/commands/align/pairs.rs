@@ -48,6 +48,7 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
     let candidates: Vec<Value> = alignment.poses.iter().skip(1).map(pose).collect();
     let mut answer = json!({
         "pair": pair, "verdict": alignment.verdict.name(), "reason": alignment.reason, "candidates": candidates,
+        "wrong_probability": alignment.wrong_probability,
         "scale": alignment.scale.map(|s| [s.value, s.deviation]), "cpu_s": cpu_s,
     });
     if let Some(best) = alignment.poses.first() {

@@ -59,7 +59,7 @@ impl PoseFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alignment::{Alignment as Found, AlignmentSources, PoseStatus};
+    use alignment::{Alignment as Found, AlignmentSources, MaxUncertainty, PoseStatus};
     use messages::{PoseState, ScheduleStateHead};
 
     const FILE: PoseFile = PoseFile { what: "pose", first_words: "# A pose" };
@@ -68,7 +68,10 @@ mod tests {
         let found = Found { verdict, reason: "why".to_owned(), ..Found::nothing_yet() };
         let plan_time_s = ScheduleStateHead::NO_TIME;
         let sources = AlignmentSources { site_hash: 1, slam_map_hash: 2, searched_map_hash: 2, plan_time_s };
-        let pose_status = PoseStatus { pose: Some(PoseRecord::NONE), state, waiting, verdict: Some(verdict) };
+        let max_uncertainty = MaxUncertainty::in_degrees(0.1, 1.0);
+        let pose_status =
+            PoseStatus { pose: Some(PoseRecord::NONE), state, waiting, verdict: Some(verdict), max_uncertainty };
+
         found.archive(&[], &pose_status, sources)
     }
 

@@ -7,7 +7,7 @@ use crate::args::{ModelArgs, ScheduleInput, robot_of_profile, with_timeline};
 use crate::date_argument;
 use crate::failure::Failure;
 use ::deviations::{DeviationInput, deviations};
-use alignment::{AlignmentSources, PreparedMap, References, SitePlaces, align_maps_within};
+use alignment::{AlignmentSources, MaxUncertainty, PreparedMap, References, SitePlaces, align_maps_within};
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{Alignment, AlignmentVerdict, Deviations, RobotProfile, ScheduleState, Site};
 use occupancy::OccupancyMap;
@@ -105,7 +105,11 @@ fn aligned(
     found.decide(&maps, &slam_map, &storeys, &places.rooms);
     let plan_time_s = schedule_state.head.plan_time_s;
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
-    let archive = found.archive(&storeys, &found.pose_status(&storeys), sources);
+    let archive = found.archive(
+        &storeys,
+        &found.pose_status(&storeys, MaxUncertainty::in_degrees(f64::INFINITY, f64::INFINITY)),
+        sources,
+    );
     let Some(pose) = found.poses.first().filter(|_| found.verdict == AlignmentVerdict::Accepted) else {
         let alignment = Alignment::open(archive.bytes()).map_err(Failure::work)?;
         let text = alignment_report::text(&alignment);
