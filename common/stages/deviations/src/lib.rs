@@ -21,6 +21,7 @@ mod deviation_verdict;
 mod deviations_archive;
 mod displacement;
 mod distortion;
+mod distortion_prior;
 mod evidence;
 mod input;
 mod obstacles;
@@ -29,6 +30,7 @@ mod probed_sample;
 mod sections;
 mod side_samples;
 mod slam_view;
+mod surface_pieces;
 mod thresholds;
 mod wall_bodies;
 
@@ -36,7 +38,7 @@ pub use applied_observations::AppliedObservations;
 pub use input::DeviationInput;
 
 use deviations_archive::Findings;
-use distortion::{DistortionField, SurfaceOffset};
+use distortion::DistortionField;
 use evidence::{Comparison, Evidence, evidence};
 use messages::ArchiveBuffer;
 use obstacles::{KnownSurfaces, obstacles};
@@ -45,7 +47,8 @@ use rayon::prelude::*;
 use sections::{LidarKind, Sections};
 use side_samples::{Sample, open_samples};
 use slam_view::{Probe, SlamView};
-use thresholds::{MAX_DISTORTION_M, OUTSIDE_M, SAME_SIDE_M};
+use surface_pieces::SurfaceOffset;
+use thresholds::{OUTSIDE_M, SAME_SIDE_M};
 use wall_bodies::WallBodies;
 
 /// The evidence for every element of a storey, and the obstacles that the model lacks, as a `deviations` archive. Verdicts
@@ -60,7 +63,9 @@ pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
     let n_cuts = sections.cuts.len() as u32;
     let samples: Vec<Vec<Sample>> = (0..n_cuts).into_par_iter().map(|cut| open_samples(&sections, cut)).collect();
     let pose_m = pose_deviation_m(input);
-    let distortions = DistortionField::new(surface_offsets(&sections, &bodies, &samples, &slam).into_iter(), pose_m);
+    let offsets = surface_offsets(&sections, &bodies, &samples, &slam);
+    let about_m = input.map_from_slam.apply(input.about_m);
+    let distortions = DistortionField::new(offsets.into_iter(), about_m, &input.covariance);
     let comparison = Comparison { sections: &sections, bodies: &bodies, slam: &slam, distortions: &distortions };
     let (all, parts): (Vec<Evidence>, Vec<Vec<AbsentPart>>) =
         (0..n_cuts).into_par_iter().map(|k| evidence(&comparison, k, &samples[k as usize])).unzip();
@@ -83,8 +88,8 @@ fn surface_offsets(
     bodies: &WallBodies,
     samples: &[Vec<Sample>],
     slam: &SlamView,
-) -> Vec<([f64; 2], SurfaceOffset)> {
-    let of_cut = |cut: u32| -> Vec<([f64; 2], SurfaceOffset)> {
+) -> Vec<SurfaceOffset> {
+    let of_cut = |cut: u32| -> Vec<SurfaceOffset> {
         let own = &sections.cuts[cut as usize];
         if !own.stands || own.kind != LidarKind::Solid {
             return Vec::new();
@@ -93,8 +98,7 @@ fn surface_offsets(
             let Sample { at, normal, thick_m } = *s;
             let probe_result = slam.probe(&Probe { at, normal, thick_m, tolerance_m: SAME_SIDE_M });
             let nearest = probe_result.offsets_m.into_iter().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-            (nearest.abs() <= MAX_DISTORTION_M)
-                .then_some((at, SurfaceOffset { normal, offset_m: nearest, body: bodies.body(cut) }))
+            Some(SurfaceOffset { at, normal, offset_m: nearest, body: bodies.body(cut) })
         };
         samples[cut as usize].iter().filter_map(surface).collect()
     };
