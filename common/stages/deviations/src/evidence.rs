@@ -74,10 +74,10 @@ fn parts(comparison: &Comparison<'_>, sides: &Sides<'_>, observation: Observatio
         let square = square_of(sample.at);
         let distortion = local.entry(square).or_insert_with(|| distortions.at(middle_of(square), None));
         let deviation_m = distortion.deviation_m(sample.normal);
-        probed.push(probed_sample(comparison, sides, sample, distortion, slam.cell_m + deviation_m));
+        probed.push(probed_sample(comparison, sides, sample, distortion, slam.cell_m + WITHIN * deviation_m));
         worst_m = worst_m.max(deviation_m);
     }
-    let tolerance_m = slam.cell_m + SAME_SIDE_M + worst_m;
+    let tolerance_m = slam.cell_m + SAME_SIDE_M + WITHIN * worst_m;
     absent_parts(sections, sides.cut, sides.samples, &probed, tolerance_m, libm::hypot(slam.cell_m, worst_m))
 }
 
