@@ -69,6 +69,11 @@ impl DistortionField {
         Distortion { by_m: Vector2::zeros(), covariance: self.prior.covariance(at, at), n: 0 }
     }
 
+    /// Variance of the turn of the map at any place, in rad².
+    pub(crate) fn turn_variance(&self) -> f64 {
+        self.prior.turn_variance()
+    }
+
     /// The distortion at a place, estimated without one body.
     pub(crate) fn at(&self, at: [f64; 2], without: Option<u32>) -> Distortion {
         self.estimate(&self.prior, at, without)

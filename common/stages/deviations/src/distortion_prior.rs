@@ -36,6 +36,12 @@ impl DistortionPrior {
             yy + (px + qx) * yt + px * qx * tt,
         )
     }
+
+    /// Variance of the local turn of the map, in rad².
+    pub(crate) fn turn_variance(&self) -> f64 {
+        // Half the curl of two independent fields; the second derivative of the correlation at 0 is -3 / L².
+        self.pose[(2, 2)] + 1.5 * (self.drift_m / DISTORTION_LENGTH_M).powi(2)
+    }
 }
 
 /// Matérn's correlation with smoothness 3/2.

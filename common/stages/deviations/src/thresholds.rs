@@ -143,6 +143,8 @@ pub(crate) const BUILT_M: f64 = 0.02;
 pub(crate) const HIDDEN_SHARE: f64 = 0.2;
 pub(crate) const ROBUST_M: f64 = 0.06;
 pub(crate) const AHEAD_SCALE: f64 = 0.6;
+/// A place is corrected if the largest standard deviation of its distortion is at most this share of that without surfaces.
+pub(crate) const CORRECTED_SHARE: f64 = 0.7;
 /// Most of the uncertainty of an obstacle's place beside that of the pose.
 pub(crate) const OBSTACLE_DISTORTION_M: f64 = 0.1;
 
