@@ -56,7 +56,7 @@ pub(super) fn archive(
         builder.absent_parts.extend(parts.iter().map(|part| absent_part(input, cut.element, part)));
     }
     found.obstacles.iter().for_each(|o| add_obstacle(input, &mut builder, o));
-    builder.residuals.extend(distortions.all().map(|(at_m, distortion)| ResidualRecord {
+    builder.residuals.extend(distortions.all().into_iter().map(|(at_m, distortion)| ResidualRecord {
         at_m,
         residual_m: distortion.by_m.into(),
         deviation_m: distortion.worst_m(),

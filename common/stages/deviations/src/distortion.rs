@@ -1,107 +1,202 @@
 //! Local distortion of a SLAM map, estimated from surfaces of surrounding elements.
+//!
+//! The distortion is a Gaussian process of which each piece of a side shows one component, with noise. Where pieces are
+//! dense it follows them; away from them it returns to the prior: errors of the pose and drift of the map.
+//!
+//! # Source
+//! Rasmussen and Williams, "Gaussian Processes for Machine Learning", 2006, chapters 2 and 5; weights of Geman and McClure.
 
+use crate::distortion_prior::DistortionPrior;
+use crate::surface_pieces::{SurfaceOffset, SurfacePiece, middle_of, square_of, surface_pieces};
 use crate::thresholds::{
-    ALIKE, BUILT_M, DISTORTION_CELL_M, DISTORTION_SIGMA_M, MAX_DISTORTION_M, MIN_DISTORTION_M, NOISE_M,
-    PRIOR_DISTORTION_M,
+    AHEAD_SCALE, BUILT_M, DISTORTION_CELL_M, DISTORTION_REACH_M, DRIFTS_M, HIDDEN_SHARE, MAX_DISTORTION_M, MAX_PIECES,
+    MAX_SCORED, NOISE_M, ROBUST_M,
 };
-use nalgebra::{Matrix2, Vector2};
+use frames::PoseCovariance;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2, MatrixXx2, Vector2};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
-
-/// A surface found along the normal of an element's side.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SurfaceOffset {
-    pub(crate) normal: [f64; 2],
-    /// Its offset along the outward normal.
-    pub(crate) offset_m: f64,
-    /// First element of the wall with all of its leafs, or the element.
-    pub(crate) body: u32,
-}
+use std::f64::consts::TAU;
 
 /// Local offset of the SLAM map from the model, with its covariance.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Distortion {
     pub(crate) by_m: Vector2<f64>,
     /// Of `by_m`, in m².
-    covariance: Matrix2<f64>,
+    pub(crate) covariance: Matrix2<f64>,
+    /// Samples that it was estimated from.
     pub(crate) n: usize,
 }
 
-/// Surface offsets by square, from which the distortion is estimated.
+/// Pieces of sides by square, from which the distortion is estimated.
 pub(crate) struct DistortionField {
-    surfaces: BTreeMap<[i32; 2], Vec<SurfaceOffset>>,
-    /// Standard deviation where nothing was measured.
-    prior_m: f64,
+    pieces: BTreeMap<[i32; 2], Vec<SurfacePiece>>,
+    prior: DistortionPrior,
     /// Root mean square over all squares.
     pub(crate) rms_m: f64,
 }
 
-/// Weights are 0 beyond this multiple of sigma.
-const CUT_OFF: f64 = 2.0;
-/// Scales of the robust residual, from coarse to fine, so that displaced elements have little weight.
-const SCALES_M: [f64; 5] = [0.3, 0.2, 0.12, 0.08, 0.08];
+/// Scales of the robust residual relative to the last, so that displaced elements and furniture have little weight.
+const SCALES: [f64; 4] = [4.0, 2.5, 1.5, 1.0];
+/// A piece of less weight than that is as good as none.
+const MIN_WEIGHT: f64 = 1e-4;
 
 impl DistortionField {
-    /// `pose_m` is the standard deviation of the pose of the whole map.
-    pub(crate) fn new(surfaces: impl Iterator<Item = ([f64; 2], SurfaceOffset)>, pose_m: f64) -> Self {
-        let mut field =
-            Self { surfaces: BTreeMap::new(), prior_m: libm::hypot(PRIOR_DISTORTION_M, pose_m), rms_m: 0.0 };
-        for (at, surface) in surfaces.filter(|(_, surface)| surface.offset_m.abs() <= MAX_DISTORTION_M) {
-            field.surfaces.entry(square(at)).or_default().push(surface);
+    /// `pose` is the covariance of the pose of the whole map, for the place `about_m` in `map`.
+    pub(crate) fn new(offsets: impl Iterator<Item = SurfaceOffset>, about_m: [f64; 2], pose: &PoseCovariance) -> Self {
+        let mut pieces: BTreeMap<[i32; 2], Vec<SurfacePiece>> = BTreeMap::new();
+        for piece in surface_pieces(offsets) {
+            pieces.entry(square_of(piece.at)).or_default().push(piece);
         }
-        let all: Vec<Distortion> = field.surfaces.keys().map(|square| field.at_square(*square, None)).collect();
-        let sum: f64 = all.iter().map(|b| b.by_m.norm_squared()).sum();
+        let with = |drift_m: f64| DistortionPrior::new(about_m, pose, drift_m);
+        let mut field = Self { pieces, prior: with(DRIFTS_M[0]), rms_m: 0.0 };
+        let scored = field.scored_pieces();
+        let score = |drift_m: &f64| -> f64 {
+            let prior = with(*drift_m);
+            scored.iter().map(|piece| field.score(&prior, piece)).sum()
+        };
+        let scores: Vec<f64> = DRIFTS_M.par_iter().map(score).collect();
+        let best = (0..DRIFTS_M.len()).rev().max_by(|a, b| scores[*a].total_cmp(&scores[*b])).unwrap_or(0);
+        field.prior = with(DRIFTS_M[best]);
+        let all: Vec<_> = field.all();
+        let sum: f64 = all.iter().map(|(_, distortion)| distortion.by_m.norm_squared()).sum();
         field.rms_m = (sum / all.len().max(1) as f64).sqrt();
-        // Distortion elsewhere is assumed as large as where it is measured.
-        field.prior_m = libm::hypot(field.rms_m.clamp(MIN_DISTORTION_M, 2.0 * PRIOR_DISTORTION_M), pose_m);
         field
     }
 
     /// Zero distortion with the uncertainty of an unmeasured place.
-    pub(crate) fn none(&self) -> Distortion {
-        let covariance = Matrix2::from_diagonal_element(self.prior_m * self.prior_m);
-        Distortion { by_m: Vector2::zeros(), covariance, n: 0 }
+    pub(crate) fn none(&self, at: [f64; 2]) -> Distortion {
+        Distortion { by_m: Vector2::zeros(), covariance: self.prior.covariance(at, at), n: 0 }
     }
 
-    /// The distortion at a point, estimated without one body.
+    /// Variance of the turn of the map at any place, in rad².
+    pub(crate) fn turn_variance(&self) -> f64 {
+        self.prior.turn_variance()
+    }
+
+    /// The distortion at a place, estimated without one body.
     pub(crate) fn at(&self, at: [f64; 2], without: Option<u32>) -> Distortion {
-        self.at_square(square(at), without)
+        self.estimate(&self.prior, at, without)
     }
 
     /// Middles of all squares with surfaces, and the distortion there.
-    pub(crate) fn all(&self) -> impl Iterator<Item = ([f64; 2], Distortion)> {
-        self.surfaces.keys().map(|s| (s.map(|c| (f64::from(c) + 0.5) * DISTORTION_CELL_M), self.at_square(*s, None)))
+    pub(crate) fn all(&self) -> Vec<([f64; 2], Distortion)> {
+        self.pieces.par_iter().map(|(square, _)| (middle_of(*square), self.at(middle_of(*square), None))).collect()
     }
 
-    fn at_square(&self, at: [i32; 2], without: Option<u32>) -> Distortion {
-        let reach = (CUT_OFF * DISTORTION_SIGMA_M / DISTORTION_CELL_M).ceil() as i32;
-        let mut around: Vec<(f64, SurfaceOffset)> = Vec::new();
-        for (dx, dy) in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy))) {
-            if let Some(surfaces) = self.surfaces.get(&[at[0] + dx, at[1] + dy]) {
-                weigh(surfaces, [dx, dy], without, &mut around);
-            }
+    /// Every second piece and no more than [`MAX_SCORED`], spread over the storey.
+    fn scored_pieces(&self) -> Vec<SurfacePiece> {
+        let all: Vec<SurfacePiece> = self.pieces.values().flatten().copied().collect();
+        let step = all.len().div_ceil(MAX_SCORED).max(2);
+        all.into_iter().step_by(step).collect()
+    }
+
+    /// Logarithm of the probability density of a piece, given all other bodies. Some sides are hidden, and what is found is
+    /// anything.
+    fn score(&self, prior: &DistortionPrior, piece: &SurfacePiece) -> f64 {
+        let predicted = self.estimate(prior, piece.at, Some(piece.body));
+        let variance = predicted.deviation_m(piece.normal).powi(2) + piece.variance();
+        let off_m = piece.offset_m - predicted.along(piece.normal);
+        let density = libm::exp(-off_m * off_m / (2.0 * variance)) / (TAU * variance).sqrt();
+        libm::log((1.0 - HIDDEN_SHARE) * density + HIDDEN_SHARE / (2.0 * MAX_DISTORTION_M))
+    }
+
+    /// The pieces nearest to a place.
+    fn around(&self, at: [f64; 2], without: Option<u32>) -> Vec<SurfacePiece> {
+        let reach = (DISTORTION_REACH_M / DISTORTION_CELL_M).ceil() as i32;
+        let [column, row] = square_of(at);
+        let rows = (row - reach..=row + reach).flat_map(|y| (column - reach..=column + reach).map(move |x| [x, y]));
+        let mut around: Vec<(f64, SurfacePiece)> = rows
+            .filter_map(|square| self.pieces.get(&square))
+            .flatten()
+            .filter(|piece| Some(piece.body) != without)
+            .map(|piece| (libm::hypot(piece.at[0] - at[0], piece.at[1] - at[1]), *piece))
+            .filter(|(far_m, _)| *far_m <= DISTORTION_REACH_M)
+            .collect();
+        around.sort_by(|a, b| a.0.total_cmp(&b.0));
+        around.truncate(MAX_PIECES);
+        around.into_iter().map(|(_, piece)| piece).collect()
+    }
+
+    fn estimate(&self, prior: &DistortionPrior, at: [f64; 2], without: Option<u32>) -> Distortion {
+        let around = self.around(at, without);
+        let unseen = Distortion { by_m: Vector2::zeros(), covariance: prior.covariance(at, at), n: 0 };
+        let Some((solver, solved)) = weighed(prior, &around) else { return unseen };
+        let to_place = MatrixXx2::from_rows(
+            &around
+                .iter()
+                .map(|piece| (prior.covariance(piece.at, at).transpose() * Vector2::from(piece.normal)).transpose())
+                .collect::<Vec<_>>(),
+        );
+        Distortion {
+            by_m: to_place.transpose() * solved,
+            covariance: unseen.covariance - to_place.transpose() * solver.solve(&to_place),
+            n: around.iter().map(|piece| piece.n).sum(),
         }
-        limit_each(&mut around);
-        let prior = Matrix2::from_diagonal_element(1.0 / (self.prior_m * self.prior_m));
-        let mut distortion = Distortion { n: around.len(), ..self.none() };
-        for scale_m in SCALES_M {
-            let (mut a, mut b) = (prior, Vector2::zeros());
-            for (weight, surface) in &around {
-                let n = Vector2::from(surface.normal);
-                let residual_m = surface.offset_m - n.dot(&distortion.by_m);
-                let robust = scale_m * scale_m / (scale_m * scale_m + residual_m * residual_m);
-                let weight = weight * robust * robust / (NOISE_M * NOISE_M * ALIKE);
-                a += n * weight * n.transpose();
-                b += n * weight * surface.offset_m;
-            }
-            // The prior alone is positive definite.
-            let Some(covariance) = a.try_inverse() else { return self.none() };
-            (distortion.covariance, distortion.by_m) = (covariance, covariance * b);
+    }
+}
+
+/// The covariance of the offsets of pieces with robust weights, decomposed, and its inverse times the offsets; `None` of no
+/// pieces.
+fn weighed(prior: &DistortionPrior, around: &[SurfacePiece]) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
+    let n = around.len();
+    if n == 0 {
+        return None;
+    }
+    let of_field = DMatrix::from_fn(n, n, |i, j| {
+        let (a, b) = (&around[i], &around[j]);
+        Vector2::from(a.normal).dot(&(prior.covariance(a.at, b.at) * Vector2::from(b.normal)))
+    });
+    let of_pieces = DMatrix::from_fn(n, n, |i, j| match i == j {
+        true => around[i].variance(),
+        false => around[i].shared_with(&around[j]),
+    });
+    let offsets = DVector::from_iterator(n, around.iter().map(|piece| piece.offset_m));
+    let mut covariance = &of_field + &of_pieces;
+    for scale in SCALES {
+        let solved = covariance.clone().cholesky()?.solve(&offsets);
+        let fitted = &of_field * solved;
+        for (k, piece) in around.iter().enumerate() {
+            let variance = of_pieces[(k, k)];
+            covariance[(k, k)] =
+                of_field[(k, k)] + variance / robust_weight(piece.offset_m - fitted[k], scale * ROBUST_M);
         }
-        distortion
+    }
+    let solver = covariance.cholesky()?;
+    let solved = solver.solve(&offsets);
+    Some((solver, solved))
+}
+
+/// Furniture stands before walls and never behind them.
+fn robust_weight(residual_m: f64, scale_m: f64) -> f64 {
+    let scale_m = if residual_m > 0.0 { scale_m * AHEAD_SCALE } else { scale_m };
+    let robust = 1.0 / (1.0 + (residual_m / scale_m).powi(2));
+    (robust * robust).max(MIN_WEIGHT)
+}
+
+impl SurfacePiece {
+    /// Variance of its offset from the distorted model.
+    fn variance(&self) -> f64 {
+        // Samples of half a metre are alike; a metre of them is hardly better.
+        let alike = (10.0 / self.n as f64).max(0.5);
+        BUILT_M * BUILT_M + NOISE_M * NOISE_M * alike
+    }
+
+    /// Covariance with another piece: all of a body is off by the same.
+    fn shared_with(&self, other: &Self) -> f64 {
+        if self.body != other.body {
+            return 0.0;
+        }
+        BUILT_M * BUILT_M * (self.normal[0] * other.normal[0] + self.normal[1] * other.normal[1])
     }
 }
 
 impl Distortion {
+    /// The distortion along a direction.
+    pub(crate) fn along(&self, n: [f64; 2]) -> f64 {
+        Vector2::from(n).dot(&self.by_m)
+    }
+
     /// Standard deviation along a direction.
     pub(crate) fn deviation_m(&self, n: [f64; 2]) -> f64 {
         let n = Vector2::from(n);
@@ -111,28 +206,5 @@ impl Distortion {
     /// Largest standard deviation of any direction.
     pub(crate) fn worst_m(&self) -> f64 {
         self.covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
-    }
-}
-
-/// Limits the weight of all samples of one body, which may be displaced itself.
-fn limit_each(around: &mut [(f64, SurfaceOffset)]) {
-    let mut sums: BTreeMap<u32, f64> = BTreeMap::new();
-    around.iter().for_each(|(weight, surface)| *sums.entry(surface.body).or_default() += weight);
-    for (weight, surface) in around {
-        let variance = BUILT_M * BUILT_M + NOISE_M * NOISE_M * ALIKE / sums[&surface.body];
-        *weight *= NOISE_M * NOISE_M * ALIKE / sums[&surface.body] / variance;
-    }
-}
-
-pub(crate) fn square(at: [f64; 2]) -> [i32; 2] {
-    at.map(|c| (c / DISTORTION_CELL_M).floor() as i32)
-}
-
-/// Adds the surfaces of a square with the weight that its distance gives them.
-fn weigh(surfaces: &[SurfaceOffset], [dx, dy]: [i32; 2], without: Option<u32>, around: &mut Vec<(f64, SurfaceOffset)>) {
-    let far_m = libm::hypot(f64::from(dx), f64::from(dy)) * DISTORTION_CELL_M / DISTORTION_SIGMA_M;
-    if far_m <= CUT_OFF {
-        let weight = libm::exp(-far_m * far_m / 2.0);
-        around.extend(surfaces.iter().filter(|t| Some(t.body) != without).map(|t| (weight, *t)));
     }
 }

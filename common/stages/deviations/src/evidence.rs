@@ -1,12 +1,13 @@
 //! Evidence for an element from samples on its sides: in place, displaced, or seen through.
 
 use crate::displacement::{Displacement, displacement};
-use crate::distortion::{Distortion, DistortionField, square};
+use crate::distortion::{Distortion, DistortionField};
 use crate::partial_absence::{AbsentPart, absent_parts};
 use crate::probed_sample::ProbedSample;
 use crate::sections::{LidarKind, Sections};
 use crate::side_samples::{Sample, body_samples};
 use crate::slam_view::{Probe, SlamView};
+use crate::surface_pieces::{middle_of, square_of};
 use crate::thresholds::*;
 use crate::wall_bodies::WallBodies;
 use messages::{Observation, UnseenReason};
@@ -70,12 +71,13 @@ fn parts(comparison: &Comparison<'_>, sides: &Sides<'_>, observation: Observatio
     let mut worst_m = 0.0f64;
     let mut probed = Vec::with_capacity(sides.samples.len());
     for sample in sides.samples {
-        let distortion = local.entry(square(sample.at)).or_insert_with(|| distortions.at(sample.at, None));
+        let square = square_of(sample.at);
+        let distortion = local.entry(square).or_insert_with(|| distortions.at(middle_of(square), None));
         let deviation_m = distortion.deviation_m(sample.normal);
-        probed.push(probed_sample(comparison, sides, sample, distortion, slam.cell_m + deviation_m));
+        probed.push(probed_sample(comparison, sides, sample, distortion, slam.cell_m + WITHIN * deviation_m));
         worst_m = worst_m.max(deviation_m);
     }
-    let tolerance_m = slam.cell_m + SAME_SIDE_M + worst_m;
+    let tolerance_m = slam.cell_m + SAME_SIDE_M + WITHIN * worst_m;
     absent_parts(sections, sides.cut, sides.samples, &probed, tolerance_m, libm::hypot(slam.cell_m, worst_m))
 }
 
@@ -83,14 +85,17 @@ fn evidence_of(comparison: &Comparison<'_>, sides: &Sides<'_>) -> Evidence {
     let mut local: BTreeMap<[i32; 2], Distortion> = BTreeMap::new();
     let body = comparison.bodies.body(sides.cut);
     let distortions = comparison.distortions;
-    let by_others = |s: &Sample| *local.entry(square(s.at)).or_insert_with(|| distortions.at(s.at, Some(body)));
+    let by_others = |s: &Sample| {
+        let square = square_of(s.at);
+        *local.entry(square).or_insert_with(|| distortions.at(middle_of(square), Some(body)))
+    };
     let corrected = evidence_with(comparison, sides, by_others);
     let displacement = &corrected.displacement;
     let away_m = libm::hypot(displacement.by_m[0], displacement.by_m[1]);
     // The element is displaced only if that holds without the distortion, too; otherwise its neighbours are displaced.
     let beside_m = displacement.along([0, 1].map(|k| displacement.by_m[k] + corrected.distortion_m[k])) / away_m;
     if displacement.is_displaced && beside_m < MIN_DISPLACED_M {
-        return evidence_with(comparison, sides, |_| distortions.none());
+        return evidence_with(comparison, sides, |s| distortions.none(s.at));
     }
     corrected
 }
@@ -105,12 +110,12 @@ fn evidence_with(
     let (mut probed_samples, mut distortion_m, mut worst_m) = (Vec::with_capacity(samples.len()), [0.0; 2], 0.0f64);
     for sample in *samples {
         let distortion = distortion_at(sample);
-        let tolerance_m = slam.cell_m + SAME_SIDE_M + distortion.deviation_m(sample.normal);
+        let tolerance_m = slam.cell_m + SAME_SIDE_M + WITHIN * distortion.deviation_m(sample.normal);
         probed_samples.push(probed_sample(comparison, sides, sample, &distortion, tolerance_m));
         distortion_m = [0, 1].map(|k| distortion_m[k] + distortion.by_m[k] / samples.len() as f64);
         worst_m = worst_m.max(distortion.deviation_m(sample.normal));
     }
-    let displacement = displacement(&probed_samples, MIN_DISPLACED_M + UNCERTAIN * worst_m);
+    let displacement = displacement(&probed_samples, MIN_DISPLACED_M.max(UNCERTAIN * libm::hypot(worst_m, BUILT_M)));
     let mut out = Evidence {
         observation: Observation::Unseen,
         reason: UnseenReason::Inconclusive,
@@ -122,8 +127,14 @@ fn evidence_with(
         distortion_m,
         deviation_m: worst_m,
     };
-    let tolerance_m = slam.cell_m + SAME_SIDE_M + worst_m;
+    let tolerance_m = slam.cell_m + SAME_SIDE_M + WITHIN * worst_m;
     probed_samples.iter().for_each(|probed_sample| out.count(probed_sample, tolerance_m));
+    if displacement.is_displaced && !out.is_left() {
+        // What is not displaced as a whole stands where its surfaces are within the tolerance.
+        out.displacement.is_displaced = false;
+        [out.n_visible, out.n_confirmed, out.n_contradicted] = [0; 3];
+        probed_samples.iter().for_each(|probed_sample| out.count(probed_sample, tolerance_m));
+    }
     out.observation = out.observation(own.stands, own.kind);
     out.reason = out.unseen_reason(sections, *cut);
     out
@@ -149,7 +160,7 @@ fn probed_sample(
     let is_own = |d: &f64| d.abs() <= OWN_M || !sections.is_others(place(*d), OTHERS_M.min(d.abs() * NEARER), is_ours);
     // Through all of the solid up to the face of what stands behind it.
     let reaches_other = |depth_m: f64| {
-        depth_m >= (SAME_SIDE_M + distortion.deviation_m(normal)).max(thick_m - slam.cell_m)
+        depth_m >= (SAME_SIDE_M + WITHIN * distortion.deviation_m(normal)).max(thick_m - slam.cell_m)
             && depth_m <= thick_m + BESIDE_M
             && sections.is_others(place(-depth_m), OTHERS_M, is_ours)
     };
@@ -178,8 +189,7 @@ impl Evidence {
         if !is_observable(kind) {
             return Observation::Unseen;
         }
-        let is_left = confirmed <= MAX_IN_PLACE * f64::from(self.n_visible) || self.is_slight();
-        if self.displacement.is_displaced && stands && is_lasting && is_left {
+        if self.displacement.is_displaced && stands && is_lasting {
             return Observation::Displaced;
         }
         let is_absent = self.n_contradicted as usize >= MIN_ABSENT
@@ -202,9 +212,13 @@ impl Evidence {
         if is_observed { Observation::Observed } else { Observation::Unseen }
     }
 
-    /// True if the displacement is so small that surfaces also count as in place.
-    fn is_slight(&self) -> bool {
-        libm::hypot(self.displacement.by_m[0], self.displacement.by_m[1]) <= 2.0 * SAME_SIDE_M
+    /// True if enough of the element was seen, and little of it in its place.
+    fn is_left(&self) -> bool {
+        let [confirmed, visible, all] = [self.n_confirmed, self.n_visible, self.n_samples].map(f64::from);
+        let [x, y] = self.displacement.by_m;
+        confirmed <= MAX_IN_PLACE * visible
+            && visible >= DISPLACED_OF_ALL * all
+            && (self.n_visible >= MIN_SLIGHT || libm::hypot(x, y) >= SLIGHT_M)
     }
 
     /// Reason of an unseen element.

@@ -21,32 +21,33 @@ mod deviation_verdict;
 mod deviations_archive;
 mod displacement;
 mod distortion;
+mod distortion_prior;
 mod evidence;
 mod input;
+mod local_transform;
 mod obstacles;
 mod partial_absence;
 mod probed_sample;
+mod sampled_storey;
 mod sections;
 mod side_samples;
 mod slam_view;
+mod surface_pieces;
 mod thresholds;
 mod wall_bodies;
 
 pub use applied_observations::AppliedObservations;
 pub use input::DeviationInput;
+pub use local_transform::{LocalTransform, SlamPlace};
 
 use deviations_archive::Findings;
-use distortion::{DistortionField, SurfaceOffset};
 use evidence::{Comparison, Evidence, evidence};
 use messages::ArchiveBuffer;
 use obstacles::{KnownSurfaces, obstacles};
 use partial_absence::AbsentPart;
 use rayon::prelude::*;
-use sections::{LidarKind, Sections};
-use side_samples::{Sample, open_samples};
-use slam_view::{Probe, SlamView};
-use thresholds::{MAX_DISTORTION_M, OUTSIDE_M, SAME_SIDE_M};
-use wall_bodies::WallBodies;
+use sampled_storey::SampledStorey;
+use thresholds::OUTSIDE_M;
 
 /// The evidence for every element of a storey, and the obstacles that the model lacks, as a `deviations` archive. Verdicts
 /// use the planned states alone.
@@ -54,13 +55,11 @@ use wall_bodies::WallBodies;
 /// # Panics
 /// If the site has no such map storey, or the schedule state is of another site.
 pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
-    let slam = SlamView::new(input.slam, &input.map_from_slam);
-    let sections = Sections::of(input.site, input.schedule_state, input.robot, input.map_storey);
-    let bodies = WallBodies::of(&sections);
+    let sampled = SampledStorey::of(input);
+    let distortions = sampled.distortion_field(input);
+    let SampledStorey { slam, sections, bodies, samples } = sampled;
     let n_cuts = sections.cuts.len() as u32;
-    let samples: Vec<Vec<Sample>> = (0..n_cuts).into_par_iter().map(|cut| open_samples(&sections, cut)).collect();
     let pose_m = pose_deviation_m(input);
-    let distortions = DistortionField::new(surface_offsets(&sections, &bodies, &samples, &slam).into_iter(), pose_m);
     let comparison = Comparison { sections: &sections, bodies: &bodies, slam: &slam, distortions: &distortions };
     let (all, parts): (Vec<Evidence>, Vec<Vec<AbsentPart>>) =
         (0..n_cuts).into_par_iter().map(|k| evidence(&comparison, k, &samples[k as usize])).unzip();
@@ -75,30 +74,6 @@ pub fn deviations(input: &DeviationInput<'_>) -> ArchiveBuffer {
     let (found, n_outside) = obstacles(input.site, &slam, &known);
     let found = Findings { evidence: &all, parts: &parts, obstacles: &found, n_outside };
     deviations_archive::archive(input, &slam, &sections, &distortions, &found)
-}
-
-/// Surface offsets at the sides of elements that are planned to stand.
-fn surface_offsets(
-    sections: &Sections,
-    bodies: &WallBodies,
-    samples: &[Vec<Sample>],
-    slam: &SlamView,
-) -> Vec<([f64; 2], SurfaceOffset)> {
-    let of_cut = |cut: u32| -> Vec<([f64; 2], SurfaceOffset)> {
-        let own = &sections.cuts[cut as usize];
-        if !own.stands || own.kind != LidarKind::Solid {
-            return Vec::new();
-        }
-        let surface = |s: &Sample| {
-            let Sample { at, normal, thick_m } = *s;
-            let probe_result = slam.probe(&Probe { at, normal, thick_m, tolerance_m: SAME_SIDE_M });
-            let nearest = probe_result.offsets_m.into_iter().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-            (nearest.abs() <= MAX_DISTORTION_M)
-                .then_some((at, SurfaceOffset { normal, offset_m: nearest, body: bodies.body(cut) }))
-        };
-        samples[cut as usize].iter().filter_map(surface).collect()
-    };
-    (0..samples.len() as u32).into_par_iter().flat_map_iter(of_cut).collect()
 }
 
 /// Standard deviation of the pose at the corner of the storey with the largest.

@@ -1,13 +1,15 @@
 //! Obstacles in the SLAM map that no element of the model explains.
 
-use crate::distortion::DistortionField;
+use crate::distortion::{Distortion, DistortionField};
 use crate::evidence::Evidence;
 use crate::sections::Sections;
 use crate::slam_view::SlamView;
+use crate::surface_pieces::{middle_of, square_of};
 use crate::thresholds::*;
 use geometry::{FillRule, MultiPolygon, Polygon, Ring};
 use messages::{DoorRecord, Observation, Site};
 use occupancy::Cell;
+use std::collections::BTreeMap;
 
 /// An obstacle that is not in the model.
 pub(crate) struct Obstacle {
@@ -31,6 +33,7 @@ pub(crate) struct KnownSurfaces<'a> {
 pub(crate) fn obstacles(site: &Site<'_>, slam: &SlamView, known: &KnownSurfaces<'_>) -> (Vec<Obstacle>, u32) {
     let mut n_outside = 0;
     let mut is_unexplained = vec![false; slam.cells.len()];
+    let mut local: BTreeMap<[i32; 2], Distortion> = BTreeMap::new();
     for (index, cell) in slam.cells.iter().enumerate() {
         if *cell != Cell::Occupied || !within(slam, index, 1).any(|n| slam.cells[n] == Cell::Free) {
             continue;
@@ -39,7 +42,9 @@ pub(crate) fn obstacles(site: &Site<'_>, slam: &SlamView, known: &KnownSurfaces<
         if known.is_outside(at) {
             n_outside += 1;
         } else {
-            is_unexplained[index] = !known.is_explained(slam, at);
+            let square = square_of(at);
+            let distortion = local.entry(square).or_insert_with(|| known.distortions.at(middle_of(square), None));
+            is_unexplained[index] = !known.is_explained(slam, at, distortion);
         }
     }
     let mut found: Vec<Obstacle> = groups(slam, &is_unexplained)
@@ -56,10 +61,10 @@ impl KnownSurfaces<'_> {
         (0..2).any(|k| at[k] < min[k] || max[k] < at[k])
     }
 
-    fn is_explained(&self, slam: &SlamView, seen_at: [f64; 2]) -> bool {
-        let distortion = self.distortions.at(seen_at, None);
+    fn is_explained(&self, slam: &SlamView, seen_at: [f64; 2], distortion: &Distortion) -> bool {
         let at = [0, 1].map(|k| seen_at[k] - distortion.by_m[k]);
-        let tolerance_m = slam.cell_m + SAME_SIDE_M + distortion.worst_m().min(self.deviation_m + PRIOR_DISTORTION_M);
+        let tolerance_m =
+            slam.cell_m + SAME_SIDE_M + (WITHIN * distortion.worst_m()).min(self.deviation_m + OBSTACLE_DISTORTION_M);
         if self.sections.explains(at, tolerance_m) {
             return true;
         }

@@ -12,6 +12,9 @@ pub(crate) const MIN_CELL_M: f64 = 0.05;
 /// and what builders are allowed to be off by.
 pub(crate) const SAME_SIDE_M: f64 = 0.1;
 
+/// How many standard deviations of the distortion a surface may be off in addition.
+pub(crate) const WITHIN: f64 = 2.0;
+
 /// Maximum distance of a surface from its place in the model, to both sides. Farther surfaces belong to other elements.
 pub(crate) const REACH_M: f64 = 0.6;
 
@@ -47,12 +50,11 @@ pub(crate) const OTHERS_M: f64 = 0.12;
 pub(crate) const OWN_M: f64 = 0.05;
 pub(crate) const NEARER: f64 = 0.6;
 
-/// Minimum displacement, in addition to [`UNCERTAIN`] times the standard deviation of the distortion. Of a straight wall a
-/// median over half a metre is good to two centimetres; builders' tolerances, plaster and half a cell make the rest. Of 428
-/// simulated elements in their place one in a hundred seems to be off by 0.09 m where the deviation is below 0.09 m, and by
-/// 0.24 m where it is larger; with 2.0 times what the deviation has above 0.06 m, three times as many were displaced falsely.
-pub(crate) const MIN_DISPLACED_M: f64 = 0.1;
-pub(crate) const UNCERTAIN: f64 = 1.5;
+/// Minimum displacement, and how many standard deviations of the element's place it must be: those of the distortion and of
+/// [`BUILT_M`]. Of 4500 simulated elements in their place 43 seemed displaced with 2, 27 with 2.5 and 18 with 3; what is left is no
+/// matter of standard deviations, but of other surfaces taken for the element.
+pub(crate) const MIN_DISPLACED_M: f64 = 0.09;
+pub(crate) const UNCERTAIN: f64 = 2.75;
 
 /// Surfaces this near to a displacement support it.
 pub(crate) const SUPPORT_M: f64 = 0.06;
@@ -67,7 +69,13 @@ pub(crate) const SUPPORT_SHARE: f64 = 0.5;
 
 /// Of what was judged of an element that left its place at most this share is still met there: half of a column's sides slide along
 /// themselves. Sofas and lifts have parts at many depths.
-pub(crate) const MAX_IN_PLACE: f64 = 0.6;
+pub(crate) const MAX_IN_PLACE: f64 = 0.45;
+
+/// So much of all sides must have been seen, and of a displacement that is less than [`SLIGHT_M`] a metre of them: short pieces are
+/// met beside their place more often than elements are displaced.
+pub(crate) const DISPLACED_OF_ALL: f64 = 0.3;
+pub(crate) const SLIGHT_M: f64 = 0.15;
+pub(crate) const MIN_SLIGHT: u32 = 20;
 
 /// Share of the samples in support of a displacement that see its surface behind their side, through the place in the model.
 pub(crate) const BEHIND_SHARE: f64 = 0.3;
@@ -110,20 +118,35 @@ pub(crate) const MIN_EARLY: usize = 20;
 pub(crate) const EARLY_OF_ALL: f64 = 0.3;
 pub(crate) const EARLY_SHARE: f64 = 0.7;
 
-/// The distortion is estimated for squares of this side, from surrounding surfaces weighted by distance.
+/// The distortion is estimated for squares of this side, and the samples of a side in a square are one observation of it.
 pub(crate) const DISTORTION_CELL_M: f64 = 1.0;
-pub(crate) const DISTORTION_SIGMA_M: f64 = 2.0;
+/// A piece of a side has this many samples.
+pub(crate) const MIN_PIECE: usize = 3;
 /// Maximum distortion: the drift of maps that can still be aligned.
 pub(crate) const MAX_DISTORTION_M: f64 = 0.4;
-/// Prior standard deviation of the distortion, and its minimum: half a cell.
-pub(crate) const PRIOR_DISTORTION_M: f64 = 0.1;
-pub(crate) const MIN_DISTORTION_M: f64 = 0.02;
-/// Standard deviation of a surface from the distorted model, and the number of correlated samples: half a metre of a wall.
+/// Length over which drift is correlated, and how far and how many pieces of sides tell of it. Of 3, 4 and 8 m, and of an
+/// exponential correlation, this foretells elements best that are left out.
+pub(crate) const DISTORTION_LENGTH_M: f64 = 4.0;
+pub(crate) const DISTORTION_REACH_M: f64 = 6.0;
+pub(crate) const MAX_PIECES: usize = 60;
+/// Standard deviations of drift, of which each map gets the one that foretells its own elements best. One for all maps is too
+/// large for rigid ones and too small for bent ones.
+pub(crate) const DRIFTS_M: [f64; 5] = [0.01, 0.02, 0.035, 0.06, 0.1];
+/// Pieces that decide this at most.
+pub(crate) const MAX_SCORED: usize = 200;
+/// Standard deviation of half a metre of a side from the distorted model: half a cell and what stands or hangs there.
 pub(crate) const NOISE_M: f64 = 0.03;
-pub(crate) const ALIKE: f64 = 10.0;
-/// Standard deviation of the place of an element in the estimate of the distortion: several elements must agree on a
-/// distortion.
-pub(crate) const BUILT_M: f64 = 0.03;
+/// Standard deviation of the place of an element, which all of its sides share: several elements must agree on a distortion.
+pub(crate) const BUILT_M: f64 = 0.02;
+/// Share of the sides that are hidden by something else, and the scale of residuals beyond which they lose weight; before a side
+/// this much of it.
+pub(crate) const HIDDEN_SHARE: f64 = 0.2;
+pub(crate) const ROBUST_M: f64 = 0.06;
+pub(crate) const AHEAD_SCALE: f64 = 0.6;
+/// A place is corrected if the largest standard deviation of its distortion is at most this share of that without surfaces.
+pub(crate) const CORRECTED_SHARE: f64 = 0.7;
+/// Most of the uncertainty of an obstacle's place beside that of the pose.
+pub(crate) const OBSTACLE_DISTORTION_M: f64 = 0.1;
 
 /// Minimum size of obstacles: 0.3 m long or 0.1 m² of cells, and more than a stray hit or two.
 pub(crate) const MIN_LENGTH_M: f64 = 0.3;

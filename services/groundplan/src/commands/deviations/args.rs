@@ -27,6 +27,10 @@ pub struct Args {
     #[arg(short, long, value_name = "OUT")]
     pub(super) out: Option<PathBuf>,
 
+    /// Waypoints of the model (waypoints.json) to carry into the robot's map, also where it is bent: OUT/goals.json
+    #[arg(long, value_name = "WAYPOINTS.json", requires = "slam", requires = "out")]
+    pub(super) goals: Option<PathBuf>,
+
     /// What becomes of files of others in it.
     #[command(flatten)]
     pub(super) overwrite: OverwriteArgs,
@@ -91,9 +95,12 @@ Observed: it stands where the model has it; absent: the robot saw through its pl
 unseen: nothing can be said, as of glass, doors, and what does not cross the lidar's plane or was hidden.
 Compared with the planned states at the date: on plan, late, early, displaced, unknown. Nothing changes a map by itself: give
 actuals.csv to --actual, or see [align] apply and `groundplan confirm`.
+Goals on the storey of the map are told in the model's map and in the robot's (map, slam), with standard deviations (deviation);
+is_corrected: surfaces around show how the map is bent there; otherwise the pose of the whole map carried them.
 
 Examples:
   groundplan deviations house.ifc --slam robot.yaml --date 2024-04-15 -o deviations
+  groundplan deviations house.ifc --slam robot.yaml -o deviations --goals maps/waypoints.json
   groundplan deviations -o deviations
 
 Exit codes: 0 done, 1 failed (the map's pose is not accepted), 2 bad usage or configuration.";

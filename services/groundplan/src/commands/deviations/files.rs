@@ -1,12 +1,13 @@
 //! Comparing models with a map in files.
 
 use super::args::{Args, KnownPose};
+use super::goals::carried;
 use super::report::write;
 use crate::alignment_report;
 use crate::args::{ModelArgs, ScheduleInput, robot_of_profile, with_timeline};
 use crate::date_argument;
 use crate::failure::Failure;
-use ::deviations::{DeviationInput, deviations};
+use ::deviations::{DeviationInput, LocalTransform, deviations};
 use alignment::{AlignmentSources, MaxUncertainty, PreparedMap, References, SitePlaces, align_maps_within};
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{Alignment, AlignmentVerdict, Deviations, RobotProfile, ScheduleState, Site};
@@ -36,7 +37,7 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
         };
         progress.stage("comparing");
         let slam_map_hash = map.content_hash().map_err(Failure::work)?;
-        let found = deviations(&DeviationInput {
+        let input = DeviationInput {
             site,
             schedule_state: &schedule_state,
             robot: &robot.profile,
@@ -46,9 +47,12 @@ pub(super) fn compare(arguments: &Args, slam: &Path) -> Result<String, Failure> 
             map_from_slam: pose.map_from_slam,
             about_m: pose.about_m,
             covariance: pose.covariance,
-        });
+        };
+        let goals = arguments.goals.as_deref();
+        let goals = goals.map(|path| carried(path, pose.map_storey, &LocalTransform::of(&input))).transpose()?;
+        let found = deviations(&input);
         let found = Deviations::open(found.bytes()).map_err(Failure::work)?;
-        write(arguments, site, &schedule_state, &found)
+        write(arguments, site, &schedule_state, &found, goals)
     })
 }
 

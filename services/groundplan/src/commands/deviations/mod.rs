@@ -2,6 +2,7 @@
 
 mod args;
 mod files;
+mod goals;
 mod live;
 mod report;
 
