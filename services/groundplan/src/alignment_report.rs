@@ -110,6 +110,7 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
     }
     if let Some(pose) = alignment.pose() {
         line(&mut out, pose, alignment.state().name());
+        let _ = writeln!(out, "  known to {}", uncertainty(pose));
         let (scale, deviation) = (alignment.head.scale, alignment.head.scale_deviation);
         if (scale - 1.0).abs() > MIN_SCALE_DEVIATION.max(3.0 * deviation) {
             let _ = writeln!(out, "  lengths of the SLAM map are {scale:.4} of the model's (+-{deviation:.4})");
@@ -121,6 +122,9 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
     if alignment.validity() == PoseValidity::Held {
         let _ = writeln!(out, "held: {}", why_held(alignment));
     }
+    if alignment.validity() == PoseValidity::Uncertain {
+        let _ = writeln!(out, "uncertain: {}", why_uncertain(alignment));
+    }
     out
 }
 
@@ -129,7 +133,7 @@ pub(crate) fn why_not_effective(alignment: &Alignment<'_>) -> Option<String> {
     match alignment.validity() {
         PoseValidity::Effective => None,
         PoseValidity::WaitsForConfirm => Some("another pose waits for `groundplan confirm`".to_owned()),
-        PoseValidity::Uncertain => Some("the walls that the SLAM map shows hold the pose too loosely".to_owned()),
+        PoseValidity::Uncertain => Some(format!("the pose is uncertain: {}", why_uncertain(alignment))),
         PoseValidity::Held => Some(format!("the pose is held: {}", why_held(alignment))),
         PoseValidity::Refused => Some(why_not_accepted(alignment)),
     }
@@ -138,6 +142,18 @@ pub(crate) fn why_not_effective(alignment: &Alignment<'_>) -> Option<String> {
 /// Why no pose of the map that was searched last is accepted.
 pub(crate) fn why_not_accepted(alignment: &Alignment<'_>) -> String {
     format!("the SLAM map is {}: {}", alignment.verdict().name(), alignment.reason())
+}
+
+fn why_uncertain(alignment: &Alignment<'_>) -> String {
+    let held = alignment.pose().map_or_else(String::new, |pose| format!(" to {} only", uncertainty(pose)));
+    format!("the walls that the SLAM map shows hold it{held}, less well than max_uncertainty asks for")
+}
+
+/// Standard deviations of a pose, of the middle of the SLAM map in the direction that is held worst.
+fn uncertainty(pose: &PoseRecord) -> String {
+    let covariance = pose.pose_covariance();
+    let [_, _, yaw_rad] = covariance.deviations();
+    format!("{:.3} m and {:.2} degrees", covariance.worst_m(), yaw_rad.to_degrees())
 }
 
 fn why_held(alignment: &Alignment<'_>) -> &'static str {
