@@ -89,6 +89,9 @@ pub(crate) const MAX_LEAD: f64 = 10.0;
 pub(crate) const MAX_WRONG_PROBABILITY: f64 = 0.001;
 /// It must explain so much of the model's walls: rooms of less are alike in many buildings. 1 % of what would be accepted has less.
 pub(crate) const MIN_MATCHED_M: f64 = 15.0;
+/// The robot may have seen through so much of the walls that would have been in sight: a map of the demo's ground floor lies on its
+/// upper floor, whose outer walls are the same, with 22 %. 91 % of what would be accepted has less.
+pub(crate) const MAX_SEEN_THROUGH: f64 = 0.15;
 /// Poses that would be wrong with a smaller probability if there were no other are ambiguous, not refused: 75 % of the right ones.
 pub(crate) const MAX_AMBIGUOUS_PROBABILITY: f64 = 0.3;
 /// A pose that was accepted stays in effect while it is wrong with a smaller probability, whatever else fits: 99 % of the accepted

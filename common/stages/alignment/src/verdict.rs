@@ -3,8 +3,8 @@
 use crate::features::Features;
 use crate::search::Candidate;
 use crate::thresholds::{
-    ALONE, Calibration, MAX_AMBIGUOUS_PROBABILITY, MAX_LEAD, MAX_TRACKED_PROBABILITY, MAX_WRONG_PROBABILITY,
-    MIN_MATCHED_M, MIN_WALL_POINTS, WITH_LEAD,
+    ALONE, Calibration, MAX_AMBIGUOUS_PROBABILITY, MAX_LEAD, MAX_SEEN_THROUGH, MAX_TRACKED_PROBABILITY,
+    MAX_WRONG_PROBABILITY, MIN_MATCHED_M, MIN_WALL_POINTS, WITH_LEAD,
 };
 use frames::counted;
 use messages::{AlignmentVerdict, PoseEvidence};
@@ -45,6 +45,16 @@ impl Judgement {
             _ if !is_enough => {
                 let reason = format!(
                     "the best pose explains {matched_m:.0} m of the model's walls, needed {MIN_MATCHED_M:.0}: rooms of less are alike"
+                );
+                (AlignmentVerdict::Refused, reason)
+            }
+            _ if evidence.seen_through > MAX_SEEN_THROUGH => {
+                let reason = format!(
+                    "in the best pose the robot saw through {:.0} % of the {:.0} m of walls in sight, at most {:.0} % may be: another \
+                     storey, or walls that are not there",
+                    100.0 * evidence.seen_through,
+                    evidence.seen_m,
+                    100.0 * MAX_SEEN_THROUGH
                 );
                 (AlignmentVerdict::Refused, reason)
             }
