@@ -8,7 +8,7 @@ use crate::random_generator::RandomGenerator;
 use crate::scale::{Scale, scale};
 use crate::search::{Candidate, PoseGuess, sampled_points, search};
 use crate::thresholds::MIN_WALL_POINTS;
-use crate::verdict::Judgement;
+use crate::verdict::PoseVerdict;
 use crate::wall_points::Surfaces;
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{AlignmentVerdict, PoseEvidence};
@@ -184,8 +184,8 @@ pub(crate) fn judged(
     slam: &PreparedMap<Slam>,
     found: &[(usize, Candidate)],
 ) -> Alignment {
-    let judgement = Judgement::of(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
-    let Judgement { verdict, reason, wrong_probability, n_rivals } = judgement;
+    let pose_verdict = PoseVerdict::of(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
+    let PoseVerdict { verdict, reason, wrong_probability, n_rivals } = pose_verdict;
     let poses = found.iter().map(|(at, c)| AlignedPose::of(*at, references[*at].as_ref(), slam, c)).collect();
     let scale = found.first().and_then(|(at, best)| {
         let sampled_points = sampled_points(&slam.features, &mut RandomGenerator::new(1));

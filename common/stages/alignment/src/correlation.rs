@@ -4,7 +4,7 @@ use crate::features::Features;
 use crate::image::Image;
 use crate::pose::Pose;
 use crate::thresholds::N_CORRELATED;
-use occupancy::{CELL_M, Cell};
+use occupancy::CELL_M;
 use rustfft::num_complex::Complex32;
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
@@ -12,8 +12,6 @@ use std::sync::Arc;
 /// Half of it is what a refinement reaches. With bins of 0.1 m no more true poses were found, in four times the time.
 const BIN_M: f64 = 0.2;
 const BLUR_BINS: f64 = 1.0;
-/// Weight of cells that are free in the SLAM map and occupied in the reference.
-const CONTRADICTION: f32 = 0.06;
 const N_PEAKS: usize = 10;
 const CLEARED_M: f64 = 0.5;
 
@@ -25,9 +23,8 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
     let diagonal = libm::hypot(slam_size[0] as f64, slam_size[1] as f64).ceil() as usize + 2;
     let size = reference_size.map(|n| smooth(n + diagonal));
     let mut plane = Plane::new(size);
-    let (mut wall_points, mut occupied) = reference_planes(reference, size);
+    let mut wall_points = reference_plane(reference, size);
     plane.forward(&mut wall_points);
-    plane.forward(&mut occupied);
     let mut poses: Vec<(f32, Pose)> = Vec::new();
     for &turn in turns {
         let turned = Pose::new([0.0; 2], turn);
@@ -35,12 +32,9 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
         let turned_middle = turned.rotate(middle);
         // The corner of the square that holds the turned map.
         let corner = turned_middle.map(|c| c - diagonal as f64 * BIN_M / 2.0);
-        let (mut own, mut free) = slam_planes(slam, &turned, corner, size);
+        let mut own = normal_plane(slam, &turned, corner, size);
         plane.forward(&mut own);
-        plane.forward(&mut free);
-        for k in 0..own.len() {
-            own[k] = wall_points[k] * own[k].conj() - occupied[k] * free[k].conj() * CONTRADICTION;
-        }
+        own.iter_mut().zip(&wall_points).for_each(|(own, wall_points)| *own = wall_points * own.conj());
         plane.backward(&mut own);
         let mut scores: Vec<f32> = own.iter().map(|c| c.re).collect();
         for (score, shift) in peaks(&mut scores, size, diagonal) {
@@ -53,32 +47,15 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
     poses.into_iter().map(|p| p.1).collect()
 }
 
-/// Normals of wall points as complex numbers, at most of length 1 in a bin, and blurred; occupied bins.
-fn reference_planes(reference: &Features, size: [usize; 2]) -> (Vec<Complex32>, Vec<Complex32>) {
+/// Normals of wall points as complex numbers, at most of length 1 in a bin, and blurred.
+///
+/// What is free in one map and occupied in the other is not compared: free cells share their bins with the walls beside them, which
+/// kept true poses from being found.
+fn reference_plane(reference: &Features, size: [usize; 2]) -> Vec<Complex32> {
     let normals = normal_plane(reference, &Pose::new([0.0; 2], 0.0), [0.0; 2], size);
     let part = |of: fn(&Complex32) -> f32| Image::new(size[0], normals.iter().map(of).collect()).blurred(BLUR_BINS);
     let (x, y) = (part(|c| c.re), part(|c| c.im));
-    let wall_points = x.values.iter().zip(&y.values).map(|(re, im)| Complex32::new(*re, *im)).collect();
-    let mut occupied = vec![Complex32::default(); size[0] * size[1]];
-    for (index, _) in reference.raster.cells.iter().enumerate().filter(|(_, c)| **c == Cell::Occupied) {
-        let [x, y] = reference.raster.middle(index).map(|c| (c / BIN_M) as usize);
-        occupied[y * size[0] + x].re = 1.0;
-    }
-    (wall_points, occupied)
-}
-
-/// The same of the SLAM map, turned, and where it is free.
-fn slam_planes(slam: &Features, turned: &Pose, corner: [f64; 2], size: [usize; 2]) -> (Vec<Complex32>, Vec<Complex32>) {
-    let normals = normal_plane(slam, turned, corner, size);
-    let mut free = vec![Complex32::default(); size[0] * size[1]];
-    let width = slam.raster.width;
-    let every_second = |index: usize| (index % width).is_multiple_of(2) && (index / width).is_multiple_of(2);
-    for (index, _) in slam.raster.cells.iter().enumerate().filter(|(k, c)| **c == Cell::Free && every_second(*k)) {
-        let p = turned.rotate(slam.raster.middle(index));
-        let [x, y] = [0, 1].map(|k| ((p[k] - corner[k]) / BIN_M) as usize);
-        free[y * size[0] + x].re = 1.0;
-    }
-    (normals, free)
+    x.values.iter().zip(&y.values).map(|(re, im)| Complex32::new(*re, *im)).collect()
 }
 
 fn normal_plane(map: &Features, turned: &Pose, corner: [f64; 2], size: [usize; 2]) -> Vec<Complex32> {

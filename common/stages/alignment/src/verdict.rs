@@ -11,7 +11,7 @@ use messages::{AlignmentVerdict, PoseEvidence};
 
 /// A verdict with its reasons.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Judgement {
+pub(crate) struct PoseVerdict {
     pub(crate) verdict: AlignmentVerdict,
     /// Empty if accepted.
     pub(crate) reason: String,
@@ -21,7 +21,7 @@ pub(crate) struct Judgement {
     pub(crate) n_rivals: usize,
 }
 
-impl Judgement {
+impl PoseVerdict {
     /// On poses of one or several references, best first.
     pub(crate) fn of(slam: &Features, candidates: &[&Candidate]) -> Self {
         let refused = |reason| Self { verdict: AlignmentVerdict::Refused, reason, wrong_probability: 1.0, n_rivals: 0 };
