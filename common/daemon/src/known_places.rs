@@ -1,4 +1,4 @@
-//! What is known of where a robot is, beside a guess of the pose of its map.
+//! Places of a robot that operators name: rooms of points of its map, the height of its floor, the portal it took last.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

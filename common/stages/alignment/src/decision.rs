@@ -1,4 +1,4 @@
-//! What an operator can do about poses that fit alike: where to drive the robot, with the rooms' names.
+//! Places to drive to that decide between poses of an ambiguous alignment, as data and as text with the names of rooms.
 
 use crate::rooms::Room;
 

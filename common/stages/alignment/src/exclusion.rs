@@ -1,4 +1,4 @@
-//! What hints of places have excluded.
+//! Number of poses that a place hint excludes.
 
 use frames::counted;
 

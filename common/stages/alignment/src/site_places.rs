@@ -1,4 +1,4 @@
-//! What a site knows of places by which poses are restricted: rooms, floors of storeys, stairs, ramps and lifts.
+//! Place hints of a site: rooms, floors of storeys, stairs, ramps and lifts by name, height or GlobalId.
 
 use crate::place_hints::{Area, PlaceHint};
 use crate::rooms::{Room, UnknownRoom, rooms_named};

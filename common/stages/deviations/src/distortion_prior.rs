@@ -1,4 +1,4 @@
-//! What is known of the distortion before any surface is seen: errors of the pose, and drift that changes smoothly.
+//! Prior covariance of the distortion: errors of the pose, and drift that changes slowly from place to place.
 
 use crate::thresholds::DISTORTION_LENGTH_M;
 use frames::PoseCovariance;

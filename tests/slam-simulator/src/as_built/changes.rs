@@ -1,4 +1,4 @@
-//! What is not as planned: groups of elements that are removed, displaced, cut through, or planned for later.
+//! Changes of a building against its plan: groups of elements that are removed, displaced, cut through, or planned for later.
 
 use super::leafs::groups;
 use super::model::{Element, ModelStorey};

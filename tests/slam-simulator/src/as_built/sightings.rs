@@ -1,4 +1,4 @@
-//! What beams met and passed, by element.
+//! Counts of the beams that met each element, and of those that passed through its place.
 
 use super::changed_building::{ChangedBuilding, NO_ELEMENT};
 use super::changes::{Change, GroupChange};
