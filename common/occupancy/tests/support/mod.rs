@@ -32,6 +32,43 @@ pub(crate) fn flat() -> Walls {
     ]
 }
 
+/// Two rooms of 5 x 6 m, the one a half turn of the other.
+pub(crate) fn twin() -> Walls {
+    let half: Walls = vec![
+        [0.0, 0.0, 5.0, 0.2],
+        [0.0, 5.8, 10.0, 6.0],
+        [0.0, 0.0, 0.2, 6.0],
+        [1.5, 3.0, 3.5, 3.15],
+        [2.4, 0.2, 2.55, 1.9],
+    ];
+    let turned = |[a, b, c, d]: &[f64; 4]| [10.0 - c, 6.0 - d, 10.0 - a, 6.0 - b];
+    half.iter().copied().chain(half.iter().map(turned)).collect()
+}
+
+fn bounds(walls: &Walls) -> [f64; 2] {
+    [2, 3].map(|k| walls.iter().map(|w| w[k]).fold(0.0, f64::max))
+}
+
+/// The map of the model: walls, floor between them, unknown outside.
+pub(crate) fn model(walls: &Walls) -> OccupancyMap {
+    let [wide, high] = bounds(walls);
+    let (width, height) = ((wide / 0.05) as usize + 40, (high / 0.05) as usize + 40);
+    let cell = |k: usize| {
+        let p = [k % width, k / width].map(|c| (c as f64 + 0.5) * 0.05 - 1.0);
+        match inside(walls, p) {
+            true => Cell::Occupied,
+            false if p[0] > 0.0 && p[1] > 0.0 && p[0] < wide && p[1] < high => Cell::Free,
+            false => Cell::Unknown,
+        }
+    };
+    OccupancyMap {
+        width,
+        cells: (0..width * height).map(cell).collect(),
+        resolution_m: 0.05,
+        origin: [-1.0, -1.0, 0.0],
+    }
+}
+
 pub(crate) fn inside(walls: &Walls, [x, y]: [f64; 2]) -> bool {
     walls.iter().any(|w| w[0] <= x && x < w[2] && w[1] <= y && y < w[3])
 }

@@ -40,10 +40,6 @@ impl<Frame> PreparedMap<Frame> {
         Self { features, frame_from_cells: Rigid2::of_x_y_yaw(map.origin) }
     }
 
-    pub(crate) fn features(&self) -> &Features {
-        &self.features
-    }
-
     pub(crate) fn frame_from_cells(&self) -> &Rigid2<Frame, Cells<Frame>> {
         &self.frame_from_cells
     }

@@ -1,4 +1,4 @@
-//! What is known of where a SLAM map lies, beside a guess of its pose: poses that contradict it are no rivals.
+//! Alignment within place hints: storeys, rooms and portals exclude the poses that contradict them.
 
 use crate::alignment::{AlignedPose, Alignment, Hint, PreparedMap, candidates_of, judged};
 use crate::exclusion::Exclusion;
@@ -79,7 +79,7 @@ pub fn align_maps_within(
         let mut closer: Vec<(usize, Candidate)> = Vec::new();
         for (at, reference) in references.iter().map(AsRef::as_ref).enumerate() {
             if let Some(guess) = guess_in_rooms(reference, slam, storey_of(at), place_hints) {
-                let found = search(reference.features(), slam.features(), Some(&guess));
+                let found = search(&reference.features, &slam.features, Some(&guess));
                 closer.extend(found.into_iter().map(|candidate| (at, candidate)).filter(&is_kept));
             }
         }
@@ -117,10 +117,10 @@ fn guess_in_rooms(
     storey: u32,
     place_hints: &[PlaceHint],
 ) -> Option<PoseGuess> {
-    if slam.features().wall_points.len() < MIN_WALL_POINTS {
+    if slam.features.wall_points.len() < MIN_WALL_POINTS {
         return None;
     }
-    let about = slam.features().centre;
+    let about = slam.features.centre;
     let guess = |place_hint: &PlaceHint| {
         let here = place_hint.areas.iter().filter_map(|area| match area {
             Area::Room { in_slam_m, room } if room.map_storey == storey => Some((in_slam_m, room)),
@@ -170,5 +170,5 @@ fn points_beside([lo, hi]: [[f64; 2]; 2]) -> impl Iterator<Item = [f64; 2]> {
 /// True if the SLAM map shows anything at a point of the model's map.
 fn shows(slam: &PreparedMap<Slam>, pose: &AlignedPose, point: [f64; 2]) -> bool {
     let in_cells = slam.frame_from_cells().apply_inverse(pose.map_from_slam.apply_inverse(point));
-    slam.features().raster.at(in_cells) != Cell::Unknown
+    slam.features.raster.at(in_cells) != Cell::Unknown
 }

@@ -60,8 +60,8 @@ impl Refined {
     pub(crate) fn with_distortion(self, reference: &Features, wall_points: &[WallPoint]) -> Self {
         let covariance = step(reference, wall_points, &self.pose, DISTORTED_SCALE_M).and_then(|step| {
             let independent = step.normal.covariance()?;
-            let of_clusters = step.normal.factor()?.inverse();
-            let clustered = of_clusters * step.pulls() * of_clusters * CLUSTERED_FACTOR;
+            let inverse = step.normal.factor()?.inverse();
+            let clustered = inverse * step.pulls() * inverse * CLUSTERED_FACTOR;
             let least = Matrix3::from_diagonal(&Vector3::from(LEAST_DEVIATIONS.map(|d| d * d)));
             Some((independent + clustered + least, step.about))
         });

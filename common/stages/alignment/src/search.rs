@@ -124,11 +124,11 @@ fn candidates(reference: &Features, slam: &Features, poses: &[Pose]) -> Vec<Cand
     let coarse = poses.iter().flat_map(|pose| [&WIDE[..], &NARROW].map(|scales| refined_with(&rough, pose, scales)));
     let coarse = distinct(coarse.flatten().collect(), about);
     let exact = coarse.into_iter().take(N_REFINED).filter_map(|c| {
-        let advantage = |candidate: &Candidate| candidate.evidence.log_odds;
+        let log_odds = |candidate: &Candidate| candidate.evidence.log_odds;
         let tried = [&TIGHT[..], &FINE].map(|scales| refined_with(&maps, &c.refined.pose, scales));
-        let sharp = tried.into_iter().flatten().reduce(|a, b| if advantage(&b) > advantage(&a) { b } else { a });
+        let sharp = tried.into_iter().flatten().reduce(|a, b| if log_odds(&b) > log_odds(&a) { b } else { a });
         match (sharp, refined_with(&maps, &c.refined.pose, &SOFT)) {
-            (Some(sharp), Some(soft)) if advantage(&soft) > advantage(&sharp) + SOFT_ADVANTAGE => Some(soft),
+            (Some(sharp), Some(soft)) if log_odds(&soft) > log_odds(&sharp) + SOFT_ADVANTAGE => Some(soft),
             (sharp, soft) => sharp.or(soft),
         }
     });

@@ -8,29 +8,7 @@ use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::PoseEvidence;
 use occupancy::{Cell, OccupancyMap};
 use proptest::prelude::*;
-use support::{Walls, flat, inside, scanned};
-
-/// Bounds of the flat.
-const SIZE_M: [f64; 2] = [12.0, 9.0];
-
-/// The map of the model: walls, floor between them, unknown outside.
-fn model(walls: &Walls) -> OccupancyMap {
-    let [width, height] = SIZE_M.map(|m| (m / 0.05) as usize + 40);
-    let cell = |k: usize| {
-        let p = [k % width, k / width].map(|c| (c as f64 + 0.5) * 0.05 - 1.0);
-        match inside(walls, p) {
-            true => Cell::Occupied,
-            false if [0, 1].iter().all(|&k| 0.0 < p[k] && p[k] < SIZE_M[k]) => Cell::Free,
-            false => Cell::Unknown,
-        }
-    };
-    OccupancyMap {
-        width,
-        cells: (0..width * height).map(cell).collect(),
-        resolution_m: 0.05,
-        origin: [-1.0, -1.0, 0.0],
-    }
-}
+use support::{Walls, flat, inside, model, scanned};
 
 /// The flat with another wall.
 fn flat_with(wall: [f64; 4]) -> Walls {

@@ -6,41 +6,7 @@ mod support;
 use alignment::{Alignment, Area, PlaceHint, PreparedMap, Room, SitePlaces, align_maps_within};
 use frames::{Map, Rigid2, Slam, wrapped};
 use messages::AlignmentVerdict;
-use occupancy::{Cell, OccupancyMap};
-use support::{Walls, inside, scanned};
-
-const SIZE_M: [f64; 2] = [10.0, 6.0];
-
-/// Two rooms, the one a half turn of the other.
-fn twin() -> Walls {
-    let half: Walls = vec![
-        [0.0, 0.0, 5.0, 0.2],
-        [0.0, 5.8, 10.0, 6.0],
-        [0.0, 0.0, 0.2, 6.0],
-        [1.5, 3.0, 3.5, 3.15],
-        [2.4, 0.2, 2.55, 1.9],
-    ];
-    let turned = |[a, b, c, d]: &[f64; 4]| [10.0 - c, 6.0 - d, 10.0 - a, 6.0 - b];
-    half.iter().copied().chain(half.iter().map(turned)).collect()
-}
-
-fn model() -> OccupancyMap {
-    let [width, height] = SIZE_M.map(|m| (m / 0.05) as usize + 40);
-    let cell = |k: usize| {
-        let p = [k % width, k / width].map(|c| (c as f64 + 0.5) * 0.05 - 1.0);
-        match inside(&twin(), p) {
-            true => Cell::Occupied,
-            false if [0, 1].iter().all(|&k| 0.0 < p[k] && p[k] < SIZE_M[k]) => Cell::Free,
-            false => Cell::Unknown,
-        }
-    };
-    OccupancyMap {
-        width,
-        cells: (0..width * height).map(cell).collect(),
-        resolution_m: 0.05,
-        origin: [-1.0, -1.0, 0.0],
-    }
-}
+use support::{model, scanned, twin};
 
 /// The robot began in the left half, where its map has x and y 0.
 const START_M: [f64; 2] = [1.0, 1.0];
@@ -68,7 +34,7 @@ fn places() -> SitePlaces {
 
 fn align(place_hints: &[PlaceHint]) -> Alignment {
     let slam = scanned(&twin(), &[START_M, [9.0, 5.0], [5.0, 2.0], [5.0, 4.6]], truth(), 0.05, 0.0);
-    let references = [model(), model()].map(|map| PreparedMap::of_model(&map));
+    let references = [model(&twin()), model(&twin())].map(|map| PreparedMap::of_model(&map));
     align_maps_within(&references, &[0, 1], &PreparedMap::of_slam(&slam), None, place_hints)
 }
 
