@@ -89,6 +89,37 @@ fn check_moved(maps: &Maps, moved: &Path, robot: &Path) {
 }
 
 #[test]
+fn waypoints_are_carried_to_where_they_lie_in_the_robots_map() {
+    let model = demo_model();
+    let maps = convert(&model, &[]);
+    let home = tempfile::tempdir().unwrap();
+    let slam = turned_map(&maps, 0, home.path());
+    let (_, found) = align(&localization(&maps, 0), &slam, &[]);
+    let (waypoints, out) = (maps.path().join("waypoints.json"), home.path().join("deviations"));
+    let done = groundplan(&[&"deviations", &model, &"--slam", &slam, &"-o", &out, &"--goals", &waypoints]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let read = |path: &Path| serde_json::from_slice::<Value>(&std::fs::read(path).unwrap()).unwrap();
+    let pose = |of: &Value| ["x_m", "y_m", "yaw_rad"].map(|key| of[key].as_f64().unwrap());
+    let slam_from_map: frames::Rigid2<frames::Slam, frames::Map> =
+        frames::Rigid2::of_x_y_yaw(pose(&found["slam_from_map"]));
+    let goals = read(&out.join("goals.json"));
+    let planned = read(&waypoints);
+    let n_planned = planned["waypoints"].as_array().unwrap().iter().filter(|w| w["storey"] == 0).count();
+    assert_eq!((goals["storey"].as_u64(), goals["goals"].as_array().map(Vec::len)), (Some(0), Some(n_planned)));
+    for goal in goals["goals"].as_array().unwrap() {
+        let ([x, y, yaw], [x_slam, y_slam, yaw_slam]) = (pose(&goal["map"]), pose(&goal["slam"]));
+        let [x_expected, y_expected] = slam_from_map.apply([x, y]);
+        // The robot's map is that of the model, turned: nothing in it is bent.
+        assert!((x_slam - x_expected).hypot(y_slam - y_expected) < 0.05, "{goal}");
+        assert!(frames::wrapped(yaw_slam - yaw - slam_from_map.yaw_rad()).abs() < 0.02, "{goal}");
+        assert!(pose(&goal["deviation"]).iter().all(|deviation| (0.0..0.2).contains(deviation)), "{goal}");
+    }
+    let missing = groundplan(&[&"deviations", &model, &"--slam", &slam, &"-o", &out, &"--goals", &"no.json"]);
+    assert_eq!(missing.status.code(), Some(2), "{}", String::from_utf8_lossy(&missing.stderr));
+    assert_eq!(read(&out.join("goals.json")), goals, "what was there stays");
+}
+
+#[test]
 fn lengths_that_are_wrong_are_found_when_nobody_vouches_for_them() {
     let maps = convert(&demo_model(), &[]);
     let home = tempfile::tempdir().unwrap();

@@ -112,6 +112,12 @@ pub struct PoseEvidence {
     pub seen_through: f64,
     /// Share of the SLAM map's occupied cells that lie in walls of the model.
     pub in_walls: f64,
+    /// Share of them that lie where the model knows nothing.
+    pub outside: f64,
+    /// Share of the SLAM map's free cells that lie in walls of the model.
+    pub free_in_walls: f64,
+    /// Length of the SLAM map's walls that lie on faces of the model, of each face at most half a metre, in metres.
+    pub distinct_m: f64,
 }
 
 /// A pose of the robot's map in the model's.
@@ -131,7 +137,7 @@ pub struct PoseRecord {
     /// Zero.
     pub reserved: u32,
 }
-const _: () = assert!(size_of::<PoseRecord>() == 184);
+const _: () = assert!(size_of::<PoseRecord>() == 208);
 
 /// Head of an alignment: one record.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
@@ -167,7 +173,7 @@ pub struct AlignmentHead {
     /// What the current pose is worth.
     pub validity: Tag<PoseValidity>,
 }
-const _: () = assert!(size_of::<AlignmentHead>() == 448);
+const _: () = assert!(size_of::<AlignmentHead>() == 496);
 
 /// An alignment, read in place.
 #[derive(Debug, Clone, Copy)]
@@ -269,6 +275,9 @@ impl PoseRecord {
             seen_m: 0.0,
             seen_through: 0.0,
             in_walls: 0.0,
+            outside: 0.0,
+            free_in_walls: 0.0,
+            distinct_m: 0.0,
         },
         map_storey: NONE,
         reserved: 0,
@@ -285,7 +294,7 @@ impl PoseRecord {
     }
 
     fn is_finite(&self) -> bool {
-        let evidence: [f64; 8] = bytemuck::cast(self.evidence);
+        let evidence: [f64; 11] = bytemuck::cast(self.evidence);
         let numbers = self.map_from_slam.iter().chain(&self.covariance).chain(&self.about_m).chain(&evidence);
         numbers.into_iter().all(|n| n.is_finite())
     }

@@ -91,7 +91,7 @@ impl Raster {
 
     /// The cell at a point; unknown outside.
     pub fn at(&self, [x, y]: [f64; 2]) -> Cell {
-        let (column, row) = ((x / CELL_M).floor(), (y / CELL_M).floor());
+        let (column, row) = (x / CELL_M, y / CELL_M);
         let inside = column >= 0.0 && row >= 0.0 && column < self.width as f64 && row < self.height as f64;
         if inside { self.cells[row as usize * self.width + column as usize] } else { Cell::Unknown }
     }

@@ -188,8 +188,10 @@ fn inverse(pose: &PoseRecord) -> Value {
 /// The evidence for a pose.
 pub(crate) fn evidence(evidence: &PoseEvidence) -> Value {
     let PoseEvidence { log_odds, precision, recall, free, seen_m, seen_through, in_walls, .. } = evidence;
+    let PoseEvidence { outside, free_in_walls, distinct_m, .. } = evidence;
     json!({
         "log_odds": log_odds, "precision": precision, "recall": recall, "free": free, "seen_m": seen_m,
-        "seen_through": seen_through, "in_walls": in_walls,
+        "seen_through": seen_through, "in_walls": in_walls, "outside": outside, "free_in_walls": free_in_walls,
+        "distinct_m": distinct_m,
     })
 }

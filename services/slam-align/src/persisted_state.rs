@@ -58,30 +58,47 @@ struct PersistedPose {
     /// Log odds, metres of walls in sight, shares seen through and in walls; zeros in the state of earlier versions.
     #[serde(default)]
     sight: [f64; 4],
+    /// Shares outside and of free cells in walls, metres of distinct walls; zeros in the state of earlier versions.
+    #[serde(default)]
+    walls: [f64; 3],
 }
 
 impl PersistedPose {
     fn of(pose: &PoseRecord, frame_epoch: u64) -> Self {
-        let PoseEvidence { log_odds, score, precision, recall, free, seen_m, seen_through, in_walls } = pose.evidence;
+        let e = pose.evidence;
         Self {
             frame_epoch,
             map_storey: pose.map_storey,
             map_from_slam: pose.map_from_slam,
             about_m: pose.about_m,
             covariance: pose.covariance,
-            evidence: [score, precision, recall, free],
-            sight: [log_odds, seen_m, seen_through, in_walls],
+            evidence: [e.score, e.precision, e.recall, e.free],
+            sight: [e.log_odds, e.seen_m, e.seen_through, e.in_walls],
+            walls: [e.outside, e.free_in_walls, e.distinct_m],
         }
     }
 
     fn record(&self) -> PoseRecord {
         let ([score, precision, recall, free], [log_odds, seen_m, seen_through, in_walls]) =
             (self.evidence, self.sight);
+        let [outside, free_in_walls, distinct_m] = self.walls;
         PoseRecord {
             map_from_slam: self.map_from_slam,
             covariance: self.covariance,
             about_m: self.about_m,
-            evidence: PoseEvidence { log_odds, score, precision, recall, free, seen_m, seen_through, in_walls },
+            evidence: PoseEvidence {
+                log_odds,
+                score,
+                precision,
+                recall,
+                free,
+                seen_m,
+                seen_through,
+                in_walls,
+                outside,
+                free_in_walls,
+                distinct_m,
+            },
             map_storey: self.map_storey,
             reserved: 0,
         }

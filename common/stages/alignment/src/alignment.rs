@@ -1,12 +1,15 @@
 //! Alignment of a SLAM map with maps of the model: the public entry points.
 
+use crate::candidate::Candidate;
+use crate::candidates::sampled_points;
+use crate::contrast::{Contrast, Ranked, ranked};
 use crate::decision::Decision;
 use crate::exclusion::Exclusion;
 use crate::features::Features;
 use crate::pose::{Cells, Pose};
 use crate::random_generator::RandomGenerator;
 use crate::scale::{Scale, scale};
-use crate::search::{Candidate, PoseGuess, sampled_points, search};
+use crate::search::{PoseGuess, search};
 use crate::thresholds::MIN_WALL_POINTS;
 use crate::verdict::PoseVerdict;
 use crate::wall_points::Surfaces;
@@ -40,6 +43,11 @@ impl<Frame> PreparedMap<Frame> {
         Self { features, frame_from_cells: Rigid2::of_x_y_yaw(map.origin) }
     }
 
+    /// Length of the faces of its walls, in metres.
+    pub fn walls_m(&self) -> f64 {
+        self.features.walls_m()
+    }
+
     pub(crate) fn frame_from_cells(&self) -> &Rigid2<Frame, Cells<Frame>> {
         &self.frame_from_cells
     }
@@ -60,6 +68,8 @@ pub struct AlignedPose {
     pub map_from_slam: Rigid2<Map, Slam>,
     /// Its score with the parts.
     pub evidence: PoseEvidence,
+    /// Of the best pose that was found with this one; zeros where none are compared.
+    pub contrast: Contrast,
     /// The mean of the SLAM map's free cells, in its frame.
     pub about_m: [f64; 2],
     /// Of where that place lies in the model's map and of yaw.
@@ -68,12 +78,13 @@ pub struct AlignedPose {
 
 impl AlignedPose {
     pub(crate) fn of(at: usize, reference: &PreparedMap<Map>, slam: &PreparedMap<Slam>, candidate: &Candidate) -> Self {
-        let Candidate { refined, evidence } = candidate;
+        let Candidate { refined, evidence, .. } = candidate;
         let centre = slam.features.centre;
         Self {
             reference: at,
             map_from_slam: &(&reference.frame_from_cells * &refined.pose) * &slam.frame_from_cells.inverse(),
             evidence: *evidence,
+            contrast: Contrast::default(),
             about_m: slam.frame_from_cells.apply(centre),
             covariance: refined.covariance_at(centre).turned(&reference.frame_from_cells),
         }
@@ -180,10 +191,14 @@ pub(crate) fn judged(
     slam: &PreparedMap<Slam>,
     found: &[(usize, Candidate)],
 ) -> Alignment {
-    let pose_verdict = PoseVerdict::of(&slam.features, &found.iter().map(|f| &f.1).collect::<Vec<_>>());
-    let PoseVerdict { verdict, reason, wrong_probability, n_rivals } = pose_verdict;
-    let poses = found.iter().map(|(at, c)| AlignedPose::of(*at, references[*at].as_ref(), slam, c)).collect();
-    let scale = found.first().and_then(|(at, best)| {
+    let ranked = ranked(found.iter().map(|(_, candidate)| candidate).collect());
+    let PoseVerdict { verdict, reason, wrong_probability, n_rivals } = PoseVerdict::of(&slam.features, &ranked);
+    let pose = |r: &Ranked<'_>| {
+        let at = found[r.index].0;
+        AlignedPose { contrast: r.contrast, ..AlignedPose::of(at, references[at].as_ref(), slam, r.candidate) }
+    };
+    let poses = ranked.iter().map(pose).collect();
+    let scale = ranked.first().map(|r| &found[r.index]).and_then(|(at, best)| {
         let sampled_points = sampled_points(&slam.features, &mut RandomGenerator::new(1));
         scale(&references[*at].as_ref().features, &slam.features, &sampled_points, &best.refined.pose)
     });

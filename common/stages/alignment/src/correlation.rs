@@ -3,7 +3,7 @@
 use crate::features::Features;
 use crate::image::Image;
 use crate::pose::Pose;
-use crate::thresholds::N_CORRELATED;
+use crate::wall_points::WallPoint;
 use occupancy::CELL_M;
 use rustfft::num_complex::Complex32;
 use rustfft::{Fft, FftPlanner};
@@ -12,19 +12,26 @@ use std::sync::Arc;
 /// Half of it is what a refinement reaches. With bins of 0.1 m no more true poses were found, in four times the time.
 const BIN_M: f64 = 0.2;
 const BLUR_BINS: f64 = 1.0;
-const N_PEAKS: usize = 10;
+const N_PEAKS: usize = 24;
 const CLEARED_M: f64 = 0.5;
 
-/// The poses in which the most wall points lie on each other, for the given turns.
-pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -> Vec<Pose> {
+/// The poses in which the most of these wall points of a SLAM map lie on those of the reference, for the given turns; so many at
+/// most.
+pub(crate) fn correlated(
+    slam: &Features,
+    wall_points: &[WallPoint],
+    reference: &Features,
+    turns: &[f64],
+    n: usize,
+) -> Vec<Pose> {
     let size_of = |f: &Features| [f.raster.width, f.raster.height].map(|n| (n as f64 * CELL_M / BIN_M) as usize + 1);
     let (reference_size, slam_size) = (size_of(reference), size_of(slam));
     // Turned, the SLAM map is as wide as its diagonal at most.
     let diagonal = libm::hypot(slam_size[0] as f64, slam_size[1] as f64).ceil() as usize + 2;
     let size = reference_size.map(|n| smooth(n + diagonal));
     let mut plane = Plane::new(size);
-    let mut wall_points = reference_plane(reference, size);
-    plane.forward(&mut wall_points);
+    let mut walls = reference_plane(reference, size);
+    plane.forward(&mut walls);
     let mut poses: Vec<(f32, Pose)> = Vec::new();
     for &turn in turns {
         let turned = Pose::new([0.0; 2], turn);
@@ -32,9 +39,9 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
         let turned_middle = turned.rotate(middle);
         // The corner of the square that holds the turned map.
         let corner = turned_middle.map(|c| c - diagonal as f64 * BIN_M / 2.0);
-        let mut own = normal_plane(slam, &turned, corner, size);
+        let mut own = normal_plane(wall_points, &turned, corner, size);
         plane.forward(&mut own);
-        own.iter_mut().zip(&wall_points).for_each(|(own, wall_points)| *own = wall_points * own.conj());
+        own.iter_mut().zip(&walls).for_each(|(own, walls)| *own = walls * own.conj());
         plane.backward(&mut own);
         let mut scores: Vec<f32> = own.iter().map(|c| c.re).collect();
         for (score, shift) in peaks(&mut scores, size, diagonal) {
@@ -43,7 +50,7 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
         }
     }
     poses.sort_by(|a, b| b.0.total_cmp(&a.0));
-    poses.truncate(N_CORRELATED);
+    poses.truncate(n);
     poses.into_iter().map(|p| p.1).collect()
 }
 
@@ -52,15 +59,15 @@ pub(crate) fn correlated(slam: &Features, reference: &Features, turns: &[f64]) -
 /// What is free in one map and occupied in the other is not compared: free cells share their bins with the walls beside them, which
 /// kept true poses from being found.
 fn reference_plane(reference: &Features, size: [usize; 2]) -> Vec<Complex32> {
-    let normals = normal_plane(reference, &Pose::new([0.0; 2], 0.0), [0.0; 2], size);
+    let normals = normal_plane(&reference.wall_points, &Pose::new([0.0; 2], 0.0), [0.0; 2], size);
     let part = |of: fn(&Complex32) -> f32| Image::new(size[0], normals.iter().map(of).collect()).blurred(BLUR_BINS);
     let (x, y) = (part(|c| c.re), part(|c| c.im));
     x.values.iter().zip(&y.values).map(|(re, im)| Complex32::new(*re, *im)).collect()
 }
 
-fn normal_plane(map: &Features, turned: &Pose, corner: [f64; 2], size: [usize; 2]) -> Vec<Complex32> {
+fn normal_plane(wall_points: &[WallPoint], turned: &Pose, corner: [f64; 2], size: [usize; 2]) -> Vec<Complex32> {
     let mut plane = vec![Complex32::default(); size[0] * size[1]];
-    for wall_point in &map.wall_points {
+    for wall_point in wall_points {
         let (p, n) = (turned.rotate(wall_point.at), turned.rotate(wall_point.normal));
         let [x, y] = [0, 1].map(|k| (((p[k] - corner[k]) / BIN_M) as usize).min(size[k] - 1));
         plane[y * size[0] + x] += Complex32::new((n[0] * wall_point.weight) as f32, (n[1] * wall_point.weight) as f32);

@@ -39,6 +39,11 @@ impl Features {
         Self { raster, wall_points: all, centre, of_cell, corners, directions, nearest }
     }
 
+    /// Length of the map's walls.
+    pub(crate) fn walls_m(&self) -> f64 {
+        self.wall_points.len() as f64 * CELL_M
+    }
+
     /// Corners of the map, computed on first use.
     pub(crate) fn corners(&self) -> &[Corner] {
         self.corners.get_or_init(|| corners(&self.raster))

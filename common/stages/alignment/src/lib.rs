@@ -41,11 +41,17 @@ mod correlation;
 mod rotations;
 
 mod refine;
+
+mod candidate;
+mod contrast;
 mod scale;
 mod score;
-mod search;
-mod track;
 mod verdict;
+
+mod candidates;
+mod search;
+
+mod track;
 
 mod rooms;
 
@@ -66,6 +72,7 @@ mod follower;
 
 pub use alignment::{AlignedPose, Alignment, Hint, PreparedMap, align_maps};
 pub use archives::{AlignmentSources, MaxUncertainty, PoseStatus};
+pub use contrast::Contrast;
 pub use decision::{DecidingPlace, Decision, NamedPlace};
 pub use distinction::{Distinction, MAX_COMPARED_POSES, distinction};
 pub use exclusion::Exclusion;

@@ -1,10 +1,11 @@
 //! Alignment within place hints: storeys, rooms and portals exclude the poses that contradict them.
 
 use crate::alignment::{AlignedPose, Alignment, Hint, PreparedMap, candidates_of, judged};
+use crate::candidate::Candidate;
 use crate::exclusion::Exclusion;
 use crate::pose::Pose;
 use crate::rooms::Room;
-use crate::search::{Candidate, PoseGuess, search};
+use crate::search::{PoseGuess, search};
 use crate::thresholds::{MIN_WALL_POINTS, RIVAL_LEAD};
 use frames::{Map, Slam};
 use messages::{AlignmentVerdict, NONE};

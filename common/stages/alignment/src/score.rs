@@ -1,15 +1,21 @@
 //! Compares two maps in a pose: walls, free space, and what was seen through walls.
 
+use crate::candidate::Placed;
 use crate::features::Features;
 use crate::pose::Pose;
 use crate::random_generator::RandomGenerator;
-use crate::thresholds::{MAX_MATCH_M, WEIGHTS};
+use crate::thresholds::{MAX_MATCH_M, MIN_PRECISION, MIN_SHARE, WEIGHTS};
 use crate::wall_points::WallPoint;
 use messages::PoseEvidence;
 use occupancy::{CELL_M, Cell, Raster};
 
 /// Scales over which closeness is averaged, in metres: a distorted map still scores on the coarse ones.
 const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
+/// A wall point lies on a face that is this close, with the same normal.
+const ON_FACE_M: f64 = 0.1;
+const SAME_DIRECTION: f64 = 0.9;
+/// More of one line says no more about where along it the robot is.
+const DISTINCT_M: f64 = 0.5;
 /// A wall of the reference was in sight if the robot knows this place before it to be free.
 const IN_FRONT_M: f64 = 0.2;
 /// The robot saw through a wall if it knows all these places to be free, before the face of the wall and behind it.
@@ -35,38 +41,55 @@ pub(crate) struct ComparedMaps<'a> {
 pub(crate) struct SlamCells {
     occupied: Vec<[f64; 2]>,
     free: Vec<[f64; 2]>,
+    /// Length of wall and area of floor that each of them stands for.
+    occupied_m: f64,
+    free_m2: f64,
 }
 
 impl SlamCells {
-    /// Draws so many cells of each kind at most.
-    pub(crate) fn drawn(raster: &Raster, random: &mut RandomGenerator, n_occupied: usize, n_free: usize) -> Self {
+    /// Draws so many cells of each kind at most: the same ones of the same map.
+    pub(crate) fn drawn(raster: &Raster, n_occupied: usize, n_free: usize) -> Self {
+        let mut random = RandomGenerator::new(2);
         let mut of = |cell: Cell, n: usize| {
             let all: Vec<usize> = (0..raster.cells.len()).filter(|&k| raster.cells[k] == cell).collect();
-            let drawn = random.draw(all.iter().map(|_| 1.0), n);
-            drawn.into_iter().map(|k| raster.middle(all[k as usize])).collect()
+            let drawn: Vec<[f64; 2]> =
+                random.draw(all.iter().map(|_| 1.0), n).into_iter().map(|k| raster.middle(all[k as usize])).collect();
+            let n_each = all.len() as f64 / drawn.len().max(1) as f64;
+            (drawn, n_each)
         };
-        Self { occupied: of(Cell::Occupied, n_occupied), free: of(Cell::Free, n_free) }
+        let ((occupied, n_occupied_each), (free, n_free_each)) =
+            (of(Cell::Occupied, n_occupied), of(Cell::Free, n_free));
+        Self { occupied, free, occupied_m: n_occupied_each * CELL_M, free_m2: n_free_each * CELL_M * CELL_M }
     }
 
     /// Every so many of them.
     pub(crate) fn thinned(&self, step: usize) -> Self {
         let some = |cells: &[[f64; 2]]| cells.iter().step_by(step).copied().collect();
-        Self { occupied: some(&self.occupied), free: some(&self.free) }
+        let each = step as f64;
+        Self {
+            occupied: some(&self.occupied),
+            free: some(&self.free),
+            occupied_m: each * self.occupied_m,
+            free_m2: each * self.free_m2,
+        }
     }
 }
 
 /// The evidence for a pose.
 pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose) -> PoseEvidence {
-    let precision = precision(maps, pose);
+    let OnWalls { precision, distinct_m } = on_walls(maps, pose);
     let InSight { seen_m, seen_through, recall } = in_sight(maps, pose);
     let [in_walls, outside] = shares(maps.reference, pose, &maps.slam_cells.occupied);
     let [free_in_walls, free_outside] = shares(maps.reference, pose, &maps.slam_cells.free);
-    let log_odds = WEIGHTS.precision * precision
-        + WEIGHTS.seen_through * seen_m.sqrt() * seen_through
-        + WEIGHTS.in_walls * in_walls
-        + WEIGHTS.outside * outside
-        + WEIGHTS.free_in_walls * free_in_walls
-        + WEIGHTS.free_outside * free_outside;
+    let share = |share: f64| libm::log(MIN_SHARE + share);
+    let log_odds = WEIGHTS.precision * libm::log(MIN_PRECISION + precision)
+        + WEIGHTS.distinct * libm::log(1.0 + distinct_m)
+        + WEIGHTS.distinct_share * distinct_m / maps.slam.walls_m().max(1.0).sqrt()
+        + WEIGHTS.seen_through * libm::log(1.0 + seen_m * seen_through)
+        + WEIGHTS.in_walls * share(in_walls)
+        + WEIGHTS.outside * share(outside)
+        + WEIGHTS.free_in_walls * share(free_in_walls)
+        + WEIGHTS.free_outside * share(free_outside);
     PoseEvidence {
         log_odds,
         score: PRECISION_SHARE * precision + (1.0 - PRECISION_SHARE) * recall,
@@ -76,6 +99,9 @@ pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose) -> PoseEvidence {
         seen_m,
         seen_through,
         in_walls,
+        outside,
+        free_in_walls,
+        distinct_m,
     }
 }
 
@@ -84,9 +110,17 @@ fn closeness(squared: f64) -> f64 {
     SCALES.iter().map(|scale_m| libm::exp(-squared / (2.0 * scale_m * scale_m))).sum::<f64>() / SCALES.len() as f64
 }
 
-/// Share of the SLAM map's walls that the reference has.
-fn precision(maps: &ComparedMaps<'_>, pose: &Pose) -> f64 {
+/// The walls of the SLAM map that the reference has.
+struct OnWalls {
+    /// Share of them.
+    precision: f64,
+    /// Length of those that lie on a face, of each line of faces at most [`DISTINCT_M`].
+    distinct_m: f64,
+}
+
+fn on_walls(maps: &ComparedMaps<'_>, pose: &Pose) -> OnWalls {
     let mut sum = 0.0;
+    let mut lines = Vec::new();
     for wall_point in maps.slam_points {
         let Some((nearest, squared)) = maps.reference.nearest(pose.apply(wall_point.at)) else { continue };
         let n = pose.rotate(wall_point.normal);
@@ -94,8 +128,15 @@ fn precision(maps: &ComparedMaps<'_>, pose: &Pose) -> f64 {
         if squared <= MAX_MATCH_M * MAX_MATCH_M && agreement > 0.0 {
             sum += closeness(squared) * agreement;
         }
+        if squared <= ON_FACE_M * ON_FACE_M && agreement > SAME_DIRECTION {
+            lines.push(nearest.line);
+        }
     }
-    sum / maps.slam_points.len().max(1) as f64
+    lines.sort_unstable();
+    let n = maps.slam_points.len().max(1) as f64;
+    let drawn_m = maps.slam.walls_m() / n;
+    let distinct_m = lines.chunk_by(|a, b| a == b).map(|line| (line.len() as f64 * drawn_m).min(DISTINCT_M)).sum();
+    OnWalls { precision: sum / n, distinct_m }
 }
 
 /// The walls of the reference that were in sight of the robot.
@@ -130,6 +171,13 @@ fn in_sight(maps: &ComparedMaps<'_>, pose: &Pose) -> InSight {
         seen_through: n_through as f64 / n,
         recall: if n_seen > MIN_SEEN { recall / n } else { 0.0 },
     }
+}
+
+/// What the reference has where the cells of the SLAM map lie by a pose.
+pub(crate) fn placed(maps: &ComparedMaps<'_>, pose: &Pose) -> Placed {
+    let cells = |places: &[[f64; 2]]| places.iter().map(|p| maps.reference.raster.at(pose.apply(*p))).collect();
+    let SlamCells { occupied, free, occupied_m, free_m2 } = maps.slam_cells;
+    Placed { occupied: cells(occupied), free: cells(free), occupied_m: *occupied_m, free_m2: *free_m2 }
 }
 
 /// Shares of places that lie in walls of the reference, and where it knows nothing.

@@ -1,11 +1,11 @@
 //! Local refinement of the last pose with a newer SLAM map.
 
 use crate::alignment::{AlignedPose, PreparedMap, between_cells};
+use crate::candidate::{Candidate, Placed};
 use crate::pose::is_same_pose;
 use crate::random_generator::RandomGenerator;
 use crate::refine::refined;
 use crate::score::{ComparedMaps, SlamCells, evidence};
-use crate::search::Candidate;
 use crate::thresholds::{MIN_WALL_POINTS, N_TRACKED_CELLS, N_TRACKED_POINTS};
 use crate::verdict::is_borne_out;
 use crate::wall_points::WallPoint;
@@ -32,8 +32,7 @@ pub fn track_map(
     };
     let slam_points = sampled_points(&slam.features.wall_points, true);
     let reference_points = sampled_points(&reference.features.wall_points, false);
-    let slam_cells =
-        SlamCells::drawn(&slam.features.raster, &mut RandomGenerator::new(2), N_TRACKED_CELLS, N_TRACKED_CELLS);
+    let slam_cells = SlamCells::drawn(&slam.features.raster, N_TRACKED_CELLS, N_TRACKED_CELLS);
     let start = between_cells(reference, slam, last);
     let refined = refined(&reference.features, &slam_points, start, &TRACKING_SCALES_M)?
         .with_distortion(&reference.features, &slam_points);
@@ -46,7 +45,7 @@ pub fn track_map(
         scans: true,
     };
     let evidence = evidence(&maps, &refined.pose);
-    let candidate = Candidate { refined, evidence };
+    let candidate = Candidate { refined, evidence, placed: Placed::default() };
     let is_near = is_same_pose(&refined.pose, &start, slam.features.centre);
-    (is_near && is_borne_out(&candidate)).then(|| AlignedPose::of(at, reference, slam, &candidate))
+    (is_near && is_borne_out(&evidence)).then(|| AlignedPose::of(at, reference, slam, &candidate))
 }

@@ -1,10 +1,10 @@
 //! Verdict on the best pose: accepted, ambiguous or refused, by the probability that it is wrong.
 
+use crate::contrast::Ranked;
 use crate::features::Features;
-use crate::search::Candidate;
 use crate::thresholds::{
-    ALONE, Calibration, MAX_AMBIGUOUS_PROBABILITY, MAX_LEAD, MAX_SEEN_THROUGH, MAX_TRACKED_PROBABILITY,
-    MAX_WRONG_PROBABILITY, MIN_MATCHED_M, MIN_WALL_POINTS, WITH_LEAD,
+    MAX_CONTRAST, MAX_DISTINCT_M, MAX_ELSEWHERE_PROBABILITY, MAX_TRACKED_PROBABILITY, MAX_WRONG_PROBABILITY,
+    MIN_WALL_POINTS, OF_THIS_BUILDING, OfThisBuilding, RIVAL_LEAD, SURE_LOGIT, SURE_SLOPE, UNRIVALLED, Unrivalled,
 };
 use frames::counted;
 use messages::{AlignmentVerdict, PoseEvidence};
@@ -22,66 +22,61 @@ pub(crate) struct PoseVerdict {
 }
 
 impl PoseVerdict {
-    /// On poses of one or several references, best first.
-    pub(crate) fn of(slam: &Features, candidates: &[&Candidate]) -> Self {
+    /// On poses of one or several references.
+    pub(crate) fn of(slam: &Features, ranked: &[Ranked<'_>]) -> Self {
         let refused = |reason| Self { verdict: AlignmentVerdict::Refused, reason, wrong_probability: 1.0, n_rivals: 0 };
         let n_wall_points = slam.wall_points.len();
         if n_wall_points < MIN_WALL_POINTS {
             let few = counted(n_wall_points, "cell");
             return refused(format!("the SLAM map shows too little of walls: {few} beside free space"));
         }
-        let Some(best) = candidates.first() else {
+        let Some((best, others)) = ranked.split_first() else {
             return refused("nothing of the SLAM map fits anywhere".to_owned());
         };
-        let evidence = &best.evidence;
-        let matched_m = matched_m(evidence);
-        let is_enough = matched_m >= MIN_MATCHED_M;
-        let lead = |other: &Candidate| evidence.log_odds - other.evidence.log_odds;
-        let wrong_probability = WITH_LEAD.wrong_probability(evidence, candidates.get(1).map_or(MAX_LEAD, |c| lead(c)));
-        let is_rival = |c: &&&Candidate| WITH_LEAD.wrong_probability(evidence, lead(c)) >= MAX_WRONG_PROBABILITY;
-        let n_rivals = candidates.iter().skip(1).take_while(is_rival).count();
-        let fits = ALONE.wrong_probability(evidence, 0.0) < MAX_AMBIGUOUS_PROBABILITY;
-        let (verdict, reason) = match n_rivals {
-            _ if !is_enough => {
-                let reason = format!(
-                    "the best pose explains {matched_m:.0} m of the model's walls, needed {MIN_MATCHED_M:.0}: rooms of less are alike"
-                );
-                (AlignmentVerdict::Refused, reason)
-            }
-            _ if evidence.seen_through > MAX_SEEN_THROUGH => {
-                let reason = format!(
-                    "in the best pose the robot saw through {:.0} % of the {:.0} m of walls in sight, at most {:.0} % may be: another \
-                     storey, or walls that are not there",
-                    100.0 * evidence.seen_through,
-                    evidence.seen_m,
-                    100.0 * MAX_SEEN_THROUGH
-                );
-                (AlignmentVerdict::Refused, reason)
-            }
-            _ if wrong_probability < MAX_WRONG_PROBABILITY => (AlignmentVerdict::Accepted, String::new()),
-            1.. if fits => (AlignmentVerdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1)),
-            _ => (AlignmentVerdict::Refused, why_refused(evidence, wrong_probability)),
+        let evidence = &best.candidate.evidence;
+        let contrasts: Vec<f64> = others.iter().map(|other| other.contrast.log_odds()).collect();
+        let least = contrasts.first().copied().unwrap_or(MAX_CONTRAST);
+        let wrong_probability = wrong_probability(evidence, least);
+        let is_rival = |&&contrast: &&f64| {
+            contrast < least.max(0.0) + RIVAL_LEAD
+                && self::wrong_probability(evidence, contrast) >= MAX_WRONG_PROBABILITY
+        };
+        let n_rivals = contrasts.iter().take_while(is_rival).count();
+        let elsewhere_probability = 1.0 - probability(OF_THIS_BUILDING.logit(evidence));
+        let (verdict, reason) = if wrong_probability < MAX_WRONG_PROBABILITY {
+            (AlignmentVerdict::Accepted, String::new())
+        } else if n_rivals > 0 && elsewhere_probability < MAX_ELSEWHERE_PROBABILITY {
+            (AlignmentVerdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1))
+        } else {
+            (AlignmentVerdict::Refused, why_refused(evidence, wrong_probability))
         };
         Self { verdict, reason, wrong_probability, n_rivals }
     }
 }
 
-/// Length of the faces of the reference's walls that were in sight and not seen through.
-fn matched_m(evidence: &PoseEvidence) -> f64 {
-    evidence.seen_m * (1.0 - evidence.seen_through)
+/// True if a newer map bears out a pose that was accepted: it would be of this building, whatever else fits.
+pub(crate) fn is_borne_out(evidence: &PoseEvidence) -> bool {
+    1.0 - probability(OF_THIS_BUILDING.logit(evidence)) < MAX_TRACKED_PROBABILITY
 }
 
-/// True if a newer map bears out a pose that was accepted: it would fit, whatever else fits.
-pub(crate) fn is_borne_out(candidate: &Candidate) -> bool {
-    ALONE.wrong_probability(&candidate.evidence, 0.0) < MAX_TRACKED_PROBABILITY
+/// Probability that a pose with this evidence is wrong, of which this is the least contrast with another one.
+fn wrong_probability(evidence: &PoseEvidence, least_contrast: f64) -> f64 {
+    let right = probability(UNRIVALLED.logit(evidence, least_contrast)) * probability(OF_THIS_BUILDING.logit(evidence));
+    let logit = libm::log(right / (1.0 - right).max(f64::MIN_POSITIVE));
+    1.0 - probability(logit + (SURE_SLOPE - 1.0) * (logit - SURE_LOGIT).max(0.0))
+}
+
+fn probability(logit: f64) -> f64 {
+    1.0 / (1.0 + libm::exp(-logit))
 }
 
 fn why_refused(evidence: &PoseEvidence, wrong_probability: f64) -> String {
-    let PoseEvidence { precision, recall, seen_m, seen_through, .. } = evidence;
+    let PoseEvidence { precision, recall, seen_m, seen_through, distinct_m, .. } = evidence;
     let [precision, recall, through] = [precision, recall, seen_through].map(|share| 100.0 * share);
     format!(
-        "the best pose is wrong with a probability of {}: it explains {precision:.0} % of the SLAM map's walls; of the model's, \
-         {seen_m:.0} m would have been in sight, of which the SLAM map has {recall:.0} % and the robot saw through {through:.0} %",
+        "the best pose is wrong with a probability of {}: it explains {precision:.0} % of the SLAM map's walls, {distinct_m:.1} m of \
+         them distinct; of the model's, {seen_m:.0} m would have been in sight, of which the SLAM map has {recall:.0} % and the \
+         robot saw through {through:.0} %",
         percent(wrong_probability)
     )
 }
@@ -95,16 +90,50 @@ pub(crate) fn percent(probability: f64) -> String {
     }
 }
 
-impl Calibration {
-    /// Probability that a pose with this evidence and this lead in log odds over the next one is wrong.
-    fn wrong_probability(&self, evidence: &PoseEvidence, lead: f64) -> f64 {
-        let logit = self.constant
-            + self.lead * lead.clamp(0.0, MAX_LEAD)
-            + self.log_odds * evidence.log_odds
-            + self.matched * libm::log(1.0 + matched_m(evidence))
-            + self.precision * evidence.precision
+impl Unrivalled {
+    fn logit(&self, evidence: &PoseEvidence, least_contrast: f64) -> f64 {
+        least_contrast.max(0.0) * (self.contrast + self.distinct * libm::log(1.0 + evidence.distinct_m))
+    }
+}
+
+impl OfThisBuilding {
+    fn logit(&self, evidence: &PoseEvidence) -> f64 {
+        self.constant
             + self.recall * evidence.recall
-            + self.seen_through * evidence.seen_through;
-        1.0 / (1.0 + libm::exp(logit))
+            + self.seen_through * evidence.seen_through
+            + self.distinct * libm::log(1.0 + evidence.distinct_m.min(MAX_DISTINCT_M))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A map with some furniture, in the right pose.
+    fn evidence() -> PoseEvidence {
+        PoseEvidence {
+            precision: 0.6,
+            recall: 0.92,
+            free: 0.97,
+            seen_m: 60.0,
+            seen_through: 0.03,
+            in_walls: 0.35,
+            outside: 0.02,
+            free_in_walls: 0.01,
+            distinct_m: 12.0,
+            ..PoseEvidence::default()
+        }
+    }
+
+    #[test]
+    fn a_pose_is_right_only_if_it_has_no_rival_and_the_map_is_of_this_building() {
+        let good = evidence();
+        assert!(wrong_probability(&good, 6.0) < MAX_WRONG_PROBABILITY);
+        assert!(wrong_probability(&good, 0.0) >= 0.5, "another pose fits as well");
+        let other_storey = PoseEvidence { seen_through: 0.3, recall: 0.7, seen_m: 400.0, distinct_m: 60.0, ..good };
+        let probability = wrong_probability(&other_storey, MAX_CONTRAST);
+        assert!(probability >= MAX_WRONG_PROBABILITY, "neither lead nor outer walls make up for what was seen through");
+        assert!(!is_borne_out(&PoseEvidence { seen_through: 0.6, recall: 0.4, ..good }));
+        assert!(is_borne_out(&good));
     }
 }

@@ -13,6 +13,8 @@ pub(crate) struct WallPoint {
     pub(crate) normal: [f64; 2],
     /// Weight: low for small objects and unclear directions.
     pub(crate) weight: f64,
+    /// The same of wall points that look in about the same direction from about the same line.
+    pub(crate) line: u32,
 }
 
 /// No wall point.
@@ -36,6 +38,20 @@ const COARSEST: f64 = 10.0;
 const SAME_DIRECTION: f64 = 0.6;
 const MIN_LINEAR: f64 = 0.3;
 const CROOKED_WEIGHT: f64 = 0.4;
+
+/// Directions and distances between which lines are not told apart.
+const N_LINE_DIRECTIONS: i64 = 36;
+const LINE_M: f64 = 0.2;
+
+/// The number of the line that a wall point lies on.
+fn line(wall_point: &WallPoint) -> u32 {
+    let [x, y] = wall_point.normal;
+    let turn_rad = std::f64::consts::TAU / N_LINE_DIRECTIONS as f64;
+    let direction = (libm::atan2(y, x) / turn_rad).round() as i64;
+    let (sin, cos) = libm::sincos(direction as f64 * turn_rad);
+    let offset = ((wall_point.at[0] * cos + wall_point.at[1] * sin) / LINE_M).round() as i64;
+    (offset * N_LINE_DIRECTIONS + direction.rem_euclid(N_LINE_DIRECTIONS)) as u32
+}
 
 /// How a map shows surfaces.
 #[derive(Debug, Clone, Copy)]
@@ -64,10 +80,13 @@ impl WallPoints {
                 let middle = raster.middle(index);
                 let at = [0, 1].map(|k| middle[k] + normal[k] * (CELL_M / 2.0 - surfaces.depth_m));
                 wall_points.of_cell[index] = wall_points.all.len() as u32;
-                wall_points.all.push(WallPoint { at, normal, weight: sizes[index] });
+                wall_points.all.push(WallPoint { at, normal, weight: sizes[index], line: 0 });
             }
         }
         wall_points.straighten(raster);
+        for wall_point in &mut wall_points.all {
+            wall_point.line = line(wall_point);
+        }
         wall_points
     }
 

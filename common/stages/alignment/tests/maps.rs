@@ -58,6 +58,23 @@ fn a_building_that_is_its_own_half_turn_is_ambiguous_until_somebody_gives_a_hint
 }
 
 #[test]
+fn of_two_wings_that_are_alike_both_are_told() {
+    let quarter_turned = |[a, b, c, d]: &[f64; 4]| [27.0 - d, *a, 27.0 - b, *c];
+    let wings: support::Walls = flat().into_iter().chain(flat().iter().map(quarter_turned)).collect();
+    // Furniture, and a door to the yard through which a wall of another building is seen.
+    let mut built: support::Walls = wings.iter().copied().filter(|wall| *wall != [0.0, 0.0, 0.2, 9.0]).collect();
+    built.extend([[0.0, 0.0, 0.2, 1.0], [0.0, 2.0, 0.2, 9.0], [-6.0, -8.0, -5.8, 8.0]]);
+    built.extend([[1.0, 8.0, 3.5, 8.8], [5.0, 6.2, 6.0, 7.5], [8.0, 0.2, 9.5, 1.0], [10.8, 6.0, 11.8, 7.0]]);
+    let truth = Rigid2::new([3.0, -7.0], 0.4);
+    let found = align(&model(&wings), &scanned(&built, &PLACES, truth, 0.05, 0.0), None);
+    assert_eq!(found.verdict, AlignmentVerdict::Ambiguous, "{}", found.reason);
+    let in_other_wing = &Rigid2::new([27.0, 0.0], std::f64::consts::FRAC_PI_2) * &truth;
+    let [x, y] = PLACES[0];
+    assert!(found.poses[..2].iter().any(|p| is_at(p.map_from_slam, truth, [x, y])));
+    assert!(found.poses[..2].iter().any(|p| is_at(p.map_from_slam, in_other_wing, [27.0 - y, x])));
+}
+
+#[test]
 fn maps_that_show_too_little_are_refused_with_the_reason() {
     let all = |cell: Cell| OccupancyMap { width: 200, cells: vec![cell; 40_000], resolution_m: 0.05, origin: [0.0; 3] };
     let mut one_wall = all(Cell::Free);

@@ -2,7 +2,7 @@
 
 use crate::alignment_report::evidence;
 use crate::failure::Failure;
-use alignment::{AlignedPose, Alignment, PreparedMap, align_maps};
+use alignment::{AlignedPose, Alignment, Contrast, PreparedMap, align_maps};
 use occupancy::OccupancyMap;
 use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
@@ -33,8 +33,10 @@ pub(super) fn pairs(folder: &Path) -> Result<String, Failure> {
         let read = |path: &Path| OccupancyMap::read(&folder.join(path)).map_err(Failure::usage);
         let (reference, slam) = (read(&pair.reference)?, read(&pair.slam)?);
         let begun_s = cpu_s();
-        let alignment = align_maps(&[PreparedMap::of_model(&reference)], &PreparedMap::of_slam(&slam), None);
-        let answer = answer(&pair.pair, &alignment, cpu_s() - begun_s);
+        let slam = PreparedMap::of_slam(&slam);
+        let alignment = align_maps(&[PreparedMap::of_model(&reference)], &slam, None);
+        let mut answer = answer(&pair.pair, &alignment, cpu_s() - begun_s);
+        answer["walls_m"] = slam.walls_m().into();
         let _ = writeln!(out, "{answer}");
     }
     Ok(out)
@@ -45,7 +47,15 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
         let [x, y, yaw] = p.map_from_slam.x_y_yaw();
         json!({"x": x, "y": y, "yaw": yaw, "score": p.evidence.score, "evidence": evidence(&p.evidence)})
     };
-    let candidates: Vec<Value> = alignment.poses.iter().skip(1).map(pose).collect();
+    let candidate = |p: &AlignedPose| {
+        let Contrast { in_walls, free_outside, distinct, seen_through } = p.contrast;
+        let mut candidate = pose(p);
+        candidate["contrast"] = json!({
+            "in_walls": in_walls, "free_outside": free_outside, "distinct": distinct, "seen_through": seen_through,
+        });
+        candidate
+    };
+    let candidates: Vec<Value> = alignment.poses.iter().skip(1).map(candidate).collect();
     let mut answer = json!({
         "pair": pair, "verdict": alignment.verdict.name(), "reason": alignment.reason, "candidates": candidates,
         "wrong_probability": alignment.wrong_probability,

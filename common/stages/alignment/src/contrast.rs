@@ -1,0 +1,139 @@
+//! Compares two poses of one SLAM map by what only one of them explains: what both explain, or neither, as furniture, tells
+//! nothing about which is right.
+
+use crate::candidate::{Candidate, Placed};
+use crate::thresholds::{CONTRAST, MAX_CONTRAST};
+use occupancy::Cell;
+
+/// What tells a pose from another one; each is the natural logarithm of a ratio, above 0 if it speaks for the pose.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Contrast {
+    /// Of the SLAM map's walls that lie in walls of the model by one pose only.
+    pub in_walls: f64,
+    /// Of its floor that lies where the model knows nothing, by one pose only.
+    pub free_outside: f64,
+    /// Of the length of distinct walls that match.
+    pub distinct: f64,
+    /// Of the length of walls that the robot saw through.
+    pub seen_through: f64,
+}
+
+impl Contrast {
+    /// Of a pose with another one of the same SLAM map, also if they are of different references.
+    pub(crate) fn of(pose: &Candidate, other: &Candidate) -> Self {
+        let (own, others) = (&pose.placed, &other.placed);
+        let only = |a: &[Cell], b: &[Cell], cell: Cell| {
+            a.iter().zip(b).filter(|(a, b)| **a == cell && **b != cell).count() as f64
+        };
+        let in_walls = |a: &Placed, b: &Placed| only(&a.occupied, &b.occupied, Cell::Occupied) * a.occupied_m;
+        let outside = |a: &Placed, b: &Placed| only(&a.free, &b.free, Cell::Unknown) * a.free_m2;
+        let through_m = |candidate: &Candidate| candidate.evidence.seen_m * candidate.evidence.seen_through;
+        Self {
+            in_walls: ratio(in_walls(own, others), in_walls(others, own)),
+            free_outside: ratio(outside(others, own), outside(own, others)),
+            distinct: ratio(pose.evidence.distinct_m, other.evidence.distinct_m),
+            seen_through: ratio(through_m(other), through_m(pose)),
+        }
+    }
+
+    /// Log odds that the pose is right, if one of both is; at most [`MAX_CONTRAST`] either way.
+    pub fn log_odds(&self) -> f64 {
+        let sum = CONTRAST.in_walls * self.in_walls
+            + CONTRAST.free_outside * self.free_outside
+            + CONTRAST.distinct * self.distinct
+            + CONTRAST.seen_through * self.seen_through;
+        sum.clamp(-MAX_CONTRAST, MAX_CONTRAST)
+    }
+}
+
+/// The logarithm of the ratio of two amounts, in metres or square metres, of which less than one says little.
+fn ratio(a: f64, b: f64) -> f64 {
+    libm::log1p(a) - libm::log1p(b)
+}
+
+/// The candidate that none contrasts with, or comes last in a circle of those; then the others, those first that contrast least
+/// with it.
+pub(crate) fn ranked(candidates: Vec<&Candidate>) -> Vec<Ranked<'_>> {
+    let Some(best) = best(&candidates) else { return Vec::new() };
+    let contrast = |candidate: &Candidate| Contrast::of(candidates[best], candidate);
+    let mut ranked: Vec<Ranked<'_>> =
+        candidates.iter().enumerate().map(|(index, c)| Ranked { index, candidate: c, contrast: contrast(c) }).collect();
+    ranked.sort_by(|a, b| {
+        let key = |r: &Ranked<'_>| (r.index != best, r.contrast.log_odds());
+        let (a, b) = (key(a), key(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    ranked
+}
+
+/// A candidate in its place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ranked<'a> {
+    /// Where it was.
+    pub(crate) index: usize,
+    pub(crate) candidate: &'a Candidate,
+    /// Of the best candidate with this one.
+    pub(crate) contrast: Contrast,
+}
+
+/// From the one with the best evidence to that which it contrasts with most, and on.
+fn best(candidates: &[&Candidate]) -> Option<usize> {
+    let mut best = 0;
+    let mut was_best = vec![false; candidates.len()];
+    while !std::mem::replace(was_best.get_mut(best)?, true) {
+        let contrast = |k: &usize| Contrast::of(candidates[best], candidates[*k]).log_odds();
+        let strongest = (0..candidates.len()).min_by(|a, b| contrast(a).total_cmp(&contrast(b)))?;
+        if contrast(&strongest) < 0.0 {
+            best = strongest;
+        }
+    }
+    Some(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::Pose;
+    use crate::refine::Refined;
+    use frames::PoseCovariance;
+    use messages::PoseEvidence;
+
+    fn candidate(occupied: &[Cell], distinct_m: f64) -> Candidate {
+        let (pose, covariance) = (Pose::new([0.0; 2], 0.0), PoseCovariance::from_rows([[0.0; 3]; 3]));
+        Candidate {
+            refined: Refined { pose, covariance, about: [0.0; 2] },
+            evidence: PoseEvidence { distinct_m, ..PoseEvidence::default() },
+            placed: Placed { occupied: occupied.to_vec(), free: vec![Cell::Free; 8], occupied_m: 1.0, free_m2: 1.0 },
+        }
+    }
+
+    /// Of eight cells these are in walls.
+    fn in_walls(cells: std::ops::Range<usize>) -> Candidate {
+        let occupied: Vec<Cell> =
+            (0..8).map(|k| if cells.contains(&k) { Cell::Occupied } else { Cell::Free }).collect();
+        candidate(&occupied, 3.0)
+    }
+
+    #[test]
+    fn what_both_poses_explain_tells_nothing() {
+        assert_eq!(Contrast::of(&in_walls(0..8), &in_walls(0..8)).log_odds(), 0.0);
+        let (of_all, of_few) =
+            (Contrast::of(&in_walls(0..8), &in_walls(1..8)), Contrast::of(&in_walls(0..2), &in_walls(1..2)));
+        assert_eq!(of_all, of_few);
+        assert!(of_all.log_odds() > 0.0);
+    }
+
+    #[test]
+    fn a_contrast_speaks_as_much_for_one_pose_as_against_the_other() {
+        let (a, b) = (candidate(&[Cell::Occupied, Cell::Free, Cell::Unknown], 3.0), candidate(&[Cell::Free; 3], 5.0));
+        assert_eq!(Contrast::of(&a, &b).log_odds(), -Contrast::of(&b, &a).log_odds());
+    }
+
+    #[test]
+    fn the_best_comes_first_then_those_that_are_harder_to_tell_from_it() {
+        let all = [in_walls(0..3), in_walls(0..6), in_walls(0..8)];
+        let ranked: Vec<usize> = ranked(all.iter().collect()).iter().map(|r| r.index).collect();
+        assert_eq!(ranked, [2, 1, 0]);
+        assert!(super::ranked(Vec::new()).is_empty());
+    }
+}
