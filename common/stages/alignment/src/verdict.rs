@@ -4,7 +4,8 @@ use crate::contrast::Ranked;
 use crate::features::Features;
 use crate::thresholds::{
     MAX_CONTRAST, MAX_DISTINCT_M, MAX_ELSEWHERE_PROBABILITY, MAX_TRACKED_PROBABILITY, MAX_WRONG_PROBABILITY,
-    MIN_WALL_POINTS, OF_THIS_BUILDING, OfThisBuilding, RIVAL_LEAD, SURE_LOGIT, SURE_SLOPE, UNRIVALLED, Unrivalled,
+    MIN_STANDING, MIN_WALL_POINTS, OF_THIS_BUILDING, OfThisBuilding, RIVAL_LEAD, SURE_LOGIT, SURE_SLOPE, UNRIVALLED,
+    Unrivalled,
 };
 use frames::counted;
 use messages::{AlignmentVerdict, PoseEvidence};
@@ -43,10 +44,13 @@ impl PoseVerdict {
         };
         let n_rivals = contrasts.iter().take_while(is_rival).count();
         let elsewhere_probability = 1.0 - probability(OF_THIS_BUILDING.logit(evidence));
-        let (verdict, reason) = if wrong_probability < MAX_WRONG_PROBABILITY {
+        let is_standing = evidence.recall - evidence.seen_through >= MIN_STANDING;
+        let (verdict, reason) = if wrong_probability < MAX_WRONG_PROBABILITY && is_standing {
             (AlignmentVerdict::Accepted, String::new())
         } else if n_rivals > 0 && elsewhere_probability < MAX_ELSEWHERE_PROBABILITY {
             (AlignmentVerdict::Ambiguous, format!("{} poses fit almost alike", n_rivals + 1))
+        } else if wrong_probability < MAX_WRONG_PROBABILITY {
+            (AlignmentVerdict::Refused, why_not_standing(evidence))
         } else {
             (AlignmentVerdict::Refused, why_refused(evidence, wrong_probability))
         };
@@ -68,6 +72,15 @@ fn wrong_probability(evidence: &PoseEvidence, least_contrast: f64) -> f64 {
 
 fn probability(logit: f64) -> f64 {
     1.0 / (1.0 + libm::exp(-logit))
+}
+
+fn why_not_standing(evidence: &PoseEvidence) -> String {
+    let PoseEvidence { recall, seen_m, seen_through, .. } = evidence;
+    let [recall, through, least] = [*recall, *seen_through, MIN_STANDING].map(|share| 100.0 * share);
+    format!(
+        "in the best pose the SLAM map has {recall:.0} % of the {seen_m:.0} m of walls in sight, and the robot saw through {through:.0} %: \
+         the difference must be {least:.0} %, or it may be another storey"
+    )
 }
 
 fn why_refused(evidence: &PoseEvidence, wrong_probability: f64) -> String {
