@@ -54,10 +54,10 @@ fn ratio(a: f64, b: f64) -> f64 {
 /// The candidate that none contrasts with, or comes last in a circle of those; then the others, those first that contrast least
 /// with it.
 pub(crate) fn ranked(candidates: Vec<&Candidate>) -> Vec<Ranked<'_>> {
-    let Some(best) = best(&candidates) else { return Vec::new() };
-    let contrast = |candidate: &Candidate| Contrast::of(candidates[best], candidate);
+    let Some((best, contrasts)) = best(&candidates) else { return Vec::new() };
+    let pairs = candidates.into_iter().zip(contrasts).enumerate();
     let mut ranked: Vec<Ranked<'_>> =
-        candidates.iter().enumerate().map(|(index, c)| Ranked { index, candidate: c, contrast: contrast(c) }).collect();
+        pairs.map(|(index, (candidate, contrast))| Ranked { index, candidate, contrast }).collect();
     ranked.sort_by(|a, b| {
         let key = |r: &Ranked<'_>| (r.index != best, r.contrast.log_odds());
         let (a, b) = (key(a), key(b));
@@ -76,18 +76,21 @@ pub(crate) struct Ranked<'a> {
     pub(crate) contrast: Contrast,
 }
 
-/// From the one with the best evidence to that which it contrasts with most, and on.
-fn best(candidates: &[&Candidate]) -> Option<usize> {
+/// From the one with the best evidence to that which it contrasts with most, and on; with its contrasts with all.
+fn best(candidates: &[&Candidate]) -> Option<(usize, Vec<Contrast>)> {
     let mut best = 0;
     let mut was_best = vec![false; candidates.len()];
-    while !std::mem::replace(was_best.get_mut(best)?, true) {
-        let contrast = |k: &usize| Contrast::of(candidates[best], candidates[*k]).log_odds();
-        let strongest = (0..candidates.len()).min_by(|a, b| contrast(a).total_cmp(&contrast(b)))?;
-        if contrast(&strongest) < 0.0 {
-            best = strongest;
+    loop {
+        let first = candidates.get(best)?;
+        let contrasts: Vec<Contrast> = candidates.iter().map(|other| Contrast::of(first, other)).collect();
+        let log_odds = |k: usize| contrasts[k].log_odds();
+        let strongest = (0..contrasts.len()).min_by(|a, b| log_odds(*a).total_cmp(&log_odds(*b)))?;
+        if was_best[best] || log_odds(strongest) >= 0.0 {
+            return Some((best, contrasts));
         }
+        was_best[best] = true;
+        best = strongest;
     }
-    Some(best)
 }
 
 #[cfg(test)]
