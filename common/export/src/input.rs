@@ -1,6 +1,6 @@
 //! Inputs of an export, and its output files.
 
-use geometry::Footprint;
+use geometry::LazyFootprint;
 use messages::{Grid, Grids, MissionPlan, ScheduleState, Site};
 
 /// Everything that files are made from.
@@ -17,7 +17,7 @@ pub struct ExportInput<'a> {
     /// Waypoints.
     pub mission_plan: &'a MissionPlan<'a>,
     /// Footprints of the elements in the slab of each map storey of the site, by element.
-    pub footprints: &'a [&'a [(u32, Footprint)]],
+    pub footprints: &'a [&'a [(u32, LazyFootprint)]],
     /// Metres per cell.
     pub resolution_m: f64,
     /// True to write vertices, faces and edges of every element into `semantic.json`.

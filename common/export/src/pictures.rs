@@ -81,6 +81,7 @@ fn cells_of_closed_doors(input: &ExportInput<'_>, grid: &Grid<'_>) -> Mask {
     for door in input.index.doors.iter().filter(is_closed) {
         let element = input.site.doors[door.door as usize].element;
         for (_, footprint) in footprints.iter().filter(|(e, _)| *e == element) {
+            let footprint = footprint.get(|| input.site.element_meshes(&input.site.elements[element as usize]));
             closed.set_runs(&overlapped_cells(&footprint.area, &footprint.lines, &spec));
         }
     }

@@ -236,6 +236,7 @@ impl Semantic {
         let mut storeys: Vec<Vec<u32>> = site.elements.iter().map(|_| Vec::new()).collect();
         for (storey, cuts) in (0..).zip(input.footprints) {
             for (element, footprint) in *cuts {
+                let footprint = footprint.get(|| site.element_meshes(&site.elements[*element as usize]));
                 footprints[*element as usize].insert(storey, coordinates(&footprint.area));
                 storeys[*element as usize].push(storey);
             }

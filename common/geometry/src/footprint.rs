@@ -1,10 +1,11 @@
-//! Footprint of a solid: the union of its horizontal sections between two heights.
+//! Footprint of a solid: the union of its horizontal sections between two heights, and the parts that it is united from.
 
 use crate::mesh::MeshView;
 use crate::overlay::{FillRule, union};
-use crate::polygon::{Bounds, MultiPolygon, Point, Ring, ring_area_doubled};
-use crate::section::section;
+use crate::polygon::{Bounds, MultiPolygon, Point, Ring, edges, ring_area_doubled};
+use crate::section::{Section, section, trails};
 use crate::slab::{Slab, clip_to_slab};
+use std::sync::OnceLock;
 
 /// Number of sections of a mesh with gaps, whose surface does not define a solid.
 const OPEN_MESH_SECTIONS: i32 = 8;
@@ -34,56 +35,151 @@ impl Footprint {
     }
 }
 
-/// The union over all heights of the slab of the parts' horizontal cross-sections.
+/// The parts of a body within a slab, in plan, before they are united: what cells are painted from.
 ///
-/// A point belongs to it if the upright line through it meets the surface inside the slab (then it lies in the plan of
-/// a clipped triangle) or stays in the solid all through (then it lies in the section at the slab's bottom). So one
-/// section is enough for a closed mesh. A mesh with gaps is cut at several levels, and its sheets are returned as lines.
-pub fn footprint<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, slab: Slab) -> Footprint {
-    let (mut areas, mut plans, mut lines) = (Vec::new(), Vec::new(), Vec::new());
-    for mesh in parts {
-        let Some((z_min, z_max)) = mesh.z_range() else { continue };
-        if !slab.meets(z_min, z_max) {
-            continue;
-        }
-        project(mesh, slab, &mut plans);
-        let (bottom, top) = (slab.lo.max(z_min), slab.hi.min(z_max));
-        let n_levels = if mesh.closed { 1 } else { OPEN_MESH_SECTIONS.min(top - bottom) };
-        for k in 0..n_levels {
-            let cut = section(
-                mesh,
-                bottom + ((i64::from(top) - i64::from(bottom)) * i64::from(k) / i64::from(n_levels)) as i32,
-            );
-            lines.extend(cut.lines);
-            if !cut.area.is_empty() && areas.last() != Some(&cut.area) {
-                areas.push(cut.area);
-            }
-        }
-    }
-    lines.sort_unstable();
-    lines.dedup();
-    if plans.is_empty() && areas.len() <= 1 {
-        return Footprint { area: areas.pop().unwrap_or_default(), lines };
-    }
-    plans.extend(areas.into_iter().flat_map(|area| area.0).flat_map(|p| std::iter::once(p.exterior).chain(p.holes)));
-    Footprint { area: union(&plans, FillRule::NonZero), lines }
+/// A point belongs to the body's footprint if the upright line through it meets the surface inside the slab (then it lies in
+/// the plan of a clipped triangle) or stays in the solid all through (then it lies in the section at the slab's bottom). So
+/// one section is enough for a closed mesh. A mesh with gaps is cut at several levels, and its sheets are lines.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct SlabCut {
+    /// Corners of all plans of clipped triangles.
+    corners: Vec<Point>,
+    /// Where each plan ends in `corners`.
+    ends: Vec<u32>,
+    /// Sections of the parts.
+    pub sections: Vec<MultiPolygon>,
+    /// Upright surfaces without thickness, sorted.
+    pub lines: Vec<[Point; 2]>,
 }
 
-/// Horizontal projections of the triangles' parts in the slab, counter-clockwise; none for upright triangles.
-fn project(mesh: MeshView<'_>, slab: Slab, plans: &mut Vec<Ring>) {
-    let mut plan = Vec::new();
-    for triangle in mesh.corners() {
-        let z = triangle.map(|v| v[2]);
-        if !slab.meets(z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])) {
-            continue;
+impl SlabCut {
+    /// Cuts the parts of a body. Linear in triangles, but for the order in which sections are joined.
+    pub fn of<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, slab: Slab) -> Self {
+        let mut cut = Self::default();
+        for mesh in parts {
+            let Some((z_min, z_max)) = mesh.z_range() else { continue };
+            if !slab.meets(z_min, z_max) {
+                continue;
+            }
+            cut.project(mesh, slab);
+            let (bottom, top) = (slab.lo.max(z_min), slab.hi.min(z_max));
+            let n_levels = if mesh.closed { 1 } else { OPEN_MESH_SECTIONS.min(top - bottom) };
+            for k in 0..n_levels {
+                let above = (i64::from(top) - i64::from(bottom)) * i64::from(k) / i64::from(n_levels);
+                let Section { area, lines } = section(mesh, bottom + above as i32);
+                cut.lines.extend(lines);
+                if !area.is_empty() && cut.sections.last() != Some(&area) {
+                    cut.sections.push(area);
+                }
+            }
         }
-        clip_to_slab(&triangle, slab, &mut plan);
-        match ring_area_doubled(&plan).signum() {
-            0 => {}
-            1 => plans.push(plan.clone()),
-            _ => plans.push(plan.iter().rev().copied().collect()),
+        cut.lines.sort_unstable();
+        cut.lines.dedup();
+        cut
+    }
+
+    /// Plans of the triangles' parts in the slab: convex and counter-clockwise; none of upright triangles.
+    pub fn plans(&self) -> impl Iterator<Item = &[Point]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, &end)| &self.corners[start as usize..end as usize])
+    }
+
+    /// True if there is nothing of the body in the slab.
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty() && self.sections.is_empty() && self.lines.is_empty()
+    }
+
+    /// True if the union is known without uniting anything.
+    pub fn is_united(&self) -> bool {
+        self.ends.is_empty() && self.sections.len() <= 1
+    }
+
+    /// The union of all parts.
+    pub fn footprint(mut self) -> Footprint {
+        if self.is_united() {
+            return Footprint { area: self.sections.pop().unwrap_or_default(), lines: self.lines };
+        }
+        let mut rings = outlines(self.plans());
+        let sections = self.sections.into_iter().flat_map(|area| area.0);
+        rings.extend(sections.flat_map(|p| std::iter::once(p.exterior).chain(p.holes)));
+        Footprint { area: union(&rings, FillRule::NonZero), lines: self.lines }
+    }
+
+    fn project(&mut self, mesh: MeshView<'_>, slab: Slab) {
+        let mut plan = Vec::new();
+        for triangle in mesh.corners() {
+            let z = triangle.map(|v| v[2]);
+            if !slab.meets(z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])) {
+                continue;
+            }
+            clip_to_slab(&triangle, slab, &mut plan);
+            match ring_area_doubled(&plan).signum() {
+                0 => continue,
+                1 => self.corners.extend_from_slice(&plan),
+                _ => self.corners.extend(plan.iter().rev()),
+            }
+            self.ends.push(self.corners.len() as u32);
         }
     }
+}
+
+/// The footprint of a body within a slab, united when it is first asked for.
+#[derive(Debug, Clone)]
+pub struct LazyFootprint {
+    slab: Slab,
+    united: OnceLock<Footprint>,
+}
+
+impl LazyFootprint {
+    /// Of a body that was cut at the slab. What must be united is cut again later: few of the fine meshes are asked for.
+    pub fn of(cut: SlabCut, slab: Slab) -> Self {
+        let united = OnceLock::new();
+        if cut.is_united() {
+            let _ = united.set(cut.footprint());
+        }
+        Self { slab, united }
+    }
+
+    /// The footprint of the body with these parts.
+    pub fn get<'a, I: IntoIterator<Item = MeshView<'a>>>(&self, parts: impl FnOnce() -> I) -> &Footprint {
+        self.united.get_or_init(|| footprint(parts(), self.slab))
+    }
+}
+
+impl From<Footprint> for LazyFootprint {
+    fn from(footprint: Footprint) -> Self {
+        Self { slab: Slab { lo: 0, hi: 0 }, united: footprint.into() }
+    }
+}
+
+/// The union over all heights of the slab of the parts' horizontal cross-sections.
+pub fn footprint<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, slab: Slab) -> Footprint {
+    SlabCut::of(parts, slab).footprint()
+}
+
+/// Rings around counter-clockwise polygons, without the edges at which neighbours meet: by the rule of non-zero winding
+/// numbers they enclose what the polygons cover.
+///
+/// Two neighbours run along their common edge in opposite directions, so its windings cancel. Of a mesh that is fine and
+/// smooth little more than the silhouette is left.
+fn outlines<'a>(polygons: impl Iterator<Item = &'a [Point]>) -> Vec<Ring> {
+    // Each edge from its smaller end, with the direction in which it is run along.
+    let mut all: Vec<(Point, Point, bool)> = polygons
+        .flat_map(edges)
+        .map(|(a, b)| if a < b { (a, b, true) } else { (b, a, false) })
+        .filter(|(a, b, _)| a != b)
+        .collect();
+    all.sort_unstable();
+    let mut left = Vec::new();
+    for same in all.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+        let n_forward = same.iter().filter(|edge| edge.2).count();
+        let n_backward = same.len() - n_forward;
+        let (a, b, _) = same[0];
+        left.extend(std::iter::repeat_n([a, b], n_forward.saturating_sub(n_backward)));
+        left.extend(std::iter::repeat_n([b, a], n_backward.saturating_sub(n_forward)));
+    }
+    // As many edges leave each point as arrive at it, so all trails are closed.
+    trails(left).0
 }
 
 #[cfg(test)]
@@ -134,7 +230,51 @@ mod tests {
         assert!((f.area.area_m2() - 0.75).abs() < 1e-3, "{}", f.area.area_m2());
     }
 
+    /// A heap of closed surfaces whose faces cross: corners in fours.
+    fn tetrahedra(corners: &[[[i32; 3]; 4]]) -> (Vec<[i32; 3]>, Vec<[u32; 3]>) {
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let triangles = (0..corners.len() as u32).flat_map(|k| faces.map(|t| t.map(|i: u32| 4 * k + i)));
+        (corners.as_flattened().to_vec(), triangles.collect())
+    }
+
+    #[test]
+    fn of_a_fine_ball_the_rim_is_left() {
+        let n = 40;
+        let at = |i: u32, j: u32| {
+            let angle = |k: u32, n: u32| std::f64::consts::PI * f64::from(k) / f64::from(n);
+            let (r, z) = (5_000.0 * libm::sin(angle(i, n)), 5_000.0 * libm::cos(angle(i, n)));
+            let around = 2.0 * angle(j % (2 * n), 2 * n);
+            [r * libm::cos(around), r * libm::sin(around), z].map(|c| c.round() as i32)
+        };
+        let quads =
+            || (0..n).flat_map(|i| (0..2 * n).map(move |j| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]));
+        let vertices: Vec<[i32; 3]> = quads().flatten().collect();
+        let triangles: Vec<[u32; 3]> =
+            (0..4 * n * n / 2).flat_map(|k| [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]]).collect();
+        let mesh = MeshView { vertices: &vertices, triangles: &triangles, closed: true };
+        let cut = SlabCut::of([mesh], Slab { lo: -6_000, hi: 6_000 });
+        assert!(cut.plans().count() > 5_000);
+        let n_edges: usize = outlines(cut.plans()).iter().map(Vec::len).sum();
+        assert!(n_edges <= 4 * 80, "{n_edges} edges are left");
+        assert!((cut.footprint().area.area_m2() - 0.7846).abs() < 1e-3);
+    }
+
     proptest! {
+        #[test]
+        fn outlines_enclose_what_all_triangles_cover(
+            corners in prop::collection::vec(
+                prop::array::uniform4([-9_000..9_000i32, -9_000..9_000i32, -3_000..3_000i32]), 1..8),
+        ) {
+            let (vertices, triangles) = tetrahedra(&corners);
+            let mesh = MeshView { vertices: &vertices, triangles: &triangles, closed: true };
+            let cut = SlabCut::of([mesh], Slab { lo: -1_000, hi: 1_000 });
+            let plans: Vec<Ring> = cut.plans().map(<[Point]>::to_vec).collect();
+            let (all, outlined) = (union(&plans, FillRule::NonZero), union(&outlines(cut.plans()), FillRule::NonZero));
+            // Both round the points where edges cross.
+            let differs = |a: &MultiPolygon, b: &MultiPolygon| crate::difference(a, &crate::offset(b, 3).unwrap()).area_m2();
+            prop_assert!(differs(&all, &outlined) == 0.0 && differs(&outlined, &all) == 0.0);
+        }
+
         #[test]
         fn boxes_agree_with_their_rectangles(
             boxes in prop::collection::vec(((-9_000..9_000i32, -9_000..9_000i32, -3_000..3_000i32), (1..9_000i32, 1..9_000i32, 1..9_000i32)), 1..6),

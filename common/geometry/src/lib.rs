@@ -16,7 +16,7 @@ mod surfaces;
 mod treads;
 
 pub use floor_faces::{floor_faces, upward_triangles};
-pub use footprint::{Footprint, footprint};
+pub use footprint::{Footprint, LazyFootprint, SlabCut, footprint};
 pub use mesh::{MeshView, is_closed, unit_normal};
 pub use oriented_box::OrientedBox;
 pub use overlay::{FillRule, close_gaps, difference, intersection, offset, union, union_of};

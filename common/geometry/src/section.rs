@@ -4,7 +4,7 @@ use crate::mesh::MeshView;
 use crate::overlay::{FillRule, union};
 use crate::polygon::{MultiPolygon, Point, Ring};
 use crate::slab::crossing;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 /// Maximum distance of line ends that are joined: 2 mm, the size of gaps at T-junctions and in single-precision meshes.
 const MAX_GAP: i64 = 20;
@@ -63,30 +63,41 @@ fn segments(mesh: MeshView<'_>, plane_doubled: i64) -> Vec<[Point; 2]> {
 }
 
 /// Joins lines head to tail: (closed rings, open trails).
-fn trails(segments: Vec<[Point; 2]>) -> (Vec<Ring>, Vec<Vec<Point>>) {
-    let mut leaving: BTreeMap<Point, Vec<Point>> = BTreeMap::new();
-    let mut balance: BTreeMap<Point, i32> = BTreeMap::new();
-    for [a, b] in segments {
-        leaving.entry(a).or_default().push(b);
-        *balance.entry(a).or_default() += 1;
-        *balance.entry(b).or_default() -= 1;
+pub(crate) fn trails(mut lines: Vec<[Point; 2]>) -> (Vec<Ring>, Vec<Vec<Point>>) {
+    lines.sort_by_key(|line| line[0]);
+    let mut points: Vec<Point> = lines.iter().flatten().copied().collect();
+    points.sort_unstable();
+    points.dedup();
+    let index = |p: &Point| points.partition_point(|q| q < p);
+    let ends: Vec<usize> = lines.iter().map(|line| index(&line[1])).collect();
+    // The lines that leave a point and are not followed yet, and by how many they are more than those that arrive.
+    let mut leaving = vec![0..0; points.len()];
+    let mut surplus = vec![0i32; points.len()];
+    for (k, line) in lines.iter().enumerate() {
+        let start = index(&line[0]);
+        if leaving[start].is_empty() {
+            leaving[start] = k..k;
+        }
+        leaving[start].end = k + 1;
+        surplus[start] += 1;
+        surplus[ends[k]] -= 1;
     }
-    let mut follow = |start: Point| {
-        let mut trail = vec![start];
+    let mut follow = |start: usize| {
+        let mut trail = vec![points[start]];
         let mut at = start;
-        while let Some(next) = leaving.get_mut(&at).and_then(Vec::pop) {
-            trail.push(next);
-            at = next;
+        while let Some(line) = leaving[at].next_back() {
+            at = ends[line];
+            trail.push(points[at]);
         }
         trail
     };
     // Open trails first, from points where more lines leave than arrive; the remaining lines form closed rings.
     let mut open = Vec::new();
-    for (&point, &surplus) in &balance {
+    for (point, &surplus) in surplus.iter().enumerate() {
         open.extend((0..surplus).map(|_| follow(point)));
     }
     let mut closed = Vec::new();
-    for &point in balance.keys() {
+    for point in 0..points.len() {
         loop {
             let mut ring = follow(point);
             if ring.len() < 2 {
@@ -108,21 +119,18 @@ enum TrailDirection {
 }
 
 /// Joins trails whose ends nearly meet, greedily with the nearest first: (rings, open trails).
-fn join(mut trails: Vec<Vec<Point>>, sense: TrailDirection) -> (Vec<Ring>, Vec<Vec<Point>>) {
+fn join(trails: Vec<Vec<Point>>, sense: TrailDirection) -> (Vec<Ring>, Vec<Vec<Point>>) {
     let (mut rings, mut open) = (Vec::new(), Vec::new());
-    while let Some(mut trail) = trails.pop() {
+    let mut ends = TrailEnds::of(&trails, sense);
+    let mut trails: Vec<Option<Vec<Point>>> = trails.into_iter().map(Some).collect();
+    for last in (0..trails.len()).rev() {
+        let Some(mut trail) = trails[last].take() else { continue };
         loop {
             let tail = trail[trail.len() - 1];
             let own = distance(tail, trail[0]);
-            let best = trails
-                .iter()
-                .enumerate()
-                .flat_map(|(i, t)| [(distance(tail, t[0]), i, false), (distance(tail, t[t.len() - 1]), i, true)])
-                .filter(|&(_, _, turned)| sense == TrailDirection::Either || !turned)
-                .min();
-            match best {
-                Some((d, i, turned)) if d <= MAX_GAP && (d < own || trail.len() < 3) => {
-                    let mut next = trails.swap_remove(i);
+            match ends.nearest(tail, |index| trails[index].is_some()) {
+                Some((d, index, turned)) if d < own || trail.len() < 3 => {
+                    let Some(mut next) = trails[index].take() else { break };
                     if turned {
                         next.reverse();
                     }
@@ -138,6 +146,44 @@ fn join(mut trails: Vec<Vec<Point>>, sense: TrailDirection) -> (Vec<Ring>, Vec<V
         }
     }
     (rings, open)
+}
+
+/// Ends of trails by place, in squares with sides of [`MAX_GAP`].
+struct TrailEnds {
+    /// Index of the trail, and whether this end is its tail.
+    by_square: HashMap<[i32; 2], Vec<(Point, usize, bool)>>,
+}
+
+impl TrailEnds {
+    /// Heads of the trails; with [`TrailDirection::Either`] tails as well.
+    fn of(trails: &[Vec<Point>], sense: TrailDirection) -> Self {
+        let mut by_square: HashMap<_, Vec<_>> = HashMap::new();
+        for (index, trail) in trails.iter().enumerate() {
+            let mut add = |p: Point, turned| by_square.entry(square(p)).or_default().push((p, index, turned));
+            add(trail[0], false);
+            if sense == TrailDirection::Either {
+                add(trail[trail.len() - 1], true);
+            }
+        }
+        Self { by_square }
+    }
+
+    /// The nearest end of a trail that is left, at most [`MAX_GAP`] away: distance, trail, and whether it must be turned.
+    fn nearest(&mut self, tail: Point, is_left: impl Fn(usize) -> bool) -> Option<(i64, usize, bool)> {
+        let [column, row] = square(tail);
+        let mut best = None;
+        for beside in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [column + dx, row + dy])) {
+            let Some(ends) = self.by_square.get_mut(&beside) else { continue };
+            ends.retain(|(_, index, _)| is_left(*index));
+            let near = ends.iter().map(|(p, index, turned)| (distance(tail, *p), *index, *turned));
+            best = near.filter(|end| end.0 <= MAX_GAP).chain(best).min();
+        }
+        best
+    }
+}
+
+fn square(p: Point) -> [i32; 2] {
+    p.map(|c| c.div_euclid(MAX_GAP as i32))
 }
 
 fn distance(a: Point, b: Point) -> i64 {

@@ -3,6 +3,7 @@
 //! Grids are row-major from the lower left cell, as `nav_msgs/OccupancyGrid`. A grid carries its spec: the only way
 //! from metres to cells and back. This crate does no I/O: map files are made and read as bytes.
 
+mod bitmap;
 mod cells;
 mod class;
 mod distance;
@@ -20,7 +21,7 @@ pub use distance::{nearest_marked, squared_distances};
 pub use growth::{Growth, MAX_REACH_CELLS, REACHED};
 pub use line_of_sight::LineOfSight;
 pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, occupancy_of, pixel_of};
-pub use raster::{Run, covered_cells, overlapped_cells};
+pub use raster::{Run, cells_of_cut, covered_cells, overlapped_cells};
 pub use rect::{CellRect, join_rects};
 pub use resample::{resampled, spec_around_moved};
 pub use spec::{Cell, GridSpec, GridSpecError, MAX_CELLS};

@@ -4,9 +4,13 @@
 //! the band and of its interior on one line through the band. Bands and cells are taken half a tenth of a millimetre smaller
 //! on all sides, so that a face on a cell's border touches one side only, and an overlap counts from a tenth of a
 //! millimetre.
+//!
+//! Of a body that is cut at a slab every triangle is painted by itself: a cell overlaps the union of parts if it overlaps
+//! one of them, so that nothing has to be united.
 
-use crate::GridSpec;
-use geometry::{MultiPolygon, Point, Ring};
+use crate::bitmap::Bitmap;
+use crate::{CellRect, GridSpec};
+use geometry::{Bounds, MultiPolygon, Point, SlabCut, edges};
 
 /// Cells `start..end` of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -26,7 +30,7 @@ const INSET: f64 = 0.5;
 /// Lines touch the cells on both sides of a border they lie on. Parts outside the grid are cut off.
 pub fn overlapped_cells(area: &MultiPolygon, lines: &[[Point; 2]], spec: &GridSpec) -> Vec<Run> {
     let mut bands = Bands::new(spec);
-    for (a, b) in area.rings().flat_map(ring_edges) {
+    for (a, b) in area.rings().flat_map(|ring| edges(ring)) {
         bands.add_edge(a, b);
     }
     for [a, b] in lines {
@@ -35,21 +39,39 @@ pub fn overlapped_cells(area: &MultiPolygon, lines: &[[Point; 2]], spec: &GridSp
     let mut runs = Vec::new();
     bands.for_each(|row, ranges, interiors| {
         let first = runs.len();
-        for &[lo, hi] in ranges.iter().chain(interiors) {
-            let start = ((lo + INSET) / bands.cell).floor();
-            let end = ((hi - INSET) / bands.cell).ceil();
-            push_clipped(&mut runs, row, start, end, spec);
-        }
+        runs.extend(ranges.iter().chain(interiors).filter_map(|&range| overlapped(row, range, bands.cell, spec)));
         runs[first..].sort_unstable();
         merge(&mut runs, first);
     });
     runs
 }
 
+/// The cells that a cut body overlaps, as [`overlapped_cells`] of its footprint: linear in its parts.
+///
+/// Where the footprint has a corner at which edges of parts cross, its coordinates are rounded and those of the parts are not:
+/// a cell may differ if an edge is within a tenth of a millimetre of its border.
+pub fn cells_of_cut(cut: &SlabCut, spec: &GridSpec) -> Vec<Run> {
+    if cut.is_united() {
+        return overlapped_cells(cut.sections.first().unwrap_or(&MultiPolygon::default()), &cut.lines, spec);
+    }
+    let sections = cut.sections.iter().filter_map(MultiPolygon::bounds);
+    let bounds = [Bounds::of(cut.plans().flatten().copied()), Bounds::of(cut.lines.iter().flatten().copied())];
+    let all = bounds.into_iter().flatten().chain(sections).reduce(Bounds::joined);
+    let Some(rect) = all.and_then(|bounds| cells_around(bounds, spec)) else { return Vec::new() };
+    let mut bitmap = Bitmap::new(rect);
+    let bands = Bands::new(spec);
+    cut.plans().for_each(|plan| bands.paint_convex(plan, spec, &mut bitmap));
+    for section in &cut.sections {
+        bitmap.set_runs(&overlapped_cells(section, &[], spec));
+    }
+    bitmap.set_runs(&overlapped_cells(&MultiPolygon::default(), &cut.lines, spec));
+    bitmap.runs()
+}
+
 /// The cells whose whole square lies in the area, as sorted runs that do not meet.
 pub fn covered_cells(area: &MultiPolygon, spec: &GridSpec) -> Vec<Run> {
     let mut bands = Bands::new(spec);
-    for (a, b) in area.rings().flat_map(ring_edges) {
+    for (a, b) in area.rings().flat_map(|ring| edges(ring)) {
         bands.add_edge(a, b);
     }
     let mut runs = Vec::new();
@@ -70,8 +92,15 @@ pub fn covered_cells(area: &MultiPolygon, spec: &GridSpec) -> Vec<Run> {
     runs
 }
 
-fn ring_edges(ring: &Ring) -> impl Iterator<Item = (Point, Point)> {
-    ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
+/// The cells of the grid that touch these bounds.
+fn cells_around(bounds: Bounds, spec: &GridSpec) -> Option<CellRect> {
+    let cell = i64::from(spec.cell_tenths);
+    let n = [spec.width, spec.height].map(i64::from);
+    let place = |c: i32, k: usize| i64::from(c).div_euclid(cell) - i64::from(spec.first_cell[k]);
+    // A face on a border touches the cells on both sides if it is a line.
+    let min = [0, 1].map(|k| (place(bounds.min[k], k) - 1).clamp(0, n[k]) as u32);
+    let max = [0, 1].map(|k| (place(bounds.max[k], k) + 2).clamp(0, n[k]) as u32);
+    (min[0] < max[0] && min[1] < max[1]).then_some(CellRect { min, max })
 }
 
 fn push_inside(runs: &mut Vec<Run>, row: i64, lo: f64, hi: f64, bands: &Bands, spec: &GridSpec) {
@@ -79,11 +108,19 @@ fn push_inside(runs: &mut Vec<Run>, row: i64, lo: f64, hi: f64, bands: &Bands, s
 }
 
 fn push_clipped(runs: &mut Vec<Run>, row: i64, start: f64, end: f64, spec: &GridSpec) {
+    runs.extend(clipped(row, start, end, spec));
+}
+
+/// The run of these columns, counted from the frame's origin, inside the grid.
+fn clipped(row: i64, start: f64, end: f64, spec: &GridSpec) -> Option<Run> {
     let first = f64::from(spec.first_cell[0]);
     let (start, end) = ((start - first).max(0.0), (end - first).min(f64::from(spec.width)));
-    if start < end {
-        runs.push(Run { row: row as u32, start: start as u32, end: end as u32 });
-    }
+    (start < end).then_some(Run { row: row as u32, start: start as u32, end: end as u32 })
+}
+
+/// The cells of a row that a range of widths overlaps.
+fn overlapped(row: i64, [lo, hi]: [f64; 2], cell: f64, spec: &GridSpec) -> Option<Run> {
+    clipped(row, ((lo + INSET) / cell).floor(), ((hi - INSET) / cell).ceil(), spec)
 }
 
 /// Joins sorted runs of one row, from `first` on, that overlap or touch.
@@ -135,18 +172,42 @@ impl Bands {
     }
 
     fn add_edge(&mut self, a: Point, b: Point) {
-        // Always from the lower end, so that neighbours that share an edge give equal results.
-        let (a, b) = if (a[1], a[0]) <= (b[1], b[0]) { (a, b) } else { (b, a) };
-        let (a, b) = (a.map(f64::from), b.map(f64::from));
-        let slope = if b[1] > a[1] { (b[0] - a[0]) / (b[1] - a[1]) } else { 0.0 };
-        let at = |y: f64| a[0] + (y - a[1]) * slope;
-        for row in self.rows(a[1], b[1]) {
+        let edge = Edge::of(a, b);
+        for row in self.rows(edge.low[1], edge.high[1]) {
             let (bottom, top) = self.band(row);
-            let lower = if a[1] < bottom { at(bottom) } else { a[0] };
-            let upper = if b[1] > top { at(top) } else { b[0] };
+            let [lower, upper] = edge.ends_between(bottom, top);
             self.ranges.push((row, lower.min(upper), lower.max(upper)));
-            if a[1] < bottom && bottom < b[1] {
+            if edge.low[1] < bottom && bottom < edge.high[1] {
                 self.crossings.push((row, lower));
+            }
+        }
+    }
+
+    /// Sets the cells that a convex polygon overlaps.
+    fn paint_convex(&self, corners: &[Point], spec: &GridSpec, bitmap: &mut Bitmap) {
+        let Some(bounds) = Bounds::of(corners.iter().copied()) else { return };
+        let [low, high] = [bounds.min, bounds.max].map(|p| p.map(f64::from));
+        let rows = self.rows(low[1], high[1]);
+        // Most triangles of fine meshes lie in one cell.
+        let in_column =
+            |row| overlapped(row, [low[0], high[0]], self.cell, spec).filter(|run| run.end - run.start == 1);
+        if let Some(run) = (rows.end - rows.start == 1).then(|| in_column(rows.start)).flatten() {
+            bitmap.set(run);
+            return;
+        }
+        for row in rows {
+            let (bottom, top) = self.band(row);
+            let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+            for (a, b) in edges(corners) {
+                let edge = Edge::of(a, b);
+                if edge.low[1] <= top && bottom <= edge.high[1] {
+                    for x in edge.ends_between(bottom, top) {
+                        range = [range[0].min(x), range[1].max(x)];
+                    }
+                }
+            }
+            if let Some(run) = overlapped(row, range, self.cell, spec) {
+                bitmap.set(run);
             }
         }
     }
@@ -192,10 +253,35 @@ impl Bands {
     }
 }
 
+/// An edge from its lower end, so that neighbours that share it give equal results.
+struct Edge {
+    low: [f64; 2],
+    high: [f64; 2],
+    /// Width per height; 0 if it is level.
+    slope: f64,
+}
+
+impl Edge {
+    fn of(a: Point, b: Point) -> Self {
+        let (a, b) = if (a[1], a[0]) <= (b[1], b[0]) { (a, b) } else { (b, a) };
+        let (low, high) = (a.map(f64::from), b.map(f64::from));
+        let slope = if high[1] > low[1] { (high[0] - low[0]) / (high[1] - low[1]) } else { 0.0 };
+        Self { low, high, slope }
+    }
+
+    /// Where its part between two heights begins and ends; it must meet them.
+    fn ends_between(&self, bottom: f64, top: f64) -> [f64; 2] {
+        let at = |y: f64| self.low[0] + (y - self.low[1]) * self.slope;
+        let lower = if self.low[1] < bottom { at(bottom) } else { self.low[0] };
+        let upper = if self.high[1] > top { at(top) } else { self.high[0] };
+        [lower, upper]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::{Bounds, FillRule, union};
+    use geometry::{FillRule, Footprint, MeshView, Slab, footprint, union};
     use proptest::prelude::*;
 
     fn spec(cell_tenths: i32) -> GridSpec {
@@ -253,7 +339,72 @@ mod tests {
         geometry::intersection(area, &cell).area_m2() / cell.area_m2()
     }
 
+    type Mesh = (Vec<[i32; 3]>, Vec<[u32; 3]>);
+
+    /// Closed surfaces of four faces each, in one mesh.
+    fn tetrahedra(corners: &[[[i32; 3]; 4]]) -> Mesh {
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        for [a, b, c, d] in corners {
+            let side = |p: &[i32; 3]| [0, 1, 2].map(|k| i64::from(p[k] - a[k]));
+            let (u, v, w) = (side(b), side(c), side(d));
+            let across = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+            let volume: i64 = (0..3).map(|k| across[k] * w[k]).sum();
+            let base = vertices.len() as u32;
+            vertices.extend([a, b, c, d]);
+            let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+            triangles
+                .extend(faces.map(|[i, j, k]| if volume < 0 { [i, k, j] } else { [i, j, k] }.map(|i: u32| base + i)));
+        }
+        (vertices.into_iter().copied().collect(), triangles)
+    }
+
+    fn corner() -> impl Strategy<Value = [i32; 3]> {
+        (-4_900..4_900i32, -4_900..4_900i32, -3_000..5_000i32).prop_map(|(x, y, z)| [x, y, z])
+    }
+
     proptest! {
+        #[test]
+        fn cells_of_a_cut_are_those_of_its_footprint(
+            bodies in prop::collection::vec([corner(), corner(), corner(), corner()], 1..8), n_lost in 0..2usize,
+        ) {
+            let (vertices, mut triangles) = tetrahedra(&bodies);
+            triangles.truncate(triangles.len() - n_lost);
+            let mesh = MeshView { vertices: &vertices, triangles: &triangles, closed: n_lost == 0 };
+            let (spec, slab) = (spec(500), Slab { lo: 0, hi: 2_000 });
+            let cut = SlabCut::of([mesh], slab);
+            let found = cells(&cells_of_cut(&cut, &spec));
+            let Footprint { area, lines } = footprint([mesh], slab);
+            // Corners of the union are rounded: what they can be off bounds the cells from both sides.
+            let grown = geometry::offset(&area, 3).unwrap();
+            let most = cells(&overlapped_cells(&grown, &lines, &spec));
+            prop_assert!(found.iter().all(|cell| most.contains(cell)));
+            let shrunk = geometry::offset(&area, -3).unwrap();
+            let least = cells(&overlapped_cells(&shrunk, &lines, &spec));
+            prop_assert!(least.iter().all(|cell| found.contains(cell)));
+        }
+
+        #[test]
+        fn cells_of_blocks_are_exactly_those_of_their_footprint(
+            blocks in prop::collection::vec((-90..80i32, -90..80i32, 1..90i32, 1..90i32, 0..40i32), 1..8),
+        ) {
+            let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+            for (x, y, width, depth, z) in blocks {
+                let [x, y, width, depth, z] = [x, y, width, depth, z].map(|c| c * 50);
+                let base = vertices.len() as u32;
+                let plan = [[x, y], [x + width, y], [x + width, y + depth], [x, y + depth]];
+                vertices.extend([z, z + 1_000].into_iter().flat_map(|z| plan.map(|[x, y]| [x, y, z])));
+                let quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+                triangles.extend(quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]].map(|t| t.map(|i| base + i))));
+            }
+            let mesh = MeshView { vertices: &vertices, triangles: &triangles, closed: true };
+            let (spec, slab) = (spec(500), Slab { lo: 0, hi: 2_000 });
+            let footprint = footprint([mesh], slab);
+            prop_assert_eq!(
+                cells_of_cut(&SlabCut::of([mesh], slab), &spec),
+                overlapped_cells(&footprint.area, &footprint.lines, &spec)
+            );
+        }
+
         #[test]
         fn cells_agree_with_clipping_them_one_by_one(
             points in prop::collection::vec([-4_900..4_900i32, -4_900..4_900i32], 3..9),

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use daemon::Robot;
 use export::{ExportFile, ExportInput};
-use geometry::Footprint;
+use geometry::LazyFootprint;
 use messages::{Grid, Grids, MissionPlan, ScheduleState, Site};
 use raster::Rasterizer;
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, Start};
@@ -20,10 +20,16 @@ pub(crate) struct Maps<'a> {
     pub(crate) index: &'a Grids<'a>,
     pub(crate) mission_plan: &'a MissionPlan<'a>,
     /// By map storey.
-    pub(crate) footprints: &'a [&'a [(u32, Footprint)]],
+    pub(crate) footprints: &'a [&'a [(u32, LazyFootprint)]],
+    rasterizer: &'a Rasterizer,
 }
 
 impl Maps<'_> {
+    /// Unites the footprints on all threads, for files that have all of them.
+    pub(crate) fn unite_footprints(&self, site: &Site<'_>) {
+        self.rasterizer.unite_footprints(site);
+    }
+
     /// True if the robot can stand at a start; false where there is no floor yet.
     ///
     /// # Errors
@@ -61,5 +67,5 @@ pub(crate) fn with_maps<T>(
     let mission_plan = MissionPlanner::default().plan(&input);
     let mission_plan = MissionPlan::open(mission_plan.bytes()).map_err(Failure::work)?;
     let footprints: Vec<_> = (0..grids.len()).map(|k| rasterizer.footprints(k)).collect();
-    work(&Maps { grids: &grids, index: &index, mission_plan: &mission_plan, footprints: &footprints })
+    work(&Maps { grids: &grids, index: &index, mission_plan: &mission_plan, footprints: &footprints, rasterizer })
 }

@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 use export::ExportInput;
-use geometry::{Footprint, MultiPolygon, Polygon};
+use geometry::{Footprint, LazyFootprint, MultiPolygon, Polygon};
 use messages::*;
 
 /// Archives of the building; views are opened by who reads them.
@@ -12,7 +12,7 @@ pub(crate) struct House {
     pub(crate) grid: ArchiveBuffer,
     pub(crate) index: ArchiveBuffer,
     pub(crate) mission_plan: ArchiveBuffer,
-    pub(crate) footprints: Vec<(u32, Footprint)>,
+    pub(crate) footprints: Vec<(u32, LazyFootprint)>,
 }
 
 impl House {
@@ -74,7 +74,7 @@ pub(crate) fn house() -> House {
         GridsBuilder { head, slots, robot_name: "default", robot_footprint_m: &[], doors, regions: &[region] }.finish();
     let footprint = |corners: [[i32; 2]; 4]| {
         let polygon = Polygon { exterior: corners.to_vec(), holes: Vec::new() };
-        Footprint { area: MultiPolygon(vec![polygon]), lines: Vec::new() }
+        LazyFootprint::from(Footprint { area: MultiPolygon(vec![polygon]), lines: Vec::new() })
     };
     let wall = footprint([[0, 0], [30_000, 0], [30_000, 5_000], [0, 5_000]]);
     let door = footprint([[5_000, 0], [10_000, 0], [10_000, 500], [5_000, 500]]);

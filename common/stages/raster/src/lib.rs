@@ -32,13 +32,13 @@ mod model;
 pub use error::{RasterizeError, check_not_blank};
 
 use build::slicing::slice_storey;
-use geometry::Footprint;
+use geometry::LazyFootprint;
 use grid::GridSpec;
 use incremental::storey_grid::StoreyGrid;
-use incremental::storey_inputs::StoreyInputs;
 use messages::{
     DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, RegionRecord, RobotProfile, ScheduleState, Site,
 };
+use model::storey_inputs::StoreyInputs;
 use model::storey_slice::StoreySlice;
 use rayon::prelude::*;
 
@@ -102,8 +102,17 @@ impl Rasterizer {
     }
 
     /// The footprints of the elements in a storey's slab, by element.
-    pub fn footprints(&self, map_storey: usize) -> &[(u32, Footprint)] {
+    pub fn footprints(&self, map_storey: usize) -> &[(u32, LazyFootprint)] {
         &self.storeys[map_storey].footprints
+    }
+
+    /// Unites all footprints on all threads of the current pool, for those who ask for every one of them.
+    pub fn unite_footprints(&self, site: &Site<'_>) {
+        for storey in &self.storeys {
+            storey.footprints.par_iter().for_each(|(element, _)| {
+                storey.footprint(site, *element);
+            });
+        }
     }
 
     /// Number of map storeys.

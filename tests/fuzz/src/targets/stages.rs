@@ -6,7 +6,7 @@ use alignment::{PreparedMap, References, align_maps};
 use deviations::{DeviationInput, deviations};
 use export::{DeviationExport, ExportInput, deviation_files, files};
 use frames::{PlanTime, PoseCovariance, Rigid2};
-use geometry::Footprint;
+use geometry::LazyFootprint;
 use messages::{
     ArchiveBuffer, Deviations, Grid, Grids, MissionPlan, RobotProfile, ScheduleState, ScheduleStateBuilder, Site,
     SlamMap,
@@ -31,7 +31,7 @@ struct Archives {
     schedule_state: ArchiveBuffer,
     grids: Vec<ArchiveBuffer>,
     index: ArchiveBuffer,
-    footprints: Vec<Vec<(u32, Footprint)>>,
+    footprints: Vec<Vec<(u32, LazyFootprint)>>,
     mission_plan: ArchiveBuffer,
     slam_map: ArchiveBuffer,
     deviations: ArchiveBuffer,
@@ -177,7 +177,7 @@ fn is_compact(site: &Site<'_>) -> bool {
 struct Drawn {
     grids: Vec<ArchiveBuffer>,
     index: ArchiveBuffer,
-    footprints: Vec<Vec<(u32, Footprint)>>,
+    footprints: Vec<Vec<(u32, LazyFootprint)>>,
 }
 
 /// Grids and index of a schedule state, unless they are large or cannot be.
@@ -226,7 +226,7 @@ fn exported(
     grids: &[ArchiveBuffer],
     index: &ArchiveBuffer,
     mission_plan: &ArchiveBuffer,
-    footprints: &[Vec<(u32, Footprint)>],
+    footprints: &[Vec<(u32, LazyFootprint)>],
     world: bool,
 ) {
     let Ok(mission_plan) = MissionPlan::open(mission_plan.bytes()) else { return };
@@ -235,7 +235,7 @@ fn exported(
     }
     let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("it was opened before");
     let index = Grids::open(index.bytes()).expect("it was opened before");
-    let footprints: Vec<&[(u32, Footprint)]> = footprints.iter().map(Vec::as_slice).collect();
+    let footprints: Vec<&[(u32, LazyFootprint)]> = footprints.iter().map(Vec::as_slice).collect();
     let options = WorldOptions::default();
     let input = ExportInput {
         site,

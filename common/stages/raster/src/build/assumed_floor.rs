@@ -14,9 +14,10 @@ use messages::{FloorKind, MapStoreyRecord, RobotProfile, Site, element_flags, sp
 pub(crate) fn assumed_floor_cells(site: &Site<'_>, robot: &RobotProfile, storey: &StoreySlice) -> Vec<Run> {
     let bounds_rooms =
         |class: Class| matches!(class, Class::Wall | Class::Column | Class::CurtainWall | Class::Window | Class::Door);
-    let elements = storey.footprints.iter().filter(|(e, _)| bounds_rooms(site.elements[*e as usize].class()));
+    let elements = storey.obstacles.iter().filter(|o| bounds_rooms(o.class)).map(|o| o.element);
     let passages = storey.passages.iter().map(|p| union(&[p.plan.ring()], FillRule::NonZero));
-    let beside: Vec<MultiPolygon> = elements.map(|(_, f)| solid_plan(f)).chain(passages).collect();
+    let beside: Vec<MultiPolygon> =
+        elements.filter_map(|e| storey.footprint(site, e)).map(solid_plan).chain(passages).collect();
     let spaces = union_of(storey.spaces.iter().map(|s| &s.polygon));
     let elsewhere = [from_below(site, storey.floor_z), built_levels(site, robot, storey)];
     let floor = assumed_floor(&spaces, &union_of(&beside), &union_of(&elsewhere));

@@ -6,12 +6,13 @@ use super::door::storey_door;
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
 use crate::error::RasterizeError;
 use crate::model::cell_area::{cells_beside, slab_above_floor, to_tenths};
+use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{
     ElementRuns, MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z,
 };
 use frames::TENTHS_PER_M;
-use geometry::{Bounds, Footprint, Slab, footprint};
-use grid::{CellRect, Class, GridSpec, overlapped_cells};
+use geometry::{Bounds, LazyFootprint, Slab, SlabCut};
+use grid::{CellRect, Class, GridSpec, cells_of_cut, overlapped_cells};
 use messages::{
     ElementRecord, FloorKind, MapStoreyRecord, NONE, RobotProfile, Site, SpaceRecord, element_flags, space_flags,
 };
@@ -35,13 +36,10 @@ pub(crate) fn slice_storey(
     let floor_z = record.floor_z_tenths;
     let [lo, hi] = slab_above_floor(robot).map(|h| floor_z + h);
     let step = to_tenths(robot.step_height_m);
-    let footprints = cut_elements(site, Slab { lo, hi }, |_| true);
+    let place = Place { site, robot, spec: &spec, map_storey };
+    let (mut obstacles, footprints) = place.cut_elements(Slab { lo, hi }, |_| true);
     let lidar_z = floor_z + to_tenths(robot.lidar_height_m);
-    let lidar = cut_elements(site, Slab { lo: lidar_z, hi: lidar_z + 2 }, is_lasting);
-    let runs_of = |cuts: &[(u32, Footprint)]| -> Vec<ElementRuns> {
-        cuts.par_iter().map(|c| element_runs(site, robot, &spec, map_storey, c)).collect()
-    };
-    let mut obstacles = runs_of(&footprints);
+    let (lidar, _) = place.cut_elements(Slab { lo: lidar_z, hi: lidar_z + 2 }, is_lasting);
     // Elements of one class do not differ in a cell; a stable order keeps doors by element.
     obstacles.sort_by_key(|o| o.class.draw_priority());
     let mut storey = StoreySlice {
@@ -49,8 +47,9 @@ pub(crate) fn slice_storey(
         spec,
         floor_z,
         floor_kind: record.floor.get(),
+        obstacle_squares: ObstacleSquares::of(obstacles.iter().map(|o| o.rect), &spec),
         obstacles,
-        lidar: runs_of(&lidar),
+        lidar,
         footprints,
         floor: floor_pieces(site, &spec, [floor_z - step, floor_z + step], robot.max_slope_rad),
         floor_above: floor_pieces(site, &spec, [lo + 1, hi], LEVEL_SLOPE_RAD),
@@ -95,16 +94,43 @@ fn spec_of(site: &Site<'_>, record: &MapStoreyRecord, resolution_m: f64) -> Resu
     })
 }
 
-/// Footprints of the elements that reach into a slab, by element.
-fn cut_elements(site: &Site<'_>, slab: Slab, wanted: impl Fn(&ElementRecord) -> bool + Sync) -> Vec<(u32, Footprint)> {
-    let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
-    site.elements
-        .par_iter()
-        .enumerate()
-        .filter(|(_, e)| reaches(e) && wanted(e))
-        .map(|(k, e)| (k as u32, footprint(site.element_meshes(e), slab)))
-        .filter(|(_, f)| !f.is_empty())
-        .collect()
+/// Where elements are drawn.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    site: &'a Site<'a>,
+    robot: &'a RobotProfile,
+    spec: &'a GridSpec,
+    map_storey: usize,
+}
+
+impl Place<'_> {
+    /// Cells and footprints of the elements that reach into a slab, by element.
+    fn cut_elements(
+        &self,
+        slab: Slab,
+        wanted: impl Fn(&ElementRecord) -> bool + Sync,
+    ) -> (Vec<ElementRuns>, Vec<(u32, LazyFootprint)>) {
+        let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
+        let elements = (0..self.site.elements.len() as u32).into_par_iter();
+        let cut = |element: u32| {
+            let record = &self.site.elements[element as usize];
+            let cut = SlabCut::of(self.site.element_meshes(record), slab);
+            let is_there = !cut.is_empty();
+            is_there.then(|| (self.element_runs(element, &cut), (element, LazyFootprint::of(cut, slab))))
+        };
+        let wanted = elements.filter(|&k| {
+            let record = &self.site.elements[k as usize];
+            reaches(record) && wanted(record)
+        });
+        wanted.filter_map(cut).unzip()
+    }
+
+    fn element_runs(&self, element: u32, cut: &SlabCut) -> ElementRuns {
+        let record = &self.site.elements[element as usize];
+        let runs = cells_of_cut(cut, self.spec);
+        let door = storey_door(self.site, self.robot, (self.spec, self.map_storey), record.door, &runs);
+        ElementRuns { element, class: record.class(), rect: CellRect::around(&runs), runs, door }
+    }
 }
 
 /// True for structure that a lidar sees: not glass, furniture or doors.
@@ -114,19 +140,6 @@ fn is_lasting(element: &ElementRecord) -> bool {
         Class::Wall | Class::Column | Class::CurtainWall | Class::Stair | Class::Ramp | Class::Slab
     );
     class && !element.has(element_flags::GLASS)
-}
-
-fn element_runs(
-    site: &Site<'_>,
-    robot: &RobotProfile,
-    spec: &GridSpec,
-    map_storey: usize,
-    (element, footprint): &(u32, Footprint),
-) -> ElementRuns {
-    let record = &site.elements[*element as usize];
-    let runs = overlapped_cells(&footprint.area, &footprint.lines, spec);
-    let door = storey_door(site, robot, (spec, map_storey), record.door, &runs);
-    ElementRuns { element: *element, class: record.class(), rect: CellRect::around(&runs), runs, door }
 }
 
 fn spaces_of(site: &Site<'_>, spec: &GridSpec, map_storey: usize) -> Vec<SpaceRuns> {

@@ -3,4 +3,3 @@
 mod state_difference;
 mod storey_floor;
 pub(crate) mod storey_grid;
-pub(crate) mod storey_inputs;

@@ -1,8 +1,8 @@
 //! Compares a schedule state with the drawn one and finds the cells that may differ.
 
-use super::storey_inputs::StoreyInputs;
 use crate::layers::floor::set_bit;
 use crate::model::presence::Presence;
+use crate::model::storey_inputs::StoreyInputs;
 use grid::CellRect;
 use messages::ScheduleState;
 

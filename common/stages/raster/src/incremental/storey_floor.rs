@@ -1,9 +1,9 @@
 //! Updates the floor of a storey for a schedule state: finished floor, enclosed floor, open passages.
 
 use super::state_difference::StateDifference;
-use super::storey_inputs::StoreyInputs;
 use crate::layers::cell_flags::BASE_FLOOR;
 use crate::layers::floor::{BuiltFloorCache, enclosed_floor, sides_with_floor};
+use crate::model::storey_inputs::StoreyInputs;
 use grid::join_rects;
 use messages::{FloorKind, RegionRecord, ScheduleState};
 

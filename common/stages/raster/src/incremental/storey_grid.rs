@@ -6,18 +6,18 @@
 
 use super::state_difference::{DrawnState, StateDifference};
 use super::storey_floor::StoreyFloor;
-use super::storey_inputs::StoreyInputs;
 use crate::layers::cell_flags::{self, BASE_FLOOR, BLOCKED, DOOR, FLOOR, OCCUPIED, OUTLINE, PLANNING, STRUCTURE, WORK};
 use crate::layers::door_passage::{DoorLayers, door_passage};
 use crate::layers::doorway_clearance::CoveredSamples;
 use crate::layers::floor::{BuiltFloorCache, outline, set_bit};
-use crate::layers::keepout::Keepout;
+use crate::layers::keepout::{Keepout, Margins};
 use crate::layers::localization::Localization;
 use crate::layers::tile::TILE_CELLS;
 use crate::model::cell_area::slab_above_floor;
 use crate::model::door::StoreyDoor;
 use crate::model::gap;
 use crate::model::presence::Presence;
+use crate::model::storey_inputs::StoreyInputs;
 use grid::{CellRect, Class, GridSpec, Growth, join_rects};
 use messages::{
     ArchiveBuffer, DoorPassageRecord, FloorKind, GridHead, GridLayers, GridWriter, RegionRecord, ScheduleState,
@@ -241,7 +241,7 @@ impl StoreyGrid {
         let Self { archive, flags, margins: cell_margins, difference, growth, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
         let GridLayers { keepout: keepout_layer, localization: localization_layer, .. } = writer.layers();
-        let (margins, whole) = (inputs.margins(), inputs.storey.whole());
+        let (margins, whole) = (Margins::of(inputs), inputs.storey.whole());
         let StateDifference { cells, work, working, affected, .. } = difference;
         let mut each = |reach: u32, wanted: &dyn Fn(&CellRect) -> bool, compute: &mut dyn FnMut(&CellRect)| {
             affected.clear();
@@ -263,7 +263,7 @@ impl StoreyGrid {
 
     /// Updates the passages of doors around which cells differ.
     fn update_door_passages(&mut self, inputs: StoreyInputs<'_>, schedule_state: &ScheduleState<'_>) {
-        let StoreyInputs { robot, storey, .. } = inputs;
+        let storey = inputs.storey;
         let Self { archive, flags, doors, nearby, difference, .. } = self;
         let mut writer = GridWriter::resume(archive.bytes_mut(), flags.len());
         let GridLayers { class, floor, .. } = writer.layers();
@@ -276,7 +276,7 @@ impl StoreyGrid {
                 continue;
             }
             let presence = Presence::of(schedule_state.effective(element as usize));
-            let record = door_passage(door, schedule_state, robot, storey, presence, layers, nearby);
+            let record = door_passage(door, inputs, schedule_state, presence, layers, nearby);
             match doors.get_mut(index) {
                 Some(door) => *door = record,
                 None => doors.push(record),

@@ -5,7 +5,7 @@ use super::floor::sides_with_floor;
 use crate::model::door::{StoreyDoor, is_wide_enough};
 use crate::model::door_leaves::doorway;
 use crate::model::presence::Presence;
-use crate::model::storey_slice::StoreySlice;
+use crate::model::storey_inputs::StoreyInputs;
 use frames::{Map, Point2, TENTHS_PER_M};
 use geometry::OrientedBox;
 use grid::{Class, GridSpec};
@@ -25,13 +25,13 @@ pub(crate) struct DoorLayers<'a> {
 /// The passage of a door on a map with these layers, where its element has this presence.
 pub(crate) fn door_passage(
     door: &StoreyDoor,
+    inputs: StoreyInputs<'_>,
     schedule_state: &ScheduleState<'_>,
-    robot: &RobotProfile,
-    storey: &StoreySlice,
     presence: Presence,
     layers: DoorLayers<'_>,
     nearby: &mut CoveredSamples,
 ) -> DoorPassageRecord {
+    let StoreyInputs { robot, storey, .. } = inputs;
     let way = doorway(&door.leaves, door.leaf_index, schedule_state);
     let mut record = DoorPassageRecord {
         door: door.door,
@@ -60,7 +60,7 @@ pub(crate) fn door_passage(
         record.reasons |= if is_one { reason.bit() } else { 0 };
     }
     if !is_narrow && record.width_in_map_m < 2.0 * robot.radius_m {
-        add_reason_of_cells(&mut record, doorway_clearance(&way.plan, storey, schedule_state, nearby), robot);
+        add_reason_of_cells(&mut record, doorway_clearance(&way.plan, inputs, schedule_state, nearby), robot);
     }
     record.passage = record.closed_by().next().unwrap_or(DoorPassage::Passable).into();
     record

@@ -1,8 +1,8 @@
 //! Width of a doorway between obstacles, measured on footprints and therefore independent of the resolution.
 
-use crate::model::cell_area::cells_beside;
+use crate::model::cell_area::{cells_around, cells_beside};
 use crate::model::presence::Presence;
-use crate::model::storey_slice::StoreySlice;
+use crate::model::storey_inputs::StoreyInputs;
 use frames::TENTHS_PER_M;
 use geometry::{Footprint, OrientedBox};
 use grid::Class;
@@ -37,22 +37,26 @@ pub(crate) type CoveredSamples = Vec<(u32, u32)>;
 /// The width that the obstacles of a schedule state, without doors, leave of a doorway.
 pub(crate) fn doorway_clearance(
     way: &OrientedBox,
-    storey: &StoreySlice,
+    inputs: StoreyInputs<'_>,
     schedule_state: &ScheduleState<'_>,
     nearby: &mut CoveredSamples,
 ) -> DoorwayClearance {
+    let storey = inputs.storey;
     nearby.clear();
-    let cells = cells_beside(way, &storey.spec);
-    let is_near = |rect| cells.zip(rect).is_some_and(|(a, b): (grid::CellRect, _)| a.meets(&b));
-    for (index, obstacle) in (0..).zip(&storey.obstacles) {
-        let presence = Presence::of(schedule_state.effective(obstacle.element as usize));
-        if obstacle.class != Class::Door && presence.is_obstacle() && is_near(obstacle.rect) {
-            nearby.push((index, 0));
-        }
+    if let Some(cells) = cells_beside(way, &storey.spec) {
+        let is_near = |index: &u32| {
+            let obstacle = &storey.obstacles[*index as usize];
+            let presence = Presence::of(schedule_state.effective(obstacle.element as usize));
+            let meets = obstacle.rect.is_some_and(|rect| rect.meets(&cells));
+            obstacle.class != Class::Door && presence.is_obstacle() && meets
+        };
+        nearby.extend(storey.obstacle_squares.around(cells).filter(is_near).map(|index| (index, 0)));
+        nearby.sort_unstable();
+        nearby.dedup();
     }
     let (mut width_m, mut width_of_walls_m) = (f64::INFINITY, f64::INFINITY);
     for v in ACROSS {
-        let [all_m, walls_m] = widest_m(way, v * way.half[1], storey, nearby);
+        let [all_m, walls_m] = widest_m(way, v * way.half[1], inputs, nearby);
         (width_m, width_of_walls_m) = (width_m.min(all_m), width_of_walls_m.min(walls_m));
     }
     let most = nearby.iter().filter(|s| s.1 > 0).max_by_key(|s| (s.1, std::cmp::Reverse(s.0)));
@@ -65,15 +69,18 @@ pub(crate) fn doorway_clearance(
 
 /// Widest free stretches of the line across a doorway at offset `v` from its middle: between all obstacles, and between
 /// walls alone.
-fn widest_m(way: &OrientedBox, v: f64, storey: &StoreySlice, nearby: &mut CoveredSamples) -> [f64; 2] {
+fn widest_m(way: &OrientedBox, v: f64, inputs: StoreyInputs<'_>, nearby: &mut CoveredSamples) -> [f64; 2] {
+    let StoreyInputs { site, storey, .. } = inputs;
     let n_steps = (2.0 * way.half[0] / STEP).floor().max(0.0) as u32;
     let (mut best, mut now) = ([0u32; 2], [0u32; 2]);
     for k in 0..n_steps {
         let at = way.at((f64::from(k) + 0.5) * STEP - way.half[0], v);
+        let cell = cells_around(std::iter::once(at), SHEET_REACH, &storey.spec);
         let mut is_free = [true; 2];
         for (index, n_covered) in nearby.iter_mut() {
             let obstacle = &storey.obstacles[*index as usize];
-            if footprint_of(storey, obstacle.element).is_some_and(|f| covers(f, at)) {
+            let is_beside = cell.zip(obstacle.rect).is_some_and(|(cell, rect)| cell.meets(&rect));
+            if is_beside && storey.footprint(site, obstacle.element).is_some_and(|f| covers(f, at)) {
                 *n_covered += 1;
                 is_free[0] = false;
                 // Members and plates of a curtain wall are reported by name.
@@ -86,11 +93,6 @@ fn widest_m(way: &OrientedBox, v: f64, storey: &StoreySlice, nearby: &mut Covere
         }
     }
     best.map(|n| f64::from(n) * STEP / f64::from(TENTHS_PER_M))
-}
-
-fn footprint_of(storey: &StoreySlice, element: u32) -> Option<&Footprint> {
-    let at = storey.footprints.binary_search_by_key(&element, |(e, _)| *e).ok()?;
-    Some(&storey.footprints[at].1)
 }
 
 fn covers(footprint: &Footprint, at: [f64; 2]) -> bool {

@@ -3,6 +3,7 @@
 
 use super::cell_flags::{BLOCKED, NAV_OCCUPIED, NAV_UNKNOWN, OUTLINE, WORK, is_edge, is_free, is_void};
 use super::tile::{inner_rows, rows};
+use crate::model::storey_inputs::StoreyInputs;
 use grid::{CellRect, Growth, REACHED};
 
 /// A margin around drop-offs.
@@ -27,6 +28,13 @@ pub(crate) struct Margins {
 }
 
 impl Margins {
+    /// The robot's margins in cells of a storey.
+    pub(crate) fn of(inputs: StoreyInputs<'_>) -> Self {
+        let StoreyInputs { robot, storey, .. } = inputs;
+        let cells = |metres_m: f64| metres_m / frames::metres(storey.spec.cell_tenths);
+        Self { edge_cells: cells(robot.edge_margin_m), work_cells: cells(robot.work_margin_m) }
+    }
+
     /// Width of the margin beyond the rim of a slab: at least one cell.
     fn beyond_edge_cells(self) -> f64 {
         self.edge_cells.max(1.0)

@@ -4,6 +4,8 @@ pub(crate) mod cell_area;
 pub(crate) mod door;
 pub(crate) mod door_leaves;
 pub(crate) mod gap;
+pub(crate) mod obstacle_squares;
 pub(crate) mod other_levels;
 pub(crate) mod presence;
+pub(crate) mod storey_inputs;
 pub(crate) mod storey_slice;

@@ -1,9 +1,10 @@
 //! The date-independent slice of a storey: runs of cells per element, space and passage.
 
 use super::door::StoreyDoor;
+use super::obstacle_squares::ObstacleSquares;
 use frames::TENTHS_PER_M;
-use geometry::{Footprint, MultiPolygon, OrientedBox, Ring, Slab, footprint};
-use grid::{CellRect, Class, GridSpec, Run, overlapped_cells};
+use geometry::{Footprint, LazyFootprint, MultiPolygon, OrientedBox, Ring, Slab, SlabCut};
+use grid::{CellRect, Class, GridSpec, Run, cells_of_cut};
 use messages::{FloorKind, Site};
 use std::sync::OnceLock;
 
@@ -56,9 +57,12 @@ pub(crate) struct StoreySlice {
     pub(crate) spec: GridSpec,
     pub(crate) floor_z: i32,
     pub(crate) floor_kind: FloorKind,
-    pub(crate) footprints: Vec<(u32, Footprint)>,
+    /// Of the elements in the slab, by element.
+    pub(crate) footprints: Vec<(u32, LazyFootprint)>,
     /// In drawing order of the classes; later ones are drawn over earlier ones.
     pub(crate) obstacles: Vec<ElementRuns>,
+    /// Where to find them.
+    pub(crate) obstacle_squares: ObstacleSquares,
     /// Sections of lasting elements at the lidar's height.
     pub(crate) lidar: Vec<ElementRuns>,
     pub(crate) floor: Vec<FloorPiece>,
@@ -113,6 +117,12 @@ impl StoreySlice {
         CellRect::whole(self.spec.width, self.spec.height)
     }
 
+    /// The footprint of an element in the slab; `None` for others.
+    pub(crate) fn footprint(&self, site: &Site<'_>, element: u32) -> Option<&Footprint> {
+        let at = self.footprints.binary_search_by_key(&element, |(e, _)| *e).ok()?;
+        Some(self.footprints[at].1.get(|| site.element_meshes(&site.elements[element as usize])))
+    }
+
     /// The cells of the footprint of an overhead element, by its index in [`Self::overhead`].
     pub(crate) fn overhead_runs(&self, site: &Site<'_>, index: u32) -> &[Run] {
         &self.overhead_cells(site, index).0
@@ -127,8 +137,8 @@ impl StoreySlice {
         let overhead = &self.overhead[index as usize];
         overhead.cells.get_or_init(|| {
             let slab = Slab { lo: self.floor_z, hi: next_floor_z(site, self.floor_z) };
-            let plan = footprint(site.element_meshes(&site.elements[overhead.element as usize]), slab);
-            let runs = overlapped_cells(&plan.area, &plan.lines, &self.spec);
+            let cut = SlabCut::of(site.element_meshes(&site.elements[overhead.element as usize]), slab);
+            let runs = cells_of_cut(&cut, &self.spec);
             let rect = CellRect::around(&runs);
             (runs, rect)
         })

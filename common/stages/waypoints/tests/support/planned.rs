@@ -3,7 +3,7 @@
 use super::Archives;
 use export::ExportInput;
 use frames::{Map, Point2};
-use geometry::Footprint;
+use geometry::LazyFootprint;
 use messages::*;
 use std::path::{Path, PathBuf};
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner};
@@ -100,7 +100,7 @@ impl Planned {
     /// Writes the map, what scans see, the tour and its stops of the lowest storey for people to look at.
     pub(crate) fn write_picture(&self, name: &str, options: &MissionPlanOptions) -> PathBuf {
         let mission_plan = self.mission_plan();
-        let nothing: Vec<&[(u32, Footprint)]> = vec![&[]; self.archives.grids.len()];
+        let nothing: Vec<&[(u32, LazyFootprint)]> = vec![&[]; self.archives.grids.len()];
         let files = self.archives.with(options, |input| {
             let resolution_m = input.grids[0].spec().resolution_m();
             export::files(

@@ -131,6 +131,9 @@ impl Job<'_> {
                 raster::check_not_blank(site, &written).map_err(Failure::work)?;
             }
             progress.stage("writing");
+            if folder.is_some() {
+                maps.unite_footprints(site);
+            }
             let input = ExportInput {
                 site,
                 schedule_state: &schedule_state,

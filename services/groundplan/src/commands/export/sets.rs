@@ -58,7 +58,9 @@ impl Sets {
         let resolution_m = grids.first().map_or(config.robot.resolution_m, |grid| grid.spec().resolution_m());
         let inputs = CutInputs { site_hash: site.content_hash(), robot: profile, resolution_m };
         if self.cut.as_ref().is_none_or(|(of, _)| *of != inputs) {
-            self.cut = Some((inputs, Rasterizer::new(&site, &profile, resolution_m).map_err(Failure::work)?));
+            let rasterizer = Rasterizer::new(&site, &profile, resolution_m).map_err(Failure::work)?;
+            rasterizer.unite_footprints(&site);
+            self.cut = Some((inputs, rasterizer));
         }
         let footprints: Vec<_> =
             self.cut.iter().flat_map(|(_, cut)| (0..grids.len()).map(|k| cut.footprints(k))).collect();
