@@ -1,11 +1,14 @@
 //! Footprint of a solid: the union of its horizontal sections between two heights, and the parts that it is united from.
 
 use crate::mesh::MeshView;
-use crate::overlay::{FillRule, union};
+use crate::overlay::{FillRule, union, union_of};
 use crate::polygon::{Bounds, MultiPolygon, Point, Ring, edges, ring_area_doubled};
 use crate::section::{Section, section, trails};
 use crate::slab::{Slab, clip_to_slab};
 use std::sync::OnceLock;
+
+/// Most polygons that are united at once, unless they have few edges that are not shared.
+const MAX_UNITED: usize = 256;
 
 /// Number of sections of a mesh with gaps, whose surface does not define a solid.
 const OPEN_MESH_SECTIONS: i32 = 8;
@@ -99,10 +102,9 @@ impl SlabCut {
         if self.is_united() {
             return Footprint { area: self.sections.pop().unwrap_or_default(), lines: self.lines };
         }
-        let mut rings = outlines(self.plans());
-        let sections = self.sections.into_iter().flat_map(|area| area.0);
-        rings.extend(sections.flat_map(|p| std::iter::once(p.exterior).chain(p.holes)));
-        Footprint { area: union(&rings, FillRule::NonZero), lines: self.lines }
+        let plans = united(&mut self.plans().collect::<Vec<_>>());
+        let area = if self.sections.is_empty() { plans } else { union_of(self.sections.iter().chain([&plans])) };
+        Footprint { area, lines: std::mem::take(&mut self.lines) }
     }
 
     fn project(&mut self, mesh: MeshView<'_>, slab: Slab) {
@@ -155,6 +157,24 @@ impl From<Footprint> for LazyFootprint {
 /// The union over all heights of the slab of the parts' horizontal cross-sections.
 pub fn footprint<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, slab: Slab) -> Footprint {
     SlabCut::of(parts, slab).footprint()
+}
+
+/// The union of counter-clockwise polygons.
+///
+/// The cost of a union grows with the number of edges that cross, most of which lie inside the union in the end: leaves of a
+/// plant, say. So neighbours are united first, and the regions after that. The order depends on places only.
+fn united(polygons: &mut [&[Point]]) -> MultiPolygon {
+    let rings = outlines(polygons.iter().copied());
+    if polygons.len() <= MAX_UNITED || rings.iter().map(Vec::len).sum::<usize>() <= 3 * MAX_UNITED {
+        return union(&rings, FillRule::NonZero);
+    }
+    let Some(bounds) = Bounds::of(polygons.iter().map(|p| p[0])) else { return MultiPolygon::default() };
+    let side = |k: usize| i64::from(bounds.max[k]) - i64::from(bounds.min[k]);
+    let across = usize::from(side(1) > side(0));
+    let middle = polygons.len() / 2;
+    polygons.select_nth_unstable_by_key(middle, |p| (p[0][across], *p));
+    let (first, second) = polygons.split_at_mut(middle);
+    union_of([&united(first), &united(second)])
 }
 
 /// Rings around counter-clockwise polygons, without the edges at which neighbours meet: by the rule of non-zero winding
