@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
+use rustc_hash::FxHashMap;
+
 use ifc_lite_core::{EntityIndex, IfcType};
 use ifc_lite_processing::{
     Batching, Features, FrameEvent, MeshData, MeshFrame, ProcessingRequest, ProcessingSink, ProductGeometryAudit,
@@ -39,7 +41,7 @@ pub(crate) struct Meshed {
 }
 
 /// Jobs per chunk: enough for all cores, few enough that a chunk's meshes do not fill the memory.
-const CHUNK: usize = 256;
+const CHUNK: usize = 64;
 
 /// Meshes the products. The result does not depend on the number of threads.
 pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed, ReadError> {
@@ -131,15 +133,40 @@ impl ProcessingSink for Sink<'_> {
 fn part(mesh: &MeshData, frame: MeshFrame) -> MeshPart {
     let origin_m = frame.to_world(mesh.origin);
     let (positions, _) = mesh.positions.as_chunks::<3>();
-    let diagonal = [1.0, 2.0, 3.0];
-    let positions_m = if frame.rotate_out_of_frame(diagonal) == diagonal {
-        positions.to_vec()
-    } else {
-        let rotate = |p: &[f32; 3]| frame.rotate_out_of_frame(p.map(f64::from)).map(|v| v as f32);
-        positions.iter().map(rotate).collect()
-    };
     let (triangles, _) = mesh.indices.as_chunks::<3>();
-    MeshPart { origin_m, positions_m, triangles: triangles.to_vec(), colour: colour(mesh) }
+    let (mut positions_m, triangles) = welded(positions, triangles);
+    let diagonal = [1.0, 2.0, 3.0];
+    if frame.rotate_out_of_frame(diagonal) != diagonal {
+        for p in &mut positions_m {
+            *p = frame.rotate_out_of_frame(p.map(f64::from)).map(|v| v as f32);
+        }
+    }
+    MeshPart { origin_m, positions_m, triangles, colour: colour(mesh) }
+}
+
+/// The mesh with one vertex per position, in the order in which triangles name them: the kernel has one per face and corner,
+/// for normals that nobody reads here.
+fn welded(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    const NOT_MET: u32 = u32::MAX;
+    let mut kept: Vec<[f32; 3]> = Vec::new();
+    let mut by_position: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+    let mut new_index = vec![NOT_MET; positions.len()];
+    let mut index_of = |old: u32| {
+        // An index that points nowhere is refused later, with the product's name.
+        let Some(position) = positions.get(old as usize) else { return NOT_MET };
+        let index = &mut new_index[old as usize];
+        if *index == NOT_MET {
+            // The zeros of both signs are one place.
+            *index = *by_position.entry(position.map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
+                kept.push(*position);
+                kept.len() as u32 - 1
+            });
+        }
+        *index
+    };
+    let triangles = triangles.iter().map(|t| t.map(&mut index_of)).collect();
+    kept.shrink_to_fit();
+    (kept, triangles)
 }
 
 /// The colour that the file gives; where it gives none the kernel takes one for the kind of element.
@@ -151,6 +178,22 @@ fn colour(mesh: &MeshData) -> Option<[u8; 4]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn corners_at_one_place_are_one_vertex_and_what_no_triangle_names_is_left_out() {
+        let a = [
+            [0.0, 0.0, 0.0],
+            [9.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [-0.0, 1.0, 0.0],
+            [1.0, 1.0, 0.0],
+        ];
+        let (positions, triangles) = welded(&a, &[[0, 2, 3], [4, 6, 5], [0, 2, 77]]);
+        assert_eq!(positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
+        assert_eq!(triangles, [[0, 1, 2], [1, 3, 2], [0, 1, u32::MAX]]);
+    }
 
     #[test]
     fn a_product_that_makes_the_kernel_panic_is_reported_and_the_others_are_meshed() {

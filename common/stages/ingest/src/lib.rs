@@ -88,7 +88,10 @@ pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<Archi
     let kept = options.frame.filter(|_| options.frame_of.is_none_or(is_of_building));
     let frame = kept.unwrap_or(own_frame);
     merged.diagnostics.extend(frame.misfit(&own_frame).map(|d| (messages::NONE, d)));
-    Ok(site_archive::site_of(files, &merged, frame).finish())
+    let site = site_archive::site_of(files, &merged, frame);
+    // Its meshes are in the site now; with the archive there would be three copies of them.
+    drop(merged);
+    Ok(site.finish())
 }
 
 /// Refuses a model that the kernel could mesh little of: a map of boxes looks like one of a building.
