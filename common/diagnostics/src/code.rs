@@ -55,6 +55,8 @@ codes! {
     MapConversionDoubtful = "map_conversion_doubtful",
     /// A map conversion that cannot be used.
     MapConversionUnusable = "map_conversion_unusable",
+    /// Openings, or other cuts, that would take the kernel too long.
+    OpeningsNotCut = "openings_not_cut",
     /// A placement that cannot be used.
     PlacementUnusable = "placement_unusable",
     /// An IfcProxy, of which the kind is not known.

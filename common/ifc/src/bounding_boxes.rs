@@ -49,6 +49,17 @@ impl Extent {
         (0..3).all(|i| self.low[i] - margin <= p[i] && p[i] <= self.high[i] + margin)
     }
 
+    pub(crate) fn meets(&self, other: &Self) -> bool {
+        (0..3).all(|i| self.low[i] <= other.high[i] && other.low[i] <= self.high[i])
+    }
+
+    /// The box around this box in another frame.
+    pub(crate) fn moved(&self, frame: &Affine3<f64>) -> Self {
+        let mut moved = Self::EMPTY;
+        self.corners().into_iter().for_each(|corner| moved.add(frame * corner, 0.0));
+        moved
+    }
+
     pub(crate) fn corners(&self) -> [Point3<f64>; 8] {
         std::array::from_fn(|i| [0, 1, 2].map(|k| if i >> k & 1 == 0 { self.low[k] } else { self.high[k] }).into())
     }

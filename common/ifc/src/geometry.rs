@@ -1,8 +1,9 @@
 //! Bodies of products: kernel meshes, bounding boxes where meshing fails, and a diagnostic for every failure.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::bounding_boxes::{self, Extent, Extents};
+use crate::cut_budget::{Cut, CutBudget};
 use crate::kernel::{File, ItemMesh, MeshRequest, Patch, Record, mesh as mesh_by_kernel};
 use crate::representations::Body;
 use crate::units::{self, LengthUnit};
@@ -56,6 +57,7 @@ pub(crate) fn mesh(
             product.body.correct(&mut patch);
         }
     }
+    leave_out_costly_cuts(file, products, frames, (&mut extents, &mut patch), report);
     let progress = |done: usize, total: usize| options.report(Stage::Meshing, done, total);
     let request = MeshRequest { products: &wanted, patch: &patch, threads: options.threads, progress: &progress };
     let mut meshed = mesh_by_kernel(file, &request)?;
@@ -82,6 +84,56 @@ pub(crate) fn mesh(
         geometries.insert(id, geometry);
     }
     Ok(geometries)
+}
+
+/// Corrects the patch so that the kernel does not cut what would take it too long, and reports that.
+fn leave_out_costly_cuts(
+    file: &File<'_>,
+    products: &[ProductBody<'_, '_>],
+    frames: &HashMap<u32, Affine3<f64>>,
+    (extents, patch): (&mut Extents<'_, '_>, &mut Patch),
+    report: &mut Report,
+) {
+    let mut budget = CutBudget::new(file);
+    let items_of: HashMap<u32, &[u32]> =
+        products.iter().filter(|p| p.cuts).map(|p| (p.record.id, p.body.items.as_slice())).collect();
+    let mut left_out = HashSet::new();
+    let mut told = |product: &ProductBody<'_, '_>, what: String| {
+        let message = format!("{what}; there is so much detail in them that it would take very long");
+        report.add(Severity::Warning, DiagnosticCode::OpeningsNotCut, Some(product.id.clone()), message);
+    };
+    for product in products {
+        let items = &product.body.items;
+        let uncut: Vec<u32> = items.iter().copied().filter(|&item| budget.uncut(item, patch)).collect();
+        if let Some(item) = uncut.first() {
+            told(product, format!("the booleans of its item #{item} are not evaluated"));
+        }
+        let cuts: Vec<Cut<'_>> = product
+            .openings
+            .iter()
+            .map(|&opening| (opening, items_of.get(&opening).copied().unwrap_or_default()))
+            .collect();
+        let mut excess = budget.excess(items, &cuts, |(opening, items)| {
+            let frame = frames.get(opening).copied().unwrap_or_else(Affine3::identity);
+            Some(extents.of_items(items)?.moved(&frame))
+        });
+        if !excess.is_empty() {
+            excess.sort_unstable();
+            let list: Vec<String> = excess.iter().take(8).map(|opening| format!("#{opening}")).collect();
+            let (n, of) = (excess.len(), product.openings.len());
+            told(product, format!("{n} of its {of} openings not cut: {}", list.join(", ")));
+        }
+        left_out.extend(excess);
+    }
+    if left_out.is_empty() {
+        return;
+    }
+    for (span, _) in file.all("IfcRelVoidsElement") {
+        let opening = file.record(span.id).and_then(|record| record.at(5).reference());
+        if opening.is_some_and(|opening| left_out.contains(&opening)) {
+            patch.remove(span);
+        }
+    }
 }
 
 /// Shares complaints among products of equal shape: the kernel meshes equal shapes once and reports the first product, which

@@ -13,6 +13,7 @@ mod affine;
 mod assemble;
 mod bounding_boxes;
 mod container;
+mod cut_budget;
 mod doors;
 mod error;
 mod geometry;

@@ -1,4 +1,4 @@
-//! Corrections of what the kernel is shown: records that replace those of the file, or join them.
+//! Corrections of what the kernel is shown: records that replace those of the file, join them or are removed.
 //!
 //! The kernel chooses representations by rules of its own and offers no hook. Records are appended to a copy of the
 //! bytes and the index points at them, so that no other record moves.
@@ -8,18 +8,20 @@ use std::sync::Arc;
 
 use ifc_lite_core::EntityIndex;
 
-use super::File;
+use super::{File, Span};
 use super::schema::OLDEST;
 
-/// Records that replace those of the file or join them.
+/// Records that replace those of the file, join them or are removed.
 pub(crate) struct Patch {
     records: Vec<(u32, String)>,
+    /// Records that are blanked.
+    removed: Vec<Span>,
     last_id: u32,
 }
 
 impl Patch {
     pub(crate) fn new(file: &File<'_>) -> Self {
-        Self { records: Vec::new(), last_id: file.last_id }
+        Self { records: Vec::new(), removed: Vec::new(), last_id: file.last_id }
     }
 
     /// Adds a record and returns its id; `None` if the file has used up the ids.
@@ -34,9 +36,14 @@ impl Patch {
         self.records.push((id, record));
     }
 
+    /// Removes a record. The kernel finds relations by reading the bytes, not the index.
+    pub(crate) fn remove(&mut self, span: Span) {
+        self.removed.push(span);
+    }
+
     /// Bytes and index with the replacements; borrowed if there is nothing to replace.
     pub(super) fn apply<'a>(&self, file: &File<'a>) -> (Cow<'a, [u8]>, Arc<EntityIndex>) {
-        if self.records.is_empty() && file.superseded.is_empty() && !file.schema.is_older {
+        if self.records.is_empty() && self.removed.is_empty() && file.superseded.is_empty() && !file.schema.is_older {
             return (Cow::Borrowed(file.bytes), Arc::clone(&file.index));
         }
         let added: usize = self.records.iter().map(|(_, record)| record.len() + 16).sum();
@@ -46,10 +53,13 @@ impl Patch {
             relabel(&mut bytes);
         }
         // The kernel would mesh a product once per record with its id.
-        for span in &file.superseded {
+        for span in file.superseded.iter().chain(&self.removed) {
             bytes[span.start..span.end].fill(b' ');
         }
         let mut index = EntityIndex::clone(&file.index);
+        for span in &self.removed {
+            index.remove(&span.id);
+        }
         for (id, record) in &self.records {
             bytes.push(b'\n');
             let start = bytes.len();
