@@ -9,7 +9,7 @@ mod placement;
 mod schema;
 mod step;
 
-pub(crate) use file::{Span, Class, File};
+pub(crate) use file::{Class, File, Span};
 pub(crate) use mesh::{ItemMesh, MeshRequest, mesh};
 pub(crate) use patch::Patch;
 pub(crate) use placement::Resolver;

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use ifc_lite_core::EntityIndex;
 
-use super::{File, Span};
 use super::schema::OLDEST;
+use super::{File, Span};
 
 /// Records that replace those of the file, join them or are removed.
 pub(crate) struct Patch {

@@ -8,12 +8,12 @@ use crate::site_frame::SiteFrame;
 use crate::split_levels::{Access, LevelInputs, add_levels};
 use crate::storeys::{BuildingInputs, MapStorey, SpaceFloor, StoreyCandidate, StoreyOutcome, map_storeys};
 use frames::{TENTHS_PER_M, metres, tenths};
-use geometry::{Bounds, MeshView, ramp_faces, upward_triangles};
+use geometry::{Bounds, MeshView, Slab, clip_to_slab, ramp_faces, upward_triangles};
 use grid::Class;
 use ifc::{Diagnostic, DiagnosticCode, Severity};
 use messages::{ElementRecord, MapStoreyRecord, NONE, RobotProfile, SiteBuilder, StoreyRecord, element_flags};
 
-/// A storey's grid contains all bodies between these heights above its floor, independent of the robot.
+/// A storey's grid contains what of bodies lies between these heights above its floor, independent of the robot.
 const BOUNDS_BELOW: i32 = -TENTHS_PER_M / 2;
 const BOUNDS_ABOVE: i32 = 3 * TENTHS_PER_M;
 
@@ -194,6 +194,22 @@ fn name_of(merged: &Merged, storey: Option<usize>) -> &str {
     if id.name.is_empty() { &id.global_id } else { &id.name }
 }
 
+/// Plan bounds of the part of a body between two heights.
+fn bounds_within(builder: &SiteBuilder, element: &ElementRecord, band: Slab) -> Option<Bounds> {
+    if band.lo <= element.min_tenths[2] && element.max_tenths[2] <= band.hi {
+        let [min, max] = [element.min_tenths, element.max_tenths].map(|c| [c[0], c[1]]);
+        return Some(Bounds { min, max });
+    }
+    // The section of a solid ends at its faces, so that these are enough.
+    let mut plan = Vec::new();
+    let triangles = builder.meshes(element.first_part, element.n_parts).flat_map(MeshView::corners);
+    triangles.fold(None, |bounds, triangle| {
+        clip_to_slab(&triangle, band, &mut plan);
+        let own = Bounds::of(plan.iter().copied());
+        bounds.into_iter().chain(own).reduce(Bounds::joined)
+    })
+}
+
 /// A space belongs to the nearest map storey within half a metre of its floor.
 fn place_spaces(builder: &mut SiteBuilder, floors: &[Option<SpaceFloor>]) {
     for (record, floor) in builder.spaces.iter_mut().zip(floors) {
@@ -204,15 +220,13 @@ fn place_spaces(builder: &mut SiteBuilder, floors: &[Option<SpaceFloor>]) {
     }
 }
 
-/// Plan bounds of each map storey: of bodies near its floor and of its spaces.
+/// Plan bounds of each map storey: of what lies near its floor and of its spaces. Of terrain and roofs that is a part only.
 fn set_bounds(builder: &mut SiteBuilder) {
-    let corner = |min: [i32; 3], max: [i32; 3]| Bounds { min: [min[0], min[1]], max: [max[0], max[1]] };
     for k in 0..builder.map_storeys.len() {
         let floor_z = builder.map_storeys[k].floor_z_tenths;
-        let near = |e: &&ElementRecord| {
-            e.n_parts > 0 && e.min_tenths[2] < floor_z + BOUNDS_ABOVE && floor_z + BOUNDS_BELOW < e.max_tenths[2]
-        };
-        let bodies = builder.elements.iter().filter(near).map(|e| corner(e.min_tenths, e.max_tenths));
+        let band = Slab { lo: floor_z + BOUNDS_BELOW, hi: floor_z + BOUNDS_ABOVE };
+        let near = |e: &&ElementRecord| e.n_parts > 0 && band.meets(e.min_tenths[2], e.max_tenths[2]);
+        let bodies = builder.elements.iter().filter(near).filter_map(|e| bounds_within(builder, e, band));
         let spaces = builder.spaces.iter().filter(|s| s.map_storey == k as u32).filter_map(|s| {
             let rings = &builder.rings[s.first_ring as usize..][..s.n_rings as usize];
             Bounds::of(
@@ -224,5 +238,28 @@ fn set_bounds(builder: &mut SiteBuilder) {
         let bounds = bodies.chain(spaces).reduce(Bounds::joined);
         let Bounds { min, max } = bounds.unwrap_or(Bounds { min: [0; 2], max: [0; 2] });
         builder.map_storeys[k].bounds_tenths = [min[0], min[1], max[0], max[1]];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::PartRecord;
+
+    #[test]
+    fn of_a_slope_only_what_lies_between_the_heights_bounds_a_storey() {
+        let mut builder = SiteBuilder::default();
+        // Rises by 10 m over 100 m along x, 50 m wide.
+        builder.vertices.extend([[0, 0, 0], [1_000_000, 0, 100_000], [1_000_000, 500_000, 100_000], [0, 500_000, 0]]);
+        builder.triangles.extend([[0, 1, 2], [0, 2, 3]]);
+        builder.parts.push(PartRecord { n_vertices: 4, n_triangles: 2, ..bytemuck::Zeroable::zeroed() });
+        let element =
+            ElementRecord { n_parts: 1, max_tenths: [1_000_000, 500_000, 100_000], ..bytemuck::Zeroable::zeroed() };
+        let bounds = |lo: i32, hi: i32| bounds_within(&builder, &element, Slab { lo, hi });
+        let Bounds { min, max } = bounds(20_000, 40_000).unwrap();
+        assert!((min[0] - 200_000).abs() < 20 && (max[0] - 400_000).abs() < 20, "{min:?} {max:?}");
+        assert_eq!((min[1], max[1]), (0, 500_000));
+        assert_eq!(bounds(-1, 100_001).unwrap(), Bounds { min: [0; 2], max: [1_000_000, 500_000] });
+        assert_eq!(bounds(100_000, 110_000), None);
     }
 }

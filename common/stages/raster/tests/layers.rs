@@ -298,3 +298,25 @@ fn the_number_of_threads_changes_nothing() {
     };
     assert_eq!(draw(1), draw(4));
 }
+
+#[test]
+fn a_grid_that_ends_at_what_matters_has_the_cells_of_a_larger_one() {
+    let mut cropped = House::new();
+    cropped.bounds_m = [-0.2, -0.2, 4.2, 3.2];
+    let mut large = House::new();
+    large.bounds_m = [-14.0, -7.0, 9.0, 30.0];
+    let (cropped, large) = (cropped.map(), large.map());
+    let [own, other] = [&cropped, &large].map(|map| map.grid().spec());
+    assert!(10 * own.n_cells() < other.n_cells());
+    for index in 0..other.n_cells() {
+        let [x, y] = other.centre_of(other.cell_of(index)).coordinates_m();
+        let there = (large.planning(x, y), large.keepout(x, y), large.localization(x, y));
+        let is_in = own.cell_at(frames::Point2::new(x, y)).is_some();
+        let here = if is_in {
+            (cropped.planning(x, y), cropped.keepout(x, y), cropped.localization(x, y))
+        } else {
+            (UNKNOWN, UNKNOWN, UNKNOWN)
+        };
+        assert_eq!(here, there, "{x} {y}");
+    }
+}
