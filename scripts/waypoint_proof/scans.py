@@ -81,13 +81,15 @@ def check_scans(export):
             continue
         sensor = Sensor(plan["sensor"]["min_range_m"] / storey.resolution_m, plan["sensor"]["range_m"] / storey.resolution_m,
                         math.cos(plan["sensor"]["max_incidence_rad"]), plan["sensor"]["field_of_view_rad"] / 2)
-        faces = Faces(storey)
+        faces = Faces(storey, plan["classes"])
         everything = np.arange(len(faces.middles))
         places = np.array([w["place"] for w in scans]).reshape(-1, 2)
         pairs = seen(storey, sensor, faces, everything, places, np.array([w["yaw_rad"] for w in scans]))
         known = np.zeros(len(everything), bool)
-        for k, w in enumerate(scans):
-            own = pairs[pairs[:, 0] == k, 1]
+        seen_by = [pairs[pairs[:, 0] == k, 1] for k in range(len(scans))]
+        yield from check_registration(plan, index, scans, seen_by, len(everything))
+        yield from check_distances(plan, index, storey, scans, places)
+        for k, (w, own) in enumerate(zip(scans, seen_by)):
             overlap = known[own].sum() / max(1, len(own))
             known[own] = True
             if abs(len(own) - w["faces"]) > N_FACES:
@@ -97,11 +99,76 @@ def check_scans(export):
         others = np.array([w["place"] for w in export.on(index)]).reshape(-1, 2)
         can = seen_from_anywhere(storey, sensor, faces, known, export.reached(index), others)
         export.seen[index] = int(known.sum()), int(can.sum())
-        yield from check_coverage(plan["coverage_goal"], index, outcome, *export.seen[index])
+        yield from check_coverage(plan, index, outcome, storey.resolution_m, *export.seen[index])
+        yield from check_curve(index, outcome, len(scans), *export.seen[index])
         yield from check_spaces(export, index, faces, known, can)
 
 
-def check_coverage(goal, index, outcome, n_seen, n_faces):
+def registered(overlap_goal, scans, seen_by, n_faces):
+    """Which scans register: those of whose faces others that register saw enough, and the first of each part of the floor."""
+    known, has_scan, left, overlaps = np.zeros(n_faces, bool), set(), set(range(len(scans))), {}
+    while left:
+        overlap = {k: known[seen_by[k]].sum() / max(1, len(seen_by[k])) for k in left}
+        # A face more or less is no matter.
+        enough = [k for k in left if scans[k]["part"] in has_scan and overlap[k] >= overlap_goal - N_FACES / max(1, len(seen_by[k]))]
+        first = [k for k in left if scans[k]["part"] not in has_scan]
+        if not enough and not first:
+            return overlaps, overlap
+        k = max(enough, key=overlap.get) if enough else max(first, key=lambda k: len(seen_by[k]))
+        left.remove(k)
+        has_scan.add(scans[k]["part"])
+        overlaps[k] = overlap[k]
+        known[seen_by[k]] = True
+    return overlaps, {}
+
+
+def check_registration(plan, index, scans, seen_by, n_faces):
+    """The order in which scans register, and that those that join others are needed."""
+    by_id, known, has_scan, n_not = {w["id"]: k for k, w in enumerate(scans)}, np.zeros(n_faces, bool), set(), 0
+    for k in sorted(range(len(scans)), key=lambda k: scans[k]["registration_order"]):
+        w, own = scans[k], seen_by[k]
+        overlap = known[own].sum() / max(1, len(own))
+        if abs(overlap - w["registration_overlap"]) > OVERLAP_TOLERANCE + N_FACES / max(1, len(own)):
+            yield "registration", f"scans registered before {w['id']} saw {overlap:.3f} of its faces, the export has {w['registration_overlap']}"
+        n_not += w["part"] in has_scan and overlap < plan["overlap_goal"] - OVERLAP_TOLERANCE - N_FACES / max(1, len(own))
+        known[own] = True
+        has_scan.add(w["part"])
+    if n_not and all(notice["code"] != "scan_not_joined" for notice in plan["notices"]):
+        yield "registration", f"{n_not} scans of storey {index} do not register with the others"
+    for w in (w for w in scans if w["connects"]):
+        others = [k for k, other in enumerate(scans) if other is not w]
+        _, overlap = registered(plan["overlap_goal"], [scans[k] for k in others], [seen_by[k] for k in others], n_faces)
+        joined = others.index(by_id[w["joins"]])
+        if joined not in overlap:
+            yield "registration", f"the scan {w['joins']} registers without {w['id']}, which is there to join it"
+        elif abs(overlap[joined] - w["joins_overlap_without"]) > 2 * OVERLAP_TOLERANCE:
+            yield "registration", f"without {w['id']} others saw {overlap[joined]:.3f} of {w['joins']}, the export has {w['joins_overlap_without']}"
+
+
+def check_distances(plan, index, storey, scans, places):
+    """No two scans are too near, but in spaces that reach their share in no other way: those have both scans."""
+    least = plan["separation_m"] / storey.resolution_m - 0.01
+    for k, place in enumerate(places):
+        far = np.hypot(*(places[k + 1:] - place).T)
+        for other in k + 1 + np.flatnonzero((far > 0.01) & (far < least)):
+            if scans[k]["space"] != scans[other]["space"]:
+                yield "near", f"the scans {scans[k]['id']} and {scans[other]['id']} of storey {index} are too near"
+
+
+def check_curve(index, outcome, n_scans, n_seen, n_faces):
+    """The curve grows to 1, and the plan sees at least what it says for as many scans."""
+    curve = outcome["curve"]
+    if [point["scans"] for point in curve] != list(range(1, len(curve) + 1)):
+        yield "curve", f"the curve of storey {index} leaves out numbers of scans"
+    shares = [0.0] + [point["coverage"] for point in curve]
+    if any(a > b for a, b in zip(shares, shares[1:])) or n_faces and abs(shares[-1] - 1.0) > COVERAGE_TOLERANCE:
+        yield "curve", f"the curve of storey {index} ends at {shares[-1]}, or falls"
+    elif n_faces and n_seen / n_faces < shares[min(n_scans, len(curve))] - COVERAGE_TOLERANCE:
+        yield "curve", f"the {n_scans} scans of storey {index} see {n_seen / n_faces:.4f}, the curve has {shares[min(n_scans, len(curve))]}"
+
+
+def check_coverage(plan, index, outcome, resolution_m, n_seen, n_faces):
+    goal, has_budget = plan["coverage_goal"], plan["scans_max"] is not None or plan["minutes_max"] is not None
     if goal == 0 or n_faces == 0 == outcome["faces"]:
         return
     coverage, exported = n_seen / max(1, n_faces), outcome["coverage"]
@@ -109,7 +176,11 @@ def check_coverage(goal, index, outcome, n_seen, n_faces):
         yield "coverage", f"the scans of storey {index} see {n_seen} faces, the export has {outcome['faces_seen']}"
     if exported is None or abs(coverage - exported) > COVERAGE_TOLERANCE:
         yield "coverage", f"the scans of storey {index} see {coverage:.4f} of what can be seen, the export has {exported}"
-    if coverage < goal - COVERAGE_TOLERANCE:
+    # Less is seen where a budget ends the plan, or where no scan adds enough: behind the last one of the curve that does.
+    shares = [0.0] + [point["coverage"] for point in outcome["curve"]]
+    least = plan["min_gain_m"] / resolution_m / n_faces
+    worth = max((b for a, b in zip(shares, shares[1:]) if b - a >= least), default=0.0)
+    if coverage < min(goal, worth) - COVERAGE_TOLERANCE and not has_budget:
         yield "coverage", f"the scans of storey {index} see {coverage:.4f} of what can be seen, the goal was {goal}"
 
 

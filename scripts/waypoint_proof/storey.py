@@ -9,6 +9,8 @@ import numpy as np
 from PIL import Image
 
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
+# Names of the values of classes.png.
+CLASSES = ("none", "wall", "column", "door", "window", "stair", "ramp", "railing", "furniture", "curtain_wall", "slab", "beam", "mep", "other")
 # The sides of a cell: which way they look.
 SIDES = np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])
 # A line that cuts this little of a cell's corner does not run through it.
@@ -35,7 +37,7 @@ class Storey:
         self.size = planning.shape[1] - 2, planning.shape[0] - 2
         self.free, self.occupied = planning == FREE, planning == OCCUPIED
         self.keep_out = np.pad(image(folder / "keepout.pgm", entry)[cut], 1) == 0
-        self.wall = self.occupied & (np.pad(image(folder / "classes.png", entry)[cut], 1) != 0)
+        self.classes = np.where(self.occupied, np.pad(image(folder / "classes.png", entry)[cut], 1), 0)
         # Distance of the map's free cells to what is not free; the ring counts for lines only.
         limit = max(16, math.ceil(radius_m / resolution_m) + 1)
         clear = np.pad(distances(self.free[1:-1, 1:-1], limit), 1)
@@ -203,12 +205,13 @@ def are_clear(leap, starts, ends):
 
 
 class Faces:
-    """The sides of walls that look at free cells: middles, normals, and which way the sides look."""
+    """The sides of elements of some classes that look at free cells: middles, normals, and which way the sides look."""
 
-    def __init__(self, storey):
+    def __init__(self, storey, classes):
+        is_target = np.isin(storey.classes, [CLASSES.index(name) for name in classes])
         middles, sides, fronts = [], [], []
         for x, y in SIDES:
-            rows, columns = np.nonzero(storey.wall & np.roll(storey.free, (-y, -x), (0, 1)))
+            rows, columns = np.nonzero(is_target & np.roll(storey.free, (-y, -x), (0, 1)))
             cells = np.stack([columns, rows], 1)
             middles.append(cells + 0.5 + 0.5 * np.array([x, y]))
             sides.append(np.broadcast_to((x, y), cells.shape))

@@ -165,8 +165,12 @@ codes! {
     TaskUndated = "task_undated",
 
     // Planning missions: `waypoints`.
+    /// A budget of minutes that driving alone uses up.
+    BudgetTooSmall = "budget_too_small",
     /// An element that can be seen and that no scan sees.
     ElementUnseen = "element_unseen",
+    /// A storey without faces of the classes that scans are to see.
+    NoTargetFaces = "no_target_faces",
     /// Scans that cannot be registered with others.
     ScanNotJoined = "scan_not_joined",
     /// A start where the robot cannot stand.

@@ -16,6 +16,17 @@ impl Image {
         Self { width, pixels }
     }
 
+    /// The image at the top left of a larger one: as wide as `below` at least, and higher by its height.
+    pub(crate) fn on_canvas(self, below: Size, colour: Rgb) -> Self {
+        let width = self.width.max(below.width as usize);
+        let mut pixels = vec![colour; width * below.height as usize];
+        for row in self.pixels.chunks_exact(self.width.max(1)) {
+            pixels.extend_from_slice(row);
+            pixels.resize(pixels.len() + width - self.width, colour);
+        }
+        Self { width, pixels }
+    }
+
     pub(crate) fn size(&self) -> Size {
         Size::new(self.width as u32, self.height() as u32)
     }

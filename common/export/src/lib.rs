@@ -46,6 +46,7 @@
 //! which files were added or altered since is refused with their names; with `--force` these files are moved to
 //! `OUT.kept-1` beside it, and never deleted.
 
+mod coverage_curve;
 mod csv;
 mod deviations;
 mod diagnostics;
@@ -64,6 +65,7 @@ mod pictures;
 mod reach;
 mod report;
 mod route;
+mod scan_summary;
 mod schedule_report;
 mod semantic;
 mod semantic_geometry;
@@ -82,6 +84,7 @@ pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputErr
 pub use reach::{FloorReach, NotMapped, RoomNotMapped, spaces_not_mapped};
 pub use report::Report;
 pub use route::{SiteGraph, nav2_route_file};
+pub use scan_summary::ScanSummary;
 pub use schedule_report::{ScheduleFindings, ScheduleReport};
 pub use semantic::Semantic;
 pub use site_frame::{SiteFrameError, SiteFrameFile};

@@ -1,5 +1,7 @@
-//! `waypoints.png`: the map, cells that scans see, the tour and its stops; one pixel per cell, row 0 at the top.
+//! `waypoints.png`: the map, cells that scans see, the tour and its stops; one pixel per cell, row 0 at the top. Below it the
+//! coverage curve: scans against the share of the faces that they see, with a cross for the plan.
 
+use crate::coverage_curve::coverage_curve;
 use crate::image::{Image, Rgb, picture};
 use crate::input::{ExportFile, ExportInput};
 use embedded_graphics::Drawable;
@@ -26,15 +28,24 @@ const TOUR: Rgb888 = Rgb888::new(60, 90, 200);
 const SCAN: Rgb888 = Rgb888::new(200, 30, 30);
 const CONNECTING: Rgb888 = Rgb888::new(240, 140, 0);
 const CENTRE: Rgb888 = Rgb888::new(0, 120, 60);
+const AXIS: Rgb888 = Rgb888::new(60, 60, 60);
+const GRID: Rgb888 = Rgb888::new(220, 220, 220);
 
 /// The picture of a storey.
 pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> ExportFile {
     let spec = grid.spec();
     let seen = seen_cells(input, grid);
-    let pixels = (0..spec.n_cells()).map(|index| colour(grid, index, seen[index])).collect();
-    let mut image = Image::new(spec.width as usize, pixels);
+    let pixels: Vec<Rgb> = (0..spec.n_cells()).map(|index| colour(grid, index, seen[index])).collect();
+    let curve = CurveChart::of(input, grid);
+    let mut image = match &curve {
+        Some(_) => Image::new(spec.width as usize, pixels).on_canvas(CurveChart::SIZE, FREE),
+        None => Image::new(spec.width as usize, pixels),
+    };
     draw_tour(input, grid, &mut image);
     draw_stops(input, grid, &mut image);
+    if let Some(curve) = curve {
+        curve.draw(Point::new(0, spec.height as i32), &mut image);
+    }
     ExportFile::new(format!("{folder}/waypoints.png"), picture(&image))
 }
 
@@ -105,10 +116,10 @@ fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, image: &mut Image) {
         let [x, y, _] = stop.position_in_map_m;
         let at = pixel(&spec, [x, y]);
         let is_scan = stop.kind == WaypointKind::Scan;
-        let ink = match (is_scan, stop.connects) {
+        let ink = match (is_scan, stop.connects()) {
             (false, _) => CENTRE,
-            (true, 0) => SCAN,
-            (true, _) => CONNECTING,
+            (true, false) => SCAN,
+            (true, true) => CONNECTING,
         };
         // Drawing into memory does not fail.
         if is_scan {
@@ -120,6 +131,63 @@ fn draw_stops(input: &ExportInput<'_>, grid: &Grid<'_>, image: &mut Image) {
         }
         let letters = MonoTextStyle::new(&FONT_4X6, ink);
         let _ = Text::with_baseline(&number.to_string(), at + Point::new(5, -8), letters, Baseline::Top).draw(image);
+    }
+}
+
+/// The coverage curve of a storey.
+struct CurveChart {
+    /// Shares seen by one scan, two ..
+    coverage: Vec<f64>,
+    /// Scans of the plan, and the share that they see.
+    plan: (u32, f64),
+}
+
+impl CurveChart {
+    /// Width and height in pixels.
+    const SIZE: Size = Size::new(200, 100);
+    /// Corners of the area between the axes: at no scan and no share, at all scans and the whole share.
+    const ZERO: Point = Point::new(26, 84);
+    const ONE: Point = Point::new(190, 10);
+
+    /// None if no scan sees anything.
+    fn of(input: &ExportInput<'_>, grid: &Grid<'_>) -> Option<Self> {
+        let map_storey = grid.head.map_storey;
+        let coverage: Vec<f64> =
+            coverage_curve(input.mission_plan, Some(map_storey)).into_iter().map(|point| point.coverage).collect();
+        let storey = input.mission_plan.storeys.iter().find(|storey| storey.map_storey == map_storey)?;
+        let share = f64::from(storey.n_seen) / f64::from(storey.n_faces.max(1));
+        (!coverage.is_empty()).then_some(Self { coverage, plan: (storey.n_scans, share) })
+    }
+
+    fn draw(&self, corner: Point, image: &mut Image) {
+        let n_max = self.coverage.len().max(self.plan.0 as usize).max(1) as f64;
+        let at = |n_scans: f64, coverage: f64| {
+            let off = Self::ONE - Self::ZERO;
+            let [x, y] = [n_scans / n_max * f64::from(off.x), coverage.clamp(0.0, 1.0) * f64::from(off.y)];
+            corner + Self::ZERO + Point::new(x.round() as i32, y.round() as i32)
+        };
+        let text = |image: &mut Image, text: &str, at: Point, ink: Rgb888| {
+            // Drawing into memory does not fail.
+            let _ = Text::with_baseline(text, at, MonoTextStyle::new(&FONT_4X6, ink), Baseline::Top).draw(image);
+        };
+        for (share, label) in [(0.0, "0 %"), (0.5, "50 %"), (1.0, "100 %")] {
+            draw_line(image, at(0.0, share), at(n_max, share), GRID);
+            text(image, label, Point::new(corner.x + 2, at(0.0, share).y - 3), AXIS);
+        }
+        draw_line(image, at(0.0, 0.0), at(0.0, 1.0), AXIS);
+        let shares: Vec<f64> = std::iter::once(0.0).chain(self.coverage.iter().copied()).collect();
+        for (n, ends) in shares.windows(2).enumerate() {
+            draw_line(image, at(n as f64, ends[0]), at(n as f64 + 1.0, ends[1]), TOUR);
+        }
+        let (n_scans, share) = self.plan;
+        let cross = at(f64::from(n_scans), share);
+        for arm in [Point::new(3, 3), Point::new(3, -3)] {
+            draw_line(image, cross - arm, cross + arm, SCAN);
+        }
+        let below = corner + Point::new(Self::ZERO.x, Self::ZERO.y + 7);
+        text(image, &format!("{n_scans} scans see {:.1} %", 100.0 * share), below, SCAN);
+        let all = format!("{n_max} scans");
+        text(image, &all, Point::new(corner.x + Self::ONE.x - 4 * all.len() as i32, below.y), AXIS);
     }
 }
 

@@ -1,8 +1,10 @@
 //! Waypoints as JSON, GeoJSON and the YAML of Nav2's panel.
 
+use crate::coverage_curve::{CurvePoint, coverage_curve};
 use crate::input::ExportInput;
+use crate::scan_summary::ScanSummary;
 use crate::text::{rounded, text_or_null};
-use messages::{MissionPlanStoreyRecord, NoWaypoint, ScanSensor, Site, WaypointKind, WaypointRecord};
+use messages::{MissionPlan, MissionPlanStoreyRecord, NoWaypoint, ScanSensor, Site, WaypointKind, WaypointRecord};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -20,14 +22,34 @@ pub struct Waypoints {
     plan_time: Option<String>,
     /// What scans are made with.
     sensor: Sensor,
+    /// Classes of the elements that the scans are to see.
+    classes: Vec<&'static str>,
     /// Share of the faces that can be seen that the scans were to see; 0 if only centres are planned.
     coverage_goal: f64,
-    /// Share of each scan's faces that earlier ones were to have seen.
+    /// Length of faces for which a scan is worth its time.
+    min_gain_m: f64,
+    /// Share of each scan's faces that scans registered before it were to have seen.
     overlap_goal: f64,
+    /// Smallest distance between two scans.
+    separation_m: f64,
+    /// Budget: largest number of scans; null without.
+    scans_max: Option<u32>,
+    /// Budget: longest duration of all tours in minutes; null without.
+    minutes_max: Option<f64>,
+    /// Scans, those that join others included.
+    scans: u32,
+    /// Scans that are there to join others.
+    connecting_scans: u32,
+    /// Share of the faces that can be seen that the scans see; null if there are none, or no scans are planned.
+    coverage: Option<f64>,
+    /// Scans against the share of the faces that they see, over all storeys.
+    curve: Vec<CurvePoint>,
     /// Estimated time of driving all tours.
     driving_s: f64,
     /// Time of all scans.
     scanning_s: f64,
+    /// Estimated duration of all tours in minutes: driving and scanning.
+    minutes: f64,
     /// What became of each map storey that is written.
     storeys: Vec<StoreyOutcome>,
     /// Notices.
@@ -65,6 +87,8 @@ struct StoreyOutcome {
     scans: u32,
     /// Scans that are there to join others.
     connecting_scans: u32,
+    /// Scans against the share of the faces of the storey that they see.
+    curve: Vec<CurvePoint>,
     /// Length of the tour through all waypoints.
     tour_m: f64,
     /// No tour through them is shorter.
@@ -129,6 +153,14 @@ struct Waypoint {
     overlap: f64,
     /// True for a scan that is there to join others.
     connects: bool,
+    /// For such a scan the id of one that does not register without it.
+    joins: Option<u32>,
+    /// Share of that scan's faces that scans registered without this one saw.
+    joins_overlap_without: Option<f64>,
+    /// Place in the order in which the scans of the storey register with each other, from 0; null for centres.
+    registration_order: Option<u32>,
+    /// Share of its faces that scans registered before it saw; null for centres.
+    registration_overlap: Option<f64>,
     /// Way over the floor from the waypoint before it on this storey.
     leg_m: f64,
 }
@@ -159,16 +191,30 @@ impl Waypoints {
             element: optional(d.global_id),
             name: optional(d.name),
         };
+        let head = mission_plan.head;
+        let summary = ScanSummary::of(mission_plan);
+        let written = mission_plan.storeys.iter().filter(|s| input.writes(s.map_storey));
+        let has_class = |class: &grid::Class| *class != grid::Class::None && head.classes & (1 << class.id()) != 0;
         Self {
             frame: "map",
             frame_epoch: site.head.frame_epoch,
             plan_time: input.schedule_state.head.plan_time().map(|t| t.to_string()),
             sensor: Sensor { range_m, min_range_m, max_incidence_rad, field_of_view_rad },
-            coverage_goal: mission_plan.head.coverage_goal,
-            overlap_goal: mission_plan.head.overlap_goal,
-            driving_s: rounded(mission_plan.head.mission_s[0]),
-            scanning_s: rounded(mission_plan.head.mission_s[1]),
-            storeys: mission_plan.storeys.iter().filter(|s| input.writes(s.map_storey)).map(storey).collect(),
+            classes: grid::Class::ALL.iter().filter(|class| has_class(class)).map(|class| class.name()).collect(),
+            coverage_goal: head.coverage_goal,
+            min_gain_m: head.min_gain_m,
+            overlap_goal: head.overlap_goal,
+            separation_m: head.separation_m,
+            scans_max: (head.scans_max != messages::NONE).then_some(head.scans_max),
+            minutes_max: Some(head.minutes_max).filter(|minutes| minutes.is_finite()),
+            scans: summary.as_ref().map_or(0, |summary| summary.scans),
+            connecting_scans: summary.as_ref().map_or(0, |summary| summary.connecting_scans),
+            coverage: summary.map(|summary| summary.coverage),
+            curve: coverage_curve(mission_plan, None),
+            driving_s: rounded(head.mission_s[0]),
+            scanning_s: rounded(head.mission_s[1]),
+            minutes: rounded(head.mission_s.iter().sum::<f64>() / 60.0),
+            storeys: written.map(|record| storey(mission_plan, record)).collect(),
             notices: mission_plan.diagnostics.iter().map(notice).collect(),
             waypoints: mission_plan.waypoints.iter().map(|w| waypoint(input, w)).collect(),
             spaces: (0..site.spaces.len()).map(|index| (id(index), space(input, index))).collect(),
@@ -176,7 +222,7 @@ impl Waypoints {
     }
 }
 
-fn storey(record: &MissionPlanStoreyRecord) -> StoreyOutcome {
+fn storey(mission_plan: &MissionPlan<'_>, record: &MissionPlanStoreyRecord) -> StoreyOutcome {
     let is_checked = record.n_mesh_points > 0;
     StoreyOutcome {
         storey: record.map_storey,
@@ -185,6 +231,7 @@ fn storey(record: &MissionPlanStoreyRecord) -> StoreyOutcome {
         faces_seen: record.n_seen,
         scans: record.n_scans,
         connecting_scans: record.n_connecting,
+        curve: coverage_curve(mission_plan, Some(record.map_storey)),
         tour_m: rounded(record.tour_m),
         tour_bound_m: rounded(record.tour_bound_m),
         reached_m2: rounded(record.reached_m2),
@@ -215,6 +262,7 @@ fn share(n: u32, of: u32) -> Option<f64> {
 
 fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
     let [x_m, y_m, z_m] = w.position_in_map_m.map(rounded);
+    let is_scan = w.kind == WaypointKind::Scan;
     Waypoint {
         id: w.id,
         order: w.order,
@@ -232,7 +280,11 @@ fn waypoint(input: &ExportInput<'_>, w: &WaypointRecord) -> Waypoint {
         covers_m2: rounded(w.covers_m2),
         faces: w.n_faces,
         overlap: rounded(w.overlap),
-        connects: w.connects == 1,
+        connects: w.connects(),
+        joins: Some(w.joins).filter(|_| w.connects()),
+        joins_overlap_without: w.connects().then(|| rounded(w.overlap_without)),
+        registration_order: is_scan.then_some(w.registration_order),
+        registration_overlap: is_scan.then(|| rounded(w.registration_overlap)),
         leg_m: rounded(w.leg_m),
     }
 }

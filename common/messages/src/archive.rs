@@ -6,10 +6,10 @@ use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Version of all layouts of this crate; a reader refuses any other. Who raises it looks after [`upgrade_site`].
-pub const LAYOUT_VERSION: u32 = 8;
+pub const LAYOUT_VERSION: u32 = 9;
 
 /// Earlier versions whose site archives differ in the number alone.
-const LAYOUTS_OF_SAME_SITE: [u32; 2] = [6, 7];
+const LAYOUTS_OF_SAME_SITE: [u32; 3] = [6, 7, 8];
 
 /// An index that points at nothing.
 pub const NONE: u32 = u32::MAX;

@@ -20,6 +20,7 @@ mod section {
     pub(super) const POINTS: u32 = 9;
     pub(super) const DIAGNOSTICS: u32 = 10;
     pub(super) const FLOOR_PARTS: u32 = 11;
+    pub(super) const GROWTH: u32 = 12;
 }
 
 /// Waypoints, tours and the route graph, read in place.
@@ -47,6 +48,8 @@ pub struct MissionPlan<'a> {
     pub diagnostics: &'a [DiagnosticRecord],
     /// Parts of the floors of at least [`FloorPartRecord::MIN_AREA_M2`], storey by storey, from large to small.
     pub floor_parts: &'a [FloorPartRecord],
+    /// Scans in the order in which a plan grows, from the first to all that see anything new.
+    pub growth: &'a [GrownScanRecord],
 }
 
 impl<'a> MissionPlan<'a> {
@@ -77,6 +80,7 @@ impl<'a> MissionPlan<'a> {
             points: archive.section(section::POINTS)?,
             diagnostics: archive.section(section::DIAGNOSTICS)?,
             floor_parts: archive.section(section::FLOOR_PARTS)?,
+            growth: archive.section(section::GROWTH)?,
         })
     }
 
@@ -116,7 +120,7 @@ impl<'a> MissionPlan<'a> {
     fn check_waypoints(&self) -> Result<(), ArchiveError> {
         let (waypoints, spaces) = (self.waypoints.len(), self.spaces.len());
         let optional = |index: u32, length: usize| index == NONE || (index as usize) < length;
-        let inside = self.waypoints.iter().all(|w| optional(w.space, spaces))
+        let inside = self.waypoints.iter().all(|w| optional(w.space, spaces) && optional(w.joins, waypoints))
             && self.spaces.iter().all(|s| optional(s.centre, waypoints));
         // Places that pictures and files are made from are numbers.
         let finite = self.waypoints.iter().all(|w| w.position_in_map_m.iter().all(|c| c.is_finite()))
@@ -169,6 +173,8 @@ pub struct MissionPlanBuilder {
     pub diagnostics: Vec<DiagnosticRecord>,
     /// Parts of the floors, storey by storey, from large to small.
     pub floor_parts: Vec<FloorPartRecord>,
+    /// Scans in the order in which a plan grows.
+    pub growth: Vec<GrownScanRecord>,
 }
 
 impl MissionPlanBuilder {
@@ -195,6 +201,7 @@ impl MissionPlanBuilder {
             points: Vec::new(),
             diagnostics: Vec::new(),
             floor_parts: Vec::new(),
+            growth: Vec::new(),
         }
     }
 
@@ -215,6 +222,7 @@ impl MissionPlanBuilder {
         list.add(section::POINTS, &self.points);
         list.add(section::DIAGNOSTICS, &self.diagnostics);
         list.add(section::FLOOR_PARTS, &self.floor_parts);
+        list.add(section::GROWTH, &self.growth);
         list.add(section::STRINGS, self.texts.bytes());
         list
     }

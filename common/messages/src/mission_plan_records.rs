@@ -1,6 +1,6 @@
 //! Records of the `mission-plan` archive.
 
-use crate::archive::Text;
+use crate::archive::{NONE, Text};
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
 
@@ -54,8 +54,14 @@ pub struct MissionPlanHead {
     pub sensor: ScanSensor,
     /// Share of the faces that scans were to see.
     pub coverage_goal: f64,
-    /// Share of each scan's faces that earlier ones were to have seen.
+    /// Length of faces that a scan was to see and no other, in metres.
+    pub min_gain_m: f64,
+    /// Share of each scan's faces that scans registered before it were to have seen.
     pub overlap_goal: f64,
+    /// Smallest distance between two scans, in metres.
+    pub separation_m: f64,
+    /// Longest duration of all tours in minutes; infinite without such a budget.
+    pub minutes_max: f64,
     /// Driving time and scanning time of all tours, in seconds.
     pub mission_s: [f64; 2],
     /// Faces of elements that changed since this time are targets, civil seconds; [`crate::ScheduleStateHead::NO_TIME`]
@@ -63,10 +69,14 @@ pub struct MissionPlanHead {
     pub changed_since_s: i64,
     /// 1 if tours come back to where they begin.
     pub closed_tours: u32,
+    /// Largest number of scans; `NONE` without such a budget.
+    pub scans_max: u32,
+    /// Classes whose faces are targets: a bit per class.
+    pub classes: u32,
     /// Zero.
     pub reserved: u32,
 }
-const _: () = assert!(size_of::<MissionPlanHead>() == 120);
+const _: () = assert!(size_of::<MissionPlanHead>() == 152);
 
 /// Kind of a waypoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
@@ -96,6 +106,10 @@ pub struct WaypointRecord {
     pub covers_m2: f64,
     /// Share of the faces that it sees that scans before it saw; 0 for centres and the first scan.
     pub overlap: f64,
+    /// Share of the faces that it sees that scans registered before it saw; 0 for centres and what registers first.
+    pub registration_overlap: f64,
+    /// For a scan that joins another: the share of the other's faces that scans registered without this one saw; else 0.
+    pub overlap_without: f64,
     /// Way from the waypoint before it on this storey; 0 for the first.
     pub leg_m: f64,
     /// Number in the mission plan.
@@ -108,14 +122,32 @@ pub struct WaypointRecord {
     pub map_storey: u32,
     /// Space of the site; `NONE` outside of spaces.
     pub space: u32,
-    /// 1 for a scan that is there to join others, not for what it sees.
-    pub connects: u32,
+    /// For a scan that is there to join others: the number of one that does not register without it; else `NONE`.
+    pub joins: u32,
     /// Faces that a scan from here sees.
     pub n_faces: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Place in the order in which the scans of the storey register, from 0; `NONE` for centres.
+    pub registration_order: u32,
 }
-const _: () = assert!(size_of::<WaypointRecord>() == 128);
+const _: () = assert!(size_of::<WaypointRecord>() == 144);
+
+impl WaypointRecord {
+    /// True for a scan that is there to join others, not for what it sees.
+    pub fn connects(&self) -> bool {
+        self.joins != NONE
+    }
+}
+
+/// A scan in the order in which a plan grows, over all storeys: each sees the most of what those before it do not see.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct GrownScanRecord {
+    /// Map storey of the site.
+    pub map_storey: u32,
+    /// Faces that it sees and none before it.
+    pub n_new: u32,
+}
+const _: () = assert!(size_of::<GrownScanRecord>() == 8);
 
 /// Why a space has no waypoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]

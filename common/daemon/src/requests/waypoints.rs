@@ -32,6 +32,8 @@ pub struct WaypointAnswer {
     pub waypoints: usize,
     /// Those of them that are scan poses.
     pub scans: u32,
+    /// Estimated duration of all tours, driving and scanning.
+    pub minutes: f64,
     /// The options, and where they come from.
     pub setting: SettingInForce,
 }

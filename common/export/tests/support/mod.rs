@@ -3,6 +3,7 @@
 use bytemuck::Zeroable;
 use export::ExportInput;
 use geometry::{Footprint, LazyFootprint, MultiPolygon, Polygon};
+use grid::Class;
 use messages::*;
 
 /// Archives of the building; views are opened by who reads them.
@@ -236,10 +237,15 @@ fn mission_plan() -> ArchiveBuffer {
         plan_time_s: ScheduleStateHead::NO_TIME,
         sensor: ScanSensor::DEFAULT,
         coverage_goal: 0.99,
+        min_gain_m: 0.5,
         overlap_goal: 0.2,
+        separation_m: 0.5,
+        minutes_max: 45.0,
         mission_s: [3.0, 60.0],
         changed_since_s: ScheduleStateHead::NO_TIME,
         closed_tours: 0,
+        scans_max: NONE,
+        classes: 1 << Class::Wall.id(),
         reserved: 0,
     };
     let mut b = MissionPlanBuilder::new(head, 2);
@@ -253,9 +259,20 @@ fn mission_plan() -> ArchiveBuffer {
         centroid_in_map_m: [1.5, 1.5, 0.1],
         clearance_m: 1.25,
         kind: WaypointKind::Centre.into(),
+        joins: NONE,
+        registration_order: NONE,
         ..Zeroable::zeroed()
     };
-    let scan = WaypointRecord { kind: WaypointKind::Scan.into(), id: 1, order: 1, space: NONE, leg_m: 0.5, ..centre };
+    let scan = WaypointRecord {
+        kind: WaypointKind::Scan.into(),
+        id: 1,
+        order: 1,
+        space: NONE,
+        leg_m: 0.5,
+        registration_order: 0,
+        ..centre
+    };
+    b.growth.extend([7, 1].map(|n_new| GrownScanRecord { map_storey: 0, n_new }));
     b.waypoints.extend([centre, scan]);
     b.storeys.push(MissionPlanStoreyRecord {
         tour_m: 0.5,

@@ -46,10 +46,10 @@ pub fn waypoints(
 }
 
 fn colour(waypoint: &WaypointRecord) -> ColorRGBA {
-    match (waypoint.kind.get(), waypoint.connects) {
+    match (waypoint.kind.get(), waypoint.connects()) {
         (WaypointKind::Centre, _) => OPEN,
-        (WaypointKind::Scan, 0) => SCAN,
-        (WaypointKind::Scan, _) => CHANGING,
+        (WaypointKind::Scan, false) => SCAN,
+        (WaypointKind::Scan, true) => CHANGING,
     }
 }
 

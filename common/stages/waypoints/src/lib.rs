@@ -45,7 +45,12 @@ mod stair_traversal;
 mod start_pose;
 
 mod mesh_visibility;
-mod scans;
+mod scan_budget;
+mod scan_choice;
+mod scan_growth;
+mod scan_places;
+mod scan_registration;
+mod scan_survey;
 mod set_cover;
 mod set_cover_instance;
 mod space_centre;
@@ -54,8 +59,8 @@ mod target_face;
 mod visible_faces;
 
 mod path_search;
+mod place_regions;
 mod random_generator;
-mod scan_overlap;
 mod tour;
 mod tour_distances;
 

@@ -1,7 +1,7 @@
 //! Visibility of element meshes from scan poses at all heights, such as walls above sills, undersides of beams, surfaces
 //! behind furniture.
 
-use crate::scans::ScanSelection;
+use crate::scan_survey::ScanSurvey;
 use crate::space_centre::{StoreyInputs, sensor_height_m};
 use crate::tour_stops::{StoreyRequest, TourStop};
 use frames::{Map, Point2, metres};
@@ -41,7 +41,7 @@ struct Viewpoint {
 pub(crate) fn mesh_check(
     storey: &StoreyInputs<'_>,
     request: &StoreyRequest<'_>,
-    scans: &ScanSelection,
+    scans: &ScanSurvey,
     stops: &[TourStop],
 ) -> MeshCoverage {
     let surfaces = Surfaces::of(
@@ -135,7 +135,7 @@ fn is_requested(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>, point: &
 fn viewpoints(
     storey: &StoreyInputs<'_>,
     request: &StoreyRequest<'_>,
-    scans: &ScanSelection,
+    scans: &ScanSurvey,
     stops: &[TourStop],
 ) -> Vec<Viewpoint> {
     let StoreyInputs { site, robot, .. } = *storey;

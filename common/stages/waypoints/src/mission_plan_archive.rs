@@ -4,14 +4,17 @@ use crate::free_space::FreeSpace;
 use crate::input::MissionPlanInput;
 use crate::portal::Portal;
 use crate::reachability::Reachability;
+use crate::scan_budget::{merged, mission_s};
+use crate::scan_growth::GrownScan;
 use crate::space_centre::sensor_height_m;
 use crate::spaces::Refusal;
 use crate::stair_traversal::stair_traversal;
 use crate::start_pose::why_blocked;
 use crate::storey_planner::PlannedStorey;
+use crate::tour_stops::TourStop;
 use frames::metres;
 use messages::{
-    Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, MissionPlanBuilder,
+    Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, GrownScanRecord, MissionPlanBuilder,
     MissionPlanHead, MissionPlanSpaceRecord, MissionPlanStoreyRecord, NONE, Named, NoWaypoint, NodeKind,
     RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site, WaypointKind, WaypointRecord,
 };
@@ -56,17 +59,45 @@ pub(crate) fn assemble(
             free_space.map_or("[tour] start: there is no such storey".to_owned(), |g| why_blocked(input, g, start));
         warn(&mut builder, Severity::Error, DiagnosticCode::StartBlocked, why);
     }
-    let (goal, n_unconnected) = (input.options.overlap, planned_storeys.iter().map(|p| p.n_unconnected).sum::<usize>());
-    if n_unconnected > 0 {
-        let message = format!(
-            "scans that see less than {goal} of what scans before them saw, and that nothing can join: {n_unconnected}"
-        );
-        warn(&mut builder, Severity::Warning, DiagnosticCode::ScanNotJoined, message);
-    }
+    let growths: Vec<&[GrownScan]> = planned_storeys.iter().map(|planned| planned.growth.as_slice()).collect();
+    let record = |(at, scan): (usize, &GrownScan)| GrownScanRecord {
+        map_storey: input.grids[at].head.map_storey,
+        n_new: scan.n_new,
+    };
+    builder.growth = merged(&growths).into_iter().map(record).collect();
+    notice_scans(&mut builder, input, planned_storeys);
     for &element in planned_storeys.iter().flat_map(|planned| &planned.mesh.unseen) {
         unseen_element(&mut builder, input.site, &input.site.elements[element as usize]);
     }
     builder
+}
+
+/// Notices about scans: those that do not register, a budget that driving alone uses up, storeys without target faces.
+fn notice_scans(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, planned_storeys: &[&PlannedStorey]) {
+    let (goal, n_unregistered) =
+        (input.options.overlap, planned_storeys.iter().map(|p| p.n_unregistered).sum::<usize>());
+    if n_unregistered > 0 {
+        let message = format!(
+            "scans of whose faces the others saw less than {goal}, and that nothing can join: {n_unregistered}"
+        );
+        warn(builder, Severity::Warning, DiagnosticCode::ScanNotJoined, message);
+    }
+    let minutes = builder.head.mission_s.iter().sum::<f64>() / 60.0;
+    if let Some(minutes_max) = input.options.minutes_max.filter(|minutes_max| *minutes_max < minutes) {
+        let message = format!(
+            "driving to the centres alone takes {minutes:.1} minutes of the {minutes_max} that there are: no scan is planned"
+        );
+        warn(builder, Severity::Warning, DiagnosticCode::BudgetTooSmall, message);
+    }
+    for (grid, planned) in input.grids.iter().zip(planned_storeys) {
+        if planned.is_without_structure {
+            let name = input.site.text(input.site.map_storeys[grid.head.map_storey as usize].name);
+            let message = format!(
+                "storey {name:?} has obstacles, and none of the classes that scans are to see: classes = [\"all\"] scans them"
+            );
+            warn(builder, Severity::Warning, DiagnosticCode::NoTargetFaces, message);
+        }
+    }
 }
 
 fn unseen_element(builder: &mut MissionPlanBuilder, site: &Site<'_>, element: &ElementRecord) {
@@ -86,18 +117,21 @@ fn unseen_element(builder: &mut MissionPlanBuilder, site: &Site<'_>, element: &E
 
 fn head(input: &MissionPlanInput<'_>, planned_storeys: &[&PlannedStorey]) -> MissionPlanHead {
     let options = input.options;
-    let n_scans = planned_storeys.iter().flat_map(|p| &p.stops).filter(|s| s.kind == WaypointKind::Scan).count();
-    let driven_m: f64 = planned_storeys.iter().map(|p| p.tour_m).sum();
     MissionPlanHead {
         site_hash: input.site.content_hash(),
         schedule_state_hash: input.schedule_state.content_hash(),
         plan_time_s: input.schedule_state.head.plan_time_s,
         sensor: options.sensor,
         coverage_goal: if options.scans { options.coverage } else { 0.0 },
+        min_gain_m: options.min_gain_m,
         overlap_goal: options.overlap,
-        mission_s: [driven_m / options.speed_m_s, n_scans as f64 * options.scan_s],
+        separation_m: options.separation_m,
+        minutes_max: options.minutes_max.unwrap_or(f64::INFINITY),
+        mission_s: mission_s(options, planned_storeys),
         changed_since_s: options.changed_since_s.unwrap_or(ScheduleStateHead::NO_TIME),
         closed_tours: u32::from(options.closed_tours),
+        scans_max: options.scans_max.unwrap_or(NONE),
+        classes: options.classes,
         reserved: 0,
     }
 }
@@ -115,6 +149,11 @@ fn warn(builder: &mut MissionPlanBuilder, severity: Severity, code: DiagnosticCo
 
 fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, grid: &Grid<'_>, planned: &PlannedStorey) {
     let floor_m = metres(grid.head.floor_z_tenths);
+    let first_id = builder.waypoints.len() as u32;
+    let id_of_scan = |set: u32| {
+        let is_it = |stop: &TourStop| stop.scan.is_some_and(|planned| planned.scan.set == set);
+        planned.stops.iter().position(is_it).map_or(NONE, |at| first_id + at as u32)
+    };
     for stop in &planned.stops {
         let space = stop.space.map(|s| &input.site.spaces[s]);
         let centroid = space.map_or(stop.at.coordinates_m(), |s| s.centroid_m);
@@ -122,6 +161,7 @@ fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, gri
         if let (Some(space), WaypointKind::Centre) = (stop.space, stop.kind) {
             builder.spaces[space].centre = id;
         }
+        let joins = stop.scan.and_then(|planned| planned.scan.joins);
         builder.waypoints.push(WaypointRecord {
             position_in_map_m: [stop.at.x_m(), stop.at.y_m(), floor_m],
             sensor_z_m: floor_m + sensor_height_m(input.site, &input.index.head.robot, input.options, stop.space),
@@ -136,9 +176,11 @@ fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, gri
             kind: stop.kind.into(),
             map_storey: grid.head.map_storey,
             space: stop.space.map_or(NONE, |s| s as u32),
-            connects: u32::from(stop.connects),
+            joins: joins.map_or(NONE, |joined| id_of_scan(joined.set)),
             n_faces: stop.n_faces,
-            reserved: 0,
+            registration_overlap: stop.scan.map_or(0.0, |planned| planned.scan.overlap),
+            overlap_without: joins.map_or(0.0, |joined| joined.overlap_without),
+            registration_order: stop.scan.map_or(NONE, |planned| planned.registration_order),
         });
     }
 }
@@ -158,7 +200,7 @@ fn storey_record(tour_points: &mut Vec<[f64; 2]>, map_storey: u32, planned: &Pla
         n_seen: planned.space_coverage.iter().map(|s| s.n_seen).sum(),
         n_places: planned.n_places,
         n_scans: scans().count() as u32,
-        n_connecting: scans().filter(|s| s.connects).count() as u32,
+        n_connecting: scans().filter(|s| s.scan.is_some_and(|planned| planned.scan.joins.is_some())).count() as u32,
         n_parts: planned.n_parts,
         n_mesh_points: planned.mesh.n_points,
         n_mesh_seen: planned.mesh.n_seen,

@@ -8,11 +8,13 @@ use crate::mission_plan_archive::assemble;
 use crate::portal::Portal;
 use crate::portals::portals;
 use crate::reachability::Reachability;
+use crate::scan_budget::within_budget;
+use crate::scan_growth::GrownScan;
 use crate::set_cover_instance::SetCoverInstance;
 use crate::space_centre::StoreyInputs;
 use crate::spaces::{Refusal, refused};
 use crate::steps::steps;
-use crate::storey_planner::{PlannedStorey, instance_of, plan_storey};
+use crate::storey_planner::{PlannedStorey, StoreySurvey, instance_of, plan_storey, survey_storey};
 use crate::tour_stops::StoreyRequest;
 use messages::{ArchiveBuffer, DoorPassageRecord, Grid, NoWaypoint, RobotProfile, space_flags};
 use rayon::prelude::*;
@@ -84,14 +86,11 @@ impl MissionPlanner {
         let kept = &mut self.storeys;
         kept.resize_with(jobs.len(), || (0, PlannedStorey::default()));
         let old: Vec<(u64, PlannedStorey)> = std::mem::take(kept);
-        *kept = jobs
-            .par_iter()
-            .zip(old)
-            .map(|(job, (input_hash, planned))| {
-                let now = job.input_hash(input);
-                (now, if now == input_hash { planned } else { job.plan(input, free_spaces[job.at]) })
-            })
-            .collect();
+        *kept = if options.scans && options.has_budget() {
+            planned_within_budget(input, &jobs, &free_spaces, old)
+        } else {
+            jobs.par_iter().zip(old).map(|(job, old)| job.planned(input, free_spaces[job.at], old)).collect()
+        };
         let planned_storeys: Vec<&PlannedStorey> = kept.iter().map(|k| &k.1).collect();
         let parts = floor_parts(input, &free_spaces, &reached, &properties);
         assemble(input, &free_spaces, &planned_storeys, refusals, &reached, &portals, parts).finish()
@@ -138,6 +137,31 @@ fn reached(
         .map(|(free_space, properties)| first_part(free_space, properties))
         .collect();
     (Reachability::of(free_spaces, portals, &first, input.options.start), properties)
+}
+
+/// The plans of all storeys, each with the hash of the inputs of all: what a storey gets of a budget depends on the others.
+fn planned_within_budget(
+    input: &MissionPlanInput<'_>,
+    jobs: &[StoreyJob<'_>],
+    free_spaces: &[&FreeSpace],
+    old: Vec<(u64, PlannedStorey)>,
+) -> Vec<(u64, PlannedStorey)> {
+    let mut hash = Xxh3::new();
+    jobs.iter().for_each(|job| hash.update(&job.input_hash(input).to_le_bytes()));
+    let now = hash.digest();
+    if old.iter().all(|(input_hash, _)| *input_hash == now) {
+        return old;
+    }
+    let surveys: Vec<StoreySurvey> =
+        jobs.par_iter().map(|job| job.with(input, free_spaces[job.at], survey_storey)).collect();
+    let growths: Vec<&[GrownScan]> = surveys.iter().map(StoreySurvey::growth_to_goal).collect();
+    let plan = |counts: &[usize]| {
+        let planned = jobs.par_iter().zip(&surveys).zip(counts).map(|((job, survey), &n)| {
+            job.with(input, free_spaces[job.at], |storey, request| plan_storey(storey, request, survey, Some(n)))
+        });
+        planned.collect()
+    };
+    within_budget(input.options, &growths, plan).into_iter().map(|planned| (now, planned)).collect()
 }
 
 /// The inputs of planning one storey.
@@ -223,15 +247,28 @@ impl<'a> StoreyJob<'a> {
         hash.digest()
     }
 
-    fn plan(&self, input: &MissionPlanInput<'_>, free_space: &FreeSpace) -> PlannedStorey {
-        self.with(input, free_space, plan_storey)
+    /// The plan with the hash of its inputs: the old one if that is the same.
+    fn planned(
+        &self,
+        input: &MissionPlanInput<'_>,
+        free_space: &FreeSpace,
+        old: (u64, PlannedStorey),
+    ) -> (u64, PlannedStorey) {
+        let now = self.input_hash(input);
+        if old.0 == now {
+            return old;
+        }
+        let planned = self.with(input, free_space, |storey, request| {
+            plan_storey(storey, request, &survey_storey(storey, request), None)
+        });
+        (now, planned)
     }
 
     fn with<T>(
         &self,
         input: &MissionPlanInput<'_>,
         free_space: &FreeSpace,
-        inputs: fn(&StoreyInputs<'_>, &StoreyRequest<'_>) -> T,
+        work: impl Fn(&StoreyInputs<'_>, &StoreyRequest<'_>) -> T,
     ) -> T {
         let targets = self.changed.map(|elements| cells_of(input.site, self.grid, elements));
         let storey = StoreyInputs {
@@ -252,6 +289,6 @@ impl<'a> StoreyJob<'a> {
             entries: self.entries,
             stagings: &self.stagings,
         };
-        inputs(&storey, &request)
+        work(&storey, &request)
     }
 }

@@ -27,17 +27,22 @@ pub struct MissionPlanOptions {
     pub sensor: ScanSensor,
     /// Share of the visible target faces that the scans must see.
     pub coverage: f64,
-    /// The same share for each space.
+    /// The same share for each space; without effect with a budget.
     pub space_coverage: f64,
-    /// Share of the faces of each scan that earlier scans must also see.
+    /// Length of target faces that a scan must see and no other sees; spaces below their share have scans regardless.
+    pub min_gain_m: f64,
+    /// Budget: the largest number of scans of the mission plan.
+    pub scans_max: Option<u32>,
+    /// Budget: the longest duration of driving and scanning of the mission plan.
+    pub minutes_max: Option<f64>,
+    /// Share of the faces of each scan that scans registered before it must also see.
     pub overlap: f64,
+    /// Smallest distance between two scans, unless the share of a space cannot be reached otherwise.
+    pub separation_m: f64,
     /// Exchanges of the tabu search, per scan.
     pub search_steps: u32,
     /// Random kicks of the tour search.
     pub tour_kicks: u32,
-    /// Number of nearest places without a straight line to which paths are searched from each place; distances to farther
-    /// ones are composed of these.
-    pub tour_neighbours: u32,
     /// Spacing of the candidate places for scans.
     pub spacing_m: f64,
     /// Classes whose faces are targets: a bit per class.
@@ -105,8 +110,12 @@ struct SensorToml {
 #[serde(deny_unknown_fields, default)]
 struct ScanToml {
     coverage: Option<f64>,
+    scans: Option<u32>,
+    minutes: Option<f64>,
     space_coverage: Option<f64>,
+    min_gain_m: Option<f64>,
     overlap: Option<f64>,
+    separation_m: Option<f64>,
     quality: Option<u32>,
     spacing_m: Option<f64>,
     classes: Option<Vec<String>>,
@@ -136,12 +145,15 @@ impl Default for MissionPlanOptions {
             sensor: ScanSensor::DEFAULT,
             coverage: 0.99,
             space_coverage: 0.8,
+            min_gain_m: 0.5,
+            scans_max: None,
+            minutes_max: None,
             overlap: 0.2,
+            separation_m: 0.5,
             search_steps: STEPS_PER_QUALITY,
             tour_kicks: KICKS_PER_QUALITY,
-            tour_neighbours: NEIGHBOURS_PER_QUALITY,
             spacing_m: 0.5,
-            classes: !0,
+            classes: STRUCTURE,
             mesh_check: false,
             start: None,
             closed_tours: false,
@@ -152,15 +164,27 @@ impl Default for MissionPlanOptions {
     }
 }
 
+/// Classes of what does not move when people use a building.
+const STRUCTURE: u32 = 1 << Class::Wall as u32
+    | 1 << Class::Column as u32
+    | 1 << Class::Door as u32
+    | 1 << Class::Window as u32
+    | 1 << Class::CurtainWall as u32
+    | 1 << Class::Stair as u32;
+
 /// Exchanges per scan, and kicks, per unit of `quality`.
 const STEPS_PER_QUALITY: u32 = 200;
 const KICKS_PER_QUALITY: u32 = 200;
-const NEIGHBOURS_PER_QUALITY: u32 = 12;
 
 impl MissionPlanOptions {
     /// Options for centres only, which are planned fast.
     pub fn centres_only() -> Self {
         Self { scans: false, ..Self::default() }
+    }
+
+    /// True if a number of scans or a duration limits the plan.
+    pub fn has_budget(&self) -> bool {
+        self.scans_max.is_some() || self.minutes_max.is_some()
     }
 
     /// Parses options from TOML.
@@ -238,6 +262,13 @@ impl OptionsToml {
         if start.is_some_and(|s| !s.x_m.is_finite() || !s.y_m.is_finite()) {
             return Err("start is no place".to_owned());
         }
+        let minutes = self.scan.minutes.map(|minutes| within("minutes", Some(minutes), 0.0, 0.0, 1e6));
+        // A budget is used up, unless a share is written beside it.
+        let usual = if self.scan.scans.is_some() || minutes.is_some() {
+            MissionPlanOptions { coverage: 1.0, min_gain_m: 0.0, ..defaults.clone() }
+        } else {
+            defaults.clone()
+        };
         Ok(MissionPlanOptions {
             centres: kinds.iter().any(|k| k == "centre"),
             scans: kinds.iter().any(|k| k == "scan"),
@@ -246,12 +277,15 @@ impl OptionsToml {
             changed_since_s: changed_since.transpose()?.map(|t| t.civil_seconds()),
             flies: self.flies,
             sensor,
-            coverage: within("coverage", self.scan.coverage, defaults.coverage, 0.0, 1.0)?,
+            coverage: within("coverage", self.scan.coverage, usual.coverage, 0.0, 1.0)?,
             space_coverage: within("space_coverage", self.scan.space_coverage, defaults.space_coverage, 0.0, 1.0)?,
+            min_gain_m: within("min_gain_m", self.scan.min_gain_m, usual.min_gain_m, 0.0, 100.0)?,
+            scans_max: self.scan.scans,
+            minutes_max: minutes.transpose()?,
             overlap: within("overlap", self.scan.overlap, defaults.overlap, 0.0, 0.9)?,
+            separation_m: within("separation_m", self.scan.separation_m, defaults.separation_m, 0.0, 10.0)?,
             search_steps: quality * STEPS_PER_QUALITY,
             tour_kicks: quality * KICKS_PER_QUALITY,
-            tour_neighbours: quality.max(1) * NEIGHBOURS_PER_QUALITY,
             spacing_m: within("spacing_m", self.scan.spacing_m, defaults.spacing_m, 0.05, 10.0)?,
             classes: self.scan.classes.as_deref().map_or(Ok(defaults.classes), class_bits)?,
             mesh_check: self.scan.mesh_check,
@@ -277,9 +311,10 @@ fn unusable_date(text: &str, error: &PlanTimeError) -> String {
 fn class_bits(names: &[String]) -> Result<u32, String> {
     let all = || Class::ALL.into_iter().filter(|class| *class != Class::None);
     let bit = |name: &String| {
-        let known = all().find(|class| class.name() == name).map(|class| 1 << class.id());
+        let is_meant = |class: &Class| name == "all" || class.name() == name;
+        let bits = all().filter(is_meant).fold(0, |bits, class| bits | 1 << class.id());
         let names = || all().map(Class::name).collect::<Vec<_>>().join(", ");
-        known.ok_or_else(|| format!("classes has {name:?}, it may hold {}", names()))
+        if bits == 0 { Err(format!("classes has {name:?}, it may hold \"all\" or {}", names())) } else { Ok(bits) }
     };
     names.iter().try_fold(0, |bits, name| Ok(bits | bit(name)?))
 }
@@ -302,6 +337,8 @@ mod tests {
             ("[sensor]\nmin_range_m = 9.0", "min_range_m"),
             ("[scan]\ncoverage = 1.5", "coverage"),
             ("[scan]\nclasses = [\"walls\"]", "curtain_wall"),
+            ("[scan]\nminutes = -1.0", "minutes"),
+            ("[scan]\nscans = -1", "scans"),
             ("[scan]\nchanged_since = \"soon\"", "changed_since"),
             ("[scan]\nchanged_since = \"2024-04-15T08:00:00+02:00\"", "without one"),
             ("waypoints = [\"center\"]", "center"),
@@ -315,5 +352,24 @@ mod tests {
         }
         let only = MissionPlanOptions::parse("[scan]\nclasses = [\"wall\", \"column\"]").unwrap();
         assert_eq!(only.classes, 0b110);
+    }
+
+    #[test]
+    fn structure_is_scanned_unless_all_classes_are_named() {
+        let classes = |text: &str| MissionPlanOptions::parse(text).unwrap().classes;
+        let has = |classes: u32, class: Class| classes & 1 << class.id() != 0;
+        assert!(has(classes(""), Class::Wall) && !has(classes(""), Class::Furniture));
+        let all = classes("[scan]\nclasses = [\"all\"]");
+        assert!(Class::ALL.into_iter().filter(|class| *class != Class::None).all(|class| has(all, class)));
+    }
+
+    #[test]
+    fn a_budget_is_used_up_unless_a_share_is_written_beside_it() {
+        let options = |text: &str| MissionPlanOptions::parse(&format!("[scan]\n{text}")).unwrap();
+        let scans = options("scans = 20");
+        assert_eq!((scans.scans_max, scans.minutes_max, scans.coverage, scans.min_gain_m), (Some(20), None, 1.0, 0.0));
+        let minutes = options("minutes = 45\ncoverage = 0.9\nmin_gain_m = 0.2");
+        assert_eq!((minutes.minutes_max, minutes.coverage, minutes.min_gain_m), (Some(45.0), 0.9, 0.2));
+        assert!(scans.has_budget() && minutes.has_budget() && !options("coverage = 0.9").has_budget());
     }
 }

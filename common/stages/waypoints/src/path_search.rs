@@ -18,7 +18,7 @@ pub(crate) struct PathGrid {
 }
 
 /// Costs of a step along a side and across a corner, in fifths of a cell.
-const SIDE: u32 = 5;
+pub(crate) const SIDE: u32 = 5;
 const CORNER: u32 = 7;
 
 /// Length of a path that does not exist.
@@ -30,7 +30,9 @@ pub(crate) struct SearchBuffers {
     cost: Vec<u32>,
     from: Vec<u32>,
     touched: Vec<u32>,
+    /// Reached cells, by the cost of a path over them.
     buckets: Vec<Vec<u32>>,
+    n_waiting: usize,
 }
 
 impl PathGrid {
@@ -63,6 +65,11 @@ impl PathGrid {
         Some(Self { spec, width: size[0], open, squared, sight })
     }
 
+    /// Side of a cell in metres.
+    pub(crate) fn resolution_m(&self) -> f64 {
+        self.spec.resolution_m()
+    }
+
     /// The cell at a point, if it is reachable.
     pub(crate) fn cell_at(&self, p: Point2<Map>) -> Option<usize> {
         self.spec.cell_at(p).map(|c| self.spec.index(c)).filter(|&c| self.open[c])
@@ -88,60 +95,49 @@ impl PathGrid {
         self.spec.centre_of(self.spec.cell_of(cell))
     }
 
-    /// Shortest paths from a cell to the wanted cells of `targets`, nearest first, until `enough` are found. `found` gets
-    /// the index in `targets` and the cells of the path, from the target back to the start. Returns the length in metres up
-    /// to which all paths are known; infinite if all targets were found.
-    pub(crate) fn shortest_paths(
-        &self,
-        start: usize,
-        targets: &Targets,
-        is_wanted: impl Fn(usize) -> bool,
-        enough: usize,
-        buffers: &mut SearchBuffers,
-        mut found: impl FnMut(usize, &[usize]),
-    ) -> f64 {
-        buffers.begin(self.open.len());
-        buffers.reach(start, start, 0);
-        let (mut n_found, mut now, mut waiting) = (0, 0, 1usize);
-        let mut path = Vec::new();
-        while waiting > 0 {
-            let bucket = now as usize % N_BUCKETS;
-            while let Some(cell) = buffers.buckets[bucket].pop() {
-                waiting -= 1;
-                let cell = cell as usize;
-                if buffers.cost[cell] != now {
-                    continue;
-                }
-                for target in targets.at(cell).filter(|target| is_wanted(*target)) {
-                    buffers.path_back(cell, start, &mut path);
-                    found(target, &path);
-                    n_found += 1;
-                }
-                if n_found >= enough {
-                    return f64::from(now) / f64::from(SIDE) * self.spec.resolution_m();
-                }
-                waiting += self.step(cell, now, buffers);
-            }
-            now += 1;
-        }
-        f64::INFINITY
-    }
-
-    fn step(&self, cell: usize, now: u32, buffers: &mut SearchBuffers) -> usize {
+    /// Calls `visit` with every cell to which a step leads from a cell, and the cost of the step.
+    pub(crate) fn steps_from(&self, cell: usize, mut visit: impl FnMut(usize, u32)) {
         let w = self.width;
         let [left, right, down, up] = [cell - 1, cell + 1, cell - w, cell + w];
         let [l, r, d, u] = [left, right, down, up].map(|c| self.open[c]);
-        let sides = [(left, l), (right, r), (down, d), (up, u)];
         // No path passes between two blocked cells that meet at a corner.
         let corners = [(down - 1, d && l), (down + 1, d && r), (up - 1, u && l), (up + 1, u && r)];
-        let mut n = 0;
-        for (next, _) in sides.into_iter().filter(|s| s.1) {
-            n += usize::from(buffers.reach(next, cell, now + SIDE));
+        for (next, _) in [(left, l), (right, r), (down, d), (up, u)].into_iter().filter(|side| side.1) {
+            visit(next, SIDE);
         }
-        for (next, _) in corners.into_iter().filter(|c| c.1 && self.open[c.0]) {
-            n += usize::from(buffers.reach(next, cell, now + CORNER));
+        for (next, _) in corners.into_iter().filter(|corner| corner.1 && self.open[corner.0]) {
+            visit(next, CORNER);
         }
-        n
+    }
+
+    /// The cells of a shortest path from a cell to another, both included; empty if there is none.
+    ///
+    /// # Source
+    /// Hart, Nilsson, Raphael, "A formal basis for the heuristic determination of minimum cost paths", IEEE Transactions on
+    /// Systems Science and Cybernetics 4, 1968.
+    pub(crate) fn shortest_path(&self, from: usize, to: usize, buffers: &mut SearchBuffers) -> Vec<usize> {
+        // The cost of a path over open floor is never more than that of a path around obstacles.
+        let left = |cell: usize| {
+            let [dx, dy] = [(cell % self.width).abs_diff(to % self.width), (cell / self.width).abs_diff(to / self.width)];
+            SIDE * dx.max(dy) as u32 + (CORNER - SIDE) * dx.min(dy) as u32
+        };
+        buffers.begin(self.open.len());
+        let mut now = left(from);
+        buffers.reach(from, from, 0, now);
+        while buffers.n_waiting > 0 {
+            while let Some(cell) = buffers.next(now) {
+                let cost = buffers.cost[cell];
+                if cell == to {
+                    return buffers.path(from, to);
+                }
+                // A cell that was reached at less cost since has been looked at.
+                if cost + left(cell) == now {
+                    self.steps_from(cell, |next, step| buffers.reach(next, cell, cost + step, cost + step + left(next)));
+                }
+            }
+            now += 1;
+        }
+        Vec::new()
     }
 
     /// String pulling: the corners of the shortest line along a path. Cells are left out while the straight line stays over
@@ -204,30 +200,8 @@ pub(crate) fn length_m(line: &[Point2<Map>]) -> f64 {
     line.windows(2).map(|p| p[1].distance_m(&p[0])).sum()
 }
 
-/// Target cells of a search; several targets may share a cell.
-pub(crate) struct Targets {
-    /// (cell, index of the target), sorted.
-    sorted: Vec<(usize, usize)>,
-    is_target: Vec<bool>,
-}
-
-impl Targets {
-    pub(crate) fn new(path_grid: &PathGrid, cells: impl Iterator<Item = usize>) -> Self {
-        let mut sorted: Vec<(usize, usize)> = cells.zip(0..).collect();
-        sorted.sort_unstable();
-        let mut is_target = vec![false; path_grid.open.len()];
-        sorted.iter().for_each(|(cell, _)| is_target[*cell] = true);
-        Self { sorted, is_target }
-    }
-
-    fn at(&self, cell: usize) -> impl Iterator<Item = usize> {
-        let start = if self.is_target[cell] { self.sorted.partition_point(|t| t.0 < cell) } else { self.sorted.len() };
-        self.sorted[start..].iter().take_while(move |t| t.0 == cell).map(|t| t.1)
-    }
-}
-
-/// More than the cost of any step.
-const N_BUCKETS: usize = 8;
+/// More than the least cost of a path over a cell grows with any step.
+const N_BUCKETS: usize = 16;
 
 impl SearchBuffers {
     fn begin(&mut self, n_cells: usize) {
@@ -240,29 +214,34 @@ impl SearchBuffers {
         }
         self.buckets.resize_with(N_BUCKETS, Vec::new);
         self.buckets.iter_mut().for_each(Vec::clear);
+        self.n_waiting = 0;
     }
 
-    fn reach(&mut self, cell: usize, from: usize, cost: u32) -> bool {
+    /// Reaches a cell from another; `rank` is the cost of a path over it, and tells when it is looked at.
+    fn reach(&mut self, cell: usize, from: usize, cost: u32, rank: u32) {
         let known = &mut self.cost[cell];
         if cost >= *known {
-            return false;
+            return;
         }
         if *known == NO_PATH {
             self.touched.push(cell as u32);
         }
         *known = cost;
         self.from[cell] = from as u32;
-        self.buckets[cost as usize % N_BUCKETS].push(cell as u32);
-        true
+        self.buckets[rank as usize % N_BUCKETS].push(cell as u32);
+        self.n_waiting += 1;
     }
 
-    fn path_back(&self, cell: usize, start: usize, path: &mut Vec<usize>) {
-        path.clear();
-        path.push(cell);
-        let mut at = cell;
-        while at != start {
-            at = self.from[at] as usize;
-            path.push(at);
-        }
+    fn next(&mut self, rank: u32) -> Option<usize> {
+        let cell = self.buckets[rank as usize % N_BUCKETS].pop()?;
+        self.n_waiting -= 1;
+        Some(cell as usize)
+    }
+
+    fn path(&self, from: usize, to: usize) -> Vec<usize> {
+        let before = |&cell: &usize| (cell != from).then(|| self.from[cell] as usize);
+        let mut path: Vec<usize> = std::iter::successors(Some(to), before).collect();
+        path.reverse();
+        path
     }
 }

@@ -3,7 +3,7 @@
 //! There is a goal for all faces and one for each group of faces (a space), so that the uncovered share is never a whole
 //! room.
 
-/// A partial set-cover problem with goals per group.
+/// A partial set-cover problem with goals per group, and sets that exclude each other.
 #[derive(Debug, Default)]
 pub struct SetCoverInstance {
     /// Faces of each set, ascending.
@@ -14,6 +14,42 @@ pub struct SetCoverInstance {
     pub goal: usize,
     /// Faces that must be covered of each group.
     pub group_goals: Vec<usize>,
+    /// For each set those that are chosen beside it only if a group cannot reach its goal otherwise.
+    pub conflicts: Vec<Vec<u32>>,
+    /// Window of each set: a search exchanges sets of one window at a time.
+    pub windows: Vec<u32>,
+}
+
+/// The sets that contain each face.
+pub(crate) struct FaceOwners {
+    sets: Vec<u32>,
+    /// First owner of each face.
+    first: Vec<u32>,
+}
+
+impl FaceOwners {
+    /// The owners of each of `n_faces` faces among some sets: numbers with their faces.
+    pub(crate) fn of<'a>(n_faces: usize, sets: impl Iterator<Item = (u32, &'a [u32])> + Clone) -> Self {
+        let mut first = vec![0u32; n_faces + 1];
+        sets.clone().flat_map(|(_, faces)| faces).for_each(|&face| first[face as usize + 1] += 1);
+        for k in 1..first.len() {
+            first[k] += first[k - 1];
+        }
+        let (mut next, mut owners) = (first.clone(), vec![0u32; first[n_faces] as usize]);
+        for (set, faces) in sets {
+            for &face in faces {
+                let at = &mut next[face as usize];
+                owners[*at as usize] = set;
+                *at += 1;
+            }
+        }
+        Self { sets: owners, first }
+    }
+
+    /// The sets with a face, ascending if they were given so.
+    pub(crate) fn of_face(&self, face: u32) -> &[u32] {
+        &self.sets[self.first[face as usize] as usize..self.first[face as usize + 1] as usize]
+    }
 }
 
 impl SetCoverInstance {
@@ -30,7 +66,13 @@ impl SetCoverInstance {
         let part = |share: f64, n: usize| ((share * n as f64 - 1e-9).ceil().max(0.0) as usize).min(n);
         let goal = part(share, n_held.iter().sum());
         let group_goals = n_held.iter().map(|&n| part(group_share.min(share), n)).collect();
-        Self { sets, groups, goal, group_goals }
+        let (conflicts, windows) = (vec![Vec::new(); sets.len()], vec![0; sets.len()]);
+        Self { sets, groups, goal, group_goals, conflicts, windows }
+    }
+
+    /// The sets that contain each face.
+    pub(crate) fn owners(&self) -> FaceOwners {
+        FaceOwners::of(self.groups.len(), (0..).zip(self.sets.iter().map(Vec::as_slice)))
     }
 
     /// True if the sets reach the goals.
@@ -40,25 +82,31 @@ impl SetCoverInstance {
         covered.reaches_goals()
     }
 
+    /// Number of faces in any of the sets.
+    pub(crate) fn n_covered_by(&self, sets: &[u32]) -> usize {
+        let mut covered = CoverCounts::new(self);
+        sets.iter().for_each(|&set| covered.add(set));
+        covered.n
+    }
+
     /// Removes redundant sets, those with the fewest faces of their own first.
     pub(crate) fn remove_redundant(&self, chosen: &mut Vec<u32>) {
         let mut covered = CoverCounts::new(self);
         chosen.iter().for_each(|&set| covered.add(set));
-        loop {
-            let own = |set: u32| self.sets[set as usize].iter().filter(|&&f| covered.count[f as usize] == 1).count();
-            let mut order: Vec<(usize, usize)> = chosen.iter().enumerate().map(|(at, &set)| (own(set), at)).collect();
-            order.sort_unstable();
-            let redundant = order.iter().map(|o| o.1).find(|&at| {
-                covered.remove(chosen[at]);
-                let still = covered.reaches_goals();
-                if !still {
-                    covered.add(chosen[at]);
-                }
-                still
-            });
-            let Some(at) = redundant else { return };
-            chosen.remove(at);
+        let own = |set: u32| self.sets[set as usize].iter().filter(|&&f| covered.count[f as usize] == 1).count();
+        let mut order: Vec<(usize, u32)> = chosen.iter().map(|&set| (own(set), set)).collect();
+        order.sort_unstable();
+        let mut redundant = Vec::new();
+        // A set that is needed stays needed when others are gone.
+        for (_, set) in order {
+            covered.remove(set);
+            if covered.reaches_goals() {
+                redundant.push(set);
+            } else {
+                covered.add(set);
+            }
         }
+        chosen.retain(|set| !redundant.contains(set));
     }
 }
 
@@ -87,6 +135,11 @@ impl<'a> CoverCounts<'a> {
     /// True if all goals are reached.
     pub(crate) fn reaches_goals(&self) -> bool {
         self.n >= self.instance.goal && self.n_short_groups == 0
+    }
+
+    /// Faces that each group lacks.
+    pub(crate) fn group_goals_left(&self) -> Vec<usize> {
+        self.instance.group_goals.iter().zip(&self.of_group).map(|(goal, n)| goal.saturating_sub(*n)).collect()
     }
 
     /// True if the group of the face is below its goal.

@@ -4,6 +4,7 @@ use crate::free_space::FreeSpace;
 use crate::options::MissionPlanOptions;
 use crate::spaces::{Refusal, closed_door};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
+use geometry::MultiPolygon;
 use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, ScheduleState, Site};
 
 /// The centre of a space.
@@ -68,8 +69,39 @@ pub(crate) fn sensor_height_m(
     half.filter(|_| options.flies).unwrap_or(robot.sensor_height_m)
 }
 
+/// The cells of each space of a storey.
+pub(crate) struct SpaceCells {
+    /// Ascending within a space.
+    cells: Vec<u32>,
+    /// First cell of each space, by its number plus 1; 0 is outside of spaces and has none.
+    first: Vec<u32>,
+}
+
+impl SpaceCells {
+    pub(crate) fn of(grid: &Grid<'_>, n_spaces: usize) -> Self {
+        let mut first = vec![0u32; n_spaces + 2];
+        let owned = || grid.space.iter().enumerate().filter(|(_, space)| **space != 0);
+        owned().for_each(|(_, &space)| first[usize::from(space) + 1] += 1);
+        for k in 1..first.len() {
+            first[k] += first[k - 1];
+        }
+        let (mut next, mut cells) = (first.clone(), vec![0; first[n_spaces + 1] as usize]);
+        for (cell, &space) in owned() {
+            let at = &mut next[usize::from(space)];
+            cells[*at as usize] = cell as u32;
+            *at += 1;
+        }
+        Self { cells, first }
+    }
+
+    fn of_space(&self, space: usize) -> impl Iterator<Item = usize> {
+        let [first, end] = [self.first[space + 1], self.first[space + 2]];
+        self.cells[first as usize..end as usize].iter().map(|&cell| cell as usize)
+    }
+}
+
 /// The centre of a space: the centroid of its floor, or the nearest place where the robot can stand.
-pub(crate) fn centre_of(storey: &StoreyInputs<'_>, space: usize) -> Result<SpaceCentre, Refusal> {
+pub(crate) fn centre_of(storey: &StoreyInputs<'_>, cells: &SpaceCells, space: usize) -> Result<SpaceCentre, Refusal> {
     let StoreyInputs { site, grid, free_space, robot, .. } = *storey;
     let record = &site.spaces[space];
     let polygon = site.floor_polygon(record);
@@ -78,8 +110,7 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, space: usize) -> Result<Space
     if inside(centroid) && storey.can_stand(centroid) {
         return Ok(SpaceCentre { at: centroid, clearance_m: free_space.clearance_m(centroid) });
     }
-    let own = space as u16 + 1;
-    let cells = || grid.space.iter().enumerate().filter(|(_, s)| **s == own).map(|(index, _)| index);
+    let cells = || cells.of_space(space);
     let far = |p: Point2<Map>| p.distance_m(&centroid);
     let clear = cells().filter(|&i| storey.is_reached(i) && inside(free_space.middle(i)));
     // Nearest first; of equally near cells the lower row, then the lower column.
@@ -98,7 +129,7 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, space: usize) -> Result<Space
         Refusal::new(NoWaypoint::Keepout, "all of it is keep-out")
     } else if has(&|i| grid.floor[i] != 0) {
         Refusal::new(NoWaypoint::TooNarrow, "what stands in it leaves no free place")
-    } else if let Some(other) = other_space_over(storey, own, inside) {
+    } else if let Some(other) = other_space_over(storey, &polygon, space) {
         let id = site.text(site.spaces[other].global_id);
         Refusal::new(NoWaypoint::Shared, format!("its floor is that of the space {id}, which lies over it"))
     } else {
@@ -107,8 +138,19 @@ pub(crate) fn centre_of(storey: &StoreyInputs<'_>, space: usize) -> Result<Space
 }
 
 /// Another space that owns cells inside the polygon of this one: each cell belongs to one space only.
-fn other_space_over(storey: &StoreyInputs<'_>, own: u16, inside: impl Fn(Point2<Map>) -> bool) -> Option<usize> {
-    let cells = storey.grid.space.iter().enumerate().filter(|(_, space)| ![0, own].contains(space));
-    let mut others = cells.filter(|(cell, _)| inside(storey.free_space.middle(*cell)));
-    others.next().map(|(_, space)| usize::from(*space) - 1)
+fn other_space_over(storey: &StoreyInputs<'_>, polygon: &MultiPolygon, space: usize) -> Option<usize> {
+    let (grid, spec) = (storey.grid, &storey.free_space.spec);
+    let bounds = polygon.bounds()?;
+    // The polygon and the grid are in the same units; casts to a cell outside of the grid end at its border.
+    let range = |k: usize, n: u32| {
+        let cell = |tenths: i32| tenths.div_euclid(spec.cell_tenths).saturating_sub(spec.first_cell[k]).max(0) as u32;
+        cell(bounds.min[k])..cell(bounds.max[k]).saturating_add(1).min(n)
+    };
+    let columns = range(0, spec.width);
+    let cells = range(1, spec.height).flat_map(|row| columns.clone().map(move |column| grid::Cell { column, row }));
+    let mut others = cells.filter_map(|cell| {
+        let other = usize::from(grid.space[spec.index(cell)]).checked_sub(1).filter(|other| *other != space)?;
+        polygon.contains(spec.centre_of(cell).coordinates_m().map(|c| c * f64::from(TENTHS_PER_M))).then_some(other)
+    });
+    others.next()
 }

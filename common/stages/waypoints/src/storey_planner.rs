@@ -4,13 +4,17 @@ use crate::mesh_visibility::{MeshCoverage, mesh_check};
 use crate::options::MissionPlanOptions;
 use crate::path_search::{PathGrid, length_m};
 use crate::route_graph::{Anchor, RouteGraph, graph};
-use crate::scan_overlap::ScanConnector;
-use crate::scans::ScanSelection;
+use crate::scan_choice::{best_scans, fewest_scans};
+use crate::scan_growth::GrownScan;
+use crate::scan_places::ScanPlace;
+use crate::scan_registration::RegisteredScan;
+use crate::scan_survey::ScanSurvey;
 use crate::set_cover_instance::SetCoverInstance;
-use crate::space_centre::{SpaceCentre, StoreyInputs, centre_of};
+use crate::space_centre::{SpaceCells, SpaceCentre, StoreyInputs, centre_of};
 use crate::spaces::Refusal;
-use crate::tour_distances::{TourDistances, legs};
-use crate::tour_stops::{StoreyRequest, TourGoal, TourStop, goal_of};
+use crate::target_face::TargetFaces;
+use crate::tour_distances::{StoreyPlaces, legs};
+use crate::tour_stops::{PlannedScan, StoreyRequest, TourGoal, TourStop};
 use frames::{Map, Point2};
 use grid::Class;
 use messages::{NodeKind, WaypointKind};
@@ -33,8 +37,12 @@ pub(crate) struct PlannedStorey {
     pub(crate) tour_m: f64,
     pub(crate) bound_m: f64,
     pub(crate) n_parts: u32,
-    /// Number of scans that do not overlap enough with earlier ones.
-    pub(crate) n_unconnected: usize,
+    /// Number of scans that do not register with the others.
+    pub(crate) n_unregistered: usize,
+    /// The scans in the order in which a plan grows: the coverage curve.
+    pub(crate) growth: Vec<GrownScan>,
+    /// True if the storey has faces to see, and none of the classes that scans are to see.
+    pub(crate) is_without_structure: bool,
     pub(crate) n_targets: u32,
     pub(crate) n_places: u32,
     /// By space plus 1; 0 is outside of spaces.
@@ -45,9 +53,51 @@ pub(crate) struct PlannedStorey {
     pub(crate) mesh: MeshCoverage,
 }
 
-/// Plans a storey.
-pub(crate) fn plan_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> PlannedStorey {
-    let mut planned = PlannedStorey::default();
+/// What a plan of a storey is chosen from.
+pub(crate) struct StoreySurvey {
+    /// Centres of spaces.
+    centres: Vec<(usize, SpaceCentre)>,
+    /// Spaces without a centre, and why.
+    refused: Vec<(usize, Refusal)>,
+    /// None if no scans are planned.
+    scans: Option<ScanSurvey>,
+    /// None if nothing is reachable, or no waypoints are planned on the storey.
+    path_grid: Option<PathGrid>,
+}
+
+impl StoreySurvey {
+    /// The scans in the order in which a plan grows, until the goal is reached.
+    pub(crate) fn growth_to_goal(&self) -> &[GrownScan] {
+        self.scans.as_ref().map_or(&[], ScanSurvey::growth_to_goal)
+    }
+}
+
+/// Finds centres and candidate scans.
+pub(crate) fn survey_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> StoreySurvey {
+    let mut survey = StoreySurvey { centres: Vec::new(), refused: Vec::new(), scans: None, path_grid: None };
+    if !request.options.wants_storey(storey.grid.head.map_storey) {
+        return survey;
+    }
+    let space_cells = SpaceCells::of(storey.grid, storey.site.spaces.len());
+    for &space in request.spaces {
+        match centre_of(storey, &space_cells, space) {
+            Ok(centre) => survey.centres.push((space, centre)),
+            Err(refusal) => survey.refused.push((space, refusal)),
+        }
+    }
+    survey.scans = request.options.scans.then(|| survey_scans(storey, request, &survey.centres));
+    survey.path_grid = PathGrid::of(storey.free_space, |part| storey.reached[part as usize]);
+    survey
+}
+
+/// Plans a storey: as many scans as reach the goals, or the best `n_scans`.
+pub(crate) fn plan_storey(
+    storey: &StoreyInputs<'_>,
+    request: &StoreyRequest<'_>,
+    survey: &StoreySurvey,
+    n_scans: Option<usize>,
+) -> PlannedStorey {
+    let mut planned = PlannedStorey { refused: survey.refused.clone(), ..PlannedStorey::default() };
     let cell_m2 = storey.free_space.spec.resolution_m().powi(2);
     for part in 1..=storey.free_space.n_parts() {
         let size_m2 = f64::from(storey.free_space.size(part)) * cell_m2;
@@ -55,25 +105,21 @@ pub(crate) fn plan_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>
         *total += size_m2;
     }
     planned.space_coverage = vec![SpaceCoverage::default(); storey.site.spaces.len() + 1];
-    if !request.options.wants_storey(storey.grid.head.map_storey) {
-        return planned;
-    }
-    let mut centres: Vec<(usize, SpaceCentre)> = Vec::new();
-    for &space in request.spaces {
-        match centre_of(storey, space) {
-            Ok(centre) => centres.push((space, centre)),
-            Err(refusal) => planned.refused.push((space, refusal)),
-        }
-    }
-    let scans = request.options.scans.then(|| plan_scans(storey, request, &centres));
-    if let Some(scans) = &scans {
+    let mut chosen = Vec::new();
+    if let Some(scans) = &survey.scans {
         planned.n_targets = scans.faces.all.len() as u32;
         planned.n_places = scans.places.len() as u32;
+        planned.growth = scans.growth.clone();
+        planned.is_without_structure = scans.faces.all.is_empty() && has_obstacles(storey, request);
+        chosen = match n_scans {
+            Some(n) => best_scans(scans, request.options, n),
+            None => fewest_scans(scans, request.options),
+        };
+        planned.n_unregistered = chosen.iter().filter(|scan| !scan.registers).count();
     }
-    let path_grid = PathGrid::of(storey.free_space, |part| storey.reached[part as usize]);
-    if let Some(path_grid) = &path_grid {
-        let inputs = TourInputs { storey, request, path_grid, scans: scans.as_ref() };
-        tours(&inputs, &centres, &mut planned);
+    if let Some(path_grid) = &survey.path_grid {
+        let inputs = TourInputs { storey, request, path_grid, scans: survey.scans.as_ref() };
+        tours(&inputs, &goals(storey, request, &survey.centres, survey.scans.as_ref(), &chosen), &mut planned);
         let space =
             |(space, centre): &(usize, SpaceCentre)| Anchor { at: centre.at, kind: NodeKind::Space, of: *space as u32 };
         let staging = |&(cell, element): &(usize, u32)| Anchor {
@@ -81,33 +127,35 @@ pub(crate) fn plan_storey(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>
             kind: NodeKind::Staging,
             of: element,
         };
-        let anchors = request.stagings.iter().map(staging).chain(centres.iter().map(space)).collect();
+        let anchors = request.stagings.iter().map(staging).chain(survey.centres.iter().map(space)).collect();
         planned.graph = graph(storey, path_grid, anchors);
     }
-    if let Some(scans) = scans.filter(|_| request.options.mesh_check) {
-        planned.mesh = mesh_check(storey, request, &scans, &planned.stops);
+    if let Some(scans) = survey.scans.as_ref().filter(|_| request.options.mesh_check) {
+        planned.mesh = mesh_check(storey, request, scans, &planned.stops);
     }
     planned
 }
 
 /// The set-cover instance of a storey, and the sets at centres of spaces.
 pub(crate) fn instance_of(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> (SetCoverInstance, Vec<u32>) {
-    let centres = request.spaces.iter().filter_map(|&space| centre_of(storey, space).ok().map(|c| (space, c)));
+    let cells = SpaceCells::of(storey.grid, storey.site.spaces.len());
+    let centre = |space: usize| centre_of(storey, &cells, space).ok().map(|centre| (space, centre));
+    let centres = request.spaces.iter().filter_map(|&space| centre(space));
     let centres: Vec<(usize, SpaceCentre)> = centres.collect();
-    let scans = plan_scans(storey, request, &centres);
+    let scans = survey_scans(storey, request, &centres);
     let is_centroid = |at: Point2<Map>| {
         centres.iter().any(|(space, c)| c.at == at && storey.site.spaces[*space].centroid_m == at.coordinates_m())
     };
     let centroids =
-        (0..scans.poses.len()).filter(|&pose| is_centroid(scans.place(pose).at)).map(|p| p as u32).collect();
+        (0..scans.poses.len() as u32).filter(|&pose| is_centroid(scans.place(pose).at)).collect();
     (scans.instance, centroids)
 }
 
-fn plan_scans(
+fn survey_scans(
     storey: &StoreyInputs<'_>,
     request: &StoreyRequest<'_>,
     centres: &[(usize, SpaceCentre)],
-) -> ScanSelection {
+) -> ScanSurvey {
     let (grid, options) = (storey.grid, request.options);
     let has_class =
         |cell: usize| options.classes & (1 << grid.class[cell]) != 0 && grid.class[cell] != Class::None.id();
@@ -116,7 +164,15 @@ fn plan_scans(
         has_class(cell) && is_there && request.targets.is_none_or(|t| t[cell])
     };
     let centres: Vec<SpaceCentre> = centres.iter().map(|c| c.1).collect();
-    ScanSelection::plan(storey, options, &centres, |cell| request.may_scan[usize::from(grid.space[cell])], is_target)
+    ScanSurvey::of(storey, options, &centres, |cell| request.may_scan[usize::from(grid.space[cell])], is_target)
+}
+
+/// True if faces of any class would be targets where those of the classes of the options are none.
+fn has_obstacles(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>) -> bool {
+    let may_scan = |cell: usize| storey.is_reached(cell) && request.may_scan[usize::from(storey.grid.space[cell])];
+    request.changed.is_none()
+        && (0..storey.free_space.spec.n_cells()).any(may_scan)
+        && !TargetFaces::of(storey.grid, |cell, _| storey.grid.class[cell] != Class::None.id()).all.is_empty()
 }
 
 /// Inputs of the tours of a storey.
@@ -124,7 +180,7 @@ struct TourInputs<'a> {
     storey: &'a StoreyInputs<'a>,
     request: &'a StoreyRequest<'a>,
     path_grid: &'a PathGrid,
-    scans: Option<&'a ScanSelection>,
+    scans: Option<&'a ScanSurvey>,
 }
 
 /// Floor and faces seen by the scans up to a point of the tour.
@@ -135,9 +191,8 @@ struct SeenSoFar {
 }
 
 /// Plans tours through all parts: parts with an entry first, then by size.
-fn tours(inputs: &TourInputs<'_>, centres: &[(usize, SpaceCentre)], planned: &mut PlannedStorey) {
-    let TourInputs { storey, request, scans, .. } = *inputs;
-    let goals = goals(storey, request, centres, scans);
+fn tours(inputs: &TourInputs<'_>, goals: &[TourGoal], planned: &mut PlannedStorey) {
+    let TourInputs { storey, request, path_grid, scans } = *inputs;
     let part_at = |p: &Point2<Map>| {
         storey.free_space.spec.cell_at(*p).map_or(0, |c| storey.free_space.part(storey.free_space.spec.index(c)))
     };
@@ -146,18 +201,31 @@ fn tours(inputs: &TourInputs<'_>, centres: &[(usize, SpaceCentre)], planned: &mu
     parts.sort_by_key(|&p| (entry(p).is_none(), std::cmp::Reverse(storey.free_space.size(p)), p));
     parts.dedup();
     planned.n_parts = parts.len() as u32;
+    let starts: Vec<Option<Point2<Map>>> = parts.iter().map(|&part| entry(part)).collect();
+    let places = StoreyPlaces::of(path_grid, goals.iter().map(|g| g.at).chain(starts.iter().flatten().copied()).collect());
+    let mut next_start = goals.len()..;
+    let mut tours = Vec::new();
+    for (&part, &start) in parts.iter().zip(&starts) {
+        let mut own: Vec<usize> = (0..goals.len()).filter(|&k| goals[k].part == part).collect();
+        own.extend(start.and_then(|_| next_start.next()));
+        let start_of_own = start.map(|_| own.len() - 1);
+        let distances = places.distances(&own);
+        let order = distances.order(start_of_own, request.options.closed_tours, request.options.tour_kicks);
+        let goals: Vec<TourGoal> = order.places.into_iter().map(|k| goals[own[k]]).collect();
+        tours.push(PartTour { points: tour_points(&goals, start, request.options.closed_tours), goals, start, bound_m: order.bound_m });
+    }
+    let pairs: Vec<[Point2<Map>; 2]> =
+        tours.iter().flat_map(|tour| tour.points.windows(2).map(|pair| [pair[0], pair[1]])).collect();
+    let mut legs = legs(path_grid, &pairs).into_iter();
     let mut seen_so_far = SeenSoFar {
         floor: vec![false; if scans.is_some() { storey.free_space.spec.n_cells() } else { 0 }],
         faces: vec![false; scans.map_or(0, |s| s.faces.all.len())],
     };
-    for part in parts {
-        let own: Vec<TourGoal> = goals.iter().filter(|g| g.part == part).copied().collect();
-        let start = entry(part);
-        let OrderedGoals { goals: own, bound_m, n_unconnected } = order_goals(inputs, own, start, &seen_so_far.faces);
-        planned.n_unconnected += n_unconnected;
-        add_tour(inputs, &own, start, planned, &mut seen_so_far);
+    for tour in tours {
+        let legs: Vec<Vec<Point2<Map>>> = legs.by_ref().take(tour.points.len().saturating_sub(1)).collect();
+        add_tour(inputs, &tour, &legs, planned, &mut seen_so_far);
         // Orders are compared by lengths in whole millimetres.
-        planned.bound_m = (planned.bound_m + bound_m).min(planned.tour_m);
+        planned.bound_m = (planned.bound_m + tour.bound_m).min(planned.tour_m);
     }
     if let Some(scans) = scans {
         let mut held = vec![false; scans.faces.all.len()];
@@ -170,67 +238,23 @@ fn tours(inputs: &TourInputs<'_>, centres: &[(usize, SpaceCentre)], planned: &mu
     }
 }
 
-/// Maximum number of rounds of adding connecting scans and ordering the tour again.
-const MAX_CONNECTION_ROUNDS: u32 = 3;
-
-/// The goals of a part, ordered as a tour.
-struct OrderedGoals {
+/// The tour of a part.
+struct PartTour {
     goals: Vec<TourGoal>,
+    /// Where the robot comes from, if that is known.
+    start: Option<Point2<Map>>,
+    /// Start and goals in their order, and the first again if the tour is closed.
+    points: Vec<Point2<Map>>,
     /// Lower bound of the length of any order.
     bound_m: f64,
-    /// Number of scans that do not overlap enough with earlier ones.
-    n_unconnected: usize,
 }
 
-/// Orders the goals of a part as a short tour, and adds scans that connect others.
-fn order_goals(
-    inputs: &TourInputs<'_>,
-    goals: Vec<TourGoal>,
-    start: Option<Point2<Map>>,
-    seen_before: &[bool],
-) -> OrderedGoals {
-    let TourInputs { storey, request, path_grid, scans } = *inputs;
-    let mut tour_distances = TourDistances::over(path_grid, request.options.tour_neighbours as usize);
-    let start = start.map(|at| tour_distances.add([at]));
-    let first = tour_distances.add(goals.iter().map(|g| g.at));
-    // Each goal with its index among the places of the distances.
-    let mut goals: Vec<(usize, TourGoal)> = (first..).zip(goals).collect();
-    let in_order = |tour_distances: &TourDistances<'_>, goals: &[(usize, TourGoal)]| {
-        let places: Vec<usize> = goals.iter().map(|g| g.0).collect();
-        let place_order =
-            tour_distances.order(&places, start, request.options.closed_tours, request.options.tour_kicks);
-        (place_order.order.iter().map(|&k| goals[k]).collect::<Vec<_>>(), place_order.bound_m)
-    };
-    let mut bound_m;
-    (goals, bound_m) = in_order(&tour_distances, &goals);
-    let Some(scans) = scans else {
-        return OrderedGoals { goals: goals.into_iter().map(|g| g.1).collect(), bound_m, n_unconnected: 0 };
-    };
-    let connector = ScanConnector { storey, options: request.options, scans, seen_before };
-    for round in 0..=MAX_CONNECTION_ROUNDS {
-        let missing_connections = connector.missing_connections(&goals);
-        if missing_connections.is_empty() {
-            break;
-        }
-        let first = tour_distances.add(missing_connections.iter().map(|(_, goal)| goal.at));
-        // From the end, so that earlier indices stay valid.
-        for (place, (at, goal)) in (first..).zip(missing_connections).collect::<Vec<_>>().into_iter().rev() {
-            goals.insert(at, (place, goal));
-        }
-        if round < MAX_CONNECTION_ROUNDS {
-            (goals, bound_m) = in_order(&tour_distances, &goals);
-        }
+fn tour_points(goals: &[TourGoal], start: Option<Point2<Map>>, is_closed: bool) -> Vec<Point2<Map>> {
+    let mut points: Vec<Point2<Map>> = start.into_iter().chain(goals.iter().map(|g| g.at)).collect();
+    if is_closed {
+        points.extend(points.first().copied());
     }
-    let mut n_unconnected = connector.n_unconnected(&goals);
-    if connector.remove_redundant(&mut goals) {
-        let (shorter, bound_of_shorter_m) = in_order(&tour_distances, &goals);
-        bound_m = bound_of_shorter_m;
-        if connector.n_unconnected(&shorter) <= n_unconnected {
-            goals = shorter;
-        }
-        n_unconnected = connector.n_unconnected(&goals);
-    }
-    OrderedGoals { goals: goals.into_iter().map(|g| g.1).collect(), bound_m, n_unconnected }
+    points
 }
 
 /// Centres and chosen scans, each with its part and space.
@@ -238,18 +262,21 @@ fn goals(
     storey: &StoreyInputs<'_>,
     request: &StoreyRequest<'_>,
     centres: &[(usize, SpaceCentre)],
-    scans: Option<&ScanSelection>,
+    scans: Option<&ScanSurvey>,
+    chosen: &[RegisteredScan],
 ) -> Vec<TourGoal> {
     let mut goals = Vec::new();
     if request.options.centres {
         for (space, centre) in centres {
             let part = reached_part(storey, centre.at);
-            goals.push(TourGoal { at: centre.at, part, space: Some(*space), pose: None, connects: false });
+            goals.push(TourGoal { at: centre.at, part, space: Some(*space), scan: None });
         }
     }
     if let Some(scans) = scans {
-        for &pose in &scans.chosen {
-            goals.push(goal_of(storey, scans, pose, false));
+        for (registration_order, scan) in (0..).zip(chosen) {
+            let ScanPlace { at, part } = scans.place(scan.set);
+            let scan = Some(PlannedScan { registration_order, scan: *scan });
+            goals.push(TourGoal { at, part, space: storey.space_at(at), scan });
         }
     }
     goals
@@ -269,17 +296,13 @@ fn reached_part(storey: &StoreyInputs<'_>, at: Point2<Map>) -> u32 {
 /// Adds the stops of a part in their order, with the legs between them.
 fn add_tour(
     inputs: &TourInputs<'_>,
-    goals: &[TourGoal],
-    start: Option<Point2<Map>>,
+    tour: &PartTour,
+    legs: &[Vec<Point2<Map>>],
     planned: &mut PlannedStorey,
     seen_so_far: &mut SeenSoFar,
 ) {
-    let TourInputs { storey, request, path_grid, scans } = *inputs;
-    let mut points: Vec<Point2<Map>> = start.into_iter().chain(goals.iter().map(|g| g.at)).collect();
-    if request.options.closed_tours {
-        points.extend(points.first().copied());
-    }
-    let legs = legs(path_grid, &points);
+    let TourInputs { storey, request, scans, .. } = *inputs;
+    let PartTour { goals, start, points, .. } = tour;
     for (k, goal) in goals.iter().enumerate() {
         let leg = (k + usize::from(start.is_some())).checked_sub(1).and_then(|at| legs.get(at));
         let yaw_rad = heading(leg.map_or(&[], Vec::as_slice), legs.first().map_or(&[], Vec::as_slice));
@@ -293,19 +316,19 @@ fn add_tour(
             covers_m2: 0.0,
             overlap: 0.0,
             leg_m: leg.map_or(0.0, |leg| length_m(leg)),
-            connects: goal.connects,
+            scan: goal.scan,
         };
-        if let (Some(scans), Some(pose)) = (scans, goal.pose) {
-            scan_stop(storey, request.options, scans, pose, seen_so_far, &mut stop);
+        if let (Some(scans), Some(PlannedScan { scan, .. })) = (scans, goal.scan) {
+            scan_stop(storey, request.options, scans, scan.set, seen_so_far, &mut stop);
         }
         planned.stops.push(stop);
     }
     planned.tour_m += legs.iter().map(|leg| length_m(leg)).sum::<f64>();
     // The lines of several parts are joined to one; lengths do not include the gaps between them.
     if points.len() == 1 {
-        planned.tour.extend(&points);
+        planned.tour.extend(points);
     }
-    for leg in &legs {
+    for leg in legs {
         let skip = usize::from(planned.tour.last() == leg.first());
         planned.tour.extend(&leg[skip..]);
     }
@@ -314,8 +337,8 @@ fn add_tour(
 fn scan_stop(
     storey: &StoreyInputs<'_>,
     options: &MissionPlanOptions,
-    scans: &ScanSelection,
-    pose: usize,
+    scans: &ScanSurvey,
+    pose: u32,
     seen_so_far: &mut SeenSoFar,
     stop: &mut TourStop,
 ) {
@@ -323,7 +346,7 @@ fn scan_stop(
     stop.kind = WaypointKind::Scan;
     stop.n_faces = scans.seen(pose).len() as u32;
     if !options.sensor.sees_around() {
-        stop.yaw_rad = scans.poses[pose].1;
+        stop.yaw_rad = scans.poses[pose as usize].1;
     }
     let seen = scans.seen(pose);
     let n_known = seen.iter().filter(|&&face| std::mem::replace(&mut seen_so_far.faces[face as usize], true)).count();

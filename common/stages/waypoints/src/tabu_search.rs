@@ -9,10 +9,10 @@
 //! local search for the unicost set covering problem", Applied Soft Computing 34, 2015.
 
 use crate::random_generator::RandomGenerator;
-use crate::set_cover_instance::{CoverCounts, SetCoverInstance};
+use crate::set_cover_instance::{CoverCounts, FaceOwners, SetCoverInstance};
 
 /// The smallest cover found within `steps` exchanges per set; `chosen` must reach the goal.
-pub(crate) fn tabu_search(instance: &SetCoverInstance, chosen: Vec<u32>, steps: u32) -> Vec<u32> {
+pub(crate) fn fewer_sets(instance: &SetCoverInstance, chosen: Vec<u32>, steps: u32) -> Vec<u32> {
     let mut search = TabuSearch::new(instance, &chosen);
     let steps = steps.saturating_mul(chosen.len() as u32);
     let mut best = chosen;
@@ -33,14 +33,34 @@ pub(crate) fn tabu_search(instance: &SetCoverInstance, chosen: Vec<u32>, steps: 
     best
 }
 
+/// As many sets that cover the most faces found within `steps` exchanges per set, of those that `fits` accepts; `chosen` must
+/// be accepted.
+pub(crate) fn more_faces(
+    instance: &SetCoverInstance,
+    chosen: Vec<u32>,
+    steps: u32,
+    fits: impl Fn(&[u32]) -> bool,
+) -> Vec<u32> {
+    let mut search = TabuSearch::new(instance, &chosen);
+    let steps = steps.saturating_mul(chosen.len() as u32);
+    let (mut best, mut most) = (chosen, search.covered.n);
+    for step in 1..=steps {
+        search.remove_cheapest(step);
+        while search.chosen.len() < best.len() && search.add_best(step) {}
+        if search.covered.n > most && search.chosen.len() == best.len() && fits(&search.chosen) {
+            most = search.covered.n;
+            best.clone_from(&search.chosen);
+        }
+    }
+    best
+}
+
 /// Every this many exchanges on average a random set is removed.
 const RANDOM_REMOVAL_INTERVAL: usize = 20;
 
 struct TabuSearch<'a> {
     instance: &'a SetCoverInstance,
-    /// Sets that contain each face: `owners[first[f]..first[f + 1]]`.
-    owners: Vec<u32>,
-    first: Vec<u32>,
+    owners: FaceOwners,
     covered: CoverCounts<'a>,
     /// Exclusive or of the indices of the chosen sets that contain the face; for a single set, its index.
     sole: Vec<u32>,
@@ -49,6 +69,8 @@ struct TabuSearch<'a> {
     score: Vec<i32>,
     chosen: Vec<u32>,
     is_chosen: Vec<bool>,
+    /// Number of chosen sets that each set is in conflict with.
+    n_conflicts: Vec<u16>,
     /// Step at which each set was last added or removed.
     changed: Vec<u32>,
     /// Step until which each set must stay as it is.
@@ -59,29 +81,16 @@ struct TabuSearch<'a> {
 impl<'a> TabuSearch<'a> {
     fn new(instance: &'a SetCoverInstance, chosen: &[u32]) -> Self {
         let (n_sets, n_faces) = (instance.sets.len(), instance.groups.len());
-        let mut first = vec![0u32; n_faces + 1];
-        instance.sets.iter().flatten().for_each(|&f| first[f as usize + 1] += 1);
-        for k in 1..first.len() {
-            first[k] += first[k - 1];
-        }
-        let mut next = first.clone();
-        let mut owners = vec![0u32; first[n_faces] as usize];
-        for (set, faces) in instance.sets.iter().enumerate() {
-            for &f in faces {
-                owners[next[f as usize] as usize] = set as u32;
-                next[f as usize] += 1;
-            }
-        }
         let mut search = Self {
             instance,
-            owners,
-            first,
+            owners: instance.owners(),
             covered: CoverCounts::new(instance),
             sole: vec![0; n_faces],
             weight: vec![1; n_faces],
             score: instance.sets.iter().map(|faces| faces.len() as i32).collect(),
             chosen: Vec::new(),
             is_chosen: vec![false; n_sets],
+            n_conflicts: vec![0; n_sets],
             changed: vec![0; n_sets],
             tabu: vec![0; n_sets],
             random: RandomGenerator::default(),
@@ -95,14 +104,14 @@ impl<'a> TabuSearch<'a> {
         self.is_chosen[set as usize] = true;
         self.changed[set as usize] = step;
         self.chosen.push(set);
+        self.instance.conflicts[set as usize].iter().for_each(|&near| self.n_conflicts[near as usize] += 1);
         for &face in &self.instance.sets[set as usize] {
             let f = face as usize;
             let weight = self.weight[f];
             match self.covered.add_face(face) {
                 1 => {
-                    for k in self.first[f]..self.first[f + 1] {
-                        let other = self.owners[k as usize] as usize;
-                        self.score[other] -= weight;
+                    for &other in self.owners.of_face(face) {
+                        self.score[other as usize] -= weight;
                     }
                     // Its own weight was subtracted with those of the others.
                     self.score[set as usize] += 2 * weight;
@@ -119,15 +128,15 @@ impl<'a> TabuSearch<'a> {
         self.changed[set as usize] = step;
         self.chosen.retain(|other| *other != set);
         self.score[set as usize] = 0;
+        self.instance.conflicts[set as usize].iter().for_each(|&near| self.n_conflicts[near as usize] -= 1);
         for &face in &self.instance.sets[set as usize] {
             let f = face as usize;
             self.sole[f] ^= set;
             let weight = self.weight[f];
             match self.covered.remove_face(face) {
                 0 => {
-                    for k in self.first[f]..self.first[f + 1] {
-                        let other = self.owners[k as usize] as usize;
-                        self.score[other] += weight;
+                    for &other in self.owners.of_face(face) {
+                        self.score[other as usize] += weight;
                     }
                 }
                 1 => self.score[self.sole[f] as usize] += weight,
@@ -148,11 +157,11 @@ impl<'a> TabuSearch<'a> {
         }
     }
 
-    /// Adds the set that covers the most weight.
-    fn add_best(&mut self, step: u32) {
+    /// Adds the set that covers the most weight. False if every other set is in conflict with a chosen one.
+    fn add_best(&mut self, step: u32) -> bool {
         let mut best: Option<usize> = None;
         for set in 0..self.score.len() {
-            if self.is_chosen[set] || self.tabu[set] >= step {
+            if self.is_chosen[set] || self.n_conflicts[set] > 0 || self.tabu[set] >= step {
                 continue;
             }
             let is_better = best.is_none_or(|b| {
@@ -164,11 +173,12 @@ impl<'a> TabuSearch<'a> {
             }
         }
         // If all are tabu, the one whose tabu ends first.
-        let next = || (0..self.score.len()).filter(|&s| !self.is_chosen[s]).min_by_key(|&s| (self.tabu[s], s));
-        if let Some(set) = best.or_else(next) {
-            self.add(set as u32, step);
-            self.tabu[set] = step + 1 + self.random.below(self.chosen.len() / 4 + 2) as u32;
-        }
+        let is_open = |&set: &usize| !self.is_chosen[set] && self.n_conflicts[set] == 0;
+        let next = || (0..self.score.len()).filter(is_open).min_by_key(|&s| (self.tabu[s], s));
+        let Some(set) = best.or_else(next) else { return false };
+        self.add(set as u32, step);
+        self.tabu[set] = step + 1 + self.random.below(self.chosen.len() / 4 + 2) as u32;
+        true
     }
 
     /// Raises the weights of uncovered faces in groups below their goal.
@@ -179,8 +189,8 @@ impl<'a> TabuSearch<'a> {
         for face in 0..self.weight.len() {
             if self.covered.count[face] == 0 && self.covered.is_group_short(face as u32) {
                 self.weight[face] += 1;
-                for k in self.first[face]..self.first[face + 1] {
-                    self.score[self.owners[k as usize] as usize] += 1;
+                for &owner in self.owners.of_face(face as u32) {
+                    self.score[owner as usize] += 1;
                 }
             }
         }

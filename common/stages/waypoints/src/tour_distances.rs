@@ -1,6 +1,8 @@
-//! TourProblem over one connected part of a storey, with path lengths over its floor.
+//! Path lengths between the places of a tour: paths over the borders of neighbouring regions, shorter lines near each place,
+//! and sums of both for places that are far apart.
 
-use crate::path_search::{NO_PATH, PathGrid, SearchBuffers, Targets, length_m};
+use crate::path_search::{NO_PATH, PathGrid, SIDE, SearchBuffers, length_m};
+use crate::place_regions::{Border, PlaceRegions};
 use crate::tour::TourProblem;
 use frames::{Map, Point2};
 use rayon::prelude::*;
@@ -10,7 +12,7 @@ use std::collections::BinaryHeap;
 /// An order of places; lengths in metres.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PlaceOrder {
-    pub(crate) order: Vec<usize>,
+    pub(crate) places: Vec<usize>,
     /// Lower bound of the length of any order of these places.
     pub(crate) bound_m: f64,
 }
@@ -19,177 +21,252 @@ pub(crate) struct PlaceOrder {
 /// corner.
 const MAX_DETOUR_FACTOR: f64 = 1.09;
 
-/// Mutually reachable places with the path lengths known between them. Places can be added; known path lengths are kept.
-pub(crate) struct TourDistances<'a> {
+/// Number of nearest places to which a shorter line than the sum of paths is looked for.
+const N_NEAR: usize = 10;
+
+/// All waypoints of a storey, with the regions around them.
+pub(crate) struct StoreyPlaces<'a> {
     path_grid: &'a PathGrid,
-    /// Number of nearest places without a straight line to which paths are searched; farther distances are composed of
-    /// shorter ones.
-    n_around: usize,
     points: Vec<Point2<Map>>,
     cells: Vec<usize>,
-    /// By place: places found from it, with path lengths in millimetres.
-    near: Vec<Vec<(usize, u32)>>,
-    /// By place: radius in metres within which all places were found, and the number of places at that time.
-    looked: Vec<(f64, usize)>,
+    regions: PlaceRegions,
 }
 
-impl<'a> TourDistances<'a> {
-    pub(crate) fn over(path_grid: &'a PathGrid, n_around: usize) -> Self {
-        Self { path_grid, n_around, points: Vec::new(), cells: Vec::new(), near: Vec::new(), looked: Vec::new() }
+impl<'a> StoreyPlaces<'a> {
+    pub(crate) fn of(path_grid: &'a PathGrid, points: Vec<Point2<Map>>) -> Self {
+        let cells: Vec<usize> = points.iter().map(|p| path_grid.cell_near(*p).unwrap_or(0)).collect();
+        let regions = PlaceRegions::of(path_grid, &cells);
+        Self { path_grid, points, cells, regions }
     }
 
-    /// Adds places and returns the index of the first.
-    pub(crate) fn add(&mut self, points: impl IntoIterator<Item = Point2<Map>>) -> usize {
-        let first = self.points.len();
-        self.points.extend(points);
-        let path_grid = self.path_grid;
-        self.cells.extend(self.points[first..].iter().map(|p| path_grid.cell_near(*p).unwrap_or(0)));
-        let n = self.points.len();
-        let targets = Targets::new(path_grid, self.cells.iter().copied());
-        let search = |buffers: &mut SearchBuffers, from: usize| self.search(from, &targets, buffers);
-        let found: Vec<(Vec<(usize, u32)>, f64)> =
-            (first..n).into_par_iter().map_init(SearchBuffers::default, search).collect();
-        for (near, looked_m) in found {
-            self.near.push(near);
-            self.looked.push((looked_m, n));
+    /// Path lengths between some of the places that can be reached from each other; ascending.
+    pub(crate) fn distances(&self, places: &[usize]) -> TourDistances {
+        let n = places.len();
+        let direct = self.direct_paths(places);
+        let mut lengths = Lengths { paths: vec![Vec::new(); n] };
+        direct.iter().for_each(|path| lengths.add(path.ends, path.mm));
+        let shorter: Vec<Vec<([usize; 2], u32)>> =
+            (0..n).into_par_iter().map(|at| self.shorter_lines(places, at, &direct, &lengths)).collect();
+        shorter.into_iter().flatten().for_each(|(ends, mm)| lengths.add(ends, mm));
+        TourDistances { n, distance_mm: lengths.all(), lower_bound_mm: self.lower_bounds(places, &direct) }
+    }
+
+    /// The paths between places with neighbouring regions, and between those in one cell.
+    fn direct_paths(&self, places: &[usize]) -> Vec<DirectPath<'_>> {
+        let position = |place: u32| places.binary_search(&(place as usize)).ok();
+        let ends = |border: &Border| Some([position(border.places[0])?, position(border.places[1])?]);
+        let over_border = |border| ends(border).map(|ends| (ends, Some(border)));
+        let mut by_cell: Vec<(usize, usize)> = places.iter().map(|&place| self.cells[place]).zip(0..).collect();
+        by_cell.sort_unstable();
+        // The first of a cell has its region.
+        let in_one_cell = by_cell.chunk_by(|a, b| a.0 == b.0).flat_map(|same| {
+            same[1..].iter().map(|other| ([same[0].1, other.1], None))
+        });
+        let mut all: Vec<([usize; 2], Option<&Border>)> =
+            self.regions.borders.iter().filter_map(over_border).chain(in_one_cell).collect();
+        all.sort_unstable_by_key(|path| path.0);
+        all.into_par_iter().map(|(ends, border)| self.direct_path(places, ends, border)).collect()
+    }
+
+    fn direct_path<'b>(&self, places: &[usize], ends: [usize; 2], border: Option<&'b Border>) -> DirectPath<'b> {
+        let cells = border.map_or(Vec::new(), |border| self.regions.path(border));
+        let mm = self.line_mm(ends.map(|end| places[end]), &cells);
+        DirectPath { ends, cost: border.map_or(0, |border| border.cost), mm, border }
+    }
+
+    /// Length of the line between two places: straight, or pulled tight along the cells between.
+    fn line_mm(&self, [a, b]: [usize; 2], cells: &[usize]) -> u32 {
+        let [from, to] = [a, b].map(|place| self.points[place]);
+        let is_straight = cells.is_empty() || self.path_grid.is_clear(from, to);
+        let line_m =
+            if is_straight { from.distance_m(&to) } else { length_m(&self.path_grid.pull_string(cells, from, to)) };
+        (line_m * 1000.0).round() as u32
+    }
+
+    /// Lines from a place to the nearest ones behind its neighbours that are shorter than the sum of the paths.
+    fn shorter_lines(
+        &self,
+        places: &[usize],
+        from: usize,
+        direct: &[DirectPath<'_>],
+        lengths: &Lengths,
+    ) -> Vec<([usize; 2], u32)> {
+        let near = lengths.nearest(from, N_NEAR);
+        let mut lines = Vec::new();
+        for (to, before, mm) in near.iter().copied().filter(|(to, before, _)| *before != from && from < *to) {
+            let mut hops = vec![[before, to]];
+            let mut at = before;
+            while let Some(&(_, before, _)) = near.iter().find(|(to, ..)| *to == at) {
+                hops.push([before, at]);
+                at = before;
+            }
+            let cells: Vec<usize> = hops.iter().rev().flat_map(|&hop| self.cells_between(direct, hop)).collect();
+            let shorter = self.line_mm([places[from], places[to]], &cells);
+            if shorter < mm {
+                lines.push(([from, to], shorter));
+            }
         }
-        first
+        lines
     }
 
-    /// Path lengths from a place: to all with a straight line, and to the nearest of the others.
-    fn search(&self, from: usize, targets: &Targets, buffers: &mut SearchBuffers) -> (Vec<(usize, u32)>, f64) {
-        let Self { path_grid, points, cells, .. } = self;
-        let mm = |line: &[Point2<Map>]| (length_m(line) * 1000.0).round() as u32;
-        let is_straight = |&to: &usize| to != from && path_grid.is_clear(points[from], points[to]);
-        let straight = (0..points.len()).filter(is_straight);
-        let mut near: Vec<(usize, u32)> = straight.map(|to| (to, mm(&[points[from], points[to]]))).collect();
-        if near.len() + 1 == points.len() {
-            return (near, f64::INFINITY);
+    /// The cells of the path over the border between two places, the first one's first.
+    fn cells_between(&self, direct: &[DirectPath<'_>], [a, b]: [usize; 2]) -> Vec<usize> {
+        let ends = [a.min(b), a.max(b)];
+        let path = direct.binary_search_by_key(&ends, |path| path.ends).ok().and_then(|k| direct[k].border);
+        let mut cells = path.map_or(Vec::new(), |border| self.regions.path(border));
+        if a > b {
+            cells.reverse();
         }
-        let mut is_known = vec![false; points.len()];
-        near.iter().for_each(|(to, _)| is_known[*to] = true);
-        is_known[from] = true;
-        let n_unknown = is_known.iter().filter(|known| !**known).count();
-        let enough = self.n_around.min(n_unknown);
-        let looked_m = path_grid.shortest_paths(
-            cells[from],
-            targets,
-            |to| !is_known[to],
-            enough,
-            buffers,
-            |to, path| {
-                near.push((to, mm(&path_grid.pull_string(path, points[to], points[from]))));
-            },
-        );
-        let looked_m = if enough == n_unknown { f64::INFINITY } else { looked_m };
-        (near, looked_m)
+        cells
     }
 
-    /// A short order of these places.
-    pub(crate) fn order(&self, places: &[usize], start: Option<usize>, is_closed: bool, kicks: u32) -> PlaceOrder {
-        let numbers: Vec<usize> = places.iter().copied().chain(start).collect();
-        let all = self.distances();
-        let (distance_mm, lower_bound_mm) = (all.of(&numbers, &all.millimetres), all.of(&numbers, &all.lower_bound_mm));
-        let start = start.map(|_| places.len());
-        let tour = TourProblem {
-            distance_mm: &distance_mm,
-            lower_bound_mm: &lower_bound_mm,
-            n: numbers.len(),
-            start,
-            is_closed,
-        };
-        let order = tour.order(kicks);
-        let order_of_places = order.places.into_iter().filter(|p| Some(*p) != start).collect();
-        PlaceOrder { order: order_of_places, bound_m: order.bound_mm as f64 / 1000.0 }
+    /// Lower bounds of the path lengths between all places: straight lines, and the longest path of a spanning tree between
+    /// two places, because a shorter way over other regions crosses a border at least as far away.
+    fn lower_bounds(&self, places: &[usize], direct: &[DirectPath<'_>]) -> Vec<u32> {
+        let n = places.len();
+        let cell_mm = self.path_grid.resolution_m() * 1000.0 / f64::from(SIDE) / MAX_DETOUR_FACTOR;
+        let mut bounds = vec![0; n * n];
+        for (a, row) in bounds.chunks_exact_mut(n.max(1)).enumerate() {
+            let from = self.points[places[a]];
+            row.iter_mut().zip(places).for_each(|(mm, &to)| *mm = (from.distance_m(&self.points[to]) * 1000.0) as u32);
+        }
+        let tree = spanning_tree(n, direct);
+        for start in 0..n {
+            let mut waiting = vec![(start, start, 0)];
+            while let Some((at, before, cost)) = waiting.pop() {
+                let bound = &mut bounds[start * n + at];
+                *bound = (*bound).max((f64::from(cost) * cell_mm) as u32);
+                let onward = tree[at].iter().filter(|(to, _)| *to != before);
+                waiting.extend(onward.map(|&(to, step)| (to, at, cost.max(step))));
+            }
+        }
+        bounds
+    }
+}
+
+/// A path between two places, given by their positions, the lower one first.
+struct DirectPath<'a> {
+    ends: [usize; 2],
+    /// In steps over cells.
+    cost: u32,
+    mm: u32,
+    /// None within one cell.
+    border: Option<&'a Border>,
+}
+
+/// Neighbours of each place in a minimum spanning tree, with the costs of the paths.
+fn spanning_tree(n: usize, direct: &[DirectPath<'_>]) -> Vec<Vec<(usize, u32)>> {
+    let mut sorted: Vec<&DirectPath<'_>> = direct.iter().collect();
+    sorted.sort_by_key(|path| (path.cost, path.ends));
+    let mut root: Vec<usize> = (0..n).collect();
+    let find = |root: &mut [usize], mut at: usize| {
+        while root[at] != at {
+            root[at] = root[root[at]];
+            at = root[at];
+        }
+        at
+    };
+    let mut tree = vec![Vec::new(); n];
+    for path in sorted {
+        let [a, b] = path.ends.map(|end| find(&mut root, end));
+        if a != b {
+            root[a] = b;
+            let [a, b] = path.ends;
+            tree[a].push((b, path.cost));
+            tree[b].push((a, path.cost));
+        }
+    }
+    tree
+}
+
+/// Known path lengths between places in millimetres.
+struct Lengths {
+    /// By place: other places and lengths.
+    paths: Vec<Vec<(usize, u32)>>,
+}
+
+impl Lengths {
+    fn add(&mut self, [a, b]: [usize; 2], mm: u32) {
+        self.paths[a].push((b, mm));
+        self.paths[b].push((a, mm));
     }
 
-    fn distances(&self) -> DistanceMatrix {
-        let n = self.points.len();
+    /// The nearest places of a place, itself left out: each with the place before it and the length.
+    fn nearest(&self, from: usize, n: usize) -> Vec<(usize, usize, u32)> {
+        let mut found: Vec<(usize, usize, u32)> = Vec::new();
+        let mut heap = BinaryHeap::from([Reverse((0u32, from, from))]);
+        while let Some(Reverse((mm, at, before))) = heap.pop() {
+            if found.iter().any(|known| known.0 == at) || (at == from && before != from) {
+                continue;
+            }
+            if at != from {
+                found.push((at, before, mm));
+            }
+            if found.len() == n {
+                break;
+            }
+            heap.extend(self.paths[at].iter().map(|&(to, further)| Reverse((mm + further, to, at))));
+        }
+        found
+    }
+
+    /// Lengths of the shortest sums of paths between all places, row-major.
+    fn all(&self) -> Vec<u32> {
+        let n = self.paths.len();
         let mut millimetres = vec![NO_PATH; n * n];
-        for (from, near) in self.near.iter().enumerate() {
-            for &(to, mm) in near {
-                // String pulling may give different lengths for the two directions.
-                let shorter = mm.min(millimetres[to * n + from]);
-                (millimetres[to * n + from], millimetres[from * n + to]) = (shorter, shorter);
+        millimetres.par_chunks_exact_mut(n.max(1)).enumerate().for_each(|(from, row)| {
+            row[from] = 0;
+            let mut heap = BinaryHeap::from([Reverse((0, from))]);
+            while let Some(Reverse((mm, at))) = heap.pop() {
+                if mm > row[at] {
+                    continue;
+                }
+                for &(to, further) in &self.paths[at] {
+                    if mm + further < row[to] {
+                        row[to] = mm + further;
+                        heap.push(Reverse((mm + further, to)));
+                    }
+                }
             }
-            millimetres[from * n + from] = 0;
-        }
-        let mut lower_bound_mm = millimetres.clone();
-        let looked_m = |from: usize, to: usize| {
-            let (looked_m, n_known) = self.looked[from];
-            if to < n_known { looked_m } else { 0.0 }
-        };
-        for a in 0..n {
-            for b in (0..n).filter(|b| millimetres[a * n + b] == NO_PATH) {
-                lower_bound_mm[a * n + b] = (looked_m(a, b).max(looked_m(b, a)) / MAX_DETOUR_FACTOR * 1000.0) as u32;
-            }
-        }
-        complete(&mut millimetres, n);
-        DistanceMatrix { n, millimetres, lower_bound_mm }
+        });
+        millimetres
     }
 }
 
-/// Path lengths between all places, row-major.
-struct DistanceMatrix {
+/// Path lengths between all places of a tour, row-major.
+pub(crate) struct TourDistances {
     n: usize,
-    millimetres: Vec<u32>,
+    distance_mm: Vec<u32>,
     /// Lower bounds of the lengths.
     lower_bound_mm: Vec<u32>,
 }
 
-impl DistanceMatrix {
-    /// The submatrix of some places.
-    fn of(&self, numbers: &[usize], all: &[u32]) -> Vec<u32> {
-        numbers.iter().flat_map(|a| numbers.iter().map(move |b| all[a * self.n + b])).collect()
+impl TourDistances {
+    /// A short order of the places; without the start, if one is given.
+    pub(crate) fn order(&self, start: Option<usize>, is_closed: bool, kicks: u32) -> PlaceOrder {
+        let Self { n, distance_mm, lower_bound_mm } = self;
+        let order = TourProblem { distance_mm, lower_bound_mm, n: *n, start, is_closed }.order(kicks);
+        let places = order.places.into_iter().filter(|place| Some(*place) != start).collect();
+        PlaceOrder { places, bound_m: order.bound_mm as f64 / 1000.0 }
     }
 }
 
-/// The legs of a tour: the shortest line over the free space from each point to the next.
-pub(crate) fn legs(path_grid: &PathGrid, points: &[Point2<Map>]) -> Vec<Vec<Point2<Map>>> {
-    let leg = |buffers: &mut SearchBuffers, pair: &[Point2<Map>]| {
-        let mut line = vec![pair[0], pair[1]];
-        if let [Some(from), Some(to)] = [pair[0], pair[1]].map(|p| path_grid.cell_near(p))
-            && !path_grid.is_clear(pair[0], pair[1])
+/// The shortest lines over the free space between pairs of points.
+pub(crate) fn legs(path_grid: &PathGrid, pairs: &[[Point2<Map>; 2]]) -> Vec<Vec<Point2<Map>>> {
+    let leg = |buffers: &mut SearchBuffers, &[from, to]: &[Point2<Map>; 2]| {
+        if let [Some(first), Some(last)] = [from, to].map(|p| path_grid.cell_near(p))
+            && !path_grid.is_clear(from, to)
         {
-            // Searched from the end, so that the path has the right order.
-            let targets = Targets::new(path_grid, std::iter::once(from));
-            path_grid.shortest_paths(
-                to,
-                &targets,
-                |_| true,
-                1,
-                buffers,
-                |_, path| line = path_grid.pull_string(path, pair[0], pair[1]),
-            );
+            path_grid.pull_string(&path_grid.shortest_path(first, last, buffers), from, to)
+        } else {
+            vec![from, to]
         }
-        line
     };
-    let pairs: Vec<&[Point2<Map>]> = points.windows(2).collect();
-    pairs.into_par_iter().map_init(SearchBuffers::default, leg).collect()
-}
-
-/// Completes missing path lengths over places between (Dijkstra).
-fn complete(millimetres: &mut [u32], n: usize) {
-    let near: Vec<Vec<(usize, u32)>> = (0..n)
-        .map(|a| (0..n).map(|b| (b, millimetres[a * n + b])).filter(|(b, mm)| *b != a && *mm != NO_PATH).collect())
-        .collect();
-    if near.iter().all(|list| list.len() + 1 == n) {
-        return;
-    }
-    millimetres.par_chunks_exact_mut(n).enumerate().for_each(|(from, row)| {
-        let mut heap: BinaryHeap<Reverse<(u32, usize)>> =
-            near[from].iter().map(|&(to, mm)| Reverse((mm, to))).collect();
-        while let Some(Reverse((mm, at))) = heap.pop() {
-            if mm > row[at] {
-                continue;
-            }
-            for &(to, further) in &near[at] {
-                let mm = mm + further;
-                if mm < row[to] {
-                    row[to] = mm;
-                    heap.push(Reverse((mm, to)));
-                }
-            }
-        }
-    });
+    // Buffers are as large as the storey: one for each thread.
+    let chunk = pairs.len().div_ceil(rayon::current_num_threads()).max(1);
+    let legs_of = |pairs: &[[Point2<Map>; 2]]| {
+        let mut buffers = SearchBuffers::default();
+        pairs.iter().map(|pair| leg(&mut buffers, pair)).collect::<Vec<_>>()
+    };
+    pairs.par_chunks(chunk).flat_map_iter(legs_of).collect()
 }

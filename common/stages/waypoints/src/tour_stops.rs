@@ -1,8 +1,7 @@
 //! The request for a storey, the tour goals that follow from it, and the stops of its tour.
 
 use crate::options::MissionPlanOptions;
-use crate::scans::ScanSelection;
-use crate::space_centre::StoreyInputs;
+use crate::scan_registration::RegisteredScan;
 use frames::{Map, Point2};
 use messages::WaypointKind;
 
@@ -36,8 +35,16 @@ pub(crate) struct TourStop {
     pub(crate) covers_m2: f64,
     pub(crate) overlap: f64,
     pub(crate) leg_m: f64,
-    /// True for a scan that only connects others.
-    pub(crate) connects: bool,
+    /// None for a centre.
+    pub(crate) scan: Option<PlannedScan>,
+}
+
+/// A scan of the plan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PlannedScan {
+    /// Place in the order in which the scans of the storey register.
+    pub(crate) registration_order: u32,
+    pub(crate) scan: RegisteredScan,
 }
 
 /// A place to visit, before the tour is ordered.
@@ -46,14 +53,6 @@ pub(crate) struct TourGoal {
     pub(crate) at: Point2<Map>,
     pub(crate) part: u32,
     pub(crate) space: Option<usize>,
-    /// Index of the scan pose; `None` for a centre.
-    pub(crate) pose: Option<usize>,
-    /// True for a scan that only connects others.
-    pub(crate) connects: bool,
-}
-
-/// The tour goal of a scan pose.
-pub(crate) fn goal_of(storey: &StoreyInputs<'_>, scans: &ScanSelection, pose: usize, connects: bool) -> TourGoal {
-    let place = scans.place(pose);
-    TourGoal { at: place.at, part: place.part, space: storey.space_at(place.at), pose: Some(pose), connects }
+    /// None for a centre.
+    pub(crate) scan: Option<PlannedScan>,
 }

@@ -246,11 +246,150 @@ fn centres_and_scans_can_be_planned_alone() {
 }
 
 #[test]
-fn a_scan_that_follows_others_sees_some_of_what_they_saw() {
+fn each_scan_registers_with_those_before_it_in_the_order_of_registration() {
     let planned = flat().planned(&MissionPlanOptions { overlap: 0.2, ..quick() });
     assert!(planned.codes().is_empty(), "{:?}", planned.codes());
-    let scans = planned.scans();
-    assert!(scans.len() > 1 && scans[1..].iter().all(|s| s.overlap >= 0.2), "{scans:?}");
+    let mut scans = planned.scans();
+    scans.sort_by_key(|scan| scan.registration_order);
+    assert!(scans.iter().map(|scan| scan.registration_order as usize).eq(0..scans.len()));
+    assert!(scans.len() > 1 && scans[1..].iter().all(|s| s.registration_overlap >= 0.2), "{scans:?}");
+    assert_eq!(scans[0].registration_overlap, 0.0);
+}
+
+#[test]
+fn joining_scans_name_a_scan_that_does_not_register_without_them() {
+    // Much must have been seen: few scans that see all do not register by themselves.
+    let planned = flat().planned(&MissionPlanOptions { overlap: 0.6, ..quick() });
+    let waypoints = planned.mission_plan().waypoints;
+    let joining: Vec<_> = waypoints.iter().filter(|w| w.connects()).collect();
+    assert!(!joining.is_empty());
+    assert_eq!(planned.mission_plan().storeys[0].n_connecting as usize, joining.len());
+    for join in joining {
+        let joined = waypoints[join.joins as usize];
+        assert!(joined.kind == WaypointKind::Scan && joined.id != join.id);
+        assert!(join.overlap_without < 0.6 && joined.registration_overlap >= 0.6, "{join:?} {joined:?}");
+    }
+}
+
+#[test]
+fn no_two_scans_are_nearer_than_the_separation() {
+    for separation_m in [0.5, 1.2] {
+        let scans = flat().planned(&MissionPlanOptions { coverage: 1.0, separation_m, ..quick() }).scans();
+        let places: Vec<Point2<Map>> =
+            scans.iter().map(|w| Point2::new(w.position_in_map_m[0], w.position_in_map_m[1])).collect();
+        for (k, a) in places.iter().enumerate() {
+            assert!(places[..k].iter().all(|b| a.distance_m(b) > separation_m - 1e-6), "{a:?}");
+        }
+    }
+}
+
+#[test]
+fn a_room_that_needs_two_scans_side_by_side_has_them() {
+    // From nowhere are all walls farther away than the sensor measures at least.
+    let closet = "
+#######
+#aaaaa#
+#aaaaa#
+#aaaaa#
+#aaaaa#
+#######";
+    let sensor = ScanSensor { min_range_m: 0.45, ..ScanSensor::DEFAULT };
+    let options = MissionPlanOptions { sensor, space_coverage: 1.0, coverage: 1.0, separation_m: 5.0, ..quick() };
+    let planned = House::drawn(&[closet]).planned(&options);
+    let storey = planned.mission_plan().storeys[0];
+    assert!(planned.scans().len() > 1 && storey.n_seen == storey.n_faces, "{storey:?}");
+}
+
+#[test]
+fn furniture_is_scanned_only_where_its_class_is_asked_for() {
+    let targets = |classes: u32| {
+        let planned = flat().planned(&MissionPlanOptions { classes, ..quick() });
+        planned.mission_plan().storeys[0].n_targets as usize
+    };
+    let planned = flat().planned(&quick());
+    let grid = planned.archives.grid(0);
+    let furniture = sides(&grid).iter().filter(|s| grid.class[s.cell] == grid::Class::Furniture.id()).count();
+    assert!(furniture > 0);
+    assert_eq!(targets(MissionPlanOptions::default().classes) + furniture, targets(!0));
+}
+
+#[test]
+fn a_storey_without_the_classes_that_are_asked_for_is_noticed() {
+    let ramp = 1 << grid::Class::Ramp.id();
+    let planned = flat().planned(&MissionPlanOptions { classes: ramp, ..quick() });
+    assert_eq!((planned.scans().len(), planned.codes()), (0, vec!["no_target_faces".to_owned()]));
+}
+
+#[test]
+fn a_scan_that_adds_less_than_it_is_worth_is_not_made() {
+    let with = |min_gain_m: f64| flat().planned(&MissionPlanOptions { coverage: 1.0, min_gain_m, ..quick() });
+    let (all, worth) = (with(0.0), with(1.0));
+    assert!(worth.scans().len() < all.scans().len());
+    let [all, worth] = [all, worth].map(|planned| planned.mission_plan().storeys[0]);
+    assert!(all.n_seen == all.n_faces && worth.n_seen < all.n_seen);
+    assert!(f64::from(worth.n_seen) > 0.9 * f64::from(all.n_seen), "{worth:?}");
+}
+
+/// Shares that the first scans of the growth see of a plan.
+fn curve(planned: &Planned) -> Vec<f64> {
+    let plan = planned.mission_plan();
+    let n_faces: u32 = plan.storeys.iter().map(|storey| storey.n_faces).sum();
+    let sum = |n_seen: &mut u32, n_new: u32| {
+        *n_seen += n_new;
+        Some(*n_seen)
+    };
+    let seen = plan.growth.iter().map(|scan| scan.n_new).scan(0, |n_seen, n_new| sum(n_seen, n_new));
+    seen.map(|n_seen| f64::from(n_seen) / f64::from(n_faces)).collect()
+}
+
+fn coverage(planned: &Planned) -> f64 {
+    let storeys = planned.mission_plan().storeys;
+    let sum = |of: fn(&messages::MissionPlanStoreyRecord) -> u32| f64::from(storeys.iter().map(of).sum::<u32>());
+    sum(|storey| storey.n_seen) / sum(|storey| storey.n_faces)
+}
+
+fn two_storeys() -> House {
+    House::drawn(&[FLAT, &FLAT.replace('a', "d").replace('b', "e").replace('c', "f")])
+}
+
+#[test]
+fn the_curve_grows_to_all_that_can_be_seen() {
+    let curve = curve(&two_storeys().planned(&quick()));
+    assert!(curve.len() > 2 && curve.is_sorted() && curve[0] > 0.1 && curve[curve.len() - 1] == 1.0, "{curve:?}");
+}
+
+#[test]
+fn a_budget_of_scans_is_used_up_and_sees_at_least_what_the_curve_says() {
+    let everything = two_storeys().planned(&quick());
+    let curve = curve(&everything);
+    let mut before = 0.0;
+    for n in 1..=curve.len() + 1 {
+        let options = MissionPlanOptions { scans_max: Some(n as u32), coverage: 1.0, ..quick() };
+        let planned = two_storeys().planned(&options);
+        let n_scans = planned.scans().len();
+        // A scan that joins another is left out without it.
+        assert!(n_scans <= n && n_scans + 1 >= n.min(curve.len()), "{n_scans} of {n}");
+        let now = coverage(&planned);
+        assert!(n_scans == 0 || now >= curve[n_scans.min(curve.len()) - 1] - 1e-9, "{n}: {now}");
+        assert!(now >= before - 0.02, "{n}: {now} after {before}");
+        before = now;
+    }
+    assert_eq!(before, 1.0);
+}
+
+#[test]
+fn a_budget_of_minutes_is_kept_and_nearly_used_up() {
+    let minutes = |planned: &Planned| planned.mission_plan().head.mission_s.iter().sum::<f64>() / 60.0;
+    for minutes_max in [3.0, 4.5] {
+        let options = MissionPlanOptions { minutes_max: Some(minutes_max), coverage: 1.0, ..quick() };
+        let planned = two_storeys().planned(&options);
+        assert!(planned.codes().is_empty() && !planned.scans().is_empty());
+        let taken = minutes(&planned);
+        assert!(minutes_max - 2.0 < taken && taken <= minutes_max, "{taken} of {minutes_max}");
+    }
+    let planned = two_storeys().planned(&MissionPlanOptions { minutes_max: Some(0.1), ..quick() });
+    assert_eq!((planned.scans().len(), planned.codes()), (0, vec!["budget_too_small".to_owned()]));
+    assert_eq!(planned.of_kind(WaypointKind::Centre).len(), 6, "centres are planned as ever");
 }
 
 #[test]

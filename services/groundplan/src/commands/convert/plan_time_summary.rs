@@ -2,7 +2,7 @@
 
 use super::notices::notices;
 use super::rooms::RoomLine;
-use export::{ExportInput, FloorReach, text_or_null};
+use export::{ExportInput, FloorReach, ScanSummary, text_or_null};
 use frames::{counted, metres};
 use messages::{DoorPassageRecord, Grid};
 use serde::Serialize;
@@ -14,6 +14,8 @@ pub(super) struct PlanTimeSummary {
     plan_until: Option<String>,
     storeys: Vec<StoreyLine>,
     waypoints: usize,
+    /// None if no scans are planned, or nothing can be seen.
+    scans: Option<ScanSummary>,
     schedule_ignored: bool,
     #[serde(skip)]
     pub(super) rooms: Vec<RoomLine>,
@@ -46,6 +48,7 @@ impl PlanTimeSummary {
             plan_until: head.plan_until().map(|t| t.to_string()),
             storeys: input.grids.iter().map(|grid| storey_line(input, grid)).collect(),
             waypoints: input.mission_plan.waypoints.len(),
+            scans: ScanSummary::of(input.mission_plan),
             schedule_ignored: export::schedule_ignored(input.site, input.schedule_state),
             rooms: export::spaces_not_mapped(input).into_iter().map(|room| RoomLine::of(input.site, room)).collect(),
             notices: notices(input),
@@ -58,7 +61,8 @@ impl PlanTimeSummary {
             (Some(at), None) => Some(format!("at {at}")),
             (None, _) => None,
         };
-        date.into_iter().chain(self.storeys.iter().map(StoreyLine::text)).collect()
+        let scans = self.scans.as_ref().map(ScanSummary::text);
+        date.into_iter().chain(self.storeys.iter().map(StoreyLine::text)).chain(scans).collect()
     }
 }
 

@@ -1,14 +1,11 @@
-//! Candidate scan poses, their visible faces, and the selection.
+//! Candidate places for scans: one per square of a lattice, the centres of spaces, and more where a face is seen from nowhere
+//! else.
 
-use crate::options::MissionPlanOptions;
-use crate::set_cover::cover;
-use crate::set_cover_instance::SetCoverInstance;
 use crate::space_centre::{SpaceCentre, StoreyInputs};
 use crate::target_face::TargetFaces;
-use crate::visible_faces::{ScanPose, SensorLimits};
+use crate::visible_faces::SensorLimits;
 use frames::{Map, Point2};
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 
 /// A candidate place for scans.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,81 +15,12 @@ pub(crate) struct ScanPlace {
     pub(crate) part: u32,
 }
 
-/// Candidate scan poses of a storey, their visible faces, and the chosen poses.
-pub(crate) struct ScanSelection {
-    pub(crate) faces: TargetFaces,
-    pub(crate) places: Vec<ScanPlace>,
-    /// Candidate poses: index of the place, and yaw.
-    pub(crate) poses: Vec<(usize, f64)>,
-    /// Visible faces of each pose, with coverage goals.
-    pub(crate) instance: SetCoverInstance,
-    /// Chosen poses.
-    pub(crate) chosen: Vec<usize>,
-}
-
 /// Maximum number of places; the spacing is increased to stay below.
 const MAX_PLACES: usize = 20_000;
 
-impl ScanSelection {
-    /// Computes the visible faces of all candidate poses and chooses few that see enough. `may_scan` tells whether scans may
-    /// be made in a cell, `is_target` whether the face between an occupied and a free cell is a target.
-    pub(crate) fn plan(
-        storey: &StoreyInputs<'_>,
-        options: &MissionPlanOptions,
-        centres: &[SpaceCentre],
-        may_scan: impl Fn(usize) -> bool + Sync,
-        is_target: impl Fn(usize, usize) -> bool,
-    ) -> Self {
-        let free_space = storey.free_space;
-        let faces = TargetFaces::of(storey.grid, is_target);
-        let mut places = places(storey, options.spacing_m, centres, &may_scan);
-        let reach = SensorLimits::of(&options.sensor, free_space.spec.resolution_m());
-        let visible_from = |p: &ScanPlace| reach.visible_around(&free_space.sight, &faces, free_space.in_cells(p.at));
-        let mut seen: Vec<Vec<u32>> = places.par_iter().map(visible_from).collect();
-        let more = places_between(storey, options.spacing_m, &reach, &faces, &seen, &may_scan);
-        seen.par_extend(more.par_iter().map(visible_from));
-        places.extend(more);
-        let headings = headings(options);
-        let mut poses = Vec::with_capacity(places.len() * headings.len());
-        let mut sets = Vec::with_capacity(poses.capacity());
-        for (place, seen) in seen.into_iter().enumerate() {
-            if options.sensor.sees_around() {
-                poses.push((place, 0.0));
-                sets.push(seen);
-                continue;
-            }
-            for &yaw_rad in &headings {
-                let at = free_space.in_cells(places[place].at);
-                poses.push((place, yaw_rad));
-                sets.push(reach.in_field_of_view(&faces, &seen, ScanPose { at, yaw_rad }));
-            }
-        }
-        let groups = faces.all.iter().map(|f| u32::from(f.space)).collect();
-        let instance = SetCoverInstance::new(sets, groups, options.coverage, options.space_coverage);
-        let chosen = cover(&instance, options.search_steps).into_iter().map(|set| set as usize).collect();
-        Self { faces, places, poses, instance, chosen }
-    }
-
-    /// The faces that a pose sees.
-    pub(crate) fn seen(&self, pose: usize) -> &[u32] {
-        &self.instance.sets[pose]
-    }
-
-    /// The place of a pose.
-    pub(crate) fn place(&self, pose: usize) -> ScanPlace {
-        self.places[self.poses[pose].0]
-    }
-}
-
-/// Headings of a sensor with a limited field of view; neighbouring views overlap by half.
-fn headings(options: &MissionPlanOptions) -> Vec<f64> {
-    let n = (2.0 * TAU / options.sensor.field_of_view_rad).ceil() as u32;
-    (0..n).map(|k| TAU * f64::from(k) / f64::from(n)).map(|a| if a > TAU / 2.0 { a - TAU } else { a }).collect()
-}
-
 /// One reachable place per square of the spacing, the cell nearest to its middle, and the centres of the spaces. The squares
 /// are aligned to the map frame, so that places do not depend on the size of the grid.
-fn places(
+pub(crate) fn places(
     storey: &StoreyInputs<'_>,
     spacing_m: f64,
     centres: &[SpaceCentre],
@@ -120,7 +48,7 @@ fn places(
 
 /// Additional places that see faces not visible from the others, such as those seen through a door or past a column from few
 /// cells only. They are searched at half and a quarter of the spacing.
-fn places_between(
+pub(crate) fn places_between(
     storey: &StoreyInputs<'_>,
     spacing_m: f64,
     reach: &SensorLimits,
@@ -157,6 +85,31 @@ fn places_between(
         }
     }
     places
+}
+
+/// For each place the others at less than a distance, ascending.
+pub(crate) fn near_places(places: &[ScanPlace], distance_m: f64) -> Vec<Vec<u32>> {
+    // Places at this distance are not too near, whatever the last digit of a coordinate is.
+    let distance_m = distance_m - 1e-6;
+    if distance_m <= 0.0 {
+        return vec![Vec::new(); places.len()];
+    }
+    let square = |at: Point2<Map>| at.coordinates_m().map(|c| (c / distance_m).floor() as i64);
+    let mut sorted: Vec<([i64; 2], u32)> = places.iter().zip(0..).map(|(place, k)| (square(place.at), k)).collect();
+    sorted.sort_unstable();
+    let near = |(place, own): (&ScanPlace, u32)| {
+        let [x, y] = square(place.at);
+        let columns = (x - 1..=x + 1).flat_map(|x| {
+            let first = sorted.partition_point(|(square, _)| *square < [x, y - 1]);
+            sorted[first..].iter().take_while(move |(square, _)| *square <= [x, y + 1])
+        });
+        let is_near = |k: &u32| *k != own && places[*k as usize].at.distance_m(&place.at) < distance_m;
+        let others = columns.map(|&(_, k)| k).filter(is_near);
+        let mut near: Vec<u32> = others.collect();
+        near.sort_unstable();
+        near
+    };
+    places.iter().zip(0..).map(near).collect()
 }
 
 fn one_per_square(spec: &grid::GridSpec, side: i32, fits: &impl Fn(usize) -> bool) -> Vec<usize> {

@@ -1,0 +1,102 @@
+//! Regions of the floor: the cells that are nearest to each place, and the paths between places of neighbouring regions. One
+//! search over the cells for all places.
+//!
+//! A minimum spanning tree over these paths is one over the shortest paths between all places.
+//!
+//! # Source
+//! Mehlhorn, "A faster approximation algorithm for the Steiner problem in graphs", Information Processing Letters 27, 1988.
+
+use crate::path_search::{NO_PATH, PathGrid};
+
+/// Regions of places, given by the cells in which they lie.
+pub(crate) struct PlaceRegions {
+    /// Place of each cell; `NONE` where none can be reached from.
+    region: Vec<u32>,
+    /// Next cell towards the place of the region.
+    from: Vec<u32>,
+    /// Pairs of places with neighbouring regions, ascending.
+    pub(crate) borders: Vec<Border>,
+}
+
+/// Where the path between the places of two neighbouring regions crosses their border.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Border {
+    /// The lower one first.
+    pub(crate) places: [u32; 2],
+    /// Cost of the path, as of [`PathGrid::steps_from`].
+    pub(crate) cost: u32,
+    /// The last cell in the first region, and the first in the other.
+    cells: [u32; 2],
+}
+
+const NONE: u32 = u32::MAX;
+
+/// More than the cost of any step.
+const N_BUCKETS: usize = 8;
+
+impl PlaceRegions {
+    /// Of places in the same cell the first one has the region, the others have none.
+    pub(crate) fn of(path_grid: &PathGrid, cells: &[usize]) -> Self {
+        let n_cells = path_grid.open.len();
+        let mut cost = vec![NO_PATH; n_cells];
+        let mut regions = Self { region: vec![NONE; n_cells], from: vec![NONE; n_cells], borders: Vec::new() };
+        let mut buckets: [Vec<u32>; N_BUCKETS] = Default::default();
+        let (mut n_waiting, mut now) = (0usize, 0u32);
+        for (&cell, place) in cells.iter().zip(0..) {
+            if path_grid.open[cell] && regions.region[cell] == NONE {
+                (cost[cell], regions.region[cell]) = (0, place);
+                buckets[0].push(cell as u32);
+                n_waiting += 1;
+            }
+        }
+        while n_waiting > 0 {
+            while let Some(cell) = buckets[now as usize % N_BUCKETS].pop() {
+                n_waiting -= 1;
+                let cell = cell as usize;
+                if cost[cell] != now {
+                    continue;
+                }
+                let place = regions.region[cell];
+                path_grid.steps_from(cell, |next, step| {
+                    if now + step < cost[next] {
+                        (cost[next], regions.region[next], regions.from[next]) = (now + step, place, cell as u32);
+                        buckets[(now + step) as usize % N_BUCKETS].push(next as u32);
+                        n_waiting += 1;
+                    }
+                });
+            }
+            now += 1;
+        }
+        regions.borders = regions.find_borders(path_grid, &cost);
+        regions
+    }
+
+    /// The shortest path between each two neighbouring regions.
+    fn find_borders(&self, path_grid: &PathGrid, cost: &[u32]) -> Vec<Border> {
+        let mut borders = Vec::new();
+        for cell in (0..cost.len()).filter(|&cell| self.region[cell] != NONE) {
+            path_grid.steps_from(cell, |next, step| {
+                let places = [self.region[cell], self.region[next]];
+                if places[0] < places[1] {
+                    let cells = [cell, next].map(|cell| cell as u32);
+                    borders.push(Border { places, cost: cost[cell] + step + cost[next], cells });
+                }
+            });
+        }
+        borders.sort_unstable();
+        borders.dedup_by_key(|border| border.places);
+        borders
+    }
+
+    /// The cells of the path between two places, the first one's first.
+    pub(crate) fn path(&self, border: &Border) -> Vec<usize> {
+        let towards = |cell: u32| {
+            let next = |&cell: &u32| Some(self.from[cell as usize]).filter(|next| *next != NONE);
+            std::iter::successors(Some(cell), next).map(|cell| cell as usize)
+        };
+        let mut path: Vec<usize> = towards(border.cells[0]).collect();
+        path.reverse();
+        path.extend(towards(border.cells[1]));
+        path
+    }
+}
