@@ -14,9 +14,9 @@ use crate::storey_planner::PlannedStorey;
 use crate::tour_stops::TourStop;
 use frames::metres;
 use messages::{
-    Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, GrownScanRecord, MissionPlanBuilder,
-    MissionPlanHead, MissionPlanSpaceRecord, MissionPlanStoreyRecord, NONE, Named, NoWaypoint, NodeKind,
-    RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site, WaypointKind, WaypointRecord,
+    Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, GrownScanRecord,
+    MissionPlanBuilder, MissionPlanHead, MissionPlanSpaceRecord, MissionPlanStoreyRecord, NONE, Named, NoWaypoint,
+    NodeKind, RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site, WaypointKind, WaypointRecord,
 };
 
 /// Assembles the archive: storeys in the order in which they are reached, refusals, and the graph over all storeys.

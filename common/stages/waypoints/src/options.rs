@@ -173,7 +173,7 @@ const STRUCTURE: u32 = 1 << Class::Wall as u32
     | 1 << Class::Stair as u32;
 
 /// Exchanges per scan, and kicks, per unit of `quality`.
-const STEPS_PER_QUALITY: u32 = 200;
+const STEPS_PER_QUALITY: u32 = 100;
 const KICKS_PER_QUALITY: u32 = 200;
 
 impl MissionPlanOptions {

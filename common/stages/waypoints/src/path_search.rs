@@ -118,7 +118,8 @@ impl PathGrid {
     pub(crate) fn shortest_path(&self, from: usize, to: usize, buffers: &mut SearchBuffers) -> Vec<usize> {
         // The cost of a path over open floor is never more than that of a path around obstacles.
         let left = |cell: usize| {
-            let [dx, dy] = [(cell % self.width).abs_diff(to % self.width), (cell / self.width).abs_diff(to / self.width)];
+            let [dx, dy] =
+                [(cell % self.width).abs_diff(to % self.width), (cell / self.width).abs_diff(to / self.width)];
             SIDE * dx.max(dy) as u32 + (CORNER - SIDE) * dx.min(dy) as u32
         };
         buffers.begin(self.open.len());
@@ -132,7 +133,9 @@ impl PathGrid {
                 }
                 // A cell that was reached at less cost since has been looked at.
                 if cost + left(cell) == now {
-                    self.steps_from(cell, |next, step| buffers.reach(next, cell, cost + step, cost + step + left(next)));
+                    self.steps_from(cell, |next, step| {
+                        buffers.reach(next, cell, cost + step, cost + step + left(next))
+                    });
                 }
             }
             now += 1;

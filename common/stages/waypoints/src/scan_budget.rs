@@ -12,7 +12,8 @@ use std::collections::BinaryHeap;
 pub(crate) fn merged<'a>(growths: &[&'a [GrownScan]]) -> Vec<(usize, &'a GrownScan)> {
     let mut heap: BinaryHeap<(Ratio, Reverse<usize>)> = BinaryHeap::new();
     let mut next = vec![0; growths.len()];
-    let ratio = |at: usize, first: usize| step(&growths[at][first..]).map(|n| Ratio::of(&growths[at][first..first + n]));
+    let ratio =
+        |at: usize, first: usize| step(&growths[at][first..]).map(|n| Ratio::of(&growths[at][first..first + n]));
     heap.extend((0..growths.len()).filter_map(|at| Some((ratio(at, 0)?, Reverse(at)))));
     let mut order = Vec::with_capacity(growths.iter().map(|growth| growth.len()).sum());
     while let Some((_, Reverse(at))) = heap.pop() {
@@ -26,7 +27,9 @@ pub(crate) fn merged<'a>(growths: &[&'a [GrownScan]]) -> Vec<(usize, &'a GrownSc
 
 /// Number of scans that are chosen together at the beginning of a growth; `None` at its end.
 fn step(growth: &[GrownScan]) -> Option<usize> {
-    (!growth.is_empty()).then(|| growth.iter().take_while(|scan| scan.connects).count() + 1).map(|n| n.min(growth.len()))
+    (!growth.is_empty())
+        .then(|| growth.iter().take_while(|scan| scan.connects).count() + 1)
+        .map(|n| n.min(growth.len()))
 }
 
 /// New faces per scan, exactly.

@@ -15,7 +15,11 @@ pub(crate) fn fewest_scans(survey: &ScanSurvey, options: &MissionPlanOptions) ->
     let grown = registration.joined(&completed(instance, grown));
     let rank = |scans: &[RegisteredScan]| {
         let sets: Vec<u32> = scans.iter().map(|scan| scan.set).collect();
-        (scans.iter().filter(|scan| !scan.registers).count(), sets.len(), std::cmp::Reverse(instance.n_covered_by(&sets)))
+        (
+            scans.iter().filter(|scan| !scan.registers).count(),
+            sets.len(),
+            std::cmp::Reverse(instance.n_covered_by(&sets)),
+        )
     };
     if rank(&grown) < rank(&searched) { grown } else { searched }
 }

@@ -22,12 +22,7 @@ pub(crate) fn n_needed(overlap: f64, n_faces: usize) -> usize {
 
 /// The scans in order, until no other one covers a new face. The first of each part (`parts`, by set) needs no overlap.
 /// Of a pair of which one joins the other, the faces of both count for each; of equals the lower set comes first.
-pub(crate) fn grow(
-    instance: &SetCoverInstance,
-    owners: &FaceOwners,
-    parts: &[u32],
-    overlap: f64,
-) -> Vec<GrownScan> {
+pub(crate) fn grow(instance: &SetCoverInstance, owners: &FaceOwners, parts: &[u32], overlap: f64) -> Vec<GrownScan> {
     let n_sets = instance.sets.len();
     let mut growth = Growth {
         instance,
@@ -94,13 +89,16 @@ impl Growth<'_> {
         loop {
             let heap = if registers { &mut self.registrable } else { &mut self.others };
             let &(gain, Reverse(set)) = heap.peek()?;
-            let is_true = gain == self.gain[set as usize]
-                && !self.is_excluded[set as usize]
-                && self.registers(set) == registers;
+            let is_true =
+                gain == self.gain[set as usize] && !self.is_excluded[set as usize] && self.registers(set) == registers;
             if is_true {
                 return Some((gain, set));
             }
-            if registers { self.registrable.pop() } else { self.others.pop() };
+            if registers {
+                self.registrable.pop()
+            } else {
+                self.others.pop()
+            };
             self.push(set);
         }
     }

@@ -1,11 +1,11 @@
-//! Candidate places for scans: one per square of a lattice, the centres of spaces, and more where a face is seen from nowhere
-//! else.
+//! Candidate places for scans: one per square of a lattice, the centres of spaces, more where a face is seen from nowhere else,
+//! and those around other places.
 
 use crate::space_centre::{SpaceCentre, StoreyInputs};
 use crate::target_face::TargetFaces;
 use crate::visible_faces::SensorLimits;
 use frames::{Map, Point2};
-use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// A candidate place for scans.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,40 +47,54 @@ pub(crate) fn places(
 }
 
 /// Additional places that see faces not visible from the others, such as those seen through a door or past a column from few
-/// cells only. They are searched at half and a quarter of the spacing.
-pub(crate) fn places_between(
+/// cells only. They are looked for on rays from the faces.
+pub(crate) fn places_for_unseen(
     storey: &StoreyInputs<'_>,
-    spacing_m: f64,
-    reach: &SensorLimits,
+    limits: &SensorLimits,
     faces: &TargetFaces,
     seen: &[Vec<u32>],
-    may_scan: &(impl Fn(usize) -> bool + Sync),
+    may_scan: &impl Fn(usize) -> bool,
 ) -> Vec<ScanPlace> {
     let free_space = storey.free_space;
-    let fits = |cell: usize| storey.is_reached(cell) && may_scan(cell);
     let mut is_seen = vec![false; faces.all.len()];
     seen.iter().flatten().for_each(|&face| is_seen[face as usize] = true);
+    let rest = faces.without(&is_seen);
+    let mut is_seen = vec![false; rest.all.len()];
     let mut places = Vec::new();
-    for part in [2.0, 4.0] {
-        let side = (spacing_m / part / free_space.spec.resolution_m()).round().max(1.0) as i32;
-        let rest = faces.without(&is_seen);
-        let cells = one_per_square(&free_space.spec, side, &fits);
-        if rest.all.is_empty() || cells.len() > 4 * MAX_PLACES {
-            break;
+    let fits = |cell: usize| storey.is_reached(cell) && may_scan(cell);
+    for k in 0..rest.all.len() {
+        if is_seen[k] {
+            continue;
         }
-        let visible_from = |&cell: &usize| {
-            reach.visible_around(&free_space.sight, &rest, free_space.in_cells(free_space.middle(cell)))
-        };
-        let found: Vec<Vec<u32>> = cells.par_iter().map(visible_from).collect();
-        // Greedily the place that sees most of the remaining faces.
-        let mut order: Vec<usize> = (0..cells.len()).filter(|&k| !found[k].is_empty()).collect();
-        order.sort_by_key(|&k| (std::cmp::Reverse(found[k].len()), cells[k]));
-        for k in order {
-            let numbers = found[k].iter().map(|&face| rest.numbers[face as usize] as usize);
-            let new: Vec<usize> = numbers.filter(|&face| !is_seen[face]).collect();
-            if !new.is_empty() {
-                new.into_iter().for_each(|face| is_seen[face] = true);
-                places.push(ScanPlace { at: free_space.middle(cells[k]), part: free_space.part(cells[k]) });
+        if let Some(cell) = limits.cell_that_sees(&free_space.sight, &rest.all[k], fits) {
+            let at = free_space.middle(cell);
+            let seen = limits.visible_around(&free_space.sight, &rest, free_space.in_cells(at));
+            seen.into_iter().for_each(|face| is_seen[face as usize] = true);
+            places.push(ScanPlace { at, part: free_space.part(cell) });
+        }
+    }
+    places
+}
+
+/// The places around some others at a distance along rows, columns and diagonals; without those that are known.
+pub(crate) fn places_around(
+    storey: &StoreyInputs<'_>,
+    known: &[ScanPlace],
+    around: impl Iterator<Item = usize>,
+    spacing_m: f64,
+    may_scan: &impl Fn(usize) -> bool,
+) -> Vec<ScanPlace> {
+    let free_space = storey.free_space;
+    let spec = &free_space.spec;
+    let cell_of = |at: Point2<Map>| spec.cell_at(at).map(|cell| spec.index(cell));
+    let mut cells: BTreeSet<usize> = known.iter().filter_map(|place| cell_of(place.at)).collect();
+    let mut places = Vec::new();
+    for place in around.map(|k| known[k]) {
+        for (x, y) in (0..9).filter(|k| *k != 4).map(|k| (f64::from(k % 3 - 1), f64::from(k / 3 - 1))) {
+            let at = Point2::new(place.at.x_m() + x * spacing_m, place.at.y_m() + y * spacing_m);
+            let cell = cell_of(at).filter(|&cell| storey.is_reached(cell) && may_scan(cell));
+            if let Some(cell) = cell.filter(|&cell| cells.insert(cell)) {
+                places.push(ScanPlace { at: free_space.middle(cell), part: free_space.part(cell) });
             }
         }
     }

@@ -119,7 +119,8 @@ impl Registration<'_> {
                     && n_shared[set as usize] as usize >= n_missing
                     && n_seen() >= n_needed(self.overlap, own.len())
             };
-            let best = sharing.iter().filter(joins).max_by_key(|&&set| (n_shared[set as usize], std::cmp::Reverse(set)));
+            let best =
+                sharing.iter().filter(joins).max_by_key(|&&set| (n_shared[set as usize], std::cmp::Reverse(set)));
             if let Some(&best) = best {
                 return Some(best);
             }

@@ -2,7 +2,7 @@
 
 use crate::options::MissionPlanOptions;
 use crate::scan_growth::{GrownScan, grow};
-use crate::scan_places::{ScanPlace, near_places, places, places_between};
+use crate::scan_places::{ScanPlace, near_places, places, places_around, places_for_unseen};
 use crate::scan_registration::Registration;
 use crate::set_cover_instance::{FaceOwners, SetCoverInstance};
 use crate::space_centre::{SpaceCentre, StoreyInputs};
@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Candidate scan poses of a storey and what they see.
+#[derive(Default)]
 pub(crate) struct ScanSurvey {
     pub(crate) faces: TargetFaces,
     pub(crate) places: Vec<ScanPlace>,
@@ -26,6 +27,9 @@ pub(crate) struct ScanSurvey {
     /// The poses in the order in which a plan grows.
     pub(crate) growth: Vec<GrownScan>,
 }
+
+/// Spacing of the first places that are tried, in spacings of the options: a place sees nearly what one beside it sees.
+const COARSE: f64 = 2.0;
 
 /// Side of a window in which scans are exchanged, in ranges of the sensor: most faces of a scan are seen from its window.
 const WINDOW_RANGES: f64 = 4.0;
@@ -42,26 +46,53 @@ impl ScanSurvey {
     ) -> Self {
         let free_space = storey.free_space;
         let faces = TargetFaces::of(storey.grid, is_target);
-        let resolution_m = free_space.spec.resolution_m();
-        let reach = SensorLimits::of(&options.sensor, resolution_m);
-        let visible_from = |p: &ScanPlace| reach.visible_around(&free_space.sight, &faces, free_space.in_cells(p.at));
-        let mut places =
-            if faces.all.is_empty() { Vec::new() } else { places(storey, options.spacing_m, centres, &may_scan) };
-        let mut seen: Vec<Vec<u32>> = places.par_iter().map(visible_from).collect();
-        let more = places_between(storey, options.spacing_m, &reach, &faces, &seen, &may_scan);
-        seen.par_extend(more.par_iter().map(visible_from));
+        let limits = SensorLimits::of(&options.sensor, free_space.spec.resolution_m());
+        let mut survey = Self { faces, ..Self::default() };
+        if survey.faces.all.is_empty() {
+            return survey;
+        }
+        let visible_from = |faces: &TargetFaces, p: &ScanPlace| {
+            limits.visible_around(&free_space.sight, faces, free_space.in_cells(p.at))
+        };
+        let mut places = places(storey, COARSE * options.spacing_m, centres, &may_scan);
+        let mut seen: Vec<Vec<u32>> = places.par_iter().map(|place| visible_from(&survey.faces, place)).collect();
+        let more = places_for_unseen(storey, &limits, &survey.faces, &seen, &may_scan);
+        seen.par_extend(more.par_iter().map(|place| visible_from(&survey.faces, place)));
         places.extend(more);
-        let (poses, sets) = poses(storey, options, &reach, &faces, &places, seen);
-        let groups = faces.all.iter().map(|f| u32::from(f.space)).collect();
+        survey.add(storey, options, &limits, places, seen);
+        // Around the scans of a first plan finer places are tried.
+        let first: Vec<usize> = survey.growth_to_goal().iter().map(|scan| survey.poses[scan.set as usize].0).collect();
+        let more = places_around(storey, &survey.places, first.into_iter(), options.spacing_m, &may_scan);
+        let seen = more.par_iter().map(|place| visible_from(&survey.faces, place)).collect();
+        survey.add(storey, options, &limits, more, seen);
+        survey
+    }
+
+    /// Adds places with the faces that are visible all around from each.
+    fn add(
+        &mut self,
+        storey: &StoreyInputs<'_>,
+        options: &MissionPlanOptions,
+        limits: &SensorLimits,
+        more: Vec<ScanPlace>,
+        seen: Vec<Vec<u32>>,
+    ) {
+        let (mut more_poses, mut more_sets) = poses(storey, options, limits, &self.faces, &more, seen);
+        more_poses.iter_mut().for_each(|pose| pose.0 += self.places.len());
+        self.places.extend(more);
+        self.poses.append(&mut more_poses);
+        let mut sets = std::mem::take(&mut self.instance.sets);
+        sets.append(&mut more_sets);
+        let groups = self.faces.all.iter().map(|f| u32::from(f.space)).collect();
         let mut instance = SetCoverInstance::new(sets, groups, options.coverage, options.space_coverage);
-        instance.conflicts = conflicts(&places, &poses, options.separation_m);
+        instance.conflicts = conflicts(&self.places, &self.poses, options.separation_m);
         let window_m = WINDOW_RANGES * options.sensor.range_m;
-        instance.windows = windows(poses.iter().map(|pose| places[pose.0].at.coordinates_m()), window_m);
-        let parts: Vec<u32> = poses.iter().map(|pose| places[pose.0].part).collect();
-        let owners = instance.owners();
-        let growth = grow(&instance, &owners, &parts, options.overlap);
-        limit_goal(&mut instance, &growth, options.min_gain_m / resolution_m);
-        Self { faces, places, poses, instance, owners, parts, growth }
+        instance.windows = windows(self.poses.iter().map(|pose| self.places[pose.0].at.coordinates_m()), window_m);
+        self.parts = self.poses.iter().map(|pose| self.places[pose.0].part).collect();
+        self.owners = instance.owners();
+        self.growth = grow(&instance, &self.owners, &self.parts, options.overlap);
+        limit_goal(&mut instance, &self.growth, options.min_gain_m / storey.free_space.spec.resolution_m());
+        self.instance = instance;
     }
 
     /// The growth until the goal is reached.
@@ -95,7 +126,7 @@ impl ScanSurvey {
 fn poses(
     storey: &StoreyInputs<'_>,
     options: &MissionPlanOptions,
-    reach: &SensorLimits,
+    limits: &SensorLimits,
     faces: &TargetFaces,
     places: &[ScanPlace],
     seen: Vec<Vec<u32>>,
@@ -107,7 +138,7 @@ fn poses(
     let all = places.iter().enumerate().flat_map(|(k, place)| headings.iter().map(move |&yaw_rad| (k, place, yaw_rad)));
     let pose = |(k, place, yaw_rad): (usize, &ScanPlace, f64)| {
         let at = storey.free_space.in_cells(place.at);
-        ((k, yaw_rad), reach.in_field_of_view(faces, &seen[k], ScanPose { at, yaw_rad }))
+        ((k, yaw_rad), limits.in_field_of_view(faces, &seen[k], ScanPose { at, yaw_rad }))
     };
     all.map(pose).unzip()
 }

@@ -21,6 +21,7 @@ pub struct SetCoverInstance {
 }
 
 /// The sets that contain each face.
+#[derive(Default)]
 pub(crate) struct FaceOwners {
     sets: Vec<u32>,
     /// First owner of each face.
@@ -87,6 +88,19 @@ impl SetCoverInstance {
         let mut covered = CoverCounts::new(self);
         sets.iter().for_each(|&set| covered.add(set));
         covered.n
+    }
+
+    /// No choice that reaches the goal for all faces has fewer sets.
+    pub(crate) fn least_sets(&self) -> usize {
+        let mut sizes: Vec<usize> = self.sets.iter().map(Vec::len).collect();
+        sizes.sort_unstable_by(|a, b| b.cmp(a));
+        let mut n_left = self.goal;
+        let is_needed = |size: &&usize| {
+            let is_needed = n_left > 0;
+            n_left = n_left.saturating_sub(**size);
+            is_needed
+        };
+        sizes.iter().take_while(is_needed).count()
     }
 
     /// Removes redundant sets, those with the fewest faces of their own first.

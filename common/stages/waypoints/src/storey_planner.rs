@@ -146,8 +146,7 @@ pub(crate) fn instance_of(storey: &StoreyInputs<'_>, request: &StoreyRequest<'_>
     let is_centroid = |at: Point2<Map>| {
         centres.iter().any(|(space, c)| c.at == at && storey.site.spaces[*space].centroid_m == at.coordinates_m())
     };
-    let centroids =
-        (0..scans.poses.len() as u32).filter(|&pose| is_centroid(scans.place(pose).at)).collect();
+    let centroids = (0..scans.poses.len() as u32).filter(|&pose| is_centroid(scans.place(pose).at)).collect();
     (scans.instance, centroids)
 }
 
@@ -202,7 +201,8 @@ fn tours(inputs: &TourInputs<'_>, goals: &[TourGoal], planned: &mut PlannedStore
     parts.dedup();
     planned.n_parts = parts.len() as u32;
     let starts: Vec<Option<Point2<Map>>> = parts.iter().map(|&part| entry(part)).collect();
-    let places = StoreyPlaces::of(path_grid, goals.iter().map(|g| g.at).chain(starts.iter().flatten().copied()).collect());
+    let places =
+        StoreyPlaces::of(path_grid, goals.iter().map(|g| g.at).chain(starts.iter().flatten().copied()).collect());
     let mut next_start = goals.len()..;
     let mut tours = Vec::new();
     for (&part, &start) in parts.iter().zip(&starts) {
@@ -212,7 +212,12 @@ fn tours(inputs: &TourInputs<'_>, goals: &[TourGoal], planned: &mut PlannedStore
         let distances = places.distances(&own);
         let order = distances.order(start_of_own, request.options.closed_tours, request.options.tour_kicks);
         let goals: Vec<TourGoal> = order.places.into_iter().map(|k| goals[own[k]]).collect();
-        tours.push(PartTour { points: tour_points(&goals, start, request.options.closed_tours), goals, start, bound_m: order.bound_m });
+        tours.push(PartTour {
+            points: tour_points(&goals, start, request.options.closed_tours),
+            goals,
+            start,
+            bound_m: order.bound_m,
+        });
     }
     let pairs: Vec<[Point2<Map>; 2]> =
         tours.iter().flat_map(|tour| tour.points.windows(2).map(|pair| [pair[0], pair[1]])).collect();

@@ -15,8 +15,11 @@ use crate::set_cover_instance::{CoverCounts, FaceOwners, SetCoverInstance};
 pub(crate) fn fewer_sets(instance: &SetCoverInstance, chosen: Vec<u32>, steps: u32) -> Vec<u32> {
     let mut search = TabuSearch::new(instance, &chosen);
     let steps = steps.saturating_mul(chosen.len() as u32);
-    let mut best = chosen;
+    let (mut best, least) = (chosen, instance.least_sets());
     for step in 1..=steps {
+        if best.len() <= least {
+            break;
+        }
         while search.covered.reaches_goals() {
             best.clone_from(&search.chosen);
             if best.len() < 2 {

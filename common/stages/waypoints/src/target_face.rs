@@ -19,11 +19,9 @@ pub(crate) struct TargetFace {
 }
 
 /// All target faces of a storey, in tiles.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct TargetFaces {
     pub(crate) all: Vec<TargetFace>,
-    /// Indices in the complete list, for a subset.
-    pub(crate) numbers: Vec<u32>,
     /// First face of each tile, row-major, and the number of faces.
     first: Vec<u32>,
     tiles_wide: usize,
@@ -62,18 +60,17 @@ impl TargetFaces {
         }
         // A stable sort keeps the order of cells within a tile.
         found.sort_by_key(|(tile, _)| *tile);
-        let numbers = (0..found.len() as u32).collect();
         let (tiles, all): (Vec<u32>, Vec<TargetFace>) = found.into_iter().unzip();
-        Self { all, numbers, first: firsts(tiles, n_tiles), tiles_wide }
+        Self { all, first: firsts(tiles, n_tiles), tiles_wide }
     }
 
-    /// The faces that are not marked, with their indices in `numbers`.
+    /// The faces that are not marked.
     pub(crate) fn without(&self, marked: &[bool]) -> Self {
         let tiles = self.first.windows(2).zip(0u32..).flat_map(|(ends, tile)| (ends[0]..ends[1]).map(move |_| tile));
         let rest: Vec<(u32, u32)> = tiles.zip(0..).filter(|(_, face)| !marked[*face as usize]).collect();
         let (tiles, numbers): (Vec<u32>, Vec<u32>) = rest.into_iter().unzip();
         let all = numbers.iter().map(|&face| self.all[face as usize]).collect();
-        Self { all, numbers, first: firsts(tiles, self.first.len() - 1), tiles_wide: self.tiles_wide }
+        Self { all, first: firsts(tiles, self.first.len() - 1), tiles_wide: self.tiles_wide }
     }
 
     /// Indices of the faces in tiles within `range` cells of a point, ascending.
@@ -253,7 +250,7 @@ mod tests {
         let faces = faces(&room(&rows.iter().map(String::as_str).collect::<Vec<_>>()));
         let some: Vec<bool> = (0..faces.all.len()).map(|k| k % 3 == 0).collect();
         let rest = faces.without(&some);
-        assert!(rest.numbers.iter().all(|n| n % 3 != 0) && rest.all.len() == some.iter().filter(|s| !**s).count());
+        assert!(rest.all.len() == some.iter().filter(|s| !**s).count());
         for (list, at) in [(&faces, [20.5, 30.5]), (&faces, [2.5, 2.5]), (&rest, [70.5, 51.5])] {
             let near: Vec<u32> = list.near(at, 9.0).collect();
             assert!(near.is_sorted());

@@ -59,9 +59,9 @@ impl<'a> StoreyPlaces<'a> {
         let mut by_cell: Vec<(usize, usize)> = places.iter().map(|&place| self.cells[place]).zip(0..).collect();
         by_cell.sort_unstable();
         // The first of a cell has its region.
-        let in_one_cell = by_cell.chunk_by(|a, b| a.0 == b.0).flat_map(|same| {
-            same[1..].iter().map(|other| ([same[0].1, other.1], None))
-        });
+        let in_one_cell = by_cell
+            .chunk_by(|a, b| a.0 == b.0)
+            .flat_map(|same| same[1..].iter().map(|other| ([same[0].1, other.1], None)));
         let mut all: Vec<([usize; 2], Option<&Border>)> =
             self.regions.borders.iter().filter_map(over_border).chain(in_one_cell).collect();
         all.sort_unstable_by_key(|path| path.0);

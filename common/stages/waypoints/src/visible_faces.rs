@@ -15,6 +15,9 @@ pub(crate) struct SensorLimits {
     half_view_rad: f64,
 }
 
+/// Angle between the rays from a face on which a place is looked for: two and a half degrees.
+const RAY_STEP_RAD: f64 = PI / 72.0;
+
 /// A position in cells and a heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ScanPose {
@@ -49,6 +52,34 @@ impl SensorLimits {
             turn_between(bearing, pose.yaw_rad) <= self.half_view_rad
         };
         seen.iter().filter(is_in_view).copied().collect()
+    }
+
+    /// A cell of those that fit from whose middle a face is seen, looked for along rays from the face, those near to its
+    /// middle direction first.
+    pub(crate) fn cell_that_sees(
+        &self,
+        sight: &LineOfSight,
+        face: &TargetFace,
+        fits: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
+        let bearing = libm::atan2(f64::from(face.side[1]), f64::from(face.side[0]));
+        let n_rays = (PI / 2.0 / RAY_STEP_RAD) as i32;
+        let turns = (0..n_rays).flat_map(|k| [f64::from(k) + 0.5, -f64::from(k) - 0.5]);
+        turns.map(|turn| libm::sincos(bearing + turn * RAY_STEP_RAD)).find_map(|(sin, cos)| {
+            let along = cos * face.normal[0] + sin * face.normal[1];
+            if along <= 0.0 || along * along < self.cos_squared {
+                return None;
+            }
+            let length = sight.run(face.middle, [cos, sin], self.range);
+            let first = self.min_range_squared.sqrt().ceil();
+            let cell_after = |gone: f64| sight.cell_at([face.middle[0] + cos * gone, face.middle[1] + sin * gone]);
+            let steps = (0..=(length - first).max(-1.0) as i64).map(|step| first + step as f64);
+            let cells: Vec<usize> = steps.filter_map(cell_after).filter(|&cell| fits(cell)).collect();
+            let middle = |cell: usize| [(cell % sight.width()) as f64 + 0.5, (cell / sight.width()) as f64 + 0.5];
+            let tried = [cells.len() / 2, cells.len().saturating_sub(1), 0];
+            let mut tried = tried.into_iter().filter_map(|k| cells.get(k).copied());
+            tried.find(|&cell| self.is_seen(sight, face, middle(cell)))
+        })
     }
 
     fn is_seen(&self, sight: &LineOfSight, face: &TargetFace, at: [f64; 2]) -> bool {

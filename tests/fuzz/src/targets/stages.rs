@@ -205,8 +205,7 @@ fn planned(
     grids: &[ArchiveBuffer],
     index: &ArchiveBuffer,
 ) -> ArchiveBuffer {
-    let options =
-        MissionPlanOptions { search_steps: 2, tour_kicks: 2, ..MissionPlanOptions::default() };
+    let options = MissionPlanOptions { search_steps: 2, tour_kicks: 2, ..MissionPlanOptions::default() };
     let schedule_state = ScheduleState::open(schedule_state.bytes()).expect("it was opened before");
     let index = Grids::open(index.bytes()).expect("what was written can be read");
     let grids = opened_grids(grids);

@@ -89,7 +89,13 @@ impl House {
 
 /// Options with which small buildings are planned fast, and everything in them is scanned.
 pub(crate) fn quick() -> MissionPlanOptions {
-    MissionPlanOptions { search_steps: 20, tour_kicks: 20, classes: !0, min_gain_m: 0.0, ..MissionPlanOptions::default() }
+    MissionPlanOptions {
+        search_steps: 20,
+        tour_kicks: 20,
+        classes: !0,
+        min_gain_m: 0.0,
+        ..MissionPlanOptions::default()
+    }
 }
 
 /// The space that a character names.
