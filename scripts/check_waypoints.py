@@ -13,12 +13,13 @@ What is proved of each folder:
 - waypoints: in their space, at the height of floor and sensor, on free floor clear by the robot's radius, off keep-out; all
   in places that the robot can get to from one another, or through stairs and lifts that it can take;
 - spaces: each has its centre or a reason for having none, and the map bears out what reasons say of it;
-- scans: how many faces of walls each sees, how many of them earlier ones saw, what share all of them see of what can be seen;
+- scans: how many faces each sees, how many of them earlier ones saw, what share all of them see of what can be seen, that no two
+  are too near, in which order they register, that those which join others are needed, that the plan is not below its curve;
 - tours: each waypoint has its place, a way of the exported length leads to it over floor that the robot can be on;
 - the route graph: nodes clear and named as in semantic.json, edges on floor that the robot can be on and as long as exported, every part connected, ways through
   doors marked as such, ways between storeys only for robots that can take them; each storey's `route.geojson` says the same.
 
-It judges plans for a robot that drives open tours and looks at elements of all classes, as without `--waypoints`.
+It judges plans for a robot that drives open tours.
 """
 import argparse
 import json

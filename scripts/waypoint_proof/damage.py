@@ -158,6 +158,25 @@ def a_scan_that_claims_more_overlap(copy):
     return {"overlap"}
 
 
+def a_scan_that_claims_to_register_better(copy):
+    with copy.plan() as plan:
+        a_scan(plan, lambda w: -w["registration_overlap"])["registration_overlap"] += 0.1
+    return {"registration"}
+
+
+def a_scan_beside_another(copy):
+    with copy.plan() as plan:
+        plan["separation_m"] = 50.0
+    return {"near"}
+
+
+def a_curve_that_promises_more(copy):
+    with copy.plan() as plan:
+        for point in plan["storeys"][0]["curve"]:
+            point["coverage"] = 1.5
+    return {"curve"}
+
+
 def a_coverage_that_is_too_good(copy):
     with copy.plan() as plan:
         plan["storeys"][0].update(coverage=1.0, faces=plan["storeys"][0]["faces"] // 2)
@@ -292,7 +311,8 @@ def a_route_in_one_direction(copy):
 DAMAGES = (
     a_waypoint_in_a_wall, a_waypoint_too_near_a_wall, a_waypoint_out_of_its_space, a_waypoint_off_the_floor,
     a_sensor_at_another_height, keep_out_around_a_waypoint, a_wall_in_the_way, a_wall_through_a_room, a_scan_left_out,
-    a_scan_that_claims_more_faces, a_scan_that_claims_more_overlap, a_coverage_that_is_too_good,
+    a_scan_that_claims_more_faces, a_scan_that_claims_more_overlap, a_scan_that_claims_to_register_better,
+    a_scan_beside_another, a_curve_that_promises_more, a_coverage_that_is_too_good,
     a_space_that_is_seen_more_than_told, two_waypoints_that_changed_places, a_leg_too_short, a_leg_too_long,
     a_space_with_neither_waypoint_nor_reason, a_reason_that_is_not_true, a_node_in_a_wall,
     a_node_of_another_name, a_part_that_is_not_reached, a_part_left_out, an_edge_through_a_wall, an_edge_of_a_wrong_length,

@@ -104,13 +104,13 @@ def check_scans(export):
         yield from check_spaces(export, index, faces, known, can)
 
 
-def registered(overlap_goal, scans, seen_by, n_faces):
-    """Which scans register: those of whose faces others that register saw enough, and the first of each part of the floor."""
+def registered(overlap_goal, n_more, scans, seen_by, n_faces):
+    """Which scans register with some faces more than needed, and the overlaps of the others. Those register of whose
+    faces others that register saw enough, and the first of each part of the floor."""
     known, has_scan, left, overlaps = np.zeros(n_faces, bool), set(), set(range(len(scans))), {}
     while left:
         overlap = {k: known[seen_by[k]].sum() / max(1, len(seen_by[k])) for k in left}
-        # A face more or less is no matter.
-        enough = [k for k in left if scans[k]["part"] in has_scan and overlap[k] >= overlap_goal - N_FACES / max(1, len(seen_by[k]))]
+        enough = [k for k in left if scans[k]["part"] in has_scan and overlap[k] >= overlap_goal - 1e-9 + n_more / max(1, len(seen_by[k]))]
         first = [k for k in left if scans[k]["part"] not in has_scan]
         if not enough and not first:
             return overlaps, overlap
@@ -137,11 +137,14 @@ def check_registration(plan, index, scans, seen_by, n_faces):
         yield "registration", f"{n_not} scans of storey {index} do not register with the others"
     for w in (w for w in scans if w["connects"]):
         others = [k for k, other in enumerate(scans) if other is not w]
-        _, overlap = registered(plan["overlap_goal"], [scans[k] for k in others], [seen_by[k] for k in others], n_faces)
+        those = [scans[k] for k in others], [seen_by[k] for k in others], n_faces
         joined = others.index(by_id[w["joins"]])
-        if joined not in overlap:
+        # Faces that may be seen or not decide neither way.
+        if joined in registered(plan["overlap_goal"], N_FACES, *those)[0]:
             yield "registration", f"the scan {w['joins']} registers without {w['id']}, which is there to join it"
-        elif abs(overlap[joined] - w["joins_overlap_without"]) > 2 * OVERLAP_TOLERANCE:
+            continue
+        _, overlap = registered(plan["overlap_goal"], 0, *those)
+        if joined in overlap and abs(overlap[joined] - w["joins_overlap_without"]) > 2 * OVERLAP_TOLERANCE:
             yield "registration", f"without {w['id']} others saw {overlap[joined]:.3f} of {w['joins']}, the export has {w['joins_overlap_without']}"
 
 
@@ -156,13 +159,13 @@ def check_distances(plan, index, storey, scans, places):
 
 
 def check_curve(index, outcome, n_scans, n_seen, n_faces):
-    """The curve grows to 1, and the plan sees at least what it says for as many scans."""
+    """The curve grows, and the plan sees at least what it says for as many scans."""
     curve = outcome["curve"]
     if [point["scans"] for point in curve] != list(range(1, len(curve) + 1)):
         yield "curve", f"the curve of storey {index} leaves out numbers of scans"
     shares = [0.0] + [point["coverage"] for point in curve]
-    if any(a > b for a, b in zip(shares, shares[1:])) or n_faces and abs(shares[-1] - 1.0) > COVERAGE_TOLERANCE:
-        yield "curve", f"the curve of storey {index} ends at {shares[-1]}, or falls"
+    if any(a > b for a, b in zip(shares, shares[1:])) or shares[-1] > 1:
+        yield "curve", f"the curve of storey {index} falls, or ends at {shares[-1]}"
     elif n_faces and n_seen / n_faces < shares[min(n_scans, len(curve))] - COVERAGE_TOLERANCE:
         yield "curve", f"the {n_scans} scans of storey {index} see {n_seen / n_faces:.4f}, the curve has {shares[min(n_scans, len(curve))]}"
 

@@ -1,7 +1,7 @@
 //! Quality and time of waypoint planning against one scan per space centroid: a JSON document per storey on standard
 //! output; with `--instances DIR` the set-cover instances, for an exact solver.
 //!
-//! usage: cargo bench -p end-to-end --bench mission_plan -- [--waypoints FILE] [--instances DIR] [--tour-kicks N]
+//! usage: cargo bench -p end-to-end --bench mission_plan -- [--instances DIR] [--quality N] [--tour-kicks N]
 //! MODEL.ifc...
 
 #![expect(clippy::print_stdout, reason = "figures are what it is for")]
@@ -18,19 +18,18 @@ use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, SetCoverIn
 struct Arguments {
     models: Vec<PathBuf>,
     instances: Option<PathBuf>,
-    /// Text of an options file.
-    options: String,
+    quality: u32,
     tour_kicks: Option<u32>,
 }
 
 fn main() {
-    let mut arguments = Arguments { models: Vec::new(), instances: None, options: String::new(), tour_kicks: None };
+    let mut arguments = Arguments { models: Vec::new(), instances: None, quality: 1, tour_kicks: None };
     let mut words = std::env::args().skip(1).filter(|a| a != "--bench");
     while let Some(word) = words.next() {
         let mut value = || words.next().expect("an option has a value");
         match word.as_str() {
             "--instances" => arguments.instances = Some(PathBuf::from(value())),
-            "--waypoints" => arguments.options = std::fs::read_to_string(value()).expect("options can be read"),
+            "--quality" => arguments.quality = value().parse().expect("a number"),
             "--tour-kicks" => arguments.tour_kicks = Some(value().parse().expect("a number")),
             _ => arguments.models.push(PathBuf::from(word)),
         }
@@ -62,7 +61,7 @@ fn measure(arguments: &Arguments, model: &Path) {
     let index = rasterizer.index(&site, &schedule_state, "default", &[]).finish();
     let index = Grids::open(index.bytes()).expect("an index");
     let grids: Vec<Grid<'_>> = rasterizer.drawn().map(|g| Grid::open(g.archive).expect("a grid")).collect();
-    let mut options = MissionPlanOptions::parse(&arguments.options).expect("options");
+    let mut options = MissionPlanOptions::parse(&format!("[scan]\nquality = {}", arguments.quality)).expect("options");
     if let Some(kicks) = arguments.tour_kicks {
         options.tour_kicks = kicks;
     }

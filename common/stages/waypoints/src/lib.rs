@@ -1,7 +1,7 @@
 //! Waypoint planning: site, schedule state and grids in, mission plan out: space centres, scans, tours, route graph.
 //!
 //! [`MissionPlanOptions`] (a file like `config/waypoints.toml`) select what is planned and describe the sensor: kinds
-//! of waypoints, spaces, coverage, overlap, lifts, only elements built since a date.
+//! of waypoints, spaces, classes, coverage or a budget, overlap, lifts, only elements built since a date.
 //!
 //! ```text
 //! groundplan convert house.ifc -o maps --waypoints scanner.toml
@@ -19,9 +19,10 @@
 //!
 //! - The centre of every open and reachable space, moved to the nearest clear place where it is blocked. The other spaces
 //!   get a reason, with the GlobalId of the closed door.
-//! - Scans that together see 99 % of the target faces visible from the reachable free space. A face is visible if it is in
-//!   range, the angle of incidence is at most 70 degrees, and the line of sight crosses free cells only; `mesh_check` adds
-//!   the visibility of meshes at all heights.
+//! - Scans that together see 99 % of the target faces of structure visible from the reachable free space, but for what is
+//!   worth no scan; or, within a budget of scans or minutes, those that see most. A face is visible if it is in range, the
+//!   angle of incidence is at most 70 degrees, and the line of sight crosses free cells only; `mesh_check` adds the visibility
+//!   of meshes at all heights.
 //! - A tour over them, and a route graph: spaces, doors and junctions along the middle of the floor, staging poses before
 //!   stairs, lifts and steps between levels; stairs as a line over their treads and landings.
 //!
