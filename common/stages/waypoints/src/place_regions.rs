@@ -100,3 +100,57 @@ impl PlaceRegions {
         path
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::free_space::FreeSpace;
+    use crate::free_space::tests::{drawn, floors};
+    use crate::path_search::SearchBuffers;
+    use messages::Grid;
+    use proptest::prelude::*;
+
+    /// Cost of a path, and that it is one.
+    fn cost(path_grid: &PathGrid, path: &[usize]) -> u32 {
+        let step = |pair: &[usize]| {
+            let mut found = None;
+            path_grid.steps_from(pair[0], |next, cost| found = found.or((next == pair[1]).then_some(cost)));
+            found.unwrap()
+        };
+        path.windows(2).map(step).sum()
+    }
+
+    proptest! {
+        #[test]
+        fn paths_over_borders_lead_from_place_to_place_and_the_cheapest_of_a_place_is_a_shortest_one(
+            text in floors(),
+            picks in prop::collection::vec(0usize..400, 2..9),
+        ) {
+            let free_space = FreeSpace::of(&Grid::open(drawn(&text).bytes()).unwrap(), 0.1);
+            let Some(path_grid) = PathGrid::of(&free_space, |_| true) else { return Ok(()) };
+            let open: Vec<usize> = (0..path_grid.open.len()).filter(|&cell| path_grid.open[cell]).collect();
+            let mut cells: Vec<usize> = picks.into_iter().map(|k| open[k % open.len()]).collect();
+            cells.sort_unstable();
+            cells.dedup();
+            let regions = PlaceRegions::of(&path_grid, &cells);
+            let mut buffers = SearchBuffers::default();
+            let mut shortest = |a: usize, b: usize| {
+                let path = path_grid.shortest_path(cells[a], cells[b], &mut buffers);
+                (!path.is_empty()).then(|| cost(&path_grid, &path))
+            };
+            for border in &regions.borders {
+                let path = regions.path(border);
+                let ends = border.places.map(|place| cells[place as usize]);
+                prop_assert_eq!([path[0], path[path.len() - 1]], ends);
+                prop_assert_eq!(cost(&path_grid, &path), border.cost);
+                let [a, b] = border.places.map(|place| place as usize);
+                prop_assert!(shortest(a, b).unwrap() <= border.cost);
+            }
+            for a in 0..cells.len() {
+                let nearest = (0..cells.len()).filter(|&b| b != a).filter_map(|b| shortest(a, b)).min();
+                let own = regions.borders.iter().filter(|border| border.places.contains(&(a as u32)));
+                prop_assert_eq!(own.map(|border| border.cost).min(), nearest);
+            }
+        }
+    }
+}

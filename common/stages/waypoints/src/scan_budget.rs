@@ -110,3 +110,27 @@ pub(crate) fn within_budget(
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn growth(scans: &[(u32, bool)]) -> Vec<GrownScan> {
+        scans.iter().zip(0..).map(|(&(n_new, connects), set)| GrownScan { set, n_new, connects }).collect()
+    }
+
+    #[test]
+    fn scans_that_see_more_come_first_and_those_of_a_storey_stay_in_their_order() {
+        let [low, high] = [growth(&[(50, false), (20, false), (1, false)]), growth(&[(60, false), (30, false)])];
+        let order: Vec<(usize, u32)> = merged(&[&low, &high]).into_iter().map(|(at, scan)| (at, scan.n_new)).collect();
+        assert_eq!(order, [(1, 60), (0, 50), (1, 30), (0, 20), (0, 1)]);
+    }
+
+    #[test]
+    fn a_joining_scan_counts_together_with_the_scan_that_it_joins() {
+        // Two scans for 42 faces are worth more than two for 20 each, one for 25 more than both.
+        let [low, high] = [growth(&[(2, true), (40, false)]), growth(&[(25, false), (20, false)])];
+        let order: Vec<(usize, u32)> = merged(&[&low, &high]).into_iter().map(|(at, scan)| (at, scan.n_new)).collect();
+        assert_eq!(order, [(1, 25), (0, 2), (0, 40), (1, 20)]);
+    }
+}

@@ -181,3 +181,49 @@ impl Growth<'_> {
         best
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn grown(sets: Vec<Vec<u32>>, n_faces: usize, parts: &[u32], overlap: f64) -> Vec<GrownScan> {
+        let instance = SetCoverInstance::new(sets, vec![0; n_faces], 1.0, 1.0);
+        grow(&instance, &instance.owners(), parts, overlap)
+    }
+
+    #[test]
+    fn a_scan_that_lets_a_large_one_register_comes_before_smaller_ones() {
+        // The second room is seen from its door, and by little else.
+        let (first, door) = ((0..10).collect(), vec![8, 9, 10, 11]);
+        let (second, small) = ((10..30).collect(), vec![7, 8, 9, 30]);
+        let growth = grown(vec![first, second, small, door], 31, &[0; 4], 0.1);
+        let sets: Vec<(u32, bool)> = growth.iter().map(|scan| (scan.set, scan.connects)).collect();
+        assert_eq!(sets, [(1, false), (3, true), (0, false), (2, false)]);
+        assert_eq!(growth.iter().map(|scan| scan.n_new).collect::<Vec<_>>(), [20, 2, 8, 1]);
+    }
+
+    #[test]
+    fn the_first_scan_of_a_part_needs_no_overlap() {
+        let growth = grown(vec![vec![0, 1, 2], vec![3, 4]], 5, &[0, 1], 0.5);
+        assert_eq!(growth.iter().map(|scan| scan.set).collect::<Vec<_>>(), [0, 1]);
+    }
+
+    proptest! {
+        #[test]
+        fn a_growth_covers_everything_and_counts_what_is_new(
+            sets in prop::collection::vec(prop::collection::btree_set(0u32..30, 1..9), 1..12),
+            overlap in 0.0f64..0.6,
+        ) {
+            let sets: Vec<Vec<u32>> = sets.into_iter().map(|set| set.into_iter().collect()).collect();
+            let growth = grown(sets.clone(), 30, &vec![0; sets.len()], overlap);
+            let mut covered = std::collections::BTreeSet::new();
+            for scan in &growth {
+                let n_before = covered.len();
+                covered.extend(&sets[scan.set as usize]);
+                prop_assert_eq!(covered.len() - n_before, scan.n_new as usize);
+            }
+            prop_assert_eq!(covered, sets.iter().flatten().collect::<std::collections::BTreeSet<_>>());
+        }
+    }
+}
