@@ -5,6 +5,7 @@ use crate::space_centre::{SpaceCentre, StoreyInputs};
 use crate::target_face::TargetFaces;
 use crate::visible_faces::SensorLimits;
 use frames::{Map, Point2};
+use grid::Cell;
 use std::collections::BTreeSet;
 
 /// A candidate place for scans.
@@ -59,11 +60,15 @@ pub(crate) fn places_for_unseen(
     let mut is_seen = vec![false; faces.all.len()];
     seen.iter().flatten().for_each(|&face| is_seen[face as usize] = true);
     let rest = faces.without(&is_seen);
+    if rest.all.is_empty() {
+        return Vec::new();
+    }
     let mut is_seen = vec![false; rest.all.len()];
     let mut places = Vec::new();
     let fits = |cell: usize| storey.is_reached(cell) && may_scan(cell);
+    let can_be_seen = cells_connected_with(storey, fits);
     for k in 0..rest.all.len() {
-        if is_seen[k] {
+        if is_seen[k] || !can_be_seen[rest.all[k].front as usize] {
             continue;
         }
         if let Some(cell) = limits.cell_that_sees(&free_space.sight, &rest.all[k], fits) {
@@ -74,6 +79,26 @@ pub(crate) fn places_for_unseen(
         }
     }
     places
+}
+
+/// Cells that are connected over free cells, along sides and across corners, with those that fit: no line of sight leads to
+/// others.
+fn cells_connected_with(storey: &StoreyInputs<'_>, fits: impl Fn(usize) -> bool) -> Vec<bool> {
+    let (spec, sight) = (&storey.free_space.spec, &storey.free_space.sight);
+    let mut connected: Vec<bool> = (0..spec.n_cells()).map(fits).collect();
+    let mut waiting: Vec<usize> = (0..spec.n_cells()).filter(|&cell| connected[cell]).collect();
+    let around = |at: u32, n: u32| at.saturating_sub(1)..(at + 2).min(n);
+    while let Some(cell) = waiting.pop() {
+        let Cell { column, row } = spec.cell_of(cell);
+        for row in around(row, spec.height) {
+            for next in around(column, spec.width).map(|column| spec.index(Cell { column, row })) {
+                if sight.passes(next) && !std::mem::replace(&mut connected[next], true) {
+                    waiting.push(next);
+                }
+            }
+        }
+    }
+    connected
 }
 
 /// The places around some others at a distance along rows, columns and diagonals; without those that are known.
