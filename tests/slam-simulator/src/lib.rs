@@ -33,7 +33,7 @@ pub use plane::{Rectangle, Vector};
 pub use random_generator::RandomGenerator;
 pub use reference::{Reference, ReferenceError};
 pub use robot::drift::Residual;
-pub use simulation::{Measures, Simulation, simulated};
+pub use simulation::{Growth, Measures, Simulation, simulated, simulated_growth};
 pub use strengths::{Clutter, Lidar, Strengths};
 pub use uniqueness::{fits, is_unique, overlap};
 pub use wall_grid::WallGrid;

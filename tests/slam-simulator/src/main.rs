@@ -73,6 +73,9 @@ struct PairArguments {
     /// How full of furniture the buildings are.
     #[arg(long, value_enum, default_value_t = Clutter::All)]
     clutter: Clutter,
+    /// Maps of each drive after equal parts of its way, each a pair of its own; 1 for the map of the whole way only.
+    #[arg(long, default_value_t = 1)]
+    looks: usize,
     /// Threads; 0 for as many as there are cores. The files do not depend on it.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -123,8 +126,8 @@ fn pairs(arguments: &PairArguments) -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    let PairArguments { count, wrong, seed, clutter, .. } = *arguments;
-    for name in write_pairs(&arguments.out, &references, &PairOptions { count, wrong, seed, clutter })? {
+    let PairArguments { count, wrong, seed, clutter, looks, .. } = *arguments;
+    for name in write_pairs(&arguments.out, &references, &PairOptions { count, wrong, seed, clutter, looks })? {
         eprintln!("left out: {name}: no floor to drive on, or no walls in sight");
     }
     Ok(())

@@ -4,7 +4,7 @@ use crate::map_files::write_map;
 use crate::plane::Vector;
 use crate::random_generator::RandomGenerator;
 use crate::reference::Reference;
-use crate::simulation::{Measures, Simulation, simulated};
+use crate::simulation::{Growth, Measures, Simulation, simulated_growth};
 use crate::strengths::{Clutter, Strengths};
 use crate::uniqueness::{fits, is_unique, overlap};
 use rayon::prelude::*;
@@ -27,6 +27,8 @@ pub struct PairOptions {
     pub seed: u64,
     /// How full the buildings are.
     pub clutter: Clutter,
+    /// Maps of each drive after equal parts of its way, each a pair of its own; 1 for the map of the whole way only.
+    pub looks: usize,
 }
 
 /// Errors of pairs.
@@ -68,14 +70,29 @@ pub enum Wrong {
 #[derive(Debug, Serialize)]
 struct PairLine<'a> {
     pair: &'a str,
+    #[serde(flatten)]
+    look: Option<Look<'a>>,
     reference: String,
     slam: String,
+}
+
+/// The pair of a growing map: a drive has several, in the order of their looks.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Look<'a> {
+    drive: &'a str,
+    /// From 1.
+    look: usize,
+    looks: usize,
 }
 
 /// A line of `truth.jsonl`. The pose takes points of the SLAM map to the model map of the building in which the robot drove.
 #[derive(Debug, Serialize)]
 struct TruthLine<'a> {
     pair: &'a str,
+    #[serde(flatten)]
+    look: Option<Look<'a>>,
+    /// A place that is known again moves what was mapped before; null of a map of the whole way only.
+    bends_back: Option<bool>,
     same_building: bool,
     wrong: Option<Wrong>,
     x: f64,
@@ -98,6 +115,13 @@ struct Job<'a> {
     wrong: Option<(&'a Reference, Wrong)>,
 }
 
+impl Job<'_> {
+    /// The model map that the SLAM map is paired with.
+    fn reference(&self) -> &Reference {
+        self.wrong.map_or(self.drive, |(other, _)| other)
+    }
+}
+
 /// Writes all pairs into a folder; the names of pairs that could not be made.
 ///
 /// # Errors
@@ -117,13 +141,13 @@ pub fn write_pairs(out: &Path, references: &[Reference], options: &PairOptions) 
         let folder = out.join("references");
         write_map(&folder, &reference.name, &reference.map).map_err(fault(folder.clone()))?;
     }
-    let made: Vec<(String, Option<[String; 2]>)> =
+    let made: Vec<(String, Vec<[String; 2]>)> =
         jobs.par_iter().map(|job| written(out, job, options)).collect::<Result<_, PairError>>()?;
     for (k, name) in ["pairs.jsonl", "truth.jsonl"].into_iter().enumerate() {
-        let text: String = made.iter().filter_map(|(_, lines)| Some(format!("{}\n", lines.as_ref()?[k]))).collect();
+        let text: String = made.iter().flat_map(|(_, lines)| lines).map(|line| format!("{}\n", line[k])).collect();
         std::fs::write(out.join(name), text).map_err(fault(out.join(name)))?;
     }
-    Ok(made.into_iter().filter(|(_, lines)| lines.is_none()).map(|(name, _)| name).collect())
+    Ok(made.into_iter().filter(|(_, lines)| lines.is_empty()).map(|(name, _)| name).collect())
 }
 
 fn jobs<'a>(references: &'a [Reference], options: &PairOptions) -> Result<Vec<Job<'a>>, PairError> {
@@ -163,43 +187,65 @@ fn jobs<'a>(references: &'a [Reference], options: &PairOptions) -> Result<Vec<Jo
     Ok(jobs)
 }
 
-/// Simulates one pair and writes its map; its name, and its lines of both tables.
-fn written(out: &Path, job: &Job, options: &PairOptions) -> Result<(String, Option<[String; 2]>), PairError> {
+/// Simulates one drive and writes its maps; its name, and the lines of both tables for each map.
+fn written(out: &Path, job: &Job, options: &PairOptions) -> Result<(String, Vec<[String; 2]>), PairError> {
     let other = job.wrong.map_or_else(String::new, |(other, _)| format!("_in_{}", other.name));
-    let pair = format!("{:04}_{}{other}", job.index, job.drive.name);
+    let of = format!("{}{other}", job.drive.name);
+    let drive = format!("{:04}_{of}", job.index);
+    let is_growing = options.looks > 1;
     let drawn = (0..MAX_TRIES).find_map(|attempt| {
         let random = RandomGenerator::of(&[options.seed, 0, job.index as u64, attempt]);
         let strengths = Strengths::drawn(&mut random.part("strengths"), options.clutter);
-        Some((simulated(job.drive, &strengths, &random)?, strengths))
+        let bends_back = is_growing && random.part("growth").happens(0.5);
+        let growth = Growth { n_looks: options.looks.max(1), bends_back };
+        Some((simulated_growth(job.drive, &strengths, &random, growth)?, strengths, bends_back))
     });
-    let Some((Simulation { slam, map_from_slam, centre, visible_walls, measures }, strengths)) = drawn else {
-        return Ok((pair, None));
-    };
-    let folder = out.join("slam");
-    write_map(&folder, &pair, &slam).map_err(|source| PairError::Write { path: folder, source })?;
+    let Some((simulations, strengths, bends_back)) = drawn else { return Ok((drive, Vec::new())) };
+    let mut lines = Vec::new();
+    for (k, simulation) in simulations.iter().enumerate() {
+        let Some(simulation) = simulation else { continue };
+        let look = is_growing.then_some(Look { drive: &drive, look: k + 1, looks: simulations.len() });
+        let pair = if is_growing { format!("{:04}-{:02}_{of}", job.index, k + 1) } else { drive.clone() };
+        let folder = out.join("slam");
+        write_map(&folder, &pair, &simulation.slam).map_err(|source| PairError::Write { path: folder, source })?;
+        let truth = truth(&pair, look, is_growing.then_some(bends_back), job, simulation, &strengths);
+        let line = PairLine {
+            pair: &pair,
+            look,
+            reference: format!("references/{}.yaml", job.reference().name),
+            slam: format!("slam/{pair}.yaml"),
+        };
+        lines.push([
+            serde_json::to_string(&line).expect("a line of names can be written"),
+            serde_json::to_string(&truth).expect("a line of finite numbers can be written"),
+        ]);
+    }
+    Ok((drive, lines))
+}
+
+fn truth<'a>(
+    pair: &'a str,
+    look: Option<Look<'a>>,
+    bends_back: Option<bool>,
+    job: &Job<'_>,
+    simulation: &'a Simulation,
+    strengths: &'a Strengths,
+) -> TruthLine<'a> {
+    let Simulation { map_from_slam, centre, visible_walls, measures, .. } = simulation;
     let [x, y, yaw] = map_from_slam.x_y_yaw();
-    let reference = job.wrong.map_or(job.drive, |(other, _)| other);
-    let truth = TruthLine {
-        pair: &pair,
+    TruthLine {
+        pair,
+        look,
+        bends_back,
         same_building: job.wrong.is_none(),
         wrong: job.wrong.map(|(_, kind)| kind),
         x,
         y,
         yaw,
-        centre,
-        is_unique: job.wrong.is_none().then(|| is_unique(reference, &visible_walls)),
-        fits_wrong_reference: job.wrong.map(|(other, _)| fits(other, &visible_walls)),
-        measures: &measures,
-        strengths: &strengths,
-    };
-    let line = PairLine {
-        pair: &pair,
-        reference: format!("references/{}.yaml", reference.name),
-        slam: format!("slam/{pair}.yaml"),
-    };
-    let lines = [
-        serde_json::to_string(&line).expect("a line of names can be written"),
-        serde_json::to_string(&truth).expect("a line of finite numbers can be written"),
-    ];
-    Ok((pair, Some(lines)))
+        centre: *centre,
+        is_unique: job.wrong.is_none().then(|| is_unique(job.drive, visible_walls)),
+        fits_wrong_reference: job.wrong.map(|(other, _)| fits(other, visible_walls)),
+        measures,
+        strengths,
+    }
 }

@@ -4,7 +4,7 @@ use crate::building::{Contents, fill};
 use crate::plane::Vector;
 use crate::random_generator::RandomGenerator;
 use crate::reference::Reference;
-use crate::robot::drift::{Residual, believed};
+use crate::robot::drift::{BelievedDrive, Residual, believed};
 use crate::robot::drive::drive;
 use crate::robot::lidar::{Beam, LidarScene, beam_directions};
 use crate::robot::people::People;
@@ -69,12 +69,45 @@ pub fn simulated(reference: &Reference, strengths: &Strengths, random: &RandomGe
 
 /// The same in a world that is not quite that of the model map; all beams are reported.
 pub(crate) fn simulated_in(
+    world: World,
+    reference: &Reference,
+    strengths: &Strengths,
+    random: &RandomGenerator,
+    saw: impl FnMut(&Beam),
+) -> Option<Simulation> {
+    let growth = Growth { n_looks: 1, bends_back: false };
+    drive_in(world, reference, strengths, random, growth, saw)?.pop()?
+}
+
+/// How a map grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Growth {
+    /// The map is looked at after so many equal parts of the way.
+    pub n_looks: usize,
+    /// True if a place that is known again moves what was mapped before, as SLAM with a graph of poses does.
+    pub bends_back: bool,
+}
+
+/// The maps of a drive after equal parts of its way, all in one frame; the last one is of the whole way. `None` in the place of
+/// a map that shows too little; the last one shows enough, or there is no drive.
+pub fn simulated_growth(
+    reference: &Reference,
+    strengths: &Strengths,
+    random: &RandomGenerator,
+    growth: Growth,
+) -> Option<Vec<Option<Simulation>>> {
+    let looks = drive_in(World::of(&reference.grid), reference, strengths, random, growth, |_| ())?;
+    looks.last()?.is_some().then_some(looks)
+}
+
+fn drive_in(
     mut world: World,
     reference: &Reference,
     strengths: &Strengths,
     random: &RandomGenerator,
+    growth: Growth,
     mut saw: impl FnMut(&Beam),
-) -> Option<Simulation> {
+) -> Option<Vec<Option<Simulation>>> {
     let contents = fill(&mut world, reference, strengths, &random.part("building"));
     let clearance = world.clearance();
     let drive = drive(&world, &clearance, strengths, &mut random.part("drive"))?;
@@ -82,40 +115,46 @@ pub(crate) fn simulated_in(
     let beams = beam_directions(&strengths.lidar);
     let mut people = People::new(strengths.people_per_scan);
     let (mut walkers, mut lidar) = (random.part("people"), random.part("lidar"));
-    let mut is_visible = vec![false; reference.grid.walls.len()];
+    // The first scan that met each wall cell of the model.
+    let mut seen_first = vec![usize::MAX; reference.grid.walls.len()];
     let mut scans = Vec::with_capacity(drive.places.len());
-    for (&place, &heading) in drive.places.iter().zip(&drive.headings) {
+    for (number, (&place, &heading)) in drive.places.iter().zip(&drive.headings).enumerate() {
         let discs = people.step(&world, place, &mut walkers);
         let ranges = scene.scan(place, heading, &beams, &discs, &mut lidar, |beam| {
             saw(beam);
             let ended_at =
                 beam.ended_at.filter(|p| world.index_at(*p).is_some_and(|k| world.cells[k] == Material::Wall));
-            if let Some(k) = ended_at.and_then(|p| reference.grid.index_at(p)) {
-                is_visible[k] |= reference.grid.walls[k];
+            if let Some(k) = ended_at.and_then(|p| reference.grid.index_at(p)).filter(|&k| reference.grid.walls[k]) {
+                seen_first[k] = seen_first[k].min(number);
             }
         });
         scans.push(ranges);
     }
-    let believed = believed(&drive, strengths, &mut random.part("drift"));
-    let slam = slam_map(&scans, &believed, &beams, strengths, &mut random.part("slam"));
-    let visible_walls: Vec<Vector> =
-        (0..is_visible.len()).filter(|&k| is_visible[k]).map(|k| reference.grid.middle(k)).collect();
-    if scans.len() < MIN_SCANS || (visible_walls.len() as f64) * reference.grid.resolution_m < MIN_VISIBLE_M {
-        return None;
-    }
-    let measures = Measures {
-        clutter_share: clutter_share(reference, &slam, &believed.map_from_slam),
-        visible_wall_cells: visible_walls.len(),
-        floor_m2: reference.grid.floor_m2(),
-        reachable_m2: drive.reachable_m2,
-        covered: drive.covered,
-        way_m: drive.way_m,
-        scans: scans.len(),
-        residual: believed.residual,
-        contents,
+    let ends = drive.parts(growth.n_looks);
+    let believed = believed(&drive, &ends, growth.bends_back, strengths, &mut random.part("drift"));
+    let look = |believed: &BelievedDrive| {
+        let n_scans = believed.places.len();
+        let slam = slam_map(&scans[..n_scans], believed, &beams, strengths, &mut random.part("slam"));
+        let visible_walls: Vec<Vector> =
+            (0..seen_first.len()).filter(|&k| seen_first[k] < n_scans).map(|k| reference.grid.middle(k)).collect();
+        if n_scans < MIN_SCANS || (visible_walls.len() as f64) * reference.grid.resolution_m < MIN_VISIBLE_M {
+            return None;
+        }
+        let measures = Measures {
+            clutter_share: clutter_share(reference, &slam, &believed.map_from_slam),
+            visible_wall_cells: visible_walls.len(),
+            floor_m2: reference.grid.floor_m2(),
+            reachable_m2: drive.reachable_m2,
+            covered: drive.covered[n_scans - 1],
+            way_m: drive.way_m[n_scans - 1],
+            scans: n_scans,
+            residual: believed.residual.clone(),
+            contents: contents.clone(),
+        };
+        let centre = mean_of(&slam, Cell::Free)?;
+        Some(Simulation { centre, map_from_slam: believed.map_from_slam, slam, visible_walls, measures })
     };
-    let centre = mean_of(&slam, Cell::Free)?;
-    Some(Simulation { centre, map_from_slam: believed.map_from_slam, slam, visible_walls, measures })
+    Some(believed.iter().map(look).collect())
 }
 
 /// Middles of all cells of one kind.

@@ -180,6 +180,51 @@ fn wrong_pairs_tell_what_is_mixed_up() {
 }
 
 #[test]
+fn a_growing_map_keeps_what_it_knew_in_one_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    assert!(slam_pairs(&["plans", "plans", "--count", "3", "--seed", "2"], at).status.success());
+    let arguments = ["out", "plans", "--count", "6", "--wrong", "3", "--looks", "5", "--seed", "9", "--clutter", "low"];
+    let done = slam_pairs(&arguments, at);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let lines = |name: &str| -> Vec<serde_json::Value> {
+        let text = std::fs::read_to_string(at.join("out").join(name)).unwrap();
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let mut drives: BTreeMap<String, Vec<(serde_json::Value, OccupancyMap)>> = BTreeMap::new();
+    for (pair, truth) in lines("pairs.jsonl").iter().zip(lines("truth.jsonl")) {
+        assert_eq!((&pair["pair"], &pair["drive"], &pair["look"]), (&truth["pair"], &truth["drive"], &truth["look"]));
+        let map = OccupancyMap::read(&at.join("out").join(pair["slam"].as_str().unwrap())).unwrap();
+        drives.entry(pair["drive"].as_str().unwrap().to_owned()).or_default().push((truth, map));
+    }
+    assert_eq!(drives.len(), 9);
+    let mut bends = [0, 0];
+    for (drive, looks) in &drives {
+        assert_eq!(looks.last().unwrap().0["look"], 5, "{drive}: the whole way is always there");
+        let bends_back = looks[0].0["bends_back"].as_bool().unwrap();
+        bends[usize::from(bends_back)] += 1;
+        for pair in looks.windows(2) {
+            let ([before, after], [earlier, later]) = ([&pair[0].0, &pair[1].0], [&pair[0].1, &pair[1].1]);
+            assert!(before["look"].as_u64() < after["look"].as_u64());
+            assert!(before["way_m"].as_f64() < after["way_m"].as_f64(), "{drive}");
+            let known = |map: &OccupancyMap| [Cell::Free, Cell::Occupied].map(|cell| places(map, cell)).concat();
+            let known_later: std::collections::BTreeSet<[i64; 2]> =
+                known(later).iter().map(|p| p.map(|c| (c / later.resolution_m).floor() as i64)).collect();
+            let earlier_known = known(earlier);
+            let n_kept = earlier_known
+                .iter()
+                .filter(|p| known_later.contains(&p.map(|c| (c / later.resolution_m).floor() as i64)))
+                .count();
+            let share = n_kept as f64 / earlier_known.len() as f64;
+            assert!(share > if bends_back { 0.9 } else { 0.9999 }, "{drive}: {share} of what was known");
+            let far = |key: &str| (before[key].as_f64().unwrap() - after[key].as_f64().unwrap()).abs();
+            assert!(far("x") < 1.5 && far("y") < 1.5, "{drive}: one frame");
+        }
+    }
+    assert!(bends.iter().all(|n| *n > 0), "{bends:?}");
+}
+
+#[test]
 fn what_cannot_be_simulated_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -44,20 +44,30 @@ struct PoseError {
     yaw_rad: f64,
 }
 
-/// Believed poses in a frame of its own, which is anywhere.
-pub(crate) fn believed(drive: &Drive, strengths: &Strengths, random: &mut RandomGenerator) -> BelievedDrive {
+/// Believed poses in a frame of its own, which is anywhere: after each of these numbers of scans those until then.
+///
+/// If it bends back, a place that is known again moves what was mapped since it was first seen, as SLAM with a graph of poses
+/// does; else only what is mapped from then on.
+pub(crate) fn believed(
+    drive: &Drive,
+    ends: &[usize],
+    bends_back: bool,
+    strengths: &Strengths,
+    random: &mut RandomGenerator,
+) -> Vec<BelievedDrive> {
     let pi = std::f64::consts::PI;
     let slam_from_map =
         Rigid2::new([random.between(-40.0, 40.0), random.between(-40.0, 40.0)], random.between(-pi, pi));
-    let errors = drifted(drive, strengths, random);
-    let share = (drive.way_m / FULL_WAY_M).min(1.0);
+    let after = drifted(drive, ends, bends_back, strengths, random);
+    let errors = &after[after.len() - 1];
+    let share = (drive.whole_way_m / FULL_WAY_M).min(1.0);
     let (wanted_m, wanted_rad) = (strengths.bend_m * share, MAX_YAW_RAD * share);
     // The errors as drawn are of any size, and the fit turns with them: scaled more than once.
     let mut scale = 1.0;
     for _ in 0..3 {
-        scale *= scale_for(wanted_m, wanted_rad, &fit(drive, &errors, scale).1);
+        scale *= scale_for(wanted_m, wanted_rad, &fit(drive, errors, scale).1);
     }
-    located(drive, &errors, &slam_from_map, scale)
+    after.iter().map(|errors| located(&drive.begin(errors.len()), errors, &slam_from_map, scale)).collect()
 }
 
 /// What makes a residual as large as wanted, in metres or in radians, whichever is less.
@@ -69,11 +79,20 @@ fn scale_for(wanted_m: f64, wanted_rad: f64, residual: &Residual) -> f64 {
     (wanted_m / residual.residual_max_m).min(by_yaw)
 }
 
-/// A yaw rate that wanders and a wrong wheel size, integrated along the way; known places take errors back.
-fn drifted(drive: &Drive, strengths: &Strengths, random: &mut RandomGenerator) -> Vec<PoseError> {
+/// A yaw rate that wanders and a wrong wheel size, integrated along the way; known places take errors back. The errors until
+/// each of these numbers of scans, as they are then; all of them at last.
+fn drifted(
+    drive: &Drive,
+    ends: &[usize],
+    bends_back: bool,
+    strengths: &Strengths,
+    random: &mut RandomGenerator,
+) -> Vec<Vec<PoseError>> {
+    let mut after: Vec<Vec<PoseError>> = Vec::new();
     let mut errors = vec![PoseError::default()];
     let (mut rate, stretch) = (0.0, 0.006 * random.normal());
     for k in 1..drive.places.len() {
+        ends.iter().filter(|end| **end == k).for_each(|_| after.push(errors.clone()));
         let step = difference(drive.places[k], drive.places[k - 1]);
         let way = distance(drive.places[k], drive.places[k - 1]);
         rate = 0.995 * rate + 2e-4 * random.normal();
@@ -87,12 +106,19 @@ fn drifted(drive: &Drive, strengths: &Strengths, random: &mut RandomGenerator) -
         if let Some((_, j)) = before.filter(|b| b.0 < SAME_PLACE_M) {
             let pull = 0.5 * strengths.loop_correction;
             let known = errors[j];
-            error.offset = moved(error.offset, difference(known.offset, error.offset), pull);
-            error.yaw_rad += pull * (known.yaw_rad - error.yaw_rad);
+            let (step_back, turn_back) = (difference(known.offset, error.offset), known.yaw_rad - error.yaw_rad);
+            error.offset = moved(error.offset, step_back, pull);
+            error.yaw_rad += pull * turn_back;
+            for (i, earlier) in errors.iter_mut().enumerate().skip(j + 1).filter(|_| bends_back) {
+                let share = pull * (i - j) as f64 / (k - j) as f64;
+                earlier.offset = moved(earlier.offset, step_back, share);
+                earlier.yaw_rad += share * turn_back;
+            }
         }
         errors.push(error);
     }
-    errors
+    ends.iter().filter(|end| **end == errors.len()).for_each(|_| after.push(errors.clone()));
+    after
 }
 
 /// The pose of map in the frame of errors that fits best, and what is left.

@@ -23,12 +23,36 @@ pub(crate) struct Drive {
     pub(crate) places: Vec<Vector>,
     /// True directions, unit vectors.
     pub(crate) headings: Vec<Vector>,
-    /// Share of the reachable floor that was visited.
-    pub(crate) covered: f64,
+    /// Share of the reachable floor that was visited, until each of them.
+    pub(crate) covered: Vec<f64>,
+    /// Length of the way, until each of them, and with what comes after the last.
+    pub(crate) way_m: Vec<f64>,
+    pub(crate) whole_way_m: f64,
     /// Area of the reachable floor for the middle of the robot.
     pub(crate) reachable_m2: f64,
-    /// Length of the way.
-    pub(crate) way_m: f64,
+}
+
+impl Drive {
+    /// The first so many scans.
+    pub(crate) fn begin(&self, n_scans: usize) -> Self {
+        Self {
+            places: self.places[..n_scans].to_vec(),
+            headings: self.headings[..n_scans].to_vec(),
+            covered: self.covered[..n_scans].to_vec(),
+            way_m: self.way_m[..n_scans].to_vec(),
+            whole_way_m: self.whole_way_m,
+            reachable_m2: self.reachable_m2,
+        }
+    }
+
+    /// Numbers of scans after equal parts of the way.
+    pub(crate) fn parts(&self, n: usize) -> Vec<usize> {
+        let end_m = |part: usize| self.whole_way_m * part as f64 / n as f64;
+        let mut ends: Vec<usize> = (1..n).map(|part| self.way_m.partition_point(|m| *m < end_m(part)) + 1).collect();
+        ends.push(self.places.len());
+        ends.iter_mut().for_each(|end| *end = (*end).min(self.places.len()));
+        ends
+    }
 }
 
 /// The floor on which the middle of the robot can be, in cells of 0.1 m.
@@ -57,25 +81,29 @@ pub(crate) fn drive(
     let mut is_visited = vec![false; region.is_open.len()];
     let mut n_visited = region.visit(start, &mut is_visited);
     let mut way = vec![start];
+    let mut n_visited_at = vec![n_visited];
     while n_visited < wanted {
         let Some(leg) = region.way_to(way[way.len() - 1], |cell| !is_visited[cell]) else { break };
         for (k, &cell) in leg.iter().enumerate() {
             if k % 6 == 5 || k + 1 == leg.len() {
                 n_visited += region.visit(cell, &mut is_visited);
             }
+            n_visited_at.push(n_visited);
         }
         way.extend(leg);
     }
     if random.happens(0.5) {
         let back = region.way_to(way[way.len() - 1], |cell| cell == start);
         way.extend(back.unwrap_or_default());
+        n_visited_at.resize(way.len(), n_visited);
     }
     let line = region.smoothed(&way);
-    let places = spaced(&line, strengths.scan_spacing_m, random);
+    let (scanned, way_m): (Vec<usize>, Vec<f64>) = spaced(&line, strengths.scan_spacing_m, random).into_iter().unzip();
+    let places: Vec<Vector> = scanned.iter().map(|&k| line[k]).collect();
     let headings = headings(&places, random);
-    let way_m = line.windows(2).map(|p| distance(p[0], p[1])).sum();
-    let reachable_m2 = n_open as f64 * STEP_M * STEP_M;
-    Some(Drive { places, headings, covered: n_visited as f64 / n_open as f64, reachable_m2, way_m })
+    let whole_way_m = line.windows(2).map(|p| distance(p[0], p[1])).sum();
+    let covered = scanned.iter().map(|&k| n_visited_at[k] as f64 / n_open as f64).collect();
+    Some(Drive { places, headings, covered, way_m, whole_way_m, reachable_m2: n_open as f64 * STEP_M * STEP_M })
 }
 
 impl Region {
@@ -200,15 +228,17 @@ impl Region {
     }
 }
 
-/// Points of a line at this distance from each other, more or less.
-fn spaced(line: &[Vector], spacing_m: f64, random: &mut RandomGenerator) -> Vec<Vector> {
-    let mut places = vec![line[0]];
+/// Points of a line by number at this distance from each other, more or less; with the length of the line until each.
+fn spaced(line: &[Vector], spacing_m: f64, random: &mut RandomGenerator) -> Vec<(usize, f64)> {
+    let mut places = vec![(0, 0.0)];
     let mut wanted = spacing_m;
-    let mut driven = 0.0;
-    for pair in line.windows(2) {
-        driven += distance(pair[0], pair[1]);
+    let (mut driven, mut whole) = (0.0, 0.0);
+    for (k, pair) in line.windows(2).enumerate() {
+        let step = distance(pair[0], pair[1]);
+        driven += step;
+        whole += step;
         if driven >= wanted {
-            places.push(pair[1]);
+            places.push((k + 1, whole));
             driven = 0.0;
             wanted = spacing_m * random.between(0.8, 1.2);
         }
