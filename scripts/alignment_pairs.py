@@ -28,3 +28,13 @@ def is_within(pose, truth, limits):
 
 def is_cluttered(truth):
     return CLUTTER[0] <= truth["clutter_share"] <= CLUTTER[1]
+
+
+def drives(answers, truths):
+    """The looks of each drive at its growing map, in order: lists of (answer, truth)."""
+    looks = {}
+    for answer in answers:
+        truth = truths[answer["pair"]]
+        if "drive" in truth:
+            looks.setdefault(truth["drive"], []).append((answer, truth))
+    return [sorted(of, key=lambda look: look[1]["look"]) for of in looks.values()]
