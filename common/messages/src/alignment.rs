@@ -1,179 +1,21 @@
 //! The `alignment` archive: pose of the SLAM map in the model's map, covariance and verdict.
 
-use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, NONE, SectionList, Text};
+use crate::alignment_records::*;
+use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind, SectionList, Text};
 use crate::archive_writer::ArchiveWriter;
 use crate::payload;
-use crate::tag::{Tag, check_tags};
-use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
-use frames::{Map, PoseCovariance, Rigid2, Slam};
+use crate::tag::check_tags;
+use crate::text_pool::TextPool;
 
-mod section {
-    pub(super) const HEAD: u32 = 1;
-    pub(super) const STRINGS: u32 = 2;
-    pub(super) const CANDIDATES: u32 = 3;
+pub(crate) mod section {
+    pub(crate) const HEAD: u32 = 1;
+    pub(crate) const STRINGS: u32 = 2;
+    pub(crate) const CANDIDATES: u32 = 3;
+    pub(crate) const DECIDING_PLACES: u32 = 4;
+    pub(crate) const PLACED: u32 = 5;
+    pub(crate) const POSE_PAIRS: u32 = 6;
+    pub(crate) const HINTS: u32 = 7;
 }
-
-/// Verdict on an alignment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
-#[repr(u32)]
-pub enum AlignmentVerdict {
-    /// One pose, wrong with a probability below 0.1 %.
-    Accepted = 0,
-    /// Several poses that fit almost alike.
-    Ambiguous = 1,
-    /// No pose fits well enough.
-    Refused = 2,
-}
-
-impl AlignmentVerdict {
-    /// Its name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Accepted => "accepted",
-            Self::Ambiguous => "ambiguous",
-            Self::Refused => "refused",
-        }
-    }
-}
-
-/// How the current pose was obtained.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
-#[repr(u32)]
-pub enum PoseState {
-    /// No pose was accepted yet.
-    None = 0,
-    /// A search of all poses accepted it, of the newest map.
-    Found = 1,
-    /// The last pose was refined with the newest map.
-    Tracked = 2,
-    /// The newest map does not confirm it: the last pose is kept.
-    Held = 3,
-}
-
-impl PoseState {
-    /// Its name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Found => "found",
-            Self::Tracked => "tracked",
-            Self::Held => "held",
-        }
-    }
-}
-
-/// What the pose of an alignment is worth for the newest SLAM map in the current frame. Only an effective pose may be used
-/// to move a robot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, CheckedBitPattern, NoUninit)]
-#[repr(u32)]
-pub enum PoseValidity {
-    /// The newest map bears the pose out.
-    Effective = 0,
-    /// Another pose waits for an operator, who says which of both is right.
-    WaitsForConfirm = 1,
-    /// The newest map does not bear the pose out, or waits for a search.
-    Held = 2,
-    /// The newest map was searched, and no pose was accepted.
-    Refused = 3,
-    /// The newest map bears the pose out, but it is known less well than the site asks for.
-    Uncertain = 4,
-}
-
-impl PoseValidity {
-    /// Its name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Effective => "effective",
-            Self::WaitsForConfirm => "waits_for_confirm",
-            Self::Held => "held",
-            Self::Refused => "refused",
-            Self::Uncertain => "uncertain",
-        }
-    }
-}
-
-/// Evidence for a pose. Shares are from 0 to 1.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Zeroable, Pod)]
-#[repr(C)]
-pub struct PoseEvidence {
-    /// By which poses are compared: between two poses of one map the difference is the natural logarithm of their odds.
-    pub log_odds: f64,
-    /// Agreement of walls, from 0 to 1: of precision and recall.
-    pub score: f64,
-    /// Share of the SLAM map's walls that the model has.
-    pub precision: f64,
-    /// Share of the visible walls of the model that the SLAM map has.
-    pub recall: f64,
-    /// Share of the SLAM map's free cells that are free in the model.
-    pub free: f64,
-    /// Length of the faces of the model's walls that the robot would have had in sight, in metres.
-    pub seen_m: f64,
-    /// Share of them that it saw through.
-    pub seen_through: f64,
-    /// Share of the SLAM map's occupied cells that lie in walls of the model.
-    pub in_walls: f64,
-    /// Share of them that lie where the model knows nothing.
-    pub outside: f64,
-    /// Share of the SLAM map's free cells that lie in walls of the model.
-    pub free_in_walls: f64,
-    /// Length of the SLAM map's walls that lie on faces of the model, of each face at most half a metre, in metres.
-    pub distinct_m: f64,
-}
-
-/// A pose of the robot's map in the model's.
-#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
-#[repr(C)]
-pub struct PoseRecord {
-    /// `map_from_slam`: x, y in metres, yaw in radians.
-    pub map_from_slam: [f64; 3],
-    /// Covariance of the position of [`PoseRecord::about_m`] (x, y) and of yaw, row-major.
-    pub covariance: [f64; 9],
-    /// The middle of the mapped area, in the frame of the SLAM map.
-    pub about_m: [f64; 2],
-    /// Evidence for it.
-    pub evidence: PoseEvidence,
-    /// Map storey; [`NONE`] for a map without a site.
-    pub map_storey: u32,
-    /// Zero.
-    pub reserved: u32,
-}
-const _: () = assert!(size_of::<PoseRecord>() == 208);
-
-/// Head of an alignment: one record.
-#[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
-#[repr(C)]
-pub struct AlignmentHead {
-    /// Content hash of the site; 0 for maps without one.
-    pub site_hash: u64,
-    /// Content hash of the newest SLAM map, for which the pose is valid or not.
-    pub slam_map_hash: u64,
-    /// Content hash of the SLAM map that verdict, reason and candidates are of; another one than the newest while that waits
-    /// for its search, 0 if none was searched.
-    pub searched_map_hash: u64,
-    /// The plan time of the reference, or [`crate::ScheduleStateHead::NO_TIME`].
-    pub plan_time_s: i64,
-    /// The current pose; zeros unless [`AlignmentHead::state`] says that there is one.
-    pub pose: PoseRecord,
-    /// A pose that waits for an operator to confirm it; zeros unless [`AlignmentHead::is_waiting`].
-    pub waiting: PoseRecord,
-    /// Probability that the best pose of the map that was searched last is wrong; 1 before a search.
-    pub wrong_probability: f64,
-    /// Scale of the SLAM map against the model; 1 if its lengths are right.
-    pub scale: f64,
-    /// Standard deviation of the scale.
-    pub scale_deviation: f64,
-    /// Why the newest verdict is not `accepted`; empty if it is.
-    pub reason: Text,
-    /// Verdict on the map that was searched last.
-    pub verdict: Tag<AlignmentVerdict>,
-    /// How the current pose was obtained.
-    pub state: Tag<PoseState>,
-    /// 1 if there is a pending pose.
-    pub is_waiting: u32,
-    /// What the current pose is worth.
-    pub validity: Tag<PoseValidity>,
-}
-const _: () = assert!(size_of::<AlignmentHead>() == 496);
 
 /// An alignment, read in place.
 #[derive(Debug, Clone, Copy)]
@@ -184,11 +26,21 @@ pub struct Alignment<'a> {
     pub head: &'a AlignmentHead,
     /// Poses that fit the newest map, best first.
     pub candidates: &'a [PoseRecord],
+    /// Places to drive to that decide between candidates that fit alike, the best first.
+    pub deciding_places: &'a [DecidingPlaceRecord],
+    placed: &'a [PlacedRecord],
+    pose_pairs: &'a [PosePairRecord],
+    /// What each place hint excluded.
+    pub hints: &'a [HintRecord],
 }
 
 impl<'a> Alignment<'a> {
     /// Candidates that are listed.
     pub const MAX_CANDIDATES: usize = 64;
+    /// Deciding places.
+    pub const MAX_DECIDING_PLACES: usize = 16;
+    /// Place hints.
+    pub const MAX_HINTS: usize = 64;
 
     /// Validates and views an archive.
     ///
@@ -201,12 +53,45 @@ impl<'a> Alignment<'a> {
         check_tags([head.state], "state of a pose")?;
         check_tags([head.validity], "validity of a pose")?;
         let numbers = [head.wrong_probability, head.scale, head.scale_deviation];
-        let whole = head.reason.of(alignment.strings).is_some()
+        let whole = [head.reason, head.decision, head.change].iter().all(|text| text.of(alignment.strings).is_some())
             && head.is_waiting <= 1
             && alignment.candidates.len() <= Self::MAX_CANDIDATES
             && numbers.iter().all(|n| n.is_finite())
             && [&head.pose, &head.waiting].into_iter().chain(alignment.candidates).all(PoseRecord::is_finite);
-        if whole { Ok(alignment) } else { Err(ArchiveError::Index { what: "a pose" }) }
+        if !whole {
+            return Err(ArchiveError::Index { what: "a pose" });
+        }
+        if alignment.is_decision_whole() {
+            Ok(alignment)
+        } else {
+            Err(ArchiveError::Index { what: "a deciding place" })
+        }
+    }
+
+    /// True if all that is said beside poses lies within its limits and sections.
+    fn is_decision_whole(&self) -> bool {
+        let n_candidates = self.candidates.len();
+        let is_text = |text: Text| text.of(self.strings).is_some();
+        let is_placed = |p: &PlacedRecord| {
+            p.in_map_m.iter().all(|n| n.is_finite())
+                && [p.room_global_id, p.room_name, p.room_long_name].into_iter().all(is_text)
+        };
+        let is_place = |place: &DecidingPlaceRecord| {
+            place.in_slam_m.iter().chain([&place.way_m, &place.differing_m]).all(|n| n.is_finite())
+                && place.n_placed as usize <= n_candidates
+                && part(self.placed, place.first_placed, place.n_placed).is_some()
+                && part(self.pose_pairs, place.first_pair, place.n_pairs).is_some()
+        };
+        let is_pair = |pair: &PosePairRecord| pair.candidates.iter().all(|k| (*k as usize) < n_candidates);
+        self.deciding_places.len() <= Self::MAX_DECIDING_PLACES
+            && self.hints.len() <= Self::MAX_HINTS
+            && self.placed.len() <= Self::MAX_DECIDING_PLACES * Self::MAX_CANDIDATES
+            && self.pose_pairs.len() <= (Self::MAX_DECIDING_PLACES + 1) * Self::MAX_CANDIDATES * Self::MAX_CANDIDATES
+            && self.head.first_undecided as usize <= self.pose_pairs.len()
+            && self.deciding_places.iter().all(is_place)
+            && self.placed.iter().all(is_placed)
+            && self.pose_pairs.iter().all(is_pair)
+            && self.hints.iter().all(|hint| is_text(hint.label))
     }
 
     /// The sections of an archive, without validation of their records.
@@ -216,6 +101,10 @@ impl<'a> Alignment<'a> {
             strings: archive.strings(section::STRINGS)?,
             head: archive.record(section::HEAD)?,
             candidates: archive.section(section::CANDIDATES)?,
+            deciding_places: archive.section(section::DECIDING_PLACES)?,
+            placed: archive.section(section::PLACED)?,
+            pose_pairs: archive.section(section::POSE_PAIRS)?,
+            hints: archive.section(section::HINTS)?,
         })
     }
 
@@ -256,77 +145,88 @@ impl<'a> Alignment<'a> {
 
     /// Why the map that was searched last is not accepted; empty if it is.
     pub fn reason(&self) -> &'a str {
-        self.head.reason.of(self.strings).expect("it was checked when the archive was opened")
+        self.text(self.head.reason)
+    }
+
+    /// What would decide between candidates that fit alike, for people; `None` where nothing has to be decided.
+    pub fn decision(&self) -> Option<&'a str> {
+        Some(self.text(self.head.decision)).filter(|text| !text.is_empty())
+    }
+
+    /// What became of the pose that an earlier look at the same map accepted; `None` if it still is, or if none was.
+    pub fn change(&self) -> Option<&'a str> {
+        Some(self.text(self.head.change)).filter(|text| !text.is_empty())
+    }
+
+    /// Where a deciding place lies by each of the best candidates.
+    pub fn placed(&self, place: &DecidingPlaceRecord) -> &'a [PlacedRecord] {
+        part(self.placed, place.first_placed, place.n_placed).expect(CHECKED)
+    }
+
+    /// The pairs of candidates that are told apart at a deciding place.
+    pub fn decided(&self, place: &DecidingPlaceRecord) -> &'a [PosePairRecord] {
+        part(self.pose_pairs, place.first_pair, place.n_pairs).expect(CHECKED)
+    }
+
+    /// The pairs of candidates that nothing in the model tells apart that the robot can reach.
+    pub fn undecided(&self) -> &'a [PosePairRecord] {
+        self.pose_pairs.get(self.head.first_undecided as usize..).expect(CHECKED)
+    }
+
+    /// A text of the archive.
+    pub fn text(&self, text: Text) -> &'a str {
+        text.of(self.strings).expect(CHECKED)
     }
 }
 
-impl PoseRecord {
-    /// No pose.
-    pub const NONE: Self = Self {
-        map_from_slam: [0.0; 3],
-        covariance: [0.0; 9],
-        about_m: [0.0; 2],
-        evidence: PoseEvidence {
-            log_odds: 0.0,
-            score: 0.0,
-            precision: 0.0,
-            recall: 0.0,
-            free: 0.0,
-            seen_m: 0.0,
-            seen_through: 0.0,
-            in_walls: 0.0,
-            outside: 0.0,
-            free_in_walls: 0.0,
-            distinct_m: 0.0,
-        },
-        map_storey: NONE,
-        reserved: 0,
-    };
+const CHECKED: &str = "it was checked when the archive was opened";
 
-    /// The motion from the robot's map to the model's.
-    pub fn map_from_slam(&self) -> Rigid2<Map, Slam> {
-        Rigid2::of_x_y_yaw(self.map_from_slam)
-    }
-
-    /// The covariance of where [`PoseRecord::about_m`] comes to lie and of yaw.
-    pub fn pose_covariance(&self) -> PoseCovariance {
-        PoseCovariance::from_rows([0, 1, 2].map(|r| [0, 1, 2].map(|c| self.covariance[3 * r + c])))
-    }
-
-    fn is_finite(&self) -> bool {
-        let evidence: [f64; 11] = bytemuck::cast(self.evidence);
-        let numbers = self.map_from_slam.iter().chain(&self.covariance).chain(&self.about_m).chain(&evidence);
-        numbers.into_iter().all(|n| n.is_finite())
-    }
+fn part<T>(all: &[T], first: u32, n: u32) -> Option<&[T]> {
+    all.get(first as usize..)?.get(..n as usize)
 }
 
 /// An `alignment` archive to be.
 #[derive(Debug)]
 pub struct AlignmentBuilder<'a> {
-    /// Head of the alignment; its reason is filled in.
+    /// Head of the alignment; its texts are those of the pool.
     pub head: AlignmentHead,
-    /// Why the newest map is not accepted.
-    pub reason: &'a str,
     /// Poses that fit, best first; those beyond [`Alignment::MAX_CANDIDATES`] are left out.
     pub candidates: &'a [PoseRecord],
+    /// Places to drive to that decide between candidates.
+    pub deciding_places: Vec<DecidingPlaceRecord>,
+    /// Where they lie by each candidate.
+    pub placed: Vec<PlacedRecord>,
+    /// Pairs of candidates: those that are told apart at deciding places, then those that nothing tells apart.
+    pub pose_pairs: Vec<PosePairRecord>,
+    /// What place hints excluded.
+    pub hints: Vec<HintRecord>,
+    /// All texts.
+    pub texts: TextPool,
 }
 
-impl AlignmentBuilder<'_> {
+impl<'a> AlignmentBuilder<'a> {
+    /// Poses alone.
+    pub fn new(head: AlignmentHead, reason: &str, candidates: &'a [PoseRecord]) -> Self {
+        let mut texts = TextPool::default();
+        let head = AlignmentHead { reason: texts.add(reason), ..head };
+        let (deciding_places, placed, pose_pairs, hints) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { head, candidates, deciding_places, placed, pose_pairs, hints, texts }
+    }
+
     /// Writes the archive into the heap.
     pub fn finish(&self) -> ArchiveBuffer {
         self.to_buffer()
     }
 
-    /// The head with its reason, which is all text that there is.
-    fn head(&self) -> AlignmentHead {
-        AlignmentHead { reason: Text { offset: 0, length: self.reason.len() as u32 }, ..self.head }
-    }
-
-    fn sections<'a>(&'a self, head: &'a AlignmentHead) -> SectionList<'a> {
+    fn sections(&self) -> SectionList<'_> {
         let mut list = SectionList::default();
-        list.add(section::HEAD, std::slice::from_ref(head));
+        list.add(section::HEAD, std::slice::from_ref(&self.head));
         list.add(section::CANDIDATES, &self.candidates[..self.candidates.len().min(Alignment::MAX_CANDIDATES)]);
-        list.add(section::STRINGS, self.reason.as_bytes());
+        list.add(section::DECIDING_PLACES, &self.deciding_places);
+        list.add(section::PLACED, &self.placed);
+        list.add(section::POSE_PAIRS, &self.pose_pairs);
+        list.add(section::HINTS, &self.hints);
+        list.add(section::STRINGS, self.texts.bytes());
         list
     }
 }
@@ -335,17 +235,19 @@ impl ArchiveWriter for AlignmentBuilder<'_> {
     type Payload = payload::Alignment;
 
     fn length(&self) -> usize {
-        self.sections(&self.head()).length()
+        self.sections().length()
     }
 
     fn write(&self, out: &mut [u8]) -> u64 {
-        self.sections(&self.head()).write(out, ArchiveKind::Alignment)
+        self.sections().write(out, ArchiveKind::Alignment)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tag::Tag;
+    use bytemuck::Zeroable;
 
     fn head() -> AlignmentHead {
         AlignmentHead {
@@ -359,16 +261,20 @@ mod tests {
             scale: 1.0,
             scale_deviation: 0.001,
             reason: Text::default(),
+            decision: Text::default(),
+            change: Text::default(),
             verdict: AlignmentVerdict::Ambiguous.into(),
             state: PoseState::Held.into(),
             is_waiting: 0,
             validity: PoseValidity::Held.into(),
+            first_undecided: 0,
+            reserved: 0,
         }
     }
 
     #[test]
     fn poses_and_reasons_come_back() {
-        let buffer = AlignmentBuilder { head: head(), reason: "two fit", candidates: &[PoseRecord::NONE; 2] }.finish();
+        let buffer = AlignmentBuilder::new(head(), "two fit", &[PoseRecord::NONE; 2]).finish();
         let view = Alignment::open(buffer.bytes()).unwrap();
         assert_eq!(
             (view.verdict(), view.state(), view.reason()),
@@ -388,8 +294,55 @@ mod tests {
             AlignmentHead { validity: Tag::numbered(5), ..head() },
             AlignmentHead { pose: PoseRecord { about_m: [f64::INFINITY; 2], ..PoseRecord::NONE }, ..head() },
         ] {
-            let buffer = AlignmentBuilder { head: wrong, reason: "", candidates: &[] }.finish();
+            let buffer = AlignmentBuilder::new(wrong, "", &[]).finish();
             assert!(Alignment::open(buffer.bytes()).is_err());
         }
+    }
+
+    /// Two candidates, and a place in a room by each of them that tells them apart.
+    fn undecided() -> AlignmentBuilder<'static> {
+        let mut builder = AlignmentBuilder::new(head(), "two fit", &[PoseRecord::NONE; 2]);
+        builder.head.decision = builder.texts.add("drive through U.04");
+        let [global_id, name] = ["0123456789012345678901", "U.04"].map(|text| builder.texts.add(text));
+        let room =
+            PlacedRecord { in_map_m: [1.0, 2.0], room_global_id: global_id, room_name: name, room_long_name: name };
+        builder.placed = vec![room, PlacedRecord { room_global_id: Text::default(), ..room }];
+        builder.pose_pairs = vec![PosePairRecord { candidates: [0, 1] }; 2];
+        builder.head.first_undecided = 1;
+        let place = DecidingPlaceRecord { in_slam_m: [3.0, 4.0], n_placed: 2, n_pairs: 1, ..Zeroable::zeroed() };
+        builder.deciding_places = vec![place];
+        let label = builder.texts.add("start room U.04");
+        builder.hints = vec![HintRecord { label, n_excluded: 3, reserved: 0 }];
+        builder
+    }
+
+    #[test]
+    fn what_decides_and_what_hints_excluded_come_back() {
+        let buffer = undecided().finish();
+        let view = Alignment::open(buffer.bytes()).unwrap();
+        assert_eq!((view.reason(), view.decision()), ("two fit", Some("drive through U.04")));
+        let place = &view.deciding_places[0];
+        let rooms: Vec<&str> = view.placed(place).iter().map(|placed| view.text(placed.room_global_id)).collect();
+        assert_eq!(rooms, ["0123456789012345678901", ""]);
+        assert_eq!((view.decided(place).len(), view.undecided().len()), (1, 1));
+        assert_eq!(
+            view.hints.iter().map(|hint| (view.text(hint.label), hint.n_excluded)).next(),
+            Some(("start room U.04", 3))
+        );
+        let refused = |change: fn(&mut AlignmentBuilder<'_>)| {
+            let mut builder = undecided();
+            change(&mut builder);
+            Alignment::open(builder.finish().bytes()).is_err()
+        };
+        assert!(refused(|b| b.deciding_places[0].n_placed = 3));
+        assert!(refused(|b| b.deciding_places[0].first_pair = 2));
+        assert!(refused(|b| b.deciding_places[0].way_m = f64::NAN));
+        assert!(refused(|b| b.deciding_places = vec![b.deciding_places[0]; Alignment::MAX_DECIDING_PLACES + 1]));
+        assert!(refused(|b| b.pose_pairs[1].candidates[1] = 2));
+        assert!(refused(|b| b.head.first_undecided = 3));
+        assert!(refused(|b| b.placed[0].room_name.length = 1000));
+        assert!(refused(|b| b.hints[0].label.offset = 1000));
+        assert!(refused(|b| b.head.decision.length = 1000));
+        assert!(refused(|b| b.head.change.length = 1000));
     }
 }

@@ -45,6 +45,8 @@ pub enum ArchiveKind {
     Alignment = 7,
     /// Deviations between model and SLAM map, per element.
     Deviations = 8,
+    /// What looks at a growing SLAM map have said about its poses.
+    AlignmentEvidence = 9,
 }
 
 /// The first 64 bytes of an archive.

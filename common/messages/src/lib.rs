@@ -14,6 +14,7 @@
 //! | `slam-map` | [`SlamMap`] | [`SlamMap::write`] | the robot |
 //! | `alignment` | [`Alignment`] | [`AlignmentBuilder`] | slam-align |
 //! | `deviations` | [`Deviations`] | [`DeviationsBuilder`] | slam-align |
+//! | none | [`AlignmentEvidence`] | [`AlignmentEvidenceBuilder`] | slam-align, `groundplan align` |
 //!
 //! Beside an archive travels its [`SampleHeader`]: data of the publication, not of the content. Daemons report
 //! themselves with a [`StatusRecord`].
@@ -24,6 +25,8 @@
 //! where the field's name ends in `_tenths`.
 
 mod alignment;
+mod alignment_evidence;
+mod alignment_records;
 mod archive;
 mod archive_writer;
 mod checked;
@@ -53,9 +56,9 @@ mod status;
 mod tag;
 mod text_pool;
 
-pub use alignment::{
-    Alignment, AlignmentBuilder, AlignmentHead, AlignmentVerdict, PoseEvidence, PoseRecord, PoseState, PoseValidity,
-};
+pub use alignment::{Alignment, AlignmentBuilder};
+pub use alignment_evidence::{AlignmentEvidence, AlignmentEvidenceBuilder, AlignmentEvidenceHead, PoseHistoryRecord};
+pub use alignment_records::*;
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, TextList,
     sections_len, upgrade_site,

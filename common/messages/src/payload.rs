@@ -47,3 +47,6 @@ pub enum Alignment {}
 /// `deviations`: deviations between model and SLAM map.
 #[derive(Debug)]
 pub enum Deviations {}
+/// `alignment-evidence`: what looks at a growing SLAM map have said.
+#[derive(Debug)]
+pub enum AlignmentEvidence {}

@@ -3,8 +3,9 @@
 use crate::archive::{self, ArchiveKind, LAYOUT_VERSION, Preamble, SectionEntry};
 use crate::tag::TagOf;
 use crate::{
-    GridHead, GridSlotRecord, GridsHead, InputHashes, RobotProfile, SampleHeader, ScheduleStateHead, grid_archive,
-    grids, sample_header, schedule_state,
+    AlignmentHead, DecidingPlaceRecord, GridHead, GridSlotRecord, GridsHead, HintRecord, InputHashes, PlacedRecord,
+    PoseEvidence, PosePairRecord, PoseRecord, RobotProfile, SampleHeader, ScheduleStateHead, Text, alignment,
+    grid_archive, grids, sample_header, schedule_state,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -68,7 +69,10 @@ macro_rules! nested_records {
         })*
     };
 }
-nested_records!(InputHashes => "INPUT_HASHES", RobotProfile => "ROBOT_PROFILE");
+nested_records!(
+    InputHashes => "INPUT_HASHES", RobotProfile => "ROBOT_PROFILE", Text => "TEXT", PoseEvidence => "POSE_EVIDENCE",
+    PoseRecord => "POSE"
+);
 
 /// Sections by name: number, and type of a record.
 fn sections(entries: &[(&str, u32, &str)]) -> String {
@@ -96,6 +100,7 @@ fn module() -> String {
         ("slam-map", ArchiveKind::SlamMap),
         ("alignment", ArchiveKind::Alignment),
         ("deviations", ArchiveKind::Deviations),
+        ("alignment-evidence", ArchiveKind::AlignmentEvidence),
     ];
     let kinds = kinds.map(|(name, kind)| format!("\n    \"{name}\": {},", kind as u32));
     constant("KINDS", "dict[str, int]", format!("{{{}\n}}", kinds.concat()));
@@ -121,6 +126,23 @@ fn module() -> String {
     let state = record!(ScheduleStateHead: site_hash, plan_time_s, plan_until_s, valid_from_s, valid_until_s, n_changes,
         paper);
     constant("SCHEDULE_STATE_HEAD", fields, state);
+    constant("TEXT", fields, record!(Text: offset, length));
+    let evidence = record!(PoseEvidence: log_odds, score, precision, recall, free, seen_m, seen_through, in_walls, outside,
+        free_in_walls, distinct_m);
+    constant("POSE_EVIDENCE", fields, evidence);
+    let pose = record!(PoseRecord: map_from_slam, covariance, about_m, evidence, map_storey, reserved);
+    constant("POSE", fields, pose);
+    let head = record!(AlignmentHead: site_hash, slam_map_hash, searched_map_hash, plan_time_s, pose, waiting,
+        wrong_probability, scale, scale_deviation, reason, decision, change, verdict, state, is_waiting, validity, first_undecided,
+        reserved);
+    constant("ALIGNMENT_HEAD", fields, head);
+    let place =
+        record!(DecidingPlaceRecord: in_slam_m, way_m, differing_m, first_placed, n_placed, first_pair, n_pairs);
+    constant("DECIDING_PLACE", fields, place);
+    let placed = record!(PlacedRecord: in_map_m, room_global_id, room_name, room_long_name);
+    constant("PLACED", fields, placed);
+    constant("POSE_PAIR", fields, record!(PosePairRecord: candidates));
+    constant("HINT", fields, record!(HintRecord: label, n_excluded, reserved));
 
     let of = "dict[str, tuple[int, Any]]";
     let (u8s, i8s) = ("\"u1\"", "\"i1\"");
@@ -144,6 +166,19 @@ fn module() -> String {
     constant("GRIDS_SECTIONS", of, index);
     let state = sections(&[("head", schedule_state::section::HEAD, "SCHEDULE_STATE_HEAD")]);
     constant("SCHEDULE_STATE_SECTIONS", of, state);
+    let sections_of_alignment = {
+        use alignment::section::*;
+        sections(&[
+            ("head", HEAD, "ALIGNMENT_HEAD"),
+            ("candidates", CANDIDATES, "POSE"),
+            ("deciding_places", DECIDING_PLACES, "DECIDING_PLACE"),
+            ("placed", PLACED, "PLACED"),
+            ("pose_pairs", POSE_PAIRS, "POSE_PAIR"),
+            ("hints", HINTS, "HINT"),
+            ("strings", STRINGS, u8s),
+        ])
+    };
+    constant("ALIGNMENT_SECTIONS", of, sections_of_alignment);
     text + "\n"
 }
 

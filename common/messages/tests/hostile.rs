@@ -7,7 +7,9 @@ use messages::{
     PartRecord, ScheduleState, Site, SiteBuilder,
 };
 use proptest::prelude::*;
-use support::{alignment, deviations, grid, grids, mission_plan, reseal, schedule_state, site, slam_map, walk};
+use support::{
+    alignment, alignment_evidence, deviations, grid, grids, mission_plan, reseal, schedule_state, site, slam_map, walk,
+};
 
 /// Miri takes a thousand times as long.
 const CASES: u32 = if cfg!(miri) { 6 } else { 20_000 };
@@ -21,6 +23,7 @@ fn archive() -> impl Strategy<Value = ArchiveBuffer> {
         mission_plan(),
         slam_map(),
         alignment(),
+        alignment_evidence(),
         deviations(),
     ])
 }
@@ -36,7 +39,8 @@ fn word() -> impl Strategy<Value = u32> {
 
 #[test]
 fn whole_archives_are_read_to_the_end() {
-    for archive in [site(), schedule_state(), grid(), grids(), mission_plan(), slam_map(), alignment(), deviations()] {
+    let poses = [alignment(), alignment_evidence(), deviations()];
+    for archive in [site(), schedule_state(), grid(), grids(), mission_plan(), slam_map()].into_iter().chain(poses) {
         assert!(walk(archive.bytes()) > 4);
         let mut again = archive.clone();
         reseal(again.bytes_mut());

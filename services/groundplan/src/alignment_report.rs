@@ -1,10 +1,13 @@
 //! An alignment as JSON and as text, from its archive: the same for files and for the running daemon.
 
 use crate::date_argument::optional_text;
-use alignment::{Decision, Exclusion, NamedPlace};
 use daemon::facts::Pose;
 use export::rounded;
-use messages::{Alignment, AlignmentVerdict, NONE, PoseEvidence, PoseRecord, PoseValidity, SampleHeader};
+use frames::counted;
+use messages::{
+    Alignment, AlignmentVerdict, DecidingPlaceRecord, HintRecord, NONE, PlacedRecord, PoseEvidence, PosePairRecord,
+    PoseRecord, PoseValidity, SampleHeader,
+};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -18,6 +21,7 @@ const NEAR_BEST: f64 = 7.0;
 pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
     inputs["plan_time"] = json!(optional_text(alignment.head.plan_time_s));
     let (counting, head) = (alignment.pose(), alignment.head);
+    let hint = |hint: &HintRecord| json!({"hint": alignment.text(hint.label), "excluded": hint.n_excluded});
     let candidates: Vec<Value> = alignment
         .candidates
         .iter()
@@ -47,46 +51,40 @@ pub(crate) fn document(alignment: &Alignment<'_>, mut inputs: Value) -> Value {
         "scale_deviation": head.scale_deviation,
         "waiting": waiting,
         "candidates": candidates,
+        "change": alignment.change(),
+        "decide": decision(alignment),
+        "hints": alignment.hints.iter().map(hint).collect::<Vec<_>>(),
         "inputs": inputs,
     })
 }
 
-/// What would decide between the candidates of an ambiguous alignment.
-pub(crate) fn decision(decision: &Decision, alignment: &Alignment<'_>) -> Value {
+/// What would decide between the candidates of an ambiguous alignment; null where nothing has to be decided.
+fn decision(alignment: &Alignment<'_>) -> Value {
+    let Some(text) = alignment.decision() else { return Value::Null };
     let at = |[x, y]: [f64; 2]| json!({"x_m": rounded(x), "y_m": rounded(y)});
-    let place = |NamedPlace { place, rooms }: &NamedPlace| {
-        let by_pose = alignment.candidates.iter().zip(&place.in_map_m).zip(rooms);
-        let candidates: Vec<Value> = by_pose
-            .map(|((candidate, &in_map), room)| {
-                let room = room
-                    .as_ref()
-                    .map(|room| json!({"global_id": room.global_id, "name": room.name, "long_name": room.long_name}));
-                json!({"storey": storey(candidate), "place": at(in_map), "room": room})
-            })
-            .collect();
+    let pairs = |pairs: &[PosePairRecord]| -> Vec<[u32; 2]> { pairs.iter().map(|pair| pair.candidates).collect() };
+    let candidate = |(candidate, placed): (&PoseRecord, &PlacedRecord)| {
+        let [global_id, name, long_name] =
+            [placed.room_global_id, placed.room_name, placed.room_long_name].map(|text| alignment.text(text));
+        let room = json!({"global_id": global_id, "name": name, "long_name": long_name});
+        let room = if global_id.is_empty() { Value::Null } else { room };
+        json!({"storey": storey(candidate), "place": at(placed.in_map_m), "room": room})
+    };
+    let place = |place: &DecidingPlaceRecord| {
+        let by_pose = alignment.candidates.iter().zip(alignment.placed(place));
         json!({
             "in_slam": at(place.in_slam_m),
             "way_m": rounded(place.way_m),
             "differing_m": rounded(place.differing_m),
-            "decided": place.decided,
-            "candidates": candidates,
+            "decided": pairs(alignment.decided(place)),
+            "candidates": by_pose.map(candidate).collect::<Vec<_>>(),
         })
     };
     json!({
-        "text": decision.to_string(),
-        "places": decision.places.iter().map(place).collect::<Vec<_>>(),
-        "undecided": decision.undecided,
+        "text": text,
+        "places": alignment.deciding_places.iter().map(place).collect::<Vec<_>>(),
+        "undecided": pairs(alignment.undecided()),
     })
-}
-
-/// What a hint excluded.
-pub(crate) fn exclusion(exclusion: &Exclusion) -> Value {
-    json!({"hint": exclusion.label, "excluded": exclusion.n_poses})
-}
-
-/// What hints excluded, a line for each.
-pub(crate) fn exclusions_text(exclusions: &[Exclusion]) -> String {
-    exclusions.iter().map(|exclusion| format!("  {exclusion}\n")).collect()
 }
 
 /// What a sample was made from, as `document` takes it.
@@ -124,6 +122,13 @@ pub(crate) fn text(alignment: &Alignment<'_>) -> String {
     }
     if alignment.validity() == PoseValidity::Uncertain {
         let _ = writeln!(out, "uncertain: {}", why_uncertain(alignment));
+    }
+    if let Some(change) = alignment.change() {
+        let _ = writeln!(out, "changed: {change}");
+    }
+    for hint in alignment.hints {
+        let excluded = counted(hint.n_excluded as usize, "pose");
+        let _ = writeln!(out, "  {} excludes {excluded}", alignment.text(hint.label));
     }
     out
 }

@@ -145,7 +145,22 @@ pub(crate) fn slam_map() -> ArchiveBuffer {
 
 pub(crate) fn alignment() -> ArchiveBuffer {
     let head = AlignmentHead { scale: 1.0, state: PoseState::Tracked.into(), ..Zeroable::zeroed() };
-    AlignmentBuilder { head, reason: "two poses fit", candidates: &[PoseRecord::NONE; 2] }.finish()
+    let mut builder = AlignmentBuilder::new(head, "two poses fit", &[PoseRecord::NONE; 2]);
+    let room_name = builder.texts.add("U.04");
+    builder.head.decision = room_name;
+    builder.placed = vec![PlacedRecord { room_name, ..Zeroable::zeroed() }; 2];
+    builder.pose_pairs = vec![PosePairRecord { candidates: [0, 1] }; 2];
+    builder.head.first_undecided = 1;
+    builder.deciding_places = vec![DecidingPlaceRecord { n_placed: 2, n_pairs: 1, ..Zeroable::zeroed() }];
+    builder.hints = vec![HintRecord { label: room_name, n_excluded: 1, reserved: 0 }];
+    builder.finish()
+}
+
+pub(crate) fn alignment_evidence() -> ArchiveBuffer {
+    let head = AlignmentEvidenceHead { width: 5, height: 3, n_looks: 1, accepted: 1, ..Zeroable::zeroed() };
+    let mut builder = AlignmentEvidenceBuilder::new(head, vec![Zeroable::zeroed(); 2]);
+    (0..6).for_each(|index| builder.mark_known(2 * index));
+    builder.finish()
 }
 
 pub(crate) fn deviations() -> ArchiveBuffer {
@@ -242,6 +257,17 @@ pub(crate) fn walk(bytes: &[u8]) -> usize {
     }
     if let Ok(alignment) = Alignment::open(bytes) {
         n += alignment.reason().len() + alignment.candidates.len() + usize::from(alignment.pose().is_some());
+        n += alignment.decision().map_or(0, str::len) + alignment.undecided().len();
+        for place in alignment.deciding_places {
+            let placed = alignment.placed(place).iter();
+            n += alignment.decided(place).len() + placed.map(|p| alignment.text(p.room_name).len()).sum::<usize>();
+        }
+        n += alignment.hints.iter().map(|hint| alignment.text(hint.label).len()).sum::<usize>();
+    }
+    if let Ok(evidence) = AlignmentEvidence::open(bytes) {
+        n += evidence.poses.len() + usize::from(evidence.accepted().is_some());
+        n +=
+            (0..evidence.head.width as usize * evidence.head.height as usize).filter(|k| evidence.is_known(*k)).count();
     }
     if let Ok(deviations) = Deviations::open(bytes) {
         n += deviations.elements.iter().flat_map(|e| deviations.absent_parts_of(e)).count();

@@ -20,6 +20,7 @@ KINDS: dict[str, int] = {
     "slam-map": 6,
     "alignment": 7,
     "deviations": 8,
+    "alignment-evidence": 9,
 }
 INPUT_HASHES: list[tuple[str, Any]] = [
     ("site", "<u8"),
@@ -104,6 +105,74 @@ SCHEDULE_STATE_HEAD: list[tuple[str, Any]] = [
     ("n_changes", "<u4"),
     ("paper", "<u4"),
 ]
+TEXT: list[tuple[str, Any]] = [
+    ("offset", "<u4"),
+    ("length", "<u4"),
+]
+POSE_EVIDENCE: list[tuple[str, Any]] = [
+    ("log_odds", "<f8"),
+    ("score", "<f8"),
+    ("precision", "<f8"),
+    ("recall", "<f8"),
+    ("free", "<f8"),
+    ("seen_m", "<f8"),
+    ("seen_through", "<f8"),
+    ("in_walls", "<f8"),
+    ("outside", "<f8"),
+    ("free_in_walls", "<f8"),
+    ("distinct_m", "<f8"),
+]
+POSE: list[tuple[str, Any]] = [
+    ("map_from_slam", ("<f8", (3,))),
+    ("covariance", ("<f8", (9,))),
+    ("about_m", ("<f8", (2,))),
+    ("evidence", POSE_EVIDENCE),
+    ("map_storey", "<u4"),
+    ("reserved", "<u4"),
+]
+ALIGNMENT_HEAD: list[tuple[str, Any]] = [
+    ("site_hash", "<u8"),
+    ("slam_map_hash", "<u8"),
+    ("searched_map_hash", "<u8"),
+    ("plan_time_s", "<i8"),
+    ("pose", POSE),
+    ("waiting", POSE),
+    ("wrong_probability", "<f8"),
+    ("scale", "<f8"),
+    ("scale_deviation", "<f8"),
+    ("reason", TEXT),
+    ("decision", TEXT),
+    ("change", TEXT),
+    ("verdict", "<u4"),
+    ("state", "<u4"),
+    ("is_waiting", "<u4"),
+    ("validity", "<u4"),
+    ("first_undecided", "<u4"),
+    ("reserved", "<u4"),
+]
+DECIDING_PLACE: list[tuple[str, Any]] = [
+    ("in_slam_m", ("<f8", (2,))),
+    ("way_m", "<f8"),
+    ("differing_m", "<f8"),
+    ("first_placed", "<u4"),
+    ("n_placed", "<u4"),
+    ("first_pair", "<u4"),
+    ("n_pairs", "<u4"),
+]
+PLACED: list[tuple[str, Any]] = [
+    ("in_map_m", ("<f8", (2,))),
+    ("room_global_id", TEXT),
+    ("room_name", TEXT),
+    ("room_long_name", TEXT),
+]
+POSE_PAIR: list[tuple[str, Any]] = [
+    ("candidates", ("<u4", (2,))),
+]
+HINT: list[tuple[str, Any]] = [
+    ("label", TEXT),
+    ("n_excluded", "<u4"),
+    ("reserved", "<u4"),
+]
 GRID_SECTIONS: dict[str, tuple[int, Any]] = {
     "head": (1, GRID_HEAD),
     "class": (2, "u1"),
@@ -120,4 +189,13 @@ GRIDS_SECTIONS: dict[str, tuple[int, Any]] = {
 }
 SCHEDULE_STATE_SECTIONS: dict[str, tuple[int, Any]] = {
     "head": (1, SCHEDULE_STATE_HEAD),
+}
+ALIGNMENT_SECTIONS: dict[str, tuple[int, Any]] = {
+    "head": (1, ALIGNMENT_HEAD),
+    "candidates": (3, POSE),
+    "deciding_places": (4, DECIDING_PLACE),
+    "placed": (5, PLACED),
+    "pose_pairs": (6, POSE_PAIR),
+    "hints": (7, HINT),
+    "strings": (2, "u1"),
 }

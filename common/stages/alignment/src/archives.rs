@@ -1,8 +1,11 @@
 //! Conversion of alignments and occupancy maps to archives.
 
 use crate::alignment::{AlignedPose, Alignment};
+use crate::decision::{Decision, NamedPlace};
+use crate::exclusion::Exclusion;
 use messages::{
-    AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, NONE, PoseRecord, PoseState, PoseValidity, Text,
+    AlignmentBuilder, AlignmentHead, AlignmentVerdict, ArchiveBuffer, DecidingPlaceRecord, HintRecord, NONE,
+    PlacedRecord, PosePairRecord, PoseRecord, PoseState, PoseValidity, Text,
 };
 
 /// The inputs of an alignment.
@@ -112,13 +115,53 @@ impl Alignment {
             // Nothing is known of a scale that nothing holds.
             scale_deviation: self.scale.map_or(1.0, |s| s.deviation.min(1.0)),
             reason: Text::default(),
+            decision: Text::default(),
+            change: Text::default(),
             verdict: self.verdict.into(),
             state: pose_status.state.into(),
             is_waiting: u32::from(pose_status.waiting.is_some()),
             validity: pose_status.validity().into(),
+            first_undecided: 0,
+            reserved: 0,
         };
-        AlignmentBuilder { head, reason: &self.reason, candidates: &candidates }.finish()
+        let mut builder = AlignmentBuilder::new(head, &self.reason, &candidates);
+        if let Some(decision) = &self.decision {
+            add_decision(&mut builder, decision);
+        }
+        for Exclusion { label, n_poses } in self.exclusions.iter().take(messages::Alignment::MAX_HINTS) {
+            let label = builder.texts.add(label);
+            builder.hints.push(HintRecord { label, n_excluded: *n_poses as u32, reserved: 0 });
+        }
+        builder.finish()
     }
+}
+
+fn add_decision(builder: &mut AlignmentBuilder<'_>, decision: &Decision) {
+    builder.head.decision = builder.texts.add(&decision.to_string());
+    let pairs = |pairs: &[[usize; 2]]| -> Vec<PosePairRecord> {
+        pairs.iter().map(|pair| PosePairRecord { candidates: pair.map(|k| k as u32) }).collect()
+    };
+    for NamedPlace { place, rooms } in &decision.places {
+        let [first_placed, first_pair] = [builder.placed.len(), builder.pose_pairs.len()].map(|n| n as u32);
+        for (in_map_m, room) in place.in_map_m.iter().zip(rooms) {
+            let texts = room.as_ref().map(|room| [&room.global_id, &room.name, &room.long_name]);
+            let [room_global_id, room_name, room_long_name] =
+                texts.map_or([Text::default(); 3], |texts| texts.map(|text| builder.texts.add(text)));
+            builder.placed.push(PlacedRecord { in_map_m: *in_map_m, room_global_id, room_name, room_long_name });
+        }
+        builder.pose_pairs.extend(pairs(&place.decided));
+        builder.deciding_places.push(DecidingPlaceRecord {
+            in_slam_m: place.in_slam_m,
+            way_m: place.way_m,
+            differing_m: place.differing_m,
+            first_placed,
+            n_placed: builder.placed.len() as u32 - first_placed,
+            first_pair,
+            n_pairs: place.decided.len() as u32,
+        });
+    }
+    builder.head.first_undecided = builder.pose_pairs.len() as u32;
+    builder.pose_pairs.extend(pairs(&decision.undecided));
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use frames::Map;
 use messages::{Alignment, NONE, PoseValidity, ScheduleStateHead};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::json;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -60,12 +60,9 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     }
     let text = if arguments.json {
         let inputs = json!({"reference_sha256": sha256(reference)?, "slam_sha256": sha256(slam)?});
-        let mut document = alignment_report::document(&alignment, inputs);
-        document["decide"] = found.decision.as_ref().map_or(Value::Null, |d| alignment_report::decision(d, &alignment));
-        document["hints"] = found.exclusions.iter().map(alignment_report::exclusion).collect();
-        format!("{document:#}\n")
+        format!("{:#}\n", alignment_report::document(&alignment, inputs))
     } else {
-        alignment_report::text(&alignment) + &alignment_report::exclusions_text(&found.exclusions)
+        alignment_report::text(&alignment)
     };
     Ok(Outcome::judged(text, is_usable))
 }
