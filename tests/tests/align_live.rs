@@ -35,6 +35,11 @@ fn a_map_from_a_file_is_aligned_and_its_pose_survives_the_daemon() {
     let echo = json(&live, &[&"topic", &"echo", &"alignment", &"--json"]);
     assert_eq!(echo["content"]["map_from_slam"], found["map_from_slam"]);
     assert!(live.text(&[&"status"]).contains("SLAM map on storey 0"));
+    // What a hint excludes is a field of the topic, too.
+    let hinted = json(&live, &[&"align", &"--elevation", &"0", &"--json"]);
+    let echo = json(&live, &[&"topic", &"echo", &"alignment", &"--json"]);
+    assert!(hinted["hints"][0]["hint"].as_str().is_some_and(|hint| hint.contains("elevation")), "{hinted}");
+    assert_eq!((&echo["content"]["hints"], &echo["content"]["decide"]), (&hinted["hints"], &Value::Null));
     let kept = std::fs::read(live.home.path().join("state/alignment.json")).unwrap();
     let kept: Value = serde_json::from_slice(&kept).unwrap();
     assert_eq!((&kept["pose"]["frame_epoch"], &kept["pose"]["map_storey"]), (&1.into(), &0.into()), "{kept}");
@@ -183,6 +188,12 @@ fn maps_of_a_robot_are_followed_and_a_jump_waits_until_somebody_confirms_it() {
     assert_eq!(refused.status.code(), Some(5));
     assert!(!transform.exists() && transform.with_extension("yaml.stale").exists());
     assert!(failure(&live, &[&"deviations"]).contains("pose_refused"));
+    // What ends or changes is told.
+    let history = json(&live, &[&"log", &"--kind", &"pose", &"--json"]);
+    let summaries: Vec<&str> = history.as_array().unwrap().iter().filter_map(|e| e["summary"].as_str()).collect();
+    let n_of = |what: &str| summaries.iter().filter(|summary| summary.contains(what)).count();
+    assert!(n_of("withdrawn (pose_waits") >= 1 && n_of("withdrawn (pose_refused") == 1, "{summaries:#?}");
+    assert!((1..=n_of("withdrawn")).contains(&n_of("in effect again")), "{summaries:#?}");
     live.down();
 }
 

@@ -41,7 +41,7 @@ pub enum HistoryKind {
     Waypoints,
     /// Rules of the schedule.
     Rules,
-    /// A pose of the robot's map: accepted, confirmed or taken back.
+    /// A pose of the robot's map: accepted, confirmed, taken back, or withdrawn by a newer map.
     Pose,
     /// Elements that are absent: confirmed or taken back.
     Absence,

@@ -21,6 +21,9 @@ pub(crate) struct PersistedState {
     /// Who confirmed which absent element when, by GlobalId.
     confirmed: BTreeMap<String, ConfirmedElement>,
     pose: Option<PersistedPose>,
+    /// The pose was in effect, and is not: the history says why.
+    #[serde(default)]
+    pub(crate) is_withdrawn: bool,
     /// The pose before the one that was confirmed last, and who confirmed that.
     before_confirmed: Option<(PersistedPose, Confirmed)>,
 }
@@ -120,7 +123,7 @@ impl PersistedState {
 
     /// The map frame is another: no pose is one any more.
     pub(crate) fn forget_poses(&mut self) {
-        (self.pose, self.before_confirmed) = (None, None);
+        (self.pose, self.is_withdrawn, self.before_confirmed) = (None, false, None);
     }
 
     /// True if there is a pose, and its map frame is another than this.

@@ -195,9 +195,13 @@ impl AlignService {
         self.follower.pose().copied().filter(|_| self.validity() == Some(PoseValidity::Effective))
     }
 
+    /// True if the newest map was searched; false while it waits for that.
+    fn is_newest_map_searched(&self) -> bool {
+        self.map.as_ref().is_some_and(|map| map.content_hash == self.searched_map_hash)
+    }
+
     /// Why the pose must not be used, for people; `None` if it may, or if there is no map.
     fn why_not_effective(&self) -> Option<String> {
-        let map = self.map.as_ref()?;
         match self.validity()? {
             PoseValidity::Effective => None,
             PoseValidity::Uncertain => Some(
@@ -207,7 +211,7 @@ impl AlignService {
             PoseValidity::WaitsForConfirm => {
                 Some("pose_waits: the pose would change by more than max_jump: groundplan confirm".to_owned())
             }
-            PoseValidity::Held if self.searched_map_hash == map.content_hash => {
+            PoseValidity::Held if self.is_newest_map_searched() => {
                 Some("pose_held: the newest SLAM map does not bear the pose out".to_owned())
             }
             PoseValidity::Held => Some("pose_held: the newest SLAM map waits for its search".to_owned()),

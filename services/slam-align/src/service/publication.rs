@@ -7,9 +7,9 @@ use crate::persisted_state::PersistedState;
 use alignment::AlignmentSources;
 use daemon::{ActualsSource, ConfirmedElement, Failure, RequestTimeouts, ScheduleRequest, write_durably};
 use deviations::AppliedObservations;
-use messages::{Activity, ArchiveBuffer, Checked, InputHashes, ScheduleStateHead, payload};
+use messages::{Activity, ArchiveBuffer, Checked, InputHashes, PoseValidity, ScheduleStateHead, payload};
 use std::time::Duration;
-use tracing::info;
+use tracing::{info, warn};
 
 /// Schedule evaluation answers within milliseconds, and is started again within seconds.
 const TIMEOUTS: RequestTimeouts =
@@ -46,6 +46,31 @@ impl AlignService {
         if let Some(pose) = pose_status.pose.filter(|pose| self.persisted.is_worth_saving(pose)) {
             let frame_epoch = self.frame_epoch();
             self.persist(|persisted| persisted.set_pose(&pose, frame_epoch))?;
+        }
+        self.record_withdrawal()
+    }
+
+    /// Tells in the log and in the history that the pose which was in effect is not any more, and when it is again: nothing
+    /// that a robot has relied on ends or changes in silence. A map that waits for its search says nothing yet.
+    fn record_withdrawal(&mut self) -> Result<(), Failure> {
+        let (Some(pose), Some(validity)) = (self.follower.pose().copied(), self.validity()) else { return Ok(()) };
+        let is_withdrawn = match validity {
+            PoseValidity::Effective | PoseValidity::Uncertain => false,
+            PoseValidity::Refused | PoseValidity::WaitsForConfirm => true,
+            PoseValidity::Held if self.is_newest_map_searched() => true,
+            PoseValidity::Held => self.persisted.is_withdrawn,
+        };
+        if is_withdrawn == self.persisted.is_withdrawn {
+            return Ok(());
+        }
+        self.persist(|persisted| persisted.is_withdrawn = is_withdrawn)?;
+        if is_withdrawn {
+            let why = self.why_not_effective().unwrap_or_default();
+            warn!(service = "slam-align", reason = why, "the pose is withdrawn");
+            self.record_pose(None, &format!("withdrawn ({why})"), &pose);
+        } else {
+            info!(service = "slam-align", "the pose is in effect again");
+            self.record_pose(None, "in effect again", &pose);
         }
         Ok(())
     }
