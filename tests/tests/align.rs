@@ -89,6 +89,32 @@ fn check_moved(maps: &Maps, moved: &Path, robot: &Path) {
 }
 
 #[test]
+fn evidence_of_looks_goes_on_from_file_to_file_and_tells_what_was_withdrawn() {
+    let maps = convert(&demo_model(), &[]);
+    let home = tempfile::tempdir().unwrap();
+    let slam = turned_map(&maps, 0, home.path());
+    let evidence = home.path().join("drive");
+    let more = ["--evidence", evidence.to_str().unwrap()];
+    let (code, first) = align(&maps.path(), &slam, &more);
+    assert_eq!((code, &first["change"]), (Some(0), &Value::Null), "{first}");
+    let before = std::fs::read(&evidence).unwrap();
+    let (code, again) = align(&maps.path(), &slam, &more);
+    assert_eq!((code, &again["map_from_slam"]), (Some(0), &first["map_from_slam"]));
+    assert_eq!(std::fs::read(&evidence).unwrap(), before, "nothing is new");
+    // The walls of the map are gone.
+    let pgm = slam.with_extension("pgm");
+    let (width, height, pixels) = grid::decode_pgm(&std::fs::read(&pgm).unwrap()).unwrap();
+    let free = |k: usize| if pixels[k] == grid::OCCUPIED { grid::FREE } else { pixels[k] };
+    std::fs::write(&pgm, grid::encode_pgm(width, free, height)).unwrap();
+    let (code, gone) = align(&maps.path(), &slam, &more);
+    assert_eq!((code, gone["verdict"].as_str()), (Some(1), Some("refused")), "{gone}");
+    assert!(gone["change"].as_str().is_some_and(|change| change.contains("withdrawn: storey 0")), "{gone}");
+    std::fs::write(&evidence, "of a person").unwrap();
+    assert_eq!(align(&maps.path(), &slam, &more).0, Some(2));
+    assert_eq!(std::fs::read(&evidence).unwrap(), b"of a person");
+}
+
+#[test]
 fn waypoints_are_carried_to_where_they_lie_in_the_robots_map() {
     let model = demo_model();
     let maps = convert(&model, &[]);

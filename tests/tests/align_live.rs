@@ -43,6 +43,7 @@ fn a_map_from_a_file_is_aligned_and_its_pose_survives_the_daemon() {
     let kept = std::fs::read(live.home.path().join("state/alignment.json")).unwrap();
     let kept: Value = serde_json::from_slice(&kept).unwrap();
     assert_eq!((&kept["pose"]["frame_epoch"], &kept["pose"]["map_storey"]), (&1.into(), &0.into()), "{kept}");
+    assert!(live.home.path().join("state/alignment-evidence.gpar").exists());
     // The state has the map itself.
     std::fs::remove_file(&robot).unwrap();
     std::fs::remove_file(robot.with_extension("pgm")).unwrap();

@@ -2,12 +2,14 @@
 
 use crate::newest_inputs::JobInputs;
 use crate::robot_map::RobotMap;
-use alignment::{Alignment, Hint, PreparedMap, References, SitePlaces, UnknownPlace, align_maps_within};
+use alignment::{
+    Alignment, Hint, Looks, PreparedMap, References, SitePlaces, UnknownPlace, align_maps_within, references_hash,
+};
 use bus::SiteSamples;
 use daemon::{Failure, KnownPlaces};
 use deviations::{DeviationInput, deviations};
 use frames::Map;
-use messages::{ArchiveBuffer, PoseRecord, RobotProfile, ScheduleState, Site};
+use messages::{ArchiveBuffer, Checked, PoseRecord, RobotProfile, ScheduleState, Site, payload};
 use std::sync::Arc;
 
 /// Where a pose is searched.
@@ -38,7 +40,8 @@ pub(crate) enum Task {
     /// Draw the reference maps.
     Draw,
     /// Search the pose of a map; with the number of the search if a client asked for it.
-    Search { map: Arc<RobotMap>, search_area: SearchArea, asked: Option<u64> },
+    /// It begins with what earlier looks at the same map said.
+    Search { map: Arc<RobotMap>, search_area: SearchArea, asked: Option<u64>, evidence: Option<Arc<Evidence>> },
     /// Compare the site with a map in a pose.
     Compare { map: Arc<RobotMap>, pose: PoseRecord, comparison: u64 },
 }
@@ -72,6 +75,9 @@ impl TaskKind {
     }
 }
 
+/// What looks at a growing map have said.
+pub(crate) type Evidence = Checked<payload::AlignmentEvidence>;
+
 /// Maps of the site, by map storey.
 pub(crate) type ReferenceMaps = Vec<Arc<PreparedMap<Map>>>;
 
@@ -85,8 +91,8 @@ pub(crate) struct JobResult {
 pub(crate) enum Found {
     /// The reference maps are all.
     Drawn,
-    /// Storeys are indices of the references.
-    Poses(Alignment),
+    /// Storeys are indices of the references; with the evidence after this look, if it says more than that before.
+    Poses(Alignment, Option<Evidence>),
     /// Nothing was searched: a hint names what the site does not have.
     UnknownPlace(UnknownPlace),
     Deviations(ArchiveBuffer),
@@ -105,7 +111,7 @@ pub(crate) fn work(references: &mut Option<References>, job: &Job) -> Result<Job
     let maps: ReferenceMaps = drawn.at(&site, &schedule_state)?.collect();
     let found = match &job.task {
         Task::Draw => Found::Drawn,
-        Task::Search { map, search_area, .. } => align(&site, &maps, map, search_area)?,
+        Task::Search { map, search_area, evidence, .. } => align(&site, &maps, map, search_area, evidence.as_deref())?,
         Task::Compare { map, pose, .. } => Found::Deviations(compare(&site, &schedule_state, &robot, map, pose)?),
     };
     *references = Some(drawn);
@@ -117,6 +123,7 @@ fn align(
     references: &[Arc<PreparedMap<Map>>],
     map: &RobotMap,
     search_area: &SearchArea,
+    evidence: Option<&Evidence>,
 ) -> Result<Found, Failure> {
     let (places, known) = (SitePlaces::of(site), &search_area.places);
     let hints = match places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref()) {
@@ -130,10 +137,18 @@ fn align(
         Some(storey) => return Err(format!("the site has no storey {storey}").into()),
     };
     let (searched, of_storeys) = (&references[only.clone()], &storeys[only.clone()]);
-    let mut alignment = align_maps_within(searched, of_storeys, &map.prepared, search_area.hint.as_ref(), &hints);
+    let hash = references_hash(searched, of_storeys);
+    let looks = evidence.and_then(|evidence| Looks::of(evidence.view(), hash, &map.prepared));
+    let hint = search_area.hint.as_ref();
+    let mut alignment = align_maps_within(searched, of_storeys, &map.prepared, hint, &hints, looks.as_ref());
+    // Where a client narrowed the search, what was not looked for is no evidence.
+    let after = (!search_area.is_narrowed)
+        .then(|| alignment.evidence(&map.prepared, map.content_hash, hash, of_storeys, looks.as_ref()))
+        .flatten();
+    let after = after.map(Evidence::new).transpose()?;
     alignment.poses.iter_mut().for_each(|pose| pose.reference += only.start);
     alignment.decide(references, &map.prepared, &storeys, &places.rooms);
-    Ok(Found::Poses(alignment))
+    Ok(Found::Poses(alignment, after))
 }
 
 fn compare(

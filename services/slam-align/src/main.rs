@@ -9,6 +9,7 @@ mod persisted_state;
 mod robot_map;
 mod searches;
 mod service;
+mod stored_evidence;
 mod stored_map;
 
 use service::AlignService;

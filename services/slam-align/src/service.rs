@@ -7,12 +7,13 @@ mod work;
 
 use crate::background_worker::BackgroundWorker;
 use crate::compared_elements::ComparedElements;
-use crate::job::{Job, JobResult, ReferenceMaps, SearchArea, TaskKind, work};
+use crate::job::{Evidence, Job, JobResult, ReferenceMaps, SearchArea, TaskKind, work};
 use crate::map_setting::MapSetting;
 use crate::newest_inputs::{JobInputs, NewestInputs, NewestSite};
 use crate::persisted_state::PersistedState;
 use crate::robot_map::RobotMap;
 use crate::searches::Searches;
+use crate::stored_evidence;
 use alignment::{Alignment, Follower, Hint, MaxJump, MaxUncertainty, PoseStatus};
 use bus::{Bus, CheckedSample, SiteSample, SiteSamples, topics};
 use daemon::facts::{AlignFacts, AlignmentSummary};
@@ -42,6 +43,7 @@ pub(crate) struct AlignService {
     state: StateFile,
     /// Table of observed progress, for schedule-eval.
     table: PathBuf,
+    state_folder: PathBuf,
     persisted: PersistedState,
     history: History,
     map_setting: MapSetting,
@@ -69,6 +71,8 @@ pub(crate) struct AlignService {
     searched_map_hash: u64,
     /// Verdict of the last search that was not narrowed, or found a pose; and the content hash of its map.
     verdict: Option<(AlignmentVerdict, u64)>,
+    /// What looks at the map have said; it survives the daemon.
+    evidence: Option<Arc<Evidence>>,
     searches: Searches,
     pending: PendingWork,
     /// Elements of the last comparison, for confirmations.
@@ -104,6 +108,7 @@ impl AlignService {
             follower: Follower::new(max_jump(&config.align), persisted.pose()),
             config: config.align.clone(),
             table: config.state.join("slam-align-observed.csv"),
+            state_folder: config.state.clone(),
             state,
             persisted,
             history: History::at(&config.state),
@@ -124,6 +129,7 @@ impl AlignService {
             last_search: Alignment::nothing_yet(),
             searched_map_hash: 0,
             verdict: None,
+            evidence: stored_evidence::read(&config.state).map(Arc::new),
             searches: Searches::default(),
             pending: PendingWork::default(),
             compared: ComparedElements::default(),

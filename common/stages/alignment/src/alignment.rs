@@ -5,59 +5,17 @@ use crate::candidates::sampled_points;
 use crate::contrast::{Contrast, Ranked, ranked};
 use crate::decision::Decision;
 use crate::exclusion::Exclusion;
-use crate::features::Features;
-use crate::pose::{Cells, Pose};
+use crate::held_out::{HeldOut, PoseHistory};
+use crate::looks::{Looks, storey_of};
+use crate::pose::Pose;
+use crate::prepared_map::{PreparedMap, between_cells};
 use crate::random_generator::RandomGenerator;
 use crate::scale::{Scale, scale};
 use crate::search::{PoseGuess, search};
 use crate::thresholds::MIN_WALL_POINTS;
 use crate::verdict::PoseVerdict;
-use crate::wall_points::Surfaces;
 use frames::{Map, PoseCovariance, Rigid2, Slam};
 use messages::{AlignmentVerdict, PoseEvidence};
-use occupancy::{OccupancyMap, Raster};
-
-/// A map that is ready to be compared; `Frame` is that of the model's map or of the robot's.
-pub struct PreparedMap<Frame> {
-    pub(crate) features: Features,
-    frame_from_cells: Rigid2<Frame, Cells<Frame>>,
-}
-
-impl PreparedMap<Map> {
-    /// A map that was drawn from a model: its cells are occupied up to the surfaces of walls.
-    pub fn of_model(map: &OccupancyMap) -> Self {
-        Self::of(map, Surfaces { depth_m: 0.0, are_whole: true })
-    }
-}
-
-impl PreparedMap<Slam> {
-    /// A map that a robot made: a cell in which a surface was hit is occupied, and it lies anywhere in it.
-    pub fn of_slam(map: &OccupancyMap) -> Self {
-        Self::of(map, Surfaces { depth_m: map.resolution_m / 2.0, are_whole: false })
-    }
-}
-
-impl<Frame> PreparedMap<Frame> {
-    fn of(map: &OccupancyMap, surfaces: Surfaces) -> Self {
-        let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m), surfaces);
-        Self { features, frame_from_cells: Rigid2::of_x_y_yaw(map.origin) }
-    }
-
-    /// Length of the faces of its walls, in metres.
-    pub fn walls_m(&self) -> f64 {
-        self.features.walls_m()
-    }
-
-    pub(crate) fn frame_from_cells(&self) -> &Rigid2<Frame, Cells<Frame>> {
-        &self.frame_from_cells
-    }
-}
-
-impl<Frame> AsRef<Self> for PreparedMap<Frame> {
-    fn as_ref(&self) -> &Self {
-        self
-    }
-}
 
 /// A pose that was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,6 +28,10 @@ pub struct AlignedPose {
     pub evidence: PoseEvidence,
     /// Of the best pose that was found with this one; zeros where none are compared.
     pub contrast: Contrast,
+    /// What new places of a growing map say about it; `None` if no earlier look found it.
+    pub new: Option<HeldOut>,
+    /// Log odds over looks that the SLAM map is of this building and storey.
+    pub history: PoseHistory,
     /// The mean of the SLAM map's free cells, in its frame.
     pub about_m: [f64; 2],
     /// Of where that place lies in the model's map and of yaw.
@@ -82,11 +44,13 @@ impl AlignedPose {
         let centre = slam.features.centre;
         Self {
             reference: at,
-            map_from_slam: &(&reference.frame_from_cells * &refined.pose) * &slam.frame_from_cells.inverse(),
+            map_from_slam: &(reference.frame_from_cells() * &refined.pose) * &slam.frame_from_cells().inverse(),
             evidence: *evidence,
             contrast: Contrast::default(),
-            about_m: slam.frame_from_cells.apply(centre),
-            covariance: refined.covariance_at(centre).turned(&reference.frame_from_cells),
+            new: candidate.new,
+            history: candidate.history(),
+            about_m: slam.frame_from_cells().apply(centre),
+            covariance: refined.covariance_at(centre).turned(reference.frame_from_cells()),
         }
     }
 
@@ -116,6 +80,8 @@ pub struct Alignment {
     pub decision: Option<Decision>,
     /// What each place hint excluded.
     pub exclusions: Vec<Exclusion>,
+    /// What became of the pose that an earlier look accepted, if it is not accepted any more.
+    pub change: Option<String>,
 }
 
 impl Alignment {
@@ -131,6 +97,7 @@ impl Alignment {
             scale: None,
             decision: None,
             exclusions: Vec::new(),
+            change: None,
         }
     }
 }
@@ -161,14 +128,16 @@ pub fn align_maps(
     slam: &PreparedMap<Slam>,
     hint: Option<&Hint>,
 ) -> Alignment {
-    judged(references, slam, &candidates_of(references, slam, hint))
+    judged(references, slam, &candidates_of(references, &[], slam, hint, None))
 }
 
-/// The poses that fit any of the references, each with the index of its reference, best first.
+/// The poses that fit any of the references, each with the index of its reference, best first; with what earlier looks say.
 pub(crate) fn candidates_of(
     references: &[impl AsRef<PreparedMap<Map>>],
+    storeys: &[u32],
     slam: &PreparedMap<Slam>,
     hint: Option<&Hint>,
+    looks: Option<&Looks<'_>>,
 ) -> Vec<(usize, Candidate)> {
     let mut found: Vec<(usize, Candidate)> = Vec::new();
     for (at, reference) in references.iter().map(AsRef::as_ref).enumerate() {
@@ -177,8 +146,14 @@ pub(crate) fn candidates_of(
             radius_m: hint.radius_m,
             radius_rad: hint.radius_rad,
         });
-        if slam.features.wall_points.len() >= MIN_WALL_POINTS {
-            found.extend(search(&reference.features, &slam.features, near.as_ref()).into_iter().map(|c| (at, c)));
+        if slam.features.wall_points.len() < MIN_WALL_POINTS {
+            continue;
+        }
+        let storey = storey_of(storeys, at);
+        let earlier: Vec<Pose> = looks.iter().flat_map(|looks| looks.poses_on(storey, reference, slam)).collect();
+        for mut candidate in search(&reference.features, &slam.features, near.as_ref(), &earlier) {
+            looks.iter().for_each(|looks| looks.carry(storey, reference, slam, &mut candidate));
+            found.push((at, candidate));
         }
     }
     found.sort_by(|a, b| b.1.evidence.log_odds.total_cmp(&a.1.evidence.log_odds));
@@ -203,13 +178,4 @@ pub(crate) fn judged(
         scale(&references[*at].as_ref().features, &slam.features, &sampled_points, &best.refined.pose)
     });
     Alignment { verdict, reason, wrong_probability, n_rivals, poses, scale, ..Alignment::nothing_yet() }
-}
-
-/// The pose of the cells of two maps whose frames lie to each other by a motion.
-pub(crate) fn between_cells(
-    reference: &PreparedMap<Map>,
-    slam: &PreparedMap<Slam>,
-    map_from_slam: &Rigid2<Map, Slam>,
-) -> Pose {
-    &(&reference.frame_from_cells.inverse() * map_from_slam) * &slam.frame_from_cells
 }

@@ -1,8 +1,9 @@
 //! Looks for what would decide an ambiguous alignment.
 
-use crate::alignment::{AlignedPose, Alignment, PreparedMap};
+use crate::alignment::{AlignedPose, Alignment};
 use crate::decision::{DecidingPlace, Decision, NamedPlace};
 use crate::distinction::{MAX_COMPARED_POSES, distinction};
+use crate::prepared_map::PreparedMap;
 use crate::rooms::{Room, room_at};
 use frames::{Map, Slam};
 use messages::{AlignmentVerdict, NONE};

@@ -125,6 +125,7 @@ impl Alignment {
             reserved: 0,
         };
         let mut builder = AlignmentBuilder::new(head, &self.reason, &candidates);
+        builder.head.change = builder.texts.add(self.change.as_deref().unwrap_or_default());
         if let Some(decision) = &self.decision {
             add_decision(&mut builder, decision);
         }

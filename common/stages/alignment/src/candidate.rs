@@ -1,8 +1,10 @@
 //! A pose that was found, with what speaks for it.
 
+use crate::held_out::{HeldOut, PoseHistory};
 use crate::refine::Refined;
+use crate::score::Placed;
+use crate::thresholds::OF_THIS_BUILDING;
 use messages::PoseEvidence;
-use occupancy::Cell;
 
 /// A pose with its evidence.
 #[derive(Debug, Clone)]
@@ -11,14 +13,22 @@ pub(crate) struct Candidate {
     pub(crate) evidence: PoseEvidence,
     /// Empty for poses that are not compared with others.
     pub(crate) placed: Placed,
+    /// What new places of a growing map say, and with them what earlier looks said; `None` for a pose that no look before found.
+    pub(crate) new: Option<HeldOut>,
+    pub(crate) history: Option<PoseHistory>,
 }
 
-/// What the reference has where the drawn cells of a SLAM map lie by a pose.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Placed {
-    pub(crate) occupied: Vec<Cell>,
-    pub(crate) free: Vec<Cell>,
-    /// Length of wall and area of floor that each cell stands for.
-    pub(crate) occupied_m: f64,
-    pub(crate) free_m2: f64,
+impl Candidate {
+    /// A pose that no look before found, and that is not compared with others yet.
+    pub(crate) fn new(refined: Refined, evidence: PoseEvidence) -> Self {
+        Self { refined, evidence, placed: Placed::default(), new: None, history: None }
+    }
+
+    /// Log odds that the SLAM map is of this building and storey: by this look alone, or by an earlier one and what was new
+    /// since, whichever says more.
+    pub(crate) fn history(&self) -> PoseHistory {
+        let own =
+            PoseHistory { of_this_building: OF_THIS_BUILDING.logit(&self.evidence), held_out: HeldOut::default() };
+        self.history.filter(|earlier| earlier.log_odds() > own.log_odds()).unwrap_or(own)
+    }
 }

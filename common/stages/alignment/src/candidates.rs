@@ -1,6 +1,6 @@
 //! Refines poses roughly, the best exactly, and looks for their twins.
 
-use crate::candidate::{Candidate, Placed};
+use crate::candidate::Candidate;
 use crate::correlation::correlated;
 use crate::features::Features;
 use crate::pose::{Pose, is_same_pose, is_within, moved};
@@ -102,7 +102,7 @@ impl Refinement<'_> {
 
     fn refined(&self, maps: &ComparedMaps<'_>, pose: &Pose, scales: &[f64]) -> Option<Candidate> {
         let refined = refined(maps.reference, maps.slam_points, *pose, scales)?;
-        Some(Candidate { refined, evidence: evidence(maps, &refined.pose), placed: Placed::default() })
+        Some(Candidate::new(refined, evidence(maps, &refined.pose)))
     }
 
     /// The poses at the `n` places that look best, refined exactly; at the first of them poses around are tried too.

@@ -1,7 +1,8 @@
 //! Compares two poses of one SLAM map by what only one of them explains: what both explain, or neither, as furniture, tells
 //! nothing about which is right.
 
-use crate::candidate::{Candidate, Placed};
+use crate::candidate::Candidate;
+use crate::score::Placed;
 use crate::thresholds::{CONTRAST, MAX_CONTRAST};
 use occupancy::Cell;
 
@@ -103,11 +104,9 @@ mod tests {
 
     fn candidate(occupied: &[Cell], distinct_m: f64) -> Candidate {
         let (pose, covariance) = (Pose::new([0.0; 2], 0.0), PoseCovariance::from_rows([[0.0; 3]; 3]));
-        Candidate {
-            refined: Refined { pose, covariance, about: [0.0; 2] },
-            evidence: PoseEvidence { distinct_m, ..PoseEvidence::default() },
-            placed: Placed { occupied: occupied.to_vec(), free: vec![Cell::Free; 8], occupied_m: 1.0, free_m2: 1.0 },
-        }
+        let placed = Placed { occupied: occupied.to_vec(), free: vec![Cell::Free; 8], occupied_m: 1.0, free_m2: 1.0 };
+        let evidence = PoseEvidence { distinct_m, ..PoseEvidence::default() };
+        Candidate { placed, ..Candidate::new(Refined { pose, covariance, about: [0.0; 2] }, evidence) }
     }
 
     /// Of eight cells these are in walls.

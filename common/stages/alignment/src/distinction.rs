@@ -1,10 +1,11 @@
 //! Places that tell poses apart: the robot has not seen them, can drive there, and finds a wall by one pose and none by
 //! another.
 
-use crate::alignment::{AlignedPose, PreparedMap, between_cells};
+use crate::alignment::AlignedPose;
 use crate::decision::DecidingPlace;
 use crate::features::Features;
 use crate::pose::Pose;
+use crate::prepared_map::{PreparedMap, between_cells};
 use frames::{Map, Slam};
 use grid::LineOfSight;
 use occupancy::Cell;

@@ -1,7 +1,5 @@
 //! Number of poses that a place hint excludes.
 
-use frames::counted;
-
 /// What a hint has excluded.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exclusion {
@@ -9,10 +7,4 @@ pub struct Exclusion {
     pub label: String,
     /// Number of the poses that fit about as well as the best one of all, and contradict the hint.
     pub n_poses: usize,
-}
-
-impl std::fmt::Display for Exclusion {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} excludes {}", self.label, counted(self.n_poses, "pose"))
-    }
 }

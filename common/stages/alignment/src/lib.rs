@@ -11,8 +11,12 @@
 //! groundplan align --reference maps --slam robot.yaml --overlay overlay.png --transform site_map.yaml
 //! groundplan align --reference maps --slam robot.yaml --start-room U.04     # poses that begin in another room are excluded
 //! groundplan align --reference maps --slam robot.yaml --resample moved      # maps, routes and waypoints in the robot's frame
+//! groundplan align --reference maps --slam robot.yaml --evidence drive      # with what earlier maps of the drive said
 //! groundplan align --reference maps --slam robot.yaml --free-scale          # the scale of the SLAM map is estimated, too
 //! ```
+//!
+//! A growing map is looked at again and again: poses that earlier looks found are tested by what is new since ([`Looks`]), so that
+//! several looks say more than the newest alone, and none counts a part twice.
 //!
 //! A daemon follows the map that the robot publishes on `slam-map` or saves to a file, from one map to the next
 //! ([`Follower`]), and searches all poses behind that:
@@ -42,6 +46,9 @@ mod rotations;
 
 mod refine;
 
+mod held_out;
+mod known_cells;
+
 mod candidate;
 mod contrast;
 mod scale;
@@ -58,7 +65,12 @@ mod rooms;
 mod decision;
 mod exclusion;
 
+mod looks;
+mod prepared_map;
+
 mod alignment;
+mod look_result;
+
 mod ambiguity;
 mod archives;
 mod distinction;
@@ -70,15 +82,19 @@ mod site_places;
 
 mod follower;
 
-pub use alignment::{AlignedPose, Alignment, Hint, PreparedMap, align_maps};
+pub use alignment::{AlignedPose, Alignment, Hint, align_maps};
 pub use archives::{AlignmentSources, MaxUncertainty, PoseStatus};
 pub use contrast::Contrast;
 pub use decision::{DecidingPlace, Decision, NamedPlace};
 pub use distinction::{Distinction, MAX_COMPARED_POSES, distinction};
 pub use exclusion::Exclusion;
 pub use follower::{Follower, MaxJump};
+pub use held_out::{HeldOut, PoseHistory};
+pub use looks::{Looks, references_hash};
+
 pub use overlay::overlay;
 pub use place_hints::{Area, PlaceHint, align_maps_within};
+pub use prepared_map::PreparedMap;
 pub use reference::{ReferenceError, References};
 pub use rooms::{Room, UnknownRoom};
 pub use scale::Scale;

@@ -1,6 +1,7 @@
 //! Overlay image of two aligned maps.
 
-use crate::alignment::{AlignedPose, PreparedMap, between_cells};
+use crate::alignment::AlignedPose;
+use crate::prepared_map::{PreparedMap, between_cells};
 use frames::{Map, Slam};
 use image::{ImageError, ImageFormat, Rgb, RgbImage};
 use occupancy::{CELL_M, Cell};

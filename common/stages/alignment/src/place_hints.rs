@@ -1,9 +1,11 @@
 //! Alignment within place hints: storeys, rooms and portals exclude the poses that contradict them.
 
-use crate::alignment::{AlignedPose, Alignment, Hint, PreparedMap, candidates_of, judged};
+use crate::alignment::{AlignedPose, Alignment, Hint, candidates_of, judged};
 use crate::candidate::Candidate;
 use crate::exclusion::Exclusion;
+use crate::looks::Looks;
 use crate::pose::Pose;
+use crate::prepared_map::PreparedMap;
 use crate::rooms::Room;
 use crate::search::{PoseGuess, search};
 use crate::thresholds::{MIN_WALL_POINTS, RIVAL_LEAD};
@@ -54,6 +56,8 @@ const MAX_STEPS: usize = 200;
 /// Aligns as [`crate::align_maps`], of the poses that no hint excludes. `storeys` are those of the references, as for
 /// [`AlignedPose::record`].
 ///
+/// Poses that earlier looks at a growing map found are tested by what is new since.
+///
 /// If the map fits clearly better where a hint excludes it, the alignment is refused: the hint may be wrong.
 pub fn align_maps_within(
     references: &[impl AsRef<PreparedMap<Map>>],
@@ -61,8 +65,9 @@ pub fn align_maps_within(
     slam: &PreparedMap<Slam>,
     hint: Option<&Hint>,
     place_hints: &[PlaceHint],
+    looks: Option<&Looks<'_>>,
 ) -> Alignment {
-    let all = candidates_of(references, slam, hint);
+    let all = candidates_of(references, storeys, slam, hint, looks);
     let pose_of =
         |(at, candidate): &(usize, Candidate)| AlignedPose::of(*at, references[*at].as_ref(), slam, candidate);
     let storey_of = |at: usize| storeys.get(at).copied().unwrap_or(NONE);
@@ -80,7 +85,7 @@ pub fn align_maps_within(
         let mut closer: Vec<(usize, Candidate)> = Vec::new();
         for (at, reference) in references.iter().map(AsRef::as_ref).enumerate() {
             if let Some(guess) = guess_in_rooms(reference, slam, storey_of(at), place_hints) {
-                let found = search(&reference.features, &slam.features, Some(&guess));
+                let found = search(&reference.features, &slam.features, Some(&guess), &[]);
                 closer.extend(found.into_iter().map(|candidate| (at, candidate)).filter(&is_kept));
             }
         }
@@ -108,6 +113,7 @@ pub fn align_maps_within(
             kept.first().map_or("none".to_owned(), |(_, candidate)| format!("{:.1}", candidate.evidence.log_odds))
         );
     }
+    alignment.change = looks.and_then(|looks| looks.change(&alignment, storeys));
     alignment
 }
 

@@ -20,12 +20,18 @@ pub(crate) fn moved(pose: &Pose, [dx_m, dy_m, turn_rad]: [f64; 3], about: [f64; 
 }
 
 /// True if both poses move a point of the SLAM map to the same place, and turn it as far.
-pub(crate) fn is_same_pose(a: &Pose, b: &Pose, about: [f64; 2]) -> bool {
+pub(crate) fn is_same_pose<To, From>(a: &Rigid2<To, From>, b: &Rigid2<To, From>, about: [f64; 2]) -> bool {
     is_within(a, b, about, SAME_M, SAME_RAD)
 }
 
 /// True if both poses move a point of the SLAM map to places that are at most so far apart, and turn it by angles that are.
-pub(crate) fn is_within(a: &Pose, b: &Pose, about: [f64; 2], distance_m: f64, angle_rad: f64) -> bool {
+pub(crate) fn is_within<To, From>(
+    a: &Rigid2<To, From>,
+    b: &Rigid2<To, From>,
+    about: [f64; 2],
+    distance_m: f64,
+    angle_rad: f64,
+) -> bool {
     let (at, other) = (a.apply(about), b.apply(about));
     libm::hypot(at[0] - other[0], at[1] - other[1]) <= distance_m
         && wrapped(a.yaw_rad() - b.yaw_rad()).abs() <= angle_rad

@@ -1,6 +1,6 @@
 //! Reference maps for alignment: the planned site, sliced at lidar height.
 
-use crate::alignment::PreparedMap;
+use crate::prepared_map::PreparedMap;
 use frames::Map;
 use messages::{ArchiveError, Grid, RobotProfile, ScheduleState, Site};
 use occupancy::{CELL_M, Cell, OccupancyMap};

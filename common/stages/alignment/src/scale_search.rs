@@ -1,6 +1,7 @@
 //! Alignment of a SLAM map of unknown scale.
 
-use crate::alignment::{Alignment, Hint, PreparedMap, align_maps};
+use crate::alignment::{Alignment, Hint, align_maps};
+use crate::prepared_map::PreparedMap;
 use crate::scale::Scale;
 use crate::thresholds::{MAX_SCALE, RIVAL_LEAD, SCALE_STEP};
 use frames::Map;

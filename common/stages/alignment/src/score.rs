@@ -1,6 +1,5 @@
 //! Compares two maps in a pose: walls, free space, and what was seen through walls.
 
-use crate::candidate::Placed;
 use crate::features::Features;
 use crate::pose::Pose;
 use crate::random_generator::RandomGenerator;
@@ -17,9 +16,9 @@ const SAME_DIRECTION: f64 = 0.9;
 /// More of one line says no more about where along it the robot is.
 const DISTINCT_M: f64 = 0.5;
 /// A wall of the reference was in sight if the robot knows this place before it to be free.
-const IN_FRONT_M: f64 = 0.2;
+pub(crate) const IN_FRONT_M: f64 = 0.2;
 /// The robot saw through a wall if it knows all these places to be free, before the face of the wall and behind it.
-const THROUGH_M: [f64; 4] = [0.1, 0.0, -0.1, -0.2];
+pub(crate) const THROUGH_M: [f64; 4] = [0.1, 0.0, -0.1, -0.2];
 const MIN_SEEN: usize = 20;
 const PRECISION_SHARE: f64 = 0.65;
 
@@ -75,6 +74,16 @@ impl SlamCells {
     }
 }
 
+/// What the reference has where the drawn cells of a SLAM map lie by a pose.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Placed {
+    pub(crate) occupied: Vec<Cell>,
+    pub(crate) free: Vec<Cell>,
+    /// Length of wall and area of floor that each cell stands for.
+    pub(crate) occupied_m: f64,
+    pub(crate) free_m2: f64,
+}
+
 /// The evidence for a pose.
 pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose) -> PoseEvidence {
     let OnWalls { precision, distinct_m } = on_walls(maps, pose);
@@ -106,7 +115,7 @@ pub(crate) fn evidence(maps: &ComparedMaps<'_>, pose: &Pose) -> PoseEvidence {
 }
 
 /// Closeness of a wall point to one of the other map, from 0 to 1.
-fn closeness(squared: f64) -> f64 {
+pub(crate) fn closeness(squared: f64) -> f64 {
     SCALES.iter().map(|scale_m| libm::exp(-squared / (2.0 * scale_m * scale_m))).sum::<f64>() / SCALES.len() as f64
 }
 

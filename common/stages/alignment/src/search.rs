@@ -57,12 +57,18 @@ const MAX_STEPS: i32 = 4;
 
 /// The poses in which a SLAM map fits a reference best, best first: anywhere, or near a guess. None if the reference shows too
 /// little.
-pub(crate) fn search(reference: &Features, slam: &Features, near: Option<&PoseGuess>) -> Vec<Candidate> {
+pub(crate) fn search(
+    reference: &Features,
+    slam: &Features,
+    near: Option<&PoseGuess>,
+    earlier: &[Pose],
+) -> Vec<Candidate> {
     if reference.wall_points.len() < MIN_WALL_POINTS {
         return Vec::new();
     }
     let turns = turns(slam.directions(), reference.directions());
-    let mut poses = voted(slam.corners(), reference.corners(), &turns);
+    let mut poses = earlier.to_vec();
+    poses.extend(voted(slam.corners(), reference.corners(), &turns));
     poses.extend(correlated(slam, &slam.wall_points, reference, &turns, N_CORRELATED));
     let about = slam.centre;
     let mut apart: Vec<Pose> = Vec::with_capacity(poses.len());

@@ -1,8 +1,9 @@
 //! Local refinement of the last pose with a newer SLAM map.
 
-use crate::alignment::{AlignedPose, PreparedMap, between_cells};
-use crate::candidate::{Candidate, Placed};
+use crate::alignment::AlignedPose;
+use crate::candidate::Candidate;
 use crate::pose::is_same_pose;
+use crate::prepared_map::{PreparedMap, between_cells};
 use crate::random_generator::RandomGenerator;
 use crate::refine::refined;
 use crate::score::{ComparedMaps, SlamCells, evidence};
@@ -45,7 +46,7 @@ pub fn track_map(
         scans: true,
     };
     let evidence = evidence(&maps, &refined.pose);
-    let candidate = Candidate { refined, evidence, placed: Placed::default() };
+    let candidate = Candidate::new(refined, evidence);
     let is_near = is_same_pose(&refined.pose, &start, slam.features.centre);
     (is_near && is_borne_out(&evidence)).then(|| AlignedPose::of(at, reference, slam, &candidate))
 }

@@ -37,13 +37,14 @@ impl PoseVerdict {
         let evidence = &best.candidate.evidence;
         let contrasts: Vec<f64> = others.iter().map(|other| other.contrast.log_odds()).collect();
         let least = contrasts.first().copied().unwrap_or(MAX_CONTRAST);
-        let wrong_probability = wrong_probability(evidence, least);
+        let of_this_building = best.candidate.history().log_odds();
+        let wrong_probability = wrong_probability(evidence, of_this_building, least);
         let is_rival = |&&contrast: &&f64| {
             contrast < least.max(0.0) + RIVAL_LEAD
-                && self::wrong_probability(evidence, contrast) >= MAX_WRONG_PROBABILITY
+                && self::wrong_probability(evidence, of_this_building, contrast) >= MAX_WRONG_PROBABILITY
         };
         let n_rivals = contrasts.iter().take_while(is_rival).count();
-        let elsewhere_probability = 1.0 - probability(OF_THIS_BUILDING.logit(evidence));
+        let elsewhere_probability = 1.0 - probability(of_this_building);
         let is_standing = evidence.recall - evidence.seen_through >= MIN_STANDING;
         let (verdict, reason) = if wrong_probability < MAX_WRONG_PROBABILITY && is_standing {
             (AlignmentVerdict::Accepted, String::new())
@@ -63,9 +64,10 @@ pub(crate) fn is_borne_out(evidence: &PoseEvidence) -> bool {
     1.0 - probability(OF_THIS_BUILDING.logit(evidence)) < MAX_TRACKED_PROBABILITY
 }
 
-/// Probability that a pose with this evidence is wrong, of which this is the least contrast with another one.
-fn wrong_probability(evidence: &PoseEvidence, least_contrast: f64) -> f64 {
-    let right = probability(UNRIVALLED.logit(evidence, least_contrast)) * probability(OF_THIS_BUILDING.logit(evidence));
+/// Probability that a pose with this evidence is wrong: from the log odds that the map is of this building, and the least contrast
+/// with another pose.
+fn wrong_probability(evidence: &PoseEvidence, of_this_building: f64, least_contrast: f64) -> f64 {
+    let right = probability(UNRIVALLED.logit(evidence, least_contrast)) * probability(of_this_building);
     let logit = libm::log(right / (1.0 - right).max(f64::MIN_POSITIVE));
     1.0 - probability(logit + (SURE_SLOPE - 1.0) * (logit - SURE_LOGIT).max(0.0))
 }
@@ -110,7 +112,7 @@ impl Unrivalled {
 }
 
 impl OfThisBuilding {
-    fn logit(&self, evidence: &PoseEvidence) -> f64 {
+    pub(crate) fn logit(&self, evidence: &PoseEvidence) -> f64 {
         self.constant
             + self.recall * evidence.recall
             + self.seen_through * evidence.seen_through
@@ -141,6 +143,9 @@ mod tests {
     #[test]
     fn a_pose_is_right_only_if_it_has_no_rival_and_the_map_is_of_this_building() {
         let good = evidence();
+        let wrong_probability = |evidence: &PoseEvidence, contrast: f64| {
+            super::wrong_probability(evidence, OF_THIS_BUILDING.logit(evidence), contrast)
+        };
         assert!(wrong_probability(&good, 6.0) < MAX_WRONG_PROBABILITY);
         assert!(wrong_probability(&good, 0.0) >= 0.5, "another pose fits as well");
         let other_storey = PoseEvidence { seen_through: 0.3, recall: 0.7, seen_m: 400.0, distinct_m: 60.0, ..good };

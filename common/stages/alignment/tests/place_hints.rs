@@ -35,7 +35,7 @@ fn places() -> SitePlaces {
 fn align(place_hints: &[PlaceHint]) -> Alignment {
     let slam = scanned(&twin(), &[START_M, [9.0, 5.0], [5.0, 2.0], [5.0, 4.6]], truth(), 0.05, 0.0);
     let references = [model(&twin()), model(&twin())].map(|map| PreparedMap::of_model(&map));
-    align_maps_within(&references, &[0, 1], &PreparedMap::of_slam(&slam), None, place_hints)
+    align_maps_within(&references, &[0, 1], &PreparedMap::of_slam(&slam), None, place_hints, None)
 }
 
 /// Accepted in the true pose on this storey.
@@ -56,7 +56,8 @@ fn rooms_and_elevation_exclude_the_twins() {
     let start = site.in_room([0.0; 2], "1.1").unwrap();
     let found = align(std::slice::from_ref(&start));
     assert!(is_true(&found, 1), "{found:?}");
-    assert_eq!(found.exclusions[0].to_string(), "start in room 1.1 excludes 3 poses");
+    let exclusion = &found.exclusions[0];
+    assert_eq!((exclusion.label.as_str(), exclusion.n_poses), ("start in room 1.1", 3));
     let by_floor = align(&[site.at_elevation(0.3).unwrap()]);
     assert_eq!(by_floor.verdict, AlignmentVerdict::Ambiguous, "the half turn is left");
     assert_eq!(by_floor.exclusions[0].n_poses, 2);

@@ -2,12 +2,15 @@
 
 use super::AlignService;
 use crate::compared_elements::compared_elements;
+use crate::job::Evidence;
 use crate::newest_inputs::JobInputs;
 use crate::persisted_state::PersistedState;
+use crate::stored_evidence;
 use alignment::AlignmentSources;
 use daemon::{ActualsSource, ConfirmedElement, Failure, RequestTimeouts, ScheduleRequest, write_durably};
 use deviations::AppliedObservations;
 use messages::{Activity, ArchiveBuffer, Checked, InputHashes, PoseValidity, ScheduleStateHead, payload};
+use std::sync::Arc;
 use std::time::Duration;
 use tracing::{info, warn};
 
@@ -134,6 +137,15 @@ impl AlignService {
         };
         daemon::ask(bus, &request, TIMEOUTS, |_| {}, pause)?;
         info!(service = "slam-align", "observations applied");
+        Ok(())
+    }
+
+    /// Takes the evidence after a look; on disk when this returns.
+    pub(super) fn take_evidence(&mut self, evidence: Option<Evidence>) -> Result<(), Failure> {
+        if let Some(evidence) = evidence {
+            stored_evidence::write(&self.state_folder, &evidence)?;
+            self.evidence = Some(Arc::new(evidence));
+        }
         Ok(())
     }
 

@@ -33,12 +33,14 @@ impl AlignService {
         let pose = self.effective_pose().filter(|_| self.pending.begun_comparison < comparison);
         if let Some((number, search_area)) = self.searches.begin() {
             self.pending.search = false;
-            return Some(Task::Search { map, search_area, asked: Some(number) });
+            let evidence = self.evidence.clone().filter(|_| !search_area.is_narrowed);
+            return Some(Task::Search { map, search_area, asked: Some(number), evidence });
         }
         // Maps that come as fast as they are searched must not keep the site from being compared.
         if self.pending.search && (pose.is_none() || !self.pending.has_searched) {
             self.pending.search = false;
-            return Some(Task::Search { map, search_area: self.search_area(), asked: None });
+            let (search_area, evidence) = (self.search_area(), self.evidence.clone());
+            return Some(Task::Search { map, search_area, asked: None, evidence });
         }
         if self.pending.refresh {
             return Some(Task::Draw);
@@ -68,7 +70,8 @@ impl AlignService {
         self.references = references;
         self.reference_inputs = Some(inputs);
         match (found, task) {
-            (Found::Poses(alignment), Task::Search { map, asked, search_area }) => {
+            (Found::Poses(alignment, evidence), Task::Search { map, asked, search_area, .. }) => {
+                self.take_evidence(evidence)?;
                 self.take_search(alignment, &map, asked, search_area.is_narrowed)
             }
             (Found::UnknownPlace(why), Task::Search { asked, .. }) => {

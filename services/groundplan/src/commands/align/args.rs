@@ -55,6 +55,11 @@ pub struct Args {
     #[command(flatten)]
     pub(super) overwrite: OverwriteArgs,
 
+    /// Evidence of earlier maps of the same drive: what is new in this map tests the poses that they found. FILE is read if it is
+    /// there, and replaced by the evidence with this map; another map, or other maps of the model, begin anew
+    #[arg(long, value_name = "FILE", requires = "reference", conflicts_with = "free_scale")]
+    pub(super) evidence: Option<PathBuf>,
+
     /// The scale of the SLAM map is not reliable: try scales from 0.8 to 1.25
     #[arg(long, requires = "reference", conflicts_with_all = ["start_room", "at", "elevation", "portal"])]
     pub(super) free_scale: bool,
@@ -91,6 +96,10 @@ well enough (`usable`): see --max-uncertainty.
 
 --start-room, --at, --elevation and --portal exclude poses that contradict them; the answer says how many. Where the map
 fits clearly better in a pose that is excluded, none is accepted: the hint may be wrong.
+
+A map that grows is looked at again: with --evidence a pose that an earlier look found is tested by what the robot has
+seen since, and is accepted as soon as all of it suffices. If a later look does not accept it any more, the answer says
+so (`change`).
 
 Of the running daemon the validity is printed, too: whether the pose may be used for the newest map.
 

@@ -7,13 +7,17 @@ use crate::alignment_report;
 use crate::args::report_set_aside;
 use crate::failure::Failure;
 use crate::run::Outcome;
-use alignment::{AlignmentSources, PreparedMap, align_maps_at_any_scale, align_maps_within, overlay};
+use alignment::{
+    AlignmentSources, Looks, PreparedMap, align_maps_at_any_scale, align_maps_within, overlay, references_hash,
+};
+use daemon::write_durably;
 use frames::Map;
-use messages::{Alignment, NONE, PoseValidity, ScheduleStateHead};
+use messages::{Alignment, AlignmentEvidence, ArchiveBuffer, ArchiveError, NONE, PoseValidity, ScheduleStateHead};
 use occupancy::OccupancyMap;
 use serde::Deserialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Aligns a map of the robot with those of a folder, or with one.
@@ -29,17 +33,28 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
     let map = OccupancyMap::read(slam).map_err(Failure::usage)?;
     let hint = arguments.place.hint();
     let slam_map = PreparedMap::of_slam(&map);
+    let content_hash = map.content_hash().map_err(Failure::usage)?;
     let numbers: Vec<u32> = storeys.iter().map(|s| s.index).collect();
     let known = arguments.place.known_places()?;
     let places = site_places(reference, storeys.iter().filter_map(|s| Some((s.index, s.floor_z_m?))))?;
     let hints = places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref());
     let hints = hints.map_err(Failure::usage)?;
+    let before = arguments.evidence.as_deref().map(evidence_at).transpose()?.flatten();
+    let before = before.as_ref().map(|archive| AlignmentEvidence::open(archive.bytes()));
+    let before = before.transpose().map_err(|error| unusable_evidence(arguments, &error))?;
+    let hash = references_hash(&maps, &numbers);
+    let looks = before.and_then(|evidence| Looks::of(evidence, hash, &slam_map));
     let mut found = match arguments.free_scale {
-        false => align_maps_within(&maps, &numbers, &slam_map, hint.as_ref(), &hints),
+        false => align_maps_within(&maps, &numbers, &slam_map, hint.as_ref(), &hints, looks.as_ref()),
         true => align_maps_at_any_scale(&maps, &map, hint.as_ref()),
     };
     let scaled = found.scale.filter(|_| arguments.free_scale).map_or(1.0, |s| s.value);
     let slam_map = if scaled == 1.0 { slam_map } else { PreparedMap::of_slam(&map.divided_by(scaled)) };
+    if let Some(path) = &arguments.evidence
+        && let Some(after) = found.evidence(&slam_map, content_hash, hash, &numbers, looks.as_ref())
+    {
+        write_durably(path, after.bytes()).map_err(|error| Failure::work(format!("{}: {error}", path.display())))?;
+    }
     found.decide(&maps, &slam_map, &numbers, &places.rooms);
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };
     let archive = found.archive(&numbers, &found.pose_status(&numbers, arguments.max_uncertainty()), sources);
@@ -65,6 +80,20 @@ pub(super) fn align(arguments: &Args, reference: &Path, slam: &Path) -> Result<O
         alignment_report::text(&alignment)
     };
     Ok(Outcome::judged(text, is_usable))
+}
+
+/// Evidence of earlier looks; `None` if there is no file yet.
+fn evidence_at(path: &Path) -> Result<Option<ArchiveBuffer>, Failure> {
+    match std::fs::read(path) {
+        Ok(bytes) => Ok(Some(ArchiveBuffer::copy_of(&bytes))),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(Failure::usage(format!("{}: {error}", path.display()))),
+    }
+}
+
+fn unusable_evidence(arguments: &Args, error: &ArchiveError) -> Failure {
+    let path = arguments.evidence.as_deref().unwrap_or(Path::new("")).display();
+    Failure::usage(format!("{path}: {error}; remove it to begin anew"))
 }
 
 /// A map of the model.

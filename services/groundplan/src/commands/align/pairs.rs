@@ -2,11 +2,13 @@
 
 use crate::alignment_report::evidence;
 use crate::failure::Failure;
-use alignment::{AlignedPose, Alignment, Contrast, PreparedMap, align_maps};
+use alignment::{AlignedPose, Alignment, Contrast, Looks, PreparedMap, align_maps_within, references_hash};
+use messages::{AlignmentEvidence, ArchiveBuffer, NONE};
 use occupancy::OccupancyMap;
 use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -16,6 +18,8 @@ struct Pair {
     pair: String,
     reference: PathBuf,
     slam: PathBuf,
+    /// The drive of a growing map: its pairs are looks, in their order, and each begins with the evidence of those before.
+    drive: Option<String>,
 }
 
 /// Aligns all pairs of a folder, a JSON document a line.
@@ -27,6 +31,7 @@ pub(super) fn pairs(folder: &Path) -> Result<String, Failure> {
     let text = std::fs::read_to_string(&list)
         .map_err(|error| Failure::usage(format!("{} cannot be read: {error}", list.display())))?;
     let mut out = String::new();
+    let mut drives: BTreeMap<String, ArchiveBuffer> = BTreeMap::new();
     for line in text.lines().filter(|line| !line.trim().is_empty()) {
         let pair: Pair =
             serde_json::from_str(line).map_err(|error| Failure::usage(format!("{}: {error}", list.display())))?;
@@ -34,7 +39,17 @@ pub(super) fn pairs(folder: &Path) -> Result<String, Failure> {
         let (reference, slam) = (read(&pair.reference)?, read(&pair.slam)?);
         let begun_s = cpu_s();
         let slam = PreparedMap::of_slam(&slam);
-        let alignment = align_maps(&[PreparedMap::of_model(&reference)], &slam, None);
+        let references = [PreparedMap::of_model(&reference)];
+        let hash = references_hash(&references, &[NONE]);
+        let before = pair.drive.as_ref().and_then(|drive| drives.get(drive));
+        let before =
+            before.map(|archive| AlignmentEvidence::open(archive.bytes())).transpose().map_err(Failure::work)?;
+        let looks = before.and_then(|evidence| Looks::of(evidence, hash, &slam));
+        let alignment = align_maps_within(&references, &[NONE], &slam, None, &[], looks.as_ref());
+        let after = alignment.evidence(&slam, 0, hash, &[NONE], looks.as_ref());
+        if let (Some(drive), Some(after)) = (pair.drive, after) {
+            drives.insert(drive, after);
+        }
         let mut answer = answer(&pair.pair, &alignment, cpu_s() - begun_s);
         answer["walls_m"] = slam.walls_m().into();
         let _ = writeln!(out, "{answer}");
@@ -58,7 +73,7 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
     let candidates: Vec<Value> = alignment.poses.iter().skip(1).map(candidate).collect();
     let mut answer = json!({
         "pair": pair, "verdict": alignment.verdict.name(), "reason": alignment.reason, "candidates": candidates,
-        "wrong_probability": alignment.wrong_probability,
+        "wrong_probability": alignment.wrong_probability, "change": alignment.change,
         "scale": alignment.scale.map(|s| [s.value, s.deviation]), "cpu_s": cpu_s,
     });
     if let Some(best) = alignment.poses.first() {
@@ -66,6 +81,8 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
         (answer["x"], answer["y"], answer["yaw"]) = (x.into(), y.into(), yaw.into());
         answer["score"] = best.evidence.score.into();
         answer["evidence"] = evidence(&best.evidence);
+        answer["new"] =
+            json!(best.new.map(|n| json!({"seen_m": n.seen_m, "recalled_m": n.recalled_m, "through_m": n.through_m})));
         answer["covariance"] = json!(best.covariance_of_motion().rows());
     }
     answer

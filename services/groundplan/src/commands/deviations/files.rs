@@ -105,7 +105,7 @@ fn aligned(
     let (places, known) = (SitePlaces::of(site), arguments.place.known_places()?);
     let hints = places.hints(known.points_in_rooms(), known.elevation_m, known.portal.as_deref());
     let (hint, hints) = (arguments.place.hint(), hints.map_err(Failure::usage)?);
-    let mut found = align_maps_within(&maps, &storeys, &slam_map, hint.as_ref(), &hints);
+    let mut found = align_maps_within(&maps, &storeys, &slam_map, hint.as_ref(), &hints, None);
     found.decide(&maps, &slam_map, &storeys, &places.rooms);
     let plan_time_s = schedule_state.head.plan_time_s;
     let sources = AlignmentSources { site_hash: 0, slam_map_hash: 0, searched_map_hash: 0, plan_time_s };

@@ -1,0 +1,58 @@
+//! Maps of models and of robots that are ready to be compared.
+
+use crate::features::Features;
+use crate::pose::{Cells, Pose};
+use crate::wall_points::Surfaces;
+use frames::{Map, Rigid2, Slam};
+use occupancy::{OccupancyMap, Raster};
+
+/// A map that is ready to be compared; `Frame` is that of the model's map or of the robot's.
+pub struct PreparedMap<Frame> {
+    pub(crate) features: Features,
+    frame_from_cells: Rigid2<Frame, Cells<Frame>>,
+}
+
+impl PreparedMap<Map> {
+    /// A map that was drawn from a model: its cells are occupied up to the surfaces of walls.
+    pub fn of_model(map: &OccupancyMap) -> Self {
+        Self::of(map, Surfaces { depth_m: 0.0, are_whole: true })
+    }
+}
+
+impl PreparedMap<Slam> {
+    /// A map that a robot made: a cell in which a surface was hit is occupied, and it lies anywhere in it.
+    pub fn of_slam(map: &OccupancyMap) -> Self {
+        Self::of(map, Surfaces { depth_m: map.resolution_m / 2.0, are_whole: false })
+    }
+}
+
+impl<Frame> PreparedMap<Frame> {
+    fn of(map: &OccupancyMap, surfaces: Surfaces) -> Self {
+        let features = Features::of(Raster::of(&map.cells, map.width, map.resolution_m), surfaces);
+        Self { features, frame_from_cells: Rigid2::of_x_y_yaw(map.origin) }
+    }
+
+    /// Length of the faces of its walls, in metres.
+    pub fn walls_m(&self) -> f64 {
+        self.features.walls_m()
+    }
+
+    pub(crate) fn frame_from_cells(&self) -> &Rigid2<Frame, Cells<Frame>> {
+        &self.frame_from_cells
+    }
+}
+
+impl<Frame> AsRef<Self> for PreparedMap<Frame> {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
+/// The pose of the cells of two maps whose frames lie to each other by a motion.
+pub(crate) fn between_cells(
+    reference: &PreparedMap<Map>,
+    slam: &PreparedMap<Slam>,
+    map_from_slam: &Rigid2<Map, Slam>,
+) -> Pose {
+    &(&reference.frame_from_cells.inverse() * map_from_slam) * &slam.frame_from_cells
+}
