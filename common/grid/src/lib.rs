@@ -13,6 +13,7 @@ mod nav2;
 mod raster;
 mod rect;
 mod resample;
+mod run;
 mod spec;
 
 pub use cells::{Mask, enclosed, fill_holes, label_components};
@@ -21,7 +22,8 @@ pub use distance::{nearest_marked, squared_distances};
 pub use growth::{Growth, MAX_REACH_CELLS, REACHED};
 pub use line_of_sight::LineOfSight;
 pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, occupancy_of, pixel_of};
-pub use raster::{Run, cells_of_cut, covered_cells, overlapped_cells};
+pub use raster::{cells_of_cut, covered_cells, overlapped_cells};
 pub use rect::{CellRect, join_rects};
 pub use resample::{resampled, spec_around_moved};
+pub use run::Run;
 pub use spec::{Cell, GridSpec, GridSpecError, MAX_CELLS};

@@ -9,19 +9,8 @@
 //! one of them, so that nothing has to be united.
 
 use crate::bitmap::Bitmap;
-use crate::{CellRect, GridSpec};
+use crate::{CellRect, GridSpec, Run};
 use geometry::{Bounds, MultiPolygon, Point, SlabCut, edges};
-
-/// Cells `start..end` of a row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Run {
-    /// Row.
-    pub row: u32,
-    /// First column.
-    pub start: u32,
-    /// First column behind the run.
-    pub end: u32,
-}
 
 const INSET: f64 = 0.5;
 
