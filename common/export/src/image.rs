@@ -17,7 +17,7 @@ impl Image {
     }
 
     /// The image at the top left of a larger one: as wide as `below` at least, and higher by its height.
-    pub(crate) fn on_canvas(self, below: Size, colour: Rgb) -> Self {
+    pub(crate) fn with_room_below(self, below: Size, colour: Rgb) -> Self {
         let width = self.width.max(below.width as usize);
         let mut pixels = vec![colour; width * below.height as usize];
         for row in self.pixels.chunks_exact(self.width.max(1)) {

@@ -38,7 +38,7 @@ pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> Ex
     let pixels: Vec<Rgb> = (0..spec.n_cells()).map(|index| colour(grid, index, seen[index])).collect();
     let curve = CurveChart::of(input, grid);
     let mut image = match &curve {
-        Some(_) => Image::new(spec.width as usize, pixels).on_canvas(CurveChart::SIZE, FREE),
+        Some(_) => Image::new(spec.width as usize, pixels).with_room_below(CurveChart::SIZE, FREE),
         None => Image::new(spec.width as usize, pixels),
     };
     draw_tour(input, grid, &mut image);
