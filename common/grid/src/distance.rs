@@ -7,17 +7,21 @@
 /// # Source
 /// Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8, 2012.
 pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
-    let height = marked.len().checked_div(width).unwrap_or(0);
     let mut out: Vec<u32> = marked.iter().map(|&m| if m { 0 } else { u32::MAX }).collect();
     if out.is_empty() {
         return out;
     }
-    let mut line = Line::new(width.max(height));
-    for row in out.chunks_exact_mut(width) {
-        line.transform(row, 1, |_, _| {});
+    // Along columns first, row after row: cells to the next marked one below, then above.
+    for cell in width..out.len() {
+        out[cell] = out[cell].min(out[cell - width].saturating_add(1));
     }
-    for column in 0..width {
-        line.transform(&mut out[column..], width, |_, _| {});
+    for cell in (0..out.len() - width).rev() {
+        out[cell] = out[cell].min(out[cell + width].saturating_add(1));
+    }
+    let mut line = Line::new(width);
+    for row in out.chunks_exact_mut(width) {
+        row.iter_mut().filter(|cells| **cells != u32::MAX).for_each(|cells| *cells = cells.saturating_mul(*cells));
+        line.transform(row, 1, |_, _| {});
     }
     out
 }
