@@ -171,7 +171,7 @@ def check_curve(index, outcome, n_scans, n_seen, n_faces):
 
 
 def check_coverage(plan, index, outcome, resolution_m, n_seen, n_faces):
-    goal, has_budget = plan["coverage_goal"], plan["scans_max"] is not None or plan["minutes_max"] is not None
+    goal, has_budget = plan["coverage_goal"], plan["scans_max"] is not None or plan["mission_max_s"] is not None
     if goal == 0 or n_faces == 0 == outcome["faces"]:
         return
     coverage, exported = n_seen / max(1, n_faces), outcome["coverage"]

@@ -14,10 +14,10 @@ pub struct ScanSummary {
     pub connecting_scans: u32,
     /// Share of the faces that can be seen that they see.
     pub coverage: f64,
-    /// Estimated duration of all tours.
-    pub minutes: f64,
+    /// Estimated duration of all tours, driving and scanning.
+    pub mission_s: f64,
     /// Of which scanning.
-    pub scanning_minutes: f64,
+    pub scanning_s: f64,
 }
 
 impl ScanSummary {
@@ -30,23 +30,25 @@ impl ScanSummary {
             scans: sum(|storey| storey.n_scans),
             connecting_scans: sum(|storey| storey.n_connecting),
             coverage: rounded(f64::from(sum(|storey| storey.n_seen)) / f64::from(n_faces)),
-            minutes: rounded((driving_s + scanning_s) / 60.0),
-            scanning_minutes: rounded(scanning_s / 60.0),
+            mission_s: rounded(driving_s + scanning_s),
+            scanning_s: rounded(scanning_s),
         })
     }
 
     /// `12 scans, 2 of them to join others, see 99.1 % of what can be seen; about 31 minutes, 12 of them scanning`.
     pub fn text(&self) -> String {
-        let Self { scans, connecting_scans, coverage, minutes, scanning_minutes } = self;
+        let Self { scans, connecting_scans, coverage, mission_s, scanning_s } = self;
         let joining = match connecting_scans {
             0 => String::new(),
             n => format!(", {n} of them to join others,"),
         };
         let see = if *scans == 1 { "sees" } else { "see" };
         format!(
-            "{}{joining} {see} {:.1} % of what can be seen; about {minutes:.0} minutes, {scanning_minutes:.0} of them scanning",
+            "{}{joining} {see} {:.1} % of what can be seen; about {:.0} minutes, {:.0} of them scanning",
             counted(*scans as usize, "scan"),
-            100.0 * coverage
+            100.0 * coverage,
+            mission_s / 60.0,
+            scanning_s / 60.0
         )
     }
 }

@@ -34,8 +34,8 @@ pub struct Waypoints {
     separation_m: f64,
     /// Budget: largest number of scans; null without.
     scans_max: Option<u32>,
-    /// Budget: longest duration of all tours in minutes; null without.
-    minutes_max: Option<f64>,
+    /// Budget: longest duration of all tours; null without.
+    mission_max_s: Option<f64>,
     /// Scans, those that join others included.
     scans: u32,
     /// Scans that are there to join others.
@@ -48,8 +48,8 @@ pub struct Waypoints {
     driving_s: f64,
     /// Time of all scans.
     scanning_s: f64,
-    /// Estimated duration of all tours in minutes: driving and scanning.
-    minutes: f64,
+    /// Estimated duration of all tours: driving and scanning.
+    mission_s: f64,
     /// What became of each map storey that is written.
     storeys: Vec<StoreyOutcome>,
     /// Notices.
@@ -206,14 +206,14 @@ impl Waypoints {
             overlap_goal: head.overlap_goal,
             separation_m: head.separation_m,
             scans_max: (head.scans_max != messages::NONE).then_some(head.scans_max),
-            minutes_max: Some(head.minutes_max).filter(|minutes| minutes.is_finite()),
+            mission_max_s: Some(60.0 * head.minutes_max).filter(|s| s.is_finite()),
             scans: summary.as_ref().map_or(0, |summary| summary.scans),
             connecting_scans: summary.as_ref().map_or(0, |summary| summary.connecting_scans),
             coverage: summary.map(|summary| summary.coverage),
             curve: coverage_curve(mission_plan, None),
             driving_s: rounded(head.mission_s[0]),
             scanning_s: rounded(head.mission_s[1]),
-            minutes: rounded(head.mission_s.iter().sum::<f64>() / 60.0),
+            mission_s: rounded(head.mission_s.iter().sum()),
             storeys: written.map(|record| storey(mission_plan, record)).collect(),
             notices: mission_plan.diagnostics.iter().map(notice).collect(),
             waypoints: mission_plan.waypoints.iter().map(|w| waypoint(input, w)).collect(),

@@ -63,11 +63,13 @@ fn nodes_of_the_site_graph_have_the_names_and_ids_of_rooms() {
 const UNITS: [&str; 8] = ["_m", "_m2", "_rad", "_s", "_ms", "_h", "_hz", "_cells"];
 
 /// Numbers without one: shares and ratios, directions, coordinates of contracts that others fixed (GeoJSON, meshes, IFC).
-const WITHOUT: [&str; 13] = [
+const WITHOUT: [&str; 15] = [
     "coverage",
     "coverage_goal",
     "overlap",
     "overlap_goal",
+    "registration_overlap",
+    "joins_overlap_without",
     "completion",
     "confirmed",
     "axis",

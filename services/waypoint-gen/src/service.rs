@@ -213,7 +213,7 @@ impl Service for WaypointService {
             storeys: storeys.collect::<BTreeSet<_>>().len(),
             waypoints: plan.as_ref().map_or(0, |plan| plan.waypoints.len()),
             scans: plan.as_ref().map_or(0, |plan| plan.storeys.iter().map(|storey| storey.n_scans).sum()),
-            minutes: plan.as_ref().map_or(0.0, |plan| plan.head.mission_s.iter().sum::<f64>() / 60.0),
+            mission_s: plan.as_ref().map_or(0.0, |plan| plan.head.mission_s.iter().sum()),
             setting,
         };
         Ok(done.answered(answer))

@@ -33,7 +33,7 @@ pub struct WaypointAnswer {
     /// Those of them that are scan poses.
     pub scans: u32,
     /// Estimated duration of all tours, driving and scanning.
-    pub minutes: f64,
+    pub mission_s: f64,
     /// The options, and where they come from.
     pub setting: SettingInForce,
 }

@@ -60,14 +60,15 @@ impl Run for Args {
 }
 
 fn text(answer: &WaypointAnswer) -> String {
-    let WaypointAnswer { mission_plan, storeys, waypoints, scans, minutes, setting } = answer;
+    let WaypointAnswer { mission_plan, storeys, waypoints, scans, mission_s, setting } = answer;
     let planned = match mission_plan.epoch {
         0 => "they are planned when there are maps".to_owned(),
         epoch => format!(
-            "{} with {} on {}, about {minutes:.0} minutes, epoch {epoch}",
+            "{} with {} on {}, about {:.0} minutes, epoch {epoch}",
             counted(*waypoints, "waypoint"),
             counted(*scans as usize, "scan"),
-            counted(*storeys, "storey")
+            counted(*storeys, "storey"),
+            mission_s / 60.0
         ),
     };
     format!("waypoints of {}: {planned}\n", setting.value)
