@@ -7,8 +7,11 @@ use crate::section::{Section, section, trails};
 use crate::slab::{Slab, clip_to_slab};
 use std::sync::OnceLock;
 
-/// Most polygons that are united at once, unless they have few edges that are not shared.
+/// Most polygons that share few edges and are united at once.
 const MAX_UNITED: usize = 256;
+
+/// A mesh is smooth if of so many edges one at most is left in its outlines.
+const MIN_SHARED: usize = 4;
 
 /// Number of sections of a mesh with gaps, whose surface does not define a solid.
 const OPEN_MESH_SECTIONS: i32 = 8;
@@ -160,21 +163,26 @@ pub fn footprint<'a>(parts: impl IntoIterator<Item = MeshView<'a>>, slab: Slab) 
 }
 
 /// The union of counter-clockwise polygons.
+fn united(polygons: &mut [&[Point]]) -> MultiPolygon {
+    let rings = outlines(polygons.iter().copied());
+    let n_left: usize = rings.iter().map(Vec::len).sum();
+    let n_edges: usize = polygons.iter().map(|p| p.len()).sum();
+    if n_left * MIN_SHARED <= n_edges { union(&rings, FillRule::NonZero) } else { united_by_place(polygons) }
+}
+
+/// The union of counter-clockwise polygons that share few edges.
 ///
 /// The cost of a union grows with the number of edges that cross, most of which lie inside the union in the end: leaves of a
 /// plant, say. So neighbours are united first, and the regions after that. The order depends on places only.
-fn united(polygons: &mut [&[Point]]) -> MultiPolygon {
-    let rings = outlines(polygons.iter().copied());
-    if polygons.len() <= MAX_UNITED || rings.iter().map(Vec::len).sum::<usize>() <= 3 * MAX_UNITED {
-        return union(&rings, FillRule::NonZero);
-    }
-    let Some(bounds) = Bounds::of(polygons.iter().map(|p| p[0])) else { return MultiPolygon::default() };
+fn united_by_place(polygons: &mut [&[Point]]) -> MultiPolygon {
+    let bounds = Bounds::of(polygons.iter().map(|p| p[0])).filter(|_| polygons.len() > MAX_UNITED);
+    let Some(bounds) = bounds else { return union(&outlines(polygons.iter().copied()), FillRule::NonZero) };
     let side = |k: usize| i64::from(bounds.max[k]) - i64::from(bounds.min[k]);
     let across = usize::from(side(1) > side(0));
     let middle = polygons.len() / 2;
     polygons.select_nth_unstable_by_key(middle, |p| (p[0][across], *p));
     let (first, second) = polygons.split_at_mut(middle);
-    union_of([&united(first), &united(second)])
+    union_of([&united_by_place(first), &united_by_place(second)])
 }
 
 /// Rings around counter-clockwise polygons, without the edges at which neighbours meet: by the rule of non-zero winding
