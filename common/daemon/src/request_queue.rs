@@ -69,19 +69,23 @@ impl<R: Request> RequestQueue<R> {
         }
     }
 
-    /// Answers the request that the service worked on; false if it worked on none.
+    /// True while the service works on a request.
+    pub(crate) fn is_one_underway(&self) -> bool {
+        self.current.is_some()
+    }
+
+    /// Answers the request that the service worked on, if it worked on one.
     ///
     /// # Errors
     /// The bus refuses.
-    pub(crate) fn finish(&mut self, answer: Result<&[u8], &str>) -> Result<bool, CommandError> {
+    pub(crate) fn finish(&mut self, answer: Result<&[u8], &str>) -> Result<(), CommandError> {
         if answer.is_ok() {
             self.send_progress();
         }
-        let Some(Current { command, .. }) = self.current.take() else { return Ok(false) };
+        let Some(Current { command, .. }) = self.current.take() else { return Ok(()) };
         match answer {
-            Ok(answer) => command.done(answer)?,
-            Err(why) => command.failed(why.as_bytes())?,
+            Ok(answer) => command.done(answer),
+            Err(why) => command.failed(why.as_bytes()),
         }
-        Ok(true)
     }
 }

@@ -200,13 +200,16 @@ impl<R: Request> ServiceLoop<R> {
                 return Ok(GenerationEnd::Superseded);
             }
             loop {
-                match self.from_service.try_recv() {
+                let answer = match self.from_service.try_recv() {
                     Ok(outcome) => self.finish(outcome),
                     Err(TryRecvError::Empty) => break,
                     Err(TryRecvError::Disconnected) => return Err("the service has panicked".into()),
-                }
-                // A change is reported at once.
+                };
+                // A change is reported at once, and before the answer: who has it finds in the report what was done.
                 self.report.send(Some(&status));
+                if let Err(why) = self.requests.finish(answer.as_deref().map_err(String::as_str)) {
+                    self.report_bus_error(&why);
+                }
             }
             self.requests.send_progress();
             self.take_samples(&subscribers);
@@ -287,7 +290,8 @@ impl<R: Request> ServiceLoop<R> {
         self.to_service.send(job).map_err(|_| "the service has panicked".into())
     }
 
-    fn finish(&mut self, outcome: Outcome) {
+    /// Takes what the service has done into the report; returns the answer to the request, if it was one.
+    fn finish(&mut self, outcome: Outcome) -> Result<Vec<u8>, String> {
         self.is_busy = false;
         self.report.set(outcome.standing, outcome.facts);
         let is_configuration = std::mem::take(&mut self.is_configuring);
@@ -301,7 +305,7 @@ impl<R: Request> ServiceLoop<R> {
                 Err(_) => Attachment::Wanted(Instant::now() + HEARTBEAT_PERIOD),
             };
         }
-        let replied = match outcome.result {
+        match outcome.result {
             Ok(done) => {
                 self.wake_at = done.wake_in.map(|time| Instant::now() + time);
                 let epoch = done.published.epoch;
@@ -312,31 +316,26 @@ impl<R: Request> ServiceLoop<R> {
                     self.next_try = None;
                     self.report.configured(Ok(()));
                 }
-                let replied = self.requests.finish(Ok(&done.answer));
                 // An error stays until the service has done something with success; ticks do nothing.
-                if epoch > 0 || !matches!(replied, Ok(false)) {
+                if epoch > 0 || self.requests.is_one_underway() {
                     self.report.succeeded();
                 }
-                replied
-            }
-            // It stands until a configuration is taken.
-            Err(failure) if is_configuration => {
-                self.activity.set(Activity::Idle);
-                self.report.configured(Err(&failure));
-                let wait = self.next_try.map_or(HEARTBEAT_PERIOD, |(_, wait)| (wait * 2).min(MAX_WAIT));
-                self.next_try = Some((Instant::now() + wait, wait));
-                Ok(false)
+                Ok(done.answer)
             }
             Err(failure) => {
                 self.activity.set(Activity::Idle);
-                // The next tick tries again what is pending.
-                self.wake_at = None;
-                self.report.failed("the event cannot be handled", failure.as_ref());
-                self.requests.finish(Err(&chain(failure.as_ref())))
+                if is_configuration {
+                    // It stands until a configuration is taken.
+                    self.report.configured(Err(&failure));
+                    let wait = self.next_try.map_or(HEARTBEAT_PERIOD, |(_, wait)| (wait * 2).min(MAX_WAIT));
+                    self.next_try = Some((Instant::now() + wait, wait));
+                } else {
+                    // The next tick tries again what is pending.
+                    self.wake_at = None;
+                    self.report.failed("the event cannot be handled", failure.as_ref());
+                }
+                Err(chain(failure.as_ref()))
             }
-        };
-        if let Err(why) = replied {
-            self.report_bus_error(&why);
         }
     }
 

@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 /// Most polygons that share few edges and are united at once.
 const MAX_UNITED: usize = 256;
 
-/// A mesh is smooth if of so many edges one at most is left in its outlines.
+/// A mesh is smooth if at least so many of its edges are shared for each one that is left in its outlines.
 const MIN_SHARED: usize = 4;
 
 /// Number of sections of a mesh with gaps, whose surface does not define a solid.

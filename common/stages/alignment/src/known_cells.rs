@@ -1,4 +1,4 @@
-//! Which places of a growing SLAM map earlier looks have known, and which are new.
+//! Tells the new places of a growing SLAM map from those that earlier looks have known.
 
 use crate::pose::Cells;
 use frames::{Rigid2, Slam};

@@ -1,4 +1,4 @@
-//! What a look at a growing SLAM map leaves behind: the evidence for the next look, and what it changed.
+//! Makes the evidence for the next look at a growing SLAM map, and tells what this look changed.
 
 use crate::alignment::{AlignedPose, Alignment};
 use crate::held_out::{HeldOut, PoseHistory};
