@@ -4,6 +4,7 @@ use crate::floor_levels::{FloorFaces, FloorSampling, REACH, dominant_height};
 use crate::floor_samples::{FloorTriangles, STEP};
 use geometry::{MultiPolygon, union_of};
 use messages::FloorKind;
+use std::collections::HashMap;
 
 /// Minimum floor area of a storey with a map.
 const MIN_FLOOR_M2: f64 = 1.0;
@@ -82,8 +83,8 @@ pub(crate) fn map_storeys(building: &BuildingInputs<'_>) -> (Vec<MapStorey>, Vec
     if candidates.is_empty() {
         return (without_storeys(building), Vec::new());
     }
-    let floors: Vec<Result<(i32, FloorKind), &'static str>> =
-        (0..candidates.len()).map(|k| floor_of(k, building)).collect();
+    let mut found = FloorsFound::new();
+    let floors: Vec<FoundFloor> = (0..candidates.len()).map(|k| floor_of(k, building, &mut found)).collect();
     let mut order: Vec<usize> = (0..candidates.len()).filter(|&k| floors[k].is_ok()).collect();
     order.sort_by_key(|&k| (floors[k].map_or(0, |f| f.0), k));
     let mut outcomes: Vec<StoreyOutcome> =
@@ -138,8 +139,14 @@ impl BuildingInputs<'_> {
     }
 }
 
+/// Height and kind of a floor, or why there is none.
+type FoundFloor = Result<(i32, FloorKind), &'static str>;
+
+/// What was found near a height, with footings as floor or without: the buildings of a site may have a storey at it each.
+type FloorsFound = HashMap<(i32, bool), FoundFloor>;
+
 /// Height and kind of a storey's floor, or why it has none.
-fn floor_of(storey: usize, building: &BuildingInputs<'_>) -> Result<(i32, FloorKind), &'static str> {
+fn floor_of(storey: usize, building: &BuildingInputs<'_>, found: &mut FloorsFound) -> FoundFloor {
     let StoreyCandidate { placement_z: placement, ref bodies, ref own_floors, ref own_footings, .. } =
         building.candidates[storey];
     let lowest = bodies.iter().map(|b| b[0]).min();
@@ -160,13 +167,17 @@ fn floor_of(storey: usize, building: &BuildingInputs<'_>) -> Result<(i32, FloorK
         let z = if stands_here { Some(guess) } else { lowest };
         return z.map(|z| (z, kind)).ok_or("it contains nothing");
     }
-    floor_near(storey, building, guess).or_else(|why| {
+    let mut floor_near = |z: i32| {
+        let with_footings = building.counts_footings(storey, z);
+        *found.entry((z, with_footings)).or_insert_with(|| floor_near(building, z, with_footings))
+    };
+    floor_near(guess).or_else(|why| {
         // A bridge's deck lies high above the storey's placement, at which its piers' footings are.
         let is_near = |t: &[[i32; 3]; 3]| t.iter().any(|v| (v[2] - guess).abs() <= REACH);
         let stands_on_footings =
             !building.counts_footings(storey, guess) && building.faces.footings.iter().any(is_near);
         match own_floors.first() {
-            Some(z) if stands_on_footings => floor_near(storey, building, *z),
+            Some(z) if stands_on_footings => floor_near(*z),
             _ => Err(why),
         }
     })
@@ -181,10 +192,10 @@ fn own_heights(storey: usize, building: &BuildingInputs<'_>, near: Option<i32>) 
 }
 
 /// Height and kind of the floor near a height, or why there is none.
-fn floor_near(storey: usize, building: &BuildingInputs<'_>, guess: i32) -> Result<(i32, FloorKind), &'static str> {
+fn floor_near(building: &BuildingInputs<'_>, guess: i32, with_footings: bool) -> FoundFloor {
     let near: Vec<&SpaceFloor> = building.spaces.iter().filter(|s| (s.z - guess).abs() <= REACH).collect();
     let rooms = union_of(near.iter().map(|s| &s.polygon));
-    let footings = building.counts_footings(storey, guess).then_some(&building.faces.footings);
+    let footings = with_footings.then_some(&building.faces.footings);
     let lists: Vec<&FloorTriangles> = std::iter::once(&building.faces.slabs).chain(footings).collect();
     let sampling = FloorSampling::new(&lists, guess, &rooms);
     let level = sampling.as_ref().and_then(|s| s.level(guess));
