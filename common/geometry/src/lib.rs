@@ -3,6 +3,7 @@
 //! Coordinates are whole tenths of a millimetre (`frames::tenths`), so that faces on one plane stay on it and results
 //! do not depend on noise. This crate knows no IFC, no grid and no file.
 
+mod clusters;
 mod floor_faces;
 mod footprint;
 mod mesh;
