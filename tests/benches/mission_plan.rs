@@ -49,6 +49,7 @@ fn measure(arguments: &Arguments, model: &Path) {
         places: &[],
         prefer_last: true,
         allow_boxes: true,
+        isolation: None,
         progress: &|_| {},
     };
     let Ok(site) = ingest::ingest(&files, &ingest) else { return };

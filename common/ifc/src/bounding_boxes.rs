@@ -4,6 +4,7 @@ use crate::MeshPart;
 use std::f64::consts::TAU;
 
 use crate::affine::{normalised, origin};
+use crate::boolean_chain::{BooleanChain, has_operator};
 use crate::kernel::{File, Record};
 use crate::placement::{axis2_placement, operator, point};
 use crate::units;
@@ -124,10 +125,10 @@ impl<'f, 'a> Extents<'f, 'a> {
                 }
             }
             "IFCBOOLEANRESULT" | "IFCBOOLEANCLIPPINGRESULT" => {
-                let union = record.at(0).enumeration() == Some("UNION");
-                for at in if union { 1..3 } else { 1..2 } {
-                    record.at(at).reference().into_iter().for_each(|id| self.visit_item(id, frame, depth + 1, extent));
-                }
+                let chain = BooleanChain::of(self.file, id, |_| true);
+                let united = chain.booleans.iter().filter(|boolean| has_operator(boolean, "UNION"));
+                let operands = united.filter_map(|boolean| boolean.at(2).reference()).chain(chain.base);
+                operands.for_each(|id| self.visit_item(id, frame, depth + 1, extent));
             }
             "IFCEXTRUDEDAREASOLID" | "IFCEXTRUDEDAREASOLIDTAPERED" => self.extrusion(record, frame, depth, extent),
             "IFCREVOLVEDAREASOLID" | "IFCREVOLVEDAREASOLIDTAPERED" => self.revolution(record, frame, depth, extent),

@@ -1,11 +1,12 @@
-//! Leaves out cuts that would keep the kernel busy for minutes.
+//! Leaves out what would keep the kernel busy for minutes: cuts, booleans, and items of very many points.
 //!
-//! The kernel's booleans have no limit of their own where detailed bodies meet. Their work is estimated from the records, in
-//! pairs of faces, so that what is left out depends on the file alone. On the machine of the benchmarks a pair is half a
-//! microsecond: the limit is about two seconds for an element.
+//! The kernel has no limit of its own where detailed bodies meet. Its work is estimated from the records, in pairs of faces,
+//! so that what is left out depends on the file alone. On the machine of the benchmarks a pair is half a microsecond: the
+//! limit is about two seconds for an element.
 
 use std::collections::HashMap;
 
+use crate::boolean_chain::{BooleanChain, has_operator};
 use crate::bounding_boxes::{Extent, mapped_items};
 use crate::kernel::{File, Patch, Record};
 
@@ -15,8 +16,16 @@ const WORK_MAX: u64 = 4_000_000;
 /// Work for a face of an operand that meets a body of few faces.
 const WORK_PER_FACE: u64 = 150;
 
-/// Faces of an item that is swept or has no list of faces.
+/// Corners of a profile that has no list of them, and faces of an item that has no profile.
+const CORNERS_OF_OTHERS: u64 = 10;
 const FACES_OF_OTHERS: u64 = 36;
+
+/// Pairs of corners of a profile that are as much work as a pair of faces: 10,000 corners are meshed in a second, 30,000 in
+/// 40 s.
+const CORNERS_PER_PAIR: u64 = 25;
+
+/// Work for a point of the line along which a disk is swept.
+const WORK_PER_SWEPT_POINT: u64 = 200;
 
 /// Deepest nesting of items.
 const DEPTH_MAX: usize = 48;
@@ -35,7 +44,7 @@ pub(crate) struct CutBudget<'f, 'a> {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct ItemWork {
     faces: u64,
-    /// Pairs of faces of its own booleans.
+    /// Pairs of faces of its own booleans, or work that is as much.
     pairs: u64,
 }
 
@@ -75,17 +84,14 @@ impl<'f, 'a> CutBudget<'f, 'a> {
         Vec::new()
     }
 
-    /// Replaces the booleans of an item by what they cut, if they are too much work; true if it did.
+    /// Replaces the booleans of an item by what they cut, if it is too much work; what has none is left to its box. True if
+    /// it did.
     pub(crate) fn uncut(&mut self, item: u32, patch: &mut Patch) -> bool {
         if self.of_item(item, 0).pairs <= WORK_MAX {
             return false;
         }
-        let mut operand = item;
-        for _ in 0..DEPTH_MAX {
-            let Some(record) = self.file.record(operand).filter(is_cut) else { break };
-            let Some(first) = record.at(1).reference() else { break };
-            operand = first;
-        }
+        let operand = BooleanChain::of(self.file, item, |boolean| has_operator(boolean, "DIFFERENCE")).base;
+        let operand = operand.unwrap_or(item);
         let record = self.file.record(operand).filter(|_| operand != item);
         let written = record.and_then(|r| Some(format!("{}{}", r.keyword, self.file.arguments_as_written(operand)?)));
         // What is no difference, or has too much work inside its first operand, is emptied: its box stands in.
@@ -113,16 +119,64 @@ impl<'f, 'a> CutBudget<'f, 'a> {
         work
     }
 
+    /// Of booleans along first operands. Each is known afterwards.
+    fn of_chain(&mut self, item: u32, depth: usize) -> ItemWork {
+        let BooleanChain { booleans, base } = BooleanChain::of(self.file, item, |_| true);
+        let inner =
+            |id: Option<u32>, budget: &mut Self| id.map_or(ItemWork::default(), |id| budget.of_item(id, depth + 1));
+        let base = inner(base, self);
+        booleans.iter().rev().fold(base, |a, boolean| {
+            let b = inner(boolean.at(2).reference(), self);
+            let pairs = a.faces.saturating_mul(b.faces).saturating_add(b.faces.saturating_mul(WORK_PER_FACE));
+            let pairs = pairs.saturating_add(a.pairs).saturating_add(b.pairs);
+            let work = ItemWork { faces: a.faces.saturating_add(b.faces), pairs };
+            self.known.insert(boolean.id, work);
+            work
+        })
+    }
+
+    /// Of an extrusion: its sides and both ends, of which every pair of corners is work.
+    fn of_extrusion(&self, record: &Record<'_>) -> ItemWork {
+        let n_corners = record.at(0).reference().map_or(0, |profile| self.n_corners(profile, 0));
+        ItemWork {
+            faces: (4 * n_corners).saturating_sub(4),
+            pairs: n_corners.saturating_mul(n_corners) / CORNERS_PER_PAIR,
+        }
+    }
+
+    /// Corners of a profile, or points of a line.
+    fn n_corners(&self, id: u32, depth: usize) -> u64 {
+        let Some(record) = self.file.record(id) else { return 0 };
+        if depth > DEPTH_MAX {
+            return CORNERS_OF_OTHERS;
+        }
+        let of = |inner: Option<u32>| inner.map_or(0, |inner| self.n_corners(inner, depth + 1));
+        let of_all = |inner: Vec<u32>| inner.into_iter().fold(0u64, |sum, inner| sum.saturating_add(of(Some(inner))));
+        match record.keyword.to_ascii_uppercase().as_str() {
+            "IFCRECTANGLEPROFILEDEF" => 4,
+            "IFCARBITRARYCLOSEDPROFILEDEF" => of(record.at(2).reference()),
+            "IFCARBITRARYPROFILEDEFWITHVOIDS" => {
+                of(record.at(2).reference()).saturating_add(of_all(record.at(3).references()))
+            }
+            "IFCCOMPOSITEPROFILEDEF" => of_all(record.at(2).references()),
+            "IFCDERIVEDPROFILEDEF" | "IFCMIRROREDPROFILEDEF" => of(record.at(2).reference()),
+            "IFCPOLYLINE" | "IFCCARTESIANPOINTLIST2D" | "IFCCARTESIANPOINTLIST3D" => record.at(0).list().len() as u64,
+            "IFCINDEXEDPOLYCURVE" | "IFCTRIMMEDCURVE" => of(record.at(0).reference()),
+            "IFCCOMPOSITECURVE" | "IFCCOMPOSITECURVEONSURFACE" | "IFCBOUNDARYCURVE" => {
+                of_all(record.at(0).references())
+            }
+            "IFCCOMPOSITECURVESEGMENT" | "IFCREPARAMETRISEDCOMPOSITECURVESEGMENT" => of(record.at(2).reference()),
+            name if name.starts_with("IFCBSPLINECURVE") || name.starts_with("IFCRATIONALBSPLINECURVE") => {
+                CORNERS_OF_OTHERS.saturating_mul(record.at(1).list().len() as u64)
+            }
+            _ => CORNERS_OF_OTHERS,
+        }
+    }
+
     fn of_record(&mut self, record: &Record<'_>, depth: usize) -> ItemWork {
         let mut inner = |id: Option<u32>| id.map_or(ItemWork::default(), |id| self.of_item(id, depth + 1));
         let n_members = |at: usize| record.at(at).list().len() as u64;
         let faces = match record.keyword.to_ascii_uppercase().as_str() {
-            "IFCBOOLEANRESULT" | "IFCBOOLEANCLIPPINGRESULT" => {
-                let [a, b] = [1, 2].map(|at| inner(record.at(at).reference()));
-                let pairs = a.faces.saturating_mul(b.faces).saturating_add(b.faces.saturating_mul(WORK_PER_FACE));
-                let pairs = pairs.saturating_add(a.pairs).saturating_add(b.pairs);
-                return ItemWork { faces: a.faces.saturating_add(b.faces), pairs };
-            }
             "IFCCSGSOLID" => return inner(record.at(0).reference()),
             "IFCMAPPEDITEM" => {
                 let items: Vec<u32> = mapped_items(self.file, record.id).collect();
@@ -135,16 +189,18 @@ impl<'f, 'a> CutBudget<'f, 'a> {
             "IFCCLOSEDSHELL" | "IFCOPENSHELL" | "IFCCONNECTEDFACESET" => n_members(0),
             "IFCTRIANGULATEDFACESET" => n_members(3),
             "IFCPOLYGONALFACESET" => n_members(2),
+            "IFCBOOLEANRESULT" | "IFCBOOLEANCLIPPINGRESULT" => return self.of_chain(record.id, depth),
+            "IFCEXTRUDEDAREASOLID" | "IFCEXTRUDEDAREASOLIDTAPERED" => return self.of_extrusion(record),
+            "IFCSWEPTDISKSOLID" | "IFCSWEPTDISKSOLIDPOLYGONAL" => {
+                let n_points = record.at(0).reference().map_or(0, |line| self.n_corners(line, 0));
+                let pairs = n_points.saturating_mul(WORK_PER_SWEPT_POINT);
+                return ItemWork { faces: n_points.saturating_mul(FACES_OF_OTHERS), pairs };
+            }
             name if name.contains("HALFSPACE") => 1,
             _ => FACES_OF_OTHERS,
         };
         ItemWork { faces, pairs: 0 }
     }
-}
-
-fn is_cut(record: &Record<'_>) -> bool {
-    let is_boolean = record.is("IFCBOOLEANRESULT") || record.is("IFCBOOLEANCLIPPINGRESULT");
-    is_boolean && record.at(0).enumeration().is_some_and(|operator| operator.eq_ignore_ascii_case("DIFFERENCE"))
 }
 
 #[cfg(test)]
@@ -206,8 +262,38 @@ mod tests {
             ball(2_000_000, 100, 0.5)
         ));
         let work = with_file(&text, |file| CutBudget::new(file).of_item(2, 0));
-        let pairs = 100 * 200 + 200 * WORK_PER_FACE + 300 * FACES_OF_OTHERS + FACES_OF_OTHERS * WORK_PER_FACE;
-        assert_eq!(work, ItemWork { faces: 300 + FACES_OF_OTHERS, pairs });
+        let of_block = ItemWork { faces: 4 * 4 - 4, pairs: 4 * 4 / CORNERS_PER_PAIR };
+        let pairs = 100 * 200 + 200 * WORK_PER_FACE + (300 + WORK_PER_FACE) * of_block.faces + of_block.pairs;
+        assert_eq!(work, ItemWork { faces: 300 + of_block.faces, pairs });
+    }
+
+    #[test]
+    fn a_chain_of_cuts_is_counted_to_its_end() {
+        let link = |k: u32| format!("#{}=IFCBOOLEANRESULT(.UNION.,#{},#110);", 1_000 + k, 1_001 + k);
+        let n = 3_000;
+        let text = file(&format!(
+            "{BASICS}{}#{}=IFCBOOLEANRESULT(.UNION.,#110,#110);",
+            (0..n).map(link).collect::<String>(),
+            1_000 + n
+        ));
+        let work = with_file(&text, |file| CutBudget::new(file).of_item(1_000, 0));
+        assert_eq!(work.faces, 12 * u64::from(n + 2));
+        assert!(work.pairs > WORK_MAX);
+    }
+
+    #[test]
+    fn profiles_and_lines_of_very_many_points_are_too_much_work() {
+        let work = |points: usize, item: &str| {
+            let line = format!("#2=IFCPOLYLINE(({}));", vec!["#107"; points].join(","));
+            let profile = "#3=IFCARBITRARYCLOSEDPROFILEDEF(.AREA.,$,#4);#4=IFCCOMPOSITECURVE((#5),.F.);
+                #5=IFCCOMPOSITECURVESEGMENT(.CONTINUOUS.,.T.,#2);";
+            with_file(&file(&format!("{BASICS}{line}{profile}#1={item};")), |file| {
+                CutBudget::new(file).of_item(1, 0).pairs > WORK_MAX
+            })
+        };
+        for item in ["IFCEXTRUDEDAREASOLID(#3,#102,#112,3.)", "IFCSWEPTDISKSOLID(#4,0.05,$,$,$)"] {
+            assert!(!work(9_000, item) && work(40_000, item), "{item}");
+        }
     }
 
     #[test]

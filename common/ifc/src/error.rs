@@ -15,6 +15,9 @@ pub enum ReadError {
     /// The header does not say which schema the data follows.
     #[error("the header has no readable FILE_SCHEMA, so the data cannot be interpreted; export the file again")]
     NoSchema,
+    /// Bytes that no process that reads files has made.
+    #[error("these bytes are no task of meshing")]
+    NoTask,
     /// STEP, but of a schema that is not read.
     #[error(
         "schema {schema:?} is not read; export the file as IFC2X3, IFC4 or IFC4X3 (IFC2X and IFC2X2 are read as IFC2X3)"

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
+use crate::boolean_chain::is_boolean;
+use crate::bounded_items::Bounds;
 use crate::bounding_boxes::{self, Extent, Extents};
 use crate::cut_budget::{Cut, CutBudget};
 use crate::kernel::{File, ItemMesh, MeshRequest, Patch, Record, mesh as mesh_by_kernel};
@@ -46,20 +48,34 @@ pub(crate) fn mesh(
     units::pin(file, unit, &mut patch);
     substitutes::apply(file, &mut patch);
     let mut extents = Extents::new(file, unit.metres);
-    let mut wanted = Vec::new();
+    let items_of_openings: HashMap<u32, &[u32]> =
+        products.iter().filter(|p| p.cuts).map(|p| (p.record.id, p.body.items.as_slice())).collect();
+    let mut bounds = Bounds::new(file);
+    let (mut wanted, mut unbounded) = (Vec::new(), Vec::new());
     for product in products {
         let has_body = !product.body.items.is_empty();
         if has_body && is_placed(product, frames) {
             wanted.push(product.record.id);
+            let cuts = product.openings.iter().filter_map(|opening| items_of_openings.get(opening));
+            let is_bounded =
+                std::iter::once(&product.body.items.as_slice()).chain(cuts).all(|items| bounds.hold(items));
+            unbounded.extend((!is_bounded).then_some(product.record.id));
         }
         // An opening without a body must not cut, so it is corrected as well; elements are simply not asked for.
         if has_body || product.cuts {
             product.body.correct(&mut patch);
         }
     }
-    leave_out_costly_cuts(file, products, frames, (&mut extents, &mut patch), report);
+    leave_out_costly_cuts(file, products, frames, &items_of_openings, (&mut extents, &mut patch), report);
     let progress = |done: usize, total: usize| options.report(Stage::Meshing, done, total);
-    let request = MeshRequest { products: &wanted, patch: &patch, threads: options.threads, progress: &progress };
+    let request = MeshRequest {
+        products: &wanted,
+        unbounded: &unbounded,
+        isolation: options.isolation,
+        patch: &patch,
+        threads: options.threads,
+        progress: &progress,
+    };
     let mut meshed = mesh_by_kernel(file, &request)?;
     share_complaints(&meshed.meshes, &mut meshed.complaints);
     // Openings first: an element may lie wholly inside its own.
@@ -91,27 +107,28 @@ fn leave_out_costly_cuts(
     file: &File<'_>,
     products: &[ProductBody<'_, '_>],
     frames: &HashMap<u32, Affine3<f64>>,
+    items_of_openings: &HashMap<u32, &[u32]>,
     (extents, patch): (&mut Extents<'_, '_>, &mut Patch),
     report: &mut Report,
 ) {
     let mut budget = CutBudget::new(file);
-    let items_of: HashMap<u32, &[u32]> =
-        products.iter().filter(|p| p.cuts).map(|p| (p.record.id, p.body.items.as_slice())).collect();
     let mut left_out = HashSet::new();
     let mut told = |product: &ProductBody<'_, '_>, what: String| {
-        let message = format!("{what}; there is so much detail in them that it would take very long");
+        let message = format!("{what}; there is so much detail that it would take very long");
         report.add(Severity::Warning, DiagnosticCode::OpeningsNotCut, Some(product.id.clone()), message);
     };
     for product in products {
         let items = &product.body.items;
         let uncut: Vec<u32> = items.iter().copied().filter(|&item| budget.uncut(item, patch)).collect();
         if let Some(item) = uncut.first() {
-            told(product, format!("the booleans of its item #{item} are not evaluated"));
+            let is_boolean = file.record(*item).is_some_and(|record| is_boolean(&record));
+            let what = if is_boolean { "the booleans are not evaluated of its item" } else { "not meshed is its item" };
+            told(product, format!("{what} #{item}"));
         }
         let cuts: Vec<Cut<'_>> = product
             .openings
             .iter()
-            .map(|&opening| (opening, items_of.get(&opening).copied().unwrap_or_default()))
+            .map(|&opening| (opening, items_of_openings.get(&opening).copied().unwrap_or_default()))
             .collect();
         let mut excess = budget.excess(items, &cuts, |(opening, items)| {
             let frame = frames.get(opening).copied().unwrap_or_else(Affine3::identity);

@@ -11,6 +11,8 @@
 
 mod affine;
 mod assemble;
+mod boolean_chain;
+mod bounded_items;
 mod bounding_boxes;
 mod container;
 mod cut_budget;
@@ -39,11 +41,12 @@ mod units;
 pub use container::unpack;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Severity};
 pub use error::ReadError;
+pub use kernel::mesh_task;
 pub use model::{
     Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
     Placement, Property, PropertyValue, Source, Space, SpaceBoundary, Stair, Storey,
 };
-pub use options::{Progress, ReadOptions, Stage};
+pub use options::{Isolation, Progress, ReadOptions, Stage};
 pub use schedule::{
     DurationType, Lag, LagValue, LinkTarget, Recurrence, RecurrenceType, Schedule, Sequence, SequenceType, Task,
     TaskLink, TaskTime, WorkCalendar, WorkControl, WorkTime,

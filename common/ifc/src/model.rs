@@ -3,6 +3,7 @@
 use crate::schedule::Schedule;
 use diagnostics::Named;
 use frames::EarthFromWorld;
+use serde::{Deserialize, Serialize};
 
 /// One file, read.
 #[derive(Debug)]
@@ -152,7 +153,7 @@ pub enum GeometryStatus {
 }
 
 /// Triangles in the world: `origin_m + position`, outward faces counter-clockwise.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct MeshPart {
     /// Origin in metres; positions are small against it.
     pub origin_m: [f64; 3],

@@ -1,12 +1,18 @@
 //! Options and progress of reading a file.
 
-/// Options of reading. They do not change the result.
+/// Runs a task for [`mesh_task`](crate::mesh_task) in another process: takes the parts of its bytes, gives the bytes of its
+/// result, or why there are none.
+pub type Isolation<'a> = dyn Fn(&[&[u8]]) -> Result<Vec<u8>, String> + Sync + 'a;
+
+/// Options of reading. They change the result only where [`ReadOptions::isolation`] has to give up.
 #[derive(Clone, Copy, Default)]
 pub struct ReadOptions<'a> {
     /// Threads for meshing, with the deep stacks that it needs; 0: as many as rayon thinks right.
     pub threads: usize,
     /// Called as work advances, from any thread.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
+    /// Meshes in another process those bodies of which nothing bounds what the kernel may need; `None`: in this one.
+    pub isolation: Option<&'a Isolation<'a>>,
 }
 
 impl ReadOptions<'_> {

@@ -6,6 +6,10 @@ use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    daemon::run_mesh_process(ingest::mesh_task).unwrap_or_else(run)
+}
+
+fn run() -> ExitCode {
     match Cli::parse().command.run() {
         Ok(outcome) => match std::io::stdout().write_all(outcome.text.as_bytes()) {
             // The work is done; a reader that wants no more of the text, such as `head`, is no failure.

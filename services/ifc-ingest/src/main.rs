@@ -10,5 +10,5 @@ use service::IngestService;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    daemon::run(IngestService::new)
+    daemon::run_mesh_process(ingest::mesh_task).unwrap_or_else(|| daemon::run(IngestService::new))
 }

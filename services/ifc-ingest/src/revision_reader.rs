@@ -86,6 +86,7 @@ impl RevisionReader {
             places: &[],
             prefer_last: false,
             allow_boxes: self.allow_boxes,
+            isolation: Some(&daemon::in_mesh_process),
             progress: &|progress| {
                 let stage =
                     if progress.stage == ingest::Stage::Meshing { Activity::Meshing } else { Activity::Reading };

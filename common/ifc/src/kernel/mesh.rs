@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 use ifc_lite_core::{EntityIndex, IfcType};
 use ifc_lite_processing::{
@@ -12,28 +13,17 @@ use ifc_lite_processing::{
     TessellationQuality, default_color_for_type, geometry_pool_builder, process,
 };
 
-use super::{File, Patch};
 use crate::{MeshPart, ReadError};
 
-/// Request of meshes.
-pub(crate) struct MeshRequest<'r> {
-    /// STEP ids of the products.
-    pub(crate) products: &'r [u32],
-    pub(crate) patch: &'r Patch,
-    /// 0: as many as there are cores.
-    pub(crate) threads: usize,
-    /// Called with products done and in total.
-    pub(crate) progress: &'r (dyn Fn(usize, usize) + Sync),
-}
-
 /// A mesh and the representation item it comes from, where the kernel knows it.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct ItemMesh {
     pub(crate) item: Option<u32>,
     pub(crate) part: MeshPart,
 }
 
 /// Meshes and complaints by product.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(crate) struct Meshed {
     pub(crate) meshes: BTreeMap<u32, Vec<ItemMesh>>,
     /// Complaints of the kernel about a product.
@@ -43,29 +33,42 @@ pub(crate) struct Meshed {
 /// Jobs per chunk: enough for all cores, few enough that a chunk's meshes do not fill the memory.
 const CHUNK: usize = 64;
 
-/// Meshes the products. The result does not depend on the number of threads.
-pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed, ReadError> {
-    if request.products.is_empty() {
+/// Meshes products in this process.
+pub(super) fn mesh_here(
+    bytes: &[u8],
+    index: &Arc<EntityIndex>,
+    products: &[u32],
+    threads: usize,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Meshed, ReadError> {
+    if products.is_empty() {
         return Ok(Meshed::default());
     }
-    let (bytes, index) = request.patch.apply(file);
     // Deep booleans need deep stacks; a stack that overflows ends the process.
-    let pool = geometry_pool_builder().num_threads(request.threads).build().map_err(ReadError::Threads)?;
-    Ok(in_halves(request.products, |products| pool.install(|| pass(&bytes, &index, products, request.progress))))
+    let pool = geometry_pool_builder().num_threads(threads).build().map_err(ReadError::Threads)?;
+    let pass = |products: &[u32]| {
+        let pass = AssertUnwindSafe(|| pool.install(|| pass(bytes, index, products, progress)));
+        catch_unwind(pass).map_err(|_| "the kernel panicked".to_owned())
+    };
+    Ok(in_halves(products, pass))
 }
 
-/// Meshes all at once; where that panics, by halves until the products that panic stand alone.
-fn in_halves(products: &[u32], pass: impl Fn(&[u32]) -> Meshed) -> Meshed {
+impl Meshed {
+    pub(super) fn append(&mut self, mut other: Self) {
+        self.meshes.append(&mut other.meshes);
+        self.complaints.append(&mut other.complaints);
+    }
+}
+
+/// Meshes all at once; where that fails, by halves until the products that fail stand alone.
+pub(super) fn in_halves(products: &[u32], pass: impl Fn(&[u32]) -> Result<Meshed, String>) -> Meshed {
     let mut meshed = Meshed::default();
     let mut waiting = vec![products];
     while let Some(products) = waiting.pop() {
-        match (catch_unwind(AssertUnwindSafe(|| pass(products))), products) {
-            (Ok(mut done), _) => {
-                meshed.meshes.append(&mut done.meshes);
-                meshed.complaints.append(&mut done.complaints);
-            }
-            (Err(_), &[product]) => {
-                meshed.complaints.insert(product, "the kernel panicked".to_owned());
+        match (pass(products), products) {
+            (Ok(done), _) => meshed.append(done),
+            (Err(why), &[product]) => {
+                meshed.complaints.insert(product, why);
             }
             (Err(_), _) => {
                 let (first, second) = products.split_at(products.len() / 2);
@@ -196,10 +199,11 @@ mod tests {
     }
 
     #[test]
-    fn a_product_that_makes_the_kernel_panic_is_reported_and_the_others_are_meshed() {
+    fn a_product_that_makes_the_kernel_fail_is_reported_and_the_others_are_meshed() {
         let pass = |products: &[u32]| {
-            assert!(!products.contains(&3) && !products.contains(&7));
-            Meshed { meshes: products.iter().map(|&id| (id, Vec::new())).collect(), complaints: BTreeMap::new() }
+            let fails = products.contains(&3) || products.contains(&7);
+            let meshes = products.iter().map(|&id| (id, Vec::new())).collect();
+            if fails { Err("it fails".to_owned()) } else { Ok(Meshed { meshes, complaints: BTreeMap::new() }) }
         };
         let meshed = in_halves(&[1, 2, 3, 4, 5, 6, 7], pass);
         assert_eq!(meshed.meshes.into_keys().collect::<Vec<u32>>(), [1, 2, 4, 5, 6]);

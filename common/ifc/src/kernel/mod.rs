@@ -6,12 +6,16 @@ mod file;
 mod mesh;
 mod patch;
 mod placement;
+mod request;
 mod schema;
 mod step;
+mod task;
 
 pub(crate) use file::{Class, File, Span};
-pub(crate) use mesh::{ItemMesh, MeshRequest, mesh};
+pub(crate) use mesh::ItemMesh;
 pub(crate) use patch::Patch;
 pub(crate) use placement::Resolver;
+pub(crate) use request::{MeshRequest, mesh};
 pub(crate) use schema::Schema;
 pub(crate) use step::{Record, Value};
+pub use task::mesh_task;

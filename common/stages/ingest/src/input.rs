@@ -38,6 +38,8 @@ pub struct IngestOptions<'a> {
     pub prefer_last: bool,
     /// Accept a file of whose bodies more than half are bounding boxes.
     pub allow_boxes: bool,
+    /// Meshes in another process those bodies of which nothing bounds what they need; `None`: in this one.
+    pub isolation: Option<&'a ifc::Isolation<'a>>,
     /// Called as work advances.
     pub progress: &'a (dyn Fn(Progress<'_>) + Sync),
 }

@@ -25,6 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         places: &[],
         prefer_last: false,
         allow_boxes: false,
+        isolation: None,
         progress: &|_| (),
     };
     let site = ingest::ingest(&[file], &options)?;

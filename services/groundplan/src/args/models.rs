@@ -62,6 +62,7 @@ impl ModelArgs {
             places: &places,
             prefer_last: self.prefer_last,
             allow_boxes: self.allow_boxes,
+            isolation: Some(&daemon::in_mesh_process),
             progress: &|step| progress.reader(step),
         };
         ingest::ingest(&self.read()?, &options).map_err(Failure::work)

@@ -13,6 +13,7 @@ pub(super) fn of_bytes(bytes: &[u8]) -> Result<ArchiveBuffer, IngestError> {
         places: &[],
         prefer_last: false,
         allow_boxes: true,
+        isolation: None,
         progress: &|_| {},
     };
     ingest::ingest(&[file], &options)

@@ -1,0 +1,115 @@
+//! Bodies of which nothing bounds what the kernel needs are meshed in a process of their own.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::fmt::Write;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use support::{client, demo_model};
+
+/// Generous: it tells a hang, not a slow machine.
+const DEADLINE: Duration = Duration::from_secs(240);
+
+/// The demo building with an element whose profile of so many corners is turned about an axis by 6 degrees.
+fn demo_with_a_turned_profile(n_corners: u32) -> String {
+    let text = std::fs::read_to_string(demo_model()).unwrap();
+    let at = text.rfind("ENDSEC;").unwrap();
+    let storey = text.lines().find(|line| line.contains("=IFCBUILDINGSTOREY(")).unwrap();
+    let storey = storey.split('=').next().unwrap();
+    let context = text.lines().find(|line| line.contains("=IFCGEOMETRICREPRESENTATIONCONTEXT(")).unwrap();
+    let context = context.split('=').next().unwrap();
+    let first = 9_000_000;
+    let point = |k: u32| first + 100 + k;
+    let corners: Vec<String> = (0..=n_corners).map(|k| format!("#{}", point(k % n_corners))).collect();
+    let mut records = format!(
+        "#9000000=IFCBUILDINGELEMENTPROXY('turned0000000000000000',$,'Turned',$,$,#9000001,#9000002,$,$);
+#9000001=IFCLOCALPLACEMENT($,#9000003);
+#9000002=IFCPRODUCTDEFINITIONSHAPE($,$,(#9000004));
+#9000003=IFCAXIS2PLACEMENT3D(#9000010,$,$);
+#9000004=IFCSHAPEREPRESENTATION({context},'Body','SweptSolid',(#9000005));
+#9000005=IFCREVOLVEDAREASOLID(#9000006,#9000003,#9000008,6.);
+#9000006=IFCARBITRARYCLOSEDPROFILEDEF(.AREA.,$,#9000007);
+#9000007=IFCPOLYLINE(({}));
+#9000008=IFCAXIS1PLACEMENT(#9000009,#9000011);
+#9000009=IFCCARTESIANPOINT((2000.,0.,0.));
+#9000010=IFCCARTESIANPOINT((4000.,4000.,0.));
+#9000011=IFCDIRECTION((0.,1.,0.));
+#9000012=IFCRELCONTAINEDINSPATIALSTRUCTURE('turned0000000000000001',$,$,$,(#9000000),{storey});
+",
+        corners.join(",")
+    );
+    for k in 0..n_corners {
+        let angle = std::f64::consts::TAU * f64::from(k) / f64::from(n_corners);
+        let radius_mm = 500.0 + f64::from(k * 7 % 13) * 10.0;
+        let (sin, cos) = libm::sincos(angle);
+        let [x, y] = [radius_mm * cos, radius_mm * sin];
+        writeln!(records, "#{}=IFCCARTESIANPOINT(({x:.6},{y:.6}));", point(k)).unwrap();
+    }
+    format!("{}{records}{}", &text[..at], &text[at..])
+}
+
+/// The process that a conversion has started, as soon as it is there.
+fn mesh_process_of(converting: &mut Child) -> Option<Pid> {
+    let begun = Instant::now();
+    let pid = converting.id();
+    loop {
+        // A child belongs to the thread that started it.
+        for task in std::fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten() {
+            let children = std::fs::read_to_string(task.path().join("children")).unwrap_or_default();
+            for child in children.split_whitespace() {
+                let line = std::fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
+                if String::from_utf8_lossy(&line).contains("mesh-process") {
+                    return Pid::from_raw(child.parse().unwrap());
+                }
+            }
+        }
+        if converting.try_wait().unwrap().is_some() {
+            return None;
+        }
+        assert!(begun.elapsed() < DEADLINE);
+    }
+}
+
+#[test]
+fn a_kernel_that_dies_takes_its_element_with_it_and_nothing_else() {
+    let home = tempfile::tempdir().unwrap();
+    let (model, out) = (home.path().join("model.ifc"), home.path().join("out"));
+    std::fs::write(&model, demo_with_a_turned_profile(40_000)).unwrap();
+    let mut command = Command::new(client());
+    command.arg("convert").arg(&model).arg("-o").arg(&out).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut converting = command.spawn().unwrap();
+    let mut n_killed = 0;
+    while let Some(process) = mesh_process_of(&mut converting) {
+        kill_process(process, Signal::KILL).unwrap();
+        n_killed += 1;
+        while std::fs::read_to_string(format!("/proc/{}/stat", process.as_raw_nonzero()))
+            .is_ok_and(|s| !s.contains(" Z "))
+        {}
+    }
+    assert!(n_killed > 0 && converting.wait().unwrap().success());
+    let report: Value = serde_json::from_slice(&std::fs::read(out.join("report.json")).unwrap()).unwrap();
+    let found: Vec<&Value> =
+        report["diagnostics"].as_array().unwrap().iter().filter(|found| found["code"] == "geometry_failed").collect();
+    let [found] = found[..] else { panic!("{found:?}") };
+    let message = found["message"].as_str().unwrap();
+    assert!(message.contains("the system ended the kernel's process") && message.contains("bounding box"), "{message}");
+    let semantic: Value = serde_json::from_slice(&std::fs::read(out.join("semantic.json")).unwrap()).unwrap();
+    assert!(semantic["elements"].as_object().unwrap().len() > 100, "the others are there");
+}
+
+#[test]
+fn a_body_without_bounds_is_meshed_like_any_other() {
+    let home = tempfile::tempdir().unwrap();
+    let model = home.path().join("model.ifc");
+    std::fs::write(&model, demo_with_a_turned_profile(40)).unwrap();
+    let maps = support::convert(&model, &[]);
+    let semantic = maps.json("semantic.json");
+    let turned = &semantic["elements"]["turned0000000000000000"];
+    // Half a metre and some to both sides; the angle is small.
+    let width_m = turned["aabb_m"]["max"][0].as_f64().unwrap() - turned["aabb_m"]["min"][0].as_f64().unwrap();
+    assert!((1.0..1.3).contains(&width_m), "{turned:#}");
+    assert!(!maps.json("report.json")["diagnostics"].to_string().contains("turned0000000000000000"));
+}
