@@ -15,8 +15,8 @@ use crate::representations::{Bodies, Body};
 use crate::spatial::Storeys;
 use crate::units::LengthUnit;
 use crate::{
-    Element, Geometry, Model, Opening, ReadError, ReadOptions, Source, Space, SpaceBoundary, Stage, doors, geometry,
-    georeference, schedule, spatial, stairs, units,
+    Element, Geometry, Model, Opening, Progress, ReadError, ReadOptions, Source, Space, SpaceBoundary, Stage, doors,
+    geometry, georeference, schedule, spatial, stairs, units,
 };
 use diagnostics::{DiagnosticCode, Report, Severity};
 
@@ -51,7 +51,7 @@ pub(crate) fn model(
     let mut placements = Placements::new(file, unit_m);
     let frames = frames(&products, unit.is_some().then_some(&mut placements), report);
     let storeys = spatial::storeys(file, unit.is_some().then_some(&mut placements), unit_m, report);
-    options.report(Stage::Reading, 1, 1);
+    options.report(Progress { stage: Stage::Reading, done: 1, total: 1, waits_for: None });
     let mut geometries = geometry::mesh(file, unit.as_ref(), &bodied, &frames, options, report)?;
     let finder = Storeys::new(&storeys, &relations);
     let mut reader = Reader {

@@ -100,6 +100,12 @@ impl<'f, 'a> CutBudget<'f, 'a> {
         true
     }
 
+    /// How long items take to mesh, in pairs of faces or so.
+    pub(crate) fn work(&mut self, items: &[u32]) -> u64 {
+        let ItemWork { faces, pairs } = self.of_items(items, 0);
+        faces.saturating_add(pairs)
+    }
+
     fn of_items(&mut self, items: &[u32], depth: usize) -> ItemWork {
         items.iter().fold(ItemWork::default(), |sum, &item| {
             let more = self.of_item(item, depth);

@@ -9,7 +9,7 @@ use crate::cut_budget::{Cut, CutBudget};
 use crate::kernel::{File, ItemMesh, MeshRequest, Patch, Record, mesh as mesh_by_kernel};
 use crate::representations::Body;
 use crate::units::{self, LengthUnit};
-use crate::{Geometry, GeometryStatus, MeshPart, ReadError, ReadOptions, Stage, substitutes};
+use crate::{Geometry, GeometryStatus, MeshPart, Progress, ReadError, ReadOptions, Stage, substitutes};
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
 use nalgebra::{Affine3, Point3, Vector3};
 
@@ -66,11 +66,18 @@ pub(crate) fn mesh(
             product.body.correct(&mut patch);
         }
     }
-    leave_out_costly_cuts(file, products, frames, &items_of_openings, (&mut extents, &mut patch), report);
-    let progress = |done: usize, total: usize| options.report(Stage::Meshing, done, total);
+    let mut detailed =
+        leave_out_costly_cuts(file, products, frames, &items_of_openings, (&mut extents, &mut patch), report);
+    detailed.retain(|id| wanted.binary_search(id).is_ok());
+    let id_of: HashMap<u32, &Named> = products.iter().map(|product| (product.record.id, product.id)).collect();
+    let progress = |done: usize, total: usize, detailed_left: Option<u32>| {
+        let waits_for = detailed_left.and_then(|id| id_of.get(&id).copied());
+        options.report(Progress { stage: Stage::Meshing, done, total, waits_for });
+    };
     let request = MeshRequest {
         products: &wanted,
         unbounded: &unbounded,
+        detailed: &detailed,
         isolation: options.isolation,
         patch: &patch,
         threads: options.threads,
@@ -102,7 +109,8 @@ pub(crate) fn mesh(
     Ok(geometries)
 }
 
-/// Corrects the patch so that the kernel does not cut what would take it too long, and reports that.
+/// Corrects the patch so that the kernel does not cut what would take it too long, and reports that. Returns the products
+/// from most to least work.
 fn leave_out_costly_cuts(
     file: &File<'_>,
     products: &[ProductBody<'_, '_>],
@@ -110,8 +118,12 @@ fn leave_out_costly_cuts(
     items_of_openings: &HashMap<u32, &[u32]>,
     (extents, patch): (&mut Extents<'_, '_>, &mut Patch),
     report: &mut Report,
-) {
+) -> Vec<u32> {
     let mut budget = CutBudget::new(file);
+    let work = products.iter().map(|product| (budget.work(&product.body.items), product.record.id));
+    let mut detailed: Vec<(u64, u32)> = work.collect();
+    detailed.sort_unstable_by_key(|&(work, id)| (std::cmp::Reverse(work), id));
+    let detailed: Vec<u32> = detailed.into_iter().map(|(_, id)| id).collect();
     let mut left_out = HashSet::new();
     let mut told = |product: &ProductBody<'_, '_>, what: String| {
         let message = format!("{what}; there is so much detail that it would take very long");
@@ -142,15 +154,14 @@ fn leave_out_costly_cuts(
         }
         left_out.extend(excess);
     }
-    if left_out.is_empty() {
-        return;
-    }
-    for (span, _) in file.all("IfcRelVoidsElement") {
+    let voids = if left_out.is_empty() { Vec::new() } else { file.all("IfcRelVoidsElement") };
+    for (span, _) in voids {
         let opening = file.record(span.id).and_then(|record| record.at(5).reference());
         if opening.is_some_and(|opening| left_out.contains(&opening)) {
             patch.remove(span);
         }
     }
+    detailed
 }
 
 /// Shares complaints among products of equal shape: the kernel meshes equal shapes once and reports the first product, which

@@ -1,5 +1,7 @@
 //! Options and progress of reading a file.
 
+use diagnostics::Named;
+
 /// Runs a task for [`mesh_task`](crate::mesh_task) in another process: takes the parts of its bytes, gives the bytes of its
 /// result, or why there are none.
 pub type Isolation<'a> = dyn Fn(&[&[u8]]) -> Result<Vec<u8>, String> + Sync + 'a;
@@ -10,29 +12,31 @@ pub struct ReadOptions<'a> {
     /// Threads for meshing, with the deep stacks that it needs; 0: as many as rayon thinks right.
     pub threads: usize,
     /// Called as work advances, from any thread.
-    pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
+    pub progress: Option<&'a (dyn Fn(Progress<'_>) + Sync)>,
     /// Meshes in another process those bodies of which nothing bounds what the kernel may need; `None`: in this one.
     pub isolation: Option<&'a Isolation<'a>>,
 }
 
 impl ReadOptions<'_> {
     /// Calls the progress function, if there is one.
-    pub(crate) fn report(&self, stage: Stage, done: usize, total: usize) {
-        if let Some(progress) = self.progress {
-            progress(Progress { stage, done, total });
+    pub(crate) fn report(&self, progress: Progress<'_>) {
+        if let Some(report) = self.progress {
+            report(progress);
         }
     }
 }
 
 /// Progress of reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
+pub struct Progress<'a> {
     /// Stage of the work.
     pub stage: Stage,
     /// Steps done in this stage.
     pub done: usize,
     /// Steps of this stage.
     pub total: usize,
+    /// The most detailed product that is not meshed yet: what it waits for, where it waits.
+    pub waits_for: Option<&'a Named>,
 }
 
 /// Stage of the work.

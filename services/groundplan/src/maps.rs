@@ -1,6 +1,7 @@
 //! Draws the grids of a schedule state, their index and the mission plan, for commands without daemons.
 
 use crate::failure::Failure;
+use crate::progress_line::ProgressLine;
 use daemon::Robot;
 use export::{ExportFile, ExportInput};
 use geometry::LazyFootprint;
@@ -56,14 +57,17 @@ pub(crate) fn with_maps<T>(
     rasterizer: &mut Rasterizer,
     robot: &Robot,
     options: &MissionPlanOptions,
+    progress: &ProgressLine,
     work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
+    progress.stage("drawing");
     rasterizer.draw(site, schedule_state);
     let index = rasterizer.index(site, schedule_state, &robot.name, &robot.footprint_m).finish();
     let index = Grids::open(index.bytes()).map_err(Failure::work)?;
     let grids: Vec<Grid<'_>> =
         rasterizer.drawn().map(|grid| Grid::open(grid.archive)).collect::<Result<_, _>>().map_err(Failure::work)?;
     let input = MissionPlanInput { site, schedule_state, index: &index, grids: &grids, options };
+    progress.stage("planning");
     let mission_plan = MissionPlanner::default().plan(&input);
     let mission_plan = MissionPlan::open(mission_plan.bytes()).map_err(Failure::work)?;
     let footprints: Vec<_> = (0..grids.len()).map(|k| rasterizer.footprints(k)).collect();

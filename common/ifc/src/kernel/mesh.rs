@@ -30,6 +30,9 @@ pub(crate) struct Meshed {
     pub(crate) complaints: BTreeMap<u32, String>,
 }
 
+/// Called with products done, and what there is of them.
+pub(super) type MeshProgress<'p> = dyn Fn(usize, &Meshed) + Sync + 'p;
+
 /// Jobs per chunk: enough for all cores, few enough that a chunk's meshes do not fill the memory.
 const CHUNK: usize = 64;
 
@@ -39,7 +42,7 @@ pub(super) fn mesh_here(
     index: &Arc<EntityIndex>,
     products: &[u32],
     threads: usize,
-    progress: &(dyn Fn(usize, usize) + Sync),
+    progress: &MeshProgress<'_>,
 ) -> Result<Meshed, ReadError> {
     if products.is_empty() {
         return Ok(Meshed::default());
@@ -79,7 +82,7 @@ pub(super) fn in_halves(products: &[u32], pass: impl Fn(&[u32]) -> Result<Meshed
     meshed
 }
 
-fn pass(bytes: &[u8], index: &Arc<EntityIndex>, products: &[u32], progress: &(dyn Fn(usize, usize) + Sync)) -> Meshed {
+fn pass(bytes: &[u8], index: &Arc<EntityIndex>, products: &[u32], progress: &MeshProgress<'_>) -> Meshed {
     let features = Features::default()
         .properties(false)
         .presentation_layers(false)
@@ -109,7 +112,7 @@ struct Sink<'p> {
     frame: Option<MeshFrame>,
     meshed: Meshed,
     audit: ProductGeometryAudit,
-    progress: &'p (dyn Fn(usize, usize) + Sync),
+    progress: &'p MeshProgress<'p>,
 }
 
 impl ProcessingSink for Sink<'_> {
@@ -121,14 +124,14 @@ impl ProcessingSink for Sink<'_> {
         self.frame = Some(event.frame);
     }
 
-    fn on_batch(&mut self, meshes: &[MeshData], processed: usize, total: usize) {
+    fn on_batch(&mut self, meshes: &[MeshData], processed: usize, _: usize) {
         let Some(frame) = self.frame else { return };
         // 1 and 2 are shapes of types, which their occurrences draw.
         for mesh in meshes.iter().filter(|m| !matches!(m.geometry_class, 1 | 2)) {
             let item_mesh = ItemMesh { item: mesh.geometry_item_id, part: part(mesh, frame) };
             self.meshed.meshes.entry(mesh.express_id).or_default().push(item_mesh);
         }
-        (self.progress)(processed, total);
+        (self.progress)(processed, &self.meshed);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Meshes the products of a file, in this process and in another one.
 
 use std::collections::HashSet;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::mesh::{Meshed, in_halves, mesh_here};
 use super::{File, Patch, task};
@@ -17,8 +18,10 @@ pub(crate) struct MeshRequest<'r> {
     pub(crate) isolation: Option<&'r Isolation<'r>>,
     /// 0: as many as there are cores.
     pub(crate) threads: usize,
-    /// Called with products done and in total.
-    pub(crate) progress: &'r (dyn Fn(usize, usize) + Sync),
+    /// The products again, the most detailed first.
+    pub(crate) detailed: &'r [u32],
+    /// Called with products done and in total, and the first of the detailed ones that is not done.
+    pub(crate) progress: &'r (dyn Fn(usize, usize, Option<u32>) + Sync),
 }
 
 /// Meshes the products. The result does not depend on the number of threads.
@@ -27,13 +30,23 @@ pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed,
         return Ok(Meshed::default());
     }
     let (bytes, index) = request.patch.apply(file);
-    let here = |products: &[u32]| mesh_here(&bytes, &index, products, request.threads, request.progress);
+    // What is meshed stays so: the next search goes on where this one ends.
+    let n_meshed = AtomicUsize::new(0);
+    let progress = |done: usize, meshed: &Meshed| {
+        let detailed = request.detailed.iter().enumerate().skip(n_meshed.load(Ordering::Relaxed));
+        let left = detailed.into_iter().find(|(_, id)| !meshed.meshes.contains_key(id));
+        n_meshed.store(left.map_or(request.detailed.len(), |(place, _)| place), Ordering::Relaxed);
+        (request.progress)(done, request.products.len(), left.map(|(_, id)| *id));
+    };
+    progress(0, &Meshed::default());
+    let here = |products: &[u32]| mesh_here(&bytes, &index, products, request.threads, &progress);
     let Some(isolation) = request.isolation.filter(|_| !request.unbounded.is_empty()) else {
         return here(request.products);
     };
     let there: HashSet<u32> = request.unbounded.iter().copied().collect();
     let bounded: Vec<u32> = request.products.iter().copied().filter(|product| !there.contains(product)).collect();
     let mut meshed = here(&bounded)?;
+    progress(bounded.len(), &meshed);
     meshed.append(in_halves(request.unbounded, |products| task::mesh_there(&bytes, products, isolation)));
     Ok(meshed)
 }

@@ -63,8 +63,8 @@ pub fn ingest(files: &[SourceFile], options: &IngestOptions<'_>) -> Result<Archi
     let lengths: Vec<usize> = files.iter().map(|file| file.bytes.len()).collect();
     for (index, (file, span)) in files.iter().zip(progress::spans(&lengths)).enumerate() {
         let name = file.name();
-        let report = |step: ifc::Progress| (options.progress)(progress::of_file(&name, span, step));
-        report(ifc::Progress { stage: ifc::Stage::Reading, done: 0, total: 1 });
+        let report = |step: ifc::Progress<'_>| (options.progress)(progress::of_file(&name, span, step));
+        report(ifc::Progress { stage: ifc::Stage::Reading, done: 0, total: 1, waits_for: None });
         let read_options = ifc::ReadOptions {
             threads: rayon::current_num_threads(),
             progress: Some(&report),

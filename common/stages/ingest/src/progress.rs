@@ -1,5 +1,7 @@
 //! Progress of an ingestion: what is being done, and the share of the whole work that is done.
 
+use ifc::Named;
+
 /// Progress of an ingestion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress<'a> {
@@ -11,6 +13,8 @@ pub struct Progress<'a> {
     pub done: usize,
     /// Steps of this stage.
     pub total: usize,
+    /// The most detailed element that is not meshed yet: what the work waits for, where it waits.
+    pub waits_for: Option<&'a Named>,
     /// Share of the whole work that is done, from 0 to 1. It falls where the kernel begins again after a panic.
     pub share: f64,
 }
@@ -51,19 +55,19 @@ pub(crate) fn spans(lengths: &[usize]) -> Vec<[f64; 2]> {
 }
 
 /// The progress of the reader of a file, whose work lies in a span of the whole.
-pub(crate) fn of_file(file: &str, [begin, end]: [f64; 2], step: ifc::Progress) -> Progress<'_> {
-    let ifc::Progress { stage, done, total } = step;
+pub(crate) fn of_file<'a>(file: &'a str, [begin, end]: [f64; 2], step: ifc::Progress<'a>) -> Progress<'a> {
+    let ifc::Progress { stage, done, total, waits_for } = step;
     let part = done as f64 / total.max(1) as f64;
     let (stage, of_file) = match stage {
         ifc::Stage::Reading => (Stage::Reading, READ * part),
         ifc::Stage::Meshing => (Stage::Meshing, READ + (1.0 - READ) * part),
     };
-    Progress { stage, file, done, total, share: begin + (end - begin) * of_file }
+    Progress { stage, file, done, total, waits_for, share: begin + (end - begin) * of_file }
 }
 
 /// All files are meshed.
 pub(crate) const JOINING: Progress<'static> =
-    Progress { stage: Stage::Joining, file: "", done: 0, total: 1, share: MESHED };
+    Progress { stage: Stage::Joining, file: "", done: 0, total: 1, waits_for: None, share: MESHED };
 
 #[cfg(test)]
 mod tests {
@@ -73,7 +77,8 @@ mod tests {
     fn shares_rise_over_all_files_by_their_bytes() {
         let spans = spans(&[300, 0, 100]);
         let steps = |span: &[f64; 2]| {
-            let step = |stage, done| of_file("a.ifc", *span, ifc::Progress { stage, done, total: 2 }).share;
+            let step =
+                |stage, done| of_file("a.ifc", *span, ifc::Progress { stage, done, total: 2, waits_for: None }).share;
             [step(ifc::Stage::Reading, 0), step(ifc::Stage::Reading, 2), step(ifc::Stage::Meshing, 2)]
         };
         let shares: Vec<f64> = spans.iter().flat_map(steps).chain([JOINING.share]).collect();

@@ -31,6 +31,9 @@ mod model;
 
 pub use error::{RasterizeError, check_not_blank};
 
+pub use build::slice_count::SliceProgress;
+
+use build::slice_count::SliceCount;
 use build::slicing::slice_storey;
 use geometry::LazyFootprint;
 use grid::GridSpec;
@@ -85,13 +88,28 @@ impl Rasterizer {
     /// A resolution that is no whole number of tenths of a millimetre, a margin of too many cells, or a storey too large for
     /// a grid.
     pub fn new(site: &Site<'_>, robot: &RobotProfile, resolution_m: f64) -> Result<Self, RasterizeError> {
+        Self::with_progress(site, robot, resolution_m, &|_, _| {})
+    }
+
+    /// The same; `progress` is called with elements sliced and in total, from any thread. An element counts once for each
+    /// storey.
+    ///
+    /// # Errors
+    /// As [`Rasterizer::new`].
+    pub fn with_progress(
+        site: &Site<'_>,
+        robot: &RobotProfile,
+        resolution_m: f64,
+        progress: &SliceProgress<'_>,
+    ) -> Result<Self, RasterizeError> {
         let margin_m = robot.work_margin_m.max(robot.edge_margin_m);
         if margin_m > grid::MAX_REACH_CELLS * resolution_m {
             return Err(RasterizeError::Margin { margin_m, max_cells: grid::MAX_REACH_CELLS, resolution_m });
         }
+        let count = SliceCount::new(site, robot, progress);
         let storeys = (0..site.map_storeys.len())
             .into_par_iter()
-            .map(|k| slice_storey(site, robot, resolution_m, k))
+            .map(|k| slice_storey(site, robot, resolution_m, k, &count))
             .collect::<Result<_, _>>()?;
         Ok(Self { robot: *robot, storeys, storey_grids: Vec::new(), index: Index::default() })
     }

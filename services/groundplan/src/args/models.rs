@@ -1,7 +1,7 @@
 //! Arguments of the IFC files of a site, and how they are joined.
 
 use crate::failure::Failure;
-use crate::progress::ProgressLine;
+use crate::progress_line::ProgressLine;
 use ingest::{FilePlacement, IngestOptions, SiteFrame, SourceFile};
 use messages::{ArchiveBuffer, nearest_names_hint};
 use std::path::PathBuf;

@@ -2,7 +2,7 @@
 
 use super::models::ModelArgs;
 use crate::failure::Failure;
-use crate::progress::ProgressLine;
+use crate::progress_line::ProgressLine;
 use jiff::tz::TimeZone;
 use messages::Site;
 use schedule::{Delay, Overrides, Rules, Timeline, parse_actuals};
@@ -92,7 +92,7 @@ pub(crate) fn with_timeline<T: Send>(
     schedule: &ScheduleInput,
     work: impl FnOnce(&Site<'_>, &Timeline, &ProgressLine) -> Result<T, Failure> + Send,
 ) -> Result<T, Failure> {
-    let progress = ProgressLine::new();
+    let progress = ProgressLine::new(false);
     model.pool()?.install(|| {
         let site = model.site(None, 1, &progress)?;
         let site = Site::open(site.bytes()).map_err(Failure::work)?;

@@ -2,7 +2,7 @@
 
 use crate::args::SiteArgs;
 use crate::failure::Failure;
-use crate::progress::LoadProgress;
+use crate::load_progress::LoadProgress;
 use crate::revision_report;
 use crate::run::{Outcome, Run};
 use crate::wait::{ask_with_progress, join, wait_for_site};

@@ -4,8 +4,9 @@ use super::assumed_floor::assumed_floor_cells;
 use super::dependents::dependents;
 use super::door::storey_door;
 use super::floor_faces::{LEVEL_SLOPE_RAD, floor_pieces};
+use super::slice_count::{SliceCount, reaches, slab_of};
 use crate::error::RasterizeError;
-use crate::model::cell_area::{cells_beside, slab_above_floor, to_tenths};
+use crate::model::cell_area::{cells_beside, to_tenths};
 use crate::model::obstacle_squares::ObstacleSquares;
 use crate::model::storey_slice::{
     ElementRuns, MIN_STOREY_HEIGHT, Overhead, Passage, SpaceRuns, StoreySlice, next_floor_z,
@@ -30,16 +31,18 @@ pub(crate) fn slice_storey(
     robot: &RobotProfile,
     resolution_m: f64,
     map_storey: usize,
+    count: &SliceCount<'_>,
 ) -> Result<StoreySlice, RasterizeError> {
     let record = &site.map_storeys[map_storey];
     let spec = spec_of(site, record, resolution_m)?;
     let floor_z = record.floor_z_tenths;
-    let [lo, hi] = slab_above_floor(robot).map(|h| floor_z + h);
+    let slab = slab_of(record, robot);
+    let Slab { lo, hi } = slab;
     let step = to_tenths(robot.step_height_m);
     let place = Place { site, robot, spec: &spec, map_storey };
-    let (mut obstacles, footprints) = place.cut_elements(Slab { lo, hi }, |_| true);
+    let (mut obstacles, footprints) = place.cut_elements(slab, |_| true, || count.sliced());
     let lidar_z = floor_z + to_tenths(robot.lidar_height_m);
-    let (lidar, _) = place.cut_elements(Slab { lo: lidar_z, hi: lidar_z + 2 }, is_lasting);
+    let (lidar, _) = place.cut_elements(Slab { lo: lidar_z, hi: lidar_z + 2 }, is_lasting, || {});
     // Elements of one class do not differ in a cell; a stable order keeps doors by element.
     obstacles.sort_by_key(|o| o.class.draw_priority());
     let mut storey = StoreySlice {
@@ -109,18 +112,20 @@ impl Place<'_> {
         &self,
         slab: Slab,
         wanted: impl Fn(&ElementRecord) -> bool + Sync,
+        sliced: impl Fn() + Sync,
     ) -> (Vec<ElementRuns>, Vec<(u32, LazyFootprint)>) {
-        let reaches = |e: &ElementRecord| e.n_parts > 0 && slab.meets(e.min_tenths[2], e.max_tenths[2]);
         let elements = (0..self.site.elements.len() as u32).into_par_iter();
         let cut = |element: u32| {
             let record = &self.site.elements[element as usize];
             let cut = SlabCut::of(self.site.element_meshes(record), slab);
             let is_there = !cut.is_empty();
-            is_there.then(|| (self.element_runs(element, &cut), (element, LazyFootprint::of(cut, slab))))
+            let found = is_there.then(|| (self.element_runs(element, &cut), (element, LazyFootprint::of(cut, slab))));
+            sliced();
+            found
         };
         let wanted = elements.filter(|&k| {
             let record = &self.site.elements[k as usize];
-            reaches(record) && wanted(record)
+            reaches(record, slab) && wanted(record)
         });
         wanted.filter_map(cut).unzip()
     }

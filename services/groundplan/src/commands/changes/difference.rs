@@ -4,6 +4,7 @@ use super::list::{CauseJson, Causes};
 use crate::date_argument;
 use crate::failure::Failure;
 use crate::maps::with_maps;
+use crate::progress_line::ProgressLine;
 use daemon::Robot;
 use messages::{DoorPassage, NONE, ScheduleState, Site};
 use raster::Rasterizer;
@@ -78,10 +79,12 @@ impl Side {
         rasterizer: &mut Rasterizer,
         robot: &Robot,
         at_s: i64,
+        progress: &ProgressLine,
     ) -> Result<Self, Failure> {
         let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
-        with_maps(site, &schedule_state, rasterizer, robot, &MissionPlanOptions::centres_only(), |maps| {
+        let options = MissionPlanOptions::centres_only();
+        with_maps(site, &schedule_state, rasterizer, robot, &options, progress, |maps| {
             let mut doors = vec![DoorPassage::Absent; site.doors.len()];
             for record in export::each_door(site, maps.index.doors) {
                 doors[record.door as usize] = record.passage.get();

@@ -66,9 +66,9 @@ impl Run for Args {
                     Ok(list::text(site, timeline, &changes).into())
                 };
             };
-            progress.stage("drawing");
+            progress.stage("slicing");
             let mut rasterizer = Rasterizer::new(site, &robot.profile, self.robot.resolution).map_err(Failure::work)?;
-            let sides = [from_s, to_s].map(|at_s| Side::at(site, timeline, &mut rasterizer, &robot, at_s));
+            let sides = [from_s, to_s].map(|at_s| Side::at(site, timeline, &mut rasterizer, &robot, at_s, progress));
             let [before, after] = sides;
             let between = from_s.min(to_s) + 1..=from_s.max(to_s);
             let changes = timeline.changes().into_iter().filter(|c| between.contains(&c.at_s));

@@ -72,7 +72,7 @@ pub struct Args {
     #[command(flatten)]
     pub(super) model: ModelArgs,
 
-    /// Print one JSON summary on standard output and nothing else there
+    /// Print one JSON summary on standard output and nothing else there, and progress as JSON lines on standard error
     #[arg(long)]
     pub(super) json: bool,
 }

@@ -11,7 +11,7 @@ mod summary;
 use crate::args::ScheduleInput;
 use crate::date_argument;
 use crate::failure::Failure;
-use crate::progress::ProgressLine;
+use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
 use daemon::WorldConfig;
@@ -53,7 +53,7 @@ impl Run for Args {
         let folder = self.out.as_deref().map(|out| self.overwrite.folder_at(out)).transpose()?;
         self.check_outputs(&requested_maps, world.is_some())?;
         let frame = self.frame()?;
-        let progress = ProgressLine::new();
+        let progress = ProgressLine::new(self.json);
         self.model.pool()?.install(|| {
             let epoch = frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(self.new_frame)));
             let kept = frame.filter(|_| !self.new_frame);
@@ -65,8 +65,10 @@ impl Run for Args {
             options.storeys = storey_choice::chosen(&site, &self.storeys)?;
             let timeline = schedule.timeline(&site);
             debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
-            progress.stage("drawing");
-            let rasterizer = Rasterizer::new(&site, &robot.profile, self.robot.resolution).map_err(Failure::work)?;
+            let slice_progress = |done: usize, total: usize| progress.step("slicing", done, total);
+            let resolution_m = self.robot.resolution;
+            let rasterizer = Rasterizer::with_progress(&site, &robot.profile, resolution_m, &slice_progress)
+                .map_err(Failure::work)?;
             let mut job = Job {
                 arguments: self,
                 robot: &robot,

@@ -7,7 +7,7 @@ use crate::date_argument;
 use crate::failure::Failure;
 use crate::film::{Facts, Film, FilmTime};
 use crate::maps::{Maps, with_maps, world_files};
-use crate::progress::ProgressLine;
+use crate::progress_line::ProgressLine;
 use crate::recording::FinishedRecording;
 use daemon::Robot;
 use export::{DatedFolder, ExportFile, ExportInput, OutputFolder};
@@ -122,8 +122,7 @@ impl Job<'_> {
     ) -> Result<Drawn, Failure> {
         let Self { site, arguments, robot, options, world, ref mut rasterizer, folder } = *self;
         let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
-        progress.stage("drawing");
-        with_maps(site, &schedule_state, rasterizer, robot, options, |maps: &Maps<'_>| {
+        with_maps(site, &schedule_state, rasterizer, robot, options, progress, |maps: &Maps<'_>| {
             // Before anything is built a map is blank for a reason.
             let is_written = |grid: &&Grid<'_>| options.storeys.contains(&grid.head.map_storey);
             let written: Vec<Grid<'_>> = maps.grids.iter().filter(is_written).copied().collect();

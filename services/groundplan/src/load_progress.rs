@@ -1,50 +1,8 @@
-//! Progress of work in this process and in daemons, on standard error.
+//! The progress of a daemon that loads models, on standard error.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ingest::Stage;
 use std::cell::RefCell;
 use std::io::IsTerminal;
-
-/// A line that says what this process is doing, on a terminal; silence elsewhere.
-pub(crate) struct ProgressLine {
-    bar: ProgressBar,
-}
-
-impl ProgressLine {
-    pub(crate) fn new() -> Self {
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} {pos}/{len}") {
-            bar.set_style(style);
-        }
-        Self { bar }
-    }
-
-    /// A stage of unknown length.
-    pub(crate) fn stage(&self, what: &'static str) {
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
-            self.bar.set_style(style);
-        }
-        self.bar.set_message(what);
-        self.bar.tick();
-    }
-
-    /// A step of the reader.
-    pub(crate) fn reader(&self, progress: ingest::Progress<'_>) {
-        self.bar.set_message(match progress.stage {
-            Stage::Reading => "reading",
-            Stage::Meshing => "meshing",
-            Stage::Joining => "joining",
-        });
-        self.bar.set_length(progress.total as u64);
-        self.bar.set_position(progress.done as u64);
-    }
-}
-
-impl Drop for ProgressLine {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
 
 /// The progress of a daemon that loads models: a bar on a terminal, a line for each step of ten percent elsewhere.
 pub(crate) struct LoadProgress {
