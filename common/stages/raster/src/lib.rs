@@ -52,6 +52,8 @@ pub struct Rasterizer {
     storeys: Vec<StoreySlice>,
     /// One per map storey after the first draw, empty before.
     storey_grids: Vec<StoreyGrid>,
+    /// True if nothing is kept from which a later draw could go on.
+    draws_once: bool,
     index: Index,
 }
 
@@ -111,7 +113,14 @@ impl Rasterizer {
             .into_par_iter()
             .map(|k| slice_storey(site, robot, resolution_m, k, &count))
             .collect::<Result<_, _>>()?;
-        Ok(Self { robot: *robot, storeys, storey_grids: Vec::new(), index: Index::default() })
+        Ok(Self { robot: *robot, storeys, storey_grids: Vec::new(), draws_once: false, index: Index::default() })
+    }
+
+    /// The same for who draws once: it frees after a draw what a later one would go on from, two bytes a cell, so that each draw
+    /// is a complete one.
+    #[must_use]
+    pub fn once(self) -> Self {
+        Self { draws_once: true, ..self }
     }
 
     /// The specification of the grid of a map storey; it depends on site and resolution alone.
@@ -142,6 +151,9 @@ impl Rasterizer {
     /// incrementally. The result does not depend on what was drawn before. `site` must be the site of
     /// [`Rasterizer::new`], and `schedule-state` of that site.
     pub fn draw(&mut self, site: &Site<'_>, schedule_state: &ScheduleState<'_>) {
+        if self.draws_once {
+            self.storey_grids.clear();
+        }
         let Self { robot, storeys, storey_grids, .. } = self;
         let inputs = |storey| StoreyInputs { site, robot, storey };
         if storey_grids.is_empty() {
@@ -154,6 +166,9 @@ impl Rasterizer {
         } else {
             let both = storeys.par_iter().zip(storey_grids);
             both.for_each(|(storey, grid)| grid.draw(inputs(storey), schedule_state));
+        }
+        if self.draws_once {
+            self.storey_grids.iter_mut().for_each(StoreyGrid::finish);
         }
     }
 

@@ -20,6 +20,9 @@ use messages::{ArchiveBuffer, DoorPassageRecord, Grid, NoWaypoint, RobotProfile,
 use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
+/// Storeys of more cells are surveyed one after the other.
+const MAX_CELLS_AT_ONCE: usize = 50_000_000;
+
 /// A planner that caches free space and plan of each storey by the hash of their inputs.
 ///
 /// A mission plan is a function of its input: the cache has no influence on the result.
@@ -100,14 +103,16 @@ impl MissionPlanner {
         let old = std::mem::take(&mut self.free_spaces);
         let mut old: Vec<Option<(u64, FreeSpace)>> = old.into_iter().map(Some).collect();
         old.resize_with(grids.len(), || None);
-        self.free_spaces = grids
-            .par_iter()
-            .zip(old)
-            .map(|(grid, old)| {
-                let input_hash = grid.content_hash() ^ robot.radius_m.to_bits().rotate_left(17);
-                old.filter(|o| o.0 == input_hash).unwrap_or_else(|| (input_hash, FreeSpace::of(grid, robot.radius_m)))
-            })
-            .collect();
+        let free_space = |(grid, old): (&Grid<'_>, Option<(u64, FreeSpace)>)| {
+            let input_hash = grid.content_hash() ^ robot.radius_m.to_bits().rotate_left(17);
+            old.filter(|o| o.0 == input_hash).unwrap_or_else(|| (input_hash, FreeSpace::of(grid, robot.radius_m)))
+        };
+        // While it is made, it needs ten times the room that it takes.
+        self.free_spaces = if grids.iter().any(|grid| grid.spec().n_cells() > MAX_CELLS_AT_ONCE) {
+            grids.iter().zip(old).map(free_space).collect()
+        } else {
+            grids.par_iter().zip(old).map(free_space).collect()
+        };
     }
 }
 

@@ -153,6 +153,11 @@ impl StoreyGrid {
         self.content_hash = self.writer().seal();
     }
 
+    /// Frees what only a later draw would need.
+    pub(crate) fn finish(&mut self) {
+        (self.flags, self.margins) = (Vec::new(), Vec::new());
+    }
+
     fn writer(&mut self) -> GridWriter<'_> {
         GridWriter::resume(self.archive.bytes_mut(), self.flags.len())
     }

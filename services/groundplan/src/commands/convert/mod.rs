@@ -69,13 +69,14 @@ impl Run for Args {
             let resolution_m = self.robot.resolution;
             let rasterizer = Rasterizer::with_progress(&site, &robot.profile, resolution_m, &slice_progress)
                 .map_err(Failure::work)?;
+            let is_drawn_once = !matches!(requested_maps, RequestedMaps::EveryChange);
             let mut job = Job {
                 arguments: self,
                 robot: &robot,
                 options: &options,
                 world: world.as_ref(),
                 site: &site,
-                rasterizer,
+                rasterizer: if is_drawn_once { rasterizer.once() } else { rasterizer },
                 folder: folder.as_ref(),
             };
             let schedule_states = match requested_maps {
