@@ -51,19 +51,16 @@ fn demo_with_a_turned_profile(n_corners: u32) -> String {
     format!("{}{records}{}", &text[..at], &text[at..])
 }
 
-/// The process that a conversion has started, as soon as it is there.
+/// The process that a conversion has started, as soon as it is there; `None` if the conversion ends without.
 fn mesh_process_of(converting: &mut Child) -> Option<Pid> {
     let begun = Instant::now();
-    let pid = converting.id();
+    let parent = format!("PPid:\t{}\n", converting.id());
     loop {
-        // A child belongs to the thread that started it.
-        for task in std::fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten() {
-            let children = std::fs::read_to_string(task.path().join("children")).unwrap_or_default();
-            for child in children.split_whitespace() {
-                let line = std::fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-                if String::from_utf8_lossy(&line).contains("mesh-process") {
-                    return Pid::from_raw(child.parse().unwrap());
-                }
+        for process in std::fs::read_dir("/proc").unwrap().flatten() {
+            let read = |name: &str| std::fs::read(process.path().join(name)).unwrap_or_default();
+            let is_child = String::from_utf8_lossy(&read("status")).contains(&parent);
+            if is_child && String::from_utf8_lossy(&read("cmdline")).contains("mesh-process") {
+                return Pid::from_raw(process.file_name().to_str().unwrap().parse().unwrap());
             }
         }
         if converting.try_wait().unwrap().is_some() {
