@@ -68,7 +68,8 @@ pub(crate) fn mesh(
     }
     let mut detailed =
         leave_out_costly_cuts(file, products, frames, &items_of_openings, (&mut extents, &mut patch), report);
-    detailed.retain(|id| wanted.binary_search(id).is_ok());
+    let is_wanted: HashSet<u32> = wanted.iter().copied().collect();
+    detailed.retain(|id| is_wanted.contains(id));
     let id_of: HashMap<u32, &Named> = products.iter().map(|product| (product.record.id, product.id)).collect();
     let progress = |done: usize, total: usize, detailed_left: Option<u32>| {
         let waits_for = detailed_left.and_then(|id| id_of.get(&id).copied());
@@ -134,8 +135,8 @@ fn leave_out_costly_cuts(
         let uncut: Vec<u32> = items.iter().copied().filter(|&item| budget.uncut(item, patch)).collect();
         if let Some(item) = uncut.first() {
             let is_boolean = file.record(*item).is_some_and(|record| is_boolean(&record));
-            let what = if is_boolean { "the booleans are not evaluated of its item" } else { "not meshed is its item" };
-            told(product, format!("{what} #{item}"));
+            let what = if is_boolean { "are booleans that are not evaluated" } else { "is not meshed" };
+            told(product, format!("its item #{item} {what}"));
         }
         let cuts: Vec<Cut<'_>> = product
             .openings

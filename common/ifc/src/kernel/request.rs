@@ -11,11 +11,11 @@ use crate::{Isolation, ReadError};
 pub(crate) struct MeshRequest<'r> {
     /// STEP ids of the products.
     pub(crate) products: &'r [u32],
-    pub(crate) patch: &'r Patch,
     /// Those of them that are meshed in another process, where there is one.
     pub(crate) unbounded: &'r [u32],
     /// Starts the other process.
     pub(crate) isolation: Option<&'r Isolation<'r>>,
+    pub(crate) patch: &'r Patch,
     /// 0: as many as there are cores.
     pub(crate) threads: usize,
     /// The products again, the most detailed first.
