@@ -53,7 +53,7 @@ fn why_ended(status: ExitStatus) -> String {
         Some(Signal::XCPU) => format!("the kernel takes more than {MAX_CPU_S} s for it"),
         Some(Signal::KILL) => "the system ended the kernel's process, which it does where memory runs out".to_owned(),
         Some(Signal::ABORT | Signal::SEGV | Signal::BUS) => {
-            "the kernel wants more than 3 GiB of memory for it, or overflows its stack".to_owned()
+            format!("the kernel wants more than {} GiB of memory for it, or overflows its stack", MAX_BYTES >> 30)
         }
         Some(signal) => format!("the kernel's process was ended by signal {}", signal.as_raw()),
         None => "the kernel fails".to_owned(),

@@ -17,6 +17,8 @@ mod progress_line;
 mod progress_record;
 mod recording;
 mod revision_report;
+#[cfg(test)]
+mod shipped_schema;
 mod site_check;
 mod site_service;
 mod supervise;

@@ -161,7 +161,9 @@ fn line(shown: &Arc<Mutex<Shown>>) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template("{spinner} {text}") {
         bar.set_style(style.with_key("text", text));
     }
-    bar.enable_steady_tick(TICK);
+    if !bar.is_hidden() {
+        bar.enable_steady_tick(TICK);
+    }
     bar
 }
 

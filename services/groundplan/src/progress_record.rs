@@ -1,4 +1,4 @@
-//! What a conversion is doing, as one record.
+//! Describes what a conversion is doing: stage, steps, times, what it waits for.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -72,15 +72,11 @@ impl fmt::Display for ProgressRecord {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shipped_schema::assert_shipped_schema;
 
     #[test]
     fn the_schema_is_that_of_the_record() {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/schemas/progress.schema.json");
-        let schema = serde_json::to_string_pretty(&schemars::schema_for!(ProgressRecord)).unwrap() + "\n";
-        if std::env::var_os("UPDATE_GOLDEN").is_some() {
-            std::fs::write(&path, &schema).unwrap();
-        }
-        assert_eq!(std::fs::read_to_string(path).unwrap(), schema, "UPDATE_GOLDEN=1 rewrites it");
+        assert_shipped_schema::<ProgressRecord>("progress");
     }
 
     #[test]

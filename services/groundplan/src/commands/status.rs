@@ -288,14 +288,10 @@ impl Status {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shipped_schema::assert_shipped_schema;
 
     #[test]
     fn the_shipped_schema_is_that_of_the_document() {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/schemas/status.schema.json");
-        let schema = serde_json::to_string_pretty(&schemars::schema_for!(Status)).unwrap() + "\n";
-        if std::env::var_os("UPDATE_GOLDEN").is_some() {
-            std::fs::write(&path, &schema).unwrap();
-        }
-        assert!(std::fs::read_to_string(path).unwrap() == schema, "UPDATE_GOLDEN=1 writes it");
+        assert_shipped_schema::<Status>("status");
     }
 }

@@ -106,14 +106,10 @@ pub(crate) struct StoreyLine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shipped_schema::assert_shipped_schema;
 
     #[test]
     fn the_shipped_schema_is_that_of_a_line() {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/schemas/monitor.schema.json");
-        let schema = serde_json::to_string_pretty(&schemars::schema_for!(Snapshot)).unwrap() + "\n";
-        if std::env::var_os("UPDATE_GOLDEN").is_some() {
-            std::fs::write(&path, &schema).unwrap();
-        }
-        assert!(std::fs::read_to_string(path).unwrap() == schema, "UPDATE_GOLDEN=1 writes it");
+        assert_shipped_schema::<Snapshot>("monitor");
     }
 }

@@ -87,15 +87,11 @@ impl FreshFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shipped_schema::assert_shipped_schema;
 
     #[test]
     fn the_shipped_schema_is_that_of_the_document() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/schemas/fresh.schema.json");
-        let schema = serde_json::to_string_pretty(&schemars::schema_for!(FreshDocument)).unwrap() + "\n";
-        if std::env::var_os("UPDATE_GOLDEN").is_some() {
-            fs::write(&path, &schema).unwrap();
-        }
-        assert!(fs::read_to_string(path).unwrap() == schema, "UPDATE_GOLDEN=1 writes it");
+        assert_shipped_schema::<FreshDocument>("fresh");
     }
 
     #[test]
