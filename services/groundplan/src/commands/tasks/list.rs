@@ -180,6 +180,7 @@ impl WarningEntry {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shipped_schema::assert_shipped_schema;
     use bytemuck::Zeroable;
 
     #[test]
@@ -192,12 +193,6 @@ mod tests {
     #[test]
     fn the_shipped_schema_is_that_of_the_list() {
         let settings = schemars::generate::SchemaSettings::draft2020_12().for_serialize();
-        let schema = settings.into_generator().into_root_schema_for::<TaskList<'_>>();
-        let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/schemas/tasks.schema.json");
-        if std::env::var_os("UPDATE_GOLDEN").is_some() {
-            std::fs::write(&path, &text).unwrap();
-        }
-        assert!(std::fs::read_to_string(path).unwrap_or_default() == text, "UPDATE_GOLDEN=1 writes it");
+        assert_shipped_schema("tasks", &settings.into_generator().into_root_schema_for::<TaskList<'_>>());
     }
 }
