@@ -395,6 +395,8 @@ class Peer:
 
     def spin(self) -> None:
         self.hear()
+        # Requests are taken first and answered last: what was sent before one is printed before it. What follows its answer comes later.
+        requests = [(name, asked, answer) for name, reader, answer in self.services for asked in reader.take(10)]
         for name, reader, shown in self.readers:
             if self.arguments.raw and shown is of_grid:
                 for content, info in ddspy_take(reader._ref, ANY, 10):
@@ -408,12 +410,11 @@ class Peer:
                     if isinstance(message, OccupancyGrid):
                         self.grids[name] = message
                         self.plan()
-        for name, reader, answer in self.services:
-            for asked in reader.take(10):
-                if asked.sample_info.valid_data:
-                    answer(asked)
-                    path = {"file": asked.graph_filepath} if hasattr(asked, "graph_filepath") else {}
-                    self.print({"topic": name, "called": True, **path})
+        for name, asked, answer in requests:
+            if asked.sample_info.valid_data:
+                path = {"file": asked.graph_filepath} if hasattr(asked, "graph_filepath") else {}
+                self.print({"topic": name, "called": True, **path})
+                answer(asked)
         for call in self.calls:
             name, writer, reader, request, due = call
             # A service that has just been found may not have found its caller yet.
