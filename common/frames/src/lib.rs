@@ -11,6 +11,7 @@ mod point;
 mod pose_covariance;
 mod rigid;
 mod tenth_mm;
+pub mod written_date;
 
 pub use angle::wrapped;
 pub use counted::counted;

@@ -1,10 +1,10 @@
 //! Time of a task: continuous, or the working hours of its calendar.
 
-use crate::dates::DAY_S;
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::durations::DayLength;
 use crate::rules::DurationDay;
 use crate::working_time::{Pattern, WorkRule, WorkingTime};
+use frames::written_date::DAY_S;
 use messages::{CalendarRecord, DiagnosticCode, NONE, RecurrenceKind, Severity, Site, WorkTimeRecord};
 use std::ops::Range;
 

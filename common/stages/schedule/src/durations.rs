@@ -1,6 +1,6 @@
 //! Parses durations: ISO 8601 in files, `5d` on command lines.
 
-use crate::dates::DAY_S;
+use frames::written_date::DAY_S;
 
 /// Longest duration that is accepted: ten thousand years.
 const MAX_S: f64 = 10_000.0 * 366.0 * 86_400.0;

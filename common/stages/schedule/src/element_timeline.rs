@@ -41,7 +41,7 @@ pub(crate) fn element_timelines(
         if let Some(source) = task_effects.elements[k].iter().map(|e| e.source).max() {
             return ElementTimeline { effects: task_effects.elements[k].clone(), source: Some(source) };
         }
-        let of_kind = |source, date: fn(&ObjectProperties) -> Option<crate::dates::WrittenDate>| {
+        let of_kind = |source, date: fn(&ObjectProperties) -> Option<frames::written_date::WrittenDate>| {
             let found = wholes(site, k).find_map(|w| date(&properties.elements[w]))?;
             let finish_s = found.finish_s();
             let effect = Effect { start_s: finish_s, finish_s, removes: false, task: NONE, source };

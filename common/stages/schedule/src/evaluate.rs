@@ -2,7 +2,6 @@
 
 use crate::clock::Calendars;
 use crate::closures::{self, closures};
-use crate::dates::WrittenDate;
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::element_timeline::{ElementTimeline, element_timelines};
 use crate::error::EvaluateError;
@@ -13,6 +12,7 @@ use crate::task_effects::{Effect, TaskEffects, task_effects};
 use crate::tasks::{self, Floats, TaskDates, TaskTimeTexts, TaskTimes, Tasks};
 use crate::timeline::{Steps, Timeline};
 use frames::counted;
+use frames::written_date::WrittenDate;
 use messages::{
     DateSource, DiagnosticCode, ElementScheduleRecord, NONE, ScheduleStateHead, Severity, Site, SpaceState,
     nearest_names_hint,

@@ -43,7 +43,6 @@
 mod clock;
 mod closures;
 mod construction_phases;
-mod dates;
 mod diagnostics;
 mod durations;
 mod element_timeline;
@@ -58,9 +57,9 @@ mod tasks;
 mod timeline;
 mod working_time;
 
-pub use dates::DateOrder;
 pub use error::{AmbiguousDates, EvaluateError};
 pub use evaluate::evaluate;
+pub use frames::written_date::DateOrder;
 pub use overrides::{ABSENT, Actual, Delay, OverrideError, Overrides, find_task, parse_actuals};
 pub use rules::{
     ClosedSpace, ConstructionPhase, ConstructionPhaseProperties, DateKind, DurationDay, InputEffect, PropertyDate,

@@ -1,9 +1,9 @@
 //! Schedule overrides: what-if delays and reported or observed progress.
 
-use crate::dates::{self, WrittenDate};
 use crate::durations::{WrittenDuration, parse_shift};
 use crate::error::EvaluateError;
 use crate::rules::Rules;
+use frames::written_date::{self, DateOrder, WrittenDate};
 use messages::{Site, nearest_names_hint};
 use serde::Deserialize;
 
@@ -156,8 +156,8 @@ pub(crate) fn reported_date(text: &str, of: &Actual, rules: &Rules) -> Result<Op
     if text.is_empty() {
         return Ok(None);
     }
-    let order = rules.date_format.unwrap_or(dates::DateOrder::Iso);
-    let date = dates::parse(text, order, rules.site_zone.as_ref());
+    let order = rules.date_format.unwrap_or(DateOrder::Iso);
+    let date = written_date::parse(text, order, rules.site_zone.as_ref());
     date.map(Some).map_err(|why| EvaluateError::Reported { line: of.line, id: of.id.clone(), why: why.to_string() })
 }
 

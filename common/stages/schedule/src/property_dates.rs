@@ -1,9 +1,9 @@
 //! Reads construction dates, construction phases and status from property sets by configured rules.
 
-use crate::dates::{self, DateError, DateOrder, WrittenDate};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::error::{AmbiguousDates, EvaluateError};
 use crate::rules::{DateKind, Rules, RulesMode};
+use frames::written_date::{self, DateError, DateOrder, WrittenDate};
 use jiff::tz::TimeZone;
 use messages::{AttributeKind, AttributeRecord, DiagnosticCode, ElementRecord, Severity, Site, Text};
 use std::collections::BTreeMap;
@@ -173,18 +173,18 @@ fn read(
 ) -> Result<WrittenDate, DateError> {
     let zone = rules.site_zone.as_ref();
     if attribute.kind == AttributeKind::Number {
-        return dates::from_timestamp(attribute.number, zone);
+        return written_date::from_timestamp(attribute.number, zone);
     }
-    dates::parse(site.text(attribute.text), order, zone)
+    written_date::parse(site.text(attribute.text), order, zone)
 }
 
 /// A text in both orders, where it is a date in any.
 fn readings(text: &str) -> Option<[Option<WrittenDate>; 2]> {
-    if dates::is_iso(text) {
+    if written_date::is_iso(text) {
         return None;
     }
     // Readings are compared with each other: the zone does not matter.
-    let both = [DateOrder::Dmy, DateOrder::Mdy].map(|order| dates::in_order(text, order, &TimeZone::UTC));
+    let both = [DateOrder::Dmy, DateOrder::Mdy].map(|order| written_date::in_order(text, order, &TimeZone::UTC));
     both.iter().any(Option::is_some).then_some(both)
 }
 

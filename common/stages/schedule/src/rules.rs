@@ -1,6 +1,6 @@
 //! Schedule rules of a site from TOML; `config/schedule.toml` documents every key.
 
-use crate::dates::{DateOrder, WrittenDate, parse_iso};
+use frames::written_date::{DateOrder, WrittenDate, parse_iso};
 use jiff::tz::TimeZone;
 use serde::Deserialize;
 

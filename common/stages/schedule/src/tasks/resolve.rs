@@ -269,7 +269,7 @@ fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, diagnostics: &mut ScheduleDia
         if text.is_empty() || !used {
             return None;
         }
-        match crate::dates::parse_iso(text, zone) {
+        match frames::written_date::parse_iso(text, zone) {
             Ok(date) => Some(date.start_s()),
             Err(why) => {
                 diagnostics.add(

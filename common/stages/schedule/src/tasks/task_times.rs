@@ -2,11 +2,11 @@
 
 use super::with_ancestors;
 use crate::clock::Calendars;
-use crate::dates::{DateError, WrittenDate, parse_iso};
 use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::durations::{self, WrittenDuration};
 use crate::rules::Rules;
 use frames::counted;
+use frames::written_date::{DateError, WrittenDate, parse_iso};
 use messages::{DateSource, DiagnosticCode, DurationKind, NONE, Severity, Site, TaskRecord, task_flags};
 
 /// The kind of effect of a task on linked elements.

@@ -4,7 +4,7 @@ mod recurrence;
 
 pub(crate) use recurrence::{Pattern, WorkRule};
 
-use crate::dates::DAY_S;
+use frames::written_date::DAY_S;
 use std::collections::BTreeMap;
 use std::ops::Range;
 

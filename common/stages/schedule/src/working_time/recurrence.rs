@@ -1,6 +1,6 @@
 //! Days of an IfcRecurrencePattern.
 
-use crate::dates::DAY_S;
+use frames::written_date::DAY_S;
 use jiff::civil::Date;
 use messages::RecurrenceKind;
 

@@ -1,12 +1,13 @@
-//! Parses dates: ISO 8601, or day, month and year in a configured order.
+//! Dates as files and people write them: ISO 8601, or day, month and year in a configured order.
 
-use frames::{PlanTime, PlanTimeError};
+use crate::{PlanTime, PlanTimeError};
 use jiff::Timestamp;
 use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 use serde::Deserialize;
 
-pub(crate) const DAY_S: i64 = 86_400;
+/// Seconds of a civil day.
+pub const DAY_S: i64 = 86_400;
 
 /// Order of day, month and year in text dates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -22,7 +23,7 @@ pub enum DateOrder {
 
 impl DateOrder {
     /// For people.
-    pub(crate) fn words(self) -> &'static str {
+    pub fn words(self) -> &'static str {
         match self {
             Self::Dmy => "day/month/year",
             Self::Mdy => "month/day/year",
@@ -33,7 +34,7 @@ impl DateOrder {
 
 /// A date that was read: civil seconds since 1970-01-01T00:00.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct WrittenDate {
+pub struct WrittenDate {
     at_s: i64,
     /// No time of day was given.
     is_day: bool,
@@ -41,36 +42,48 @@ pub(crate) struct WrittenDate {
 
 impl WrittenDate {
     /// As a start: a day begins at its midnight.
-    pub(crate) fn start_s(self) -> i64 {
+    pub fn start_s(self) -> i64 {
         self.at_s
     }
 
     /// As a finish: a day ends at the next midnight, the last one of the calendar with its last second.
-    pub(crate) fn finish_s(self) -> i64 {
+    pub fn finish_s(self) -> i64 {
         if self.is_day { self.end_of_day_s() } else { self.at_s }
     }
 
     /// The end of its day at any time of day.
-    pub(crate) fn end_of_day_s(self) -> i64 {
+    pub fn end_of_day_s(self) -> i64 {
         ((self.at_s.div_euclid(DAY_S) + 1) * DAY_S).min(PlanTime::LAST.civil_seconds())
     }
 }
 
 /// Why a text is no date.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum DateError {
+pub enum DateError {
+    /// It has no digit.
     #[error("{0:?} is a placeholder, not a date")]
     Placeholder(String),
+    /// It is no date in any order.
     #[error("{0:?} is no date")]
     Unreadable(String),
+    /// It is a date in another order only.
     #[error("{text:?} is no date in the order {}", order.words())]
-    OtherOrder { text: String, order: DateOrder },
+    OtherOrder {
+        /// As written.
+        text: String,
+        /// The order that was asked for.
+        order: DateOrder,
+    },
+    /// It has an offset or `Z`, and the zone of the site is not known.
     #[error("{0:?} carries a time zone; say which zone the site is in (site_zone)")]
     NoSiteZone(String),
 }
 
 /// Reads an ISO 8601 date or date-time; one with an offset is converted to the site's zone.
-pub(crate) fn parse_iso(text: &str, site_zone: Option<&TimeZone>) -> Result<WrittenDate, DateError> {
+///
+/// # Errors
+/// See [`DateError`].
+pub fn parse_iso(text: &str, site_zone: Option<&TimeZone>) -> Result<WrittenDate, DateError> {
     let text = text.trim();
     let unreadable =
         || if text.bytes().any(|b| b.is_ascii_digit()) { DateError::Unreadable } else { DateError::Placeholder };
@@ -86,13 +99,16 @@ pub(crate) fn parse_iso(text: &str, site_zone: Option<&TimeZone>) -> Result<Writ
 }
 
 /// True if the text begins like an ISO 8601 date: `2024-04-..`.
-pub(crate) fn is_iso(text: &str) -> bool {
+pub fn is_iso(text: &str) -> bool {
     let b = text.trim().as_bytes();
     b.len() >= 10 && b[..4].iter().all(u8::is_ascii_digit) && b[4] == b'-' && b[7] == b'-'
 }
 
 /// Reads a date as a property holds it: ISO 8601 always, else day, month and year in this order.
-pub(crate) fn parse(text: &str, order: DateOrder, site_zone: Option<&TimeZone>) -> Result<WrittenDate, DateError> {
+///
+/// # Errors
+/// See [`DateError`].
+pub fn parse(text: &str, order: DateOrder, site_zone: Option<&TimeZone>) -> Result<WrittenDate, DateError> {
     if is_iso(text) || order == DateOrder::Iso {
         return parse_iso(text, site_zone).map_err(|error| match error {
             DateError::Unreadable(text) if numbers(&text).is_some() => DateError::OtherOrder { text, order },
@@ -112,7 +128,7 @@ pub(crate) fn parse(text: &str, order: DateOrder, site_zone: Option<&TimeZone>) 
 }
 
 /// Reads day, month and year in this order, with an optional time of day and offset.
-pub(crate) fn in_order(text: &str, order: DateOrder, site_zone: &TimeZone) -> Option<WrittenDate> {
+pub fn in_order(text: &str, order: DateOrder, site_zone: &TimeZone) -> Option<WrittenDate> {
     parse_iso(&iso_text(text, order)?, Some(site_zone)).ok()
 }
 
@@ -125,7 +141,10 @@ fn iso_text(text: &str, order: DateOrder) -> Option<String> {
 }
 
 /// Seconds since 1970-01-01 UTC, as IfcTimeStamp counts.
-pub(crate) fn from_timestamp(number: f64, site_zone: Option<&TimeZone>) -> Result<WrittenDate, DateError> {
+///
+/// # Errors
+/// A number that is no instant, or no zone of the site.
+pub fn from_timestamp(number: f64, site_zone: Option<&TimeZone>) -> Result<WrittenDate, DateError> {
     let whole = || Timestamp::from_second(number as i64).ok().filter(|_| number.is_finite());
     let instant = whole().ok_or_else(|| DateError::Unreadable(number.to_string()))?;
     let zone = site_zone.ok_or_else(|| DateError::NoSiteZone(number.to_string()))?;
@@ -155,7 +174,7 @@ fn other(order: DateOrder) -> DateOrder {
 }
 
 fn seconds(at: DateTime) -> i64 {
-    frames::PlanTime(at).civil_seconds()
+    crate::PlanTime(at).civil_seconds()
 }
 
 #[cfg(test)]
