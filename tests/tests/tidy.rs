@@ -14,12 +14,13 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 27] = [
+const ALLOWED: [(&str, &[&str]); 28] = [
     ("diagnostics", &[]),
     ("frames", &[]),
     ("geometry", &["frames"]),
     ("convex", &["frames", "geometry"]),
     ("ifc", &["diagnostics", "frames", "geometry"]),
+    ("schedule-files", &["frames"]),
     ("grid", &["frames", "geometry"]),
     ("messages", &["diagnostics", "frames", "geometry", "grid"]),
     ("bus", &["messages"]),
