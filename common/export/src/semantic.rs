@@ -93,7 +93,7 @@ impl Schedule {
         let record = input.schedule_state.schedule_of(element);
         let time = |seconds: i64| messages::plan_time(seconds).map(|t| t.to_string());
         let hours = |seconds: i64| (seconds != ScheduleStateHead::NO_TIME).then(|| rounded(seconds as f64 / 3600.0));
-        let task = input.site.tasks.get(record.task as usize).filter(|_| record.task != NONE);
+        let task = input.site.schedule.tasks.get(record.task as usize).filter(|_| record.task != NONE);
         Self {
             start: time(record.start_s),
             finish: time(record.finish_s),
@@ -101,7 +101,7 @@ impl Schedule {
             removal_finish: time(record.removal_finish_s),
             total_float_h: hours(record.total_float_s),
             free_float_h: hours(record.free_float_s),
-            task: task.map(|t| input.site.text(t.global_id).to_owned()),
+            task: task.map(|t| input.site.schedule.text(t.global_id).to_owned()),
             source: record.source.get().name(),
             state: input.schedule_state.head.plan_time().map(|_| input.schedule_state.effective(element).name()),
         }

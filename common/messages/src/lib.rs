@@ -52,9 +52,12 @@ mod site_comparison;
 mod site_outline;
 mod site_records;
 mod slam_map;
+mod spans;
 mod status;
 mod tag;
 mod text_pool;
+mod work_schedule;
+mod work_schedule_records;
 
 pub use alignment::{Alignment, AlignmentBuilder};
 pub use alignment_evidence::{AlignmentEvidence, AlignmentEvidenceBuilder, AlignmentEvidenceHead, PoseHistoryRecord};
@@ -92,3 +95,5 @@ pub use slam_map::{SlamMap, SlamMapHead};
 pub use status::{Activity, StatusRecord};
 pub use tag::{Enumeration, Tag, TagOf};
 pub use text_pool::TextPool;
+pub use work_schedule::WorkSchedule;
+pub use work_schedule_records::WorkScheduleRecords;

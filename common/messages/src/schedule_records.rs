@@ -1,23 +1,35 @@
-//! Records of the schedule in the `site` archive. Dates and durations are the texts of the file: `ifc::TaskTime` says how they look.
+//! Records of a work schedule, in the `site` and `tasks` archives. Dates and durations are texts in ISO 8601, as `ifc::TaskTime`
+//! says.
 
 use crate::Text;
 use crate::tag::Tag;
 use bytemuck::{CheckedBitPattern, NoUninit, Pod, Zeroable};
+
+/// A text of a work schedule: it lies in the archive of the schedule, which need not be that of the site.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Zeroable, Pod)]
+#[repr(transparent)]
+pub struct ScheduleText(pub Text);
+
+impl From<Text> for ScheduleText {
+    fn from(text: Text) -> Self {
+        Self(text)
+    }
+}
 
 /// An IfcWorkPlan or IfcWorkSchedule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
 pub struct WorkControlRecord {
     /// GlobalId.
-    pub global_id: Text,
+    pub global_id: ScheduleText,
     /// Name.
-    pub name: Text,
+    pub name: ScheduleText,
     /// PredefinedType, e.g. `PLANNED`.
-    pub predefined_type: Text,
+    pub predefined_type: ScheduleText,
     /// StartTime.
-    pub start: Text,
+    pub start: ScheduleText,
     /// FinishTime.
-    pub finish: Text,
+    pub finish: ScheduleText,
     /// 1 for IfcWorkPlan, 0 for IfcWorkSchedule.
     pub is_plan: u32,
     /// STEP id in its file.
@@ -34,9 +46,9 @@ const _: () = assert!(size_of::<WorkControlRecord>() == 56);
 #[repr(C)]
 pub struct CalendarRecord {
     /// GlobalId.
-    pub global_id: Text,
+    pub global_id: ScheduleText,
     /// Name.
-    pub name: Text,
+    pub name: ScheduleText,
     /// First of its work times: those of work, then the exceptions.
     pub first_work_time: u32,
     /// Number of work times in which work goes on.
@@ -105,31 +117,31 @@ pub enum RecurrenceKind {
 #[repr(C)]
 pub struct TaskRecord {
     /// GlobalId.
-    pub global_id: Text,
+    pub global_id: ScheduleText,
     /// Name.
-    pub name: Text,
+    pub name: ScheduleText,
     /// Identification.
-    pub identification: Text,
+    pub identification: ScheduleText,
     /// PredefinedType in capitals, ObjectType where that says USERDEFINED.
-    pub predefined_type: Text,
+    pub predefined_type: ScheduleText,
     /// ScheduleDuration.
-    pub schedule_duration: Text,
+    pub schedule_duration: ScheduleText,
     /// ScheduleStart.
-    pub schedule_start: Text,
+    pub schedule_start: ScheduleText,
     /// ScheduleFinish.
-    pub schedule_finish: Text,
+    pub schedule_finish: ScheduleText,
     /// EarlyStart.
-    pub early_start: Text,
+    pub early_start: ScheduleText,
     /// EarlyFinish.
-    pub early_finish: Text,
+    pub early_finish: ScheduleText,
     /// LateStart.
-    pub late_start: Text,
+    pub late_start: ScheduleText,
     /// LateFinish.
-    pub late_finish: Text,
+    pub late_finish: ScheduleText,
     /// ActualStart.
-    pub actual_start: Text,
+    pub actual_start: ScheduleText,
     /// ActualFinish.
-    pub actual_finish: Text,
+    pub actual_finish: ScheduleText,
     /// Completion from 0 to 1; -1 if absent.
     pub completion: f64,
     /// Task it is nested in, or `NONE`; no task is its own ancestor.
@@ -176,9 +188,9 @@ pub enum DurationKind {
 #[repr(C)]
 pub struct SequenceRecord {
     /// GlobalId.
-    pub global_id: Text,
+    pub global_id: ScheduleText,
     /// Lag as a duration; empty if there is none, or a ratio.
-    pub lag: Text,
+    pub lag: ScheduleText,
     /// Lag as a part of the predecessor's duration; 0 if it is none.
     pub lag_ratio: f64,
     /// Task.

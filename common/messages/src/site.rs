@@ -1,14 +1,14 @@
 //! The view of the `site` archive.
 
-use crate::archive::{Archive, ArchiveError, ArchiveKind, NONE, Text};
+use crate::archive::{Archive, ArchiveError, ArchiveKind, Text};
 use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::robot::DoorCapability;
-use crate::schedule_records::*;
 use crate::site_records::*;
+use crate::spans::{fits, optional, span};
 use crate::tag::check_tags;
+use crate::work_schedule::{LinkTargets, WorkSchedule};
 use frames::{EarthFromWorld, Map, UprightRigid3, World};
 use geometry::{MeshView, MultiPolygon, OrientedBox, Polygon, ring_area_doubled};
-use std::ops::Range;
 
 /// Geometry and facts of a site, read in place.
 ///
@@ -58,20 +58,8 @@ pub struct Site<'a> {
     pub materials: &'a [Text],
     /// Diagnostics.
     pub diagnostics: &'a [DiagnosticRecord],
-    /// Work plans and schedules.
-    pub work_controls: &'a [WorkControlRecord],
-    /// Calendars.
-    pub calendars: &'a [CalendarRecord],
-    /// Times of calendars.
-    pub work_times: &'a [WorkTimeRecord],
-    /// Periods of work times: `[from, to)` in seconds of the day; an end that is not after its start lies on the next day.
-    pub periods_s: &'a [[u32; 2]],
-    /// Tasks.
-    pub tasks: &'a [TaskRecord],
-    /// Dependencies between tasks.
-    pub sequences: &'a [SequenceRecord],
-    /// What tasks work on.
-    pub task_links: &'a [TaskLinkRecord],
+    /// The tasks: those of the models, unless others stand in for them.
+    pub schedule: WorkSchedule<'a>,
 }
 
 impl<'a> Site<'a> {
@@ -86,7 +74,7 @@ impl<'a> Site<'a> {
         site.check_meshes()?;
         site.check_numbers()?;
         site.check_indices()?;
-        site.check_schedule()?;
+        site.schedule.check(site.link_targets())?;
         site.check_texts()?;
         Ok(site)
     }
@@ -117,13 +105,7 @@ impl<'a> Site<'a> {
             materials: archive.section(section::MATERIALS)?,
             diagnostics: archive.section(section::DIAGNOSTICS)?,
             contacts: archive.section(section::CONTACTS)?,
-            work_controls: archive.section(section::WORK_CONTROLS)?,
-            calendars: archive.section(section::CALENDARS)?,
-            work_times: archive.section(section::WORK_TIMES)?,
-            periods_s: archive.section(section::PERIODS)?,
-            tasks: archive.section(section::TASKS)?,
-            sequences: archive.section(section::SEQUENCES)?,
-            task_links: archive.section(section::TASK_LINKS)?,
+            schedule: WorkSchedule::of(archive)?,
         })
     }
 
@@ -222,11 +204,6 @@ impl<'a> Site<'a> {
         check_tags(self.elements.iter().map(|e| e.class), "class")?;
         check_tags(self.doors.iter().map(|d| d.clear_width_from), "source of a clear width")?;
         check_tags(self.attributes.iter().map(|a| a.kind), "kind of attribute")?;
-        check_tags(self.work_times.iter().map(|w| w.kind), "kind of recurrence")?;
-        check_tags(self.tasks.iter().map(|t| t.duration_kind), "kind of duration")?;
-        check_tags(self.sequences.iter().map(|s| s.lag_kind), "kind of duration")?;
-        check_tags(self.sequences.iter().map(|s| s.kind), "kind of sequence")?;
-        check_tags(self.task_links.iter().map(|l| l.kind), "kind of link")?;
         check_diagnostics(self.diagnostics)?;
         let is_door_operation =
             |d: &DoorRecord| d.opens == 0 || DoorCapability::ALL.iter().any(|o| *o as u32 == d.opens);
@@ -353,32 +330,9 @@ impl<'a> Site<'a> {
         check(self.storeys.iter().all(|s| optional(s.map_storey, self.map_storeys.len())), "a storey")
     }
 
-    fn check_schedule(&self) -> Result<(), ArchiveError> {
-        let n_tasks = self.tasks.len();
-        let task = |t: &TaskRecord| {
-            optional(t.parent, n_tasks)
-                && optional(t.control, self.work_controls.len())
-                && optional(t.calendar, self.calendars.len())
-        };
-        let calendar = |c: &CalendarRecord| {
-            fits(c.first_work_time, c.n_working.saturating_add(c.n_exceptions), self.work_times.len())
-        };
-        let link = |l: &TaskLinkRecord| {
-            let targets = match l.kind.get() {
-                LinkKind::Element => self.elements.len(),
-                LinkKind::Space => self.spaces.len(),
-                LinkKind::Storey => self.storeys.len(),
-            };
-            (l.task as usize) < n_tasks && (l.target as usize) < targets
-        };
-        let sequence = |s: &SequenceRecord| (s.predecessor as usize) < n_tasks && (s.successor as usize) < n_tasks;
-        let whole = self.tasks.iter().all(task)
-            && self.calendars.iter().all(calendar)
-            && self.work_times.iter().all(|w| fits(w.first_period, w.n_periods, self.periods_s.len()))
-            && self.sequences.iter().all(sequence)
-            && self.task_links.iter().all(link)
-            && is_forest(self.tasks);
-        if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the schedule" }) }
+    /// Numbers of what tasks may work on.
+    pub(crate) fn link_targets(&self) -> LinkTargets {
+        LinkTargets { elements: self.elements.len(), spaces: self.spaces.len(), storeys: self.storeys.len() }
     }
 
     fn check_texts(&self) -> Result<(), ArchiveError> {
@@ -395,15 +349,9 @@ impl<'a> Site<'a> {
             .chain(self.doors.iter().map(|d| d.operation))
             .chain(self.panels.iter().flat_map(|p| [p.operation, p.position]))
             .chain(self.openings.iter().map(|o| o.global_id));
-        let controls =
-            self.work_controls.iter().flat_map(|c| [c.global_id, c.name, c.predefined_type, c.start, c.finish]);
-        let calendars = self.calendars.iter().flat_map(|c| [c.global_id, c.name]);
-        let sequences = self.sequences.iter().flat_map(|s| [s.global_id, s.lag]);
-        let tasks = self.tasks.iter().flat_map(TaskRecord::texts);
-        let mut schedule = controls.chain(calendars).chain(sequences).chain(tasks);
         let mut all = storeys.chain(map_storeys).chain(elements).chain(spaces).chain(attributes).chain(diagnostics);
         let whole = |text: Text| text.of(self.strings).is_some();
-        if all.all(whole) && schedule.all(whole) && others.chain(self.materials.iter().copied()).all(whole) {
+        if all.all(whole) && others.chain(self.materials.iter().copied()).all(whole) {
             Ok(())
         } else {
             Err(ArchiveError::Index { what: "a text" })
@@ -443,64 +391,9 @@ impl ElementRecord {
     }
 }
 
-impl TaskRecord {
-    fn texts(&self) -> [Text; 13] {
-        [
-            self.global_id,
-            self.name,
-            self.identification,
-            self.predefined_type,
-            self.schedule_duration,
-            self.schedule_start,
-            self.schedule_finish,
-            self.early_start,
-            self.early_finish,
-            self.late_start,
-            self.late_finish,
-            self.actual_start,
-            self.actual_finish,
-        ]
-    }
-
-    /// True if all of these bits of [`task_flags`] are set.
-    pub fn has(&self, flags: u32) -> bool {
-        self.flags & flags == flags
-    }
-}
-
 impl SpaceRecord {
     /// True if all of these bits of [`space_flags`] are set.
     pub fn has(&self, flags: u32) -> bool {
         self.flags & flags == flags
     }
-}
-
-/// True if no task is nested in itself. The parents of all tasks lie in the section.
-fn is_forest(tasks: &[TaskRecord]) -> bool {
-    // On which walk a task was met; 0 for none.
-    let mut met = vec![0u32; tasks.len()];
-    for (walk, start) in (1..).zip(0..tasks.len()) {
-        let mut at = start;
-        while met[at] == 0 {
-            met[at] = walk;
-            match tasks[at].parent {
-                NONE => break,
-                parent if met[parent as usize] == walk => return false,
-                parent => at = parent as usize,
-            }
-        }
-    }
-    true
-}
-
-fn span(first: u32, n: u32) -> Range<usize> {
-    first as usize..first as usize + n as usize
-}
-
-fn fits(first: u32, n: u32, length: usize) -> bool {
-    u64::from(first) + u64::from(n) <= length as u64
-}
-
-fn optional(index: u32, length: usize) -> bool {
-    index == NONE || (index as usize) < length
 }

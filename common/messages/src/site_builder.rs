@@ -4,9 +4,9 @@ use crate::archive::{ArchiveBuffer, ArchiveKind, SectionList, Text};
 use crate::archive_writer::ArchiveWriter;
 use crate::diagnostic_record::DiagnosticRecord;
 use crate::payload;
-use crate::schedule_records::*;
 use crate::site_records::*;
 use crate::text_pool::TextPool;
+use crate::work_schedule_records::WorkScheduleRecords;
 use geometry::MeshView;
 
 /// Records of a `site` archive to be; sections as in [`crate::Site`].
@@ -34,13 +34,7 @@ pub struct SiteBuilder {
     pub materials: Vec<Text>,
     pub diagnostics: Vec<DiagnosticRecord>,
     pub contacts: Vec<BoundaryRecord>,
-    pub work_controls: Vec<WorkControlRecord>,
-    pub calendars: Vec<CalendarRecord>,
-    pub work_times: Vec<WorkTimeRecord>,
-    pub periods_s: Vec<[u32; 2]>,
-    pub tasks: Vec<TaskRecord>,
-    pub sequences: Vec<SequenceRecord>,
-    pub task_links: Vec<TaskLinkRecord>,
+    pub schedule: WorkScheduleRecords,
 }
 
 impl SiteBuilder {
@@ -80,13 +74,7 @@ impl SiteBuilder {
         list.add(section::MATERIALS, &self.materials);
         list.add(section::DIAGNOSTICS, &self.diagnostics);
         list.add(section::CONTACTS, &self.contacts);
-        list.add(section::WORK_CONTROLS, &self.work_controls);
-        list.add(section::CALENDARS, &self.calendars);
-        list.add(section::WORK_TIMES, &self.work_times);
-        list.add(section::PERIODS, &self.periods_s);
-        list.add(section::TASKS, &self.tasks);
-        list.add(section::SEQUENCES, &self.sequences);
-        list.add(section::TASK_LINKS, &self.task_links);
+        self.schedule.add_to(&mut list);
         list.add(section::LISTED_TEXTS, self.texts.listed());
         list.add(section::STRINGS, self.texts.bytes());
         list
@@ -108,6 +96,7 @@ impl ArchiveWriter for SiteBuilder {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::schedule_records::*;
     use crate::{ArchiveError, NONE, Site};
     use bytemuck::Zeroable;
 
@@ -183,8 +172,8 @@ mod tests {
         let refused = |change: fn(&mut SiteBuilder)| {
             let mut builder = SiteBuilder::default();
             let task = TaskRecord { parent: NONE, control: NONE, calendar: NONE, ..TaskRecord::zeroed() };
-            builder.tasks.extend([task, task]);
-            builder.sequences.push(SequenceRecord {
+            builder.schedule.tasks.extend([task, task]);
+            builder.schedule.sequences.push(SequenceRecord {
                 successor: 1,
                 kind: SequenceKind::FinishStart.into(),
                 ..SequenceRecord::zeroed()
@@ -193,17 +182,20 @@ mod tests {
             matches!(Site::open(builder.finish().bytes()), Err(ArchiveError::Index { .. }))
         };
         assert!(!refused(|_| {}));
-        assert!(refused(|b| b.tasks[0].parent = 2));
-        assert!(refused(|b| b.tasks[0].calendar = 0));
-        assert!(refused(|b| b.tasks[1].actual_finish = Text { offset: 1, length: 1 }));
-        assert!(refused(|b| b.sequences[0].predecessor = 2));
-        assert!(refused(|b| b.task_links.push(TaskLinkRecord {
+        assert!(refused(|b| b.schedule.tasks[0].parent = 2));
+        assert!(refused(|b| b.schedule.tasks[0].calendar = 0));
+        assert!(refused(|b| b.schedule.tasks[1].actual_finish = Text { offset: 1, length: 1 }.into()));
+        assert!(refused(|b| b.schedule.sequences[0].predecessor = 2));
+        assert!(refused(|b| b.schedule.task_links.push(TaskLinkRecord {
             task: 0,
             kind: LinkKind::Element.into(),
             target: 0,
             flags: 0
         })));
-        assert!(refused(|b| b.calendars.push(CalendarRecord { n_working: u32::MAX, ..CalendarRecord::zeroed() })));
-        assert!(refused(|b| b.work_times.push(WorkTimeRecord { n_periods: 1, ..WorkTimeRecord::zeroed() })));
+        assert!(refused(|b| b
+            .schedule
+            .calendars
+            .push(CalendarRecord { n_working: u32::MAX, ..CalendarRecord::zeroed() })));
+        assert!(refused(|b| b.schedule.work_times.push(WorkTimeRecord { n_periods: 1, ..WorkTimeRecord::zeroed() })));
     }
 }

@@ -54,7 +54,7 @@ fn a_task_that_is_nested_in_itself_is_refused() {
     let parents = {
         let view = Site::open(whole.bytes()).unwrap();
         let start = whole.bytes().as_ptr() as usize;
-        view.tasks.iter().map(|t| &raw const t.parent as usize - start).collect::<Vec<_>>()
+        view.schedule.tasks.iter().map(|t| &raw const t.parent as usize - start).collect::<Vec<_>>()
     };
     for (task, parent) in [(0, 2u32), (1, 1), (0, 0)] {
         let mut buffer = whole.clone();
@@ -122,18 +122,18 @@ fn check_tags(archive: &ArchiveBuffer, open: fn(&[u8]) -> Result<(), ArchiveErro
 fn a_site_with_an_unknown_kind_of_anything_is_refused() {
     let archive = site();
     let view = Site::open(archive.bytes()).unwrap();
-    let (door, task, sequence) = (&view.doors[0], &view.tasks[0], &view.sequences[0]);
+    let (door, task, sequence) = (&view.doors[0], &view.schedule.tasks[0], &view.schedule.sequences[0]);
     let fields = [
         (place_of(&archive, &view.map_storeys[0].floor), "kind of floor"),
         (place_of(&archive, &view.elements[0].class), "class"),
         (place_of(&archive, &door.clear_width_from), "source of a clear width"),
         (place_of(&archive, &door.opens), "way of opening a door"),
         (place_of(&archive, &view.attributes[0].kind), "kind of attribute"),
-        (place_of(&archive, &view.work_times[0].kind), "kind of recurrence"),
+        (place_of(&archive, &view.schedule.work_times[0].kind), "kind of recurrence"),
         (place_of(&archive, &task.duration_kind), "kind of duration"),
         (place_of(&archive, &sequence.lag_kind), "kind of duration"),
         (place_of(&archive, &sequence.kind), "kind of sequence"),
-        (place_of(&archive, &view.task_links[0].kind), "kind of link"),
+        (place_of(&archive, &view.schedule.task_links[0].kind), "kind of link"),
         (place_of(&archive, &view.diagnostics[0].code), "code of a diagnostic"),
         (place_of(&archive, &view.diagnostics[0].severity), "severity"),
     ];

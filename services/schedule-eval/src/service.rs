@@ -316,7 +316,7 @@ impl ScheduleService {
         self.activity.set(Activity::Reading);
         match evaluated(site, &self.rules, &self.overrides) {
             Ok(evaluated) => {
-                let (tasks, changes) = (site.view().tasks.len(), evaluated.timeline.instants_s().len());
+                let (tasks, changes) = (site.view().schedule.tasks.len(), evaluated.timeline.instants_s().len());
                 info!(service = "schedule-eval", tasks, changes, "schedule evaluated");
                 (self.evaluated, self.error) = (Some(evaluated), None);
                 self.keep_usable_rules()?;

@@ -70,12 +70,12 @@ pub(crate) fn site() -> ArchiveBuffer {
     let diagnostic = diagnostic(&mut b.texts);
     b.diagnostics.push(diagnostic);
     b.boundaries.push(BoundaryRecord { space: 0, element: 1 });
-    let task = TaskRecord { name: text, parent: NONE, control: NONE, calendar: NONE, ..Zeroable::zeroed() };
-    b.tasks = vec![task, TaskRecord { parent: 0, ..task }, TaskRecord { parent: 1, ..task }];
+    let task = TaskRecord { name: text.into(), parent: NONE, control: NONE, calendar: NONE, ..Zeroable::zeroed() };
+    b.schedule.tasks = vec![task, TaskRecord { parent: 0, ..task }, TaskRecord { parent: 1, ..task }];
     let kind = SequenceKind::FinishStart.into();
-    b.sequences.push(SequenceRecord { global_id: text, successor: 1, kind, ..Zeroable::zeroed() });
-    b.task_links.push(TaskLinkRecord { task: 0, kind: LinkKind::Element.into(), target: 1, flags: 0 });
-    b.work_times.push(WorkTimeRecord { kind: RecurrenceKind::Weekly.into(), ..Zeroable::zeroed() });
+    b.schedule.sequences.push(SequenceRecord { global_id: text.into(), successor: 1, kind, ..Zeroable::zeroed() });
+    b.schedule.task_links.push(TaskLinkRecord { task: 0, kind: LinkKind::Element.into(), target: 1, flags: 0 });
+    b.schedule.work_times.push(WorkTimeRecord { kind: RecurrenceKind::Weekly.into(), ..Zeroable::zeroed() });
     b.finish()
 }
 
@@ -297,7 +297,7 @@ fn walk_site(site: &Site<'_>) -> usize {
         n += usize::from(door.passage.to_box().at(1.0, 1.0)[0].is_finite());
     }
     let mut at = 0;
-    while let Some(task) = site.tasks.get(at).filter(|t| t.parent != NONE) {
+    while let Some(task) = site.schedule.tasks.get(at).filter(|t| t.parent != NONE) {
         at = task.parent as usize;
         n += 1;
     }

@@ -9,12 +9,12 @@ use messages::*;
 pub(crate) fn add_schedule(builder: &mut SiteBuilder, merged: &Merged) {
     let (schedule, sources) = (&merged.model.schedule, &merged.schedule_sources);
     for (control, &source) in schedule.controls.iter().zip(&sources.controls) {
-        builder.work_controls.push(WorkControlRecord {
-            global_id: builder.texts.add(&control.id.global_id),
-            name: builder.texts.add(&control.id.name),
-            predefined_type: builder.texts.add(&control.predefined_type),
-            start: builder.texts.add(&control.start),
-            finish: builder.texts.add(&control.finish),
+        builder.schedule.work_controls.push(WorkControlRecord {
+            global_id: builder.texts.add(&control.id.global_id).into(),
+            name: builder.texts.add(&control.id.name).into(),
+            predefined_type: builder.texts.add(&control.predefined_type).into(),
+            start: builder.texts.add(&control.start).into(),
+            finish: builder.texts.add(&control.finish).into(),
             is_plan: u32::from(control.is_plan),
             step_id: control.id.step_id,
             source,
@@ -22,11 +22,11 @@ pub(crate) fn add_schedule(builder: &mut SiteBuilder, merged: &Merged) {
         });
     }
     for (calendar, &source) in schedule.calendars.iter().zip(&sources.calendars) {
-        let first_work_time = builder.work_times.len() as u32;
+        let first_work_time = builder.schedule.work_times.len() as u32;
         calendar.working.iter().chain(&calendar.exceptions).for_each(|time| add_work_time(builder, time));
-        builder.calendars.push(CalendarRecord {
-            global_id: builder.texts.add(&calendar.id.global_id),
-            name: builder.texts.add(&calendar.id.name),
+        builder.schedule.calendars.push(CalendarRecord {
+            global_id: builder.texts.add(&calendar.id.global_id).into(),
+            name: builder.texts.add(&calendar.id.name).into(),
             first_work_time,
             n_working: calendar.working.len() as u32,
             n_exceptions: calendar.exceptions.len() as u32,
@@ -37,13 +37,13 @@ pub(crate) fn add_schedule(builder: &mut SiteBuilder, merged: &Merged) {
     }
     for (task, &source) in schedule.tasks.iter().zip(&sources.tasks) {
         let record = task_record(&mut builder.texts, task, source);
-        builder.tasks.push(record);
+        builder.schedule.tasks.push(record);
     }
     for (sequence, &source) in schedule.sequences.iter().zip(&sources.sequences) {
         let record = sequence_record(&mut builder.texts, sequence, source);
-        builder.sequences.push(record);
+        builder.schedule.sequences.push(record);
     }
-    builder.task_links.extend(schedule.links.iter().map(link_record));
+    builder.schedule.task_links.extend(schedule.links.iter().map(link_record));
 }
 
 fn task_record(texts: &mut TextPool, task: &ifc::Task, source: u32) -> TaskRecord {
@@ -54,19 +54,19 @@ fn task_record(texts: &mut TextPool, task: &ifc::Task, source: u32) -> TaskRecor
     flags |= if task.is_milestone { task_flags::MILESTONE } else { 0 };
     flags |= if task.time.is_some() { task_flags::HAS_TIME } else { 0 };
     TaskRecord {
-        global_id: texts.add(&task.id.global_id),
-        name: texts.add(&task.id.name),
-        identification: texts.add(&task.identification),
-        predefined_type: texts.add(&task.predefined_type),
-        schedule_duration: texts.add(&time.schedule_duration),
-        schedule_start: texts.add(&time.schedule_start),
-        schedule_finish: texts.add(&time.schedule_finish),
-        early_start: texts.add(&time.early_start),
-        early_finish: texts.add(&time.early_finish),
-        late_start: texts.add(&time.late_start),
-        late_finish: texts.add(&time.late_finish),
-        actual_start: texts.add(&time.actual_start),
-        actual_finish: texts.add(&time.actual_finish),
+        global_id: texts.add(&task.id.global_id).into(),
+        name: texts.add(&task.id.name).into(),
+        identification: texts.add(&task.identification).into(),
+        predefined_type: texts.add(&task.predefined_type).into(),
+        schedule_duration: texts.add(&time.schedule_duration).into(),
+        schedule_start: texts.add(&time.schedule_start).into(),
+        schedule_finish: texts.add(&time.schedule_finish).into(),
+        early_start: texts.add(&time.early_start).into(),
+        early_finish: texts.add(&time.early_finish).into(),
+        late_start: texts.add(&time.late_start).into(),
+        late_finish: texts.add(&time.late_finish).into(),
+        actual_start: texts.add(&time.actual_start).into(),
+        actual_finish: texts.add(&time.actual_finish).into(),
         completion: time.completion.unwrap_or(-1.0),
         parent: index(task.parent),
         control: index(task.control),
@@ -94,8 +94,8 @@ fn sequence_record(texts: &mut TextPool, sequence: &ifc::Sequence, source: u32) 
         None => ("", 0.0),
     };
     SequenceRecord {
-        global_id: texts.add(&sequence.id.global_id),
-        lag: texts.add(lag),
+        global_id: texts.add(&sequence.id.global_id).into(),
+        lag: texts.add(lag).into(),
         lag_ratio,
         predecessor: sequence.predecessor as u32,
         successor: sequence.successor as u32,
@@ -127,7 +127,7 @@ fn link_record(link: &ifc::TaskLink) -> TaskLinkRecord {
 fn add_work_time(builder: &mut SiteBuilder, time: &WorkTime) {
     let pattern = time.recurrence.clone().unwrap_or_default();
     let mask = |members: &[u32]| members.iter().fold(0, |bits, &member| bits | 1u32.checked_shl(member).unwrap_or(0));
-    builder.work_times.push(WorkTimeRecord {
+    builder.schedule.work_times.push(WorkTimeRecord {
         first_day: time.first_day.and_then(day_number).unwrap_or(i32::MIN),
         last_day: time.last_day.and_then(day_number).unwrap_or(i32::MAX),
         kind: time.recurrence.as_ref().map_or(RecurrenceKind::Always, |r| recurrence_kind(r.kind)).into(),
@@ -137,11 +137,11 @@ fn add_work_time(builder: &mut SiteBuilder, time: &WorkTime) {
         position: pattern.position.unwrap_or(0),
         interval: pattern.interval.max(1),
         occurrences: pattern.occurrences.unwrap_or(0),
-        first_period: builder.periods_s.len() as u32,
+        first_period: builder.schedule.periods_s.len() as u32,
         n_periods: pattern.periods_s.len() as u32,
         reserved: 0,
     });
-    builder.periods_s.extend(pattern.periods_s);
+    builder.schedule.periods_s.extend(pattern.periods_s);
 }
 
 fn recurrence_kind(kind: RecurrenceType) -> RecurrenceKind {

@@ -18,8 +18,8 @@ fn site() -> ArchiveBuffer {
     let file = b.texts.add("large.ifc");
     b.sources.push(SourceRecord { file, ..SourceRecord::zeroed() });
     add_calendar(&mut b);
-    let start = b.texts.add("2024-01-01T08:00:00");
-    b.work_controls.push(WorkControlRecord { start, ..WorkControlRecord::zeroed() });
+    let start = b.texts.add("2024-01-01T08:00:00").into();
+    b.schedule.work_controls.push(WorkControlRecord { start, ..WorkControlRecord::zeroed() });
     for k in 0..N_TASKS {
         add_task(&mut b, k);
     }
@@ -39,7 +39,12 @@ fn site() -> ArchiveBuffer {
             });
         } else {
             let task = (k % N_TASKS) as u32;
-            b.task_links.push(TaskLinkRecord { task, kind: LinkKind::Element.into(), target: k as u32, flags: 0 });
+            b.schedule.task_links.push(TaskLinkRecord {
+                task,
+                kind: LinkKind::Element.into(),
+                target: k as u32,
+                flags: 0,
+            });
         }
         let global_id = b.texts.add(&format!("element-{k:014}"));
         b.elements.push(ElementRecord {
@@ -65,8 +70,8 @@ fn site() -> ArchiveBuffer {
 }
 
 fn add_calendar(b: &mut SiteBuilder) {
-    b.periods_s.extend([[8 * 3600, 12 * 3600], [13 * 3600, 17 * 3600]]);
-    b.work_times.push(WorkTimeRecord {
+    b.schedule.periods_s.extend([[8 * 3600, 12 * 3600], [13 * 3600, 17 * 3600]]);
+    b.schedule.work_times.push(WorkTimeRecord {
         first_day: i32::MIN,
         last_day: i32::MAX,
         kind: RecurrenceKind::Weekly.into(),
@@ -75,12 +80,12 @@ fn add_calendar(b: &mut SiteBuilder) {
         n_periods: 2,
         ..WorkTimeRecord::zeroed()
     });
-    b.calendars.push(CalendarRecord { n_working: 1, ..CalendarRecord::zeroed() });
+    b.schedule.calendars.push(CalendarRecord { n_working: 1, ..CalendarRecord::zeroed() });
 }
 
 fn add_task(b: &mut SiteBuilder, k: usize) {
-    let global_id = b.texts.add(&format!("task-{k:017}"));
-    let duration = b.texts.add(&format!("P{}D", k % 5 + 1));
+    let global_id = b.texts.add(&format!("task-{k:017}")).into();
+    let duration = b.texts.add(&format!("P{}D", k % 5 + 1)).into();
     let mut task = TaskRecord {
         global_id,
         schedule_duration: duration,
@@ -90,12 +95,12 @@ fn add_task(b: &mut SiteBuilder, k: usize) {
         ..TaskRecord::zeroed()
     };
     if k.is_multiple_of(2) {
-        task.schedule_start = b.texts.add(&format!("2024-{:02}-{:02}T08:00:00", k / 28 % 12 + 1, k % 28 + 1));
+        task.schedule_start = b.texts.add(&format!("2024-{:02}-{:02}T08:00:00", k / 28 % 12 + 1, k % 28 + 1)).into();
     } else {
         // Chains of twenty, so that they end within the years of the calendar.
         for back in [1, 2, 7].into_iter().filter(|back| *back <= k % 40) {
-            let lag = b.texts.add(if back == 2 { "PT4H" } else { "" });
-            b.sequences.push(SequenceRecord {
+            let lag = b.texts.add(if back == 2 { "PT4H" } else { "" }).into();
+            b.schedule.sequences.push(SequenceRecord {
                 lag,
                 predecessor: (k - back) as u32,
                 successor: k as u32,
@@ -104,7 +109,7 @@ fn add_task(b: &mut SiteBuilder, k: usize) {
             });
         }
     }
-    b.tasks.push(task);
+    b.schedule.tasks.push(task);
 }
 
 fn benches(c: &mut Criterion) {

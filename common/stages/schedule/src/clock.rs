@@ -48,14 +48,14 @@ impl Calendars {
         let Some(dates_s) = dates_s else { return Self { times: Vec::new(), duration_day } };
         let first = dates_s.start.div_euclid(DAY_S) - DAYS_BEFORE;
         let last = dates_s.end.div_euclid(DAY_S).saturating_add(DAYS_AFTER).min(first + MAX_DAYS);
-        let mut used = vec![false; site.calendars.len()];
-        site.tasks.iter().filter(|t| t.calendar != NONE).for_each(|t| used[t.calendar as usize] = true);
+        let mut used = vec![false; site.schedule.calendars.len()];
+        site.schedule.tasks.iter().filter(|t| t.calendar != NONE).for_each(|t| used[t.calendar as usize] = true);
         let mut steps_left = MAX_STEPS;
-        let times = site.calendars.iter().zip(used).map(|(calendar, used)| {
+        let times = site.schedule.calendars.iter().zip(used).map(|(calendar, used)| {
             if !used {
                 return None;
             }
-            let entity = Entity::of(calendar.global_id, calendar.name, calendar.step_id, calendar.source);
+            let entity = Entity::of_schedule(calendar.global_id, calendar.name, calendar.step_id, calendar.source);
             steps_left = steps_left.saturating_sub(steps(site, calendar, last - first));
             if steps_left < 0 {
                 let n = i64::from(calendar.n_working) + i64::from(calendar.n_exceptions);
@@ -86,7 +86,7 @@ impl Calendars {
 
 /// Work times of a calendar: working ones, then exceptions.
 fn work_times<'a>(site: &Site<'a>, calendar: &CalendarRecord) -> &'a [WorkTimeRecord] {
-    &site.work_times[calendar.first_work_time as usize..]
+    &site.schedule.work_times[calendar.first_work_time as usize..]
         [..calendar.n_working as usize + calendar.n_exceptions as usize]
 }
 
@@ -104,7 +104,7 @@ fn working_time(site: &Site<'_>, calendar: &CalendarRecord, days: Range<i64>) ->
 
 fn rule(site: &Site<'_>, time: &WorkTimeRecord) -> WorkRule {
     let members = |mask: u32| (0..32).filter(|bit| mask >> bit & 1 == 1).collect();
-    let periods = &site.periods_s[time.first_period as usize..][..time.n_periods as usize];
+    let periods = &site.schedule.periods_s[time.first_period as usize..][..time.n_periods as usize];
     let pattern = (time.kind != RecurrenceKind::Always).then(|| Pattern {
         kind: time.kind.get(),
         days_of_month: members(time.days_of_month),

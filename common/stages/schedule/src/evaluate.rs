@@ -41,7 +41,9 @@ fn evaluate_once(site: &Site<'_>, rules: &Rules, overrides: &Overrides) -> Resul
     let reports = Reports::of(site, rules, overrides, &mut diagnostics)?;
     let TaskSchedule { dates, floats } = match rules.mode {
         RulesMode::Standard => task_schedule(site, rules, overrides, &reports, &mut diagnostics)?,
-        RulesMode::Paper => TaskSchedule { dates: vec![None; site.tasks.len()], floats: vec![None; site.tasks.len()] },
+        RulesMode::Paper => {
+            TaskSchedule { dates: vec![None; site.schedule.tasks.len()], floats: vec![None; site.schedule.tasks.len()] }
+        }
     };
     let task_effects = task_effects(site, &dates, rules.inputs);
     let element_timelines = match rules.mode {
@@ -72,7 +74,7 @@ fn task_schedule(
     reports: &Reports,
     diagnostics: &mut ScheduleDiagnostics<'_>,
 ) -> Result<TaskSchedule, EvaluateError> {
-    let texts: Vec<TaskTimeTexts<'_>> = site.tasks.iter().map(|t| TaskTimeTexts::of(site, t)).collect();
+    let texts: Vec<TaskTimeTexts<'_>> = site.schedule.tasks.iter().map(|t| TaskTimeTexts::of(site, t)).collect();
     let mut span_s = tasks::written_span_s(site, rules, &texts);
     for at_s in reports.tasks.values().flatten().flatten().map(|d| d.start_s()) {
         let span = span_s.unwrap_or(at_s..at_s + 1);
@@ -81,8 +83,8 @@ fn task_schedule(
     let calendars = Calendars::new(site, span_s, rules.duration_day, diagnostics);
     let mut task_times = tasks::task_times(site, rules, &texts, &calendars, diagnostics);
     reports.add_to(&mut task_times);
-    let mut children = vec![Vec::new(); site.tasks.len()];
-    for (k, task) in (0..).zip(site.tasks).filter(|(_, t)| t.parent != NONE) {
+    let mut children = vec![Vec::new(); site.schedule.tasks.len()];
+    for (k, task) in (0..).zip(site.schedule.tasks).filter(|(_, t)| t.parent != NONE) {
         children[task.parent as usize].push(k);
     }
     let tasks = Tasks { site, rules, task_times: &task_times, calendars: &calendars, children: &children };
@@ -117,7 +119,7 @@ fn delays(
         diagnostics.add(
             Severity::Warning,
             DiagnosticCode::DelayWithoutEffect,
-            Some(Entity::task(&tasks.site.tasks[task])),
+            Some(Entity::task(&tasks.site.schedule.tasks[task])),
             message,
         );
     }
@@ -287,7 +289,7 @@ fn timeline(site: &Site<'_>, rules: &Rules, parts: TimelineParts<'_>) -> Timelin
         planned_states: None,
         spaces,
         closures: parts.closures,
-        task_ids: site.tasks.iter().map(|t| site.text(t.global_id).to_owned()).collect(),
+        task_ids: site.schedule.tasks.iter().map(|t| site.schedule.text(t.global_id).to_owned()).collect(),
         closing_reasons: rules.closed_spaces.iter().map(|c| c.reason.clone()).collect(),
         instants_s,
         tasks: parts.dates,

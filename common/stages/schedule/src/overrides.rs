@@ -131,8 +131,10 @@ pub fn parse_actuals(bytes: &[u8]) -> Result<Vec<Actual>, OverrideError> {
 /// # Errors
 /// None that is called that, with the nearest names, or several.
 pub fn find_task(site: &Site<'_>, wanted: &str) -> Result<usize, EvaluateError> {
-    let by = |text: fn(&messages::TaskRecord) -> messages::Text| -> Vec<usize> {
-        (0..site.tasks.len()).filter(|k| site.text(text(&site.tasks[*k])) == wanted).collect()
+    let by = |text: fn(&messages::TaskRecord) -> messages::ScheduleText| -> Vec<usize> {
+        (0..site.schedule.tasks.len())
+            .filter(|k| site.schedule.text(text(&site.schedule.tasks[*k])) == wanted)
+            .collect()
     };
     let found = [by(|t| t.global_id), by(|t| t.identification), by(|t| t.name)].into_iter().find(|f| !f.is_empty());
     match found.as_deref() {
@@ -148,7 +150,7 @@ pub fn find_task(site: &Site<'_>, wanted: &str) -> Result<usize, EvaluateError> 
 /// All that tasks may be called by: GlobalIds, identifications, names.
 pub(crate) fn task_names<'s>(site: &Site<'s>) -> impl Iterator<Item = &'s str> {
     let texts = |t: &messages::TaskRecord| [t.name, t.identification, t.global_id];
-    site.tasks.iter().flat_map(texts).map(|t| site.text(t))
+    site.schedule.tasks.iter().flat_map(texts).map(|t| site.schedule.text(t))
 }
 
 /// A date of a report; without an order that the rules name only ISO 8601 is understood.

@@ -45,7 +45,7 @@ struct Link {
 pub(crate) fn task_effects(site: &Site<'_>, dates: &[Option<TaskDates>], inputs: InputEffect) -> TaskEffects {
     let links = Links::of(site);
     let adjacent = AdjacentSpaces::of(site);
-    let kinds: Vec<TaskKind> = (0..site.tasks.len()).map(|k| kind_of(site, k)).collect();
+    let kinds: Vec<TaskKind> = (0..site.schedule.tasks.len()).map(|k| kind_of(site, k)).collect();
     let effects = |links: &[Link], from_above: bool| -> Vec<Effect> {
         let of_rank = links.iter().filter(|l| l.from_above == from_above);
         let effect = |l: &Link| {
@@ -129,7 +129,7 @@ impl Links {
             spaces: vec![Vec::new(); site.spaces.len()],
             storeys: vec![Vec::new(); site.storeys.len()],
         };
-        for record in site.task_links {
+        for record in site.schedule.task_links {
             let targets = match record.kind.get() {
                 LinkKind::Space => &mut links.spaces,
                 LinkKind::Storey => &mut links.storeys,

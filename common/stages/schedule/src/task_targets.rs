@@ -52,7 +52,7 @@ pub struct Cause {
 impl Timeline {
     /// The targets of every task, by task.
     pub fn task_targets(&self, site: &Site<'_>) -> Vec<TaskTargets> {
-        let mut targets = vec![TaskTargets::default(); site.tasks.len()];
+        let mut targets = vec![TaskTargets::default(); site.schedule.tasks.len()];
         for (element, effects) in (0..).zip(&self.effects) {
             for effect in effects.iter().filter(|e| e.task != NONE) {
                 let operation = if effect.removes { TaskOperation::Removes } else { TaskOperation::Constructs };
@@ -66,7 +66,7 @@ impl Timeline {
                 }
             }
         }
-        for link in site.task_links {
+        for link in site.schedule.task_links {
             let targets = &mut targets[link.task as usize];
             match link.kind.get() {
                 LinkKind::Element => {

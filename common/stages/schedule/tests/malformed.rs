@@ -104,7 +104,7 @@ fn a_calendar_without_work_gives_no_dates_and_is_named() {
     let mut site = ScheduledSite::starting();
     let task = site.lasting("Walls", "P1D");
     let calendar = site.office_hours(&[task]);
-    site.builder.calendars[calendar].n_working = 0;
+    site.builder.schedule.calendars[calendar].n_working = 0;
     let timeline = site.evaluate();
     assert!(dates(&timeline, task).is_none());
     assert!(diagnostic(&timeline, "calendar_without_work").is_some_and(|f| f.global_id() == "calendar"));
@@ -115,9 +115,9 @@ fn a_calendar_of_more_work_times_than_can_be_worked_out_gives_no_dates_and_is_na
     let mut site = ScheduledSite::starting();
     let task = site.lasting("Walls", "P1D");
     let calendar = site.office_hours(&[task]);
-    let week = site.builder.work_times[0];
-    site.builder.work_times.resize(100_000, week);
-    site.builder.calendars[calendar].n_exceptions = 99_999;
+    let week = site.builder.schedule.work_times[0];
+    site.builder.schedule.work_times.resize(100_000, week);
+    site.builder.schedule.calendars[calendar].n_exceptions = 99_999;
     let timeline = site.evaluate();
     assert!(dates(&timeline, task).is_none());
     assert!(diagnostic(&timeline, "calendar_too_large").is_some_and(|f| f.message.contains("100000 work times")));

@@ -32,10 +32,11 @@ fn the_forward_pass_knows_four_relations_and_lags() {
     assert_eq!(second(StartStart, "PT4H", none), pair("2024-03-04T13:00", "2024-03-06T12:00"));
     assert_eq!(second(FinishFinish, "", none), pair("2024-03-05T08:00", "2024-03-06T17:00"));
     assert_eq!(second(StartFinish, "P4D", none), pair("2024-03-06T08:00", "2024-03-07T17:00"));
-    let elapsed = |p: &mut ScheduledSite| p.builder.sequences[0].lag_kind = messages::DurationKind::ElapsedTime.into();
+    let elapsed =
+        |p: &mut ScheduledSite| p.builder.schedule.sequences[0].lag_kind = messages::DurationKind::ElapsedTime.into();
     // Friday 17:00 is no working instant: the task waits for Monday.
     assert_eq!(second(FinishStart, "P2D", elapsed), pair("2024-03-11T08:00", "2024-03-12T17:00"));
-    let half = |p: &mut ScheduledSite| p.builder.sequences[0].lag_ratio = 0.5;
+    let half = |p: &mut ScheduledSite| p.builder.schedule.sequences[0].lag_ratio = 0.5;
     assert_eq!(second(FinishStart, "", half), pair("2024-03-08T13:00", "2024-03-12T12:00"));
 }
 
@@ -44,7 +45,8 @@ fn a_day_is_a_working_day_or_24_hours_by_configuration() {
     let mut site = ScheduledSite::new();
     let task = site.task("task");
     let (start, duration) = (site.text("2024-03-04T08:00:00"), site.text("P1D"));
-    (site.builder.tasks[task].schedule_start, site.builder.tasks[task].schedule_duration) = (start, duration);
+    (site.builder.schedule.tasks[task].schedule_start, site.builder.schedule.tasks[task].schedule_duration) =
+        (start, duration);
     site.office_hours(&[task]);
     assert_eq!(dates(&site.evaluate(), task), Some(pair("2024-03-04T08:00", "2024-03-04T17:00")));
     assert_eq!(dates(&site.ruled("duration_day = \"24h\""), task), Some(pair("2024-03-04T08:00", "2024-03-06T17:00")));
@@ -80,8 +82,8 @@ fn actual_dates_beat_planned_ones_and_push_what_is_computed() {
     site.office_hours(&[first, second]);
     assert_eq!(dates(&site.evaluate(), second), Some(pair("2024-03-06T08:00", "2024-03-06T17:00")));
     let started = site.text("2024-03-06T08:00:00");
-    site.builder.tasks[first].actual_start = started;
-    site.builder.tasks[first].completion = 1.0;
+    site.builder.schedule.tasks[first].actual_start = started;
+    site.builder.schedule.tasks[first].completion = 1.0;
     let timeline = site.evaluate();
     assert_eq!(dates(&timeline, first), Some(pair("2024-03-06T08:00", "2024-03-07T17:00")), "it lasts as planned");
     assert_eq!(dates(&timeline, second), Some(pair("2024-03-08T08:00", "2024-03-08T17:00")));

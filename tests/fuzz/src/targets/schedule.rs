@@ -21,7 +21,7 @@ pub fn run(bytes: &[u8]) {
 
 /// Nothing, a delay of the first task or a report of it; which of them is any function of the input.
 fn overrides(site: &Site<'_>, choice: usize) -> Overrides {
-    let first = site.tasks.first().map_or("", |task| site.text(task.global_id));
+    let first = site.schedule.tasks.first().map_or("", |task| site.schedule.text(task.global_id));
     match choice % 3 {
         0 => Overrides::default(),
         1 => Overrides { delays: Delay::parse(&format!("{first}=3d")).into_iter().collect(), ..Overrides::default() },
@@ -38,7 +38,7 @@ fn look(site: &Site<'_>, timeline: &Timeline) {
     assert!(instants_s.is_sorted());
     assert_eq!(timeline.changes().len(), instants_s.len());
     let _ = timeline.update_instants_s();
-    for task in 0..site.tasks.len() {
+    for task in 0..site.schedule.tasks.len() {
         if let Some(dates) = timeline.task(task) {
             assert!(dates.start_s <= dates.finish_s, "a task ends before it starts");
         }

@@ -10,8 +10,8 @@ use super::{TaskDates, Tasks, with_ancestors};
 /// predecessor allows keeps that lead.
 pub(crate) fn delay(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], delay_s: &[i64]) -> Vec<Option<TaskDates>> {
     let site = tasks.site;
-    let mut incoming = vec![Vec::new(); site.tasks.len()];
-    for sequence in site.sequences {
+    let mut incoming = vec![Vec::new(); site.schedule.tasks.len()];
+    for sequence in site.schedule.sequences {
         incoming[sequence.successor as usize].push(sequence);
     }
     let mut moved = dates.to_vec();

@@ -19,14 +19,14 @@ pub struct Floats {
 /// Floats of all tasks with dates that are no summaries and do not wait for themselves; the schedule ends with its last task.
 pub(crate) fn floats(tasks: &Tasks<'_>, dates: &[Option<TaskDates>]) -> Vec<Option<Floats>> {
     let site = tasks.site;
-    let mut floats = vec![None; site.tasks.len()];
+    let mut floats = vec![None; site.schedule.tasks.len()];
     let Some(end_s) = dates.iter().flatten().map(|d| d.finish_s).max() else { return floats };
-    let mut outgoing: Vec<Vec<&SequenceRecord>> = vec![Vec::new(); site.tasks.len()];
-    for sequence in site.sequences {
+    let mut outgoing: Vec<Vec<&SequenceRecord>> = vec![Vec::new(); site.schedule.tasks.len()];
+    for sequence in site.schedule.sequences {
         outgoing[sequence.predecessor as usize].push(sequence);
     }
     // Latest start and finish, by task.
-    let mut late: Vec<Option<[i64; 2]>> = vec![None; site.tasks.len()];
+    let mut late: Vec<Option<[i64; 2]>> = vec![None; site.schedule.tasks.len()];
     for (group, is_cycle) in dependencies(site).groups().rev() {
         let k = group[0] as usize;
         let Some(own) = dates[k].filter(|_| !is_cycle) else { continue };

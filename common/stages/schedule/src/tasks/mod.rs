@@ -56,7 +56,7 @@ impl Tasks<'_> {
         let calendar = self.task_times[sequence.successor as usize].calendar;
         let elapsed = sequence.lag_kind == messages::DurationKind::ElapsedTime;
         let clock = self.calendars.clock(calendar.filter(|_| !elapsed));
-        let text = self.site.text(sequence.lag);
+        let text = self.site.schedule.text(sequence.lag);
         let lag_s = if text.is_empty() {
             (sequence.lag_ratio * self.duration_s(sequence.predecessor as usize, predecessor) as f64).round() as i64
         } else {
@@ -78,7 +78,7 @@ impl Tasks<'_> {
 
 /// A task, what it is nested in, and so on up.
 pub(crate) fn with_ancestors<'s>(site: &Site<'s>, task: usize) -> impl Iterator<Item = usize> + use<'s> {
-    let tasks = site.tasks;
+    let tasks = site.schedule.tasks;
     let parent = move |at: &usize| Some(tasks[*at].parent).filter(|p| *p != NONE).map(|p| p as usize);
     // No task is its own ancestor; the count guards against an archive that says otherwise.
     std::iter::successors(Some(task), parent).take(tasks.len())

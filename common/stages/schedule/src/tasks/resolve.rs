@@ -53,9 +53,9 @@ struct Pass<'t, 'a, 'f, 's> {
 impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
     fn new(tasks: &'t Tasks<'a>, diagnostics: &'f mut ScheduleDiagnostics<'s>) -> Self {
         let site = tasks.site;
-        let n = site.tasks.len();
+        let n = site.schedule.tasks.len();
         let mut incoming = vec![Vec::new(); n];
-        for (k, sequence) in (0..).zip(site.sequences) {
+        for (k, sequence) in (0..).zip(site.schedule.sequences) {
             incoming[sequence.successor as usize].push(k);
         }
         let starts_s = start_times(site, tasks, diagnostics);
@@ -69,8 +69,8 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         let is_computed =
             |k: u32| !self.tasks.is_summary(k as usize) && matches!(self.written[k as usize], Written::Duration(_));
         let sequences =
-            site.sequences.iter().filter(|s| is_computed(s.successor)).map(|s| (s.successor, s.predecessor));
-        Order::of(site.tasks.len(), nesting(site).chain(sequences))
+            site.schedule.sequences.iter().filter(|s| is_computed(s.successor)).map(|s| (s.successor, s.predecessor));
+        Order::of(site.schedule.tasks.len(), nesting(site).chain(sequences))
     }
 
     /// Names the tasks of every cycle, also of those whose written dates stand.
@@ -88,7 +88,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 "tasks wait for each other in a circle: {}{more}; written dates stand, none are computed",
                 names.join(", ")
             );
-            let first = &site.tasks[group[0] as usize];
+            let first = &site.schedule.tasks[group[0] as usize];
             self.diagnostics.add(Severity::Error, DiagnosticCode::TaskCycle, Some(Entity::task(first)), message);
         }
     }
@@ -130,7 +130,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
                 self.diagnostics.add(
                     Severity::Error,
                     DiagnosticCode::TaskReversed,
-                    Some(Entity::task(&self.tasks.site.tasks[k])),
+                    Some(Entity::task(&self.tasks.site.schedule.tasks[k])),
                     message,
                 );
             }
@@ -145,7 +145,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         let clock = self.tasks.calendars.clock(self.tasks.task_times[k].clock);
         let mut start_s = self.schedule_start_s(k);
         for &sequence in &self.incoming[k] {
-            let sequence = &site.sequences[sequence as usize];
+            let sequence = &site.schedule.sequences[sequence as usize];
             let predecessor = sequence.predecessor as usize;
             let dates = self.dates[predecessor]
                 .ok_or_else(|| format!("its predecessor {} has no dates", label(site, predecessor)))?;
@@ -168,8 +168,8 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         let own = inherited(site, k, |t| (t.control != NONE).then_some(t.control as usize));
         let of_own = own.and_then(|control| self.starts_s[control]);
         let first = || {
-            let source = site.tasks[k].source;
-            let same_file = |c: &&usize| site.work_controls[**c].source == source;
+            let source = site.schedule.tasks[k].source;
+            let same_file = |c: &&usize| site.schedule.work_controls[**c].source == source;
             let used: Vec<usize> = (0..self.starts_s.len()).filter(|c| self.starts_s[*c].is_some()).collect();
             used.iter().find(same_file).or(used.first()).and_then(|c| self.starts_s[*c])
         };
@@ -179,8 +179,8 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
     /// A task that says nothing of time and hangs in no sequence takes the written dates of its nearest ancestor.
     fn inherit(&mut self) {
         let site = self.tasks.site;
-        let mut in_sequence = vec![false; site.tasks.len()];
-        for sequence in site.sequences {
+        let mut in_sequence = vec![false; site.schedule.tasks.len()];
+        for sequence in site.schedule.sequences {
             in_sequence[sequence.predecessor as usize] = true;
             in_sequence[sequence.successor as usize] = true;
         }
@@ -199,7 +199,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
 
     fn report_undated(&mut self) {
         for k in 0..self.dates.len() {
-            let task = &self.tasks.site.tasks[k];
+            let task = &self.tasks.site.schedule.tasks[k];
             if let (None, Some(why)) = (self.dates[k], &self.why[k]) {
                 let message = format!("the task has no dates: {why}; it has no effect");
                 self.diagnostics.add(Severity::Warning, DiagnosticCode::TaskUndated, Some(Entity::task(task)), message);
@@ -233,20 +233,20 @@ pub(super) fn roll_up(nested: &[TaskDates]) -> TaskDates {
 
 /// Summary tasks with the tasks nested in them.
 fn nesting(site: &Site<'_>) -> impl Iterator<Item = (u32, u32)> {
-    site.tasks.iter().zip(0..).filter(|(t, _)| t.parent != NONE).map(|(t, k)| (t.parent, k))
+    site.schedule.tasks.iter().zip(0..).filter(|(t, _)| t.parent != NONE).map(|(t, k)| (t.parent, k))
 }
 
 /// All dependencies, whether dates are written or not: for cycles, delays and floats.
 pub(super) fn dependencies(site: &Site<'_>) -> Order {
-    let sequences = site.sequences.iter().map(|s| (s.successor, s.predecessor));
-    Order::of(site.tasks.len(), nesting(site).chain(sequences))
+    let sequences = site.schedule.sequences.iter().map(|s| (s.successor, s.predecessor));
+    Order::of(site.schedule.tasks.len(), nesting(site).chain(sequences))
 }
 
 /// Name of a task for people, its GlobalId where it has none.
 pub(crate) fn label(site: &Site<'_>, task: usize) -> String {
-    let record = &site.tasks[task];
-    let name = site.text(record.name);
-    if name.is_empty() { site.text(record.global_id).to_owned() } else { format!("{name:?}") }
+    let record = &site.schedule.tasks[task];
+    let name = site.schedule.text(record.name);
+    if name.is_empty() { site.schedule.text(record.global_id).to_owned() } else { format!("{name:?}") }
 }
 
 fn depth(site: &Site<'_>, task: usize) -> usize {
@@ -254,18 +254,18 @@ fn depth(site: &Site<'_>, task: usize) -> usize {
 }
 
 fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, diagnostics: &mut ScheduleDiagnostics<'_>) -> Vec<Option<i64>> {
-    let mut used = vec![false; site.work_controls.len()];
-    for task in site.tasks.iter().filter(|t| t.control != NONE) {
+    let mut used = vec![false; site.schedule.work_controls.len()];
+    for task in site.schedule.tasks.iter().filter(|t| t.control != NONE) {
         used[task.control as usize] = true;
     }
     let zone = tasks.rules.site_zone.as_ref();
-    let times = site.work_controls.iter().zip(used).map(|(control, used)| {
-        let entity = Entity::of(control.global_id, control.name, control.step_id, control.source);
+    let times = site.schedule.work_controls.iter().zip(used).map(|(control, used)| {
+        let entity = Entity::of_schedule(control.global_id, control.name, control.step_id, control.source);
         if !used && control.is_plan == 0 {
             let message = "the work schedule has no task".to_owned();
             diagnostics.add(Severity::Warning, DiagnosticCode::ScheduleEmpty, Some(entity), message);
         }
-        let text = site.text(control.start);
+        let text = site.schedule.text(control.start);
         if text.is_empty() || !used {
             return None;
         }

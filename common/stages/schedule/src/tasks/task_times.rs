@@ -56,7 +56,7 @@ pub(crate) struct TaskTimeTexts<'a> {
 
 impl<'a> TaskTimeTexts<'a> {
     pub(crate) fn of(site: &Site<'a>, task: &TaskRecord) -> Self {
-        let text = |t| site.text(t);
+        let text = |t| site.schedule.text(t);
         let first = |a: &'a str, b: &'a str| if a.is_empty() { b } else { a };
         let scheduled = !text(task.schedule_start).is_empty() || !text(task.schedule_finish).is_empty();
         Self {
@@ -77,7 +77,8 @@ pub(crate) fn written_span_s(
     texts: &[TaskTimeTexts<'_>],
 ) -> Option<std::ops::Range<i64>> {
     let of_tasks = texts.iter().flat_map(|t| [t.actual_start, t.actual_finish, t.start, t.finish]);
-    let of_controls = site.work_controls.iter().flat_map(|c| [site.text(c.start), site.text(c.finish)]);
+    let of_controls =
+        site.schedule.work_controls.iter().flat_map(|c| [c.start, c.finish].map(|t| site.schedule.text(t)));
     let dates = of_tasks.chain(of_controls).filter(|text| !text.is_empty());
     let mut seconds = dates.filter_map(|text| parse_iso(text, rules.site_zone.as_ref()).ok()).map(WrittenDate::start_s);
     let first = seconds.next()?;
@@ -94,7 +95,7 @@ pub(crate) fn task_times(
 ) -> Vec<TaskTimes> {
     let mut reader =
         TaskTimeReader { site, rules, calendars, diagnostics, days_of: Vec::new(), without_calendar: Vec::new() };
-    let task_times = (0..site.tasks.len()).map(|k| reader.task(k, &texts[k])).collect();
+    let task_times = (0..site.schedule.tasks.len()).map(|k| reader.task(k, &texts[k])).collect();
     reader.report_days();
     task_times
 }
@@ -112,7 +113,7 @@ struct TaskTimeReader<'a, 'f, 's> {
 
 impl TaskTimeReader<'_, '_, '_> {
     fn task(&mut self, index: usize, texts: &TaskTimeTexts<'_>) -> TaskTimes {
-        let task = &self.site.tasks[index];
+        let task = &self.site.schedule.tasks[index];
         let calendar = inherited(self.site, index, |t| (t.calendar != NONE).then_some(t.calendar as usize));
         let elapsed = task.duration_kind == DurationKind::ElapsedTime;
         let clock = calendar.filter(|_| !elapsed);
@@ -181,7 +182,7 @@ impl TaskTimeReader<'_, '_, '_> {
     }
 
     fn length_s(&mut self, index: usize, duration: WrittenDuration, clock: Option<usize>) -> i64 {
-        let task = &self.site.tasks[index];
+        let task = &self.site.schedule.tasks[index];
         if duration.counts_days() && clock.is_some() {
             self.days_of.push(index);
         }
@@ -202,14 +203,14 @@ impl TaskTimeReader<'_, '_, '_> {
                 "{} with durations in days; a day means {means} (duration_day)",
                 counted(self.days_of.len(), "task")
             );
-            let entity = Entity::task(&self.site.tasks[first]);
+            let entity = Entity::task(&self.site.schedule.tasks[first]);
             self.diagnostics.add(Severity::Info, DiagnosticCode::DurationInDays, Some(entity), message);
         }
         if let Some(&first) = self.without_calendar.first() {
             let n = self.without_calendar.len();
             let message =
                 format!("{} with working time and without a calendar; a day has 24 hours", counted(n, "task"));
-            let entity = Entity::task(&self.site.tasks[first]);
+            let entity = Entity::task(&self.site.schedule.tasks[first]);
             self.diagnostics.add(Severity::Warning, DiagnosticCode::CalendarMissing, Some(entity), message);
         }
     }
@@ -217,7 +218,8 @@ impl TaskTimeReader<'_, '_, '_> {
 
 /// What a task does, by its type or that of its nearest ancestor that has one.
 pub(crate) fn kind_of(site: &Site<'_>, task: usize) -> TaskKind {
-    let own_type = |t: &TaskRecord| Some(site.text(t.predefined_type)).filter(|k| !k.is_empty() && *k != "NOTDEFINED");
+    let own_type =
+        |t: &TaskRecord| Some(site.schedule.text(t.predefined_type)).filter(|k| !k.is_empty() && *k != "NOTDEFINED");
     match inherited(site, task, own_type) {
         None | Some("CONSTRUCTION" | "INSTALLATION") => TaskKind::Construct,
         Some("DEMOLITION" | "REMOVAL" | "DISMANTLE" | "DISPOSAL") => TaskKind::Remove,
@@ -228,5 +230,5 @@ pub(crate) fn kind_of(site: &Site<'_>, task: usize) -> TaskKind {
 
 /// The nearest answer of a task and its ancestors.
 pub(crate) fn inherited<'s, T>(site: &Site<'s>, task: usize, of: impl Fn(&'s TaskRecord) -> Option<T>) -> Option<T> {
-    with_ancestors(site, task).find_map(|at| of(&site.tasks[at]))
+    with_ancestors(site, task).find_map(|at| of(&site.schedule.tasks[at]))
 }

@@ -35,19 +35,19 @@ impl ScheduledSite {
     pub(crate) fn starting() -> Self {
         let mut site = Self::new();
         let (global_id, start) = (site.text("schedule"), site.text("2024-03-04T08:00:00"));
-        site.builder.work_controls.push(WorkControlRecord { global_id, start, ..WorkControlRecord::zeroed() });
+        site.builder.schedule.work_controls.push(WorkControlRecord { global_id, start, ..WorkControlRecord::zeroed() });
         site
     }
 
-    pub(crate) fn text(&mut self, text: &str) -> Text {
-        self.builder.texts.add(text)
+    pub(crate) fn text(&mut self, text: &str) -> ScheduleText {
+        self.builder.texts.add(text).into()
     }
 
     /// A task named and identified by `name`, in the work schedule if there is one.
     pub(crate) fn task(&mut self, name: &str) -> usize {
         let name = self.text(name);
-        let control = if self.builder.work_controls.is_empty() { NONE } else { 0 };
-        self.builder.tasks.push(TaskRecord {
+        let control = if self.builder.schedule.work_controls.is_empty() { NONE } else { 0 };
+        self.builder.schedule.tasks.push(TaskRecord {
             global_id: name,
             name,
             parent: NONE,
@@ -56,35 +56,36 @@ impl ScheduledSite {
             completion: -1.0,
             ..TaskRecord::zeroed()
         });
-        self.builder.tasks.len() - 1
+        self.builder.schedule.tasks.len() - 1
     }
 
     /// A task with scheduled dates.
     pub(crate) fn dated(&mut self, name: &str, start: &str, finish: &str) -> usize {
         let (task, start, finish) = (self.task(name), self.text(start), self.text(finish));
-        (self.builder.tasks[task].schedule_start, self.builder.tasks[task].schedule_finish) = (start, finish);
+        (self.builder.schedule.tasks[task].schedule_start, self.builder.schedule.tasks[task].schedule_finish) =
+            (start, finish);
         task
     }
 
     /// A task that only lasts, in working time.
     pub(crate) fn lasting(&mut self, name: &str, duration: &str) -> usize {
         let (task, duration) = (self.task(name), self.text(duration));
-        self.builder.tasks[task].schedule_duration = duration;
-        self.builder.tasks[task].duration_kind = DurationKind::WorkTime.into();
+        self.builder.schedule.tasks[task].schedule_duration = duration;
+        self.builder.schedule.tasks[task].duration_kind = DurationKind::WorkTime.into();
         task
     }
 
     pub(crate) fn kind(&mut self, task: usize, kind: &str) {
-        self.builder.tasks[task].predefined_type = self.builder.texts.add(kind);
+        self.builder.schedule.tasks[task].predefined_type = self.text(kind);
     }
 
     pub(crate) fn nest(&mut self, whole: usize, parts: &[usize]) {
-        parts.iter().for_each(|part| self.builder.tasks[*part].parent = whole as u32);
+        parts.iter().for_each(|part| self.builder.schedule.tasks[*part].parent = whole as u32);
     }
 
     pub(crate) fn sequence(&mut self, predecessor: usize, successor: usize, kind: SequenceKind, lag: &str) -> usize {
         let lag = self.text(lag);
-        self.builder.sequences.push(SequenceRecord {
+        self.builder.schedule.sequences.push(SequenceRecord {
             lag,
             predecessor: predecessor as u32,
             successor: successor as u32,
@@ -92,15 +93,15 @@ impl ScheduledSite {
             lag_kind: DurationKind::WorkTime.into(),
             ..SequenceRecord::zeroed()
         });
-        self.builder.sequences.len() - 1
+        self.builder.schedule.sequences.len() - 1
     }
 
     /// Monday to Friday, 8 to 12 and 13 to 17, for these tasks.
     pub(crate) fn office_hours(&mut self, tasks: &[usize]) -> usize {
         let b = &mut self.builder;
-        let first_period = b.periods_s.len() as u32;
-        b.periods_s.extend([[8 * 3600, 12 * 3600], [13 * 3600, 17 * 3600]]);
-        b.work_times.push(WorkTimeRecord {
+        let first_period = b.schedule.periods_s.len() as u32;
+        b.schedule.periods_s.extend([[8 * 3600, 12 * 3600], [13 * 3600, 17 * 3600]]);
+        b.schedule.work_times.push(WorkTimeRecord {
             first_day: i32::MIN,
             last_day: i32::MAX,
             kind: RecurrenceKind::Weekly.into(),
@@ -110,18 +111,23 @@ impl ScheduledSite {
             n_periods: 2,
             ..WorkTimeRecord::zeroed()
         });
-        let global_id = b.texts.add("calendar");
-        let first_work_time = b.work_times.len() as u32 - 1;
-        b.calendars.push(CalendarRecord { global_id, first_work_time, n_working: 1, ..CalendarRecord::zeroed() });
-        let calendar = b.calendars.len() as u32 - 1;
-        tasks.iter().for_each(|task| b.tasks[*task].calendar = calendar);
+        let global_id = b.texts.add("calendar").into();
+        let first_work_time = b.schedule.work_times.len() as u32 - 1;
+        b.schedule.calendars.push(CalendarRecord {
+            global_id,
+            first_work_time,
+            n_working: 1,
+            ..CalendarRecord::zeroed()
+        });
+        let calendar = b.schedule.calendars.len() as u32 - 1;
+        tasks.iter().for_each(|task| b.schedule.tasks[*task].calendar = calendar);
         calendar as usize
     }
 
     /// An element of this entity.
     pub(crate) fn element(&mut self, entity: &str) -> usize {
         let k = self.builder.elements.len();
-        let global_id = self.text(&format!("element-{k}"));
+        let global_id = self.builder.texts.add(&format!("element-{k}"));
         let supertypes = self.builder.texts.add_list([entity, "IfcElement"]);
         self.builder.elements.push(ElementRecord {
             global_id,
@@ -138,7 +144,7 @@ impl ScheduledSite {
 
     /// A space of this name.
     pub(crate) fn space(&mut self, name: &str) -> usize {
-        let name = self.text(name);
+        let name = self.builder.texts.add(name);
         self.builder.spaces.push(SpaceRecord {
             global_id: name,
             name,
@@ -160,7 +166,7 @@ impl ScheduledSite {
 
     pub(crate) fn link(&mut self, task: usize, kind: LinkKind, target: usize, flags: u32) {
         let record = TaskLinkRecord { task: task as u32, kind: kind.into(), target: target as u32, flags };
-        self.builder.task_links.push(record);
+        self.builder.schedule.task_links.push(record);
     }
 
     pub(crate) fn builds(&mut self, task: usize, element: usize) {

@@ -43,11 +43,11 @@ struct ChangeJson<'s> {
 
 pub(super) fn causes_of<'s>(site: &'s Site<'_>, timeline: &Timeline, change: &Change) -> Causes<'s> {
     let cause = |cause: Cause| {
-        let task = &site.tasks[cause.task as usize];
+        let task = &site.schedule.tasks[cause.task as usize];
         CauseJson {
-            global_id: site.text(task.global_id),
-            identification: site.text(task.identification),
-            name: site.text(task.name),
+            global_id: site.schedule.text(task.global_id),
+            identification: site.schedule.text(task.identification),
+            name: site.schedule.text(task.name),
             event: if cause.starts { "starts" } else { "finishes" },
             elements: cause.elements.iter().map(|k| site.text(site.elements[*k as usize].global_id)).collect(),
             spaces: cause.spaces.iter().map(|k| site.text(site.spaces[*k as usize].global_id)).collect(),

@@ -64,7 +64,7 @@ impl Run for Args {
             waypoints::check_names(&site, &options).map_err(Failure::usage)?;
             options.storeys = storey_choice::chosen(&site, &self.storeys)?;
             let timeline = schedule.timeline(&site);
-            debug!(tasks = site.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
+            debug!(tasks = site.schedule.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
             let slice_progress = |done: usize, total: usize| progress.step("slicing", done, total);
             let resolution_m = self.robot.resolution;
             let rasterizer = Rasterizer::with_progress(&site, &robot.profile, resolution_m, &slice_progress)

@@ -4,7 +4,7 @@ use super::document::{WholeDay, counts};
 use crate::date_argument;
 use crate::task_name::task_name;
 use frames::counted;
-use messages::{DateSource, Diagnostic, ScheduleState, ScheduleStateHead, Severity, Site};
+use messages::{DateSource, Diagnostic, ScheduleState, ScheduleStateHead, Severity, Site, TaskRecord};
 use schedule::{Period, Timeline};
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -36,9 +36,9 @@ pub(super) fn text_of(
     let counts: Vec<String> =
         counts(schedule_state).into_iter().map(|(state, n)| format!("{n} {}", state.replace('_', " "))).collect();
     let _ = writeln!(out, "elements: {}", counts.join(", "));
-    let summaries: HashSet<usize> = site.tasks.iter().map(|t| t.parent as usize).collect();
+    let summaries: HashSet<usize> = site.schedule.tasks.iter().map(|t| t.parent as usize).collect();
     let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
-    let running = (0..site.tasks.len()).filter(|k| {
+    let running = (0..site.schedule.tasks.len()).filter(|k| {
         !summaries.contains(k) && timeline.task(*k).is_some_and(|d| d.start_s < end_s && period.from_s < d.finish_s)
     });
     for k in running {
@@ -98,7 +98,8 @@ fn separated(who: &str, message: &str) -> String {
 
 /// A reason with the name of the task.
 fn reason(site: &Site<'_>, why: &str) -> String {
-    let task = why.strip_prefix("task:").and_then(|id| site.tasks.iter().position(|t| site.text(t.global_id) == id));
+    let is_called = |t: &TaskRecord, id| site.schedule.text(t.global_id) == id;
+    let task = why.strip_prefix("task:").and_then(|id| site.schedule.tasks.iter().position(|t| is_called(t, id)));
     task.map_or_else(|| why.replace('_', " "), |k| task_name(site, k))
 }
 

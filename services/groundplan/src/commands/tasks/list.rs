@@ -91,7 +91,7 @@ pub(super) struct WarningEntry {
 /// The tasks that are wanted, or all.
 pub(super) fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64>, wanted: &[usize]) -> TaskList<'s> {
     let targets = timeline.task_targets(site);
-    let order = nested_order(site.tasks).into_iter().filter(|(k, _)| wanted.is_empty() || wanted.contains(k));
+    let order = nested_order(site.schedule.tasks).into_iter().filter(|(k, _)| wanted.is_empty() || wanted.contains(k));
     let entry = |(k, depth): (usize, usize)| TaskEntry { depth, ..entry_of(site, timeline, at_s, k, &targets[k]) };
     TaskList { at: at_s.map(date_argument::text), tasks: order.map(entry).collect() }
 }
@@ -122,8 +122,9 @@ fn entry_of<'s>(
     task: usize,
     targets: &TaskTargets,
 ) -> TaskEntry<'s> {
-    let record = &site.tasks[task];
+    let record = &site.schedule.tasks[task];
     let text = |t| Some(site.text(t)).filter(|text| !text.is_empty());
+    let written = |t| Some(site.schedule.text(t)).filter(|text| !text.is_empty());
     let dates = timeline.task(task);
     let element = |(&k, operation): (&u32, &schedule::TaskOperation)| {
         let element = &site.elements[k as usize];
@@ -138,17 +139,18 @@ fn entry_of<'s>(
         let space = &site.spaces[*k as usize];
         SpaceEntry { global_id: site.text(space.global_id), name: text(space.name), long_name: text(space.long_name) }
     };
-    let global_id = site.text(record.global_id);
+    let global_id = site.schedule.text(record.global_id);
     let is_about =
         |f: &&Diagnostic| f.severity > Severity::Info && !f.global_id().is_empty() && f.global_id() == global_id;
     TaskEntry {
         global_id,
-        identification: text(record.identification),
-        name: text(record.name),
-        parent: (record.parent != NONE).then(|| site.text(site.tasks[record.parent as usize].global_id)),
+        identification: written(record.identification),
+        name: written(record.name),
+        parent: (record.parent != NONE)
+            .then(|| site.schedule.text(site.schedule.tasks[record.parent as usize].global_id)),
         depth: 0,
-        is_summary: site.tasks.iter().any(|t| t.parent as usize == task),
-        predefined_type: text(record.predefined_type),
+        is_summary: site.schedule.tasks.iter().any(|t| t.parent as usize == task),
+        predefined_type: written(record.predefined_type),
         start: dates.map(|d| date_argument::text(d.start_s)),
         finish: dates.map(|d| date_argument::text(d.finish_s)),
         dates_from: dates.map(|d| d.source.name()),

@@ -65,7 +65,7 @@ impl Run for Args {
             if self.json {
                 return Ok((serde_json::to_string_pretty(&list).map_err(Failure::work)? + "\n").into());
             }
-            Ok(list.text(timeline, site.tasks.is_empty()).into())
+            Ok(list.text(timeline, site.schedule.tasks.is_empty()).into())
         })
     }
 }

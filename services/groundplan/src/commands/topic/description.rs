@@ -21,7 +21,7 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
     let content = match sample.topic() {
         TopicName::Site => {
             let site = Site::open(sample.bytes())?;
-            let (elements, spaces, tasks) = (site.elements.len(), site.spaces.len(), site.tasks.len());
+            let (elements, spaces, tasks) = (site.elements.len(), site.spaces.len(), site.schedule.tasks.len());
             json!({"elements": elements, "spaces": spaces, "map_storeys": site.map_storeys.len(), "tasks": tasks})
         }
         TopicName::ScheduleState => {

@@ -1,0 +1,154 @@
+//! The view of a work schedule: tasks, calendars, dependencies, and what tasks work on.
+
+use crate::archive::{Archive, ArchiveError, NONE};
+use crate::schedule_records::*;
+use crate::site_records::section;
+use crate::spans::{fits, optional};
+use crate::tag::check_tags;
+
+/// A work schedule, read in place: of the models in a `site` archive, or of schedule files in a `tasks` archive.
+///
+/// All indices inside were checked when its archive was opened, so slicing by them does not panic.
+#[derive(Debug, Clone, Copy)]
+pub struct WorkSchedule<'a> {
+    strings: &'a str,
+    /// Work plans and schedules.
+    pub work_controls: &'a [WorkControlRecord],
+    /// Calendars.
+    pub calendars: &'a [CalendarRecord],
+    /// Times of calendars.
+    pub work_times: &'a [WorkTimeRecord],
+    /// Periods of work times: `[from, to)` in seconds of the day; an end that is not after its start lies on the next day.
+    pub periods_s: &'a [[u32; 2]],
+    /// Tasks.
+    pub tasks: &'a [TaskRecord],
+    /// Dependencies between tasks.
+    pub sequences: &'a [SequenceRecord],
+    /// What tasks work on.
+    pub task_links: &'a [TaskLinkRecord],
+}
+
+/// Numbers of what tasks may work on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LinkTargets {
+    pub(crate) elements: usize,
+    pub(crate) spaces: usize,
+    pub(crate) storeys: usize,
+}
+
+impl<'a> WorkSchedule<'a> {
+    /// The sections of an archive, without validation of their records.
+    pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        Ok(Self {
+            strings: archive.strings(section::STRINGS)?,
+            work_controls: archive.section(section::WORK_CONTROLS)?,
+            calendars: archive.section(section::CALENDARS)?,
+            work_times: archive.section(section::WORK_TIMES)?,
+            periods_s: archive.section(section::PERIODS)?,
+            tasks: archive.section(section::TASKS)?,
+            sequences: archive.section(section::SEQUENCES)?,
+            task_links: archive.section(section::TASK_LINKS)?,
+        })
+    }
+
+    /// The text.
+    pub fn text(&self, text: ScheduleText) -> &'a str {
+        text.0.of(self.strings).expect("texts were checked when the archive was opened")
+    }
+
+    /// Checks tags, indices and texts.
+    pub(crate) fn check(&self, targets: LinkTargets) -> Result<(), ArchiveError> {
+        check_tags(self.work_times.iter().map(|w| w.kind), "kind of recurrence")?;
+        check_tags(self.tasks.iter().map(|t| t.duration_kind), "kind of duration")?;
+        check_tags(self.sequences.iter().map(|s| s.lag_kind), "kind of duration")?;
+        check_tags(self.sequences.iter().map(|s| s.kind), "kind of sequence")?;
+        check_tags(self.task_links.iter().map(|l| l.kind), "kind of link")?;
+        self.check_indices(targets)?;
+        self.check_texts()
+    }
+
+    fn check_indices(&self, targets: LinkTargets) -> Result<(), ArchiveError> {
+        let n_tasks = self.tasks.len();
+        let task = |t: &TaskRecord| {
+            optional(t.parent, n_tasks)
+                && optional(t.control, self.work_controls.len())
+                && optional(t.calendar, self.calendars.len())
+        };
+        let calendar = |c: &CalendarRecord| {
+            fits(c.first_work_time, c.n_working.saturating_add(c.n_exceptions), self.work_times.len())
+        };
+        let link = |l: &TaskLinkRecord| {
+            let n_targets = match l.kind.get() {
+                LinkKind::Element => targets.elements,
+                LinkKind::Space => targets.spaces,
+                LinkKind::Storey => targets.storeys,
+            };
+            (l.task as usize) < n_tasks && (l.target as usize) < n_targets
+        };
+        let sequence = |s: &SequenceRecord| (s.predecessor as usize) < n_tasks && (s.successor as usize) < n_tasks;
+        let whole = self.tasks.iter().all(task)
+            && self.calendars.iter().all(calendar)
+            && self.work_times.iter().all(|w| fits(w.first_period, w.n_periods, self.periods_s.len()))
+            && self.sequences.iter().all(sequence)
+            && self.task_links.iter().all(link)
+            && is_forest(self.tasks);
+        if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the schedule" }) }
+    }
+
+    fn check_texts(&self) -> Result<(), ArchiveError> {
+        let controls =
+            self.work_controls.iter().flat_map(|c| [c.global_id, c.name, c.predefined_type, c.start, c.finish]);
+        let calendars = self.calendars.iter().flat_map(|c| [c.global_id, c.name]);
+        let sequences = self.sequences.iter().flat_map(|s| [s.global_id, s.lag]);
+        let tasks = self.tasks.iter().flat_map(TaskRecord::texts);
+        let mut all = controls.chain(calendars).chain(sequences).chain(tasks);
+        if all.all(|text| text.0.of(self.strings).is_some()) {
+            Ok(())
+        } else {
+            Err(ArchiveError::Index { what: "a text" })
+        }
+    }
+}
+
+impl TaskRecord {
+    fn texts(&self) -> [ScheduleText; 13] {
+        [
+            self.global_id,
+            self.name,
+            self.identification,
+            self.predefined_type,
+            self.schedule_duration,
+            self.schedule_start,
+            self.schedule_finish,
+            self.early_start,
+            self.early_finish,
+            self.late_start,
+            self.late_finish,
+            self.actual_start,
+            self.actual_finish,
+        ]
+    }
+
+    /// True if all of these bits of [`task_flags`] are set.
+    pub fn has(&self, flags: u32) -> bool {
+        self.flags & flags == flags
+    }
+}
+
+/// True if no task is nested in itself. The parents of all tasks lie in the section.
+fn is_forest(tasks: &[TaskRecord]) -> bool {
+    // On which walk a task was met; 0 for none.
+    let mut met = vec![0u32; tasks.len()];
+    for (walk, start) in (1..).zip(0..tasks.len()) {
+        let mut at = start;
+        while met[at] == 0 {
+            met[at] = walk;
+            match tasks[at].parent {
+                NONE => break,
+                parent if met[parent as usize] == walk => return false,
+                parent => at = parent as usize,
+            }
+        }
+    }
+    true
+}
