@@ -1,8 +1,12 @@
 //! Schedules of planners' tools: bytes in, [`PlanFile`] out.
 
+mod calendars;
 mod decode;
 mod error;
+mod nesting;
 mod plan;
+mod values;
+mod xer;
 
 pub use error::PlanFileError;
 pub use plan::{

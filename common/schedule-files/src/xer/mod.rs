@@ -1,0 +1,3 @@
+//! XER files of Primavera P6.
+
+mod tables;
