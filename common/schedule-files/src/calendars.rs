@@ -90,7 +90,9 @@ pub(crate) fn disjoint(exceptions: &[&CalendarException]) -> Vec<CalendarExcepti
         } else {
             open.remove(&k);
         }
-        let (Some(first), Some(&(until, ..)), Some(&owner)) = (day, turns.get(turn + 1), open.first()) else { continue };
+        let (Some(first), Some(&(until, ..)), Some(&owner)) = (day, turns.get(turn + 1), open.first()) else {
+            continue;
+        };
         if until == Some(first) {
             continue;
         }

@@ -7,6 +7,7 @@ mod nesting;
 mod plan;
 mod values;
 mod xer;
+mod xml;
 
 pub use error::PlanFileError;
 pub use plan::{
