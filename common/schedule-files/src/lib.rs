@@ -1,5 +1,6 @@
 //! Schedules of planners' tools: bytes in, [`PlanFile`] out.
 
+mod assemble;
 mod calendars;
 mod decode;
 mod error;

@@ -232,6 +232,8 @@ pub enum FindingKind {
     DuplicateTask,
     /// A task, calendar or parent that is named and not there.
     MissingReference,
+    /// It is nested in itself through others: it is taken out.
+    NestedInItself,
     /// It ends before it starts.
     EndsBeforeStart,
     /// Something that the reader does not know and leaves out.
