@@ -10,6 +10,9 @@ use std::collections::HashMap;
 /// A large site has some ten thousand.
 const MAX_TASKS: usize = 1_000_000;
 
+/// Bytes of codes and fields of all tasks together: a short file can give a long code to many tasks.
+const MAX_FIELD_BYTES: usize = 1 << 28;
+
 /// Each task has about two.
 const MAX_DEPENDENCIES: usize = 4_000_000;
 
@@ -21,6 +24,7 @@ pub(crate) struct WrittenPlan {
     /// Index of the task with a uid.
     by_uid: HashMap<String, usize>,
     links: Vec<WrittenLink>,
+    n_field_bytes: usize,
     /// What is wrong. The index of a task is that in the order of the file.
     pub(crate) findings: Vec<Finding>,
 }
@@ -83,9 +87,28 @@ impl WrittenPlan {
         Ok(())
     }
 
-    /// The task with a uid, to add to it what stands elsewhere in the file.
-    pub(crate) fn task_mut(&mut self, uid: &str) -> Option<&mut PlanTask> {
-        self.by_uid.get(uid).map(|k| &mut self.tasks[*k])
+    /// Index of the task with a uid.
+    pub(crate) fn index_of(&self, uid: &str) -> Option<usize> {
+        self.by_uid.get(uid).copied()
+    }
+
+    /// Adds a code or field to a task; nothing for an empty value.
+    ///
+    /// # Errors
+    /// More of it than memory should hold.
+    ///
+    /// # Panics
+    /// If there is no such task.
+    pub(crate) fn add_field(&mut self, task: usize, name: &str, value: &str) -> Result<(), PlanFileError> {
+        if value.is_empty() {
+            return Ok(());
+        }
+        self.n_field_bytes += size_of::<[String; 2]>() + name.len() + value.len();
+        if self.n_field_bytes > MAX_FIELD_BYTES {
+            return Err(PlanFileError::TooMany { max: MAX_FIELD_BYTES, what: "bytes of codes and fields" });
+        }
+        self.tasks[task].fields.push((name.to_owned(), value.to_owned()));
+        Ok(())
     }
 
     /// Adds a finding about a task, or about none.

@@ -1,5 +1,6 @@
 //! Calendars as they are written, and what they say with all that they inherit.
 
+use crate::PlanFileError;
 use crate::plan::{CalendarException, Finding, FindingKind, PlanCalendar};
 use jiff::civil::Date;
 use std::collections::{BTreeSet, HashMap};
@@ -25,7 +26,13 @@ pub(crate) struct WrittenCalendar {
 }
 
 /// The calendars with what they inherit; and findings about those that inherit from nowhere or from themselves.
-pub(crate) fn resolve(written: &[WrittenCalendar], findings: &mut Vec<Finding>) -> Vec<PlanCalendar> {
+///
+/// # Errors
+/// More exceptions in all, with those that are inherited, than a schedule has.
+pub(crate) fn resolve(
+    written: &[WrittenCalendar],
+    findings: &mut Vec<Finding>,
+) -> Result<Vec<PlanCalendar>, PlanFileError> {
     let mut numbers = HashMap::new();
     for (k, calendar) in written.iter().enumerate() {
         numbers.entry(calendar.uid.as_str()).or_insert(k);
@@ -35,6 +42,7 @@ pub(crate) fn resolve(written: &[WrittenCalendar], findings: &mut Vec<Finding>) 
         findings.push(Finding { task: None, kind: FindingKind::MissingReference, message });
     };
     let mut resolved = Vec::with_capacity(written.len());
+    let mut n_exceptions = 0;
     for calendar in written {
         let mut line = vec![calendar];
         while let Some(base) = line[line.len() - 1].base.as_deref() {
@@ -50,10 +58,17 @@ pub(crate) fn resolve(written: &[WrittenCalendar], findings: &mut Vec<Finding>) 
                 }
             }
         }
+        n_exceptions += line.iter().map(|calendar| calendar.exceptions.len()).sum::<usize>();
+        if n_exceptions > MAX_EXCEPTIONS {
+            return Err(PlanFileError::TooMany { max: MAX_EXCEPTIONS, what: "exceptions in its calendars" });
+        }
         resolved.push(of_line(&line));
     }
-    resolved
+    Ok(resolved)
 }
+
+/// Of all calendars together; a calendar has some dozen for each year.
+const MAX_EXCEPTIONS: usize = 1_000_000;
 
 /// Products know two levels; more than this many are a loop or an attack.
 const MAX_BASES: usize = 16;
@@ -195,7 +210,7 @@ mod tests {
             exceptions: vec![exception(6, 6, 2)],
             ..Default::default()
         };
-        let resolved = &resolve(&[base, own], &mut Vec::new())[1];
+        let resolved = &resolve(&[base, own], &mut Vec::new()).unwrap()[1];
         let usual = USUAL_DAY_S.to_vec();
         let expected = [vec![], usual.clone(), usual.clone(), usual.clone(), usual, vec![[0, 10]], vec![]];
         assert_eq!(resolved.week, expected);
@@ -203,11 +218,23 @@ mod tests {
     }
 
     #[test]
+    fn exceptions_that_are_inherited_without_end_are_an_error() {
+        let base = WrittenCalendar { exceptions: vec![exception(1, 1, 1); 2000], ..Default::default() };
+        let mut written = vec![base];
+        for k in 0..1000 {
+            let uid = format!("{k}");
+            written.push(WrittenCalendar { uid, base: Some(String::new()), ..Default::default() });
+        }
+        assert!(matches!(resolve(&written, &mut Vec::new()), Err(PlanFileError::TooMany { .. })));
+    }
+
+    #[test]
     fn a_calendar_that_is_based_on_itself_or_on_nothing_is_found() {
         let calendar =
             |uid: &str, base: &str| WrittenCalendar { uid: uid.into(), base: Some(base.into()), ..Default::default() };
         let mut findings = Vec::new();
-        assert_eq!(resolve(&[calendar("1", "2"), calendar("2", "1"), calendar("3", "4")], &mut findings).len(), 3);
+        let written = [calendar("1", "2"), calendar("2", "1"), calendar("3", "4")];
+        assert_eq!(resolve(&written, &mut findings).unwrap().len(), 3);
         assert_eq!(findings.len(), 3);
     }
 }

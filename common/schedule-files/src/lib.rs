@@ -5,6 +5,7 @@ mod calendars;
 mod decode;
 mod error;
 mod nesting;
+mod p6;
 mod plan;
 mod values;
 mod xer;
@@ -12,6 +13,6 @@ mod xml;
 
 pub use error::PlanFileError;
 pub use plan::{
-    CalendarException, Constraint, ConstraintKind, Dependency, DependencyKind, Finding, FindingKind, Length,
-    PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanTask, PlanTaskKind,
+    CalendarException, Constraint, ConstraintKind, Dependency, DependencyKind, Finding, FindingKind, LagCalendar,
+    Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanTask, PlanTaskKind,
 };
