@@ -53,12 +53,12 @@ impl WrittenPlan {
         self.tasks.len()
     }
 
-    /// Adds a task; its parent and calendar are looked up at the end. If there is one with its uid already, it is found and left out,
-    /// with what was found about it.
+    /// Adds a task and returns its index; its parent and calendar are looked up at the end. If there is one with its uid already, it is
+    /// found and left out, with what was found about it.
     ///
     /// # Errors
     /// More tasks than a schedule has.
-    pub(crate) fn push(&mut self, task: PlanTask, references: References) -> Result<(), PlanFileError> {
+    pub(crate) fn push(&mut self, task: PlanTask, references: References) -> Result<Option<usize>, PlanFileError> {
         let next = self.tasks.len();
         if next == MAX_TASKS {
             return Err(PlanFileError::TooMany { max: MAX_TASKS, what: "tasks" });
@@ -67,12 +67,12 @@ impl WrittenPlan {
             while self.findings.pop_if(|finding| finding.task == Some(next)).is_some() {}
             let message = format!("another task, {:?}, has its identity {:?} and is left out", task.name, task.uid);
             self.find(Some(first), FindingKind::DuplicateTask, message);
-            return Ok(());
+            return Ok(None);
         }
         self.by_uid.insert(task.uid.clone(), next);
         self.tasks.push(task);
         self.references.push(references);
-        Ok(())
+        Ok(Some(next))
     }
 
     /// Adds a dependency; its tasks are looked up at the end.
@@ -85,6 +85,16 @@ impl WrittenPlan {
         }
         self.links.push(link);
         Ok(())
+    }
+
+    /// The tasks so far, to add to them what stands elsewhere in the file.
+    pub(crate) fn tasks_mut(&mut self) -> &mut [PlanTask] {
+        &mut self.tasks
+    }
+
+    /// Nests a task in another, in place of what it was nested in.
+    pub(crate) fn nest(&mut self, task: usize, parent: &str) {
+        self.references[task].parent = Some(parent.to_owned());
     }
 
     /// Index of the task with a uid.

@@ -150,7 +150,9 @@ pub(crate) fn week_of(written: [Option<Vec<[u32; 2]>>; 7]) -> [Option<Vec<[u32; 
                 week[k].get_or_insert_default().push([from, to]);
             } else {
                 week[k].get_or_insert_default().push([from, DAY_S]);
-                week[(k + 1) % 7].get_or_insert_default().push([0, to]);
+                if to > 0 {
+                    week[(k + 1) % 7].get_or_insert_default().push([0, to]);
+                }
             }
         }
     }
@@ -193,6 +195,8 @@ mod tests {
         assert_eq!(week[6], Some(vec![[22 * 3600, DAY_S]]));
         assert_eq!(week[0], Some(vec![[0, 6 * 3600]]));
         assert_eq!(week[1], None);
+        let whole_day = week_of(std::array::from_fn(|k| (k == 2).then(|| vec![[0, 0]])));
+        assert_eq!((&whole_day[2], &whole_day[3]), (&Some(vec![[0, DAY_S]]), &None));
     }
 
     #[test]

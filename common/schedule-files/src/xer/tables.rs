@@ -1,7 +1,7 @@
 //! The tables of an XER file, as text.
 
-use crate::plan::{Finding, FindingKind, PlanDate};
-use crate::values;
+use crate::PlanFileError;
+use crate::p6::Record;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
@@ -10,12 +10,16 @@ use std::collections::HashMap;
 pub(super) struct Tables<'a> {
     /// Version of P6 that wrote it.
     pub(super) version: &'a str,
+    /// Its end mark was not found: it may be cut off.
+    pub(super) is_cut: bool,
     tables: HashMap<&'a str, Table<'a>>,
 }
 
 /// One table. Rows are split when they are read, so that a large file is held once.
 #[derive(Debug, Default)]
 pub(super) struct Table<'a> {
+    /// Line of the names of its columns, from 1.
+    line: usize,
     columns: HashMap<&'a str, usize>,
     rows: Vec<&'a str>,
 }
@@ -30,12 +34,13 @@ impl<'a> Tables<'a> {
     /// The tables of a text; `None` if it is no XER file.
     pub(super) fn of(text: &'a str) -> Option<Self> {
         let header = text.lines().next()?.strip_prefix("ERMHDR")?;
-        let mut tables = Self { version: header.split('\t').nth(1).unwrap_or(""), tables: HashMap::new() };
+        let version = header.split('\t').nth(1).unwrap_or("");
+        let mut tables = Self { version, is_cut: true, tables: HashMap::new() };
         let mut name = "";
         // Where the row that may go on starts, as texts with line breaks do.
         let mut start = None;
         let mut at = 0;
-        for line in text.split_inclusive('\n') {
+        for (number, line) in (1..).zip(text.split_inclusive('\n')) {
             let (from, marker) = (at, line.get(..2).filter(|_| line.starts_with('%')));
             at += line.len();
             let line = line.trim_end_matches(['\r', '\n']);
@@ -44,7 +49,7 @@ impl<'a> Tables<'a> {
                 Some("%T") => (name, start) = (rest.trim(), None),
                 Some("%F") => {
                     let columns = rest.split('\t').enumerate().map(|(k, column)| (column.trim(), k)).collect();
-                    tables.tables.entry(name).or_insert_with(|| Table { columns, rows: Vec::new() });
+                    tables.tables.entry(name).or_insert_with(|| Table { line: number, columns, rows: Vec::new() });
                 }
                 Some("%R") => {
                     start = Some(from + 3);
@@ -52,7 +57,10 @@ impl<'a> Tables<'a> {
                         table.rows.push(rest);
                     }
                 }
-                Some("%E") => break,
+                Some("%E") => {
+                    tables.is_cut = false;
+                    break;
+                }
                 _ => {
                     if let (Some(start), Some(table)) = (start, tables.tables.get_mut(name)) {
                         let row = table.rows.last_mut().expect("a row was started");
@@ -64,14 +72,18 @@ impl<'a> Tables<'a> {
         Some(tables)
     }
 
-    /// True if the file has a table of this name.
-    pub(super) fn has(&self, name: &str) -> bool {
-        self.tables.contains_key(name)
-    }
-
-    /// Number of rows of a table.
-    pub(super) fn n_rows(&self, name: &str) -> usize {
-        self.tables.get(name).map_or(0, |table| table.rows.len())
+    /// Checks that a table has columns, if the file has the table.
+    ///
+    /// # Errors
+    /// A column that is not there.
+    pub(super) fn require(&self, name: &str, columns: &[&str]) -> Result<(), PlanFileError> {
+        let Some(table) = self.tables.get(name) else { return Ok(()) };
+        match columns.iter().find(|column| !table.columns.contains_key(**column)) {
+            Some(column) => {
+                Err(PlanFileError::Table { line: table.line, why: format!("{name} has no column {column}") })
+            }
+            None => Ok(()),
+        }
     }
 
     /// The rows of a table; none if the file does not have it.
@@ -87,48 +99,20 @@ impl<'a> Tables<'a> {
 
 impl<'a> Row<'_, 'a> {
     /// The cell without spaces around it; empty if there is none.
-    pub(super) fn cell(&self, column: &str) -> &'a str {
+    pub(super) fn get(&self, column: &str) -> &'a str {
         self.columns.get(column).and_then(|k| self.cells.get(*k)).map_or("", |cell| cell.trim())
     }
+}
 
-    /// A text for people: P6 writes line breaks as the character 7F.
-    pub(super) fn text(&self, column: &str) -> Cow<'a, str> {
-        let cell = self.cell(column);
+impl Record for Row<'_, '_> {
+    fn cell(&self, name: &str) -> &str {
+        self.get(name)
+    }
+
+    /// P6 writes line breaks as the character 7F.
+    fn text(&self, name: &str) -> Cow<'_, str> {
+        let cell = self.get(name);
         if cell.contains('\u{7f}') { cell.replace('\u{7f}', "\n").into() } else { cell.into() }
-    }
-
-    /// A date with time of day.
-    pub(super) fn date(&self, column: &str, task: usize, findings: &mut Vec<Finding>) -> Option<PlanDate> {
-        self.read(column, task, findings, values::date)
-    }
-
-    /// Hours as seconds.
-    pub(super) fn hours(&self, column: &str, task: usize, findings: &mut Vec<Finding>) -> Option<i64> {
-        self.read(column, task, findings, |text| values::seconds(values::number(text)?, 3600.0))
-    }
-
-    /// A share of 100.
-    pub(super) fn percent(&self, column: &str, task: usize, findings: &mut Vec<Finding>) -> Option<f64> {
-        self.read(column, task, findings, |text| Some((values::number(text)? / 100.0).clamp(0.0, 1.0)))
-    }
-
-    fn read<T>(
-        &self,
-        column: &str,
-        task: usize,
-        findings: &mut Vec<Finding>,
-        read: impl Fn(&str) -> Option<T>,
-    ) -> Option<T> {
-        let text = self.cell(column);
-        if text.is_empty() {
-            return None;
-        }
-        let value = read(text);
-        if value.is_none() {
-            let message = format!("its {column} {text:?} cannot be read");
-            findings.push(Finding { task: Some(task), kind: FindingKind::UnreadableValue, message });
-        }
-        value
     }
 }
 
@@ -142,7 +126,7 @@ mod tests {
             "ERMHDR\t19.12\t2024\r\n%T\tA\r\n%F\tx\ty\r\n%R\t1\ttwo\r\nlines\r\n%R\t2\t\u{7f}b\r\n%E\r\n%R\t3\r\n";
         let tables = Tables::of(text).unwrap();
         assert_eq!(tables.version, "19.12");
-        let rows: Vec<_> = tables.rows("A").map(|r| (r.cell("x"), r.text("y").into_owned(), r.cell("z"))).collect();
+        let rows: Vec<_> = tables.rows("A").map(|r| (r.get("x"), r.text("y").into_owned(), r.get("z"))).collect();
         assert_eq!(rows, [("1", "two\r\nlines".into(), ""), ("2", "\nb".into(), "")]);
         assert_eq!(tables.rows("B").count(), 0);
     }
@@ -151,6 +135,13 @@ mod tests {
     fn rows_without_a_table_are_passed_over() {
         assert!(Tables::of("%T\tA").is_none());
         let tables = Tables::of("ERMHDR\n%R\t1\ngoes on\n%T\tA\n%R\t1\n%").unwrap();
-        assert!(!tables.has("A") && tables.n_rows("A") == 0);
+        assert!(tables.rows("A").count() == 0 && tables.is_cut);
+    }
+
+    #[test]
+    fn a_table_without_a_column_that_is_needed_is_an_error_with_its_line() {
+        let tables = Tables::of("ERMHDR\n%T\tA\n%F\tx\ty\n%E\n").unwrap();
+        assert!(tables.require("A", &["y", "x"]).is_ok() && tables.require("B", &["x"]).is_ok());
+        assert_eq!(tables.require("A", &["x", "z"]).unwrap_err().to_string(), "line 3: A has no column z");
     }
 }

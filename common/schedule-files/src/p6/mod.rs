@@ -8,11 +8,17 @@
 //! - An activity has three percentages (of its duration, of its units, and the physical one, which is typed in), and says which it goes by.
 //! - Lags are working time of the predecessor, unless the schedule options say otherwise.
 
-use crate::calendars::in_order;
-use crate::plan::{ConstraintKind, DependencyKind, LagCalendar, PlanDates, PlanFile, PlanTask, PlanTaskKind};
+mod activity;
+mod record;
 
-/// Bytes of a work breakdown code. P6 nests fifty nodes of twenty characters at most.
-const MAX_WBS_LEN: usize = 2000;
+pub(crate) use activity::{ActivityColumns, LinkColumns, activity, read_link};
+pub(crate) use record::Record;
+
+use crate::calendars::{DAY_S, in_order};
+use crate::plan::{ConstraintKind, DependencyKind, LagCalendar, PlanFile, PlanTaskKind};
+
+/// Bytes of a work breakdown code.
+const MAX_WBS_LEN: usize = 500;
 
 /// Working periods of Monday to Friday where a calendar does not say them: eight hours from eight o'clock.
 const USUAL_DAY_S: [[u32; 2]; 1] = [[8 * 3600, 16 * 3600]];
@@ -65,30 +71,6 @@ pub(crate) fn lag_calendar(word: &str) -> Option<LagCalendar> {
     }
 }
 
-/// Progress of the duration from 0 to 1, from the planned and the remaining one: where there is no duration, whether it is complete.
-pub(crate) fn duration_complete(task: &PlanTask, is_complete: bool) -> f64 {
-    match (task.duration, task.remaining) {
-        (Some(planned), Some(remaining)) if planned.seconds > 0 => {
-            (1.0 - remaining.seconds as f64 / planned.seconds as f64).clamp(0.0, 1.0)
-        }
-        _ => f64::from(u8::from(is_complete)),
-    }
-}
-
-/// Start and finish of the current plan, where the file does not say them; and the same date at both ends of a milestone.
-pub(crate) fn fill_current(task: &mut PlanTask, is_finish_milestone: bool) {
-    let PlanDates { actual, remaining, planned, .. } = task.dates;
-    let current = &mut task.dates.current;
-    for end in 0..2 {
-        current[end] = current[end].or(actual[end]).or(remaining[end]).or(planned[end]);
-    }
-    if task.kind == PlanTaskKind::Milestone {
-        let end = usize::from(is_finish_milestone);
-        let at = current[end].or(current[1 - end]);
-        *current = [at, at];
-    }
-}
-
 /// Where a calendar does not say a day, or has no working time at all, P6 works eight hours from Monday to Friday.
 pub(crate) fn fill_week(week: &mut [Option<Vec<[u32; 2]>>; 7]) {
     let has_work = week.iter().flatten().any(|day| !day.is_empty());
@@ -103,10 +85,15 @@ pub(crate) fn fill_week(week: &mut [Option<Vec<[u32; 2]>>; 7]) {
 pub(crate) fn exception_day(mut periods: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
     for [from, to] in &mut periods {
         if *to <= *from {
-            *to = crate::calendars::DAY_S;
+            *to = DAY_S;
         }
     }
     in_order(periods)
+}
+
+/// Uid of a node of the work breakdown: nodes and activities count apart.
+pub(crate) fn node_uid(id: &str) -> String {
+    format!("wbs:{id}")
 }
 
 /// Gives every task its place in the work breakdown: nodes have their short name in `code`, activities have that of their node.
@@ -129,7 +116,7 @@ pub(crate) fn fill_wbs(file: &mut PlanFile) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::Length;
+    use crate::plan::PlanTask;
 
     #[test]
     fn a_node_that_nests_without_end_keeps_a_short_path() {
@@ -142,18 +129,5 @@ mod tests {
         fill_wbs(&mut file);
         assert_eq!((file.tasks[1].wbs.as_str(), file.tasks[5000].wbs.as_str()), ("node.node", "node.node.node"));
         assert!(file.tasks.iter().all(|task| task.wbs.len() <= MAX_WBS_LEN));
-    }
-
-    #[test]
-    fn progress_is_that_of_the_duration() {
-        let check = |planned, remaining, is_complete, expected| {
-            let length = |seconds| Some(Length { seconds, is_elapsed: false });
-            let task = PlanTask { duration: length(planned), remaining: length(remaining), ..Default::default() };
-            assert_eq!(duration_complete(&task, is_complete), expected);
-        };
-        check(100, 25, false, 0.75);
-        check(100, 150, false, 0.0);
-        check(0, 0, false, 0.0);
-        check(0, 0, true, 1.0);
     }
 }
