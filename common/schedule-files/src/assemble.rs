@@ -92,6 +92,11 @@ impl WrittenPlan {
         &mut self.tasks
     }
 
+    /// Indices of the tasks from one on that name no parent.
+    pub(crate) fn top_tasks(&self, from: usize) -> Vec<usize> {
+        (from..self.tasks.len()).filter(|k| self.references[*k].parent.is_none()).collect()
+    }
+
     /// Nests a task in another, in place of what it was nested in.
     pub(crate) fn nest(&mut self, task: usize, parent: &str) {
         self.references[task].parent = Some(parent.to_owned());

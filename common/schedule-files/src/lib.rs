@@ -7,6 +7,8 @@ mod error;
 mod nesting;
 mod p6;
 mod plan;
+mod pmxml;
+mod read;
 mod values;
 mod xer;
 mod xml;
@@ -16,3 +18,8 @@ pub use plan::{
     CalendarException, Constraint, ConstraintKind, Dependency, DependencyKind, Finding, FindingKind, LagCalendar,
     Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanTask, PlanTaskKind,
 };
+pub use read::read;
+
+/// How to read what the content leaves open.
+#[derive(Debug, Clone, Default)]
+pub struct ReadOptions {}
