@@ -88,3 +88,53 @@ const OTHERS: [(&[u8], &str); 4] = [
     (b"ISO-10303-21", "it is a building model (IFC), whose own schedule is read with the model"),
     (b"SQLite format 3", "it is a database; export the schedule as XML or XER"),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(name: &str, bytes: &[u8]) -> String {
+        read(name, bytes, &ReadOptions::default()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_content_says_which_format_a_file_is_in() {
+        let read = |bytes: &[u8]| read("plan", bytes, &ReadOptions::default()).unwrap();
+        assert_eq!(read(b"ERMHDR\t8.0\n%E\n").written_by, "Primavera P6 8.0");
+        assert_eq!(read(b"\xef\xbb\xbfERMHDR\t8.1\n%E\n").written_by, "Primavera P6 8.1");
+        let xml = "<?xml version=\"1.0\" encoding=\"windows-1252\"?>\n<APIBusinessObjects><Project><Name>T\u{fc}r</Name></Project>\
+                   </APIBusinessObjects>";
+        let latin: Vec<u8> = xml.chars().map(|character| character as u8).collect();
+        assert_eq!(read(&latin).name, "T\u{fc}r");
+        let utf_16: Vec<u8> = [0xfeff].into_iter().chain(xml.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+        assert_eq!(read(&utf_16).name, "T\u{fc}r");
+    }
+
+    #[test]
+    fn files_of_products_are_refused_with_how_to_save_them() {
+        let check = |name: &str, bytes: &[u8], expected: &str| {
+            let message = message(name, bytes);
+            assert!(message.starts_with(&format!("files of {expected} are not read; ")), "{message}");
+        };
+        check("a.mpp", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "MS Project (.mpp, .mpx)");
+        check("a.mpx", b"MPX,Microsoft Project,4.0", "MS Project (.mpp, .mpx)");
+        check("A.PP", b"\0\0000000", "Asta Powerproject (.pp)");
+        check("a.pp", b"SQLite format 3\0", "Asta Powerproject (.pp)");
+        check("a.sp", b"\xb6\x17rest", "Synchro (.sp)");
+        check("a.xlsx", b"PK\x03\x04rest", "spreadsheets (.xlsx, .xls, .ods)");
+        check("a.xls", b"\xd0\xcf\x11\xe0", "spreadsheets (.xlsx, .xls, .ods)");
+    }
+
+    #[test]
+    fn what_is_no_schedule_is_refused_with_what_it_is() {
+        let check = |bytes: &[u8], expected: &str| assert_eq!(message("plan", bytes), expected);
+        check(b"PK\x03\x04rest", "it is a zip archive; unpack the schedule first");
+        check(b"%PDF-1.7", "it is a PDF; a schedule is read as XML, XER or CSV");
+        check(b"ISO-10303-21;", "it is a building model (IFC), whose own schedule is read with the model");
+        check(b" \n", "it is empty");
+        check(b"\x7fELF\0\0", "it is no text and of no known format");
+        let other = "its element \"html\" is not that of MS Project (Project) or Primavera P6 (APIBusinessObjects)";
+        check(b"<html/>", other);
+        check(b"<?xml version='1.0' encoding='klingon'?><a/>", "its text is not in the encoding \"klingon\"");
+    }
+}

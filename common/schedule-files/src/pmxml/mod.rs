@@ -16,6 +16,8 @@ mod calendars;
 mod element;
 mod fields;
 mod projects;
+#[cfg(test)]
+mod tests;
 
 use crate::assemble::{WrittenLink, WrittenPlan};
 use crate::calendars::{WrittenCalendar, resolve};

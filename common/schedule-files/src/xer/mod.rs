@@ -1,10 +1,9 @@
 //! XER files of Primavera P6: tables with tabs between cells.
 //!
-//! - `%T` names a table, `%F` its columns, `%R` is a row, `%E` the end. Columns are found by name, as versions differ in which they write
-//!   (6.2 has no `free_float_hr_cnt` of completed activities, 15 brings the lag's calendar, 17 `percent complete by steps`); tables that
-//!   are not needed are passed over.
-//! - Text is in the Windows code page of the computer that wrote it, mostly 1252; from version 22 it may be UTF-8. A row goes on
-//!   over line breaks in its texts, which P6 itself writes as the character 7F.
+//! - `%T` names a table, `%F` its columns, `%R` is a row, `%E` the end. Versions differ in the columns and tables that they write:
+//!   columns are found by name, and tables that are not needed are passed over.
+//! - Text is in the Windows code page of the computer that wrote it, mostly 1252, or in UTF-8. A row goes on over line breaks in its
+//!   texts, which P6 itself writes as the character 7F.
 //! - Numbers have the decimal separator of that computer: point or comma. Durations, lags and floats are hours.
 //! - Nodes of the work breakdown and activities count apart; a node has the uid `wbs:` and its id. The node of the project is at the top.
 //! - Relationships with activities of projects that are not in the file are found and left out, as the file has only their number.
@@ -16,17 +15,14 @@ mod calendar_data;
 mod calendars;
 mod fields;
 mod tables;
+#[cfg(test)]
+mod tests;
 
 use crate::assemble::WrittenPlan;
 use crate::p6::Record;
 use crate::plan::{FindingKind, LagCalendar, PlanFile};
 use crate::{PlanFileError, p6, values};
 use tables::Tables;
-
-/// True if the bytes begin as an XER file does.
-pub(crate) fn is_xer(bytes: &[u8]) -> bool {
-    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).starts_with(b"ERMHDR")
-}
 
 /// Reads an XER file.
 ///
