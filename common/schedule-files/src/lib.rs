@@ -4,6 +4,7 @@ mod assemble;
 mod calendars;
 mod decode;
 mod error;
+mod mspdi;
 mod nesting;
 mod p6;
 mod plan;
