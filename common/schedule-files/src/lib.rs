@@ -2,10 +2,13 @@
 
 mod assemble;
 mod calendars;
+mod csv;
 mod decode;
 mod error;
+mod iso;
 mod mspdi;
 mod nesting;
+mod options;
 mod p6;
 mod plan;
 mod pmxml;
@@ -15,6 +18,7 @@ mod xer;
 mod xml;
 
 pub use error::PlanFileError;
+pub use options::{CsvColumn, ReadOptions};
 pub use plan::{
     CalendarException, Constraint, ConstraintKind, Dependency, DependencyKind, Finding, FindingKind, LagCalendar,
     Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanTask, PlanTaskKind,

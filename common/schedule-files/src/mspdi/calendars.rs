@@ -1,9 +1,9 @@
 //! Calendars with week days, exceptions and working weeks.
 
 use super::recurrence::Recurrence;
-use super::values;
 use crate::PlanFileError;
 use crate::calendars::{DAY_S, USUAL_DAY_S, WrittenCalendar, in_order, week_of};
+use crate::iso;
 use crate::plan::{CalendarException, Finding, FindingKind};
 use crate::xml::Xml;
 use jiff::ToSpan;
@@ -256,7 +256,7 @@ impl WrittenDays {
                 }
             };
             let text = xml.text()?;
-            self.range[end] = values::date(&text).map(|date| date.at.0.date());
+            self.range[end] = iso::date(&text).map(|date| date.at.0.date());
             self.note(self.range[end].is_some(), &text);
         }
         Ok(())

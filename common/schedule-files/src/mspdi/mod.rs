@@ -26,7 +26,8 @@ mod values;
 
 use crate::PlanFileError;
 use crate::assemble::WrittenPlan;
-use crate::plan::{FindingKind, PlanFile};
+use crate::iso;
+use crate::plan::{FindingKind, PlanDate, PlanFile};
 use crate::xml::Xml;
 use fields::Fields;
 use tasks::Outline;
@@ -35,7 +36,7 @@ use tasks::Outline;
 ///
 /// # Errors
 /// XML that is not well-formed, and more of something than a schedule has.
-pub(crate) fn read(mut xml: Xml<'_>) -> Result<PlanFile, PlanFileError> {
+pub(crate) fn read(xml: &mut Xml<'_>) -> Result<PlanFile, PlanFileError> {
     let mut file = PlanFile::default();
     let mut plan = WrittenPlan::default();
     let mut fields = Fields::default();
@@ -49,12 +50,12 @@ pub(crate) fn read(mut xml: Xml<'_>) -> Result<PlanFile, PlanFileError> {
             "SaveVersion" => save_version = xml.text()?,
             "BuildNumber" => build = xml.text()?,
             "CalendarUID" => default_calendar = xml.text()?,
-            "StartDate" => file.start = project_date(&mut xml, "start", &mut plan)?,
-            "StatusDate" => file.data_date = project_date(&mut xml, "status date", &mut plan)?,
-            "OutlineCodes" => fields.read_outline_codes(&mut xml)?,
-            "ExtendedAttributes" => fields.read_extended_attributes(&mut xml)?,
-            "Calendars" => calendars = calendars::read(&mut xml, &mut plan.findings)?,
-            "Tasks" => tasks::read(&mut xml, &mut plan, &mut outline, &fields)?,
+            "StartDate" => file.start = project_date(xml, "start", &mut plan)?,
+            "StatusDate" => file.data_date = project_date(xml, "status date", &mut plan)?,
+            "OutlineCodes" => fields.read_outline_codes(xml)?,
+            "ExtendedAttributes" => fields.read_extended_attributes(xml)?,
+            "Calendars" => calendars = calendars::read(xml, &mut plan.findings)?,
+            "Tasks" => tasks::read(xml, &mut plan, &mut outline, &fields)?,
             _ => xml.skip()?,
         }
     }
@@ -72,13 +73,9 @@ pub(crate) fn read(mut xml: Xml<'_>) -> Result<PlanFile, PlanFileError> {
     Ok(file)
 }
 
-fn project_date(
-    xml: &mut Xml<'_>,
-    what: &str,
-    plan: &mut WrittenPlan,
-) -> Result<Option<crate::plan::PlanDate>, PlanFileError> {
+fn project_date(xml: &mut Xml<'_>, what: &str, plan: &mut WrittenPlan) -> Result<Option<PlanDate>, PlanFileError> {
     let text = xml.text()?;
-    let date = values::date(&text);
+    let date = iso::date(&text);
     if date.is_none() && !text.is_empty() {
         plan.find(None, FindingKind::UnreadableValue, format!("the {what} {text:?} of the project cannot be read"));
     }

@@ -4,6 +4,7 @@ use super::fields::{Fields, WrittenField};
 use super::values;
 use crate::PlanFileError;
 use crate::assemble::{References, WrittenLink, WrittenPlan};
+use crate::iso;
 use crate::plan::{Constraint, ConstraintKind, DependencyKind, FindingKind, PlanDate, PlanTask, PlanTaskKind};
 use crate::values::{number, seconds};
 use crate::xml::Xml;
@@ -85,17 +86,17 @@ impl WrittenTask {
                 "Milestone" => written.is_milestone = is_true(xml)?,
                 "Manual" => written.is_manual = is_true(xml)?,
                 "Active" => task.is_inactive = !is_true(xml)?,
-                "Start" => task.dates.current[0] = read_value(xml, element, plan, values::date)?,
-                "Finish" => task.dates.current[1] = read_value(xml, element, plan, values::date)?,
-                "ManualStart" => written.manual[0] = read_value(xml, element, plan, values::date)?,
-                "ManualFinish" => written.manual[1] = read_value(xml, element, plan, values::date)?,
-                "EarlyStart" => task.dates.early[0] = read_value(xml, element, plan, values::date)?,
-                "EarlyFinish" => task.dates.early[1] = read_value(xml, element, plan, values::date)?,
-                "LateStart" => task.dates.late[0] = read_value(xml, element, plan, values::date)?,
-                "LateFinish" => task.dates.late[1] = read_value(xml, element, plan, values::date)?,
-                "ActualStart" => task.dates.actual[0] = read_value(xml, element, plan, values::date)?,
-                "ActualFinish" => task.dates.actual[1] = read_value(xml, element, plan, values::date)?,
-                "Resume" => written.resume = read_value(xml, element, plan, values::date)?,
+                "Start" => task.dates.current[0] = read_value(xml, element, plan, iso::date)?,
+                "Finish" => task.dates.current[1] = read_value(xml, element, plan, iso::date)?,
+                "ManualStart" => written.manual[0] = read_value(xml, element, plan, iso::date)?,
+                "ManualFinish" => written.manual[1] = read_value(xml, element, plan, iso::date)?,
+                "EarlyStart" => task.dates.early[0] = read_value(xml, element, plan, iso::date)?,
+                "EarlyFinish" => task.dates.early[1] = read_value(xml, element, plan, iso::date)?,
+                "LateStart" => task.dates.late[0] = read_value(xml, element, plan, iso::date)?,
+                "LateFinish" => task.dates.late[1] = read_value(xml, element, plan, iso::date)?,
+                "ActualStart" => task.dates.actual[0] = read_value(xml, element, plan, iso::date)?,
+                "ActualFinish" => task.dates.actual[1] = read_value(xml, element, plan, iso::date)?,
+                "Resume" => written.resume = read_value(xml, element, plan, iso::date)?,
                 "Duration" => written.durations[0] = xml.text()?.into_owned(),
                 "RemainingDuration" => written.durations[1] = xml.text()?.into_owned(),
                 "ManualDuration" => written.durations[2] = xml.text()?.into_owned(),
@@ -106,7 +107,7 @@ impl WrittenTask {
                 "FreeSlack" => task.free_float_s = read_value(xml, element, plan, tenths_of_minutes)?,
                 "CalendarUID" => written.calendar = xml.text()?.into_owned(),
                 "ConstraintType" => written.constraint = xml.text()?.into_owned(),
-                "ConstraintDate" => written.constraint_date = read_value(xml, element, plan, values::date)?,
+                "ConstraintDate" => written.constraint_date = read_value(xml, element, plan, iso::date)?,
                 "Baseline" => read_baseline(xml, plan, task)?,
                 "ExtendedAttribute" | "OutlineCode" => written.fields.push(WrittenField::read(xml)?),
                 "PredecessorLink" => written.links.push(WrittenPredecessor::read(xml)?),
@@ -255,8 +256,8 @@ fn read_baseline(xml: &mut Xml<'_>, plan: &mut WrittenPlan, task: &mut PlanTask)
     while let Some(element) = xml.child()? {
         match element {
             "Number" => is_first = xml.text()? == "0",
-            "Start" => dates[0] = read_value(xml, "baseline start", plan, values::date)?,
-            "Finish" => dates[1] = read_value(xml, "baseline finish", plan, values::date)?,
+            "Start" => dates[0] = read_value(xml, "baseline start", plan, iso::date)?,
+            "Finish" => dates[1] = read_value(xml, "baseline finish", plan, iso::date)?,
             _ => xml.skip()?,
         }
     }

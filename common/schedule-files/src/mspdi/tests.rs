@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 fn file(content: &str) -> PlanFile {
     let text = format!("<Project xmlns=\"http://schemas.microsoft.com/project\">{content}</Project>");
-    read(Xml::open(&text).unwrap()).unwrap()
+    read(&mut Xml::open(&text).unwrap()).unwrap()
 }
 
 fn tasks(content: &str) -> PlanFile {
@@ -42,9 +42,9 @@ fn dates_lengths_and_progress_are_those_of_the_elements() {
     let task = &file.tasks[0];
     assert_eq!(task.duration, Some(Length { seconds: 172_800, is_elapsed: true }));
     assert_eq!((task.total_float_s, task.complete), (Some(-28_800), Some(0.25)));
-    assert_eq!(task.dates.remaining, [values::date("2024-03-05T08:00:00"), values::date("2024-03-05T17:00:00")]);
-    assert_eq!(task.dates.baseline, [values::date("2024-02-01T08:00:00"), None]);
-    let expected = Constraint { kind: ConstraintKind::StartNotEarlierThan, date: values::date("2024-03-04T08:00:00") };
+    assert_eq!(task.dates.remaining, [iso::date("2024-03-05T08:00:00"), iso::date("2024-03-05T17:00:00")]);
+    assert_eq!(task.dates.baseline, [iso::date("2024-02-01T08:00:00"), None]);
+    let expected = Constraint { kind: ConstraintKind::StartNotEarlierThan, date: iso::date("2024-03-04T08:00:00") };
     assert_eq!(task.constraints, [expected]);
 }
 
@@ -181,5 +181,5 @@ fn endless_exceptions_are_an_error() {
                      <Type>7</Type><Period>2</Period></Exception>";
     let text =
         format!("<Project><Calendars><Calendar><Exceptions>{exception}</Exceptions></Calendar></Calendars></Project>");
-    assert!(matches!(read(Xml::open(&text).unwrap()), Err(PlanFileError::TooMany { .. })));
+    assert!(matches!(read(&mut Xml::open(&text).unwrap()), Err(PlanFileError::TooMany { .. })));
 }
