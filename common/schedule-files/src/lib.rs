@@ -24,7 +24,3 @@ pub use plan::{
     Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanTask, PlanTaskKind,
 };
 pub use read::read;
-
-/// How to read what the content leaves open.
-#[derive(Debug, Clone, Default)]
-pub struct ReadOptions {}

@@ -1,5 +1,5 @@
 use super::*;
-use crate::plan::{DependencyKind, Length, PlanLag, PlanTaskKind};
+use crate::plan::{Length, PlanLag, PlanTaskKind};
 use frames::written_date::DateOrder;
 use std::fmt::Write;
 
