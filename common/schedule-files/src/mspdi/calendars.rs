@@ -69,6 +69,8 @@ fn read_calendar(xml: &mut Xml<'_>, findings: &mut Vec<Finding>) -> Result<Writt
             _ => xml.skip()?,
         }
     }
+    // Days of their own rank before those that recur.
+    exceptions.sort_by_key(|exception| !exception.recurrence.is_range());
     let mut days = Days { name: &calendar.name, out: Vec::new(), findings };
     for exception in exceptions.iter().chain(week_days.iter().filter(|day| day.day_type == 0)) {
         days.add_exception(exception)?;

@@ -13,7 +13,8 @@
 //! - Calendars of resources stand among the others. `BaseCalendarUID` and `CalendarUID` are -1, or 0 since 2013, where there is none.
 //! - A working time that ends at 00:00 ends with its day. A working day without working times has the usual ones.
 //! - Exceptions are week days of type 0 until 2003, and elements of their own since 2007, which writes both: the same days twice. Since
-//!   2007 they recur, and calendars have working weeks, which rank behind exceptions. All of them are days here.
+//!   2007 they recur, and calendars have working weeks. Here all of them are days: those of exceptions that do not recur rank before
+//!   those that do, and these before working weeks.
 //! - A custom field is known by its `FieldID`; its name is its alias, if the planner gave it one. Since 2007 values of lookup tables are
 //!   `ValueGUID`, until then `ValueID`. An outline code is a path of such values.
 //! - Links to tasks of other files (`CrossProject`) are found and left out.

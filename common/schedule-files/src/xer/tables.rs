@@ -109,10 +109,14 @@ impl Record for Row<'_, '_> {
         self.get(name)
     }
 
-    /// P6 writes line breaks as the character 7F.
+    /// P6 writes line breaks as the character 7F, and quotes twice.
     fn text(&self, name: &str) -> Cow<'_, str> {
         let cell = self.get(name);
-        if cell.contains('\u{7f}') { cell.replace('\u{7f}', "\n").into() } else { cell.into() }
+        if cell.contains(['\u{7f}', '"']) {
+            cell.replace('\u{7f}', "\n").replace("\"\"", "\"").into()
+        } else {
+            cell.into()
+        }
     }
 }
 
@@ -122,12 +126,11 @@ mod tests {
 
     #[test]
     fn a_row_goes_on_over_line_breaks() {
-        let text =
-            "ERMHDR\t19.12\t2024\r\n%T\tA\r\n%F\tx\ty\r\n%R\t1\ttwo\r\nlines\r\n%R\t2\t\u{7f}b\r\n%E\r\n%R\t3\r\n";
+        let text = "ERMHDR\t19.12\t2024\r\n%T\tA\r\n%F\tx\ty\r\n%R\t1\ttwo\r\nlines\r\n%R\t2\t\u{7f}\"\"b\"\r\n%E\r\n%R\t3\r\n";
         let tables = Tables::of(text).unwrap();
         assert_eq!(tables.version, "19.12");
         let rows: Vec<_> = tables.rows("A").map(|r| (r.get("x"), r.text("y").into_owned(), r.get("z"))).collect();
-        assert_eq!(rows, [("1", "two\r\nlines".into(), ""), ("2", "\nb".into(), "")]);
+        assert_eq!(rows, [("1", "two\r\nlines".into(), ""), ("2", "\n\"b\"".into(), "")]);
         assert_eq!(tables.rows("B").count(), 0);
     }
 
