@@ -103,7 +103,7 @@ impl Table {
 
     /// What the numbers of a column are shares of: 100, or 1 where none is larger and one is neither 0 nor 1.
     pub(super) fn percent(&self, column: CsvColumn) -> f64 {
-        let numbers = || self.cells(column).filter_map(|cell| number(cell));
+        let numbers = || self.cells(column).filter_map(number);
         let is_share = self.cells(column).all(|cell| !cell.contains('%'))
             && numbers().all(|value| (0.0..=1.0).contains(&value))
             && numbers().any(|value| 0.0 < value && value < 1.0);

@@ -58,7 +58,7 @@ impl Recurrence {
                 let month = if is_yearly { i8::try_from(self.month + 1).ok()? } else { first.month() };
                 let mut at = Some(Date::new(first.year(), month, 1).ok()?);
                 while let Some(month) = at.filter(|month| *month <= last && days.len() < max) {
-                    let day = if self.kind % 2 == 0 { self.day_of(month) } else { self.position_in(month)? };
+                    let day = if matches!(self.kind, 2 | 4) { self.day_of(month) } else { self.position_in(month)? };
                     days.extend(day.filter(|day| (first..=last).contains(day)));
                     at = month.checked_add(step).ok();
                 }
@@ -87,7 +87,7 @@ impl Recurrence {
             item => u32::from(day.weekday().to_sunday_zero_offset().unsigned_abs()) == item - 3,
         };
         let mut days = (1..=month.days_in_month()).filter_map(|k| month.with().day(k).build().ok()).filter(counts);
-        Some(if self.month_position == 4 { days.last() } else { days.nth(self.month_position as usize) })
+        Some(if self.month_position == 4 { days.next_back() } else { days.nth(self.month_position as usize) })
     }
 }
 
