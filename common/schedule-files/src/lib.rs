@@ -2,9 +2,13 @@
 
 mod assemble;
 mod calendars;
+mod csv;
 mod decode;
 mod error;
+mod iso;
+mod mspdi;
 mod nesting;
+mod options;
 mod p6;
 mod plan;
 mod pmxml;
@@ -14,12 +18,9 @@ mod xer;
 mod xml;
 
 pub use error::PlanFileError;
+pub use options::{CsvColumn, ReadOptions};
 pub use plan::{
     CalendarException, Constraint, ConstraintKind, Dependency, DependencyKind, Finding, FindingKind, LagCalendar,
     Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanTask, PlanTaskKind,
 };
 pub use read::read;
-
-/// How to read what the content leaves open.
-#[derive(Debug, Clone, Default)]
-pub struct ReadOptions {}

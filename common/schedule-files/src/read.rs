@@ -3,7 +3,7 @@
 use crate::decode::decode;
 use crate::plan::PlanFile;
 use crate::xml::{Xml, declared_encoding};
-use crate::{PlanFileError, ReadOptions, pmxml, xer};
+use crate::{PlanFileError, ReadOptions, csv, mspdi, pmxml, xer};
 
 /// Larger files are not schedules of a site.
 const MAX_BYTES: usize = 1 << 30;
@@ -26,13 +26,14 @@ pub fn read(name: &str, bytes: &[u8], options: &ReadOptions) -> Result<PlanFile,
     } else if text.trim_start().starts_with('<') {
         read_xml(&text)
     } else {
-        Err(PlanFileError::NoSchedule(format!("{options:?}")))
+        csv::read(&text, options)
     }
 }
 
 fn read_xml(text: &str) -> Result<PlanFile, PlanFileError> {
     let mut xml = Xml::open(text)?;
     match (xml.root(), xml.namespace()) {
+        ("Project", _) => mspdi::read(&mut xml),
         (root, _) if pmxml::is_root(root) => pmxml::read(&mut xml),
         (root, _) => {
             let why = format!(

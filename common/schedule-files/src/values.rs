@@ -38,7 +38,8 @@ pub(crate) fn time_of_day(text: &str) -> Option<u32> {
     let hour = match is_afternoon {
         Some(is_afternoon) if (1..=12).contains(&hour) => hour % 12 + if is_afternoon { 12 } else { 0 },
         Some(_) => return None,
-        None => hour % 24,
+        None if hour == 24 && minute == 0 && second == 0 => 0,
+        None => hour,
     };
     (hour < 24 && minute < 60 && second < 60 && parts.next().is_none()).then_some(hour * 3600 + minute * 60 + second)
 }
@@ -53,7 +54,11 @@ mod tests {
         assert_eq!(time_of_day("8:30:10 PM"), Some(20 * 3600 + 1810));
         assert_eq!(time_of_day("12:00 AM"), Some(0));
         assert_eq!(time_of_day("24:00"), Some(0));
-        assert!(["", "8", "8:60", "13:00 PM", "8:00:00:00"].iter().all(|text| time_of_day(text).is_none()));
+        assert!(
+            ["", "8", "8:60", "25:00", "24:30", "13:00 PM", "8:00:00:00"]
+                .iter()
+                .all(|text| time_of_day(text).is_none())
+        );
     }
 
     #[test]
