@@ -4,12 +4,13 @@ use crate::PlanFileError;
 use crate::p6::Record;
 use crate::xml::Xml;
 use std::borrow::Cow;
-use std::collections::HashMap;
 
-/// The texts of the children of an element by their names; the first of several with a name.
-#[derive(Debug, Default)]
+/// The texts of the children of an element with their names; of several with a name, the first that is not empty counts.
+///
+/// They are few, so that searching them is faster than hashing their names.
+#[derive(Debug)]
 pub(super) struct Element<'a> {
-    cells: HashMap<&'a str, Cow<'a, str>>,
+    cells: Vec<(&'a str, Cow<'a, str>)>,
 }
 
 impl<'a> Element<'a> {
@@ -21,11 +22,13 @@ impl<'a> Element<'a> {
         xml: &mut Xml<'a>,
         mut nested: impl FnMut(&'a str, &mut Xml<'a>) -> Result<bool, PlanFileError>,
     ) -> Result<Self, PlanFileError> {
-        let mut cells = HashMap::new();
+        let mut cells = Vec::new();
         while let Some(name) = xml.child()? {
             if !nested(name, xml)? {
                 let text = xml.text()?;
-                cells.entry(name).or_insert(text);
+                if !text.is_empty() {
+                    cells.push((name, text));
+                }
             }
         }
         Ok(Self { cells })
@@ -41,12 +44,13 @@ impl<'a> Element<'a> {
 
     /// Takes a text out.
     pub(super) fn take(&mut self, name: &str) -> Cow<'a, str> {
-        self.cells.remove(name).unwrap_or_default()
+        let cell = self.cells.iter_mut().find(|(of, _)| *of == name);
+        cell.map_or(Cow::Borrowed(""), |(_, text)| std::mem::take(text))
     }
 }
 
 impl Record for Element<'_> {
     fn cell(&self, name: &str) -> &str {
-        self.cells.get(name).map_or("", |text| &**text)
+        self.cells.iter().find(|(of, _)| *of == name).map_or("", |(_, text)| &**text)
     }
 }
