@@ -32,6 +32,11 @@ fn schedules_of_the_fuzzer_are_evaluated_or_refused() {
 }
 
 #[test]
+fn schedule_files_of_the_fuzzer_are_read_or_refused() {
+    replay("schedule_files", targets::schedule_files::run);
+}
+
+#[test]
 fn map_files_of_the_fuzzer_are_read_or_refused() {
     replay("map_file", targets::map_file::run);
 }
@@ -58,7 +63,7 @@ fn every_fuzz_target_has_a_program_a_corpus_and_a_replay() {
     let mut programs: Vec<_> =
         manifest["bin"].as_array().unwrap().iter().map(|bin| bin["name"].as_str().unwrap()).collect();
     programs.sort_unstable();
-    assert_eq!(programs, ["archives", "configuration", "ifc", "map_file", "schedule", "stages"]);
+    assert_eq!(programs, ["archives", "configuration", "ifc", "map_file", "schedule", "schedule_files", "stages"]);
     for program in programs {
         assert!(
             fuzz.join("corpus").join(program).is_dir() && fuzz.join(format!("fuzz_targets/{program}.rs")).is_file()

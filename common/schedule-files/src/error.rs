@@ -45,6 +45,17 @@ pub enum PlanFileError {
         /// It as month, day and year.
         as_mdy: String,
     },
+    /// Dates that are in two orders.
+    #[error(
+        "its dates contradict each other: {dmy:?} is day, month and year, {mdy:?} is month, day and year; say which with date_format in \
+         the schedule rules"
+    )]
+    ContradictingDates {
+        /// The first that is day, month and year alone.
+        dmy: String,
+        /// The first that is month, day and year alone.
+        mdy: String,
+    },
     /// More of something than a schedule of a site has.
     #[error("it has more than {max} {what}")]
     TooMany {

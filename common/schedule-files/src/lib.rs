@@ -1,11 +1,26 @@
 //! Schedules of planners' tools: bytes in, [`PlanFile`] out.
 
+mod assemble;
+mod calendars;
+mod csv;
 mod decode;
 mod error;
+mod iso;
+mod mspdi;
+mod nesting;
+mod options;
+mod p6;
 mod plan;
+mod pmxml;
+mod read;
+mod values;
+mod xer;
+mod xml;
 
 pub use error::PlanFileError;
+pub use options::{CsvColumn, ReadOptions};
 pub use plan::{
-    CalendarException, Constraint, ConstraintKind, Dependency, DependencyKind, Finding, FindingKind, Length,
-    PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanTask, PlanTaskKind,
+    CalendarException, Constraint, ConstraintKind, Dependency, DependencyKind, Finding, FindingKind, LagCalendar,
+    Length, PlanCalendar, PlanDate, PlanDates, PlanFile, PlanLag, PlanTask, PlanTaskKind,
 };
+pub use read::read;

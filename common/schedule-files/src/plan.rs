@@ -24,6 +24,8 @@ pub struct PlanFile {
     pub tasks: Vec<PlanTask>,
     /// Dependencies between tasks of the file.
     pub dependencies: Vec<Dependency>,
+    /// In whose working time lags are counted.
+    pub lag_calendar: LagCalendar,
     /// What is wrong with it, and what was done about it.
     pub findings: Vec<Finding>,
 }
@@ -147,10 +149,22 @@ pub enum DependencyKind {
     StartFinish,
 }
 
+/// In whose working time lags are counted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum LagCalendar {
+    /// In that of the task that waits, as MS Project does.
+    #[default]
+    Successor,
+    /// In that of the task that is waited for, as P6 does unless told otherwise.
+    Predecessor,
+    /// In that of the project.
+    Project,
+}
+
 /// Time between two tasks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlanLag {
-    /// A length; its working time is that of the successor.
+    /// A length; [`PlanFile::lag_calendar`] says whose working time it is.
     Length(Length),
     /// A part of the predecessor's duration.
     Ratio {
@@ -232,6 +246,8 @@ pub enum FindingKind {
     DuplicateTask,
     /// A task, calendar or parent that is named and not there.
     MissingReference,
+    /// It is nested in itself through others: it is taken out.
+    NestedInItself,
     /// It ends before it starts.
     EndsBeforeStart,
     /// Something that the reader does not know and leaves out.

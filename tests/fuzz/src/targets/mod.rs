@@ -5,6 +5,7 @@ pub mod configuration;
 pub mod ifc;
 pub mod map_file;
 pub mod schedule;
+pub mod schedule_files;
 pub mod stages;
 
 mod site;

@@ -1,0 +1,135 @@
+//! P6 XML (PMXML) of Primavera P6.
+//!
+//! - The root is `APIBusinessObjects`, in version 6 `BusinessObjects`; its namespace has the version. Activities, relationships and
+//!   nodes of the work breakdown stand in their `Project`; exports of version 7 have them beside it. Elements are found by name, in any order.
+//! - An element without a value is empty and has `xsi:nil`, or is not there.
+//! - The finish of a working period is its last minute: 16:59 for 17:00. A day whose only period is 00:00 to 23:59 is an
+//!   exception without work. Days of the week are names; in version 6 numbers from Sunday on.
+//! - The node of the project is not among the nodes of the work breakdown: the project itself stands above them, with the uid `wbs:` and
+//!   its `WBSObjectId`, or `project:` and its `ObjectId`.
+//! - Early and late dates are written for what remains only, so completed activities have none.
+//! - A baseline is a `BaselineProject` with activities of other identities and the same codes; its planned dates count.
+//! - What holds for XER, too, is in [`crate::p6`].
+
+mod activities;
+mod calendars;
+mod element;
+mod fields;
+mod projects;
+#[cfg(test)]
+mod tests;
+
+use crate::assemble::{WrittenLink, WrittenPlan};
+use crate::calendars::{WrittenCalendar, resolve};
+use crate::p6::{self, Record, read_link};
+use crate::plan::{LagCalendar, PlanFile, PlanLag};
+use crate::xml::Xml;
+use crate::{PlanFileError, values};
+use element::Element;
+use fields::{Assigned, Definitions};
+use projects::{Baseline, Project};
+use std::borrow::Cow;
+
+/// What is gathered up to the end of the file.
+#[derive(Default)]
+struct Reading<'a> {
+    file: PlanFile,
+    plan: WrittenPlan,
+    calendars: Vec<WrittenCalendar>,
+    definitions: Definitions<'a>,
+    assigned: Vec<Assigned<'a>>,
+    links: Vec<WrittenLink>,
+    projects: Vec<Project<'a>>,
+    baselines: Vec<Baseline<'a>>,
+    /// Identity of the calendar of the first project.
+    default_calendar: Cow<'a, str>,
+    /// The first that the file names.
+    lag_calendar: Cow<'a, str>,
+}
+
+/// True if an element of this name is the root of such a file.
+pub(crate) fn is_root(name: &str) -> bool {
+    ["APIBusinessObjects", "BusinessObjects"].contains(&name)
+}
+
+/// Reads the elements of the root, which was entered.
+///
+/// # Errors
+/// XML that is not well-formed; more of something than a schedule has.
+pub(crate) fn read(xml: &mut Xml<'_>) -> Result<PlanFile, PlanFileError> {
+    let mut reading = Reading::default();
+    let version = xml.namespace().split('/').find_map(|part| part.strip_prefix('V')).unwrap_or("");
+    reading.file.written_by = format!("Primavera P6 {version}").trim_end().to_owned();
+    while let Some(name) = xml.child()? {
+        match name {
+            "Project" => reading.read_project(xml)?,
+            "BaselineProject" => reading.baselines.push(projects::read_baseline(xml)?),
+            _ if reading.read_object(name, xml)? => {}
+            _ => xml.skip()?,
+        }
+    }
+    reading.into_file()
+}
+
+impl<'a> Reading<'a> {
+    /// Reads an object that stands in a project or beside it; returns whether it is one that is needed.
+    fn read_object(&mut self, name: &str, xml: &mut Xml<'a>) -> Result<bool, PlanFileError> {
+        match name {
+            "Calendar" => self.calendars.push(calendars::read(xml, &mut self.plan.findings)?),
+            "WBS" => activities::read_node(xml, &mut self.plan, &mut self.assigned)?,
+            "Activity" => activities::read_activity(xml, &mut self.plan, &mut self.assigned)?,
+            "Relationship" => {
+                let link = read_link(&Element::flat(xml)?, &activities::LINK, false, &mut self.plan);
+                self.links.push(link);
+            }
+            "ScheduleOptions" => {
+                let word = Element::flat(xml)?.take("RelationshipLagCalendar");
+                if self.lag_calendar.is_empty() {
+                    self.lag_calendar = word;
+                }
+            }
+            _ => return self.definitions.read(name, xml),
+        }
+        Ok(true)
+    }
+
+    fn read_project(&mut self, xml: &mut Xml<'a>) -> Result<(), PlanFileError> {
+        let from = self.plan.next_task();
+        let mut project = Element::read(xml, |name, xml| self.read_object(name, xml))?;
+        projects::add_root(&project, from, &mut self.plan)?;
+        if self.projects.is_empty() {
+            self.file.name = project.cell("Name").to_owned();
+            self.file.data_date = values::date(project.cell("DataDate"));
+            self.file.start = values::date(project.cell("PlannedStartDate"));
+            self.default_calendar = project.take("ActivityDefaultCalendarObjectId");
+        }
+        if self.lag_calendar.is_empty() {
+            self.lag_calendar = project.take("RelationshipLagCalendar");
+        }
+        let (id, baseline) = (project.take("ObjectId"), project.take("CurrentBaselineProjectObjectId"));
+        self.projects.push(Project { id, tasks: from..self.plan.next_task(), baseline });
+        Ok(())
+    }
+
+    fn into_file(mut self) -> Result<PlanFile, PlanFileError> {
+        let lag_calendar = p6::lag_calendar(&self.lag_calendar);
+        self.file.lag_calendar = lag_calendar.unwrap_or(LagCalendar::Predecessor);
+        for mut link in self.links {
+            if let Some(PlanLag::Length(length)) = &mut link.lag {
+                length.is_elapsed = lag_calendar.is_none();
+            }
+            self.plan.link(link)?;
+        }
+        projects::set_baselines(&self.projects, &self.baselines, &mut self.plan);
+        self.definitions.assign(&self.assigned, &mut self.plan)?;
+        if self.calendars.iter().any(|calendar| calendar.uid == self.default_calendar) {
+            for calendar in &mut self.calendars {
+                calendar.is_default = calendar.uid == self.default_calendar;
+            }
+        }
+        self.file.calendars = resolve(&self.calendars, &mut self.plan.findings)?;
+        self.plan.into_file(&mut self.file);
+        p6::fill_wbs(&mut self.file);
+        Ok(self.file)
+    }
+}

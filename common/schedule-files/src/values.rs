@@ -1,0 +1,78 @@
+//! Single values as the products write them.
+
+use crate::plan::PlanDate;
+use frames::PlanTime;
+use jiff::civil::DateTime;
+
+/// No length of a schedule is longer, in seconds: a thousand years.
+const MAX_S: f64 = 366.0 * 86_400.0 * 1000.0;
+
+/// A date with time of day, as `2024-03-04 08:00` or `2024-03-04T08:00:00`; without a zone.
+pub(crate) fn date(text: &str) -> Option<PlanDate> {
+    let at: DateTime = text.parse().ok()?;
+    Some(PlanDate { at: PlanTime(at), is_day: text.len() <= "2024-03-04".len(), offset: None })
+}
+
+/// A finite number, with a decimal point or comma.
+pub(crate) fn number(text: &str) -> Option<f64> {
+    let value: f64 = if text.contains(',') { text.replace(',', ".").parse() } else { text.parse() }.ok()?;
+    value.is_finite().then_some(value)
+}
+
+/// So many units of so many seconds, as whole seconds.
+pub(crate) fn seconds(value: f64, unit_s: f64) -> Option<i64> {
+    let seconds = value * unit_s;
+    (seconds.abs() <= MAX_S).then_some(seconds.round() as i64)
+}
+
+/// Seconds of the day of `8:00`, `08:00:00` or `8:00 PM`; midnight at the end of the day is given as 0.
+pub(crate) fn time_of_day(text: &str) -> Option<u32> {
+    let upper = text.trim().to_ascii_uppercase();
+    let (clock, is_afternoon) = match (upper.strip_suffix("AM"), upper.strip_suffix("PM")) {
+        (Some(clock), _) => (clock, Some(false)),
+        (_, Some(clock)) => (clock, Some(true)),
+        _ => (upper.as_str(), None),
+    };
+    let mut parts = clock.trim().split(':').map(|part| part.parse::<u32>().ok());
+    let (hour, minute, second) = (parts.next()??, parts.next()??, parts.next().unwrap_or(Some(0))?);
+    let hour = match is_afternoon {
+        Some(is_afternoon) if (1..=12).contains(&hour) => hour % 12 + if is_afternoon { 12 } else { 0 },
+        Some(_) => return None,
+        None if hour == 24 && minute == 0 && second == 0 => 0,
+        None => hour,
+    };
+    (hour < 24 && minute < 60 && second < 60 && parts.next().is_none()).then_some(hour * 3600 + minute * 60 + second)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_day_are_read_with_12_and_24_hours() {
+        assert_eq!(time_of_day("08:30"), Some(30_600));
+        assert_eq!(time_of_day("8:30:10 PM"), Some(20 * 3600 + 1810));
+        assert_eq!(time_of_day("12:00 AM"), Some(0));
+        assert_eq!(time_of_day("24:00"), Some(0));
+        assert!(
+            ["", "8", "8:60", "25:00", "24:30", "13:00 PM", "8:00:00:00"]
+                .iter()
+                .all(|text| time_of_day(text).is_none())
+        );
+    }
+
+    #[test]
+    fn dates_are_read_with_a_space_or_a_t() {
+        assert_eq!(date("2024-03-04 08:00"), date("2024-03-04T08:00:00"));
+        assert!(date("2024-03-04").unwrap().is_day);
+        assert!(date("2024-02-30 08:00").is_none());
+    }
+
+    #[test]
+    fn numbers_are_finite_and_lengths_are_bounded() {
+        assert_eq!(number("8,5"), Some(8.5));
+        assert!(number("inf").is_none() && number("1.2.3").is_none());
+        assert!(seconds(1e12, 3600.0).is_none());
+        assert_eq!(seconds(-0.5, 3600.0), Some(-1800));
+    }
+}

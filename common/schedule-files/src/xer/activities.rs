@@ -1,0 +1,89 @@
+//! Work breakdown, activities and relationships of an XER file.
+
+use super::tables::Tables;
+use crate::PlanFileError;
+use crate::assemble::{References, WrittenPlan};
+use crate::p6::{ActivityColumns, LinkColumns, Record, activity, node_uid, read_link};
+use crate::plan::{PlanTask, PlanTaskKind};
+use std::collections::HashSet;
+
+const ACTIVITY: ActivityColumns = ActivityColumns {
+    uid: "task_id",
+    code: "task_code",
+    name: "task_name",
+    kind: "task_type",
+    status: "status_code",
+    duration: "target_drtn_hr_cnt",
+    remaining: "remain_drtn_hr_cnt",
+    total_float: "total_float_hr_cnt",
+    free_float: "free_float_hr_cnt",
+    // Not written: they follow from the others.
+    current_dates: ["", ""],
+    planned_dates: ["target_start_date", "target_end_date"],
+    early_dates: ["early_start_date", "early_end_date"],
+    late_dates: ["late_start_date", "late_end_date"],
+    actual_dates: ["act_start_date", "act_end_date"],
+    remaining_dates: ["restart_date", "reend_date"],
+    constraints: [["cstr_type", "cstr_date"], ["cstr_type2", "cstr_date2"]],
+    percent_type: "complete_pct_type",
+    physical_percent: "phys_complete_pct",
+    percent_whole: 100.0,
+    actual_units: ["act_work_qty", "act_equip_qty"],
+    remaining_units: ["remain_work_qty", "remain_equip_qty"],
+};
+
+const LINK: LinkColumns =
+    LinkColumns { predecessor: "pred_task_id", successor: "task_id", kind: "pred_type", lag: "lag_hr_cnt" };
+
+/// Nodes of the work breakdown. That of a project is at the top: what is above it are folders of the database.
+///
+/// # Errors
+/// A column that is needed and not there; too many nodes.
+pub(super) fn read_nodes(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<(), PlanFileError> {
+    tables.require("PROJWBS", &["wbs_id", "parent_wbs_id"])?;
+    let ids: HashSet<_> = tables.rows("PROJWBS").map(|row| row.get("wbs_id")).collect();
+    for row in tables.rows("PROJWBS") {
+        let parent = row.get("parent_wbs_id");
+        let is_top = parent.is_empty() || row.cell("proj_node_flag") == "Y" && !ids.contains(parent);
+        let node = PlanTask {
+            uid: node_uid(row.cell("wbs_id")),
+            code: row.cell("wbs_short_name").to_owned(),
+            name: row.text("wbs_name").into_owned(),
+            kind: PlanTaskKind::Summary,
+            ..Default::default()
+        };
+        plan.push(node, References { parent: (!is_top).then(|| node_uid(parent)), calendar: None })?;
+    }
+    Ok(())
+}
+
+/// Activities.
+///
+/// # Errors
+/// A column that is needed and not there; too many activities.
+pub(super) fn read_activities(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<(), PlanFileError> {
+    tables.require("TASK", &[ACTIVITY.uid, ACTIVITY.kind, ACTIVITY.status])?;
+    for row in tables.rows("TASK") {
+        let task = activity(&row, &ACTIVITY, plan);
+        let (parent, calendar) = (row.given("wbs_id").map(node_uid), row.given("clndr_id").map(str::to_owned));
+        plan.push(task, References { parent, calendar })?;
+    }
+    Ok(())
+}
+
+/// Relationships; with lags that count day and night if `is_elapsed`.
+///
+/// # Errors
+/// A column that is needed and not there; too many relationships.
+pub(super) fn read_relationships(
+    tables: &Tables<'_>,
+    is_elapsed: bool,
+    plan: &mut WrittenPlan,
+) -> Result<(), PlanFileError> {
+    tables.require("TASKPRED", &[LINK.predecessor, LINK.successor, LINK.kind])?;
+    for row in tables.rows("TASKPRED") {
+        let link = read_link(&row, &LINK, is_elapsed, plan);
+        plan.link(link)?;
+    }
+    Ok(())
+}
