@@ -114,6 +114,26 @@ codes! {
     /// A measure of a stair that its body contradicts.
     StairMeasureImplausible = "stair_measure_implausible",
 
+    // Linking schedule files with the site: `tasks`.
+    /// A link whose task does not say what it does with the element.
+    LinkEffectUnknown = "link_effect_unknown",
+    /// A row of the table of links that names no task, or no element or space.
+    LinkRowUnmatched = "link_row_unmatched",
+    /// The schedule of the models, in whose place that of schedule files is used.
+    ModelScheduleReplaced = "model_schedule_replaced",
+    /// Tasks that another task of the file has the identity of.
+    ScheduleFileDuplicateTask = "schedule_file_duplicate_task",
+    /// A task that is nested in itself.
+    ScheduleFileNesting = "schedule_file_nesting",
+    /// Something in a schedule file that is not understood.
+    ScheduleFileNotUnderstood = "schedule_file_not_understood",
+    /// A task, calendar or parent that a schedule file names and does not have.
+    ScheduleFileReference = "schedule_file_reference",
+    /// A value in a schedule file that cannot be read or used.
+    ScheduleFileValue = "schedule_file_value",
+    /// Tasks of schedule files that work on nothing.
+    TasksWithoutLinks = "tasks_without_links",
+
     // Evaluating the schedule: `schedule`.
     /// A task whose calendar is to be used and is not there.
     CalendarMissing = "calendar_missing",

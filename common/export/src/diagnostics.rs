@@ -1,7 +1,7 @@
 //! Diagnostics of a site and its schedule, as files have them.
 
 use crate::text::text_or_null;
-use messages::{DiagnosticRecord, NONE, ScheduleState, Site, Text};
+use messages::{DiagnosticRecord, ScheduleState, Site, Text};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -38,11 +38,11 @@ pub(crate) fn schedule_diagnostics<'s>(
 
 impl Diagnostic {
     fn of<'a>(site: &Site<'_>, d: &DiagnosticRecord, text: impl Fn(Text) -> &'a str) -> Self {
-        let file = site.sources.get(d.source as usize).filter(|_| d.source != NONE);
+        let file = site.source_file(d.source);
         Self {
             severity: d.severity.get().name(),
             code: d.code.get().name(),
-            file: file.and_then(|s| text_or_null(site.text(s.file))),
+            file: file.and_then(text_or_null),
             entity: (d.step_id != 0).then(|| format!("#{}", d.step_id)),
             global_id: text_or_null(text(d.global_id)),
             name: text_or_null(text(d.name)),

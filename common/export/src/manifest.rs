@@ -268,7 +268,7 @@ impl Storey {
 
 /// True if the files say when things are built, and these maps show everything built.
 pub fn schedule_ignored(site: &Site<'_>, schedule_state: &ScheduleState<'_>) -> bool {
-    schedule_state.head.plan_time().is_none() && (site.head.has_schedule == 1 || schedule_state.head.n_changes > 0)
+    schedule_state.head.plan_time().is_none() && (site.has_schedule() || schedule_state.head.n_changes > 0)
 }
 
 /// Whether a storey can be stood on anywhere.

@@ -47,6 +47,8 @@ pub enum ArchiveKind {
     Deviations = 8,
     /// What looks at a growing SLAM map have said about its poses.
     AlignmentEvidence = 9,
+    /// Tasks of schedule files, linked to a site.
+    Tasks = 10,
 }
 
 /// The first 64 bytes of an archive.

@@ -2,7 +2,7 @@
 
 use crate::archive::{Archive, ArchiveBuffer, ArchiveError, ArchiveKind};
 use crate::payload::{self, Payload};
-use crate::{Alignment, AlignmentEvidence, Deviations, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap};
+use crate::{Alignment, AlignmentEvidence, Deviations, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks};
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -22,7 +22,7 @@ macro_rules! payloads {
         }
     )*};
 }
-payloads!(Site ScheduleState Grid Grids MissionPlan SlamMap Alignment Deviations AlignmentEvidence);
+payloads!(Site ScheduleState Grid Grids MissionPlan SlamMap Alignment Deviations AlignmentEvidence Tasks);
 
 /// An archive that was validated once, with the memory that it lies in: viewed as often as needed, never hashed again.
 ///

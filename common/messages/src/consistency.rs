@@ -2,7 +2,7 @@
 
 use crate::{
     Deviations, EdgeKind, Grid, Grids, MissionPlan, NONE, NodeKind, RouteEdgeRecord, RouteNodeRecord, ScheduleState,
-    Site,
+    Site, Tasks,
 };
 
 /// Archives that speak of different sites.
@@ -26,6 +26,31 @@ impl ScheduleState<'_> {
             && self.n_elements() == site.elements.len()
             && self.spaces.len() == site.spaces.len();
         check(belongs, "schedule state")
+    }
+}
+
+impl<'a> Site<'a> {
+    /// The same site with the tasks of schedule files in the place of those of its models.
+    ///
+    /// # Errors
+    /// Tasks of another site.
+    pub fn with_tasks(&self, tasks: &Tasks<'a>) -> Result<Self, OtherSite> {
+        tasks.check_site(self)?;
+        Ok(self.with_schedule(tasks.schedule))
+    }
+}
+
+impl Tasks<'_> {
+    /// Checks that the tasks work on this site: after that every link has its target.
+    ///
+    /// # Errors
+    /// Another site's hash, or other numbers of elements, spaces or storeys.
+    pub fn check_site(&self, site: &Site<'_>) -> Result<(), OtherSite> {
+        let head = self.head;
+        let targets = [head.n_elements, head.n_spaces, head.n_storeys].map(|n| n as usize);
+        let belongs = head.site_hash == site.content_hash()
+            && targets == [site.elements.len(), site.spaces.len(), site.storeys.len()];
+        check(belongs, "tasks")
     }
 }
 

@@ -7,6 +7,7 @@
 //! | archive | view | writer | producer |
 //! |---|---|---|---|
 //! | `site` | [`Site`] | [`SiteBuilder`] | ifc-ingest |
+//! | `tasks` | [`Tasks`] | [`TasksBuilder`] | schedule-eval |
 //! | `schedule-state` | [`ScheduleState`] | [`ScheduleStateBuilder`] | schedule-eval |
 //! | `grid` | [`Grid`] | [`GridWriter`] | rasterize |
 //! | `grids` | [`Grids`] | [`GridsBuilder`] | rasterize |
@@ -55,6 +56,7 @@ mod slam_map;
 mod spans;
 mod status;
 mod tag;
+mod tasks;
 mod text_pool;
 mod work_schedule;
 mod work_schedule_records;
@@ -94,6 +96,7 @@ pub use site_records::*;
 pub use slam_map::{SlamMap, SlamMapHead};
 pub use status::{Activity, StatusRecord};
 pub use tag::{Enumeration, Tag, TagOf};
+pub use tasks::{Tasks, TasksBuilder, TasksHead};
 pub use text_pool::TextPool;
 pub use work_schedule::WorkSchedule;
 pub use work_schedule_records::WorkScheduleRecords;

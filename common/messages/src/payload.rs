@@ -47,6 +47,9 @@ pub enum Alignment {}
 /// `deviations`: deviations between model and SLAM map.
 #[derive(Debug)]
 pub enum Deviations {}
+/// `tasks`: tasks of schedule files, linked to a site.
+#[derive(Debug)]
+pub enum Tasks {}
 /// `alignment-evidence`: what looks at a growing SLAM map have said.
 #[derive(Debug)]
 pub enum AlignmentEvidence {}

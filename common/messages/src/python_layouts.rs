@@ -101,6 +101,7 @@ fn module() -> String {
         ("alignment", ArchiveKind::Alignment),
         ("deviations", ArchiveKind::Deviations),
         ("alignment-evidence", ArchiveKind::AlignmentEvidence),
+        ("tasks", ArchiveKind::Tasks),
     ];
     let kinds = kinds.map(|(name, kind)| format!("\n    \"{name}\": {},", kind as u32));
     constant("KINDS", "dict[str, int]", format!("{{{}\n}}", kinds.concat()));
@@ -123,7 +124,7 @@ fn module() -> String {
     let index = record!(GridsHead: site_hash, schedule_state_hash, plan_time_s, robot);
     constant("GRIDS_HEAD", fields, index);
     constant("GRID_SLOT", fields, record!(GridSlotRecord: map_storey, cell_tenths, content_hash));
-    let state = record!(ScheduleStateHead: site_hash, plan_time_s, plan_until_s, valid_from_s, valid_until_s, n_changes,
+    let state = record!(ScheduleStateHead: site_hash, tasks_hash, plan_time_s, plan_until_s, valid_from_s, valid_until_s, n_changes,
         paper);
     constant("SCHEDULE_STATE_HEAD", fields, state);
     constant("TEXT", fields, record!(Text: offset, length));

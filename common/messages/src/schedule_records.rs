@@ -16,6 +16,19 @@ impl From<Text> for ScheduleText {
     }
 }
 
+/// A schedule file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct ScheduleSourceRecord {
+    /// Base name.
+    pub file: ScheduleText,
+    /// Name and version of the program that wrote it, as the file says; empty if it does not.
+    pub written_by: ScheduleText,
+    /// sha256 of the file's bytes.
+    pub sha256: [u8; 32],
+}
+const _: () = assert!(size_of::<ScheduleSourceRecord>() == 48);
+
 /// An IfcWorkPlan or IfcWorkSchedule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
 #[repr(C)]
@@ -252,6 +265,14 @@ pub mod link_flags {
     pub const INPUT: u32 = 1;
     /// The file links a building or site that holds the target.
     pub const FROM_ABOVE: u32 = 2;
+    /// The link itself says what the task does, whatever the task's type is: it builds the target ..
+    pub const BUILDS: u32 = 4;
+    /// .. removes it ..
+    pub const REMOVES: u32 = 8;
+    /// .. works in its spaces and leaves it as it is ..
+    pub const WORKS_IN: u32 = 16;
+    /// .. or uses it: it stands from the start of the task until its finish.
+    pub const USES: u32 = 32;
 }
 
 /// How long a task may take: three-point durations, ascending.

@@ -26,6 +26,8 @@ pub(crate) mod section {
 pub struct ScheduleStateHead {
     /// Content hash of the site it belongs to.
     pub site_hash: u64,
+    /// Content hash of the tasks of schedule files that it follows; 0 if it follows the schedule of the models.
+    pub tasks_hash: u64,
     /// The plan time; [`ScheduleStateHead::NO_TIME`] if everything is built regardless of dates.
     pub plan_time_s: i64,
     /// End of the period that the states are the union of, exclusive; [`ScheduleStateHead::NO_TIME`] for an instant.
@@ -39,7 +41,7 @@ pub struct ScheduleStateHead {
     /// 1 if the states follow the published prototype's rule.
     pub paper: u32,
 }
-const _: () = assert!(size_of::<ScheduleStateHead>() == 48);
+const _: () = assert!(size_of::<ScheduleStateHead>() == 56);
 
 impl ScheduleStateHead {
     /// No such time.
@@ -60,6 +62,7 @@ impl ScheduleStateHead {
         let none = Self::NO_TIME;
         Self {
             site_hash,
+            tasks_hash: 0,
             plan_time_s: none,
             plan_until_s: none,
             valid_from_s: none,

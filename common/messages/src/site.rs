@@ -109,6 +109,25 @@ impl<'a> Site<'a> {
         })
     }
 
+    /// The same site with another work schedule, whose links have their targets here.
+    pub(crate) fn with_schedule(&self, schedule: WorkSchedule<'a>) -> Self {
+        Self { schedule, ..*self }
+    }
+
+    /// True if there is a work schedule, or anything else that has dates.
+    pub fn has_schedule(&self) -> bool {
+        self.head.has_schedule == 1 || self.schedule.tasks_hash != 0
+    }
+
+    /// Base name of the file with this number, as diagnostics of the schedule have it: files of the models, then schedule files.
+    pub fn source_file(&self, source: u32) -> Option<&'a str> {
+        let (k, n_models) = (source as usize, self.sources.len());
+        match self.sources.get(k) {
+            Some(model) => Some(self.text(model.file)),
+            None => self.schedule.sources.get(k.checked_sub(n_models)?).map(|file| self.schedule.text(file.file)),
+        }
+    }
+
     /// Hash of the content.
     pub fn content_hash(&self) -> u64 {
         self.archive.content_hash()

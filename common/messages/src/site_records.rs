@@ -38,6 +38,9 @@ pub(crate) mod section {
     pub(crate) const TASK_LINKS: u32 = 38;
     /// Only in archives that have any.
     pub(crate) const TASK_UNCERTAINTIES: u32 = 39;
+    /// Only in archives of schedule files.
+    pub(crate) const LINK_RULES: u32 = 40;
+    pub(crate) const SCHEDULE_SOURCES: u32 = 41;
 }
 
 /// Data of the whole site: one record.

@@ -1,6 +1,7 @@
 //! The view of a work schedule: tasks, calendars, dependencies, and what tasks work on.
 
 use crate::archive::{Archive, ArchiveError, NONE};
+use crate::diagnostic_record::{DiagnosticRecord, check_diagnostics};
 use crate::schedule_records::*;
 use crate::site_records::section;
 use crate::spans::{fits, optional};
@@ -12,6 +13,14 @@ use crate::tag::check_tags;
 #[derive(Debug, Clone, Copy)]
 pub struct WorkSchedule<'a> {
     strings: &'a str,
+    /// Hash of the `tasks` archive that it is from; 0 for the schedule of the models.
+    pub tasks_hash: u64,
+    /// Schedule files that it is from; empty for the schedule of the models, whose files are those of the site.
+    pub sources: &'a [ScheduleSourceRecord],
+    /// The rule that made each link; empty for the schedule of the models, which have the links themselves.
+    pub link_rules: &'a [ScheduleText],
+    /// What is wrong with schedule files and links; empty for the schedule of the models. Files are those of `sources`.
+    pub diagnostics: &'a [DiagnosticRecord],
     /// Work plans and schedules.
     pub work_controls: &'a [WorkControlRecord],
     /// Calendars.
@@ -43,6 +52,10 @@ impl<'a> WorkSchedule<'a> {
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
         Ok(Self {
             strings: archive.strings(section::STRINGS)?,
+            tasks_hash: 0,
+            sources: &[],
+            link_rules: &[],
+            diagnostics: &[],
             work_controls: archive.section(section::WORK_CONTROLS)?,
             calendars: archive.section(section::CALENDARS)?,
             work_times: archive.section(section::WORK_TIMES)?,
@@ -51,6 +64,17 @@ impl<'a> WorkSchedule<'a> {
             sequences: archive.section(section::SEQUENCES)?,
             task_links: archive.section(section::TASK_LINKS)?,
             uncertainties: archive.optional_section(section::TASK_UNCERTAINTIES)?,
+        })
+    }
+
+    /// As [`Self::of`], of an archive of schedule files.
+    pub(crate) fn of_files(archive: Archive<'a>) -> Result<Self, ArchiveError> {
+        Ok(Self {
+            tasks_hash: archive.content_hash(),
+            sources: archive.section(section::SCHEDULE_SOURCES)?,
+            link_rules: archive.section(section::LINK_RULES)?,
+            diagnostics: archive.section(section::DIAGNOSTICS)?,
+            ..Self::of(archive)?
         })
     }
 
@@ -66,6 +90,7 @@ impl<'a> WorkSchedule<'a> {
         check_tags(self.sequences.iter().map(|s| s.lag_kind), "kind of duration")?;
         check_tags(self.sequences.iter().map(|s| s.kind), "kind of sequence")?;
         check_tags(self.task_links.iter().map(|l| l.kind), "kind of link")?;
+        check_diagnostics(self.diagnostics)?;
         self.check_indices(targets)?;
         self.check_texts()
     }
@@ -89,7 +114,9 @@ impl<'a> WorkSchedule<'a> {
             (l.task as usize) < n_tasks && (l.target as usize) < n_targets
         };
         let sequence = |s: &SequenceRecord| (s.predecessor as usize) < n_tasks && (s.successor as usize) < n_tasks;
+        let n_sources = self.sources.len();
         let whole = self.tasks.iter().all(task)
+            && self.diagnostics.iter().all(|d| optional(d.source, n_sources))
             && self.calendars.iter().all(calendar)
             && self.work_times.iter().all(|w| fits(w.first_period, w.n_periods, self.periods_s.len()))
             && self.sequences.iter().all(sequence)
@@ -106,7 +133,10 @@ impl<'a> WorkSchedule<'a> {
         let calendars = self.calendars.iter().flat_map(|c| [c.global_id, c.name]);
         let sequences = self.sequences.iter().flat_map(|s| [s.global_id, s.lag]);
         let tasks = self.tasks.iter().flat_map(TaskRecord::texts);
-        let mut all = controls.chain(calendars).chain(sequences).chain(tasks);
+        let sources = self.sources.iter().flat_map(|s| [s.file, s.written_by]);
+        let diagnostics = self.diagnostics.iter().flat_map(DiagnosticRecord::texts).map(ScheduleText);
+        let links = sources.chain(self.link_rules.iter().copied()).chain(diagnostics);
+        let mut all = controls.chain(calendars).chain(sequences).chain(tasks).chain(links);
         if all.all(|text| text.0.of(self.strings).is_some()) {
             Ok(())
         } else {

@@ -71,7 +71,7 @@ fn worst_first(diagnostics: &[DiagnosticRecord]) -> impl Iterator<Item = (&'stat
 }
 
 fn of_diagnostic(site: &Site<'_>, d: &DiagnosticRecord) -> String {
-    let file = site.sources.get(d.source as usize).map_or("", |s| site.text(s.file));
+    let file = site.source_file(d.source).unwrap_or_default();
     let step_id = if d.step_id == 0 { String::new() } else { format!("#{}", d.step_id) };
     let who = [file, &step_id, site.text(d.global_id), site.text(d.name)];
     about(&who, site.text(d.message))
