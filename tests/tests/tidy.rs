@@ -14,7 +14,7 @@ fn root() -> PathBuf {
 }
 
 /// Crates of the workspace that each crate may depend on.
-const ALLOWED: [(&str, &[&str]); 28] = [
+const ALLOWED: [(&str, &[&str]); 29] = [
     ("diagnostics", &[]),
     ("frames", &[]),
     ("geometry", &["frames"]),
@@ -30,13 +30,14 @@ const ALLOWED: [(&str, &[&str]); 28] = [
     ("occupancy", &["grid", "messages"]),
     ("ros", &["export", "frames", "geometry", "grid", "messages"]),
     ("ingest", &["frames", "geometry", "grid", "messages", "ifc"]),
-    ("schedule", &["frames", "messages"]),
+    ("tasks", &["frames", "messages", "schedule-files"]),
+    ("schedule", &["frames", "messages", "schedule-files", "tasks"]),
     ("raster", &["frames", "geometry", "grid", "messages"]),
     ("waypoints", &["frames", "geometry", "grid", "messages"]),
     ("alignment", &["frames", "grid", "messages", "occupancy", "raster"]),
     ("deviations", &["frames", "geometry", "grid", "messages", "occupancy"]),
     ("ifc-ingest", &["bus", "daemon", "export", "ingest", "messages", "schedule"]),
-    ("schedule-eval", &["bus", "daemon", "frames", "messages", "schedule"]),
+    ("schedule-eval", &["bus", "daemon", "frames", "messages", "schedule", "tasks"]),
     ("rasterize", &["bus", "daemon", "grid", "messages", "raster"]),
     ("waypoint-gen", &["bus", "daemon", "messages", "waypoints"]),
     ("ros-bridge", &["bus", "daemon", "export", "frames", "grid", "messages", "ros", "world"]),
@@ -59,6 +60,7 @@ const ALLOWED: [(&str, &[&str]); 28] = [
             "raster",
             "ros",
             "schedule",
+            "tasks",
             "waypoints",
             "world",
         ],

@@ -1,6 +1,6 @@
 //! Collector of schedule diagnostics.
 
-use messages::{Diagnostic, DiagnosticCode, Named, Report, ScheduleText, Severity, Site, TaskRecord, Text};
+use messages::{Diagnostic, DiagnosticCode, NONE, Named, Report, ScheduleText, Severity, Site, TaskRecord, Text};
 
 /// The entity of a diagnostic.
 #[derive(Debug, Clone, Copy)]
@@ -37,8 +37,21 @@ pub(crate) struct ScheduleDiagnostics<'a> {
 }
 
 impl<'a> ScheduleDiagnostics<'a> {
+    /// Begins with what is wrong with schedule files and links.
     pub(crate) fn new(site: &'a Site<'a>) -> Self {
-        Self { site, report: Report::default() }
+        let mut report = Report::default();
+        let schedule = &site.schedule;
+        // Files are numbered on behind those of the models.
+        let first_source = site.sources.len() as u32;
+        for d in schedule.diagnostics {
+            let text = |t: Text| schedule.text(t.into()).to_owned();
+            let named = Named { step_id: d.step_id, global_id: text(d.global_id), name: text(d.name) };
+            let entity = Some(named).filter(|named| !named.global_id.is_empty());
+            let source = Some(d.source).filter(|source| *source != NONE).map(|source| first_source + source);
+            let (severity, code) = (d.severity.get(), d.code.get());
+            report.push(Diagnostic { severity, code, entity, source, message: text(d.message) });
+        }
+        Self { site, report }
     }
 
     pub(crate) fn add(&mut self, severity: Severity, code: DiagnosticCode, entity: Option<Entity>, message: String) {
@@ -47,7 +60,8 @@ impl<'a> ScheduleDiagnostics<'a> {
             let text = |t: Text| if e.is_of_schedule { of_schedule(t) } else { self.site.text(t) }.to_owned();
             Named { step_id: e.step_id, global_id: text(e.global_id), name: text(e.name) }
         };
-        let (source, entity) = (entity.map(|e| e.source), entity.map(named));
+        let first = |e: Entity| if e.is_of_schedule && self.site.schedule.tasks_hash != 0 { self.site.sources.len() } else { 0 };
+        let (source, entity) = (entity.map(|e| e.source + first(e) as u32), entity.map(named));
         self.report.push(Diagnostic { severity, code, entity, source, message });
     }
 

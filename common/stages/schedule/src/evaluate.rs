@@ -279,6 +279,7 @@ fn timeline(site: &Site<'_>, rules: &Rules, parts: TimelineParts<'_>) -> Timelin
     instants_s.dedup();
     Timeline {
         site_hash: site.content_hash(),
+        tasks_hash: site.schedule.tasks_hash,
         schedule: parts
             .element_timelines
             .iter()

@@ -2,7 +2,10 @@
 
 use frames::written_date::{DateOrder, WrittenDate, parse_iso};
 use jiff::tz::TimeZone;
+use schedule_files::{CsvColumn, ReadOptions};
 use serde::Deserialize;
+use std::collections::BTreeMap;
+use tasks::{EffectWords, LinkRules, LinkRulesToml, LinkToml};
 
 /// Rules for reading dates and closing spaces.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +30,10 @@ pub struct Rules {
     pub construction_phases: Vec<ConstructionPhase>,
     /// Spaces that are closed by configuration.
     pub closed_spaces: Vec<ClosedSpace>,
+    /// How schedule files are read: columns of tables, and the order of dates.
+    pub reading: ReadOptions,
+    /// Which tasks of schedule files work on which elements.
+    pub links: LinkRules,
     /// A space is closing soon this long before it is blocked, in seconds.
     pub closing_lead_s: i64,
 }
@@ -170,6 +177,11 @@ struct RulesToml {
     #[serde(default)]
     closed_spaces: Vec<ClosedSpaceToml>,
     closing: Option<ClosingToml>,
+    #[serde(default)]
+    csv_columns: BTreeMap<CsvColumn, String>,
+    link: Option<Vec<LinkToml>>,
+    #[serde(default)]
+    link_words: EffectWords,
 }
 
 #[derive(Deserialize)]
@@ -223,6 +235,8 @@ impl Default for Rules {
             construction_phase_properties: ConstructionPhaseProperties::default(),
             construction_phases: Vec::new(),
             closed_spaces: Vec::new(),
+            reading: ReadOptions::default(),
+            links: LinkRules::default(),
             closing_lead_s: i64::from(LEAD_MINUTES) * 60,
         }
     }
@@ -267,7 +281,12 @@ impl Rules {
             return Err(RulesError::Value(format!("phases[{k}]: {:?} has dates already", twice.name)));
         }
         let closed_spaces = file.closed_spaces.into_iter().map(|c| closed_space(c, site_zone.as_ref()));
+        let links = LinkRules::of(LinkRulesToml { link: file.link, link_words: file.link_words })
+            .map_err(|e| RulesError::Value(e.to_string()))?;
+        let reading = ReadOptions { columns: file.csv_columns, date_format: file.date_format };
         Ok(Self {
+            reading,
+            links,
             closed_spaces: closed_spaces.collect::<Result<_, RulesError>>()?,
             date_format: file.date_format,
             duration_day: file.duration_day,

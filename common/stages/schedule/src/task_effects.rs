@@ -36,6 +36,17 @@ struct Link {
     task: u32,
     is_input: bool,
     from_above: bool,
+    /// What the link says of its effect; `None`: the type of the task says it.
+    effect: Option<LinkEffect>,
+}
+
+/// An effect that a link has, whatever the type of its task is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LinkEffect {
+    Builds,
+    Removes,
+    WorksIn,
+    Uses,
 }
 
 /// Effects of all tasks that have dates, and the spaces that they occupy.
@@ -48,12 +59,11 @@ pub(crate) fn task_effects(site: &Site<'_>, dates: &[Option<TaskDates>], inputs:
     let kinds: Vec<TaskKind> = (0..site.schedule.tasks.len()).map(|k| kind_of(site, k)).collect();
     let effects = |links: &[Link], from_above: bool| -> Vec<Effect> {
         let of_rank = links.iter().filter(|l| l.from_above == from_above);
-        let effect = |l: &Link| {
-            let TaskDates { start_s, finish_s, source } = dates[l.task as usize]?;
-            let removes = removes(kinds[l.task as usize], l.is_input, inputs)?;
-            Some(Effect { start_s, finish_s, removes, task: l.task, source })
+        let of_link = |l: &Link| {
+            let dates = dates[l.task as usize];
+            dates.map(|dates| effects_of(l, dates, kinds[l.task as usize], inputs)).into_iter().flatten().flatten()
         };
-        let mut effects: Vec<Effect> = of_rank.filter_map(effect).collect();
+        let mut effects: Vec<Effect> = of_rank.flat_map(of_link).collect();
         effects.sort_unstable();
         effects.dedup();
         effects
@@ -67,6 +77,21 @@ pub(crate) fn task_effects(site: &Site<'_>, dates: &[Option<TaskDates>], inputs:
         })
     });
     TaskEffects { elements: elements.collect(), spaces: occupations(site, dates, &links, &adjacent) }
+}
+
+/// What a link does with an element: one effect, none, or two, where the task only uses the element.
+fn effects_of(link: &Link, dates: TaskDates, kind: TaskKind, inputs: InputEffect) -> [Option<Effect>; 2] {
+    let TaskDates { start_s, finish_s, source } = dates;
+    let effect = |[start_s, finish_s]: [i64; 2], removes| {
+        Some(Effect { start_s, finish_s, removes, task: link.task, source })
+    };
+    match link.effect {
+        Some(LinkEffect::Builds) => [effect([start_s, finish_s], false), None],
+        Some(LinkEffect::Removes) => [effect([start_s, finish_s], true), None],
+        Some(LinkEffect::WorksIn) => [None; 2],
+        Some(LinkEffect::Uses) => [effect([start_s, start_s], false), effect([finish_s, finish_s], true)],
+        None => [removes(kind, link.is_input, inputs).and_then(|removes| effect([start_s, finish_s], removes)), None],
+    }
 }
 
 /// True if a task removes what it is linked to, false if it constructs it; `None` if it does neither.
@@ -115,6 +140,14 @@ fn occupations(
     spaces
 }
 
+/// Effects by the bits of links.
+const LINK_EFFECTS: [(u32, LinkEffect); 4] = [
+    (link_flags::BUILDS, LinkEffect::Builds),
+    (link_flags::REMOVES, LinkEffect::Removes),
+    (link_flags::WORKS_IN, LinkEffect::WorksIn),
+    (link_flags::USES, LinkEffect::Uses),
+];
+
 /// Links by target.
 struct Links {
     elements: Vec<Vec<Link>>,
@@ -137,10 +170,12 @@ impl Links {
             };
             let is = |flag: u32| record.flags & flag != 0;
             let from_above = is(link_flags::FROM_ABOVE);
+            let effect = LINK_EFFECTS.iter().find(|(flag, _)| is(*flag)).map(|(_, effect)| effect);
             targets[record.target as usize].push(Link {
                 task: record.task,
                 is_input: is(link_flags::INPUT),
                 from_above,
+                effect: effect.copied(),
             });
         }
         links

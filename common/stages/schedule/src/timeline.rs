@@ -12,6 +12,8 @@ use messages::{
 #[derive(Debug)]
 pub struct Timeline {
     pub(crate) site_hash: u64,
+    /// 0 for the schedule of the models.
+    pub(crate) tasks_hash: u64,
     pub(crate) elements: Steps<ElementState>,
     /// Planned states of the elements; `None` if they equal the effective ones.
     pub(crate) planned_states: Option<PlannedStates>,
@@ -258,6 +260,7 @@ impl Timeline {
     pub fn schedule_state(&self, period: Period) -> ScheduleStateBuilder {
         let mut builder =
             ScheduleStateBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
+        builder.head.tasks_hash = self.tasks_hash;
         let none = ScheduleStateHead::NO_TIME;
         let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
         let changes =
@@ -300,6 +303,7 @@ impl Timeline {
     pub fn everything_built(&self) -> ScheduleStateBuilder {
         let mut builder =
             ScheduleStateBuilder::everything_built(self.site_hash, self.elements.len(), self.spaces.len());
+        builder.head.tasks_hash = self.tasks_hash;
         builder.head.n_changes = self.instants_s.len() as u32;
         self.describe(&mut builder);
         builder

@@ -4,9 +4,10 @@ use super::models::ModelArgs;
 use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use jiff::tz::TimeZone;
-use messages::Site;
+use messages::{ArchiveBuffer, Site, Tasks};
 use schedule::{Delay, Overrides, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
+use tasks::{Links, ScheduleFile, TableLink};
 
 /// Rules of dates, and overrides of the schedule.
 #[derive(Debug, Clone, clap::Args)]
@@ -14,6 +15,16 @@ pub struct ScheduleArgs {
     /// Rules of dates, construction phases and closed spaces [default: see config/schedule.toml]
     #[arg(long, value_name = "FILE")]
     schedule: Option<PathBuf>,
+
+    /// Schedule of the planner, in the place of that of the models: MS Project XML, Primavera XER or P6 XML, CSV; may be
+    /// repeated. [[link]] of the rules says which elements its tasks work on
+    #[arg(long, value_name = "PLAN")]
+    schedule_file: Vec<PathBuf>,
+
+    /// Links of tasks with elements, which go before the rules: a CSV table with the columns global_id, task, effect, as
+    /// `groundplan link --csv` writes it
+    #[arg(long, value_name = "FILE.csv", requires = "schedule_file")]
+    link: Option<PathBuf>,
 
     /// What if: delay a task and all that depends on it, by GlobalId, identification or name; may be repeated
     #[arg(long, value_name = "TASK=5d")]
@@ -43,6 +54,23 @@ struct FileError {
 pub(crate) struct ScheduleInput {
     rules: Rules,
     overrides: Overrides,
+    files: Vec<ScheduleFile>,
+    table: Vec<TableLink>,
+}
+
+/// Tasks of schedule files that were linked with a site.
+pub(crate) struct LinkedTasks(Option<ArchiveBuffer>);
+
+impl LinkedTasks {
+    /// The site with these tasks in the place of those of its models, or as it is without schedule files.
+    ///
+    /// # Errors
+    /// An archive that cannot be.
+    pub(crate) fn site<'a>(&'a self, site: &Site<'a>) -> Result<Site<'a>, Failure> {
+        let Some(archive) = &self.0 else { return Ok(*site) };
+        let tasks = Tasks::open(archive.bytes()).map_err(Failure::work)?;
+        site.with_tasks(&tasks).map_err(Failure::work)
+    }
 }
 
 impl ScheduleInput {
@@ -62,8 +90,20 @@ impl ScheduleInput {
             let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
             parse_actuals(&bytes).map_err(|e| usage(path, e.into()))
         })?;
+        let file = |path: &PathBuf| {
+            let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
+            let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+            ScheduleFile::read(&name, &bytes, &rules.reading).map_err(Failure::usage)
+        };
+        let files = arguments.schedule_file.iter().map(file).collect::<Result<_, _>>()?;
+        let table = arguments.link.as_deref().map_or(Ok(Vec::new()), |path| {
+            let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
+            tasks::parse_link_table(&bytes).map_err(|e| usage(path, e.into()))
+        })?;
         let delays = arguments.delay.iter().map(|text| Delay::parse(text)).collect::<Result<_, _>>();
         Ok(Self {
+            files,
+            table,
             rules,
             overrides: Overrides { delays: delays.map_err(Failure::usage)?, actuals, ..Overrides::default() },
         })
@@ -72,6 +112,26 @@ impl ScheduleInput {
     /// The zone of the site, for dates with an offset.
     pub(crate) fn site_zone(&self) -> Option<&TimeZone> {
         self.rules.site_zone.as_ref()
+    }
+
+    /// Links the tasks of the schedule files with a site.
+    ///
+    /// # Errors
+    /// Too many links.
+    pub(crate) fn links(&self, site: &Site<'_>) -> Result<Links, Failure> {
+        tasks::link(site, &self.files, &self.rules.links, &self.table).map_err(Failure::usage)
+    }
+
+    /// The tasks of the schedule files, linked with a site.
+    ///
+    /// # Errors
+    /// Too many links.
+    pub(crate) fn linked_tasks(&self, site: &Site<'_>) -> Result<LinkedTasks, Failure> {
+        if self.files.is_empty() {
+            return Ok(LinkedTasks(None));
+        }
+        let links = self.links(site)?;
+        Ok(LinkedTasks(Some(tasks::tasks_of(site, &self.files, &self.rules.links, &links).finish())))
     }
 
     /// Works out the schedule of a site.
@@ -96,6 +156,8 @@ pub(crate) fn with_timeline<T: Send>(
     model.pool()?.install(|| {
         let site = model.site(None, 1, &progress)?;
         let site = Site::open(site.bytes()).map_err(Failure::work)?;
+        let tasks = schedule.linked_tasks(&site)?;
+        let site = tasks.site(&site)?;
         work(&site, &schedule.timeline(&site)?, &progress)
     })
 }

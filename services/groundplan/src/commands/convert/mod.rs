@@ -59,6 +59,8 @@ impl Run for Args {
             let kept = frame.filter(|_| !self.new_frame);
             let site = self.model.site(kept, epoch, &progress)?;
             let site = Site::open(site.bytes()).map_err(Failure::work)?;
+            let tasks = schedule.linked_tasks(&site)?;
+            let site = tasks.site(&site)?;
             let (elements, spaces, map_storeys) = (site.elements.len(), site.spaces.len(), site.map_storeys.len());
             debug!(elements, spaces, map_storeys, elapsed_us = micros(started), "models read");
             waypoints::check_names(&site, &options).map_err(Failure::usage)?;

@@ -1,0 +1,29 @@
+//! Schedule files and linking rules in, the `tasks` archive out: a planner's tasks, and the elements and spaces of a site that
+//! each works on.
+//!
+//! [`link`] finds the targets of every task, by a table of links or by [`LinkRules`]; [`tasks_of`] writes tasks and links as a
+//! work schedule, which the schedule stage evaluates in the place of that of the models. Dates stay those of the files; nothing
+//! is scheduled here. No clock, no I/O.
+//!
+//! A target takes its links from the first that names it: the table, then the rules in their order.
+
+mod calendar_records;
+mod effect;
+mod link_rules;
+mod link_table;
+mod links;
+mod matches;
+mod records;
+mod schedule_file;
+mod selector;
+mod target_values;
+mod task_values;
+
+pub use effect::{Effect, EffectWords};
+pub use link_rules::{EffectChoice, ElementSelector, LinkRule, LinkRules, LinkRulesError, LinkRulesToml, LinkToml, TaskSelector};
+pub use link_table::{LinkTableError, TableLink, link_table, parse_link_table};
+pub use links::{Link, LinkError, LinkOrigin, Links, Target, link};
+pub use matches::{ClassShare, Matches, NearMiss, matches};
+pub use records::tasks_of;
+pub use schedule_file::{ScheduleFile, ScheduleFileError};
+pub use task_values::PlannedTask;

@@ -1,0 +1,249 @@
+//! Finds the elements and spaces that tasks work on, by a table and by rules.
+//!
+//! Linear in tasks, targets and links: targets are indexed by a value that the task has to have.
+
+use crate::schedule_file::ScheduleFile;
+use crate::effect::Effect;
+use crate::link_rules::{EffectChoice, LinkRule, LinkRules};
+use crate::link_table::TableLink;
+use crate::selector::{Selector, fold};
+use crate::target_values::{TargetValue, global_id, place_m};
+use crate::task_values::{PlannedTask, TaskValue, all_tasks};
+use messages::Site;
+use schedule_files::PlanTask;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+/// Most links of a site.
+const MAX_LINKS: usize = 4_000_000;
+
+/// What a task works on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Target {
+    /// An element of the site, by index.
+    Element(u32),
+    /// A space of the site, by index.
+    Space(u32),
+}
+
+/// What made a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LinkOrigin {
+    /// A row of the table of links, by its line.
+    Table(u64),
+    /// A rule, by its index.
+    Rule(usize),
+}
+
+/// A task works on an element or a space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Link {
+    /// Index of the task, over all files.
+    pub task: usize,
+    /// What it works on.
+    pub target: Target,
+    /// What it does there.
+    pub effect: Effect,
+    /// What says so.
+    pub origin: LinkOrigin,
+}
+
+/// Links of all tasks, and what could not be linked.
+#[derive(Debug, Clone, Default)]
+pub struct Links {
+    /// By task, then by target.
+    pub links: Vec<Link>,
+    /// Rows of the table that name no task or no target of the site: their lines, and why.
+    pub unmatched_rows: Vec<(u64, String)>,
+    /// Tasks whose effect no word tells, with the rule: they work in the spaces of their elements only.
+    pub untold_effects: Vec<(usize, usize)>,
+}
+
+/// Links that cannot be made.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum LinkError {
+    /// More than a site may have.
+    #[error("{origin} links more than {MAX_LINKS} pairs of tasks and elements; say more about its tasks or elements")]
+    TooMany {
+        /// The rule or table.
+        origin: String,
+    },
+}
+
+/// Links the tasks of schedule files with a site.
+///
+/// A row of the table, or a rule, counts for a target only if none before it names this target. Tasks that the planner switched
+/// off work on nothing.
+///
+/// # Errors
+/// Too many links.
+pub fn link(
+    site: &Site<'_>,
+    plans: &[ScheduleFile],
+    rules: &LinkRules,
+    table: &[TableLink],
+) -> Result<Links, LinkError> {
+    let tasks = all_tasks(plans);
+    let targets: Vec<Target> = targets(site).collect();
+    let mut links = Links::default();
+    let mut taken: BTreeSet<Target> = BTreeSet::new();
+    link_by_table(site, &tasks, &targets, table, &mut links);
+    taken.extend(links.links.iter().map(|link| link.target));
+    for (k, rule) in rules.rules.iter().enumerate() {
+        let candidates = candidates(site, rule, &targets);
+        let free = candidates.into_iter().filter(|target| !taken.contains(target)).collect();
+        let found = Candidates::of(site, rule, free);
+        let before = links.links.len();
+        for (task, planned) in tasks.iter().enumerate().filter(|(_, t)| selects(rule, plans, t)) {
+            let targets = found.of_task(planned.task);
+            if targets.is_empty() {
+                continue;
+            }
+            if links.links.len() + targets.len() > MAX_LINKS {
+                return Err(LinkError::TooMany { origin: rule.name.clone() });
+            }
+            let effect = effect_of(rule, rules, planned.task).unwrap_or_else(|| {
+                links.untold_effects.push((task, k));
+                Effect::WorksIn
+            });
+            let link = |target| Link { task, target, effect, origin: LinkOrigin::Rule(k) };
+            links.links.extend(targets.into_iter().map(link));
+        }
+        taken.extend(links.links[before..].iter().map(|link| link.target));
+    }
+    links.links.sort_by_key(|link| (link.task, link.target, link.effect, link.origin));
+    links.links.dedup_by_key(|link| (link.task, link.target, link.effect));
+    Ok(links)
+}
+
+/// Elements, then spaces.
+pub(crate) fn targets(site: &Site<'_>) -> impl Iterator<Item = Target> {
+    let elements = (0..site.elements.len() as u32).map(Target::Element);
+    elements.chain((0..site.spaces.len() as u32).map(Target::Space))
+}
+
+fn effect_of(rule: &LinkRule, rules: &LinkRules, task: &PlanTask) -> Option<Effect> {
+    match &rule.effect {
+        EffectChoice::Fixed(effect) => Some(*effect),
+        EffectChoice::Told(by) => by.0.of(task).iter().find_map(|text| rules.words.effect_of(text)),
+    }
+}
+
+fn selects(rule: &LinkRule, plans: &[ScheduleFile], planned: &PlannedTask<'_>) -> bool {
+    let fits_file = rule.task.file.as_ref().is_none_or(|file| file.fits(&fold(&plans[planned.file].file)));
+    fits_file
+        && !planned.task.is_inactive
+        && rule.task.values.iter().all(|(value, pattern)| value.of(planned.task).iter().any(|text| pattern.fits(text)))
+}
+
+/// Targets that fit what a rule says of them, whatever the task is.
+fn candidates(site: &Site<'_>, rule: &LinkRule, targets: &[Target]) -> Vec<Target> {
+    let fits = |target: &Target| {
+        let has_place = rule.elements.region_m.as_ref().is_none_or(|region_m| {
+            place_m(site, *target).is_some_and(|at_m| is_inside(region_m, at_m))
+        });
+        has_place
+            && rule.elements.values.iter().all(|(value, selector)| match selector {
+                Selector::Fits(pattern) => value.of(site, *target).iter().any(|text| pattern.fits(text)),
+                Selector::Equals(_) => true,
+            })
+    };
+    targets.iter().copied().filter(fits).collect()
+}
+
+/// Targets of a rule by the first value that the task has to have.
+pub(crate) struct Candidates<'r> {
+    by_value: HashMap<String, Vec<usize>>,
+    targets: Vec<Target>,
+    /// Values of each target for each further value that the task has to have.
+    further: Vec<(&'r TaskValue, Vec<Vec<String>>)>,
+    key: Option<&'r TaskValue>,
+}
+
+impl<'r> Candidates<'r> {
+    pub(crate) fn of(site: &Site<'_>, rule: &'r LinkRule, targets: Vec<Target>) -> Self {
+        let mut equal = rule.elements.values.iter().filter_map(|(value, selector)| match selector {
+            Selector::Equals(task) => Some((value, task)),
+            Selector::Fits(_) => None,
+        });
+        let mut by_value: HashMap<String, Vec<usize>> = HashMap::new();
+        let key = equal.next().map(|(value, task)| {
+            for (k, target) in targets.iter().enumerate() {
+                value.of(site, *target).into_iter().for_each(|text| by_value.entry(text).or_default().push(k));
+            }
+            task
+        });
+        let values = |value: &TargetValue| targets.iter().map(|target| value.of(site, *target)).collect();
+        let further = equal.map(|(value, task)| (task, values(value))).collect();
+        Self { by_value, targets, further, key }
+    }
+
+    /// What a task works on, each once.
+    pub(crate) fn of_task(&self, task: &PlanTask) -> Vec<Target> {
+        let mut found: Vec<usize> = match self.key {
+            Some(key) => key.of(task).iter().filter_map(|text| self.by_value.get(text)).flatten().copied().collect(),
+            None => (0..self.targets.len()).collect(),
+        };
+        for (value, of_targets) in &self.further {
+            let wanted = value.of(task);
+            found.retain(|k| of_targets[*k].iter().any(|text| wanted.contains(text)));
+        }
+        found.sort_unstable();
+        found.dedup();
+        found.into_iter().map(|k| self.targets[k]).collect()
+    }
+}
+
+fn link_by_table(
+    site: &Site<'_>,
+    tasks: &[PlannedTask<'_>],
+    targets: &[Target],
+    table: &[TableLink],
+    links: &mut Links,
+) {
+    if table.is_empty() {
+        return;
+    }
+    let by_id: HashMap<&str, Target> = targets.iter().map(|target| (global_id(site, *target), *target)).collect();
+    let mut by_task: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (k, planned) in tasks.iter().enumerate().filter(|(_, planned)| !planned.task.is_inactive) {
+        let names: BTreeSet<String> = [&planned.task.code, &planned.task.uid].into_iter().map(|t| fold(t)).collect();
+        names.into_iter().filter(|name| !name.is_empty()).for_each(|name| by_task.entry(name).or_default().push(k));
+    }
+    for row in table {
+        let Some(&target) = by_id.get(row.global_id.as_str()) else {
+            links.unmatched_rows.push((row.line, format!("no element or space has the GlobalId {:?}", row.global_id)));
+            continue;
+        };
+        match by_task.get(&fold(&row.task)).map(Vec::as_slice) {
+            Some(&[task]) => {
+                links.links.push(Link { task, target, effect: row.effect, origin: LinkOrigin::Table(row.line) });
+            }
+            Some(several) => {
+                let why = format!("{} tasks are called {:?}", several.len(), row.task);
+                links.unmatched_rows.push((row.line, why));
+            }
+            None => links.unmatched_rows.push((row.line, format!("no task has the code or id {:?}", row.task))),
+        }
+    }
+}
+
+/// True if a place lies in a polygon: its border crosses the way to the right an odd number of times.
+fn is_inside(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+    let next = corners.iter().cycle().skip(1);
+    let crosses = |(a, b): (&[f64; 2], &[f64; 2])| {
+        (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]
+    };
+    corners.iter().zip(next).filter(|edge| crosses(*edge)).count() % 2 == 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_inside_an_outline_with_a_notch_or_not() {
+        let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 1.0], [0.0, 4.0]];
+        assert!(is_inside(&outline, [0.5, 1.0]) && is_inside(&outline, [3.5, 2.0]));
+        assert!(!is_inside(&outline, [2.0, 3.0]) && !is_inside(&outline, [5.0, 1.0]));
+    }
+}

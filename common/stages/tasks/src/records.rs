@@ -1,0 +1,297 @@
+//! Writes tasks of schedule files and their links as a work schedule.
+//!
+//! A task keeps the dates of its file: the current plan, else the planned dates, as its schedule; early, late and actual dates as
+//! these. A task that has begun and not ended ends when the current plan says. Lags count in the calendar of the task that waits.
+
+use crate::schedule_file::ScheduleFile;
+use crate::calendar_records::add_calendars;
+use crate::link_rules::LinkRules;
+use crate::links::{LinkOrigin, Links, Target};
+use crate::task_values::{all_tasks, is_work, task_ids};
+use frames::counted;
+use messages::*;
+use schedule_files::{
+    Dependency, DependencyKind, FindingKind, Length, PlanDate, PlanLag, PlanTask, PlanTaskKind,
+};
+
+/// Most names in a diagnostic.
+const MAX_NAMES: usize = 5;
+
+/// The `tasks` archive of schedule files that were linked with a site by [`crate::link`].
+pub fn tasks_of(site: &Site<'_>, plans: &[ScheduleFile], rules: &LinkRules, links: &Links) -> TasksBuilder {
+    let mut builder = TasksBuilder::default();
+    builder.head = TasksHead {
+        site_hash: site.content_hash(),
+        n_elements: site.elements.len() as u32,
+        n_spaces: site.spaces.len() as u32,
+        n_storeys: site.storeys.len() as u32,
+        ..builder.head
+    };
+    let ids = task_ids(plans);
+    let mut first_task = 0;
+    for (source, plan) in (0..).zip(plans) {
+        add_file(&mut builder, plan, source, first_task, &ids);
+        first_task += plan.plan.tasks.len() as u32;
+    }
+    add_links(&mut builder, rules, links);
+    let mut report = Report::default();
+    report_links(&mut report, site, plans, rules, links, &ids);
+    for diagnostic in report.finish() {
+        builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
+    }
+    builder
+}
+
+fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_task: u32, ids: &[String]) {
+    let (file, sha256) = (builder.texts.add(&plan.file).into(), plan.sha256);
+    let plan = &plan.plan;
+    let written_by = builder.texts.add(&plan.written_by).into();
+    builder.sources.push(ScheduleSourceRecord { file, written_by, sha256 });
+    let control = builder.schedule.work_controls.len() as u32;
+    let start = text_of(builder, plan.start);
+    let name = builder.texts.add(&plan.name).into();
+    builder.schedule.work_controls.push(WorkControlRecord {
+        global_id: file,
+        name,
+        predefined_type: ScheduleText::default(),
+        start,
+        finish: ScheduleText::default(),
+        is_plan: 0,
+        step_id: 0,
+        source,
+        reserved: 0,
+    });
+    let first_calendar = add_calendars(builder, &plan.calendars, source);
+    let usual = plan.calendars.iter().position(|calendar| calendar.is_default);
+    for (k, task) in plan.tasks.iter().enumerate() {
+        let calendar = task.calendar.or(usual).map_or(NONE, |calendar| first_calendar + calendar as u32);
+        let parent = task.parent.map_or(NONE, |parent| first_task + parent as u32);
+        let at = first_task as usize + k;
+        let record = TaskRecord {
+            global_id: builder.texts.add(&ids[at]).into(),
+            parent,
+            control: if parent == NONE { control } else { NONE },
+            calendar,
+            source,
+            ..task_record(builder, task)
+        };
+        builder.schedule.tasks.push(record);
+        add_three_point(builder, task, at as u32);
+    }
+    for dependency in &plan.dependencies {
+        let record = sequence_record(builder, dependency, first_task, source);
+        builder.schedule.sequences.push(record);
+    }
+    add_findings(builder, plan, source, &ids[first_task as usize..]);
+}
+
+fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
+    let none = task.is_inactive;
+    let dates = &task.dates;
+    let [actual_start, actual_finish] = dates.actual;
+    // What has begun and not ended lasts from its beginning until the finish of the current plan.
+    let has_begun = actual_start.is_some() && actual_finish.is_none();
+    let start = if has_begun { actual_start } else { dates.current[0].or(dates.planned[0]) };
+    let finish = dates.current[1].or(dates.remaining[1]).or(dates.planned[1]);
+    let has_dates = start.is_some() && finish.is_some();
+    let duration = task.duration.filter(|_| !none).filter(|_| !(has_begun && has_dates));
+    let mut date = |date: Option<PlanDate>| text_of(builder, date.filter(|_| !none));
+    let times = [start, finish, dates.early[0], dates.early[1], dates.late[0], dates.late[1], actual_start, actual_finish]
+        .map(&mut date);
+    let [schedule_start, schedule_finish, early_start, early_finish, late_start, late_finish, actual_start, actual_finish] =
+        times;
+    let has_time = duration.is_some() || times.iter().any(|t| *t != ScheduleText::default());
+    let mut flags = if task.kind == PlanTaskKind::Milestone { task_flags::MILESTONE } else { 0 };
+    flags |= if has_time { task_flags::HAS_TIME } else { 0 };
+    let is_elapsed = task.duration.is_some_and(|d| d.is_elapsed);
+    TaskRecord {
+        global_id: ScheduleText::default(),
+        name: builder.texts.add(&task.name).into(),
+        identification: builder.texts.add(if task.code.is_empty() { &task.uid } else { &task.code }).into(),
+        predefined_type: ScheduleText::default(),
+        schedule_duration: duration.map_or(ScheduleText::default(), |d| length_text(builder, d)),
+        schedule_start,
+        schedule_finish,
+        early_start,
+        early_finish,
+        late_start,
+        late_finish,
+        actual_start,
+        actual_finish,
+        completion: task.complete.or(task.physical_complete).unwrap_or(-1.0),
+        parent: NONE,
+        control: NONE,
+        calendar: NONE,
+        duration_kind: if is_elapsed { DurationKind::ElapsedTime } else { DurationKind::WorkTime }.into(),
+        flags,
+        step_id: 0,
+        source: 0,
+        reserved: 0,
+    }
+}
+
+fn add_three_point(builder: &mut TasksBuilder, task: &PlanTask, at: u32) {
+    let Some([optimistic, likely, pessimistic]) = task.three_point.filter(|_| !task.is_inactive) else { return };
+    let record = TaskUncertaintyRecord {
+        duration_optimistic_s: optimistic.seconds,
+        duration_likely_s: likely.seconds,
+        duration_pessimistic_s: pessimistic.seconds,
+        task: at,
+        is_elapsed: u32::from(likely.is_elapsed),
+    };
+    if record.is_ascending() {
+        builder.schedule.uncertainties.push(record);
+        return;
+    }
+    let (name, message) = (&task.name, "its optimistic, likely and pessimistic durations do not ascend; they are not used");
+    let entity = Named { step_id: 0, global_id: task.uid.clone(), name: name.clone() };
+    let diagnostic = Diagnostic {
+        severity: Severity::Warning,
+        code: DiagnosticCode::ScheduleFileValue,
+        entity: Some(entity),
+        source: Some(builder.sources.len() as u32 - 1),
+        message: message.to_owned(),
+    };
+    builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
+}
+
+fn sequence_record(builder: &mut TasksBuilder, dependency: &Dependency, first_task: u32, source: u32) -> SequenceRecord {
+    let kind = match dependency.kind {
+        DependencyKind::FinishStart => SequenceKind::FinishStart,
+        DependencyKind::StartStart => SequenceKind::StartStart,
+        DependencyKind::FinishFinish => SequenceKind::FinishFinish,
+        DependencyKind::StartFinish => SequenceKind::StartFinish,
+    };
+    let (lag, lag_ratio, is_elapsed) = match dependency.lag {
+        None => (ScheduleText::default(), 0.0, false),
+        Some(PlanLag::Length(length)) => (length_text(builder, length), 0.0, length.is_elapsed),
+        Some(PlanLag::Ratio { ratio, is_elapsed }) => (ScheduleText::default(), ratio, is_elapsed),
+    };
+    SequenceRecord {
+        global_id: ScheduleText::default(),
+        lag,
+        lag_ratio,
+        predecessor: first_task + dependency.predecessor as u32,
+        successor: first_task + dependency.successor as u32,
+        kind: kind.into(),
+        lag_kind: if is_elapsed { DurationKind::ElapsedTime } else { DurationKind::WorkTime }.into(),
+        step_id: 0,
+        source,
+    }
+}
+
+/// A date as the archive has it: with its offset, and without a time of day if none was written.
+fn text_of(builder: &mut TasksBuilder, date: Option<PlanDate>) -> ScheduleText {
+    let Some(date) = date else { return ScheduleText::default() };
+    let at = date.at.0;
+    let text = match date.offset {
+        _ if date.is_day => at.date().to_string(),
+        None => at.to_string(),
+        Some(offset) => {
+            let seconds = offset.seconds();
+            let sign = if seconds < 0 { '-' } else { '+' };
+            format!("{at}{sign}{:02}:{:02}", seconds.abs() / 3600, seconds.abs() / 60 % 60)
+        }
+    };
+    builder.texts.add(&text).into()
+}
+
+fn length_text(builder: &mut TasksBuilder, length: Length) -> ScheduleText {
+    let sign = if length.seconds < 0 { "-" } else { "" };
+    builder.texts.add(&format!("{sign}PT{}S", length.seconds.unsigned_abs())).into()
+}
+
+fn add_links(builder: &mut TasksBuilder, rules: &LinkRules, links: &Links) {
+    for link in &links.links {
+        let (kind, target) = match link.target {
+            Target::Element(k) => (LinkKind::Element, k),
+            Target::Space(k) => (LinkKind::Space, k),
+        };
+        builder.schedule.task_links.push(TaskLinkRecord {
+            task: link.task as u32,
+            kind: kind.into(),
+            target,
+            flags: link.effect.flag(),
+        });
+        let origin = match link.origin {
+            LinkOrigin::Table(line) => builder.texts.add(&format!("table of links, line {line}")),
+            LinkOrigin::Rule(rule) => builder.texts.add(&rules.rules[rule].name),
+        };
+        builder.link_rules.push(origin.into());
+    }
+}
+
+fn add_findings(builder: &mut TasksBuilder, plan: &schedule_files::PlanFile, source: u32, ids: &[String]) {
+    let mut report = Report::default();
+    for finding in &plan.findings {
+        let code = match finding.kind {
+            FindingKind::UnreadableValue => DiagnosticCode::ScheduleFileValue,
+            FindingKind::DuplicateTask => DiagnosticCode::ScheduleFileDuplicateTask,
+            FindingKind::MissingReference => DiagnosticCode::ScheduleFileReference,
+            FindingKind::NestedInItself => DiagnosticCode::ScheduleFileNesting,
+            FindingKind::EndsBeforeStart => DiagnosticCode::TaskReversed,
+            FindingKind::NotUnderstood => DiagnosticCode::ScheduleFileNotUnderstood,
+        };
+        let entity = finding.task.map(|k| named(&ids[k], &plan.tasks[k].name));
+        let (severity, message) = (Severity::Warning, finding.message.clone());
+        report.push(Diagnostic { severity, code, entity, source: Some(source), message });
+    }
+    for diagnostic in report.finish() {
+        builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
+    }
+}
+
+fn named(id: &str, name: &str) -> Named {
+    Named { step_id: 0, global_id: id.to_owned(), name: name.to_owned() }
+}
+
+/// Reports what was linked with nothing, and why.
+fn report_links(
+    report: &mut Report,
+    site: &Site<'_>,
+    plans: &[ScheduleFile],
+    rules: &LinkRules,
+    links: &Links,
+    ids: &[String],
+) {
+    let tasks = all_tasks(plans);
+    let mut add = |severity, code, task: Option<usize>, message: String| {
+        let entity = task.map(|k| named(&ids[k], &tasks[k].task.name));
+        let source = task.map(|k| tasks[k].file as u32);
+        report.push(Diagnostic { severity, code, entity, source, message });
+    };
+    if links.links.is_empty() {
+        let message = format!(
+            "none of {} is linked to an element or space: the schedule changes no map; see [[link]] of the schedule rules",
+            counted(tasks.len(), "task")
+        );
+        add(Severity::Error, DiagnosticCode::TasksWithoutLinks, None, message);
+    }
+    let mut linked = vec![false; tasks.len()];
+    links.links.iter().for_each(|link| linked[link.task] = true);
+    let is_work = is_work(&tasks, plans);
+    let unlinked: Vec<usize> = (0..tasks.len()).filter(|k| is_work[*k] && !linked[*k]).collect();
+    if !unlinked.is_empty() && !links.links.is_empty() {
+        let names: Vec<&str> = unlinked.iter().take(MAX_NAMES).map(|k| ids[*k].as_str()).collect();
+        let more = if unlinked.len() > MAX_NAMES { ", .." } else { "" };
+        let n = counted(unlinked.len(), "task");
+        let message = format!("{n} without an element or space: {}{more}; they change no map", names.join(", "));
+        add(Severity::Warning, DiagnosticCode::TasksWithoutLinks, None, message);
+    }
+    for &(task, rule) in &links.untold_effects {
+        let rule = &rules.rules[rule].name;
+        let message = format!(
+            "{rule}: no word of [link_words] tells what the task does with its elements; they stay as if it did not exist"
+        );
+        add(Severity::Warning, DiagnosticCode::LinkEffectUnknown, Some(task), message);
+    }
+    for (line, why) in &links.unmatched_rows {
+        let message = format!("table of links, line {line}: {why}");
+        add(Severity::Warning, DiagnosticCode::LinkRowUnmatched, None, message);
+    }
+    if !site.schedule.tasks.is_empty() {
+        let n = counted(site.schedule.tasks.len(), "task");
+        let message = format!("the models have a schedule of {n} too, which is not used: schedule files go before it");
+        add(Severity::Warning, DiagnosticCode::ModelScheduleReplaced, None, message);
+    }
+}
