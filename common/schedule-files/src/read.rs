@@ -119,7 +119,7 @@ mod tests {
         };
         check("a.mpp", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "MS Project (.mpp, .mpx)");
         check("a.mpx", b"MPX,Microsoft Project,4.0", "MS Project (.mpp, .mpx)");
-        check("A.PP", b"\0\0000000", "Asta Powerproject (.pp)");
+        check("A.PP", b"\x00\x00000000", "Asta Powerproject (.pp)");
         check("a.pp", b"SQLite format 3\0", "Asta Powerproject (.pp)");
         check("a.sp", b"\xb6\x17rest", "Synchro (.sp)");
         check("a.xlsx", b"PK\x03\x04rest", "spreadsheets (.xlsx, .xls, .ods)");

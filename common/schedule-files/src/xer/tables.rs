@@ -48,11 +48,12 @@ impl<'a> Tables<'a> {
             match marker {
                 Some("%T") => (name, start) = (rest.trim(), None),
                 Some("%F") => {
+                    start = None;
                     let columns = rest.split('\t').enumerate().map(|(k, column)| (column.trim(), k)).collect();
                     tables.tables.entry(name).or_insert_with(|| Table { line: number, columns, rows: Vec::new() });
                 }
                 Some("%R") => {
-                    start = Some(from + 3);
+                    start = Some(from + line.len() - rest.len());
                     if let Some(table) = tables.tables.get_mut(name) {
                         table.rows.push(rest);
                     }
@@ -62,8 +63,8 @@ impl<'a> Tables<'a> {
                     break;
                 }
                 _ => {
-                    if let (Some(start), Some(table)) = (start, tables.tables.get_mut(name)) {
-                        let row = table.rows.last_mut().expect("a row was started");
+                    let row = tables.tables.get_mut(name).and_then(|table| table.rows.last_mut());
+                    if let (Some(start), Some(row)) = (start, row) {
                         *row = &text[start..from + line.len()];
                     }
                 }
@@ -139,6 +140,9 @@ mod tests {
         assert!(Tables::of("%T\tA").is_none());
         let tables = Tables::of("ERMHDR\n%R\t1\ngoes on\n%T\tA\n%R\t1\n%").unwrap();
         assert!(tables.rows("A").count() == 0 && tables.is_cut);
+        assert_eq!(Tables::of("ERMHDR\n%T\tA\n%R\t1\n%F\tx\ngoes on").unwrap().rows("A").count(), 0);
+        let tables = Tables::of("ERMHDR\n%T\tA\n%F\tx\n%Ró\ngoes on").unwrap();
+        assert_eq!(tables.rows("A").map(|row| row.get("x")).collect::<Vec<_>>(), ["goes on"]);
     }
 
     #[test]
