@@ -1,6 +1,7 @@
 //! From tasks as they are written, with what they refer to by identity, to the tasks of a [`PlanFile`].
 
 use crate::PlanFileError;
+use crate::circles::find_circles;
 use crate::nesting::parents_first;
 use crate::plan::{
     Dependency, DependencyKind, Finding, FindingKind, PlanDate, PlanFile, PlanLag, PlanTask, PlanTaskKind,
@@ -144,6 +145,7 @@ impl WrittenPlan {
             self.tasks[k].parent = None;
             self.find(Some(k), FindingKind::NestedInItself, "it is nested in itself; it stands at the top".to_owned());
         }
+        find_circles(&self.tasks, &file.dependencies, &mut self.findings);
         find_reversed(&self.tasks, &mut self.findings);
         file.tasks = self.tasks;
         file.findings.append(&mut self.findings);

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 const DAYS: [Date; 2] = [date(2024, 1, 1), date(2025, 12, 31)];
 
 /// The schedule, a line of text for each task, link and calendar.
-pub fn plan_json(file: &PlanFile) -> Value {
+pub(crate) fn plan_json(file: &PlanFile) -> Value {
     let by_name = |mut values: Vec<Value>| {
         values.sort_by(|a, b| a["name"].as_str().cmp(&b["name"].as_str()));
         Value::Array(values)
@@ -33,7 +33,7 @@ fn calendar(calendar: &PlanCalendar) -> Value {
         if let Some(exception) = exception.filter(|e| &e.periods_s != usual) {
             days.insert(day.to_string(), json!(exception.periods_s));
         }
-        day = day.checked_add(1.day()).unwrap();
+        day = day.checked_add(1.day()).expect("there are days after these");
     }
     json!({ "name": calendar.name, "is_default": calendar.is_default, "week": calendar.week, "days": days })
 }
