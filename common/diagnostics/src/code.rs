@@ -113,6 +113,8 @@ codes! {
     MapScalesDiffer = "map_scales_differ",
     /// Files in different projected systems.
     ProjectedSystemsDiffer = "projected_systems_differ",
+    /// More contacts of spaces and elements than the limit.
+    SpaceContactsTooMany = "space_contacts_too_many",
     /// A space without a body.
     SpaceWithoutBody = "space_without_body",
     /// A measure of a stair that its body contradicts.
