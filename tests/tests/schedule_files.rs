@@ -11,8 +11,13 @@ use support::{convert, demo_model, groundplan, root};
 
 /// The schedule of the demo building in the forms of planners' tools.
 fn demo_schedules() -> [PathBuf; 4] {
-    ["config/demo/demo-schedule.xer", "tests/fixtures/demo-schedule.pmxml", "tests/fixtures/demo-schedule.xml", "tests/fixtures/demo-schedule.csv"]
-        .map(|path| root().join(path))
+    [
+        "config/demo/demo-schedule.xer",
+        "tests/fixtures/demo-schedule.pmxml",
+        "tests/fixtures/demo-schedule.xml",
+        "tests/fixtures/demo-schedule.csv",
+    ]
+    .map(|path| root().join(path))
 }
 
 fn json(arguments: &[&dyn AsRef<OsStr>]) -> Value {
@@ -39,7 +44,11 @@ fn every_form_of_the_same_schedule_gives_the_maps_of_the_schedule_in_the_model()
     assert!(of_model.keys().filter(|path| path.extension().is_some_and(|e| e == "pgm")).count() > 100);
     for schedule in demo_schedules() {
         let of_file = maps(&model, &["--date", "all", "--schedule-file", schedule.to_str().unwrap()]);
-        let differing: Vec<&PathBuf> = of_model.iter().filter(|(path, content)| of_file.get(*path) != Some(content)).map(|(path, _)| path).collect();
+        let differing: Vec<&PathBuf> = of_model
+            .iter()
+            .filter(|(path, content)| of_file.get(*path) != Some(content))
+            .map(|(path, _)| path)
+            .collect();
         assert_eq!(differing, Vec::<&PathBuf>::new(), "{}", schedule.display());
         assert!(of_model.keys().eq(of_file.keys()), "{}", schedule.display());
     }

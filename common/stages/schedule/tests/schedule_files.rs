@@ -69,7 +69,10 @@ fn finish(calendar: &PlanCalendar, start_s: u32, duration_s: i64) -> Option<Stri
     let task = PlanTask {
         uid: "1".to_owned(),
         duration: Some(Length { seconds: duration_s, is_elapsed: false }),
-        dates: PlanDates { current: [Some(PlanDate { at, is_day: false, offset: None }), None], ..PlanDates::default() },
+        dates: PlanDates {
+            current: [Some(PlanDate { at, is_day: false, offset: None }), None],
+            ..PlanDates::default()
+        },
         ..PlanTask::default()
     };
     let plan = PlanFile { calendars: vec![calendar.clone()], tasks: vec![task], ..PlanFile::default() };
@@ -112,7 +115,11 @@ fn night_shifts_holidays_and_worked_holidays_count() {
     // Monday 20:00, one shift.
     assert_eq!(finish(&calendar, 20 * 3600, 8 * 3600).unwrap(), "2024-03-05T06:00:00");
     calendar.exceptions = vec![off(1, vec![])];
-    assert_eq!(finish(&calendar, 20 * 3600, 8 * 3600).unwrap(), "2024-03-06T06:00:00", "a holiday takes the morning, too");
+    assert_eq!(
+        finish(&calendar, 20 * 3600, 8 * 3600).unwrap(),
+        "2024-03-06T06:00:00",
+        "a holiday takes the morning, too"
+    );
     calendar.exceptions = vec![off(1, vec![]), off(5, vec![[8 * 3600, 12 * 3600]])];
     assert_eq!(finish(&calendar, 4 * DAY_S + 23 * 3600, 4 * 3600).unwrap(), "2024-03-09T11:00:00", "a worked Saturday");
 }

@@ -159,9 +159,7 @@ impl LinkRules {
         if links.len() > MAX_RULES {
             return Err(LinkRulesError { rule: MAX_RULES, why: format!("more than {MAX_RULES} rules") });
         }
-        let rule = |(k, toml): (usize, LinkToml)| {
-            rule_of(k, toml).map_err(|why| LinkRulesError { rule: k, why })
-        };
+        let rule = |(k, toml): (usize, LinkToml)| rule_of(k, toml).map_err(|why| LinkRulesError { rule: k, why });
         let rules = links.into_iter().enumerate().map(rule).collect::<Result<_, _>>()?;
         Ok(Self { rules, words: file.link_words })
     }

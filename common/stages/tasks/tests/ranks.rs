@@ -34,7 +34,12 @@ fn the_usual_rules_prefer_a_field_of_the_number_to_the_row() {
     let mut building = walls(&["a", "b", "c"]);
     building.properties(0, &[["Construction", "4D_Number", "2"]]);
     building.properties(1, &[["Data", "Activity ID", "1"]]);
-    let tasks = vec![task("1"), task_with("2", "4D_Number", "7"), task_with("3", "4D_Number", "2"), task_with("4", "GlobalId", "c")];
+    let tasks = vec![
+        task("1"),
+        task_with("2", "4D_Number", "7"),
+        task_with("3", "4D_Number", "2"),
+        task_with("4", "GlobalId", "c"),
+    ];
     let lines = building.linked(&[plan("p.xml", tasks)], &LinkRules::default(), &[]);
     assert_eq!(lines, ["1 builds b", "3 builds a", "4 builds c"]);
 }
@@ -88,7 +93,8 @@ fn equal_codes_of_several_files_are_tasks_of_their_own() {
     building.properties(0, &[["Construction", "4D_Number", "A10"]]);
     let plans = [plan("one.csv", vec![task("A10")]), plan("two.csv", vec![task("A10"), task("A20")])];
     assert_eq!(building.linked(&plans, &LinkRules::default(), &[]), ["A10 builds a", "A10 builds a"]);
-    let rows = [row(2, "b", "A10", Effect::Builds), row(3, "b", "A20", Effect::Builds), row(4, "z", "A20", Effect::Builds)];
+    let rows =
+        [row(2, "b", "A10", Effect::Builds), row(3, "b", "A20", Effect::Builds), row(4, "z", "A20", Effect::Builds)];
     let links = building.link(&plans, &LinkRules { rules: Vec::new(), ..LinkRules::default() }, &rows);
     let lines: Vec<u64> = links.unmatched_rows.iter().map(|(line, _)| *line).collect();
     assert_eq!((links.links.len(), lines), (1, vec![2, 4]));
@@ -97,7 +103,8 @@ fn equal_codes_of_several_files_are_tasks_of_their_own() {
         let ids: Vec<&str> = site.schedule.tasks.iter().map(|task| site.schedule.text(task.global_id)).collect();
         assert_eq!(ids, ["A10", "A10#A10", "A20"]);
         assert_eq!(site.schedule.tasks.iter().map(|task| task.source).collect::<Vec<_>>(), [0, 1, 1]);
-        let linked: Vec<(u32, LinkKind)> = tasks.schedule.task_links.iter().map(|link| (link.task, link.kind.get())).collect();
+        let linked: Vec<(u32, LinkKind)> =
+            tasks.schedule.task_links.iter().map(|link| (link.task, link.kind.get())).collect();
         assert_eq!(linked, [(0, LinkKind::Element), (1, LinkKind::Element)]);
     });
 }

@@ -16,7 +16,10 @@ fn house() -> Building {
     house.builder.spaces[kitchen as usize].centroid_m = [2.0, 2.0];
     house.builder.spaces[bath as usize].centroid_m = [f64::NAN, 0.0];
     let wall = house.element("IfcWall", "wall", [ground, NONE], [1.0, 1.0]);
-    house.properties(wall, &[["Planning", "4D_Number", "A10; A20"], ["IfcZone", "Name", "BA2"], ["DIN 276", "Cost", "x"]]);
+    house.properties(
+        wall,
+        &[["Planning", "4D_Number", "A10; A20"], ["IfcZone", "Name", "BA2"], ["DIN 276", "Cost", "x"]],
+    );
     let sink = house.element("IfcSanitaryTerminal", "sink", [NONE, kitchen], [3.0, 1.0]);
     house.properties(sink, &[["IfcClassification", "DIN 276", "412"], ["Other", "4D_Number", "a30 "]]);
     let duct = house.element("IfcDuctSegment", "duct", [NONE, NONE], [9.0, 9.0]);
@@ -81,7 +84,11 @@ fn values_of_the_task_take_what_has_the_same() {
         ("space = \"=name\"", PlanTask { name: "bath".into(), ..task("1") }, vec!["Bath"]),
         ("zone = \"=wbs\"", PlanTask { wbs: "BA1".into(), ..task("1") }, vec!["sink", "Kitchen"]),
         ("storey = \"=field:Level\", class = \"IfcWall\"", task_with("1", "Level", "EG"), vec!["wall"]),
-        ("storey = \"=field:Level\", zone = \"=wbs\"", PlanTask { wbs: "BA2".into(), ..task_with("1", "Level", "EG") }, vec!["wall"]),
+        (
+            "storey = \"=field:Level\", zone = \"=wbs\"",
+            PlanTask { wbs: "BA2".into(), ..task_with("1", "Level", "EG") },
+            vec!["wall"],
+        ),
     ] {
         assert_eq!(taken(elements, task), expected, "{elements}");
     }
@@ -90,7 +97,10 @@ fn values_of_the_task_take_what_has_the_same() {
 #[test]
 fn tasks_are_taken_by_file_id_code_wbs_name_and_field() {
     let plans = [
-        plan("rough.xer", vec![PlanTask { wbs: "P.1.2".into(), ..task("A10") }, task_with("A20", "Trade", "Dry lining")]),
+        plan(
+            "rough.xer",
+            vec![PlanTask { wbs: "P.1.2".into(), ..task("A10") }, task_with("A20", "Trade", "Dry lining")],
+        ),
         plan("fit-out.xml", vec![PlanTask { uid: "7".into(), ..task("B10") }]),
     ];
     for (selector, expected) in [

@@ -116,7 +116,12 @@ impl Building {
     }
 
     /// Looks at the site with the tasks of the files in the place of its own, and at the archive of these.
-    pub(crate) fn with_tasks<T>(&self, plans: &[ScheduleFile], rules: &LinkRules, look: impl FnOnce(&Site<'_>, &Tasks<'_>) -> T) -> T {
+    pub(crate) fn with_tasks<T>(
+        &self,
+        plans: &[ScheduleFile],
+        rules: &LinkRules,
+        look: impl FnOnce(&Site<'_>, &Tasks<'_>) -> T,
+    ) -> T {
         let bytes = self.builder.finish();
         let site = Site::open(bytes.bytes()).unwrap();
         let links = link(&site, plans, rules, &[]).unwrap();
