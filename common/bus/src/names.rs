@@ -102,6 +102,8 @@ impl GridSlot {
 pub enum TopicName {
     /// Geometry and facts of the site.
     Site,
+    /// Tasks of schedule files.
+    Tasks,
     /// States at a plan time.
     ScheduleState,
     /// Layers of a map storey.
@@ -123,6 +125,7 @@ impl TopicName {
     pub fn all() -> impl Iterator<Item = Self> {
         [
             Self::Site,
+            Self::Tasks,
             Self::ScheduleState,
             Self::Grids,
             Self::MissionPlan,
@@ -138,6 +141,7 @@ impl TopicName {
     pub fn kind(self) -> ArchiveKind {
         match self {
             Self::Site => ArchiveKind::Site,
+            Self::Tasks => ArchiveKind::Tasks,
             Self::ScheduleState => ArchiveKind::ScheduleState,
             Self::Grid(_) => ArchiveKind::Grid,
             Self::Grids => ArchiveKind::Grids,
@@ -152,7 +156,7 @@ impl TopicName {
     pub fn producer(self) -> Daemon {
         match self {
             Self::Site => Daemon::IfcIngest,
-            Self::ScheduleState => Daemon::ScheduleEval,
+            Self::Tasks | Self::ScheduleState => Daemon::ScheduleEval,
             Self::Grid(_) | Self::Grids => Daemon::Rasterize,
             Self::MissionPlan => Daemon::WaypointGen,
             Self::SlamMap => Daemon::Robot,
@@ -165,6 +169,7 @@ impl fmt::Display for TopicName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Site => f.write_str("site"),
+            Self::Tasks => f.write_str("tasks"),
             Self::ScheduleState => f.write_str("schedule-state"),
             Self::Grid(slot) => write!(f, "grid/{:02}", slot.index()),
             Self::Grids => f.write_str("grids"),
@@ -184,7 +189,7 @@ mod tests {
     #[test]
     fn every_topic_has_a_name_of_its_own() {
         let names: BTreeSet<String> = TopicName::all().map(|t| t.to_string()).collect();
-        assert_eq!(names.len(), 7 + GridSlot::COUNT);
+        assert_eq!(names.len(), 8 + GridSlot::COUNT);
         assert!(names.contains("grid/00") && names.contains("grid/63") && !names.contains("grid/64"));
     }
 

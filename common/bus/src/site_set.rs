@@ -15,6 +15,8 @@ use messages::{
 pub enum SiteSample {
     /// The site.
     Site(CheckedSample<topics::Site>),
+    /// The tasks of schedule files.
+    Tasks(CheckedSample<topics::Tasks>),
     /// The schedule state.
     ScheduleState(CheckedSample<topics::ScheduleState>),
     /// The grid in a slot.
@@ -34,6 +36,7 @@ impl SiteSample {
         // The name is that of the topic, so that every sample is one of it.
         Ok(match sample.topic() {
             TopicName::Site => sample.of(topics::Site).map(|s| s.check().map(Self::Site)).transpose()?,
+            TopicName::Tasks => sample.of(topics::Tasks).map(|s| s.check().map(Self::Tasks)).transpose()?,
             TopicName::ScheduleState => {
                 sample.of(topics::ScheduleState).map(|s| s.check().map(Self::ScheduleState)).transpose()?
             }
@@ -55,6 +58,7 @@ impl SiteSample {
 #[derive(Debug, Default)]
 pub struct SiteSamples {
     site: Option<CheckedSample<topics::Site>>,
+    tasks: Option<CheckedSample<topics::Tasks>>,
     state: Option<CheckedSample<topics::ScheduleState>>,
     /// By slot.
     grids: Vec<Option<CheckedSample<topics::Grid>>>,
@@ -76,6 +80,8 @@ pub struct SiteState<'a> {
 pub struct SiteSet<'a> {
     /// The site.
     pub site: &'a CheckedSample<topics::Site>,
+    /// The tasks of schedule files that the state follows, where the topic is followed and they have come.
+    pub tasks: Option<&'a CheckedSample<topics::Tasks>>,
     /// The states of its elements and spaces.
     pub state: &'a CheckedSample<topics::ScheduleState>,
     /// The index of the grids.
@@ -89,7 +95,7 @@ pub struct SiteSet<'a> {
 /// Views of a set: every index of one archive into another is within bounds.
 #[derive(Debug, Clone)]
 pub struct SiteViews<'a> {
-    /// The site.
+    /// The site, with the tasks of schedule files if they are in the set.
     pub site: Site<'a>,
     /// The schedule state.
     pub state: ScheduleState<'a>,
@@ -106,6 +112,7 @@ impl SiteSamples {
     pub fn insert(&mut self, sample: SiteSample) {
         match sample {
             SiteSample::Site(sample) => self.site = Some(sample),
+            SiteSample::Tasks(sample) => self.tasks = Some(sample),
             SiteSample::ScheduleState(sample) => self.state = Some(sample),
             SiteSample::Grid(slot, sample) => {
                 if self.grids.len() <= slot.index() {
@@ -126,6 +133,7 @@ impl SiteSamples {
     /// Takes earlier samples for topics without a newer one.
     pub fn take_back(&mut self, earlier: Self) {
         self.site = self.site.take().or(earlier.site);
+        self.tasks = self.tasks.take().or(earlier.tasks);
         self.state = self.state.take().or(earlier.state);
         self.index = self.index.take().or(earlier.index);
         self.mission_plan = self.mission_plan.take().or(earlier.mission_plan);
@@ -188,7 +196,8 @@ impl SiteSamples {
             self.grids.get(place)?.as_ref().filter(|grid| grid.content_hash() == slot.content_hash)
         };
         let grids = named.slots.iter().enumerate().map(named_grid).collect::<Option<Vec<_>>>()?;
-        is_of_state.then_some(SiteSet { site, state, index, grids, mission_plan: self.mission_plan_of_index() })
+        let tasks = self.tasks.as_ref().filter(|tasks| tasks.content_hash() == state.view().head.tasks_hash);
+        is_of_state.then_some(SiteSet { site, tasks, state, index, grids, mission_plan: self.mission_plan_of_index() })
     }
 }
 
@@ -210,12 +219,18 @@ impl<'a> SiteState<'a> {
 }
 
 impl<'a> SiteSet<'a> {
+    /// True if the tasks that the schedule state follows are in the set, or are those of the site itself.
+    pub fn has_tasks(&self) -> bool {
+        self.tasks.is_some() || self.state.view().head.tasks_hash == 0
+    }
+
     /// Views of all archives.
     ///
     /// # Errors
     /// An archive that names what the site does not have.
     pub fn views(&self) -> Result<SiteViews<'a>, OtherSite> {
         let (site, state, index) = (self.site.view(), self.state.view(), self.index.view());
+        let site = self.tasks.map_or(Ok(site), |tasks| site.with_tasks(&tasks.view()))?;
         state.check_site(&site)?;
         index.check_site(&site)?;
         let grids: Vec<Grid<'a>> = self.grids.iter().map(|grid| grid.view()).collect();

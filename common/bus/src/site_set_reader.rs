@@ -38,7 +38,7 @@ impl SiteSetReader {
         let slots = GridSlot::all().map(TopicName::Grid);
         Self::of_topics(
             bus,
-            [TopicName::Site, TopicName::ScheduleState, TopicName::Grids, TopicName::MissionPlan]
+            [TopicName::Site, TopicName::Tasks, TopicName::ScheduleState, TopicName::Grids, TopicName::MissionPlan]
                 .into_iter()
                 .chain(slots),
         )
@@ -76,9 +76,9 @@ impl SiteSetReader {
         &self.samples
     }
 
-    /// The newest samples, if they belong together.
+    /// The newest samples, if they belong together, tasks of schedule files included.
     pub fn set(&self) -> Option<SiteSet<'_>> {
-        self.samples.set()
+        self.samples.set().filter(SiteSet::has_tasks)
     }
 
     /// The newest site and schedule state, if they belong together.

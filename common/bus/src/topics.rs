@@ -52,6 +52,8 @@ macro_rules! topics {
 topics! {
     /// Geometry, spaces, doors and schedule of the site.
     Site
+    /// Tasks of schedule files, linked to the site; none without such files.
+    Tasks
     /// States at a plan time.
     ScheduleState
     /// Index of the grids.

@@ -89,6 +89,11 @@ pub struct RelayConfig {
 pub struct ScheduleConfig {
     /// Rules of dates, as for `groundplan states --schedule`.
     pub rules: Option<PathBuf>,
+    /// Schedules of the planner, in the place of that of the models, as for `groundplan states --schedule-file`. They are read
+    /// again when they change.
+    pub files: Vec<PathBuf>,
+    /// Links of their tasks with elements, as for `--link`.
+    pub links: Option<PathBuf>,
     /// Plan time until another is set; without one everything is built.
     pub plan_time: Option<String>,
 }
@@ -329,10 +334,12 @@ impl SiteConfig {
             let why = format!("threads = {threads}: it must be 1 to {MAX_THREADS}, or left out");
             return Err(serde::de::Error::custom(why));
         }
-        let paths = config.models.iter_mut().chain([&mut config.state, &mut config.bus.root]);
+        let lists = config.models.iter_mut().chain(&mut config.schedule.files);
+        let paths = lists.chain([&mut config.state, &mut config.bus.root]);
         let optional = [
             &mut config.relay.folder,
             &mut config.schedule.rules,
+            &mut config.schedule.links,
             &mut config.robot.profile,
             &mut config.waypoints.options,
             &mut config.align.map,

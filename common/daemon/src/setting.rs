@@ -26,6 +26,8 @@ pub enum SettingKey {
     Models,
     /// `schedule.rules`.
     Rules,
+    /// `schedule.files`.
+    ScheduleFiles,
     /// `schedule.plan_time`.
     PlanTime,
     /// `robot.profile`.
@@ -44,6 +46,7 @@ impl SettingKey {
         match self {
             Self::Models => "models",
             Self::Rules => "schedule.rules",
+            Self::ScheduleFiles => "schedule.files",
             Self::PlanTime => "schedule.plan_time",
             Self::RobotProfile => "robot.profile",
             Self::Resolution => "robot.resolution_m",

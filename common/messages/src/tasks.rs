@@ -56,11 +56,7 @@ impl<'a> Tasks<'a> {
 
     /// The sections of an archive, without validation of their records.
     pub(crate) fn of(archive: Archive<'a>) -> Result<Self, ArchiveError> {
-        Ok(Self {
-            archive,
-            head: archive.record(section::HEAD)?,
-            schedule: WorkSchedule::of_files(archive)?,
-        })
+        Ok(Self { archive, head: archive.record(section::HEAD)?, schedule: WorkSchedule::of_files(archive)? })
     }
 
     /// Hash of the content.

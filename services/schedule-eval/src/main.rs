@@ -1,8 +1,10 @@
-//! Schedule evaluation: `site` and the plan time in, `schedule-state` out.
+//! Schedule evaluation: `site`, schedule files and the plan time in, `tasks` and `schedule-state` out.
 
+mod evaluation;
 mod machine_time;
 mod plan_time_clock;
 mod plan_time_setting;
+mod schedule_files;
 mod service;
 
 use service::ScheduleService;

@@ -1,20 +1,22 @@
 //! The schedule-eval service: holds the plan time and publishes the schedule state.
 
+use crate::evaluation::{Evaluated, EvaluationError, evaluated};
 use crate::machine_time::{self, MachineTime};
 use crate::plan_time_clock::{PlanTimeClock, ReachedPlanTime, Reading};
 use crate::plan_time_setting::PlanTimeSetting;
+use crate::schedule_files::ScheduleFiles;
 use bus::{Bus, CheckedSample, topics};
 use daemon::facts::{ProgressRows, ScheduleFacts};
 use daemon::{
     ActualsSource, Asked, Caller, Configured, CurrentActivity, Done, Epochs, Event, Failure, FileText, History,
     HistoryEvent, HistoryKind, LatchedOutput, OBSERVED_TABLE, Published, ReportedProgress, ScheduleAnswer,
-    ScheduleRequest, Service, Setting, SettingKey, SiteConfig, Standing, StateFile, progress_in_force, read_progress,
-    write_durably,
+    ScheduleRequest, Service, Setting, SettingInForce, SettingKey, SettingSource, SiteConfig, Standing, StateFile,
+    progress_in_force, read_progress, write_durably,
 };
 use frames::PlanTime;
 use jiff::tz::TimeZone;
-use messages::{Activity, Checked, DiagnosticCode, InputHashes, ScheduleStateHead, Site};
-use schedule::{EvaluateError, Overrides, Rules, Timeline, evaluate, parse_actuals};
+use messages::{Activity, Checked, DiagnosticCode, InputHashes, ScheduleStateHead};
+use schedule::{Overrides, Rules, parse_actuals};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -42,11 +44,14 @@ pub(crate) struct ScheduleService {
     boot: Option<u64>,
     plan_time: PlanTimeSetting,
     rules_setting: Setting<Option<FileText>>,
+    files: ScheduleFiles,
     /// The state folder, for the tables of progress.
     state: PathBuf,
     overrides: Overrides,
     epochs: Epochs,
     activity: CurrentActivity,
+    /// Tasks of schedule files: on the bus before the states that follow them.
+    tasks: LatchedOutput<topics::Tasks>,
     output: LatchedOutput<topics::ScheduleState>,
     /// The newest site; kept to evaluate it again when rules or progress change.
     site: Option<CheckedSample<topics::Site>>,
@@ -70,19 +75,11 @@ struct KeptRules {
     rules: Option<FileText>,
 }
 
-/// The evaluated schedule of the current site.
-struct Evaluated {
-    timeline: Timeline,
-    update_instants_s: Vec<i64>,
-    site_hash: u64,
-    frame_epoch: u64,
-}
-
 impl ScheduleService {
     /// From the configuration and what survived.
     ///
     /// # Errors
-    /// Rules, a plan time or state that cannot be used.
+    /// Rules, schedule files, a plan time or state that cannot be used.
     pub(crate) fn new(config: &SiteConfig, activity: CurrentActivity) -> Result<Self, Failure> {
         let rules_setting = Setting::open(&config.state, SettingKey::Rules, rules_configured(config), || Ok(None))?;
         let rules = parse_rules(rules_setting.value().as_ref())?;
@@ -91,8 +88,10 @@ impl ScheduleService {
         check_zone(&rules, plan_time.clock())?;
         let usable_rules_file = StateFile::at(&config.state, "evaluated-rules.json")?;
         let [actuals, observed] = progress_in_force(&config.state, parse_actuals)?;
+        let files = ScheduleFiles::open(config, &rules)?;
         let service = Self {
             rules,
+            files,
             synchronised_while: config.clock.synchronised_while.clone(),
             boot,
             plan_time,
@@ -101,6 +100,7 @@ impl ScheduleService {
             state: config.state.clone(),
             epochs: Epochs::at(&config.state, "schedule-eval-epochs.json")?,
             activity,
+            tasks: LatchedOutput::new(topics::Tasks),
             output: LatchedOutput::new(topics::ScheduleState),
             site: None,
             evaluated: None,
@@ -123,6 +123,16 @@ impl ScheduleService {
         if has_other_plan_time {
             self.record(HistoryKind::Date, None, format!("plan time {} of site.toml", self.plan_time.in_force().value));
         }
+    }
+
+    /// The settings in force; without schedule files there is no setting of them.
+    fn settings(&self) -> Vec<SettingInForce> {
+        let rules = self.rules_setting.in_force(|_| self.rules_words());
+        let files = self.files.names().map(|names| SettingInForce {
+            since: self.files.since(),
+            ..SettingInForce::now(SettingKey::ScheduleFiles, names, SettingSource::SiteToml, None)
+        });
+        [rules, self.plan_time.in_force()].into_iter().chain(files).collect()
     }
 
     /// The zone in which the machine's clock is read.
@@ -278,6 +288,7 @@ impl ScheduleService {
         let edited = self.rules_setting.edited(rules_configured(config))?;
         let rules = parse_rules(edited.value().as_ref())?;
         check_zone(&rules, self.plan_time.clock())?;
+        self.files.configure(config, &rules)?;
         let has_other_plan_time = self.plan_time.edit(config, rules.site_zone.as_ref())?;
         let has_other_rules = edited != self.rules_setting.as_kept();
         if has_other_rules {
@@ -290,9 +301,9 @@ impl ScheduleService {
     }
 
     /// The schedule of the newest site with other overrides; `None` if there is no site yet.
-    fn evaluate(&self, overrides: &Overrides) -> Result<Option<Result<Evaluated, EvaluateError>>, Failure> {
+    fn evaluate(&self, overrides: &Overrides) -> Result<Option<Result<Evaluated, EvaluationError>>, Failure> {
         match &self.site {
-            Some(site) => Ok(Some(evaluated(site, &self.rules, overrides))),
+            Some(site) => Ok(Some(evaluated(site, &self.rules, self.files.plans(), overrides))),
             // The bus was created anew, and the site is on its way.
             None if self.evaluated.is_some() => Err("the site is not there at the moment: try again".into()),
             None => Ok(None),
@@ -314,9 +325,9 @@ impl ScheduleService {
             return Ok(self.done());
         };
         self.activity.set(Activity::Reading);
-        match evaluated(site, &self.rules, &self.overrides) {
+        match evaluated(site, &self.rules, self.files.plans(), &self.overrides) {
             Ok(evaluated) => {
-                let (tasks, changes) = (site.view().schedule.tasks.len(), evaluated.timeline.instants_s().len());
+                let (tasks, changes) = (evaluated.n_tasks, evaluated.timeline.instants_s().len());
                 info!(service = "schedule-eval", tasks, changes, "schedule evaluated");
                 (self.evaluated, self.error) = (Some(evaluated), None);
                 self.keep_usable_rules()?;
@@ -346,7 +357,8 @@ impl ScheduleService {
     /// After a start there is no schedule that could stay: that of the rules before stands in.
     fn evaluate_with_usable_rules(&mut self) -> Result<(), Failure> {
         let (Some(site), Some(KeptRules { rules })) = (&self.site, &self.usable_rules) else { return Ok(()) };
-        if let Ok(evaluated) = evaluated(site, &parse_rules(rules.as_ref())?, &self.overrides) {
+        let rules = parse_rules(rules.as_ref())?;
+        if let Ok(evaluated) = evaluated(site, &rules, self.files.plans(), &self.overrides) {
             warn!(service = "schedule-eval", "the schedule is evaluated with the rules before");
             self.evaluated = Some(evaluated);
         }
@@ -360,6 +372,7 @@ impl ScheduleService {
         if self.evaluated.is_some() {
             self.keep_clock(reading, now)?;
         }
+        self.publish_tasks()?;
         let Some(evaluated) = &self.evaluated else { return Ok(self.done()) };
         self.activity.set(Activity::Writing);
         let schedule_state = Checked::new(evaluated.timeline.schedule_state_at(at_s).finish())?;
@@ -371,6 +384,17 @@ impl ScheduleService {
         info!(service = "schedule-eval", epoch = self.output.epoch(), bytes = n_bytes, "schedule state published");
         self.activity.set(Activity::Published);
         Ok(self.done())
+    }
+
+    /// The tasks of schedule files, if they are others than those on the bus.
+    fn publish_tasks(&mut self) -> Result<(), Failure> {
+        let Some(evaluated) = &self.evaluated else { return Ok(()) };
+        let Some(tasks) = &evaluated.tasks else { return Ok(()) };
+        if self.tasks.is_last(tasks) {
+            return self.tasks.retry(&mut self.epochs);
+        }
+        let inputs = InputHashes { site: evaluated.site_hash, ..InputHashes::default() };
+        self.tasks.publish(&mut self.epochs, Checked::new(tasks.clone())?, evaluated.frame_epoch, inputs)
     }
 
     /// Saves how far a plan time that moves got.
@@ -421,6 +445,16 @@ impl ScheduleService {
         })
     }
 
+    /// Evaluates the schedule anew if its files have changed, and publishes if the plan time has passed a change.
+    fn look_and_tick(&mut self) -> Result<Done, Failure> {
+        if !self.files.look(&self.rules)? {
+            return self.tick();
+        }
+        let names = self.files.names().unwrap_or_default();
+        self.record(HistoryKind::Rules, None, format!("schedule of {names}, which changed"));
+        self.evaluate_site()
+    }
+
     /// Publishes if the plan time has passed a change.
     fn tick(&mut self) -> Result<Done, Failure> {
         let (reading, now) = self.read_clock();
@@ -431,7 +465,8 @@ impl ScheduleService {
             self.keep_clock(reading, now)?;
         }
         match self.published_at_s {
-            Some(published_s) if published_s == at_s && self.output.is_pending() => {
+            Some(published_s) if published_s == at_s && (self.tasks.is_pending() || self.output.is_pending()) => {
+                self.tasks.retry(&mut self.epochs)?;
                 self.output.retry(&mut self.epochs)?;
                 self.shown_at_s = Some(at_s);
                 self.activity.set(Activity::Published);
@@ -471,18 +506,6 @@ fn check_zone(rules: &Rules, clock: &PlanTimeClock) -> Result<(), Failure> {
     }
 }
 
-fn evaluated(
-    site: &CheckedSample<topics::Site>,
-    rules: &Rules,
-    overrides: &Overrides,
-) -> Result<Evaluated, EvaluateError> {
-    let frame_epoch = site.bytes().header().frame_epoch;
-    let site: Site<'_> = site.view();
-    let timeline = evaluate(&site, rules, overrides)?;
-    let update_instants_s = timeline.update_instants_s();
-    Ok(Evaluated { timeline, update_instants_s, site_hash: site.content_hash(), frame_epoch })
-}
-
 /// A table without rows.
 const NO_PROGRESS: &[u8] = b"id,start,finish\n";
 
@@ -503,6 +526,7 @@ impl Service for ScheduleService {
     fn attach(&mut self, bus: &Bus) -> Result<(), Failure> {
         // The sample belongs to a generation of the bus that is gone; it comes again.
         self.site = None;
+        self.tasks.attach(bus, &mut self.epochs)?;
         self.output.attach(bus, &mut self.epochs)
     }
 
@@ -510,7 +534,8 @@ impl Service for ScheduleService {
         match event {
             Event::Input(ScheduleInput::Site(site)) => self.handle_site(site),
             Event::Configuration(config) => self.configure(&config),
-            Event::Attached | Event::Tick => self.tick(),
+            Event::Attached => self.tick(),
+            Event::Tick => self.look_and_tick(),
         }
     }
 
@@ -539,7 +564,8 @@ impl Service for ScheduleService {
         let diagnostics = self.evaluated.iter().flat_map(|evaluated| evaluated.timeline.diagnostics());
         let mut gone = diagnostics.filter(|diagnostic| diagnostic.code == DiagnosticCode::ReportedProgressGone);
         let gone = gone.next().map(|diagnostic| diagnostic.message.clone());
-        let warnings = [warning, self.rules_setting.warning().map(str::to_owned), gone];
+        let [of_rules, of_files] = [self.rules_setting.warning(), self.files.warning()].map(|w| w.map(str::to_owned));
+        let warnings = [warning, of_rules, of_files, gone];
         let warnings: Vec<String> = warnings.into_iter().flatten().collect();
         Standing { error: self.error.clone(), warning: (!warnings.is_empty()).then(|| warnings.join("; ")) }
     }
@@ -555,7 +581,7 @@ impl Service for ScheduleService {
             clock_distrust: self.read_clock().0.distrust.map(|distrust| distrust.to_string()),
             progress: self.progress_rows(),
             site_zone: self.rules.site_zone.as_ref().and_then(|zone| zone.iana_name().map(str::to_owned)),
-            settings: vec![self.rules_setting.in_force(|_| self.rules_words()), self.plan_time.in_force()],
+            settings: self.settings(),
         }
     }
 }

@@ -82,9 +82,8 @@ pub(crate) fn task_effects(site: &Site<'_>, dates: &[Option<TaskDates>], inputs:
 /// What a link does with an element: one effect, none, or two, where the task only uses the element.
 fn effects_of(link: &Link, dates: TaskDates, kind: TaskKind, inputs: InputEffect) -> [Option<Effect>; 2] {
     let TaskDates { start_s, finish_s, source } = dates;
-    let effect = |[start_s, finish_s]: [i64; 2], removes| {
-        Some(Effect { start_s, finish_s, removes, task: link.task, source })
-    };
+    let effect =
+        |[start_s, finish_s]: [i64; 2], removes| Some(Effect { start_s, finish_s, removes, task: link.task, source });
     match link.effect {
         Some(LinkEffect::Builds) => [effect([start_s, finish_s], false), None],
         Some(LinkEffect::Removes) => [effect([start_s, finish_s], true), None],

@@ -79,8 +79,7 @@ impl EffectWords {
     /// The effect that a text tells; `None` if no word fits.
     pub(crate) fn effect_of(&self, text: &str) -> Option<Effect> {
         let text = fold(text);
-        let lists =
-            [(&self.removes, Effect::Removes), (&self.uses, Effect::Uses), (&self.works_in, Effect::WorksIn)];
+        let lists = [(&self.removes, Effect::Removes), (&self.uses, Effect::Uses), (&self.works_in, Effect::WorksIn)];
         let lists = lists.into_iter().chain([(&self.builds, Effect::Builds)]);
         let mut told = lists.filter(|(words, _)| words.iter().any(|word| Pattern::new(word).fits(&text)));
         told.next().map(|(_, effect)| effect)

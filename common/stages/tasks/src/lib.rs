@@ -20,7 +20,9 @@ mod target_values;
 mod task_values;
 
 pub use effect::{Effect, EffectWords};
-pub use link_rules::{EffectChoice, ElementSelector, LinkRule, LinkRules, LinkRulesError, LinkRulesToml, LinkToml, TaskSelector};
+pub use link_rules::{
+    EffectChoice, ElementSelector, LinkRule, LinkRules, LinkRulesError, LinkRulesToml, LinkToml, TaskSelector,
+};
 pub use link_table::{LinkTableError, TableLink, link_table, parse_link_table};
 pub use links::{Link, LinkError, LinkOrigin, Links, Target, link};
 pub use matches::{ClassShare, Matches, NearMiss, matches};

@@ -2,9 +2,9 @@
 
 use crate::effect::Effect;
 use crate::links::{Links, Target, targets};
+use crate::schedule_file::ScheduleFile;
 use crate::target_values::{TargetValue, global_id};
 use crate::task_values::all_tasks;
-use crate::schedule_file::ScheduleFile;
 use messages::Site;
 use std::collections::BTreeMap;
 
@@ -132,7 +132,8 @@ mod tests {
             "\u{feff}Global_ID;Name;Effect;Task\r\nA;wall, outer;;1020\r\nB;x;;\r\nC;;removes;1030\r\n",
         ] {
             let links = parse_link_table(text.as_bytes()).unwrap();
-            let found: Vec<_> = links.iter().map(|l| (l.line, l.global_id.as_str(), l.task.as_str(), l.effect)).collect();
+            let found: Vec<_> =
+                links.iter().map(|l| (l.line, l.global_id.as_str(), l.task.as_str(), l.effect)).collect();
             assert_eq!(found, [(2, "A", "1020", Effect::Builds), (4, "C", "1030", Effect::Removes)]);
         }
     }

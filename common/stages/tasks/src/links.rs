@@ -2,10 +2,10 @@
 //!
 //! Linear in tasks, targets and links: targets are indexed by a value that the task has to have.
 
-use crate::schedule_file::ScheduleFile;
 use crate::effect::Effect;
 use crate::link_rules::{EffectChoice, LinkRule, LinkRules};
 use crate::link_table::TableLink;
+use crate::schedule_file::ScheduleFile;
 use crate::selector::{Selector, fold};
 use crate::target_values::{TargetValue, global_id, place_m};
 use crate::task_values::{PlannedTask, TaskValue, all_tasks};
@@ -138,9 +138,11 @@ fn selects(rule: &LinkRule, plans: &[ScheduleFile], planned: &PlannedTask<'_>) -
 /// Targets that fit what a rule says of them, whatever the task is.
 fn candidates(site: &Site<'_>, rule: &LinkRule, targets: &[Target]) -> Vec<Target> {
     let fits = |target: &Target| {
-        let has_place = rule.elements.region_m.as_ref().is_none_or(|region_m| {
-            place_m(site, *target).is_some_and(|at_m| is_inside(region_m, at_m))
-        });
+        let has_place = rule
+            .elements
+            .region_m
+            .as_ref()
+            .is_none_or(|region_m| place_m(site, *target).is_some_and(|at_m| is_inside(region_m, at_m)));
         has_place
             && rule.elements.values.iter().all(|(value, selector)| match selector {
                 Selector::Fits(pattern) => value.of(site, *target).iter().any(|text| pattern.fits(text)),

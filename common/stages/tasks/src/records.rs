@@ -3,16 +3,14 @@
 //! A task keeps the dates of its file: the current plan, else the planned dates, as its schedule; early, late and actual dates as
 //! these. A task that has begun and not ended ends when the current plan says. Lags count in the calendar of the task that waits.
 
-use crate::schedule_file::ScheduleFile;
 use crate::calendar_records::add_calendars;
 use crate::link_rules::LinkRules;
 use crate::links::{LinkOrigin, Links, Target};
+use crate::schedule_file::ScheduleFile;
 use crate::task_values::{all_tasks, is_work, task_ids};
 use frames::counted;
 use messages::*;
-use schedule_files::{
-    Dependency, DependencyKind, FindingKind, Length, PlanDate, PlanLag, PlanTask, PlanTaskKind,
-};
+use schedule_files::{Dependency, DependencyKind, FindingKind, Length, PlanDate, PlanLag, PlanTask, PlanTaskKind};
 
 /// Most names in a diagnostic.
 const MAX_NAMES: usize = 5;
@@ -96,10 +94,19 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
     let has_dates = start.is_some() && finish.is_some();
     let duration = task.duration.filter(|_| !none).filter(|_| !(has_begun && has_dates));
     let mut date = |date: Option<PlanDate>| text_of(builder, date.filter(|_| !none));
-    let times = [start, finish, dates.early[0], dates.early[1], dates.late[0], dates.late[1], actual_start, actual_finish]
-        .map(&mut date);
-    let [schedule_start, schedule_finish, early_start, early_finish, late_start, late_finish, actual_start, actual_finish] =
-        times;
+    let times =
+        [start, finish, dates.early[0], dates.early[1], dates.late[0], dates.late[1], actual_start, actual_finish]
+            .map(&mut date);
+    let [
+        schedule_start,
+        schedule_finish,
+        early_start,
+        early_finish,
+        late_start,
+        late_finish,
+        actual_start,
+        actual_finish,
+    ] = times;
     let has_time = duration.is_some() || times.iter().any(|t| *t != ScheduleText::default());
     let mut flags = if task.kind == PlanTaskKind::Milestone { task_flags::MILESTONE } else { 0 };
     flags |= if has_time { task_flags::HAS_TIME } else { 0 };
@@ -143,7 +150,8 @@ fn add_three_point(builder: &mut TasksBuilder, task: &PlanTask, at: u32) {
         builder.schedule.uncertainties.push(record);
         return;
     }
-    let (name, message) = (&task.name, "its optimistic, likely and pessimistic durations do not ascend; they are not used");
+    let (name, message) =
+        (&task.name, "its optimistic, likely and pessimistic durations do not ascend; they are not used");
     let entity = Named { step_id: 0, global_id: task.uid.clone(), name: name.clone() };
     let diagnostic = Diagnostic {
         severity: Severity::Warning,
@@ -155,7 +163,12 @@ fn add_three_point(builder: &mut TasksBuilder, task: &PlanTask, at: u32) {
     builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
 }
 
-fn sequence_record(builder: &mut TasksBuilder, dependency: &Dependency, first_task: u32, source: u32) -> SequenceRecord {
+fn sequence_record(
+    builder: &mut TasksBuilder,
+    dependency: &Dependency,
+    first_task: u32,
+    source: u32,
+) -> SequenceRecord {
     let kind = match dependency.kind {
         DependencyKind::FinishStart => SequenceKind::FinishStart,
         DependencyKind::StartStart => SequenceKind::StartStart,

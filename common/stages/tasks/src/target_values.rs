@@ -23,7 +23,10 @@ pub(crate) enum TargetValue {
     /// Identifications in classification systems.
     Classification,
     /// A property, in all sets or in those that fit.
-    Property { set: Option<Pattern>, name: Pattern },
+    Property {
+        set: Option<Pattern>,
+        name: Pattern,
+    },
 }
 
 /// Sets in which the site keeps zones, groups and classifications.

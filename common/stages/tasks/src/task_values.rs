@@ -16,7 +16,8 @@ pub struct PlannedTask<'a> {
 
 /// All tasks, file by file: their order is that of the `tasks` archive.
 pub(crate) fn all_tasks<'a>(plans: &'a [ScheduleFile]) -> Vec<PlannedTask<'a>> {
-    let of_file = |(file, plan): (usize, &'a ScheduleFile)| plan.plan.tasks.iter().map(move |task| PlannedTask { file, task });
+    let of_file =
+        |(file, plan): (usize, &'a ScheduleFile)| plan.plan.tasks.iter().map(move |task| PlannedTask { file, task });
     plans.iter().enumerate().flat_map(of_file).collect()
 }
 

@@ -4,7 +4,7 @@ use crate::alignment_report;
 use crate::date_argument::optional_text;
 use bus::{RawSample, TopicName};
 use daemon::facts::Pose;
-use messages::{Alignment, ArchiveError, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap};
+use messages::{Alignment, ArchiveError, Grid, Grids, MissionPlan, ScheduleState, Site, SlamMap, Tasks};
 use serde_json::{Value, json};
 
 /// A hash as text.
@@ -23,6 +23,11 @@ pub(super) fn describe(sample: &RawSample) -> Result<Value, ArchiveError> {
             let site = Site::open(sample.bytes())?;
             let (elements, spaces, tasks) = (site.elements.len(), site.spaces.len(), site.schedule.tasks.len());
             json!({"elements": elements, "spaces": spaces, "map_storeys": site.map_storeys.len(), "tasks": tasks})
+        }
+        TopicName::Tasks => {
+            let schedule = Tasks::open(sample.bytes())?.schedule;
+            let files: Vec<&str> = schedule.sources.iter().map(|source| schedule.text(source.file)).collect();
+            json!({"files": files, "tasks": schedule.tasks.len(), "links": schedule.task_links.len()})
         }
         TopicName::ScheduleState => {
             let head = ScheduleState::open(sample.bytes())?.head;

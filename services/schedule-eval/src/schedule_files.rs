@@ -1,0 +1,275 @@
+//! Schedule files of the site: watched, read again when they change, and kept with their contents.
+//!
+//! What is in force is kept in the state folder: a file that is removed or spoilt later changes nothing, and is a warning.
+
+use daemon::{Failure, SiteConfig, chain, write_durably};
+use jiff::Timestamp;
+use schedule::Rules;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+use tasks::{ScheduleFile, TableLink, parse_link_table};
+
+/// Bytes of the largest schedule file or table of links.
+const MAX_BYTES: u64 = 512 << 20;
+/// The contents in force, in the state folder.
+const KEPT: &str = "schedule-files.bin";
+
+/// Names and bytes of the files in force.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+struct Contents {
+    files: Vec<(String, Vec<u8>)>,
+    table: Option<Vec<u8>>,
+}
+
+/// What the files in force hold.
+#[derive(Debug, Default)]
+pub(crate) struct Plans {
+    pub(crate) files: Vec<ScheduleFile>,
+    pub(crate) table: Vec<TableLink>,
+}
+
+/// Which files are named, and how they look on disk.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+struct Named {
+    files: Vec<PathBuf>,
+    links: Option<PathBuf>,
+}
+
+type Stamps = Vec<Option<(u64, SystemTime)>>;
+
+/// The schedule files of the site.
+pub(crate) struct ScheduleFiles {
+    named: Named,
+    /// How the files looked when they were read last, and at the last look.
+    read_as: Stamps,
+    seen_as: Stamps,
+    contents: Contents,
+    plans: Plans,
+    since: Timestamp,
+    warning: Option<String>,
+    kept: PathBuf,
+}
+
+impl ScheduleFiles {
+    /// The files that the configuration names; what was in force before stands in for those that cannot be used.
+    ///
+    /// # Errors
+    /// Files that cannot be used and were not in force before.
+    pub(crate) fn open(config: &SiteConfig, rules: &Rules) -> Result<Self, Failure> {
+        let kept = config.state.join(KEPT);
+        let named = Named::of(config);
+        let read_as = named.stamps();
+        let mut files = Self {
+            read_as: read_as.clone(),
+            seen_as: read_as,
+            contents: Contents::default(),
+            plans: Plans::default(),
+            since: Timestamp::now(),
+            warning: None,
+            kept,
+            named,
+        };
+        match files.named.read().and_then(|contents| Ok((contents.plans(rules)?, contents))) {
+            Ok((plans, contents)) => files.take(plans, contents)?,
+            Err(why) => {
+                let earlier = read_kept(&files.kept)?.filter(|contents| contents.names() == files.named.names());
+                let Some(contents) = earlier else { return Err(why) };
+                files.plans = contents.plans(rules)?;
+                files.contents = contents;
+                files.warning = Some(stays(why.as_ref()));
+            }
+        }
+        Ok(files)
+    }
+
+    /// The configuration or the rules are others.
+    ///
+    /// # Errors
+    /// Files that cannot be used: those in force stay.
+    pub(crate) fn configure(&mut self, config: &SiteConfig, rules: &Rules) -> Result<(), Failure> {
+        let named = Named::of(config);
+        let stamps = named.stamps();
+        let contents =
+            if named == self.named && stamps == self.read_as { self.contents.clone() } else { named.read()? };
+        let plans = contents.plans(rules)?;
+        self.take(plans, contents)?;
+        (self.named, self.read_as, self.seen_as) = (named, stamps.clone(), stamps);
+        Ok(())
+    }
+
+    /// Looks whether the files have changed, and reads them again: once they look the same twice, so that nothing is read while it
+    /// is written. True if what they hold is new.
+    ///
+    /// # Errors
+    /// The state folder cannot be written.
+    pub(crate) fn look(&mut self, rules: &Rules) -> Result<bool, Failure> {
+        let now = self.named.stamps();
+        let is_settled = now == self.seen_as;
+        self.seen_as.clone_from(&now);
+        if now == self.read_as || !is_settled {
+            return Ok(false);
+        }
+        self.read_as = now;
+        match self.named.read().and_then(|contents| Ok((contents.plans(rules)?, contents))) {
+            Ok((_, contents)) if contents == self.contents => self.warning = None,
+            Ok((plans, contents)) => {
+                self.take(plans, contents)?;
+                return Ok(true);
+            }
+            Err(why) => self.warning = Some(stays(why.as_ref())),
+        }
+        Ok(false)
+    }
+
+    /// What the files in force hold.
+    pub(crate) fn plans(&self) -> &Plans {
+        &self.plans
+    }
+
+    /// Why the files on disk are not in force.
+    pub(crate) fn warning(&self) -> Option<&str> {
+        self.warning.as_deref()
+    }
+
+    /// Names of the files in force, for people; `None` without any.
+    pub(crate) fn names(&self) -> Option<String> {
+        (!self.contents.files.is_empty()).then(|| self.contents.names().join(", "))
+    }
+
+    /// Since when they are in force.
+    pub(crate) fn since(&self) -> Timestamp {
+        self.since
+    }
+
+    /// On disk before it is in force.
+    fn take(&mut self, plans: Plans, contents: Contents) -> Result<(), Failure> {
+        if contents != self.contents || contents.files.is_empty() {
+            keep(&self.kept, &contents)?;
+            self.since = Timestamp::now();
+        }
+        (self.plans, self.contents, self.warning) = (plans, contents, None);
+        Ok(())
+    }
+}
+
+fn stays(why: &(dyn std::error::Error + 'static)) -> String {
+    format!("the schedule stays that of before: {}", chain(why))
+}
+
+impl Named {
+    fn of(config: &SiteConfig) -> Self {
+        Self { files: config.schedule.files.clone(), links: config.schedule.links.clone() }
+    }
+
+    fn stamps(&self) -> Stamps {
+        let stamp = |path: &PathBuf| {
+            let metadata = fs::metadata(path).ok()?;
+            Some((metadata.len(), metadata.modified().ok()?))
+        };
+        self.files.iter().chain(&self.links).map(stamp).collect()
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.files.iter().map(|path| name_of(path)).collect()
+    }
+
+    fn read(&self) -> Result<Contents, Failure> {
+        let files = self.files.iter().map(|path| Ok((name_of(path), read(path)?))).collect::<Result<_, Failure>>()?;
+        Ok(Contents { files, table: self.links.as_deref().map(read).transpose()? })
+    }
+}
+
+impl Contents {
+    fn plans(&self, rules: &Rules) -> Result<Plans, Failure> {
+        let file = |(name, bytes): &(String, Vec<u8>)| ScheduleFile::read(name, bytes, &rules.reading);
+        let files = self.files.iter().map(file).collect::<Result<_, _>>()?;
+        let table = self.table.as_deref().map_or(Ok(Vec::new()), parse_link_table)?;
+        Ok(Plans { files, table })
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.files.iter().map(|(name, _)| name.clone()).collect()
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    let unreadable = |e: io::Error| format!("{} cannot be read: {e}", path.display());
+    let mut bytes = Vec::new();
+    fs::File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(format!("{} has more than {MAX_BYTES} bytes", path.display()).into());
+    }
+    Ok(bytes)
+}
+
+fn read_kept(path: &Path) -> Result<Option<Contents>, Failure> {
+    match fs::read(path) {
+        Ok(bytes) => Ok(Some(postcard::from_bytes(&bytes).map_err(|e| format!("{}: {e}", path.display()))?)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(format!("{} cannot be read: {error}", path.display()).into()),
+    }
+}
+
+fn keep(path: &Path, contents: &Contents) -> Result<(), Failure> {
+    if contents.files.is_empty() {
+        return match fs::remove_file(path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(format!("{} cannot be removed: {error}", path.display()).into())
+            }
+            _ => Ok(()),
+        };
+    }
+    let bytes = postcard::to_allocvec(contents).map_err(|e| format!("{}: {e}", path.display()))?;
+    write_durably(path, &bytes).map_err(|e| format!("{} cannot be written: {e}", path.display()).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAN: &str = "id,name,start,finish\nA1,Walls,2024-03-04,2024-03-08\n";
+
+    fn site(home: &Path) -> SiteConfig {
+        let text = "models = []\nstate = \"state\"\n[schedule]\nfiles = [\"plan.csv\"]\n";
+        fs::create_dir_all(home.join("state")).unwrap();
+        SiteConfig::parse(text, home).unwrap()
+    }
+
+    #[test]
+    fn a_file_that_changes_is_read_once_it_is_whole() {
+        let home = tempfile::tempdir().unwrap();
+        let (config, rules) = (site(home.path()), Rules::default());
+        fs::write(home.path().join("plan.csv"), PLAN).unwrap();
+        let mut files = ScheduleFiles::open(&config, &rules).unwrap();
+        assert_eq!(files.plans().files[0].plan.tasks.len(), 1);
+        assert!(!files.look(&rules).unwrap());
+        fs::write(home.path().join("plan.csv"), format!("{PLAN}A2,Doors,2024-03-11,2024-03-12\n")).unwrap();
+        assert!(!files.look(&rules).unwrap(), "it may not be whole yet");
+        assert!(files.look(&rules).unwrap());
+        assert_eq!(files.plans().files[0].plan.tasks.len(), 2);
+    }
+
+    #[test]
+    fn a_file_that_is_spoilt_or_removed_changes_nothing() {
+        let home = tempfile::tempdir().unwrap();
+        let (config, rules) = (site(home.path()), Rules::default());
+        let path = home.path().join("plan.csv");
+        assert!(ScheduleFiles::open(&config, &rules).is_err(), "it was never there");
+        fs::write(&path, PLAN).unwrap();
+        let mut files = ScheduleFiles::open(&config, &rules).unwrap();
+        fs::write(&path, b"%PDF-1.7 no schedule at all").unwrap();
+        assert!(!files.look(&rules).unwrap() && !files.look(&rules).unwrap());
+        assert!(files.warning().is_some() && files.plans().files.len() == 1);
+        fs::remove_file(&path).unwrap();
+        let again = ScheduleFiles::open(&config, &rules).unwrap();
+        assert!(again.warning().unwrap().contains("plan.csv") && again.plans().files.len() == 1);
+        assert_eq!(again.names().as_deref(), Some("plan.csv"));
+    }
+}
