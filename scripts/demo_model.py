@@ -17,7 +17,8 @@ What the building exercises:
 - spaces: an L-shaped corridor, centres blocked by a column and by tables, a room to be closed by configuration,
   first-level boundaries, names with an umlaut and with an apostrophe;
 - a schedule from March to June 2024: a calendar with a holiday, tasks in three phases with written and computed dates,
-  both ways of linking products, tasks on rooms, dates in property sets, elements without any date.
+  both ways of linking products, tasks on rooms, dates in property sets, elements without any date; on elements and rooms the
+  number of their activity as a property, for the same schedule as a file of a planner's tool (scripts/demo_schedule.py).
 
 All lengths are millimetres. Plans are in building coordinates, x to the east, y to the north; heights are above the storey's
 finished floor. Everything with a key starting with `G` is on the ground floor, with `U` on the upper floor.
@@ -1011,6 +1012,7 @@ def write_schedule(m, project):
         m.root('IfcRelSequence', f'{before}/{after}', RelatingProcess=tasks[before], RelatedProcess=tasks[after],
                TimeLag=lag_time, SequenceType=kind)
     link_products(m, tasks)
+    number_products(m)
 
 
 def write_calendar(m):
@@ -1038,6 +1040,14 @@ def link_products(m, tasks):
         inputs = [p for group in task.inputs for p in m.groups[group]]
         if inputs:
             m.root('IfcRelAssignsToProcess', number, RelatedObjects=inputs, RelatingProcess=tasks[number])
+
+
+def number_products(m):
+    """The number of its activity on every element and room with a task, by which schedule files are linked."""
+    for number, task in TASKS.items():
+        products = [p for group in dict.fromkeys([*task.products, *task.inputs]) for p in m.groups[group]]
+        if products:
+            m.define(products, f'Construction/{number}', 'Construction', **{'4D_Number': ('IfcLabel', number)})
 
 
 # ------------------------------------------------------------------ the whole, and what tests want to know

@@ -377,6 +377,28 @@ mod tests {
     }
 
     #[test]
+    fn the_examples_of_the_shipped_file_can_be_used() {
+        let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../config/schedule.toml");
+        let text = std::fs::read_to_string(shipped).unwrap();
+        let lines: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("# ")).collect();
+        let table = |head: &str, n: usize| {
+            let at = lines.iter().position(|line| *line == head).unwrap();
+            lines[at..at + n].join("\n")
+        };
+        let rules = Rules::parse(&table("[[link]]", 5)).unwrap();
+        assert_eq!((rules.links.rules.len(), &*rules.links.rules[0].name), (1, "Dry lining by storey"));
+        let columns = Rules::parse(&table("[csv_columns]", 3)).unwrap().reading.columns;
+        assert_eq!(columns[&CsvColumn::Code], "Position");
+        // Every column that there is, is named.
+        let named = lines.iter().skip_while(|line| !line.starts_with("Headings of columns")).take(6).copied();
+        let named = named.collect::<Vec<_>>().join(" ");
+        let columns = named.split_once("Columns: ").unwrap().1.split_once('.').unwrap().0;
+        let columns = columns.split(", ").map(|column| format!("{column} = \"{column}\"\n"));
+        let all = format!("[csv_columns]\n{}", columns.collect::<String>());
+        assert_eq!(Rules::parse(&all).unwrap().reading.columns.len(), 26);
+    }
+
+    #[test]
     fn unknown_keys_are_named_with_their_line() {
         let error = error("undated = \"absent\"\ndate_fromat = \"dmy\"\n");
         assert!(error.contains("date_fromat") && error.contains("line 2"), "{error}");

@@ -1,7 +1,7 @@
 //! Linking rules of a site from TOML; `config/schedule.toml` documents every key.
 
 use crate::effect::{Effect, EffectWords};
-use crate::selector::{Pattern, Selector};
+use crate::selector::{Pattern, Selector, fold};
 use crate::target_values::TargetValue;
 use crate::task_values::TaskValue;
 use serde::Deserialize;
@@ -126,7 +126,8 @@ fn builds() -> String {
 }
 
 impl Default for LinkRules {
-    /// The usual ways: a GlobalId in a field of the task, then a property that holds the number of the activity.
+    /// The usual ways: a GlobalId in a field of the task, then a property that holds the number of the activity, which in MS Project is a
+    /// custom field, since its ids are numbers of rows.
     fn default() -> Self {
         let rule = |name: &str, value: TargetValue, task: TaskValue| LinkRule {
             name: name.to_owned(),
@@ -134,10 +135,13 @@ impl Default for LinkRules {
             elements: ElementSelector { values: vec![(value, Selector::Equals(task))], region_m: None },
             effect: EffectChoice::Fixed(Effect::Builds),
         };
+        let field = |name: &str| TaskValue::Field(fold(name));
         let by_property = |name: &str| rule(name, TargetValue::property(name), TaskValue::Code);
+        let number = "4D_Number";
         let rules = vec![
-            rule("GlobalId", TargetValue::GlobalId, TaskValue::Field("globalid".to_owned())),
-            by_property("4D_Number"),
+            rule("GlobalId", TargetValue::GlobalId, field("GlobalId")),
+            rule("4D_Number as a field", TargetValue::property(number), field(number)),
+            by_property(number),
             by_property("Activity?ID"),
             by_property("Task?ID"),
         ];

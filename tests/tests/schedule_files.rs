@@ -1,0 +1,120 @@
+//! Schedule files of planners' tools from file to maps: the same as the schedule in the model, and bad ones.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
+
+mod support;
+
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use support::{convert, demo_model, groundplan, root};
+
+/// The schedule of the demo building in the forms of planners' tools.
+fn demo_schedules() -> [PathBuf; 4] {
+    [
+        "config/demo/demo-schedule.xer",
+        "tests/fixtures/demo-schedule.pmxml",
+        "tests/fixtures/demo-schedule.xml",
+        "tests/fixtures/demo-schedule.csv",
+    ]
+    .map(|path| root().join(path))
+}
+
+fn json(arguments: &[&dyn AsRef<OsStr>]) -> Value {
+    let output = groundplan(arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Files that say nothing of schedules: all but what names tasks, sources and dates.
+fn maps(model: &Path, more: &[&str]) -> BTreeMap<PathBuf, Vec<u8>> {
+    let names_tasks = |path: &Path| {
+        let name = path.file_name().unwrap().to_string_lossy();
+        ["manifest.json", "report.json", "semantic.json"].contains(&&*name)
+    };
+    let mut maps = convert(model, more).contents();
+    maps.retain(|path, _| !names_tasks(path));
+    maps
+}
+
+#[test]
+fn every_form_of_the_same_schedule_gives_the_maps_of_the_schedule_in_the_model() {
+    let model = demo_model();
+    let of_model = maps(&model, &["--date", "all"]);
+    assert!(of_model.keys().filter(|path| path.extension().is_some_and(|e| e == "pgm")).count() > 100);
+    for schedule in demo_schedules() {
+        let of_file = maps(&model, &["--date", "all", "--schedule-file", schedule.to_str().unwrap()]);
+        let differing: Vec<&PathBuf> = of_model
+            .iter()
+            .filter(|(path, content)| of_file.get(*path) != Some(content))
+            .map(|(path, _)| path)
+            .collect();
+        assert_eq!(differing, Vec::<&PathBuf>::new(), "{}", schedule.display());
+        assert!(of_model.keys().eq(of_file.keys()), "{}", schedule.display());
+    }
+}
+
+#[test]
+fn states_and_changes_are_those_of_the_schedule_in_the_model() {
+    let model = demo_model();
+    let changes = json(&[&"changes", &model, &"--json"]);
+    for schedule in demo_schedules() {
+        let of_file = json(&[&"changes", &model, &"--json", &"--schedule-file", &schedule]);
+        for key in ["change_instants", "changes"] {
+            assert_eq!(of_file[key], changes[key], "{}: {key}", schedule.display());
+        }
+    }
+}
+
+/// Tables of Primavera with whatever can be wrong: a task that ends before it starts, one twice, one with a calendar that is not there,
+/// two that wait for each other, one that waits for none of the file.
+const HOSTILE: &str = "ERMHDR\t20.12\n\
+    %T\tPROJECT\n%F\tproj_id\tclndr_id\tplan_start_date\n%R\t1\t9\t2024-03-04 08:00\n\
+    %T\tTASK\n%F\ttask_id\tclndr_id\ttask_type\tstatus_code\ttask_code\ttask_name\ttarget_drtn_hr_cnt\ttarget_start_date\ttarget_end_date\n\
+    %R\t1\t\tTT_Task\tTK_NotStart\t1.1\treversed\t\t2024-03-08 08:00\t2024-03-04 08:00\n\
+    %R\t2\t77\tTT_Task\tTK_NotStart\t1.2\twithout calendar\t40\t2024-03-11 08:00\t2024-03-15 17:00\n\
+    %R\t2\t\tTT_Task\tTK_NotStart\t1.3\ttwice\t40\t2024-03-18 08:00\t2024-03-22 17:00\n\
+    %R\t3\t\tTT_Task\tTK_NotStart\t2.1\tround\t64\t\t\n\
+    %R\t4\t\tTT_Task\tTK_NotStart\t2.2\tand round\t64\t\t\n\
+    %R\t5\t\tTT_Task\tTK_NotStart\t3.1\tunreadable\tmany\tsoon\tlater\n\
+    %T\tTASKPRED\n%F\ttask_id\tpred_task_id\tpred_type\n\
+    %R\t4\t3\tPR_FS\n%R\t3\t4\tPR_FS\n%R\t2\t99\tPR_FS\n\
+    %E\n";
+
+#[test]
+fn a_hostile_plan_gives_maps_and_a_report_that_names_its_tasks() {
+    let home = tempfile::tempdir().unwrap();
+    let plan = home.path().join("hostile.xer");
+    std::fs::write(&plan, HOSTILE).unwrap();
+    let maps = convert(&demo_model(), &["--date", "2024-03-12", "--schedule-file", plan.to_str().unwrap()]);
+    let report = maps.json("report.json");
+    let found: Vec<String> = report["diagnostics"].as_array().unwrap().iter().map(ToString::to_string).collect();
+    for (code, named) in [
+        ("task_reversed", "reversed"),
+        ("schedule_file_reference", "without calendar"),
+        ("schedule_file_duplicate_task", "twice"),
+        ("task_cycle", "round"),
+        ("schedule_file_value", "unreadable"),
+    ] {
+        assert!(found.iter().any(|line| line.contains(code) && line.contains(named)), "{code}: {found:#?}");
+    }
+    let states = json(&[&"states", &demo_model(), &"--json", &"--date", &"2024-03-12", &"--schedule-file", &plan]);
+    let elements = states["elements"].as_object().unwrap();
+    assert!(elements.values().any(|state| state == "in_progress"), "the task without calendar has its written dates");
+}
+
+#[test]
+fn files_of_other_programs_are_refused_with_what_to_do() {
+    let home = tempfile::tempdir().unwrap();
+    for (name, content, said) in [
+        ("plan.mpp", &b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"[..], "XML"),
+        ("plan.csv", b"colour,size\nred,1\n", "id, code or name"),
+        ("plan.xml", b"<Project xmlns=\"http://schemas.microsoft.com/project\"><Tasks>", "plan.xml"),
+    ] {
+        let path = home.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        let output = groundplan(&[&"states", &demo_model(), &"--date", &"2024-03-12", &"--schedule-file", &path]);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && text.contains(said), "{name}: {text}");
+    }
+}
