@@ -31,9 +31,8 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
     builder.boundaries.extend(
         merged.model.boundaries.iter().map(|b| BoundaryRecord { space: b.space as u32, element: b.element as u32 }),
     );
-    if !merged.model.schedule.links.is_empty() {
-        builder.contacts = contacts(&builder, merged, frame);
-    }
+    // Also without links in the models: schedule files bring theirs.
+    builder.contacts = contacts(&builder, merged, frame);
     add_schedule(&mut builder, merged);
     for (source, diagnostic) in &merged.diagnostics {
         add_diagnostic(&mut builder, *source, diagnostic);
