@@ -17,7 +17,6 @@ impl Building {
         let mut builder = SiteBuilder::default();
         let file = builder.texts.add("site.ifc");
         builder.sources.push(SourceRecord { file, ..SourceRecord::zeroed() });
-        builder.parts.push(PartRecord::zeroed());
         Self { builder }
     }
 
@@ -39,6 +38,8 @@ impl Building {
     pub(crate) fn element(&mut self, entity: &str, name: &str, [storey, space]: [u32; 2], place_m: [f64; 2]) -> usize {
         let supertypes = self.builder.texts.add_list([entity, "IfcElement"]);
         let [ifc_type, name] = [entity, name].map(|text| self.builder.texts.add(text));
+        // Every element has a part of its own, which is empty.
+        self.builder.parts.push(PartRecord::zeroed());
         let [x, y] = place_m.map(|metres| (metres * 10_000.0) as i32);
         self.builder.elements.push(ElementRecord {
             global_id: name,
@@ -47,6 +48,7 @@ impl Building {
             supertypes,
             min_tenths: [x - 1000, y - 1000, 0],
             max_tenths: [x + 1000, y + 1000, 1000],
+            first_part: self.builder.parts.len() as u32 - 1,
             n_parts: 1,
             whole: NONE,
             storey,
