@@ -316,6 +316,14 @@ impl<'a> Archive<'a> {
         bytemuck::try_cast_slice(bytes).map_err(|_| damaged)
     }
 
+    /// The records of a section; none if the archive does not have it.
+    ///
+    /// # Errors
+    /// Records of another size or alignment.
+    pub fn optional_section<T: AnyBitPattern + NoUninit>(&self, id: u32) -> Result<&'a [T], ArchiveError> {
+        if self.sections.iter().any(|s| s.id == id) { self.section(id) } else { Ok(&[]) }
+    }
+
     /// The only record of a section.
     ///
     /// # Errors

@@ -253,3 +253,34 @@ pub mod link_flags {
     /// The file links a building or site that holds the target.
     pub const FROM_ABOVE: u32 = 2;
 }
+
+/// How long a task may take: three-point durations, ascending.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable, Pod)]
+#[repr(C)]
+pub struct TaskUncertaintyRecord {
+    /// Shortest duration, in seconds; at least 0.
+    pub duration_optimistic_s: i64,
+    /// Most likely duration.
+    pub duration_likely_s: i64,
+    /// Longest duration.
+    pub duration_pessimistic_s: i64,
+    /// The task; no task has two of these records.
+    pub task: u32,
+    /// 1 if the durations are on the clock, 0 if they are working time of the task's calendar.
+    pub is_elapsed: u32,
+}
+const _: () = assert!(size_of::<TaskUncertaintyRecord>() == 32);
+
+impl TaskUncertaintyRecord {
+    /// Longest duration that is accepted: ten thousand years.
+    pub const MAX_DURATION_S: i64 = 10_000 * 366 * 86_400;
+
+    /// True if the durations ascend from 0 to [`Self::MAX_DURATION_S`].
+    pub fn is_ascending(&self) -> bool {
+        let Self { duration_optimistic_s, duration_likely_s, duration_pessimistic_s, .. } = *self;
+        0 <= duration_optimistic_s
+            && duration_optimistic_s <= duration_likely_s
+            && duration_likely_s <= duration_pessimistic_s
+            && duration_pessimistic_s <= Self::MAX_DURATION_S
+    }
+}

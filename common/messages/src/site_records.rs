@@ -36,6 +36,8 @@ pub(crate) mod section {
     pub(crate) const TASKS: u32 = 36;
     pub(crate) const SEQUENCES: u32 = 37;
     pub(crate) const TASK_LINKS: u32 = 38;
+    /// Only in archives that have any.
+    pub(crate) const TASK_UNCERTAINTIES: u32 = 39;
 }
 
 /// Data of the whole site: one record.

@@ -26,6 +26,8 @@ pub struct WorkSchedule<'a> {
     pub sequences: &'a [SequenceRecord],
     /// What tasks work on.
     pub task_links: &'a [TaskLinkRecord],
+    /// Three-point durations of tasks, ascending by task; of most schedules none.
+    pub uncertainties: &'a [TaskUncertaintyRecord],
 }
 
 /// Numbers of what tasks may work on.
@@ -48,6 +50,7 @@ impl<'a> WorkSchedule<'a> {
             tasks: archive.section(section::TASKS)?,
             sequences: archive.section(section::SEQUENCES)?,
             task_links: archive.section(section::TASK_LINKS)?,
+            uncertainties: archive.optional_section(section::TASK_UNCERTAINTIES)?,
         })
     }
 
@@ -91,6 +94,8 @@ impl<'a> WorkSchedule<'a> {
             && self.work_times.iter().all(|w| fits(w.first_period, w.n_periods, self.periods_s.len()))
             && self.sequences.iter().all(sequence)
             && self.task_links.iter().all(link)
+            && self.uncertainties.iter().all(|u| (u.task as usize) < n_tasks && u.is_elapsed <= 1 && u.is_ascending())
+            && self.uncertainties.is_sorted_by(|a, b| a.task < b.task)
             && is_forest(self.tasks);
         if whole { Ok(()) } else { Err(ArchiveError::Index { what: "the schedule" }) }
     }

@@ -15,6 +15,7 @@ pub struct WorkScheduleRecords {
     pub tasks: Vec<TaskRecord>,
     pub sequences: Vec<SequenceRecord>,
     pub task_links: Vec<TaskLinkRecord>,
+    pub uncertainties: Vec<TaskUncertaintyRecord>,
 }
 
 impl WorkScheduleRecords {
@@ -26,5 +27,9 @@ impl WorkScheduleRecords {
         list.add(section::TASKS, &self.tasks);
         list.add(section::SEQUENCES, &self.sequences);
         list.add(section::TASK_LINKS, &self.task_links);
+        // An archive without them has no such section, as those that were written before there was one.
+        if !self.uncertainties.is_empty() {
+            list.add(section::TASK_UNCERTAINTIES, &self.uncertainties);
+        }
     }
 }

@@ -2,9 +2,10 @@
 
 mod support;
 
+use bytemuck::Zeroable;
 use messages::{
-    Alignment, ArchiveBuffer, ArchiveError, Deviations, FloorKind, Grid, Grids, MapStoreyRecord, MissionPlan,
-    PartRecord, ScheduleState, Site, SiteBuilder,
+    Alignment, ArchiveBuffer, ArchiveError, Deviations, FloorKind, Grid, Grids, MapStoreyRecord, MissionPlan, NONE,
+    PartRecord, ScheduleState, Site, SiteBuilder, TaskRecord, TaskUncertaintyRecord,
 };
 use proptest::prelude::*;
 use support::{
@@ -61,6 +62,44 @@ fn a_task_that_is_nested_in_itself_is_refused() {
         buffer.bytes_mut()[parents[task]..][..4].copy_from_slice(&parent.to_le_bytes());
         reseal(buffer.bytes_mut());
         assert_eq!(Site::open(buffer.bytes()).unwrap_err(), ArchiveError::Index { what: "the schedule" });
+    }
+}
+
+#[test]
+fn three_point_durations_that_do_not_ascend_or_are_of_no_task_or_of_one_twice_are_refused() {
+    let opened = |uncertainties: &[(u32, [i64; 3], u32)]| {
+        let mut builder = SiteBuilder::default();
+        let task = TaskRecord { parent: NONE, control: NONE, calendar: NONE, ..Zeroable::zeroed() };
+        builder.schedule.tasks = vec![task; 2];
+        let record = |&(task, [optimistic_s, likely_s, pessimistic_s], is_elapsed): &(u32, [i64; 3], u32)| {
+            TaskUncertaintyRecord {
+                duration_optimistic_s: optimistic_s,
+                duration_likely_s: likely_s,
+                duration_pessimistic_s: pessimistic_s,
+                task,
+                is_elapsed,
+            }
+        };
+        builder.schedule.uncertainties = uncertainties.iter().map(record).collect();
+        let archive = builder.finish();
+        Site::open(archive.bytes()).map(|site| site.schedule.uncertainties.len())
+    };
+    let fine = (0, [0, 5, 5], 0);
+    assert_eq!(opened(&[]), Ok(0));
+    assert_eq!(opened(&[fine, (1, [1, 2, TaskUncertaintyRecord::MAX_DURATION_S], 1)]), Ok(2));
+    for wrong in [
+        vec![(2, [0, 5, 5], 0)],
+        vec![(NONE, [0, 5, 5], 0)],
+        vec![(0, [-1, 5, 5], 0)],
+        vec![(0, [6, 5, 7], 0)],
+        vec![(0, [1, 8, 7], 0)],
+        vec![(0, [1, 2, TaskUncertaintyRecord::MAX_DURATION_S + 1], 0)],
+        vec![(0, [i64::MIN, 0, i64::MAX], 0)],
+        vec![(0, [1, 2, 3], 2)],
+        vec![fine, fine],
+        vec![(1, [1, 2, 3], 0), fine],
+    ] {
+        assert_eq!(opened(&wrong), Err(ArchiveError::Index { what: "the schedule" }), "{wrong:?}");
     }
 }
 

@@ -75,6 +75,13 @@ pub(crate) fn site() -> ArchiveBuffer {
     let kind = SequenceKind::FinishStart.into();
     b.schedule.sequences.push(SequenceRecord { global_id: text.into(), successor: 1, kind, ..Zeroable::zeroed() });
     b.schedule.task_links.push(TaskLinkRecord { task: 0, kind: LinkKind::Element.into(), target: 1, flags: 0 });
+    b.schedule.uncertainties.push(TaskUncertaintyRecord {
+        duration_optimistic_s: 3_600,
+        duration_likely_s: 7_200,
+        duration_pessimistic_s: 14_400,
+        task: 1,
+        is_elapsed: 0,
+    });
     b.schedule.work_times.push(WorkTimeRecord { kind: RecurrenceKind::Weekly.into(), ..Zeroable::zeroed() });
     b.finish()
 }
@@ -301,5 +308,11 @@ fn walk_site(site: &Site<'_>) -> usize {
         at = task.parent as usize;
         n += 1;
     }
+    n += site
+        .schedule
+        .uncertainties
+        .iter()
+        .map(|u| site.schedule.tasks[u.task as usize].step_id as usize)
+        .sum::<usize>();
     n + usize::from(site.map_from_world().apply([0.0; 3])[0].is_finite())
 }
