@@ -49,6 +49,7 @@ mod element_timeline;
 mod error;
 mod evaluate;
 mod overrides;
+mod probability;
 mod property_dates;
 mod rules;
 mod task_effects;
@@ -61,6 +62,9 @@ pub use error::{AmbiguousDates, EvaluateError};
 pub use evaluate::evaluate;
 pub use frames::written_date::DateOrder;
 pub use overrides::{ABSENT, Actual, Delay, OverrideError, Overrides, find_task, parse_actuals};
+pub use probability::{
+    ElementProbability, Probabilities, ProbabilityError, SafeDay, UNCERTAIN, Uncertainty, probabilities,
+};
 pub use rules::{
     ClosedSpace, ConstructionPhase, ConstructionPhaseProperties, DateKind, DurationDay, InputEffect, PropertyDate,
     Rules, RulesError, RulesMode, Undated,
