@@ -6,7 +6,6 @@ use crate::rules::Undated;
 use crate::task_effects::Effect;
 use crate::timeline::{Period, Steps, Timeline, union_of};
 use messages::{ElementState, NONE};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Probabilities of an element, each from 0 to 1.
@@ -28,9 +27,6 @@ pub(super) struct ElementGroups {
     of_element: Vec<Option<u32>>,
 }
 
-/// In how many runs the elements of a group stand, are there and are removed.
-type Counts = [u32; 3];
-
 impl ElementGroups {
     pub(super) fn of(timeline: &Timeline) -> Self {
         let mut groups: BTreeMap<Vec<Effect>, u32> = BTreeMap::new();
@@ -50,37 +46,28 @@ impl ElementGroups {
 impl Probabilities<'_> {
     /// Probabilities of all elements at an instant, or over a period.
     pub fn elements(&self, period: Period) -> Vec<ElementProbability> {
-        let runs = self.uncertainty.runs;
-        let none = || vec![[0; 3]; self.groups.effects.len()];
-        let of_run = |mut sums: Vec<Counts>, run: u32| {
+        let groups = &self.groups.effects;
+        let counts = self.samples.sums(3 * groups.len(), |run, sums| {
             let mut effects = Vec::new();
-            for (sum, group) in sums.iter_mut().zip(&self.groups.effects) {
-                let state = state_in_run(&self.samples, group, run, period, &mut effects);
-                add(sum, counts_of(state));
+            for (sums, group) in sums.chunks_exact_mut(3).zip(groups) {
+                let is_so = certainties(state_in_run(&self.samples, group, run, period, &mut effects));
+                sums.iter_mut().zip(is_so).for_each(|(sum, is_so)| *sum += u32::from(is_so));
             }
-            sums
-        };
-        let all = |mut sums: Vec<Counts>, others: Vec<Counts>| {
-            sums.iter_mut().zip(others).for_each(|(sum, other)| add(sum, other));
-            sums
-        };
-        let counts = (0..runs).into_par_iter().fold(none, of_run).reduce(none, all);
-        let certain = |element| counts_of(self.timeline.element_over(element, period)).map(|n| n * runs);
+        });
+        let certain =
+            |element| certainties(self.timeline.element_over(element, period)).map(|is_so| f64::from(u8::from(is_so)));
+        let of_group = |group: u32| [0, 1, 2].map(|k| self.samples.share(counts[3 * group as usize + k]));
         let of_element = self.groups.of_element.iter().enumerate().map(|(element, group)| {
-            let counts = group.map_or_else(|| certain(element), |group| counts[group as usize]);
-            let [stands, there, removed] = counts.map(|n| f64::from(n) / f64::from(runs));
+            let [stands, there, removed] = group.map_or_else(|| certain(element), of_group);
             ElementProbability { stands, there, removed }
         });
         of_element.collect()
     }
 }
 
-fn counts_of(state: ElementState) -> Counts {
-    [state == ElementState::Built, state.is_obstacle(), state == ElementState::Removed].map(u32::from)
-}
-
-fn add(sum: &mut Counts, other: Counts) {
-    sum.iter_mut().zip(other).for_each(|(sum, other)| *sum += other);
+/// Whether an element in this state stands, is there, and is removed.
+fn certainties(state: ElementState) -> [bool; 3] {
+    [state == ElementState::Built, state.is_obstacle(), state == ElementState::Removed]
 }
 
 /// The state of the elements of a group in a run, over a period the union; `effects` is room for those of the run.

@@ -4,7 +4,6 @@ use super::{Probabilities, Samples};
 use crate::closures::{Closure, ClosureReason};
 use crate::timeline::Period;
 use frames::written_date::DAY_S;
-use rayon::prelude::*;
 
 /// Most days of a window.
 const MAX_DAYS: u32 = 3_660;
@@ -22,17 +21,17 @@ impl Probabilities<'_> {
     /// Probability for each space that it is open at an instant, or throughout a period.
     pub fn spaces_open(&self, period: Period) -> Vec<f64> {
         let end_s = period.until_s.unwrap_or(period.from_s.saturating_add(1));
-        let runs = self.uncertainty.runs;
-        let of_space = |closures: &Vec<Closure>| {
-            let is_open = |run: &u32| {
-                !closures.iter().any(|closure| {
-                    let [start_s, finish_s] = dates_s(&self.samples, closure, *run);
+        let spaces = &self.timeline.closures;
+        let n_open = self.samples.sums(spaces.len(), |run, n_open| {
+            for (n_open, closures) in n_open.iter_mut().zip(spaces) {
+                let is_blocked = closures.iter().any(|closure| {
+                    let [start_s, finish_s] = dates_s(&self.samples, closure, run);
                     start_s < finish_s && start_s < end_s && period.from_s < finish_s
-                })
-            };
-            (0..runs).filter(is_open).count() as f64 / f64::from(runs)
-        };
-        self.timeline.closures.par_iter().map(of_space).collect()
+                });
+                *n_open += u32::from(!is_blocked);
+            }
+        });
+        n_open.into_iter().map(|n| self.samples.share(n)).collect()
     }
 
     /// The days of a window on which each space is most likely to be open, the safest first, of equals the earlier.
@@ -41,29 +40,29 @@ impl Probabilities<'_> {
     /// `n` are given.
     pub fn safest_days(&self, first_day: i64, n_days: u32, n: usize) -> Vec<Vec<SafeDay>> {
         let n_days = n_days.min(MAX_DAYS) as usize;
-        let runs = self.uncertainty.runs;
-        let of_space = |closures: &Vec<Closure>| {
-            let mut n_blocked = vec![0u32; n_days];
-            let mut last_blocked = vec![u32::MAX; n_days];
-            for run in 0..runs {
+        let spaces = &self.timeline.closures;
+        let n_blocked = self.samples.sums(spaces.len() * n_days, |run, n_blocked| {
+            let mut is_blocked = vec![false; n_days];
+            for (n_blocked, closures) in n_blocked.chunks_exact_mut(n_days.max(1)).zip(spaces) {
+                is_blocked.fill(false);
                 for closure in closures {
-                    for day in days_of(dates_s(&self.samples, closure, run), first_day, n_days) {
-                        if last_blocked[day] != run {
-                            last_blocked[day] = run;
-                            n_blocked[day] += 1;
-                        }
-                    }
+                    is_blocked[days_of(dates_s(&self.samples, closure, run), first_day, n_days)].fill(true);
                 }
+                n_blocked.iter_mut().zip(&is_blocked).for_each(|(n, is_blocked)| *n += u32::from(*is_blocked));
             }
-            let mut days: Vec<(u32, usize)> = n_blocked.into_iter().zip(0..).collect();
+        });
+        let of_space = |n_blocked: &[u32]| {
+            let mut days: Vec<(u32, i64)> = n_blocked.iter().copied().zip(first_day..).collect();
             days.sort_unstable();
-            let safe_day = |(n_blocked, day): (u32, usize)| SafeDay {
-                day: first_day + day as i64,
-                open: f64::from(runs - n_blocked) / f64::from(runs),
-            };
-            days.into_iter().take(n).map(safe_day).collect()
+            days.truncate(n);
+            let safe_day =
+                |(n_blocked, day)| SafeDay { day, open: self.samples.share(self.uncertainty.runs - n_blocked) };
+            days.into_iter().map(safe_day).collect()
         };
-        self.timeline.closures.par_iter().map(of_space).collect()
+        if n_days == 0 {
+            return vec![Vec::new(); spaces.len()];
+        }
+        n_blocked.chunks_exact(n_days).map(of_space).collect()
     }
 }
 
