@@ -1,5 +1,4 @@
 //! Schedule files of a running site: in the place of the model's schedule, read again when they change, kept when they are spoilt.
-#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
 
