@@ -28,6 +28,9 @@ enum Command {
         /// The same seed gives the same files.
         #[arg(long, default_value_t = 1)]
         seed: u64,
+        /// Storeys of each building, which have its outer walls in common; with more than one each building is a folder of its own.
+        #[arg(long, default_value_t = 1)]
+        storeys: usize,
     },
     /// Writes SLAM maps of buildings in which elements are removed, displaced or cut through.
     Changed(ChangedArguments),
@@ -84,7 +87,7 @@ struct PairArguments {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match (cli.command, cli.pairs) {
-        (Some(Command::Plans { out, count, seed }), _) => plans(&out, count, seed),
+        (Some(Command::Plans { out, count, seed, storeys }), _) => plans(&out, count, seed, storeys),
         (Some(Command::Changed(arguments)), _) => changed(&arguments),
         (None, Some(arguments)) => pairs(&arguments),
         (None, None) => return ExitCode::from(2),
@@ -98,10 +101,16 @@ fn main() -> ExitCode {
     }
 }
 
-fn plans(out: &std::path::Path, count: usize, seed: u64) -> Result<(), Box<dyn Error>> {
-    std::fs::create_dir_all(out)?;
-    for (name, map) in floor_plans::drawn(count, seed) {
-        slam_simulator::write_map(out, &name, &map)?;
+fn plans(out: &std::path::Path, count: usize, seed: u64, storeys: usize) -> Result<(), Box<dyn Error>> {
+    for (name, maps) in floor_plans::drawn_buildings(count, storeys, seed) {
+        for (number, map) in maps.iter().enumerate() {
+            let (folder, name) = match storeys {
+                1 => (out.to_owned(), name.as_str()),
+                _ => (out.join(&name).join("storeys").join(number.to_string()), "localization"),
+            };
+            std::fs::create_dir_all(&folder)?;
+            slam_simulator::write_map(&folder, name, map)?;
+        }
     }
     Ok(())
 }

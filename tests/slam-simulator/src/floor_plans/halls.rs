@@ -2,16 +2,18 @@
 
 use super::drawing::Drawing;
 use super::homes::divide;
+use super::of_storey;
 use crate::plane::Rectangle;
 use crate::random_generator::RandomGenerator;
 use occupancy::Cell;
 
-pub(super) fn hall(random: &mut RandomGenerator) -> Drawing {
+pub(super) fn hall(random: &mut RandomGenerator, storey: usize) -> Drawing {
     let size = [random.between(18.0, 42.0), random.between(12.0, 26.0)];
     let outer = random.between(0.2, 0.4);
     let mut drawing = Drawing::new(size);
     drawing.fill_box([0.0; 2], size, Cell::Free);
     drawing.wall_around([0.0; 2], size, outer);
+    of_storey(random, storey);
     let first_column = outer + rooms(&mut drawing, size, outer, random);
     columns(&mut drawing, [first_column, outer], size, random);
     for _ in 0..random.count(0, 4) {

@@ -1,6 +1,7 @@
 //! Homes: an outline that is divided again and again, with a door in every dividing wall.
 
 use super::drawing::Drawing;
+use super::of_storey;
 use crate::plane::{Rectangle, Vector};
 use crate::random_generator::RandomGenerator;
 use occupancy::Cell;
@@ -9,7 +10,7 @@ const MIN_ROOM_M: f64 = 2.0;
 /// Larger rooms are divided.
 const MAX_ROOM_M2: [f64; 2] = [14.0, 34.0];
 
-pub(super) fn home(random: &mut RandomGenerator) -> Drawing {
+pub(super) fn home(random: &mut RandomGenerator, storey: usize) -> Drawing {
     let size = [random.between(8.0, 16.0), random.between(7.0, 13.0)];
     let mut drawing = Drawing::new(size);
     drawing.fill_box([0.0; 2], size, Cell::Free);
@@ -18,6 +19,7 @@ pub(super) fn home(random: &mut RandomGenerator) -> Drawing {
     let inner = random.between(0.1, 0.2);
     let max_m2 = random.between(MAX_ROOM_M2[0], MAX_ROOM_M2[1]);
     let inside = [[outer; 2], size.map(|s| s - outer)];
+    of_storey(random, storey);
     divide(&mut drawing, inside, inner, max_m2, &mut doors, random);
     for door in &doors {
         drawing.cut(door);

@@ -11,18 +11,40 @@ use occupancy::OccupancyMap;
 
 /// Named floor plans, in turn an office, a home and a hall; each depends on the seed and its number alone.
 pub fn drawn(count: usize, seed: u64) -> Vec<(String, OccupancyMap)> {
+    drawn_buildings(count, 1, seed)
+        .into_iter()
+        .flat_map(|(name, maps)| maps.into_iter().map(move |map| (name.clone(), map)))
+        .collect()
+}
+
+/// Named buildings with so many storeys each: these have outer walls in common, and rooms of their own. The lowest is what
+/// [`drawn`] gives.
+pub fn drawn_buildings(count: usize, n_storeys: usize, seed: u64) -> Vec<(String, Vec<OccupancyMap>)> {
     (0..count)
         .map(|k| {
-            let random = &mut RandomGenerator::of(&[seed, 2, k as u64]);
-            let (kind, mut drawing) = match k % 3 {
-                0 => ("office", offices::office(random)),
-                1 => ("home", homes::home(random)),
-                _ => ("hall", halls::hall(random)),
+            let (kind, draw): (_, fn(&mut RandomGenerator, usize) -> Drawing) = match k % 3 {
+                0 => ("office", offices::office),
+                1 => ("home", homes::home),
+                _ => ("hall", halls::hall),
             };
-            reshape_corners(&mut drawing, random);
-            (format!("{kind}-{k:03}"), drawing.into_map())
+            let of_building = RandomGenerator::of(&[seed, 2, k as u64]);
+            let mut of_corners = of_building.clone();
+            draw(&mut of_corners, 0);
+            let storey = |number: usize| {
+                let mut drawing = draw(&mut of_building.clone(), number);
+                reshape_corners(&mut drawing, &mut of_corners.clone());
+                drawing.into_map()
+            };
+            (format!("{kind}-{k:03}"), (0..n_storeys).map(storey).collect())
         })
         .collect()
+}
+
+/// Numbers for the rooms of a storey: those of the lowest go on with the building's.
+fn of_storey(random: &mut RandomGenerator, number: usize) {
+    if number > 0 {
+        *random = random.part(&format!("storey {number}"));
+    }
 }
 
 /// Takes corners of some buildings away: set back, oblique, or round.
@@ -51,5 +73,21 @@ mod tests {
             assert!(!reference.openings.is_empty() || name.starts_with("hall"), "{name} has no doors");
             assert!(!is_home || reference.grid.floor_m2() < 260.0, "{name}: {} m2", reference.grid.floor_m2());
         }
+    }
+
+    #[test]
+    fn storeys_have_outer_walls_in_common_and_rooms_of_their_own() {
+        for (name, maps) in drawn_buildings(6, 2, 5) {
+            let [lower, upper] = [0, 1].map(|k| &maps[k]);
+            let border = |map: &OccupancyMap| -> Vec<usize> {
+                (0..map.cells.len()).filter(|&k| map.cells[k] == occupancy::Cell::Unknown).collect()
+            };
+            assert_eq!(lower.cells.len(), upper.cells.len(), "{name}");
+            assert_eq!(border(lower), border(upper), "{name}: outlines");
+            assert_ne!(lower.cells, upper.cells, "{name}: rooms");
+        }
+        let lowest: Vec<_> =
+            drawn_buildings(6, 2, 5).into_iter().map(|(name, mut maps)| (name, maps.remove(0))).collect();
+        assert!(lowest == drawn(6, 5), "a building's lowest storey does not depend on how many it has");
     }
 }

@@ -1,6 +1,7 @@
 //! Offices: cells along corridors, in one wing, at a right angle, or around a yard.
 
 use super::drawing::Drawing;
+use super::of_storey;
 use crate::plane::{Rectangle, Vector};
 use crate::random_generator::RandomGenerator;
 use occupancy::Cell;
@@ -27,8 +28,8 @@ struct Wing {
     before: f64,
 }
 
-pub(super) fn office(random: &mut RandomGenerator) -> Drawing {
-    let style = style(random);
+pub(super) fn office(random: &mut RandomGenerator, storey: usize) -> Drawing {
+    let mut style = style(random);
     let (long, short) = (random.between(16.0, 42.0), random.between(12.0, 28.0));
     let (below, above) = style.beside();
     let across = below + above;
@@ -45,6 +46,10 @@ pub(super) fn office(random: &mut RandomGenerator) -> Drawing {
             ([long, across + short], vec![first(long), upright(below), upright(long - above)])
         }
     };
+    if storey > 0 {
+        of_storey(random, storey);
+        style.rooms_m = rooms_m(random);
+    }
     let mut drawing = Drawing::new(size);
     for wing in &wings {
         outline(&mut drawing, &style, wing);
@@ -73,16 +78,21 @@ impl Style {
     }
 }
 
-fn style(random: &mut RandomGenerator) -> Style {
+/// Widths of rooms, all alike or not.
+fn rooms_m(random: &mut RandomGenerator) -> Vec<f64> {
     let repeats = random.happens(0.5);
     let room = random.between(2.4, 4.5);
-    let rooms_m = (0..40)
+    (0..40)
         .map(|_| match repeats {
             true => room,
             false if random.happens(0.2) => random.between(5.0, 9.0),
             false => random.between(2.2, 5.0),
         })
-        .collect();
+        .collect()
+}
+
+fn style(random: &mut RandomGenerator) -> Style {
+    let rooms_m = rooms_m(random);
     Style {
         corridor_m: random.between(1.5, 2.8),
         depth_m: random.between(3.2, 6.0),
