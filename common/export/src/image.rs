@@ -54,9 +54,14 @@ impl Image {
 }
 
 /// The image as a PNG file.
-pub(crate) fn picture(image: &Image) -> Vec<u8> {
-    let colours: Vec<u8> = rows_from_top(&image.pixels, image.width).flatten().flatten().copied().collect();
-    png_bytes(image.width as u32, image.height() as u32, png::ColorType::Rgb, &colours)
+pub(crate) fn picture(image: Image) -> Vec<u8> {
+    let (width, height) = (image.width, image.height());
+    let mut pixels = image.pixels;
+    // In place: a picture of a large site does not lie in memory twice.
+    let (below, above) = pixels.split_at_mut(height.div_ceil(2) * width);
+    let from_above = above.chunks_exact_mut(width.max(1)).rev();
+    below.chunks_exact_mut(width.max(1)).zip(from_above).for_each(|(low, high)| low.swap_with_slice(high));
+    png_bytes(width as u32, height as u32, png::ColorType::Rgb, pixels.as_flattened())
 }
 
 /// Rows of a layer, the last first.

@@ -1,7 +1,7 @@
 //! Inputs of an export, and its output files.
 
 use geometry::LazyFootprint;
-use messages::{Grid, Grids, MissionPlan, ScheduleState, Site};
+use messages::{Grids, MapGrids, MissionPlan, ScheduleState, Site};
 
 /// Everything that files are made from.
 #[derive(Clone, Copy)]
@@ -13,7 +13,7 @@ pub struct ExportInput<'a> {
     /// Index of the grids, with doors and regions.
     pub index: &'a Grids<'a>,
     /// Grids of the map storeys that are written, in their order.
-    pub grids: &'a [Grid<'a>],
+    pub grids: &'a dyn MapGrids,
     /// Waypoints.
     pub mission_plan: &'a MissionPlan<'a>,
     /// Footprints of the elements in the slab of each map storey of the site, by element.
@@ -51,10 +51,10 @@ impl<'a> ExportInput<'a> {
         site: &'a Site<'a>,
         schedule_state: &'a ScheduleState<'a>,
         index: &'a Grids<'a>,
-        grids: &'a [Grid<'a>],
+        grids: &'a dyn MapGrids,
         mission_plan: &'a MissionPlan<'a>,
     ) -> Option<Self> {
-        let resolution_m = grids.first()?.spec().resolution_m();
+        let resolution_m = grids.heads().next()?.spec().resolution_m();
         let (footprints, with_geometry, probability) = (&[], false, None);
         Some(Self {
             site,
@@ -71,7 +71,7 @@ impl<'a> ExportInput<'a> {
 
     /// True if there are maps of a map storey.
     pub fn writes(&self, map_storey: u32) -> bool {
-        self.grids.iter().any(|grid| grid.head.map_storey == map_storey)
+        self.grids.heads().any(|head| head.map_storey == map_storey)
     }
 }
 

@@ -95,43 +95,77 @@ pub use text::{hex, rounded, text_or_null};
 pub use waypoints::{Waypoints, nav2_poses, space_name};
 
 use geographic::Geographic;
-use messages::Site;
+use messages::{Grid, Site};
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 
-/// All files of an output folder: these, `more` that others made of the same input, and the manifest, which lists them all.
+/// All files of an output folder, as [`each_file`] makes them.
 pub fn files(input: &ExportInput<'_>, more: Vec<ExportFile>) -> Vec<ExportFile> {
-    let mut files = vec![
-        ExportFile::new("site-frame.json", json::text(&SiteFrameFile::of(input.site))),
-        ExportFile::new("report.json", json::text(&Report::of(input))),
-        ExportFile::new("semantic.json", json::text(&Semantic::of(input))),
-        ExportFile::new("waypoints.json", json::text(&Waypoints::of(input))),
-        ExportFile::new("waypoints.csv", csv::waypoints(input)),
-        ExportFile::new("waypoints.geojson", json::text(&waypoints::geojson(input))),
-        ExportFile::new("site-graph.json", json::text(&SiteGraph::of(input))),
-    ];
-    if let Ok(geographic) = Geographic::of(input.site) {
-        files.push(ExportFile::new(geographic::FILE, json::text(&geographic.geojson(input))));
-    }
-    for grid in input.grids {
-        let storey = &input.site.map_storeys[grid.head.map_storey as usize];
-        let folder = storey_folder(input.site, grid.head.map_storey, storey);
-        files.extend(maps::files(&folder, grid));
-        files.extend(pictures::files(&folder, input, grid));
-        if let Some(probability) = &input.probability {
-            files.extend(probability_layer::files(&folder, input, grid, probability));
-        }
-        files.push(ExportFile::new(
-            format!("{folder}/waypoints.yaml"),
-            waypoints::nav2_yaml(input, grid.head.map_storey),
-        ));
-        let route = nav2_route_file(input, grid.head.map_storey, "map");
-        files.push(ExportFile::new(format!("{folder}/route.geojson"), route));
-        files.push(mission_plan_picture::file(&folder, input, grid));
-    }
-    files.extend(more);
-    let manifest = Manifest::of(input, sums("", &files));
-    files.push(ExportFile::new("manifest.json", json::text(&manifest)));
+    let mut files = Vec::new();
+    let Ok(_) = each_file::<Infallible>(input, more, |file| {
+        files.push(file);
+        Ok(())
+    });
     files
+}
+
+/// Calls `write` with each file of an output folder as soon as it is made: these, `more` that others made of the same input,
+/// and the manifest, which lists them all. Returns the sums of all files by their path, as [`sums`] does.
+///
+/// # Errors
+/// Those of `write`.
+pub fn each_file<E>(
+    input: &ExportInput<'_>,
+    more: Vec<ExportFile>,
+    mut write: impl FnMut(ExportFile) -> Result<(), E>,
+) -> Result<BTreeMap<String, String>, E> {
+    let mut sums = BTreeMap::new();
+    let mut add = |file: ExportFile| {
+        sums.extend(folders::sums("", std::slice::from_ref(&file)));
+        write(file)
+    };
+    site_files(input, &mut add)?;
+    for at in 0..input.grids.count() {
+        input.grids.with(at, |grid| storey_files(input, grid, &mut add))?;
+    }
+    more.into_iter().try_for_each(&mut add)?;
+    let manifest = ExportFile::new("manifest.json", json::text(&Manifest::of(input, sums.clone())));
+    sums.extend(folders::sums("", std::slice::from_ref(&manifest)));
+    write(manifest)?;
+    Ok(sums)
+}
+
+/// The files of the whole site.
+fn site_files<E>(input: &ExportInput<'_>, add: &mut impl FnMut(ExportFile) -> Result<(), E>) -> Result<(), E> {
+    add(ExportFile::new("site-frame.json", json::text(&SiteFrameFile::of(input.site))))?;
+    add(ExportFile::new("report.json", json::text(&Report::of(input))))?;
+    add(ExportFile::new("semantic.json", json::text(&Semantic::of(input))))?;
+    add(ExportFile::new("waypoints.json", json::text(&Waypoints::of(input))))?;
+    add(ExportFile::new("waypoints.csv", csv::waypoints(input)))?;
+    add(ExportFile::new("waypoints.geojson", json::text(&waypoints::geojson(input))))?;
+    add(ExportFile::new("site-graph.json", json::text(&SiteGraph::of(input))))?;
+    match Geographic::of(input.site) {
+        Ok(geographic) => add(ExportFile::new(geographic::FILE, json::text(&geographic.geojson(input)))),
+        Err(_) => Ok(()),
+    }
+}
+
+/// The files of a storey.
+fn storey_files<E>(
+    input: &ExportInput<'_>,
+    grid: &Grid<'_>,
+    add: &mut impl FnMut(ExportFile) -> Result<(), E>,
+) -> Result<(), E> {
+    let map_storey = grid.head.map_storey;
+    let folder = storey_folder(input.site, map_storey, &input.site.map_storeys[map_storey as usize]);
+    maps::files(&folder, grid).try_for_each(&mut *add)?;
+    pictures::files(&folder, input, grid).try_for_each(&mut *add)?;
+    if let Some(probability) = &input.probability {
+        probability_layer::files(&folder, input, grid, probability).into_iter().try_for_each(&mut *add)?;
+    }
+    add(ExportFile::new(format!("{folder}/waypoints.yaml"), waypoints::nav2_yaml(input, map_storey)))?;
+    add(ExportFile::new(format!("{folder}/route.geojson"), nav2_route_file(input, map_storey, "map")))?;
+    add(mission_plan_picture::file(&folder, input, grid))
 }
 
 /// Files beside the folders of several plan times: what they are, and the map frame that they share.

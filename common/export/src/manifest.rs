@@ -250,7 +250,7 @@ impl Manifest {
                 earth_from_world: EarthFromWorld::of(site),
                 frame_epoch: head.frame_epoch,
             },
-            storeys: input.grids.iter().map(|grid| Storey::of(input, grid)).collect(),
+            storeys: input.grids.each(|grid| Storey::of(input, grid)).collect(),
             storeys_left_out: (0..)
                 .zip(site.map_storeys)
                 .map(|(index, _)| index)

@@ -46,7 +46,7 @@ pub(crate) fn file(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> Ex
     if let Some(curve) = curve {
         curve.draw(Point::new(0, spec.height as i32), &mut image);
     }
-    ExportFile::new(format!("{folder}/waypoints.png"), picture(&image))
+    ExportFile::new(format!("{folder}/waypoints.png"), picture(image))
 }
 
 fn colour(grid: &Grid<'_>, index: usize, is_seen: bool) -> Rgb {

@@ -27,14 +27,22 @@ const FREE: Rgb = [255, 255, 255];
 
 const UNKNOWN: Rgb = [220, 220, 220];
 
-/// The two pictures of a storey.
-pub(crate) fn files(folder: &str, input: &ExportInput<'_>, grid: &Grid<'_>) -> [ExportFile; 2] {
+/// The two pictures of a storey, each made when it is asked for.
+pub(crate) fn files<'a>(
+    folder: &'a str,
+    input: &'a ExportInput<'_>,
+    grid: &'a Grid<'_>,
+) -> impl Iterator<Item = ExportFile> + 'a {
+    type Draw = fn(&ExportInput<'_>, &Grid<'_>) -> Vec<u8>;
+    let pictures: [(&str, Draw); 2] =
+        [("semantic.png", |input, grid| picture(semantic(input, grid))), ("classes.png", |_, grid| classes(grid))];
+    pictures.into_iter().map(move |(name, bytes)| ExportFile::new(format!("{folder}/{name}"), bytes(input, grid)))
+}
+
+fn classes(grid: &Grid<'_>) -> Vec<u8> {
     let (width, height) = (grid.head.width, grid.head.height);
-    let classes: Vec<u8> = rows_from_top(grid.class, width as usize).flatten().copied().collect();
-    [
-        ExportFile::new(format!("{folder}/semantic.png"), picture(&semantic(input, grid))),
-        ExportFile::new(format!("{folder}/classes.png"), png_bytes(width, height, png::ColorType::Grayscale, &classes)),
-    ]
+    let pixels: Vec<u8> = rows_from_top(grid.class, width as usize).flatten().copied().collect();
+    png_bytes(width, height, png::ColorType::Grayscale, &pixels)
 }
 
 /// Colours of all cells, with a cross and the name at each space's centre.

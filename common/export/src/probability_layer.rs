@@ -49,7 +49,7 @@ pub(crate) fn files(
     let pgm = encode_pgm(width, |index| pixel_of_percent(percent[index]), height);
     let yaml = MapYaml { image: "probability.pgm", spec: &spec, mode: MapMode::Scale }.to_string();
     [
-        ExportFile::new(format!("{folder}/probability.png"), picture(&image)),
+        ExportFile::new(format!("{folder}/probability.png"), picture(image)),
         ExportFile::new(format!("{folder}/probability.pgm"), pgm),
         ExportFile::new(format!("{folder}/probability.yaml"), yaml),
     ]

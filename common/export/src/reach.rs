@@ -3,7 +3,7 @@
 use crate::input::ExportInput;
 use crate::manifest::status_of;
 use crate::text::rounded;
-use messages::{FloorPartRecord, MissionPlan, NONE, space_flags};
+use messages::{FloorPartRecord, Grid, MissionPlan, NONE, space_flags};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -104,15 +104,8 @@ const MIN_FLOOR_SHARE: f64 = 0.02;
 pub fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<RoomNotMapped> {
     let site = input.site;
     let mut without_floor = vec![false; site.spaces.len()];
-    for grid in input.grids.iter().filter(|grid| status_of(grid) == "ok") {
-        // Cells, and those of them that are floor.
-        let mut cells = vec![[0u32; 2]; site.spaces.len()];
-        for (space, floor) in grid.space.iter().zip(grid.floor) {
-            if let Some(counts) = usize::from(*space).checked_sub(1).and_then(|k| cells.get_mut(k)) {
-                *counts = [counts[0] + 1, counts[1] + u32::from(*floor != 0)];
-            }
-        }
-        for (space, [all, floor]) in cells.into_iter().enumerate().filter(|(_, [all, _])| *all > 0) {
+    for cells in input.grids.each(|grid| (status_of(grid) == "ok").then(|| cells_of_spaces(grid, site.spaces.len()))) {
+        for (space, [all, floor]) in cells.into_iter().flatten().enumerate().filter(|(_, [all, _])| *all > 0) {
             without_floor[space] = f64::from(floor) < f64::from(all) * MIN_FLOOR_SHARE;
         }
     }
@@ -131,6 +124,17 @@ pub fn spaces_not_mapped(input: &ExportInput<'_>) -> Vec<RoomNotMapped> {
     let area_m2 = |room: &RoomNotMapped| site.spaces[room.space as usize].area_m2;
     rooms.sort_by(|a, b| area_m2(b).total_cmp(&area_m2(a)).then(a.space.cmp(&b.space)));
     rooms
+}
+
+/// Of each space, its cells, and those of them that are floor.
+fn cells_of_spaces(grid: &Grid<'_>, n_spaces: usize) -> Vec<[u32; 2]> {
+    let mut cells = vec![[0u32; 2]; n_spaces];
+    for (space, floor) in grid.space.iter().zip(grid.floor) {
+        if let Some(counts) = usize::from(*space).checked_sub(1).and_then(|k| cells.get_mut(k)) {
+            *counts = [counts[0] + 1, counts[1] + u32::from(*floor != 0)];
+        }
+    }
+    cells
 }
 
 #[cfg(test)]

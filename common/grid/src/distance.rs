@@ -77,6 +77,12 @@ impl Line {
         self.vertex.clear();
         self.from.clear();
         for (q, &f) in self.values.iter().enumerate().filter(|(_, f)| **f != u32::MAX) {
+            // Of neighbours that are both marked the parabolas meet halfway: no need to compute it.
+            if f == 0 && 0 < q && self.values[q - 1] == 0 {
+                self.vertex.push(q);
+                self.from.push(q as f64 - 0.5);
+                continue;
+            }
             let height = |p: usize| f64::from(self.values[p]) + (p * p) as f64;
             let mut begin = f64::NEG_INFINITY;
             while let Some(&p) = self.vertex.last() {

@@ -20,7 +20,7 @@ const MAX_SECTIONS: usize = 64;
 /// 64 bytes at a multiple of 64: the unit in which archives are stored.
 #[derive(Debug, Clone, Copy, Zeroable, Pod)]
 #[repr(C, align(64))]
-pub struct Block([u8; 64]);
+pub struct Block(pub(crate) [u8; 64]);
 
 /// What an archive holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -214,6 +214,17 @@ impl ArchiveBuffer {
     /// Zeroed memory for an archive of `length` bytes.
     pub fn zeroed(length: usize) -> Self {
         Self { blocks: vec![Block([0; 64]); length.div_ceil(64)], length }
+    }
+
+    /// The archive of `length` bytes in blocks.
+    pub(crate) fn of_blocks(blocks: Vec<Block>, length: usize) -> Self {
+        assert_eq!(blocks.len(), length.div_ceil(64), "the blocks hold the archive");
+        Self { blocks, length }
+    }
+
+    /// The blocks in which it lies.
+    pub(crate) fn blocks(&self) -> &[Block] {
+        &self.blocks
     }
 
     /// A copy of bytes at a multiple of 64.

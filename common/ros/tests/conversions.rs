@@ -48,7 +48,7 @@ fn grids_hold_what_map_server_reads_from_the_files() {
     house().with_input(|input: &ExportInput<'_>| {
         let files = export::files(input, Vec::new());
         let bytes = |name: &str| &files.iter().find(|f| f.path.ends_with(name)).unwrap().bytes;
-        let layers = Layers::of(&input.grids[0]);
+        let layers = input.grids.with(0, Layers::of);
         let check = |name: &str, message: OccupancyGrid| {
             let yaml = std::str::from_utf8(bytes(&format!("{name}.yaml"))).unwrap();
             let (cells, [x, y, yaw]) = map_server(bytes(&format!("{name}.pgm")), yaml);
@@ -126,7 +126,7 @@ fn rooms_doors_waypoints_and_routes_are_drawn() {
 #[test]
 fn drop_offs_are_the_borders_of_the_floor() {
     house().with_input(|input| {
-        let array = markers::drop_offs(&input.grids[0], "map", STAMP);
+        let array = input.grids.with(0, |grid| markers::drop_offs(grid, "map", STAMP));
         assert_eq!(listed(&array), [("drop_offs", 0, Marker::LINE_LIST, "")]);
         // The last column of the grid has no floor; beside the wall in the lowest row nothing drops.
         let line: Vec<[f64; 2]> = array.markers[1].points.iter().map(|p| [p.x, p.y]).collect();

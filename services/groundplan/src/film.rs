@@ -67,7 +67,8 @@ impl Film {
     /// A disk that is full.
     pub(crate) fn add_at(&mut self, input: &ExportInput<'_>, stamp: Time, at_ns: u64) -> Result<(), RecordingError> {
         self.add_frames(input.site, stamp, at_ns)?;
-        input.grids.iter().try_for_each(|grid| self.add_storey(input, grid, stamp, at_ns))
+        (0..input.grids.count())
+            .try_for_each(|at| input.grids.with(at, |grid| self.add_storey(input, grid, stamp, at_ns)))
     }
 
     /// Where the frames of several storeys lie, once.

@@ -5,7 +5,7 @@ use crate::progress_line::ProgressLine;
 use daemon::Robot;
 use export::{ExportFile, ExportInput};
 use geometry::LazyFootprint;
-use messages::{Grid, Grids, MissionPlan, ScheduleState, Site};
+use messages::{ArchiveBuffer, Grid, Grids, HeldGrid, MapGrids, MissionPlan, ScheduleState, Site};
 use raster::Rasterizer;
 use waypoints::{MissionPlanInput, MissionPlanOptions, MissionPlanner, Start};
 use world::WorldOptions;
@@ -17,7 +17,7 @@ pub(crate) fn world_files(input: &ExportInput<'_>, options: Option<&WorldOptions
 
 /// Maps of all storeys at a schedule state.
 pub(crate) struct Maps<'a> {
-    pub(crate) grids: &'a [Grid<'a>],
+    pub(crate) grids: &'a dyn MapGrids,
     pub(crate) index: &'a Grids<'a>,
     pub(crate) mission_plan: &'a MissionPlan<'a>,
     /// By map storey.
@@ -47,29 +47,67 @@ impl Maps<'_> {
     }
 }
 
-/// Draws the maps of a schedule state and works on them.
+/// What the maps of a schedule state are drawn and planned with.
+#[derive(Clone, Copy)]
+pub(crate) struct MapInputs<'a> {
+    pub(crate) site: &'a Site<'a>,
+    pub(crate) schedule_state: &'a ScheduleState<'a>,
+    pub(crate) robot: &'a Robot,
+    pub(crate) options: &'a MissionPlanOptions,
+    pub(crate) progress: &'a ProgressLine,
+}
+
+/// Grids of more cells in total are packed when maps are drawn once: all of them together would take 7 bytes a cell.
+const MAX_CELLS_OPEN: usize = 8_000_000;
+
+/// Draws the maps of a schedule state and works on them; what is drawn is kept for the next schedule state.
 ///
 /// # Errors
 /// Those of the work, and archives that cannot be.
 pub(crate) fn with_maps<T>(
-    site: &Site<'_>,
-    schedule_state: &ScheduleState<'_>,
+    inputs: &MapInputs<'_>,
     rasterizer: &mut Rasterizer,
-    robot: &Robot,
-    options: &MissionPlanOptions,
-    progress: &ProgressLine,
     work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
-    progress.stage("drawing");
-    rasterizer.draw(site, schedule_state);
-    let index = rasterizer.index(site, schedule_state, &robot.name, &robot.footprint_m).finish();
-    let index = Grids::open(index.bytes()).map_err(Failure::work)?;
+    inputs.progress.stage("drawing");
+    rasterizer.draw(inputs.site, inputs.schedule_state);
     let grids: Vec<Grid<'_>> =
         rasterizer.drawn().map(|grid| Grid::open(grid.archive)).collect::<Result<_, _>>().map_err(Failure::work)?;
-    let input = MissionPlanInput { site, schedule_state, index: &index, grids: &grids, options };
+    planned(inputs, rasterizer, &grids, work)
+}
+
+/// The same for a single schedule state: of large sites one storey at a time is dense in memory.
+///
+/// # Errors
+/// Those of the work, and archives that cannot be.
+pub(crate) fn with_maps_once<T>(
+    inputs: &MapInputs<'_>,
+    rasterizer: &mut Rasterizer,
+    work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    inputs.progress.stage("drawing");
+    let is_large = rasterizer.n_cells() > MAX_CELLS_OPEN;
+    let keep = |archive: ArchiveBuffer| if is_large { HeldGrid::packed(archive) } else { HeldGrid::open(archive) };
+    let grids = rasterizer.draw_once(inputs.site, inputs.schedule_state, keep);
+    let grids: Vec<HeldGrid> = grids.into_iter().collect::<Result<_, _>>().map_err(Failure::work)?;
+    let grids: Vec<&HeldGrid> = grids.iter().collect();
+    planned(inputs, rasterizer, &grids, work)
+}
+
+/// Plans on the grids that were drawn last and works on all maps.
+fn planned<T>(
+    inputs: &MapInputs<'_>,
+    rasterizer: &Rasterizer,
+    grids: &dyn MapGrids,
+    work: impl FnOnce(&Maps<'_>) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let MapInputs { site, schedule_state, robot, options, progress } = *inputs;
+    let index = rasterizer.index(site, schedule_state, &robot.name, &robot.footprint_m).finish();
+    let index = Grids::open(index.bytes()).map_err(Failure::work)?;
+    let input = MissionPlanInput { site, schedule_state, index: &index, grids, options };
     progress.stage("planning");
     let mission_plan = MissionPlanner::default().plan(&input);
     let mission_plan = MissionPlan::open(mission_plan.bytes()).map_err(Failure::work)?;
-    let footprints: Vec<_> = (0..grids.len()).map(|k| rasterizer.footprints(k)).collect();
-    work(&Maps { grids: &grids, index: &index, mission_plan: &mission_plan, footprints: &footprints, rasterizer })
+    let footprints: Vec<_> = (0..grids.count()).map(|k| rasterizer.footprints(k)).collect();
+    work(&Maps { grids, index: &index, mission_plan: &mission_plan, footprints: &footprints, rasterizer })
 }

@@ -34,7 +34,7 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     let head = input.deviations.head;
     let spec = head.spec();
     if spec.n_cells() == 0 {
-        return png(&Image::new(1, vec![UNKNOWN]));
+        return png(Image::new(1, vec![UNKNOWN]));
     }
     let ground = |s: &Tag<SlamCell>| if *s == SlamCell::Free { FREE } else { UNKNOWN };
     let mut pixels: Vec<Rgb> = input.deviations.seen.iter().map(ground).collect();
@@ -58,7 +58,7 @@ pub(super) fn picture(input: &DeviationExport<'_>) -> Vec<u8> {
     }
     let mut image = Image::new(spec.width as usize, pixels);
     draw_lines(input, &spec, &mut image);
-    png(&image)
+    png(image)
 }
 
 fn colour(observation: Observation, verdict: DeviationVerdict) -> Rgb {

@@ -12,6 +12,7 @@ use crate::input::ExportFile;
 use inspection::{MANIFEST, inspect, listed_files};
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 use rustix::io::Errno;
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -122,7 +123,7 @@ impl OutputFolder {
     /// # Errors
     /// The file system refuses; then the place is as it was.
     pub fn replace(&self, files: &[ExportFile]) -> Result<Option<SetAside>, OutputError> {
-        let beside = self.begin()?;
+        let mut beside = self.begin()?;
         beside.write("", files)?;
         beside.swap_in()
     }
@@ -142,7 +143,8 @@ impl OutputFolder {
             self.discard(&path);
         }
         fs::create_dir(&path).map_err(at(&path))?;
-        let beside = FolderBeside { place: self, path, is_swapped: false };
+        let folders = BTreeSet::from([path.clone()]);
+        let beside = FolderBeside { place: self, path, folders, is_swapped: false };
         let mark = beside.path.join(UNFINISHED);
         File::create(&mark).map_err(at(&mark))?;
         Ok(beside)
@@ -217,6 +219,8 @@ impl OutputFolder {
 pub struct FolderBeside<'a> {
     place: &'a OutputFolder,
     path: PathBuf,
+    /// Those that were made in it, itself among them.
+    folders: BTreeSet<PathBuf>,
     is_swapped: bool,
 }
 
@@ -225,8 +229,20 @@ impl FolderBeside<'_> {
     ///
     /// # Errors
     /// The file system refuses.
-    pub fn write(&self, folder: &str, files: &[ExportFile]) -> Result<(), OutputError> {
-        write_all(&self.path.join(folder), files)
+    pub fn write(&mut self, folder: &str, files: &[ExportFile]) -> Result<(), OutputError> {
+        let folder = self.path.join(folder);
+        files.iter().try_for_each(|file| self.write_file(&folder.join(&file.path), &file.bytes))
+    }
+
+    fn write_file(&mut self, path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+        for folder in path.ancestors().skip(1).take_while(|folder| folder.starts_with(&self.path)) {
+            if !self.folders.contains(folder) {
+                fs::create_dir_all(folder).map_err(at(folder))?;
+                self.folders.insert(folder.to_owned());
+            }
+        }
+        let mut out = File::create(path).map_err(at(path))?;
+        out.write_all(bytes).and_then(|()| out.sync_all()).map_err(at(path))
     }
 
     /// Swaps the output with what stands at its place. Returns the foreign files that were there.
@@ -236,7 +252,8 @@ impl FolderBeside<'_> {
     pub fn swap_in(mut self) -> Result<Option<SetAside>, OutputError> {
         let mark = self.path.join(UNFINISHED);
         fs::remove_file(&mark).map_err(at(&mark))?;
-        sync(&self.path)?;
+        // What is in a folder first, then its name in the one above.
+        self.folders.iter().rev().try_for_each(|folder| sync(folder))?;
         swap(&self.path, &self.place.path)?;
         self.is_swapped = true;
         sync(self.place.parent())?;
@@ -256,21 +273,6 @@ impl Drop for FolderBeside<'_> {
 fn at(path: &Path) -> impl FnOnce(io::Error) -> OutputError + use<> {
     let path = path.to_owned();
     move |source| OutputError::Io { path, source }
-}
-
-fn write_all(folder: &Path, files: &[ExportFile]) -> Result<(), OutputError> {
-    fs::create_dir_all(folder).map_err(at(folder))?;
-    let mut folders = vec![folder.to_owned()];
-    for file in files {
-        let path = folder.join(&file.path);
-        if let Some(parent) = path.parent().filter(|p| !folders.iter().any(|f| f == p)) {
-            fs::create_dir_all(parent).map_err(at(parent))?;
-            folders.push(parent.to_owned());
-        }
-        let mut out = File::create(&path).map_err(at(&path))?;
-        out.write_all(&file.bytes).and_then(|()| out.sync_all()).map_err(at(&path))?;
-    }
-    folders.iter().rev().try_for_each(|folder| sync(folder))
 }
 
 /// Makes the names in a folder survive a power cut.
@@ -448,7 +450,7 @@ mod tests {
         fs::create_dir(&outs[1]).unwrap();
         for out in outs {
             let place = place(&out);
-            let beside = place.begin().unwrap();
+            let mut beside = place.begin().unwrap();
             beside.write("", &output(&["a.json"])).unwrap();
             fs::create_dir_all(&out).unwrap();
             fs::write(out.join("notes.txt"), "precious").unwrap();

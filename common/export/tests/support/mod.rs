@@ -27,7 +27,7 @@ impl House {
             site: &site,
             schedule_state: &schedule_state,
             index: &index,
-            grids: &[Grid::open(self.grid.bytes()).unwrap()],
+            grids: &[Grid::open(self.grid.bytes()).unwrap()].as_slice(),
             mission_plan: &mission_plan,
             footprints: &[&self.footprints],
             resolution_m: 0.5,

@@ -2,7 +2,7 @@
 
 use frames::{counted, metres};
 use grid::{Class, GridSpecError};
-use messages::{Grid, MapStoreyRecord, Site, element_flags};
+use messages::{Grid, MapGrids, MapStoreyRecord, Site, element_flags};
 
 /// Errors of rasterisation.
 #[derive(Debug, thiserror::Error)]
@@ -47,15 +47,17 @@ pub enum RasterizeError {
 ///
 /// # Errors
 /// All storeys blank or none at all, or a storey with spaces and without any obstacle.
-pub fn check_not_blank(site: &Site<'_>, grids: &[Grid<'_>]) -> Result<(), RasterizeError> {
+pub fn check_not_blank(site: &Site<'_>, grids: &dyn MapGrids) -> Result<(), RasterizeError> {
     let has_obstacle = |g: &Grid<'_>| g.class.iter().any(|&c| c != Class::None.id());
-    if !grids.iter().any(|g| has_obstacle(g) || g.floor.iter().any(|&f| f != 0)) {
+    // Of each storey, whether it has an obstacle, and whether it has floor.
+    let holds: Vec<[bool; 2]> = grids.each(|g| [has_obstacle(g), g.floor.iter().any(|&f| f != 0)]).collect();
+    if !holds.iter().flatten().any(|&holds| holds) {
         return Err(RasterizeError::Blank { reasons: blank_reasons(site) });
     }
-    for grid in grids.iter().filter(|g| !has_obstacle(g)) {
-        let n_spaces = site.spaces.iter().filter(|s| s.map_storey == grid.head.map_storey).count();
+    for (head, _) in grids.heads().zip(&holds).filter(|(_, [has_obstacle, _])| !has_obstacle) {
+        let n_spaces = site.spaces.iter().filter(|s| s.map_storey == head.map_storey).count();
         if n_spaces > 0 {
-            let storey = site.text(site.map_storeys[grid.head.map_storey as usize].name).to_owned();
+            let storey = site.text(site.map_storeys[head.map_storey as usize].name).to_owned();
             return Err(RasterizeError::NoObstacle { storey, n_spaces });
         }
     }

@@ -39,7 +39,8 @@ use geometry::LazyFootprint;
 use grid::GridSpec;
 use incremental::storey_grid::StoreyGrid;
 use messages::{
-    DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, RegionRecord, RobotProfile, ScheduleState, Site,
+    ArchiveBuffer, DoorPassageRecord, GridSlotRecord, GridsBuilder, GridsHead, RegionRecord, RobotProfile,
+    ScheduleState, Site,
 };
 use model::storey_inputs::StoreyInputs;
 use model::storey_slice::StoreySlice;
@@ -52,18 +53,34 @@ pub struct Rasterizer {
     storeys: Vec<StoreySlice>,
     /// One per map storey after the first draw, empty before.
     storey_grids: Vec<StoreyGrid>,
-    /// True if nothing is kept from which a later draw could go on.
-    draws_once: bool,
     index: Index,
 }
 
-/// Buffers of the index records, reused by each draw.
+/// Records of the index of the grids as drawn last, in buffers that each draw reuses.
 #[derive(Debug, Default)]
 struct Index {
     slots: Vec<GridSlotRecord>,
     doors: Vec<DoorPassageRecord>,
     regions: Vec<RegionRecord>,
 }
+
+impl Index {
+    fn clear(&mut self) {
+        self.slots.clear();
+        self.doors.clear();
+        self.regions.clear();
+    }
+
+    fn add(&mut self, storey: &StoreySlice, grid: &StoreyGrid) {
+        let (map_storey, cell_tenths) = (storey.map_storey, storey.spec.cell_tenths);
+        self.slots.push(GridSlotRecord { map_storey, cell_tenths, content_hash: grid.content_hash() });
+        self.doors.extend_from_slice(grid.doors());
+        self.regions.extend_from_slice(grid.regions());
+    }
+}
+
+/// Storeys of more cells are drawn one after the other by [`Rasterizer::draw_once`]: nine bytes a cell are alive meanwhile.
+const MAX_CELLS_AT_ONCE: usize = 20_000_000;
 
 /// The grid of a map storey, as drawn last.
 #[derive(Debug, Clone, Copy)]
@@ -113,14 +130,7 @@ impl Rasterizer {
             .into_par_iter()
             .map(|k| slice_storey(site, robot, resolution_m, k, &count))
             .collect::<Result<_, _>>()?;
-        Ok(Self { robot: *robot, storeys, storey_grids: Vec::new(), draws_once: false, index: Index::default() })
-    }
-
-    /// The same for who draws once: it frees after a draw what a later one would go on from, two bytes a cell, so that each draw
-    /// is a complete one.
-    #[must_use]
-    pub fn once(self) -> Self {
-        Self { draws_once: true, ..self }
+        Ok(Self { robot: *robot, storeys, storey_grids: Vec::new(), index: Index::default() })
     }
 
     /// The specification of the grid of a map storey; it depends on site and resolution alone.
@@ -151,10 +161,7 @@ impl Rasterizer {
     /// incrementally. The result does not depend on what was drawn before. `site` must be the site of
     /// [`Rasterizer::new`], and `schedule-state` of that site.
     pub fn draw(&mut self, site: &Site<'_>, schedule_state: &ScheduleState<'_>) {
-        if self.draws_once {
-            self.storey_grids.clear();
-        }
-        let Self { robot, storeys, storey_grids, .. } = self;
+        let Self { robot, storeys, storey_grids, index } = self;
         let inputs = |storey| StoreyInputs { site, robot, storey };
         if storey_grids.is_empty() {
             let draw = |storey| {
@@ -164,12 +171,48 @@ impl Rasterizer {
             };
             storeys.par_iter().map(draw).collect_into_vec(storey_grids);
         } else {
-            let both = storeys.par_iter().zip(storey_grids);
+            let both = storeys.par_iter().zip(&mut *storey_grids);
             both.for_each(|(storey, grid)| grid.draw(inputs(storey), schedule_state));
         }
-        if self.draws_once {
-            self.storey_grids.iter_mut().for_each(StoreyGrid::finish);
+        index.clear();
+        storeys.iter().zip(storey_grids).for_each(|(storey, grid)| index.add(storey, grid));
+    }
+
+    /// Draws the grids of a schedule state completely and gives the archive of each to `keep` as soon as it is drawn. Large
+    /// storeys are drawn one after the other. There are no grids as drawn last then; their index is kept.
+    pub fn draw_once<T: Send>(
+        &mut self,
+        site: &Site<'_>,
+        schedule_state: &ScheduleState<'_>,
+        keep: impl Fn(ArchiveBuffer) -> T + Sync,
+    ) -> Vec<T> {
+        self.storey_grids.clear();
+        let Self { robot, storeys, index, .. } = self;
+        let draw = |storey| {
+            let inputs = StoreyInputs { site, robot, storey };
+            let mut grid = StoreyGrid::new(inputs);
+            grid.draw(inputs, schedule_state);
+            let mut records = Index::default();
+            records.add(storey, &grid);
+            (records, keep(grid.into_archive()))
+        };
+        let is_large = storeys.iter().any(|storey| storey.spec.n_cells() > MAX_CELLS_AT_ONCE);
+        let drawn: Vec<(Index, T)> =
+            if is_large { storeys.iter().map(draw).collect() } else { storeys.par_iter().map(draw).collect() };
+        index.clear();
+        let mut kept = Vec::with_capacity(drawn.len());
+        for (records, grid) in drawn {
+            index.slots.extend(records.slots);
+            index.doors.extend(records.doors);
+            index.regions.extend(records.regions);
+            kept.push(grid);
         }
+        kept
+    }
+
+    /// Number of cells of all grids.
+    pub fn n_cells(&self) -> usize {
+        self.storeys.iter().map(|storey| storey.spec.n_cells()).sum()
     }
 
     /// The grids as drawn last, by map storey; none before the first draw.
@@ -185,22 +228,13 @@ impl Rasterizer {
     /// Builder of the `grids` archive of the grids as drawn last: their inputs, the passages of doors, and regions at other
     /// levels.
     pub fn index<'a>(
-        &'a mut self,
+        &'a self,
         site: &Site<'_>,
         schedule_state: &ScheduleState<'_>,
         robot_name: &'a str,
         robot_footprint_m: &'a [[f64; 2]],
     ) -> GridsBuilder<'a> {
-        let Index { slots, doors, regions } = &mut self.index;
-        slots.clear();
-        doors.clear();
-        regions.clear();
-        for (grid, storey) in self.storey_grids.iter().zip(&self.storeys) {
-            let (map_storey, cell_tenths) = (storey.map_storey, storey.spec.cell_tenths);
-            slots.push(GridSlotRecord { map_storey, cell_tenths, content_hash: grid.content_hash() });
-            doors.extend_from_slice(grid.doors());
-            regions.extend_from_slice(grid.regions());
-        }
+        let Index { slots, doors, regions } = &self.index;
         let head = GridsHead {
             site_hash: site.content_hash(),
             schedule_state_hash: schedule_state.content_hash(),

@@ -161,14 +161,13 @@ fn work_that_ends_while_there_is_no_floor_leaves_no_margin_behind() {
     let built = schedule_state(ElementState::Built, ElementState::Built);
     full.draw(&site, &ScheduleState::open(built.bytes()).unwrap());
     assert!(last == full.drawn().next().unwrap().archive);
-    // Who draws once has nothing to go on from, and draws the same.
-    let mut once = Rasterizer::new(&site, &RobotProfile::DEFAULT, 0.1).unwrap().once();
-    for (wall, slab) in
-        [(ElementState::InProgress, ElementState::NotStarted), (ElementState::Built, ElementState::Built)]
-    {
-        once.draw(&site, &ScheduleState::open(schedule_state(wall, slab).bytes()).unwrap());
-    }
-    assert!(last == once.drawn().next().unwrap().archive);
+    // Who draws once is given the same, whatever was drawn before, and nothing of it is kept but the index.
+    let built = ScheduleState::open(built.bytes()).unwrap();
+    let given = incremental.draw_once(&site, &built, |archive| archive);
+    assert!(given.len() == 1 && last == given[0].bytes());
+    assert_eq!(incremental.drawn().len(), 0);
+    let index = |rasterizer: &Rasterizer| rasterizer.index(&site, &built, "robot", &[]).finish();
+    assert_eq!(index(&incremental).bytes(), index(&full).bytes());
 }
 
 /// Layer by layer, so that a failure names the first cell.

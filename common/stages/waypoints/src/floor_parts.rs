@@ -28,10 +28,11 @@ const DOOR_REACH_M: f64 = 0.5;
 pub(crate) fn part_properties(
     input: &MissionPlanInput<'_>,
     storey: usize,
+    grid: &Grid<'_>,
     free_space: &FreeSpace,
     portals: &[Portal],
 ) -> Vec<PartProperties> {
-    let (site, grid) = (input.site, &input.grids[storey]);
+    let site = input.site;
     let mut properties = vec![PartProperties::default(); free_space.n_parts() as usize + 1];
     let is_room = |space: u16| {
         let flags = usize::from(space).checked_sub(1).map(|k| &site.spaces[k]);
@@ -130,7 +131,7 @@ pub(crate) fn floor_parts(
                 area_m2: f64::from(free_space.size(part)) * cell_m2,
                 room_m2: f64::from(properties.room_cells) * cell_m2,
                 at_m: at.coordinates_m(),
-                map_storey: input.grids[storey].head.map_storey,
+                map_storey: input.grids.head(storey).map_storey,
                 is_reached: u32::from(reached.parts[storey][part as usize]),
                 has_way_in: u32::from(properties.has_way_in),
                 reserved: 0,

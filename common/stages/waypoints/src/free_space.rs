@@ -66,24 +66,32 @@ impl FreeSpace {
             [f64::from(self.squared.get(cell)), (f64::from(self.squared.get(cell)).sqrt() + 1.5).powi(2)];
         let (column, row) = (i64::from(at.column), i64::from(at.row));
         let mut nearest = f64::INFINITY;
-        let mut check = |x: i64, y: i64| {
+        let check = |x: i64, y: i64, nearest: &mut f64| {
             let inside = 0 <= x && x < i64::from(self.spec.width) && 0 <= y && y < i64::from(self.spec.height);
             if inside {
                 let other = Cell { column: x as u32, row: y as u32 };
                 if self.squared.get(self.spec.index(other)) == 0 {
                     let c = self.spec.centre_of(other);
-                    nearest = nearest.min(p.distance_m(&c));
+                    *nearest = nearest.min(p.distance_m(&c));
                 }
             }
         };
         let reach = (max_squared.sqrt() as i64).min(i64::from(self.spec.height));
-        for dy in -reach..=reach {
+        let resolution_m = self.spec.resolution_m();
+        // From the row of the point outwards, until a row is farther away as a whole.
+        for dy in (0..=reach).flat_map(|dy| [-dy, dy]) {
+            if (dy.abs() - 1) as f64 * resolution_m > nearest {
+                break;
+            }
             let far = (dy * dy) as f64;
             let from = (min_squared - far).max(0.0).sqrt() as i64;
             let to = ((max_squared - far).max(0.0).sqrt() as i64).min(i64::from(self.spec.width));
             for dx in from..=to {
-                check(column + dx, row + dy);
-                check(column - dx, row + dy);
+                if (dx - 1) as f64 * resolution_m > nearest {
+                    break;
+                }
+                check(column + dx, row + dy, &mut nearest);
+                check(column - dx, row + dy, &mut nearest);
             }
         }
         nearest

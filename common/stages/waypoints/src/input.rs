@@ -1,7 +1,7 @@
 //! Inputs of the waypoint planner.
 
 use crate::options::MissionPlanOptions;
-use messages::{Grid, Grids, ScheduleState, Site};
+use messages::{Grids, MapGrids, ScheduleState, Site};
 
 /// The archives and options of a mission plan. The grids are those of the index, in its order, and all belong to the
 /// site.
@@ -14,7 +14,7 @@ pub struct MissionPlanInput<'a> {
     /// Index of the grids, with robot and door passages.
     pub index: &'a Grids<'a>,
     /// One grid per map storey, in their order.
-    pub grids: &'a [Grid<'a>],
+    pub grids: &'a dyn MapGrids,
     /// Options of a mission plan.
     pub options: &'a MissionPlanOptions,
 }

@@ -12,11 +12,12 @@ use crate::stair_traversal::stair_traversal;
 use crate::start_pose::why_blocked;
 use crate::storey_planner::PlannedStorey;
 use crate::tour_stops::TourStop;
-use frames::metres;
+use frames::{Map, Point2, metres};
 use messages::{
-    Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, Grid, GrownScanRecord,
-    MissionPlanBuilder, MissionPlanHead, MissionPlanSpaceRecord, MissionPlanStoreyRecord, NONE, Named, NoWaypoint,
-    NodeKind, RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site, WaypointKind, WaypointRecord,
+    Diagnostic, DiagnosticCode, DiagnosticRecord, EdgeKind, ElementRecord, FloorPartRecord, GridHead, GrownScanRecord,
+    MapGrids, MissionPlanBuilder, MissionPlanHead, MissionPlanSpaceRecord, MissionPlanStoreyRecord, NONE, Named,
+    NoWaypoint, NodeKind, RouteEdgeRecord, RouteNodeRecord, ScheduleStateHead, Severity, Site, WaypointKind,
+    WaypointRecord,
 };
 
 /// Assembles the archive: storeys in the order in which they are reached, refusals, and the graph over all storeys.
@@ -40,7 +41,7 @@ pub(crate) fn assemble(
     }
     // Storeys in the order in which they are reached; the others have no waypoints.
     for &at in &reached.order {
-        add_stops(&mut builder, input, &input.grids[at], planned_storeys[at]);
+        add_stops(&mut builder, input, input.grids.head(at), planned_storeys[at]);
     }
     for (at, planned) in planned_storeys.iter().enumerate() {
         for (space, refusal) in &planned.refused {
@@ -50,18 +51,20 @@ pub(crate) fn assemble(
             record.n_faces += seen.n_faces;
             record.n_seen += seen.n_seen;
         }
-        builder.storeys.push(storey_record(&mut builder.tour_points, input.grids[at].head.map_storey, planned));
+        builder.storeys.push(storey_record(&mut builder.tour_points, input.grids.head(at).map_storey, planned));
     }
     add_graph(&mut builder, input, free_spaces, planned_storeys, portals);
+    find_spaces_of_nodes(&mut builder.nodes, input.grids);
     if let Some(start) = input.options.start.filter(|_| reached.start_is_blocked) {
-        let free_space = free_spaces.get(start.storey as usize);
-        let why =
-            free_space.map_or("[tour] start: there is no such storey".to_owned(), |g| why_blocked(input, g, start));
+        let storey = start.storey as usize;
+        let why = free_spaces.get(storey).map_or("[tour] start: there is no such storey".to_owned(), |free_space| {
+            input.grids.with(storey, |grid| why_blocked(input.site, grid, free_space, start))
+        });
         warn(&mut builder, Severity::Error, DiagnosticCode::StartBlocked, why);
     }
     let growths: Vec<&[GrownScan]> = planned_storeys.iter().map(|planned| planned.growth.as_slice()).collect();
     let record = |(at, scan): (usize, &GrownScan)| GrownScanRecord {
-        map_storey: input.grids[at].head.map_storey,
+        map_storey: input.grids.head(at).map_storey,
         n_new: scan.n_new,
     };
     builder.growth = merged(&growths).into_iter().map(record).collect();
@@ -89,9 +92,9 @@ fn notice_scans(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, 
         );
         warn(builder, Severity::Warning, DiagnosticCode::BudgetTooSmall, message);
     }
-    for (grid, planned) in input.grids.iter().zip(planned_storeys) {
+    for (head, planned) in input.grids.heads().zip(planned_storeys) {
         if planned.is_without_structure {
-            let name = input.site.text(input.site.map_storeys[grid.head.map_storey as usize].name);
+            let name = input.site.text(input.site.map_storeys[head.map_storey as usize].name);
             let message = format!(
                 "storey {name:?} has obstacles, and none of the classes that scans are to see: classes = [\"all\"] scans them"
             );
@@ -147,8 +150,8 @@ fn warn(builder: &mut MissionPlanBuilder, severity: Severity, code: DiagnosticCo
     builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
 }
 
-fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, grid: &Grid<'_>, planned: &PlannedStorey) {
-    let floor_m = metres(grid.head.floor_z_tenths);
+fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, head: &GridHead, planned: &PlannedStorey) {
+    let floor_m = metres(head.floor_z_tenths);
     let first_id = builder.waypoints.len() as u32;
     let id_of_scan = |set: u32| {
         let is_it = |stop: &TourStop| stop.scan.is_some_and(|planned| planned.scan.set == set);
@@ -174,7 +177,7 @@ fn add_stops(builder: &mut MissionPlanBuilder, input: &MissionPlanInput<'_>, gri
             id,
             order: id,
             kind: stop.kind.into(),
-            map_storey: grid.head.map_storey,
+            map_storey: head.map_storey,
             space: stop.space.map_or(NONE, |s| s as u32),
             joins: joins.map_or(NONE, |joined| id_of_scan(joined.set)),
             n_faces: stop.n_faces,
@@ -219,11 +222,11 @@ fn add_graph(
     for (at, planned) in planned_storeys.iter().enumerate() {
         let first = builder.nodes.len();
         for node in &planned.graph.nodes {
-            builder.nodes.push(node_record(input, free_spaces, at, node.at, node.kind, node.of, node.clearance_m));
+            builder.nodes.push(node_record(input.grids.head(at), node.at, node.kind, node.of, node.clearance_m));
         }
         for edge in &planned.graph.edges {
             let first_point = builder.points.len() as u32;
-            let floor_m = metres(input.grids[at].head.floor_z_tenths);
+            let floor_m = metres(input.grids.head(at).floor_z_tenths);
             builder.points.extend(edge.line.iter().map(|p| [p.x_m(), p.y_m(), floor_m]));
             builder.edges.push(RouteEdgeRecord {
                 length_m: edge.length_m,
@@ -241,29 +244,29 @@ fn add_graph(
         }
     }
     let is_wanted =
-        |p: &&Portal| p.ends.iter().all(|end| input.options.wants_storey(input.grids[end.storey].head.map_storey));
+        |p: &&Portal| p.ends.iter().all(|end| input.options.wants_storey(input.grids.head(end.storey).map_storey));
     // A portal to a storey that is not selected has staging nodes but no edge.
     for portal in portals.iter().filter(is_wanted) {
         let nodes = portal.ends.map(|end| {
             let at = free_spaces[end.storey].middle(end.cell);
-            let map_storey = input.grids[end.storey].head.map_storey;
+            let head = input.grids.head(end.storey);
             let is_it = |n: &RouteNodeRecord| {
                 n.kind == NodeKind::Staging
-                    && (n.of, n.map_storey) == (portal.element as u32, map_storey)
+                    && (n.of, n.map_storey) == (portal.element as u32, head.map_storey)
                     && n.position_in_map_m[..2] == at.coordinates_m()
             };
             builder.nodes.iter().position(is_it).unwrap_or_else(|| {
                 // Not reachable for this robot.
                 let clearance_m = free_spaces[end.storey].clearance_of(end.cell);
                 let of = portal.element as u32;
-                builder.nodes.push(node_record(input, free_spaces, end.storey, at, NodeKind::Staging, of, clearance_m));
+                builder.nodes.push(node_record(head, at, NodeKind::Staging, of, clearance_m));
                 builder.nodes.len() - 1
             }) as u32
         });
         let first_point = builder.points.len() as u32;
         let ends = portal.ends.map(|end| {
             let at = free_spaces[end.storey].middle(end.cell);
-            [at.x_m(), at.y_m(), metres(input.grids[end.storey].head.floor_z_tenths)]
+            [at.x_m(), at.y_m(), metres(input.grids.head(end.storey).floor_z_tenths)]
         });
         let is_stepped = matches!(portal.kind, EdgeKind::Stair | EdgeKind::Escalator);
         let traversal =
@@ -287,23 +290,33 @@ fn add_graph(
     }
 }
 
-fn node_record(
-    input: &MissionPlanInput<'_>,
-    free_spaces: &[&FreeSpace],
-    storey: usize,
-    at: frames::Point2<frames::Map>,
-    kind: NodeKind,
-    of: u32,
-    clearance_m: f64,
-) -> RouteNodeRecord {
-    let (grid, spec) = (&input.grids[storey], &free_spaces[storey].spec);
-    let space = spec.cell_at(at).map_or(0, |cell| grid.space[spec.index(cell)]);
+/// A node whose space is not known yet.
+fn node_record(head: &GridHead, at: Point2<Map>, kind: NodeKind, of: u32, clearance_m: f64) -> RouteNodeRecord {
     RouteNodeRecord {
-        position_in_map_m: [at.x_m(), at.y_m(), metres(grid.head.floor_z_tenths)],
+        position_in_map_m: [at.x_m(), at.y_m(), metres(head.floor_z_tenths)],
         clearance_m,
         kind: kind.into(),
-        map_storey: grid.head.map_storey,
+        map_storey: head.map_storey,
         of,
-        space: u32::from(space).checked_sub(1).unwrap_or(NONE),
+        space: NONE,
+    }
+}
+
+/// The space in which each node lies, storey by storey.
+fn find_spaces_of_nodes(nodes: &mut [RouteNodeRecord], grids: &dyn MapGrids) {
+    for at in 0..grids.count() {
+        let map_storey = grids.head(at).map_storey;
+        if !nodes.iter().any(|node| node.map_storey == map_storey) {
+            continue;
+        }
+        grids.with(at, |grid| {
+            let spec = grid.spec();
+            for node in nodes.iter_mut().filter(|node| node.map_storey == map_storey) {
+                let [x_m, y_m, _] = node.position_in_map_m;
+                let cell = spec.cell_at(Point2::new(x_m, y_m));
+                let space = cell.map_or(0, |cell| grid.space[spec.index(cell)]);
+                node.space = u32::from(space).checked_sub(1).unwrap_or(NONE);
+            }
+        });
     }
 }

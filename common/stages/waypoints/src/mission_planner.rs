@@ -16,12 +16,12 @@ use crate::spaces::{Refusal, refused};
 use crate::steps::steps;
 use crate::storey_planner::{PlannedStorey, StoreySurvey, instance_of, plan_storey, survey_storey};
 use crate::tour_stops::StoreyRequest;
-use messages::{ArchiveBuffer, DoorPassageRecord, Grid, NoWaypoint, RobotProfile, space_flags};
+use messages::{ArchiveBuffer, DoorPassageRecord, MapGrids, NoWaypoint, RobotProfile, space_flags};
 use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Storeys of more cells are surveyed one after the other.
-const MAX_CELLS_AT_ONCE: usize = 50_000_000;
+/// Storeys of more cells are planned one after the other.
+const MAX_CELLS_AT_ONCE: usize = 20_000_000;
 
 /// A planner that caches free space and plan of each storey by the hash of their inputs.
 ///
@@ -57,13 +57,12 @@ impl MissionPlanner {
         let refusals: Vec<Option<Refusal>> =
             (0..site.spaces.len()).map(|k| refused(site, schedule_state, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, schedule_state, since_s));
-        let jobs = input.grids.iter().enumerate();
-        let jobs =
-            jobs.map(|(at, grid)| StoreyJob::new(input, at, grid, &refusals, &reached, &portals, changed.as_deref()));
+        let jobs = (0..input.grids.count())
+            .map(|at| StoreyJob::new(input, at, &refusals, &reached, &portals, changed.as_deref()));
         jobs.zip(&self.storeys)
             .map(|(job, (_, planned))| {
                 let (instance, centroids) = job.with(input, free_spaces[job.at], instance_of);
-                let map_storey = job.grid.head.map_storey;
+                let map_storey = input.grids.head(job.at).map_storey;
                 StoreyInstance { map_storey, instance, centroids, reached_m2: planned.reached_m2 }
             })
             .collect()
@@ -81,10 +80,8 @@ impl MissionPlanner {
         let refusals: Vec<Option<Refusal>> =
             (0..site.spaces.len()).map(|k| refused(site, schedule_state, options, k)).collect();
         let changed = options.changed_since_s.map(|since_s| changed_elements(site, schedule_state, since_s));
-        let jobs: Vec<StoreyJob<'_>> = grids
-            .iter()
-            .enumerate()
-            .map(|(at, grid)| StoreyJob::new(input, at, grid, &refusals, &reached, &portals, changed.as_deref()))
+        let jobs: Vec<StoreyJob<'_>> = (0..grids.count())
+            .map(|at| StoreyJob::new(input, at, &refusals, &reached, &portals, changed.as_deref()))
             .collect();
         let kept = &mut self.storeys;
         kept.resize_with(jobs.len(), || (0, PlannedStorey::default()));
@@ -92,27 +89,35 @@ impl MissionPlanner {
         *kept = if options.scans && options.has_budget() {
             planned_within_budget(input, &jobs, &free_spaces, old)
         } else {
-            jobs.par_iter().zip(old).map(|(job, old)| job.planned(input, free_spaces[job.at], old)).collect()
+            at_each_storey(grids, jobs.iter().zip(old).collect(), |(job, old)| {
+                job.planned(input, free_spaces[job.at], old)
+            })
         };
         let planned_storeys: Vec<&PlannedStorey> = kept.iter().map(|k| &k.1).collect();
         let parts = floor_parts(input, &free_spaces, &reached, &properties);
         assemble(input, &free_spaces, &planned_storeys, refusals, &reached, &portals, parts).finish()
     }
 
-    fn update_free_spaces(&mut self, grids: &[Grid<'_>], robot: &RobotProfile) {
+    fn update_free_spaces(&mut self, grids: &dyn MapGrids, robot: &RobotProfile) {
         let old = std::mem::take(&mut self.free_spaces);
         let mut old: Vec<Option<(u64, FreeSpace)>> = old.into_iter().map(Some).collect();
-        old.resize_with(grids.len(), || None);
-        let free_space = |(grid, old): (&Grid<'_>, Option<(u64, FreeSpace)>)| {
-            let input_hash = grid.content_hash() ^ robot.radius_m.to_bits().rotate_left(17);
-            old.filter(|o| o.0 == input_hash).unwrap_or_else(|| (input_hash, FreeSpace::of(grid, robot.radius_m)))
+        old.resize_with(grids.count(), || None);
+        let free_space = |(at, old): (usize, Option<(u64, FreeSpace)>)| {
+            let input_hash = grids.content_hash(at) ^ robot.radius_m.to_bits().rotate_left(17);
+            let made = || grids.with(at, |grid| FreeSpace::of(grid, robot.radius_m));
+            old.filter(|o| o.0 == input_hash).unwrap_or_else(|| (input_hash, made()))
         };
-        // While it is made, it needs ten times the room that it takes.
-        self.free_spaces = if grids.iter().any(|grid| grid.spec().n_cells() > MAX_CELLS_AT_ONCE) {
-            grids.iter().zip(old).map(free_space).collect()
-        } else {
-            grids.par_iter().zip(old).map(free_space).collect()
-        };
+        self.free_spaces = at_each_storey(grids, old.into_iter().enumerate().collect(), free_space);
+    }
+}
+
+/// The results of work on each storey: on all threads, or one after the other if they are large, because a storey takes up to
+/// twenty bytes a cell while it is worked on.
+fn at_each_storey<I: Send, T: Send>(grids: &dyn MapGrids, inputs: Vec<I>, work: impl Fn(I) -> T + Sync) -> Vec<T> {
+    if grids.heads().any(|head| head.spec().n_cells() > MAX_CELLS_AT_ONCE) {
+        inputs.into_iter().map(work).collect()
+    } else {
+        inputs.into_par_iter().map(&work).collect()
     }
 }
 
@@ -134,7 +139,9 @@ fn reached(
     let properties: Vec<Vec<PartProperties>> = free_spaces
         .iter()
         .enumerate()
-        .map(|(storey, free_space)| part_properties(input, storey, free_space, portals))
+        .map(|(storey, free_space)| {
+            input.grids.with(storey, |grid| part_properties(input, storey, grid, free_space, portals))
+        })
         .collect();
     let first: Vec<u32> = free_spaces
         .iter()
@@ -158,13 +165,12 @@ fn planned_within_budget(
         return old;
     }
     let surveys: Vec<StoreySurvey> =
-        jobs.par_iter().map(|job| job.with(input, free_spaces[job.at], survey_storey)).collect();
+        at_each_storey(input.grids, jobs.iter().collect(), |job| job.with(input, free_spaces[job.at], survey_storey));
     let growths: Vec<&[GrownScan]> = surveys.iter().map(StoreySurvey::growth_to_goal).collect();
     let plan = |counts: &[usize]| {
-        let planned = jobs.par_iter().zip(&surveys).zip(counts).map(|((job, survey), &n)| {
+        at_each_storey(input.grids, jobs.iter().zip(&surveys).zip(counts).collect(), |((job, survey), &n)| {
             job.with(input, free_spaces[job.at], |storey, request| plan_storey(storey, request, survey, Some(n)))
-        });
-        planned.collect()
+        })
     };
     within_budget(input.options, &growths, plan).into_iter().map(|planned| (now, planned)).collect()
 }
@@ -172,7 +178,9 @@ fn planned_within_budget(
 /// The inputs of planning one storey.
 struct StoreyJob<'a> {
     at: usize,
-    grid: &'a Grid<'a>,
+    map_storey: u32,
+    /// Hash of its grid.
+    grid_hash: u64,
     spaces: Vec<usize>,
     may_scan: Vec<bool>,
     passages: Vec<DoorPassageRecord>,
@@ -186,14 +194,13 @@ impl<'a> StoreyJob<'a> {
     fn new(
         input: &MissionPlanInput<'a>,
         at: usize,
-        grid: &'a Grid<'a>,
         refusals: &[Option<Refusal>],
         reached: &'a Reachability,
         portals: &[Portal],
         changed: Option<&'a [usize]>,
     ) -> Self {
-        let site = input.site;
-        let is_here = |space: usize| site.spaces[space].map_storey == grid.head.map_storey;
+        let (site, map_storey) = (input.site, input.grids.head(at).map_storey);
+        let is_here = |space: usize| site.spaces[space].map_storey == map_storey;
         // Scans outside of spaces are allowed unless spaces are selected.
         let mut may_scan = vec![input.options.spaces.is_empty(); site.spaces.len() + 1];
         for (space, refusal) in refusals.iter().enumerate() {
@@ -208,10 +215,11 @@ impl<'a> StoreyJob<'a> {
         stagings.dedup();
         Self {
             at,
-            grid,
+            map_storey,
+            grid_hash: input.grids.content_hash(at),
             spaces: (0..site.spaces.len()).filter(|&k| refusals[k].is_none() && is_here(k)).collect(),
             may_scan,
-            passages: input.index.doors.iter().filter(|d| d.map_storey == grid.head.map_storey).copied().collect(),
+            passages: input.index.doors.iter().filter(|d| d.map_storey == map_storey).copied().collect(),
             reached: &reached.parts[at],
             entries: &reached.entries[at],
             stagings,
@@ -230,14 +238,13 @@ impl<'a> StoreyJob<'a> {
             }
             hash.update(&n.to_le_bytes());
         };
-        numbers(&mut [input.site.content_hash(), self.grid.content_hash()].into_iter(), &mut hash);
+        numbers(&mut [input.site.content_hash(), self.grid_hash].into_iter(), &mut hash);
         hash.update(bytemuck::bytes_of(&input.index.head.robot));
         hash.update(format!("{:?}", input.options).as_bytes());
         hash.update(bytemuck::cast_slice(&self.passages));
         numbers(&mut self.spaces.iter().map(|&k| k as u64), &mut hash);
-        let is_here = |space: &usize| {
-            space.checked_sub(1).is_none_or(|s| input.site.spaces[s].map_storey == self.grid.head.map_storey)
-        };
+        let is_here =
+            |space: &usize| space.checked_sub(1).is_none_or(|s| input.site.spaces[s].map_storey == self.map_storey);
         let may_scan = self.may_scan.iter().enumerate().filter(|(space, _)| is_here(space));
         numbers(&mut may_scan.map(|(_, &b)| u64::from(b)), &mut hash);
         numbers(&mut self.reached.iter().map(|&b| u64::from(b)), &mut hash);
@@ -275,25 +282,27 @@ impl<'a> StoreyJob<'a> {
         free_space: &FreeSpace,
         work: impl Fn(&StoreyInputs<'_>, &StoreyRequest<'_>) -> T,
     ) -> T {
-        let targets = self.changed.map(|elements| cells_of(input.site, self.grid, elements));
-        let storey = StoreyInputs {
-            site: input.site,
-            schedule_state: input.schedule_state,
-            grid: self.grid,
-            free_space,
-            robot: &input.index.head.robot,
-            passages: &self.passages,
-            reached: self.reached,
-        };
-        let request = StoreyRequest {
-            options: input.options,
-            spaces: &self.spaces,
-            may_scan: &self.may_scan,
-            changed: self.changed,
-            targets: targets.as_deref(),
-            entries: self.entries,
-            stagings: &self.stagings,
-        };
-        work(&storey, &request)
+        input.grids.with(self.at, |grid| {
+            let targets = self.changed.map(|elements| cells_of(input.site, grid, elements));
+            let storey = StoreyInputs {
+                site: input.site,
+                schedule_state: input.schedule_state,
+                grid,
+                free_space,
+                robot: &input.index.head.robot,
+                passages: &self.passages,
+                reached: self.reached,
+            };
+            let request = StoreyRequest {
+                options: input.options,
+                spaces: &self.spaces,
+                may_scan: &self.may_scan,
+                changed: self.changed,
+                targets: targets.as_deref(),
+                entries: self.entries,
+                stagings: &self.stagings,
+            };
+            work(&storey, &request)
+        })
     }
 }

@@ -5,7 +5,7 @@ use crate::input::MissionPlanInput;
 use crate::options::Start;
 use frames::{Map, Point2};
 use grid::Cell;
-use messages::Site;
+use messages::{Grid, Site};
 
 /// Maximum distance by which a start is moved to free space; poses are not known more precisely.
 const START_TOLERANCE_M: f64 = 0.3;
@@ -45,20 +45,23 @@ fn cell_at_start(free_space: &FreeSpace, start: Start) -> Option<usize> {
 /// # Errors
 /// A text with the reason and the nearest possible start.
 pub fn check_start(input: &MissionPlanInput<'_>, start: Start) -> Result<bool, String> {
-    let Some(grid) = input.grids.get(start.storey as usize) else { return Ok(false) };
-    if grid.floor.iter().all(|&floor| floor == 0) {
+    if input.grids.count() <= start.storey as usize {
         return Ok(false);
     }
-    let free_space = FreeSpace::of(grid, input.index.head.robot.radius_m);
-    match cell_at_start(&free_space, start) {
-        Some(_) => Ok(true),
-        None => Err(why_blocked(input, &free_space, start)),
-    }
+    input.grids.with(start.storey as usize, |grid| {
+        if grid.floor.iter().all(|&floor| floor == 0) {
+            return Ok(false);
+        }
+        let free_space = FreeSpace::of(grid, input.index.head.robot.radius_m);
+        match cell_at_start(&free_space, start) {
+            Some(_) => Ok(true),
+            None => Err(why_blocked(input.site, grid, &free_space, start)),
+        }
+    })
 }
 
 /// Text with the reason why the robot cannot stand at a start on an existing storey, and the nearest possible start.
-pub(crate) fn why_blocked(input: &MissionPlanInput<'_>, free_space: &FreeSpace, start: Start) -> String {
-    let (site, grid) = (input.site, &input.grids[start.storey as usize]);
+pub(crate) fn why_blocked(site: &Site<'_>, grid: &Grid<'_>, free_space: &FreeSpace, start: Start) -> String {
     let p = Point2::<Map>::new(start.x_m, start.y_m);
     let why = match free_space.spec.cell_at(p).map(|cell| free_space.spec.index(cell)) {
         None => "it lies outside of the map",

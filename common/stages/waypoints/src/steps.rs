@@ -4,7 +4,7 @@ use crate::free_space::FreeSpace;
 use crate::portal::{Portal, Staging, length_m, staging};
 use frames::{Map, Point2, metres};
 use grid::Cell;
-use messages::{EdgeKind, ElementState, Grid, NONE, RobotProfile, ScheduleState, Site, element_flags};
+use messages::{EdgeKind, ElementState, Grid, MapGrids, NONE, RobotProfile, ScheduleState, Site, element_flags};
 
 /// Maximum height of a step between two levels, in tenths of a millimetre.
 const MAX_STEP_TENTHS: i32 = 6_000;
@@ -27,7 +27,7 @@ pub(crate) fn steps(
     site: &Site<'_>,
     schedule_state: &ScheduleState<'_>,
     robot: &RobotProfile,
-    grids: &[Grid<'_>],
+    grids: &dyn MapGrids,
     free_spaces: &[&FreeSpace],
 ) -> Vec<Portal> {
     let mut found = Vec::new();
@@ -42,9 +42,11 @@ pub(crate) fn steps(
             }
             let rise_m = metres(rise_tenths);
             let usable = rise_m <= robot.step_height_m || robot.climbs_stairs == 1 && rise_m <= RISER_M;
-            let pair = LevelPair { grids, free_spaces, low, high };
-            let shared = if rise_m <= robot.step_height_m { pair.shared() } else { Vec::new() };
-            let ends = if shared.is_empty() { pair.beside(robot) } else { shared };
+            let pair = LevelPair { free_spaces, low, high };
+            let mut ends = if rise_m <= robot.step_height_m { pair.shared() } else { Vec::new() };
+            if ends.is_empty() {
+                ends = grids.with(low, |below| grids.with(high, |above| pair.beside(robot, [below, above])));
+            }
             for ends in ends {
                 let element = floor_at(site, schedule_state, free_spaces[high].middle(ends[1].cell), z(high));
                 let length_m = length_m(site, free_spaces, ends);
@@ -74,7 +76,6 @@ fn floor_at(site: &Site<'_>, schedule_state: &ScheduleState<'_>, at: Point2<Map>
 
 /// Two adjacent levels.
 struct LevelPair<'a> {
-    grids: &'a [Grid<'a>],
     free_spaces: &'a [&'a FreeSpace],
     low: usize,
     high: usize,
@@ -96,8 +97,9 @@ impl LevelPair<'_> {
         [i64::from(at.column) + i64::from(spec.first_cell[0]), i64::from(at.row) + i64::from(spec.first_cell[1])]
     }
 
-    fn is_free(&self, storey: usize, place: [i64; 2]) -> Option<usize> {
-        self.cell(storey, place).filter(|&cell| self.grids[storey].planning[cell] == 0)
+    /// The cell of a level at a place, if it is free.
+    fn free_cell(&self, storey: usize, grid: &Grid<'_>, place: [i64; 2]) -> Option<usize> {
+        self.cell(storey, place).filter(|&cell| grid.planning[cell] == 0)
     }
 
     /// Places in the free space of both levels, where the height difference is within the robot's step height: one for every
@@ -120,13 +122,14 @@ impl LevelPair<'_> {
         found
     }
 
-    /// Staging poses on both sides of every stretch where free floor of one level adjoins that of the other.
-    fn beside(&self, robot: &RobotProfile) -> Vec<[Staging; 2]> {
+    /// Staging poses on both sides of every stretch where free floor of one level adjoins that of the other; `grids` are
+    /// those of the lower and the upper level.
+    fn beside(&self, robot: &RobotProfile, grids: [&Grid<'_>; 2]) -> Vec<[Staging; 2]> {
         let mut contacts: Vec<([i64; 2], usize)> = Vec::new();
         let high = self.free_spaces[self.high];
-        for cell in (0..high.spec.n_cells()).filter(|&cell| self.grids[self.high].planning[cell] == 0) {
+        for cell in (0..high.spec.n_cells()).filter(|&cell| grids[1].planning[cell] == 0) {
             let place = self.place(self.high, cell);
-            contacts.extend(DIRECTIONS.iter().find_map(|d| self.across(place, *d)).map(|below| (place, below)));
+            contacts.extend(DIRECTIONS.iter().find_map(|d| self.across(grids, place, *d)).map(|below| (place, below)));
         }
         let min_cells = (2.0 * robot.radius_m / high.spec.resolution_m()).ceil() as usize;
         let stretches = stretches(&contacts).into_iter().filter(|stretch| stretch.len() >= min_cells);
@@ -134,16 +137,16 @@ impl LevelPair<'_> {
     }
 
     /// The first free cell of the lower level across the edge in a direction, if there is no obstacle between.
-    fn across(&self, place: [i64; 2], direction: [i64; 2]) -> Option<usize> {
+    fn across(&self, [below, above]: [&Grid<'_>; 2], place: [i64; 2], direction: [i64; 2]) -> Option<usize> {
         let ahead = |n: i64| [place[0] + n * direction[0], place[1] + n * direction[1]];
-        if self.is_free(self.high, ahead(1)).is_some() {
+        if self.free_cell(self.high, above, ahead(1)).is_some() {
             return None;
         }
         for n in 1..=EDGE_CELLS {
-            if let Some(below) = self.is_free(self.low, ahead(n)) {
-                return Some(below);
+            if let Some(cell) = self.free_cell(self.low, below, ahead(n)) {
+                return Some(cell);
             }
-            if self.cell(self.high, ahead(n)).is_none_or(|cell| self.grids[self.high].planning[cell] > 0) {
+            if self.cell(self.high, ahead(n)).is_none_or(|cell| above.planning[cell] > 0) {
                 return None;
             }
         }
@@ -214,7 +217,7 @@ mod tests {
         let buffers = [drawn(high), drawn(low)];
         let grids = buffers.each_ref().map(|b| Grid::open(b.bytes()).unwrap());
         let free_spaces = grids.each_ref().map(|g| FreeSpace::of(g, robot.radius_m));
-        let steps = steps(&site, &schedule_state, &robot, &grids, &free_spaces.each_ref());
+        let steps = steps(&site, &schedule_state, &robot, &grids.as_slice(), &free_spaces.each_ref());
         steps.iter().map(|s| (s.kind, s.usable, s.ends.map(|e| e.storey as u32))).collect()
     }
 

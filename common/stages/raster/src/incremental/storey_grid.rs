@@ -153,9 +153,9 @@ impl StoreyGrid {
         self.content_hash = self.writer().seal();
     }
 
-    /// Frees what only a later draw would need.
-    pub(crate) fn finish(&mut self) {
-        (self.flags, self.margins) = (Vec::new(), Vec::new());
+    /// The archive, given up; what only a later draw would need is freed.
+    pub(crate) fn into_archive(self) -> ArchiveBuffer {
+        self.archive
     }
 
     fn writer(&mut self) -> GridWriter<'_> {

@@ -102,7 +102,7 @@ impl Planned {
         let mission_plan = self.mission_plan();
         let nothing: Vec<&[(u32, LazyFootprint)]> = vec![&[]; self.archives.grids.len()];
         let files = self.archives.with(options, |input| {
-            let resolution_m = input.grids[0].spec().resolution_m();
+            let resolution_m = input.grids.head(0).spec().resolution_m();
             export::files(
                 &ExportInput {
                     site: input.site,

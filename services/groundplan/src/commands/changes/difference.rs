@@ -3,7 +3,7 @@
 use super::list::{CauseJson, Causes};
 use crate::date_argument;
 use crate::failure::Failure;
-use crate::maps::with_maps;
+use crate::maps::{MapInputs, with_maps};
 use crate::progress_line::ProgressLine;
 use daemon::Robot;
 use messages::{DoorPassage, NONE, ScheduleState, Site};
@@ -84,7 +84,8 @@ impl Side {
         let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
         let schedule_state = ScheduleState::open(schedule_state.bytes()).map_err(Failure::work)?;
         let options = MissionPlanOptions::centres_only();
-        with_maps(site, &schedule_state, rasterizer, robot, &options, progress, |maps| {
+        let inputs = MapInputs { site, schedule_state: &schedule_state, robot, options: &options, progress };
+        with_maps(&inputs, rasterizer, |maps| {
             let mut doors = vec![DoorPassage::Absent; site.doors.len()];
             for record in export::each_door(site, maps.index.doors) {
                 doors[record.door as usize] = record.passage.get();

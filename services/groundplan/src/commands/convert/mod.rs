@@ -69,22 +69,21 @@ impl Run for Args {
             debug!(tasks = site.schedule.tasks.len(), elapsed_us = micros(started), "schedule evaluated");
             let slice_progress = |done: usize, total: usize| progress.step("slicing", done, total);
             let resolution_m = self.robot.resolution;
-            let rasterizer = Rasterizer::with_progress(&site, &robot.profile, resolution_m, &slice_progress)
+            let mut rasterizer = Rasterizer::with_progress(&site, &robot.profile, resolution_m, &slice_progress)
                 .map_err(Failure::work)?;
-            let is_drawn_once = !matches!(requested_maps, RequestedMaps::EveryChange);
-            let mut job = Job {
+            let job = Job {
                 arguments: self,
                 robot: &robot,
                 options: &options,
                 world: world.as_ref(),
                 site: &site,
-                rasterizer: if is_drawn_once { rasterizer.once() } else { rasterizer },
+                progress: &progress,
                 folder: folder.as_ref(),
             };
             let schedule_states = match requested_maps {
                 RequestedMaps::Everything => {
                     let schedule_state = everything_built(&site, timeline);
-                    vec![job.replace(&progress, &schedule_state, None)?]
+                    vec![job.replace(&mut rasterizer, &schedule_state, None)?]
                 }
                 RequestedMaps::At(period) if self.probability => {
                     let timeline = timeline?;
@@ -93,13 +92,13 @@ impl Run for Args {
                     let there: Vec<f64> = probabilities.elements(period).into_iter().map(|e| e.there).collect();
                     let schedule_state = probabilities.schedule_state(period).finish();
                     let probability = probability_input(probabilities.uncertainty(), &there);
-                    vec![job.replace(&progress, &schedule_state, Some(probability))?]
+                    vec![job.replace(&mut rasterizer, &schedule_state, Some(probability))?]
                 }
                 RequestedMaps::At(period) => {
                     let schedule_state = timeline?.schedule_state(period).finish();
-                    vec![job.replace(&progress, &schedule_state, None)?]
+                    vec![job.replace(&mut rasterizer, &schedule_state, None)?]
                 }
-                RequestedMaps::EveryChange => job.replace_by_all(&progress, &timeline?)?,
+                RequestedMaps::EveryChange => job.replace_by_all(&mut rasterizer, &timeline?)?,
             };
             debug!(elapsed_us = micros(started), "output swapped in");
             let outputs = Outputs { out: self.out.clone(), mcap: self.mcap.clone() };

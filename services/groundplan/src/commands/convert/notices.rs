@@ -12,7 +12,7 @@ const NO_FLOOR: &str = "warning: the model holds no floor (slab, covering, ramp)
 pub(super) fn notices(input: &ExportInput<'_>) -> Vec<String> {
     let site = input.site;
     let mut kinds = Kinds::default();
-    if input.grids.iter().any(|grid| grid.head.floor == FloorKind::Missing) {
+    if input.grids.heads().any(|head| head.floor == FloorKind::Missing) {
         kinds.add("floor_missing", NO_FLOOR.to_owned());
     }
     if let Some(line) = assumed_floors(input) {
@@ -57,7 +57,7 @@ fn assumed_floors(input: &ExportInput<'_>) -> Option<String> {
             FloorKind::AssumedFromEnclosure => Some(format!("{name:?} {floor_m2:.1} m2 from what its walls enclose")),
         }
     };
-    let storeys: Vec<String> = input.grids.iter().filter_map(storey).collect();
+    let storeys: Vec<String> = input.grids.each(storey).flatten().collect();
     let why = "warning: the model has too little floor (slabs, coverings, ramps), so it is assumed";
     (!storeys.is_empty()).then(|| format!("{why}: {}", storeys.join(", ")))
 }

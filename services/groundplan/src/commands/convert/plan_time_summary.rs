@@ -46,7 +46,7 @@ impl PlanTimeSummary {
         Self {
             plan_time: head.plan_time().map(|t| t.to_string()),
             plan_until: head.plan_until().map(|t| t.to_string()),
-            storeys: input.grids.iter().map(|grid| storey_line(input, grid)).collect(),
+            storeys: input.grids.each(|grid| storey_line(input, grid)).collect(),
             waypoints: input.mission_plan.waypoints.len(),
             scans: ScanSummary::of(input.mission_plan),
             schedule_ignored: export::schedule_ignored(input.site, input.schedule_state),
