@@ -1,6 +1,6 @@
 //! Finds the elements and spaces that tasks work on, by a table and by rules.
 //!
-//! Linear in tasks, targets and links: targets are indexed by a value that the task has to have.
+//! Linear in tasks, targets and links: targets are indexed by the values that the task has to have.
 
 use crate::effect::Effect;
 use crate::link_rules::{EffectChoice, LinkRule, LinkRules};
@@ -152,39 +152,38 @@ fn candidates(site: &Site<'_>, rule: &LinkRule, targets: &[Target]) -> Vec<Targe
     targets.iter().copied().filter(fits).collect()
 }
 
-/// Targets of a rule by the first value that the task has to have.
+/// Targets of a rule by the values that the task has to have.
 pub(crate) struct Candidates<'r> {
-    by_value: HashMap<String, Vec<usize>>,
+    /// By their values for `keys`, joined.
+    by_values: HashMap<String, Vec<usize>>,
     targets: Vec<Target>,
+    keys: Vec<&'r TaskValue>,
     /// Values of each target for each further value that the task has to have.
     further: Vec<(&'r TaskValue, Vec<Vec<String>>)>,
-    key: Option<&'r TaskValue>,
 }
 
 impl<'r> Candidates<'r> {
     pub(crate) fn of(site: &Site<'_>, rule: &'r LinkRule, targets: Vec<Target>) -> Self {
-        let mut equal = rule.elements.values.iter().filter_map(|(value, selector)| match selector {
-            Selector::Equals(task) => Some((value, task)),
-            Selector::Fits(_) => None,
-        });
-        let mut by_value: HashMap<String, Vec<usize>> = HashMap::new();
-        let key = equal.next().map(|(value, task)| {
-            for (k, target) in targets.iter().enumerate() {
-                value.of(site, *target).into_iter().for_each(|text| by_value.entry(text).or_default().push(k));
+        let mut equal = Vec::new();
+        for (value, selector) in &rule.elements.values {
+            if let Selector::Equals(task) = selector {
+                equal.push((task, targets.iter().map(|target| value.of(site, *target)).collect::<Vec<_>>()));
             }
-            task
-        });
-        let values = |value: &TargetValue| targets.iter().map(|target| value.of(site, *target)).collect();
-        let further = equal.map(|(value, task)| (task, values(value))).collect();
-        Self { by_value, targets, further, key }
+        }
+        let further = equal.split_off(n_keys(&equal));
+        let mut by_values: HashMap<String, Vec<usize>> = HashMap::new();
+        for k in 0..targets.len() {
+            let values = equal.iter().map(|(_, of_targets)| of_targets[k].as_slice());
+            combined(values).into_iter().for_each(|key| by_values.entry(key).or_default().push(k));
+        }
+        Self { by_values, targets, keys: equal.into_iter().map(|(task, _)| task).collect(), further }
     }
 
     /// What a task works on, each once.
     pub(crate) fn of_task(&self, task: &PlanTask) -> Vec<Target> {
-        let mut found: Vec<usize> = match self.key {
-            Some(key) => key.of(task).iter().filter_map(|text| self.by_value.get(text)).flatten().copied().collect(),
-            None => (0..self.targets.len()).collect(),
-        };
+        let values: Vec<Vec<String>> = self.keys.iter().map(|key| key.of(task)).collect();
+        let keys = combined(values.iter().map(Vec::as_slice));
+        let mut found: Vec<usize> = keys.iter().filter_map(|key| self.by_values.get(key)).flatten().copied().collect();
         for (value, of_targets) in &self.further {
             let wanted = value.of(task);
             found.retain(|k| of_targets[*k].iter().any(|text| wanted.contains(text)));
@@ -193,6 +192,26 @@ impl<'r> Candidates<'r> {
         found.dedup();
         found.into_iter().map(|k| self.targets[k]).collect()
     }
+}
+
+/// How many of the values are combined into keys: so many that there are no more keys than links.
+fn n_keys(equal: &[(&TaskValue, Vec<Vec<String>>)]) -> usize {
+    let Some((_, first)) = equal.first() else { return 0 };
+    let mut n_of_targets = vec![1_usize; first.len()];
+    for (k, (_, of_targets)) in equal.iter().enumerate() {
+        n_of_targets.iter_mut().zip(of_targets).for_each(|(n, values)| *n = n.saturating_mul(values.len()));
+        if k > 0 && n_of_targets.iter().fold(0_usize, |all, n| all.saturating_add(*n)) > MAX_LINKS {
+            return k;
+        }
+    }
+    equal.len()
+}
+
+/// Every way to take one value of each list, joined with their lengths before them; one empty text of no list.
+fn combined<'v>(lists: impl Iterator<Item = &'v [String]>) -> Vec<String> {
+    lists.fold(vec![String::new()], |keys, values| {
+        keys.iter().flat_map(|key| values.iter().map(move |value| format!("{key}{}:{value}", value.len()))).collect()
+    })
 }
 
 fn link_by_table(
