@@ -55,6 +55,10 @@ codes! {
     MapConversionDoubtful = "map_conversion_doubtful",
     /// A map conversion that cannot be used.
     MapConversionUnusable = "map_conversion_unusable",
+    /// An assignment to a group or classification that is not in the file.
+    MembershipDangling = "membership_dangling",
+    /// More groups and classifications of objects than the limit.
+    MembershipsTooMany = "memberships_too_many",
     /// Openings, or other cuts, that would take the kernel too long.
     OpeningsNotCut = "openings_not_cut",
     /// A placement that cannot be used.
@@ -109,6 +113,8 @@ codes! {
     MapScalesDiffer = "map_scales_differ",
     /// Files in different projected systems.
     ProjectedSystemsDiffer = "projected_systems_differ",
+    /// More contacts of spaces and elements than the limit.
+    SpaceContactsTooMany = "space_contacts_too_many",
     /// A space without a body.
     SpaceWithoutBody = "space_without_body",
     /// A measure of a stair that its body contradicts.

@@ -22,6 +22,25 @@ pub struct ExportInput<'a> {
     pub resolution_m: f64,
     /// True to write vertices, faces and edges of every element into `semantic.json`.
     pub with_geometry: bool,
+    /// Probabilities that the schedule state was decided by; `None` if it is that of the plan.
+    pub probability: Option<ProbabilityInput<'a>>,
+}
+
+/// How probable it is that elements are there, and what counts as certain.
+#[derive(Debug, Clone, Copy)]
+pub struct ProbabilityInput<'a> {
+    /// How often the schedule was simulated.
+    pub runs: u32,
+    /// Seed of the drawn durations.
+    pub seed: u32,
+    /// What is there with a higher probability is an obstacle.
+    pub obstacle_above: f64,
+    /// What stands with a higher probability carries floor.
+    pub floor_above: f64,
+    /// A space that is open with a lower probability is blocked.
+    pub open_above: f64,
+    /// Probability from 0 to 1 that each element of the site is there: in progress, built or being removed.
+    pub there: &'a [f64],
 }
 
 impl<'a> ExportInput<'a> {
@@ -36,8 +55,18 @@ impl<'a> ExportInput<'a> {
         mission_plan: &'a MissionPlan<'a>,
     ) -> Option<Self> {
         let resolution_m = grids.first()?.spec().resolution_m();
-        let (footprints, with_geometry) = (&[], false);
-        Some(Self { site, schedule_state, index, grids, mission_plan, footprints, resolution_m, with_geometry })
+        let (footprints, with_geometry, probability) = (&[], false, None);
+        Some(Self {
+            site,
+            schedule_state,
+            index,
+            grids,
+            mission_plan,
+            footprints,
+            resolution_m,
+            with_geometry,
+            probability,
+        })
     }
 
     /// True if there are maps of a map storey.

@@ -24,6 +24,8 @@
 //! - `storeys/*/route.geojson`: this storey's ways for Nav2's route server; stairs that lead away from it as collections of
 //!   one line, which Nav2 skips.
 //! - `storeys/*/waypoints.yaml`: for Nav2's waypoint panel.
+//! - `storeys/*/probability.{pgm,yaml}`, if the schedule state was decided by probabilities: the probability that an obstacle
+//!   is in a cell, in per cent, as a map in the mode `scale`; `probability.png` for people.
 //! - `storeys/*/semantic.png`, `waypoints.png`, `classes.png`: for people; class ids for programs.
 //!
 //! In all JSON documents keys of measures end with their unit, and what there is not is null, never an empty text. Their
@@ -62,6 +64,7 @@ mod maps;
 mod mission_plan_picture;
 mod output_folder;
 mod pictures;
+mod probability_layer;
 mod reach;
 mod report;
 mod route;
@@ -77,7 +80,7 @@ mod waypoints;
 pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
 pub use door_report::{each_door, reason_text};
 pub use folders::{storey_folder, sums};
-pub use input::{ExportFile, ExportInput};
+pub use input::{ExportFile, ExportInput, ProbabilityInput};
 pub use json::text as json_text;
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
 pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
@@ -114,6 +117,9 @@ pub fn files(input: &ExportInput<'_>, more: Vec<ExportFile>) -> Vec<ExportFile> 
         let folder = storey_folder(input.site, grid.head.map_storey, storey);
         files.extend(maps::files(&folder, grid));
         files.extend(pictures::files(&folder, input, grid));
+        if let Some(probability) = &input.probability {
+            files.extend(probability_layer::files(&folder, input, grid, probability));
+        }
         files.push(ExportFile::new(
             format!("{folder}/waypoints.yaml"),
             waypoints::nav2_yaml(input, grid.head.map_storey),

@@ -1,7 +1,7 @@
 //! `manifest.json`: contents of an output folder and the inputs that it was made from.
 
 use crate::folders::storey_folder;
-use crate::input::{ExportFile, ExportInput};
+use crate::input::{ExportFile, ExportInput, ProbabilityInput};
 use crate::site_frame::{MapFromWorld, SiteFrameFile};
 use crate::text::{hex, text_or_null};
 use frames::metres;
@@ -77,6 +77,8 @@ pub struct Manifest {
     valid_until: Option<String>,
     /// True if the files hold a schedule that this map does not follow.
     schedule_ignored: bool,
+    /// What the maps take as certain; null if they follow the planned dates as they are.
+    probability: Option<Probability>,
     /// Metres per cell.
     resolution_m: f64,
     /// Bottom and top of the slab above the floor.
@@ -91,6 +93,28 @@ pub struct Manifest {
     storeys_left_out: Vec<u32>,
     /// sha256 of every other file.
     files: BTreeMap<String, String>,
+}
+
+/// How the states of the maps were decided from simulated schedules.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Probability {
+    /// How often the schedule was simulated.
+    runs: u32,
+    /// Seed of the drawn durations.
+    seed: u32,
+    /// An element that is there with a higher probability is an obstacle.
+    obstacle_above: f64,
+    /// An element that stands with a higher probability carries floor.
+    floor_above: f64,
+    /// A space that is open with a lower probability is blocked.
+    open_above: f64,
+}
+
+impl Probability {
+    fn of(input: &ProbabilityInput<'_>) -> Self {
+        let ProbabilityInput { runs, seed, obstacle_above, floor_above, open_above, there: _ } = *input;
+        Self { runs, seed, obstacle_above, floor_above, open_above }
+    }
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -217,6 +241,7 @@ impl Manifest {
             valid_until: plan_time.as_ref().and_then(|_| time(input.schedule_state.head.valid_until_s)),
             schedule_ignored: schedule_ignored(site, input.schedule_state),
             plan_time,
+            probability: input.probability.as_ref().map(Probability::of),
             resolution_m: crate::text::rounded(input.resolution_m),
             slab_m: input.index.head.robot.slab_m().map(crate::text::rounded),
             robot: Robot::of(input),

@@ -1,7 +1,7 @@
 //! Nav2 map files of a storey.
 
 use crate::input::ExportFile;
-use grid::{MapYaml, encode_pgm, pixel_of};
+use grid::{MapMode, MapYaml, encode_pgm, pixel_of};
 use messages::Grid;
 
 /// The three map pairs of a storey.
@@ -13,7 +13,7 @@ pub(crate) fn files(folder: &str, grid: &Grid<'_>) -> Vec<ExportFile> {
         .into_iter()
         .flat_map(|(name, layer)| {
             let image = format!("{name}.pgm");
-            let yaml = MapYaml { image: &image, spec: &spec }.to_string();
+            let yaml = MapYaml { image: &image, spec: &spec, mode: MapMode::Trinary }.to_string();
             let pgm = encode_pgm(width, |index| pixel_of(layer[index]), height);
             [ExportFile::new(format!("{folder}/{image}"), pgm), ExportFile::new(format!("{folder}/{name}.yaml"), yaml)]
         })

@@ -12,6 +12,7 @@ use messages::{
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// What everything is, by GlobalId. Lengths in metres in `map`.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -135,7 +136,7 @@ struct Attributes {
     property_sets: PropertySets,
 }
 
-/// By set and name; null where the file has an empty text.
+/// By set and name; null where the file has an empty text. What several groups or classifications have is joined with `, `.
 type PropertySets = BTreeMap<String, BTreeMap<String, Option<PropertyValue>>>;
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -379,8 +380,20 @@ fn property_sets(input: &ExportInput<'_>, attributes: &[AttributeRecord]) -> Pro
             AttributeKind::Boolean => Some(PropertyValue::Boolean(attribute.number == 1.0)),
             AttributeKind::Text => text_or_null(input.site.text(attribute.text)).map(PropertyValue::Text),
         };
-        let set = sets.entry(input.site.text(attribute.set).to_owned()).or_default();
-        set.entry(input.site.text(attribute.name).to_owned()).or_insert(value);
+        let set_name = input.site.text(attribute.set);
+        let set = sets.entry(set_name.to_owned()).or_default();
+        match set.entry(input.site.text(attribute.name).to_owned()) {
+            Entry::Vacant(place) => {
+                place.insert(value);
+            }
+            Entry::Occupied(mut place) if messages::MEMBERSHIP_SETS.contains(&set_name) => {
+                if let (Some(PropertyValue::Text(all)), Some(PropertyValue::Text(text))) = (place.get_mut(), value) {
+                    all.push_str(", ");
+                    all.push_str(&text);
+                }
+            }
+            Entry::Occupied(_) => {}
+        }
     }
     sets
 }

@@ -21,7 +21,7 @@ pub use class::Class;
 pub use distance::{nearest_marked, squared_distances};
 pub use growth::{Growth, MAX_REACH_CELLS, REACHED};
 pub use line_of_sight::LineOfSight;
-pub use nav2::{FREE, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, occupancy_of, pixel_of};
+pub use nav2::{FREE, MapMode, MapYaml, OCCUPIED, UNKNOWN, decode_pgm, encode_pgm, occupancy_of, pixel_of};
 pub use raster::{cells_of_cut, covered_cells, overlapped_cells};
 pub use rect::{CellRect, join_rects};
 pub use resample::{resampled, spec_around_moved};

@@ -64,6 +64,15 @@ pub fn decode_pgm(bytes: &[u8]) -> Option<(usize, usize, Vec<u8>)> {
     Some((width, height, pixels.chunks_exact(width).rev().flatten().copied().collect()))
 }
 
+/// How map servers read the pixels of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MapMode {
+    /// As one of three values: free, occupied, unknown.
+    Trinary,
+    /// As values from 0, white, to 100, black; nothing is unknown.
+    Scale,
+}
+
 /// The YAML text beside an image.
 #[derive(Debug, Clone, Copy)]
 pub struct MapYaml<'a> {
@@ -71,18 +80,24 @@ pub struct MapYaml<'a> {
     pub image: &'a str,
     /// Specification of the grid.
     pub spec: &'a GridSpec,
+    /// How its pixels are read.
+    pub mode: MapMode,
 }
 
 impl std::fmt::Display for MapYaml<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [x, y] = self.spec.origin_m();
         writeln!(f, "image: {}", self.image)?;
-        writeln!(f, "mode: trinary")?;
+        let (mode, occupied, free) = match self.mode {
+            MapMode::Trinary => ("trinary", "0.65", "0.196"),
+            MapMode::Scale => ("scale", "1.0", "0.0"),
+        };
+        writeln!(f, "mode: {mode}")?;
         writeln!(f, "resolution: {:?}", self.spec.resolution_m())?;
         writeln!(f, "origin: [{x:?}, {y:?}, 0.0]")?;
         writeln!(f, "negate: 0")?;
-        writeln!(f, "occupied_thresh: 0.65")?;
-        writeln!(f, "free_thresh: 0.196")
+        writeln!(f, "occupied_thresh: {occupied}")?;
+        writeln!(f, "free_thresh: {free}")
     }
 }
 
@@ -116,7 +131,7 @@ mod tests {
     #[test]
     fn resolution_and_origin_are_written_in_full() {
         let spec = GridSpec { cell_tenths: 125, first_cell: [-3, 7], width: 1, height: 1 };
-        let text = MapYaml { image: "planning.pgm", spec: &spec }.to_string();
+        let text = MapYaml { image: "planning.pgm", spec: &spec, mode: MapMode::Trinary }.to_string();
         assert!(text.contains("resolution: 0.0125\n") && text.contains("origin: [-0.0375, 0.0875, 0.0]\n"), "{text}");
     }
 }

@@ -16,7 +16,7 @@ use crate::spatial::Storeys;
 use crate::units::LengthUnit;
 use crate::{
     Element, Geometry, Model, Opening, Progress, ReadError, ReadOptions, Source, Space, SpaceBoundary, Stage, doors,
-    geometry, georeference, schedule, spatial, stairs, units,
+    geometry, georeference, memberships, schedule, spatial, stairs, units,
 };
 use diagnostics::{DiagnosticCode, Report, Severity};
 
@@ -65,12 +65,14 @@ pub(crate) fn model(
         materials: Materials::new(file),
     };
     let mut geometry = |id: u32| geometries.remove(&id).unwrap_or_default();
-    let elements = std::iter::zip(&products.elements, &bodied)
+    let mut elements: Vec<Element> = std::iter::zip(&products.elements, &bodied)
         .map(|(product, bodied)| reader.element(product, &bodied.body.items, geometry(product.record.id)))
         .collect();
     let wholes: HashSet<u32> =
         products.spaces.iter().filter_map(|space| relations.whole.get(&space.record.id).copied()).collect();
-    let spaces = products.spaces.iter().map(|p| reader.space(p, &wholes, geometry(p.record.id))).collect();
+    let mut spaces: Vec<Space> =
+        products.spaces.iter().map(|p| reader.space(p, &wholes, geometry(p.record.id))).collect();
+    memberships::add(file, &relations, &mut elements, &mut spaces, report);
     let openings = products.openings.iter().map(|p| reader.opening(p, geometry(p.record.id))).collect();
     let schedule = schedule::read(file, &relations, &products, &storeys, report);
     Ok(Model {

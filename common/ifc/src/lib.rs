@@ -1,7 +1,7 @@
 //! IFC bytes in, model out.
 //!
 //! [`read`] turns the bytes of one file into a [`Model`]: storeys, elements with their body meshes, spaces, openings,
-//! doors, stairs, property sets. Everything is in metres in the IFC world; the file's own units end here. Imperfect
+//! doors, stairs, property sets, groups and classifications. Everything is in metres in the IFC world; the file's own units end here. Imperfect
 //! input gives diagnostics, an error means that nothing could be made of the file.
 //!
 //! The foreign crate that scans STEP and tessellates is named in the private module `kernel` alone. All other modules
@@ -14,15 +14,18 @@ mod assemble;
 mod boolean_chain;
 mod bounded_items;
 mod bounding_boxes;
+mod classifications;
 mod container;
 mod cut_budget;
 mod doors;
 mod error;
 mod geometry;
 mod georeference;
+mod groups;
 mod header;
 mod kernel;
 mod materials;
+mod memberships;
 mod model;
 mod options;
 mod placement;
@@ -42,6 +45,7 @@ pub use container::unpack;
 pub use diagnostics::{Diagnostic, DiagnosticCode, Named, Severity};
 pub use error::ReadError;
 pub use kernel::mesh_task;
+pub use memberships::MEMBERSHIP_SETS;
 pub use model::{
     Door, DoorPanel, Element, Geometry, GeometryStatus, Georeference, MapConversion, MeshPart, Model, Opening,
     Placement, Property, PropertyValue, Source, Space, SpaceBoundary, Stair, Storey,

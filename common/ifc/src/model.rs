@@ -108,7 +108,8 @@ pub struct Element {
     pub door: Option<Door>,
     /// IfcStairFlight only (or an IfcStair that carries the figures).
     pub stair: Option<Stair>,
-    /// Property sets of the occurrence, then those of its type that the occurrence does not override.
+    /// Property sets of the occurrence, then those of its type that the occurrence does not override, then what it belongs
+    /// to (`MEMBERSHIP_SETS`).
     pub properties: Vec<Property>,
     /// Names of its materials: of the occurrence, else of its type; through layers, profiles, constituents and lists.
     pub materials: Vec<String>,
@@ -227,7 +228,7 @@ pub struct Stair {
 /// One property of one set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Property {
-    /// Name of the IfcPropertySet.
+    /// Name of the IfcPropertySet, or one of `MEMBERSHIP_SETS`.
     pub set: String,
     /// Name of the property.
     pub name: String,
@@ -263,7 +264,7 @@ pub struct Space {
     pub has_boundaries: bool,
     /// Its body.
     pub geometry: Geometry,
-    /// Property sets.
+    /// Property sets, and what it belongs to, as those of elements.
     pub properties: Vec<Property>,
 }
 

@@ -5,11 +5,8 @@ use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// Version of all layouts of this crate; a reader refuses any other. Who raises it looks after [`upgrade_site`].
-pub const LAYOUT_VERSION: u32 = 9;
-
-/// Earlier versions whose site archives differ in the number alone.
-const LAYOUTS_OF_SAME_SITE: [u32; 3] = [6, 7, 8];
+/// Version of all layouts of this crate; a reader refuses any other.
+pub const LAYOUT_VERSION: u32 = 10;
 
 /// An index that points at nothing.
 pub const NONE: u32 = u32::MAX;
@@ -96,17 +93,6 @@ impl Preamble {
             return Err(truncated(preamble.length));
         }
         Ok(preamble)
-    }
-}
-
-/// Makes a site archive of an earlier version one of this, if they differ in nothing else. The content hash stays, because it is
-/// that of what follows the preamble; what is no such archive stays as it is.
-pub fn upgrade_site(archive: &mut ArchiveBuffer) {
-    let Some(preamble) = archive.bytes_mut().get_mut(..size_of::<Preamble>()) else { return };
-    let preamble: &mut Preamble = bytemuck::from_bytes_mut(preamble);
-    let is_site = preamble.magic == MAGIC && preamble.kind == ArchiveKind::Site as u32;
-    if is_site && LAYOUTS_OF_SAME_SITE.contains(&preamble.layout_version) {
-        preamble.layout_version = LAYOUT_VERSION;
     }
 }
 

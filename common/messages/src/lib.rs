@@ -66,7 +66,7 @@ pub use alignment_evidence::{AlignmentEvidence, AlignmentEvidenceBuilder, Alignm
 pub use alignment_records::*;
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, TextList,
-    sections_len, upgrade_site,
+    sections_len,
 };
 pub use archive_writer::ArchiveWriter;
 pub use checked::Checked;

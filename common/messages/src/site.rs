@@ -50,7 +50,7 @@ pub struct Site<'a> {
     pub stairs: &'a [StairRecord],
     /// Which elements bound which spaces by IfcRelSpaceBoundary, sorted.
     pub boundaries: &'a [BoundaryRecord],
-    /// Which elements touch which spaces by geometry, sorted: for spaces without boundaries, on sites whose tasks need it.
+    /// Which elements touch which spaces by geometry, sorted: for spaces without boundaries.
     pub contacts: &'a [BoundaryRecord],
     /// Properties of elements and spaces.
     pub attributes: &'a [AttributeRecord],

@@ -453,11 +453,15 @@ pub struct BoundaryRecord {
 }
 const _: () = assert!(size_of::<BoundaryRecord>() == 8);
 
+/// Sets of attributes that say what an element or a space belongs to: groups by the entity of IFC, with Name and LongName;
+/// classifications by the name of their system. An element of several groups has several attributes of one name.
+pub const MEMBERSHIP_SETS: [&str; 5] = ["IfcZone", "IfcSystem", "IfcGroup", "IfcSpatialZone", "IfcClassification"];
+
 /// A property of an element or a space.
 #[derive(Debug, Clone, Copy, PartialEq, Zeroable, Pod)]
 #[repr(C)]
 pub struct AttributeRecord {
-    /// Property set.
+    /// Property set, or one of [`MEMBERSHIP_SETS`].
     pub set: Text,
     /// Property.
     pub name: Text,

@@ -95,11 +95,76 @@ fn pmxml(n: usize) -> String {
     text + "</Project></APIBusinessObjects>"
 }
 
+/// The same of MS Project, with the elements that it writes for each task.
+fn mspdi(n: usize) -> String {
+    let mut text = "<Project xmlns=\"http://schemas.microsoft.com/project\"><ExtendedAttributes><ExtendedAttribute>\
+                    <FieldID>188743731</FieldID><FieldName>Text1</FieldName><Alias>4D_Number</Alias></ExtendedAttribute>\
+                    </ExtendedAttributes><Tasks>\n"
+        .to_owned();
+    let others =
+        ["Type", "IsNull", "Priority", "ResumeValid", "EffortDriven", "Recurring", "OverAllocated", "Estimated"];
+    let more =
+        ["Critical", "IsSubproject", "ExternalTask", "StartVariance", "FinishVariance", "Work", "FixedCost", "ACWP"];
+    for k in 0..n {
+        let (level, parent) = (1 + usize::from(k % PER_NODE != 0), k / PER_NODE);
+        let (start, end) =
+            (format!("2024-03-{:02}T08:00:00", k % 28 + 1), format!("2024-04-{:02}T17:00:00", k % 28 + 1));
+        let _ = write!(
+            text,
+            "<Task>\n<UID>{}</UID>\n<ID>{}</ID>\n<Name>Wall {k} on the ground floor</Name>\n<WBS>{parent}.{k}</WBS>\n\
+             <OutlineNumber>{parent}.{k}</OutlineNumber>\n<OutlineLevel>{level}</OutlineLevel>\n<Start>{start}</Start>\n\
+             <Finish>{end}</Finish>\n<Duration>PT40H0M0S</Duration>\n<DurationFormat>7</DurationFormat>\n",
+            k + 1,
+            k + 1,
+        );
+        for name in others.iter().chain(&more) {
+            let _ = writeln!(text, "<{name}>0</{name}>");
+        }
+        let _ = write!(
+            text,
+            "<EarlyStart>{start}</EarlyStart>\n<EarlyFinish>{end}</EarlyFinish>\n<LateStart>{start}</LateStart>\n\
+             <LateFinish>{end}</LateFinish>\n<FreeSlack>4800</FreeSlack>\n<TotalSlack>9600</TotalSlack>\n\
+             <PercentComplete>0</PercentComplete>\n<ConstraintType>4</ConstraintType>\n\
+             <ConstraintDate>{start}</ConstraintDate>\n<CalendarUID>-1</CalendarUID>\n"
+        );
+        for before in [k.saturating_sub(1), k.saturating_sub(2)] {
+            let _ = write!(
+                text,
+                "<PredecessorLink>\n<PredecessorUID>{before}</PredecessorUID>\n<Type>1</Type>\n<CrossProject>0</CrossProject>\n\
+                 <LinkLag>4800</LinkLag>\n<LagFormat>7</LagFormat>\n</PredecessorLink>\n"
+            );
+        }
+        let _ = write!(
+            text,
+            "<ExtendedAttribute>\n<FieldID>188743731</FieldID>\n<Value>W-{k}</Value>\n</ExtendedAttribute>\n\
+             <Baseline>\n<Number>0</Number>\n<Start>{start}</Start>\n<Finish>{end}</Finish>\n</Baseline>\n</Task>\n"
+        );
+    }
+    text + "</Tasks></Project>"
+}
+
+/// The same as a table.
+fn csv(n: usize) -> String {
+    let mut text = "ID;Name;Outline Level;Duration;Start;Finish;Predecessors;% Complete;Zone;4D_Number\n".to_owned();
+    for k in 0..n {
+        let (day, level) = (k % 28 + 1, 1 + usize::from(k % PER_NODE != 0));
+        let _ = writeln!(
+            text,
+            "{k};\"Wall {k}; on the ground floor\";{level};5 days;{day:02}.03.2024 08:00;{day:02}.04.2024 17:00;\
+             \"{}FS+1d;{}SS\";0%;Z1;W-{k}",
+            k.saturating_sub(1),
+            k.saturating_sub(2),
+        );
+    }
+    text
+}
+
 fn bench(c: &mut Criterion) {
     let mut group = c.benchmark_group("read");
     group.sample_size(10);
     for n in [10_000, 100_000] {
-        for (name, text) in [("plan.xer", xer(n)), ("plan.xml", pmxml(n))] {
+        let plans = [("plan.xer", xer(n)), ("plan.xml", pmxml(n)), ("mspdi.xml", mspdi(n)), ("plan.csv", csv(n))];
+        for (name, text) in plans {
             let id = BenchmarkId::new(name, format!("{n} tasks, {} kB", text.len() / 1000));
             group.bench_function(id, |b| {
                 b.iter(|| read(name, black_box(text.as_bytes()), &ReadOptions::default()).expect("it is whole"));

@@ -1,6 +1,7 @@
 //! From tasks as they are written, with what they refer to by identity, to the tasks of a [`PlanFile`].
 
 use crate::PlanFileError;
+use crate::circles::find_circles;
 use crate::nesting::parents_first;
 use crate::plan::{
     Dependency, DependencyKind, Finding, FindingKind, PlanDate, PlanFile, PlanLag, PlanTask, PlanTaskKind,
@@ -12,6 +13,12 @@ const MAX_TASKS: usize = 1_000_000;
 
 /// Bytes of codes and fields of all tasks together: a short file can give a long code to many tasks.
 const MAX_FIELD_BYTES: usize = 1 << 28;
+
+/// More mistakes than that are not those of a planner.
+const MAX_FINDINGS: usize = 1_000_000;
+
+/// Characters of a message: what it quotes may be as long as the file.
+const MAX_MESSAGE_CHARS: usize = 500;
 
 /// Each task has about two.
 const MAX_DEPENDENCIES: usize = 4_000_000;
@@ -57,8 +64,9 @@ impl WrittenPlan {
     /// found and left out, with what was found about it.
     ///
     /// # Errors
-    /// More tasks than a schedule has.
+    /// More tasks or findings than a schedule has.
     pub(crate) fn push(&mut self, task: PlanTask, references: References) -> Result<Option<usize>, PlanFileError> {
+        self.check_findings()?;
         let next = self.tasks.len();
         if next == MAX_TASKS {
             return Err(PlanFileError::TooMany { max: MAX_TASKS, what: "tasks" });
@@ -78,8 +86,9 @@ impl WrittenPlan {
     /// Adds a dependency; its tasks are looked up at the end.
     ///
     /// # Errors
-    /// More dependencies than a schedule has.
+    /// More dependencies or findings than a schedule has.
     pub(crate) fn link(&mut self, link: WrittenLink) -> Result<(), PlanFileError> {
+        self.check_findings()?;
         if self.links.len() == MAX_DEPENDENCIES {
             return Err(PlanFileError::TooMany { max: MAX_DEPENDENCIES, what: "dependencies" });
         }
@@ -131,6 +140,17 @@ impl WrittenPlan {
         self.findings.push(Finding { task, kind, message });
     }
 
+    /// Checks that there are not too many findings; adding tasks and dependencies does it, too.
+    ///
+    /// # Errors
+    /// More of them than a schedule has.
+    pub(crate) fn check_findings(&self) -> Result<(), PlanFileError> {
+        if self.findings.len() > MAX_FINDINGS {
+            return Err(PlanFileError::TooMany { max: MAX_FINDINGS, what: "mistakes" });
+        }
+        Ok(())
+    }
+
     /// Puts tasks, dependencies and findings into a file that has its calendars.
     ///
     /// A parent, calendar or end of a dependency that is not there is forgotten, as is the parent that would nest a task in itself; all
@@ -144,8 +164,10 @@ impl WrittenPlan {
             self.tasks[k].parent = None;
             self.find(Some(k), FindingKind::NestedInItself, "it is nested in itself; it stands at the top".to_owned());
         }
+        find_circles(&self.tasks, &file.dependencies, &mut self.findings);
         find_reversed(&self.tasks, &mut self.findings);
         file.tasks = self.tasks;
+        self.findings.iter_mut().for_each(|finding| shorten(&mut finding.message));
         file.findings.append(&mut self.findings);
         reorder(file, &order);
         for k in 0..file.tasks.len() {
@@ -206,6 +228,17 @@ impl WrittenPlan {
             }
         }
         dependencies
+    }
+}
+
+/// Cuts a message that is too long, with a mark.
+fn shorten(message: &mut String) {
+    if message.len() > MAX_MESSAGE_CHARS
+        && let Some((at, _)) = message.char_indices().nth(MAX_MESSAGE_CHARS)
+    {
+        message.truncate(at);
+        message.push_str(" ..");
+        message.shrink_to_fit();
     }
 }
 
@@ -321,6 +354,19 @@ mod tests {
             (Some("b"), NestedInItself),
         ];
         assert_eq!(kinds(&file), expected);
+    }
+
+    #[test]
+    fn findings_are_not_without_end() {
+        let mut plan = WrittenPlan::default();
+        plan.push(task("a"), under(&"ü".repeat(10_000))).unwrap();
+        for _ in 0..=MAX_FINDINGS {
+            plan.find(None, FindingKind::NotUnderstood, String::new());
+        }
+        assert!(matches!(plan.link(link("a", "b")), Err(PlanFileError::TooMany { .. })));
+        let mut file = PlanFile::default();
+        plan.into_file(&mut file);
+        assert_eq!(file.findings[MAX_FINDINGS + 1].message.chars().count(), MAX_MESSAGE_CHARS + 3);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod assemble;
 mod calendars;
+mod circles;
 mod csv;
 mod decode;
 mod error;

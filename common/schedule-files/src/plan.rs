@@ -248,6 +248,8 @@ pub enum FindingKind {
     MissingReference,
     /// It is nested in itself through others: it is taken out.
     NestedInItself,
+    /// It waits for itself through others: the dependencies stay.
+    Circle,
     /// It ends before it starts.
     EndsBeforeStart,
     /// Something that the reader does not know and leaves out.

@@ -84,12 +84,15 @@ impl<'a> Xml<'a> {
     /// # Errors
     /// As [`Xml::child`], and an entity that XML does not define.
     pub(crate) fn text(&mut self) -> Result<Cow<'a, str>, PlanFileError> {
+        // Spaces beside an entity belong to the text.
+        self.reader.config_mut().trim_text_start = false;
         let mut text = Cow::Borrowed("");
         loop {
             match self.event()? {
                 Event::Start(_) => {
                     self.enter()?;
                     self.skip()?;
+                    self.reader.config_mut().trim_text_start = false;
                 }
                 Event::End(_) => {
                     self.depth -= 1;
@@ -134,6 +137,7 @@ impl<'a> Xml<'a> {
 
     /// Enters the next element, or leaves the one around it with `None`.
     fn next_start(&mut self) -> Result<Option<(&'a str, BytesStart<'a>)>, PlanFileError> {
+        self.reader.config_mut().trim_text_start = true;
         loop {
             let before = self.position();
             match self.event()? {
@@ -210,12 +214,12 @@ mod tests {
 
     #[test]
     fn elements_are_entered_read_and_passed_over() {
-        let text = "<?xml version=\"1.0\"?><!-- a -->\n<p:A xmlns:p=\"n/s\"><p:B x=\"1\"> a &amp; <b>no</b>&#xfc;<![CDATA[<]]> </p:B>\
+        let text = "<?xml version=\"1.0\"?><!-- a -->\n<p:A xmlns:p=\"n/s\"><p:B x=\"1\"> a &amp; <b>no</b> c &#xfc;<![CDATA[<]]> </p:B>\
                     <C><D>1</D></C><E/><F><D>2</D><G/></F></p:A>";
         let mut xml = Xml::open(text).unwrap();
         assert_eq!((xml.root(), xml.namespace()), ("A", "n/s"));
         assert_eq!(xml.child().unwrap(), Some("B"));
-        assert_eq!(xml.text().unwrap(), "a & ü<");
+        assert_eq!(xml.text().unwrap(), "a &  c ü<");
         assert_eq!(xml.child().unwrap(), Some("C"));
         xml.skip().unwrap();
         assert_eq!(xml.child().unwrap(), Some("E"));

@@ -1,5 +1,4 @@
 //! Whatever the bytes are, reading ends with a plan that hangs together or with an error.
-#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;
 

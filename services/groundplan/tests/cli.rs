@@ -87,3 +87,52 @@ fn json_is_one_document_and_nothing_else() {
     assert_eq!(summary["storeys"].as_array().unwrap().len(), 3);
     assert_eq!(summary["schedule_ignored"], true);
 }
+
+#[test]
+fn probabilities_of_the_demo_are_listed_and_drawn() {
+    let home = tempfile::tempdir().unwrap();
+    let out = home.path().join("out");
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/demo/demo.ifc");
+    let (model, folder) = (model.to_str().unwrap(), out.to_str().unwrap());
+    let output = groundplan(&["states", model, "--date", "2024-04-27", "--probability", "--json"]);
+    let states: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found = &states["probability"];
+    assert_eq!((&found["runs"], &found["seed"]), (&2000.into(), &1.into()));
+    let elements = found["elements"].as_object().unwrap();
+    assert_eq!(elements.len(), states["elements"].as_object().unwrap().len());
+    let stands_and_there: Vec<[f64; 2]> =
+        elements.values().map(|e| ["stands", "there"].map(|key| e[key].as_f64().unwrap())).collect();
+    assert!(stands_and_there.iter().all(|[stands, there]| 0.0 <= *stands && stands <= there && *there <= 1.0));
+    assert!(stands_and_there.iter().any(|[stands, _]| 0.0 < *stands && *stands < 1.0));
+    for space in found["spaces"].as_object().unwrap().values() {
+        let safest: Vec<f64> =
+            space["safest_days"].as_array().unwrap().iter().map(|day| day["open"].as_f64().unwrap()).collect();
+        assert_eq!(safest.len(), 5);
+        assert!(safest.is_sorted_by(|a, b| a >= b));
+    }
+
+    let output = groundplan(&["convert", model, "-o", folder, "--date", "2024-04-27", "--probability", "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let manifest = std::fs::read(out.join("manifest.json")).unwrap();
+    let manifest: serde_json::Value = serde_json::from_slice(&manifest).unwrap();
+    let expected =
+        serde_json::json!({"runs": 2000, "seed": 1, "obstacle_above": 0.05, "floor_above": 0.95, "open_above": 0.95});
+    assert_eq!(manifest["probability"], expected);
+    for storey in manifest["storeys"].as_array().unwrap() {
+        let folder = storey["directory"].as_str().unwrap();
+        for file in ["probability.png", "probability.pgm", "probability.yaml"] {
+            assert!(manifest["files"].get(format!("{folder}/{file}")).is_some(), "{folder}/{file}");
+        }
+        let yaml = std::fs::read_to_string(out.join(folder).join("probability.yaml")).unwrap();
+        assert!(yaml.contains("mode: scale\n"), "{yaml}");
+    }
+}
+
+#[test]
+fn maps_by_probability_need_one_date() {
+    for arguments in [&["--probability"][..], &["--probability", "--date", "all"]] {
+        let output = groundplan(&[&["convert", "house.ifc", "-o", "/tmp/never-written"], arguments].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(String::from_utf8_lossy(&output.stderr).contains("--date"), "{arguments:?}");
+    }
+}

@@ -8,7 +8,7 @@ use crate::revisions::Revisions;
 use daemon::{Failure, StateError, StateFile, write_durably};
 use export::SiteFrameFile;
 use ingest::SiteFrame;
-use messages::{ArchiveBuffer, Checked, SiteOutline, payload, upgrade_site};
+use messages::{ArchiveBuffer, Checked, SiteOutline, payload};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use tracing::warn;
@@ -117,7 +117,6 @@ impl SiteStore {
             let mut file = std::fs::File::open(&self.cache)?;
             let mut buffer = ArchiveBuffer::zeroed(usize::try_from(file.metadata()?.len())?);
             file.read_exact(buffer.bytes_mut())?;
-            upgrade_site(&mut buffer);
             let site = Checked::<payload::Site>::new(buffer)?;
             match revisions.site_hash {
                 Some(hash) if hash != site.content_hash() => Err("it is of a revision that did not take effect".into()),

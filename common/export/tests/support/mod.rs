@@ -32,6 +32,7 @@ impl House {
             footprints: &[&self.footprints],
             resolution_m: 0.5,
             with_geometry: true,
+            probability: None,
         })
     }
 }
@@ -130,6 +131,10 @@ fn site() -> ArchiveBuffer {
     b.attributes.push(attribute(property[1], Text::default(), 1.0, AttributeKind::Boolean));
     b.attributes.push(attribute(property[2], Text::default(), f64::INFINITY, AttributeKind::Number));
     b.attributes.push(attribute(property[3], concrete, 0.0, AttributeKind::Text));
+    let [set, name, first, second] = ["IfcGroup", "Name", "Lot 1", "Lot 2"].map(|t| b.texts.add(t));
+    for lot in [first, second] {
+        b.attributes.push(AttributeRecord { set, ..attribute(name, lot, 0.0, AttributeKind::Text) });
+    }
     for (id, kind, class, door, stair) in [
         ("wall-0", "IfcWall", grid::Class::Wall, NONE, NONE),
         ("door-0", "IfcDoor", grid::Class::Door, 0, NONE),
@@ -142,7 +147,7 @@ fn site() -> ArchiveBuffer {
             ifc_type: kind,
             max_tenths: [30_000, 5_000, 25_000],
             n_parts: is_wall,
-            n_attributes: 3 * is_wall,
+            n_attributes: 5 * is_wall,
             n_materials: is_wall,
             whole: NONE,
             storey: NONE,

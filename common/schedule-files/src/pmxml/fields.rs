@@ -80,6 +80,7 @@ impl<'a> Definitions<'a> {
                     let message =
                         format!("its {what} {:?} is not in the file", if is_code { code_id } else { type_id });
                     plan.find(Some(*task), FindingKind::MissingReference, message);
+                    plan.check_findings()?;
                 }
             }
         }

@@ -33,6 +33,7 @@ pub(super) fn read_codes(tables: &Tables<'_>, plan: &mut WrittenPlan) -> Result<
             None => {
                 let message = format!("its activity code {id:?} is not in the file");
                 plan.find(Some(task), FindingKind::MissingReference, message);
+                plan.check_findings()?;
             }
         }
     }

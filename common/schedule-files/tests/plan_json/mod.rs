@@ -1,6 +1,5 @@
 //! A schedule as JSON in the form of `scripts/check_schedule_files.py`, which documents it: without identities, in the order of names.
 
-use jiff::ToSpan;
 use jiff::civil::{Date, date};
 use schedule_files::{
     Dependency, DependencyKind, Length, PlanCalendar, PlanDate, PlanFile, PlanLag, PlanTask, PlanTaskKind,
@@ -10,8 +9,8 @@ use serde_json::{Map, Value, json};
 /// Days whose working time is compared.
 const DAYS: [Date; 2] = [date(2024, 1, 1), date(2025, 12, 31)];
 
-/// The schedule, a line of text for each task, link and calendar.
-pub fn plan_json(file: &PlanFile) -> Value {
+/// The schedule.
+pub(crate) fn plan_json(file: &PlanFile) -> Value {
     let by_name = |mut values: Vec<Value>| {
         values.sort_by(|a, b| a["name"].as_str().cmp(&b["name"].as_str()));
         Value::Array(values)
@@ -33,7 +32,7 @@ fn calendar(calendar: &PlanCalendar) -> Value {
         if let Some(exception) = exception.filter(|e| &e.periods_s != usual) {
             days.insert(day.to_string(), json!(exception.periods_s));
         }
-        day = day.checked_add(1.day()).unwrap();
+        day = day.tomorrow().expect("it is in 2025 or before");
     }
     json!({ "name": calendar.name, "is_default": calendar.is_default, "week": calendar.week, "days": days })
 }

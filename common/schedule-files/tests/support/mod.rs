@@ -6,7 +6,7 @@ use schedule_files::PlanFile;
 ///
 /// # Panics
 /// If it does not hold.
-pub fn check(plan: &PlanFile) {
+pub(crate) fn check(plan: &PlanFile) {
     for (k, task) in plan.tasks.iter().enumerate() {
         assert!(task.parent.is_none_or(|parent| parent < k));
         assert!(task.calendar.is_none_or(|calendar| calendar < plan.calendars.len()));

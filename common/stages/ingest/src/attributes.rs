@@ -24,3 +24,11 @@ pub(crate) fn add_attributes(builder: &mut SiteBuilder, properties: &[Property])
     }
     (first, properties.len() as u32)
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn sets_of_memberships_are_named_as_in_archives() {
+        assert_eq!(ifc::MEMBERSHIP_SETS, messages::MEMBERSHIP_SETS);
+    }
+}

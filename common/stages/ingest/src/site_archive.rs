@@ -2,7 +2,7 @@
 
 use crate::attributes::add_attributes;
 use crate::classify::{class_of, flags_of};
-use crate::contacts::contacts;
+use crate::contacts::add_contacts;
 use crate::diagnostics::add_diagnostic;
 use crate::input::SourceFile;
 use crate::merge::Merged;
@@ -31,8 +31,7 @@ pub(crate) fn site_of(files: &[SourceFile], merged: &Merged, frame: SiteFrame) -
     builder.boundaries.extend(
         merged.model.boundaries.iter().map(|b| BoundaryRecord { space: b.space as u32, element: b.element as u32 }),
     );
-    // Also without links in the models: schedule files bring theirs.
-    builder.contacts = contacts(&builder, merged, frame);
+    add_contacts(&mut builder, merged, frame);
     add_schedule(&mut builder, merged);
     for (source, diagnostic) in &merged.diagnostics {
         add_diagnostic(&mut builder, *source, diagnostic);

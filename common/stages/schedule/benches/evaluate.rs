@@ -135,6 +135,17 @@ fn benches(c: &mut Criterion) {
             BatchSize::LargeInput,
         );
     });
+    group.sample_size(10);
+    let simulated =
+        || schedule::probabilities(&site, &rules, &Overrides::default(), &made).expect("there is room for the runs");
+    group.bench_function("2,000 runs of the schedule", |b| b.iter(|| black_box(simulated().uncertainty().runs)));
+    let probabilities = simulated();
+    group.bench_function("state by probability at a date", |b| {
+        b.iter(|| black_box(probabilities.schedule_state(Period::instant(black_box(at_s)))))
+    });
+    group.bench_function("safest days of all spaces", |b| {
+        b.iter(|| black_box(probabilities.safest_days(at_s.div_euclid(86_400), 28, 5)))
+    });
     group.finish();
 }
 

@@ -6,10 +6,11 @@ use crate::diagnostics::{Entity, ScheduleDiagnostics};
 use crate::element_timeline::{ElementTimeline, element_timelines};
 use crate::error::EvaluateError;
 use crate::overrides::{ABSENT, Actual, Overrides, find_task, reported_date, task_names};
+use crate::probability::{Network, Samples};
 use crate::property_dates::{ScheduleProperties, schedule_properties};
 use crate::rules::{Rules, RulesMode};
 use crate::task_effects::{Effect, TaskEffects, task_effects};
-use crate::tasks::{self, Floats, TaskDates, TaskTimeTexts, TaskTimes, Tasks};
+use crate::tasks::{self, Floats, TaskDates, TaskTimeTexts, TaskTimes, Tasks, WorkStarts};
 use crate::timeline::{Steps, Timeline};
 use frames::counted;
 use frames::written_date::WrittenDate;
@@ -67,13 +68,50 @@ struct TaskSchedule {
     floats: Vec<Option<Floats>>,
 }
 
-fn task_schedule(
-    site: &Site<'_>,
+fn task_schedule<'s>(
+    site: &'s Site<'s>,
     rules: &Rules,
     overrides: &Overrides,
     reports: &Reports,
-    diagnostics: &mut ScheduleDiagnostics<'_>,
+    diagnostics: &mut ScheduleDiagnostics<'s>,
 ) -> Result<TaskSchedule, EvaluateError> {
+    with_tasks(site, rules, reports, diagnostics, |tasks, diagnostics| {
+        let mut dates = tasks::resolve(tasks, diagnostics);
+        if !overrides.delays.is_empty() {
+            let delay_s = delays(tasks, &dates, overrides, diagnostics)?;
+            dates = tasks::delay(tasks, &dates, &delay_s);
+        }
+        let floats = tasks::floats(tasks, &dates);
+        Ok(TaskSchedule { dates, floats })
+    })
+}
+
+/// Draws the dates of all tasks many times, around those of the timeline; [`crate::probability`] tells how.
+pub(crate) fn samples(
+    site: &Site<'_>,
+    rules: &Rules,
+    overrides: &Overrides,
+    timeline: &Timeline,
+) -> Result<Samples, EvaluateError> {
+    // What is wrong with the schedule is among the diagnostics of the timeline.
+    let mut diagnostics = ScheduleDiagnostics::new(site);
+    let reports = Reports::of(site, rules, overrides, &mut diagnostics)?;
+    with_tasks(site, rules, &reports, &mut diagnostics, |tasks, diagnostics| {
+        let starts = WorkStarts::of(site, tasks, diagnostics);
+        let delay_s = delays(tasks, &timeline.tasks, overrides, diagnostics)?;
+        let network = Network::of(tasks, &timeline.tasks, &delay_s, &starts, &rules.uncertainty);
+        Ok(Samples::draw(&network, timeline.tasks.len(), rules.uncertainty.runs))
+    })
+}
+
+/// Reads calendars and times of all tasks, with reported progress, and works with them.
+fn with_tasks<'s, T>(
+    site: &'s Site<'s>,
+    rules: &Rules,
+    reports: &Reports,
+    diagnostics: &mut ScheduleDiagnostics<'s>,
+    work: impl FnOnce(&Tasks<'_>, &mut ScheduleDiagnostics<'s>) -> Result<T, EvaluateError>,
+) -> Result<T, EvaluateError> {
     let texts: Vec<TaskTimeTexts<'_>> = site.schedule.tasks.iter().map(|t| TaskTimeTexts::of(site, t)).collect();
     let mut span_s = tasks::written_span_s(site, rules, &texts);
     for at_s in reports.tasks.values().flatten().flatten().map(|d| d.start_s()) {
@@ -87,14 +125,7 @@ fn task_schedule(
     for (k, task) in (0..).zip(site.schedule.tasks).filter(|(_, t)| t.parent != NONE) {
         children[task.parent as usize].push(k);
     }
-    let tasks = Tasks { site, rules, task_times: &task_times, calendars: &calendars, children: &children };
-    let mut dates = tasks::resolve(&tasks, diagnostics);
-    if !overrides.delays.is_empty() {
-        let delay_s = delays(&tasks, &dates, overrides, diagnostics)?;
-        dates = tasks::delay(&tasks, &dates, &delay_s);
-    }
-    let floats = tasks::floats(&tasks, &dates);
-    Ok(TaskSchedule { dates, floats })
+    work(&Tasks { site, rules, task_times: &task_times, calendars: &calendars, children: &children }, diagnostics)
 }
 
 /// The delay of each task in seconds of its own clock.

@@ -34,6 +34,7 @@
 //! groundplan states house.ifc --date 2024-04-15 --until 2024-04-15                # the whole day, as convert draws it
 //! groundplan states house.ifc --date 2024-04-15 --delay 'Partition walls=5d'      # what if
 //! groundplan states house.ifc --date 2024-04-15 --actual progress.csv             # columns id, start, finish
+//! groundplan states house.ifc --date 2024-04-15 --probability                     # how sure that is, safest days
 //! groundplan tasks house.ifc                                                      # dates, targets, problems
 //! groundplan changes house.ifc                                                    # change instants and their tasks
 //! ```
@@ -49,6 +50,7 @@ mod element_timeline;
 mod error;
 mod evaluate;
 mod overrides;
+mod probability;
 mod property_dates;
 mod rules;
 mod task_effects;
@@ -61,6 +63,9 @@ pub use error::{AmbiguousDates, EvaluateError};
 pub use evaluate::evaluate;
 pub use frames::written_date::DateOrder;
 pub use overrides::{ABSENT, Actual, Delay, OverrideError, Overrides, find_task, parse_actuals};
+pub use probability::{
+    ElementProbability, Probabilities, ProbabilityError, SafeDay, UNCERTAIN, Uncertainty, probabilities,
+};
 pub use rules::{
     ClosedSpace, ConstructionPhase, ConstructionPhaseProperties, DateKind, DurationDay, InputEffect, PropertyDate,
     Rules, RulesError, RulesMode, Undated,

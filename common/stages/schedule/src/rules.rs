@@ -1,5 +1,6 @@
 //! Schedule rules of a site from TOML; `config/schedule.toml` documents every key.
 
+use crate::probability::Uncertainty;
 use frames::written_date::{DateOrder, WrittenDate, parse_iso};
 use jiff::tz::TimeZone;
 use schedule_files::{CsvColumn, ReadOptions};
@@ -36,6 +37,8 @@ pub struct Rules {
     pub links: LinkRules,
     /// A space is closing soon this long before it is blocked, in seconds.
     pub closing_lead_s: i64,
+    /// How uncertain durations are, and what planning takes as certain.
+    pub uncertainty: Uncertainty,
 }
 
 /// What `P1D` means in working time.
@@ -182,6 +185,8 @@ struct RulesToml {
     link: Option<Vec<LinkToml>>,
     #[serde(default)]
     link_words: EffectWords,
+    #[serde(default)]
+    uncertainty: Uncertainty,
 }
 
 #[derive(Deserialize)]
@@ -238,6 +243,7 @@ impl Default for Rules {
             reading: ReadOptions::default(),
             links: LinkRules::default(),
             closing_lead_s: i64::from(LEAD_MINUTES) * 60,
+            uncertainty: Uncertainty::default(),
         }
     }
 }
@@ -297,6 +303,7 @@ impl Rules {
             construction_phase_properties: file.construction_phase_properties,
             construction_phases,
             closing_lead_s: i64::from(lead_minutes) * 60,
+            uncertainty: file.uncertainty.checked().map_err(RulesError::Value)?,
             site_zone,
         })
     }
@@ -413,6 +420,11 @@ mod tests {
             ("[[phases]]\nname = \"1\"\nstart = 2024-03-04\nfinish = 2024-03-01", "before it starts"),
             ("[[phases]]\nname = \"1\"\n[[phases]]\nname = \"1\"", "already"),
             ("[[phases]]\nname = \"1\"\nstart = 5\nfinish = 6", "no date"),
+            ("[uncertainty]\noptimistic = 1.2", "optimistic"),
+            ("[uncertainty]\npessimistic = nan", "pessimistic"),
+            ("[uncertainty]\nruns = 0", "runs"),
+            ("[uncertainty]\nopen_above = 1.0", "open_above"),
+            ("[uncertainty]\nlikely = 1.0", "likely"),
             ("[[closed_spaces]]\nmatch = \"Lab\"\nfrom = 2024-03-04\nuntil = 2024-03-01", "opens before"),
         ] {
             let error = error(text);

@@ -126,7 +126,7 @@ impl<S: Copy + PartialEq> Steps<S> {
     }
 
     /// All states that an object has in a period.
-    fn within(&self, object: usize, period: Period) -> &[S] {
+    pub(crate) fn within(&self, object: usize, period: Period) -> &[S] {
         let (times_s, states) = self.of(object);
         let first = Self::last_at(times_s, period.from_s);
         let last = period.until_s.map_or(first, |until_s| Self::last_at(times_s, until_s.saturating_sub(1)));
@@ -200,6 +200,11 @@ impl Timeline {
     /// State of an element at an instant.
     pub fn element(&self, element: usize, at_s: i64) -> ElementState {
         self.elements.at(element, at_s)
+    }
+
+    /// State of an element at an instant, or the union over a period.
+    pub(crate) fn element_over(&self, element: usize, period: Period) -> ElementState {
+        union_of(self.elements.within(element, period))
     }
 
     /// States of all elements at an instant.
@@ -277,7 +282,7 @@ impl Timeline {
             ..builder.head
         };
         for (k, effective) in builder.effective.iter_mut().enumerate() {
-            *effective = union_of(self.elements.within(k, period));
+            *effective = self.element_over(k, period);
         }
         match &self.planned_states {
             Some(planned_states) => {
@@ -338,7 +343,7 @@ impl Timeline {
 }
 
 /// The state over a period, from all states in it.
-fn union_of(states: &[ElementState]) -> ElementState {
+pub(crate) fn union_of(states: &[ElementState]) -> ElementState {
     match states {
         [one] => *one,
         // It changes: within the period the robot meets the element or the work on it.

@@ -3,7 +3,7 @@
 
 mod support;
 
-use messages::{ElementState, LinkKind, SequenceKind};
+use messages::{ElementState, LinkKind, SequenceKind, SpaceState};
 use proptest::prelude::*;
 use schedule::{Delay, Overrides, Period, Rules, Timeline};
 use support::ScheduledSite;
@@ -191,6 +191,49 @@ proptest! {
             }
             for space in 0..N_SPACES {
                 assert_eq!(schedule_state.is_blocked(space), inside.iter().any(|s| timeline.is_blocked(space, *s)));
+            }
+        });
+    }
+
+    #[test]
+    fn without_spread_states_are_certain_and_those_of_the_timeline(
+        tasks in schedules(5), with_calendar in any::<bool>(), delayed in 0usize..10, delay_h in 0i64..30, hours in 1i64..72,
+    ) {
+        let site = scheduled_site_of(&tasks, with_calendar);
+        let delay = Delay::parse(&format!("task-{}={delay_h}h", delayed % tasks.len())).unwrap();
+        let overrides = Overrides { delays: vec![delay], ..Overrides::default() };
+        let rules = "[uncertainty]\noptimistic = 1.0\npessimistic = 1.0\nruns = 2";
+        site.with_probabilities(rules, &overrides, |timeline, probabilities| {
+            for from_s in probes(timeline) {
+                for period in [Period::instant(from_s), Period { from_s, until_s: Some(from_s + hours * HOUR_S) }] {
+                    let planned = timeline.schedule_state(period);
+                    let share = |is_so: bool| if is_so { 1.0 } else { 0.0 };
+                    for (state, found) in planned.effective.iter().zip(probabilities.elements(period)) {
+                        assert_eq!(found.stands, share(*state == ElementState::Built));
+                        assert_eq!(found.there, share(state.is_obstacle()));
+                        assert_eq!(found.removed, share(*state == ElementState::Removed));
+                    }
+                    for (space, open) in planned.spaces.iter().zip(probabilities.spaces_open(period)) {
+                        assert_eq!(open, share(space.state == SpaceState::Open));
+                    }
+                    let certain = probabilities.schedule_state(period);
+                    assert_eq!(certain.effective, planned.effective);
+                    assert_eq!(certain.spaces, planned.spaces);
+                }
+            }
+        });
+    }
+
+    #[test]
+    fn without_removal_elements_are_more_and_more_likely_to_stand(tasks in schedules(3), with_calendar in any::<bool>()) {
+        let site = scheduled_site_of(&tasks, with_calendar);
+        site.with_probabilities("[uncertainty]\nruns = 20", &Overrides::default(), |timeline, probabilities| {
+            let mut before = [(0.0, 0.0); N_ELEMENTS];
+            for at_s in probes(timeline) {
+                for (before, found) in before.iter_mut().zip(probabilities.elements(Period::instant(at_s))) {
+                    assert!(before.0 <= found.stands && before.1 <= found.there && found.stands <= found.there);
+                    *before = (found.stands, found.there);
+                }
             }
         });
     }

@@ -236,13 +236,15 @@ fn add_links(builder: &mut TasksBuilder, rules: &LinkRules, links: &Links) {
 
 fn add_findings(builder: &mut TasksBuilder, plan: &schedule_files::PlanFile, source: u32, ids: &[String]) {
     let mut report = Report::default();
-    for finding in &plan.findings {
+    // Circles of dependencies are reported with the dates that they leave open, when the schedule is evaluated.
+    for finding in plan.findings.iter().filter(|finding| finding.kind != FindingKind::Circle) {
         let code = match finding.kind {
             FindingKind::UnreadableValue => DiagnosticCode::ScheduleFileValue,
             FindingKind::DuplicateTask => DiagnosticCode::ScheduleFileDuplicateTask,
             FindingKind::MissingReference => DiagnosticCode::ScheduleFileReference,
             FindingKind::NestedInItself => DiagnosticCode::ScheduleFileNesting,
             FindingKind::EndsBeforeStart => DiagnosticCode::TaskReversed,
+            FindingKind::Circle => DiagnosticCode::TaskCycle,
             FindingKind::NotUnderstood => DiagnosticCode::ScheduleFileNotUnderstood,
         };
         let entity = finding.task.map(|k| named(&ids[k], &plan.tasks[k].name));

@@ -29,9 +29,9 @@ pub(crate) enum TargetValue {
     },
 }
 
-/// Sets in which the site keeps zones, groups and classifications.
+/// Sets in which the site keeps zones, groups and classifications; see [`messages::MEMBERSHIP_SETS`].
 const ZONES: &[&str] = &["IfcZone", "IfcSpatialZone"];
-const GROUPS: &[&str] = &["IfcGroup", "IfcSystem", "IfcBuildingSystem", "IfcDistributionSystem"];
+const GROUPS: &[&str] = &["IfcGroup", "IfcSystem"];
 const CLASSIFICATIONS: &[&str] = &["IfcClassification"];
 
 impl TargetValue {

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Site, Tasks};
-use schedule::{Delay, Overrides, Rules, Timeline, parse_actuals};
+use schedule::{Delay, Overrides, Probabilities, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
 use tasks::{Links, ScheduleFile, TableLink};
 
@@ -140,6 +140,18 @@ impl ScheduleInput {
     /// Dates that can be read in two ways, or overrides of unknown tasks or elements.
     pub(crate) fn timeline(&self, site: &Site<'_>) -> Result<Timeline, Failure> {
         schedule::evaluate(site, &self.rules, &self.overrides).map_err(Failure::usage)
+    }
+
+    /// Simulates the schedule of a site around the dates of its timeline.
+    ///
+    /// # Errors
+    /// More runs of the tasks than there is room for, rules of the prototype.
+    pub(crate) fn probabilities<'t>(
+        &self,
+        site: &Site<'_>,
+        timeline: &'t Timeline,
+    ) -> Result<Probabilities<'t>, Failure> {
+        schedule::probabilities(site, &self.rules, &self.overrides, timeline).map_err(Failure::usage)
     }
 }
 

@@ -245,6 +245,7 @@ fn exported(
         footprints: &footprints,
         resolution_m: RESOLUTION_M,
         with_geometry: world,
+        probability: None,
     };
     let worlds = if world { world::files(&input, &options) } else { Vec::new() };
     let made = files(&input, worlds);

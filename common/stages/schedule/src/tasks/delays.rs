@@ -68,6 +68,6 @@ fn roll_up_group(tasks: &Tasks<'_>, dates: &[Option<TaskDates>], moved: &mut [Op
 }
 
 /// The delays of a task and of what it is nested in.
-fn total_delay_s(tasks: &Tasks<'_>, delay_s: &[i64], k: usize) -> i64 {
+pub(crate) fn total_delay_s(tasks: &Tasks<'_>, delay_s: &[i64], k: usize) -> i64 {
     with_ancestors(tasks.site, k).map(|at| delay_s[at]).fold(0, i64::saturating_add)
 }

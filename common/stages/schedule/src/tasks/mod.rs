@@ -6,11 +6,11 @@ mod graph;
 mod resolve;
 mod task_times;
 
-pub(crate) use delays::delay;
+pub(crate) use delays::{delay, total_delay_s};
 pub use floats::Floats;
 pub(crate) use floats::floats;
 use graph::Order;
-pub(crate) use resolve::resolve;
+pub(crate) use resolve::{WorkStarts, dependencies, resolve};
 pub(crate) use task_times::{TaskKind, TaskTimeTexts, TaskTimes, kind_of, task_times, written_span_s};
 
 use crate::clock::Calendars;
@@ -52,7 +52,11 @@ impl Tasks<'_> {
     }
 
     /// The lag of a sequence in seconds, and the clock on which it passes: that of the successor's calendar.
-    fn lag(&self, sequence: &SequenceRecord, predecessor: TaskDates) -> Option<(i64, crate::clock::Clock<'_>)> {
+    pub(crate) fn lag(
+        &self,
+        sequence: &SequenceRecord,
+        predecessor: TaskDates,
+    ) -> Option<(i64, crate::clock::Clock<'_>)> {
         let calendar = self.task_times[sequence.successor as usize].calendar;
         let elapsed = sequence.lag_kind == messages::DurationKind::ElapsedTime;
         let clock = self.calendars.clock(calendar.filter(|_| !elapsed));
@@ -85,7 +89,7 @@ pub(crate) fn with_ancestors<'s>(site: &Site<'s>, task: usize) -> impl Iterator<
 }
 
 /// Whether a sequence hangs on the predecessor's start, and whether it bounds the successor's start.
-fn ends(sequence: &SequenceRecord) -> (bool, bool) {
+pub(crate) fn ends(sequence: &SequenceRecord) -> (bool, bool) {
     match sequence.kind.get() {
         SequenceKind::StartStart => (true, true),
         SequenceKind::StartFinish => (true, false),

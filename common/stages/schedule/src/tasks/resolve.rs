@@ -43,8 +43,7 @@ struct Pass<'t, 'a, 'f, 's> {
     written: Vec<Written>,
     /// Sequences by successor.
     incoming: Vec<Vec<u32>>,
-    /// Where a work schedule begins, by control.
-    starts_s: Vec<Option<i64>>,
+    starts: WorkStarts,
     dates: Vec<Option<TaskDates>>,
     /// Why a task has no dates.
     why: Vec<Option<String>>,
@@ -58,9 +57,9 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         for (k, sequence) in (0..).zip(site.schedule.sequences) {
             incoming[sequence.successor as usize].push(k);
         }
-        let starts_s = start_times(site, tasks, diagnostics);
+        let starts = WorkStarts::of(site, tasks, diagnostics);
         let written = (0..n).map(|k| written(tasks, k)).collect();
-        Self { tasks, diagnostics, written, incoming, starts_s, dates: vec![None; n], why: vec![None; n] }
+        Self { tasks, diagnostics, written, incoming, starts, dates: vec![None; n], why: vec![None; n] }
     }
 
     /// Summary tasks depend on what is nested in them, computed ones on their predecessors.
@@ -143,7 +142,7 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
     fn compute(&self, k: usize, duration_s: i64) -> Result<TaskDates, String> {
         let site = self.tasks.site;
         let clock = self.tasks.calendars.clock(self.tasks.task_times[k].clock);
-        let mut start_s = self.schedule_start_s(k);
+        let mut start_s = self.starts.of_task(site, k);
         for &sequence in &self.incoming[k] {
             let sequence = &site.schedule.sequences[sequence as usize];
             let predecessor = sequence.predecessor as usize;
@@ -160,20 +159,6 @@ impl<'t, 'a, 'f, 's> Pass<'t, 'a, 'f, 's> {
         let start_s = if duration_s == 0 { Some(start_s) } else { clock.next_working(start_s) }.ok_or(ended)?;
         let finish_s = clock.add(start_s, duration_s).ok_or(ended)?;
         Ok(TaskDates { start_s, finish_s, source: DateSource::Computed })
-    }
-
-    /// StartTime of the work schedule that controls the task, or of the first that has tasks.
-    fn schedule_start_s(&self, k: usize) -> Option<i64> {
-        let site = self.tasks.site;
-        let own = inherited(site, k, |t| (t.control != NONE).then_some(t.control as usize));
-        let of_own = own.and_then(|control| self.starts_s[control]);
-        let first = || {
-            let source = site.schedule.tasks[k].source;
-            let same_file = |c: &&usize| site.schedule.work_controls[**c].source == source;
-            let used: Vec<usize> = (0..self.starts_s.len()).filter(|c| self.starts_s[*c].is_some()).collect();
-            used.iter().find(same_file).or(used.first()).and_then(|c| self.starts_s[*c])
-        };
-        of_own.or_else(first)
     }
 
     /// A task that says nothing of time and hangs in no sequence takes the written dates of its nearest ancestor.
@@ -237,7 +222,7 @@ fn nesting(site: &Site<'_>) -> impl Iterator<Item = (u32, u32)> {
 }
 
 /// All dependencies, whether dates are written or not: for cycles, delays and floats.
-pub(super) fn dependencies(site: &Site<'_>) -> Order {
+pub(crate) fn dependencies(site: &Site<'_>) -> Order {
     let sequences = site.schedule.sequences.iter().map(|s| (s.successor, s.predecessor));
     Order::of(site.schedule.tasks.len(), nesting(site).chain(sequences))
 }
@@ -251,6 +236,31 @@ pub(crate) fn label(site: &Site<'_>, task: usize) -> String {
 
 fn depth(site: &Site<'_>, task: usize) -> usize {
     with_ancestors(site, task).skip(1).count()
+}
+
+/// When work schedules begin, by control.
+pub(crate) struct WorkStarts {
+    starts_s: Vec<Option<i64>>,
+}
+
+impl WorkStarts {
+    /// Reads the starts of all work schedules that have tasks.
+    pub(crate) fn of(site: &Site<'_>, tasks: &Tasks<'_>, diagnostics: &mut ScheduleDiagnostics<'_>) -> Self {
+        Self { starts_s: start_times(site, tasks, diagnostics) }
+    }
+
+    /// StartTime of the work schedule that controls the task, or of the first that has tasks.
+    pub(crate) fn of_task(&self, site: &Site<'_>, k: usize) -> Option<i64> {
+        let own = inherited(site, k, |t| (t.control != NONE).then_some(t.control as usize));
+        let of_own = own.and_then(|control| self.starts_s[control]);
+        let first = || {
+            let source = site.schedule.tasks[k].source;
+            let same_file = |c: &&usize| site.schedule.work_controls[**c].source == source;
+            let used: Vec<usize> = (0..self.starts_s.len()).filter(|c| self.starts_s[*c].is_some()).collect();
+            used.iter().find(same_file).or(used.first()).and_then(|c| self.starts_s[*c])
+        };
+        of_own.or_else(first)
+    }
 }
 
 fn start_times(site: &Site<'_>, tasks: &Tasks<'_>, diagnostics: &mut ScheduleDiagnostics<'_>) -> Vec<Option<i64>> {

@@ -5,7 +5,7 @@
 use bytemuck::Zeroable;
 use frames::PlanTime;
 use messages::*;
-use schedule::{EvaluateError, Overrides, Period, Rules, Timeline, evaluate};
+use schedule::{EvaluateError, Overrides, Period, Probabilities, Rules, Timeline, evaluate, probabilities};
 
 /// Civil seconds of a date.
 pub(crate) fn at(text: &str) -> i64 {
@@ -207,6 +207,30 @@ impl ScheduledSite {
     pub(crate) fn evaluate_with(&self, rules: &Rules, overrides: &Overrides) -> Result<Timeline, EvaluateError> {
         let site = self.builder.finish();
         evaluate(&Site::open(site.bytes()).unwrap(), rules, overrides)
+    }
+
+    /// What is certain about the site by these rules.
+    pub(crate) fn with_probabilities<T>(
+        &self,
+        rules: &str,
+        overrides: &Overrides,
+        look: impl FnOnce(&Timeline, &Probabilities<'_>) -> T,
+    ) -> T {
+        let site = self.builder.finish();
+        let (site, rules) = (Site::open(site.bytes()).unwrap(), Rules::parse(rules).unwrap());
+        let timeline = evaluate(&site, &rules, overrides).unwrap();
+        look(&timeline, &probabilities(&site, &rules, overrides, &timeline).unwrap())
+    }
+
+    /// Three-point durations of a task in hours of its working time.
+    pub(crate) fn three_point_h(&mut self, task: usize, [optimistic_h, likely_h, pessimistic_h]: [i64; 3]) {
+        self.builder.schedule.uncertainties.push(TaskUncertaintyRecord {
+            duration_optimistic_s: optimistic_h * 3600,
+            duration_likely_s: likely_h * 3600,
+            duration_pessimistic_s: pessimistic_h * 3600,
+            task: task as u32,
+            is_elapsed: 0,
+        });
     }
 
     /// The schedule state of a timeline, opened.

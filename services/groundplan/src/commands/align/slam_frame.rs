@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use export::{ExportFile, nav2_poses, rounded, with_manifest};
 use frames::{Map, Rigid2, Slam, wrapped};
-use grid::{MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled, spec_around_moved};
+use grid::{MapMode, MapYaml, OCCUPIED, UNKNOWN, encode_pgm, pixel_of, resampled, spec_around_moved};
 use messages::PoseRecord;
 use occupancy::OccupancyMap;
 use serde_json::{Value, json};
@@ -92,7 +92,7 @@ impl Moved {
         };
         let (wide, high) = (spec.width as usize, spec.height as usize);
         let turned = resampled(wide, high, first_wins, look);
-        let yaml = MapYaml { image: &format!("{name}.pgm"), spec: &spec }.to_string();
+        let yaml = MapYaml { image: &format!("{name}.pgm"), spec: &spec, mode: MapMode::Trinary }.to_string();
         Ok([encode_pgm(wide, |k| turned[k], high), yaml.into_bytes()])
     }
 

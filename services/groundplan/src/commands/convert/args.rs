@@ -29,6 +29,11 @@ pub struct Args {
     #[arg(long, value_name = "DATE", requires = "date")]
     pub(super) until: Option<String>,
 
+    /// Draw what is certain enough by [uncertainty] of the rules: obstacle is what may be there, floor what stands almost
+    /// surely, closed what may be closed; and write the probability of obstacles as an image and a map
+    #[arg(long, requires = "date")]
+    pub(super) probability: bool,
+
     /// Rules and additions.
     #[command(flatten)]
     pub(super) schedule: ScheduleArgs,
@@ -96,6 +101,7 @@ Files in OUT (written whole or not at all, the same bytes for the same input):
     route.geojson               this storey's graph for Nav2's route server, with ways to others
     semantic.png  classes.png   for people; class ids for programs
     waypoints.png               what scans see, the tour and its stops
+    probability.{png,pgm,yaml}  with --probability: how probable obstacles are; pgm in per cent
 With --date all these are in OUT/<date>/, and OUT/manifest.json lists the dates.
 
 Topics of --mcap (profile ros2; written whole or not at all, the same bytes for the same input):
@@ -121,6 +127,7 @@ Examples:
   groundplan convert house.ifc -o maps --resolution 0.1 --json | jq .storeys
   groundplan convert house.ifc -o maps --storeys 0 --storeys 'Level 2*'
   groundplan convert house.ifc -o maps --date 2024-04-15
+  groundplan convert house.ifc -o maps --date 2024-04-15 --probability
   groundplan convert house.ifc -o maps --date all --schedule config/schedule.toml
   groundplan convert house.ifc -o maps --world --date 2024-04-15 --barriers
   groundplan convert house.ifc --mcap house.mcap --date all

@@ -15,13 +15,13 @@ use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
 use daemon::WorldConfig;
-use export::SiteFrameFile;
+use export::{ProbabilityInput, SiteFrameFile};
 use ingest::SiteFrame;
 use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Diagnostic, DiagnosticCode, DiagnosticRecord, ScheduleStateBuilder, Severity, Site};
 use output::Job;
 use raster::Rasterizer;
-use schedule::{Period, Timeline};
+use schedule::{Period, Timeline, Uncertainty};
 use std::time::Instant;
 use summary::{Outputs, Summary};
 use tracing::debug;
@@ -84,11 +84,20 @@ impl Run for Args {
             let schedule_states = match requested_maps {
                 RequestedMaps::Everything => {
                     let schedule_state = everything_built(&site, timeline);
-                    vec![job.replace(&progress, &schedule_state)?]
+                    vec![job.replace(&progress, &schedule_state, None)?]
+                }
+                RequestedMaps::At(period) if self.probability => {
+                    let timeline = timeline?;
+                    let probabilities = schedule.probabilities(&site, &timeline)?;
+                    debug!(elapsed_us = micros(started), "schedule simulated");
+                    let there: Vec<f64> = probabilities.elements(period).into_iter().map(|e| e.there).collect();
+                    let schedule_state = probabilities.schedule_state(period).finish();
+                    let probability = probability_input(probabilities.uncertainty(), &there);
+                    vec![job.replace(&progress, &schedule_state, Some(probability))?]
                 }
                 RequestedMaps::At(period) => {
                     let schedule_state = timeline?.schedule_state(period).finish();
-                    vec![job.replace(&progress, &schedule_state)?]
+                    vec![job.replace(&progress, &schedule_state, None)?]
                 }
                 RequestedMaps::EveryChange => job.replace_by_all(&progress, &timeline?)?,
             };
@@ -109,6 +118,9 @@ impl Args {
             }
             None => Ok(RequestedMaps::Everything),
             Some("all") if until.is_some() => Err(Failure::usage("--until ends a period, and --date all has none")),
+            Some("all") if self.probability => {
+                Err(Failure::usage("--probability needs one date: probabilities change at all times"))
+            }
             Some("all") => Ok(RequestedMaps::EveryChange),
             Some(date) => Ok(RequestedMaps::At(date_argument::period(date, until, site_zone)?)),
         }
@@ -140,6 +152,13 @@ impl Args {
         let file = SiteFrameFile::parse(&bytes).map_err(|e| unusable(&format!("{:#}", Failure::usage(e))))?;
         Ok(Some(SiteFrame { map_from_world: file.motion(), frame_epoch: file.frame_epoch }))
     }
+}
+
+/// What an export says of the probabilities that its maps were decided by.
+fn probability_input<'a>(uncertainty: &Uncertainty, there: &'a [f64]) -> ProbabilityInput<'a> {
+    let Uncertainty { runs, seed, obstacle_above, floor_above, open_above, optimistic: _, pessimistic: _ } =
+        *uncertainty;
+    ProbabilityInput { runs, seed, obstacle_above, floor_above, open_above, there }
 }
 
 /// The schedule state in which everything is built, with dates and diagnostics of the schedule; unusable dates are no

@@ -10,7 +10,7 @@ use crate::maps::{Maps, with_maps, world_files};
 use crate::progress_line::ProgressLine;
 use crate::recording::FinishedRecording;
 use daemon::Robot;
-use export::{DatedFolder, ExportFile, ExportInput, OutputFolder};
+use export::{DatedFolder, ExportFile, ExportInput, OutputFolder, ProbabilityInput};
 use messages::{ArchiveBuffer, Grid, ScheduleState, Site};
 use raster::Rasterizer;
 use schedule::{Period, Timeline};
@@ -46,8 +46,9 @@ impl Job<'_> {
         &mut self,
         progress: &ProgressLine,
         schedule_state: &ArchiveBuffer,
+        probability: Option<ProbabilityInput<'_>>,
     ) -> Result<PlanTimeSummary, Failure> {
-        let Drawn { files, summary, start } = self.draw(schedule_state, None, progress)?;
+        let Drawn { files, summary, start } = self.draw(schedule_state, probability, None, progress)?;
         start.map_err(Failure::usage)?;
         if let Some(folder) = self.folder {
             report_set_aside(folder.replace(&files).map_err(Failure::work)?);
@@ -71,7 +72,7 @@ impl Job<'_> {
         let (mut stands, mut why_not) = (false, None);
         for &at_s in timeline.instants_s() {
             let schedule_state = timeline.schedule_state(Period::instant(at_s)).finish();
-            let Drawn { files, summary, start } = self.draw(&schedule_state, film.as_mut(), progress)?;
+            let Drawn { files, summary, start } = self.draw(&schedule_state, None, film.as_mut(), progress)?;
             match start {
                 Ok(now) => stands |= now,
                 Err(why) => why_not = Some(why),
@@ -117,6 +118,7 @@ impl Job<'_> {
     fn draw(
         &mut self,
         schedule_state: &ArchiveBuffer,
+        probability: Option<ProbabilityInput<'_>>,
         film: Option<&mut Film>,
         progress: &ProgressLine,
     ) -> Result<Drawn, Failure> {
@@ -142,6 +144,7 @@ impl Job<'_> {
                 footprints: maps.footprints,
                 resolution_m: arguments.robot.resolution,
                 with_geometry: arguments.with_geometry,
+                probability,
             };
             let start =
                 options.start.map_or(Ok(false), |start| maps.check_start(site, &schedule_state, options, start));

@@ -73,6 +73,7 @@ impl Sets {
             footprints: &footprints,
             resolution_m,
             with_geometry: false,
+            probability: None,
         };
         Ok(export::files(&input, world_files(&input, world)))
     }

@@ -1,5 +1,6 @@
 //! States at a date as JSON.
 
+use super::probability::StateProbabilities;
 use crate::date_argument;
 use crate::failure::Failure;
 use export::{ScheduleFindings, ScheduleReport};
@@ -19,6 +20,9 @@ struct States<'s> {
     /// Where the date has no time: what differs in the union over its day.
     #[serde(skip_serializing_if = "Option::is_none")]
     whole_day: Option<WholeDay<'s>>,
+    /// With `--probability`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    probability: Option<StateProbabilities<'s>>,
     report: Report<'s>,
 }
 
@@ -73,6 +77,7 @@ pub(super) fn json_of<'s>(
     schedule_state: &ScheduleState<'_>,
     period: Period,
     whole_day: Option<WholeDay<'s>>,
+    probability: Option<StateProbabilities<'s>>,
 ) -> Result<String, Failure> {
     let elements = site.elements.iter().enumerate();
     let spaces = site.spaces.iter().enumerate();
@@ -82,6 +87,7 @@ pub(super) fn json_of<'s>(
         at: date_argument::text(period.from_s),
         until: period.until_s.map(date_argument::text),
         whole_day,
+        probability,
         elements: elements.map(|(k, e)| (site.text(e.global_id), schedule_state.effective(k).name())).collect(),
         spaces: spaces.map(|(k, s)| (site.text(s.global_id), space_of(schedule_state, k))).collect(),
         report: Report {

@@ -1,6 +1,7 @@
 //! `groundplan states`: which elements stand and which spaces may be entered.
 
 mod document;
+mod probability;
 mod text;
 
 use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
@@ -9,7 +10,8 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use document::{json_of, whole_day};
 use messages::{ScheduleState, Site};
-use schedule::{Period, Timeline};
+use probability::StateProbabilities;
+use schedule::{Period, Probabilities, Timeline};
 use text::text_of;
 
 /// Arguments of `states`.
@@ -23,6 +25,11 @@ pub struct Args {
     /// List the union from the date until this one, as `convert` draws it; days count whole
     #[arg(long, value_name = "DATE")]
     until: Option<String>,
+
+    /// List how probable it is that elements stand, or are there at all, and that spaces are open; and the safest days of
+    /// each space in the four weeks from the date on. Durations are drawn by [uncertainty] of the rules
+    #[arg(long)]
+    probability: bool,
 
     /// Rules and additions.
     #[command(flatten)]
@@ -51,6 +58,7 @@ Examples:
   groundplan states house.ifc --date 2024-04-15
   groundplan states house.ifc --date 2024-04-15T08:00:00 --date 2024-05-02 --json | jq '.[].spaces'
   groundplan states house.ifc --date 2024-04-15 --until 2024-04-19
+  groundplan states house.ifc --date 2024-04-15 --probability --json | jq .probability.spaces
   groundplan states house.ifc --date 2024-04-15 --delay 'Partition walls=5d'
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
@@ -69,8 +77,9 @@ impl Run for Args {
         let period = |text: &String| date_argument::instant_or_period(text, until, schedule.site_zone());
         let periods: Vec<(Period, Option<Period>)> = self.date.iter().map(period).collect::<Result<_, _>>()?;
         with_timeline(&self.model, &schedule, |site, timeline, _| {
-            let all: Vec<String> =
-                periods.iter().map(|asked| at(site, timeline, *asked, self.json)).collect::<Result<_, _>>()?;
+            let probabilities = self.probability.then(|| schedule.probabilities(site, timeline)).transpose()?;
+            let at = |asked: &(Period, Option<Period>)| at(site, timeline, probabilities.as_ref(), *asked, self.json);
+            let all: Vec<String> = periods.iter().map(at).collect::<Result<_, _>>()?;
             let text = match all.as_slice() {
                 [one] => one.clone(),
                 several if self.json => format!("[{}]\n", several.join(",").replace('\n', "")),
@@ -84,6 +93,7 @@ impl Run for Args {
 fn at(
     site: &Site<'_>,
     timeline: &Timeline,
+    probabilities: Option<&Probabilities<'_>>,
     (period, day): (Period, Option<Period>),
     json: bool,
 ) -> Result<String, Failure> {
@@ -96,9 +106,11 @@ fn at(
         .transpose()
         .map_err(Failure::work)?;
     let whole_day = day.zip(of_day.as_ref()).map(|(day, of_day)| whole_day(site, &schedule_state, day, of_day));
+    let probability = probabilities.map(|probabilities| StateProbabilities::of(site, probabilities, period));
     if json {
-        json_of(site, &schedule_state, period, whole_day)
+        json_of(site, &schedule_state, period, whole_day, probability)
     } else {
-        Ok(text_of(site, timeline, &schedule_state, period, whole_day))
+        let more = probability.map_or(String::new(), |probability| probability.text(site));
+        Ok(text_of(site, timeline, &schedule_state, period, whole_day) + &more)
     }
 }
