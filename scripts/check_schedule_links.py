@@ -104,7 +104,7 @@ def check(program, truth_path):
             is_found['why'] = sorted({named(why, task_of) for why in is_found.get('why', [])})
             if is_found != {**state, 'why': sorted(state.get('why', []))}:
                 differences.append(f"{expected['at']} space {global_id}: {is_found}, is {state}")
-    return differences, f"{n} of {len(truth['elements'])} elements and {len(truth['spaces'])} spaces numbered, {len(states)} instants"
+    return differences, f"{n} of {len(truth['elements']) + len(truth['spaces'])} elements and spaces numbered, {len(states)} instants"
 
 
 def named(why, task_of):

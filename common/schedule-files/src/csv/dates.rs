@@ -1,11 +1,22 @@
 //! Dates of a CSV as spreadsheets and planners' tools print them.
 
+use crate::options::CsvColumn;
 use crate::plan::PlanDate;
 use crate::values::time_of_day;
 use crate::{PlanFileError, iso};
 use frames::PlanTime;
 use frames::written_date::{self, DateOrder};
 use jiff::tz::TimeZone;
+
+/// Columns of dates: start and finish of each kind.
+pub(super) const COLUMNS: [[CsvColumn; 2]; 6] = [
+    [CsvColumn::Start, CsvColumn::Finish],
+    [CsvColumn::PlannedStart, CsvColumn::PlannedFinish],
+    [CsvColumn::EarlyStart, CsvColumn::EarlyFinish],
+    [CsvColumn::LateStart, CsvColumn::LateFinish],
+    [CsvColumn::ActualStart, CsvColumn::ActualFinish],
+    [CsvColumn::BaselineStart, CsvColumn::BaselineFinish],
+];
 
 /// Three letters of the months in English and German.
 const MONTHS: [&[&str]; 12] = [

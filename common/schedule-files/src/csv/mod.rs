@@ -25,16 +25,6 @@ use crate::{PlanFileError, ReadOptions};
 use std::collections::HashMap;
 use table::Table;
 
-/// Columns of dates: start and finish of each kind.
-const DATES: [[CsvColumn; 2]; 6] = [
-    [CsvColumn::Start, CsvColumn::Finish],
-    [CsvColumn::PlannedStart, CsvColumn::PlannedFinish],
-    [CsvColumn::EarlyStart, CsvColumn::EarlyFinish],
-    [CsvColumn::LateStart, CsvColumn::LateFinish],
-    [CsvColumn::ActualStart, CsvColumn::ActualFinish],
-    [CsvColumn::BaselineStart, CsvColumn::BaselineFinish],
-];
-
 /// Reads a table of tasks.
 ///
 /// # Errors
@@ -43,7 +33,7 @@ pub(crate) fn read(text: &str, options: &ReadOptions) -> Result<PlanFile, PlanFi
     let table = Table::of(text, options)?;
     let order = match options.date_format {
         Some(order) => order,
-        None => dates::decided(DATES.as_flattened().iter().flat_map(|column| table.cells(*column)))?,
+        None => dates::decided(dates::COLUMNS.as_flattened().iter().flat_map(|column| table.cells(*column)))?,
     };
     let percent = [CsvColumn::PercentComplete, CsvColumn::PhysicalPercentComplete].map(|column| table.percent(column));
     let mut plan = WrittenPlan::default();

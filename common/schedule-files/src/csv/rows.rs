@@ -1,6 +1,6 @@
 //! The task of a row.
 
-use super::{DATES, dates, lengths, table::Table};
+use super::{dates, lengths, table::Table};
 use crate::assemble::WrittenPlan;
 use crate::options::CsvColumn;
 use crate::plan::{FindingKind, Length, PlanDate, PlanTask, PlanTaskKind};
@@ -11,7 +11,7 @@ use frames::written_date::DateOrder;
 pub(super) fn task(table: &Table, row: usize, order: DateOrder, percent: [f64; 2], plan: &mut WrittenPlan) -> PlanTask {
     let mut cells = Cells { table, row, plan };
     let [current, planned, early, late, actual, baseline] =
-        DATES.map(|pair| pair.map(|column| cells.date(column, order)));
+        dates::COLUMNS.map(|pair| pair.map(|column| cells.date(column, order)));
     let duration = cells.length(CsvColumn::Duration);
     let complete = [CsvColumn::PercentComplete, CsvColumn::PhysicalPercentComplete];
     let [complete, physical_complete] = [0, 1].map(|k| cells.share(complete[k], percent[k]));

@@ -1,6 +1,7 @@
 //! Effects of a task on a linked element, and the words by which they are told.
 
-use crate::selector::{Pattern, fold};
+use crate::folded::fold;
+use crate::selector::Pattern;
 use messages::link_flags;
 use serde::Deserialize;
 

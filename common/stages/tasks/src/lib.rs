@@ -9,8 +9,10 @@
 
 mod calendar_records;
 mod effect;
+mod folded;
 mod link_rules;
 mod link_table;
+mod linking;
 mod links;
 mod matches;
 mod records;
@@ -24,7 +26,8 @@ pub use link_rules::{
     EffectChoice, ElementSelector, LinkRule, LinkRules, LinkRulesError, LinkRulesToml, LinkToml, TaskSelector,
 };
 pub use link_table::{LinkTableError, TableLink, link_table, parse_link_table};
-pub use links::{Link, LinkError, LinkOrigin, Links, Target, link};
+pub use linking::{LinkError, link};
+pub use links::{Link, LinkOrigin, Links, Target};
 pub use matches::{ClassShare, Matches, NearMiss, matches};
 pub use records::tasks_of;
 pub use schedule_file::{ScheduleFile, ScheduleFileError};

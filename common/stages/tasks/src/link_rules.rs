@@ -1,7 +1,8 @@
 //! Linking rules of a site from TOML; `config/schedule.toml` documents every key.
 
 use crate::effect::{Effect, EffectWords};
-use crate::selector::{Pattern, Selector, fold};
+use crate::folded::fold;
+use crate::selector::{Pattern, Selector};
 use crate::target_values::TargetValue;
 use crate::task_values::TaskValue;
 use serde::Deserialize;

@@ -1,10 +1,11 @@
 //! How well a schedule and a model fit together: tasks without elements, elements without tasks, and the nearest misses.
 
+use crate::folded::fold;
 use crate::link_rules::LinkRules;
 use crate::link_table::described;
 use crate::links::{Links, Target, targets};
 use crate::schedule_file::ScheduleFile;
-use crate::selector::{Selector, fold};
+use crate::selector::Selector;
 use crate::target_values::TargetValue;
 use crate::task_values::{PlannedTask, TaskValue, all_tasks, is_work, task_ids};
 use messages::{NONE, Site};

@@ -1,12 +1,8 @@
 //! Selectors of rules: a pattern, or a value of the task.
 
+use crate::folded::fold;
 use crate::task_values::TaskValue;
 use wildmatch::WildMatch;
-
-/// A text as it is compared: without spaces around it, in lower case.
-pub(crate) fn fold(text: &str) -> String {
-    text.trim().to_lowercase()
-}
 
 /// A pattern with `*` for any text and `?` for one character.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,8 @@
 //! Values of elements and spaces that rules compare.
 
+use crate::folded::fold;
 use crate::links::Target;
-use crate::selector::{Pattern, fold};
+use crate::selector::Pattern;
 use crate::task_values::parts;
 use messages::{AttributeKind, AttributeRecord, NONE, Site};
 

@@ -1,7 +1,7 @@
 //! Values of a task that rules compare and that effects are told by.
 
+use crate::folded::fold;
 use crate::schedule_file::ScheduleFile;
-use crate::selector::fold;
 use schedule_files::{PlanTask, PlanTaskKind};
 use std::collections::BTreeSet;
 

@@ -128,6 +128,21 @@ fn a_schedule_that_links_with_nothing_is_an_error_of_the_report() {
 }
 
 #[test]
+fn tasks_of_one_storey_find_their_elements_by_a_second_value() {
+    const N: usize = 100_000;
+    let mut building = Building::new();
+    let storey = building.storey("EG");
+    for k in 0..N {
+        building.element("IfcWall", &format!("wall-{k}"), [storey, messages::NONE], [0.0, 0.0]);
+    }
+    let tasks = (0..N).map(|k| PlanTask { wbs: format!("wall-{k}"), ..task_with(&k.to_string(), "Level", "EG") });
+    let rules = rules("[[link]]\nelements = { storey = \"=field:Level\", name = \"=wbs\" }");
+    let links = building.link(&[plan("p.xer", tasks.collect())], &rules, &[]).links;
+    assert_eq!(links.len(), N);
+    assert!(links.iter().all(|link| link.target == tasks::Target::Element(link.task as u32)));
+}
+
+#[test]
 fn a_hundred_thousand_tasks_find_a_hundred_thousand_elements() {
     const N: usize = 100_000;
     let mut building = Building::new();
