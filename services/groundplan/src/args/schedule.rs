@@ -7,7 +7,7 @@ use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Site, Tasks};
 use schedule::{Delay, Overrides, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
-use tasks::{Links, ScheduleFile, TableLink};
+use tasks::{LinkRules, Links, ScheduleFile, TableLink};
 
 /// Rules of dates, and overrides of the schedule.
 #[derive(Debug, Clone, clap::Args)]
@@ -39,6 +39,17 @@ impl ScheduleArgs {
     /// True if dates are not those of the models and rules alone.
     pub(crate) fn changes_dates(&self) -> bool {
         !self.delay.is_empty() || self.actual.is_some()
+    }
+
+    /// True if a planner's schedule is given.
+    pub(crate) fn has_files(&self) -> bool {
+        !self.schedule_file.is_empty()
+    }
+
+    /// The files that are read.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        let single = [&self.schedule, &self.link, &self.actual].into_iter().flatten();
+        single.chain(&self.schedule_file).map(PathBuf::as_path)
     }
 }
 
@@ -112,6 +123,16 @@ impl ScheduleInput {
     /// The zone of the site, for dates with an offset.
     pub(crate) fn site_zone(&self) -> Option<&TimeZone> {
         self.rules.site_zone.as_ref()
+    }
+
+    /// The schedule files.
+    pub(crate) fn plans(&self) -> &[ScheduleFile] {
+        &self.files
+    }
+
+    /// The rules that link their tasks.
+    pub(crate) fn link_rules(&self) -> &LinkRules {
+        &self.rules.links
     }
 
     /// Links the tasks of the schedule files with a site.
