@@ -24,6 +24,8 @@ pub(super) struct TaskEntry<'s> {
     pub(super) identification: Option<&'s str>,
     /// Name; null if absent.
     pub(super) name: Option<&'s str>,
+    /// Base name of the schedule file that it is of; null for a task of the models.
+    pub(super) file: Option<&'s str>,
     /// GlobalId of the task that it is nested in; null at the top.
     pub(super) parent: Option<&'s str>,
     /// Number of tasks above it.
@@ -64,6 +66,8 @@ pub(super) struct ElementEntry<'s> {
     pub(super) ifc_type: &'s str,
     /// `constructs`, `removes`, or `no_effect`: the task has no dates, is of another kind, or another source goes before it.
     pub(super) operation: &'static str,
+    /// Rule, or row of the table of links, that links it; null for links of the models.
+    pub(super) rule: Option<&'s str>,
 }
 
 /// A space that a task acts on.
@@ -133,6 +137,7 @@ fn entry_of<'s>(
             name: text(element.name),
             ifc_type: site.text(element.ifc_type),
             operation: operation.name(),
+            rule: export::link_rule(site, task as u32, k),
         }
     };
     let space = |k: &u32| {
@@ -146,6 +151,7 @@ fn entry_of<'s>(
         global_id,
         identification: written(record.identification),
         name: written(record.name),
+        file: export::schedule_file(site, record),
         parent: (record.parent != NONE)
             .then(|| site.schedule.text(site.schedule.tasks[record.parent as usize].global_id)),
         depth: 0,
