@@ -16,12 +16,10 @@ impl LinkReport {
             let by = file.written_by.as_deref().map_or(String::new(), |by| format!(", written by {by}"));
             let _ = writeln!(out, "{}: {}{by}", file.file, counted(file.tasks, "task"));
         }
-        let n_tasks = self.tasks.linked;
         let _ = writeln!(
             out,
-            "linked: {} ({} of those that are work have no element), {} of {}",
-            counted(n_tasks, "task"),
-            self.unlinked_tasks.len(),
+            "linked: {}, {} of {}",
+            counted(self.tasks.linked, "task"),
             self.elements.linked,
             counted(self.elements.all, "element"),
         );
