@@ -64,12 +64,17 @@ pub fn parse_link_table(bytes: &[u8]) -> Result<Vec<TableLink>, LinkTableError> 
     let task = column("task").ok_or(LinkTableError::Column("task"))?;
     let effect = column("effect");
     let mut links = Vec::new();
+    let (mut line, mut counted) = (1, 0);
     for (k, record) in reader.into_records().enumerate() {
         if k == MAX_ROWS {
             return Err(LinkTableError::TooLong);
         }
         let record = record.map_err(LinkTableError::Csv)?;
-        let line = record.position().map_or(0, csv::Position::line);
+        // The reader's own count is one short where lines end with a carriage return: the line feed begins the next record.
+        let start = record.position().map_or(counted, |position| position.byte() as usize);
+        let start = start + usize::from(bytes.get(start) == Some(&b'\n'));
+        line += bytes[counted..start].iter().filter(|b| **b == b'\n').count() as u64;
+        counted = start;
         let cell = |k: usize| text_of(record.get(k).unwrap_or_default());
         if cell(id).is_empty() || cell(task).is_empty() {
             continue;
