@@ -159,9 +159,13 @@ fn tasks_and_maps_name_the_file_and_the_rule_of_a_date() {
 }
 
 #[test]
-fn a_link_without_a_schedule_file_is_bad_usage() {
+fn links_and_revisions_without_a_schedule_file_are_bad_usage() {
     let project = Project::new();
     let refused = groundplan(&[&"link", &project.model]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("--schedule-file is needed"));
+    for alone in ["--against", "--link"] {
+        let refused = groundplan(&[&"changes", &project.model, &alone, &project.plan]);
+        assert_eq!(refused.status.code(), Some(2), "{alone}");
+    }
 }

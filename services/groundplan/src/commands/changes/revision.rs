@@ -183,8 +183,12 @@ impl PlanRevision<'_> {
         let space = |space: &SpaceEntry<'_>| {
             let name = [space.name, space.long_name].join(" ");
             let name = if name.trim().is_empty() { space.global_id } else { name.trim() };
-            let finally = space.finally_opens.text("for good");
-            format!("{name}: {}", [space.first_opens.text("first"), finally].concat().trim_start_matches("; "))
+            let dates = if space.first_opens == space.finally_opens {
+                space.first_opens.text("opens")
+            } else {
+                [space.first_opens.text("opens first"), space.finally_opens.text("opens for good")].concat()
+            };
+            format!("{name}: {}", dates.trim_start_matches("; "))
         };
         list(&mut out, "rooms that open at other dates", self.spaces.iter().map(space));
         let element = |element: &ElementEntry<'_>| {
@@ -194,7 +198,7 @@ impl PlanRevision<'_> {
         list(&mut out, "elements that stand or are removed at other dates", self.elements.iter().map(element));
         for storey in self.storeys.iter().filter(|storey| !storey.differs.is_empty()) {
             let what = format!(
-                "storey {} {}: {} elements and {} rooms differ in spans of time",
+                "maps of storey {} {} may differ ({} elements, {} rooms), spans of time",
                 storey.index, storey.name, storey.elements, storey.spaces
             );
             list(&mut out, &what, storey.differs.iter().map(Span::text));

@@ -208,19 +208,24 @@ fn task_entries(schedule: &ScheduleInput, found: &Matches) -> Vec<TaskEntry> {
 }
 
 fn rule_entries(schedule: &ScheduleInput, links: &Links) -> Vec<RuleEntry> {
-    let entry = |rule: Option<String>, is_of: &dyn Fn(LinkOrigin) -> bool| {
-        let mut links: Vec<(usize, Target)> =
-            links.links.iter().filter(|link| is_of(link.origin)).map(|link| (link.task, link.target)).collect();
-        let n_links = links.len();
-        let tasks = links.iter().map(|(task, _)| *task).collect::<BTreeSet<_>>().len();
-        links.sort_unstable_by_key(|(_, target)| *target);
-        links.dedup_by_key(|(_, target)| *target);
-        RuleEntry { rule, links: n_links, tasks, targets: links.len() }
+    let rules = &schedule.link_rules().rules;
+    // The table, then the rules.
+    let mut found: Vec<(usize, BTreeSet<usize>, BTreeSet<Target>)> = vec![Default::default(); rules.len() + 1];
+    for link in &links.links {
+        let (n, tasks, targets) = &mut found[match link.origin {
+            LinkOrigin::Table(_) => 0,
+            LinkOrigin::Rule(k) => k + 1,
+        }];
+        *n += 1;
+        tasks.insert(link.task);
+        targets.insert(link.target);
+    }
+    let names = std::iter::once(None).chain(rules.iter().map(|rule| Some(rule.name.clone())));
+    let entry = |(rule, (links, tasks, targets)): (Option<String>, (usize, BTreeSet<usize>, BTreeSet<Target>))| {
+        RuleEntry { rule, links, tasks: tasks.len(), targets: targets.len() }
     };
-    let table = entry(None, &|origin| matches!(origin, LinkOrigin::Table(_)));
-    let rules = schedule.link_rules().rules.iter().enumerate();
-    let of_rules = rules.map(|(k, rule)| entry(Some(rule.name.clone()), &|origin| origin == LinkOrigin::Rule(k)));
-    std::iter::once(table).filter(|table| table.links > 0).chain(of_rules).collect()
+    let entries = names.zip(found).map(entry);
+    entries.filter(|entry| entry.rule.is_some() || entry.links > 0).collect()
 }
 
 fn element_entry(site: &Site<'_>, element: u32) -> ElementEntry {

@@ -5,6 +5,7 @@ use messages::{Diagnostic, NONE, Severity, Site, TaskRecord};
 use schedule::{TaskDates, TaskTargets, Timeline};
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What `groundplan tasks --json` prints.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -96,7 +97,9 @@ pub(super) struct WarningEntry {
 pub(super) fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64>, wanted: &[usize]) -> TaskList<'s> {
     let targets = timeline.task_targets(site);
     let order = nested_order(site.schedule.tasks).into_iter().filter(|(k, _)| wanted.is_empty() || wanted.contains(k));
-    let entry = |(k, depth): (usize, usize)| TaskEntry { depth, ..entry_of(site, timeline, at_s, k, &targets[k]) };
+    let about = About::of(site, timeline);
+    let entry =
+        |(k, depth): (usize, usize)| TaskEntry { depth, ..entry_of(site, timeline, at_s, k, &targets[k], &about) };
     TaskList { at: at_s.map(date_argument::text), tasks: order.map(entry).collect() }
 }
 
@@ -119,12 +122,31 @@ fn nested_order(tasks: &[TaskRecord]) -> Vec<(usize, usize)> {
     order
 }
 
+/// What is told of each task, found once for all.
+struct About<'t> {
+    parents: BTreeSet<u32>,
+    warnings: BTreeMap<&'t str, Vec<&'t Diagnostic>>,
+}
+
+impl<'t> About<'t> {
+    fn of(site: &Site<'_>, timeline: &'t Timeline) -> Self {
+        let mut warnings: BTreeMap<&str, Vec<&Diagnostic>> = BTreeMap::new();
+        for diagnostic in timeline.diagnostics().iter().filter(|d| d.severity > Severity::Info) {
+            warnings.entry(diagnostic.global_id()).or_default().push(diagnostic);
+        }
+        // Diagnostics without an entity are about no task.
+        warnings.remove("");
+        Self { parents: site.schedule.tasks.iter().map(|t| t.parent).collect(), warnings }
+    }
+}
+
 fn entry_of<'s>(
     site: &'s Site<'_>,
     timeline: &Timeline,
     at_s: Option<i64>,
     task: usize,
     targets: &TaskTargets,
+    about: &About<'_>,
 ) -> TaskEntry<'s> {
     let record = &site.schedule.tasks[task];
     let text = |t| Some(site.text(t)).filter(|text| !text.is_empty());
@@ -145,8 +167,6 @@ fn entry_of<'s>(
         SpaceEntry { global_id: site.text(space.global_id), name: text(space.name), long_name: text(space.long_name) }
     };
     let global_id = site.schedule.text(record.global_id);
-    let is_about =
-        |f: &&Diagnostic| f.severity > Severity::Info && !f.global_id().is_empty() && f.global_id() == global_id;
     TaskEntry {
         global_id,
         identification: written(record.identification),
@@ -155,7 +175,7 @@ fn entry_of<'s>(
         parent: (record.parent != NONE)
             .then(|| site.schedule.text(site.schedule.tasks[record.parent as usize].global_id)),
         depth: 0,
-        is_summary: site.schedule.tasks.iter().any(|t| t.parent as usize == task),
+        is_summary: about.parents.contains(&(task as u32)),
         predefined_type: written(record.predefined_type),
         start: dates.map(|d| date_argument::text(d.start_s)),
         finish: dates.map(|d| date_argument::text(d.finish_s)),
@@ -165,7 +185,7 @@ fn entry_of<'s>(
         status: at_s.zip(dates).map(|(at_s, dates)| status(at_s, dates)),
         elements: targets.elements.iter().map(element).collect(),
         spaces: targets.spaces.iter().map(space).collect(),
-        warnings: timeline.diagnostics().iter().filter(is_about).map(WarningEntry::of).collect(),
+        warnings: about.warnings.get(global_id).into_iter().flatten().map(|found| WarningEntry::of(found)).collect(),
     }
 }
 
