@@ -65,6 +65,7 @@ mod mission_plan_picture;
 mod output_folder;
 mod pictures;
 mod probability_layer;
+mod provenance;
 mod reach;
 mod report;
 mod route;
@@ -77,13 +78,16 @@ mod text;
 mod transliteration;
 mod waypoints;
 
-pub use deviations::{DeviationExport, DeviationsDocument, deviation_files};
+pub use deviations::{
+    DeviationExport, DeviationsDocument, ProgressDate, TaskProgress, deviation_files, progress_mspdi,
+};
 pub use door_report::{each_door, reason_text};
 pub use folders::{storey_folder, sums};
 pub use input::{ExportFile, ExportInput, ProbabilityInput};
 pub use json::text as json_text;
 pub use manifest::{DatedFolder, DatesManifest, Manifest, schedule_ignored, status_of, with_manifest};
 pub use output_folder::{FolderBeside, ForeignFilePolicy, ForeignFiles, OutputError, OutputFolder, SetAside};
+pub use provenance::{link_rule, schedule_file};
 pub use reach::{FloorReach, NotMapped, RoomNotMapped, spaces_not_mapped};
 pub use report::Report;
 pub use route::{SiteGraph, nav2_route_file};

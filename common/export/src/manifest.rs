@@ -19,6 +19,9 @@ pub struct DatesManifest {
     version: &'static str,
     /// The files of the site.
     sources: Vec<Source>,
+    /// The schedule files that the plan is from; absent if it is that of the models.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    schedule_sources: Vec<ScheduleSource>,
     /// The folders, by plan time.
     dates: Vec<DatedFolder>,
     /// sha256 of every other file.
@@ -38,7 +41,14 @@ pub struct DatedFolder {
 
 impl DatesManifest {
     pub(crate) fn of(site: &Site<'_>, dates: Vec<DatedFolder>, files: BTreeMap<String, String>) -> Self {
-        Self { tool: TOOL, version: VERSION, sources: Source::all(site), dates, files }
+        Self {
+            tool: TOOL,
+            version: VERSION,
+            sources: Source::all(site),
+            schedule_sources: ScheduleSource::all(site),
+            dates,
+            files,
+        }
     }
 }
 
@@ -66,6 +76,9 @@ pub struct Manifest {
     version: &'static str,
     /// The files of the site.
     sources: Vec<Source>,
+    /// The schedule files that the plan is from; absent if it is that of the models.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    schedule_sources: Vec<ScheduleSource>,
     /// Plan time; null if all elements stand regardless of dates.
     plan_time: Option<String>,
     /// End of the period that the maps serve, exclusive; null for an instant. The maps are the union over the period:
@@ -125,6 +138,16 @@ struct Source {
     sha256: String,
     /// FILE_SCHEMA as written; null if it is empty.
     schema: Option<String>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct ScheduleSource {
+    /// Base name.
+    file: String,
+    /// sha256 of the file.
+    sha256: String,
+    /// Program that wrote it, as the file says; null if it does not.
+    written_by: Option<String>,
 }
 
 /// A robot profile; keys as in `config/robots/default.toml`.
@@ -236,6 +259,7 @@ impl Manifest {
             tool: TOOL,
             version: VERSION,
             sources: Source::all(site),
+            schedule_sources: ScheduleSource::all(site),
             plan_until: input.schedule_state.head.plan_until().map(|t| t.to_string()),
             valid_from: plan_time.as_ref().and_then(|_| time(input.schedule_state.head.valid_from_s)),
             valid_until: plan_time.as_ref().and_then(|_| time(input.schedule_state.head.valid_until_s)),
@@ -270,6 +294,18 @@ impl Source {
             schema: text_or_null(site.text(s.schema)),
         };
         site.sources.iter().map(source).collect()
+    }
+}
+
+impl ScheduleSource {
+    fn all(site: &Site<'_>) -> Vec<Self> {
+        let text = |t| site.schedule.text(t);
+        let source = |s: &messages::ScheduleSourceRecord| Self {
+            file: text(s.file).to_owned(),
+            sha256: hex(&s.sha256),
+            written_by: text_or_null(text(s.written_by)),
+        };
+        site.schedule.sources.iter().map(source).collect()
     }
 }
 

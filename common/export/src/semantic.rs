@@ -1,6 +1,7 @@
 //! `semantic.json`: elements and spaces by GlobalId.
 
 use crate::input::ExportInput;
+use crate::provenance::{link_rule, schedule_file};
 use crate::semantic_geometry::Geometry;
 use crate::text::{rounded, text_or_null};
 use frames::metres;
@@ -81,6 +82,12 @@ struct Schedule {
     /// GlobalId of the last task that builds it, else of the last that removes it.
     #[serde(skip_serializing_if = "Option::is_none")]
     task: Option<String>,
+    /// Base name of the schedule file of that task; absent for a task of the models.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<String>,
+    /// Rule, or row of the table of links, that links that task with it; absent for links of the models.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rule: Option<String>,
     /// Where the dates come from: `reported`, `task_actual`, `task_schedule`, `task_early`, `task_computed`,
     /// `property_actual`, `property`, `phase`, `status`, or `none`: it exists.
     source: &'static str,
@@ -103,6 +110,8 @@ impl Schedule {
             total_float_h: hours(record.total_float_s),
             free_float_h: hours(record.free_float_s),
             task: task.map(|t| input.site.schedule.text(t.global_id).to_owned()),
+            file: task.and_then(|t| schedule_file(input.site, t)).map(str::to_owned),
+            rule: task.and_then(|_| link_rule(input.site, record.task, element as u32)).map(str::to_owned),
             source: record.source.get().name(),
             state: input.schedule_state.head.plan_time().map(|_| input.schedule_state.effective(element).name()),
         }

@@ -1,6 +1,9 @@
-//! Values as files have them: rounded numbers, texts or null, sums.
+//! Values as files have them: rounded numbers, texts or null, sums, texts in XML.
 
+use quick_xml::Writer;
+use quick_xml::events::BytesText;
 use sha2::{Digest, Sha256};
+use std::borrow::Cow;
 
 /// Hexadecimal sha256.
 pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
@@ -23,6 +26,15 @@ pub fn rounded(metres: f64) -> f64 {
     let rounded = ((metres * 1e4).round() / 1e4).clamp(f64::MIN, f64::MAX);
     // No negative zero in files.
     if rounded == 0.0 { 0.0 } else { rounded }
+}
+
+/// An element with a text, which keeps what XML allows.
+pub(crate) fn xml_text(xml: &mut Writer<Vec<u8>>, name: &str, content: &str) -> std::io::Result<()> {
+    let is_bad = |c: char| (c < ' ' && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}');
+    let content: Cow<'_, str> =
+        if content.contains(is_bad) { content.replace(is_bad, "\u{fffd}").into() } else { content.into() };
+    xml.create_element(name).write_text_content(BytesText::new(&content))?;
+    Ok(())
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use bytemuck::Zeroable;
-use export::{DeviationExport, ExportFile, deviation_files};
+use export::{DeviationExport, ExportFile, deviation_files, progress_mspdi};
 use frames::PlanTime;
 use messages::*;
 use quick_xml::events::Event;
@@ -34,11 +34,15 @@ fn storey(name: &str) -> Storey {
         floor: FloorKind::Built.into(),
         bounds_tenths: [0, 0, 40_000, 30_000],
     });
+    // Bodies of no triangles: only that there are some matters here.
+    b.parts = vec![PartRecord::zeroed(); 3];
     for (index, id) in [texts[1], texts[2], texts[3]].into_iter().enumerate() {
         b.elements.push(ElementRecord {
             global_id: id,
             name: texts[5],
             ifc_type: texts[4],
+            first_part: index as u32,
+            n_parts: 1,
             min_tenths: [0, 10_000 * index as i32, 30_000],
             max_tenths: [20_000, 10_000 * index as i32 + 1_000, 55_000],
             class: grid::Class::Wall.into(),
@@ -212,6 +216,71 @@ fn only_what_stands_early_is_reported_as_progress() {
     let files = files(&storey("wall"));
     let table = String::from_utf8(files["actuals.csv"].clone()).unwrap();
     assert_eq!(table, format!("id,start,finish\n{EARLY},,2024-03-09T16:00:00\n"));
+}
+
+/// A plan of four tasks: walls 0 and 1 built, walls 1 and 2 built, wall 0 removed, and one that works on nothing.
+fn plan(site: &Site<'_>) -> ArchiveBuffer {
+    let mut b = TasksBuilder::default();
+    b.head = TasksHead { site_hash: site.content_hash(), n_elements: 3, ..b.head };
+    let file = b.texts.add("plan.xml").into();
+    b.sources.push(ScheduleSourceRecord { file, written_by: ScheduleText::default(), sha256: [2; 32] });
+    for (id, actual_start) in [("A1", ""), ("A2", "2024-03-01T07:00:00+01:00"), ("D1", ""), ("M1", "")] {
+        let task = TaskRecord {
+            global_id: b.texts.add(id).into(),
+            name: b.texts.add("walls, inner").into(),
+            actual_start: b.texts.add(actual_start).into(),
+            parent: NONE,
+            control: NONE,
+            calendar: NONE,
+            completion: -1.0,
+            duration_kind: DurationKind::WorkTime.into(),
+            ..Zeroable::zeroed()
+        };
+        b.schedule.tasks.push(task);
+    }
+    let (builds, removes) = (link_flags::BUILDS, link_flags::REMOVES);
+    for (task, target, flags) in [(0, 0, builds), (0, 1, builds), (1, 1, builds), (1, 2, builds), (2, 0, removes)] {
+        b.schedule.task_links.push(TaskLinkRecord { task, kind: LinkKind::Element.into(), target, flags });
+        b.link_rules.push(file);
+    }
+    b.finish()
+}
+
+#[test]
+fn progress_of_the_planners_tasks_is_what_was_seen_of_their_elements() {
+    let storey = storey("wall");
+    let site = Site::open(storey.site.bytes()).unwrap();
+    let plan = plan(&site);
+    let tasks = Tasks::open(plan.bytes()).unwrap();
+    let site = site.with_tasks(&tasks).unwrap();
+    let deviations = Deviations::open(storey.deviations.bytes()).unwrap();
+    let input = DeviationExport {
+        site: &site,
+        schedule_state: &ScheduleState::open(storey.schedule_state.bytes()).unwrap(),
+        deviations: &deviations,
+        created: PlanTime::from_civil_seconds(deviations.head.plan_time_s).unwrap(),
+    };
+    let files = deviation_files(&input);
+    let table = files.iter().find(|file| file.path == "progress.csv").unwrap();
+    let table = String::from_utf8(table.bytes.clone()).unwrap();
+    let lines: Vec<&str> = table.lines().skip(1).collect();
+    let seen = "2024-03-09T16:00:00";
+    assert_eq!(
+        lines,
+        [
+            format!("A1,\"walls, inner\",plan.xml,100,2,2,0,{seen},seen,{seen},seen,{seen}"),
+            format!("A2,\"walls, inner\",plan.xml,50,2,1,1,2024-03-01T07:00:00,plan,,,{seen}"),
+            format!("D1,\"walls, inner\",plan.xml,0,1,0,0,,,,,{seen}"),
+            format!("M1,\"walls, inner\",plan.xml,,0,0,0,,,,,{seen}"),
+        ]
+    );
+    let xml = progress_mspdi(&input, &["7", "8", "wbs:9", "10"]);
+    assert_eq!(xml.iter().map(|file| file.path.as_str()).collect::<Vec<_>>(), ["progress.xml"]);
+    let text = String::from_utf8(xml[0].bytes.clone()).unwrap();
+    assert_eq!(values(&text, "UID"), ["7", "8", "10"]);
+    assert_eq!(values(&text, "PercentComplete"), ["100", "50"]);
+    assert_eq!(values(&text, "ActualFinish"), [seen]);
+    assert!(progress_mspdi(&input, &[]).is_empty());
 }
 
 #[test]

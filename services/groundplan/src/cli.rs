@@ -1,8 +1,8 @@
 //! The command line: all commands. Arguments, help and work of each are in its own file.
 
 use crate::commands::{
-    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, load, log,
-    man, metrics, monitor, record, relay, robot, slam_map, states, status, tasks, topic, undo, up, waypoints,
+    actuals, align, changes, completions, confirm, convert, date, deviations, doctor, down, export, keeper, link, load,
+    log, man, metrics, monitor, record, relay, robot, slam_map, states, status, tasks, topic, undo, up, waypoints,
 };
 use crate::failure::Failure;
 use crate::run::{Outcome, Run};
@@ -30,6 +30,8 @@ pub enum Command {
     Changes(changes::Args),
     /// List the tasks of the schedule: when they are, what they act on, what is wrong with them
     Tasks(tasks::Args),
+    /// Show which elements a planner's schedule works on, and what of both fits nothing; write the table that completes it
+    Link(link::Args),
     /// Find the pose of a robot's SLAM map in the model's: of files, or of the map that the running daemon follows
     Align(align::Args),
     /// Start and supervise the daemons of a site until SIGTERM
@@ -105,6 +107,7 @@ impl Command {
             Self::States(arguments) => arguments,
             Self::Changes(arguments) => arguments,
             Self::Tasks(arguments) => arguments,
+            Self::Link(arguments) => arguments,
             Self::Align(arguments) => arguments,
             Self::Up(arguments) => arguments,
             Self::Down(arguments) => arguments,

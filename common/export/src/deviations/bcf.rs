@@ -5,11 +5,10 @@
 
 use super::input::DeviationExport;
 use super::topics::{Component, Topic, topics};
-use crate::text::rounded;
+use crate::text::{rounded, xml_text as text};
 use frames::{Map, Point3, UprightRigid3, World};
 use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, BytesText, Event};
-use std::borrow::Cow;
+use quick_xml::events::{BytesDecl, Event};
 use std::io::{Cursor, Result, Write};
 use zip::write::SimpleFileOptions;
 
@@ -178,14 +177,5 @@ fn vector(xml: &mut Xml, name: &str, [x, y, z]: [f64; 3]) -> Result<()> {
     xml.create_element(name).write_inner_content(|xml| {
         [("X", x), ("Y", y), ("Z", z)].iter().try_for_each(|(axis, c)| text(xml, axis, &rounded(*c).to_string()))
     })?;
-    Ok(())
-}
-
-/// An element with a text, which keeps what XML allows.
-fn text(xml: &mut Xml, name: &str, content: &str) -> Result<()> {
-    let is_bad = |c: char| (c < ' ' && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}');
-    let content: Cow<'_, str> =
-        if content.contains(is_bad) { content.replace(is_bad, "\u{fffd}").into() } else { content.into() };
-    xml.create_element(name).write_text_content(BytesText::new(&content))?;
     Ok(())
 }

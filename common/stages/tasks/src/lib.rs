@@ -8,6 +8,8 @@
 //! A target takes its links from the first that names it: the table, then the rules in their order.
 
 mod calendar_records;
+mod cells;
+mod contradictions;
 mod effect;
 mod folded;
 mod link_rules;
@@ -21,6 +23,7 @@ mod selector;
 mod target_values;
 mod task_values;
 
+pub use contradictions::{Contradiction, ContradictionKind, contradictions};
 pub use effect::{Effect, EffectWords};
 pub use link_rules::{
     EffectChoice, ElementSelector, LinkRule, LinkRules, LinkRulesError, LinkRulesToml, LinkToml, TaskSelector,
@@ -28,7 +31,7 @@ pub use link_rules::{
 pub use link_table::{LinkTableError, TableLink, link_table, parse_link_table};
 pub use linking::{LinkError, link};
 pub use links::{Link, LinkOrigin, Links, Target};
-pub use matches::{ClassShare, Matches, NearMiss, matches};
+pub use matches::{ClassShare, MAX_COMPARED_TASKS, MAX_COMPARED_VALUES, Matches, NearMiss, matches};
 pub use records::tasks_of;
 pub use schedule_file::{ScheduleFile, ScheduleFileError};
 pub use task_values::PlannedTask;

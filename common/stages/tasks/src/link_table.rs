@@ -1,5 +1,6 @@
 //! Links as a table that planners complete in a spreadsheet: columns `global_id`, `task`, `effect`, others are for people.
 
+use crate::cells::{cell_of, text_of};
 use crate::effect::Effect;
 use crate::links::{Links, Target, targets};
 use crate::schedule_file::ScheduleFile;
@@ -63,13 +64,18 @@ pub fn parse_link_table(bytes: &[u8]) -> Result<Vec<TableLink>, LinkTableError> 
     let task = column("task").ok_or(LinkTableError::Column("task"))?;
     let effect = column("effect");
     let mut links = Vec::new();
+    let (mut line, mut counted) = (1, 0);
     for (k, record) in reader.into_records().enumerate() {
         if k == MAX_ROWS {
             return Err(LinkTableError::TooLong);
         }
         let record = record.map_err(LinkTableError::Csv)?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let cell = |k: usize| record.get(k).unwrap_or_default();
+        // The reader's own count is one short where lines end with a carriage return: the line feed begins the next record.
+        let start = record.position().map_or(counted, |position| position.byte() as usize);
+        let start = start + usize::from(bytes.get(start) == Some(&b'\n'));
+        line += bytes[counted..start].iter().filter(|b| **b == b'\n').count() as u64;
+        counted = start;
+        let cell = |k: usize| text_of(record.get(k).unwrap_or_default());
         if cell(id).is_empty() || cell(task).is_empty() {
             continue;
         }
@@ -84,7 +90,8 @@ pub fn parse_link_table(bytes: &[u8]) -> Result<Vec<TableLink>, LinkTableError> 
 
 /// The table of all elements and spaces with their links; one row for those without.
 ///
-/// Reading it back gives the same links, unless several files have tasks of the same code.
+/// Reading it back gives the same links, unless several tasks have the same code. It begins with a byte order mark: without one
+/// spreadsheets take it for a text of an old code page.
 pub fn link_table(site: &Site<'_>, plans: &[ScheduleFile], links: &Links) -> String {
     let tasks = all_tasks(plans);
     let mut by_target: BTreeMap<Target, Vec<(&str, &str, &'static str)>> = BTreeMap::new();
@@ -93,8 +100,11 @@ pub fn link_table(site: &Site<'_>, plans: &[ScheduleFile], links: &Links) -> Str
         let id = if task.code.is_empty() { &task.uid } else { &task.code };
         by_target.entry(link.target).or_default().push((id, &task.name, link.effect.name()));
     }
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let mut write = |row: [&str; 7]| writer.write_record(row).expect("memory takes every row");
+    let mut writer = csv::Writer::from_writer("\u{feff}".as_bytes().to_vec());
+    let mut write = |row: [&str; 7]| {
+        let cells = row.map(cell_of);
+        writer.write_record(cells.iter().map(|cell| cell.as_bytes())).expect("memory takes every row");
+    };
     write(["global_id", "task", "effect", "class", "name", "storey", "task_name"]);
     for target in targets(site) {
         let id = global_id(site, target);

@@ -1,6 +1,5 @@
 //! How well a schedule and a model fit together: tasks without elements, elements without tasks, and the nearest misses.
 
-use crate::folded::fold;
 use crate::link_rules::LinkRules;
 use crate::link_table::described;
 use crate::links::{Links, Target, targets};
@@ -8,14 +7,21 @@ use crate::schedule_file::ScheduleFile;
 use crate::selector::Selector;
 use crate::target_values::TargetValue;
 use crate::task_values::{PlannedTask, TaskValue, all_tasks, is_work, task_ids};
-use messages::{NONE, Site};
+use messages::{NONE, Site, nearest_names};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// Most tasks without elements whose values are compared by their spelling.
+pub const MAX_COMPARED_TASKS: usize = 200;
+/// Most values that each is compared with.
+pub const MAX_COMPARED_VALUES: usize = 1000;
 
 /// How well a schedule and a model fit together.
 #[derive(Debug, Clone, Default)]
 pub struct Matches {
     /// Tasks that are linked with something, by index over all files.
     pub linked_tasks: Vec<usize>,
+    /// How many tasks are work: no summaries, milestones or spans, and not switched off.
+    pub n_work: usize,
     /// Tasks that are work and linked with nothing.
     pub unlinked_tasks: Vec<usize>,
     /// Elements without a task, their own or that of the element they are a part of.
@@ -24,6 +30,9 @@ pub struct Matches {
     pub shares: Vec<ClassShare>,
     /// Values of elements that name no task, beside the value of a task without elements that they may mean.
     pub near_misses: Vec<NearMiss>,
+    /// The same for tasks without elements that have no near miss: values that are spelt alike. Only the first
+    /// [`MAX_COMPARED_TASKS`] of them are compared, with the first [`MAX_COMPARED_VALUES`] values of a rule.
+    pub similar: Vec<NearMiss>,
     /// Names of all tasks, as in the `tasks` archive.
     pub task_ids: Vec<String>,
 }
@@ -41,7 +50,7 @@ pub struct ClassShare {
     pub all: usize,
 }
 
-/// Two values that are the same but for spaces, signs and leading zeros.
+/// Two values, without case, that may mean the same: they differ in spaces, signs and leading zeros only, or are spelt alike.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct NearMiss {
     /// Name of the rule that compares them.
@@ -64,11 +73,14 @@ pub fn matches(site: &Site<'_>, plans: &[ScheduleFile], rules: &LinkRules, links
     let of = |wanted: &dyn Fn(usize) -> bool| (0..tasks.len()).filter(|k| wanted(*k)).collect::<Vec<_>>();
     let unlinked_tasks = of(&|k| is_work[k] && !is_linked[k]);
     let unlinked: Vec<PlannedTask<'_>> = unlinked_tasks.iter().map(|k| tasks[*k]).collect();
+    let [near_misses, similar] = near_misses(site, rules, &tasks, &unlinked);
     Matches {
         linked_tasks: of(&|k| is_linked[k]),
+        n_work: is_work.iter().filter(|is_work| **is_work).count(),
         unlinked_elements: (0..site.elements.len() as u32).filter(|k| !has_task[*k as usize]).collect(),
         shares: shares(site, &has_task),
-        near_misses: near_misses(site, rules, &tasks, &unlinked),
+        near_misses,
+        similar,
         task_ids: task_ids(plans),
         unlinked_tasks,
     }
@@ -122,58 +134,81 @@ fn squashed(folded: &str) -> String {
     out
 }
 
+/// Near misses of all rules, and values that are spelt alike.
 fn near_misses(
     site: &Site<'_>,
     rules: &LinkRules,
     tasks: &[PlannedTask<'_>],
     unlinked: &[PlannedTask<'_>],
-) -> Vec<NearMiss> {
-    let mut found = Vec::new();
+) -> [Vec<NearMiss>; 2] {
+    let mut found = [Vec::new(), Vec::new()];
     for rule in &rules.rules {
         let compared = rule.elements.values.iter().find_map(|(value, selector)| match selector {
             Selector::Equals(task) => Some((value, task)),
             Selector::Fits(_) => None,
         });
-        if let Some((value, task)) = compared {
-            found.extend(misses_of(site, &rule.name, value, task, tasks, unlinked));
+        if let Some((value, task_value)) = compared {
+            let wanted: BTreeSet<String> = unlinked.iter().flat_map(|planned| task_value.of(planned.task)).collect();
+            let unnamed = unnamed_values(site, value, task_value, tasks);
+            found[0].extend(misses_of(&rule.name, &wanted, &unnamed));
+            let missed: BTreeSet<String> = found[0].iter().map(|miss: &NearMiss| miss.task.clone()).collect();
+            let rest = wanted.iter().filter(|text| !missed.contains(*text));
+            found[1].extend(similar_of(&rule.name, rest, &unnamed));
         }
     }
-    found.sort();
-    found.dedup();
+    for list in &mut found {
+        list.sort();
+        list.dedup();
+    }
     found
 }
 
-fn misses_of(
+/// Values of elements and spaces that no task has, and how many have each.
+fn unnamed_values(
     site: &Site<'_>,
-    rule: &str,
     value: &TargetValue,
     task_value: &TaskValue,
     tasks: &[PlannedTask<'_>],
-    unlinked: &[PlannedTask<'_>],
-) -> Vec<NearMiss> {
+) -> BTreeMap<String, usize> {
     let named: BTreeSet<String> = tasks.iter().flat_map(|planned| task_value.of(planned.task)).collect();
-    let mut of_elements: BTreeMap<String, usize> = BTreeMap::new();
-    for text in targets(site).flat_map(|target| value.of(site, target)) {
-        if !named.contains(&text) {
-            *of_elements.entry(text).or_default() += 1;
-        }
+    let mut unnamed: BTreeMap<String, usize> = BTreeMap::new();
+    for text in targets(site).flat_map(|target| value.of(site, target)).filter(|text| !named.contains(text)) {
+        *unnamed.entry(text).or_default() += 1;
     }
+    unnamed
+}
+
+fn misses_of(rule: &str, wanted: &BTreeSet<String>, unnamed: &BTreeMap<String, usize>) -> Vec<NearMiss> {
     let mut by_squashed: BTreeMap<String, Vec<(&String, usize)>> = BTreeMap::new();
-    for (text, n) in &of_elements {
+    for (text, n) in unnamed {
         by_squashed.entry(squashed(text)).or_default().push((text, *n));
     }
-    let miss = |text: String| {
-        let near = by_squashed.get(&squashed(&text)).into_iter().flatten();
-        let rule = rule.to_owned();
-        let miss = move |&(element, n_elements): &(&String, usize)| NearMiss {
-            rule: rule.clone(),
-            task: text.clone(),
-            element: element.clone(),
-            n_elements,
-        };
-        near.map(miss).collect::<Vec<_>>()
+    // A value of signs only is near to nothing.
+    by_squashed.remove("");
+    let near = |text: &String| by_squashed.get(&squashed(text)).cloned().unwrap_or_default();
+    let miss =
+        |task: &String| near(task).into_iter().map(|(element, n)| NearMiss::of(rule, task, element, n)).collect();
+    wanted.iter().flat_map(|task| -> Vec<NearMiss> { miss(task) }).collect()
+}
+
+fn similar_of<'t>(
+    rule: &str,
+    wanted: impl Iterator<Item = &'t String>,
+    unnamed: &BTreeMap<String, usize>,
+) -> Vec<NearMiss> {
+    let miss = |task: &String| -> Vec<NearMiss> {
+        let names = unnamed.keys().map(String::as_str).take(MAX_COMPARED_VALUES);
+        let near = nearest_names(task, names).into_iter();
+        near.map(|element| NearMiss::of(rule, task, element, unnamed[element])).collect()
     };
-    unlinked.iter().flat_map(|planned| task_value.of(planned.task)).map(|t| fold(&t)).flat_map(miss).collect()
+    wanted.take(MAX_COMPARED_TASKS).flat_map(miss).collect()
+}
+
+impl NearMiss {
+    fn of(rule: &str, task: &str, element: &str, n_elements: usize) -> Self {
+        let [rule, task, element] = [rule, task, element].map(str::to_owned);
+        Self { rule, task, element, n_elements }
+    }
 }
 
 impl Matches {

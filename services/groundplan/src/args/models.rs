@@ -36,6 +36,11 @@ impl ModelArgs {
         Self { models, place: Vec::new(), prefer_last: false, allow_boxes, threads: 0 }
     }
 
+    /// The files.
+    pub(crate) fn paths(&self) -> &[PathBuf] {
+        &self.models
+    }
+
     /// A thread pool with as many threads as were asked for.
     ///
     /// # Errors

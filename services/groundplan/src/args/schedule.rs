@@ -7,7 +7,7 @@ use jiff::tz::TimeZone;
 use messages::{ArchiveBuffer, Site, Tasks};
 use schedule::{Delay, Overrides, Probabilities, Rules, Timeline, parse_actuals};
 use std::path::{Path, PathBuf};
-use tasks::{Links, ScheduleFile, TableLink};
+use tasks::{LinkRules, Links, ScheduleFile, TableLink};
 
 /// Rules of dates, and overrides of the schedule.
 #[derive(Debug, Clone, clap::Args)]
@@ -39,6 +39,17 @@ impl ScheduleArgs {
     /// True if dates are not those of the models and rules alone.
     pub(crate) fn changes_dates(&self) -> bool {
         !self.delay.is_empty() || self.actual.is_some()
+    }
+
+    /// True if a planner's schedule is given.
+    pub(crate) fn has_files(&self) -> bool {
+        !self.schedule_file.is_empty()
+    }
+
+    /// The files that are read.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        let single = [&self.schedule, &self.link, &self.actual].into_iter().flatten();
+        single.chain(&self.schedule_file).map(PathBuf::as_path)
     }
 }
 
@@ -79,9 +90,6 @@ impl ScheduleInput {
     /// # Errors
     /// Files that cannot be read or mean nothing, delays of another form.
     pub(crate) fn read(arguments: &ScheduleArgs) -> Result<Self, Failure> {
-        let usage = |path: &Path, source: Box<dyn std::error::Error + Send + Sync>| {
-            Failure::usage(FileError { path: path.to_owned(), source })
-        };
         let rules = arguments.schedule.as_deref().map_or(Ok(Rules::default()), |path| {
             let text = std::fs::read_to_string(path).map_err(|e| usage(path, e.into()))?;
             Rules::parse(&text).map_err(|e| usage(path, e.into()))
@@ -90,12 +98,7 @@ impl ScheduleInput {
             let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
             parse_actuals(&bytes).map_err(|e| usage(path, e.into()))
         })?;
-        let file = |path: &PathBuf| {
-            let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
-            let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-            ScheduleFile::read(&name, &bytes, &rules.reading).map_err(Failure::usage)
-        };
-        let files = arguments.schedule_file.iter().map(file).collect::<Result<_, _>>()?;
+        let files = read_files(&arguments.schedule_file, &rules)?;
         let table = arguments.link.as_deref().map_or(Ok(Vec::new()), |path| {
             let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
             tasks::parse_link_table(&bytes).map_err(|e| usage(path, e.into()))
@@ -112,6 +115,40 @@ impl ScheduleInput {
     /// The zone of the site, for dates with an offset.
     pub(crate) fn site_zone(&self) -> Option<&TimeZone> {
         self.rules.site_zone.as_ref()
+    }
+
+    /// The same with the files of an older revision of the plan, without delays. Progress may be of tasks that it has not.
+    ///
+    /// # Errors
+    /// Files that cannot be read.
+    pub(crate) fn of_older_files(&self, paths: &[PathBuf]) -> Result<Self, Failure> {
+        let actuals = self.overrides.actuals.clone();
+        Ok(Self {
+            files: read_files(paths, &self.rules)?,
+            table: self.table.clone(),
+            rules: self.rules.clone(),
+            overrides: Overrides { actuals, is_of_earlier_revision: true, ..Overrides::default() },
+        })
+    }
+
+    /// Base names of the schedule files.
+    pub(crate) fn file_names(&self) -> Vec<String> {
+        self.files.iter().map(|file| file.file.clone()).collect()
+    }
+
+    /// Identities of the tasks in their schedule files, in the order of the `tasks` archive.
+    pub(crate) fn task_uids(&self) -> Vec<&str> {
+        self.files.iter().flat_map(|file| file.plan.tasks.iter().map(|task| task.uid.as_str())).collect()
+    }
+
+    /// The schedule files.
+    pub(crate) fn plans(&self) -> &[ScheduleFile] {
+        &self.files
+    }
+
+    /// The rules that link their tasks.
+    pub(crate) fn link_rules(&self) -> &LinkRules {
+        &self.rules.links
     }
 
     /// Links the tasks of the schedule files with a site.
@@ -153,6 +190,19 @@ impl ScheduleInput {
     ) -> Result<Probabilities<'t>, Failure> {
         schedule::probabilities(site, &self.rules, &self.overrides, timeline).map_err(Failure::usage)
     }
+}
+
+fn usage(path: &Path, source: Box<dyn std::error::Error + Send + Sync>) -> Failure {
+    Failure::usage(FileError { path: path.to_owned(), source })
+}
+
+fn read_files(paths: &[PathBuf], rules: &Rules) -> Result<Vec<ScheduleFile>, Failure> {
+    let file = |path: &PathBuf| {
+        let bytes = std::fs::read(path).map_err(|e| usage(path, e.into()))?;
+        let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+        ScheduleFile::read(&name, &bytes, &rules.reading).map_err(Failure::usage)
+    };
+    paths.iter().map(file).collect()
 }
 
 /// Reads the models, works out their schedule, and goes on with both on the threads that were asked for.

@@ -12,6 +12,7 @@ pub mod doctor;
 pub mod down;
 pub mod export;
 pub mod keeper;
+pub mod link;
 pub mod load;
 pub mod log;
 pub mod man;

@@ -2,6 +2,8 @@
 
 mod difference;
 mod list;
+mod revised_steps;
+mod revision;
 
 use crate::args::{ModelArgs, RobotArgs, ScheduleArgs, ScheduleInput, with_timeline};
 use crate::date_argument;
@@ -9,7 +11,9 @@ use crate::failure::Failure;
 use crate::run::{Outcome, Run};
 use difference::{Side, difference};
 use raster::Rasterizer;
+use revision::revision;
 use serde::Serialize;
+use std::path::PathBuf;
 
 /// Arguments of `changes`.
 #[derive(Debug, Clone, clap::Args)]
@@ -18,6 +22,11 @@ pub struct Args {
     /// What differs between two dates
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     diff: Vec<String>,
+
+    /// What the schedule files change against an older revision of the plan, in these files; may be repeated. Rules, table of
+    /// links and reported progress are the same for both, --delay is for the new one only
+    #[arg(long, value_name = "OLD_PLAN", requires = "schedule_file", conflicts_with = "diff")]
+    against: Vec<PathBuf>,
 
     /// Rules and additions.
     #[command(flatten)]
@@ -39,11 +48,14 @@ pub struct Args {
 const AFTER_HELP: &str = "\
 With --diff the maps of both dates are drawn for the robot and compared: which elements come and go, which doors can
 be passed and which no longer, which spaces can be reached and which not.
+With --against rooms that open at other dates are listed, elements that stand at others, and when the maps of each storey
+may differ: an element in its heights or a space of it has another state.
 
 Examples:
   groundplan changes house.ifc
   groundplan changes house.ifc --json | jq -r '.change_instants[]'
   groundplan changes house.ifc --diff 2024-04-15 2024-05-02
+  groundplan changes house.ifc --schedule-file new.xer --against old.xer
 
 Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
 
@@ -57,7 +69,14 @@ impl Run for Args {
         let instant_s = |text: &String| date_argument::instant_s(text, schedule.site_zone());
         let diff_s: Vec<i64> = self.diff.iter().map(instant_s).collect::<Result<_, _>>()?;
         let robot = self.robot.robot()?;
+        let against = (!self.against.is_empty()).then(|| schedule.of_older_files(&self.against)).transpose()?;
         with_timeline(&self.model, &schedule, |site, timeline, progress| {
+            if let Some(older) = &against {
+                let older_tasks = older.linked_tasks(site)?;
+                let older_timeline = older.timeline(&older_tasks.site(site)?)?;
+                let revision = revision(site, (&older_timeline, older.file_names()), (timeline, schedule.file_names()));
+                return if self.json { json(&revision) } else { Ok(revision.text().into()) };
+            }
             let &[from_s, to_s] = diff_s.as_slice() else {
                 let changes = timeline.changes();
                 return if self.json {

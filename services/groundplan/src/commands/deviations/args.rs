@@ -23,7 +23,8 @@ pub struct Args {
     #[arg(long, requires = "slam")]
     pub(super) allow_boxes: bool,
 
-    /// Folder for deviations.json, actuals.csv (for --actual), deviations.bcfzip (BCF 2.1) and deviations.png
+    /// Folder for deviations.json, actuals.csv (for --actual), deviations.bcfzip (BCF 2.1) and deviations.png;
+    /// with --schedule-file also progress.csv and progress.xml (MS Project XML), for the planner
     #[arg(short, long, value_name = "OUT")]
     pub(super) out: Option<PathBuf>,
 

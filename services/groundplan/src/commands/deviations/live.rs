@@ -43,7 +43,7 @@ pub(super) fn take(arguments: &Args) -> Result<String, Failure> {
             let sample = sample.check().map_err(Failure::work)?;
             let found = sample.view();
             found.check_site(&site).map_err(Failure::work)?;
-            return write(arguments, &site, &schedule_state, &found, None);
+            return write(arguments, &site, &schedule_state, &found, None, &[]);
         }
         if begun.elapsed() > PUBLISHED_TIMEOUT {
             return Err(Failure::work(

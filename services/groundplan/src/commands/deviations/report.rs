@@ -4,13 +4,14 @@ use super::args::Args;
 use crate::args::report_set_aside;
 use crate::date_argument;
 use crate::failure::Failure;
-use export::{DeviationExport, DeviationsDocument, ExportFile, deviation_files, with_manifest};
+use export::{DeviationExport, DeviationsDocument, ExportFile, deviation_files, progress_mspdi, with_manifest};
 use frames::PlanTime;
 use messages::{DeviationVerdict, Deviations, Observation, ScheduleState, ScheduleStateHead, Site};
 use serde_json::json;
 use std::fmt::Write;
 
-/// Writes the files that are asked for, with goals if there are any; what is to be printed.
+/// Writes the files that are asked for, with goals if there are any, and the progress of tasks with these identities in their
+/// schedule files; what is to be printed.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -20,6 +21,7 @@ pub(super) fn write(
     schedule_state: &ScheduleState<'_>,
     found: &Deviations<'_>,
     goals: Option<ExportFile>,
+    uids: &[&str],
 ) -> Result<String, Failure> {
     // Topics have a creation date; a comparison without a date has only that of the machine.
     let now = || PlanTime::from_civil_seconds(jiff::Timestamp::now().as_second());
@@ -28,7 +30,7 @@ pub(super) fn write(
     let input = DeviationExport { site, schedule_state, deviations: found, created };
     if let Some(folder) = &arguments.out {
         let folder = arguments.overwrite.folder_at(folder)?;
-        let files = deviation_files(&input).into_iter().chain(goals).collect();
+        let files = deviation_files(&input).into_iter().chain(progress_mspdi(&input, uids)).chain(goals).collect();
         let manifest = json!({
             "plan_time": date_argument::optional_text(found.head.plan_time_s),
             "slam_map_hash": format!("{:016x}", found.head.slam_map_hash),

@@ -5,6 +5,7 @@ use messages::{Diagnostic, NONE, Severity, Site, TaskRecord};
 use schedule::{TaskDates, TaskTargets, Timeline};
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What `groundplan tasks --json` prints.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -24,6 +25,8 @@ pub(super) struct TaskEntry<'s> {
     pub(super) identification: Option<&'s str>,
     /// Name; null if absent.
     pub(super) name: Option<&'s str>,
+    /// Base name of the schedule file that it is of; null for a task of the models.
+    pub(super) file: Option<&'s str>,
     /// GlobalId of the task that it is nested in; null at the top.
     pub(super) parent: Option<&'s str>,
     /// Number of tasks above it.
@@ -64,6 +67,8 @@ pub(super) struct ElementEntry<'s> {
     pub(super) ifc_type: &'s str,
     /// `constructs`, `removes`, or `no_effect`: the task has no dates, is of another kind, or another source goes before it.
     pub(super) operation: &'static str,
+    /// Rule, or row of the table of links, that links it; null for links of the models.
+    pub(super) rule: Option<&'s str>,
 }
 
 /// A space that a task acts on.
@@ -92,7 +97,9 @@ pub(super) struct WarningEntry {
 pub(super) fn list<'s>(site: &'s Site<'_>, timeline: &Timeline, at_s: Option<i64>, wanted: &[usize]) -> TaskList<'s> {
     let targets = timeline.task_targets(site);
     let order = nested_order(site.schedule.tasks).into_iter().filter(|(k, _)| wanted.is_empty() || wanted.contains(k));
-    let entry = |(k, depth): (usize, usize)| TaskEntry { depth, ..entry_of(site, timeline, at_s, k, &targets[k]) };
+    let about = About::of(site, timeline);
+    let entry =
+        |(k, depth): (usize, usize)| TaskEntry { depth, ..entry_of(site, timeline, at_s, k, &targets[k], &about) };
     TaskList { at: at_s.map(date_argument::text), tasks: order.map(entry).collect() }
 }
 
@@ -115,12 +122,31 @@ fn nested_order(tasks: &[TaskRecord]) -> Vec<(usize, usize)> {
     order
 }
 
+/// What is told of each task, found once for all.
+struct About<'t> {
+    parents: BTreeSet<u32>,
+    warnings: BTreeMap<&'t str, Vec<&'t Diagnostic>>,
+}
+
+impl<'t> About<'t> {
+    fn of(site: &Site<'_>, timeline: &'t Timeline) -> Self {
+        let mut warnings: BTreeMap<&str, Vec<&Diagnostic>> = BTreeMap::new();
+        for diagnostic in timeline.diagnostics().iter().filter(|d| d.severity > Severity::Info) {
+            warnings.entry(diagnostic.global_id()).or_default().push(diagnostic);
+        }
+        // Diagnostics without an entity are about no task.
+        warnings.remove("");
+        Self { parents: site.schedule.tasks.iter().map(|t| t.parent).collect(), warnings }
+    }
+}
+
 fn entry_of<'s>(
     site: &'s Site<'_>,
     timeline: &Timeline,
     at_s: Option<i64>,
     task: usize,
     targets: &TaskTargets,
+    about: &About<'_>,
 ) -> TaskEntry<'s> {
     let record = &site.schedule.tasks[task];
     let text = |t| Some(site.text(t)).filter(|text| !text.is_empty());
@@ -133,6 +159,7 @@ fn entry_of<'s>(
             name: text(element.name),
             ifc_type: site.text(element.ifc_type),
             operation: operation.name(),
+            rule: export::link_rule(site, task as u32, k),
         }
     };
     let space = |k: &u32| {
@@ -140,16 +167,15 @@ fn entry_of<'s>(
         SpaceEntry { global_id: site.text(space.global_id), name: text(space.name), long_name: text(space.long_name) }
     };
     let global_id = site.schedule.text(record.global_id);
-    let is_about =
-        |f: &&Diagnostic| f.severity > Severity::Info && !f.global_id().is_empty() && f.global_id() == global_id;
     TaskEntry {
         global_id,
         identification: written(record.identification),
         name: written(record.name),
+        file: export::schedule_file(site, record),
         parent: (record.parent != NONE)
             .then(|| site.schedule.text(site.schedule.tasks[record.parent as usize].global_id)),
         depth: 0,
-        is_summary: site.schedule.tasks.iter().any(|t| t.parent as usize == task),
+        is_summary: about.parents.contains(&(task as u32)),
         predefined_type: written(record.predefined_type),
         start: dates.map(|d| date_argument::text(d.start_s)),
         finish: dates.map(|d| date_argument::text(d.finish_s)),
@@ -159,7 +185,7 @@ fn entry_of<'s>(
         status: at_s.zip(dates).map(|(at_s, dates)| status(at_s, dates)),
         elements: targets.elements.iter().map(element).collect(),
         spaces: targets.spaces.iter().map(space).collect(),
-        warnings: timeline.diagnostics().iter().filter(is_about).map(WarningEntry::of).collect(),
+        warnings: about.warnings.get(global_id).into_iter().flatten().map(|found| WarningEntry::of(found)).collect(),
     }
 }
 

@@ -1,0 +1,69 @@
+//! `groundplan link`: which elements a planner's schedule works on, and what of both fits nothing.
+
+mod document;
+mod table;
+mod text;
+
+use crate::args::{ModelArgs, ScheduleArgs, ScheduleInput, with_timeline};
+use crate::failure::Failure;
+use crate::run::{Outcome, Run};
+use document::LinkReport;
+use std::path::PathBuf;
+
+/// Arguments of `link`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Args {
+    /// Write the links of all elements and spaces as a table, to be completed in a spreadsheet and given to --link: columns
+    /// global_id, task (code or id), effect (builds, removes, works_in, uses); others are for people
+    #[arg(long, value_name = "OUT.csv")]
+    csv: Option<PathBuf>,
+
+    /// Rules and additions.
+    #[command(flatten)]
+    schedule: ScheduleArgs,
+
+    /// The site.
+    #[command(flatten)]
+    model: ModelArgs,
+
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    json: bool,
+}
+
+const AFTER_HELP: &str = "\
+Links come from --link, then from [[link]] of the rules in their order: the first that names an element counts.
+Near misses are values of elements that differ from a task's in spaces, signs and leading zeros only.
+Tasks contradict each other if one removes an element that another builds later or at the same time, or if one task has two effects.
+The JSON document has a schema: config/schemas/link.schema.json.
+
+Examples:
+  groundplan link house.ifc --schedule-file plan.xer
+  groundplan link house.ifc --schedule-file plan.xml --schedule rules.toml --csv links.csv
+  groundplan link house.ifc --schedule-file plan.xml --link links.csv --json | jq '.unlinked_tasks'
+
+Exit codes: 0 done, 1 failed, 2 bad usage or configuration.";
+
+impl Run for Args {
+    /// Links, and tells how well the schedule and the models fit together.
+    ///
+    /// # Errors
+    /// No schedule file, files that cannot be read, a table onto a file that was read or that cannot be written.
+    fn run(&self) -> Result<Outcome, Failure> {
+        if !self.schedule.has_files() {
+            return Err(Failure::usage("--schedule-file is needed: the schedule whose tasks are to be linked"));
+        }
+        let inputs = self.model.paths().iter().map(PathBuf::as_path).chain(self.schedule.inputs());
+        let csv = self.csv.as_deref().map(|path| table::output(path, inputs)).transpose()?;
+        let schedule = ScheduleInput::read(&self.schedule)?;
+        with_timeline(&self.model, &schedule, |site, timeline, _| {
+            let links = schedule.links(site)?;
+            if let Some(csv) = &csv {
+                table::write(csv, &::tasks::link_table(site, schedule.plans(), &links))?;
+            }
+            let report = LinkReport::of(site, timeline, &schedule, &links);
+            if self.json { Outcome::json(&report) } else { Ok(report.text().into()) }
+        })
+    }
+}
