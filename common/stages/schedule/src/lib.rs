@@ -53,6 +53,7 @@ mod overrides;
 mod probability;
 mod property_dates;
 mod rules;
+mod simulation;
 mod task_effects;
 mod task_targets;
 mod tasks;
@@ -63,13 +64,12 @@ pub use error::{AmbiguousDates, EvaluateError};
 pub use evaluate::evaluate;
 pub use frames::written_date::DateOrder;
 pub use overrides::{ABSENT, Actual, Delay, OverrideError, Overrides, find_task, parse_actuals};
-pub use probability::{
-    ElementProbability, Probabilities, ProbabilityError, SafeDay, UNCERTAIN, Uncertainty, probabilities,
-};
+pub use probability::{ElementProbability, Probabilities, SafeDay, UNCERTAIN, Uncertainty};
 pub use rules::{
     ClosedSpace, ConstructionPhase, ConstructionPhaseProperties, DateKind, DurationDay, InputEffect, PropertyDate,
     Rules, RulesError, RulesMode, Undated,
 };
+pub use simulation::{ProbabilityError, probabilities};
 pub use task_targets::{Cause, TaskOperation, TaskTargets};
 pub use tasks::{Floats, TaskDates};
 pub use timeline::{Change, Period, Timeline};

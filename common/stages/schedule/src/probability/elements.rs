@@ -1,12 +1,12 @@
 //! Probabilities of element states: elements with the same tasks share a count over the runs.
 
-use super::{Probabilities, Samples};
+use super::probabilities::Probabilities;
+use super::samples::Samples;
 use crate::element_timeline::ElementTimeline;
 use crate::rules::Undated;
 use crate::task_effects::Effect;
-use crate::timeline::{Period, Steps, Timeline, union_of};
+use crate::timeline::{Period, Steps, union_of};
 use messages::{ElementState, NONE};
-use std::collections::BTreeMap;
 
 /// Probabilities of an element, each from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,30 +17,6 @@ pub struct ElementProbability {
     pub there: f64,
     /// It has been there and is gone.
     pub removed: f64,
-}
-
-/// Elements whose states follow from the same effects of tasks.
-pub(super) struct ElementGroups {
-    /// Effects of each group; the dates of those that a task makes are its own in every run, and 0 here.
-    effects: Vec<Vec<Effect>>,
-    /// The group of each element; `None` for elements without tasks, which do not vary.
-    of_element: Vec<Option<u32>>,
-}
-
-impl ElementGroups {
-    pub(super) fn of(timeline: &Timeline) -> Self {
-        let mut groups: BTreeMap<Vec<Effect>, u32> = BTreeMap::new();
-        let undated = |e: &Effect| if e.task == NONE { *e } else { Effect { start_s: 0, finish_s: 0, ..*e } };
-        let of_element = timeline.effects.iter().map(|effects| {
-            let next = groups.len() as u32;
-            let varies = effects.iter().any(|e| e.task != NONE);
-            varies.then(|| *groups.entry(effects.iter().map(undated).collect()).or_insert(next))
-        });
-        let of_element = of_element.collect();
-        let mut effects = vec![Vec::new(); groups.len()];
-        groups.into_iter().for_each(|(of_group, group)| effects[group as usize] = of_group);
-        Self { effects, of_element }
-    }
 }
 
 impl Probabilities<'_> {

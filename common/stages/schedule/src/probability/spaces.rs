@@ -1,6 +1,7 @@
 //! Probabilities that spaces are open, and the days on which they are most likely to be.
 
-use super::{Probabilities, Samples};
+use super::probabilities::Probabilities;
+use super::samples::Samples;
 use crate::closures::{Closure, ClosureReason};
 use crate::timeline::Period;
 use frames::written_date::DAY_S;

@@ -1,6 +1,7 @@
 //! The schedule state that planning uses under uncertainty.
 
-use super::{ElementProbability, Probabilities};
+use super::elements::ElementProbability;
+use super::probabilities::Probabilities;
 use crate::timeline::Period;
 use messages::{ElementState, ScheduleStateBuilder, ScheduleStateHead, SpaceState, SpaceStateRecord, TextList};
 
