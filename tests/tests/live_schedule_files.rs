@@ -4,6 +4,7 @@ mod support;
 
 use serde_json::Value;
 use std::path::Path;
+use std::process::Command;
 use std::time::Instant;
 use support::live::{DEADLINE, Live, POLL_INTERVAL};
 use support::{contents, demo_model, groundplan, root};
@@ -60,9 +61,14 @@ fn a_plan_that_changes_draws_the_maps_anew_and_one_that_is_spoilt_changes_nothin
 
     std::fs::write(&plan, b"%PDF-1.7\nno schedule").unwrap();
     let warns = |s: &Value| s["daemons"]["schedule-eval"]["warning"].as_str().is_some_and(|w| w.contains("plan.csv"));
-    live.wait_for_status("the spoilt file is told", warns);
-    live.kill("schedule-eval");
-    live.wait_for_status("it is told after a restart too", warns);
+    let before = live.wait_for_status("the spoilt file is told", warns);
+    let process = before["daemons"]["schedule-eval"]["process_id"].clone();
+    assert!(
+        process.as_u64().unwrap() > 1
+            && Command::new("kill").args(["-9", &process.to_string()]).status().unwrap().success()
+    );
+    let is_new = |s: &Value| warns(s) && s["daemons"]["schedule-eval"]["process_id"] != process;
+    live.wait_for_status("it is told after a restart too", is_new);
     assert_eq!(live.index()["content_hash"], revised, "the plan of before stays");
     live.down();
 }

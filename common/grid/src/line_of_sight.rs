@@ -239,7 +239,9 @@ mod tests {
                 let off = (x as f64 - from[0]) * d[1] - (y as f64 - from[1]) * d[0];
                 off.abs() < 1e-4 * (d[0].abs() + d[1].abs())
             }));
-            prop_assume!(!near_corner);
+            // So may those that end at a border within rounding.
+            let at_border = from.into_iter().chain(to).any(|c| (c - c.round()).abs() < 1e-4);
+            prop_assume!(!near_corner && !at_border);
             prop_assert_eq!(sight.is_clear(from, to), slowly(opaque, width, from, to));
         }
     }

@@ -68,7 +68,7 @@ pub use alignment_evidence::{AlignmentEvidence, AlignmentEvidenceBuilder, Alignm
 pub use alignment_records::*;
 pub use archive::{
     Archive, ArchiveBuffer, ArchiveError, ArchiveKind, Block, LAYOUT_VERSION, NONE, Preamble, Text, TextList,
-    sections_len,
+    sections_len, upgrade_site,
 };
 pub use archive_writer::ArchiveWriter;
 pub use checked::Checked;

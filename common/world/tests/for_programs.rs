@@ -62,8 +62,8 @@ fn nodes_of_the_site_graph_have_the_names_and_ids_of_rooms() {
 /// Ends of keys that say a unit.
 const UNITS: [&str; 8] = ["_m", "_m2", "_rad", "_s", "_ms", "_h", "_hz", "_cells"];
 
-/// Numbers without one: shares and ratios, directions, coordinates of contracts that others fixed (GeoJSON, meshes, IFC).
-const WITHOUT: [&str; 15] = [
+/// Numbers without one: shares, ratios and probabilities, directions, coordinates of contracts that others fixed (GeoJSON, meshes, IFC).
+const WITHOUT: [&str; 18] = [
     "coverage",
     "coverage_goal",
     "overlap",
@@ -71,6 +71,10 @@ const WITHOUT: [&str; 15] = [
     "registration_overlap",
     "joins_overlap_without",
     "completion",
+    // Probabilities.
+    "obstacle_above",
+    "floor_above",
+    "open_above",
     "confirmed",
     "axis",
     "footprints",

@@ -107,7 +107,7 @@ fn probabilities_of_the_demo_are_listed_and_drawn() {
     for space in found["spaces"].as_object().unwrap().values() {
         let safest: Vec<f64> =
             space["safest_days"].as_array().unwrap().iter().map(|day| day["open"].as_f64().unwrap()).collect();
-        assert_eq!(safest.len(), 5);
+        assert!(safest.len() <= 5 && safest.iter().all(|open| *open > 0.0));
         assert!(safest.is_sorted_by(|a, b| a >= b));
     }
 

@@ -7,7 +7,7 @@
 use crate::model_files::{FileStamp, names_of, stamps_of};
 use crate::revision_reader::{InForce, ReadRevision, RevisionReader};
 use crate::revisions::{Refused, Revisions, Waiting};
-use crate::site_store::SiteStore;
+use crate::site_store::{CachedSite, SiteStore};
 use bus::{Bus, topics};
 use daemon::facts::{IngestFacts, ModelFile};
 use daemon::{
@@ -71,7 +71,7 @@ impl IngestService {
         let cached = store.cached_site(&revisions);
         let outline = match store.outline()? {
             Some(outline) => Some(outline),
-            None => cached.as_ref().map(|site| SiteOutline::of(&site.view())),
+            None => cached.as_ref().map(|cached| SiteOutline::of(&cached.site.view())),
         };
         let mut service = Self {
             reader: RevisionReader::new(config, activity.clone())?,
@@ -92,7 +92,12 @@ impl IngestService {
             service.to_read = service.revisions.refused.as_ref().map(|refused| refused.models.clone());
         }
         match cached {
-            Some(site) => service.start_with(site)?,
+            Some(CachedSite { site, is_earlier }) => {
+                service.start_with(site)?;
+                if is_earlier {
+                    service.revisions.seen = Some(Vec::new());
+                }
+            }
             // What was tried before is tried again.
             None => service.revisions.seen = Some(Vec::new()),
         }

@@ -8,7 +8,7 @@ use crate::revisions::Revisions;
 use daemon::{Failure, StateError, StateFile, write_durably};
 use export::SiteFrameFile;
 use ingest::SiteFrame;
-use messages::{ArchiveBuffer, Checked, SiteOutline, payload};
+use messages::{ArchiveBuffer, Checked, SiteOutline, payload, upgrade_site};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use tracing::warn;
@@ -20,6 +20,13 @@ pub(crate) struct SiteStore {
     frame: StateFile,
     frame_path: PathBuf,
     cache: PathBuf,
+}
+
+/// The site in force, as it was kept.
+pub(crate) struct CachedSite {
+    pub(crate) site: Checked<payload::Site>,
+    /// An earlier version kept it: it serves until its models are read again.
+    pub(crate) is_earlier: bool,
 }
 
 impl SiteStore {
@@ -107,24 +114,25 @@ impl SiteStore {
         Ok(self.revisions.save(revisions)?)
     }
 
-    /// The site in force, from its cache; one that is damaged, of another version or of another revision is not used, and files
-    /// are read anew.
-    pub(crate) fn cached_site(&self, revisions: &Revisions) -> Option<Checked<payload::Site>> {
+    /// The site in force, from its cache; one that is damaged, of another layout or of another revision is not used, and files are
+    /// read anew.
+    pub(crate) fn cached_site(&self, revisions: &Revisions) -> Option<CachedSite> {
         if revisions.stamps.iter().all(Option::<FileStamp>::is_none) {
             return None;
         }
-        let read = || -> Result<Checked<payload::Site>, Failure> {
+        let read = || -> Result<CachedSite, Failure> {
             let mut file = std::fs::File::open(&self.cache)?;
             let mut buffer = ArchiveBuffer::zeroed(usize::try_from(file.metadata()?.len())?);
             file.read_exact(buffer.bytes_mut())?;
+            let is_earlier = upgrade_site(&mut buffer);
             let site = Checked::<payload::Site>::new(buffer)?;
             match revisions.site_hash {
                 Some(hash) if hash != site.content_hash() => Err("it is of a revision that did not take effect".into()),
-                _ => Ok(site),
+                _ => Ok(CachedSite { site, is_earlier }),
             }
         };
         match read() {
-            Ok(site) => Some(site),
+            Ok(cached) => Some(cached),
             Err(why) => {
                 let (path, error) = (self.cache.display(), daemon::chain(why.as_ref()));
                 warn!(service = "ifc-ingest", %path, error, "the cache cannot be used; files are read anew");

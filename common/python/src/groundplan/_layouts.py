@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-LAYOUT_VERSION: int = 9
+LAYOUT_VERSION: int = 10
 ARCHIVE_MAGIC: int = 1380012103
 SAMPLE_MAGIC: int = 1213419591
 NO_TIME: int = -9223372036854775808
@@ -21,6 +21,7 @@ KINDS: dict[str, int] = {
     "alignment": 7,
     "deviations": 8,
     "alignment-evidence": 9,
+    "tasks": 10,
 }
 INPUT_HASHES: list[tuple[str, Any]] = [
     ("site", "<u8"),
@@ -98,6 +99,7 @@ GRID_SLOT: list[tuple[str, Any]] = [
 ]
 SCHEDULE_STATE_HEAD: list[tuple[str, Any]] = [
     ("site_hash", "<u8"),
+    ("tasks_hash", "<u8"),
     ("plan_time_s", "<i8"),
     ("plan_until_s", "<i8"),
     ("valid_from_s", "<i8"),

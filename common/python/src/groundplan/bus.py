@@ -23,6 +23,7 @@ DEFAULT_PREFIX = "gp010_"
 LATE_JOINER = 1
 PRODUCERS = {
     "site": "ifc-ingest",
+    "tasks": "schedule-eval",
     "schedule-state": "schedule-eval",
     "grid": "rasterize",
     "grids": "rasterize",
@@ -135,7 +136,7 @@ class Subscriber:
     """Reads a latched topic: the last sample at once, then every newer one that it is in time for."""
 
     def __init__(self, bus: Bus, topic: str) -> None:
-        """`topic`: `site`, `schedule-state`, `grid/00` .., `grids`, `mission-plan`, `alignment` or `deviations`.
+        """`topic`: `site`, `tasks`, `schedule-state`, `grid/00` .., `grids`, `mission-plan`, `alignment` or `deviations`.
 
         Raises KeyError for another name.
         """

@@ -2,7 +2,7 @@
 
 use super::drawing::Drawing;
 use super::homes::divide;
-use super::of_storey;
+use super::storeys::of_storey;
 use crate::plane::Rectangle;
 use crate::random_generator::RandomGenerator;
 use occupancy::Cell;

@@ -1,7 +1,7 @@
 //! Homes: an outline that is divided again and again, with a door in every dividing wall.
 
 use super::drawing::Drawing;
-use super::of_storey;
+use super::storeys::of_storey;
 use crate::plane::{Rectangle, Vector};
 use crate::random_generator::RandomGenerator;
 use occupancy::Cell;

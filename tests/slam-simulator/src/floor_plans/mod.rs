@@ -4,6 +4,7 @@ mod drawing;
 mod halls;
 mod homes;
 mod offices;
+mod storeys;
 
 use crate::random_generator::RandomGenerator;
 use drawing::{Drawing, Shape};
@@ -38,13 +39,6 @@ pub fn drawn_buildings(count: usize, n_storeys: usize, seed: u64) -> Vec<(String
             (format!("{kind}-{k:03}"), (0..n_storeys).map(storey).collect())
         })
         .collect()
-}
-
-/// Numbers for the rooms of a storey: those of the lowest go on with the building's.
-fn of_storey(random: &mut RandomGenerator, number: usize) {
-    if number > 0 {
-        *random = random.part(&format!("storey {number}"));
-    }
 }
 
 /// Takes corners of some buildings away: set back, oblique, or round.

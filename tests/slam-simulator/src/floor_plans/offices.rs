@@ -1,7 +1,7 @@
 //! Offices: cells along corridors, in one wing, at a right angle, or around a yard.
 
 use super::drawing::Drawing;
-use super::of_storey;
+use super::storeys::of_storey;
 use crate::plane::{Rectangle, Vector};
 use crate::random_generator::RandomGenerator;
 use occupancy::Cell;

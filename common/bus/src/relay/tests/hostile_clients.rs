@@ -18,7 +18,7 @@ const SAMPLE: u32 = 103;
 const REPORT: u32 = 108;
 
 /// Number of the topic that tests publish.
-const STATES: u64 = 1;
+const STATES: u64 = 2;
 
 /// Header of a frame.
 fn frame(kind: u32, length: u32, id: u64) -> Vec<u8> {

@@ -118,7 +118,7 @@ impl Args {
             None => Ok(RequestedMaps::Everything),
             Some("all") if until.is_some() => Err(Failure::usage("--until ends a period, and --date all has none")),
             Some("all") if self.probability => {
-                Err(Failure::usage("--probability needs one date: probabilities change at all times"))
+                Err(Failure::usage("--probability needs one --date: probabilities change at all times"))
             }
             Some("all") => Ok(RequestedMaps::EveryChange),
             Some(date) => Ok(RequestedMaps::At(date_argument::period(date, until, site_zone)?)),

@@ -40,7 +40,8 @@ struct Element {
 struct Space {
     /// Probability that it is open, over a period throughout.
     open: f64,
-    /// The days of the four weeks from the date on that are safest, best first, of equals the earlier.
+    /// The days of the four weeks from the date on that are safest, best first, of equals the earlier; none on which it is
+    /// closed in every run.
     safest_days: Vec<Day>,
 }
 
@@ -77,7 +78,8 @@ impl<'s> StateProbabilities<'s> {
                 .collect(),
             spaces: spaces
                 .map(|((space, open), days)| {
-                    let space_probability = Space { open, safest_days: days.iter().map(Day::of).collect() };
+                    let safest_days = days.iter().filter(|day| day.open > 0.0).map(Day::of).collect();
+                    let space_probability = Space { open, safest_days };
                     (site.text(space.global_id), space_probability)
                 })
                 .collect(),
@@ -108,8 +110,10 @@ impl<'s> StateProbabilities<'s> {
         for space in site.spaces {
             let Some(Space { open, safest_days }) = self.spaces.get(site.text(space.global_id)) else { continue };
             let name = format!("{} {}", site.text(space.name), site.text(space.long_name));
-            let safest = safest_days.first().map_or(String::new(), |d| format!(", safest {} ({:.3})", d.day, d.open));
-            let _ = writeln!(out, "  open {open:.3}: {:<24}{safest}", name.trim());
+            let safest = safest_days
+                .first()
+                .map_or_else(|| format!("closed for {N_DAYS} days"), |d| format!("safest {} ({:.3})", d.day, d.open));
+            let _ = writeln!(out, "  open {open:.3}  {:<28} {safest}", name.trim());
         }
         out
     }
