@@ -1,4 +1,4 @@
-//! Where tasks of schedule files and their links come from.
+//! File and link rule of the dates that tasks of schedule files give.
 
 use messages::{LinkKind, NONE, Site, TaskRecord};
 

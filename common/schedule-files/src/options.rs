@@ -1,4 +1,4 @@
-//! What the content of a file leaves open.
+//! Options for what the content of a file leaves open.
 
 use frames::written_date::DateOrder;
 use serde::Deserialize;

@@ -1,4 +1,4 @@
-//! What a schedule file holds, the same for all formats.
+//! The content of a schedule file, the same for all formats.
 //!
 //! Dates are civil times at the site as planners see them; lengths are seconds. Whatever the file computes stays as it is: nothing is
 //! scheduled anew here.

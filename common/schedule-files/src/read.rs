@@ -1,4 +1,4 @@
-//! Which format a file is in, by its content.
+//! Recognises the format of a file by its content, and reads it.
 
 use crate::decode::decode;
 use crate::plan::PlanFile;

@@ -1,4 +1,4 @@
-//! What a task is called in texts for people.
+//! Names of tasks in texts for people.
 
 use messages::Site;
 

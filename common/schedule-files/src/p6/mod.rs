@@ -1,4 +1,4 @@
-//! What the two formats of Primavera P6 have in common: words, progress, dates and work breakdown.
+//! Words, progress, dates and work breakdown that both formats of Primavera P6 share.
 //!
 //! - P6 has no dates without a time of day, and no time zone.
 //! - Percentages of XER are those of 100; those of P6 XML are of 1.

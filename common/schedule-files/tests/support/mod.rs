@@ -1,4 +1,4 @@
-//! What holds for every plan that is read, whatever the bytes were.
+//! Checks that hold for every plan that is read, whatever the bytes were.
 
 use schedule_files::PlanFile;
 

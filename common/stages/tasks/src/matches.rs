@@ -1,4 +1,4 @@
-//! How well a schedule and a model fit together: tasks without elements, elements without tasks, and the nearest misses.
+//! Fit of a schedule and a model: tasks without elements, elements without tasks, and the nearest misses.
 
 use crate::link_rules::LinkRules;
 use crate::link_table::described;

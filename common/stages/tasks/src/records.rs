@@ -74,7 +74,8 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
             ..task_record(builder, task)
         };
         builder.schedule.tasks.push(record);
-        add_three_point(builder, task, at as u32);
+        let three_point = three_point_record(task, at as u32).filter(TaskUncertaintyRecord::is_ascending);
+        builder.schedule.uncertainties.extend(three_point);
     }
     for dependency in &plan.dependencies {
         let record = sequence_record(builder, dependency, first_task, source);
@@ -84,7 +85,6 @@ fn add_file(builder: &mut TasksBuilder, plan: &ScheduleFile, source: u32, first_
 }
 
 fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
-    let none = task.is_inactive;
     let dates = &task.dates;
     let [actual_start, actual_finish] = dates.actual;
     // What has begun and not ended lasts from its beginning until the finish of the current plan.
@@ -92,8 +92,8 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
     let start = if has_begun { actual_start } else { dates.current[0].or(dates.planned[0]) };
     let finish = dates.current[1].or(dates.remaining[1]).or(dates.planned[1]);
     let has_dates = start.is_some() && finish.is_some();
-    let duration = task.duration.filter(|_| !none).filter(|_| !(has_begun && has_dates));
-    let mut date = |date: Option<PlanDate>| text_of(builder, date.filter(|_| !none));
+    let duration = task.duration.filter(|_| !task.is_inactive).filter(|_| !(has_begun && has_dates));
+    let mut date = |date: Option<PlanDate>| text_of(builder, date.filter(|_| !task.is_inactive));
     let times =
         [start, finish, dates.early[0], dates.early[1], dates.late[0], dates.late[1], actual_start, actual_finish]
             .map(&mut date);
@@ -137,30 +137,16 @@ fn task_record(builder: &mut TasksBuilder, task: &PlanTask) -> TaskRecord {
     }
 }
 
-fn add_three_point(builder: &mut TasksBuilder, task: &PlanTask, at: u32) {
-    let Some([optimistic, likely, pessimistic]) = task.three_point.filter(|_| !task.is_inactive) else { return };
-    let record = TaskUncertaintyRecord {
+/// The three-point durations of a task, if it has any.
+fn three_point_record(task: &PlanTask, at: u32) -> Option<TaskUncertaintyRecord> {
+    let [optimistic, likely, pessimistic] = task.three_point.filter(|_| !task.is_inactive)?;
+    Some(TaskUncertaintyRecord {
         duration_optimistic_s: optimistic.seconds,
         duration_likely_s: likely.seconds,
         duration_pessimistic_s: pessimistic.seconds,
         task: at,
         is_elapsed: u32::from(likely.is_elapsed),
-    };
-    if record.is_ascending() {
-        builder.schedule.uncertainties.push(record);
-        return;
-    }
-    let (name, message) =
-        (&task.name, "its optimistic, likely and pessimistic durations do not ascend; they are not used");
-    let entity = Named { step_id: 0, global_id: task.uid.clone(), name: name.clone() };
-    let diagnostic = Diagnostic {
-        severity: Severity::Warning,
-        code: DiagnosticCode::ScheduleFileValue,
-        entity: Some(entity),
-        source: Some(builder.sources.len() as u32 - 1),
-        message: message.to_owned(),
-    };
-    builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));
+    })
 }
 
 fn sequence_record(
@@ -250,6 +236,17 @@ fn add_findings(builder: &mut TasksBuilder, plan: &schedule_files::PlanFile, sou
         let entity = finding.task.map(|k| named(&ids[k], &plan.tasks[k].name));
         let (severity, message) = (Severity::Warning, finding.message.clone());
         report.push(Diagnostic { severity, code, entity, source: Some(source), message });
+    }
+    for (task, id) in plan.tasks.iter().zip(ids) {
+        if three_point_record(task, 0).is_some_and(|record| !record.is_ascending()) {
+            report.push(Diagnostic {
+                severity: Severity::Warning,
+                code: DiagnosticCode::ScheduleFileValue,
+                entity: Some(named(id, &task.name)),
+                source: Some(source),
+                message: "its optimistic, likely and pessimistic durations do not ascend; they are not used".to_owned(),
+            });
+        }
     }
     for diagnostic in report.finish() {
         builder.diagnostics.push(DiagnosticRecord::of(&diagnostic, &mut builder.texts));

@@ -1,4 +1,4 @@
-//! Which link counts, and what it does.
+//! Ranks of links, and their effects.
 
 mod support;
 

@@ -1,4 +1,4 @@
-//! What each selector of a rule takes.
+//! Selectors of rules, one by one.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 mod support;

@@ -1,4 +1,4 @@
-//! What differs between the storeys of a building.
+//! Differences between the storeys of a building.
 
 use crate::random_generator::RandomGenerator;
 

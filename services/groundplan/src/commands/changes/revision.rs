@@ -1,4 +1,4 @@
-//! What a new revision of the plan changes: rooms that open at other dates, elements that stand at others, maps that differ.
+//! Changes by a new revision of the plan: rooms that open at other dates, elements that stand at others, maps that differ.
 
 use super::revised_steps::{StandingState, StateHistory, differing_spans, united};
 use crate::date_argument;
