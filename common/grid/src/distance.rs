@@ -1,5 +1,7 @@
 //! Distance transform: squared distance to the nearest marked cell.
 
+use crate::{SparseCells, SparseLayer};
+
 /// Squared distance to the nearest marked cell, for every cell, in cells².
 ///
 /// `marked` is row-major, `width` wide. Without a marked cell all are [`u32::MAX`]. Linear in cells.
@@ -24,6 +26,12 @@ pub fn squared_distances(marked: &[bool], width: usize) -> Vec<u32> {
         line.transform(row, 1, |_, _| {});
     }
     out
+}
+
+/// [`squared_distances`] as a sparse layer: 0 where all cells of a chunk are marked.
+pub fn sparse_distances(marked: &[bool], width: usize) -> SparseLayer<u32> {
+    let squared = squared_distances(marked, width);
+    SparseCells::of(squared.len(), |cell| squared[cell] != 0).layer_of(0, |cell| squared[cell])
 }
 
 /// The nearest marked cell, for every cell; [`u32::MAX`] without a marked cell. Ties are broken the same way each time.
@@ -129,6 +137,8 @@ mod tests {
             let marked = &marked[..marked.len() / width * width];
             let at = |i: usize| ((i % width) as i64, (i / width) as i64);
             let found = squared_distances(marked, width);
+            let layer = sparse_distances(marked, width);
+            prop_assert!((0..marked.len()).all(|cell| layer[cell] == found[cell]));
             for (i, d) in found.iter().enumerate() {
                 let slow = (0..marked.len()).filter(|&j| marked[j])
                     .map(|j| (at(i).0 - at(j).0).pow(2) + (at(i).1 - at(j).1).pow(2)).min();

@@ -1,6 +1,6 @@
 //! Lines of sight on a grid.
 
-use crate::squared_distances;
+use crate::{SparseLayer, sparse_distances};
 
 /// Casts lines over transparent cells.
 ///
@@ -32,23 +32,22 @@ const BORDER_CROSSING: i64 = 2;
 impl LineOfSight {
     /// From opaque cells, row-major, `width` wide. Outside of the grid is opaque.
     pub fn new(opaque: &[bool], width: usize) -> Self {
-        Self::from_distances(&squared_distances(opaque, width), width)
+        Self::from_distances(&sparse_distances(opaque, width), width)
     }
 
-    /// From the squared distance of every cell to the nearest opaque one, as of [`squared_distances`].
-    pub fn from_distances(squared: &[u32], width: usize) -> Self {
+    /// From the squared distance of every cell to the nearest opaque one, as of [`sparse_distances`].
+    pub fn from_distances(squared: &SparseLayer<u32>, width: usize) -> Self {
         // The table has all relevant distances; beyond it a leap is 250 cells.
         let table: Vec<u8> =
             (0..=253u32 * 253).map(|d2| (f64::from(d2).sqrt() - DIAGONAL).floor().clamp(0.0, 250.0) as u8).collect();
-        let height = squared.len().checked_div(width).unwrap_or(0);
-        let mut leap = Vec::with_capacity(squared.len());
-        for (row, cells) in squared.chunks_exact(width.max(1)).enumerate() {
-            let rows_left = row.min(height - 1 - row);
-            leap.extend(cells.iter().enumerate().map(|(column, &d2)| {
-                // The border of the grid stops a line, too.
-                let left = column.min(width - 1 - column).min(rows_left).min(250) as u8;
-                if d2 == 0 { 0 } else { 1 + table.get(d2 as usize).copied().unwrap_or(250).min(left) }
-            }));
+        let n_cells = squared.cells().n_cells();
+        let height = n_cells.checked_div(width).unwrap_or(0);
+        let mut leap = vec![0; n_cells];
+        for cell in squared.cells().iter().filter(|&cell| squared[cell] != 0) {
+            let (row, column) = (cell / width, cell % width);
+            // The border of the grid stops a line, too.
+            let left = column.min(width - 1 - column).min(row).min(height - 1 - row).min(250) as u8;
+            leap[cell] = 1 + table.get(squared[cell] as usize).copied().unwrap_or(250).min(left);
         }
         Self { width, leap }
     }

@@ -6,6 +6,12 @@ pub enum ReadError {
     /// No bytes.
     #[error("the file is empty; export it again")]
     Empty,
+    /// More bytes than 32 bits number.
+    #[error("the file has {bytes} bytes, and files of less than 4 GiB are read; export the model in parts")]
+    TooLarge {
+        /// Length of the file.
+        bytes: usize,
+    },
     /// Neither STEP nor a zip container of STEP.
     #[error("this is no IFC file: it begins with {begins:?} instead of ISO-10303-21; give a .ifc or .ifczip file")]
     NotStep {

@@ -2,6 +2,7 @@
 //! differs from the site in force.
 
 use crate::model_files::{FileStamp, names_of, read_files};
+use bus::give_back_freed_memory;
 use daemon::{CurrentActivity, Failure, Reporter, Revision, SiteConfig, chain, progress_in_force, rules_in_force};
 use ingest::{IngestOptions, SiteFrame, ingest};
 use messages::{Activity, Checked, SiteComparison, SiteOutline, payload};
@@ -97,6 +98,7 @@ impl RevisionReader {
         reporter.report("reading files", FILES_READ);
         let site = Checked::<payload::Site>::new(ingest(&files, &options)?)?;
         drop(files);
+        give_back_freed_memory();
         self.activity.set(Activity::Writing);
         reporter.report("evaluating the schedule", SITE_MADE);
         self.check_schedule(models, &site)?;

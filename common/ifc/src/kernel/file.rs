@@ -1,23 +1,15 @@
 //! Index of a STEP file: position of each record, and records by entity class.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
-use ifc_lite_core::{EntityDecoder, EntityIndex, EntityScanner};
+use ifc_lite_core::EntityScanner;
 
 use frames::counted;
 
+use super::record_index::{RecordIndex, Row, Span};
 use super::{Record, Schema};
 use crate::ReadError;
 use diagnostics::{DiagnosticCode, Named, Report, Severity};
-
-/// Position of a record in the bytes.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Span {
-    pub(crate) id: u32,
-    pub(crate) start: usize,
-    pub(crate) end: usize,
-}
 
 /// All records of one entity, if its class is wanted.
 pub(crate) struct Class {
@@ -36,7 +28,7 @@ impl Class {
 pub(crate) struct File<'a> {
     pub(crate) bytes: &'a [u8],
     pub(crate) schema: Schema,
-    pub(super) index: Arc<EntityIndex>,
+    pub(super) index: RecordIndex,
     /// Records whose id is used again further down; the later one is meant.
     pub(super) superseded: Vec<Span>,
     /// The largest id.
@@ -72,22 +64,25 @@ const SHORT_BYTES_MAX: usize = 8 << 10;
 
 impl<'a> File<'a> {
     /// Scans the file once.
+    ///
+    /// # Errors
+    /// A file of 4 GiB or more, one of which the rest is lost.
     pub(crate) fn scan(bytes: &'a [u8], schema: Schema, report: &mut Report) -> Result<Self, ReadError> {
         // The kernel writes skipped records to stderr unless they are collected; they are reported below.
         ifc_lite_core::set_report_sink(|_| {});
-        let mut index = EntityIndex::with_capacity_and_hasher(bytes.len() / 60, Default::default());
+        if u32::try_from(bytes.len()).is_err() {
+            return Err(ReadError::TooLarge { bytes: bytes.len() });
+        }
+        let mut rows: Vec<Row> = Vec::with_capacity(bytes.len() / 60);
         let mut classes: Vec<Class> = Vec::new();
         let mut kind_of_keyword: HashMap<&str, RecordKind> = HashMap::new();
         let mut unknown: Vec<Unknown<'_>> = Vec::new();
-        let mut superseded = Vec::new();
         let mut scanner = EntityScanner::new(bytes);
         let (mut last_end, mut last_id) = (0, 0);
         while let Some((id, keyword, start, end)) = scanner.next_entity() {
             last_end = end;
             last_id = last_id.max(id);
-            if let Some((start, end)) = index.insert(id, (start, end)) {
-                superseded.push(Span { id, start, end });
-            }
+            rows.push([id, start as u32, (end - start) as u32]);
             let kind =
                 *kind_of_keyword.entry(keyword).or_insert_with(|| kind(keyword, schema, &mut classes, &mut unknown));
             match kind {
@@ -104,6 +99,7 @@ impl<'a> File<'a> {
                 format!("{} with an id above 4294967295 left out", counted(scanner.skipped_oversized_ids(), "record"));
             report.add(Severity::Error, DiagnosticCode::IdTooLarge, None, message);
         }
+        let (index, superseded) = RecordIndex::of(rows);
         for span in &superseded {
             let message = format!("#{} is used more than once; its last record counts", span.id);
             report.add(Severity::Warning, DiagnosticCode::DuplicateId, Some(Named::of_id(span.id)), message);
@@ -113,10 +109,10 @@ impl<'a> File<'a> {
         }
         if !superseded.is_empty() {
             for class in &mut classes {
-                class.spans.retain(|span| index.get(&span.id).is_some_and(|&(start, _)| start == span.start));
+                class.spans.retain(|span| index.range_of(span.id).is_some_and(|(start, _)| start == span.start));
             }
         }
-        Ok(Self { bytes, schema, index: Arc::new(index), superseded, last_id, classes })
+        Ok(Self { bytes, schema, index, superseded, last_id, classes })
     }
 
     /// All records whose entity is `entity` or a subtype of it, in file order, each with its class.
@@ -147,13 +143,13 @@ impl<'a> File<'a> {
 
     /// The record with this id.
     pub(crate) fn record(&self, id: u32) -> Option<Record<'a>> {
-        let &(start, end) = self.index.get(&id)?;
+        let (start, end) = self.index.range_of(id)?;
         Record::parse(&self.bytes[start..end])
     }
 
     /// The record with this id, if it is of this entity.
     pub(crate) fn record_of(&self, id: u32, entity: &str) -> Option<Record<'a>> {
-        let &(start, end) = self.index.get(&id)?;
+        let (start, end) = self.index.range_of(id)?;
         let record = &self.bytes[start..end];
         // Without a comment before it the keyword tells at once.
         let keyword = record.iter().position(|&b| b == b'=').map(|at| record[at + 1..].trim_ascii_start())?;
@@ -168,13 +164,13 @@ impl<'a> File<'a> {
     /// The record with this id, if it is of this entity and no longer than records of this kind ever are: many others may
     /// refer to it, and each of them reads it again.
     pub(crate) fn short_record_of(&self, id: u32, entity: &str) -> Option<Record<'a>> {
-        let &(start, end) = self.index.get(&id)?;
+        let (start, end) = self.index.range_of(id)?;
         if end - start > SHORT_BYTES_MAX { None } else { self.record_of(id, entity) }
     }
 
     /// The arguments of a record as the file writes them, with their parentheses.
     pub(crate) fn arguments_as_written(&self, id: u32) -> Option<String> {
-        let &(start, end) = self.index.get(&id)?;
+        let (start, end) = self.index.range_of(id)?;
         let bytes = &self.bytes[start..end];
         let keyword = Record::parse(bytes)?.keyword;
         let behind = memchr::memmem::find(bytes, keyword.as_bytes())? + keyword.len();
@@ -184,7 +180,7 @@ impl<'a> File<'a> {
 
     /// Metres per length unit as the kernel understands the file.
     pub(crate) fn kernel_unit_m(&self) -> f64 {
-        EntityDecoder::with_arc_index(self.bytes, Arc::clone(&self.index)).length_unit_scale()
+        self.index.decoder(self.bytes).length_unit_scale()
     }
 
     /// An attribute by its name in the file's schema.

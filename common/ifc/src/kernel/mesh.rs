@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use ifc_lite_core::{EntityIndex, IfcType};
+use ifc_lite_core::IfcType;
 use ifc_lite_processing::{
     Batching, Features, FrameEvent, MeshData, MeshFrame, ProcessingRequest, ProcessingSink, ProductGeometryAudit,
     TessellationQuality, default_color_for_type, geometry_pool_builder, process,
@@ -39,7 +39,6 @@ const CHUNK: usize = 64;
 /// Meshes products in this process.
 pub(super) fn mesh_here(
     bytes: &[u8],
-    index: &Arc<EntityIndex>,
     products: &[u32],
     threads: usize,
     progress: &MeshProgress<'_>,
@@ -50,7 +49,7 @@ pub(super) fn mesh_here(
     // Deep booleans need deep stacks; a stack that overflows ends the process.
     let pool = geometry_pool_builder().num_threads(threads).build().map_err(ReadError::Threads)?;
     let pass = |products: &[u32]| {
-        let pass = AssertUnwindSafe(|| pool.install(|| pass(bytes, index, products, progress)));
+        let pass = AssertUnwindSafe(|| pool.install(|| pass(bytes, products, progress)));
         catch_unwind(pass).map_err(|_| "the kernel panicked".to_owned())
     };
     Ok(in_halves(products, pass))
@@ -82,7 +81,7 @@ pub(super) fn in_halves(products: &[u32], pass: impl Fn(&[u32]) -> Result<Meshed
     meshed
 }
 
-fn pass(bytes: &[u8], index: &Arc<EntityIndex>, products: &[u32], progress: &MeshProgress<'_>) -> Meshed {
+fn pass(bytes: &[u8], products: &[u32], progress: &MeshProgress<'_>) -> Meshed {
     let features = Features::default()
         .properties(false)
         .presentation_layers(false)
@@ -93,7 +92,6 @@ fn pass(bytes: &[u8], index: &Arc<EntityIndex>, products: &[u32], progress: &Mes
         .batching(Batching::new(CHUNK, CHUNK))
         .retain_meshes(false)
         .features(features)
-        .index(Arc::clone(index))
         .ids(Some(Arc::new(wanted)));
     request.quality = TessellationQuality::Medium;
     let audit = ProductGeometryAudit::default();

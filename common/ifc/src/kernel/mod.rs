@@ -6,15 +6,17 @@ mod file;
 mod mesh;
 mod patch;
 mod placement;
+mod record_index;
 mod request;
 mod schema;
 mod step;
 mod task;
 
-pub(crate) use file::{Class, File, Span};
+pub(crate) use file::{Class, File};
 pub(crate) use mesh::ItemMesh;
 pub(crate) use patch::Patch;
 pub(crate) use placement::Resolver;
+pub(crate) use record_index::Span;
 pub(crate) use request::{MeshRequest, mesh};
 pub(crate) use schema::Schema;
 pub(crate) use step::{Record, Value};

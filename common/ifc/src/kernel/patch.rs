@@ -1,12 +1,9 @@
 //! Corrections of what the kernel is shown: records that replace those of the file, join them or are removed.
 //!
 //! The kernel chooses representations by rules of its own and offers no hook. Records are appended to a copy of the
-//! bytes and the index points at them, so that no other record moves.
+//! bytes, so that no other record moves: of records with one id the last counts.
 
 use std::borrow::Cow;
-use std::sync::Arc;
-
-use ifc_lite_core::EntityIndex;
 
 use super::schema::OLDEST;
 use super::{File, Span};
@@ -41,10 +38,10 @@ impl Patch {
         self.removed.push(span);
     }
 
-    /// Bytes and index with the replacements; borrowed if there is nothing to replace.
-    pub(super) fn apply<'a>(&self, file: &File<'a>) -> (Cow<'a, [u8]>, Arc<EntityIndex>) {
+    /// The bytes with the replacements; borrowed if there is nothing to replace.
+    pub(super) fn apply<'a>(&self, file: &File<'a>) -> Cow<'a, [u8]> {
         if self.records.is_empty() && self.removed.is_empty() && file.superseded.is_empty() && !file.schema.is_older {
-            return (Cow::Borrowed(file.bytes), Arc::clone(&file.index));
+            return Cow::Borrowed(file.bytes);
         }
         let added: usize = self.records.iter().map(|(_, record)| record.len() + 16).sum();
         let mut bytes = Vec::with_capacity(file.bytes.len() + added);
@@ -56,17 +53,11 @@ impl Patch {
         for span in file.superseded.iter().chain(&self.removed) {
             bytes[span.start..span.end].fill(b' ');
         }
-        let mut index = EntityIndex::clone(&file.index);
-        for span in &self.removed {
-            index.remove(&span.id);
-        }
         for (id, record) in &self.records {
             bytes.push(b'\n');
-            let start = bytes.len();
             bytes.extend_from_slice(format!("#{id}={record};").as_bytes());
-            index.insert(*id, (start, bytes.len()));
         }
-        (Cow::Owned(bytes), Arc::new(index))
+        Cow::Owned(bytes)
     }
 }
 

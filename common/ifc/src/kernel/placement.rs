@@ -1,7 +1,5 @@
 //! Placements resolved by the kernel: IfcGridPlacement, IfcLinearPlacement.
 
-use std::sync::Arc;
-
 use ifc_lite_core::EntityDecoder;
 use ifc_lite_geometry::GeometryRouter;
 
@@ -17,7 +15,7 @@ pub(crate) struct Resolver<'a> {
 
 impl<'a> Resolver<'a> {
     pub(crate) fn new(file: &File<'a>) -> Self {
-        let mut decoder = EntityDecoder::with_arc_index(file.bytes, Arc::clone(&file.index));
+        let mut decoder = file.index.decoder(file.bytes);
         let router = GeometryRouter::with_units(file.bytes, &mut decoder);
         Self { decoder, router }
     }

@@ -29,7 +29,7 @@ pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed,
     if request.products.is_empty() {
         return Ok(Meshed::default());
     }
-    let (bytes, index) = request.patch.apply(file);
+    let bytes = request.patch.apply(file);
     // What is meshed stays so: the next search goes on where this one ends.
     let n_meshed = AtomicUsize::new(0);
     let progress = |done: usize, meshed: &Meshed| {
@@ -39,7 +39,7 @@ pub(crate) fn mesh(file: &File<'_>, request: &MeshRequest<'_>) -> Result<Meshed,
         (request.progress)(done, request.products.len(), left.map(|(_, id)| *id));
     };
     progress(0, &Meshed::default());
-    let here = |products: &[u32]| mesh_here(&bytes, &index, products, request.threads, &progress);
+    let here = |products: &[u32]| mesh_here(&bytes, products, request.threads, &progress);
     let Some(isolation) = request.isolation.filter(|_| !request.unbounded.is_empty()) else {
         return here(request.products);
     };

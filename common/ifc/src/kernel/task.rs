@@ -3,10 +3,6 @@
 //! A task is the number of products, the number of threads, the ids of the products (32 bits each, little-endian), and the
 //! bytes of the file as the kernel is to see it. The result is postcard.
 
-use std::sync::Arc;
-
-use ifc_lite_core::{EntityIndex, EntityScanner};
-
 use super::mesh::{Meshed, mesh_here};
 use crate::{Isolation, ReadError};
 
@@ -32,13 +28,7 @@ pub fn mesh_task(task: &[u8]) -> Result<Vec<u8>, ReadError> {
     let products: Vec<u32> = words.take(n_products as usize).collect();
     let bytes = task.get(8 + 4 * n_products as usize..).ok_or(ReadError::NoTask)?;
     ifc_lite_core::set_report_sink(|_| {});
-    // As the file's own index: of two records with one id the last counts.
-    let mut index = EntityIndex::with_capacity_and_hasher(bytes.len() / 60, Default::default());
-    let mut scanner = EntityScanner::new(bytes);
-    while let Some((id, _, start, end)) = scanner.next_entity() {
-        index.insert(id, (start, end));
-    }
-    let meshed = mesh_here(bytes, &Arc::new(index), &products, threads as usize, &|_, _| {})?;
+    let meshed = mesh_here(bytes, &products, threads as usize, &|_, _| {})?;
     postcard::to_stdvec(&meshed).map_err(|_| ReadError::NoTask)
 }
 

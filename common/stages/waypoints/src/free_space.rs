@@ -1,8 +1,7 @@
 //! Free space of a storey for a robot's radius, and its connected parts.
 
-use crate::sparse_cells::SparseCells;
 use frames::{Map, Point2, TENTHS_PER_M};
-use grid::{Cell, GridSpec, LineOfSight, squared_distances};
+use grid::{Cell, GridSpec, LineOfSight, SparseLayer, sparse_distances};
 use messages::Grid;
 
 /// The free space of a storey for a robot of one radius.
@@ -11,12 +10,10 @@ use messages::Grid;
 /// is not free, as costmaps measure it. Connected cells (along sides) are one part.
 pub(crate) struct FreeSpace {
     pub(crate) spec: GridSpec,
-    /// Lines of sight over free cells.
-    pub(crate) sight: LineOfSight,
     /// Squared distance of each cell to the nearest one that is not free, in cells.
-    squared: SparseCells,
+    squared: SparseLayer<u32>,
     /// Part of each cell, from 1; 0 outside of the free space.
-    part: SparseCells,
+    part: SparseLayer<u32>,
     /// Number of cells of each part; 0 for part 0.
     sizes: Vec<u32>,
 }
@@ -25,22 +22,30 @@ impl FreeSpace {
     pub(crate) fn of(grid: &Grid<'_>, radius_m: f64) -> Self {
         let spec = grid.spec();
         let not_free: Vec<bool> = grid.planning.iter().map(|&p| p != 0).collect();
-        let squared = squared_distances(&not_free, spec.width as usize);
+        let squared = sparse_distances(&not_free, spec.width as usize);
+        drop(not_free);
         // Minimum squared distance in cells, with a tolerance of a tenth of a millimetre.
         let needed = (radius_m * f64::from(TENTHS_PER_M) - 1.0) / f64::from(spec.cell_tenths);
         let needed = (needed.max(0.0) * needed.max(0.0)).ceil() as u32;
-        drop(not_free);
-        let stands = squared.iter().zip(0..).map(|(&d2, cell)| !grid.is_keepout(cell) && d2 >= needed.max(1));
-        let mut part: Vec<u32> = stands.map(|stands| if stands { UNLABELLED } else { 0 }).collect();
+        let stands = |cell: usize| !grid.is_keepout(cell) && squared[cell] >= needed.max(1);
+        let mut part = squared.cells().layer_of(0, |cell| if stands(cell) { UNLABELLED } else { 0 });
         let sizes = label(&mut part, spec.width as usize);
-        let part = SparseCells::of(&part);
-        let sight = LineOfSight::from_distances(&squared, spec.width as usize);
-        Self { spec, sight, squared: SparseCells::of(&squared), part, sizes }
+        Self { spec, squared, part, sizes }
+    }
+
+    /// Lines of sight over free cells. They are dense: whoever plans the storey makes and drops them.
+    pub(crate) fn sight(&self) -> LineOfSight {
+        LineOfSight::from_distances(&self.squared, self.spec.width as usize)
+    }
+
+    /// The cells of the free space, in their order.
+    pub(crate) fn cells(&self) -> impl Iterator<Item = usize> {
+        self.part.cells().iter().filter(|&cell| self.part[cell] != 0)
     }
 
     /// Part of a cell, from 1; 0 outside of the free space.
     pub(crate) fn part(&self, cell: usize) -> u32 {
-        self.part.get(cell)
+        self.part[cell]
     }
 
     /// Number of parts, and number of the last part.
@@ -58,19 +63,19 @@ impl FreeSpace {
     pub(crate) fn clearance_m(&self, p: Point2<Map>) -> f64 {
         let Some(at) = self.spec.cell_at(p) else { return 0.0 };
         let cell = self.spec.index(at);
-        if self.squared.get(cell) == 0 || self.middle(cell) == p {
+        if self.squared[cell] == 0 || self.middle(cell) == p {
             return self.clearance_of(cell);
         }
         // The nearest such cell of the point is between these distances from the middle of its cell.
         let [min_squared, max_squared] =
-            [f64::from(self.squared.get(cell)), (f64::from(self.squared.get(cell)).sqrt() + 1.5).powi(2)];
+            [f64::from(self.squared[cell]), (f64::from(self.squared[cell]).sqrt() + 1.5).powi(2)];
         let (column, row) = (i64::from(at.column), i64::from(at.row));
         let mut nearest = f64::INFINITY;
         let check = |x: i64, y: i64, nearest: &mut f64| {
             let inside = 0 <= x && x < i64::from(self.spec.width) && 0 <= y && y < i64::from(self.spec.height);
             if inside {
                 let other = Cell { column: x as u32, row: y as u32 };
-                if self.squared.get(self.spec.index(other)) == 0 {
+                if self.squared[self.spec.index(other)] == 0 {
                     let c = self.spec.centre_of(other);
                     *nearest = nearest.min(p.distance_m(&c));
                 }
@@ -99,7 +104,7 @@ impl FreeSpace {
 
     /// Distance in metres from the middle of a cell to that of the nearest cell that is not free.
     pub(crate) fn clearance_of(&self, cell: usize) -> f64 {
-        f64::from(self.squared.get(cell)).sqrt() * self.spec.resolution_m()
+        f64::from(self.squared[cell]).sqrt() * self.spec.resolution_m()
     }
 
     /// The middle of a cell.
@@ -117,10 +122,11 @@ impl FreeSpace {
 const UNLABELLED: u32 = u32::MAX;
 
 /// Labels the connected components of the [`UNLABELLED`] cells, from 1; returns their sizes, beginning with number 0.
-fn label(part: &mut [u32], width: usize) -> Vec<u32> {
+fn label(part: &mut SparseLayer<u32>, width: usize) -> Vec<u32> {
+    let cells = part.cells().clone();
     let mut sizes = vec![0];
     let mut waiting = Vec::new();
-    for start in 0..part.len() {
+    for start in cells.iter() {
         if part[start] != UNLABELLED {
             continue;
         }
@@ -134,7 +140,7 @@ fn label(part: &mut [u32], width: usize) -> Vec<u32> {
             let left = (column > 0).then(|| cell - 1);
             let right = (column + 1 < width).then(|| cell + 1);
             let below = cell.checked_sub(width);
-            let above = Some(cell + width).filter(|c| *c < part.len());
+            let above = Some(cell + width).filter(|c| *c < cells.n_cells());
             for next in [left, right, below, above].into_iter().flatten() {
                 if part[next] == UNLABELLED {
                     part[next] = number;
@@ -236,13 +242,13 @@ pub(crate) mod tests {
         let free_space = free_space(text, 0.1);
         let cells = 0..free_space.spec.n_cells();
         let stops: Vec<Point2<Map>> =
-            cells.filter(|&c| free_space.squared.get(c) == 0).map(|c| free_space.middle(c)).collect();
+            cells.filter(|&c| free_space.squared[c] == 0).map(|c| free_space.middle(c)).collect();
         for k in 0..2_000 {
             // Places all over the map, none of them twice.
             let p = Point2::<Map>::new(f64::from(k * 617 % 2_000) / 2_000.0, f64::from(k) / 2_500.0);
             let cell = free_space.spec.index(free_space.spec.cell_at(p).unwrap());
             let nearest = stops.iter().map(|s| s.distance_m(&p)).fold(f64::INFINITY, f64::min);
-            let expected = if free_space.squared.get(cell) == 0 { 0.0 } else { nearest };
+            let expected = if free_space.squared[cell] == 0 { 0.0 } else { nearest };
             assert!((free_space.clearance_m(p) - expected).abs() < 1e-12, "{p:?}: {expected}");
         }
         assert_eq!(free_space.clearance_m(Point2::new(-0.1, 0.3)), 0.0, "outside of the grid");

@@ -41,7 +41,6 @@ mod portals;
 mod reachability;
 mod sloped_slabs;
 mod spaces;
-mod sparse_cells;
 mod stair_ends;
 mod stair_traversal;
 mod start_pose;

@@ -289,6 +289,7 @@ impl<'a> StoreyJob<'a> {
                 schedule_state: input.schedule_state,
                 grid,
                 free_space,
+                sight: &free_space.sight(),
                 robot: &input.index.head.robot,
                 passages: &self.passages,
                 reached: self.reached,

@@ -2,7 +2,7 @@
 
 use crate::free_space::FreeSpace;
 use frames::{Map, Point2};
-use grid::{GridSpec, LineOfSight, squared_distances};
+use grid::{GridSpec, LineOfSight, SparseLayer, sparse_distances};
 
 /// The reachable cells of a storey: a section of the grid with a border of unreachable cells. Cells are indices in the
 /// section.
@@ -10,9 +10,9 @@ pub(crate) struct PathGrid {
     spec: GridSpec,
     pub(crate) width: usize,
     /// True for reachable cells.
-    pub(crate) open: Vec<bool>,
+    pub(crate) open: SparseLayer<bool>,
     /// Squared distance to the nearest unreachable cell, in cells.
-    pub(crate) squared: Vec<u32>,
+    pub(crate) squared: SparseLayer<u32>,
     /// Lines of sight over reachable cells.
     sight: LineOfSight,
 }
@@ -24,11 +24,10 @@ const CORNER: u32 = 7;
 /// Length of a path that does not exist.
 pub(crate) const NO_PATH: u32 = u32::MAX;
 
-/// Buffers of a search, reused by the next.
-#[derive(Default)]
+/// Buffers of a search on a path grid, reused by the next.
 pub(crate) struct SearchBuffers {
-    cost: Vec<u32>,
-    from: Vec<u32>,
+    cost: SparseLayer<u32>,
+    from: SparseLayer<u32>,
     touched: Vec<u32>,
     /// Reached cells, by the cost of a path over them.
     buckets: Vec<Vec<u32>>,
@@ -39,9 +38,9 @@ impl PathGrid {
     /// The parts of a storey for which `is_reached` is true; `None` if there are none.
     pub(crate) fn of(free_space: &FreeSpace, is_reached: impl Fn(u32) -> bool) -> Option<Self> {
         let width = free_space.spec.width as usize;
-        let reached = |cell: usize| free_space.part(cell) != 0 && is_reached(free_space.part(cell));
+        let reached = || free_space.cells().filter(|&cell| is_reached(free_space.part(cell)));
         let (mut lo, mut hi) = ([usize::MAX; 2], [0; 2]);
-        for cell in (0..free_space.spec.n_cells()).filter(|&c| reached(c)) {
+        for cell in reached() {
             let at = [cell % width, cell / width];
             for k in 0..2 {
                 (lo[k], hi[k]) = (lo[k].min(at[k]), hi[k].max(at[k]));
@@ -51,16 +50,15 @@ impl PathGrid {
             return None;
         }
         let size = [hi[0] - lo[0] + 3, hi[1] - lo[1] + 3];
-        let mut open = vec![false; size[0] * size[1]];
-        for row in lo[1]..=hi[1] {
-            for column in lo[0]..=hi[0] {
-                open[(row - lo[1] + 1) * size[0] + column - lo[0] + 1] = reached(row * width + column);
-            }
+        let mut closed = vec![true; size[0] * size[1]];
+        for cell in reached() {
+            closed[(cell / width - lo[1] + 1) * size[0] + cell % width - lo[0] + 1] = false;
         }
         let first = [0, 1].map(|k| free_space.spec.first_cell[k] + lo[k] as i32 - 1);
         let spec = GridSpec { first_cell: first, width: size[0] as u32, height: size[1] as u32, ..free_space.spec };
-        let closed: Vec<bool> = open.iter().map(|o| !o).collect();
-        let squared = squared_distances(&closed, size[0]);
+        let squared = sparse_distances(&closed, size[0]);
+        drop(closed);
+        let open = squared.cells().layer_of(false, |cell| squared[cell] != 0);
         let sight = LineOfSight::from_distances(&squared, size[0]);
         Some(Self { spec, width: size[0], open, squared, sight })
     }
@@ -122,7 +120,7 @@ impl PathGrid {
                 [(cell % self.width).abs_diff(to % self.width), (cell / self.width).abs_diff(to / self.width)];
             SIDE * dx.max(dy) as u32 + (CORNER - SIDE) * dx.min(dy) as u32
         };
-        buffers.begin(self.open.len());
+        buffers.begin();
         let mut now = left(from);
         buffers.reach(from, from, 0, now);
         while buffers.n_waiting > 0 {
@@ -207,15 +205,14 @@ pub(crate) fn length_m(line: &[Point2<Map>]) -> f64 {
 const N_BUCKETS: usize = 16;
 
 impl SearchBuffers {
-    fn begin(&mut self, n_cells: usize) {
-        if self.cost.len() == n_cells {
-            self.touched.drain(..).for_each(|cell| self.cost[cell as usize] = NO_PATH);
-        } else {
-            self.touched.clear();
-            self.cost = vec![NO_PATH; n_cells];
-            self.from = vec![0; n_cells];
-        }
-        self.buckets.resize_with(N_BUCKETS, Vec::new);
+    pub(crate) fn of(path_grid: &PathGrid) -> Self {
+        let cells = path_grid.open.cells();
+        let buckets = vec![Vec::new(); N_BUCKETS];
+        Self { cost: cells.layer(NO_PATH), from: cells.layer(0), touched: Vec::new(), buckets, n_waiting: 0 }
+    }
+
+    fn begin(&mut self) {
+        self.touched.drain(..).for_each(|cell| self.cost[cell as usize] = NO_PATH);
         self.buckets.iter_mut().for_each(Vec::clear);
         self.n_waiting = 0;
     }

@@ -7,13 +7,14 @@
 //! Mehlhorn, "A faster approximation algorithm for the Steiner problem in graphs", Information Processing Letters 27, 1988.
 
 use crate::path_search::{NO_PATH, PathGrid};
+use grid::SparseLayer;
 
 /// Regions of places, given by the cells in which they lie.
 pub(crate) struct PlaceRegions {
     /// Place of each cell; `NONE` where none can be reached from.
-    region: Vec<u32>,
+    region: SparseLayer<u32>,
     /// Next cell towards the place of the region.
-    from: Vec<u32>,
+    from: SparseLayer<u32>,
     /// Pairs of places with neighbouring regions, ascending.
     pub(crate) borders: Vec<Border>,
 }
@@ -37,9 +38,9 @@ const N_BUCKETS: usize = 8;
 impl PlaceRegions {
     /// Of places in the same cell the first one has the region, the others have none.
     pub(crate) fn of(path_grid: &PathGrid, cells: &[usize]) -> Self {
-        let n_cells = path_grid.open.len();
-        let mut cost = vec![NO_PATH; n_cells];
-        let mut regions = Self { region: vec![NONE; n_cells], from: vec![NONE; n_cells], borders: Vec::new() };
+        let floor = path_grid.open.cells();
+        let mut cost = floor.layer(NO_PATH);
+        let mut regions = Self { region: floor.layer(NONE), from: floor.layer(NONE), borders: Vec::new() };
         let mut buckets: [Vec<u32>; N_BUCKETS] = Default::default();
         let (mut n_waiting, mut now) = (0usize, 0u32);
         for (&cell, place) in cells.iter().zip(0..) {
@@ -72,9 +73,9 @@ impl PlaceRegions {
     }
 
     /// The shortest path between each two neighbouring regions.
-    fn find_borders(&self, path_grid: &PathGrid, cost: &[u32]) -> Vec<Border> {
+    fn find_borders(&self, path_grid: &PathGrid, cost: &SparseLayer<u32>) -> Vec<Border> {
         let mut borders = Vec::new();
-        for cell in (0..cost.len()).filter(|&cell| self.region[cell] != NONE) {
+        for cell in cost.cells().iter().filter(|&cell| self.region[cell] != NONE) {
             path_grid.steps_from(cell, |next, step| {
                 let places = [self.region[cell], self.region[next]];
                 if places[0] < places[1] {
@@ -128,12 +129,12 @@ mod tests {
         ) {
             let free_space = FreeSpace::of(&Grid::open(drawn(&text).bytes()).unwrap(), 0.1);
             let Some(path_grid) = PathGrid::of(&free_space, |_| true) else { return Ok(()) };
-            let open: Vec<usize> = (0..path_grid.open.len()).filter(|&cell| path_grid.open[cell]).collect();
+            let open: Vec<usize> = path_grid.open.cells().iter().filter(|&cell| path_grid.open[cell]).collect();
             let mut cells: Vec<usize> = picks.into_iter().map(|k| open[k % open.len()]).collect();
             cells.sort_unstable();
             cells.dedup();
             let regions = PlaceRegions::of(&path_grid, &cells);
-            let mut buffers = SearchBuffers::default();
+            let mut buffers = SearchBuffers::of(&path_grid);
             let mut shortest = |a: usize, b: usize| {
                 let path = path_grid.shortest_path(cells[a], cells[b], &mut buffers);
                 (!path.is_empty()).then(|| cost(&path_grid, &path))

@@ -223,7 +223,7 @@ fn is_open_between(storey: &StoreyInputs<'_>, path_grid: &PathGrid, a: Point2<Ma
         let t = f64::from(k) / f64::from(n);
         path_grid.cell_at(Point2::new(a.x_m() + (b.x_m() - a.x_m()) * t, a.y_m() + (b.y_m() - a.y_m()) * t)).is_some()
     };
-    (0..=n).all(is_open) && free_space.sight.is_clear(free_space.in_cells(a), free_space.in_cells(b))
+    (0..=n).all(is_open) && storey.sight.is_clear(free_space.in_cells(a), free_space.in_cells(b))
 }
 
 /// Simplifies a chain of cells to the corners of a line within the tolerance that stays in the free space; without the first
@@ -313,6 +313,7 @@ mod tests {
             schedule_state: &schedule_state,
             grid,
             free_space: &free_space,
+            sight: &free_space.sight(),
             robot: &robot,
             passages,
             reached: &reached,

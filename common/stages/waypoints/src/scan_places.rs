@@ -71,9 +71,9 @@ pub(crate) fn places_for_unseen(
         if is_seen[k] || !can_be_seen[rest.all[k].front as usize] {
             continue;
         }
-        if let Some(cell) = limits.cell_that_sees(&free_space.sight, &rest.all[k], fits) {
+        if let Some(cell) = limits.cell_that_sees(storey.sight, &rest.all[k], fits) {
             let at = free_space.middle(cell);
-            let seen = limits.visible_around(&free_space.sight, &rest, free_space.in_cells(at));
+            let seen = limits.visible_around(storey.sight, &rest, free_space.in_cells(at));
             seen.into_iter().for_each(|face| is_seen[face as usize] = true);
             places.push(ScanPlace { at, part: free_space.part(cell) });
         }
@@ -84,7 +84,7 @@ pub(crate) fn places_for_unseen(
 /// Cells that are connected over free cells, along sides and across corners, with those that fit: no line of sight leads to
 /// others.
 fn cells_connected_with(storey: &StoreyInputs<'_>, fits: impl Fn(usize) -> bool) -> Vec<bool> {
-    let (spec, sight) = (&storey.free_space.spec, &storey.free_space.sight);
+    let (spec, sight) = (&storey.free_space.spec, storey.sight);
     let mut connected: Vec<bool> = (0..spec.n_cells()).map(fits).collect();
     let mut waiting: Vec<usize> = (0..spec.n_cells()).filter(|&cell| connected[cell]).collect();
     let around = |at: u32, n: u32| at.saturating_sub(1)..(at + 2).min(n);

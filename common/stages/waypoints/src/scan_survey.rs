@@ -51,9 +51,8 @@ impl ScanSurvey {
         if survey.faces.all.is_empty() {
             return survey;
         }
-        let visible_from = |faces: &TargetFaces, p: &ScanPlace| {
-            limits.visible_around(&free_space.sight, faces, free_space.in_cells(p.at))
-        };
+        let visible_from =
+            |faces: &TargetFaces, p: &ScanPlace| limits.visible_around(storey.sight, faces, free_space.in_cells(p.at));
         let mut places = places(storey, COARSE * options.spacing_m, centres, &may_scan);
         let mut seen: Vec<Vec<u32>> = places.par_iter().map(|place| visible_from(&survey.faces, place)).collect();
         let more = places_for_unseen(storey, &limits, &survey.faces, &seen, &may_scan);

@@ -1,6 +1,7 @@
 //! Skeleton of the reachable free space by thinning, traced to nodes and chains.
 
 use crate::path_search::PathGrid;
+use grid::SparseLayer;
 
 /// The skeleton cells after removing cells from the border inwards, while connectivity and holes are preserved. `anchors`
 /// stay. Cells are connected along sides, and across corners that are not between two unreachable cells.
@@ -10,13 +11,13 @@ use crate::path_search::PathGrid;
 /// # Source
 /// Distance-ordered homotopic thinning: Pudney, "Distance-Ordered Homotopic Thinning", Computer Vision and Image
 /// Understanding 72(3), 1998, with anchors in the place of end points.
-pub(crate) fn skeleton(path_grid: &PathGrid, anchors: &[usize]) -> Vec<bool> {
-    let mut stays = vec![false; path_grid.open.len()];
+pub(crate) fn skeleton(path_grid: &PathGrid, anchors: &[usize]) -> SparseLayer<bool> {
+    let mut stays = path_grid.open.cells().layer(false);
     anchors.iter().for_each(|&cell| stays[cell] = true);
     let mut line = path_grid.open.clone();
     // Distance, then cell, as one number each: sorted in a third of the time.
     let rank = |cell: usize| u64::from(path_grid.squared[cell]) << 32 | cell as u64;
-    let mut order: Vec<u64> = (0..line.len()).filter(|&cell| line[cell]).map(rank).collect();
+    let mut order: Vec<u64> = line.cells().iter().filter(|&cell| line[cell]).map(rank).collect();
     order.sort_unstable();
     let mut again = Vec::new();
     for now in order {
@@ -46,21 +47,22 @@ pub(crate) struct Chain {
 
 /// Nodes and chains of a skeleton. The nodes are the anchors, in their order, then the junctions. A loop at one node is cut
 /// into three chains.
-pub(crate) fn trace(path_grid: &PathGrid, line: &[bool], anchors: &[usize]) -> (Vec<usize>, Vec<Chain>) {
-    let mut tracer =
-        LineTracer { path_grid, line, node: vec![usize::MAX; line.len()], nodes: anchors.to_vec(), chains: Vec::new() };
-    anchors.iter().enumerate().for_each(|(number, &cell)| tracer.node[cell] = number);
+pub(crate) fn trace(path_grid: &PathGrid, line: &SparseLayer<bool>, anchors: &[usize]) -> (Vec<usize>, Vec<Chain>) {
+    let floor = line.cells();
+    let node = floor.layer(NO_NODE);
+    let mut tracer = LineTracer { path_grid, line, node, nodes: anchors.to_vec(), chains: Vec::new() };
+    anchors.iter().zip(0..).for_each(|(&cell, number)| tracer.node[cell] = number);
     tracer.find_junctions();
-    let mut walked = vec![false; line.len()];
-    let on_line = || line.iter().enumerate().filter(|(_, on)| **on).map(|(cell, _)| cell);
+    let mut walked = floor.layer(false);
+    let on_line = || floor.iter().filter(|&cell| line[cell]);
     for cell in on_line() {
-        if tracer.node[cell] != usize::MAX {
+        if tracer.node[cell] != NO_NODE {
             tracer.trace_from(cell, &mut walked);
         }
     }
     // Closed loops without a node.
     for cell in on_line() {
-        if tracer.node[cell] == usize::MAX && !walked[cell] {
+        if tracer.node[cell] == NO_NODE && !walked[cell] {
             tracer.add_node(cell);
             tracer.trace_from(cell, &mut walked);
         }
@@ -70,11 +72,14 @@ pub(crate) fn trace(path_grid: &PathGrid, line: &[bool], anchors: &[usize]) -> (
     (tracer.nodes, tracer.chains)
 }
 
+/// Of cells that belong to no node.
+const NO_NODE: u32 = u32::MAX;
+
 struct LineTracer<'a> {
     path_grid: &'a PathGrid,
-    line: &'a [bool],
+    line: &'a SparseLayer<bool>,
     /// Node of each cell.
-    node: Vec<usize>,
+    node: SparseLayer<u32>,
     nodes: Vec<usize>,
     chains: Vec<Chain>,
 }
@@ -85,15 +90,14 @@ impl LineTracer<'_> {
     }
 
     fn add_node(&mut self, cell: usize) {
-        self.node[cell] = self.nodes.len();
+        self.node[cell] = self.nodes.len() as u32;
         self.nodes.push(cell);
     }
 
     /// Makes nodes of cells with other than two neighbours; those that touch each other or an anchor are one node.
     fn find_junctions(&mut self) {
-        for cell in 0..self.line.len() {
-            let is_junction =
-                |tracer: &Self, c: usize| tracer.node[c] == usize::MAX && tracer.neighbours(c).count() != 2;
+        for cell in self.line.cells().iter() {
+            let is_junction = |tracer: &Self, c: usize| tracer.node[c] == NO_NODE && tracer.neighbours(c).count() != 2;
             if !self.line[cell] || !is_junction(self, cell) {
                 continue;
             }
@@ -106,8 +110,8 @@ impl LineTracer<'_> {
             }
             // Of several anchors the last one counts.
             let beside = cluster.iter().flat_map(|&c| self.neighbours(c)).map(|n| self.node[n]);
-            let anchor = beside.filter(|node| *node != usize::MAX).max();
-            let number = anchor.unwrap_or(self.nodes.len());
+            let anchor = beside.filter(|node| *node != NO_NODE).max();
+            let number = anchor.unwrap_or(self.nodes.len() as u32);
             if anchor.is_none() {
                 self.nodes.push(cell);
             }
@@ -115,12 +119,12 @@ impl LineTracer<'_> {
         }
     }
 
-    fn trace_from(&mut self, start: usize, walked: &mut [bool]) {
+    fn trace_from(&mut self, start: usize, walked: &mut SparseLayer<bool>) {
         let first = self.node[start];
         for next in self.neighbours(start).collect::<Vec<_>>() {
             let mut cells = vec![start];
             let (mut before, mut at) = (start, next);
-            while self.node[at] == usize::MAX && !walked[at] {
+            while self.node[at] == NO_NODE && !walked[at] {
                 walked[at] = true;
                 cells.push(at);
                 // Does not return at once to another cell of the start node.
@@ -133,14 +137,15 @@ impl LineTracer<'_> {
             }
             let last = self.node[at];
             // A chain already traced from its other end, or two cells of one node.
-            if last == usize::MAX || (cells.len() == 1 && last <= first) {
+            if last == NO_NODE || (cells.len() == 1 && last <= first) {
                 continue;
             }
             cells.push(at);
-            let is_known = |c: &Chain| c.nodes == [first, last] && c.is_direct;
+            let nodes = [first, last].map(|node| node as usize);
+            let is_known = |c: &Chain| c.nodes == nodes && c.is_direct;
             let is_direct = cells.len() == 2;
             if !is_direct || !self.chains.iter().any(is_known) {
-                self.chains.push(Chain { nodes: [first, last], cells, is_direct });
+                self.chains.push(Chain { nodes, cells, is_direct });
             }
         }
     }
@@ -203,13 +208,13 @@ fn around(cell: usize, width: usize) -> [usize; 8] {
 }
 
 /// The neighbours on the skeleton.
-fn neighbours(path_grid: &PathGrid, line: &[bool], cell: usize) -> impl Iterator<Item = usize> {
+fn neighbours(path_grid: &PathGrid, line: &SparseLayer<bool>, cell: usize) -> impl Iterator<Item = usize> {
     let bits = bits_around(path_grid, line, cell);
     around(cell, path_grid.width).into_iter().enumerate().filter(move |(k, _)| bits & (1 << k) != 0).map(|(_, c)| c)
 }
 
 /// Neighbours on the skeleton as bits, without those across a corner between two unreachable cells.
-fn bits_around(path_grid: &PathGrid, line: &[bool], cell: usize) -> u8 {
+fn bits_around(path_grid: &PathGrid, line: &SparseLayer<bool>, cell: usize) -> u8 {
     let around = around(cell, path_grid.width);
     let is_near =
         |k: usize| k.is_multiple_of(2) || path_grid.open[around[k - 1]] || path_grid.open[around[(k + 1) % 8]];
@@ -217,7 +222,7 @@ fn bits_around(path_grid: &PathGrid, line: &[bool], cell: usize) -> u8 {
 }
 
 /// True for a simple point: removing it changes neither connectivity nor holes.
-fn is_simple(path_grid: &PathGrid, line: &[bool], cell: usize) -> bool {
+fn is_simple(path_grid: &PathGrid, line: &SparseLayer<bool>, cell: usize) -> bool {
     SIMPLE[bits_around(path_grid, line, cell) as usize]
 }
 
@@ -269,7 +274,7 @@ mod tests {
         (path_grid, anchors.into_iter().map(|a| a.1).collect())
     }
 
-    fn lines_of(text: &str) -> (PathGrid, Vec<bool>, Vec<usize>, Vec<Chain>) {
+    fn lines_of(text: &str) -> (PathGrid, SparseLayer<bool>, Vec<usize>, Vec<Chain>) {
         let (path_grid, anchors) = path_grid(text);
         let line = skeleton(&path_grid, &anchors);
         let (nodes, chains) = trace(&path_grid, &line, &anchors);
@@ -279,15 +284,15 @@ mod tests {
     }
 
     /// A chain leads from the cell of its one node to that of the other, from neighbour to neighbour.
-    fn assert_whole(path_grid: &PathGrid, line: &[bool], nodes: &[usize], chain: &Chain) {
+    fn assert_whole(path_grid: &PathGrid, line: &SparseLayer<bool>, nodes: &[usize], chain: &Chain) {
         assert_eq!(chain.nodes.map(|n| nodes[n]), [chain.cells[0], *chain.cells.last().unwrap()]);
         for pair in chain.cells.windows(2) {
             assert!(line[pair[0]] && neighbours(path_grid, line, pair[0]).any(|c| c == pair[1]), "{pair:?}");
         }
     }
 
-    fn n_on(line: &[bool]) -> usize {
-        line.iter().filter(|on| **on).count()
+    fn n_on(line: &SparseLayer<bool>) -> usize {
+        line.cells().iter().filter(|&cell| line[cell]).count()
     }
 
     const RING: &str = "
@@ -304,9 +309,9 @@ mod tests {
     #[test]
     fn a_ring_stays_a_ring() {
         let (path_grid, line, nodes, chains) = lines_of(RING);
-        let on = (0..line.len()).filter(|&c| line[c]);
-        assert!(on.clone().all(|c| neighbours(&path_grid, &line, c).count() == 2), "a line without ends");
-        assert!(n_on(&line) >= 20 && on.clone().all(|c| path_grid.squared[c] >= 1));
+        let on: Vec<usize> = line.cells().iter().filter(|&cell| line[cell]).collect();
+        assert!(on.iter().all(|&c| neighbours(&path_grid, &line, c).count() == 2), "a line without ends");
+        assert!(n_on(&line) >= 20 && on.iter().all(|&c| path_grid.squared[c] >= 1));
         // Cut into three, so that no two edges join the same nodes and none joins a node with itself.
         assert_eq!((nodes.len(), chains.len()), (3, 3));
         let n_cells: usize = chains.iter().map(|c| c.cells.len() - 1).sum();
@@ -461,8 +466,9 @@ mod tests {
             let text = rows.iter().map(|r| String::from_utf8_lossy(r)).collect::<Vec<_>>().join("\n");
             prop_assume!(text.contains('.'));
             let (path_grid, _, nodes, chains) = lines_of(&text);
-            let closed: Vec<bool> = path_grid.open.iter().map(|o| !o).collect();
-            let (n_parts, n_holes) = (n_pieces(&path_grid.open, path_grid.width, false), n_pieces(&closed, path_grid.width, true) - 1);
+            let open: Vec<bool> = (0..path_grid.open.cells().n_cells()).map(|cell| path_grid.open[cell]).collect();
+            let closed: Vec<bool> = open.iter().map(|o| !o).collect();
+            let (n_parts, n_holes) = (n_pieces(&open, path_grid.width, false), n_pieces(&closed, path_grid.width, true) - 1);
             prop_assert_eq!(n_graphs(nodes.len(), &chains), n_parts, "pieces of\n{}", text);
             // Of a graph, loops are edges beyond those of a tree.
             prop_assert_eq!(chains.len() + n_parts - nodes.len(), n_holes, "loops of\n{}", text);

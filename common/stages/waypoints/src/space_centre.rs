@@ -5,6 +5,7 @@ use crate::options::MissionPlanOptions;
 use crate::spaces::{Refusal, closed_door};
 use frames::{Map, Point2, TENTHS_PER_M, metres};
 use geometry::MultiPolygon;
+use grid::LineOfSight;
 use messages::{DoorPassageRecord, Grid, NoWaypoint, RobotProfile, ScheduleState, Site};
 
 /// The centre of a space.
@@ -22,6 +23,8 @@ pub(crate) struct StoreyInputs<'a> {
     pub(crate) schedule_state: &'a ScheduleState<'a>,
     pub(crate) grid: &'a Grid<'a>,
     pub(crate) free_space: &'a FreeSpace,
+    /// Lines of sight over free cells.
+    pub(crate) sight: &'a LineOfSight,
     pub(crate) robot: &'a RobotProfile,
     /// Doors of the storey.
     pub(crate) passages: &'a [DoorPassageRecord],

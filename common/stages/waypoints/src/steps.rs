@@ -107,7 +107,7 @@ impl LevelPair<'_> {
     fn shared(&self) -> Vec<[Staging; 2]> {
         let mut found: Vec<[Staging; 2]> = Vec::new();
         let [low, high] = [self.low, self.high];
-        for cell in (0..self.free_spaces[high].spec.n_cells()).filter(|&cell| self.free_spaces[high].part(cell) != 0) {
+        for cell in self.free_spaces[high].cells() {
             let Some(below) = self.cell(low, self.place(high, cell)) else { continue };
             let ends = [(low, below), (high, cell)].map(|(storey, cell)| Staging {
                 storey,

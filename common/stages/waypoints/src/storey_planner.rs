@@ -358,7 +358,7 @@ fn scan_stop(
     stop.overlap = n_known as f64 / seen.len().max(1) as f64;
     let range = options.sensor.range_m / free_space.spec.resolution_m();
     let mut n_new = 0u32;
-    free_space.sight.look_around(
+    storey.sight.look_around(
         free_space.in_cells(stop.at),
         range,
         stop.yaw_rad,

@@ -265,7 +265,7 @@ pub(crate) fn legs(path_grid: &PathGrid, pairs: &[[Point2<Map>; 2]]) -> Vec<Vec<
     // Buffers are as large as the storey: one for each thread.
     let chunk = pairs.len().div_ceil(rayon::current_num_threads()).max(1);
     let legs_of = |pairs: &[[Point2<Map>; 2]]| {
-        let mut buffers = SearchBuffers::default();
+        let mut buffers = SearchBuffers::of(path_grid);
         pairs.iter().map(|pair| leg(&mut buffers, pair)).collect::<Vec<_>>()
     };
     pairs.par_chunks(chunk).flat_map_iter(legs_of).collect()

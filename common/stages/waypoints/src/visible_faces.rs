@@ -125,7 +125,7 @@ mod tests {
         let grid = Grid::open(buffer.bytes()).unwrap();
         let (faces, free_space) = (TargetFaces::of(&grid, |_, _| true), FreeSpace::of(&grid, 0.1));
         let reach = SensorLimits::of(sensor, 0.1);
-        let around = reach.visible_around(&free_space.sight, &faces, pose.at);
+        let around = reach.visible_around(&free_space.sight(), &faces, pose.at);
         assert!(around.is_sorted());
         let seen = if sensor.sees_around() { around } else { reach.in_field_of_view(&faces, &around, pose) };
         seen.into_iter().map(|k| faces.all[k as usize].middle.map(|c| (c * 10.0).round() as i64)).collect()

@@ -14,6 +14,7 @@ use crate::failure::Failure;
 use crate::progress_line::ProgressLine;
 use crate::run::{Outcome, Run};
 pub use args::Args;
+use bus::give_back_freed_memory;
 use daemon::WorldConfig;
 use export::{ProbabilityInput, SiteFrameFile};
 use ingest::SiteFrame;
@@ -58,6 +59,8 @@ impl Run for Args {
             let epoch = frame.map_or(1, |f| f.frame_epoch.saturating_add(u32::from(self.new_frame)));
             let kept = frame.filter(|_| !self.new_frame);
             let site = self.model.site(kept, epoch, &progress)?;
+            // Reading takes several times what the site does.
+            give_back_freed_memory();
             let site = Site::open(site.bytes()).map_err(Failure::work)?;
             let tasks = schedule.linked_tasks(&site)?;
             let site = tasks.site(&site)?;

@@ -1,0 +1,151 @@
+//! Layers of values for the cells of a grid of which most have none: a site is mostly outside.
+
+use std::iter::repeat_n;
+use std::ops::{Index, IndexMut, Range};
+use std::sync::Arc;
+
+/// Cells in a chunk: few against a room, many against what a chunk costs.
+const CHUNK_BITS: u32 = 6;
+const CHUNK_CELLS: usize = 1 << CHUNK_BITS;
+
+/// The cells of a grid that have values of their own, by chunks of 64 cells: one such cell, and all of its chunk have. Layers
+/// share it.
+#[derive(Debug, Clone)]
+pub struct SparseCells {
+    /// Where the values of each chunk begin; 0 for a chunk without.
+    starts: Arc<[u32]>,
+    n_cells: usize,
+    /// Number of values of a layer.
+    n_values: usize,
+}
+
+impl SparseCells {
+    /// Those of `n_cells` cells for which `has_value` is true, and the rest of their chunks.
+    pub fn of(n_cells: usize, has_value: impl Fn(usize) -> bool) -> Self {
+        // The first chunk of values is that of all cells without.
+        let mut n_values = CHUNK_CELLS;
+        let starts = (0..n_cells.div_ceil(CHUNK_CELLS)).map(|chunk| {
+            let mut cells = chunk * CHUNK_CELLS..((chunk + 1) * CHUNK_CELLS).min(n_cells);
+            let has_values = cells.any(&has_value);
+            let start = if has_values { n_values } else { 0 };
+            n_values += if has_values { CHUNK_CELLS } else { 0 };
+            u32::try_from(start).expect("a grid has fewer cells than 32 bits number")
+        });
+        let starts = starts.collect();
+        Self { starts, n_cells, n_values }
+    }
+
+    /// Number of cells, with and without values.
+    pub fn n_cells(&self) -> usize {
+        self.n_cells
+    }
+
+    /// A layer in which every cell has the same value.
+    pub fn layer<T: Copy>(&self, value: T) -> SparseLayer<T> {
+        SparseLayer { cells: self.clone(), values: vec![value; self.n_values] }
+    }
+
+    /// A layer of values by cell; all cells without values of their own have `other`.
+    pub fn layer_of<T: Copy>(&self, other: T, value_of: impl Fn(usize) -> T) -> SparseLayer<T> {
+        let mut values = Vec::with_capacity(self.n_values);
+        values.extend(repeat_n(other, CHUNK_CELLS));
+        for cells in self.chunks() {
+            let n_missing = CHUNK_CELLS - cells.len();
+            values.extend(cells.map(&value_of).chain(repeat_n(other, n_missing)));
+        }
+        SparseLayer { cells: self.clone(), values }
+    }
+
+    /// The cells with values of their own, in their order.
+    pub fn iter(&self) -> impl Iterator<Item = usize> {
+        self.chunks().flatten()
+    }
+
+    /// The cells of each chunk with values.
+    fn chunks(&self) -> impl Iterator<Item = Range<usize>> {
+        let cells_of = |chunk: usize| chunk * CHUNK_CELLS..((chunk + 1) * CHUNK_CELLS).min(self.n_cells);
+        self.starts.iter().enumerate().filter(|(_, start)| **start != 0).map(move |(chunk, _)| cells_of(chunk))
+    }
+
+    /// Place of a cell's value.
+    #[inline]
+    fn place(&self, cell: usize) -> usize {
+        self.starts[cell >> CHUNK_BITS] as usize + cell % CHUNK_CELLS
+    }
+}
+
+/// A value for each cell: of its own for [`SparseCells`], one for all others.
+#[derive(Debug, Clone)]
+pub struct SparseLayer<T> {
+    cells: SparseCells,
+    values: Vec<T>,
+}
+
+impl<T> SparseLayer<T> {
+    /// The cells with values of their own.
+    pub fn cells(&self) -> &SparseCells {
+        &self.cells
+    }
+
+    /// The value of a cell; `None` outside of the grid.
+    pub fn get(&self, cell: usize) -> Option<&T> {
+        (cell < self.cells.n_cells).then(|| &self[cell])
+    }
+}
+
+impl<T> Index<usize> for SparseLayer<T> {
+    type Output = T;
+
+    #[inline]
+    fn index(&self, cell: usize) -> &T {
+        &self.values[self.cells.place(cell)]
+    }
+}
+
+impl<T> IndexMut<usize> for SparseLayer<T> {
+    /// # Panics
+    /// The cell has no value of its own, but that of all such cells.
+    #[inline]
+    fn index_mut(&mut self, cell: usize) -> &mut T {
+        let place = self.cells.place(cell);
+        assert!(place >= CHUNK_CELLS, "the cell has a value of its own");
+        &mut self.values[place]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn every_cell_has_its_value_and_cells_without_take_no_room(
+            stretches in prop::collection::vec((0u32..4, 0usize..300), 0..20),
+        ) {
+            let numbers: Vec<u32> = stretches.iter().flat_map(|&(number, n)| repeat_n(number, n)).collect();
+            let has_values = |chunk: &[u32]| chunk.iter().any(|number| *number != 0);
+            let cells = SparseCells::of(numbers.len(), |cell| numbers[cell] != 0);
+            let layer = cells.layer_of(0, |cell| numbers[cell]);
+            let mut written = cells.layer(9u64);
+            for cell in cells.iter() {
+                written[cell] = u64::from(numbers[cell]);
+            }
+            for (cell, &number) in numbers.iter().enumerate() {
+                prop_assert_eq!(layer[cell], number);
+                let is_own = numbers.chunks(CHUNK_CELLS).nth(cell / CHUNK_CELLS).is_some_and(has_values);
+                prop_assert_eq!(written[cell], if is_own { u64::from(number) } else { 9 });
+            }
+            prop_assert_eq!(layer.get(numbers.len()), None);
+            prop_assert_eq!(written.cells().n_cells(), numbers.len());
+            let n_chunks = numbers.chunks(CHUNK_CELLS).filter(|chunk| has_values(chunk)).count();
+            prop_assert_eq!(layer.values.len(), (n_chunks + 1) * CHUNK_CELLS);
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "the cell has a value of its own")]
+    fn a_cell_without_a_value_of_its_own_cannot_be_written() {
+        SparseCells::of(200, |cell| cell == 100).layer(0)[10] = 1;
+    }
+}
