@@ -70,7 +70,7 @@ pub struct Alignment {
     pub reason: String,
     /// Probability that the best pose is wrong: another one is right, or the building is another.
     pub wrong_probability: f64,
-    /// Poses after the best of which each alone keeps it from being accepted.
+    /// Poses after the best of which each alone keeps it from being accepted, were the building certain.
     pub n_rivals: usize,
     /// Poses that were found, best first.
     pub poses: Vec<AlignedPose>,

@@ -8,7 +8,7 @@ use crate::random_generator::RandomGenerator;
 use crate::refine::{FINE, NARROW, SOFT, TIGHT, WIDE, refined};
 use crate::rotations::{directions, turns};
 use crate::score::{ComparedMaps, SlamCells, evidence, placed};
-use crate::thresholds::{N_REFINED, N_TWIN_PEAKS, N_TWINS, SOFT_ADVANTAGE};
+use crate::thresholds::{MIN_OTHERS, N_REFINED, N_TWIN_PEAKS, N_TWINS, SOFT_ADVANTAGE};
 use crate::wall_points::WallPoint;
 
 /// Wall points and cells that are drawn.
@@ -45,6 +45,7 @@ pub(crate) fn candidates(reference: &Features, slam: &Features, poses: &[Pose], 
         twins.retain(|twin| !found.iter().any(|other| is_same_pose(&other.refined.pose, twin, about)));
         found.extend(refinement.best_of(&twins, N_TWINS, 0));
         found = distinct(found, about);
+        add_leads(&mut found);
     }
     for candidate in &mut found {
         candidate.refined = candidate.refined.with_distortion(reference, &exact.slam_points);
@@ -149,6 +150,23 @@ impl Refinement<'_> {
     }
 }
 
+/// Adds to candidates, best first, how far each stands above the median of the others.
+fn add_leads(candidates: &mut [Candidate]) {
+    let log_odds: Vec<f64> = candidates.iter().map(|c| c.evidence.log_odds).collect();
+    for (k, candidate) in candidates.iter_mut().enumerate() {
+        candidate.lead = lead(&log_odds, k);
+    }
+}
+
+/// Log odds of the `k`-th above the median of the others, of a list in descending order; `None` if others are few.
+fn lead(log_odds: &[f64], k: usize) -> Option<f64> {
+    let others: Vec<f64> =
+        log_odds.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, value)| *value).collect();
+    let n = others.len();
+    let median = (others.get(n / 2)? + others.get(n.saturating_sub(1) / 2)?) / 2.0;
+    (n >= MIN_OTHERS).then(|| log_odds[k] - median)
+}
+
 fn better(a: Candidate, b: Candidate) -> Candidate {
     if b.evidence.log_odds > a.evidence.log_odds { b } else { a }
 }
@@ -202,4 +220,19 @@ fn distinct(mut candidates: Vec<Candidate>, about: [f64; 2]) -> Vec<Candidate> {
         }
     }
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lead_is_that_over_the_median_of_the_others() {
+        let log_odds = [9.0, 4.0, 3.0, 2.0, 1.0, 0.0, -1.0];
+        assert_eq!(lead(&log_odds, 0), Some(9.0 - 1.5));
+        assert_eq!(lead(&log_odds, 2), Some(3.0 - 1.5));
+        assert_eq!(lead(&log_odds[..6], 0), Some(9.0 - 2.0));
+        assert_eq!(lead(&log_odds[..MIN_OTHERS], 0), None);
+        assert_eq!(lead(&log_odds[..1], 0), None);
+    }
 }

@@ -4,9 +4,9 @@
 use crate::candidate::Candidate;
 use crate::score::Placed;
 use crate::thresholds::{CONTRAST, MAX_CONTRAST};
-use occupancy::Cell;
+use occupancy::{CELL_M, Cell};
 
-/// What tells a pose from another one; each is the natural logarithm of a ratio, above 0 if it speaks for the pose.
+/// What tells a pose from another one: natural logarithms of ratios, and a difference.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Contrast {
     /// Of the SLAM map's walls that lie in walls of the model by one pose only.
@@ -15,8 +15,14 @@ pub struct Contrast {
     pub free_outside: f64,
     /// Of the length of distinct walls that match.
     pub distinct: f64,
-    /// Of the length of walls that the robot saw through.
+    /// Of the length of walls that the robot saw through, above 0 if it did so by the other pose.
     pub seen_through: f64,
+    /// Of the SLAM map's walls that lie on faces of the model exactly by one pose only.
+    pub exact: f64,
+    /// Of the length of the model's walls that were in sight.
+    pub seen: f64,
+    /// Difference of the shares of the SLAM map's walls that the model has.
+    pub precision: f64,
 }
 
 impl Contrast {
@@ -28,12 +34,18 @@ impl Contrast {
         };
         let in_walls = |a: &Placed, b: &Placed| only(&a.occupied, &b.occupied, Cell::Occupied) * a.occupied_m;
         let outside = |a: &Placed, b: &Placed| only(&a.free, &b.free, Cell::Unknown) * a.free_m2;
+        let exact = |a: &Placed, b: &Placed| {
+            a.is_exact.iter().zip(&b.is_exact).filter(|(a, b)| **a && !**b).count() as f64 * CELL_M
+        };
         let through_m = |candidate: &Candidate| candidate.evidence.seen_m * candidate.evidence.seen_through;
         Self {
             in_walls: ratio(in_walls(own, others), in_walls(others, own)),
             free_outside: ratio(outside(others, own), outside(own, others)),
             distinct: ratio(pose.evidence.distinct_m, other.evidence.distinct_m),
             seen_through: ratio(through_m(other), through_m(pose)),
+            exact: ratio(exact(own, others), exact(others, own)),
+            seen: ratio(pose.evidence.seen_m, other.evidence.seen_m),
+            precision: pose.evidence.precision - other.evidence.precision,
         }
     }
 
@@ -42,7 +54,10 @@ impl Contrast {
         let sum = CONTRAST.in_walls * self.in_walls
             + CONTRAST.free_outside * self.free_outside
             + CONTRAST.distinct * self.distinct
-            + CONTRAST.seen_through * self.seen_through;
+            + CONTRAST.seen_through * self.seen_through
+            + CONTRAST.exact * self.exact
+            + CONTRAST.seen * self.seen
+            + CONTRAST.precision * self.precision;
         sum.clamp(-MAX_CONTRAST, MAX_CONTRAST)
     }
 }
@@ -104,7 +119,13 @@ mod tests {
 
     fn candidate(occupied: &[Cell], distinct_m: f64) -> Candidate {
         let (pose, covariance) = (Pose::new([0.0; 2], 0.0), PoseCovariance::from_rows([[0.0; 3]; 3]));
-        let placed = Placed { occupied: occupied.to_vec(), free: vec![Cell::Free; 8], occupied_m: 1.0, free_m2: 1.0 };
+        let placed = Placed {
+            occupied: occupied.to_vec(),
+            free: vec![Cell::Free; 8],
+            is_exact: occupied.iter().map(|cell| *cell == Cell::Occupied).collect(),
+            occupied_m: 1.0,
+            free_m2: 1.0,
+        };
         let evidence = PoseEvidence { distinct_m, ..PoseEvidence::default() };
         Candidate { placed, ..Candidate::new(Refined { pose, covariance, about: [0.0; 2] }, evidence) }
     }

@@ -48,6 +48,7 @@ mod refine;
 
 mod held_out;
 mod known_cells;
+mod of_this_building;
 
 mod candidate;
 mod contrast;

@@ -13,6 +13,9 @@ const SCALES: [f64; 3] = [0.1, 0.25, 0.5];
 /// A wall point lies on a face that is this close, with the same normal.
 const ON_FACE_M: f64 = 0.1;
 const SAME_DIRECTION: f64 = 0.9;
+/// It lies on one exactly if the face's line is this close, and its nearest cell too.
+const EXACT_M: f64 = 0.05;
+const EXACT_CELL_M: f64 = 0.07;
 /// More of one line says no more about where along it the robot is.
 const DISTINCT_M: f64 = 0.5;
 /// A wall of the reference was in sight if the robot knows this place before it to be free.
@@ -74,11 +77,13 @@ impl SlamCells {
     }
 }
 
-/// What the reference has where the drawn cells of a SLAM map lie by a pose.
+/// What the reference has where the drawn cells and all wall points of a SLAM map lie by a pose.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Placed {
     pub(crate) occupied: Vec<Cell>,
     pub(crate) free: Vec<Cell>,
+    /// True for wall points that lie on a face exactly.
+    pub(crate) is_exact: Vec<bool>,
     /// Length of wall and area of floor that each cell stands for.
     pub(crate) occupied_m: f64,
     pub(crate) free_m2: f64,
@@ -182,11 +187,26 @@ fn in_sight(maps: &ComparedMaps<'_>, pose: &Pose) -> InSight {
     }
 }
 
-/// What the reference has where the cells of the SLAM map lie by a pose.
+/// What the reference has where the cells and wall points of the SLAM map lie by a pose.
 pub(crate) fn placed(maps: &ComparedMaps<'_>, pose: &Pose) -> Placed {
     let cells = |places: &[[f64; 2]]| places.iter().map(|p| maps.reference.raster.at(pose.apply(*p))).collect();
+    let is_exact = |wall_point: &WallPoint| {
+        let (at, normal) = (pose.apply(wall_point.at), pose.rotate(wall_point.normal));
+        maps.reference.nearest(at).is_some_and(|(nearest, squared)| {
+            let of_normal = |v: [f64; 2]| v[0] * nearest.normal[0] + v[1] * nearest.normal[1];
+            squared <= EXACT_CELL_M * EXACT_CELL_M
+                && of_normal(normal) > SAME_DIRECTION
+                && of_normal([at[0] - nearest.at[0], at[1] - nearest.at[1]]).abs() <= EXACT_M
+        })
+    };
     let SlamCells { occupied, free, occupied_m, free_m2 } = maps.slam_cells;
-    Placed { occupied: cells(occupied), free: cells(free), occupied_m: *occupied_m, free_m2: *free_m2 }
+    Placed {
+        occupied: cells(occupied),
+        free: cells(free),
+        is_exact: maps.slam.wall_points.iter().map(is_exact).collect(),
+        occupied_m: *occupied_m,
+        free_m2: *free_m2,
+    }
 }
 
 /// Shares of places that lie in walls of the reference, and where it knows nothing.

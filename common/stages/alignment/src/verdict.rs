@@ -2,10 +2,10 @@
 
 use crate::contrast::Ranked;
 use crate::features::Features;
+use crate::of_this_building::of_this_building;
 use crate::thresholds::{
-    MAX_CONTRAST, MAX_DISTINCT_M, MAX_ELSEWHERE_PROBABILITY, MAX_TRACKED_PROBABILITY, MAX_WRONG_PROBABILITY,
-    MIN_STANDING, MIN_WALL_POINTS, OF_THIS_BUILDING, OfThisBuilding, RIVAL_LEAD, SURE_LOGIT, SURE_SLOPE, UNRIVALLED,
-    Unrivalled,
+    MAX_CONTRAST, MAX_ELSEWHERE_PROBABILITY, MAX_TRACKED_PROBABILITY, MAX_WRONG_PROBABILITY, MIN_STANDING,
+    MIN_WALL_POINTS, RIVAL_LEAD, SURE_GAIN, SURE_LOGIT, SURE_SEEN_M,
 };
 use frames::counted;
 use messages::{AlignmentVerdict, PoseEvidence};
@@ -18,7 +18,7 @@ pub(crate) struct PoseVerdict {
     pub(crate) reason: String,
     /// Probability that the best pose is wrong: another one of this building is right, or the building is another.
     pub(crate) wrong_probability: f64,
-    /// Poses after the best of which each alone keeps it from being accepted.
+    /// Poses after the best of which each alone keeps it from being accepted, were the building certain.
     pub(crate) n_rivals: usize,
 }
 
@@ -36,12 +36,14 @@ impl PoseVerdict {
         };
         let evidence = &best.candidate.evidence;
         let contrasts: Vec<f64> = others.iter().map(|other| other.contrast.log_odds()).collect();
-        let least = contrasts.first().copied().unwrap_or(MAX_CONTRAST);
+        let unrivalled = unrivalled(&contrasts);
         let of_this_building = best.candidate.history().log_odds();
-        let wrong_probability = wrong_probability(evidence, of_this_building, least);
+        let wrong_probability = wrong_probability(evidence, of_this_building, unrivalled);
+        let least = contrasts.first().copied().unwrap_or(MAX_CONTRAST).max(0.0);
+        // Each alone keeps it from being accepted, were the building certain.
         let is_rival = |&&contrast: &&f64| {
-            contrast < least.max(0.0) + RIVAL_LEAD
-                && self::wrong_probability(evidence, of_this_building, contrast) >= MAX_WRONG_PROBABILITY
+            contrast < least + RIVAL_LEAD
+                && self::wrong_probability(evidence, f64::INFINITY, contrast) >= MAX_WRONG_PROBABILITY
         };
         let n_rivals = contrasts.iter().take_while(is_rival).count();
         let elsewhere_probability = 1.0 - probability(of_this_building);
@@ -61,15 +63,22 @@ impl PoseVerdict {
 
 /// True if a newer map bears out a pose that was accepted: it would be of this building, whatever else fits.
 pub(crate) fn is_borne_out(evidence: &PoseEvidence) -> bool {
-    1.0 - probability(OF_THIS_BUILDING.logit(evidence)) < MAX_TRACKED_PROBABILITY
+    1.0 - probability(of_this_building(evidence, None)) < MAX_TRACKED_PROBABILITY
 }
 
-/// Probability that a pose with this evidence is wrong: from the log odds that the map is of this building, and the least contrast
-/// with another pose.
-fn wrong_probability(evidence: &PoseEvidence, of_this_building: f64, least_contrast: f64) -> f64 {
-    let right = probability(UNRIVALLED.logit(evidence, least_contrast)) * probability(of_this_building);
+/// Log odds that none of the other poses is right, by the contrasts of the best with each: of the poses of one map at most one is.
+fn unrivalled(contrasts: &[f64]) -> f64 {
+    let odds: f64 = contrasts.iter().map(|contrast| libm::exp(-contrast)).sum();
+    -libm::log(odds.max(libm::exp(-MAX_CONTRAST)))
+}
+
+/// Probability that a pose with this evidence is wrong: from the log odds that the map is of this building, and that no other pose
+/// of it is right.
+fn wrong_probability(evidence: &PoseEvidence, of_this_building: f64, unrivalled: f64) -> f64 {
+    let right = probability(unrivalled) * probability(of_this_building);
     let logit = libm::log(right / (1.0 - right).max(f64::MIN_POSITIVE));
-    1.0 - probability(logit + (SURE_SLOPE - 1.0) * (logit - SURE_LOGIT).max(0.0))
+    let gain = SURE_GAIN * (evidence.seen_m / SURE_SEEN_M).min(1.0);
+    1.0 - probability(logit + gain * (logit - SURE_LOGIT).max(0.0))
 }
 
 fn probability(logit: f64) -> f64 {
@@ -105,24 +114,10 @@ pub(crate) fn percent(probability: f64) -> String {
     }
 }
 
-impl Unrivalled {
-    fn logit(&self, evidence: &PoseEvidence, least_contrast: f64) -> f64 {
-        least_contrast.max(0.0) * (self.contrast + self.distinct * libm::log(1.0 + evidence.distinct_m))
-    }
-}
-
-impl OfThisBuilding {
-    pub(crate) fn logit(&self, evidence: &PoseEvidence) -> f64 {
-        self.constant
-            + self.recall * evidence.recall
-            + self.seen_through * evidence.seen_through
-            + self.distinct * libm::log(1.0 + evidence.distinct_m.min(MAX_DISTINCT_M))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::thresholds::MAX_LEAD;
 
     /// A map with some furniture, in the right pose.
     fn evidence() -> PoseEvidence {
@@ -143,15 +138,27 @@ mod tests {
     #[test]
     fn a_pose_is_right_only_if_it_has_no_rival_and_the_map_is_of_this_building() {
         let good = evidence();
-        let wrong_probability = |evidence: &PoseEvidence, contrast: f64| {
-            super::wrong_probability(evidence, OF_THIS_BUILDING.logit(evidence), contrast)
+        let wrong_probability = |evidence: &PoseEvidence, lead: f64, contrasts: &[f64]| {
+            super::wrong_probability(evidence, of_this_building(evidence, Some(lead)), unrivalled(contrasts))
         };
-        assert!(wrong_probability(&good, 6.0) < MAX_WRONG_PROBABILITY);
-        assert!(wrong_probability(&good, 0.0) >= 0.5, "another pose fits as well");
-        let other_storey = PoseEvidence { seen_through: 0.3, recall: 0.7, seen_m: 400.0, distinct_m: 60.0, ..good };
-        let probability = wrong_probability(&other_storey, MAX_CONTRAST);
-        assert!(probability >= MAX_WRONG_PROBABILITY, "neither lead nor outer walls make up for what was seen through");
+        assert!(wrong_probability(&good, MAX_LEAD, &[12.0, 13.0]) < MAX_WRONG_PROBABILITY);
+        assert!(wrong_probability(&good, MAX_LEAD, &[0.0, 13.0]) >= 0.5, "another pose fits as well");
+        assert!(
+            wrong_probability(&good, 0.0, &[12.0, 13.0]) >= MAX_WRONG_PROBABILITY,
+            "it is one of many that fit by chance"
+        );
+        let other_storey = PoseEvidence { seen_through: 0.5, recall: 0.5, seen_m: 400.0, distinct_m: 60.0, ..good };
+        let probability = wrong_probability(&other_storey, 6.0, &[MAX_CONTRAST]);
+        assert!(probability >= MAX_WRONG_PROBABILITY, "no outer walls make up for what was seen through");
         assert!(!is_borne_out(&PoseEvidence { seen_through: 0.6, recall: 0.4, ..good }));
         assert!(is_borne_out(&good));
+    }
+
+    #[test]
+    fn many_poses_that_are_hard_to_tell_count_together() {
+        assert_eq!(unrivalled(&[]), MAX_CONTRAST);
+        assert!((unrivalled(&[5.0]) - 5.0).abs() < 1e-12);
+        assert!((unrivalled(&[5.0; 8]) - (5.0 - libm::log(8.0))).abs() < 1e-12);
+        assert!(unrivalled(&[5.0, -1.0]) < 0.0, "one fits better");
     }
 }

@@ -63,10 +63,11 @@ fn answer(pair: &str, alignment: &Alignment, cpu_s: f64) -> Value {
         json!({"x": x, "y": y, "yaw": yaw, "score": p.evidence.score, "evidence": evidence(&p.evidence)})
     };
     let candidate = |p: &AlignedPose| {
-        let Contrast { in_walls, free_outside, distinct, seen_through } = p.contrast;
+        let Contrast { in_walls, free_outside, distinct, seen_through, exact, seen, precision } = p.contrast;
         let mut candidate = pose(p);
         candidate["contrast"] = json!({
             "in_walls": in_walls, "free_outside": free_outside, "distinct": distinct, "seen_through": seen_through,
+            "exact": exact, "seen": seen, "precision": precision,
         });
         candidate
     };
